@@ -1,0 +1,85 @@
+"""Plane polygons as outlines of pattern pieces: area, winding, distance to the outline, and whether it meets itself.
+
+An outline is a closed polygon, shape (n, 2) in metres, the last point joined to the first; no point is repeated.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Points = NDArray[np.float64]
+
+# Points times outline segments handled at once: bounds the memory of the all-pairs tests to a few hundred megabytes.
+PAIRS_AT_ONCE = 4_000_000
+
+
+def signed_area(outline: Points) -> float:
+    """Enclosed area [m^2], positive for a counter-clockwise outline (shoelace formula)."""
+    x, y = outline[:, 0], outline[:, 1]
+    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+
+
+def contains(outline: Points, points: Points) -> NDArray[np.bool_]:
+    """Whether each point (K, 2) m lies inside the outline, by the crossings of a ray towards +x, shape (K,)."""
+    start, end = outline, np.roll(outline, -1, axis=0)
+    inside = np.empty(len(points), dtype=bool)
+    for rows in _blocks(len(points), len(outline)):
+        x, y = points[rows, :1], points[rows, 1:]
+        straddles = (start[:, 1] > y) != (end[:, 1] > y)
+        rise = np.where(straddles, end[:, 1] - start[:, 1], 1.0)
+        crossing = start[:, 0] + (y - start[:, 1]) * (end[:, 0] - start[:, 0]) / rise
+        inside[rows] = np.count_nonzero(straddles & (x < crossing), axis=1) % 2 == 1
+    return inside
+
+
+def distance(outline: Points, points: Points) -> Points:
+    """Distance [m] of each point (K, 2) m to the outline, shape (K,)."""
+    result = np.empty(len(points))
+    for rows in _blocks(len(points), len(outline)):
+        result[rows] = _point_segment_distances(points[rows], outline, np.roll(outline, -1, axis=0)).min(axis=1)
+    return result
+
+
+def self_contact(outline: Points, tolerance: float) -> tuple[int, int] | None:
+    """Two segments (i, j) of the outline that cross or come within the tolerance [m]; None when there are none.
+
+    Segment i runs from point i to point i + 1. Neighbouring segments share a point; they are reported when they fold
+    back onto each other.
+    """
+    count = len(outline)
+    start, end = outline, np.roll(outline, -1, axis=0)
+    index = np.arange(count)
+    for rows in _blocks(count, count):
+        i, j = index[rows, None], index[None, :]
+        apart = (i != j) & ((i + 1) % count != j) & ((j + 1) % count != i)
+        across = _side(start[rows], end[rows], start) * _side(start[rows], end[rows], end) < 0
+        back = _side(start, end, start[rows]).T * _side(start, end, end[rows]).T < 0
+        # Point i belongs to the segments i and i - 1; on any other segment it is a touch.
+        touches = (_point_segment_distances(start[rows], start, end) < tolerance) & (i != j) & ((j + 1) % count != i)
+        found = np.argwhere((across & back & apart) | touches)
+        if len(found):
+            first, second = int(index[rows][found[0, 0]]), int(found[0, 1])
+            return first, second
+    return None
+
+
+def _side(start: Points, end: Points, points: Points) -> Points:
+    """Twice the signed area of (start, end, point) for each segment (S, 2) and point (K, 2), shape (S, K)."""
+    along = end - start
+    offset = points[None, :, :] - start[:, None, :]
+    return along[:, None, 0] * offset[..., 1] - along[:, None, 1] * offset[..., 0]
+
+
+def _point_segment_distances(points: Points, start: Points, end: Points) -> Points:
+    """Distances [m] of the points (K, 2) to the segments (S, 2)-(S, 2), shape (K, S)."""
+    along = end - start
+    offset = points[:, None, :] - start[None, :, :]
+    t = np.clip(np.einsum("ksd,sd->ks", offset, along) / np.einsum("sd,sd->s", along, along), 0.0, 1.0)
+    return np.linalg.norm(offset - t[..., None] * along, axis=2)
+
+
+def _blocks(rows: int, columns: int) -> list[slice]:
+    """Slices over the rows such that a block times the columns stays under PAIRS_AT_ONCE."""
+    step = max(1, PAIRS_AT_ONCE // max(columns, 1))
+    return [slice(first, first + step) for first in range(0, rows, step)]

@@ -1,0 +1,435 @@
+"""Sewing patterns: reads and checks the pattern specification JSON that GarmentCode writes.
+
+Source of the format: https://github.com/maria-korosteleva/GarmentCode (pygarment/pattern and pygarment/meshgen). A
+specification is `{"pattern": {"panels": {name: panel}, "stitches": [...]}, "properties": {"units_in_meter": 100}}`.
+Everything is converted to metres here, once. Every fault raises PatternError, which names the place and the remedy.
+
+One addition to the format: a stitch may carry the word "gather" as it may carry "right_wrong". It declares that one
+side is meant to be much longer than the other.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tryon_solver.geometry import curves, outline
+from tryon_solver.geometry.curves import Points
+
+# Ease of sleeve caps and waists reaches a length ratio of 1.10 in real patterns; beyond 1.5 a seam is far likelier to
+# join the wrong edges than to be meant. Declared gathers go to a ratio of 4, beyond which pleats must be drawn.
+SEAM_RATIO_LIMIT = 1.5
+GATHER_RATIO_LIMIT = 4.0
+
+# A piece smaller than a belt loop or larger than a floor-length full circle skirt was drawn in another unit. The
+# largest piece of a garment for a person is larger than a hand.
+PIECE_SIZE_MIN = 0.005  # m
+PIECE_SIZE_MAX = 4.0  # m
+LARGEST_PIECE_MIN = 0.1  # m
+POSITION_MAX = 10.0  # m, of a piece from the origin between the feet
+
+# Relative control points of real patterns stay within 2 edge lengths; absolute ones in centimetres do not.
+CONTROL_POINT_MAX = 20.0
+
+EDGE_LENGTH_MIN = 1e-4  # m, below the resolution of any cutter
+AREA_MIN = 1e-6  # m^2
+AREA_TO_PERIMETER_SQUARED_MIN = 1e-5  # a band ten thousand times longer than wide
+CONTACT_TOLERANCE = 1e-6  # m
+
+# Bounds the all-pairs outline test to about a second.
+PANELS_MAX = 200
+EDGES_MAX = 400
+CHECK_SEGMENTS = 32  # straight pieces that stand for a curved edge in the outline test
+
+STITCH_FLAGS = ("right_wrong", "gather")
+WHOLE = "specification"
+
+
+class PatternError(ValueError):
+    """A fault in a pattern: what is wrong, where, and what to do about it."""
+
+    def __init__(self, message: str, place: str, remedy: str) -> None:
+        super().__init__(f"{place}: {message}. {remedy}")
+        self.message = message
+        self.place = place
+        self.remedy = remedy
+
+
+@dataclass(frozen=True)
+class PatternEdge:
+    """One edge of a piece, running along the outline."""
+
+    curve: curves.Curve  # in the piece's own plane, m
+    length: float  # m
+    label: str  # "" when the file gives none
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One flat piece of fabric. Its edges form a single closed loop, each starting where the one before ends."""
+
+    name: str
+    corners: Points  # (E, 2) m, corner e is the start of edge e
+    edges: tuple[PatternEdge, ...]
+    clockwise: bool  # the loop turns clockwise: the right side of the fabric faces the piece's -z
+    translation: Points  # (3,) m
+    rotation: Points  # (3, 3), world from piece
+    label: str  # "" when the file gives none
+
+
+@dataclass(frozen=True)
+class StitchSide:
+    """One edge of a stitch, by the index of its piece and of the edge in it."""
+
+    panel: int
+    edge: int
+
+
+@dataclass(frozen=True)
+class Stitch:
+    """Two whole edges sewn together; `reversed` joins the start of one to the end of the other, the usual case."""
+
+    first: StitchSide
+    second: StitchSide
+    reversed: bool
+    gather: bool
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """A checked sewing pattern in metres."""
+
+    panels: tuple[Panel, ...]
+    stitches: tuple[Stitch, ...]
+
+    @property
+    def panel_names(self) -> tuple[str, ...]:
+        return tuple(panel.name for panel in self.panels)
+
+
+def load_pattern(path: str | Path) -> Pattern:
+    """Read and check the pattern specification file at the path. Raises PatternError."""
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except OSError as error:
+        raise PatternError(
+            f"the file cannot be read ({error.strerror})", str(path), "Give the path of a pattern file"
+        ) from error
+    except UnicodeDecodeError as error:
+        raise PatternError("the file is not text", str(path), "Give a pattern specification in JSON") from error
+    return parse_pattern_text(text)
+
+
+def parse_pattern_text(text: str) -> Pattern:
+    """Read and check a pattern specification given as JSON text. Raises PatternError."""
+    try:
+        spec = json.loads(text)
+    except json.JSONDecodeError as error:
+        place = f"line {error.lineno} column {error.colno}"
+        raise PatternError(f"not JSON ({error.msg})", place, "Give a pattern specification in JSON") from error
+    except (RecursionError, ValueError) as error:
+        raise PatternError("the JSON cannot be read", WHOLE, "Give a pattern specification in JSON") from error
+    return parse_pattern(spec)
+
+
+def parse_pattern(spec: Mapping[str, Any]) -> Pattern:
+    """Check a pattern specification and convert it to metres.
+
+    spec: the parsed JSON. Raises PatternError at the first fault, naming it like "panels.front.edges[3].curvature".
+    """
+    remedy = "Give a pattern specification as GarmentCode writes it, with pattern.panels and properties.units_in_meter"
+    if not isinstance(spec, Mapping) or not isinstance(spec.get("pattern"), Mapping):
+        raise PatternError("this is not a sewing pattern: it has no 'pattern' object", WHOLE, remedy)
+    body = spec["pattern"]
+    panels_spec = body.get("panels")
+    if not isinstance(panels_spec, Mapping) or not panels_spec:
+        raise PatternError("the pattern has no panels", "panels", remedy)
+    if len(panels_spec) > PANELS_MAX:
+        raise PatternError(f"{len(panels_spec)} panels, more than {PANELS_MAX}", "panels", "Split the garment")
+    scale = _metres_per_unit(spec.get("properties"))
+    panels = tuple(_panel(name, panels_spec[name], scale) for name in _panel_names(body, panels_spec))
+    _check_garment_size(panels)
+    return Pattern(panels, _stitches(body.get("stitches", []), panels))
+
+
+def _metres_per_unit(properties: Any) -> float:
+    place = "properties.units_in_meter"
+    if not isinstance(properties, Mapping) or "units_in_meter" not in properties:
+        raise PatternError(
+            "the unit of length is not stated", place, "State it: 100 for centimetres, 1000 for millimetres"
+        )
+    units = _number(properties["units_in_meter"], place)
+    if units <= 0:
+        raise PatternError(f"{units:g} units in a metre is not a unit of length", place, "State 100 for centimetres")
+    coordinates = properties.get("curvature_coords", "relative")
+    if coordinates != "relative":
+        remedy = "Write curvature relative to the edge (GarmentCode's default)"
+        raise PatternError(f"curvature coordinates {coordinates!r} are not read", "properties.curvature_coords", remedy)
+    return 1.0 / units
+
+
+def _panel_names(body: Mapping[str, Any], panels: Mapping[str, Any]) -> list[str]:
+    """Names of the panels in the stated order, else in the file's."""
+    order = body.get("panel_order")
+    if order is None:
+        return list(panels)
+    if (
+        not isinstance(order, list)
+        or not all(isinstance(name, str) for name in order)
+        or sorted(order) != sorted(panels)
+    ):
+        raise PatternError(
+            "it does not list every panel once", "panel_order", "List each name of panels once, or leave it out"
+        )
+    return order
+
+
+def _panel(name: str, spec: Any, scale: float) -> Panel:
+    place = f"panels.{name}"
+    if not isinstance(spec, Mapping):
+        raise PatternError("not a panel", place, "Give an object with vertices and edges")
+    vertices = _vertices(spec.get("vertices"), f"{place}.vertices", scale)
+    ends = _edge_loop(spec.get("edges"), f"{place}.edges", len(vertices))
+    _check_piece_size(vertices, place)
+    pairs = enumerate(zip(spec["edges"], ends))
+    edges = tuple(_edge(edge, vertices[a], vertices[b], f"{place}.edges[{i}]", scale) for i, (edge, (a, b)) in pairs)
+    area = _check_outline(edges, place)
+    translation = _vector(spec.get("translation", [0, 0, 0]), 3, f"{place}.translation") * scale
+    if np.abs(translation).max() > POSITION_MAX:
+        raise PatternError(
+            f"the panel is placed {np.abs(translation).max():.3g} m from the origin",
+            f"{place}.translation",
+            f"Place it within {POSITION_MAX:g} m, and check properties.units_in_meter",
+        )
+    angles = np.radians(_vector(spec.get("rotation", [0, 0, 0]), 3, f"{place}.rotation"))
+    corners = vertices[[a for a, _ in ends]]
+    label = _label(spec, place)
+    return Panel(name, corners, edges, area < 0, translation, rotation_from_euler(angles), label)
+
+
+def rotation_from_euler(angles: Points) -> Points:
+    """Rotation matrix Rz Ry Rx (3, 3) of the angles (3,) about x, y, z [rad]: the order of GarmentCode's mesher."""
+    (cx, cy, cz), (sx, sy, sz) = np.cos(angles), np.sin(angles)
+    about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
+    about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
+    about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
+    return about_z @ about_y @ about_x
+
+
+def _vertices(spec: Any, place: str, scale: float) -> Points:
+    if not isinstance(spec, Sequence) or isinstance(spec, str) or len(spec) < 2:
+        raise PatternError("a panel needs corner points", place, "Give them as [x, y] pairs")
+    return np.array([_vector(point, 2, f"{place}[{i}]") for i, point in enumerate(spec)]) * scale
+
+
+def _edge_loop(spec: Any, place: str, vertex_count: int) -> list[tuple[int, int]]:
+    """End points of the edges, checked to form one closed loop through all vertices."""
+    if not isinstance(spec, list) or len(spec) < 2:
+        raise PatternError("a panel needs at least two edges", place, "Give the edges of its outline in order")
+    if len(spec) > EDGES_MAX:
+        raise PatternError(f"{len(spec)} edges, more than {EDGES_MAX}", place, "Use curves instead of many short lines")
+    ends = []
+    for i, edge in enumerate(spec):
+        here = f"{place}[{i}]"
+        pair = edge.get("endpoints") if isinstance(edge, Mapping) else None
+        if not isinstance(pair, list) or len(pair) != 2 or not all(_is_index(v) for v in pair):
+            raise PatternError(
+                "an edge needs two end points", here, "Give endpoints as two indices of the panel's vertices"
+            )
+        for vertex in pair:
+            if not 0 <= vertex < vertex_count:
+                raise PatternError(f"there is no vertex {vertex}", f"{here}.endpoints", f"Use 0 to {vertex_count - 1}")
+        ends.append((pair[0], pair[1]))
+    for i, (_, end) in enumerate(ends):
+        following = (i + 1) % len(ends)
+        if ends[following][0] != end:
+            start = ends[following][0]
+            message = (
+                f"the edges do not close a loop: edge {i} ends at vertex {end}, edge {following} starts at {start}"
+            )
+            raise PatternError(message, f"{place}[{i}].endpoints", "List the edges in order around one closed outline")
+    if sorted(start for start, _ in ends) != list(range(vertex_count)):
+        message = "the loop of edges does not pass once through every vertex"
+        raise PatternError(message, place, "Use each vertex in one loop; holes and detached points are not read")
+    return ends
+
+
+def _edge(spec: Mapping[str, Any], start: Points, end: Points, place: str, scale: float) -> PatternEdge:
+    if np.hypot(*(end - start)) < EDGE_LENGTH_MIN:
+        raise PatternError("the edge's end points coincide", place, "Remove the edge or move a vertex")
+    curvature = spec.get("curvature")
+    curve = (
+        curves.line(start, end) if curvature is None else _curved(curvature, start, end, f"{place}.curvature", scale)
+    )
+    return PatternEdge(curve, curves.length(curve), _label(spec, place))
+
+
+def _curved(spec: Any, start: Points, end: Points, place: str, scale: float) -> curves.Curve:
+    """The curve of an edge with curvature. A bare [u, v] is a quadratic curve, as in GarmentCode's older files."""
+    kind, params = ("quadratic", [spec]) if isinstance(spec, list) else _curvature_parts(spec, place)
+    if kind == "circle":
+        return _circle(params, start, end, place, scale)
+    controls = {"quadratic": 1, "cubic": 2}.get(kind)
+    if controls is None:
+        raise PatternError(f"unknown curvature type {kind!r}", f"{place}.type", "Use quadratic, cubic or circle")
+    if len(params) != controls:
+        raise PatternError(
+            f"a {kind} edge has {controls} control points, not {len(params)}", f"{place}.params", "Give [u, v] pairs"
+        )
+    points = np.array([_vector(point, 2, f"{place}.params[{i}]") for i, point in enumerate(params)])
+    if np.abs(points).max() > CONTROL_POINT_MAX:
+        message = f"a control point lies {np.abs(points).max():.3g} edge lengths away"
+        raise PatternError(
+            message, f"{place}.params", "Give control points relative to the edge, [u, v] in edge lengths"
+        )
+    return curves.relative_bezier(start, end, points)
+
+
+def _curvature_parts(spec: Any, place: str) -> tuple[Any, list[Any]]:
+    if (
+        not isinstance(spec, Mapping)
+        or not isinstance(spec.get("params"), list)
+        or not isinstance(spec.get("type"), str)
+    ):
+        raise PatternError("not a curvature", place, 'Give {"type": "quadratic" | "cubic" | "circle", "params": [...]}')
+    return spec["type"], spec["params"]
+
+
+def _circle(params: list[Any], start: Points, end: Points, place: str, scale: float) -> curves.Curve:
+    if len(params) != 3 or any(flag not in (0, 1) for flag in params[1:]):
+        raise PatternError("not a circular arc", f"{place}.params", "Give [radius, large_arc 0 or 1, right 0 or 1]")
+    radius = _number(params[0], f"{place}.params[0]") * scale
+    try:
+        return curves.arc_by_flags(start, end, radius, bool(params[1]), bool(params[2]))
+    except ValueError as error:
+        raise PatternError(
+            str(error), f"{place}.params[0]", "Give at least half the distance of the end points"
+        ) from error
+
+
+def _check_piece_size(points: Points, place: str) -> None:
+    size = float((points.max(axis=0) - points.min(axis=0)).max())
+    if not PIECE_SIZE_MIN <= size <= PIECE_SIZE_MAX:
+        raise PatternError(
+            f"the panel is {size:.3g} m across, outside {PIECE_SIZE_MIN:g} to {PIECE_SIZE_MAX:g} m",
+            place,
+            "Check properties.units_in_meter: 100 for centimetres, 1000 for millimetres",
+        )
+
+
+def _check_garment_size(panels: Sequence[Panel]) -> None:
+    sizes = [float(np.ptp(panel.corners, axis=0).max()) for panel in panels]
+    if max(sizes) < LARGEST_PIECE_MIN:
+        raise PatternError(
+            f"the largest panel is only {max(sizes):.3g} m across, less than {LARGEST_PIECE_MIN:g} m",
+            f"panels.{panels[int(np.argmax(sizes))].name}",
+            "Check properties.units_in_meter: 100 for centimetres, 1000 for millimetres",
+        )
+
+
+def _check_outline(edges: Sequence[PatternEdge], place: str) -> float:
+    """Signed area [m^2] of the piece; raises when its outline encloses nothing or meets itself."""
+    pieces = [1 if curves.is_straight(edge.curve) else CHECK_SEGMENTS for edge in edges]
+    polygon = np.vstack([curves.sample_by_arc_length(edge.curve, n)[:-1] for edge, n in zip(edges, pieces)])
+    _check_piece_size(polygon, place)
+    owner = np.repeat(np.arange(len(edges)), pieces)
+    area = outline.signed_area(polygon)
+    perimeter = sum(edge.length for edge in edges)
+    contact = outline.self_contact(polygon, CONTACT_TOLERANCE)
+    if abs(area) < max(AREA_MIN, AREA_TO_PERIMETER_SQUARED_MIN * perimeter**2):
+        raise PatternError(f"the panel encloses no area ({abs(area) * 1e4:.3g} cm^2)", place, "Move its vertices apart")
+    if contact is not None:
+        first, second = sorted(int(owner[i]) for i in contact)
+        where = polygon[contact[0]] * 100
+        point = f"({where[0]:.1f}, {where[1]:.1f}) cm"
+        message = f"the outline crosses or touches itself: edges {first} and {second} meet near {point}"
+        raise PatternError(message, f"{place}.edges[{second}]", "Draw an outline that does not cross itself")
+    return area
+
+
+def _stitches(spec: Any, panels: Sequence[Panel]) -> tuple[Stitch, ...]:
+    if not isinstance(spec, list):
+        raise PatternError("not a list of stitches", "stitches", "Give pairs of {panel, edge}")
+    index = {panel.name: i for i, panel in enumerate(panels)}
+    used: dict[StitchSide, int] = {}
+    stitches = []
+    for s, entry in enumerate(spec):
+        place = f"stitches[{s}]"
+        if not isinstance(entry, list) or len(entry) < 2:
+            raise PatternError("a stitch joins two edges", place, "Give [{panel, edge}, {panel, edge}]")
+        for k, flag in enumerate(entry[2:], start=2):
+            if flag not in STITCH_FLAGS:
+                raise PatternError(
+                    f"unknown word {flag!r}", f"{place}[{k}]", f"Use {' or '.join(STITCH_FLAGS)}, or leave it out"
+                )
+        sides = [_stitch_side(side, panels, index, f"{place}[{k}]") for k, side in enumerate(entry[:2])]
+        for k, side in enumerate(sides):
+            if side in used:
+                name = panels[side.panel].name
+                message = f"edge {side.edge} of panel {name!r} is sewn twice, first by stitches[{used[side]}]"
+                raise PatternError(message, f"{place}[{k}]", "Sew each edge once; split an edge that meets two others")
+            used[side] = s
+        stitch = Stitch(sides[0], sides[1], "right_wrong" not in entry[2:], "gather" in entry[2:])
+        _check_lengths(stitch, panels, place)
+        stitches.append(stitch)
+    return tuple(stitches)
+
+
+def _stitch_side(spec: Any, panels: Sequence[Panel], index: Mapping[str, int], place: str) -> StitchSide:
+    if not isinstance(spec, Mapping) or not isinstance(spec.get("panel"), str) or not _is_index(spec.get("edge")):
+        raise PatternError("a side of a stitch names a panel and an edge", place, 'Give {"panel": name, "edge": index}')
+    if spec["panel"] not in index:
+        raise PatternError(f"there is no panel {spec['panel']!r}", f"{place}.panel", f"Use one of {', '.join(index)}")
+    panel = index[spec["panel"]]
+    count = len(panels[panel].edges)
+    if not 0 <= spec["edge"] < count:
+        message = f"panel {spec['panel']!r} has no edge {spec['edge']}"
+        raise PatternError(message, f"{place}.edge", f"Use 0 to {count - 1}")
+    return StitchSide(panel, spec["edge"])
+
+
+def _check_lengths(stitch: Stitch, panels: Sequence[Panel], place: str) -> None:
+    lengths = [panels[side.panel].edges[side.edge].length for side in (stitch.first, stitch.second)]
+    ratio = max(lengths) / min(lengths)
+    limit = GATHER_RATIO_LIMIT if stitch.gather else SEAM_RATIO_LIMIT
+    if ratio > limit:
+        names = [f"edge {side.edge} of {panels[side.panel].name!r}" for side in (stitch.first, stitch.second)]
+        sizes = [f"{length * 100:.1f} cm" for length in lengths]
+        message = f"{names[0]} is {sizes[0]} long and {names[1]} {sizes[1]}, a ratio of {ratio:.2f} over {limit:g}"
+        remedy = "Shorten the longer edge" if stitch.gather else 'Sew edges that match, or add "gather" to the stitch'
+        raise PatternError(message, place, remedy)
+
+
+def _label(spec: Mapping[str, Any], place: str) -> str:
+    label = spec.get("label", "")
+    if not isinstance(label, str):
+        raise PatternError("a label is text", f"{place}.label", "Give a string or leave it out")
+    return label
+
+
+def _vector(spec: Any, count: int, place: str) -> Points:
+    if not isinstance(spec, Sequence) or isinstance(spec, str) or len(spec) != count:
+        raise PatternError(f"not {count} numbers", place, f"Give a list of {count} numbers")
+    return np.array([_number(value, f"{place}[{i}]") for i, value in enumerate(spec)])
+
+
+def _number(value: Any, place: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise PatternError(f"{value!r:.60} is not a number", place, "Give a finite number")
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise PatternError(f"the number is {number}", place, "Give a finite number")
+    return number
+
+
+def _is_index(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
