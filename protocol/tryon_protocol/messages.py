@@ -1,0 +1,292 @@
+"""The control messages: MessagePack maps told apart by their field "type". PROTOCOL.md sections 3 to 5 are their prose.
+
+Every field carries its meaning, unit and shape as a `Meta` description; the TypeScript interfaces are generated from
+these types (`python -m tryon_protocol.generate_ts`). Unknown fields are ignored by every reader, so a field may be
+added within one major version if it has a default; a field is never removed, renamed or given another meaning.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Union
+
+from msgspec import Meta, Struct
+
+SUBPROTOCOL = "tryon.v1"
+MAJOR_VERSION = 1
+MAX_CLIENT_MESSAGE_BYTES = 65536
+"""A client message longer than this many bytes is refused."""
+POSE_CONVENTION = "model-local"
+POSE_FRAME = "session"
+
+U32 = Annotated[int, Meta(ge=0, le=2**32 - 1)]
+Number = Annotated[int, Meta(ge=1, le=2**32 - 1)]
+Name = Annotated[str, Meta(min_length=1, max_length=200)]
+Text = Annotated[str, Meta(max_length=500)]
+Request = Annotated[
+    U32 | None,
+    Meta(description="number chosen by the client and repeated in the `error` that answers this command; null: none"),
+]
+DType = Literal["uint8", "int16", "uint16", "int32", "uint32", "float32", "float64"]
+SessionState = Literal["preparing", "dressing", "running", "paused", "waiting", "failed", "closed"]
+
+
+class ArrayData(Struct, frozen=True, kw_only=True):
+    """An array as bytes: never without its dtype and its shape."""
+
+    dtype: Annotated[DType, Meta(description="type of one element, little-endian")]
+    shape: Annotated[
+        tuple[Annotated[int, Meta(ge=0, le=2**31 - 1)], ...],
+        Meta(description="extent of each axis, the last one varies fastest (C order)"),
+    ]
+    codec: Annotated[Literal["none", "zstd"], Meta(description="how `data` is compressed")]
+    data: Annotated[bytes, Meta(description="elements in C order; product of shape times element size bytes inflated")]
+
+
+class ClothTopology(Struct, frozen=True, kw_only=True):
+    """What does not change from frame to frame about the garment."""
+
+    vertex_count: Annotated[int, Meta(ge=1, le=2**31 - 1, description="number N of welded cloth vertices in a frame")]
+    faces: Annotated[
+        ArrayData, Meta(description="uint32 (F,3): vertex numbers of each triangle, counter-clockwise from outside")
+    ]
+    uv: Annotated[
+        ArrayData | None,
+        Meta(description="float32 (F,3,2) m: pattern coordinates of each triangle corner, discontinuous at seams"),
+    ] = None
+    panel_of_face: Annotated[
+        ArrayData | None, Meta(description="uint16 (F,): index into `panel_names` of each triangle's pattern piece")
+    ] = None
+    panel_names: Annotated[tuple[str, ...], Meta(description="names of the pattern pieces; empty: not told")] = ()
+
+
+class BodyTopology(Struct, frozen=True, kw_only=True):
+    """The body model of the session: a surface of B vertices bound to J joints, posed by PROTOCOL.md section 8."""
+
+    rest_vertices: Annotated[ArrayData, Meta(description="float32 (B,3) m: surface in the rest pose, Y up, facing +Z")]
+    faces: Annotated[ArrayData, Meta(description="uint32 (F,3): closed triangles, counter-clockwise from outside")]
+    joint_names: Annotated[tuple[str, ...], Meta(description="J names, the order of a pose's rotations")]
+    parents: Annotated[
+        ArrayData, Meta(description="int32 (J,): parent of each joint; -1 for joint 0, parents precede children")
+    ]
+    rest_joints: Annotated[ArrayData, Meta(description="float32 (J,3) m: joint centres in the rest pose")]
+    skin_joints: Annotated[ArrayData, Meta(description="uint16 (B,K): joints that move each vertex")]
+    skin_weights: Annotated[ArrayData, Meta(description="float32 (B,K): their weights, each row sums to 1")]
+
+
+class Message(Struct, tag_field="type", frozen=True, kw_only=True):
+    """Base of all control messages: a map whose field "type" names the message."""
+
+
+# From the client to the server ------------------------------------------------------------------------------------
+
+
+class HelloMessage(Message, tag="hello", frozen=True, kw_only=True):
+    """First message of a client. The server answers with `welcome`, or with a fatal `error`."""
+
+    versions: Annotated[
+        tuple[Annotated[int, Meta(ge=1, le=2**31 - 1)], ...],
+        Meta(min_length=1, max_length=16, description="major protocol versions the client speaks"),
+    ]
+    client: Annotated[Name, Meta(description="name and version of the client program, for logs")]
+    codecs: Annotated[
+        tuple[str, ...],
+        Meta(max_length=16, description='frame compression the client can inflate: "zstd"; uncompressed needs no name'),
+    ] = ("zstd",)
+    resume: Annotated[
+        Text | None, Meta(description="token from an earlier `welcome`, to be known again; null: new")
+    ] = None
+
+
+class PoseMessage(Message, tag="pose", frozen=True, kw_only=True):
+    """One tracked pose of one body. The newest one wins; older ones that were not used yet are dropped."""
+
+    subject: Annotated[Name, Meta(description="whose body this is, a subject listed in `welcome`")]
+    convention: Annotated[
+        Name,
+        Meta(
+            description='what `rotations` mean: "model-local", the rotation of each joint of the session\'s body '
+            "relative to its parent and to the rest pose"
+        ),
+    ]
+    frame: Annotated[
+        Name,
+        Meta(description='coordinate system of `root`: "session", right-handed, metres, Y up, body faces +Z at rest'),
+    ]
+    t: Annotated[float, Meta(description="s, when the pose was captured, on the sender's steady clock")]
+    seq: Annotated[Number, Meta(description="number of this pose, growing; frames name the pose they were solved for")]
+    root: Annotated[tuple[float, float, float], Meta(description="m, float64 [3]: position of joint 0 in `frame`")]
+    rotations: Annotated[
+        tuple[tuple[float, float, float, float], ...],
+        Meta(max_length=1024, description="[J][4]: unit quaternion x, y, z, w of each joint, in the topology's order"),
+    ]
+    ack: Annotated[U32, Meta(description="newest frame seq the client has decoded; 0: none yet")] = 0
+
+
+class AckMessage(Message, tag="ack", frozen=True, kw_only=True):
+    """Acknowledges frames when no pose is being sent. At most `welcome.credit` frames travel unacknowledged."""
+
+    seq: Annotated[Number, Meta(description="newest frame seq the client has decoded")]
+
+
+class KeyframeRequestMessage(Message, tag="keyframe_request", frozen=True, kw_only=True):
+    """The client can't decode what comes next (it lacks the base): the next frame shall stand alone."""
+
+    reason: Annotated[Text, Meta(description="for logs")] = ""
+
+
+class PlayMessage(Message, tag="play", frozen=True, kw_only=True):
+    """Let the session's motion run on."""
+
+    request: Request = None
+
+
+class PauseMessage(Message, tag="pause", frozen=True, kw_only=True):
+    """Hold the session's motion; the cloth comes to rest on the body as it stands."""
+
+    request: Request = None
+
+
+class SetMotionMessage(Message, tag="set_motion", frozen=True, kw_only=True):
+    """Choose what moves the body: a motion the server plays, or the poses clients send."""
+
+    motion: Annotated[Name | None, Meta(description="a name of `welcome.motions`; null: poses sent by a client")]
+    request: Request = None
+
+
+class SetFabricMessage(Message, tag="set_fabric", frozen=True, kw_only=True):
+    """Choose the fabric of the garment."""
+
+    fabric: Annotated[Name, Meta(description="a name of `welcome.fabrics`")]
+    request: Request = None
+
+
+class PingMessage(Message, tag="ping", frozen=True, kw_only=True):
+    """Asks for a `pong` at once: round trip and clock offset."""
+
+    t: Annotated[float, Meta(description="s, the client's steady clock at sending; repeated in the answer")]
+
+
+class ByeMessage(Message, tag="bye", frozen=True, kw_only=True):
+    """The client leaves; the server closes with code 1000."""
+
+    reason: Annotated[Text, Meta(description="for logs")] = ""
+
+
+# From the server to the client ------------------------------------------------------------------------------------
+
+
+class WelcomeMessage(Message, tag="welcome", frozen=True, kw_only=True):
+    """Answer to `hello`: what was agreed, and the state of the session."""
+
+    version: Annotated[int, Meta(ge=1, description="major protocol version both sides speak from here on")]
+    session: Annotated[str, Meta(description="identifier of the session")]
+    epoch: Annotated[str, Meta(description="changes when the server restarts: sequence numbers begin anew")]
+    server: Annotated[str, Meta(description="name and version of the server program, for logs")]
+    clock: Annotated[float, Meta(description="s, the server's steady clock at sending")]
+    credit: Annotated[int, Meta(ge=1, description="most frames that travel unacknowledged to this client")]
+    topology_id: Annotated[U32, Meta(description="topology that follows; 0: none yet, the garment is being dressed")]
+    subjects: Annotated[tuple[str, ...], Meta(description="bodies of this session that poses may be sent for")]
+    motions: Annotated[tuple[str, ...], Meta(description="motions the server can play here")]
+    fabrics: Annotated[tuple[str, ...], Meta(description="fabrics to choose from")]
+    resume_token: Annotated[str | None, Meta(description="for `hello.resume` after a lost connection")] = None
+
+
+class TopologyMessage(Message, tag="topology", frozen=True, kw_only=True):
+    """Everything that frames refer to. Sent before the first frame, and again with a new id whenever it changes."""
+
+    topology_id: Annotated[Number, Meta(description="number that frames repeat")]
+    grid: Annotated[float, Meta(gt=0, le=1e-3, description="m, edge q of the grid that positions are rounded to")]
+    cloth: Annotated[ClothTopology, Meta(description="the garment")]
+    body: Annotated[BodyTopology, Meta(description="the body model")]
+
+
+class StatusMessage(Message, tag="status", frozen=True, kw_only=True):
+    """State of the session, sent on joining and on every change."""
+
+    state: Annotated[
+        SessionState,
+        Meta(
+            description="preparing: starting or compiling; dressing; running; paused: held by a client; waiting: no "
+            "pose has arrived lately; failed: see detail, the session can't go on; closed"
+        ),
+    ]
+    detail: Annotated[str, Meta(description="one sentence for people")]
+    motion: Annotated[str | None, Meta(description="motion being played; null: poses sent by a client")]
+    fabric: Annotated[str, Meta(description="fabric in use")]
+    playing: Annotated[bool, Meta(description="false while held by `pause`")]
+    progress: Annotated[
+        Annotated[float, Meta(ge=0, le=1)] | None,
+        Meta(description="share done of preparing or dressing, 0 to 1; null: not known"),
+    ] = None
+
+
+class ReportMessage(Message, tag="report", frozen=True, kw_only=True):
+    """What the solver did for one published frame. Sent at most a few times a second, the newest wins."""
+
+    seq: Annotated[U32, Meta(description="the frame this speaks of")]
+    t_sim: Annotated[float, Meta(description="s, simulated time of that frame")]
+    iterations: Annotated[int, Meta(ge=0, description="outer iterations of the last step")]
+    residual: Annotated[float, Meta(description="relative residual at the end of the last step, dimensionless")]
+    min_gap: Annotated[
+        float | None, Meta(description="m, smallest distance between surfaces among near pairs; null: none near")
+    ]
+    max_stretch: Annotated[float, Meta(description="largest principal stretch, 1 is unstretched")]
+    body_lag: Annotated[float, Meta(description="m, largest distance of the simulated body from the posed skin")]
+    pairs: Annotated[int, Meta(ge=0, description="contact pairs in the last step")]
+    retries: Annotated[int, Meta(ge=0, description="steps voided and redone for this frame")]
+    times_ms: Annotated[dict[str, float], Meta(description="ms of wall time spent for this frame, by stage")]
+    solver_ms: Annotated[float, Meta(ge=0, description="ms of wall time from pose taken to frame solved")]
+    frames_per_second: Annotated[float, Meta(ge=0, description="1/s, published frames per wall second, recent mean")]
+    real_time_factor: Annotated[
+        float, Meta(ge=0, description="simulated seconds per wall second, recent mean; 1 is real time")
+    ]
+
+
+class ErrorMessage(Message, tag="error", frozen=True, kw_only=True):
+    """Something the client sent, or the session itself, is at fault. Unless `fatal`, the connection goes on."""
+
+    code: Annotated[str, Meta(description="name of the fault, PROTOCOL.md section 6")]
+    place: Annotated[str, Meta(description='where it lies, such as "$.rotations[3]"')]
+    message: Annotated[str, Meta(description="what is wrong")]
+    remedy: Annotated[str, Meta(description="what to change")]
+    fatal: Annotated[bool, Meta(description="true: the server closes the connection after this message")] = False
+    request: Request = None
+
+
+class PongMessage(Message, tag="pong", frozen=True, kw_only=True):
+    """Answer to `ping`."""
+
+    t: Annotated[float, Meta(description="s, `ping.t` repeated: the client's clock")]
+    clock: Annotated[float, Meta(description="s, the server's steady clock at answering")]
+
+
+class GoodbyeMessage(Message, tag="goodbye", frozen=True, kw_only=True):
+    """The server is about to close this connection in good order (it restarts, or the session ends)."""
+
+    reason: Annotated[str, Meta(description="one sentence for people")]
+    retry_after: Annotated[
+        float | None, Meta(description="s to wait before connecting again; null: don't, the session has ended")
+    ] = None
+
+
+ClientMessage = Union[  # noqa: UP007 - a runtime value that decoders are built from
+    HelloMessage,
+    PoseMessage,
+    AckMessage,
+    KeyframeRequestMessage,
+    PlayMessage,
+    PauseMessage,
+    SetMotionMessage,
+    SetFabricMessage,
+    PingMessage,
+    ByeMessage,
+]
+ServerMessage = Union[  # noqa: UP007
+    WelcomeMessage,
+    TopologyMessage,
+    StatusMessage,
+    ReportMessage,
+    ErrorMessage,
+    PongMessage,
+    GoodbyeMessage,
+]
