@@ -1,0 +1,1 @@
+"""Incremental potential contact: candidates, distances, barrier, friction, continuous collision detection, bounds."""

@@ -1,0 +1,252 @@
+"""Broad phase: which stencils could come into reach while their vertices move within given boxes.
+
+A *candidate* is a stencil from the broad phase, not yet a contact. Stencils that share a vertex are no candidates, nor
+are stencils of body vertices alone (a posed body crosses itself freely).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import warp as wp
+
+from tryon_solver.contact.distances import stencil_vector, stencil_weights
+from tryon_solver.contact.surfaces import Surface, swept_boxes_kernel
+
+wp.set_module_options({"enable_backward": False})
+
+
+@wp.struct
+class ContactSizes:
+    """Lengths [m] of the contact model, one number for contact with the body and one for cloth on cloth."""
+
+    xi_body: float
+    xi_self: float
+    d_hat: float
+
+
+@dataclass
+class Candidates:
+    """Stencils: `ids` vec4i, `kind` int32 (POINT_TRIANGLE, EDGE_EDGE), `count` int32[1] on the device and `size` here.
+
+    `capacity` grows when the broad phase finds more; nothing is ever dropped.
+    """
+
+    ids: wp.array
+    kind: wp.array
+    count: wp.array
+    capacity: int
+    size: int = 0
+
+    @staticmethod
+    def allocate(capacity: int, device: str) -> Candidates:
+        """Empty list with room for `capacity` stencils."""
+        return Candidates(
+            wp.zeros(capacity, dtype=wp.vec4i, device=device),
+            wp.zeros(capacity, dtype=wp.int32, device=device),
+            wp.zeros(1, dtype=wp.int32, device=device),
+            capacity,
+        )
+
+
+@wp.func
+def furthest(a: wp.vec3, b: wp.vec3, c: wp.vec3) -> float:
+    return wp.sqrt(wp.max(wp.length_sq(a), wp.max(wp.length_sq(b), wp.length_sq(c))))
+
+
+@wp.func
+def relative_travel(kind: int, relative: int, p0: wp.vec3, p1: wp.vec3, p2: wp.vec3, p3: wp.vec3) -> float:
+    """Bound on how much two primitives can approach [m].
+
+    With `relative` set only their relative motion counts, which holds as long as no displacement is shortened.
+    """
+    mean = wp.vec3()
+    if relative == 1:
+        mean = 0.25 * (p0 + p1 + p2 + p3)
+    if kind == 0:
+        return wp.length(p0 - mean) + furthest(p1 - mean, p2 - mean, p3 - mean)
+    return wp.sqrt(wp.max(wp.length_sq(p0 - mean), wp.length_sq(p1 - mean))) + wp.sqrt(
+        wp.max(wp.length_sq(p2 - mean), wp.length_sq(p3 - mean))
+    )
+
+
+@wp.func
+def overlap(
+    lower: wp.array(dtype=wp.vec3), upper: wp.array(dtype=wp.vec3), kind: int, i0: int, i1: int, i2: int, i3: int
+) -> bool:
+    """Do the boxes of the two primitives overlap?"""
+    la = lower[i0]
+    ua = upper[i0]
+    lb = wp.min(lower[i2], lower[i3])
+    ub = wp.max(upper[i2], upper[i3])
+    if kind == 0:
+        lb = wp.min(lb, lower[i1])
+        ub = wp.max(ub, upper[i1])
+    else:
+        la = wp.min(la, lower[i1])
+        ua = wp.max(ua, upper[i1])
+    return (
+        la[0] <= ub[0] and lb[0] <= ua[0] and la[1] <= ub[1] and lb[1] <= ua[1] and la[2] <= ub[2] and lb[2] <= ua[2]
+    )
+
+
+@wp.func
+def emit(
+    kind: int,
+    relative: int,
+    reach: float,
+    i0: int,
+    i1: int,
+    i2: int,
+    i3: int,
+    x: wp.array(dtype=wp.vec3),
+    p: wp.array(dtype=wp.vec3),
+    lower: wp.array(dtype=wp.vec3),
+    upper: wp.array(dtype=wp.vec3),
+    ids_out: wp.array(dtype=wp.vec4i),
+    kind_out: wp.array(dtype=wp.int32),
+    count_out: wp.array(dtype=wp.int32),
+):
+    if kind == 0:
+        if i0 == i1 or i0 == i2 or i0 == i3:
+            return
+    else:
+        if i0 == i2 or i0 == i3 or i1 == i2 or i1 == i3:
+            return
+    if not overlap(lower, upper, kind, i0, i1, i2, i3):
+        return
+    lam = stencil_weights(kind, x[i0], x[i1], x[i2], x[i3])
+    d = wp.length(stencil_vector(lam, x[i0], x[i1], x[i2], x[i3]))
+    if d > reach + relative_travel(kind, relative, p[i0], p[i1], p[i2], p[i3]):
+        return
+    slot = wp.atomic_add(count_out, 0, 1)
+    if slot < ids_out.shape[0]:
+        ids_out[slot] = wp.vec4i(i0, i1, i2, i3)
+        kind_out[slot] = kind
+
+
+@wp.kernel
+def pair_surfaces_kernel(
+    faces: wp.array(dtype=wp.vec3i),
+    owned: wp.array(dtype=wp.int32),
+    face_lower: wp.array(dtype=wp.vec3),
+    face_upper: wp.array(dtype=wp.vec3),
+    other_bvh: wp.uint64,
+    other_faces: wp.array(dtype=wp.vec3i),
+    other_owned: wp.array(dtype=wp.int32),
+    same: int,
+    relative: int,
+    reach: float,
+    x: wp.array(dtype=wp.vec3),
+    p: wp.array(dtype=wp.vec3),
+    lower: wp.array(dtype=wp.vec3),
+    upper: wp.array(dtype=wp.vec3),
+    ids_out: wp.array(dtype=wp.vec4i),
+    kind_out: wp.array(dtype=wp.int32),
+    count_out: wp.array(dtype=wp.int32),
+):
+    """Stencils between triangle tid and every triangle of the other surface whose box overlaps its own.
+
+    `same` is 1 when both are the cloth: then each unordered pair of triangles is met twice and takes points from the
+    first only, edges once.
+    """
+    t = wp.tid()
+    f = faces[t]
+    mine = owned[t]
+    query = wp.bvh_query_aabb(other_bvh, face_lower[t], face_upper[t])
+    j = int(0)
+    while wp.bvh_query_next(query, j):
+        if same == 1 and j == t:
+            continue
+        g = other_faces[j]
+        theirs = other_owned[j]
+        for k in range(3):
+            if (mine & (1 << k)) != 0:
+                emit(0, relative, reach, f[k], g[0], g[1], g[2], x, p, lower, upper, ids_out, kind_out, count_out)
+            if same == 0 and (theirs & (1 << k)) != 0:
+                emit(0, relative, reach, g[k], f[0], f[1], f[2], x, p, lower, upper, ids_out, kind_out, count_out)
+        if same == 1 and j < t:
+            continue
+        for k in range(3):
+            if (mine & (8 << k)) != 0:
+                a0 = f[k]
+                a1 = f[(k + 1) % 3]
+                for m in range(3):
+                    if (theirs & (8 << m)) != 0:
+                        b0 = g[m]
+                        b1 = g[(m + 1) % 3]
+                        emit(1, relative, reach, a0, a1, b0, b1, x, p, lower, upper, ids_out, kind_out, count_out)
+
+
+@dataclass
+class VertexBoxes:
+    """Boxes [m] within which each vertex may move while a candidate list stays complete."""
+
+    lower: wp.array
+    upper: wp.array
+
+    @staticmethod
+    def allocate(count: int, device: str) -> VertexBoxes:
+        return VertexBoxes(
+            wp.zeros(count, dtype=wp.vec3, device=device), wp.zeros(count, dtype=wp.vec3, device=device)
+        )
+
+
+def sweep(boxes: VertexBoxes, x: wp.array, displacement: wp.array, margin: float) -> None:
+    """Set the boxes to the vertices' straight paths, grown by `margin` m."""
+    wp.launch(
+        swept_boxes_kernel, len(x), [x, displacement, margin], [boxes.lower, boxes.upper], device=x.device
+    )
+
+
+def find(
+    candidates: Candidates,
+    cloth: Surface,
+    others: tuple[Surface, ...],
+    boxes: VertexBoxes,
+    x: wp.array,
+    displacement: wp.array,
+    reach: float,
+    relative: bool,
+) -> None:
+    """Fill `candidates` with every stencil that can come within `reach` m while vertices move as swept.
+
+    `others` are the surfaces the scene lets the cloth touch: itself, the body, or both. Grows the list when it is full.
+    """
+    device = x.device
+    for surface in {id(s): s for s in (cloth, *others)}.values():
+        surface.refit(boxes.lower, boxes.upper)
+    while True:
+        candidates.count.zero_()
+        for other in others:
+            assert other.bvh is not None
+            wp.launch(
+                pair_surfaces_kernel,
+                cloth.face_count,
+                [
+                    cloth.faces,
+                    cloth.owned,
+                    cloth.lower,
+                    cloth.upper,
+                    other.bvh.id,
+                    other.faces,
+                    other.owned,
+                    int(other is cloth),
+                    int(relative),
+                    reach,
+                    x,
+                    displacement,
+                    boxes.lower,
+                    boxes.upper,
+                ],
+                [candidates.ids, candidates.kind, candidates.count],
+                device=device,
+            )
+        found = int(candidates.count.numpy()[0])
+        if found <= candidates.capacity:
+            candidates.size = found
+            return
+        capacity = 1 << (found - 1).bit_length()
+        candidates.ids = wp.zeros(capacity, dtype=wp.vec4i, device=device)
+        candidates.kind = wp.zeros(capacity, dtype=wp.int32, device=device)
+        candidates.capacity = capacity

@@ -1,0 +1,97 @@
+"""Closest points of a point and a triangle, and of two edges, as stencil weights.
+
+A stencil is four vertices with weights lam that sum to zero: d = |sum_i lam_i x_i|. Point-triangle: (1, -b0, -b1, -b2);
+edge-edge: (1-s, s, -(1-t), -t). Coordinates are taken relative to the stencil's first vertex, so float32 positions a few
+metres from the origin lose nothing. Source of the case analysis: Ericson 2005, "Real-Time Collision Detection", 5.1.5
+and 5.1.9.
+"""
+
+from __future__ import annotations
+
+import warp as wp
+
+wp.set_module_options({"enable_backward": False})
+
+POINT_TRIANGLE = 0
+EDGE_EDGE = 1
+
+
+@wp.func
+def point_triangle_weights(a: wp.vec3, b: wp.vec3, c: wp.vec3) -> wp.vec4:
+    """Weights of the point (at the origin) and the triangle a b c relative to it."""
+    ab = b - a
+    ac = c - a
+    d1 = -wp.dot(ab, a)
+    d2 = -wp.dot(ac, a)
+    if d1 <= 0.0 and d2 <= 0.0:
+        return wp.vec4(1.0, -1.0, 0.0, 0.0)
+    d3 = -wp.dot(ab, b)
+    d4 = -wp.dot(ac, b)
+    if d3 >= 0.0 and d4 <= d3:
+        return wp.vec4(1.0, 0.0, -1.0, 0.0)
+    vc = d1 * d4 - d3 * d2
+    if vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
+        v = d1 / (d1 - d3)
+        return wp.vec4(1.0, -(1.0 - v), -v, 0.0)
+    d5 = -wp.dot(ab, c)
+    d6 = -wp.dot(ac, c)
+    if d6 >= 0.0 and d5 <= d6:
+        return wp.vec4(1.0, 0.0, 0.0, -1.0)
+    vb = d5 * d2 - d1 * d6
+    if vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
+        w = d2 / (d2 - d6)
+        return wp.vec4(1.0, -(1.0 - w), 0.0, -w)
+    va = d3 * d6 - d5 * d4
+    if va <= 0.0 and (d4 - d3) >= 0.0 and (d5 - d6) >= 0.0:
+        w = (d4 - d3) / ((d4 - d3) + (d5 - d6))
+        return wp.vec4(1.0, 0.0, -(1.0 - w), -w)
+    total = va + vb + vc
+    v = vb / total
+    w = vc / total
+    return wp.vec4(1.0, -(1.0 - v - w), -v, -w)
+
+
+@wp.func
+def edge_edge_weights(a1: wp.vec3, b0: wp.vec3, b1: wp.vec3) -> wp.vec4:
+    """Weights of edge (origin, a1) and edge (b0, b1), relative to the first edge's start."""
+    d1 = a1
+    d2 = b1 - b0
+    r = -b0
+    a = wp.dot(d1, d1)
+    e = wp.dot(d2, d2)
+    f = wp.dot(d2, r)
+    s = float(0.0)
+    t = float(0.0)
+    if a > 0.0 and e > 0.0:
+        c = wp.dot(d1, r)
+        b = wp.dot(d1, d2)
+        denominator = a * e - b * b
+        # parallel within rounding: any s on the first edge is as close, the clamps below settle t
+        if denominator > 1.0e-7 * a * e:
+            s = wp.clamp((b * f - c * e) / denominator, 0.0, 1.0)
+        t = (b * s + f) / e
+        if t < 0.0:
+            t = 0.0
+            s = wp.clamp(-c / a, 0.0, 1.0)
+        elif t > 1.0:
+            t = 1.0
+            s = wp.clamp((b - c) / a, 0.0, 1.0)
+    elif e > 0.0:
+        t = wp.clamp(f / e, 0.0, 1.0)
+    elif a > 0.0:
+        s = wp.clamp(wp.dot(d1, b0) / a, 0.0, 1.0)
+    return wp.vec4(1.0 - s, s, -(1.0 - t), -t)
+
+
+@wp.func
+def stencil_weights(kind: int, x0: wp.vec3, x1: wp.vec3, x2: wp.vec3, x3: wp.vec3) -> wp.vec4:
+    """Weights lam of the closest points of the stencil; `kind` is POINT_TRIANGLE or EDGE_EDGE."""
+    if kind == 0:
+        return point_triangle_weights(x1 - x0, x2 - x0, x3 - x0)
+    return edge_edge_weights(x1 - x0, x2 - x0, x3 - x0)
+
+
+@wp.func
+def stencil_vector(lam: wp.vec4, x0: wp.vec3, x1: wp.vec3, x2: wp.vec3, x3: wp.vec3) -> wp.vec3:
+    """sum_i lam_i x_i from differences to x0 (the weights sum to zero); its length is the distance d [m]."""
+    return lam[1] * (x1 - x0) + lam[2] * (x2 - x0) + lam[3] * (x3 - x0)

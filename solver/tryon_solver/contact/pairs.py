@@ -1,0 +1,310 @@
+"""Contact pairs: the candidates within reach of the barrier, with all that the solve needs of them.
+
+Of a pair the potential is e kappa b(d - xi) (barrier.py), e the mollifier of nearly parallel edges. Gradient:
+lam_i (e kappa b') n for vertex i, plus the mollifier's own. Hessian, positive semidefinite Gauss-Newton part:
+lam_i lam_j (e kappa b'') n n^T; what is dropped carries b' <= 0 and would only soften it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import warp as wp
+
+from tryon_solver.contact.barrier import barrier, barrier_curvature, barrier_gradient, mollifier, mollifier_slope
+from tryon_solver.contact.bounds import offset
+from tryon_solver.contact.candidates import Candidates, ContactSizes
+from tryon_solver.contact.distances import stencil_vector, stencil_weights
+
+wp.set_module_options({"enable_backward": False})
+
+GAP_FLOOR = 0.1  # of xi: the gap the barrier sees when rounding left a pair at or under its offset
+
+
+@dataclass
+class ContactPairs:
+    """Pairs within reach at `x_ref`, one entry each.
+
+    `ids` vec4i; `lam` vec4 weights; `normal` vec3 unit; `slope` e kappa b' [N], <= 0; `curvature` e kappa b'' [N/m];
+    `fade` kappa b e' [N/m^3] of mollified edges; `energy` [J]; `size` pairs; `overlapping` pairs found at d <= xi.
+    """
+
+    ids: wp.array
+    lam: wp.array
+    normal: wp.array
+    slope: wp.array
+    curvature: wp.array
+    fade: wp.array
+    energy: wp.array
+    counters: wp.array
+    smallest_gap: wp.array
+    capacity: int
+    size: int = 0
+    overlapping: int = 0
+
+    @staticmethod
+    def allocate(capacity: int, device: str) -> ContactPairs:
+        def zeros(dtype: type) -> wp.array:
+            return wp.zeros(capacity, dtype=dtype, device=device)
+
+        return ContactPairs(
+            zeros(wp.vec4i),
+            zeros(wp.vec4),
+            zeros(wp.vec3),
+            zeros(wp.float32),
+            zeros(wp.float32),
+            zeros(wp.float32),
+            zeros(wp.float32),
+            wp.zeros(2, dtype=wp.int32, device=device),
+            wp.zeros(1, dtype=wp.float32, device=device),
+            capacity,
+        )
+
+
+@wp.struct
+class ContactModel:
+    """Stiffness of the contact potential.
+
+    `pressure_stiffness` N/m^3: kappa is this times the stencil's share of cloth area; `eps_body`, `eps_self` m^4:
+    mollifier thresholds 1e-3 |ea|^2 |eb|^2 at the meshes' mean edge lengths.
+    """
+
+    pressure_stiffness: float
+    eps_body: float
+    eps_self: float
+
+
+@wp.kernel
+def collect_kernel(
+    candidate_ids: wp.array(dtype=wp.vec4i),
+    candidate_kind: wp.array(dtype=wp.int32),
+    cloth_count: int,
+    sizes: ContactSizes,
+    model: ContactModel,
+    area: wp.array(dtype=wp.float32),
+    reach_self: wp.array(dtype=wp.float32),
+    x: wp.array(dtype=wp.vec3),
+    ids_out: wp.array(dtype=wp.vec4i),
+    lam_out: wp.array(dtype=wp.vec4),
+    normal_out: wp.array(dtype=wp.vec3),
+    slope_out: wp.array(dtype=wp.float32),
+    curvature_out: wp.array(dtype=wp.float32),
+    fade_out: wp.array(dtype=wp.float32),
+    energy_out: wp.array(dtype=wp.float32),
+    counters_out: wp.array(dtype=wp.int32),
+    smallest_gap_out: wp.array(dtype=wp.float32),
+):
+    c = wp.tid()
+    v = candidate_ids[c]
+    kind = candidate_kind[c]
+    x0 = x[v[0]]
+    x1 = x[v[1]]
+    x2 = x[v[2]]
+    x3 = x[v[3]]
+    lam = stencil_weights(kind, x0, x1, x2, x3)
+    difference = stencil_vector(lam, x0, x1, x2, x3)
+    d = wp.length(difference)
+    xi = offset(v, kind, cloth_count, sizes)
+    g_hat = sizes.d_hat
+    cloth_vertices = float(0.0)
+    cloth_area = float(0.0)
+    touches_body = bool(False)
+    reach = float(1.0)
+    for k in range(4):
+        if v[k] < cloth_count:
+            cloth_vertices += 1.0
+            cloth_area += area[v[k]]
+            reach = wp.min(reach, reach_self[v[k]])
+        else:
+            touches_body = True
+    eps = model.eps_body
+    if not touches_body:
+        g_hat = wp.min(g_hat, reach - xi)
+        eps = model.eps_self
+    g = d - xi
+    if g >= g_hat:
+        return
+    wp.atomic_min(smallest_gap_out, 0, g)
+    if g <= 0.0:
+        wp.atomic_add(counters_out, 1, 1)
+    slot = wp.atomic_add(counters_out, 0, 1)
+    if slot >= ids_out.shape[0]:
+        return
+    g = wp.max(g, GAP_FLOOR * xi)
+    # a patch of cloth meets several stencils: a quarter of its vertices' area goes to each
+    kappa = 0.25 * model.pressure_stiffness * cloth_area / cloth_vertices
+    e = float(1.0)
+    slope_e = float(0.0)
+    if kind == 1:
+        cross = wp.cross(x1 - x0, x3 - x2)
+        e = mollifier(wp.length_sq(cross), eps)
+        slope_e = mollifier_slope(wp.length_sq(cross), eps)
+    b = barrier(g, g_hat)
+    ids_out[slot] = v
+    lam_out[slot] = lam
+    normal_out[slot] = wp.normalize(difference)
+    slope_out[slot] = e * kappa * barrier_gradient(g, g_hat)
+    curvature_out[slot] = e * kappa * barrier_curvature(g, g_hat)
+    fade_out[slot] = kappa * b * slope_e
+    energy_out[slot] = e * kappa * b
+
+
+@wp.kernel
+def add_gradient_kernel(
+    ids: wp.array(dtype=wp.vec4i),
+    lam: wp.array(dtype=wp.vec4),
+    normal: wp.array(dtype=wp.vec3),
+    slope: wp.array(dtype=wp.float32),
+    curvature: wp.array(dtype=wp.float32),
+    fade: wp.array(dtype=wp.float32),
+    x_ref: wp.array(dtype=wp.vec3),
+    x: wp.array(dtype=wp.vec3),
+    gradient_out: wp.array(dtype=wp.vec3),
+):
+    """Gradient at x of the quadratic model made at x_ref; at x = x_ref that of the potential itself.
+
+    The model of a one-sided force is kept one-sided: where it would pull, it is silent.
+    """
+    c = wp.tid()
+    v = ids[c]
+    w = lam[c]
+    n = normal[c]
+    moved = float(0.0)
+    for k in range(4):
+        moved += w[k] * wp.dot(n, x[v[k]] - x_ref[v[k]])
+    f = wp.min(slope[c] + curvature[c] * moved, 0.0) * n
+    for k in range(4):
+        wp.atomic_add(gradient_out, v[k], w[k] * f)
+    if fade[c] != 0.0:
+        ea = x[v[1]] - x[v[0]]
+        eb = x[v[3]] - x[v[2]]
+        inner = wp.dot(ea, eb)
+        da = 2.0 * fade[c] * (wp.length_sq(eb) * ea - inner * eb)
+        db = 2.0 * fade[c] * (wp.length_sq(ea) * eb - inner * ea)
+        wp.atomic_add(gradient_out, v[0], -da)
+        wp.atomic_add(gradient_out, v[1], da)
+        wp.atomic_add(gradient_out, v[2], -db)
+        wp.atomic_add(gradient_out, v[3], db)
+
+
+@wp.kernel
+def add_product_kernel(
+    ids: wp.array(dtype=wp.vec4i),
+    lam: wp.array(dtype=wp.vec4),
+    normal: wp.array(dtype=wp.vec3),
+    curvature: wp.array(dtype=wp.float32),
+    p: wp.array(dtype=wp.vec3),
+    product_out: wp.array(dtype=wp.vec3),
+):
+    """product += C p with C the pairs' Gauss-Newton Hessian."""
+    c = wp.tid()
+    v = ids[c]
+    w = lam[c]
+    n = normal[c]
+    along = float(0.0)
+    for k in range(4):
+        along += w[k] * wp.dot(n, p[v[k]])
+    f = curvature[c] * along * n
+    for k in range(4):
+        wp.atomic_add(product_out, v[k], w[k] * f)
+
+
+@wp.kernel
+def add_diagonal_kernel(
+    ids: wp.array(dtype=wp.vec4i),
+    lam: wp.array(dtype=wp.vec4),
+    normal: wp.array(dtype=wp.vec3),
+    curvature: wp.array(dtype=wp.float32),
+    blocks_out: wp.array(dtype=wp.mat33),
+):
+    """Adds each pair's 3x3 diagonal blocks lam_i^2 (e kappa b'') n n^T."""
+    c = wp.tid()
+    v = ids[c]
+    outer = curvature[c] * wp.outer(normal[c], normal[c])
+    for k in range(4):
+        if lam[c][k] != 0.0:
+            wp.atomic_add(blocks_out, v[k], lam[c][k] * lam[c][k] * outer)
+
+
+@dataclass(frozen=True)
+class ContactParameters:
+    """All that turns a candidate into a pair: sizes, stiffness, area per cloth vertex, activation near fine triangles."""
+
+    cloth_count: int
+    sizes: ContactSizes
+    model: ContactModel
+    area: wp.array
+    reach_self: wp.array
+
+
+def collect(pairs: ContactPairs, candidates: Candidates, parameters: ContactParameters, x: wp.array) -> None:
+    """Rebuild `pairs` from the candidates within reach at x; grows it when full, drops nothing."""
+    device = x.device
+    while True:
+        pairs.counters.zero_()
+        pairs.smallest_gap.fill_(parameters.sizes.d_hat)
+        wp.launch(
+            collect_kernel,
+            candidates.size,
+            [
+                candidates.ids,
+                candidates.kind,
+                parameters.cloth_count,
+                parameters.sizes,
+                parameters.model,
+                parameters.area,
+                parameters.reach_self,
+                x,
+            ],
+            [
+                pairs.ids,
+                pairs.lam,
+                pairs.normal,
+                pairs.slope,
+                pairs.curvature,
+                pairs.fade,
+                pairs.energy,
+                pairs.counters,
+                pairs.smallest_gap,
+            ],
+            device=device,
+        )
+        found, overlapping = (int(k) for k in pairs.counters.numpy())
+        if found <= pairs.capacity:
+            pairs.size, pairs.overlapping = found, overlapping
+            return
+        grown = ContactPairs.allocate(1 << (found - 1).bit_length(), str(device))
+        pairs.__dict__.update(grown.__dict__)
+
+
+def add_gradient(pairs: ContactPairs, x_ref: wp.array, x: wp.array, gradient_out: wp.array) -> None:
+    """gradient += gradient at x of the model of the contact potential made at x_ref [N]."""
+    wp.launch(
+        add_gradient_kernel,
+        pairs.size,
+        [pairs.ids, pairs.lam, pairs.normal, pairs.slope, pairs.curvature, pairs.fade, x_ref, x],
+        [gradient_out],
+        device=x.device,
+    )
+
+
+def add_product(pairs: ContactPairs, p: wp.array, product_out: wp.array) -> None:
+    """product += C p."""
+    wp.launch(
+        add_product_kernel,
+        pairs.size,
+        [pairs.ids, pairs.lam, pairs.normal, pairs.curvature, p],
+        [product_out],
+        device=p.device,
+    )
+
+
+def add_diagonal(pairs: ContactPairs, blocks_out: wp.array) -> None:
+    """blocks += the 3x3 diagonal blocks of C."""
+    wp.launch(
+        add_diagonal_kernel,
+        pairs.size,
+        [pairs.ids, pairs.lam, pairs.normal, pairs.curvature],
+        [blocks_out],
+        device=blocks_out.device,
+    )

@@ -1,0 +1,29 @@
+"""Uniform gravity: an acceleration in the inertial prediction."""
+
+from __future__ import annotations
+
+import warp as wp
+
+from tryon_solver.effects.base import BuildContext
+from tryon_solver.plan import Contribution
+from tryon_solver.scene import Gravity
+
+wp.set_module_options({"enable_backward": False})
+
+
+@wp.kernel
+def add_uniform_kernel(acceleration: wp.vec3, out: wp.array(dtype=wp.vec3)):
+    i = wp.tid()
+    out[i] = out[i] + acceleration
+
+
+def bind(spec: Gravity, context: BuildContext) -> Contribution | None:
+    """None when the acceleration is zero."""
+    if not any(spec.acceleration):
+        return None
+    acceleration = wp.vec3(*spec.acceleration)
+
+    def add_acceleration(out: wp.array) -> None:
+        wp.launch(add_uniform_kernel, len(out), [acceleration], [out], device=context.device)
+
+    return Contribution("gravity", add_acceleration=add_acceleration)

@@ -1,0 +1,12 @@
+"""Contact between cloth and cloth: lets the cloth touch itself."""
+
+from __future__ import annotations
+
+from tryon_solver.effects.base import BuildContext
+from tryon_solver.plan import Contribution
+from tryon_solver.scene import SelfContact
+
+
+def bind(spec: SelfContact, context: BuildContext) -> Contribution | None:
+    """The barrier itself is in contact/; this names the surface it acts on."""
+    return Contribution("self_contact", touches=("cloth",))

@@ -1,0 +1,47 @@
+"""Strain limit: the fabric stiffens beyond its largest principal stretch (model in materials/strain_limit.py)."""
+
+from __future__ import annotations
+
+import numpy as np
+import warp as wp
+
+from tryon_solver.effects.base import BuildContext
+from tryon_solver.materials.strain_limit import energy_kernel, limit_matrix, project_kernel
+from tryon_solver.plan import Contribution
+from tryon_solver.scene import StrainLimit
+
+
+def bind(spec: StrainLimit, context: BuildContext) -> Contribution | None:
+    """None when the stiffness is zero."""
+    if spec.stiffness == 0:
+        return None
+    rest, device = context.rest, context.device
+    stiffness = wp.full(rest.face_count, spec.stiffness, dtype=wp.float32, device=device)
+    limit = wp.full(rest.face_count, context.scene.fabric.strain_limit, dtype=wp.float32, device=device)
+    energy_out = wp.zeros(rest.face_count, dtype=wp.float32, device=device)
+
+    def project(x: wp.array, corner_gradient: wp.array) -> None:
+        wp.launch(
+            project_kernel,
+            rest.face_count,
+            [rest.faces, rest.gradients, rest.area, stiffness, limit, x],
+            [corner_gradient],
+            device=device,
+        )
+
+    def energy(x: wp.array) -> float:
+        wp.launch(
+            energy_kernel,
+            rest.face_count,
+            [rest.faces, rest.gradients, rest.area, stiffness, limit, x],
+            [energy_out],
+            device=device,
+        )
+        return float(energy_out.numpy().sum(dtype=np.float64))
+
+    return Contribution(
+        "strain_limit",
+        project=project,
+        stiffness=limit_matrix(context.scene.garment, np.full(rest.face_count, spec.stiffness)),
+        energy=energy,
+    )

@@ -1,0 +1,1 @@
+"""Meshes, panels, seams, meshing, stencils, adjacency; no physics."""

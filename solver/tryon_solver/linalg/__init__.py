@@ -1,0 +1,1 @@
+"""Sparse rows, vectors and conjugate gradients on the device; no garments here."""

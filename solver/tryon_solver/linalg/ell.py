@@ -1,0 +1,87 @@
+"""A scalar sparse matrix acting on vec3 unknowns, in ELLPACK rows.
+
+Every projective-dynamics constraint acts identically on x, y and z, so the system matrix is S (x) I3 with S scalar: one
+weight serves three components. Rows are padded to the longest row with weight zero.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+import warp as wp
+
+wp.set_module_options({"enable_backward": False})
+
+
+@dataclass(frozen=True)
+class EllMatrix:
+    """Rows of a scalar sparse matrix. `columns` (rows, width) int32; `weights` (rows, width) float32."""
+
+    columns: wp.array
+    weights: wp.array
+    row_count: int
+    width: int
+
+    @staticmethod
+    def from_scipy(matrix: sp.spmatrix, device: str) -> EllMatrix:
+        """Copy a scipy matrix (float64) to ELL rows (float32) on the device."""
+        csr = sp.csr_matrix(matrix)
+        csr.sum_duplicates()
+        counts = np.diff(csr.indptr)
+        width = int(max(1, counts.max(initial=1)))
+        rows = csr.shape[0]
+        columns = np.repeat(np.arange(rows, dtype=np.int32)[:, None] % csr.shape[1], width, axis=1)
+        weights = np.zeros((rows, width), np.float32)
+        slot = np.arange(csr.nnz) - np.repeat(csr.indptr[:-1], counts)
+        row = np.repeat(np.arange(rows), counts)
+        columns[row, slot] = csr.indices
+        weights[row, slot] = csr.data
+        return EllMatrix(
+            wp.array(columns, dtype=wp.int32, device=device),
+            wp.array(weights, dtype=wp.float32, device=device),
+            rows,
+            width,
+        )
+
+
+@wp.kernel
+def multiply_kernel(
+    columns: wp.array2d(dtype=wp.int32),
+    weights: wp.array2d(dtype=wp.float32),
+    x: wp.array(dtype=wp.vec3),
+    y_out: wp.array(dtype=wp.vec3),
+):
+    """y = S x"""
+    row = wp.tid()
+    total = wp.vec3()
+    for k in range(columns.shape[1]):
+        total += weights[row, k] * x[columns[row, k]]
+    y_out[row] = total
+
+
+@wp.kernel
+def add_difference_kernel(
+    columns: wp.array2d(dtype=wp.int32),
+    weights: wp.array2d(dtype=wp.float32),
+    x: wp.array(dtype=wp.vec3),
+    y_out: wp.array(dtype=wp.vec3),
+):
+    """y += S x for a matrix whose rows sum to zero, from differences, so that metres of translation cost no digits."""
+    row = wp.tid()
+    here = x[row]
+    total = wp.vec3()
+    for k in range(columns.shape[1]):
+        total += weights[row, k] * (x[columns[row, k]] - here)
+    y_out[row] = y_out[row] + total
+
+
+def multiply(matrix: EllMatrix, x: wp.array, y_out: wp.array) -> None:
+    """y = S x, vec3 arrays of at least `row_count` entries; entries of y beyond the rows stay as they are."""
+    wp.launch(multiply_kernel, matrix.row_count, [matrix.columns, matrix.weights, x], [y_out], device=x.device)
+
+
+def add_difference(matrix: EllMatrix, x: wp.array, y_out: wp.array) -> None:
+    """y += S x for a matrix whose rows sum to zero (an internal force)."""
+    wp.launch(add_difference_kernel, matrix.row_count, [matrix.columns, matrix.weights, x], [y_out], device=x.device)

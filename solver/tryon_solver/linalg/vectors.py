@@ -1,0 +1,60 @@
+"""Operations on vec3 arrays whose scalars stay on the device."""
+
+from __future__ import annotations
+
+import warp as wp
+
+wp.set_module_options({"enable_backward": False})
+
+
+@wp.kernel
+def add_scaled_kernel(scale: wp.array(dtype=wp.float32), p: wp.array(dtype=wp.vec3), x_out: wp.array(dtype=wp.vec3)):
+    """x += scale[0] p"""
+    i = wp.tid()
+    x_out[i] = x_out[i] + scale[0] * p[i]
+
+
+@wp.kernel
+def descent_length_kernel(
+    slope: wp.array(dtype=wp.float32), curvature: wp.array(dtype=wp.float32), length_out: wp.array(dtype=wp.float32)
+):
+    """Exact minimiser along p of a quadratic: -<g, p> / <p, A p>; zero where p is no direction of descent."""
+    length_out[0] = 0.0
+    if slope[0] < 0.0 and curvature[0] > 0.0:
+        length_out[0] = -slope[0] / curvature[0]
+
+
+@wp.kernel
+def subtract_kernel(a: wp.array(dtype=wp.vec3), b: wp.array(dtype=wp.vec3), out: wp.array(dtype=wp.vec3)):
+    """out = a - b"""
+    i = wp.tid()
+    out[i] = a[i] - b[i]
+
+
+@wp.kernel
+def scale_kernel(scale: float, a: wp.array(dtype=wp.vec3), out: wp.array(dtype=wp.vec3)):
+    """out = scale a"""
+    i = wp.tid()
+    out[i] = scale * a[i]
+
+
+@wp.kernel
+def largest_kernel(a: wp.array(dtype=wp.vec3), largest_out: wp.array(dtype=wp.float32)):
+    """largest_out[0] = max(largest_out[0], |a_i|)"""
+    i = wp.tid()
+    wp.atomic_max(largest_out, 0, wp.length(a[i]))
+
+
+def dot(a: wp.array, b: wp.array, out: wp.array) -> None:
+    """out[0] = sum_i a_i . b_i, on the device (fixed order of summation)."""
+    wp.utils.array_inner(a, b, out=out)
+
+
+def add_scaled(scale: wp.array, p: wp.array, x_out: wp.array) -> None:
+    """x += scale[0] p, over the length of p."""
+    wp.launch(add_scaled_kernel, len(p), [scale, p], [x_out], device=p.device)
+
+
+def subtract(a: wp.array, b: wp.array, out: wp.array) -> None:
+    """out = a - b, over the length of out."""
+    wp.launch(subtract_kernel, len(out), [a, b], [out], device=out.device)

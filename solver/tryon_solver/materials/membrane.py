@@ -1,0 +1,117 @@
+"""Orthotropic membrane as projective dynamics.
+
+With F = [f_u f_v] (3x2) the deformation gradient of a rest triangle of area A and R the nearest orthonormal frame,
+
+    Psi = A/2 ( k_s |F - R|^2 + (k_u - k_s) (|f_u| - 1)^2 + (k_v - k_s) (|f_v| - 1)^2 ).
+
+Each summand is a projection term w/2 |F e - T|^2 whose target T (R, f_u/|f_u|, f_v/|f_v|) moves with F, so the matrix is
+constant: A (k_u g_u g_u^T + k_v g_v g_v^T), g_u and g_v the pattern gradients of the corners. Source: Bouaziz et al.
+2014, section 5 (projective dynamics of strain); the split into a shear part and two stretch parts keeps the three
+stiffnesses of Baraff and Witkin 1998, section 4. A stretch along u costs k_u exactly, which needs k_s <= k_u, k_v.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+import warp as wp
+
+from tryon_solver.geometry.garment import Garment
+from tryon_solver.materials.fabric import Fabric
+
+wp.set_module_options({"enable_backward": False})
+
+
+@wp.func
+def deformation_gradient(x: wp.array(dtype=wp.vec3), face: wp.vec3i, g0: wp.vec2, g1: wp.vec2, g2: wp.vec2):
+    """F = sum_i x_i g_i^T by differences to corner 0; returns its columns f_u, f_v."""
+    e1 = x[face[1]] - x[face[0]]
+    e2 = x[face[2]] - x[face[0]]
+    return g1[0] * e1 + g2[0] * e2, g1[1] * e1 + g2[1] * e2
+
+
+@wp.func
+def nearest_frame(f_u: wp.vec3, f_v: wp.vec3):
+    """Columns of R = F (F^T F)^(-1/2), the polar factor of a 3x2 matrix, in closed form.
+
+    For a 2x2 SPD matrix C: sqrt(C) = (C + s I)/t with s = sqrt(det C), t = sqrt(tr C + 2 s). A triangle collapsed to a
+    line (s = 0) has no unique frame; `smallest` keeps the quotient finite there and changes R by less than 1e-6
+    otherwise.
+    """
+    smallest = float(1.0e-12)
+    a = wp.dot(f_u, f_u)
+    b = wp.dot(f_u, f_v)
+    c = wp.dot(f_v, f_v)
+    s = wp.sqrt(wp.max(a * c - b * b, 0.0))
+    t = wp.sqrt(a + c + 2.0 * s)
+    # inverse of sqrt(C): its determinant is s
+    scale = 1.0 / (t * s + smallest)
+    r_u = scale * ((c + s) * f_u - b * f_v)
+    r_v = scale * ((a + s) * f_v - b * f_u)
+    return r_u, r_v
+
+
+@wp.kernel
+def project_kernel(
+    faces: wp.array(dtype=wp.vec3i),
+    gradients: wp.array2d(dtype=wp.vec2),
+    area: wp.array(dtype=wp.float32),
+    stiffness: wp.array(dtype=wp.vec3),
+    x: wp.array(dtype=wp.vec3),
+    corner_gradient_out: wp.array2d(dtype=wp.vec3),
+):
+    """dPsi/dF : A P = A (k_s (F - R) + ...), added to each corner of the triangle as A P g_i."""
+    t = wp.tid()
+    g0 = gradients[t, 0]
+    g1 = gradients[t, 1]
+    g2 = gradients[t, 2]
+    f_u, f_v = deformation_gradient(x, faces[t], g0, g1, g2)
+    r_u, r_v = nearest_frame(f_u, f_v)
+    k = stiffness[t]
+    p_u = k[2] * (f_u - r_u) + (k[0] - k[2]) * (f_u - wp.normalize(f_u))
+    p_v = k[2] * (f_v - r_v) + (k[1] - k[2]) * (f_v - wp.normalize(f_v))
+    p_u = area[t] * p_u
+    p_v = area[t] * p_v
+    corner_gradient_out[t, 0] = corner_gradient_out[t, 0] + g0[0] * p_u + g0[1] * p_v
+    corner_gradient_out[t, 1] = corner_gradient_out[t, 1] + g1[0] * p_u + g1[1] * p_v
+    corner_gradient_out[t, 2] = corner_gradient_out[t, 2] + g2[0] * p_u + g2[1] * p_v
+
+
+@wp.kernel
+def energy_kernel(
+    faces: wp.array(dtype=wp.vec3i),
+    gradients: wp.array2d(dtype=wp.vec2),
+    area: wp.array(dtype=wp.float32),
+    stiffness: wp.array(dtype=wp.vec3),
+    x: wp.array(dtype=wp.vec3),
+    energy_out: wp.array(dtype=wp.float32),
+):
+    """Psi per triangle [J]."""
+    t = wp.tid()
+    f_u, f_v = deformation_gradient(x, faces[t], gradients[t, 0], gradients[t, 1], gradients[t, 2])
+    r_u, r_v = nearest_frame(f_u, f_v)
+    k = stiffness[t]
+    stretch_u = wp.length(f_u) - 1.0
+    stretch_v = wp.length(f_v) - 1.0
+    shear = wp.length_sq(f_u - r_u) + wp.length_sq(f_v - r_v)
+    energy_out[t] = (
+        0.5
+        * area[t]
+        * (k[2] * shear + (k[0] - k[2]) * stretch_u * stretch_u + (k[1] - k[2]) * stretch_v * stretch_v)
+    )
+
+
+def stiffness_per_face(fabric_of_face: list[Fabric]) -> np.ndarray:
+    """(F, 3) N/m: k_warp, k_weft, k_shear of each triangle's fabric."""
+    return np.array([(f.k_warp, f.k_weft, f.k_shear) for f in fabric_of_face], np.float32)
+
+
+def matrix(garment: Garment, k_u: np.ndarray, k_v: np.ndarray) -> sp.csr_matrix:
+    """(N, N) float64 N/m: sum over triangles of A (k_u g_u g_u^T + k_v g_v g_v^T); rows sum to zero."""
+    g = garment.corner_gradients()
+    area = garment.signed_areas()
+    blocks = np.einsum("t,tid,td,tjd->tij", area, g, np.column_stack([k_u, k_v]), g)
+    rows = np.repeat(garment.faces, 3, axis=1).ravel()
+    columns = np.tile(garment.faces, (1, 3)).ravel()
+    n = garment.vertex_count
+    return sp.coo_matrix((blocks.reshape(len(area), 9).ravel(), (rows, columns)), shape=(n, n)).tocsr()

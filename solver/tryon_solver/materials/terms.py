@@ -1,0 +1,59 @@
+"""The materials every garment has, as contributions to the plan: membrane and bending."""
+
+from __future__ import annotations
+
+import numpy as np
+import warp as wp
+
+from tryon_solver.geometry.garment import Garment
+from tryon_solver.linalg.ell import EllMatrix, add_difference
+from tryon_solver.materials import bending, membrane
+from tryon_solver.materials.device import RestShape
+from tryon_solver.materials.fabric import Fabric
+from tryon_solver.plan import Contribution
+
+
+def bind_membrane(garment: Garment, fabric: Fabric, rest: RestShape, device: str) -> Contribution:
+    """Orthotropic membrane (materials/membrane.py)."""
+    per_face = membrane.stiffness_per_face([fabric] * rest.face_count)
+    stiffness = wp.array(per_face, dtype=wp.vec3, device=device)
+    energy_out = wp.zeros(rest.face_count, dtype=wp.float32, device=device)
+
+    def project(x: wp.array, corner_gradient: wp.array) -> None:
+        wp.launch(
+            membrane.project_kernel,
+            rest.face_count,
+            [rest.faces, rest.gradients, rest.area, stiffness, x],
+            [corner_gradient],
+            device=device,
+        )
+
+    def energy(x: wp.array) -> float:
+        wp.launch(
+            membrane.energy_kernel,
+            rest.face_count,
+            [rest.faces, rest.gradients, rest.area, stiffness, x],
+            [energy_out],
+            device=device,
+        )
+        return float(energy_out.numpy().sum(dtype=np.float64))
+
+    matrix = membrane.matrix(garment, per_face[:, 0].astype(float), per_face[:, 1].astype(float))
+    return Contribution("membrane", project=project, stiffness=matrix, energy=energy)
+
+
+def bind_bending(garment: Garment, fabric: Fabric, device: str) -> Contribution | None:
+    """Isometric bending (materials/bending.py); None when the fabric has no bending stiffness."""
+    if fabric.k_bend == 0:
+        return None
+    matrix = bending.matrix(garment, np.full(len(garment.faces), fabric.k_bend))
+    rows = EllMatrix.from_scipy(matrix, device)
+
+    def add_gradient(x: wp.array, gradient: wp.array) -> None:
+        add_difference(rows, x, gradient)
+
+    def energy(x: wp.array) -> float:
+        positions = x.numpy()[: garment.vertex_count].astype(np.float64)
+        return 0.5 * float((positions * (matrix @ positions)).sum())
+
+    return Contribution("bending", add_gradient=add_gradient, stiffness=matrix, energy=energy)

@@ -1,0 +1,98 @@
+"""StepPlan: per stage of the step, the functions of the contributions the scene asked for, and nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy.sparse as sp
+import warp as wp
+
+from tryon_solver.state import State
+
+if TYPE_CHECKING:
+    from tryon_solver.contact.pairs import ContactPairs
+
+
+@dataclass(frozen=True)
+class ContactTerm:
+    """A force that acts within contact pairs besides the barrier, such as friction.
+
+    `prepare(pairs, x, x_start, dt)` freezes what is lagged; `add_gradient(pairs, x, x_start, gradient_out)`;
+    `add_product(pairs, p, product_out)`; `add_diagonal(pairs, blocks_out)`.
+    """
+
+    prepare: Callable[[ContactPairs, wp.array, wp.array, float], None]
+    add_gradient: Callable[[ContactPairs, wp.array, wp.array, wp.array], None]
+    add_product: Callable[[ContactPairs, wp.array, wp.array], None]
+    add_diagonal: Callable[[ContactPairs, wp.array], None]
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """One effect or material, and the stages of the step it takes part in. None: not in that stage.
+
+    `stiffness` (N, N) float64 N/m enters the constant matrix; `diagonal(dt)` (N,) float64 N/m enters it beside the
+    inertia; `touches` names the surfaces the cloth may touch: "cloth", "body".
+    """
+
+    name: str
+    add_acceleration: Callable[[wp.array], None] | None = None  # acceleration_out (N,)
+    project: Callable[[wp.array, wp.array], None] | None = None  # x, corner_gradient_out
+    add_gradient: Callable[[wp.array, wp.array], None] | None = None  # x, gradient_out
+    add_velocity_gradient: Callable[[State, wp.array, float, wp.array], None] | None = None  # state, x, dt, gradient
+    stiffness: sp.spmatrix | None = None
+    diagonal: Callable[[float], np.ndarray] | None = None
+    touches: tuple[str, ...] = ()
+    contact: ContactTerm | None = None
+    energy: Callable[[wp.array], float] | None = None  # x -> J, for tests and reports
+
+
+@dataclass(frozen=True)
+class StepPlan:
+    """The bound contributions in the order in which they act."""
+
+    contributions: tuple[Contribution, ...]
+
+    def stage(self, name: str) -> tuple[Callable[..., object], ...]:
+        """The functions of one stage, in order."""
+        return tuple(f for f in (getattr(c, name) for c in self.contributions) if f is not None)
+
+    @property
+    def touches(self) -> tuple[str, ...]:
+        """Surfaces the cloth may touch in this scene."""
+        return tuple(dict.fromkeys(s for c in self.contributions for s in c.touches))
+
+    def stiffness(self, count: int) -> sp.csr_matrix:
+        """(N, N) float64 N/m, the sum of the constant matrices; rows sum to zero."""
+        total = sp.csr_matrix((count, count))
+        for contribution in self.contributions:
+            if contribution.stiffness is not None:
+                total = total + contribution.stiffness
+        return total
+
+    def describe(self) -> str:
+        """Stages and the contributions in them, one line each."""
+        stages = (
+            "add_acceleration",
+            "project",
+            "add_gradient",
+            "add_velocity_gradient",
+            "stiffness",
+            "diagonal",
+            "touches",
+            "contact",
+        )
+        lines = []
+        for stage in stages:
+            names = [c.name for c in self.contributions if takes_part(c, stage)]
+            lines.append(f"{stage}: {', '.join(names) if names else '-'}")
+        return "\n".join(lines)
+
+
+def takes_part(contribution: Contribution, stage: str) -> bool:
+    """Does the contribution act in this stage?"""
+    entry = getattr(contribution, stage)
+    return entry is not None and not (isinstance(entry, tuple) and not entry)

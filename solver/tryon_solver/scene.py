@@ -1,0 +1,87 @@
+"""What is to be simulated: garment, fabric, body, and the effects the scene calls for. No device arrays here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tryon_solver.body.model import BodyModel
+from tryon_solver.geometry.garment import Garment
+from tryon_solver.materials.fabric import FABRICS, Fabric
+
+
+@dataclass(frozen=True)
+class Gravity:
+    """Uniform gravity; `acceleration` m/s^2."""
+
+    acceleration: tuple[float, float, float] = (0.0, -9.81, 0.0)
+
+
+@dataclass(frozen=True)
+class BodyContact:
+    """Contact between cloth and the body's collision surface."""
+
+
+@dataclass(frozen=True)
+class SelfContact:
+    """Contact between cloth and cloth."""
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Coulomb friction on every contact the scene has; coefficients come from the fabric.
+
+    Below the sliding speed `eps_v` m/s friction is static: it grows smoothly from zero.
+    """
+
+    eps_v: float = 1e-3
+
+
+@dataclass(frozen=True)
+class StrainLimit:
+    """Stiffens the fabric beyond its strain limit; `stiffness` N/m acts on the excess."""
+
+    stiffness: float = 2000.0
+
+
+@dataclass(frozen=True)
+class AirDrag:
+    """Air at rest slows the cloth's motion through it; `coefficient` N s/m^3: force per area and speed."""
+
+    coefficient: float = 0.05
+
+
+Effect = Gravity | BodyContact | SelfContact | Friction | StrainLimit | AirDrag
+
+WORN: tuple[Effect, ...] = (Gravity(), BodyContact(), SelfContact(), Friction(), StrainLimit(), AirDrag())
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A garment on a body.
+
+    `garment` welded triangles; `x_start` (N, 3) float64 m, an intersection-free position of its vertices; `body` the
+    posed body's model, or None; `effects` what the scene calls for: what is not listed costs nothing.
+    """
+
+    garment: Garment
+    x_start: np.ndarray
+    body: BodyModel | None = None
+    fabric: Fabric = field(default_factory=lambda: FABRICS["cotton_jersey"])
+    effects: tuple[Effect, ...] = WORN
+
+    def __post_init__(self) -> None:
+        if self.x_start.shape != (self.garment.vertex_count, 3):
+            raise ValueError(
+                f"x_start has shape {self.x_start.shape}, the garment has {self.garment.vertex_count} vertices"
+            )
+        if not np.isfinite(self.x_start).all():
+            bad = int(np.flatnonzero(~np.isfinite(self.x_start).all(axis=1))[0])
+            raise ValueError(f"x_start: vertex {bad} is not a finite position")
+        kinds = [type(effect) for effect in self.effects]
+        for kind in kinds:
+            if kinds.count(kind) > 1:
+                raise ValueError(f"effects: {kind.__name__} is listed twice; list it once")
+        if self.body is None and BodyContact in kinds:
+            raise ValueError("effects: BodyContact needs a body; give the scene one or leave the effect out")

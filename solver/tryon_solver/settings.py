@@ -1,0 +1,95 @@
+"""Numerical settings: what accuracy is bought and what it may cost. Validated on construction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a scene is solved. Lengths in m, times in s.
+
+    The defaults are the preset `live`.
+    """
+
+    scheme: str = "subspace_lbfgs"
+    """Which cycle solves the proxy problem: `subspace_lbfgs` is the paper's; step.py lists what there is."""
+    largest_step: float = 1 / 60
+    """Longest solver step [s]."""
+    longest_gap: float = 0.1
+    """Most time one call of `advance` bridges [s]; a longer gap in the poses is made up over several calls."""
+    outer_iterations: int = 4
+    """Cycles of [reduced search, smoothing, local projections] per step, at most."""
+    reduced_iterations: int = 2
+    smoothing_sweeps: int = 5
+    history: int = 8
+    """L-BFGS pairs kept within a step."""
+    tolerance: float = 1e-3
+    """A step's cycles stop when the largest move of a cycle falls below tolerance * dt [m/s * s]."""
+    subspace_spacing: float = 4.0
+    """Spacing of the spline grid, in mean edge lengths."""
+    correction_iterations: int = 4
+    """Newton iterations of the penetration correction, at most."""
+    correction_pcg_iterations: int = 20
+    correction_pcg_tolerance: float = 1e-2
+    """Relative residual at which the correction's conjugate gradients stop."""
+    correction_tolerance: float = 1e-3
+    """The correction stops when its largest Newton move falls below this times dt [m/s * s]."""
+    d_hat: float = 2e-3
+    """Gap at which contact begins to act [m]."""
+    body_offset: float = 1.5e-3
+    """Thickness the skin adds to every contact with it [m]; the fabric adds half its own."""
+    pressure_stiffness: float = 3e4
+    """Stiffness of contact per area of cloth [N/m^3]."""
+    skin_stiffness: float = 200.0
+    """How strongly a vertex of the collision surface is held to the tracked skin [N/m]."""
+    return_speed: float = 1.0
+    """How fast a surface that yielded returns to the skin [m/s]."""
+    substep_travel: float = 8e-3
+    """Longest motion of the body relative to its pelvis in one kinematic sub-step [m]."""
+    most_substeps: int = 32
+    carry_full: float = 0.015
+    carry_none: float = 0.08
+    """Cloth within `carry_full` of the skin is carried along with it, beyond `carry_none` with the pelvis [m]."""
+    search_slack: float = 4e-3
+    """How far past the predicted path a vertex may go before the correction stops it [m]."""
+
+    def __post_init__(self) -> None:
+        positive = (
+            "largest_step",
+            "longest_gap",
+            "tolerance",
+            "subspace_spacing",
+            "correction_pcg_tolerance",
+            "correction_tolerance",
+            "d_hat",
+            "body_offset",
+            "pressure_stiffness",
+            "skin_stiffness",
+            "return_speed",
+            "substep_travel",
+            "carry_full",
+            "search_slack",
+        )
+        for name in positive:
+            value = getattr(self, name)
+            if not 0 < value < float("inf"):
+                raise ValueError(f"settings.{name} must be a finite number above 0, not {value!r}")
+        counts = ("outer_iterations", "correction_iterations", "correction_pcg_iterations", "history", "most_substeps")
+        for name in counts:
+            value = getattr(self, name)
+            if not (isinstance(value, int) and value >= 1):
+                raise ValueError(f"settings.{name} must be a whole number of at least 1, not {value!r}")
+        for name in ("reduced_iterations", "smoothing_sweeps"):
+            value = getattr(self, name)
+            if not (isinstance(value, int) and value >= 0):
+                raise ValueError(f"settings.{name} must be a whole number of at least 0, not {value!r}")
+        if self.carry_none <= self.carry_full:
+            raise ValueError("settings.carry_none must be larger than settings.carry_full")
+
+
+PRESETS: dict[str, Settings] = {
+    "draft": Settings(largest_step=1 / 30, outer_iterations=2, correction_iterations=3, correction_pcg_iterations=12),
+    "live": Settings(),
+    "fit": replace(Settings(), largest_step=1 / 120, outer_iterations=8, correction_iterations=8),
+}

@@ -1,0 +1,354 @@
+"""build(scene, settings) -> Simulation: allocate once, bind the plan, prefactorise; then `advance` as often as wanted."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy.sparse as sp
+import warp as wp
+
+from tryon_solver.body.carry import Carry
+from tryon_solver.body.pose import Pose
+from tryon_solver.body.skinning import SkinningKernel
+from tryon_solver.contact.candidates import Candidates, ContactSizes, VertexBoxes
+from tryon_solver.contact.pairs import ContactModel, ContactPairs, ContactParameters
+from tryon_solver.contact.surfaces import Surface
+from tryon_solver.effects.base import BuildContext
+from tryon_solver.effects.registry import bind
+from tryon_solver.geometry.garment import Garment, GarmentError
+from tryon_solver.linalg.ell import EllMatrix
+from tryon_solver.linalg.pcg import ConjugateGradients
+from tryon_solver.linalg.vectors import largest_kernel
+from tryon_solver.materials.device import RestShape
+from tryon_solver.materials.stretch import StretchMeter
+from tryon_solver.materials.terms import bind_bending, bind_membrane
+from tryon_solver.plan import ContactTerm, StepPlan
+from tryon_solver.results import Counters, StepReport
+from tryon_solver.scene import Scene
+from tryon_solver.settings import Settings
+from tryon_solver.state import State, Workspace, positions
+from tryon_solver.step import advance
+from tryon_solver.subspace.basis import explicit_inverse, reduced_matrix, spline_basis
+from tryon_solver.subspace.search import ReducedSearch
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
+SMALLEST_ALTITUDE_SHARE = 0.4  # a thickness above this share of a triangle's altitude would touch itself at rest
+
+
+@dataclass(frozen=True)
+class PoseInterval:
+    """One solver step's share of the way between two poses; `dt` s."""
+
+    start: Pose
+    end: Pose
+    end_time: float
+    dt: float
+
+
+@dataclass
+class PosedBody:
+    """The body on the device: skinning, carry field, and the tracked skin before and after a sub-step (B,) vec3 m."""
+
+    skinning: SkinningKernel
+    carry: Carry
+    skin_now: wp.array
+    skin_next: wp.array
+    pose: Pose
+
+
+@dataclass(frozen=True)
+class Stages:
+    """The plan's functions by stage, resolved once."""
+
+    add_acceleration: tuple[Callable[..., object], ...]
+    project: tuple[Callable[..., object], ...]
+    add_gradient: tuple[Callable[..., object], ...]
+    add_velocity_gradient: tuple[Callable[..., object], ...]
+    contact: tuple[ContactTerm, ...]
+
+
+class Simulation:
+    """A scene on a device. Made by `build`; drive it with `advance`."""
+
+    def __init__(self, scene: Scene, settings: Settings, device: str, pose: Pose | None) -> None:
+        self.scene, self.settings, self.device = scene, settings, device
+        garment = scene.garment
+        self.cloth_count = garment.vertex_count
+        self.body_count = 0 if scene.body is None else len(scene.body.rest_vertices)
+        self.all_count = self.cloth_count + self.body_count
+        self.mass = scene.fabric.areal_density * garment.vertex_areas()
+        self.area = garment.vertex_areas()
+        self.plan = bind_plan(scene, settings, device, self.mass, self.area)
+        self.stages = Stages(
+            *(self.plan.stage(name) for name in ("add_acceleration", "project", "add_gradient")),
+            self.plan.stage("add_velocity_gradient"),
+            tuple(c.contact for c in self.plan.contributions if c.contact is not None),
+        )
+        self._allocate(pose)
+        self._assemble()
+        self._prepare_contact()
+        self.stretch = StretchMeter.build(garment)
+        self.counters = Counters()
+        self.reported = StepReport(self.state.time, 0, 0, 0, 0, 0.0, settings.d_hat, 1.0, 0.0, 0, 0, 0, 0.0)
+
+    # -- building ------------------------------------------------------------------------------------------------
+
+    def _allocate(self, pose: Pose | None) -> None:
+        scene, device = self.scene, self.device
+        self.body: PosedBody | None = None
+        surface = np.zeros((0, 3))
+        if scene.body is not None:
+            if pose is None:
+                raise ValueError("a scene with a body needs the pose it starts in")
+            skinning = SkinningKernel(scene.body, device)
+            skin_now = wp.zeros(self.body_count, dtype=wp.vec3, device=device)
+            skinning.run(pose, skin_now)
+            carry = Carry.build(
+                self.cloth_count,
+                scene.body.skin_joints,
+                scene.body.skin_weights,
+                len(scene.body.joint_names),
+                device,
+            )
+            self.body = PosedBody(skinning, carry, skin_now, wp.clone(skin_now), pose)
+            surface = skin_now.numpy()
+        x = wp.array(positions(scene.x_start, surface), dtype=wp.vec3, device=device)
+        cloth = wp.zeros(self.cloth_count, dtype=wp.vec3, device=device)
+        self.state = State(
+            x=x,
+            x_start=wp.clone(x),
+            x_feasible=wp.clone(x),
+            x_hat=wp.clone(cloth),
+            v=wp.clone(cloth),
+            acceleration=wp.clone(cloth),
+            skin=wp.array(surface.astype(np.float32), dtype=wp.vec3, device=device),
+        )
+        self.work = Workspace.allocate(self.all_count, len(scene.garment.faces), device)
+        self.x_before = wp.clone(cloth)
+        self.largest_out = wp.zeros(1, dtype=wp.float32, device=device)
+        self.cg = ConjugateGradients.allocate(self.all_count, device)
+        faces = scene.garment.faces.ravel()
+        order = np.argsort(faces, kind="stable")
+        start = np.searchsorted(faces[order], np.arange(self.cloth_count + 1))
+        self.corners = wp.array(order.astype(np.int32), dtype=wp.int32, device=device)
+        self.corner_start = wp.array(start.astype(np.int32), dtype=wp.int32, device=device)
+
+    def _assemble(self) -> None:
+        """Stiffness rows and the spline basis; matrices that depend on the time step come with `use_time_step`."""
+        garment, device = self.scene.garment, self.device
+        self.stiffness_matrix: csr_matrix = self.plan.stiffness(self.cloth_count)
+        self.stiffness = EllMatrix.from_scipy(self.stiffness_matrix, device)
+        self.stiffness_diagonal = wp.array(self.stiffness_matrix.diagonal(), dtype=wp.float32, device=device)
+        spacing = self.settings.subspace_spacing * garment.mean_edge_length()
+        self.basis = spline_basis(garment, spacing)
+        self.mass_per_dt2 = wp.zeros(self.cloth_count, dtype=wp.float32, device=device)
+        self._inverses: dict[int, np.ndarray] = {}
+        self.dt = 0.0
+        self._factor_key: int | None = None
+        self.spectral_bound = 2.2
+        self.use_time_step(self.settings.largest_step)
+
+    def _prepare_contact(self) -> None:
+        scene, settings, device = self.scene, self.settings, self.device
+        garment = scene.garment
+        xi_self = scene.fabric.thickness
+        sizes = ContactSizes()
+        sizes.xi_self = xi_self
+        sizes.xi_body = settings.body_offset + 0.5 * xi_self
+        sizes.d_hat = settings.d_hat
+        touches = self.plan.touches
+        self.reach = max(sizes.xi_body if "body" in touches else 0.0, xi_self) + settings.d_hat
+        self.cloth = Surface.build(garment.faces, device)
+        surfaces = {"cloth": self.cloth}
+        body_edge = 0.0
+        if scene.body is not None:
+            surfaces["body"] = Surface.build(scene.body.faces + self.cloth_count, device)
+            v, f = scene.body.rest_vertices, scene.body.faces
+            body_edge = float(np.linalg.norm(v[f] - v[f[:, [1, 2, 0]]], axis=2).mean())
+        self.touching = tuple(surfaces[name] for name in touches)
+        edge = garment.mean_edge_length()
+        model = ContactModel()
+        model.pressure_stiffness = settings.pressure_stiffness
+        model.eps_body = 1e-3 * edge**2 * body_edge**2
+        model.eps_self = 1e-3 * edge**4
+        reach_self = self_reach(garment, xi_self) if "cloth" in touches else np.ones(self.cloth_count)
+        self.contact = ContactParameters(
+            self.cloth_count,
+            sizes,
+            model,
+            wp.array(self.area, dtype=wp.float32, device=device),
+            wp.array(reach_self, dtype=wp.float32, device=device),
+        )
+        self.boxes = VertexBoxes.allocate(self.all_count, device)
+        self.inner = VertexBoxes.allocate(self.all_count, device)
+        self.candidates = Candidates.allocate(1 << 14 if touches else 1, device)
+        self.pairs = ContactPairs.allocate(1 << 12 if touches else 1, device)
+
+    def use_time_step(self, dt: float) -> None:
+        """Set the matrices that depend on dt [s]: the exact diagonal always, the reduced factor per half octave of dt."""
+        if dt == self.dt:
+            return
+        self.dt = dt
+        diagonal = self.mass / dt**2
+        for part in self.plan.stage("diagonal"):
+            diagonal = diagonal + part(dt)
+        self.mass_per_dt2.assign((self.mass / dt**2).astype(np.float32))
+        held = np.full(self.body_count, self.settings.skin_stiffness)
+        self.work.diagonal.assign(np.concatenate([diagonal, held]).astype(np.float32))
+        key = round(2 * math.log2(dt))
+        if key == self._factor_key:
+            return
+        if key not in self._inverses:
+            system = self.stiffness_matrix + sp.diags(diagonal)
+            self._inverses[key] = explicit_inverse(reduced_matrix(self.basis, system))
+        if self._factor_key is None:
+            self.search = ReducedSearch.build(
+                self.basis, self._inverses[key], self.settings.history, self.device
+            )
+        else:
+            self.search.inverse.assign(self._inverses[key])
+        self._factor_key = key
+
+    # -- running -------------------------------------------------------------------------------------------------
+
+    def advance(self, pose: Pose | None, time: float) -> StepReport:
+        """From the last simulated pose time to `time` [s] at `pose`: Algorithm 2 (step.py)."""
+        return advance(self, pose, time)
+
+    def pose_intervals(self, pose: Pose | None, time: float) -> Iterator[PoseInterval]:
+        """Cut the way to `pose` at `time` into steps of at most `largest_step`.
+
+        A gap over `longest_gap` is bridged at `longest_gap` per call; what is left is the report's debt, made up later.
+        """
+        start_time = self.state.time
+        gap = time - start_time
+        if gap <= 0:
+            return
+        bridged = min(gap, self.settings.longest_gap)
+        self.debt = gap - bridged
+        count = max(1, math.ceil(bridged / self.settings.largest_step - 1e-9))
+        first = self.body.pose if self.body else Pose.identity(1)
+        last = pose if (pose is not None and self.body) else first
+        share = bridged / gap
+        for k in range(count):
+            a, b = share * k / count, share * (k + 1) / count
+            yield PoseInterval(
+                first.interpolate(last, a),
+                last if b == 1.0 else first.interpolate(last, b),
+                start_time + bridged * (k + 1) / count,
+                bridged / count,
+            )
+
+    def commit(self, interval: PoseInterval) -> None:
+        """The interval is simulated: the clock and the body's pose are at its end."""
+        self.state.time = interval.end_time
+        if self.body is not None:
+            self.body.pose = interval.end
+        self.counters.steps += 1
+
+    def timed(self, verb: Callable[..., None], *arguments: object) -> None:
+        """Run a verb and add its wall time to the report under its name."""
+        begun = clock.perf_counter()
+        verb(self, *arguments)
+        times = self.counters.times
+        times[verb.__name__] = times.get(verb.__name__, 0.0) + 1e3 * (clock.perf_counter() - begun)
+
+    def largest(self, vectors: wp.array) -> float:
+        """Largest length among the vectors [their unit]."""
+        self.largest_out.zero_()
+        wp.launch(largest_kernel, len(vectors), [vectors], [self.largest_out], device=self.device)
+        return float(self.largest_out.numpy()[0])
+
+    # -- reporting -----------------------------------------------------------------------------------------------
+
+    def start_report(self) -> None:
+        """Forget the figures of the last call of `advance`."""
+        self.counters = Counters()
+        self.debt = 0.0
+
+    def report(self) -> StepReport:
+        """Figures of the call of `advance` that is ending."""
+        counters = self.counters
+        lag = 0.0
+        if self.body is not None:
+            difference = self.state.x.numpy()[self.cloth_count :] - self.body.skin_now.numpy()
+            lag = float(np.sqrt((difference**2).sum(1).max()))
+        gap = float(self.pairs.smallest_gap.numpy()[0]) if self.touching and counters.steps else self.settings.d_hat
+        advice = []
+        if counters.retries:
+            advice.append(f"{counters.retries} steps were void; the garment stayed in its last safe state")
+        if self.debt:
+            advice.append(f"{self.debt:.2f} s of motion are still to be simulated: poses came too rarely")
+        self.reported = StepReport(
+            time=self.state.time,
+            steps=counters.steps,
+            substeps=counters.substeps,
+            iterations=counters.iterations,
+            newton_iterations=counters.newton_iterations,
+            residual=counters.residual,
+            min_gap=gap,
+            max_stretch=self.stretch.largest(self.state.x),
+            body_lag=lag,
+            pairs=self.pairs.size,
+            overlapping=self.pairs.overlapping,
+            retries=counters.retries,
+            debt=self.debt,
+            times_ms=dict(counters.times),
+            advice="; ".join(advice),
+        )
+        return self.reported
+
+    def cloth_positions(self) -> np.ndarray:
+        """(N, 3) float32 m."""
+        return self.state.x.numpy()[: self.cloth_count].copy()
+
+    def body_positions(self) -> np.ndarray:
+        """(B, 3) float32 m, the simulated collision surface."""
+        return self.state.x.numpy()[self.cloth_count :].copy()
+
+
+def build(scene: Scene, settings: Settings | None = None, device: str = "cpu", pose: Pose | None = None) -> Simulation:
+    """A simulation of the scene at rest in its start position.
+
+    `pose` is the body's pose there; `device` "cpu" or "cuda:0". Raises GarmentError when the mesh can't carry the
+    fabric's thickness.
+    """
+    return Simulation(scene, settings or Settings(), device, pose)
+
+
+def bind_plan(scene: Scene, settings: Settings, device: str, mass: np.ndarray, area: np.ndarray) -> StepPlan:
+    """Bind the materials and the scene's effects; those with nothing to do are left out."""
+    rest = RestShape.build(scene.garment, device)
+    context = BuildContext(scene, settings, device, rest, mass, area)
+    bound = [
+        bind_membrane(scene.garment, scene.fabric, rest, device),
+        bind_bending(scene.garment, scene.fabric, device),
+        *(bind(effect, context) for effect in scene.effects),
+    ]
+    return StepPlan(tuple(c for c in bound if c is not None))
+
+
+def self_reach(garment: Garment, xi: float) -> np.ndarray:
+    """(N,) m: distance at which cloth begins to feel cloth near each vertex, half the smallest altitude around it.
+
+    A fine mesh would touch itself flat at rest otherwise. Raises GarmentError, naming the triangle, when the thickness
+    itself is too large for it.
+    """
+    sides = np.linalg.norm(garment.uv_corners[:, [1, 2, 0]] - garment.uv_corners, axis=2)
+    altitude = 2 * garment.signed_areas() / sides.max(axis=1)
+    worst = int(np.argmin(altitude))
+    if xi >= SMALLEST_ALTITUDE_SHARE * altitude[worst]:
+        raise GarmentError(
+            f"triangle {worst} is only {1e3 * altitude[worst]:.2f} mm high, too thin for a fabric "
+            f"{1e3 * xi:.2f} mm thick; use a longer edge length or a thinner fabric"
+        )
+    around = np.full(garment.vertex_count, np.inf)
+    np.minimum.at(around, garment.faces.ravel(), np.repeat(altitude, 3))
+    return 0.5 * around

@@ -1,0 +1,71 @@
+"""What changes while a scene is simulated. Shapes: N cloth vertices, A = N + B with the body's B vertices behind them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import warp as wp
+
+
+@dataclass
+class State:
+    """Positions and velocities; every array lives on the device.
+
+    `x` is feasible whenever a verb of step.py returns, except between `solve_without_contact` and
+    `correct_penetration`, where it is the trial and `x_feasible` holds the feasible state.
+    """
+
+    x: wp.array  # (A,) vec3 m, current positions; x[N:] is the collision surface
+    x_start: wp.array  # (A,) vec3 m, committed positions at the start of the step, before the body moved
+    x_feasible: wp.array  # (A,) vec3 m, intersection-free: carried along with the body; where contact is linearised
+    x_hat: wp.array  # (N,) vec3 m, inertial prediction
+    v: wp.array  # (N,) vec3 m/s
+    acceleration: wp.array  # (N,) vec3 m/s^2, of external forces
+    skin: wp.array  # (B,) vec3 m, the tracked skin: where the collision surface wants to be
+    time: float = 0.0  # s, the poses' clock
+
+
+@dataclass
+class Workspace:
+    """Scratch of the solve, allocated once."""
+
+    gradient: wp.array  # (A,) vec3 N
+    corner_gradient: wp.array  # (F, 3) vec3 N, per triangle corner
+    direction: wp.array  # (A,) vec3 m
+    product: wp.array  # (A,) vec3 N
+    residual: wp.array  # (A,) vec3 N
+    preconditioned: wp.array  # (A,) vec3 m
+    total: wp.array  # (A,) vec3 m
+    blocks: wp.array  # (A,) mat33 m/N, inverse diagonal blocks
+    diagonal: wp.array  # (A,) float32 N/m, inertia, drag and the skin's hold: what is not in the stiffness rows
+    alpha: wp.array  # (A,) float32, fraction of a displacement each vertex may take
+    hits: wp.array  # (1,) int32
+    scalars: list[wp.array] = field(default_factory=list)  # (1,) float32 each
+    largest: wp.array | None = None  # (1,) float32
+
+    @staticmethod
+    def allocate(all_count: int, face_count: int, device: str) -> Workspace:
+        def vectors(*shape: int) -> wp.array:
+            return wp.zeros(shape, dtype=wp.vec3, device=device)
+
+        return Workspace(
+            gradient=vectors(all_count),
+            corner_gradient=vectors(face_count, 3),
+            direction=vectors(all_count),
+            product=vectors(all_count),
+            residual=vectors(all_count),
+            preconditioned=vectors(all_count),
+            total=vectors(all_count),
+            blocks=wp.zeros(all_count, dtype=wp.mat33, device=device),
+            diagonal=wp.zeros(all_count, dtype=wp.float32, device=device),
+            alpha=wp.zeros(all_count, dtype=wp.float32, device=device),
+            hits=wp.zeros(1, dtype=wp.int32, device=device),
+            scalars=[wp.zeros(1, dtype=wp.float32, device=device) for _ in range(4)],
+            largest=wp.zeros(1, dtype=wp.float32, device=device),
+        )
+
+
+def positions(x_cloth: np.ndarray, x_body: np.ndarray) -> np.ndarray:
+    """(A, 3) float32: cloth first, body behind."""
+    return np.vstack([x_cloth, x_body]).astype(np.float32)

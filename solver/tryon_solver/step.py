@@ -1,0 +1,54 @@
+"""Algorithm 1 and Algorithm 2: how a worn garment goes from one pose to the next.
+
+Read from top to bottom; every verb is one idea and has a file of its own in stepping/.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from tryon_solver.body.pose import Pose
+from tryon_solver.results import StepReport
+from tryon_solver.stepping.contact_free import solve_without_contact
+from tryon_solver.stepping.correct import correct_penetration, verify_commit
+from tryon_solver.stepping.descend import descend_in_subspace, forget_search_history
+from tryon_solver.stepping.move_body import move_body
+from tryon_solver.stepping.predict import predict_positions
+from tryon_solver.stepping.proxy import build_contact_proxy, project_locally
+from tryon_solver.stepping.repeat import repeat_until
+from tryon_solver.stepping.smooth import smooth_in_full_space
+from tryon_solver.stepping.velocity import update_velocity
+
+if TYPE_CHECKING:
+    from tryon_solver.simulation import Simulation
+
+SCHEMES = {
+    # Li et al. 2023: reduced L-BFGS with a prefactorised first Hessian, smoothing, local step
+    "subspace_lbfgs": (descend_in_subspace, smooth_in_full_space, project_locally),
+}
+
+
+def advance(sim: Simulation, pose: Pose, time: float) -> StepReport:
+    """Algorithm 2 without an edit: from the last simulated pose time to `time` [s] at `pose`. METHOD.md section 1."""
+    sim.start_report()
+    for interval in sim.pose_intervals(pose, time):  # none longer than the largest step
+        sim.timed(move_body, interval)  # carry, kinematic sub-steps: a feasible state at the new pose
+        step(sim, interval.dt)
+        sim.commit(interval)
+    return sim.report()
+
+
+def step(sim: Simulation, dt: float) -> None:
+    """Algorithm 1: advance the garment by dt [s] on the body as it stands. METHOD.md section 2."""
+    sim.timed(predict_positions, dt)  # x_hat = x + dt v + dt^2 M^-1 f_ext
+    sim.timed(solve_without_contact)  # one global step at x_hat
+    sim.timed(build_contact_proxy)  # pairs within reach, quadratic proxy of the barrier at the feasible state
+    forget_search_history(sim)  # L-BFGS pairs live for one step
+    repeat_until(
+        sim,
+        at_most=sim.settings.outer_iterations,
+        cycle=SCHEMES[sim.settings.scheme],
+    )
+    sim.timed(correct_penetration)  # Newton-PCG on the full potential, every iterate proven free of contact
+    sim.timed(verify_commit)  # float64 on what is near; else the step is void and x stays
+    sim.timed(update_velocity, dt)

@@ -1,0 +1,1 @@
+"""The verbs of step.py, one idea a file."""

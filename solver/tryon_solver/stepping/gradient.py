@@ -1,0 +1,161 @@
+"""The gradient of the incremental potential, and products with its matrix.
+
+    E(x) = 1/(2 dt^2) |x - x_hat|_M^2 + Psi(x) + B(x) + D(x; x_start)          over the cloth,
+         + k_skin/2 |c - s|^2                                                  over the collision surface c.
+
+The matrix A used with it is projective dynamics' constant H = M/dt^2 + K (an upper bound of the elastic Hessian) plus
+the contact pairs' Gauss-Newton blocks.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import warp as wp
+
+from tryon_solver.contact import pairs as contact_pairs
+from tryon_solver.linalg.ell import multiply
+
+if TYPE_CHECKING:
+    from tryon_solver.simulation import Simulation
+
+wp.set_module_options({"enable_backward": False})
+
+
+@wp.kernel
+def gather_kernel(
+    mass_per_dt2: wp.array(dtype=wp.float32),
+    x: wp.array(dtype=wp.vec3),
+    x_hat: wp.array(dtype=wp.vec3),
+    corner_start: wp.array(dtype=wp.int32),
+    corners: wp.array(dtype=wp.int32),
+    corner_gradient: wp.array(dtype=wp.vec3),
+    gradient_out: wp.array(dtype=wp.vec3),
+):
+    """M/dt^2 (x - x_hat) plus the incident triangle corners, gathered in fixed order."""
+    i = wp.tid()
+    total = mass_per_dt2[i] * (x[i] - x_hat[i])
+    for k in range(corner_start[i], corner_start[i + 1]):
+        total += corner_gradient[corners[k]]
+    gradient_out[i] = total
+
+
+@wp.kernel
+def skin_kernel(
+    cloth_count: int,
+    stiffness: float,
+    x: wp.array(dtype=wp.vec3),
+    skin: wp.array(dtype=wp.vec3),
+    gradient_out: wp.array(dtype=wp.vec3),
+):
+    """k_skin (c - s) on the collision surface."""
+    j = wp.tid()
+    gradient_out[cloth_count + j] = stiffness * (x[cloth_count + j] - skin[j])
+
+
+@wp.kernel
+def add_diagonal_product_kernel(
+    diagonal: wp.array(dtype=wp.float32), p: wp.array(dtype=wp.vec3), cloth_count: int, product: wp.array(dtype=wp.vec3)
+):
+    """Adds the diagonal part; sets it on the collision surface, which has no stiffness rows."""
+    i = wp.tid()
+    if i < cloth_count:
+        product[i] = product[i] + diagonal[i] * p[i]
+    else:
+        product[i] = diagonal[i] * p[i]
+
+
+def elastic_gradient(sim: Simulation, x: wp.array, gradient_out: wp.array) -> None:
+    """gradient = dE/dx without contact at x, with projections made afresh: the local step of projective dynamics [N]."""
+    state, work = sim.state, sim.work
+    work.corner_gradient.zero_()
+    for project in sim.stages.project:
+        project(x, work.corner_gradient)
+    wp.launch(
+        gather_kernel,
+        sim.cloth_count,
+        [
+            sim.mass_per_dt2,
+            x,
+            state.x_hat,
+            sim.corner_start,
+            sim.corners,
+            work.corner_gradient.flatten(),
+        ],
+        [gradient_out],
+        device=sim.device,
+    )
+    for add_gradient in sim.stages.add_gradient:
+        add_gradient(x, gradient_out)
+    for add_velocity_gradient in sim.stages.add_velocity_gradient:
+        add_velocity_gradient(state, x, sim.dt, gradient_out)
+    if sim.body_count:
+        wp.launch(
+            skin_kernel,
+            sim.body_count,
+            [sim.cloth_count, sim.settings.skin_stiffness, x, state.skin],
+            [gradient_out],
+            device=sim.device,
+        )
+
+
+def add_contact_gradient(sim: Simulation, x_ref: wp.array, x: wp.array, gradient_out: wp.array) -> None:
+    """gradient += dB/dx + dD/dx of the model made at x_ref [N]."""
+    if sim.pairs.size == 0:
+        return
+    contact_pairs.add_gradient(sim.pairs, x_ref, x, gradient_out)
+    for term in sim.stages.contact:
+        term.add_gradient(sim.pairs, x, sim.state.x_start, gradient_out)
+
+
+def system_product(sim: Simulation, p: wp.array, product_out: wp.array) -> None:
+    """product = A p over cloth and collision surface."""
+    multiply(sim.stiffness, p, product_out)
+    wp.launch(
+        add_diagonal_product_kernel,
+        sim.all_count,
+        [sim.work.diagonal, p, sim.cloth_count],
+        [product_out],
+        device=sim.device,
+    )
+    if sim.pairs.size:
+        contact_pairs.add_product(sim.pairs, p, product_out)
+        for term in sim.stages.contact:
+            term.add_product(sim.pairs, p, product_out)
+
+
+@wp.kernel
+def start_blocks_kernel(
+    stiffness_diagonal: wp.array(dtype=wp.float32),
+    diagonal: wp.array(dtype=wp.float32),
+    cloth_count: int,
+    blocks_out: wp.array(dtype=wp.mat33),
+):
+    i = wp.tid()
+    d = diagonal[i]
+    if i < cloth_count:
+        d += stiffness_diagonal[i]
+    blocks_out[i] = d * wp.identity(n=3, dtype=wp.float32)
+
+
+@wp.kernel
+def invert_blocks_kernel(blocks: wp.array(dtype=wp.mat33)):
+    i = wp.tid()
+    blocks[i] = wp.inverse(blocks[i])
+
+
+def invert_diagonal_blocks(sim: Simulation) -> None:
+    """Inverse 3x3 diagonal blocks of A, for the smoother and as block-Jacobi preconditioner."""
+    work = sim.work
+    wp.launch(
+        start_blocks_kernel,
+        sim.all_count,
+        [sim.stiffness_diagonal, work.diagonal, sim.cloth_count],
+        [work.blocks],
+        device=sim.device,
+    )
+    if sim.pairs.size:
+        contact_pairs.add_diagonal(sim.pairs, work.blocks)
+        for term in sim.stages.contact:
+            term.add_diagonal(sim.pairs, work.blocks)
+    wp.launch(invert_blocks_kernel, sim.all_count, [], [work.blocks], device=sim.device)

@@ -1,0 +1,155 @@
+"""Moving the body: carry, kinematic sub-steps, and a feasible state at the new pose."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import warp as wp
+
+from tryon_solver.body import carry as carrying
+from tryon_solver.body.pose import Pose, world_from_joint
+from tryon_solver.contact import bounds, candidates
+
+if TYPE_CHECKING:
+    from tryon_solver.simulation import PoseInterval, Simulation
+
+
+def joint_matrices(sim: Simulation, pose: Pose) -> np.ndarray:
+    """(J, 4, 4) skinning matrices: where each joint takes its rest neighbourhood."""
+    model = sim.scene.body
+    assert model is not None
+    world = world_from_joint(model, pose)
+    world = world.copy()
+    world[:, :3, 3] -= np.einsum("jab,jb->ja", world[:, :3, :3], model.rest_joints)
+    return world
+
+
+def move_body(sim: Simulation, interval: PoseInterval) -> None:
+    """Take the body from its pose to the interval's end pose; leaves a feasible state (x, collision surface).
+
+    Every sub-step: the root's rigid motion for everybody (a common rigid motion creates no contact), then the rest of
+    the motion along one field for cloth and surface, as far as it is proven free. Where it isn't, the surface lags.
+    """
+    state, settings = sim.state, sim.settings
+    sim.dt = interval.dt
+    wp.copy(state.x_start, state.x)
+    if sim.body is not None:
+        carrying.set_weights(
+            sim.body.carry,
+            state.x,
+            state.x[sim.cloth_count :],
+            sim.cloth_count,
+            settings.carry_full,
+            settings.carry_none,
+        )
+        before = joint_matrices(sim, interval.start)
+        count = substep_count(sim, before, interval.end)
+        for k in range(1, count + 1):
+            pose = interval.end if k == count else interval.start.interpolate(interval.end, k / count)
+            after = joint_matrices(sim, pose)
+            carry_once(sim, before, after, pose, interval.dt / count)
+            before = after
+        sim.counters.substeps += count
+        limit_return(sim, interval.dt)
+    wp.copy(state.x_feasible, state.x)
+
+
+def substep_count(sim: Simulation, before: np.ndarray, end: Pose) -> int:
+    """Sub-steps so that no skin near the cloth moves further than `substep_travel` m relative to the root in one."""
+    body = sim.body
+    assert body is not None
+    after = joint_matrices(sim, end)
+    body.skinning.run(end, body.skin_next)
+    sim.largest_out.zero_()
+    wp.launch(
+        carrying.travel_kernel,
+        sim.body_count,
+        [body.carry.near, wp.mat44(*(after[0] @ np.linalg.inv(before[0])).ravel()), body.skin_now, body.skin_next],
+        [sim.largest_out],
+        device=sim.device,
+    )
+    travel = float(sim.largest_out.numpy()[0])
+    return int(np.clip(np.ceil(travel / sim.settings.substep_travel), 1, sim.settings.most_substeps))
+
+
+def carry_once(sim: Simulation, before: np.ndarray, after: np.ndarray, pose: Pose, dt: float) -> None:
+    """One kinematic sub-step."""
+    state, work, body, device = sim.state, sim.work, sim.body, sim.device
+    assert body is not None
+    motions = after @ np.linalg.inv(before)
+    root = wp.mat44(*motions[0].ravel())
+    wp.launch(carrying.rigid_kernel, sim.all_count, [root], [state.x], device=device)
+    wp.launch(carrying.rigid_kernel, sim.body_count, [root], [body.skin_now], device=device)
+    body.carry.motions.assign((motions @ np.linalg.inv(motions[0])).astype(np.float32))
+    body.skinning.run(pose, body.skin_next)
+    wp.launch(
+        carrying.field_kernel,
+        sim.cloth_count,
+        [body.carry.weights, body.carry.motions, state.x],
+        [work.direction],
+        device=device,
+    )
+    wp.launch(
+        carrying.surface_kernel,
+        sim.body_count,
+        [sim.cloth_count, body.skin_now, body.skin_next, sim.settings.return_speed * dt, state.x],
+        [work.direction],
+        device=device,
+    )
+    if sim.touching:
+        filter_motion(sim)
+    else:
+        work.alpha.fill_(1.0)
+    wp.launch(bounds.move_kernel, sim.all_count, [state.x, work.direction, work.alpha], [state.x], device=device)
+    wp.copy(body.skin_now, body.skin_next)
+
+
+def filter_motion(sim: Simulation) -> None:
+    """Set `alpha` so that the motion in `direction` is proven free of contact.
+
+    First with the stencils whose relative motion could bring them together; if one has to be shortened, its neighbours'
+    relative motion grows, so then with all stencils that could meet whatever is shortened.
+    """
+    state, work = sim.state, sim.work
+    reach = max(sim.contact.sizes.xi_body, sim.contact.sizes.xi_self)
+    candidates.sweep(sim.boxes, state.x, work.direction, 0.5 * reach)
+    for relative in (True, False):
+        candidates.find(
+            sim.candidates, sim.cloth, sim.touching, sim.boxes, state.x, work.direction, reach, relative=relative
+        )
+        work.alpha.fill_(1.0)
+        passes = bounds.shorten(
+            sim.candidates, sim.cloth_count, sim.contact.sizes, state.x, work.direction, work.alpha, work.hits
+        )
+        if passes == 0:
+            return
+
+
+@wp.kernel
+def limit_return_kernel(
+    cloth_count: int,
+    longest: float,
+    x: wp.array(dtype=wp.vec3),
+    skin: wp.array(dtype=wp.vec3),
+    target_out: wp.array(dtype=wp.vec3),
+):
+    j = wp.tid()
+    lag = skin[j] - x[cloth_count + j]
+    size = wp.length(lag)
+    if size > longest:
+        lag = (longest / size) * lag
+    target_out[j] = x[cloth_count + j] + lag
+
+
+def limit_return(sim: Simulation, dt: float) -> None:
+    """Where the surface is drawn in the coming step: to the skin, at no more than `return_speed`."""
+    body = sim.body
+    assert body is not None
+    wp.launch(
+        limit_return_kernel,
+        sim.body_count,
+        [sim.cloth_count, sim.settings.return_speed * dt, sim.state.x, body.skin_now],
+        [sim.state.skin],
+        device=sim.device,
+    )

@@ -1,0 +1,41 @@
+"""Inertial prediction: x_hat = x + dt v + dt^2 a_ext, from the positions at the start of the step."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import warp as wp
+
+if TYPE_CHECKING:
+    from tryon_solver.simulation import Simulation
+
+wp.set_module_options({"enable_backward": False})
+
+
+@wp.kernel
+def predict_kernel(
+    x_start: wp.array(dtype=wp.vec3),
+    v: wp.array(dtype=wp.vec3),
+    acceleration: wp.array(dtype=wp.vec3),
+    dt: float,
+    x_hat_out: wp.array(dtype=wp.vec3),
+):
+    i = wp.tid()
+    x_hat_out[i] = x_start[i] + dt * v[i] + dt * dt * acceleration[i]
+
+
+def predict_positions(sim: Simulation, dt: float) -> None:
+    """Set `x_hat` (N,) m. Remembers the state the body's motion led to as the feasible state."""
+    state = sim.state
+    sim.use_time_step(dt)
+    wp.copy(state.x_feasible, state.x)
+    state.acceleration.zero_()
+    for add_acceleration in sim.stages.add_acceleration:
+        add_acceleration(state.acceleration)
+    wp.launch(
+        predict_kernel,
+        sim.cloth_count,
+        [state.x_start, state.v, state.acceleration, dt],
+        [state.x_hat],
+        device=sim.device,
+    )

@@ -1,0 +1,45 @@
+"""The contact proxy: pairs within reach at the feasible state and the barrier's quadratic model there.
+
+Bp(x; x*) = B(x*) + grad B . (x - x*) + 1/2 |x - x*|^2_HB with x* the feasible state (Li et al. 2023, section III.C).
+Linearising there, and not closer to the trial, keeps a garment at rest exactly at rest: x* is then the solution.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from tryon_solver.contact import candidates, pairs
+from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient, invert_diagonal_blocks
+
+if TYPE_CHECKING:
+    from tryon_solver.simulation import Simulation
+
+
+def build_contact_proxy(sim: Simulation) -> None:
+    """Find the pairs at x_feasible, freeze their model for the step, and set the gradient at the current trial."""
+    state, work = sim.state, sim.work
+    if sim.touching:
+        work.direction.zero_()
+        candidates.sweep(sim.boxes, state.x_feasible, work.direction, 0.5 * sim.reach)
+        candidates.find(
+            sim.candidates,
+            sim.cloth,
+            sim.touching,
+            sim.boxes,
+            state.x_feasible,
+            work.direction,
+            sim.reach,
+            relative=False,
+        )
+        pairs.collect(sim.pairs, sim.candidates, sim.contact, state.x_feasible)
+        for term in sim.stages.contact:
+            term.prepare(sim.pairs, state.x_feasible, state.x_start, sim.dt)
+    invert_diagonal_blocks(sim)
+    work.direction.zero_()
+    project_locally(sim)
+
+
+def project_locally(sim: Simulation) -> None:
+    """The local step: every term's projection at the trial, in parallel, and with it the gradient of the next cycle."""
+    elastic_gradient(sim, sim.state.x, sim.work.gradient)
+    add_contact_gradient(sim, sim.state.x_feasible, sim.state.x, sim.work.gradient)

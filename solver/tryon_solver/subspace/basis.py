@@ -1,0 +1,78 @@
+"""Quadratic B-spline basis over pattern space, one grid per panel.
+
+    B_ij(u, v) = N(u/dx - i) N(v/dx - j),   N(x) = 3/4 - x^2 (|x| < 1/2),  (3/2 - |x|)^2 / 2 (1/2 <= |x| < 3/2),  else 0.
+
+Source: Li et al. 2023, section III.A. Each panel has its own grid (neighbouring panels never share a basis), centred on
+the panel. A seam vertex lies in several panels: its row is the mean of its rows there, so rows still sum to one.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+
+from tryon_solver.geometry.garment import Garment
+
+GRIDS_ACROSS_SMALLEST_SIDE = 3  # a panel narrower than this many spacings gets a finer grid of its own
+
+
+def quadratic_spline(x: np.ndarray) -> np.ndarray:
+    """N(x) above, elementwise."""
+    distance = np.abs(x)
+    return np.where(distance < 0.5, 0.75 - x * x, np.where(distance < 1.5, 0.5 * (1.5 - distance) ** 2, 0.0))
+
+
+def pattern_rows(garment: Garment) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Each vertex once per distinct place it has in the pattern: vertex ids (R,), panel ids (R,), uv (R, 2) m."""
+    vertex = garment.faces.ravel().astype(np.int64)
+    panel = np.repeat(garment.panel_of_face, 3).astype(np.int64)
+    uv = garment.uv_corners.reshape(-1, 2)
+    key = np.column_stack([vertex, panel, np.round(uv * 1e7).astype(np.int64)])
+    _, first = np.unique(key, axis=0, return_index=True)
+    return vertex[first], panel[first], uv[first]
+
+
+def spline_basis(garment: Garment, spacing: float) -> sp.csr_matrix:
+    """(vertex_count, basis_count) float64; rows sum to one. `spacing` m between grid points.
+
+    Bases whose support holds almost no fabric would make the reduced matrix singular: those with less than 1e-3 of the
+    largest weight are dropped and the rows rescaled to sum to one.
+    """
+    vertex, panel, uv = pattern_rows(garment)
+    rows, columns, weights = [], [], []
+    basis_count = 0
+    for name in np.unique(panel):
+        here = np.flatnonzero(panel == name)
+        local = uv[here] - 0.5 * (uv[here].min(0) + uv[here].max(0))
+        extent = np.ptp(uv[here], axis=0)
+        dx = min(spacing, float(extent.min()) / GRIDS_ACROSS_SMALLEST_SIDE)
+        grid = local / dx
+        base = np.floor(grid + 0.5).astype(np.int64)
+        i, j = np.meshgrid([-1, 0, 1], [-1, 0, 1], indexing="ij")
+        node = base[:, None, :] + np.stack([i.ravel(), j.ravel()], axis=1)[None]
+        weight = quadratic_spline(grid[:, None, :] - node).prod(axis=2)
+        ids, inverse = np.unique(node.reshape(-1, 2), axis=0, return_inverse=True)
+        rows.append(np.repeat(vertex[here], 9))
+        columns.append(basis_count + inverse.ravel())
+        weights.append(weight.ravel())
+        basis_count += len(ids)
+    basis = sp.coo_matrix(
+        (np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns))),
+        shape=(garment.vertex_count, basis_count),
+    ).tocsr()
+    size = np.asarray(basis.multiply(basis).T @ garment.vertex_areas()).ravel()
+    basis = basis[:, size >= 1e-3 * size.max()]
+    total = np.asarray(basis.sum(axis=1)).ravel()
+    return sp.diags(1.0 / total) @ basis
+
+
+def reduced_matrix(basis: sp.csr_matrix, system: sp.csr_matrix) -> np.ndarray:
+    """B^T H B, dense (basis_count, basis_count) float64, symmetrised against rounding."""
+    dense = np.asarray((basis.T @ system @ basis).todense())
+    return 0.5 * (dense + dense.T)
+
+
+def explicit_inverse(reduced: np.ndarray) -> np.ndarray:
+    """float32 inverse of an SPD matrix by its float64 Cholesky factor. Raises numpy.linalg.LinAlgError when not SPD."""
+    lower_inv = np.linalg.inv(np.linalg.cholesky(reduced))
+    return np.ascontiguousarray(lower_inv.T @ lower_inv, np.float32)
