@@ -114,7 +114,7 @@ FAULTS = {
     ),
     "no area": (put("panels", "left", "vertices", [[0, 0], [20, 0], [40, 0], [20, 1e-6]]), "panels.left", "no area"),
     "crossing outline": (
-        put("panels", "left", "vertices", [[0, 0], [40, 0], [0, 30], [40, 20]]),
+        put("panels", "left", "vertices", [[0, 0], [40, 0], [0, 30], [30, 40]]),
         "panels.left.edges[3]",
         "edges 1 and 3",
     ),

@@ -1,0 +1,214 @@
+"""Fills an outline with nearly equilateral triangles of one edge length, keeping the outline's own points.
+
+A hexagonal lattice inside, the Delaunay triangulation of all points with the outline forced into it, and rounds of
+moving each inner point to the area-weighted centroid of its triangles (after L. Chen and J. Xu, "Optimal Delaunay
+triangulations", J. Comp. Math. 22, 2004), which also spreads the lattice evenly up to the outline.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import Delaunay, cKDTree
+
+from tryon_solver.geometry import outline
+from tryon_solver.geometry.constrained import Faces, Points, TriangulationError, constrain
+
+# In edge lengths. Lattice points this near to the outline would make flat triangles with it; a row of equilateral
+# triangles is 0.87 high, and smoothing draws the points between 0.55 and 1.4 there.
+OUTLINE_MARGIN = 0.55
+# A circumscribed circle larger than this is a hole that the lattice and the outline left between them (0.58 is ideal).
+HOLE_RADIUS = 0.85
+SMOOTHING_ROUNDS = 18
+FILLING_ROUNDS = (4, 8, 12)
+# A triangle of this share of the squared edge length is flat: three points of one straight edge of the outline.
+FLAT = 1e-9
+# Inner points around an angle below this [degrees] are moved one by one at the end.
+POLISH_BELOW = 32.0
+POLISH_ROUNDS = 12
+
+
+def triangulate(boundary: Points, edge_length: float) -> tuple[Points, Faces]:
+    """Points (V, 2) m, the boundary first and unchanged, and counter-clockwise faces (F, 3) that fill it exactly.
+
+    boundary: (n, 2) m, a counter-clockwise outline that does not touch itself, n >= 3, in steps of about edge_length.
+    Raises TriangulationError when no triangulation contains the outline (it touches itself within rounding).
+    """
+    points = np.vstack([boundary, _lattice(boundary, edge_length)])
+    faces = _delaunay_inside(points, len(boundary), edge_length)
+    for round_ in range(SMOOTHING_ROUNDS):
+        if round_ in FILLING_ROUNDS:
+            points = _fill_holes(points, faces, boundary, edge_length)
+            faces = _delaunay_inside(points, len(boundary), edge_length)
+        points = _smoothed(points, faces, len(boundary))
+        faces = _delaunay_inside(points, len(boundary), edge_length)
+    return polish(points, faces, len(boundary), edge_length), faces
+
+
+def polish(points: Points, faces: Faces, fixed: int, edge_length: float) -> Points:
+    """The points with inner ones around small angles moved so that the smallest angle there grows; faces stay valid.
+
+    points: (V, 2) m, of which the first `fixed` stay. A pattern search around one vertex at a time, in index order.
+    """
+    points = points.copy()
+    angles = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    for round_ in range(POLISH_ROUNDS):
+        step = 0.15 * edge_length * 0.8**round_
+        bad = faces[corner_angles(points, faces).min(axis=1) < POLISH_BELOW]
+        for vertex in np.unique(bad[bad >= fixed]):
+            star = faces[(faces == vertex).any(axis=1)]
+            candidates = points[vertex] + np.vstack([[[0.0, 0.0]], step * directions, 0.3 * step * directions])
+            points[vertex] = candidates[np.argmax([_worst_angle(points, star, vertex, at) for at in candidates])]
+    return points
+
+
+def split_edges(points: Points, faces: Faces, edges: NDArray[np.int32], fixed: int) -> tuple[Points, Faces]:
+    """Points and faces with a new vertex in the middle of each given inner edge (K, 2), at the centroid of its quad."""
+    for u, v in edges.tolist():
+        around = np.flatnonzero((faces == u).any(axis=1) & (faces == v).any(axis=1))
+        if len(around) != 2:
+            continue  # the edge went when a neighbouring one was split
+        new = len(points)
+        points = np.vstack([points, points[np.unique(faces[around])].mean(axis=0)])
+        halves = [np.where(faces[around] == end, new, faces[around]) for end in (u, v)]
+        faces = np.vstack([np.delete(faces, around, axis=0), *halves]).astype(np.int32)
+    scale = float(np.linalg.norm(np.diff(points[:fixed], axis=0), axis=1).mean())
+    return polish(points, faces, fixed, scale), faces
+
+
+def signed_areas(points: Points, faces: Faces) -> Points:
+    """Areas [m^2] of the triangles (F,), positive counter-clockwise."""
+    p = points[faces]
+    ab, ac = p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]
+    return 0.5 * (ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0])
+
+
+def corner_angles(points: Points, faces: Faces) -> Points:
+    """Angles [degrees] at the triangles' corners, shape (F, 3); negative in a clockwise triangle."""
+    p = points[faces]
+    to_next, to_previous = np.roll(p, -1, axis=1) - p, np.roll(p, 1, axis=1) - p
+    cross = to_next[..., 0] * to_previous[..., 1] - to_next[..., 1] * to_previous[..., 0]
+    return np.degrees(np.arctan2(cross, np.sum(to_next * to_previous, axis=2)))
+
+
+def _worst_angle(points: Points, star: Faces, vertex: int, at: Points) -> float:
+    corners = np.where((star == vertex)[..., None], at, points[star])
+    separate = np.arange(star.size, dtype=np.int32).reshape(-1, 3)
+    return float(corner_angles(corners.reshape(-1, 2), separate).min())
+
+
+def _lattice(boundary: Points, edge_length: float) -> Points:
+    """Points of a hexagonal lattice, rows along x, centred in the outline's box, that keep the margin to it."""
+    low, high = boundary.min(axis=0), boundary.max(axis=0)
+    row_height = edge_length * np.sqrt(3) / 2
+    columns, rows = np.ceil((high - low) / (2 * edge_length, 2 * row_height)).astype(int) + 1
+    i, j = np.meshgrid(np.arange(-columns, columns + 1), np.arange(-rows, rows + 1))
+    offsets = np.stack([(i + 0.5 * (j % 2)) * edge_length, j * row_height], axis=-1).reshape(-1, 2)
+    points = (low + high) / 2 + offsets
+    points = points[outline.contains(boundary, points)]
+    return points[outline.distance(boundary, points) > OUTLINE_MARGIN * edge_length]
+
+
+def _delaunay_inside(points: Points, boundary_count: int, edge_length: float) -> Faces:
+    """The triangles of the constrained Delaunay triangulation inside the outline, the loop of the first points."""
+    # SciPy orients the triangles by their connection, so that flat ones between points of a straight edge agree too.
+    faces = Delaunay(points).simplices.astype(np.int32)
+    ids = np.arange(boundary_count, dtype=np.int32)
+    loop = np.stack([ids, np.roll(ids, -1)], axis=1)
+    faces = constrain(points, faces, loop)
+    faces = faces[_inside(points, faces, loop)]
+    flat = np.flatnonzero(signed_areas(points, faces) < FLAT * edge_length**2)
+    return _unflattened(points, faces, flat) if len(flat) else faces
+
+
+def _inside(points: Points, faces: Faces, loop: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Which faces lie inside the loop of edges (n, 2): those reached from one inside without crossing the loop.
+
+    Flat triangles between three points of a straight edge have no side of their own; their connection decides.
+    """
+    count = len(points)
+    ends = np.sort(np.vstack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1).astype(np.int64)
+    sides = ends @ np.array([count, 1])
+    owner = np.tile(np.arange(len(faces)), 3)
+    order = np.argsort(sides, kind="stable")
+    sides, owner = sides[order], owner[order]
+    shared = np.flatnonzero(sides[1:] == sides[:-1])
+    shared = shared[~np.isin(sides[shared], np.sort(loop, axis=1).astype(np.int64) @ [count, 1])]
+    pairs = (np.ones(len(shared)), (owner[shared], owner[shared + 1]))
+    parts, part = connected_components(coo_array(pairs, shape=(len(faces), len(faces))), directed=False)
+    areas = signed_areas(points, faces)
+    largest = np.array([np.flatnonzero(part == k)[np.argmax(areas[part == k])] for k in range(parts)])
+    polygon = points[loop[:, 0]]
+    inside = outline.contains(polygon, points[faces[largest]].mean(axis=1))
+    # The inside of a simple outline is connected: among parts that seem inside only one has the outline's area.
+    wanted = outline.signed_area(polygon)
+    total = np.bincount(part, weights=areas, minlength=parts)
+    best = int(np.argmin(np.where(inside, np.abs(total - wanted), np.inf)))
+    if not inside[best] or abs(total[best] - wanted) > 1e-9 * wanted:
+        raise TriangulationError("the outline touches itself")
+    return part == best
+
+
+def _unflattened(points: Points, faces: Faces, flat: NDArray[np.intp]) -> Faces:
+    """The faces with each flat one merged away by flipping its longest side."""
+    faces = faces.copy()
+    for face in flat:
+        a, b, c = faces[face]
+        lengths = [np.hypot(*(points[q] - points[p])) for p, q in ((b, c), (c, a), (a, b))]
+        top = int(np.argmax(lengths))
+        tip, u, v = faces[face][[top, (top + 1) % 3, (top + 2) % 3]]
+        other = np.flatnonzero((faces == u).any(axis=1) & (faces == v).any(axis=1) & (np.arange(len(faces)) != face))
+        if len(other) != 1:
+            raise TriangulationError("the outline encloses a flat triangle")
+        far = int(faces[other[0]].sum() - u - v)
+        faces[face], faces[other[0]] = (tip, u, far), (tip, far, v)
+    return faces
+
+
+def _smoothed(points: Points, faces: Faces, fixed: int) -> Points:
+    """Points with each inner one at the area-weighted centroid of its triangles; the first `fixed` stay.
+
+    A point whose move would turn a triangle over stays too, so that none can leave the outline.
+    """
+    areas = signed_areas(points, faces)
+    weighted = np.repeat(areas[:, None] * points[faces].mean(axis=1), 3, axis=0)
+    corner = faces.ravel()
+    total = np.bincount(corner, weights=np.repeat(areas, 3), minlength=len(points))
+    moved = [np.bincount(corner, weights=weighted[:, k], minlength=len(points)) / total for k in (0, 1)]
+    smoothed = np.vstack([points[:fixed], np.stack(moved, axis=1)[fixed:]])
+    while True:
+        turned = faces[signed_areas(smoothed, faces) <= 0]
+        held = turned[(smoothed[turned] != points[turned]).any(axis=2)]
+        if len(held) == 0:
+            return smoothed
+        smoothed[held] = points[held]
+
+
+def _fill_holes(points: Points, faces: Faces, boundary: Points, edge_length: float) -> Points:
+    """Points with one added at the centre of each too large circumscribed circle, largest first, well apart."""
+    centres, radii = _circumscribed(points, faces)
+    order = np.argsort(-radii, kind="stable")
+    centres = centres[order][radii[order] > HOLE_RADIUS * edge_length]
+    centres = centres[outline.contains(boundary, centres)]
+    centres = centres[outline.distance(boundary, centres) > OUTLINE_MARGIN * edge_length]
+    if len(centres) == 0:
+        return points
+    apart = cKDTree(points).query(centres)[0] > HOLE_RADIUS * edge_length
+    chosen: list[Points] = []
+    for centre in centres[apart]:
+        if all(np.hypot(*(centre - other)) > HOLE_RADIUS * edge_length for other in chosen):
+            chosen.append(centre)
+    return np.vstack([points, *chosen])
+
+
+def _circumscribed(points: Points, faces: Faces) -> tuple[Points, Points]:
+    """Centres (F, 2) m and radii (F,) m of the triangles' circumscribed circles."""
+    p = points[faces]
+    ab, ac = p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]
+    b_sq, c_sq = np.sum(ab**2, axis=1), np.sum(ac**2, axis=1)
+    offset = np.stack([ac[:, 1] * b_sq - ab[:, 1] * c_sq, ab[:, 0] * c_sq - ac[:, 0] * b_sq], axis=1)
+    offset /= 4 * signed_areas(points, faces)[:, None]
+    return p[:, 0] + offset, np.linalg.norm(offset, axis=1)
