@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
 import warp as wp
 
+from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.state import State
 
 if TYPE_CHECKING:
@@ -34,7 +35,9 @@ class ContactTerm:
 class Contribution:
     """One effect or material, and the stages of the step it takes part in. None: not in that stage.
 
-    `stiffness` (N, N) float64 N/m enters the constant matrix; `diagonal(dt)` (N,) float64 N/m enters it beside the
+    `add_hessian` adds a positive semidefinite Hessian over pairs of vertices that share a triangle; `constant` says that
+    `stiffness` is exactly the Hessian, so that nothing has to be added. `stiffness` (N, N) float64 N/m enters projective
+    dynamics' constant matrix; `diagonal(dt)` (N,) float64 N/m enters it beside the
     inertia; `touches` names the surfaces the cloth may touch: "cloth", "body".
     """
 
@@ -43,11 +46,14 @@ class Contribution:
     project: Callable[[wp.array, wp.array], None] | None = None  # x, corner_gradient_out
     add_gradient: Callable[[wp.array, wp.array], None] | None = None  # x, gradient_out
     add_velocity_gradient: Callable[[State, wp.array, float, wp.array], None] | None = None  # state, x, dt, gradient
+    add_hessian: Callable[[wp.array, BlockRows], None] | None = None  # x, rows
     stiffness: sp.spmatrix | None = None
+    constant: bool = False
     diagonal: Callable[[float], np.ndarray] | None = None
     touches: tuple[str, ...] = ()
     contact: ContactTerm | None = None
     energy: Callable[[wp.array], float] | None = None  # x -> J, for tests and reports
+    values: Mapping[str, wp.array] = field(default_factory=dict)  # device arrays that may be written between frames
 
 
 @dataclass(frozen=True)
@@ -73,6 +79,14 @@ class StepPlan:
                 total = total + contribution.stiffness
         return total
 
+    def constant_stiffness(self, count: int) -> sp.csr_matrix:
+        """(N, N) float64 N/m, the part of `stiffness` that is exactly the Hessian of its terms."""
+        total = sp.csr_matrix((count, count))
+        for contribution in self.contributions:
+            if contribution.constant:
+                total = total + contribution.stiffness
+        return total
+
     def describe(self) -> str:
         """Stages and the contributions in them, one line each."""
         stages = (
@@ -80,6 +94,7 @@ class StepPlan:
             "project",
             "add_gradient",
             "add_velocity_gradient",
+            "add_hessian",
             "stiffness",
             "diagonal",
             "touches",

@@ -52,7 +52,19 @@ class AirDrag:
     coefficient: float = 0.05
 
 
-Effect = Gravity | BodyContact | SelfContact | Friction | StrainLimit | AirDrag
+@dataclass(frozen=True)
+class Sewing:
+    """Open seams being drawn together while a garment is dressed.
+
+    `stitches` (S, 2) int32 vertex pairs, each held by a spring of `stiffness` N/m at `share` of the way it was apart at
+    the start; the contribution's value "share" (1,) is lowered from 1 to 0.
+    """
+
+    stitches: np.ndarray
+    stiffness: float = 300.0
+
+
+Effect = Gravity | BodyContact | SelfContact | Friction | StrainLimit | AirDrag | Sewing
 
 WORN: tuple[Effect, ...] = (Gravity(), BodyContact(), SelfContact(), Friction(), StrainLimit(), AirDrag())
 

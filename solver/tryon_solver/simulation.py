@@ -21,6 +21,7 @@ from tryon_solver.contact.surfaces import Surface
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.effects.registry import bind
 from tryon_solver.geometry.garment import Garment, GarmentError
+from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.ell import EllMatrix
 from tryon_solver.linalg.pcg import ConjugateGradients
 from tryon_solver.linalg.vectors import largest_kernel
@@ -46,8 +47,8 @@ SMALLEST_ALTITUDE_SHARE = 0.4  # a thickness above this share of a triangle's al
 class PoseInterval:
     """One solver step's share of the way between two poses; `dt` s."""
 
-    start: Pose
-    end: Pose
+    start: Pose | None
+    end: Pose | None
     end_time: float
     dt: float
 
@@ -71,6 +72,7 @@ class Stages:
     project: tuple[Callable[..., object], ...]
     add_gradient: tuple[Callable[..., object], ...]
     add_velocity_gradient: tuple[Callable[..., object], ...]
+    add_hessian: tuple[Callable[..., object], ...]
     contact: tuple[ContactTerm, ...]
 
 
@@ -87,8 +89,8 @@ class Simulation:
         self.area = garment.vertex_areas()
         self.plan = bind_plan(scene, settings, device, self.mass, self.area)
         self.stages = Stages(
-            *(self.plan.stage(name) for name in ("add_acceleration", "project", "add_gradient")),
-            self.plan.stage("add_velocity_gradient"),
+            *(self.plan.stage(name) for name in ("add_acceleration", "project", "add_gradient", "add_velocity_gradient")),
+            self.plan.stage("add_hessian"),
             tuple(c.contact for c in self.plan.contributions if c.contact is not None),
         )
         self._allocate(pose)
@@ -146,6 +148,8 @@ class Simulation:
         self.stiffness_matrix: csr_matrix = self.plan.stiffness(self.cloth_count)
         self.stiffness = EllMatrix.from_scipy(self.stiffness_matrix, device)
         self.stiffness_diagonal = wp.array(self.stiffness_matrix.diagonal(), dtype=wp.float32, device=device)
+        self.hessian_rows = BlockRows.build(garment.faces, self.cloth_count, device)
+        self.constant_stiffness = EllMatrix.from_scipy(self.plan.constant_stiffness(self.cloth_count), device)
         spacing = self.settings.subspace_spacing * garment.mean_edge_length()
         self.basis = spline_basis(garment, spacing)
         self.mass_per_dt2 = wp.zeros(self.cloth_count, dtype=wp.float32, device=device)
@@ -186,6 +190,10 @@ class Simulation:
             wp.array(self.area, dtype=wp.float32, device=device),
             wp.array(reach_self, dtype=wp.float32, device=device),
         )
+        own = np.arange(self.all_count, dtype=np.int32)
+        if garment.group is not None:
+            own[: self.cloth_count] = garment.group
+        self.group = wp.array(own, dtype=wp.int32, device=device)
         self.boxes = VertexBoxes.allocate(self.all_count, device)
         self.inner = VertexBoxes.allocate(self.all_count, device)
         self.candidates = Candidates.allocate(1 << 14 if touches else 1, device)
@@ -234,14 +242,12 @@ class Simulation:
         bridged = min(gap, self.settings.longest_gap)
         self.debt = gap - bridged
         count = max(1, math.ceil(bridged / self.settings.largest_step - 1e-9))
-        first = self.body.pose if self.body else Pose.identity(1)
-        last = pose if (pose is not None and self.body) else first
+        first = self.body.pose if self.body else pose
         share = bridged / gap
         for k in range(count):
-            a, b = share * k / count, share * (k + 1) / count
             yield PoseInterval(
-                first.interpolate(last, a),
-                last if b == 1.0 else first.interpolate(last, b),
+                pose_between(first, pose, share * k / count),
+                pose_between(first, pose, share * (k + 1) / count),
                 start_time + bridged * (k + 1) / count,
                 bridged / count,
             )
@@ -249,7 +255,7 @@ class Simulation:
     def commit(self, interval: PoseInterval) -> None:
         """The interval is simulated: the clock and the body's pose are at its end."""
         self.state.time = interval.end_time
-        if self.body is not None:
+        if self.body is not None and interval.end is not None:
             self.body.pose = interval.end
         self.counters.steps += 1
 
@@ -312,6 +318,13 @@ class Simulation:
     def body_positions(self) -> np.ndarray:
         """(B, 3) float32 m, the simulated collision surface."""
         return self.state.x.numpy()[self.cloth_count :].copy()
+
+
+def pose_between(first: Pose | None, last: Pose | None, share: float) -> Pose | None:
+    """The pose at `share` of the way; None for a scene without a body."""
+    if first is None or last is None:
+        return first
+    return last if share >= 1.0 else Pose.interpolate(first, last, share)
 
 
 def build(scene: Scene, settings: Settings | None = None, device: str = "cpu", pose: Pose | None = None) -> Simulation:

@@ -99,6 +99,7 @@ def emit(
     i1: int,
     i2: int,
     i3: int,
+    group: wp.array(dtype=wp.int32),
     x: wp.array(dtype=wp.vec3),
     p: wp.array(dtype=wp.vec3),
     lower: wp.array(dtype=wp.vec3),
@@ -107,12 +108,17 @@ def emit(
     kind_out: wp.array(dtype=wp.int32),
     count_out: wp.array(dtype=wp.int32),
 ):
+    g0 = group[i0]
+    g1 = group[i1]
+    g2 = group[i2]
+    g3 = group[i3]
+    if g0 == g2 or g0 == g3:
+        return
     if kind == 0:
-        if i0 == i1 or i0 == i2 or i0 == i3:
+        if g0 == g1:
             return
-    else:
-        if i0 == i2 or i0 == i3 or i1 == i2 or i1 == i3:
-            return
+    elif g1 == g2 or g1 == g3:
+        return
     if not overlap(lower, upper, kind, i0, i1, i2, i3):
         return
     lam = stencil_weights(kind, x[i0], x[i1], x[i2], x[i3])
@@ -137,6 +143,7 @@ def pair_surfaces_kernel(
     same: int,
     relative: int,
     reach: float,
+    group: wp.array(dtype=wp.int32),
     x: wp.array(dtype=wp.vec3),
     p: wp.array(dtype=wp.vec3),
     lower: wp.array(dtype=wp.vec3),
@@ -162,9 +169,9 @@ def pair_surfaces_kernel(
         theirs = other_owned[j]
         for k in range(3):
             if (mine & (1 << k)) != 0:
-                emit(0, relative, reach, f[k], g[0], g[1], g[2], x, p, lower, upper, ids_out, kind_out, count_out)
+                emit(0, relative, reach, f[k], g[0], g[1], g[2], group, x, p, lower, upper, ids_out, kind_out, count_out)
             if same == 0 and (theirs & (1 << k)) != 0:
-                emit(0, relative, reach, g[k], f[0], f[1], f[2], x, p, lower, upper, ids_out, kind_out, count_out)
+                emit(0, relative, reach, g[k], f[0], f[1], f[2], group, x, p, lower, upper, ids_out, kind_out, count_out)
         if same == 1 and j < t:
             continue
         for k in range(3):
@@ -175,7 +182,7 @@ def pair_surfaces_kernel(
                     if (theirs & (8 << m)) != 0:
                         b0 = g[m]
                         b1 = g[(m + 1) % 3]
-                        emit(1, relative, reach, a0, a1, b0, b1, x, p, lower, upper, ids_out, kind_out, count_out)
+                        emit(1, relative, reach, a0, a1, b0, b1, group, x, p, lower, upper, ids_out, kind_out, count_out)
 
 
 @dataclass
@@ -204,6 +211,7 @@ def find(
     cloth: Surface,
     others: tuple[Surface, ...],
     boxes: VertexBoxes,
+    group: wp.array,
     x: wp.array,
     displacement: wp.array,
     reach: float,
@@ -211,7 +219,8 @@ def find(
 ) -> None:
     """Fill `candidates` with every stencil that can come within `reach` m while vertices move as swept.
 
-    `others` are the surfaces the scene lets the cloth touch: itself, the body, or both. Grows the list when it is full.
+    `others` are the surfaces the scene lets the cloth touch: itself, the body, or both. Stencils with two vertices of
+    one `group` (A,) are skipped: a vertex of its own, or vertices being sewn into one. Grows the list when it is full.
     """
     device = x.device
     for surface in {id(s): s for s in (cloth, *others)}.values():
@@ -234,6 +243,7 @@ def find(
                     int(other is cloth),
                     int(relative),
                     reach,
+                    group,
                     x,
                     displacement,
                     boxes.lower,

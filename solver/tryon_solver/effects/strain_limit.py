@@ -6,7 +6,8 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.effects.base import BuildContext
-from tryon_solver.materials.strain_limit import energy_kernel, limit_matrix, project_kernel
+from tryon_solver.linalg.block_ell import BlockRows
+from tryon_solver.materials.strain_limit import energy_kernel, hessian_kernel, limit_matrix, project_kernel
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import StrainLimit
 
@@ -29,6 +30,15 @@ def bind(spec: StrainLimit, context: BuildContext) -> Contribution | None:
             device=device,
         )
 
+    def add_hessian(x: wp.array, rows: BlockRows) -> None:
+        wp.launch(
+            hessian_kernel,
+            rest.face_count,
+            [rest.faces, rest.gradients, rest.area, stiffness, limit, rows.slots, x],
+            [rows.blocks],
+            device=device,
+        )
+
     def energy(x: wp.array) -> float:
         wp.launch(
             energy_kernel,
@@ -42,6 +52,7 @@ def bind(spec: StrainLimit, context: BuildContext) -> Contribution | None:
     return Contribution(
         "strain_limit",
         project=project,
+        add_hessian=add_hessian,
         stiffness=limit_matrix(context.scene.garment, np.full(rest.face_count, spec.stiffness)),
         energy=energy,
     )

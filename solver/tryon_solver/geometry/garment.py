@@ -17,12 +17,15 @@ class Garment:
 
     `faces` (F, 3) int32 vertex ids; `uv_corners` (F, 3, 2) float64 m, pattern coordinates of each corner (a seam vertex
     has one pair per panel); `panel_of_face` (F,) int32. Vertices are 0..vertex_count-1 and every one is in a face.
+    `group` (vertex_count,) int32: vertices of one group are meant to become one (stitches not yet closed) and don't
+    collide with each other's triangles; None when every vertex stands for itself.
     """
 
     faces: np.ndarray
     uv_corners: np.ndarray
     panel_of_face: np.ndarray
     vertex_count: int
+    group: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         area = self.signed_areas()

@@ -77,6 +77,26 @@ def add_difference_kernel(
     y_out[row] = y_out[row] + total
 
 
+@wp.kernel
+def add_product_kernel(
+    columns: wp.array2d(dtype=wp.int32),
+    weights: wp.array2d(dtype=wp.float32),
+    x: wp.array(dtype=wp.vec3),
+    y_out: wp.array(dtype=wp.vec3),
+):
+    """y += S x"""
+    row = wp.tid()
+    total = wp.vec3()
+    for k in range(columns.shape[1]):
+        total += weights[row, k] * x[columns[row, k]]
+    y_out[row] = y_out[row] + total
+
+
+def add_product(matrix: EllMatrix, x: wp.array, y_out: wp.array) -> None:
+    """y += S x."""
+    wp.launch(add_product_kernel, matrix.row_count, [matrix.columns, matrix.weights, x], [y_out], device=x.device)
+
+
 def multiply(matrix: EllMatrix, x: wp.array, y_out: wp.array) -> None:
     """y = S x, vec3 arrays of at least `row_count` entries; entries of y beyond the rows stay as they are."""
     wp.launch(multiply_kernel, matrix.row_count, [matrix.columns, matrix.weights, x], [y_out], device=x.device)

@@ -18,6 +18,7 @@ import warp as wp
 
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.materials.fabric import Fabric
+from tryon_solver.materials.principal import add_isotropic, add_mode, principal_frame
 
 wp.set_module_options({"enable_backward": False})
 
@@ -99,6 +100,57 @@ def energy_kernel(
         * area[t]
         * (k[2] * shear + (k[0] - k[2]) * stretch_u * stretch_u + (k[1] - k[2]) * stretch_v * stretch_v)
     )
+
+
+@wp.func
+def add_column(
+    blocks: wp.array2d(dtype=wp.mat33),
+    slots: wp.array2d(dtype=wp.int32),
+    t: int,
+    face: wp.vec3i,
+    weight: float,
+    f: wp.vec3,
+    g0: float,
+    g1: float,
+    g2: float,
+):
+    """Hessian of weight/2 (|f| - 1)^2: weight (d d^T + (1 - 1/|f|) (I - d d^T)), d = f/|f|, negative part left out."""
+    d = wp.normalize(f)
+    add_mode(blocks, slots, t, face, weight, g0 * d, g1 * d, g2 * d)
+    across = weight * (1.0 - 1.0 / wp.max(wp.length(f), 1.0e-6))
+    if across > 0.0:
+        helper = wp.vec3(1.0, 0.0, 0.0)
+        if wp.abs(d[0]) > 0.7:
+            helper = wp.vec3(0.0, 1.0, 0.0)
+        e = wp.normalize(wp.cross(d, helper))
+        h = wp.cross(d, e)
+        add_mode(blocks, slots, t, face, across, g0 * e, g1 * e, g2 * e)
+        add_mode(blocks, slots, t, face, across, g0 * h, g1 * h, g2 * h)
+
+
+@wp.kernel
+def hessian_kernel(
+    faces: wp.array(dtype=wp.vec3i),
+    gradients: wp.array2d(dtype=wp.vec2),
+    area: wp.array(dtype=wp.float32),
+    stiffness: wp.array(dtype=wp.vec3),
+    slots: wp.array2d(dtype=wp.int32),
+    x: wp.array(dtype=wp.vec3),
+    blocks_out: wp.array2d(dtype=wp.mat33),
+):
+    """Adds the positive semidefinite Hessian of Psi: psi = (s1 - 1)^2/2 + (s2 - 1)^2/2 for the shear part."""
+    t = wp.tid()
+    face = faces[t]
+    g0 = gradients[t, 0]
+    g1 = gradients[t, 1]
+    g2 = gradients[t, 2]
+    f_u, f_v = deformation_gradient(x, face, g0, g1, g2)
+    _u1, _u2, _n, _v1, s1, s2 = principal_frame(f_u, f_v)
+    k = stiffness[t]
+    shear = area[t] * k[2]
+    add_isotropic(blocks_out, slots, t, face, g0, g1, g2, f_u, f_v, shear, s1 - 1.0, s2 - 1.0, 1.0, 1.0)
+    add_column(blocks_out, slots, t, face, area[t] * (k[0] - k[2]), f_u, g0[0], g1[0], g2[0])
+    add_column(blocks_out, slots, t, face, area[t] * (k[1] - k[2]), f_v, g0[1], g1[1], g2[1])
 
 
 def stiffness_per_face(fabric_of_face: list[Fabric]) -> np.ndarray:

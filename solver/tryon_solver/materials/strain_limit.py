@@ -14,6 +14,7 @@ import warp as wp
 
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.materials.membrane import deformation_gradient, matrix
+from tryon_solver.materials.principal import add_isotropic, principal_frame
 
 wp.set_module_options({"enable_backward": False})
 
@@ -90,6 +91,35 @@ def energy_kernel(
     f_u, f_v = deformation_gradient(x, faces[t], gradients[t, 0], gradients[t, 1], gradients[t, 2])
     p_u, p_v, _largest = excess(f_u, f_v, limit[t])
     energy_out[t] = 0.5 * area[t] * stiffness[t] * (wp.length_sq(p_u) + wp.length_sq(p_v))
+
+
+@wp.kernel
+def hessian_kernel(
+    faces: wp.array(dtype=wp.vec3i),
+    gradients: wp.array2d(dtype=wp.vec2),
+    area: wp.array(dtype=wp.float32),
+    stiffness: wp.array(dtype=wp.float32),
+    limit: wp.array(dtype=wp.float32),
+    slots: wp.array2d(dtype=wp.int32),
+    x: wp.array(dtype=wp.vec3),
+    blocks_out: wp.array2d(dtype=wp.mat33),
+):
+    """Adds the positive semidefinite Hessian of Psi: psi = sum_k max(s_k - limit, 0)^2/2; silent below the limit."""
+    t = wp.tid()
+    face = faces[t]
+    g0 = gradients[t, 0]
+    g1 = gradients[t, 1]
+    g2 = gradients[t, 2]
+    f_u, f_v = deformation_gradient(x, face, g0, g1, g2)
+    _u1, _u2, _n, _v1, s1, s2 = principal_frame(f_u, f_v)
+    over1 = wp.max(s1 - limit[t], 0.0)
+    over2 = wp.max(s2 - limit[t], 0.0)
+    if over1 > 0.0:
+        active2 = float(0.0)
+        if over2 > 0.0:
+            active2 = 1.0
+        weight = area[t] * stiffness[t]
+        add_isotropic(blocks_out, slots, t, face, g0, g1, g2, f_u, f_v, weight, over1, over2, 1.0, active2)
 
 
 def limit_matrix(garment: Garment, stiffness: np.ndarray) -> sp.csr_matrix:

@@ -6,6 +6,7 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.geometry.garment import Garment
+from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.ell import EllMatrix, add_difference
 from tryon_solver.materials import bending, membrane
 from tryon_solver.materials.device import RestShape
@@ -38,8 +39,17 @@ def bind_membrane(garment: Garment, fabric: Fabric, rest: RestShape, device: str
         )
         return float(energy_out.numpy().sum(dtype=np.float64))
 
+    def add_hessian(x: wp.array, rows: BlockRows) -> None:
+        wp.launch(
+            membrane.hessian_kernel,
+            rest.face_count,
+            [rest.faces, rest.gradients, rest.area, stiffness, rows.slots, x],
+            [rows.blocks],
+            device=device,
+        )
+
     matrix = membrane.matrix(garment, per_face[:, 0].astype(float), per_face[:, 1].astype(float))
-    return Contribution("membrane", project=project, stiffness=matrix, energy=energy)
+    return Contribution("membrane", project=project, add_hessian=add_hessian, stiffness=matrix, energy=energy)
 
 
 def bind_bending(garment: Garment, fabric: Fabric, device: str) -> Contribution | None:
@@ -56,4 +66,4 @@ def bind_bending(garment: Garment, fabric: Fabric, device: str) -> Contribution 
         positions = x.numpy()[: garment.vertex_count].astype(np.float64)
         return 0.5 * float((positions * (matrix @ positions)).sum())
 
-    return Contribution("bending", add_gradient=add_gradient, stiffness=matrix, energy=energy)
+    return Contribution("bending", add_gradient=add_gradient, stiffness=matrix, constant=True, energy=energy)

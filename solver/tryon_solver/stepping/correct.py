@@ -17,12 +17,8 @@ from tryon_solver.contact import bounds, candidates, pairs
 from tryon_solver.contact.verify import violations
 from tryon_solver.linalg import pcg
 from tryon_solver.linalg.vectors import subtract
-from tryon_solver.stepping.gradient import (
-    add_contact_gradient,
-    elastic_gradient,
-    invert_diagonal_blocks,
-    system_product,
-)
+from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
+from tryon_solver.stepping.newton import hessian_product, linearise
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -67,6 +63,7 @@ def correct_penetration(sim: Simulation) -> None:
         sim.cloth,
         sim.touching,
         sim.boxes,
+        sim.group,
         state.x,
         work.direction,
         sim.reach + 2 * settings.search_slack,
@@ -79,10 +76,10 @@ def correct_penetration(sim: Simulation) -> None:
             term.prepare(sim.pairs, state.x, state.x_start, sim.dt)
         elastic_gradient(sim, state.x, work.gradient)
         add_contact_gradient(sim, state.x, state.x, work.gradient)
-        invert_diagonal_blocks(sim)
+        linearise(sim)
         pcg.solve(
             sim.cg,
-            lambda p, product: system_product(sim, p, product),
+            lambda p, product: hessian_product(sim, p, product),
             work.blocks,
             work.gradient,
             work.direction,

@@ -8,21 +8,11 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.body import carry as carrying
-from tryon_solver.body.pose import Pose, world_from_joint
+from tryon_solver.body.pose import Pose, world_from_rest
 from tryon_solver.contact import bounds, candidates
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import PoseInterval, Simulation
-
-
-def joint_matrices(sim: Simulation, pose: Pose) -> np.ndarray:
-    """(J, 4, 4) skinning matrices: where each joint takes its rest neighbourhood."""
-    model = sim.scene.body
-    assert model is not None
-    world = world_from_joint(model, pose)
-    world = world.copy()
-    world[:, :3, 3] -= np.einsum("jab,jb->ja", world[:, :3, :3], model.rest_joints)
-    return world
 
 
 def move_body(sim: Simulation, interval: PoseInterval) -> None:
@@ -35,6 +25,9 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
     sim.dt = interval.dt
     wp.copy(state.x_start, state.x)
     if sim.body is not None:
+        assert sim.scene.body is not None
+        assert interval.start is not None
+        assert interval.end is not None
         carrying.set_weights(
             sim.body.carry,
             state.x,
@@ -43,11 +36,11 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
             settings.carry_full,
             settings.carry_none,
         )
-        before = joint_matrices(sim, interval.start)
+        before = world_from_rest(sim.scene.body, interval.start)
         count = substep_count(sim, before, interval.end)
         for k in range(1, count + 1):
-            pose = interval.end if k == count else interval.start.interpolate(interval.end, k / count)
-            after = joint_matrices(sim, pose)
+            pose = interval.end if k == count else Pose.interpolate(interval.start, interval.end, k / count)
+            after = world_from_rest(sim.scene.body, pose)
             carry_once(sim, before, after, pose, interval.dt / count)
             before = after
         sim.counters.substeps += count
@@ -59,7 +52,7 @@ def substep_count(sim: Simulation, before: np.ndarray, end: Pose) -> int:
     """Sub-steps so that no skin near the cloth moves further than `substep_travel` m relative to the root in one."""
     body = sim.body
     assert body is not None
-    after = joint_matrices(sim, end)
+    after = world_from_rest(sim.scene.body, end)
     body.skinning.run(end, body.skin_next)
     sim.largest_out.zero_()
     wp.launch(
@@ -116,7 +109,15 @@ def filter_motion(sim: Simulation) -> None:
     candidates.sweep(sim.boxes, state.x, work.direction, 0.5 * reach)
     for relative in (True, False):
         candidates.find(
-            sim.candidates, sim.cloth, sim.touching, sim.boxes, state.x, work.direction, reach, relative=relative
+            sim.candidates,
+            sim.cloth,
+            sim.touching,
+            sim.boxes,
+            sim.group,
+            state.x,
+            work.direction,
+            reach,
+            relative=relative,
         )
         work.alpha.fill_(1.0)
         passes = bounds.shorten(

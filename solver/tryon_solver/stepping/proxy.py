@@ -26,6 +26,7 @@ def build_contact_proxy(sim: Simulation) -> None:
             sim.cloth,
             sim.touching,
             sim.boxes,
+            sim.group,
             state.x_feasible,
             work.direction,
             sim.reach,
