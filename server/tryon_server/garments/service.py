@@ -1,0 +1,111 @@
+"""Garments of the server: upload, look-up, and those that are there from the start."""
+
+from __future__ import annotations
+
+import hashlib
+import threading
+import time
+from pathlib import Path
+
+import msgspec
+
+from tryon_server.garments.check import CheckReply, PatternFacts
+from tryon_server.garments.limited import Limits, run_limited
+from tryon_server.persistence import BlobStore, GarmentRecord, GarmentStore
+from tryon_server.problems import ProblemError, problem_error
+
+MAX_NAME_LENGTH = 200
+CHECKS_AT_ONCE = 2
+
+
+class GarmentService:
+    """Checks and stores patterns. Blocking: call it from a worker thread. Safe to call from several threads."""
+
+    def __init__(self, garments: GarmentStore, blobs: BlobStore, limits: Limits) -> None:
+        self._garments = garments
+        self._blobs = blobs
+        self._limits = limits
+        self._slots = threading.BoundedSemaphore(CHECKS_AT_ONCE)
+
+    def add(self, content: bytes, name: str) -> GarmentRecord:
+        """Check a pattern file and store it; the same file twice is the same garment.
+
+        Raises:
+            ProblemError: 400 not JSON, 422 not a pattern that can be sewn or the name is unfit.
+        """
+        name = name.strip()
+        if not name or len(name) > MAX_NAME_LENGTH or not name.isprintable():
+            raise problem_error(
+                "garment.name",
+                f"a garment's name has 1 to {MAX_NAME_LENGTH} printable characters",
+                "Choose another name",
+                place="name",
+                status=422,
+            )
+        digest = hashlib.sha256(content).hexdigest()
+        return self._store(f"p{digest[:16]}", name, content)
+
+    def add_built_in(self, folder: Path) -> None:
+        """Have every pattern of ``folder`` as a garment named by its file; unchanged files are not checked again."""
+        for path in sorted(folder.glob("*.json")):
+            content = path.read_bytes()
+            self._store(path.stem, path.stem.replace("_", " "), content)
+
+    def get(self, garment_id: str) -> GarmentRecord:
+        """The garment with this id. Raises ProblemError 404."""
+        garment = self._garments.get(garment_id)
+        if garment is None:
+            raise problem_error(
+                "garment.unknown",
+                f"there is no garment {garment_id!r}",
+                "GET /api/garments lists those there are",
+                place="garment",
+                status=404,
+            )
+        return garment
+
+    def pattern_path(self, garment: GarmentRecord) -> Path:
+        """The file with the garment's pattern. Raises ProblemError 410 when it was removed from the data folder."""
+        try:
+            return self._blobs.path(garment.digest)
+        except KeyError as error:
+            raise problem_error(
+                "garment.lost",
+                f"the pattern file of {garment.id!r} is no longer in the data folder",
+                "Upload it again",
+                place="garment",
+                status=410,
+            ) from error
+
+    def all(self) -> list[GarmentRecord]:
+        """Every garment, oldest first."""
+        return self._garments.all()
+
+    def _store(self, garment_id: str, name: str, content: bytes) -> GarmentRecord:
+        known = self._garments.get(garment_id)
+        digest = hashlib.sha256(content).hexdigest()
+        if known is not None and known.digest == digest:
+            self._blobs.put(content)
+            return known
+        facts = self._check(content)
+        record = GarmentRecord(
+            id=garment_id,
+            name=name,
+            digest=self._blobs.put(content),
+            created=time.time(),
+            **msgspec.structs.asdict(facts),
+        )
+        self._garments.add(record)
+        return record
+
+    def _check(self, content: bytes) -> PatternFacts:
+        limits = [str(self._limits.seconds), str(self._limits.address_space)]
+        with self._slots:
+            reply_json = run_limited(
+                "tryon_server.garments.check", limits, content, self._limits, "checking the pattern"
+            )
+        reply = msgspec.json.decode(reply_json, type=CheckReply)
+        if reply.facts is None:
+            assert reply.problem is not None
+            raise ProblemError(reply.problem, reply.status)
+        return reply.facts

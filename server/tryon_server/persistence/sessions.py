@@ -1,0 +1,67 @@
+"""Sessions: which were opened with what, and why they ended. A restart of the server ends those that were open."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import msgspec
+from sqlalchemy import ColumnElement, Engine, select
+
+from tryon_server.persistence import tables
+
+
+class SessionRecord(msgspec.Struct, frozen=True, kw_only=True):
+    """A session as opened. Times in s since 1970; ``ended`` and ``ending`` are None while it lives."""
+
+    id: str
+    garment: str
+    motion: str | None
+    fabric: str
+    preset: str
+    created: float
+    ended: float | None = None
+    ending: str | None = None
+
+
+class SessionStore(Protocol):
+    """Where the history of sessions is kept."""
+
+    def add(self, session: SessionRecord) -> None:
+        """Keep a new session."""
+
+    def end(self, session_id: str, when: float, why: str) -> None:
+        """Note that a session ended; one that had ended before keeps its first ending."""
+
+    def end_all_open(self, when: float, why: str) -> int:
+        """Note the end of every session still open; their count."""
+
+    def get(self, session_id: str) -> SessionRecord | None:
+        """The session with this id, or None."""
+
+
+class SqlSessions:
+    """Sessions in a relational database."""
+
+    def __init__(self, engine: Engine) -> None:
+        self._engine = engine
+
+    def add(self, session: SessionRecord) -> None:
+        with self._engine.begin() as connection:
+            connection.execute(tables.sessions.insert().values(msgspec.structs.asdict(session)))
+
+    def end(self, session_id: str, when: float, why: str) -> None:
+        self._end([tables.sessions.c.id == session_id], when, why)
+
+    def end_all_open(self, when: float, why: str) -> int:
+        return self._end([], when, why)
+
+    def _end(self, which: list[ColumnElement[bool]], when: float, why: str) -> int:
+        update = tables.sessions.update().where(tables.sessions.c.ended.is_(None), *which)
+        with self._engine.begin() as connection:
+            return connection.execute(update.values(ended=when, ending=why[:500])).rowcount
+
+    def get(self, session_id: str) -> SessionRecord | None:
+        query = select(tables.sessions).where(tables.sessions.c.id == session_id)
+        with self._engine.connect() as connection:
+            row = connection.execute(query).mappings().first()
+        return None if row is None else SessionRecord(**row)

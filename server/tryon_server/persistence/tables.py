@@ -1,0 +1,75 @@
+"""The tables, and how a database is opened. SQLite by default, PostgreSQL by URL."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from sqlalchemy import Column, Engine, Float, Integer, MetaData, String, Table, create_engine, event
+from sqlalchemy.engine import make_url
+from sqlalchemy.exc import ArgumentError, SQLAlchemyError
+from sqlalchemy.exc import NoSuchModuleError as UnknownDialectError
+
+from tryon_server.problems import problem_error
+
+metadata = MetaData()
+
+garments = Table(
+    "garments",
+    metadata,
+    Column("id", String(64), primary_key=True),
+    Column("name", String(200), nullable=False),
+    Column("digest", String(64), nullable=False),  # sha256 of the pattern file
+    Column("panel_count", Integer, nullable=False),
+    Column("seam_count", Integer, nullable=False),
+    Column("vertex_count", Integer, nullable=False),  # of the mesh that the check made
+    Column("triangle_count", Integer, nullable=False),
+    Column("area", Float, nullable=False),  # [m^2]
+    Column("created", Float, nullable=False),  # [s] since 1970
+)
+
+sessions = Table(
+    "sessions",
+    metadata,
+    Column("id", String(64), primary_key=True),
+    Column("garment", String(64), nullable=False),
+    Column("motion", String(200)),
+    Column("fabric", String(200), nullable=False),
+    Column("preset", String(50), nullable=False),
+    Column("created", Float, nullable=False),  # [s] since 1970
+    Column("ended", Float),  # [s] since 1970
+    Column("ending", String(500)),  # why it ended, for people
+)
+
+
+def open_database(url: str) -> Engine:
+    """A connection pool on ``url`` with the tables in place.
+
+    SQLite runs in write-ahead-log mode, so that a reader never waits for a writer, and waits up to 5 s for a lock.
+
+    Raises:
+        ProblemError: the URL is malformed, its driver is not installed or the database can't be reached.
+    """
+    try:
+        parsed = make_url(url)
+        if parsed.get_backend_name() == "sqlite" and parsed.database:
+            Path(parsed.database).parent.mkdir(parents=True, exist_ok=True)
+        engine = create_engine(parsed, pool_pre_ping=True)
+        if engine.dialect.name == "sqlite":
+            event.listen(engine, "connect", _prepare_sqlite)
+        metadata.create_all(engine)
+    except (ArgumentError, UnknownDialectError, ImportError, SQLAlchemyError, OSError) as error:
+        shown = make_url(url).render_as_string(hide_password=True) if not isinstance(error, ArgumentError) else url
+        raise problem_error(
+            "database.unreachable",
+            f"the database {shown} can't be opened: {str(error).splitlines()[0]}",
+            "Correct TRYON_SERVER_DATABASE_URL, or unset it to use the embedded SQLite file",
+        ) from error
+    return engine
+
+
+def _prepare_sqlite(connection: object, _record: object) -> None:
+    cursor = connection.cursor()  # type: ignore[attr-defined]
+    cursor.execute("PRAGMA journal_mode=WAL")
+    cursor.execute("PRAGMA synchronous=NORMAL")
+    cursor.execute("PRAGMA busy_timeout=5000")
+    cursor.close()

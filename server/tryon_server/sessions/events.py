@@ -1,0 +1,74 @@
+"""What a simulation tells its session."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from tryon_protocol import EncodedFrame, ReportMessage
+
+Phase = Literal["preparing", "dressing", "ready", "failed"]
+
+
+@dataclass(frozen=True)
+class PhaseChanged:
+    """What the simulation is doing: ``detail`` in a sentence for people, ``progress`` 0 to 1 when known."""
+
+    phase: Phase
+    detail: str
+    progress: float | None = None
+
+
+@dataclass(frozen=True)
+class TopologyReady:
+    """The garment is dressed: its topology's number, the encoded message with and without compressed arrays, and the
+    names of the joints that a pose must have."""
+
+    topology_id: int
+    payload: bytes
+    plain_payload: bytes
+    joint_names: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class FrameReady:
+    """One state of the garment in the forms that were asked for; all of them have the same seq.
+
+    Attributes:
+        topology_id: what it refers to.
+        shared: for everybody who holds what it needs.
+        standalone: the same state in a form that needs no other frame, or None.
+        plain: the same state without compression, or None.
+    """
+
+    topology_id: int
+    shared: EncodedFrame
+    standalone: EncodedFrame | None = None
+    plain: EncodedFrame | None = None
+
+
+@dataclass(frozen=True)
+class Reported:
+    """What the solver did lately."""
+
+    report: ReportMessage
+
+
+@dataclass(frozen=True)
+class Troubled:
+    """Something went wrong in the simulation, which goes on: a step that failed, a motion that can't be read."""
+
+    code: str
+    place: str
+    message: str
+    remedy: str
+
+
+@dataclass(frozen=True)
+class Gone:
+    """The simulation's process has ended without being asked to."""
+
+    detail: str
+
+
+Event = PhaseChanged | TopologyReady | FrameReady | Reported | Troubled | Gone

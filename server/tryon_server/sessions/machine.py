@@ -1,0 +1,455 @@
+"""The session: answers clients, orders the simulation, decides who gets what. Pure: time and bytes are arguments.
+
+Methods take the present time ``now`` [s, any steady clock] and return the actions that the surroundings must carry out,
+in this order. They never raise on account of what a client or the simulation sent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from tryon_protocol import (
+    CREDIT,
+    AckMessage,
+    ByeMessage,
+    ClientMessage,
+    GoodbyeMessage,
+    HelloMessage,
+    KeyframeRequestMessage,
+    PauseMessage,
+    PingMessage,
+    PlayMessage,
+    PongMessage,
+    PoseMessage,
+    ProtocolError,
+    ServerMessage,
+    SetFabricMessage,
+    SetMotionMessage,
+    StatusMessage,
+    WelcomeMessage,
+    decode_client,
+    encode,
+    error_message,
+    negotiate,
+    validate_pose,
+)
+from tryon_protocol.messages import SessionState
+
+from tryon_server.sessions.actions import (
+    FATAL_ERROR,
+    GOING_AWAY,
+    NO_HELLO,
+    NORMAL,
+    TOO_MANY_MESSAGES,
+    Action,
+    Close,
+    End,
+    Order,
+    Send,
+)
+from tryon_server.sessions.commands import FollowMotion, Run, UsePose, WearFabric
+from tryon_server.sessions.events import Event, FrameReady, Gone, PhaseChanged, Reported, TopologyReady, Troubled
+from tryon_server.sessions.flow import FrameFlow
+from tryon_server.sessions.seats import Seats
+from tryon_server.sessions.viewer import Viewer
+
+SUBJECT = "wearer"
+HELLO_SECONDS = 10.0  # a connection that has not said hello by then is closed
+POSE_STALE_SECONDS = 2.0  # without a pose for this long the session says that it waits for one
+
+
+@dataclass(frozen=True)
+class Rules:
+    """What holds for every session of a server.
+
+    Attributes:
+        epoch: word that changes when the server restarts.
+        server: name and version of the server, for the clients' logs.
+        motions: names of the motions that the server can play.
+        fabrics: names of the fabrics.
+        credit: most frames that travel unacknowledged to one client.
+        max_viewers: most connections of one session.
+        messages_per_second: most messages per second from one client, on average.
+        grace_seconds: how long a session lives on without a connection [s].
+    """
+
+    epoch: str
+    server: str
+    motions: tuple[str, ...]
+    fabrics: tuple[str, ...]
+    credit: int = CREDIT
+    max_viewers: int = 16
+    messages_per_second: float = 240.0
+    grace_seconds: float = 60.0
+
+
+class Session:
+    """One try-on session: a garment on a body, and the clients that watch it."""
+
+    def __init__(
+        self, session_id: str, rules: Rules, motion: str | None, fabric: str, new_token: Callable[[], str], now: float
+    ) -> None:
+        self.id = session_id
+        self.motion = motion
+        self.fabric = fabric
+        self.playing = True
+        self._rules = rules
+        self._viewers: dict[int, Viewer] = {}
+        self._seats = Seats(new_token)
+        self._flow = FrameFlow(rules.credit)
+        self._phase = PhaseChanged("preparing", "The simulation is starting")
+        self._topology: TopologyReady | None = None
+        self._last_status: StatusMessage | None = None
+        self._running = False
+        self._last_pose_used = float("-inf")
+        self._watched_until = now
+        self._ended = False
+
+    # From the surroundings ----------------------------------------------------------------------------------------
+
+    def connect(self, client: int, now: float) -> list[Action]:
+        """A connection was made; ``client`` is a number that was never used before in this session."""
+        if self._ended or len(self._viewers) >= self._rules.max_viewers:
+            why = (
+                "The session has ended."
+                if self._ended
+                else f"The session has {self._rules.max_viewers} clients already."
+            )
+            return self._farewell(
+                client, ProtocolError("session_full", "$", why, "Open a new session."), FATAL_ERROR, now
+            )
+        self._viewers[client] = Viewer(now, self._rules.messages_per_second)
+        return []
+
+    def disconnect(self, client: int, now: float) -> list[Action]:
+        """A connection ended, for whatever reason."""
+        return self._leave(client, now, for_good=False)
+
+    def receive(self, client: int, data: bytes, now: float) -> list[Action]:
+        """A binary message arrived."""
+        viewer = self._viewers.get(client)
+        if viewer is None:  # it is being closed
+            return []
+        try:
+            if viewer.floods(now):
+                fault = ProtocolError(
+                    "rate_limited", "$", "Far too many messages arrive.", "Send a pose per displayed frame."
+                )
+                return self._farewell(client, fault, TOO_MANY_MESSAGES, now)
+            within_rate = viewer.within_rate(now)
+            if not viewer.greeted:
+                return self._greet(client, viewer, data, now)
+            message = decode_client(data)
+            if not within_rate and not isinstance(message, AckMessage | ByeMessage):
+                raise ProtocolError(
+                    "rate_limited",
+                    "$",
+                    f"More than {self._rules.messages_per_second:g} messages a second arrived; this one was not used.",
+                    "Send fewer messages; a pose per displayed frame is enough.",
+                )
+            return [*self._obey(client, viewer, message, now), *self._flow.orders()]
+        except ProtocolError as error:
+            return self._answer_fault(client, viewer, error, None, now)
+
+    def receive_text(self, client: int, now: float) -> list[Action]:
+        """A text message arrived, which this protocol never uses."""
+        viewer = self._viewers.get(client)
+        if viewer is None:
+            return []
+        fault = ProtocolError(
+            "malformed_message", "$", "A text message arrived.", "Send binary websocket messages only."
+        )
+        return self._answer_fault(client, viewer, fault, None, now)
+
+    def simulated(self, event: Event, now: float) -> list[Action]:
+        """The simulation told something."""
+        if self._ended:
+            return []
+        match event:
+            case FrameReady():
+                return [*self._flow.frame(event), *self._flow.orders()]
+            case TopologyReady():
+                self._topology = event
+                self._flow.new_topology(event.topology_id)
+                actions: list[Action] = []
+                for client in self._greeted():
+                    actions += self._send_topology(client)
+                return [*actions, *self._flow.orders()]
+            case PhaseChanged():
+                self._phase = event
+                return self._status_if_changed(now)
+            case Reported():
+                return self._tell_all(event.report, "report")
+            case Troubled():
+                fault = ProtocolError(event.code, event.place, event.message, event.remedy)
+                return self._tell_all(error_message(fault))
+            case Gone():
+                return self._simulation_gone(event, now)
+
+    def tick(self, now: float) -> list[Action]:
+        """Time went by; to be called a few times a second."""
+        if self._ended:
+            return []
+        actions: list[Action] = []
+        for client, viewer in list(self._viewers.items()):
+            if not viewer.greeted and now - viewer.joined > HELLO_SECONDS:
+                what = f"No hello arrived within {HELLO_SECONDS:g} s."
+                fault = ProtocolError("unexpected_message", "$", what, "Send hello first.")
+                actions += self._farewell(client, fault, NO_HELLO, now)
+        self._seats.expire(now)
+        if self._viewers:
+            self._watched_until = now
+        elif self.unwatched_seconds(now) > self._rules.grace_seconds:
+            return [*actions, *self.end("Nobody was watching any more", None)]
+        return [*actions, *self._status_if_changed(now), *self._flow.orders()]
+
+    def end(self, reason: str, retry_after: float | None) -> list[Action]:
+        """End the session. ``retry_after`` [s] tells clients when to come back, None that they should not."""
+        if self._ended:
+            return []
+        code = NORMAL if retry_after is None else GOING_AWAY
+        actions = self._tell_all(GoodbyeMessage(reason=reason, retry_after=retry_after))
+        actions += [Close(client, code, reason) for client in self._viewers]
+        self._viewers.clear()
+        self._ended = True
+        return [*actions, End(reason)]
+
+    # State --------------------------------------------------------------------------------------------------------
+
+    @property
+    def ended(self) -> bool:
+        """Whether the session is over."""
+        return self._ended
+
+    @property
+    def viewer_count(self) -> int:
+        """How many clients are connected."""
+        return len(self._viewers)
+
+    def unwatched_seconds(self, now: float) -> float:
+        """For how long no client has been connected [s]; 0 while one is."""
+        return 0.0 if self._viewers else now - self._watched_until
+
+    def status(self, now: float) -> StatusMessage:
+        """The session's state in one message."""
+        state, detail = self._state(now)
+        return StatusMessage(
+            state=state,
+            detail=detail,
+            motion=self.motion,
+            fabric=self.fabric,
+            playing=self.playing,
+            progress=self._phase.progress if state in ("preparing", "dressing") else None,
+        )
+
+    def _state(self, now: float) -> tuple[SessionState, str]:
+        phase = self._phase.phase
+        if self._ended:
+            return "closed", "The session has ended"
+        if phase != "ready":
+            return phase, self._phase.detail
+        if not self.playing:
+            return "paused", "Held by a client"
+        if self.motion is None and now - self._last_pose_used > POSE_STALE_SECONDS:
+            return "waiting", "No pose has arrived lately"
+        return "running", f"Playing {self.motion}" if self.motion else "Following the tracked body"
+
+    # Messages of clients ------------------------------------------------------------------------------------------
+
+    def _greet(self, client: int, viewer: Viewer, data: bytes, now: float) -> list[Action]:
+        try:
+            message = decode_client(data)
+            if not isinstance(message, HelloMessage):
+                raise ProtocolError(
+                    "unexpected_message", "$.type", "The first message was not hello.", "Send hello first."
+                )
+            version = negotiate(message)
+        except ProtocolError as error:
+            return self._farewell(client, error, FATAL_ERROR, now)
+        token, replaced = self._seats.sit(client, message.resume, now)
+        actions: list[Action] = []
+        if replaced is not None:
+            actions.append(Close(replaced, NORMAL, "Resumed by a newer connection"))
+            self._drop(replaced)
+        viewer.greeted = True
+        viewer.takes_zstd = "zstd" in message.codecs
+        self._flow.open(client, viewer.takes_zstd)
+        welcome = WelcomeMessage(
+            version=version,
+            session=self.id,
+            epoch=self._rules.epoch,
+            server=self._rules.server,
+            clock=now,
+            credit=self._rules.credit,
+            topology_id=self._topology.topology_id if self._topology else 0,
+            subjects=(SUBJECT,),
+            motions=self._rules.motions,
+            fabrics=self._rules.fabrics,
+            resume_token=token,
+        )
+        actions += [Send(client, encode(welcome)), Send(client, encode(self.status(now)), "status")]
+        if self._topology:
+            actions += self._send_topology(client)
+        return [*actions, *self._steer(), *self._flow.orders()]
+
+    def _obey(self, client: int, viewer: Viewer, message: ClientMessage, now: float) -> list[Action]:
+        match message:
+            case PoseMessage():
+                return self._pose(client, viewer, message, now)
+            case AckMessage():
+                self._flow.acknowledge(client, message.seq)
+                return []
+            case KeyframeRequestMessage():
+                self._flow.lost_chain(client)
+                return []
+            case PingMessage():
+                return [Send(client, encode(PongMessage(t=message.t, clock=now)))]
+            case PlayMessage() | PauseMessage():
+                self.playing = isinstance(message, PlayMessage)
+                return [*self._steer(), *self._status_if_changed(now)]
+            case SetMotionMessage():
+                return self._set_motion(client, viewer, message, now)
+            case SetFabricMessage():
+                return self._set_fabric(client, viewer, message, now)
+            case ByeMessage():
+                return [*self._leave(client, now, for_good=True), Close(client, NORMAL, "Goodbye")]
+            case HelloMessage():
+                raise ProtocolError(
+                    "unexpected_message", "$.type", "hello came twice.", "Send hello once per connection."
+                )
+
+    def _pose(self, client: int, viewer: Viewer, message: PoseMessage, now: float) -> list[Action]:
+        if message.ack:
+            self._flow.acknowledge(client, message.ack)
+        if self._topology is None:
+            raise ProtocolError(
+                "unexpected_message",
+                "$",
+                "The garment is still being dressed, so no pose can be used yet.",
+                "Wait for `topology`.",
+            )
+        if self.motion is not None:
+            raise ProtocolError(
+                "unexpected_message",
+                "$",
+                f"The server plays the motion {self.motion!r}.",
+                "Send set_motion with null first.",
+            )
+        root, rotations = validate_pose(message, self._topology.joint_names, (SUBJECT,))
+        if not self._seats.may_pose(client, now):
+            raise ProtocolError(
+                "pose_source_taken",
+                "$.subject",
+                "Another client's poses move the body.",
+                "Wait until that client has left the session.",
+            )
+        if viewer.last_pose is not None:
+            last_seq, last_t = viewer.last_pose
+            if message.seq <= last_seq:
+                raise _disordered("$.seq", f"Pose {message.seq} came after pose {last_seq}.", "Number poses upwards.")
+            if message.t <= last_t:
+                raise _disordered(
+                    "$.t", f"A pose of {message.t} s came after one of {last_t} s.", "Send times of a steady clock."
+                )
+        viewer.last_pose = (message.seq, message.t)
+        self._last_pose_used = now
+        return [Order(UsePose(client, message.seq, message.t, root, rotations)), *self._status_if_changed(now)]
+
+    def _set_motion(self, client: int, viewer: Viewer, message: SetMotionMessage, now: float) -> list[Action]:
+        if message.motion is not None and message.motion not in self._rules.motions:
+            fault = _unknown("motion", message.motion, self._rules.motions)
+            return self._answer_fault(client, viewer, fault, message.request, now)
+        self.motion = message.motion
+        self._seats.release_poses()
+        self._last_pose_used = float("-inf")
+        return [Order(FollowMotion(message.motion)), *self._status_if_changed(now)]
+
+    def _set_fabric(self, client: int, viewer: Viewer, message: SetFabricMessage, now: float) -> list[Action]:
+        if message.fabric not in self._rules.fabrics:
+            fault = _unknown("fabric", message.fabric, self._rules.fabrics)
+            return self._answer_fault(client, viewer, fault, message.request, now)
+        if message.fabric == self.fabric and self._phase.phase != "failed":
+            return []
+        self.fabric = message.fabric
+        return [Order(WearFabric(message.fabric)), *self._status_if_changed(now)]
+
+    # Answers ------------------------------------------------------------------------------------------------------
+
+    def _answer_fault(
+        self, client: int, viewer: Viewer, fault: ProtocolError, request: int | None, now: float
+    ) -> list[Action]:
+        """Tell a client what was wrong: at once when a numbered request failed, else once a second per fault."""
+        if request is None and not viewer.may_complain(f"{fault.code} {fault.place}", now):
+            return []
+        return [Send(client, encode(error_message(fault, request=request)))]
+
+    def _farewell(self, client: int, fault: ProtocolError, code: int, now: float) -> list[Action]:
+        """A fatal error and the end of the connection."""
+        answer = Send(client, encode(error_message(fault, fatal=True)))
+        return [answer, Close(client, code, fault.message), *self._leave(client, now, for_good=True)]
+
+    def _send_topology(self, client: int) -> list[Action]:
+        assert self._topology is not None
+        self._flow.topology_sent(client)
+        viewer = self._viewers[client]
+        return [Send(client, self._topology.payload if viewer.takes_zstd else self._topology.plain_payload)]
+
+    def _status_if_changed(self, now: float) -> list[Action]:
+        status = self.status(now)
+        if status == self._last_status:
+            return []
+        self._last_status = status
+        return self._tell_all(status, "status")
+
+    def _tell_all(self, message: ServerMessage, replaces: str = "") -> list[Action]:
+        payload = encode(message)
+        return [Send(client, payload, replaces) for client in self._greeted()]
+
+    def _greeted(self) -> Sequence[int]:
+        return [client for client, viewer in self._viewers.items() if viewer.greeted]
+
+    # Simulation ---------------------------------------------------------------------------------------------------
+
+    def _steer(self) -> list[Action]:
+        """Run only while somebody watches and nobody holds."""
+        running = self.playing and bool(self._greeted())
+        if running == self._running:
+            return []
+        self._running = running
+        return [Order(Run(running))]
+
+    def _simulation_gone(self, event: Gone, now: float) -> list[Action]:
+        fault = ProtocolError(
+            "simulation_failed",
+            "$",
+            f"The simulation of this session has ended: {event.detail}.",
+            "Open a new session; if it ends again, choose a coarser preset or a simpler pattern.",
+        )
+        self._phase = PhaseChanged("failed", fault.message)
+        told = [*self._tell_all(error_message(fault, fatal=True)), *self._status_if_changed(now)]
+        return [*told, *self.end(fault.message, None)]
+
+    # Leaving ------------------------------------------------------------------------------------------------------
+
+    def _leave(self, client: int, now: float, for_good: bool) -> list[Action]:
+        if client not in self._viewers:
+            return []
+        self._drop(client)
+        self._seats.leave(client, now, for_good)
+        self._watched_until = now
+        return [*self._steer(), *self._flow.orders()] if not self._ended else []
+
+    def _drop(self, client: int) -> None:
+        del self._viewers[client]
+        self._flow.close(client)
+
+
+def _unknown(kind: str, name: str, known: Sequence[str]) -> ProtocolError:
+    return ProtocolError(
+        f"unknown_{kind}", f"$.{kind}", f"There is no {kind} {name!r}.", f"Choose one of: {', '.join(known)}."
+    )
+
+
+def _disordered(place: str, message: str, remedy: str) -> ProtocolError:
+    return ProtocolError("invalid_pose", place, message, remedy)

@@ -1,0 +1,42 @@
+"""What a session remembers of one connection."""
+
+from __future__ import annotations
+
+from tryon_server.sessions.rate import Throttle, TokenBucket
+
+REPEAT_SECONDS = 1.0  # the same fault of the same client is answered once in this time
+BURST_SECONDS = 1.0  # a client may send this much of its rate at once
+FLOOD_RATE = 500.0  # messages per second that close the connection when they keep coming
+FLOOD_BURST = 1000.0
+
+
+class Viewer:
+    """One connection.
+
+    Attributes:
+        joined: when it was made [s].
+        greeted: whether its hello was answered.
+        takes_zstd: whether it can inflate zstd.
+        last_pose: number and capture time of the last pose it sent, None before the first.
+    """
+
+    def __init__(self, joined: float, messages_per_second: float) -> None:
+        self.joined = joined
+        self.greeted = False
+        self.takes_zstd = True
+        self.last_pose: tuple[int, float] | None = None
+        self._flood = TokenBucket(FLOOD_RATE, FLOOD_BURST, joined)
+        self._bucket = TokenBucket(messages_per_second, messages_per_second * BURST_SECONDS, joined)
+        self._complaints = Throttle(REPEAT_SECONDS)
+
+    def within_rate(self, now: float) -> bool:
+        """Count one message; whether it is within the rate that the session allows."""
+        return self._bucket.take(now)
+
+    def floods(self, now: float) -> bool:
+        """Count one message; whether the client sends far more than any client has reason to."""
+        return not self._flood.take(now)
+
+    def may_complain(self, fault: str, now: float) -> bool:
+        """Whether to answer this fault now, or whether it was answered a moment ago."""
+        return self._complaints.allow(fault, now)

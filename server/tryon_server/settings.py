@@ -1,0 +1,93 @@
+"""Settings of the server: read once from the environment, frozen from then on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+
+from tryon_server.problems import ProblemError, problem_error
+
+PREFIX = "TRYON_SERVER_"
+
+Positive = Annotated[float, msgspec.Meta(gt=0)]
+Count = Annotated[int, msgspec.Meta(ge=1)]
+
+
+class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Everything an operator may set. Each field is read from ``TRYON_SERVER_<FIELD>``.
+
+    Attributes:
+        host: address to listen on. The default is reachable from this machine only.
+        port: TCP port.
+        data_dir: folder of the embedded database and of the uploaded patterns.
+        database_url: SQLAlchemy URL; empty means an SQLite file in ``data_dir``.
+        device: where garments are simulated: ``auto``, ``cpu``, ``cuda:0``, ...
+        preset: accuracy of a session that names none: ``draft`` for a CPU, ``fine`` for a GPU, ``auto`` to choose.
+        allowed_origins: web origins, comma separated, besides the server's own, whose pages may open a stream.
+        max_pattern_bytes: largest pattern file accepted [bytes].
+        pattern_check_seconds: longest time that checking an uploaded pattern may take [s].
+        pattern_check_bytes: most address space that checking may use [bytes].
+        max_sessions: sessions that may live at once; each is one process.
+        session_grace_seconds: how long a session lives on with nobody watching [s].
+        max_viewers: most clients of one session.
+        frames_per_second: most frames published per second of wall time [1/s].
+        keyframe_seconds: a frame that needs no other is published at least this often [s].
+        messages_per_second: most messages accepted from one client per second, on average [1/s].
+        warm: whether the server compiles the solver's kernels at start rather than for the first session.
+    """
+
+    host: str = "127.0.0.1"
+    port: Annotated[int, msgspec.Meta(ge=0, le=65535)] = 8000
+    data_dir: Path = Path("var")
+    database_url: str = ""
+    device: str = "auto"
+    preset: str = "auto"
+    allowed_origins: tuple[str, ...] = ()
+    max_pattern_bytes: Count = 16 * 2**20
+    pattern_check_seconds: Positive = 20.0
+    pattern_check_bytes: Count = 4 * 2**30
+    max_sessions: Count = 8
+    session_grace_seconds: Positive = 60.0
+    max_viewers: Count = 16
+    frames_per_second: Positive = 60.0
+    keyframe_seconds: Positive = 1.0
+    messages_per_second: Positive = 240.0
+    warm: bool = True
+
+    def effective_database_url(self) -> str:
+        """The database URL, with the embedded default filled in."""
+        return self.database_url or f"sqlite:///{(self.data_dir / 'tryon.sqlite3').absolute()}"
+
+
+def read_settings(environment: Mapping[str, str], **overrides: object) -> Settings:
+    """Settings from an environment, with ``overrides`` from a command line on top; None overrides nothing.
+
+    Raises:
+        ProblemError: a value of the wrong kind or an unknown ``TRYON_SERVER_`` name; names it and what is allowed.
+    """
+    fields = Settings.__struct_fields__
+    values: dict[str, Any] = {}
+    for name, text in environment.items():
+        if not name.startswith(PREFIX):
+            continue
+        field = name.removeprefix(PREFIX).lower()
+        if field not in fields:
+            known = ", ".join(PREFIX + known_field.upper() for known_field in fields)
+            raise problem_error("settings.unknown", f"unknown setting {name}", f"Known settings: {known}", place=name)
+        values[field] = (
+            [part.strip() for part in text.split(",") if part.strip()] if field == "allowed_origins" else text
+        )
+    values.update({field: value for field, value in overrides.items() if value is not None})
+    try:
+        return msgspec.convert(values, Settings, strict=False, dec_hook=lambda kind, value: kind(value))
+    except msgspec.ValidationError as error:
+        raise _invalid(error) from error
+
+
+def _invalid(error: msgspec.ValidationError) -> ProblemError:
+    text, _, path = str(error).partition(" - at `$.")
+    name = PREFIX + path.rstrip("`").upper()
+    return problem_error("settings.invalid", text, "Correct it or leave it unset", place=name)

@@ -1,0 +1,222 @@
+"""What clients ask for, and what they get wrong while the session goes on."""
+
+import math
+
+import pytest
+from session_driver import JOINTS, Driver, pose
+from tryon_protocol import (
+    ErrorMessage,
+    GoodbyeMessage,
+    PauseMessage,
+    PlayMessage,
+    ReportMessage,
+    SetFabricMessage,
+    SetMotionMessage,
+    StatusMessage,
+    encode,
+)
+from tryon_server.sessions.commands import FollowMotion, Run, UsePose, WearFabric
+from tryon_server.sessions.events import Gone, PhaseChanged, Reported, Troubled
+
+QUARTER = math.sqrt(0.5)
+REST = (0.0, 0.0, 0.0, 1.0)
+
+
+def streaming() -> Driver:
+    driver = Driver(motion=None)
+    driver.dressed()
+    driver.connect(1)
+    return driver
+
+
+def test_pose_reaches_the_simulation_with_normalised_rotations():
+    driver = streaming()
+    driver.say(1, pose(1, t=7.5, root=(1.0, 2.0, 3.0), rotations=((0.0, QUARTER, 0.0, QUARTER * 1.001), REST, REST)))
+    (command,) = driver.ordered(UsePose)
+    assert (command.seq, command.t_capture, command.root.tolist()) == (1, 7.5, [1.0, 2.0, 3.0])
+    assert sum(command.rotations[0] ** 2) == pytest.approx(1.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("changes", "code", "place"),
+    [
+        ({"rotations": (REST, (0.0, math.nan, 0.0, 1.0), REST)}, "invalid_pose", "$.rotations[1]"),
+        ({"rotations": (REST, REST)}, "invalid_pose", "$.rotations"),
+        ({"rotations": (REST,) * 4}, "invalid_pose", "$.rotations"),
+        ({"rotations": (REST, REST, (0.0, 0.0, 0.0, 0.0))}, "invalid_pose", "$.rotations[2]"),
+        ({"root": (0.0, math.inf, 0.0)}, "invalid_pose", "$.root[1]"),
+        ({"t": math.nan}, "invalid_pose", "$.t"),
+        ({"subject": "somebody"}, "unknown_subject", "$.subject"),
+        ({"convention": "smpl"}, "unsupported_convention", "$.convention"),
+        ({"frame": "room"}, "unsupported_frame", "$.frame"),
+    ],
+)
+def test_pose_that_cannot_be_used_is_answered_and_the_session_goes_on(changes, code, place):
+    driver = streaming()
+    driver.say(1, pose(1, **changes))
+    error = driver.last(1, ErrorMessage)
+    assert (error.code, error.place, error.fatal) == (code, place, False)
+    assert error.remedy
+    assert driver.ordered(UsePose) == []
+    driver.say(1, pose(2))
+    assert len(driver.ordered(UsePose)) == 1
+    assert driver.closed == {}
+
+
+def test_missing_joint_is_named():
+    driver = streaming()
+    driver.say(1, pose(1, rotations=(REST, REST)))
+    assert JOINTS[2] in driver.last(1, ErrorMessage).message
+
+
+@pytest.mark.parametrize(
+    ("seq", "t", "place"), [(5, 9.0, "$.seq"), (4, 9.0, "$.seq"), (6, 5.0, "$.t"), (6, 4.0, "$.t")]
+)
+def test_poses_must_come_in_order(seq, t, place):
+    driver = streaming()
+    driver.say(1, pose(5, t=5.0))
+    driver.say(1, pose(seq, t=t))
+    assert driver.last(1, ErrorMessage).place == place
+    assert [command.seq for command in driver.ordered(UsePose)] == [5]
+
+
+def test_same_fault_is_answered_once_a_second():
+    driver = streaming()
+    for seq in range(1, 60):
+        driver.say(1, pose(seq, subject="somebody"))
+        driver.wait(0.05)
+    assert len(driver.messages(1, ErrorMessage)) == 3
+
+
+def test_pose_is_refused_while_a_motion_plays_and_before_the_garment_is_dressed():
+    driver = Driver(motion=None)
+    driver.connect(1)
+    driver.say(1, pose(1))
+    assert driver.errors(1) == ["unexpected_message"]
+    driver.dressed()
+    driver.say(1, SetMotionMessage(motion="squat"))
+    driver.wait(2.0)
+    driver.say(1, pose(2))
+    assert driver.errors(1) == ["unexpected_message", "unexpected_message"]
+    assert "squat" in driver.last(1, ErrorMessage).message
+
+
+@pytest.mark.parametrize(
+    "data", [b"", b"\x00", b"\xff" * 10, b"\x81\xa4type\xa4none", b"\xc1\x01", b"\xdf\xff\xff\xff\xff"]
+)
+def test_malformed_bytes_are_answered_and_the_connection_goes_on(data):
+    driver = streaming()
+    driver.say_bytes(1, data)
+    assert len(driver.errors(1)) == 1
+    driver.say(1, pose(1))
+    assert len(driver.ordered(UsePose)) == 1
+
+
+def test_message_that_is_too_long_is_answered():
+    driver = streaming()
+    driver.say_bytes(1, encode(PlayMessage()) + b"\x00" * 70000)
+    assert driver.errors(1) == ["too_long"]
+
+
+def test_text_message_is_answered():
+    driver = streaming()
+    driver.say_text(1)
+    assert driver.errors(1) == ["malformed_message"]
+    assert driver.closed == {}
+
+
+def test_pause_holds_the_simulation_and_play_lets_it_go_on():
+    driver = Driver()
+    driver.dressed()
+    driver.connect(1)
+    driver.connect(2)
+    driver.say(1, PauseMessage())
+    assert driver.ordered(Run)[-1] == Run(False)
+    assert (driver.last(2, StatusMessage).state, driver.last(2, StatusMessage).playing) == ("paused", False)
+    driver.say(2, PlayMessage())
+    assert driver.ordered(Run)[-1] == Run(True)
+    assert driver.last(1, StatusMessage).state == "running"
+
+
+def test_motion_and_fabric_are_chosen_by_name():
+    driver = Driver()
+    driver.dressed()
+    driver.connect(1)
+    driver.say(1, SetMotionMessage(motion="squat"))
+    driver.say(1, SetFabricMessage(fabric="denim"))
+    assert driver.ordered(FollowMotion) == [FollowMotion("squat")]
+    assert driver.ordered(WearFabric) == [WearFabric("denim")]
+    status = driver.last(1, StatusMessage)
+    assert (status.motion, status.fabric) == ("squat", "denim")
+
+
+def test_fabric_that_is_worn_is_not_dressed_again_unless_dressing_had_failed():
+    driver = Driver()
+    driver.dressed()
+    driver.connect(1)
+    driver.say(1, SetFabricMessage(fabric="cotton"))
+    assert driver.ordered(WearFabric) == []
+    driver.simulation(PhaseChanged("failed", "too tight"))
+    driver.say(1, SetFabricMessage(fabric="cotton"))
+    assert driver.ordered(WearFabric) == [WearFabric("cotton")]
+
+
+def test_unknown_names_are_answered_with_the_request_number_and_what_there_is():
+    driver = Driver()
+    driver.connect(1)
+    driver.say(1, SetMotionMessage(motion="moonwalk", request=41))
+    driver.say(1, SetFabricMessage(fabric="steel", request=42))
+    first, second = driver.messages(1, ErrorMessage)
+    assert (first.code, first.request, first.place) == ("unknown_motion", 41, "$.motion")
+    assert (second.code, second.request) == ("unknown_fabric", 42)
+    assert "walk, squat" in first.remedy
+    assert driver.ordered(FollowMotion) == driver.ordered(WearFabric) == []
+
+
+def test_session_that_waits_for_poses_says_so():
+    driver = streaming()
+    assert driver.last(1, StatusMessage).state == "waiting"
+    driver.say(1, pose(1))
+    assert driver.last(1, StatusMessage).state == "running"
+    driver.wait(2.5)
+    assert driver.last(1, StatusMessage).state == "waiting"
+
+
+def test_equal_status_is_not_sent_twice():
+    driver = Driver()
+    driver.dressed()
+    driver.connect(1)
+    before = len(driver.sent[1])
+    for _ in range(20):
+        driver.wait(0.1)
+        driver.say(1, PlayMessage())
+    assert len(driver.sent[1]) == before
+
+
+def test_reports_and_troubles_reach_every_client():
+    driver = Driver()
+    driver.connect(1)
+    driver.connect(2)
+    report = ReportMessage(
+        seq=1, t_sim=0.0, iterations=2, residual=0.1, min_gap=None, max_stretch=1.0, body_lag=0.0, pairs=0, retries=0,
+        times_ms={}, solver_ms=1.0, frames_per_second=60.0, real_time_factor=1.0,
+    )  # fmt: skip
+    driver.simulation(Reported(report))
+    driver.simulation(Troubled("simulation_failed", "$", "A step failed.", "Wait."))
+    for client in (1, 2):
+        assert driver.last(client, ReportMessage) == report
+        assert driver.last(client, ErrorMessage).message == "A step failed."
+    assert driver.closed == {}
+
+
+def test_lost_simulation_is_told_with_advice_and_ends_the_session():
+    driver = Driver()
+    driver.connect(1)
+    driver.simulation(Gone("its process was ended by signal 9"))
+    error = driver.last(1, ErrorMessage)
+    assert (error.code, error.fatal) == ("simulation_failed", True)
+    assert "signal 9" in error.message
+    assert "new session" in error.remedy
+    assert driver.messages(1, GoodbyeMessage)[0].retry_after is None
+    assert driver.closed == {1: 1000}
+    assert driver.ended
