@@ -36,8 +36,9 @@ class ViewerWindow:
         self._newest = frame.seq
 
     def lost(self) -> None:
-        """The viewer asked for a keyframe: whatever it was sent can't serve as a base."""
+        """The viewer asked for a keyframe: what it was sent can't serve as a base and will not be acknowledged."""
         self._held = ()
+        self._unacknowledged = []
 
     def acknowledge(self, seq: int) -> None:
         """The viewer has decoded frame `seq` and all it got before; 0 says nothing.

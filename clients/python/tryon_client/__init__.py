@@ -1,0 +1,11 @@
+"""Python client of tryon: connect to a session's stream, send poses, receive decoded frames, record them.
+
+async with connect("ws://localhost:8000/api/sessions/ID/stream") as stream:
+    async for frame in stream.frames():
+        print(frame.seq, frame.cloth.shape, frame.body.shape)
+"""
+
+from .recording import Recording, record
+from .stream import Event, Stream, connect
+
+__all__ = ["Event", "Recording", "Stream", "connect", "record"]
