@@ -1,10 +1,9 @@
-"""Bytes of the server to events, with `msgpack` as the reader: independent of the library that the server writes with."""
+"""Bytes of the server to messages, read with `msgpack`: independent of the library that the server writes with."""
 
 from __future__ import annotations
 
 import msgpack
 import msgspec
-
 from tryon_protocol import ProtocolError, ServerMessage
 from tryon_protocol.control import validation_error
 

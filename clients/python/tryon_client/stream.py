@@ -7,9 +7,6 @@ from collections.abc import AsyncIterator, Sequence
 from typing import Union
 
 import websockets
-from websockets.asyncio.client import ClientConnection
-from websockets.asyncio.client import connect as open_websocket
-
 from tryon_protocol import (
     MAJOR_VERSION,
     POSE_CONVENTION,
@@ -34,6 +31,8 @@ from tryon_protocol import (
     encode,
     is_frame,
 )
+from websockets.asyncio.client import ClientConnection
+from websockets.asyncio.client import connect as open_websocket
 
 from .reading import read_message
 
