@@ -28,7 +28,7 @@ class Settings:
     """A step's cycles stop when the largest move of a cycle falls below tolerance * dt [m/s * s]."""
     subspace_spacing: float = 4.0
     """Spacing of the spline grid, in mean edge lengths."""
-    correction_iterations: int = 4
+    correction_iterations: int = 12
     """Newton iterations of the penetration correction, at most."""
     correction_pcg_iterations: int = 20
     correction_pcg_tolerance: float = 1e-2
@@ -39,10 +39,12 @@ class Settings:
     """Gap at which contact begins to act [m]."""
     body_offset: float = 1.5e-3
     """Thickness the skin adds to every contact with it [m]; the fabric adds half its own."""
-    pressure_stiffness: float = 3e4
+    pressure_stiffness: float = 3e5
     """Stiffness of contact per area of cloth [N/m^3]."""
     skin_stiffness: float = 200.0
-    """How strongly a vertex of the collision surface is held to the tracked skin [N/m]."""
+    """How strongly a vertex of the collision surface is held to the tracked skin [N/m], while it is close."""
+    skin_hold: float = 0.3
+    """Most a vertex of the collision surface resists [N]: cloth caught in a fold of the body moves it, tension doesn't."""
     return_speed: float = 1.0
     """How fast a surface that yielded returns to the skin [m/s]."""
     substep_travel: float = 8e-3
@@ -66,6 +68,7 @@ class Settings:
             "body_offset",
             "pressure_stiffness",
             "skin_stiffness",
+            "skin_hold",
             "return_speed",
             "substep_travel",
             "carry_full",

@@ -52,11 +52,3 @@ def mollifier(c: float, eps: float) -> float:
     if c >= eps:
         return 1.0
     return (2.0 - c / eps) * c / eps
-
-
-@wp.func
-def mollifier_slope(c: float, eps: float) -> float:
-    """e'(c)."""
-    if c >= eps:
-        return 0.0
-    return 2.0 * (1.0 - c / eps) / eps

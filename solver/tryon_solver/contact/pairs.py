@@ -1,8 +1,12 @@
 """Contact pairs: the candidates within reach of the barrier, with all that the solve needs of them.
 
 Of a pair the potential is e kappa b(d - xi) (barrier.py), e the mollifier of nearly parallel edges. Gradient:
-lam_i (e kappa b') n for vertex i, plus the mollifier's own. Hessian, positive semidefinite Gauss-Newton part:
-lam_i lam_j (e kappa b'') n n^T; what is dropped carries b' <= 0 and would only soften it.
+lam_i (e kappa b') n for vertex i. Hessian, positive semidefinite Gauss-Newton part: lam_i lam_j (e kappa b'') n n^T; what
+is dropped carries b' <= 0 and would only soften it.
+
+e is lagged: recomputed with the pairs, its own derivative left out. That derivative is a torque that turns nearly
+parallel edges away from each other, larger than the weight of the cloth on our meshes and without a bounded Hessian;
+with it a garment at rest keeps trembling (METHOD.md section 5).
 """
 
 from __future__ import annotations
@@ -11,7 +15,7 @@ from dataclasses import dataclass
 
 import warp as wp
 
-from tryon_solver.contact.barrier import barrier, barrier_curvature, barrier_gradient, mollifier, mollifier_slope
+from tryon_solver.contact.barrier import barrier, barrier_curvature, barrier_gradient, mollifier
 from tryon_solver.contact.bounds import offset
 from tryon_solver.contact.candidates import Candidates, ContactSizes
 from tryon_solver.contact.distances import stencil_vector, stencil_weights
@@ -26,7 +30,7 @@ class ContactPairs:
     """Pairs within reach at `x_ref`, one entry each.
 
     `ids` vec4i; `lam` vec4 weights; `normal` vec3 unit; `slope` e kappa b' [N], <= 0; `curvature` e kappa b'' [N/m];
-    `fade` kappa b e' [N/m^3] of mollified edges; `energy` [J]; `size` pairs; `overlapping` pairs found at d <= xi.
+    `energy` [J]; `size` pairs; `overlapping` pairs found at d <= xi.
     """
 
     ids: wp.array
@@ -34,7 +38,6 @@ class ContactPairs:
     normal: wp.array
     slope: wp.array
     curvature: wp.array
-    fade: wp.array
     energy: wp.array
     counters: wp.array
     smallest_gap: wp.array
@@ -51,7 +54,6 @@ class ContactPairs:
             zeros(wp.vec4i),
             zeros(wp.vec4),
             zeros(wp.vec3),
-            zeros(wp.float32),
             zeros(wp.float32),
             zeros(wp.float32),
             zeros(wp.float32),
@@ -89,7 +91,6 @@ def collect_kernel(
     normal_out: wp.array(dtype=wp.vec3),
     slope_out: wp.array(dtype=wp.float32),
     curvature_out: wp.array(dtype=wp.float32),
-    fade_out: wp.array(dtype=wp.float32),
     energy_out: wp.array(dtype=wp.float32),
     counters_out: wp.array(dtype=wp.int32),
     smallest_gap_out: wp.array(dtype=wp.float32),
@@ -134,18 +135,14 @@ def collect_kernel(
     # a patch of cloth meets several stencils: a quarter of its vertices' area goes to each
     kappa = 0.25 * model.pressure_stiffness * cloth_area / cloth_vertices
     e = float(1.0)
-    slope_e = float(0.0)
     if kind == 1:
-        cross = wp.cross(x1 - x0, x3 - x2)
-        e = mollifier(wp.length_sq(cross), eps)
-        slope_e = mollifier_slope(wp.length_sq(cross), eps)
+        e = mollifier(wp.length_sq(wp.cross(x1 - x0, x3 - x2)), eps)
     b = barrier(g, g_hat)
     ids_out[slot] = v
     lam_out[slot] = lam
     normal_out[slot] = wp.normalize(difference)
     slope_out[slot] = e * kappa * barrier_gradient(g, g_hat)
     curvature_out[slot] = e * kappa * barrier_curvature(g, g_hat)
-    fade_out[slot] = kappa * b * slope_e
     energy_out[slot] = e * kappa * b
 
 
@@ -156,7 +153,6 @@ def add_gradient_kernel(
     normal: wp.array(dtype=wp.vec3),
     slope: wp.array(dtype=wp.float32),
     curvature: wp.array(dtype=wp.float32),
-    fade: wp.array(dtype=wp.float32),
     x_ref: wp.array(dtype=wp.vec3),
     x: wp.array(dtype=wp.vec3),
     gradient_out: wp.array(dtype=wp.vec3),
@@ -175,16 +171,6 @@ def add_gradient_kernel(
     f = wp.min(slope[c] + curvature[c] * moved, 0.0) * n
     for k in range(4):
         wp.atomic_add(gradient_out, v[k], w[k] * f)
-    if fade[c] != 0.0:
-        ea = x[v[1]] - x[v[0]]
-        eb = x[v[3]] - x[v[2]]
-        inner = wp.dot(ea, eb)
-        da = 2.0 * fade[c] * (wp.length_sq(eb) * ea - inner * eb)
-        db = 2.0 * fade[c] * (wp.length_sq(ea) * eb - inner * ea)
-        wp.atomic_add(gradient_out, v[0], -da)
-        wp.atomic_add(gradient_out, v[1], da)
-        wp.atomic_add(gradient_out, v[2], -db)
-        wp.atomic_add(gradient_out, v[3], db)
 
 
 @wp.kernel
@@ -262,7 +248,6 @@ def collect(pairs: ContactPairs, candidates: Candidates, parameters: ContactPara
                 pairs.normal,
                 pairs.slope,
                 pairs.curvature,
-                pairs.fade,
                 pairs.energy,
                 pairs.counters,
                 pairs.smallest_gap,
@@ -282,7 +267,7 @@ def add_gradient(pairs: ContactPairs, x_ref: wp.array, x: wp.array, gradient_out
     wp.launch(
         add_gradient_kernel,
         pairs.size,
-        [pairs.ids, pairs.lam, pairs.normal, pairs.slope, pairs.curvature, pairs.fade, x_ref, x],
+        [pairs.ids, pairs.lam, pairs.normal, pairs.slope, pairs.curvature, x_ref, x],
         [gradient_out],
         device=x.device,
     )
