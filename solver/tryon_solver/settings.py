@@ -53,6 +53,8 @@ class Settings:
     carry_full: float = 0.015
     carry_none: float = 0.08
     """Cloth within `carry_full` of the skin is carried along with it, beyond `carry_none` with the pelvis [m]."""
+    deflection_passes: int = 8
+    """Passes that turn a motion aside where it would close a gap, before it is shortened."""
     search_slack: float = 4e-3
     """How far past the predicted path a vertex may go before the correction stops it [m]."""
 
@@ -83,7 +85,7 @@ class Settings:
             value = getattr(self, name)
             if not (isinstance(value, int) and value >= 1):
                 raise ValueError(f"settings.{name} must be a whole number of at least 1, not {value!r}")
-        for name in ("reduced_iterations", "smoothing_sweeps"):
+        for name in ("reduced_iterations", "smoothing_sweeps", "deflection_passes"):
             value = getattr(self, name)
             if not (isinstance(value, int) and value >= 0):
                 raise ValueError(f"settings.{name} must be a whole number of at least 0, not {value!r}")

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import warp as wp
 
 from tryon_solver.contact import bounds, candidates, pairs
+from tryon_solver.contact.deflect import deflect
 from tryon_solver.contact.verify import violations
 from tryon_solver.linalg import pcg
 from tryon_solver.linalg.vectors import subtract
@@ -68,6 +69,15 @@ def correct_penetration(sim: Simulation) -> None:
         work.direction,
         sim.reach + 2 * settings.search_slack,
         relative=False,
+    )
+    deflect(
+        sim.candidates,
+        n,
+        sim.contact.sizes,
+        state.x,
+        work.direction,
+        work.hits,
+        settings.deflection_passes,
     )
     take(sim, work.direction)
     for _ in range(settings.correction_iterations):

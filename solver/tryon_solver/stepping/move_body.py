@@ -10,6 +10,7 @@ import warp as wp
 from tryon_solver.body import carry as carrying
 from tryon_solver.body.pose import Pose, world_from_rest
 from tryon_solver.contact import bounds, candidates
+from tryon_solver.contact.deflect import deflect
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import PoseInterval, Simulation
@@ -99,32 +100,67 @@ def carry_once(sim: Simulation, before: np.ndarray, after: np.ndarray, pose: Pos
 
 
 def filter_motion(sim: Simulation) -> None:
-    """Set `alpha` so that the motion in `direction` is proven free of contact.
+    """Make the motion in `direction` free of contact: turn it aside where it would close a gap, shorten what is left.
 
-    First with the stencils whose relative motion could bring them together; if one has to be shortened, its neighbours'
-    relative motion grows, so then with all stencils that could meet whatever is shortened.
+    First only the stencils whose relative motion could bring them together are looked at. If one of them would meet,
+    changing its motion changes its neighbours' relative motion too, so then all that could meet whatever changes.
     """
-    state, work = sim.state, sim.work
+    state, work, settings = sim.state, sim.work, sim.settings
     reach = max(sim.contact.sizes.xi_body, sim.contact.sizes.xi_self)
+    work.alpha.fill_(1.0)
     candidates.sweep(sim.boxes, state.x, work.direction, 0.5 * reach)
-    for relative in (True, False):
-        candidates.find(
-            sim.candidates,
-            sim.cloth,
-            sim.touching,
-            sim.boxes,
-            sim.group,
-            state.x,
-            work.direction,
-            reach,
-            relative=relative,
-        )
-        work.alpha.fill_(1.0)
-        passes = bounds.shorten(
-            sim.candidates, sim.cloth_count, sim.contact.sizes, state.x, work.direction, work.alpha, work.hits
-        )
-        if passes == 0:
-            return
+    find(sim, reach, relative=True)
+    if shorten(sim) == 0:
+        return
+    slack = settings.search_slack
+    candidates.sweep(sim.inner, state.x, work.direction, slack)
+    candidates.sweep(sim.boxes, state.x, work.direction, 0.5 * reach + slack)
+    find(sim, reach + 2 * slack, relative=False)
+    deflect(
+        sim.candidates,
+        sim.cloth_count,
+        sim.contact.sizes,
+        state.x,
+        work.direction,
+        work.hits,
+        settings.deflection_passes,
+    )
+    wp.launch(
+        bounds.stay_in_box_kernel,
+        sim.all_count,
+        [state.x, work.direction, sim.inner.lower, sim.inner.upper],
+        [work.alpha],
+        device=sim.device,
+    )
+    shorten(sim)
+
+
+def find(sim: Simulation, reach: float, relative: bool) -> None:
+    """Candidates for the motion in `direction` from x."""
+    candidates.find(
+        sim.candidates,
+        sim.cloth,
+        sim.touching,
+        sim.boxes,
+        sim.group,
+        sim.state.x,
+        sim.work.direction,
+        reach,
+        relative=relative,
+    )
+
+
+def shorten(sim: Simulation) -> int:
+    """Shrink `alpha` until the motion is proven free; returns the passes that shortened something."""
+    return bounds.shorten(
+        sim.candidates,
+        sim.cloth_count,
+        sim.contact.sizes,
+        sim.state.x,
+        sim.work.direction,
+        sim.work.alpha,
+        sim.work.hits,
+    )
 
 
 @wp.kernel
