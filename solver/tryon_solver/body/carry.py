@@ -65,7 +65,7 @@ def weights_kernel(
     for j in range(weights_out.shape[1]):
         weights_out[i, j] = 0.0
     query = wp.hash_grid_query(grid, here, none)
-    b = 0
+    b = int(0)
     total = float(0.0)
     nearest = none
     while wp.hash_grid_query_next(query, b):
