@@ -60,8 +60,7 @@ def quantise(positions: npt.NDArray[np.floating], grid: float, shift: npt.NDArra
     Raises:
         ProtocolError: code "unencodable_position" for NaN, infinity, or beyond int32, naming the vertex.
     """
-    scaled = np.ascontiguousarray(positions.T, dtype=np.float64)
-    scaled += shift[:, None]
+    scaled: npt.NDArray[np.float64] = np.add(positions.T, shift[:, None], dtype=np.float64, order="C")
     scaled /= grid
     np.rint(scaled, out=scaled)
     if scaled.size and not (scaled.min() >= -(2.0**31) + 2 * INT16_MAX and scaled.max() <= 2.0**31 - 2 * INT16_MAX):

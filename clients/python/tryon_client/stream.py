@@ -41,6 +41,10 @@ Event = Union[  # noqa: UP007
 ]
 MAX_MESSAGE_BYTES = 256 * 1024 * 1024
 """Longest message taken from a server: a topology of a very large garment."""
+MAX_WAITING_MESSAGES = 64
+"""Received messages that wait to be read before the connection stops reading. Few are frames: those need credit."""
+CLOSE_TIMEOUT = 2.0
+"""s to wait for the server's half of the closing handshake."""
 CLIENT_NAME = "tryon-python"
 
 
@@ -162,10 +166,10 @@ class Stream:
                 raise
             if not self._lost:
                 self._lost = True
-                await self.send(KeyframeRequestMessage(reason=exc.code))
+                await _send_if_open(self._connection, KeyframeRequestMessage(reason=exc.code))
             return None
         self._lost = False
-        await self.send(AckMessage(seq=frame.seq))
+        await _send_if_open(self._connection, AckMessage(seq=frame.seq))
         return frame
 
 
@@ -190,10 +194,11 @@ async def connect(
         subprotocols=[websockets.Subprotocol(SUBPROTOCOL)],
         compression=None,
         max_size=MAX_MESSAGE_BYTES,
-        max_queue=4,
+        max_queue=MAX_WAITING_MESSAGES,
+        close_timeout=CLOSE_TIMEOUT,
     ) as connection:
         hello = HelloMessage(versions=(MAJOR_VERSION,), client=client, codecs=codecs, resume=resume)
-        await connection.send(encode(hello))
+        await _send_if_open(connection, hello)
         first = await connection.recv()
         welcome = read_message(first) if isinstance(first, bytes) and not is_frame(first) else None
         if isinstance(welcome, ErrorMessage):
@@ -206,6 +211,12 @@ async def connect(
                 "Check that the address is a tryon stream.",
             )
         yield Stream(connection, welcome)
+
+
+async def _send_if_open(connection: ClientConnection, message: ClientMessage) -> None:
+    """Send what only the server wants to know: when it has closed, what it sent before is still to be read."""
+    with contextlib.suppress(websockets.ConnectionClosed):
+        await connection.send(encode(message))
 
 
 def as_exception(message: ErrorMessage) -> ProtocolError:
