@@ -38,15 +38,24 @@ def offset(ids: wp.vec4i, kind: int, cloth_count: int, sizes: ContactSizes) -> f
 def shorten_kernel(
     ids: wp.array(dtype=wp.vec4i),
     kind: wp.array(dtype=wp.int32),
+    distance: wp.array(dtype=wp.float32),
+    moved: float,
     cloth_count: int,
     sizes: ContactSizes,
     x: wp.array(dtype=wp.vec3),
     displacement: wp.array(dtype=wp.vec3),
+    number: int,
+    changed: wp.array(dtype=wp.int32),
     alpha: wp.array(dtype=wp.float32),
     hits_out: wp.array(dtype=wp.int32),
 ):
+    """Pass `number` looks at stencils with a vertex that the pass before, or this one so far, has shortened."""
     c = wp.tid()
     v = ids[c]
+    if number > 0:
+        newest = wp.max(wp.max(changed[v[0]], changed[v[1]]), wp.max(changed[v[2]], changed[v[3]]))
+        if newest < number - 1:
+            return
     a0 = alpha[v[0]]
     a1 = alpha[v[1]]
     a2 = alpha[v[2]]
@@ -60,6 +69,10 @@ def shorten_kernel(
     p2 = a2 * displacement[v[2]]
     p3 = a3 * displacement[v[3]]
     xi = offset(v, kind[c], cloth_count, sizes)
+    # whatever the fractions, the stencil can't close by more than its vertices' own travel
+    furthest = wp.max(wp.max(wp.length_sq(p0), wp.length_sq(p1)), wp.max(wp.length_sq(p2), wp.length_sq(p3)))
+    if (1.0 - KEPT_GAP) * (distance[c] - 2.0 * moved - xi) > 2.0 * wp.sqrt(furthest):
+        return
     d = wp.length(stencil_vector(stencil_weights(kind[c], x0, x1, x2, x3), x0, x1, x2, x3))
     mean = 0.25 * (p0 + p1 + p2 + p3)
     travel = wp.max(
@@ -79,6 +92,8 @@ def shorten_kernel(
         wp.atomic_min(alpha, v[1], shorter * a1)
         wp.atomic_min(alpha, v[2], shorter * a2)
         wp.atomic_min(alpha, v[3], shorter * a3)
+        for k in range(4):
+            changed[v[k]] = number
         wp.atomic_add(hits_out, 0, 1)
 
 
@@ -120,21 +135,33 @@ def shorten(
     x: wp.array,
     displacement: wp.array,
     alpha: wp.array,
+    changed: wp.array,
     hits: wp.array,
 ) -> int:
     """Shrink `alpha` until the move x + alpha * displacement is proven free; returns the passes it took.
 
-    If MOST_PASSES do not suffice, alpha becomes zero everywhere: nobody moves, which is always free.
+    `changed` (A,) int32 is scratch. If MOST_PASSES do not suffice, alpha becomes zero everywhere: nobody moves, which is always free.
     """
     if candidates.size == 0:
         return 0
+    changed.fill_(-2)
     for done in range(MOST_PASSES):
         hits.zero_()
         wp.launch(
             shorten_kernel,
             candidates.size,
-            [candidates.ids, candidates.kind, cloth_count, sizes, x, displacement, alpha],
-            [hits],
+            [
+                candidates.ids,
+                candidates.kind,
+                candidates.distance,
+                candidates.moved,
+                cloth_count,
+                sizes,
+                x,
+                displacement,
+                done,
+            ],
+            [changed, alpha, hits],
             device=x.device,
         )
         if int(hits.numpy()[0]) == 0:

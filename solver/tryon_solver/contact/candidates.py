@@ -29,14 +29,18 @@ class ContactSizes:
 class Candidates:
     """Stencils: `ids` vec4i, `kind` int32 (POINT_TRIANGLE, EDGE_EDGE), `count` int32[1] on the device and `size` here.
 
-    `capacity` grows when the broad phase finds more; nothing is ever dropped.
+    `distance` m is that of the positions the list was made at; `moved` m bounds how far any vertex has moved since, so
+    that most stencils can be passed over without looking at their vertices. `capacity` grows when the broad phase finds
+    more; nothing is ever dropped.
     """
 
     ids: wp.array
     kind: wp.array
+    distance: wp.array
     count: wp.array
     capacity: int
     size: int = 0
+    moved: float = 0.0
 
     @staticmethod
     def allocate(capacity: int, device: str) -> Candidates:
@@ -44,6 +48,7 @@ class Candidates:
         return Candidates(
             wp.zeros(capacity, dtype=wp.vec4i, device=device),
             wp.zeros(capacity, dtype=wp.int32, device=device),
+            wp.zeros(capacity, dtype=wp.float32, device=device),
             wp.zeros(1, dtype=wp.int32, device=device),
             capacity,
         )
@@ -106,6 +111,7 @@ def emit(
     upper: wp.array(dtype=wp.vec3),
     ids_out: wp.array(dtype=wp.vec4i),
     kind_out: wp.array(dtype=wp.int32),
+    distance_out: wp.array(dtype=wp.float32),
     count_out: wp.array(dtype=wp.int32),
 ):
     g0 = group[i0]
@@ -129,6 +135,7 @@ def emit(
     if slot < ids_out.shape[0]:
         ids_out[slot] = wp.vec4i(i0, i1, i2, i3)
         kind_out[slot] = kind
+        distance_out[slot] = d
 
 
 @wp.kernel
@@ -150,6 +157,7 @@ def pair_surfaces_kernel(
     upper: wp.array(dtype=wp.vec3),
     ids_out: wp.array(dtype=wp.vec4i),
     kind_out: wp.array(dtype=wp.int32),
+    distance_out: wp.array(dtype=wp.float32),
     count_out: wp.array(dtype=wp.int32),
 ):
     """Stencils between triangle tid and every triangle of the other surface whose box overlaps its own.
@@ -169,9 +177,43 @@ def pair_surfaces_kernel(
         theirs = other_owned[j]
         for k in range(3):
             if (mine & (1 << k)) != 0:
-                emit(0, relative, reach, f[k], g[0], g[1], g[2], group, x, p, lower, upper, ids_out, kind_out, count_out)
+                emit(
+                    0,
+                    relative,
+                    reach,
+                    f[k],
+                    g[0],
+                    g[1],
+                    g[2],
+                    group,
+                    x,
+                    p,
+                    lower,
+                    upper,
+                    ids_out,
+                    kind_out,
+                    distance_out,
+                    count_out,
+                )
             if same == 0 and (theirs & (1 << k)) != 0:
-                emit(0, relative, reach, g[k], f[0], f[1], f[2], group, x, p, lower, upper, ids_out, kind_out, count_out)
+                emit(
+                    0,
+                    relative,
+                    reach,
+                    g[k],
+                    f[0],
+                    f[1],
+                    f[2],
+                    group,
+                    x,
+                    p,
+                    lower,
+                    upper,
+                    ids_out,
+                    kind_out,
+                    distance_out,
+                    count_out,
+                )
         if same == 1 and j < t:
             continue
         for k in range(3):
@@ -182,7 +224,24 @@ def pair_surfaces_kernel(
                     if (theirs & (8 << m)) != 0:
                         b0 = g[m]
                         b1 = g[(m + 1) % 3]
-                        emit(1, relative, reach, a0, a1, b0, b1, group, x, p, lower, upper, ids_out, kind_out, count_out)
+                        emit(
+                    1,
+                    relative,
+                    reach,
+                    a0,
+                    a1,
+                    b0,
+                    b1,
+                    group,
+                    x,
+                    p,
+                    lower,
+                    upper,
+                    ids_out,
+                    kind_out,
+                    distance_out,
+                    count_out,
+                )
 
 
 @dataclass
@@ -249,14 +308,15 @@ def find(
                     boxes.lower,
                     boxes.upper,
                 ],
-                [candidates.ids, candidates.kind, candidates.count],
+                [candidates.ids, candidates.kind, candidates.distance, candidates.count],
                 device=device,
             )
         found = int(candidates.count.numpy()[0])
         if found <= candidates.capacity:
-            candidates.size = found
+            candidates.size, candidates.moved = found, 0.0
             return
         capacity = 1 << (found - 1).bit_length()
         candidates.ids = wp.zeros(capacity, dtype=wp.vec4i, device=device)
         candidates.kind = wp.zeros(capacity, dtype=wp.int32, device=device)
+        candidates.distance = wp.zeros(capacity, dtype=wp.float32, device=device)
         candidates.capacity = capacity

@@ -32,11 +32,18 @@ def deflect_kernel(
     cloth_count: int,
     sizes: ContactSizes,
     x: wp.array(dtype=wp.vec3),
+    number: int,
+    changed: wp.array(dtype=wp.int32),
     displacement: wp.array(dtype=wp.vec3),
     deflected_out: wp.array(dtype=wp.int32),
 ):
+    """Pass `number` looks at stencils with a vertex that the pass before, or this one so far, has pushed."""
     c = wp.tid()
     v = ids[c]
+    if number > 0:
+        newest = wp.max(wp.max(changed[v[0]], changed[v[1]]), wp.max(changed[v[2]], changed[v[3]]))
+        if newest < number - 1:
+            return
     lam = stencil_weights(kind[c], x[v[0]], x[v[1]], x[v[2]], x[v[3]])
     difference = stencil_vector(lam, x[v[0]], x[v[1]], x[v[2]], x[v[3]])
     d = wp.length(difference)
@@ -64,6 +71,7 @@ def deflect_kernel(
             if v[k] >= cloth_count:
                 w = SURFACE_WEIGHT
             wp.atomic_add(displacement, v[k], w * lam[k] * push * n)
+            changed[v[k]] = number
 
 
 def deflect(
@@ -72,19 +80,21 @@ def deflect(
     sizes: ContactSizes,
     x: wp.array,
     displacement: wp.array,
+    changed: wp.array,
     counter: wp.array,
     at_most: int,
 ) -> None:
-    """Turn `displacement` (A,) m aside, in at most `at_most` passes over the candidates."""
+    """Turn `displacement` (A,) m aside, in at most `at_most` passes; `changed` (A,) int32 is scratch."""
     if candidates.size == 0:
         return
-    for _ in range(at_most):
+    changed.fill_(-2)
+    for number in range(at_most):
         counter.zero_()
         wp.launch(
             deflect_kernel,
             candidates.size,
-            [candidates.ids, candidates.kind, cloth_count, sizes, x],
-            [displacement, counter],
+            [candidates.ids, candidates.kind, cloth_count, sizes, x, number],
+            [changed, displacement, counter],
             device=x.device,
         )
         if int(counter.numpy()[0]) == 0:

@@ -80,6 +80,8 @@ class ContactModel:
 def collect_kernel(
     candidate_ids: wp.array(dtype=wp.vec4i),
     candidate_kind: wp.array(dtype=wp.int32),
+    candidate_distance: wp.array(dtype=wp.float32),
+    moved: float,
     cloth_count: int,
     sizes: ContactSizes,
     model: ContactModel,
@@ -98,6 +100,9 @@ def collect_kernel(
     c = wp.tid()
     v = candidate_ids[c]
     kind = candidate_kind[c]
+    xi = offset(v, kind, cloth_count, sizes)
+    if candidate_distance[c] - 2.0 * moved > xi + sizes.d_hat:
+        return
     x0 = x[v[0]]
     x1 = x[v[1]]
     x2 = x[v[2]]
@@ -105,7 +110,6 @@ def collect_kernel(
     lam = stencil_weights(kind, x0, x1, x2, x3)
     difference = stencil_vector(lam, x0, x1, x2, x3)
     d = wp.length(difference)
-    xi = offset(v, kind, cloth_count, sizes)
     g_hat = sizes.d_hat
     cloth_vertices = float(0.0)
     cloth_area = float(0.0)
@@ -235,6 +239,8 @@ def collect(pairs: ContactPairs, candidates: Candidates, parameters: ContactPara
             [
                 candidates.ids,
                 candidates.kind,
+                candidates.distance,
+                candidates.moved,
                 parameters.cloth_count,
                 parameters.sizes,
                 parameters.model,

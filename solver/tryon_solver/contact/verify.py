@@ -71,6 +71,8 @@ def edge_edge_sq(a0: wp.vec3d, a1: wp.vec3d, b0: wp.vec3d, b1: wp.vec3d) -> wp.f
 def verify_kernel(
     ids: wp.array(dtype=wp.vec4i),
     kind: wp.array(dtype=wp.int32),
+    distance: wp.array(dtype=wp.float32),
+    moved: float,
     cloth_count: int,
     sizes: ContactSizes,
     x: wp.array(dtype=wp.vec3),
@@ -79,11 +81,13 @@ def verify_kernel(
     """Counts candidates closer than SAFE_SHARE of their offset, exact where float32 says they are near it."""
     c = wp.tid()
     v = ids[c]
+    xi = offset(v, kind[c], cloth_count, sizes)
+    if distance[c] - 2.0 * moved > 2.0 * xi:
+        return
     x0 = x[v[0]]
     x1 = x[v[1]]
     x2 = x[v[2]]
     x3 = x[v[3]]
-    xi = offset(v, kind[c], cloth_count, sizes)
     d = wp.length(stencil_vector(stencil_weights(kind[c], x0, x1, x2, x3), x0, x1, x2, x3))
     if d > 2.0 * xi:
         return
@@ -107,7 +111,7 @@ def violations(candidates: Candidates, cloth_count: int, sizes: ContactSizes, x:
     wp.launch(
         verify_kernel,
         candidates.size,
-        [candidates.ids, candidates.kind, cloth_count, sizes, x],
+        [candidates.ids, candidates.kind, candidates.distance, candidates.moved, cloth_count, sizes, x],
         [counter],
         device=x.device,
     )

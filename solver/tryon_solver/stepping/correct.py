@@ -36,14 +36,17 @@ def take(sim: Simulation, direction: wp.array) -> float:
         device=sim.device,
     )
     bounds.shorten(
-        sim.candidates, sim.cloth_count, sim.contact.sizes, state.x, direction, work.alpha, work.hits
+        sim.candidates, sim.cloth_count, sim.contact.sizes, state.x, direction, work.alpha, work.changed, work.hits
     )
     wp.copy(work.total, state.x)
     wp.launch(
         bounds.move_kernel, sim.all_count, [state.x, direction, work.alpha], [state.x], device=sim.device
     )
     subtract(state.x, work.total, work.total)
-    return sim.largest(work.total)
+    moved = sim.largest(work.total)
+    subtract(state.x, state.x_feasible, work.total)
+    sim.candidates.moved = sim.largest(work.total)
+    return moved
 
 
 def correct_penetration(sim: Simulation) -> None:
@@ -76,6 +79,7 @@ def correct_penetration(sim: Simulation) -> None:
         sim.contact.sizes,
         state.x,
         work.direction,
+        work.changed,
         work.hits,
         settings.deflection_passes,
     )

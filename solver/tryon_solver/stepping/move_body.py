@@ -122,6 +122,7 @@ def filter_motion(sim: Simulation) -> None:
         sim.contact.sizes,
         state.x,
         work.direction,
+        work.changed,
         work.hits,
         settings.deflection_passes,
     )
@@ -159,6 +160,7 @@ def shorten(sim: Simulation) -> int:
         sim.state.x,
         sim.work.direction,
         sim.work.alpha,
+        sim.work.changed,
         sim.work.hits,
     )
 
