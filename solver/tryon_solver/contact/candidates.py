@@ -138,6 +138,36 @@ def emit(
         distance_out[slot] = d
 
 
+@wp.func
+def apart(
+    r: float, a0: wp.vec3, a1: wp.vec3, a2: wp.vec3, b0: wp.vec3, b1: wp.vec3, b2: wp.vec3
+) -> bool:
+    """Does triangle a's plane separate the triangles by more than r? Then no stencil of theirs is closer than r."""
+    n = wp.cross(a1 - a0, a2 - a0)
+    h0 = wp.dot(n, b0 - a0)
+    h1 = wp.dot(n, b1 - a0)
+    h2 = wp.dot(n, b2 - a0)
+    far = r * wp.length(n)
+    return wp.min(h0, wp.min(h1, h2)) > far or wp.max(h0, wp.max(h1, h2)) < -far
+
+
+@wp.func
+def separated(
+    relative: int, reach: float, f: wp.vec3i, g: wp.vec3i, x: wp.array(dtype=wp.vec3), p: wp.array(dtype=wp.vec3)
+) -> bool:
+    """Are all stencils of two triangles out of reach, by the triangles' own planes?"""
+    mean = wp.vec3()
+    if relative == 1:
+        mean = (p[f[0]] + p[f[1]] + p[f[2]] + p[g[0]] + p[g[1]] + p[g[2]]) / 6.0
+    travel = furthest(p[f[0]] - mean, p[f[1]] - mean, p[f[2]] - mean) + furthest(
+        p[g[0]] - mean, p[g[1]] - mean, p[g[2]] - mean
+    )
+    r = reach + travel
+    return apart(r, x[f[0]], x[f[1]], x[f[2]], x[g[0]], x[g[1]], x[g[2]]) or apart(
+        r, x[g[0]], x[g[1]], x[g[2]], x[f[0]], x[f[1]], x[f[2]]
+    )
+
+
 @wp.kernel
 def pair_surfaces_kernel(
     faces: wp.array(dtype=wp.vec3i),
@@ -174,6 +204,8 @@ def pair_surfaces_kernel(
         if same == 1 and j == t:
             continue
         g = other_faces[j]
+        if separated(relative, reach, f, g, x, p):
+            continue
         theirs = other_owned[j]
         for k in range(3):
             if (mine & (1 << k)) != 0:

@@ -37,11 +37,12 @@ class DressingError(ValueError):
 
 @dataclass(frozen=True)
 class Dressed:
-    """A worn garment: the running simulation, its welded mesh and the panels it came from."""
+    """A worn garment: the running simulation, its welded mesh, the panels it came from, and the pose it was put on in."""
 
     simulation: Simulation
     welded: WeldedMesh
     panels: PanelMesh
+    pose: Pose
 
 
 def dress(
@@ -74,7 +75,7 @@ def dress(
         progress("settling", k / frames)
         simulation.advance(pose, (k + 1) * settings.largest_step)
     progress("dressed", 1.0)
-    return Dressed(simulation, joined, panels)
+    return Dressed(simulation, joined, panels, pose)
 
 
 def sew(
