@@ -1,0 +1,7 @@
+/** Client core: everything a viewer needs besides drawing. Framework-free. */
+export { Client, steadyNow, type ClientEvents } from "./client.ts";
+export type { Link } from "./connection.ts";
+export { GarmentScene, type Shape } from "./garment_scene.ts";
+export { PaceMeter, RateMeter } from "./meters.ts";
+export { Api, RequestError, type Fabric, type Garment, type Motion, type SessionInfo, type SessionWish } from "./rest.ts";
+export type { FrameFigures } from "./worker_messages.ts";

@@ -1,0 +1,105 @@
+import type { SessionWish } from "@tryon/core";
+
+import { byId, make, RadioGroup } from "./dom.ts";
+import { colourOf, DYES, lookOf, swatchTexture } from "./fabrics.ts";
+import type { Catalogue } from "./fitting.ts";
+
+/** What a person may choose. */
+export interface Chosen {
+  garment(id: string): void;
+  motion(name: string): void;
+  fabric(name: string): void;
+  /** `undefined`: the fabric's own colour */
+  colour(colour: string | undefined): void;
+  preset(name: string | null): void;
+}
+
+const OWN = "own";
+const AUTO = "auto";
+const PRESETS = [
+  [AUTO, "Auto", "The server chooses what suits its processor"],
+  ["draft", "Draft", "Coarse and quick: for a processor without a graphics card"],
+  ["live", "Live", "Fine, in real time on a graphics card"],
+  ["fit", "Fit", "Finest: to judge the fit, slower than real time"],
+] as const;
+
+/** The panel of choices. */
+export class Choices {
+  private readonly garments: RadioGroup;
+  private readonly motions: RadioGroup;
+  private readonly fabrics: RadioGroup;
+  private readonly colours: RadioGroup;
+  private readonly presets: RadioGroup;
+  private offered = "";
+
+  constructor(chosen: Chosen) {
+    const group = (id: string, take: (value: string) => void) => new RadioGroup(byId(id, HTMLFieldSetElement), id, take);
+    this.garments = group("garments", (id) => chosen.garment(id));
+    this.motions = group("motions", (name) => chosen.motion(name));
+    this.fabrics = group("fabrics", (name) => chosen.fabric(name));
+    this.colours = group("colours", (value) => chosen.colour(value === OWN ? undefined : value));
+    this.presets = group("presets", (value) => chosen.preset(value === AUTO ? null : value));
+    byId("choices").addEventListener("submit", (event) => event.preventDefault());
+    this.colours.offer(
+      [
+        { value: OWN, title: "The fabric's own colour", content: [make("span", { class: "own" }), hidden("The fabric's own colour")] },
+        ...DYES.map(([name, colour]) => ({ value: colour, title: name, content: [dyed("span", "", colour), hidden(name)] })),
+      ],
+      OWN,
+    );
+    this.presets.offer(
+      PRESETS.map(([value, name, title]) => ({ value, title, content: [name] })),
+      AUTO,
+    );
+  }
+
+  /** Shows what there is and what is chosen. */
+  show({ garments, motions, fabrics }: Catalogue, wish: SessionWish): void {
+    const offered = JSON.stringify([garments, motions, fabrics]);
+    if (offered !== this.offered) {
+      this.offered = offered;
+      this.garments.offer(
+        garments.map(({ id, name, panel_count, area }) => ({
+          value: id,
+          content: [make("span", {}, make("b", {}, sentence(name)), make("small", {}, `${panel_count} pieces, ${area.toFixed(2)} m² of fabric`))],
+        })),
+        wish.garment,
+      );
+      this.motions.offer(
+        motions.map(({ name }) => ({ value: name, content: [sentence(name)] })),
+        wish.motion ?? undefined,
+      );
+      this.fabrics.offer(
+        fabrics.map((fabric) => {
+          const cloth = dyed("span", "cloth", colourOf(fabric));
+          cloth.style.setProperty("--texture", swatchTexture(lookOf(fabric)));
+          const title = `${Math.round(fabric.areal_density * 1000)} g/m², stretches up to ${Math.round((fabric.strain_limit - 1) * 100)} %`;
+          return { value: fabric.name, title, content: [cloth, sentence(fabric.name)] };
+        }),
+        wish.fabric ?? undefined,
+      );
+      return;
+    }
+    this.garments.select(wish.garment);
+    this.motions.select(wish.motion ?? undefined);
+    this.fabrics.select(wish.fabric ?? undefined);
+    this.presets.select(wish.preset ?? AUTO);
+  }
+}
+
+/** A name made for programs as a person writes it: jumping_jack becomes Jumping jack. */
+function sentence(name: string): string {
+  const words = name.replace(/[_-]+/g, " ").trim();
+  return /^t ?shirt\b/i.test(words) ? words.replace(/^t ?shirt/i, "T-shirt") : words.charAt(0).toUpperCase() + words.slice(1);
+}
+
+function dyed(tag: "span", kind: string, colour: string): HTMLElement {
+  const element = make(tag, kind ? { class: kind } : {});
+  element.style.setProperty("--dye", colour);
+  return element;
+}
+
+/** Text for screen readers only. */
+function hidden(text: string): HTMLElement {
+  return make("span", { class: "unseen" }, text);
+}

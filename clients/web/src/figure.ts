@@ -1,0 +1,71 @@
+import type { GarmentScene, Shape } from "@tryon/core";
+import * as THREE from "three";
+
+import { FabricMaterial, skinMaterial } from "./materials.ts";
+
+/** Body and garment as three.js objects that show the newest frame of a `GarmentScene`. */
+export class Figure {
+  readonly object = new THREE.Group();
+  readonly fabric = new FabricMaterial();
+  private readonly skin = skinMaterial();
+  private readonly body = new THREE.Mesh(new THREE.BufferGeometry(), this.skin);
+  private readonly cloth = new THREE.Mesh(new THREE.BufferGeometry(), this.fabric.material);
+  private readonly seams = new THREE.LineSegments(new THREE.BufferGeometry(), this.fabric.seam);
+  private topologyVersion = -1;
+  private frameVersion = -1;
+
+  constructor() {
+    for (const mesh of [this.body, this.cloth]) {
+      mesh.castShadow = true;
+      mesh.receiveShadow = true;
+    }
+    for (const part of [this.body, this.cloth, this.seams]) {
+      part.frustumCulled = false; // what moves every frame is in view; its bounds would have to be computed anew each time
+      part.visible = false;
+      this.object.add(part);
+    }
+  }
+
+  /** Takes over what changed since the last call; returns whether anything did. */
+  update(scene: GarmentScene): boolean {
+    if (scene.topologyVersion !== this.topologyVersion) {
+      this.topologyVersion = scene.topologyVersion;
+      this.rebuild(scene);
+    }
+    if (scene.frameVersion === this.frameVersion) return false;
+    this.frameVersion = scene.frameVersion;
+    const shown = scene.figures !== undefined;
+    for (const part of [this.body, this.cloth, this.seams]) part.visible = shown;
+    if (shown) {
+      markChanged(this.body.geometry);
+      markChanged(this.cloth.geometry);
+    }
+    return true;
+  }
+
+  private rebuild(scene: GarmentScene): void {
+    for (const part of [this.body, this.cloth, this.seams]) part.geometry.dispose();
+    if (!scene.cloth || !scene.body) return;
+    this.body.geometry = geometryOf(scene.body);
+    this.cloth.geometry = geometryOf(scene.cloth);
+    const lines = new THREE.BufferGeometry();
+    lines.setAttribute("position", this.cloth.geometry.getAttribute("position"));
+    lines.setIndex(new THREE.BufferAttribute(scene.cloth.seams, 1));
+    this.seams.geometry = lines;
+  }
+}
+
+/** A geometry over the scene's own arrays: a new frame is written there and only has to be marked. */
+function geometryOf(shape: Shape): THREE.BufferGeometry {
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.BufferAttribute(shape.positions, 3).setUsage(THREE.DynamicDrawUsage));
+  geometry.setAttribute("normal", new THREE.BufferAttribute(shape.normals, 3).setUsage(THREE.DynamicDrawUsage));
+  geometry.setAttribute("uv", new THREE.BufferAttribute(shape.uv, 2));
+  geometry.setIndex(new THREE.BufferAttribute(shape.index, 1));
+  return geometry;
+}
+
+function markChanged(geometry: THREE.BufferGeometry): void {
+  geometry.getAttribute("position").needsUpdate = true;
+  geometry.getAttribute("normal").needsUpdate = true;
+}

@@ -1,0 +1,213 @@
+import { Api, Client, RequestError, type Fabric, type Garment, type Link, type Motion, type SessionInfo, type SessionWish } from "@tryon/core";
+import type { ErrorMessage, ReportMessage, StatusMessage } from "@tryon/protocol";
+
+import type { Notice } from "./notice.ts";
+
+/** Who shows what a fitting does. */
+export interface FittingView {
+  /** the page is busy before there is a link to speak of */
+  busy(sentence: string): void;
+  link(link: Link): void;
+  status(status: StatusMessage): void;
+  report(report: ReportMessage): void;
+  notice(notice: Notice): void;
+  /** what there is to choose from, and what is chosen */
+  choices(catalogue: Catalogue, wish: SessionWish): void;
+  /** another session begins; its client replaces the one before */
+  began(client: Client): void;
+}
+
+export interface Catalogue {
+  garments: Garment[];
+  motions: Motion[];
+  fabrics: Fabric[];
+}
+
+/** Largest file that is sent to the server at all [bytes]; a sewing pattern has a few hundred thousand at most. */
+const LARGEST_FILE = 64 * 2 ** 20;
+const RETRY_MS = 1_500;
+
+/**
+ * One fitting: what is worn, by which motion, in which session. Motion and fabric change within a session; another
+ * garment or another detail is another session, which is opened before the present one is left, so that a refused wish
+ * leaves everything as it was.
+ */
+export class Fitting {
+  client: Client | undefined;
+  private readonly catalogue: Catalogue = { garments: [], motions: [], fabrics: [] };
+  private session: SessionInfo | undefined;
+  private wish: SessionWish = { garment: "", motion: null, fabric: null, preset: null };
+  private link: Link = { state: "connecting" };
+  private playing = true;
+  private opening = 0;
+
+  constructor(
+    private readonly api: Api,
+    private readonly workerUrl: URL,
+    private readonly view: FittingView,
+  ) {}
+
+  /** Joins the session with this id if there is one, else opens one with what most people want to see first. */
+  async start(joinId: string | null): Promise<void> {
+    await this.loadCatalogue();
+    const joined = joinId === null ? undefined : await this.find(joinId);
+    if (joined) {
+      this.enter(joined);
+      return;
+    }
+    const { garments, motions } = this.catalogue;
+    const garment = garments.find(({ id }) => /t[-_ ]?shirt/i.test(id)) ?? garments.at(0);
+    if (!garment) {
+      this.view.busy("No garment yet: add a sewing pattern");
+      return;
+    }
+    const motion = motions.find(({ name }) => name === "walk") ?? motions.at(0);
+    await this.open({ garment: garment.id, motion: motion?.name ?? null, fabric: null, preset: null });
+  }
+
+  /** Wears another garment. */
+  wear(garment: string): Promise<void> {
+    return this.open({ ...this.wish, garment });
+  }
+
+  /** Simulates with another detail; null lets the server choose. */
+  detail(preset: string | null): Promise<void> {
+    return this.open({ ...this.wish, preset });
+  }
+
+  /** Plays another motion. */
+  move(motion: string): void {
+    this.wish = { ...this.wish, motion };
+    this.client?.send({ type: "set_motion", motion, request: null });
+  }
+
+  /** Sews the garment from another fabric. */
+  sewFrom(fabric: string): void {
+    this.wish = { ...this.wish, fabric };
+    this.client?.send({ type: "set_fabric", fabric, request: null });
+  }
+
+  /** Holds the motion or lets it run; after the end of a session, opens another one like it. */
+  togglePlay(): void {
+    if (this.link.state === "closed") void this.open(this.wish);
+    else this.client?.send(this.playing ? { type: "pause", request: null } : { type: "play", request: null });
+  }
+
+  /** Sends a pattern file to the server and wears it. What is worn stays on when the server refuses it. */
+  async add(file: File): Promise<void> {
+    try {
+      if (file.size > LARGEST_FILE) {
+        const megabytes = Math.round(file.size / 2 ** 20);
+        throw new RequestError(`The file has ${megabytes} MB.`, file.name, "Choose the pattern's JSON file; it has well under 1 MB.", 0);
+      }
+      const garment = await this.api.uploadGarment(file, file.name.replace(/\.json$/i, ""));
+      this.catalogue.garments = [...this.catalogue.garments.filter(({ id }) => id !== garment.id), garment];
+      await this.wear(garment.id);
+    } catch (error) {
+      this.refused(`${file.name} can't be sewn`, error);
+    }
+  }
+
+  private async loadCatalogue(): Promise<void> {
+    for (;;) {
+      try {
+        const [garments, motions, fabrics] = await Promise.all([this.api.garments(), this.api.motions(), this.api.fabrics()]);
+        Object.assign(this.catalogue, { garments, motions, fabrics });
+        this.view.choices(this.catalogue, this.wish);
+        return;
+      } catch (error) {
+        if (!(error instanceof RequestError)) throw error;
+        this.view.busy(`${error.message} Trying again`);
+        await new Promise((resolve) => setTimeout(resolve, RETRY_MS));
+      }
+    }
+  }
+
+  private async find(id: string): Promise<SessionInfo | undefined> {
+    try {
+      const session = await this.api.session(id);
+      if (session.state !== "closed") return session;
+      this.view.notice({ title: "That session has ended", message: session.detail, remedy: "A new one was opened.", calm: true });
+    } catch (error) {
+      if (!(error instanceof RequestError)) throw error;
+      this.view.notice({ title: "That session isn't there", message: error.message, remedy: "A new one was opened.", calm: true });
+    }
+    return undefined;
+  }
+
+  /** Opens a session and leaves the present one; of several wishes in a row the last one counts. */
+  private async open(wish: SessionWish): Promise<void> {
+    const turn = ++this.opening;
+    const left = this.session;
+    this.view.choices(this.catalogue, wish);
+    try {
+      const session = await this.api.openSession(wish);
+      if (turn !== this.opening) {
+        await this.end(session);
+        return;
+      }
+      this.wish = wish;
+      this.enter(session);
+      if (left && left.id !== session.id) await this.end(left);
+    } catch (error) {
+      if (turn !== this.opening) return;
+      this.view.choices(this.catalogue, this.wish);
+      this.refused("That could not be started", error);
+      if (!this.client) this.view.busy("Not started");
+    }
+  }
+
+  private enter(session: SessionInfo): void {
+    this.client?.close();
+    this.session = session;
+    this.wish = { garment: session.garment, motion: session.motion, fabric: session.fabric, preset: this.wish.preset };
+    history.replaceState(null, "", `?${new URLSearchParams({ session: session.id }).toString()}`);
+    const client = new Client(this.workerUrl, {
+      link: (link) => {
+        this.link = link;
+        this.view.link(link);
+      },
+      welcome: () => undefined,
+      status: (status) => this.follow(status),
+      report: (report) => this.view.report(report),
+      error: (error) => this.fault(error),
+      goodbye: (goodbye) => {
+        if (goodbye.retry_after === null) this.view.notice({ title: "The session has ended", message: goodbye.reason, calm: true });
+      },
+    });
+    this.client = client;
+    this.view.began(client);
+    this.view.choices(this.catalogue, this.wish);
+    client.open(this.api.streamUrl(session));
+  }
+
+  /** Ends a session that this page left; that it may have ended by itself meanwhile is no fault. */
+  private async end(session: SessionInfo): Promise<void> {
+    await this.api.endSession(session.id).catch((error: unknown) => {
+      if (!(error instanceof RequestError)) throw error;
+    });
+  }
+
+  private follow(status: StatusMessage): void {
+    this.playing = status.playing;
+    if (status.motion !== this.wish.motion || status.fabric !== this.wish.fabric) {
+      this.wish = { ...this.wish, motion: status.motion, fabric: status.fabric };
+      this.view.choices(this.catalogue, this.wish);
+    }
+    this.view.status(status);
+  }
+
+  private fault(error: ErrorMessage): void {
+    if (error.code === "unknown_session") {
+      void this.open(this.wish); // the server was restarted: it has forgotten the session, the page has not
+      return;
+    }
+    const place = error.place === "$" ? "" : error.place;
+    this.view.notice({ title: "The server can't do that", message: error.message, place, remedy: error.remedy });
+  }
+
+  private refused(title: string, error: unknown): void {
+    if (!(error instanceof RequestError)) throw error;
+    this.view.notice({ title, message: error.message, place: error.place, remedy: error.remedy });
+  }
+}

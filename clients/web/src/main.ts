@@ -1,0 +1,148 @@
+import { Api, RateMeter, steadyNow, type Fabric } from "@tryon/core";
+
+import { Choices } from "./choices.ts";
+import { byId, setText } from "./dom.ts";
+import { colourOf, lookOf } from "./fabrics.ts";
+import { Figure } from "./figure.ts";
+import { Fitting, type FittingView } from "./fitting.ts";
+import { NoticeBoard } from "./notice.ts";
+import { Readout, type Figures } from "./readout.ts";
+import { Stage } from "./stage.ts";
+import { StatusLine } from "./status.ts";
+import { Upload } from "./upload.ts";
+
+/** file name of the bundled worker, filled in by the build */
+declare const WORKER_FILE: string;
+
+declare global {
+  interface Window {
+    /** the readout's figures, for tests and the curious */
+    tryon: { readonly readout: Figures };
+  }
+}
+
+const REFRESH_MS = 250;
+
+/** The page's parts, and how they are connected. */
+class Studio implements FittingView {
+  private readonly stage = new Stage(byId("stage", HTMLCanvasElement));
+  private readonly figure = new Figure();
+  private readonly readout = new Readout();
+  private readonly statusLine = new StatusLine();
+  private readonly board = new NoticeBoard();
+  private readonly drawn = new RateMeter();
+  private readonly fitting: Fitting;
+  private readonly panel: Choices;
+  private fabric: Fabric | undefined;
+  private colour: string | undefined;
+  private readonly play = byId("play", HTMLButtonElement);
+
+  constructor() {
+    this.stage.scene.add(this.figure.object);
+    const here = new URL(".", location.href);
+    this.fitting = new Fitting(new Api(here), new URL(WORKER_FILE, import.meta.url), this);
+    this.panel = new Choices({
+      garment: (id) => void this.fitting.wear(id),
+      motion: (name) => this.fitting.move(name),
+      fabric: (name) => this.fitting.sewFrom(name),
+      colour: (colour) => {
+        this.colour = colour;
+        this.dress();
+      },
+      preset: (name) => void this.fitting.detail(name),
+    });
+    new Upload((file) => this.fitting.add(file));
+    this.play.addEventListener("click", () => this.fitting.togglePlay());
+    byId("reset-view").addEventListener("click", () => this.stage.resetView());
+    const follow = byId("follow", HTMLButtonElement);
+    follow.addEventListener("click", () => {
+      this.stage.follow = !this.stage.follow;
+      follow.ariaPressed = String(this.stage.follow);
+    });
+    window.tryon = { readout: this.readout.figures };
+    window.setInterval(() => this.readout.refresh(this.fitting.client), REFRESH_MS);
+    requestAnimationFrame(this.draw);
+  }
+
+  start(): Promise<void> {
+    return this.fitting.start(new URLSearchParams(location.search).get("session"));
+  }
+
+  private readonly draw = (): void => {
+    const { client } = this.fitting;
+    if (client) {
+      client.scene.take();
+      if (this.figure.update(client.scene)) this.stage.invalidate();
+      const frame = client.scene.figures;
+      if (frame) this.stage.moveWearer(frame.root[0], frame.root[2]);
+    }
+    const now = steadyNow();
+    if (this.stage.draw(now) && client) {
+      this.drawn.tick(now);
+      this.readout.drawn(client, this.drawn.rate(now));
+    }
+    requestAnimationFrame(this.draw);
+  };
+
+  private dress(): void {
+    if (!this.fabric) return;
+    this.figure.fabric.setLook(lookOf(this.fabric));
+    this.figure.fabric.setColour(this.colour ?? colourOf(this.fabric));
+    byId("colours").style.setProperty("--own", colourOf(this.fabric));
+    this.stage.invalidate();
+  }
+
+  // FittingView ----------------------------------------------------------------------------------------------------
+
+  busy(sentence: string): void {
+    this.statusLine.setBusy(sentence);
+  }
+
+  link(...[link]: Parameters<FittingView["link"]>): void {
+    this.statusLine.setLink(link);
+    this.play.disabled = link.state === "connecting" || link.state === "reconnecting";
+    if (link.state === "closed") this.showPlaying(false, "Start again");
+  }
+
+  status(...[status]: Parameters<FittingView["status"]>): void {
+    this.statusLine.setStatus(status);
+    this.showPlaying(status.playing, status.playing ? "Pause" : "Play");
+  }
+
+  report(...[report]: Parameters<FittingView["report"]>): void {
+    this.readout.setReport(report);
+  }
+
+  notice(...[notice]: Parameters<FittingView["notice"]>): void {
+    this.board.show(notice);
+  }
+
+  choices(...[catalogue, wish]: Parameters<FittingView["choices"]>): void {
+    this.panel.show(catalogue, wish);
+    const fabric = catalogue.fabrics.find(({ name }) => name === wish.fabric) ?? catalogue.fabrics.at(0);
+    if (fabric === this.fabric) return;
+    this.fabric = fabric;
+    this.dress();
+  }
+
+  began(): void {
+    this.readout.reset();
+    this.board.hideFault();
+  }
+
+  private showPlaying(playing: boolean, text: string): void {
+    this.play.ariaPressed = String(playing);
+    setText(byId("play-text"), text);
+  }
+}
+
+try {
+  void new Studio().start();
+} catch (error) {
+  const why = error instanceof Error ? error.message : String(error);
+  new NoticeBoard().show({
+    title: "The picture can't be drawn",
+    message: why,
+    remedy: "Use a browser with WebGL 2, and see that hardware acceleration is on.",
+  });
+}

@@ -1,0 +1,47 @@
+import { byId, setText } from "./dom.ts";
+
+/** What went wrong, or what a person should know: where, and what to do about it. */
+export interface Notice {
+  readonly title: string;
+  readonly message: string;
+  readonly place?: string;
+  readonly remedy?: string;
+  /** good news rather than a fault */
+  readonly calm?: boolean;
+}
+
+/** The one message shown over the picture. It stays until it is dismissed or replaced, calm ones leave by themselves. */
+export class NoticeBoard {
+  private readonly board = byId("notice");
+  private timer = 0;
+
+  constructor() {
+    byId("notice-close").addEventListener("click", () => this.hide());
+  }
+
+  show(notice: Notice): void {
+    window.clearTimeout(this.timer);
+    setText(byId("notice-title"), notice.title);
+    setText(byId("notice-message"), notice.message);
+    this.line("notice-place", notice.place);
+    this.line("notice-remedy", notice.remedy);
+    this.board.classList.toggle("calm", notice.calm === true);
+    this.board.hidden = false;
+    if (notice.calm) this.timer = window.setTimeout(() => this.hide(), 6_000);
+  }
+
+  /** Takes a fault off that is over; good news stay for their time. */
+  hideFault(): void {
+    if (!this.board.classList.contains("calm")) this.hide();
+  }
+
+  private hide(): void {
+    this.board.hidden = true;
+  }
+
+  private line(id: string, text: string | undefined): void {
+    const element = byId(id);
+    element.hidden = !text;
+    setText(element, text ?? "");
+  }
+}

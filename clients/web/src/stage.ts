@@ -1,0 +1,140 @@
+import * as THREE from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+
+import { studioEnvironment } from "./environment.ts";
+import { Floor } from "./floor.ts";
+import { drawsInSoftware, PixelRatio } from "./quality.ts";
+
+const BACKGROUND = new THREE.Color("#e7e3dc");
+/** where the camera starts, relative to the wearer's place on the floor [m] */
+const VIEW_FROM = new THREE.Vector3(1.2, 1.4, 3.35);
+const LOOK_AT_HEIGHT = 0.88;
+const LIGHT_FROM = new THREE.Vector3(1.5, 3.9, 2.4);
+
+/**
+ * Camera, light, floor and the drawing of one picture. Knows nothing of garments or servers.
+ *
+ * A picture is drawn only when something changed (`invalidate`, a moved camera, a resized canvas), so an idle page
+ * costs nothing. Nothing is allocated per picture.
+ */
+export class Stage {
+  readonly scene = new THREE.Scene();
+  readonly camera = new THREE.PerspectiveCamera(32, 1, 0.1, 60);
+  private readonly renderer: THREE.WebGLRenderer;
+  private readonly ratio: PixelRatio;
+  private readonly controls: OrbitControls;
+  private readonly floor = new Floor();
+  private readonly key = new THREE.DirectionalLight("#fff7ee", 1.6);
+  private readonly place = new THREE.Vector3();
+  private readonly shift = new THREE.Vector3();
+  private dirty = true;
+  private drawnRatio = NaN;
+  /** whether the camera goes along with the wearer */
+  follow = true;
+
+  /** @throws Error when the browser offers no WebGL 2 */
+  constructor(private readonly canvas: HTMLCanvasElement) {
+    const software = drawsInSoftware();
+    this.ratio = new PixelRatio(window.devicePixelRatio, software);
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !software, powerPreference: "high-performance" });
+    this.renderer.toneMapping = THREE.NeutralToneMapping;
+    this.renderer.toneMappingExposure = 1.0;
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = THREE.PCFShadowMap;
+    this.scene.background = BACKGROUND;
+    this.scene.environment = studioEnvironment(this.renderer);
+    this.scene.environmentIntensity = 0.95;
+    this.scene.add(this.key, this.key.target, this.floor.object);
+    this.aimLight();
+
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.enableDamping = true;
+    this.controls.dampingFactor = 0.09;
+    this.controls.minDistance = 0.35;
+    this.controls.maxDistance = 12;
+    this.controls.maxPolarAngle = Math.PI * 0.53;
+    this.controls.zoomToCursor = true;
+    this.controls.listenToKeyEvents(canvas);
+    this.controls.addEventListener("change", () => this.invalidate());
+    this.resetView();
+
+    new ResizeObserver(() => this.resize()).observe(canvas);
+    canvas.addEventListener("webglcontextrestored", () => this.invalidate());
+    this.resize();
+  }
+
+  private aimLight(): void {
+    const shadow = this.key.shadow;
+    this.key.castShadow = true;
+    shadow.mapSize.set(1024, 1024);
+    shadow.camera.left = -1.3;
+    shadow.camera.right = 1.3;
+    shadow.camera.top = 1.6;
+    shadow.camera.bottom = -1.3;
+    shadow.camera.near = 1;
+    shadow.camera.far = 7;
+    shadow.radius = 6;
+    shadow.bias = -0.0004;
+    shadow.normalBias = 0.006;
+    this.key.position.copy(LIGHT_FROM);
+    this.key.target.position.set(0, 0.85, 0);
+  }
+
+  /** Asks for a new picture. */
+  invalidate(): void {
+    this.dirty = true;
+  }
+
+  /** Puts the camera back to where it started, in front of the wearer. */
+  resetView(): void {
+    const narrow = this.canvas.clientWidth < this.canvas.clientHeight ? 1.25 : 1;
+    this.camera.position.copy(VIEW_FROM).multiplyScalar(narrow).add(this.place);
+    this.controls.target.set(this.place.x, LOOK_AT_HEIGHT, this.place.z);
+    this.controls.update();
+    this.invalidate();
+  }
+
+  /**
+   * Tells where the wearer stands, x and z [m]. Light, shadow and floor go along always, the camera while `follow` is
+   * on: it keeps its distance and angle.
+   */
+  moveWearer(x: number, z: number): void {
+    this.shift.set(x - this.place.x, 0, z - this.place.z);
+    this.place.set(x, 0, z);
+    if (this.follow) {
+      this.camera.position.add(this.shift);
+      this.controls.target.add(this.shift);
+    }
+    this.key.position.add(this.shift);
+    this.key.target.position.add(this.shift);
+    this.floor.moveTo(x, z);
+  }
+
+  private resize(): void {
+    const width = Math.max(1, this.canvas.clientWidth);
+    const height = Math.max(1, this.canvas.clientHeight);
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.invalidate();
+  }
+
+  /** Draws if anything changed since the last picture; returns whether it drew. @param nowMs any steady clock */
+  draw(nowMs: number): boolean {
+    this.controls.update();
+    if (this.dirty) {
+      this.dirty = false;
+      this.render(this.ratio.moving);
+      this.ratio.drawn(nowMs);
+      return true;
+    }
+    if (this.drawnRatio < this.ratio.still && this.ratio.stillAt(nowMs)) this.render(this.ratio.still);
+    return false;
+  }
+
+  private render(ratio: number): void {
+    if (ratio !== this.drawnRatio) this.renderer.setPixelRatio(ratio);
+    this.drawnRatio = ratio;
+    this.renderer.render(this.scene, this.camera);
+  }
+}

@@ -1,0 +1,71 @@
+import type { Link } from "@tryon/core";
+import type { StatusMessage } from "@tryon/protocol";
+
+import { byId, setText } from "./dom.ts";
+
+/** What the lamp and the line beside it say: how the link stands, and then what the server is doing. In plain words. */
+export class StatusLine {
+  private readonly line = byId("status");
+  private readonly text = byId("status-text");
+  private readonly progress = byId("progress");
+  private link: Link = { state: "connecting" };
+  private status: StatusMessage | undefined;
+
+  setLink(link: Link): void {
+    this.link = link;
+    if (link.state !== "open") this.status = undefined;
+    this.show();
+  }
+
+  setStatus(status: StatusMessage): void {
+    this.status = status;
+    this.show();
+  }
+
+  /** Something the page itself is doing, until the link or the server has something to say. */
+  setBusy(sentence: string): void {
+    setText(this.text, sentence);
+  }
+
+  private show(): void {
+    const progress = this.status?.progress ?? null;
+    this.line.dataset.link = this.link.state;
+    this.line.dataset.state = this.status?.state ?? "none";
+    this.line.dataset.progress = progress === null ? "" : progress.toFixed(3);
+    this.progress.hidden = progress === null;
+    (this.progress.firstElementChild as HTMLElement).style.transform = `scaleX(${progress ?? 0})`;
+    setText(this.text, this.sentence());
+  }
+
+  private sentence(): string {
+    switch (this.link.state) {
+      case "connecting":
+        return "Connecting";
+      case "reconnecting":
+        return "Connection lost, reconnecting";
+      case "closed":
+        return `Session ended: ${this.link.reason}`;
+      case "open":
+        return this.status ? describe(this.status) : "Connected";
+    }
+  }
+}
+
+const LEAD: Record<StatusMessage["state"], string> = {
+  preparing: "Getting ready",
+  dressing: "Dressing",
+  running: "Live",
+  paused: "Paused",
+  waiting: "Waiting for a tracked body",
+  failed: "This garment can't be worn",
+  closed: "Session ended",
+};
+
+/** A status in words: what goes on, what exactly if the server says so, and how far it has come. */
+function describe(status: StatusMessage): string {
+  const lead = LEAD[status.state];
+  const working = status.state === "preparing" || status.state === "dressing" || status.state === "failed";
+  const detail = working && status.detail ? `: ${status.detail}` : "";
+  const share = working && typeof status.progress === "number" ? ` (${Math.round(status.progress * 100)} %)` : "";
+  return `${lead}${detail}${share}`;
+}

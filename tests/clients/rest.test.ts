@@ -1,0 +1,55 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { Api, RequestError } from "../../clients/core/src/rest.ts";
+
+interface Asked {
+  readonly url: string;
+  readonly method: string | undefined;
+  readonly body: unknown;
+}
+
+/** An API whose server answers everything with this reply; `asked` lists what it was asked. */
+function answering(status: number, body: string): { api: Api; asked: Asked[] } {
+  const asked: Asked[] = [];
+  const fetcher: typeof fetch = (input, init) => {
+    asked.push({ url: new Request(input).url, method: init?.method, body: init?.body });
+    return Promise.resolve(new Response(status === 204 ? null : body, { status }));
+  };
+  return { api: new Api(new URL("http://example.test/try/"), fetcher), asked };
+}
+
+test("a session is asked for with what was wished, and its stream lies beside the page", async () => {
+  const { api, asked } = answering(201, JSON.stringify({ id: "a b", stream: "/api/sessions/a%20b/stream" }));
+  const session = await api.openSession({ garment: "tshirt", motion: "walk", fabric: null, preset: null });
+  assert.deepEqual(asked, [
+    { url: "http://example.test/try/api/sessions", method: "POST", body: '{"garment":"tshirt","motion":"walk","fabric":null,"preset":null}' },
+  ]);
+  assert.equal(api.streamUrl(session), "ws://example.test/try/api/sessions/a%20b/stream");
+});
+
+test("names are escaped", async () => {
+  const { api, asked } = answering(204, "");
+  await api.endSession("a/../b");
+  assert.equal(asked[0].url, "http://example.test/try/api/sessions/a%2F..%2Fb");
+});
+
+test("a refusal keeps the server's place and remedy", async () => {
+  const reply = { code: "pattern.invalid", place: "panels.front.edges[3]", message: "not a number", remedy: "Correct it" };
+  const { api } = answering(422, JSON.stringify(reply));
+  await assert.rejects(api.uploadGarment(new Blob(["{}"]), "coat"), (error) => {
+    assert.ok(error instanceof RequestError);
+    assert.deepEqual([error.message, error.place, error.remedy, error.status], ["not a number", "panels.front.edges[3]", "Correct it", 422]);
+    return true;
+  });
+});
+
+test("an error page of something in between is told as such", async () => {
+  const { api } = answering(502, "<html>Bad gateway</html>");
+  await assert.rejects(api.garments(), (error) => error instanceof RequestError && error.status === 502 && error.message.includes("502"));
+});
+
+test("a server that does not answer is told as such", async () => {
+  const api = new Api(new URL("http://example.test/"), () => Promise.reject(new TypeError("failed")));
+  await assert.rejects(api.motions(), (error) => error instanceof RequestError && error.status === 0 && error.remedy !== "");
+});
