@@ -1,0 +1,258 @@
+"""BVH motion files: any joint names, any channel order.
+
+A joint turns by the product of its rotation channels in the order written, `R = R_1 R_2 R_3` (so "Zrotation Yrotation
+Xrotation" means Rz Ry Rx), degrees. Position channels replace the joint's OFFSET, axis by axis. With all channels zero
+the skeleton stands in its rest pose, and every joint's rotation is relative to that. BVH has no unit: centimetres
+unless told otherwise, and a skeleton that comes out no size of a human is refused rather than guessed at.
+Format: M. Meredith and S. Maddock, "Motion capture file formats explained", University of Sheffield, CS-01-11.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tryon_solver.body import quaternions
+
+CENTIMETRES = 100.0  # units per metre
+SMALLEST, LARGEST = 0.5, 3.0  # m, plausible extent of a human skeleton in its rest pose
+KNOWN_UNITS = (
+    (1.0, "metres"),
+    (10.0, "decimetres"),
+    (17.72, "CMU's ASF units"),
+    (39.37, "inches"),
+    (100.0, "centimetres"),
+    (1000.0, "millimetres"),
+)
+AXES = {"X": 0, "Y": 1, "Z": 2}
+
+
+class BvhError(ValueError):
+    """Not a BVH file we can play; the message names the line and the remedy."""
+
+    def __init__(self, message: str, line: int | None = None) -> None:
+        super().__init__(message if line is None else f"line {line}: {message}")
+        self.line = line
+
+
+@dataclass(frozen=True)
+class BvhClip:
+    """A motion on its own skeleton, in metres."""
+
+    joint_names: tuple[str, ...]  # (J,), parents first
+    parents: np.ndarray  # (J,) int32, -1 for the root
+    offsets: np.ndarray  # (J, 3) m, from the parent in the rest pose
+    end_sites: dict[int, np.ndarray]  # joint -> (3,) m, the tip of a bone without a child
+    positions: np.ndarray  # (T, J, 3) m, each joint relative to its parent; the root's in the world
+    rotations: np.ndarray  # (T, J, 4) unit quaternions, each joint relative to its parent
+    dt: float  # s
+    name: str = "clip"
+
+    @property
+    def frame_count(self) -> int:
+        return len(self.rotations)
+
+    def rest_positions(self) -> np.ndarray:
+        """(J, 3) m: the joints in the rest pose, the root at its OFFSET."""
+        placed = self.offsets.copy()
+        for joint, parent in enumerate(self.parents[1:], start=1):
+            placed[joint] += placed[parent]
+        return placed
+
+    def world(self) -> tuple[np.ndarray, np.ndarray]:
+        """World positions (T, J, 3) m and world rotations (T, J, 4) of every joint in every frame."""
+        positions, rotations = self.positions.copy(), self.rotations.copy()
+        for joint, parent in enumerate(self.parents[1:], start=1):
+            moved = quaternions.rotate(rotations[:, parent], self.positions[:, joint])
+            positions[:, joint] = positions[:, parent] + moved
+            rotations[:, joint] = quaternions.multiply(rotations[:, parent], self.rotations[:, joint])
+        return positions, rotations
+
+
+@dataclass
+class _Joint:
+    """A joint while its braces are read."""
+
+    name: str
+    parent: int
+    line: int
+    offset: list[float] | None = None
+    channels: list[str] = field(default_factory=list)
+    end: list[float] | None = None
+
+
+def parse_bvh(text: str, units_per_metre: float = CENTIMETRES, name: str = "clip") -> BvhClip:
+    """Read a BVH file's text. Raises BvhError naming the line and the remedy.
+
+    `units_per_metre`: 100 when the file is in centimetres (the usual), 1 for metres, 39.37 for inches.
+    """
+    if not (math.isfinite(units_per_metre) and units_per_metre > 0.0):
+        raise BvhError(f"units_per_metre is {units_per_metre}; give a positive number, 100 for centimetres")
+    lines = _numbered(text)
+    joints = _parse_hierarchy(lines)
+    values, dt = _parse_motion(lines, sum(len(joint.channels) for joint in joints))
+    parents = np.array([joint.parent for joint in joints], dtype=np.int32)
+    offsets = np.array([joint.offset for joint in joints]) / units_per_metre
+    end_sites = {k: np.array(joint.end) / units_per_metre for k, joint in enumerate(joints) if joint.end is not None}
+
+    positions = np.repeat(offsets[None], len(values), axis=0)
+    rotations = np.tile(quaternions.IDENTITY, (len(values), len(joints), 1))
+    column = 0
+    for index, joint in enumerate(joints):
+        for channel in joint.channels:
+            axis, track = AXES[channel[0]], values[:, column]
+            column += 1
+            if channel.endswith("position"):
+                positions[:, index, axis] = track / units_per_metre
+            else:
+                turn = quaternions.from_axis_angle(np.eye(3)[axis], np.radians(track))
+                rotations[:, index] = quaternions.multiply(rotations[:, index], turn)
+    clip = BvhClip(tuple(joint.name for joint in joints), parents, offsets, end_sites, positions, rotations, dt, name)
+    _refuse_implausible_size(clip, units_per_metre)
+    return clip
+
+
+def _numbered(text: str) -> Iterator[tuple[int, list[str]]]:
+    """(line number, words) of every line that is not blank."""
+    for number, line in enumerate(text.splitlines(), start=1):
+        words = line.split()
+        if words:
+            yield number, words
+
+
+def _parse_hierarchy(lines: Iterator[tuple[int, list[str]]]) -> list[_Joint]:
+    """Joints in file order, up to and including the line MOTION."""
+    joints: list[_Joint] = []
+    open_braces: list[int | None] = []  # the joint of each open brace; None for an End Site
+    announced: int | None = None  # joint whose "{" must come next
+    in_end_site = False
+    first = next(lines, None)
+    if first is None or first[1][0].upper() != "HIERARCHY":
+        raise BvhError("a BVH file starts with the word HIERARCHY", first[0] if first else 1)
+    for number, words in lines:
+        keyword = words[0].upper()
+        if keyword == "MOTION":
+            if open_braces:
+                raise BvhError("MOTION begins while a brace is open; close every joint with '}'", number)
+            if not joints:
+                raise BvhError("MOTION begins before any ROOT joint", number)
+            _refuse_incomplete(joints)
+            return joints
+        if keyword in ("ROOT", "JOINT"):
+            inside = open_braces[-1] if open_braces else None
+            if (keyword == "ROOT") != (not open_braces) or (keyword == "ROOT" and joints):
+                raise BvhError(f"{keyword} stands at the wrong place; one ROOT, every JOINT inside its parent", number)
+            if len(words) < 2 or (keyword == "JOINT" and inside is None):
+                raise BvhError(f"{keyword} needs a name and must not stand in an End Site", number)
+            joint_name = " ".join(words[1:])
+            if any(joint.name == joint_name for joint in joints):
+                raise BvhError(f"a second joint named {joint_name!r}; names must be unique", number)
+            joints.append(_Joint(joint_name, -1 if inside is None else inside, number))
+            announced, in_end_site = len(joints) - 1, False
+        elif keyword == "END":
+            if not open_braces or open_braces[-1] is None:
+                raise BvhError("End Site outside of a joint", number)
+            announced, in_end_site = open_braces[-1], True
+        elif keyword == "{":
+            if announced is None:
+                raise BvhError("'{' without a ROOT, JOINT or End Site before it", number)
+            open_braces.append(None if in_end_site else announced)
+            if in_end_site:
+                joints[announced].end = []
+            announced = None
+        elif keyword == "}":
+            if not open_braces:
+                raise BvhError("'}' without a matching '{'", number)
+            open_braces.pop()
+            in_end_site = False
+        elif keyword in ("OFFSET", "CHANNELS") and not open_braces:
+            raise BvhError(f"{keyword} outside of a joint's braces", number)
+        elif keyword == "OFFSET":
+            offset = _numbers(words[1:], number, "OFFSET", 3)
+            inside = open_braces[-1]
+            if inside is not None:
+                joints[inside].offset = offset
+            else:
+                joints[next(j for j in reversed(open_braces) if j is not None)].end = offset
+        elif keyword == "CHANNELS" and open_braces[-1] is not None:
+            joints[open_braces[-1]].channels = _channels(words[1:], number)
+        else:
+            raise BvhError(
+                f"unexpected {words[0]!r}; expected JOINT, End Site, OFFSET, CHANNELS, a brace or MOTION", number
+            )
+    raise BvhError("the file ends before the word MOTION")
+
+
+def _refuse_incomplete(joints: list[_Joint]) -> None:
+    for joint in joints:
+        if joint.offset is None:
+            raise BvhError(f"joint {joint.name!r} has no OFFSET", joint.line)
+        if joint.end is not None and not joint.end:
+            raise BvhError(f"the End Site of joint {joint.name!r} has no OFFSET", joint.line)
+
+
+def _channels(words: list[str], line: int) -> list[str]:
+    """Channel names as "Xposition" or "Zrotation", whatever the file's capitals."""
+    if not words or not words[0].isdigit() or int(words[0]) != len(words) - 1:
+        raise BvhError("CHANNELS must give a count and that many names", line)
+    names = [word[:1].upper() + word[1:].lower() for word in words[1:]]
+    for written, channel in zip(words[1:], names):
+        if channel[0] not in AXES or channel[1:] not in ("position", "rotation"):
+            raise BvhError(f"unknown channel {written!r}; use Xposition .. Zposition, Xrotation .. Zrotation", line)
+    if len(set(names)) != len(names):
+        raise BvhError("a channel is listed twice", line)
+    return names
+
+
+def _parse_motion(lines: Iterator[tuple[int, list[str]]], channel_count: int) -> tuple[np.ndarray, float]:
+    """Channel values (T, channels) and the frame time [s]."""
+    frames = _header(lines, "Frames:", ["FRAMES:"])
+    if frames < 1 or frames != int(frames):
+        raise BvhError(f"'Frames:' says {frames:g}; a motion has at least one whole frame")
+    dt = _header(lines, "Frame Time:", ["FRAME", "TIME:"])
+    if not dt > 0.0:
+        raise BvhError(f"'Frame Time:' says {dt:g} s; it must be positive, 0.016667 for 60 Hz")
+    rows = [_numbers(words, number, f"frame {k + 1}", channel_count) for k, (number, words) in enumerate(lines)]
+    if len(rows) != int(frames):
+        raise BvhError(f"'Frames:' promises {int(frames)} frames, the file holds {len(rows)}; correct the count")
+    return np.array(rows).reshape(len(rows), channel_count), dt
+
+
+def _header(lines: Iterator[tuple[int, list[str]]], written: str, keywords: list[str]) -> float:
+    number, words = next(lines, (None, []))
+    if [word.upper() for word in words[: len(keywords)]] != keywords:
+        raise BvhError(f"expected '{written}' and a number after MOTION", number)
+    return _numbers(words[len(keywords) :], number, written, 1)[0]
+
+
+def _numbers(words: list[str], line: int | None, what: str, count: int) -> list[float]:
+    if len(words) != count:
+        raise BvhError(f"{what} has {len(words)} values, expected {count}", line)
+    numbers = []
+    for column, word in enumerate(words, start=1):
+        try:
+            value = float(word)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise BvhError(f"value {column} of {what} is {word!r}, not a finite number", line)
+        numbers.append(value)
+    return numbers
+
+
+def _refuse_implausible_size(clip: BvhClip, units_per_metre: float) -> None:
+    """The largest extent of the rest pose (height, or arm span in a T pose) must be that of a human."""
+    joints = clip.rest_positions()
+    tips = [joints[joint] + tip for joint, tip in clip.end_sites.items()]
+    height = float(np.ptp(np.concatenate([joints, *(tip[None] for tip in tips)]), axis=0).max())
+    if SMALLEST <= height <= LARGEST:
+        return
+    fitting = [f"{units:g} ({unit})" for units, unit in KNOWN_UNITS if 1.2 <= height * units_per_metre / units <= 2.3]
+    advice = " or ".join(fitting) if fitting else "the file's units per metre"
+    raise BvhError(
+        f"at {units_per_metre:g} units per metre the skeleton {clip.name!r} is {height:.3g} m tall, not a human's "
+        f"{SMALLEST} to {LARGEST} m; pass units_per_metre = {advice}"
+    )

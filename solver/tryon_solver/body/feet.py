@@ -1,0 +1,85 @@
+"""Feet in retargeting: which way a source's sole faces at rest, and where the floor is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tryon_solver.body import quaternions
+from tryon_solver.body.model import BodyModel
+from tryon_solver.body.motion import Motion
+
+UP = np.array([0.0, 1.0, 0.0])
+STANDING_SPEED = 0.1  # m/s, an ankle slower than this
+STANDING_HEIGHT = 0.03  # m, and no higher than this above its lowest place, stands
+
+
+def foot_correction(
+    source_pointing: np.ndarray,
+    our_pointing: np.ndarray,
+    source_shin: np.ndarray,
+    ankle: np.ndarray,
+    turns: np.ndarray,
+    dt: float,
+) -> np.ndarray:
+    """(4,): the turn from our foot at rest to the source's foot at rest, sole to sole and toes to toes.
+
+    How far the line from ankle to toe slopes says nothing about the sole, so soles are matched, not that line. A rest
+    pose has its soles either on the floor or, where spread legs came out of a skeleton's zero angles (CMU), square to
+    the shins as seen from the front. Of these readings the one whose sole lies flatter in a standing foot is taken.
+
+    `source_pointing`, `our_pointing`: ankle to toes at rest; `source_shin`: knee to ankle at rest (3,);
+    `ankle`: (T, 3) m in the world; `turns`: (T, 4) world rotations of the source's foot away from rest.
+    """
+    square = -source_shin * [1.0, 1.0, 0.0]
+    readings = [UP, square / np.linalg.norm(square)]
+    speed = np.linalg.norm(np.diff(ankle, axis=0, append=ankle[-1:]), axis=1) / dt
+    standing = (speed < STANDING_SPEED) & (ankle[:, 1] < ankle[:, 1].min() + STANDING_HEIGHT)
+    slopes = [_mean_slope(turns[standing], sole) for sole in readings]
+    sole = readings[int(slopes[1] < slopes[0])]
+    return _frame_turn(UP, our_pointing, sole, source_pointing)
+
+
+def _mean_slope(turns: np.ndarray, sole: np.ndarray) -> float:
+    """Mean angle [rad] between the sole's normal and the vertical; 0 without any frame."""
+    if not len(turns):
+        return 0.0
+    normals = quaternions.rotate(turns, np.broadcast_to(sole, (len(turns), 3)))
+    return float(np.arccos(np.clip(normals @ UP, -1.0, 1.0)).mean())
+
+
+def _frame_turn(up_a: np.ndarray, ahead_a: np.ndarray, up_b: np.ndarray, ahead_b: np.ndarray) -> np.ndarray:
+    """(4,): the turn that takes up_a to up_b and, about it, the direction ahead_a to ahead_b."""
+    tilt = quaternions.between(up_a, up_b)
+    ahead = quaternions.rotate(tilt, ahead_a)
+    a, b = (v - up_b * (v @ up_b) for v in (ahead, ahead_b))
+    angle = np.arctan2(np.cross(a, b) @ up_b, a @ b)
+    return quaternions.multiply(quaternions.from_axis_angle(up_b, angle), tilt)
+
+
+def lowest_sole_point(model: BodyModel, motion: Motion) -> float:
+    """Height [m] of the lowest point of the feet over the whole motion.
+
+    Each foot vertex is carried by the joint that has most of it, which at the sole is all of it.
+    """
+    feet = [k for k, name in enumerate(model.joint_names) if name.endswith(("_foot", "_toes"))]
+    strongest = model.skin_joints[:, 0]
+    positions, turns = world_tracks(model, motion)
+    lowest = np.inf
+    for joint in feet:
+        points = model.rest_vertices[strongest == joint] - model.rest_joints[joint]
+        matrices = quaternions.to_matrix(turns[:, joint])
+        heights = positions[:, joint, 1, None] + matrices[:, 1] @ points.T
+        lowest = min(lowest, float(heights.min()))
+    return lowest
+
+
+def world_tracks(model: BodyModel, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+    """World positions (T, J, 3) m and rotations (T, J, 4) of the body's joints in every frame."""
+    positions = np.empty((motion.frame_count, model.joint_count, 3))
+    turns = motion.rotations.copy()
+    positions[:, 0] = motion.roots
+    for joint, parent in enumerate(model.parents[1:], start=1):
+        offset = np.broadcast_to(model.rest_joints[joint] - model.rest_joints[parent], positions[:, joint].shape)
+        positions[:, joint] = positions[:, parent] + quaternions.rotate(turns[:, parent], offset)
+        turns[:, joint] = quaternions.multiply(turns[:, parent], motion.rotations[:, joint])
+    return positions, turns

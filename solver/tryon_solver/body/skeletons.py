@@ -1,0 +1,166 @@
+"""Whose joint is whose: the parts of a human found in a source skeleton, by the names of common conventions.
+
+Only the joints that no structure tells are looked up by name: pelvis, head, and per side upper arm, forearm, hand,
+thigh, shin, foot, toes. Spine, neck and clavicles are what lies between them. Names are compared without name space
+(`mixamorig:Hips`), capitals, underscores, dots, dashes and blanks.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+SIDES = ("left", "right")
+LIMB_PARTS = ("upper_arm", "forearm", "hand", "thigh", "shin", "foot", "toes")
+OPTIONAL = {"left_toes", "right_toes"}
+
+# Convention -> part -> accepted names. {side} is left/right, {s} is l/r; compared after `_plain`.
+CONVENTIONS: dict[str, dict[str, tuple[str, ...]]] = {
+    "MotionBuilder, CMU, Mixamo": {
+        "pelvis": ("Hips",),
+        "head": ("Head",),
+        "upper_arm": ("{side}Arm",),
+        "forearm": ("{side}ForeArm",),
+        "hand": ("{side}Hand",),
+        "thigh": ("{side}UpLeg",),
+        "shin": ("{side}Leg",),
+        "foot": ("{side}Foot",),
+        "toes": ("{side}ToeBase", "{side}Toe"),
+    },
+    "SMPL, Biovision": {
+        "pelvis": ("pelvis", "Hips"),
+        "head": ("head",),
+        "upper_arm": ("{side}_shoulder", "{side}UpArm"),
+        "forearm": ("{side}_elbow", "{side}LowArm"),
+        "hand": ("{side}_wrist", "{side}Hand"),
+        "thigh": ("{side}_hip", "{side}UpLeg"),
+        "shin": ("{side}_knee", "{side}LowLeg"),
+        "foot": ("{side}_ankle", "{side}Foot"),
+        "toes": ("{side}_toe", "{side}_foot"),
+    },
+    "Unreal": {
+        "pelvis": ("pelvis",),
+        "head": ("head",),
+        "upper_arm": ("upperarm_{s}",),
+        "forearm": ("lowerarm_{s}",),
+        "hand": ("hand_{s}",),
+        "thigh": ("thigh_{s}",),
+        "shin": ("calf_{s}",),
+        "foot": ("foot_{s}",),
+        "toes": ("ball_{s}",),
+    },
+    "ASF, Poser": {
+        "pelvis": ("root", "hip", "Hips"),
+        "head": ("head",),
+        "upper_arm": ("{s}humerus", "{s}Shldr"),
+        "forearm": ("{s}radius", "{s}ForeArm"),
+        "hand": ("{s}hand", "{s}wrist"),
+        "thigh": ("{s}femur", "{s}Thigh"),
+        "shin": ("{s}tibia", "{s}Shin"),
+        "foot": ("{s}foot",),
+        "toes": ("{s}toes", "{s}Toe"),
+    },
+    "tryon": {
+        "pelvis": ("pelvis",),
+        "head": ("head",),
+        **{part: (f"{{side}}_{part}",) for part in LIMB_PARTS},
+    },
+}
+
+
+class RetargetError(ValueError):
+    """A motion's skeleton cannot be mapped onto the body; the message names the joint and the remedy."""
+
+
+@dataclass(frozen=True)
+class SkeletonParts:
+    """Joint indices of a source skeleton."""
+
+    joints: dict[str, int]  # "pelvis", "head", "left_upper_arm", ... -> joint
+    spine: tuple[int, ...]  # above the pelvis up to the joint that carries both arms, lowest first; may be empty
+    neck: tuple[int, ...]  # between that joint and the head, lowest first; may be empty
+    clavicles: dict[str, int]  # side -> joint that carries the upper arm, where there is one
+
+
+def find_parts(
+    joint_names: Sequence[str], parents: np.ndarray, names: Mapping[str, str] | None = None
+) -> SkeletonParts:
+    """Find the parts of a human among `joint_names` (J,) with `parents` (J,).
+
+    `names` maps parts ("pelvis", "left_forearm", ...) to source joints and goes before the conventions.
+    Raises RetargetError naming every missing joint.
+    """
+    joints = _named_joints(joint_names, dict(names or {}))
+    to_left, to_right, to_head = (
+        _ancestors(joints[part], parents) for part in ("left_upper_arm", "right_upper_arm", "head")
+    )
+    common = [joint for joint in to_left[1:] if joint in to_right]
+    if not common or joints["pelvis"] not in common or joints["pelvis"] not in to_head:
+        raise RetargetError(
+            f"the arms and the head do not descend from the pelvis {joint_names[joints['pelvis']]!r}; "
+            "name the right joints with `names`"
+        )
+    chest = common[0]
+    spine = common[: common.index(joints["pelvis"])]
+    clavicles = {
+        side: path[1] for side, path in zip(SIDES, (to_left, to_right)) if path[1] not in (chest, joints["pelvis"])
+    }
+    meeting = next(joint for joint in to_head if joint in to_left)
+    neck = to_head[1 : to_head.index(meeting)]
+    return SkeletonParts(joints, tuple(reversed(spine)), tuple(reversed(neck)), clavicles)
+
+
+def _named_joints(joint_names: Sequence[str], names: dict[str, str]) -> dict[str, int]:
+    index = {name: k for k, name in enumerate(joint_names)}
+    parts = ["pelvis", "head", *(f"{side}_{part}" for side in SIDES for part in LIMB_PARTS)]
+    for part, joint in names.items():
+        if part not in parts or joint not in index:
+            what = f"no part is called {part!r}" if part not in parts else f"the skeleton has no joint {joint!r}"
+            raise RetargetError(f"names: {what}; parts are {', '.join(parts)}")
+    plain = {_plain(name): k for name, k in reversed(index.items())}
+    best: dict[str, int] = {}
+    best_accepted: dict[str, tuple[str, ...]] = {}
+    for convention in CONVENTIONS.values():
+        accepted = _accepted(convention)
+        found = {
+            part: next(plain[_plain(name)] for name in options if _plain(name) in plain)
+            for part, options in accepted.items()
+            if any(_plain(name) in plain for name in options)
+        }
+        if len(found) > len(best) or not best_accepted:
+            best, best_accepted = found, accepted
+    best |= {part: index[joint] for part, joint in names.items()}
+    missing = [part for part in parts if part not in best and part not in OPTIONAL]
+    if missing:
+        wanted = "; ".join(f"{part} (expected {' or '.join(map(repr, best_accepted[part]))})" for part in missing)
+        raise RetargetError(
+            f"the skeleton lacks a joint for: {wanted}. It has: {', '.join(joint_names)}. Rename the joint, or say "
+            f"which one it is with names={{{missing[0]!r}: ...}}"
+        )
+    return best
+
+
+def _accepted(convention: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
+    """Part with side -> accepted names."""
+    accepted = {part: convention[part] for part in ("pelvis", "head")}
+    for side in SIDES:
+        for part in LIMB_PARTS:
+            accepted[f"{side}_{part}"] = tuple(
+                name.format(side=side.capitalize() if "_" not in name else side, s=side[0]) for name in convention[part]
+            )
+    return accepted
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[^a-z0-9]", "", name.rsplit(":", 1)[-1].lower())
+
+
+def _ancestors(joint: int, parents: np.ndarray) -> list[int]:
+    """The joint and its ancestors, nearest first."""
+    path = [joint]
+    while parents[path[-1]] >= 0:
+        path.append(int(parents[path[-1]]))
+    return path
