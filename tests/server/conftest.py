@@ -3,4 +3,16 @@
 import sys
 from pathlib import Path
 
+import pytest
+
 sys.path.insert(0, str(Path(__file__).parent / "support"))
+
+
+@pytest.fixture(scope="session")
+def live(tmp_path_factory):
+    """One server for all tests that leave it as they found it."""
+    from live_server import LiveServer
+
+    server = LiveServer(tmp_path_factory.mktemp("live"))
+    yield server
+    server.stop()

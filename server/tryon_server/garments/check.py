@@ -44,9 +44,6 @@ def read_json(content: bytes) -> Any:
 
 def check_pattern(content: bytes) -> CheckReply:
     """Parse and mesh a pattern file; never raises on account of its content."""
-    from tryon_solver.geometry.panel_mesh import mesh_pattern
-    from tryon_solver.geometry.pattern import PatternError, parse_pattern
-
     try:
         spec = read_json(content)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
@@ -54,6 +51,9 @@ def check_pattern(content: bytes) -> CheckReply:
         return _refused(
             "pattern.not_json", "", message, "Upload the specification JSON that the pattern tool wrote", 400
         )
+    from tryon_solver.geometry.panel_mesh import mesh_pattern  # loaded only for what is JSON at least
+    from tryon_solver.geometry.pattern import PatternError, parse_pattern
+
     try:
         pattern = parse_pattern(spec)
         mesh = mesh_pattern(pattern, CHECK_EDGE_LENGTH)

@@ -7,7 +7,6 @@ from pathlib import Path
 from sqlalchemy import Column, Engine, Float, Integer, MetaData, String, Table, create_engine, event
 from sqlalchemy.engine import make_url
 from sqlalchemy.exc import ArgumentError, SQLAlchemyError
-from sqlalchemy.exc import NoSuchModuleError as UnknownDialectError
 
 from tryon_server.problems import problem_error
 
@@ -49,16 +48,17 @@ def open_database(url: str) -> Engine:
     Raises:
         ProblemError: the URL is malformed, its driver is not installed or the database can't be reached.
     """
+    shown = "URL"
     try:
         parsed = make_url(url)
+        shown = parsed.render_as_string(hide_password=True)
         if parsed.get_backend_name() == "sqlite" and parsed.database:
             Path(parsed.database).parent.mkdir(parents=True, exist_ok=True)
         engine = create_engine(parsed, pool_pre_ping=True)
         if engine.dialect.name == "sqlite":
             event.listen(engine, "connect", _prepare_sqlite)
         metadata.create_all(engine)
-    except (ArgumentError, UnknownDialectError, ImportError, SQLAlchemyError, OSError) as error:
-        shown = make_url(url).render_as_string(hide_password=True) if not isinstance(error, ArgumentError) else url
+    except (ArgumentError, ImportError, SQLAlchemyError, OSError) as error:
         raise problem_error(
             "database.unreachable",
             f"the database {shown} can't be opened: {str(error).splitlines()[0]}",

@@ -1,0 +1,34 @@
+"""What there is to choose from, and whether the server is up."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter
+
+from tryon_server.api.access import ServicesDep
+from tryon_server.api.models import DeviceReply, FabricReply, HealthReply, MotionReply
+
+router = APIRouter(prefix="/api", tags=["server"])
+
+
+@router.get("/health")
+async def health(services: ServicesDep) -> HealthReply:
+    """That the server is up."""
+    return HealthReply(status="ok", version=services.version, sessions=len(services.sessions.all()))
+
+
+@router.get("/motions")
+async def list_motions(services: ServicesDep) -> list[MotionReply]:
+    """The motions that the server can play."""
+    return [MotionReply.model_validate(motion) for motion in services.runtime.catalogue.motions]
+
+
+@router.get("/fabrics")
+async def list_fabrics(services: ServicesDep) -> list[FabricReply]:
+    """The fabrics; the first one is the default."""
+    return [FabricReply.model_validate(fabric) for fabric in services.runtime.catalogue.fabrics]
+
+
+@router.get("/devices")
+def list_devices(services: ServicesDep) -> list[DeviceReply]:
+    """What this server can simulate on."""
+    return [DeviceReply.model_validate(device) for device in services.runtime.devices()]

@@ -1,0 +1,109 @@
+"""Sessions: open, look up, end, and the websocket of each."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter, Response, WebSocket
+from tryon_protocol import SUBPROTOCOL, ProtocolError, encode, error_message
+
+from tryon_server.api.access import ServicesDep, same_origin
+from tryon_server.api.faults import ERROR_REPLIES, reply
+from tryon_server.api.models import SessionReply, SessionRequest
+from tryon_server.persistence import SessionRecord
+from tryon_server.problems import Problem
+from tryon_server.services import Services
+from tryon_server.sessions.actions import NO_SUCH_SESSION
+from tryon_server.streaming.live_sessions import Opening
+from tryon_server.streaming.websocket import serve_client
+
+router = APIRouter(prefix="/api/sessions", tags=["sessions"], responses=ERROR_REPLIES)
+stream_router = APIRouter(prefix="/api/sessions")
+
+
+@router.post("", status_code=201)
+async def open_session(request: SessionRequest, response: Response, services: ServicesDep) -> SessionReply:
+    """Open a session and begin to dress the garment; its websocket tells how that goes."""
+    opening = Opening(garment=request.garment, motion=request.motion, fabric=request.fabric, preset=request.preset)
+    live = await services.sessions.open(opening)
+    response.headers["Location"] = f"/api/sessions/{live.machine.id}"
+    return _reply(await services.sessions.record(live.machine.id), services)
+
+
+@router.get("/{session_id}")
+async def get_session(session_id: str, services: ServicesDep) -> SessionReply:
+    """A session, live or ended."""
+    return _reply(await services.sessions.record(session_id), services)
+
+
+@router.delete("/{session_id}", status_code=204)
+async def end_session(session_id: str, services: ServicesDep) -> None:
+    """End a session; its clients are told. Ending one that has ended changes nothing."""
+    await services.sessions.record(session_id)
+    live = services.sessions.get(session_id)
+    if live is not None:
+        live.end("Ended by request")
+
+
+@stream_router.websocket("/{session_id}/stream")
+async def stream(websocket: WebSocket, session_id: str, services: ServicesDep) -> None:
+    """The session's stream; subprotocol and messages as in PROTOCOL.md."""
+    if not same_origin(websocket.headers, services.settings.allowed_origins):
+        origin = websocket.headers["origin"]
+        problem = Problem(
+            code="origin.refused",
+            place="Origin",
+            message=f"pages of {origin} may not use this server",
+            remedy="Add the origin to TRYON_SERVER_ALLOWED_ORIGINS",
+        )
+        await websocket.send_denial_response(reply(problem, 403))
+        return
+    if SUBPROTOCOL not in websocket.scope["subprotocols"]:
+        problem = Problem(
+            code="subprotocol.missing",
+            place="Sec-WebSocket-Protocol",
+            message=f"the websocket subprotocol {SUBPROTOCOL!r} was not offered",
+            remedy=f"Open the websocket with the subprotocol {SUBPROTOCOL!r}",
+        )
+        await websocket.send_denial_response(reply(problem, 400))
+        return
+    live = services.sessions.get(session_id)
+    if live is None:
+        await _turn_away(websocket, session_id)
+        return
+    await serve_client(websocket, live)
+
+
+async def _turn_away(websocket: WebSocket, session_id: str) -> None:
+    """Say that there is no such session, over the websocket: a browser's script can't read a refused handshake."""
+    fault = ProtocolError(
+        "unknown_session", "$", f"There is no live session {session_id!r}.", "Open a new one with POST /api/sessions."
+    )
+    await websocket.accept(subprotocol=SUBPROTOCOL)
+    await websocket.send_bytes(encode(error_message(fault, fatal=True)))
+    await websocket.close(NO_SUCH_SESSION, "unknown session")
+
+
+def _reply(record: SessionRecord, services: Services) -> SessionReply:
+    live = services.sessions.get(record.id)
+    state, detail, motion, fabric, viewers = (
+        "closed",
+        record.ending or "The session has ended",
+        record.motion,
+        record.fabric,
+        0,
+    )
+    if live is not None:
+        status = live.machine.status(live.now)
+        state, detail, motion, fabric = status.state, status.detail, status.motion, status.fabric
+        viewers = live.machine.viewer_count
+    return SessionReply(
+        id=record.id,
+        garment=record.garment,
+        motion=motion,
+        fabric=fabric,
+        preset=record.preset,
+        created=record.created,
+        state=state,
+        detail=detail,
+        viewers=viewers,
+        stream=f"/api/sessions/{record.id}/stream",
+    )

@@ -1,0 +1,75 @@
+"""The application: lifespan and routes."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from importlib.metadata import version
+from pathlib import Path
+
+from fastapi import Depends, FastAPI
+from starlette.middleware.trustedhost import TrustedHostMiddleware
+
+from tryon_server.api import catalogue, faults, garments, page, sessions
+from tryon_server.api.access import refuse_strangers
+from tryon_server.garments.limited import Limits
+from tryon_server.garments.service import GarmentService
+from tryon_server.persistence import FileBlobs, SqlGarments, SqlSessions, open_database
+from tryon_server.runtime.interface import Runtime
+from tryon_server.runtime.local import local_runtime
+from tryon_server.services import Services
+from tryon_server.settings import Settings
+from tryon_server.streaming.live_sessions import LiveSessions
+
+BUILT_IN_PATTERNS = Path(__file__).parent / "demo" / "patterns"
+LOOPBACK = ("127.0.0.1", "::1", "localhost")
+
+
+def create_app(
+    settings: Settings,
+    make_runtime: Callable[[], Runtime] = local_runtime,
+    patterns: Path = BUILT_IN_PATTERNS,
+    web: Path = page.WEB_FOLDER,
+) -> FastAPI:
+    """The server's application.
+
+    Args:
+        settings: what the operator chose.
+        make_runtime: makes what simulates; called when the application starts.
+        patterns: folder of the patterns that are garments from the start.
+        web: folder of the built page.
+    """
+    server = f"tryon {version('tryon')}"
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        app.state.services = services = _start(settings, make_runtime(), patterns, server)
+        try:
+            yield
+        finally:
+            await services.sessions.close()
+            services.runtime.placement.close()
+
+    app = FastAPI(title="tryon", version=version("tryon"), lifespan=lifespan)
+    if settings.host in LOOPBACK:  # a page of another name that resolves to this machine must not pass as our own
+        app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
+    faults.install(app)
+    for router in (catalogue.router, garments.router, sessions.router):
+        app.include_router(router, dependencies=[Depends(refuse_strangers)])
+    app.include_router(sessions.stream_router)
+    page.install(app, web)
+    return app
+
+
+def _start(settings: Settings, runtime: Runtime, patterns: Path, server: str) -> Services:
+    database = open_database(settings.effective_database_url())
+    limits = Limits(seconds=settings.pattern_check_seconds, address_space=settings.pattern_check_bytes)
+    garment_service = GarmentService(SqlGarments(database), FileBlobs(settings.data_dir / "blobs"), limits)
+    garment_service.add_built_in(patterns)
+    session_store = SqlSessions(database)
+    session_store.end_all_open(time.time(), "The server was restarted")
+    live = LiveSessions(settings, runtime.catalogue, runtime.placement, garment_service, session_store, server)
+    return Services(
+        settings=settings, garments=garment_service, runtime=runtime, sessions=live, version=version("tryon")
+    )

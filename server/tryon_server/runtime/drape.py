@@ -1,0 +1,99 @@
+"""What the server asks of a simulated garment. The solver's simulation satisfies it through production.py; so does any
+other drape that the tests or a later placement bring along."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+from tryon_solver.body.model import BodyModel
+from tryon_solver.body.pose import Pose
+
+from tryon_server.runtime.order import DrapeOrder
+from tryon_server.runtime.sources import Playable
+
+Progress = Callable[[str, float | None], None]
+"""Told what is being done, in words for people, and the fraction of it that is done, None when that is not known."""
+
+
+@dataclass(frozen=True, eq=False)
+class Outfit:
+    """What stays as it is while the garment moves.
+
+    Attributes:
+        vertex_count: N, vertices of the cloth.
+        faces: (F, 3) int32, triangles of the cloth, counter-clockwise from outside.
+        uv: (F, 3, 2) pattern coordinates of every corner of every triangle [m].
+        panel_of_face: (F,) index into ``panel_names`` of every triangle.
+        panel_names: names of the pattern's pieces.
+        body: the body that wears it.
+    """
+
+    vertex_count: int
+    faces: npt.NDArray[np.int32]
+    uv: npt.NDArray[np.floating[Any]]
+    panel_of_face: npt.NDArray[np.integer[Any]]
+    panel_names: tuple[str, ...]
+    body: BodyModel
+
+
+class StepFacts(Protocol):
+    """What a drape reports of one ``advance``; units and meaning as in the solver's StepReport."""
+
+    @property
+    def iterations(self) -> int: ...
+    @property
+    def residual(self) -> float: ...
+    @property
+    def min_gap(self) -> float: ...
+    @property
+    def max_stretch(self) -> float: ...
+    @property
+    def body_lag(self) -> float: ...
+    @property
+    def pairs(self) -> int: ...
+    @property
+    def retries(self) -> int: ...
+    @property
+    def times_ms(self) -> Mapping[str, float]: ...
+    def to_dict(self) -> Mapping[str, Any]: ...
+
+
+class Drape(Protocol):
+    """A dressed garment that can be advanced in time.
+
+    Attributes:
+        outfit: what stays as it is.
+        pose: the pose in which it was dressed.
+    """
+
+    outfit: Outfit
+    pose: Pose
+
+    def advance(self, pose: Pose, t: float) -> StepFacts:
+        """Simulate from the last pose's time to ``pose`` at time ``t`` [s], counted from the dressing."""
+
+    def cloth_positions(self) -> npt.NDArray[np.float32]:
+        """(N, 3) positions of the cloth [m]."""
+
+    def body_positions(self) -> npt.NDArray[np.float32]:
+        """(B, 3) positions of the body's simulated surface [m]."""
+
+
+class DrapeError(Exception):
+    """A garment that can't be dressed, and what to do about it."""
+
+    def __init__(self, message: str, remedy: str) -> None:
+        super().__init__(f"{message} {remedy}")
+        self.message = message
+        self.remedy = remedy
+
+
+BuildDrape = Callable[[DrapeOrder, Progress], Drape]
+"""Dresses the body as ordered, telling its progress; raises DrapeError."""
+
+LoadMotion = Callable[[str, BodyModel], Playable]
+"""The motion of this name, for this body; may raise any Exception."""

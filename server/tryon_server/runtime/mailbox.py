@@ -1,0 +1,39 @@
+"""Commands on their way to a simulation that may be too busy to read: of each kind only the newest is kept."""
+
+from __future__ import annotations
+
+import threading
+
+from tryon_server.sessions.commands import Command
+
+
+class Mailbox:
+    """Never blocks who puts and never grows: an unread command gives way to the next of its kind."""
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition()
+        self._waiting: dict[type, Command] = {}
+        self._closed = False
+
+    def put(self, command: Command) -> None:
+        """Leave a command. An untaken one of the same kind is replaced; the order is that of last arrival."""
+        with self._changed:
+            self._waiting.pop(type(command), None)
+            self._waiting[type(command)] = command
+            self._changed.notify()
+
+    def take(self) -> list[Command]:
+        """Wait for commands and take all of them; an empty list once the box is closed."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._waiting or self._closed)
+            if self._closed:
+                return []
+            commands = list(self._waiting.values())
+            self._waiting.clear()
+            return commands
+
+    def close(self) -> None:
+        """Let whoever waits go."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()

@@ -1,0 +1,57 @@
+"""What is to be simulated, as plain values that can travel to another process."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class DrapeOrder:
+    """Which garment is to be draped and how.
+
+    Attributes:
+        pattern: file with the garment's pattern.
+        fabric: name of the fabric.
+        preset: named accuracy, ``draft`` or ``fine``.
+        device: ``cpu``, ``cuda:0``, ...
+        edge_length: length of the mesh's edges [m]; None for the preset's.
+        body: file of the body; None for the default body.
+    """
+
+    pattern: Path
+    fabric: str
+    preset: str
+    device: str
+    edge_length: float | None = None
+    body: Path | None = None
+
+
+@dataclass(frozen=True)
+class Workshop:
+    """What a simulation works with, as ``"module:function"``: found in its process, the server needs no solver.
+
+    Attributes:
+        build: a ``BuildDrape`` (drape.py).
+        load_motion: a ``LoadMotion`` (drape.py).
+    """
+
+    build: str = "tryon_server.runtime.production:build_drape"
+    load_motion: str = "tryon_server.runtime.motions:load_motion"
+
+
+@dataclass(frozen=True)
+class WorkOrder:
+    """A drape, what moves it, and how often it is published.
+
+    Attributes:
+        drape: what to dress.
+        motion: name of the motion that moves the body; None for the poses of a stream.
+        frames_per_second: most frames published per second of wall time [1/s].
+        keyframe_seconds: longest time between frames that stand alone [s].
+    """
+
+    drape: DrapeOrder
+    motion: str | None
+    frames_per_second: float
+    keyframe_seconds: float

@@ -1,0 +1,122 @@
+"""From simulated states to frames for the server: only as many, and in the forms, that somebody can take."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from tryon_protocol import BodySurface, EncodedFrame, FrameEncoder, Topology, encode
+
+from tryon_server.runtime.drape import Drape, Outfit
+from tryon_server.runtime.sources import Move
+from tryon_server.sessions.commands import AllowFrame
+from tryon_server.sessions.events import FrameReady, TopologyReady
+
+
+class Publisher:
+    """Encodes the states of one session's drapes. Drops states before they are encoded, never frames after it.
+
+    Args:
+        keyframe_seconds: longest time between shared frames that stand alone [s].
+        clock: the server's steady clock [s]; frames say when they were published on it.
+    """
+
+    def __init__(self, keyframe_seconds: float, clock: Callable[[], float]) -> None:
+        self._keyframe_seconds = keyframe_seconds
+        self._clock = clock
+        self._allowed = AllowFrame(0, keyframe=False, standalone=False, plain=False, again=False)
+        self._handed_over = 0
+        self._topology_id = 0
+        self._encoder: FrameEncoder | None = None
+        self._drape: Drape | None = None
+        self._move: Move | None = None
+        self._fresh = False
+
+    @property
+    def last_seq(self) -> int:
+        """Number of the newest frame; 0 before the first."""
+        return self._handed_over
+
+    def dress(self, drape: Drape) -> TopologyReady:
+        """Go on with a newly dressed garment; the event that announces it."""
+        self._topology_id += 1
+        topology = topology_of(drape.outfit, self._topology_id)
+        if self._encoder is None:
+            self._encoder = FrameEncoder(topology, keyframe_interval=self._keyframe_seconds)
+        else:
+            self._encoder.set_topology(topology)
+        self._drape = drape
+        self.show(Move(drape.pose, 0.0, 0.0, 0))
+        return TopologyReady(
+            topology_id=self._topology_id,
+            payload=encode(topology.to_message()),
+            plain_payload=encode(topology.to_message(compress=False)),
+            joint_names=topology.body.joint_names,
+        )
+
+    def allow(self, command: AllowFrame) -> None:
+        """The server can take frames up to this number of them."""
+        self._allowed = command
+
+    def show(self, move: Move) -> None:
+        """The drape has been simulated to this move: the newest state, in place of one that was not published."""
+        self._move = move
+        self._fresh = True
+
+    def publish(self) -> FrameReady | None:
+        """The newest state as a frame, if the server can take one and it or somebody there lacks this state.
+
+        Raises:
+            ProtocolError: the state can't be encoded, for example because a position is not a number.
+        """
+        wanted = self._fresh or self._allowed.again
+        if self._encoder is None or self._drape is None or self._move is None:
+            return None
+        if not wanted or self._handed_over >= self._allowed.total:
+            return None
+        shared = self._encode(self._encoder, self._drape, self._move)
+        self._handed_over += 1
+        self._fresh = False
+        return FrameReady(
+            topology_id=self._topology_id,
+            shared=shared,
+            standalone=self._encoder.standalone() if self._allowed.standalone else None,
+            plain=self._encoder.standalone(compressed=False) if self._allowed.plain else None,
+        )
+
+    def _encode(self, encoder: FrameEncoder, drape: Drape, move: Move) -> EncodedFrame:
+        if self._allowed.keyframe:
+            encoder.request_keyframe()
+        self._fresh = False  # a state that can't be encoded is not tried again
+        return encoder.encode(
+            drape.cloth_positions(),
+            drape.body_positions(),
+            np.asarray(move.pose.root, dtype=np.float64),
+            np.asarray(move.pose.rotations),
+            t_sim=move.t,
+            t_published=self._clock(),
+            pose_seq=move.pose_seq,
+        )
+
+
+def topology_of(outfit: Outfit, topology_id: int) -> Topology:
+    """The protocol's description of an outfit. Raises ProtocolError when its arrays don't fit together."""
+    body = outfit.body
+    surface = BodySurface(
+        rest_vertices=np.asarray(body.rest_vertices, dtype=np.float32),
+        faces=np.asarray(body.faces, dtype=np.uint32),
+        joint_names=tuple(body.joint_names),
+        parents=np.asarray(body.parents, dtype=np.int32),
+        rest_joints=np.asarray(body.rest_joints, dtype=np.float32),
+        skin_joints=np.asarray(body.skin_joints, dtype=np.uint16),
+        skin_weights=np.asarray(body.skin_weights, dtype=np.float32),
+    )
+    return Topology(
+        topology_id=topology_id,
+        cloth_vertex_count=outfit.vertex_count,
+        faces=np.asarray(outfit.faces, dtype=np.uint32),
+        body=surface,
+        uv=np.asarray(outfit.uv, dtype=np.float32),
+        panel_of_face=np.asarray(outfit.panel_of_face, dtype=np.uint16),
+        panel_names=outfit.panel_names,
+    )

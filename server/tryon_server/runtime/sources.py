@@ -1,0 +1,152 @@
+"""Where poses come from: a recorded motion, a stream, or nowhere. Each says how the body moves next.
+
+A source is asked with the wall time that has passed and answers with a move: the pose to reach and the simulated time
+to reach it in. No move is longer than ``LONGEST_MOVE``: when the solver is slower than real time, simulated time falls
+behind wall time, and a motion plays in slow motion instead of pushing the cloth with speeds that were never there.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from tryon_solver.body.pose import Pose
+
+LONGEST_MOVE = 0.095  # [s] the solver cuts its own share at 0.1 s, so that each move is simulated whole
+SETTLE_SECONDS = 3.0  # a body that stands still is simulated for this long, until the cloth hangs still
+STALL_SECONDS = 0.25  # without a pose for this long the stream's body stands still and the cloth settles
+CATCH_UP = 2.0  # a stream's body that is behind catches up at no more than this many simulated seconds per second
+LARGEST_LAG = 1.0  # [s] a stream's body that is farther behind than this hurries no more but takes its time
+
+APPROACH_SECONDS_MIN = 0.5
+APPROACH_SPEED_MAX = 1.0  # [m/s] of the root, on a way that nobody recorded
+APPROACH_TURN_MAX = 2.0  # [rad/s] of any joint, on that way
+
+
+@dataclass(frozen=True)
+class Move:
+    """The body's next move.
+
+    Attributes:
+        pose: the pose to reach.
+        dt: in this simulated time [s], above 0.
+        t: time of the pose on the source's own clock [s].
+        pose_seq: number of the newest pose of the stream that it obeys; 0 for a motion.
+    """
+
+    pose: Pose
+    dt: float
+    t: float
+    pose_seq: int
+
+
+class Playable(Protocol):
+    """A recorded motion, as the solver's Motion is one."""
+
+    def sample(self, t: float, loop: bool) -> Pose:
+        """The pose at ``t`` [s] from its beginning; with ``loop`` it begins again when it is over."""
+
+
+class PoseSource(Protocol):
+    """Something that moves the body."""
+
+    def next(self, elapsed: float) -> Move | None:
+        """The next move, ``elapsed`` s of wall time after the last one; None when nothing is to be done."""
+
+
+def approach_seconds(start: Pose, goal: Pose) -> float:
+    """How long the body takes from ``start`` to ``goal`` when nobody recorded the way: unhurried, in seconds."""
+    distance = float(np.linalg.norm(np.asarray(goal.root) - np.asarray(start.root)))
+    cosines = np.abs(np.sum(np.asarray(start.rotations) * np.asarray(goal.rotations), axis=1))
+    turn = 2.0 * math.acos(min(1.0, float(cosines.min())))
+    return max(APPROACH_SECONDS_MIN, distance / APPROACH_SPEED_MAX, turn / APPROACH_TURN_MAX)
+
+
+def eased(start: Pose, goal: Pose, fraction: float) -> Pose:
+    """On the way from ``start`` to ``goal``, with zero speed at both ends: 3 s^2 - 2 s^3 of the way."""
+    s = min(1.0, max(0.0, fraction))
+    return Pose.interpolate(start, goal, s * s * (3.0 - 2.0 * s))
+
+
+class StillSource:
+    """The body stands still: no motion was chosen and no pose has arrived yet."""
+
+    def __init__(self, pose: Pose) -> None:
+        self._pose = pose
+        self._stood = 0.0
+
+    def next(self, elapsed: float) -> Move | None:
+        if self._stood >= SETTLE_SECONDS:
+            return None
+        dt = min(elapsed, LONGEST_MOVE)
+        self._stood += dt
+        return Move(self._pose, dt, self._stood, 0)
+
+
+class MotionSource:
+    """Plays a motion in a loop, after moving the body from where it stands to the motion's first pose.
+
+    Its clock is the motion's own: below 0 on the way to the first pose.
+    """
+
+    def __init__(self, motion: Playable, start: Pose) -> None:
+        self._motion = motion
+        self._start = start
+        self._first = motion.sample(0.0, True)
+        self._approach = approach_seconds(start, self._first)
+        self._t = -self._approach
+
+    def next(self, elapsed: float) -> Move | None:
+        dt = min(elapsed, LONGEST_MOVE)
+        self._t += dt
+        if self._t >= 0:
+            return Move(self._motion.sample(self._t, True), dt, self._t, 0)
+        return Move(eased(self._start, self._first, 1.0 + self._t / self._approach), dt, self._t, 0)
+
+
+class StreamSource:
+    """Follows the newest pose of a stream. Its clock is the sender's.
+
+    The body keeps a place on the sender's clock: what it has reached. Each move goes from there towards the newest
+    pose: all the way if that is no longer than a move may be, else by the same share of the way as of the time. A
+    body that is too far behind (at the start, or because the solver is slower than real time) gets a place so far back
+    that it catches up unhurried.
+    """
+
+    def __init__(self, start: Pose) -> None:
+        self._pose = start
+        self._stream: int | None = None
+        self._newest: tuple[int, float, Pose] | None = None
+        self._reached = 0.0
+        self._waited = 0.0
+
+    def take(self, stream: int, seq: int, t_capture: float, pose: Pose) -> None:
+        """A newer pose has arrived: number, capture time [s, sender's clock]; ``stream`` changes with the sender."""
+        new_sender = stream != self._stream
+        self._stream, self._newest = stream, (seq, t_capture, pose)
+        if new_sender or t_capture - self._reached > LARGEST_LAG:
+            self._reached = t_capture - max(LARGEST_LAG, approach_seconds(self._pose, pose))
+
+    def next(self, elapsed: float) -> Move | None:
+        if self._newest is None:
+            return self._wait(elapsed, 0)
+        seq, t_newest, goal = self._newest
+        gap = t_newest - self._reached
+        if gap <= 0:
+            return self._wait(elapsed, seq)
+        self._waited = 0.0
+        dt = min(gap, LONGEST_MOVE, CATCH_UP * elapsed)
+        self._pose = goal if dt == gap else Pose.interpolate(self._pose, goal, dt / gap)
+        self._reached = t_newest if dt == gap else self._reached + dt
+        return Move(self._pose, dt, self._reached, seq)
+
+    def _wait(self, elapsed: float, seq: int) -> Move | None:
+        """No newer pose: soon the body stands still, and when the cloth hangs still nothing is left to do."""
+        self._waited += elapsed
+        if not STALL_SECONDS <= self._waited < STALL_SECONDS + SETTLE_SECONDS:
+            return None
+        dt = min(elapsed, LONGEST_MOVE)
+        self._reached += dt
+        return Move(self._pose, dt, self._reached, seq)

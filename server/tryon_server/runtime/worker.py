@@ -1,0 +1,261 @@
+"""The process of one session's simulation: dress, then move the body, simulate and publish until the server lets go.
+
+Nothing that a client can send ends this process: a garment that can't be dressed, a step that fails and a motion that
+can't be read are reported and the loop goes on, to wait for a better order if need be.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import signal
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from multiprocessing.connection import Connection
+
+import numpy as np
+from tryon_protocol import ProtocolError, ReportMessage
+from tryon_solver.body.pose import Pose
+
+from tryon_server.runtime.drape import BuildDrape, Drape, DrapeError, LoadMotion, StepFacts
+from tryon_server.runtime.meter import Meter
+from tryon_server.runtime.order import WorkOrder
+from tryon_server.runtime.publishing import Publisher
+from tryon_server.runtime.sources import MotionSource, Move, PoseSource, StillSource, StreamSource
+from tryon_server.sessions.commands import AllowFrame, Command, FollowMotion, Run, UsePose, WearFabric
+from tryon_server.sessions.events import Event, PhaseChanged, Reported, Troubled
+
+logger = logging.getLogger(__name__)
+
+REPORT_SECONDS = 0.25  # between reports
+PROGRESS_SECONDS = 0.2  # between tellings of the same stage's progress
+IDLE_SECONDS = 0.05  # between looks at a source that had nothing to do
+FAILURES_IN_A_ROW = 30  # steps that may fail one after another before the session is given up
+COARSER = "Choose another fabric, a coarser preset or a simpler pattern."
+
+
+def run_worker(connection: Connection, order: WorkOrder, build: BuildDrape, load_motion: LoadMotion) -> None:
+    """Body of the process: simulate ``order`` until the other end of ``connection`` closes."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to the server, which ends its simulations itself
+    try:
+        Worker(connection, order, build, load_motion, time.monotonic).run()
+    except (EOFError, BrokenPipeError, ConnectionResetError):
+        return  # the server let go
+
+
+class Worker:
+    """One session's simulation. ``clock`` is the server's steady clock [s]."""
+
+    def __init__(
+        self,
+        connection: Connection,
+        order: WorkOrder,
+        build: BuildDrape,
+        load_motion: LoadMotion,
+        clock: Callable[[], float],
+    ) -> None:
+        self._connection = connection
+        self._order = order
+        self._build = build
+        self._load_motion = load_motion
+        self._clock = clock
+        self._publisher = Publisher(order.keyframe_seconds, clock)
+        self._meter = Meter()
+        self._running = False
+        self._motion = order.motion
+        self._fabric = order.drape.fabric
+        self._dressed_in = ""
+        self._drape: Drape | None = None
+        self._source: PoseSource | None = None
+        self._pose: Pose | None = None
+        self._simulated = 0.0
+        self._solved: tuple[StepFacts, Move, float] | None = None
+        self._failures = 0
+        self._last_look = clock()
+        self._last_report = -math.inf
+        self._told: tuple[str, float] = ("", -math.inf)
+
+    def run(self) -> None:
+        """Until the connection closes, which raises EOFError or a kind of OSError."""
+        self._tell(PhaseChanged("preparing", "Starting the solver"))
+        pause: float | None = 0.0
+        while True:
+            if self._fabric != self._dressed_in:
+                self._dress()
+                pause = 0.0
+            self._obey(pause)
+            pause = self._work()
+
+    # Commands -----------------------------------------------------------------------------------------------------
+
+    def _obey(self, wait: float | None) -> None:
+        """Take the commands that have come; wait up to this long [s] for some, None for ever."""
+        while self._connection.poll(wait):
+            for command in self._connection.recv():
+                self._take(command)
+            wait = 0.0
+
+    def _take(self, command: Command) -> None:
+        match command:
+            case AllowFrame():
+                self._publisher.allow(command)
+            case UsePose():
+                if isinstance(self._source, StreamSource):
+                    pose = Pose(root=command.root, rotations=command.rotations)
+                    self._source.take(command.stream, command.seq, command.t_capture, pose)
+            case Run():
+                self._running = command.running
+                self._last_look = self._clock()
+            case FollowMotion():
+                self._motion = command.motion
+                self._follow()
+            case WearFabric():
+                self._fabric = command.fabric
+                self._dressed_in = ""
+
+    def _follow(self) -> None:
+        """Have the body follow the chosen motion, or a stream, from the pose in which it stands."""
+        if self._drape is None or self._pose is None:
+            return
+        if self._motion is None:
+            self._source = StreamSource(self._pose)
+            return
+        try:
+            motion = self._load_motion(self._motion, self._drape.outfit.body)
+            self._source = MotionSource(motion, self._pose)
+        except Exception as error:
+            logger.exception("the motion %r can't be played", self._motion)
+            self._source = StillSource(self._pose)
+            self._trouble(
+                "unknown_motion",
+                "$.motion",
+                f"The motion {self._motion!r} can't be played: {error}.",
+                "Choose another motion.",
+            )
+
+    # Dressing -----------------------------------------------------------------------------------------------------
+
+    def _dress(self) -> None:
+        self._dressed_in = self._fabric
+        self._drape = self._source = None
+        order = replace(self._order.drape, fabric=self._fabric)
+        try:
+            drape = self._build(order, self._progress)
+            announcement = self._publisher.dress(drape)
+        except (DrapeError, ProtocolError) as error:
+            self._fail(error.message, error.remedy)
+        except Exception as error:
+            logger.exception("dressing failed")
+            self._fail(f"Dressing failed: {error!r}.", COARSER)
+        else:
+            self._drape, self._pose = drape, drape.pose
+            self._simulated, self._failures = 0.0, 0
+            self._follow()
+            self._tell(announcement)
+            self._tell(PhaseChanged("ready", "Dressed"))
+            self._last_look = self._clock()
+
+    def _progress(self, stage: str, share: float | None) -> None:
+        now = self._clock()
+        if stage == self._told[0] and now - self._told[1] < PROGRESS_SECONDS:
+            return
+        self._told = (stage, now)
+        self._tell(PhaseChanged("dressing", stage, share))
+
+    def _fail(self, message: str, remedy: str) -> None:
+        self._drape = self._source = None
+        self._trouble("simulation_failed", "$", message, remedy)
+        self._tell(PhaseChanged("failed", f"{message} {remedy}"))
+
+    # The loop -----------------------------------------------------------------------------------------------------
+
+    def _work(self) -> float | None:
+        """Simulate and publish what is due; how long to wait for commands after that [s], None for ever."""
+        self._publish()
+        if self._drape is None or self._source is None or not self._running:
+            return None
+        now = self._clock()
+        elapsed = now - self._last_look
+        interval = 1.0 / self._order.frames_per_second
+        if elapsed < interval:
+            return interval - elapsed
+        self._last_look = now
+        move = self._source.next(elapsed)
+        if move is None:
+            return IDLE_SECONDS
+        if self._simulate(self._drape, move):
+            self._meter.moved(now, elapsed, move.dt)
+            self._publish()
+        return 0.0
+
+    def _simulate(self, drape: Drape, move: Move) -> bool:
+        """Advance the drape by a move; whether there is a new state to show."""
+        begun = self._clock()
+        try:
+            facts = drape.advance(move.pose, self._simulated + move.dt)
+            sound = bool(np.isfinite(drape.cloth_positions()).all() and np.isfinite(drape.body_positions()).all())
+        except Exception as error:
+            logger.exception("a step failed")
+            return self._count_failure(repr(error))
+        if not sound:
+            return self._count_failure("a position is not a number")
+        self._failures = 0
+        self._simulated += move.dt
+        self._pose = move.pose
+        self._publisher.show(move)
+        self._solved = (facts, move, 1e3 * (self._clock() - begun))
+        return True
+
+    def _count_failure(self, what: str) -> bool:
+        self._failures += 1
+        if self._failures >= FAILURES_IN_A_ROW:
+            self._fail(f"{self._failures} steps in a row failed, the last one because {what}.", COARSER)
+        elif self._failures == 1:
+            self._trouble(
+                "simulation_failed", "$", f"A step failed: {what}.", "Nothing is to be done; it is tried again."
+            )
+        return False
+
+    def _publish(self) -> None:
+        try:
+            frame = self._publisher.publish()
+        except ProtocolError as error:
+            self._trouble(error.code, error.place, error.message, error.remedy)
+            return
+        if frame is not None:
+            self._tell(frame)
+            self._meter.published(self._clock())
+            self._report()
+
+    # Telling ------------------------------------------------------------------------------------------------------
+
+    def _report(self) -> None:
+        """Say what the solver did for the frame that was just published, if the last report is a while ago."""
+        now = self._clock()
+        if self._solved is None or now - self._last_report < REPORT_SECONDS:
+            return
+        facts, move, solver_ms = self._solved
+        self._solved, self._last_report = None, now
+        report = ReportMessage(
+            seq=self._publisher.last_seq,
+            t_sim=move.t,
+            iterations=facts.iterations,
+            residual=facts.residual,
+            min_gap=facts.min_gap if facts.pairs and math.isfinite(facts.min_gap) else None,
+            max_stretch=facts.max_stretch,
+            body_lag=facts.body_lag,
+            pairs=facts.pairs,
+            retries=facts.retries,
+            times_ms=dict(facts.times_ms),
+            solver_ms=solver_ms,
+            frames_per_second=self._meter.frames_per_second(now),
+            real_time_factor=self._meter.real_time_factor,
+        )
+        self._tell(Reported(report))
+
+    def _trouble(self, code: str, place: str, message: str, remedy: str) -> None:
+        self._tell(Troubled(code, place, message, remedy))
+
+    def _tell(self, event: Event) -> None:
+        self._connection.send(event)

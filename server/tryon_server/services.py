@@ -1,0 +1,21 @@
+"""What the routes work with, made once per application and handed to them; there are no module-level instances."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tryon_server.garments.service import GarmentService
+from tryon_server.runtime.interface import Runtime
+from tryon_server.settings import Settings
+from tryon_server.streaming.live_sessions import LiveSessions
+
+
+@dataclass(frozen=True)
+class Services:
+    """The parts of a running server."""
+
+    settings: Settings
+    garments: GarmentService
+    runtime: Runtime
+    sessions: LiveSessions
+    version: str

@@ -1,0 +1,118 @@
+"""One live session: carries out what its state machine asks for, between clients and simulation."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+import logging
+import time
+from collections.abc import Callable
+
+from tryon_server.runtime.interface import Simulation
+from tryon_server.sessions import Action, Close, End, Order, Send, SendFrame, Session
+from tryon_server.sessions.actions import POLICY_VIOLATION
+from tryon_server.sessions.events import Event, PhaseChanged, Troubled
+from tryon_server.streaming.outbox import Outbox, OutboxFullError
+
+logger = logging.getLogger(__name__)
+
+TICK_SECONDS = 0.1
+
+
+class LiveSession:
+    """A session machine with its connections and its simulation. All methods belong to the event loop's thread.
+
+    Args:
+        machine: the session.
+        start_simulation: starts it; is given the function that takes its events, which may be called from any thread.
+        on_end: called once, with the reason, when the session has ended.
+    """
+
+    def __init__(
+        self,
+        machine: Session,
+        start_simulation: Callable[[Callable[[Event], None]], Simulation],
+        on_end: Callable[[LiveSession, str], None],
+    ) -> None:
+        self.machine = machine
+        self._on_end = on_end
+        self._outboxes: dict[int, Outbox] = {}
+        self._numbers = itertools.count(1)
+        self._last_detail = ""
+        self._loop = asyncio.get_running_loop()
+        self._simulation = start_simulation(self._event_from_thread)
+        self._ticking = self._loop.create_task(self._tick())
+
+    @property
+    def now(self) -> float:
+        """The steady clock of the session [s]."""
+        return time.monotonic()  # the simulations' clock too: frames say when they were published on it
+
+    def connect(self) -> tuple[int, Outbox]:
+        """A new connection; its number and what is to be sent to it."""
+        client, outbox = next(self._numbers), Outbox()
+        self._outboxes[client] = outbox
+        self._carry_out(self.machine.connect(client, self.now))
+        return client, outbox
+
+    def receive(self, client: int, data: bytes) -> None:
+        """A binary message arrived."""
+        self._carry_out(self.machine.receive(client, data, self.now))
+
+    def receive_text(self, client: int) -> None:
+        """A text message arrived."""
+        self._carry_out(self.machine.receive_text(client, self.now))
+
+    def disconnect(self, client: int) -> None:
+        """A connection has ended."""
+        self._outboxes.pop(client, None)
+        self._carry_out(self.machine.disconnect(client, self.now))
+
+    def end(self, reason: str, retry_after: float | None = None) -> None:
+        """End the session; clients are told why, and after how long [s] to come back if at all."""
+        self._carry_out(self.machine.end(reason, retry_after))
+
+    def _event_from_thread(self, event: Event) -> None:
+        try:
+            self._loop.call_soon_threadsafe(self._simulated, event)
+        except RuntimeError:  # the loop has closed: the server is gone, and nobody is left to tell
+            logger.debug("an event of session %s came after the server's end", self.machine.id)
+
+    def _simulated(self, event: Event) -> None:
+        if isinstance(event, PhaseChanged) and event.detail != self._last_detail:
+            self._last_detail = event.detail
+            logger.info("session %s: %s", self.machine.id, event.detail)
+        elif isinstance(event, Troubled):
+            logger.warning("session %s: %s %s", self.machine.id, event.message, event.remedy)
+        self._carry_out(self.machine.simulated(event, self.now))
+
+    async def _tick(self) -> None:
+        while not self.machine.ended:
+            await asyncio.sleep(TICK_SECONDS)
+            self._carry_out(self.machine.tick(self.now))
+
+    def _carry_out(self, actions: list[Action]) -> None:
+        overflowed: list[int] = []
+        for action in actions:
+            match action:
+                case Send(client, payload, replaces):
+                    if client in self._outboxes and client not in overflowed:
+                        try:
+                            self._outboxes[client].put_control(payload, replaces)
+                        except OutboxFullError as error:
+                            logger.warning("session %s: client %d reads nothing: %s", self.machine.id, client, error)
+                            overflowed.append(client)
+                case SendFrame(client, payload, stands_alone):
+                    if client in self._outboxes:
+                        self._outboxes[client].put_frame(payload, stands_alone)
+                case Close(client, code, reason):
+                    if client in self._outboxes:
+                        self._outboxes[client].close(code, reason)
+                case Order(command):
+                    self._simulation.order(command)
+                case End(reason):
+                    self._simulation.stop()
+                    self._on_end(self, reason)
+        for client in overflowed:
+            self._outboxes.pop(client).overflow(POLICY_VIOLATION, "The client reads nothing")
+            self._carry_out(self.machine.disconnect(client, self.now))

@@ -1,0 +1,186 @@
+"""All live sessions of a server: opened, found, ended."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import secrets
+import time
+from dataclasses import dataclass
+from functools import partial
+
+from tryon_server.garments.service import GarmentService
+from tryon_server.persistence import GarmentRecord, SessionRecord, SessionStore
+from tryon_server.problems import ProblemError, problem_error
+from tryon_server.runtime.interface import Catalogue, Placement
+from tryon_server.runtime.order import DrapeOrder, WorkOrder
+from tryon_server.sessions import Rules, Session
+from tryon_server.settings import Settings
+from tryon_server.streaming.live_session import LiveSession
+
+logger = logging.getLogger(__name__)
+
+RESTART_RETRY_SECONDS = (
+    2.0  # after a restart of the server clients come back no sooner than this, spread over twice that
+)
+UNWATCHED_SECONDS = 10.0  # a session that nobody has watched for this long may make room for a new one
+
+
+@dataclass(frozen=True)
+class Opening:
+    """What somebody asks a new session to be; None leaves the choice to the server, a motion of None means a stream."""
+
+    garment: str
+    motion: str | None
+    fabric: str | None
+    preset: str | None
+
+
+class LiveSessions:
+    """The sessions that live now. To be used from one event loop."""
+
+    def __init__(
+        self,
+        settings: Settings,
+        catalogue: Catalogue,
+        placement: Placement,
+        garments: GarmentService,
+        store: SessionStore,
+        server: str,
+    ) -> None:
+        self._settings = settings
+        self._catalogue = catalogue
+        self._placement = placement
+        self._garments = garments
+        self._store = store
+        self._live: dict[str, LiveSession] = {}
+        self._notes: set[asyncio.Task[None]] = set()
+        self._closing = False
+        self._rules = Rules(
+            epoch=secrets.token_hex(8),
+            server=server,
+            motions=tuple(motion.name for motion in catalogue.motions),
+            fabrics=tuple(fabric.name for fabric in catalogue.fabrics),
+            max_viewers=settings.max_viewers,
+            messages_per_second=settings.messages_per_second,
+            grace_seconds=settings.session_grace_seconds,
+        )
+
+    async def open(self, opening: Opening) -> LiveSession:
+        """Open a session and start its simulation.
+
+        Raises:
+            ProblemError: 404 unknown garment, 422 unknown motion, fabric or preset, 503 no room.
+        """
+        garment = await asyncio.to_thread(self._garments.get, opening.garment)
+        if opening.motion is not None:
+            _one_of("motion", opening.motion, self._rules.motions)
+        fabric = opening.fabric or self._rules.fabrics[0]
+        _one_of("fabric", fabric, self._rules.fabrics)
+        preset = opening.preset or self._settings.preset
+        _one_of("preset", preset, self._catalogue.presets)
+        record = SessionRecord(
+            id=secrets.token_urlsafe(12),
+            garment=garment.id,
+            motion=opening.motion,
+            fabric=fabric,
+            preset=preset,
+            created=time.time(),
+        )
+        order = self._work_order(record, garment)
+        await asyncio.to_thread(self._store.add, record)
+        try:
+            self._make_room()
+        except ProblemError as error:
+            await asyncio.to_thread(self._store.end, record.id, time.time(), error.problem.message)
+            raise
+        return self._start(record, order)
+
+    def _start(self, record: SessionRecord, order: WorkOrder) -> LiveSession:
+        new_token = partial(secrets.token_urlsafe, 24)
+        machine = Session(record.id, self._rules, record.motion, record.fabric, new_token, time.monotonic())
+        live = LiveSession(machine, lambda on_event: self._placement.place(order, on_event), self._ended)
+        self._live[record.id] = live
+        return live
+
+    def get(self, session_id: str) -> LiveSession | None:
+        """The live session with this id, or None."""
+        return self._live.get(session_id)
+
+    def all(self) -> list[LiveSession]:
+        """Every live session, oldest first."""
+        return list(self._live.values())
+
+    async def record(self, session_id: str) -> SessionRecord:
+        """What is known of a session, live or ended. Raises ProblemError 404."""
+        record = await asyncio.to_thread(self._store.get, session_id)
+        if record is None:
+            raise problem_error(
+                "session.unknown",
+                f"there is no session {session_id!r}",
+                "POST /api/sessions opens one",
+                place="session",
+                status=404,
+            )
+        return record
+
+    async def close(self) -> None:
+        """End every session, because the server stops, and wait until that is noted; clients are told to come back."""
+        self._closing = True
+        for live in self.all():
+            retry_after = RESTART_RETRY_SECONDS * (1.0 + 2.0 * secrets.randbelow(1000) / 1000.0)
+            live.end("The server stops", retry_after)
+        while self._notes:
+            await asyncio.gather(*self._notes, return_exceptions=True)
+
+    def _work_order(self, record: SessionRecord, garment: GarmentRecord) -> WorkOrder:
+        return WorkOrder(
+            drape=DrapeOrder(
+                pattern=self._garments.pattern_path(garment),
+                fabric=record.fabric,
+                preset=record.preset,
+                device=self._settings.device,
+            ),
+            motion=record.motion,
+            frames_per_second=self._settings.frames_per_second,
+            keyframe_seconds=self._settings.keyframe_seconds,
+        )
+
+    def _make_room(self) -> None:
+        """Have a place for one more session, if need be that of the session unwatched for longest."""
+        if self._closing:
+            raise problem_error("server.stopping", "the server stops", "Try again in a few seconds", status=503)
+        if len(self._live) < self._settings.max_sessions:
+            return
+        idlest = max(self._live.values(), key=lambda live: live.machine.unwatched_seconds(live.now))
+        if idlest.machine.unwatched_seconds(idlest.now) >= UNWATCHED_SECONDS:
+            idlest.end("Nobody was watching, and its place was needed")
+            return
+        raise problem_error(
+            "server.full",
+            f"{self._settings.max_sessions} sessions are open, as many as this server allows",
+            "End one with DELETE /api/sessions/{id}, or raise TRYON_SERVER_MAX_SESSIONS",
+            status=503,
+        )
+
+    def _ended(self, live: LiveSession, reason: str) -> None:
+        session_id = live.machine.id
+        self._live.pop(session_id, None)
+        note = asyncio.get_running_loop().create_task(self._note_end(session_id, reason))
+        self._notes.add(note)
+        note.add_done_callback(self._notes.discard)
+
+    async def _note_end(self, session_id: str, reason: str) -> None:
+        logger.info("session %s has ended: %s", session_id, reason)
+        await asyncio.to_thread(self._store.end, session_id, time.time(), reason)
+
+
+def _one_of(kind: str, name: str, known: tuple[str, ...]) -> None:
+    if name not in known:
+        raise problem_error(
+            f"{kind}.unknown",
+            f"there is no {kind} {name!r}",
+            f"Choose one of: {', '.join(known)}",
+            place=kind,
+            status=422,
+        )

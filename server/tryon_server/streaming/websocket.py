@@ -1,0 +1,55 @@
+"""The websocket side of a live session: one task reads, one task writes, and neither waits for the other."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+
+from starlette.websockets import WebSocket, WebSocketDisconnect
+from tryon_protocol import SUBPROTOCOL
+
+from tryon_server.streaming.live_session import LiveSession
+from tryon_server.streaming.outbox import Closing, Outbox
+
+CLOSE_SECONDS = 5.0  # a client that reads nothing is cut off this long after its connection was to be closed
+
+
+async def serve_client(websocket: WebSocket, session: LiveSession) -> None:
+    """Accept a client and serve it until either side ends the connection."""
+    await websocket.accept(subprotocol=SUBPROTOCOL)
+    client, outbox = session.connect()
+    sending = asyncio.create_task(_send(websocket, outbox))
+    receiving = asyncio.create_task(_receive(websocket, session, client))
+    closing = asyncio.create_task(outbox.closing.wait())
+    try:
+        await asyncio.wait({sending, receiving, closing}, return_when=asyncio.FIRST_COMPLETED)
+        if closing.done() and not receiving.done():
+            await asyncio.wait({sending}, timeout=CLOSE_SECONDS)
+    finally:
+        for task in (sending, receiving, closing):
+            task.cancel()
+        await asyncio.gather(sending, receiving, closing, return_exceptions=True)
+        session.disconnect(client)
+
+
+async def _send(websocket: WebSocket, outbox: Outbox) -> None:
+    with contextlib.suppress(WebSocketDisconnect):  # the reading side sees it too and ends the connection
+        while not isinstance(item := await outbox.take(), Closing):
+            await websocket.send_bytes(item)
+        await websocket.close(item.code, _shortened(item.reason))
+
+
+async def _receive(websocket: WebSocket, session: LiveSession, client: int) -> None:
+    while True:
+        message = await websocket.receive()
+        if message["type"] == "websocket.disconnect":
+            return
+        if message.get("bytes") is not None:
+            session.receive(client, message["bytes"])
+        else:
+            session.receive_text(client)
+
+
+def _shortened(reason: str) -> str:
+    """A close frame has room for 123 bytes of reason (RFC 6455 section 5.5)."""
+    return reason.encode()[:123].decode(errors="ignore")

@@ -1,0 +1,121 @@
+"""A drape without a solver: a waving sheet on a body of three joints. It takes no time and can be told to misbehave.
+
+The name of the fabric says how: ``cotton`` behaves, ``tight`` can't be dressed, ``nan`` yields a NaN after ten steps,
+``failing`` raises in every step, ``crash`` ends the process after ten steps, ``slow`` takes 0.2 s a step.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from dataclasses import asdict, dataclass, field
+
+import numpy as np
+from tryon_server.runtime.drape import DrapeError, Outfit
+from tryon_solver.body.model import BodyModel
+from tryon_solver.body.pose import Pose, skin
+
+SIDE = 12
+
+
+def small_body() -> BodyModel:
+    """A prism of three storeys, one per joint."""
+    ring = np.array([[0.1, 0, 0.1], [0.1, 0, -0.1], [-0.1, 0, 0.0]])
+    vertices = np.concatenate([ring + np.array([0, y, 0]) for y in (0.0, 0.5, 1.0)])
+    side = [[a, b, c] for k in (0, 3) for i in range(3) for a, b, c in quad(k + i, k + (i + 1) % 3)]
+    faces = np.array([*side, [0, 2, 1], [6, 7, 8]], np.int32)
+    return BodyModel(
+        rest_vertices=vertices,
+        faces=faces,
+        joint_names=("hips", "spine", "head"),
+        parents=np.array([-1, 0, 1], np.int32),
+        rest_joints=np.array([[0.0, 0.0, 0.0], [0.0, 0.5, 0.0], [0.0, 1.0, 0.0]]),
+        skin_joints=np.repeat(np.arange(3, dtype=np.int32), 3)[:, None],
+        skin_weights=np.ones((9, 1), np.float32),
+    )
+
+
+def quad(a: int, b: int) -> list[tuple[int, int, int]]:
+    return [(a, b, b + 3), (a, b + 3, a + 3)]
+
+
+@dataclass(frozen=True)
+class Facts:
+    iterations: int = 3
+    residual: float = 1e-4
+    min_gap: float = 0.002
+    max_stretch: float = 1.01
+    body_lag: float = 0.0
+    pairs: int = 4
+    retries: int = 0
+    times_ms: dict[str, float] = field(default_factory=lambda: {"solve": 0.5})
+
+    def to_dict(self):
+        return asdict(self)
+
+
+class WavingSheet:
+    """SIDE x SIDE vertices in front of the root, waving as time goes by."""
+
+    def __init__(self, behaviour: str) -> None:
+        self.behaviour = behaviour
+        body = small_body()
+        grid = np.stack(np.meshgrid(np.linspace(0, 0.5, SIDE), np.linspace(0, 0.5, SIDE)), axis=-1).reshape(-1, 2)
+        cell = np.array([[0, 1, SIDE + 1], [0, SIDE + 1, SIDE]])
+        corner = np.add.outer(np.arange(SIDE - 1) * SIDE, np.arange(SIDE - 1)).ravel()
+        faces = (corner[:, None, None] + cell).reshape(-1, 3).astype(np.int32)
+        self.flat = np.column_stack([grid, np.full(len(grid), 0.3)])
+        self.outfit = Outfit(
+            vertex_count=len(grid),
+            faces=faces,
+            uv=grid[faces],
+            panel_of_face=np.zeros(len(faces), np.int32),
+            panel_names=("sheet",),
+            body=body,
+        )
+        self.pose = Pose(root=np.zeros(3), rotations=np.tile([0.0, 0.0, 0.0, 1.0], (3, 1)))
+        self.current, self.t, self.steps = self.pose, 0.0, 0
+
+    def advance(self, pose: Pose, t: float) -> Facts:
+        assert t > self.t, "time goes forward"
+        pose.validate(self.outfit.body)
+        self.steps += 1
+        if self.behaviour == "failing":
+            raise RuntimeError("the step diverged")
+        if self.behaviour == "crash" and self.steps > 10:
+            os._exit(7)
+        if self.behaviour == "slow":
+            time.sleep(0.2)
+        self.current, self.t = pose, t
+        return Facts()
+
+    def cloth_positions(self) -> np.ndarray:
+        wave = 0.05 * np.sin(6 * self.flat[:, 0] + 5 * self.t)
+        positions = (self.flat + self.current.root + np.outer(wave, [0, 0, 1])).astype(np.float32)
+        if self.behaviour == "nan" and self.steps > 10:
+            positions[3, 1] = np.nan
+        return positions
+
+    def body_positions(self) -> np.ndarray:
+        return skin(self.outfit.body, self.current).astype(np.float32)
+
+
+def build(order, progress) -> WavingSheet:
+    progress("Sewing", 0.5)
+    if order.fabric == "tight":
+        raise DrapeError("The seam between front and back stayed open.", "Enlarge the pieces.")
+    return WavingSheet(order.fabric)
+
+
+class Swaying:
+    """The root goes to and fro once a second."""
+
+    def sample(self, t: float, loop: bool) -> Pose:
+        assert loop
+        return Pose(root=np.array([0.1 * np.sin(2 * np.pi * t), 0.0, 0.0]), rotations=np.tile([0.0, 0, 0, 1], (3, 1)))
+
+
+def load_motion(name: str, _body: BodyModel) -> Swaying:
+    if name != "sway":
+        raise KeyError(name)
+    return Swaying()

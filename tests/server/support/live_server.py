@@ -1,0 +1,75 @@
+"""A real server on loopback, in a thread of its own, whose sessions simulate the analytic drape."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from pathlib import Path
+
+import httpx
+import patterns
+from tryon_server.app import create_app
+from tryon_server.runtime.interface import Catalogue, Device, FabricEntry, MotionEntry, Runtime
+from tryon_server.runtime.local_processes import LocalProcesses
+from tryon_server.runtime.order import Workshop
+from tryon_server.serving import Server
+from tryon_server.settings import Settings
+
+FABRICS = ("cotton", "denim", "tight", "nan", "failing", "crash", "slow")
+CATALOGUE = Catalogue(
+    motions=(MotionEntry("sway", 1.0),),
+    fabrics=tuple(FabricEntry(name, 0.2, 5e-4, 1.1, (0.5, 0.5, 0.5)) for name in FABRICS),
+    presets=("auto", "draft", "live"),
+)
+
+
+def analytic_runtime() -> Runtime:
+    return Runtime(
+        placement=LocalProcesses(Workshop("analytic_drape:build", "analytic_drape:load_motion")),
+        catalogue=CATALOGUE,
+        devices=lambda: (Device("cpu", "the test's processor", 2**30),),
+    )
+
+
+def make_app(folder: Path, **settings):
+    """An application whose data and only demo garment, ``tube``, lie in ``folder``."""
+    demo = folder / "demo"
+    demo.mkdir(exist_ok=True)
+    (demo / "tube.json").write_bytes(patterns.as_bytes(patterns.tube()))
+    chosen = Settings(**({"data_dir": folder / "data", "port": 0} | settings))
+    return create_app(chosen, analytic_runtime, patterns=demo, web=folder / "web")
+
+
+class LiveServer:
+    """Runs until ``stop``. ``http`` talks to it; ``stream_url`` is the address of a new session's stream."""
+
+    def __init__(self, folder: Path, **settings) -> None:
+        self.app = make_app(folder, **settings)
+        self.server = Server(self.app, "127.0.0.1", 0)
+        self.thread = threading.Thread(target=lambda: asyncio.run(self.server.serve()), daemon=True)
+        self.thread.start()
+        while not self.server.started:
+            assert self.thread.is_alive(), "the server did not start"
+            self.thread.join(0.01)
+        self.port = self.server.bound_port
+        self.http = httpx.Client(base_url=f"http://127.0.0.1:{self.port}", timeout=30.0)
+
+    def stop(self) -> None:
+        self.http.close()
+        self.server.should_exit = True
+        self.thread.join(20.0)
+        assert not self.thread.is_alive(), "the server did not stop"
+
+    def open(self, **wishes) -> str:
+        """Open a session; its id."""
+        reply = self.http.post("/api/sessions", json={"garment": "tube", "motion": "sway", "fabric": "cotton"} | wishes)
+        assert reply.status_code == 201, reply.text
+        return reply.json()["id"]
+
+    def stream_url(self, session_id: str) -> str:
+        return f"ws://127.0.0.1:{self.port}/api/sessions/{session_id}/stream"
+
+    def pid(self, session_id: str) -> int:
+        """Number of a session's process."""
+        live = self.app.state.services.sessions.get(session_id)
+        return live._simulation.pid

@@ -1,0 +1,37 @@
+"""Small patterns as a pattern tool writes them."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+
+def piece(width: float, height: float, z: float) -> dict[str, Any]:
+    """A rectangle [cm] in front of (z > 0) or behind the body."""
+    return {
+        "translation": [-width / 2, 80.0, z],
+        "rotation": [0.0, 0.0, 0.0] if z > 0 else [0.0, 180.0, 0.0],
+        "vertices": [[0, 0], [width, 0], [width, height], [0, height]],
+        "edges": [{"endpoints": [i, (i + 1) % 4]} for i in range(4)],
+    }
+
+
+def tube(width: float = 60.0, height: float = 50.0) -> dict[str, Any]:
+    """Two rectangles sewn into a tube."""
+    return {
+        "pattern": {
+            "panels": {"front": piece(width, height, 30.0), "back": piece(width, height, -30.0)},
+            "stitches": [
+                [{"panel": "front", "edge": 1}, {"panel": "back", "edge": 3}],
+                [{"panel": "front", "edge": 3}, {"panel": "back", "edge": 1}],
+            ],
+            "panel_order": ["front", "back"],
+        },
+        "parameters": {},
+        "parameter_order": [],
+        "properties": {"curvature_coords": "relative", "normalize_panel_translation": False, "units_in_meter": 100},
+    }
+
+
+def as_bytes(pattern: dict[str, Any]) -> bytes:
+    return json.dumps(pattern).encode()

@@ -1,0 +1,234 @@
+"""The REST side, through a real server: what is listed, what is refused and how it is said."""
+
+from __future__ import annotations
+
+import json
+import socket
+from collections.abc import Iterable
+
+import patterns
+import pytest
+from live_server import LiveServer
+from tryon_server.garments.check import check_pattern
+
+FIELDS = {"code", "place", "message", "remedy"}
+
+
+def refused(reply, status: int, code: str) -> dict:
+    assert reply.status_code == status, reply.text
+    body = reply.json()
+    assert set(body) == FIELDS
+    assert body["code"] == code
+    assert body["message"]
+    assert body["remedy"]
+    return body
+
+
+def upload(live, pattern, name: str = "my tube"):
+    content = pattern if isinstance(pattern, bytes) else patterns.as_bytes(pattern)
+    return live.http.post("/api/garments", params={"name": name}, content=content)
+
+
+def test_health_and_catalogue(live):
+    assert live.http.get("/api/health").json()["status"] == "ok"
+    assert live.http.get("/api/motions").json() == [{"name": "sway", "seconds": 1.0}]
+    fabrics = live.http.get("/api/fabrics").json()
+    assert fabrics[0]["name"] == "cotton"
+    assert set(fabrics[0]) == {"name", "areal_density", "thickness", "strain_limit", "colour"}
+    assert live.http.get("/api/devices").json()[0]["name"] == "cpu"
+    paths = live.http.get("/openapi.json").json()["paths"]
+    assert {"/api/garments", "/api/sessions", "/api/sessions/{session_id}"} <= set(paths)
+
+
+def test_demo_garment_is_there_from_the_start(live):
+    tube = live.http.get("/api/garments/tube").json()
+    assert (tube["panel_count"], tube["seam_count"]) == (2, 2)
+    assert tube["area"] == pytest.approx(2 * 0.6 * 0.5, rel=1e-6)
+    assert tube["vertex_count"] > 100
+    assert live.http.get("/api/garments").json()[0] == tube
+
+
+def test_uploaded_garment_is_stored_by_content(live):
+    reply = upload(live, patterns.tube(height=40.0))
+    assert reply.status_code == 201, reply.text
+    garment = reply.json()
+    assert garment["area"] == pytest.approx(2 * 0.6 * 0.4, rel=1e-6)
+    assert reply.headers["location"] == f"/api/garments/{garment['id']}"
+    assert live.http.get(reply.headers["location"]).json() == garment
+    assert upload(live, patterns.tube(height=40.0), "another name").json() == garment
+    assert [entry["id"] for entry in live.http.get("/api/garments").json()].count(garment["id"]) == 1
+
+
+def missing_edge():
+    pattern = patterns.tube()
+    pattern["pattern"]["stitches"][0][0]["edge"] = 7
+    return pattern, "stitches[0]"
+
+
+def unequal_edges():
+    pattern = patterns.tube()
+    pattern["pattern"]["panels"]["front"] = patterns.piece(60.0, 120.0, 30.0)
+    return pattern, "stitches[0]"
+
+
+def zero_area():
+    pattern = patterns.tube()
+    pattern["pattern"]["panels"]["back"]["vertices"] = [[0, 0], [60, 0], [60, 0], [0, 0]]
+    return pattern, "back"
+
+
+def not_a_pattern():
+    return {"hello": "world"}, "pattern"
+
+
+@pytest.mark.parametrize("fault", [missing_edge, unequal_edges, zero_area, not_a_pattern])
+def test_pattern_that_cannot_be_sewn_is_refused_with_the_place(fault):
+    pattern, place = fault()
+    reply = check_pattern(patterns.as_bytes(pattern))
+    assert reply.facts is None
+    assert (reply.status, reply.problem.code) == (422, "pattern.invalid")
+    assert place in f"{reply.problem.place} {reply.problem.message}"
+    assert reply.problem.remedy
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b"\xff\xfe\x00", b'{"pattern": NaN}', b'{"a": 1e999}', b"[" * 100_000])
+def test_what_is_not_json_is_refused(content):
+    reply = check_pattern(content)
+    assert reply.facts is None
+    assert (reply.status, reply.problem.code) == (400, "pattern.not_json")
+    assert "JSON" in reply.problem.message
+
+
+def test_faults_of_an_uploaded_pattern_reach_whoever_uploaded_it(live):
+    refused(upload(live, b"{"), 400, "pattern.not_json")
+    body = refused(upload(live, missing_edge()[0]), 422, "pattern.invalid")
+    assert "stitches[0]" in body["place"]
+
+
+def test_name_must_be_printable(live):
+    refused(upload(live, patterns.tube(), "  "), 422, "garment.name")
+    refused(upload(live, patterns.tube(), "a\x00b"), 422, "garment.name")
+
+
+def answer_to(live, head: str, parts: Iterable[bytes]) -> tuple[str, dict, int]:
+    """Send a request by hand, until the server has said all it has to say: status line, body, bytes sent."""
+    sent = 0
+    with socket.create_connection(("127.0.0.1", live.port), timeout=10.0) as client:
+        client.sendall(f"POST /api/garments HTTP/1.1\r\nHost: 127.0.0.1\r\n{head}\r\n\r\n".encode())
+        for part in parts:
+            client.sendall(part)
+            sent += len(part)
+        answer = b""
+        while b"}" not in answer:
+            received = client.recv(65536)
+            assert received, answer
+            answer += received
+    head, _, body = answer.decode().partition("\r\n\r\n")
+    return head.splitlines()[0], json.loads(body), sent
+
+
+def test_body_of_300_mb_is_refused_before_it_is_sent(live):
+    status, body, sent = answer_to(live, f"Content-Length: {300 * 10**6}", [b"[" * 1000])
+    assert status.startswith("HTTP/1.1 413")
+    assert sent == 1000
+    assert body["code"] == "body.too_long"
+    assert "16 MiB" in body["message"]
+    assert "TRYON_SERVER_MAX_PATTERN_BYTES" in body["remedy"]
+
+
+def test_client_that_sends_300_mb_all_the_same_gets_the_refusal(live):
+    body = refused(live.http.post("/api/garments", content=b"[" * 300 * 10**6), 413, "body.too_long")
+    assert "16 MiB" in body["message"]
+
+
+def test_body_of_unknown_length_is_refused_at_the_cap(live):
+    part = b"100000\r\n" + b" " * 2**20 + b"\r\n"
+    status, body, _ = answer_to(live, "Transfer-Encoding: chunked", [part] * 17)
+    assert status.startswith("HTTP/1.1 413")
+    assert body["code"] == "body.too_long"
+
+
+@pytest.mark.parametrize(
+    ("wish", "status", "code", "place"),
+    [
+        ({"garment": "nothing"}, 404, "garment.unknown", "garment"),
+        ({"garment": "tube", "motion": "moonwalk"}, 422, "motion.unknown", "motion"),
+        ({"garment": "tube", "fabric": "steel"}, 422, "fabric.unknown", "fabric"),
+        ({"garment": "tube", "preset": "perfect"}, 422, "preset.unknown", "preset"),
+        ({"garment": "tube", "motoin": "sway"}, 422, "request.invalid", "motoin"),
+        ({"garment": 5}, 422, "request.invalid", "garment"),
+        ({}, 422, "request.invalid", "garment"),
+    ],
+)
+def test_session_that_cannot_be_opened_is_refused(live, wish, status, code, place):
+    assert refused(live.http.post("/api/sessions", json=wish), status, code)["place"] == place
+
+
+def test_session_is_found_and_ended(live):
+    reply = live.http.post("/api/sessions", json={"garment": "tube"})
+    session = reply.json()
+    assert (session["garment"], session["motion"], session["fabric"], session["preset"]) == (
+        "tube",
+        None,
+        "cotton",
+        "auto",
+    )
+    assert session["stream"] == f"/api/sessions/{session['id']}/stream"
+    found = live.http.get(f"/api/sessions/{session['id']}").json()
+    assert found["id"] == session["id"]
+    assert found["state"] in ("preparing", "dressing", "waiting")
+    for _ in range(2):
+        assert live.http.delete(f"/api/sessions/{session['id']}").status_code == 204
+    ended = live.http.get(f"/api/sessions/{session['id']}").json()
+    assert (ended["state"], ended["detail"]) == ("closed", "Ended by request")
+
+
+def test_unknown_session_and_address_are_refused(live):
+    refused(live.http.get("/api/sessions/nobody"), 404, "session.unknown")
+    refused(live.http.delete("/api/sessions/nobody"), 404, "session.unknown")
+    refused(live.http.get("/api/nothing"), 404, "http.404")
+    refused(live.http.put("/api/garments"), 405, "http.405")
+
+
+def test_pages_of_other_origins_change_nothing(live):
+    evil = {"origin": "http://evil.example"}
+    refused(live.http.post("/api/sessions", json={"garment": "tube"}, headers=evil), 403, "origin.refused")
+    assert live.http.get("/api/garments", headers=evil).status_code == 200
+    own = {"origin": f"http://127.0.0.1:{live.port}"}
+    assert live.http.post("/api/sessions", json={"garment": "nothing"}, headers=own).status_code == 404
+
+
+def test_names_that_only_resolve_to_this_machine_are_refused(live):
+    assert live.http.get("/api/health", headers={"host": "evil.example"}).status_code == 400
+    assert live.http.get("/api/health", headers={"host": f"localhost:{live.port}"}).status_code == 200
+
+
+def test_page_that_is_not_built_says_how_to_build_it(live):
+    reply = live.http.get("/")
+    assert reply.status_code == 503
+    assert "make web" in reply.text
+
+
+def test_built_page_is_served_and_data_survive_a_restart(tmp_path):
+    (tmp_path / "web").mkdir()
+    (tmp_path / "web" / "index.html").write_text("<h1>the page</h1>")
+    server = LiveServer(tmp_path)
+    assert "the page" in server.http.get("/").text
+    first = server.http.get("/api/garments").json()
+    session = server.open()
+    server.stop()
+    server = LiveServer(tmp_path)
+    assert server.http.get("/api/garments").json() == first
+    ended = server.http.get(f"/api/sessions/{session}").json()
+    assert (ended["state"], ended["detail"]) == ("closed", "The server stops")
+    server.stop()
+
+
+def test_sessions_beyond_the_limit_are_refused_until_one_ends(tmp_path):
+    server = LiveServer(tmp_path, max_sessions=1)
+    first = server.open()
+    body = refused(server.http.post("/api/sessions", json={"garment": "tube"}), 503, "server.full")
+    assert "TRYON_SERVER_MAX_SESSIONS" in body["remedy"]
+    server.http.delete(f"/api/sessions/{first}")
+    assert server.open() != first
+    server.stop()

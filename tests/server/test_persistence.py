@@ -1,0 +1,96 @@
+"""Stores keep what they are given, whatever was there before."""
+
+import hashlib
+from dataclasses import dataclass
+
+import msgspec
+import pytest
+from tryon_server.garments.limited import Limits, run_limited
+from tryon_server.persistence import (
+    FileBlobs,
+    GarmentRecord,
+    SessionRecord,
+    SqlGarments,
+    SqlSessions,
+    open_database,
+)
+from tryon_server.problems import ProblemError
+
+
+@dataclass
+class Stores:
+    garments: SqlGarments
+    sessions: SqlSessions
+
+
+@pytest.fixture
+def stores(tmp_path):
+    database = open_database(f"sqlite:///{tmp_path}/deep/tryon.sqlite3")
+    return Stores(SqlGarments(database), SqlSessions(database))
+
+
+def garment(name: str, created: float = 1.0) -> GarmentRecord:
+    return GarmentRecord(
+        id=name, name=name, digest="d" * 64, panel_count=2, seam_count=1, vertex_count=9, triangle_count=8, area=0.5,
+        created=created,
+    )  # fmt: skip
+
+
+def test_garments_come_back_oldest_first_and_are_replaced_by_id(stores):
+    stores.garments.add(garment("b", 2.0))
+    stores.garments.add(garment("a", 1.0))
+    stores.garments.add(msgspec.structs.replace(garment("b", 2.0), area=0.75))
+    assert [(entry.id, entry.area) for entry in stores.garments.all()] == [("a", 0.5), ("b", 0.75)]
+    assert stores.garments.get("a") == garment("a")
+    assert stores.garments.get("c") is None
+
+
+def test_session_keeps_its_first_ending_and_a_restart_ends_the_rest(stores):
+    for name in ("one", "two"):
+        stores.sessions.add(SessionRecord(id=name, garment="g", motion=None, fabric="f", preset="draft", created=1.0))
+    stores.sessions.end("one", 5.0, "done")
+    stores.sessions.end("one", 6.0, "again")
+    assert stores.sessions.end_all_open(7.0, "restarted") == 1
+    assert (stores.sessions.get("one").ended, stores.sessions.get("one").ending) == (5.0, "done")
+    assert (stores.sessions.get("two").ended, stores.sessions.get("two").ending) == (7.0, "restarted")
+    assert stores.sessions.get("three") is None
+
+
+def test_sqlite_runs_in_write_ahead_mode(tmp_path):
+    engine = open_database(f"sqlite:///{tmp_path}/tryon.sqlite3")
+    with engine.connect() as connection:
+        assert connection.exec_driver_sql("PRAGMA journal_mode").scalar() == "wal"
+
+
+@pytest.mark.parametrize("url", ["nonsense", "unknown://x/y", "sqlite:////dev/null/x.sqlite3"])
+def test_database_that_cannot_be_opened_is_one_clear_error(url):
+    with pytest.raises(ProblemError, match="TRYON_SERVER_DATABASE_URL"):
+        open_database(url)
+
+
+def test_password_of_a_database_is_not_shown():
+    with pytest.raises(ProblemError) as error:
+        open_database("unknown://user:secret@host/db")
+    assert "secret" not in str(error.value)
+
+
+def test_blobs_are_kept_once_under_their_digest(tmp_path):
+    blobs = FileBlobs(tmp_path / "blobs")
+    digest = blobs.put(b"content")
+    assert digest == hashlib.sha256(b"content").hexdigest()
+    assert blobs.put(b"content") == digest
+    assert blobs.path(digest).read_bytes() == b"content"
+    assert len([path for path in (tmp_path / "blobs").rglob("*") if path.is_file()]) == 1
+    with pytest.raises(KeyError):
+        blobs.path("0" * 64)
+
+
+def test_child_that_breaks_down_or_stays_too_long_is_a_clear_error(monkeypatch):
+    import tryon_server.garments.limited as limited
+
+    limits = Limits(seconds=0.2, address_space=2**30)
+    with pytest.raises(ProblemError, match="broke down"):
+        run_limited("this_module_does_not_exist", [], b"", limits, "checking the pattern")
+    monkeypatch.setattr(limited, "STARTUP_SECONDS", 0.0)
+    with pytest.raises(ProblemError, match=r"more than 0\.2 s"):
+        run_limited("http.server", ["0"], b"", limits, "checking the pattern")

@@ -1,0 +1,42 @@
+"""Settings are read once, checked and frozen."""
+
+from pathlib import Path
+
+import pytest
+from tryon_server.problems import ProblemError
+from tryon_server.settings import Settings, read_settings
+
+
+def test_defaults_are_embedded_and_local():
+    settings = read_settings({"PATH": "/bin", "TRYON_BODY": "elsewhere.npz"})
+    assert (settings.host, settings.port) == ("127.0.0.1", 8000)
+    assert settings.effective_database_url().endswith("var/tryon.sqlite3")
+
+
+def test_environment_and_overrides():
+    environment = {
+        "TRYON_SERVER_PORT": "9000",
+        "TRYON_SERVER_HOST": "0.0.0.0",
+        "TRYON_SERVER_DATA_DIR": "/data",
+        "TRYON_SERVER_ALLOWED_ORIGINS": "https://a.example, https://b.example",
+        "TRYON_SERVER_DATABASE_URL": "postgresql://db/tryon",
+    }
+    settings = read_settings(environment, port=9100, host=None)
+    assert (settings.host, settings.port, settings.data_dir) == ("0.0.0.0", 9100, Path("/data"))
+    assert settings.allowed_origins == ("https://a.example", "https://b.example")
+    assert settings.effective_database_url() == "postgresql://db/tryon"
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("PORT", "http"), ("PORT", "70000"), ("MAX_SESSIONS", "0"), ("SESSION_GRACE_SECONDS", "-1"), ("PROT", "8000")],
+)
+def test_wrong_value_or_name_is_refused_with_its_name(name, value):
+    with pytest.raises(ProblemError) as error:
+        read_settings({f"TRYON_SERVER_{name}": value})
+    assert error.value.problem.place == f"TRYON_SERVER_{name}"
+
+
+def test_settings_are_frozen():
+    with pytest.raises(AttributeError):
+        Settings().port = 1

@@ -1,0 +1,287 @@
+"""A real server, real websockets, real processes: what the network and the operating system can do to a session."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import math
+import os
+import signal
+import time
+
+import pytest
+import websockets
+from tryon_client import connect
+from tryon_protocol import (
+    ErrorMessage,
+    GoodbyeMessage,
+    PauseMessage,
+    PlayMessage,
+    ProtocolError,
+    SetFabricMessage,
+    SetMotionMessage,
+    StatusMessage,
+    Topology,
+    decode_server,
+)
+
+REST = [(0.0, 0.0, 0.0, 1.0)] * 3
+
+
+def run(coroutine):
+    return asyncio.run(asyncio.wait_for(coroutine, 30.0))
+
+
+async def take_frames(stream, count: int) -> list:
+    frames = []
+    async for frame in stream.frames():
+        frames.append(frame)
+        if len(frames) == count:
+            break
+    return frames
+
+
+async def until(stream, wanted, seconds: float = 10.0):
+    """The first event that ``wanted`` likes."""
+    async with asyncio.timeout(seconds) if hasattr(asyncio, "timeout") else contextlib.AsyncExitStack():
+        async for event in stream:
+            if wanted(event):
+                return event
+    raise AssertionError("the stream ended before the event came")
+
+
+def raw(server, session_id: str, **options):
+    """A websocket that does only what the test does."""
+    return websockets.connect(server.stream_url(session_id), subprotocols=["tryon.v1"], compression=None, **options)
+
+
+@pytest.fixture(scope="module")
+def swaying(live):
+    """A session that plays a motion, for tests that leave it as they found it."""
+    return live.open()
+
+
+def test_frames_of_a_motion_arrive_in_order_and_follow_it(live, swaying):
+    async def scenario():
+        async with connect(live.stream_url(swaying)) as stream:
+            frames = await take_frames(stream, 60)
+            assert [frame.seq for frame in frames] == list(range(frames[0].seq, frames[0].seq + 60))
+            assert frames[0].stands_alone
+            assert stream.topology.cloth_vertex_count == 144
+            assert stream.status.state == "running"
+            moving = [frame for frame in frames if frame.t_sim > 0]
+            assert moving[-1].t_sim > 0.3
+            for frame in moving:
+                assert frame.root[0] == pytest.approx(0.1 * math.sin(2 * math.pi * frame.t_sim), abs=1e-9)
+
+    run(scenario())
+
+
+def test_poses_of_a_client_are_solved_for_and_bad_ones_are_answered(live):
+    async def scenario():
+        async with connect(live.stream_url(live.open(motion=None))) as stream:
+            await until(stream, lambda event: isinstance(event, Topology))
+            await stream.send_pose((0.0, 0.0, 0.0), REST, t=1.0)
+            await stream.send_pose((0.0, math.nan, 0.0), REST, t=1.1)
+            error = await until(stream, lambda event: isinstance(event, ErrorMessage))
+            assert (error.code, error.place, error.fatal) == ("invalid_pose", "$.root[1]", False)
+            await stream.send_pose((0.0, 0.0, 0.0), REST[:2], t=1.2)
+            error = await until(stream, lambda event: isinstance(event, ErrorMessage))
+            assert "head" in error.message
+            newest = await stream.send_pose((0.05, 0.0, 0.0), REST, t=1.3)
+            frame = await until(stream, lambda event: getattr(event, "pose_seq", 0) == newest)
+            assert frame.root[0] <= 0.05
+
+    run(scenario())
+
+
+def test_vanished_and_stalled_clients_delay_nobody(live, swaying):
+    async def scenario():
+        stalled = await raw(live, swaying, max_queue=1)
+        await stalled.send(b"\x83\xa4type\xa5hello\xa8versions\x91\x01\xa6client\xa1x")
+        vanished = await raw(live, swaying)
+        await vanished.send(b"\x83\xa4type\xa5hello\xa8versions\x91\x01\xa6client\xa1y")
+        async with connect(live.stream_url(swaying)) as stream:
+            await take_frames(stream, 10)
+            vanished.transport.abort()
+            frames = await take_frames(stream, 60)
+            numbers = [frame.seq for frame in frames]
+            assert numbers == list(range(numbers[0], numbers[0] + 60)), "the quick client misses no frame"
+        stalled.transport.abort()
+
+    run(scenario())
+
+
+@pytest.mark.parametrize("data", [b"", b"\xc1\x00\x00", b"\x00" * 40, b"\x93\x01\x02\x03"])
+def test_malformed_bytes_are_answered_and_the_connection_goes_on(live, swaying, data):
+    async def scenario():
+        async with connect(live.stream_url(swaying)) as stream:
+            await stream._connection.send(data)
+            await until(stream, lambda event: isinstance(event, ErrorMessage))
+            assert len(await take_frames(stream, 3)) == 3
+
+    run(scenario())
+
+
+def test_garbage_instead_of_hello_closes_that_connection_only(live, swaying):
+    async def scenario():
+        async with raw(live, swaying) as websocket:
+            await websocket.send(b"garbage")
+            assert decode_server(await websocket.recv()).fatal
+            with pytest.raises(websockets.ConnectionClosed) as closed:
+                await websocket.recv()
+            assert closed.value.rcvd.code == 4400
+        async with connect(live.stream_url(swaying)) as stream:
+            assert len(await take_frames(stream, 3)) == 3
+
+    run(scenario())
+
+
+def test_killed_simulation_is_told_with_advice_and_others_go_on(live, swaying):
+    doomed = live.open()
+
+    async def scenario():
+        async with connect(live.stream_url(doomed)) as stream, connect(live.stream_url(swaying)) as second:
+            await take_frames(stream, 3)
+            await take_frames(second, 3)
+            os.kill(live.pid(doomed), signal.SIGKILL)
+            with pytest.raises(ProtocolError) as error:
+                await take_frames(stream, 10_000)
+            assert error.value.code == "simulation_failed"
+            assert "signal 9" in error.value.message
+            assert len(await take_frames(second, 20)) == 20
+
+    run(scenario())
+    ended = live.http.get(f"/api/sessions/{doomed}").json()
+    assert ended["state"] == "closed"
+    assert "signal 9" in ended["detail"]
+    assert live.http.get("/api/health").json()["status"] == "ok"
+
+
+def test_simulation_that_ends_by_itself_is_told_too(live):
+    session_id = live.open(fabric="crash")
+
+    async def scenario():
+        async with connect(live.stream_url(session_id)) as stream:
+            with pytest.raises(ProtocolError, match="status 7"):
+                await take_frames(stream, 10_000)
+
+    run(scenario())
+
+
+def test_garment_that_cannot_be_dressed_says_so_and_another_fabric_is_dressed_anew(live):
+    session_id = live.open(fabric="tight")
+
+    async def scenario():
+        async with connect(live.stream_url(session_id)) as stream:
+            status = await until(stream, lambda event: isinstance(event, StatusMessage) and event.state == "failed")
+            assert "Enlarge the pieces" in status.detail
+            await stream.send(SetFabricMessage(fabric="cotton"))
+            assert (await take_frames(stream, 3))[-1].topology_id == 1
+            await stream.send(SetFabricMessage(fabric="denim"))
+            frame = await until(
+                stream, lambda event: getattr(event, "cloth", None) is not None and event.topology_id == 2
+            )
+            assert frame.stands_alone
+            assert stream.status.fabric == "denim"
+            await stream.send(SetMotionMessage(motion="moonwalk", request=9))
+            error = await until(stream, lambda event: isinstance(event, ErrorMessage))
+            assert (error.code, error.request) == ("unknown_motion", 9)
+
+    run(scenario())
+
+
+def test_pause_stops_the_frames_and_play_goes_on_from_there(live, swaying):
+    async def scenario():
+        async with connect(live.stream_url(swaying)) as stream:
+            await take_frames(stream, 50)
+            await stream.send(PauseMessage())
+            await until(stream, lambda event: isinstance(event, StatusMessage) and event.state == "paused")
+            held = None
+            with contextlib.suppress(asyncio.TimeoutError, TimeoutError):
+                while True:
+                    held = await asyncio.wait_for(anext(stream.frames()), 0.5)
+            await stream.send(PlayMessage())
+            frame = (await take_frames(stream, 1))[0]
+            assert held is None or frame.t_sim - held.t_sim < 0.1
+
+    run(scenario())
+
+
+def test_client_without_zstd_gets_frames_it_can_read_beside_one_that_has_it(live, swaying):
+    async def scenario():
+        async with (
+            connect(live.stream_url(swaying)) as first,
+            connect(live.stream_url(swaying), codecs=()) as second,
+        ):
+            one, two = await asyncio.gather(take_frames(first, 20), take_frames(second, 20))
+            assert all(frame.stands_alone for frame in two)
+            assert not all(frame.stands_alone for frame in one)
+
+    run(scenario())
+
+
+def test_unknown_session_and_missing_subprotocol_are_refused(live):
+    async def scenario():
+        with pytest.raises(ProtocolError, match="no live session"):
+            async with connect(live.stream_url("nobody")):
+                pass
+        with pytest.raises(websockets.InvalidStatus) as refused:
+            await websockets.connect(live.stream_url("nobody"))
+        assert refused.value.response.status_code == 400
+
+    run(scenario())
+
+
+def test_pages_of_other_origins_cannot_open_a_stream(live, swaying):
+    async def scenario():
+        with pytest.raises(websockets.InvalidStatus) as refused:
+            await raw(live, swaying, origin="http://evil.example")
+        assert refused.value.response.status_code == 403
+        own = await raw(live, swaying, origin=f"http://127.0.0.1:{live.port}")
+        await own.close()
+
+    run(scenario())
+
+
+def test_compression_of_the_websocket_is_never_negotiated(live, swaying):
+    async def scenario():
+        async with websockets.connect(live.stream_url(swaying), subprotocols=["tryon.v1"]) as websocket:
+            assert "Sec-WebSocket-Extensions" not in websocket.response.headers
+
+    run(scenario())
+
+
+def test_deleted_session_says_goodbye(live):
+    session_id = live.open()
+
+    async def scenario():
+        async with connect(live.stream_url(session_id)) as stream:
+            await take_frames(stream, 2)
+            await asyncio.to_thread(live.http.delete, f"/api/sessions/{session_id}")
+            assert [event async for event in stream][-1] == GoodbyeMessage(reason="Ended by request", retry_after=None)
+
+    run(scenario())
+
+
+def test_stopping_server_closes_with_1001_and_tells_when_to_come_back(tmp_path):
+    from live_server import LiveServer
+
+    server = LiveServer(tmp_path)
+    session_id = server.open()
+
+    async def scenario():
+        async with connect(server.stream_url(session_id)) as stream:
+            await take_frames(stream, 3)
+            stopping = asyncio.create_task(asyncio.to_thread(server.stop))
+            async for _ in stream:
+                pass
+            await stopping
+            assert stream.goodbye.retry_after >= 2.0
+            assert stream._connection.close_code == 1001
+
+    run(scenario())
+    pid_gone_by = time.monotonic() + 5.0
+    placement = server.app.state.services.runtime.placement
+    while placement._processes:
+        assert time.monotonic() < pid_gone_by, "simulations outlive the server"

@@ -1,0 +1,215 @@
+"""The worker's loop in this process, with a fake connection and a fake clock."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import analytic_drape
+import numpy as np
+import pytest
+from tryon_protocol import FrameDecoder, Topology, decode_server
+from tryon_server.runtime.order import DrapeOrder, WorkOrder
+from tryon_server.runtime.worker import FAILURES_IN_A_ROW, Worker
+from tryon_server.sessions.commands import AllowFrame, FollowMotion, Run, UsePose, WearFabric
+from tryon_server.sessions.events import FrameReady, PhaseChanged, Reported, TopologyReady, Troubled
+
+REST = np.tile([0.0, 0.0, 0.0, 1.0], (3, 1))
+
+
+class LetGoError(Exception):
+    """The script is over."""
+
+
+class ScriptedConnection:
+    """Plays a script: at given times commands arrive. Waiting makes the clock go on."""
+
+    def __init__(self, script: list[tuple[float, object]], until: float) -> None:
+        self.now = 0.0
+        self.script = sorted(script, key=lambda entry: entry[0])
+        self.until = until
+        self.events: list = []
+        self.times: list[float] = []
+
+    def poll(self, wait: float | None) -> bool:
+        self.now += 0.0005  # looking takes time, too
+        due = self.script[0][0] if self.script else self.until
+        if due > self.now and wait != 0.0:
+            self.now = due if wait is None else min(due, self.now + wait)
+        if self.now >= self.until:
+            raise LetGoError
+        return bool(self.script) and self.script[0][0] <= self.now
+
+    def recv(self) -> list:
+        commands = []
+        while self.script and self.script[0][0] <= self.now:
+            commands.append(self.script.pop(0)[1])
+        return commands
+
+    def send(self, event) -> None:
+        self.events.append(event)
+        self.times.append(self.now)
+
+
+def work(script, until: float, fabric: str = "cotton", motion: str | None = "sway") -> ScriptedConnection:
+    connection = ScriptedConnection(script, until)
+    order = WorkOrder(DrapeOrder(Path("pattern.json"), fabric, "draft", "cpu"), motion, 50.0, 1.0)
+    worker = Worker(connection, order, analytic_drape.build, analytic_drape.load_motion, lambda: connection.now)
+    with pytest.raises(LetGoError):
+        worker.run()
+    return connection
+
+
+def allow(total: int, **forms: bool) -> AllowFrame:
+    return AllowFrame(
+        **({"total": total, "keyframe": False, "standalone": False, "plain": False, "again": False} | forms)
+    )
+
+
+def frames(connection) -> list:
+    decoder, decoded = FrameDecoder(), []
+    for event in connection.events:
+        if isinstance(event, TopologyReady):
+            decoder.set_topology(Topology.from_message(decode_server(event.payload)))
+        elif isinstance(event, FrameReady):
+            decoded.append(decoder.decode(event.shared.data))
+    return decoded
+
+
+def of(connection, kind) -> list:
+    return [event for event in connection.events if isinstance(event, kind)]
+
+
+def test_tells_how_it_begins_then_the_topology_then_that_it_is_ready():
+    connection = work([], until=1.0)
+    assert [type(event).__name__ for event in connection.events] == [
+        "PhaseChanged", "PhaseChanged", "TopologyReady", "PhaseChanged",
+    ]  # fmt: skip
+    assert [event.phase for event in of(connection, PhaseChanged)] == ["preparing", "dressing", "ready"]
+    assert of(connection, TopologyReady)[0].joint_names == ("hips", "spine", "head")
+
+
+def test_does_nothing_until_it_is_to_run_and_stops_when_it_is_to_hold():
+    connection = work([(0.0, allow(1000)), (1.0, Run(True)), (2.0, Run(False))], until=4.0)
+    when = [t for t, event in zip(connection.times, connection.events) if isinstance(event, FrameReady)]
+    assert when[0] < 0.1, "the state as dressed"
+    assert all(1.0 <= t <= 2.03 for t in when[1:])
+    assert 40 <= len(when) <= 52
+
+
+def test_simulated_time_is_wall_time():
+    connection = work([(0.0, allow(1000)), (0.0, Run(True))], until=3.0)
+    decoded = frames(connection)
+    assert decoded[-1].t_sim - decoded[1].t_sim == pytest.approx(
+        decoded[-1].t_published - decoded[1].t_published, abs=0.03
+    )
+    report = of(connection, Reported)[-1].report
+    assert report.real_time_factor == pytest.approx(1.0, abs=0.02)
+    assert report.frames_per_second == pytest.approx(50.0, abs=4.0)
+
+
+def test_motion_begins_with_an_approach_and_its_clock_is_the_motions_own():
+    connection = work([(0.0, allow(1000)), (0.0, Run(True))], until=2.0)
+    decoded = frames(connection)
+    assert decoded[1].t_sim < 0 < decoded[-1].t_sim
+    for frame in decoded[1:]:
+        if frame.t_sim > 0:
+            assert frame.root[0] == pytest.approx(0.1 * np.sin(2 * np.pi * frame.t_sim), abs=1e-9)
+        else:
+            assert frame.root[0] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_frames_are_dropped_before_they_are_encoded():
+    script = [(0.0, Run(True)), (0.0, allow(3)), (1.0, allow(4))]
+    connection = work(script, until=2.0)
+    decoded = frames(connection)
+    assert [frame.seq for frame in decoded] == [1, 2, 3, 4]
+    assert decoded[3].t_published == pytest.approx(1.0, abs=0.03), "the newest state, not one that waited"
+    assert of(connection, FrameReady)[3].shared.needs == (3, 2)
+
+
+def test_asked_again_while_holding_publishes_the_same_state_without_solving():
+    script = [(0.0, allow(1)), (1.0, allow(2, again=True, keyframe=True, plain=True)), (2.0, allow(3))]
+    connection = work(script, until=3.0)
+    _, second = of(connection, FrameReady)
+    assert second.shared.stands_alone
+    assert second.plain is not None
+    assert second.standalone is None
+    one, two = frames(connection)
+    np.testing.assert_array_equal(one.cloth, two.cloth)
+
+
+def pose_command(seq: int, t: float, x: float) -> UsePose:
+    return UsePose(7, seq, t, np.array([x, 0.0, 0.0]), REST)
+
+
+def test_streamed_poses_are_followed_and_named_in_the_frames():
+    poses = [(1.0 + 0.02 * k, pose_command(k + 1, 500.0 + 0.02 * k, 0.2 + 0.004 * k)) for k in range(150)]
+    connection = work([(0.0, allow(1000)), (0.0, Run(True)), *poses], until=4.0, motion=None)
+    decoded = frames(connection)
+    followed = [frame for frame in decoded if frame.pose_seq]
+    assert followed[0].pose_seq == 1
+    speeds = np.diff([frame.root[0] for frame in followed]) / np.diff([frame.t_sim for frame in followed])
+    assert speeds.max() < 0.5, "the way to the first pose is unhurried"
+    last = followed[-1]
+    assert last.t_sim == pytest.approx(500.0 + 0.02 * (last.pose_seq - 1), abs=1e-9), "the sender's clock"
+    assert last.root[0] == pytest.approx(0.2 + 0.004 * (last.pose_seq - 1), abs=1e-9)
+    assert last.pose_seq >= 148
+
+
+def test_without_poses_the_cloth_settles_and_then_nothing_is_solved():
+    connection = work([(0.0, allow(1000)), (0.0, Run(True)), (0.5, pose_command(1, 0.0, 0.0))], until=20.0, motion=None)
+    when = [t for t, event in zip(connection.times, connection.events) if isinstance(event, FrameReady)]
+    assert 4.0 < when[-1] < 5.5
+
+
+def test_another_motion_is_approached_from_where_the_body_stands():
+    script = [(0.0, allow(1000)), (0.0, Run(True)), (0.9, FollowMotion("sway")), (2.0, FollowMotion(None))]
+    connection = work(script, until=3.0)
+    roots = np.array([frame.root[0] for frame in frames(connection)])
+    assert np.abs(np.diff(roots)).max() < 0.02
+
+
+def test_motion_that_cannot_be_played_is_reported_and_the_loop_goes_on():
+    script = [(0.0, allow(1000)), (0.0, Run(True)), (1.0, FollowMotion("gone")), (2.0, FollowMotion("sway"))]
+    connection = work(script, until=4.0)
+    (trouble,) = of(connection, Troubled)
+    assert trouble.code == "unknown_motion"
+    assert frames(connection)[-1].t_published > 3.9
+
+
+def test_other_fabric_is_dressed_anew_with_a_new_topology_and_a_frame_that_stands_alone():
+    script = [(0.0, allow(1000)), (0.0, Run(True)), (1.0, WearFabric("denim"))]
+    connection = work(script, until=2.0)
+    assert [event.topology_id for event in of(connection, TopologyReady)] == [1, 2]
+    first_of_second = next(frame for frame in frames(connection) if frame.topology_id == 2)
+    assert first_of_second.stands_alone
+    assert frames(connection)[-1].t_published > 1.9
+
+
+def test_garment_that_cannot_be_dressed_is_reported_with_advice_and_may_be_dressed_otherwise():
+    script = [(0.0, allow(1000)), (0.0, Run(True)), (1.0, WearFabric("cotton"))]
+    connection = work(script, until=2.0, fabric="tight")
+    trouble = of(connection, Troubled)[0]
+    assert (trouble.code, trouble.remedy) == ("simulation_failed", "Enlarge the pieces.")
+    assert [event.phase for event in of(connection, PhaseChanged)] == [
+        "preparing", "dressing", "failed", "dressing", "ready",
+    ]  # fmt: skip
+    assert frames(connection)[-1].t_published > 1.9
+
+
+def test_position_that_is_not_a_number_is_reported_and_never_published():
+    connection = work([(0.0, allow(1000)), (0.0, Run(True))], until=3.0, fabric="nan")
+    troubles = of(connection, Troubled)
+    assert "not a number" in troubles[0].message
+    assert of(connection, PhaseChanged)[-1].phase == "failed"
+    assert all(np.isfinite(frame.cloth).all() for frame in frames(connection))
+    assert 10 <= len(frames(connection)) <= 12
+
+
+def test_steps_that_always_fail_end_in_a_failed_session_that_still_listens():
+    connection = work([(0.0, Run(True)), (5.0, WearFabric("cotton"))], until=6.0, fabric="failing")
+    troubles = of(connection, Troubled)
+    assert len(troubles) == 2
+    assert str(FAILURES_IN_A_ROW) in troubles[1].message
+    assert "diverged" in troubles[1].message
+    assert of(connection, PhaseChanged)[-1].phase == "ready"
