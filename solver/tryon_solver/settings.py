@@ -53,7 +53,7 @@ class Settings:
     carry_full: float = 0.015
     carry_none: float = 0.06
     """Cloth within `carry_full` of the skin is carried along with it, beyond `carry_none` with the pelvis [m]."""
-    deflection_passes: int = 8
+    deflection_passes: int = 16
     """Passes that turn a motion aside where it would close a gap, before it is shortened."""
     search_slack: float = 2e-3
     """How far past the predicted path a vertex may go before the correction stops it [m]."""

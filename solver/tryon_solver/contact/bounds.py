@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import warp as wp
 
-from tryon_solver.contact.candidates import Candidates, ContactSizes
+from tryon_solver.contact.candidates import Candidates, ContactSizes, VertexBoxes
 from tryon_solver.contact.ccd import time_of_impact
 from tryon_solver.contact.distances import stencil_vector, stencil_weights
 
@@ -118,6 +118,21 @@ def stay_in_box_kernel(
 
 
 @wp.kernel
+def leaving_kernel(
+    x: wp.array(dtype=wp.vec3),
+    displacement: wp.array(dtype=wp.vec3),
+    lower: wp.array(dtype=wp.vec3),
+    upper: wp.array(dtype=wp.vec3),
+    leaving_out: wp.array(dtype=wp.int32),
+):
+    i = wp.tid()
+    there = x[i] + displacement[i]
+    for k in range(3):
+        if there[k] < lower[i][k] or there[k] > upper[i][k]:
+            leaving_out[0] = 1
+
+
+@wp.kernel
 def move_kernel(
     x: wp.array(dtype=wp.vec3),
     displacement: wp.array(dtype=wp.vec3),
@@ -126,6 +141,20 @@ def move_kernel(
 ):
     i = wp.tid()
     x_out[i] = x[i] + alpha[i] * displacement[i]
+
+
+def leaving(x: wp.array, displacement: wp.array, boxes: VertexBoxes, flag: wp.array) -> bool:
+    """Would any vertex leave its box? `flag` (1,) int32 is scratch."""
+    flag.zero_()
+    wp.launch(leaving_kernel, len(x), [x, displacement, boxes.lower, boxes.upper], [flag], device=x.device)
+    return bool(flag.numpy()[0])
+
+
+def stay_in_boxes(x: wp.array, displacement: wp.array, boxes: VertexBoxes, alpha_out: wp.array) -> None:
+    """Set alpha to the largest fractions that keep every vertex in its box."""
+    wp.launch(
+        stay_in_box_kernel, len(x), [x, displacement, boxes.lower, boxes.upper], [alpha_out], device=x.device
+    )
 
 
 def shorten(

@@ -21,7 +21,8 @@ from tryon_solver.contact.distances import stencil_vector, stencil_weights
 wp.set_module_options({"enable_backward": False})
 
 WANTED_GAP = 0.5  # share of a pair's gap above xi that a deflected motion keeps
-SURFACE_WEIGHT = 0.25  # how readily the body's surface gives way, cloth having 1
+RECOVERY = 0.2  # share of what a pair at less than xi lacks that a deflected motion gives back
+SURFACE_WEIGHT = 0.25  # how readily the body's surface gives way at first, cloth having 1; it rises to 1
 RELAXATION = 0.7  # several candidates push the same vertex at once
 
 
@@ -29,9 +30,12 @@ RELAXATION = 0.7  # several candidates push the same vertex at once
 def deflect_kernel(
     ids: wp.array(dtype=wp.vec4i),
     kind: wp.array(dtype=wp.int32),
+    distance: wp.array(dtype=wp.float32),
+    moved: float,
     cloth_count: int,
     sizes: ContactSizes,
     x: wp.array(dtype=wp.vec3),
+    surface_weight: float,
     number: int,
     changed: wp.array(dtype=wp.int32),
     displacement: wp.array(dtype=wp.vec3),
@@ -44,6 +48,14 @@ def deflect_kernel(
         newest = wp.max(wp.max(changed[v[0]], changed[v[1]]), wp.max(changed[v[2]], changed[v[3]]))
         if newest < number - 1:
             return
+    xi = offset(v, kind[c], cloth_count, sizes)
+    p0 = displacement[v[0]]
+    p1 = displacement[v[1]]
+    p2 = displacement[v[2]]
+    p3 = displacement[v[3]]
+    furthest = wp.max(wp.max(wp.length_sq(p0), wp.length_sq(p1)), wp.max(wp.length_sq(p2), wp.length_sq(p3)))
+    if (1.0 - WANTED_GAP) * (distance[c] - 2.0 * moved - xi) > 2.0 * wp.sqrt(furthest):
+        return
     lam = stencil_weights(kind[c], x[v[0]], x[v[1]], x[v[2]], x[v[3]])
     difference = stencil_vector(lam, x[v[0]], x[v[1]], x[v[2]], x[v[3]])
     d = wp.length(difference)
@@ -56,10 +68,11 @@ def deflect_kernel(
         closing += lam[k] * wp.dot(n, displacement[v[k]])
         w = float(1.0)
         if v[k] >= cloth_count:
-            w = SURFACE_WEIGHT
+            w = surface_weight
         total += w * lam[k] * lam[k]
-    xi = offset(v, kind[c], cloth_count, sizes)
-    wanted = wp.min(d, xi + WANTED_GAP * wp.max(d - xi, 0.0))
+    wanted = xi + WANTED_GAP * (d - xi)
+    if d < xi:
+        wanted = d + RECOVERY * (xi - d)
     missing = wanted - (d + closing)
     if missing <= 1.0e-6:
         return
@@ -69,7 +82,7 @@ def deflect_kernel(
         if lam[k] != 0.0:
             w = float(1.0)
             if v[k] >= cloth_count:
-                w = SURFACE_WEIGHT
+                w = surface_weight
             wp.atomic_add(displacement, v[k], w * lam[k] * push * n)
             changed[v[k]] = number
 
@@ -93,7 +106,17 @@ def deflect(
         wp.launch(
             deflect_kernel,
             candidates.size,
-            [candidates.ids, candidates.kind, cloth_count, sizes, x, number],
+            [
+                candidates.ids,
+                candidates.kind,
+                candidates.distance,
+                candidates.moved,
+                cloth_count,
+                sizes,
+                x,
+                SURFACE_WEIGHT + (1.0 - SURFACE_WEIGHT) * number / at_most,
+                number,
+            ],
             [changed, displacement, counter],
             device=x.device,
         )

@@ -3,7 +3,7 @@
 The paper corrects with inertia and barrier alone. That counts contact twice for a garment under tension (proxy force in
 the trial, barrier force in the correction) and leaves it bouncing between two gaps; METHOD.md section 7 has the
 argument. Here the correction keeps the elastic matrix: every iteration solves A p = -dE/dx with fresh projections, exact
-barrier and friction at the current point. The first move is towards the trial. Every iterate is feasible, so a budget
+barrier and friction at the current point. The first move is the cloth's, towards the trial. Every iterate is feasible, so a budget
 that runs out leaves a safe state.
 """
 
@@ -25,16 +25,41 @@ if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
 
 
-def take(sim: Simulation, direction: wp.array) -> float:
-    """Move x by as much of `direction` as is proven free; returns the largest vertex move [m]."""
-    state, work = sim.state, sim.work
-    wp.launch(
-        bounds.stay_in_box_kernel,
-        sim.all_count,
-        [state.x, direction, sim.inner.lower, sim.inner.upper],
-        [work.alpha],
-        device=sim.device,
+def search_around(sim: Simulation, direction: wp.array) -> None:
+    """Find the candidates of every motion within `search_slack` of the paths from x along `direction`."""
+    state, slack = sim.state, sim.settings.search_slack
+    candidates.sweep(sim.inner, state.x, direction, slack)
+    candidates.sweep(sim.boxes, state.x, direction, slack + 0.5 * sim.reach)
+    candidates.find(
+        sim.candidates,
+        sim.cloth,
+        sim.touching,
+        sim.boxes,
+        sim.group,
+        state.x,
+        direction,
+        sim.reach + 2 * slack,
+        relative=False,
     )
+    wp.copy(sim.x_searched, state.x)
+
+
+def take(sim: Simulation, direction: wp.array) -> float:
+    """Move x by `direction`, turned aside and then shortened until it is proven free; returns the largest move [m]."""
+    state, work = sim.state, sim.work
+    if bounds.leaving(state.x, direction, sim.inner, work.hits):
+        search_around(sim, direction)
+    deflect(
+        sim.candidates,
+        sim.cloth_count,
+        sim.contact.sizes,
+        state.x,
+        direction,
+        work.changed,
+        work.hits,
+        sim.settings.deflection_passes,
+    )
+    bounds.stay_in_boxes(state.x, direction, sim.inner, work.alpha)
     bounds.shorten(
         sim.candidates, sim.cloth_count, sim.contact.sizes, state.x, direction, work.alpha, work.changed, work.hits
     )
@@ -44,7 +69,7 @@ def take(sim: Simulation, direction: wp.array) -> float:
     )
     subtract(state.x, work.total, work.total)
     moved = sim.largest(work.total)
-    subtract(state.x, state.x_feasible, work.total)
+    subtract(state.x, sim.x_searched, work.total)
     sim.candidates.moved = sim.largest(work.total)
     return moved
 
@@ -54,35 +79,10 @@ def correct_penetration(sim: Simulation) -> None:
     state, work, settings = sim.state, sim.work, sim.settings
     if not sim.touching:
         return
-    n = sim.cloth_count
     wp.copy(work.total, state.x)
     subtract(work.total, state.x_feasible, work.direction)
-    if sim.body_count:
-        subtract(state.skin, state.x_feasible[n:], work.direction[n:])
     wp.copy(state.x, state.x_feasible)
-    candidates.sweep(sim.inner, state.x, work.direction, settings.search_slack)
-    candidates.sweep(sim.boxes, state.x, work.direction, settings.search_slack + 0.5 * sim.reach)
-    candidates.find(
-        sim.candidates,
-        sim.cloth,
-        sim.touching,
-        sim.boxes,
-        sim.group,
-        state.x,
-        work.direction,
-        sim.reach + 2 * settings.search_slack,
-        relative=False,
-    )
-    deflect(
-        sim.candidates,
-        n,
-        sim.contact.sizes,
-        state.x,
-        work.direction,
-        work.changed,
-        work.hits,
-        settings.deflection_passes,
-    )
+    search_around(sim, work.direction)
     take(sim, work.direction)
     for _ in range(settings.correction_iterations):
         pairs.collect(sim.pairs, sim.candidates, sim.contact, state.x)

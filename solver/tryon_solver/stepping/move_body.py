@@ -126,13 +126,7 @@ def filter_motion(sim: Simulation) -> None:
         work.hits,
         settings.deflection_passes,
     )
-    wp.launch(
-        bounds.stay_in_box_kernel,
-        sim.all_count,
-        [state.x, work.direction, sim.inner.lower, sim.inner.upper],
-        [work.alpha],
-        device=sim.device,
-    )
+    bounds.stay_in_boxes(state.x, work.direction, sim.inner, work.alpha)
     shorten(sim)
 
 
