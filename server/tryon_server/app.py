@@ -28,7 +28,7 @@ LOOPBACK = ("127.0.0.1", "::1", "localhost")
 
 def create_app(
     settings: Settings,
-    make_runtime: Callable[[], Runtime] = local_runtime,
+    make_runtime: Callable[[Settings], Runtime] = local_runtime,
     patterns: Path = BUILT_IN_PATTERNS,
     web: Path = page.WEB_FOLDER,
 ) -> FastAPI:
@@ -44,7 +44,9 @@ def create_app(
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        app.state.services = services = _start(settings, make_runtime(), patterns, server)
+        app.state.services = services = _start(settings, make_runtime(settings), patterns, server)
+        if settings.warm:
+            services.sessions.warm()
         try:
             yield
         finally:

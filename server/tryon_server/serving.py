@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import socket
+from collections.abc import Callable
 
 import uvicorn
 from fastapi import FastAPI
 from tryon_protocol import MAX_CLIENT_MESSAGE_BYTES
 
+from tryon_server.problems import problem_error
 from tryon_server.services import Services
 
 PING_SECONDS = 10.0  # a client that has vanished without a word is noticed after at most two of these
@@ -18,12 +20,11 @@ LARGEST_MESSAGE = 16 * MAX_CLIENT_MESSAGE_BYTES  # beyond the protocol's own lim
 class Server(uvicorn.Server):
     """Tells clients that the server stops, before uvicorn closes their connections."""
 
-    def __init__(self, app: FastAPI, host: str, port: int, log_level: str = "warning") -> None:
+    def __init__(self, app: FastAPI, log_level: str = "warning", on_start: Callable[[], None] = lambda: None) -> None:
         self._app = app
+        self._on_start = on_start
         config = uvicorn.Config(
             app,
-            host=host,
-            port=port,
             log_level=log_level,
             ws="websockets-sansio",
             ws_per_message_deflate=False,
@@ -41,7 +42,26 @@ class Server(uvicorn.Server):
             await services.sessions.close()
         await super().shutdown(sockets)
 
-    @property
-    def bound_port(self) -> int:
-        """The port that it listens on, once it has started; tells which one the system chose for port 0."""
-        return int(self.servers[0].sockets[0].getsockname()[1])
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Start to answer, and say so."""
+        await super().startup(sockets)
+        if self.started:
+            self._on_start()
+
+
+def listen(host: str, port: int) -> socket.socket:
+    """A socket that listens on this address; port 0 lets the system choose one.
+
+    Raises:
+        ProblemError: the address is taken or not this machine's.
+    """
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    listener = socket.socket(family)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listener.bind((host, port))
+    except OSError as error:
+        listener.close()
+        remedy = "Stop the program that uses it, or choose another --port"
+        raise problem_error("address.taken", f"can't listen on {host} port {port}: {error.strerror}", remedy) from error
+    return listener

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import logging
+from typing import Any
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
@@ -19,13 +19,19 @@ LINGER_SECONDS = 30.0  # how long the rest of a refused body is read and thrown 
 
 logger = logging.getLogger(__name__)
 
-ERROR_REPLIES = {status: {"model": ProblemReply} for status in (400, 403, 404, 410, 413, 422, 503)}
+ERROR_REPLIES: dict[int | str, dict[str, Any]] = {
+    status: {"model": ProblemReply} for status in (400, 403, 404, 410, 413, 422, 503)
+}
 
 
 def reply(problem: Problem, status: int) -> JSONResponse:
     """A problem as JSON."""
-    body = ProblemReply(code=problem.code, place=problem.place, message=problem.message, remedy=problem.remedy)
-    return JSONResponse(body.model_dump(), status)
+    return JSONResponse(_body(problem), status)
+
+
+def _body(problem: Problem) -> dict[str, str]:
+    fields = ProblemReply(code=problem.code, place=problem.place, message=problem.message, remedy=problem.remedy)
+    return fields.model_dump()
 
 
 class LingeringReply(JSONResponse):
@@ -60,10 +66,9 @@ def install(app: FastAPI) -> None:
 
 async def _problem(_request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, ProblemError)
-    answer = reply(error.problem, error.status)
     if error.status != 413:
-        return answer
-    return LingeringReply(json.loads(answer.body), 413, {"Connection": "close"})
+        return reply(error.problem, error.status)
+    return LingeringReply(_body(error.problem), 413, {"Connection": "close"})
 
 
 async def _invalid_request(_request: Request, error: Exception) -> JSONResponse:

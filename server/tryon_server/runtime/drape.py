@@ -10,10 +10,10 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 from tryon_solver.body.model import BodyModel
+from tryon_solver.body.motion import Motion
 from tryon_solver.body.pose import Pose
 
 from tryon_server.runtime.order import DrapeOrder
-from tryon_server.runtime.sources import Playable
 
 Progress = Callable[[str, float | None], None]
 """Told what is being done, in words for people, and the fraction of it that is done, None when that is not known."""
@@ -83,17 +83,8 @@ class Drape(Protocol):
         """(B, 3) positions of the body's simulated surface [m]."""
 
 
-class DrapeError(Exception):
-    """A garment that can't be dressed, and what to do about it."""
-
-    def __init__(self, message: str, remedy: str) -> None:
-        super().__init__(f"{message} {remedy}")
-        self.message = message
-        self.remedy = remedy
-
-
 BuildDrape = Callable[[DrapeOrder, Progress], Drape]
-"""Dresses the body as ordered, telling its progress; raises DrapeError."""
+"""Dresses the body as ordered, telling its progress; raises ProblemError when the garment can't be put on."""
 
-LoadMotion = Callable[[str, BodyModel], Playable]
-"""The motion of this name, for this body; may raise any Exception."""
+LoadMotion = Callable[[str, BodyModel], Motion]
+"""The motion of this name, for this body; raises ProblemError when there is none."""

@@ -31,6 +31,9 @@ class Placement(Protocol):
     def place(self, order: WorkOrder, on_event: Callable[[Event], None]) -> Simulation:
         """Start a simulation; ``on_event`` is called from another thread, in the order in which things happen."""
 
+    def warm(self, order: WorkOrder) -> None:
+        """Do beforehand what the first simulation would have to wait for; given up when a simulation is placed."""
+
     def close(self) -> None:
         """End every simulation and wait until they are gone."""
 

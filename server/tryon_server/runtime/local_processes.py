@@ -13,11 +13,11 @@ from tryon_server.runtime.entry import run
 from tryon_server.runtime.mailbox import Mailbox
 from tryon_server.runtime.order import WorkOrder, Workshop
 from tryon_server.sessions.commands import Command
-from tryon_server.sessions.events import Event, Gone
+from tryon_server.sessions.events import Event, Gone, PhaseChanged
 
 logger = logging.getLogger(__name__)
 
-END_SECONDS = 2.0  # a process that was told to end and has not after this long is killed
+END_SECONDS = 2.0  # a process that has closed its pipe and has not ended after this long is killed
 
 
 class LocalProcesses:
@@ -31,10 +31,28 @@ class LocalProcesses:
         self._workshop = workshop
         self._context = multiprocessing.get_context("spawn")  # a forked child would inherit threads and GPU contexts
         self._processes: set[LocalProcess] = set()
+        self._warming: LocalProcess | None = None
         self._lock = threading.Lock()
+
+    def warm(self, order: WorkOrder) -> None:
+        """Dress ``order`` once for nothing: Warp's kernels are then compiled and cached for the first session.
+
+        The first session does the same work, so this is given up for it.
+        """
+        news = _WarmNews(self._stop_warming)
+        self._warming = self._start(order, news.take)
 
     def place(self, order: WorkOrder, on_event: Callable[[Event], None]) -> LocalProcess:
         """Start a process for ``order``."""
+        self._stop_warming()
+        return self._start(order, on_event)
+
+    def _stop_warming(self) -> None:
+        warming, self._warming = self._warming, None
+        if warming is not None:
+            warming.stop()
+
+    def _start(self, order: WorkOrder, on_event: Callable[[Event], None]) -> LocalProcess:
         here, there = self._context.Pipe()
         process = self._context.Process(
             target=run, args=(there, order, self._workshop), name="tryon simulation", daemon=True
@@ -56,6 +74,23 @@ class LocalProcesses:
     def _forget(self, simulation: LocalProcess) -> None:
         with self._lock:
             self._processes.discard(simulation)
+
+
+class _WarmNews:
+    """Puts what happens while warming into the log, each thing once, and ends it when it is done."""
+
+    def __init__(self, done: Callable[[], None]) -> None:
+        self._done = done
+        self._said = ""
+
+    def take(self, event: Event) -> None:
+        if not isinstance(event, PhaseChanged):
+            return
+        if event.detail != self._said:
+            self._said = event.detail
+            logger.info("getting ready: %s", event.detail)
+        if event.phase in ("ready", "failed"):
+            self._done()
 
 
 class LocalProcess:
@@ -99,7 +134,7 @@ class LocalProcess:
         with self._lock:
             self._stopping = True
             if self._launched:
-                self._process.terminate()
+                self._process.kill()
         self._mailbox.close()
 
     def join(self) -> None:
@@ -136,7 +171,7 @@ class LocalProcess:
         how = "it could not be started"
         if self._launched:
             self._process.join(END_SECONDS)
-            if self._process.is_alive():
+            if self._process.is_alive():  # it has closed its pipe and hangs
                 self._process.kill()
                 self._process.join()
             how = _ending(self._process.exitcode)

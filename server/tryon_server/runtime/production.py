@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Callable, Mapping
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 from tryon_protocol import GRID, check_grid
-from tryon_solver.body.model import BodyModel, default_body
+from tryon_solver.body.model import BodyModel
 from tryon_solver.body.pose import Pose
 from tryon_solver.dressing.dress import Dressed, DressingError, dress
 from tryon_solver.geometry.garment import GarmentError
@@ -18,13 +19,26 @@ from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.results import StepReport
 from tryon_solver.settings import PRESETS
 
-from tryon_server.runtime.drape import DrapeError, Outfit, Progress
+from tryon_server.problems import problem_error
+from tryon_server.runtime.bodies import load_body
+from tryon_server.runtime.devices import AUTOMATIC, choose_device
+from tryon_server.runtime.drape import Outfit, Progress
 from tryon_server.runtime.order import DrapeOrder
 
-EDGE_LENGTHS = {"draft": 0.02, "live": 0.01, "fit": 0.007}
+EDGE_LENGTHS = {"draft": 0.017, "live": 0.0085, "fit": 0.006}
 """Length of the mesh's edges [m] by preset: a T-shirt has about 2.5, 10 and 20 thousand vertices."""
 
+STAGES = {
+    "placing": "Placing the pieces around the body",
+    "sewing": "Sewing the seams",
+    "settling": "Letting the garment settle",
+    "dressed": "Dressed",
+}
+
 TRY_ANOTHER = "Correct the pattern, or choose a longer edge length or another fabric."
+
+
+Named = TypeVar("Named")
 
 
 class SolverDrape:
@@ -61,26 +75,41 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
     """Mesh the pattern, load the body and dress it.
 
     Raises:
-        DrapeError: something in the order does not fit, or the garment can't be put on; says what to try.
+        ProblemError: something in the order does not fit, or the garment can't be put on; says what to try.
     """
-    preset = order.preset
+    device = choose_device(order.device)
+    preset = choose_preset(order.preset, device)
+    fabric = _named(FABRICS, "fabric", order.fabric)
     settings = PRESETS[preset]
-    fabric = FABRICS[order.fabric]
-    device = order.device
+    progress("Reading the body", None)
+    body = load_body(order.body)
     try:
-        progress("Reading the body", None)
-        body = load_body(order.body)
         progress("Meshing the pattern", None)
         panels = mesh_pattern(load_pattern(order.pattern), order.edge_length or EDGE_LENGTHS[preset])
         check_grid(GRID, min(fabric.thickness, settings.body_offset))
-        dressed = dress(panels, body, fabric, settings, device, progress=progress)
+        dressed = dress(panels, body, fabric, settings, device, progress=_worded(progress))
     except PatternError as error:
-        raise DrapeError(f"{error.place}: {error.message}.", error.remedy) from error
+        raise problem_error("pattern.invalid", error.message, error.remedy, place=error.place, status=422) from error
     except (PlacementError, GarmentError, DressingError) as error:
-        raise DrapeError(f"The garment can't be put on: {error}.", TRY_ANOTHER) from error
+        message = f"the garment can't be put on: {error}"
+        raise problem_error("garment.unfit", message, TRY_ANOTHER, place="garment", status=422) from error
     return SolverDrape(dressed, body)
 
 
-def load_body(path: Path | None) -> BodyModel:
-    """The body in this file, or the default body."""
-    return default_body() if path is None else BodyModel.load(path)
+def choose_preset(name: str, device: str) -> str:
+    """The preset of this name; ``auto`` is what the device can do in real time. Raises ProblemError."""
+    chosen = ("draft" if device == "cpu" else "live") if name == AUTOMATIC else name
+    _named(PRESETS, "preset", chosen)
+    return chosen
+
+
+def _named(known: Mapping[str, Named], kind: str, name: str) -> Named:
+    if name not in known:
+        remedy = f"Choose one of: {', '.join(known)}"
+        raise problem_error(f"{kind}.unknown", f"there is no {kind} {name!r}", remedy, place=kind, status=422)
+    return known[name]
+
+
+def _worded(progress: Progress) -> Callable[[str, float], None]:
+    """The solver's names of its stages in words for people."""
+    return lambda stage, share: progress(STAGES.get(stage, stage.capitalize()), share)

@@ -3,6 +3,7 @@
 A source is asked with the wall time that has passed and answers with a move: the pose to reach and the simulated time
 to reach it in. No move is longer than ``LONGEST_MOVE``: when the solver is slower than real time, simulated time falls
 behind wall time, and a motion plays in slow motion instead of pushing the cloth with speeds that were never there.
+Short moves cost the solver no more than long ones, since it cuts them into steps anyway, and give more frames.
 """
 
 from __future__ import annotations
@@ -12,9 +13,11 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from tryon_solver.body.motion import Motion, blend_in
 from tryon_solver.body.pose import Pose
 
-LONGEST_MOVE = 0.095  # [s] the solver cuts its own share at 0.1 s, so that each move is simulated whole
+LONGEST_MOVE = 1 / 30  # [s] one step of the solver at preset draft
+LARGEST_DEBT = 0.1  # [s] of wall time that is made up when the solver is quick enough again; more is forgotten
 SETTLE_SECONDS = 3.0  # a body that stands still is simulated for this long, until the cloth hangs still
 STALL_SECONDS = 0.25  # without a pose for this long the stream's body stands still and the cloth settles
 CATCH_UP = 2.0  # a stream's body that is behind catches up at no more than this many simulated seconds per second
@@ -42,13 +45,6 @@ class Move:
     pose_seq: int
 
 
-class Playable(Protocol):
-    """A recorded motion, as the solver's Motion is one."""
-
-    def sample(self, t: float, loop: bool) -> Pose:
-        """The pose at ``t`` [s] from its beginning; with ``loop`` it begins again when it is over."""
-
-
 class PoseSource(Protocol):
     """Something that moves the body."""
 
@@ -64,10 +60,18 @@ def approach_seconds(start: Pose, goal: Pose) -> float:
     return max(APPROACH_SECONDS_MIN, distance / APPROACH_SPEED_MAX, turn / APPROACH_TURN_MAX)
 
 
-def eased(start: Pose, goal: Pose, fraction: float) -> Pose:
-    """On the way from ``start`` to ``goal``, with zero speed at both ends: 3 s^2 - 2 s^3 of the way."""
-    s = min(1.0, max(0.0, fraction))
-    return Pose.interpolate(start, goal, s * s * (3.0 - 2.0 * s))
+class Pace:
+    """Hands out wall time as simulated time, in moves, and remembers a little of what it could not hand out."""
+
+    def __init__(self) -> None:
+        self._owed = 0.0
+
+    def take(self, elapsed: float) -> float:
+        """Simulated time of the next move [s], ``elapsed`` s of wall time after the last one."""
+        self._owed = min(self._owed + elapsed, LARGEST_DEBT)
+        dt = min(self._owed, LONGEST_MOVE)
+        self._owed -= dt
+        return dt
 
 
 class StillSource:
@@ -75,35 +79,37 @@ class StillSource:
 
     def __init__(self, pose: Pose) -> None:
         self._pose = pose
+        self._pace = Pace()
         self._stood = 0.0
 
     def next(self, elapsed: float) -> Move | None:
         if self._stood >= SETTLE_SECONDS:
             return None
-        dt = min(elapsed, LONGEST_MOVE)
+        dt = self._pace.take(elapsed)
         self._stood += dt
         return Move(self._pose, dt, self._stood, 0)
 
 
 class MotionSource:
-    """Plays a motion in a loop, after moving the body from where it stands to the motion's first pose.
+    """Plays a motion in a loop, after leading the body from where it stands into the motion.
 
     Its clock is the motion's own: below 0 on the way to the first pose.
     """
 
-    def __init__(self, motion: Playable, start: Pose) -> None:
+    def __init__(self, motion: Motion, start: Pose) -> None:
         self._motion = motion
-        self._start = start
-        self._first = motion.sample(0.0, True)
-        self._approach = approach_seconds(start, self._first)
-        self._t = -self._approach
+        seconds = approach_seconds(start, motion.pose(0))
+        self._lead = blend_in(start, motion, seconds)
+        self._lead_seconds = seconds
+        self._pace = Pace()
+        self._t = -seconds
 
     def next(self, elapsed: float) -> Move | None:
-        dt = min(elapsed, LONGEST_MOVE)
+        dt = self._pace.take(elapsed)
         self._t += dt
         if self._t >= 0:
-            return Move(self._motion.sample(self._t, True), dt, self._t, 0)
-        return Move(eased(self._start, self._first, 1.0 + self._t / self._approach), dt, self._t, 0)
+            return Move(self._motion.sample(self._t, loop=True), dt, self._t, 0)
+        return Move(self._lead.sample(self._t + self._lead_seconds), dt, self._t, 0)
 
 
 class StreamSource:

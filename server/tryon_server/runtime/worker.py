@@ -18,7 +18,9 @@ import numpy as np
 from tryon_protocol import ProtocolError, ReportMessage
 from tryon_solver.body.pose import Pose
 
-from tryon_server.runtime.drape import BuildDrape, Drape, DrapeError, LoadMotion, StepFacts
+from tryon_server.problems import ProblemError
+from tryon_server.runtime.drape import BuildDrape, Drape, LoadMotion, StepFacts
+from tryon_server.runtime.kernel_news import kernel_news
 from tryon_server.runtime.meter import Meter
 from tryon_server.runtime.order import WorkOrder
 from tryon_server.runtime.publishing import Publisher
@@ -37,9 +39,12 @@ COARSER = "Choose another fabric, a coarser preset or a simpler pattern."
 
 def run_worker(connection: Connection, order: WorkOrder, build: BuildDrape, load_motion: LoadMotion) -> None:
     """Body of the process: simulate ``order`` until the other end of ``connection`` closes."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to the server, which ends its simulations itself
+    for number in (signal.SIGINT, signal.SIGTERM):  # Ctrl-C and service managers tell the server and all its processes;
+        signal.signal(number, signal.SIG_IGN)  # the server says goodbye to its clients and then ends its simulations
     try:
-        Worker(connection, order, build, load_motion, time.monotonic).run()
+        worker = Worker(connection, order, build, load_motion, time.monotonic)
+        with kernel_news(worker.say):
+            worker.run()
     except (EOFError, BrokenPipeError, ConnectionResetError):
         return  # the server let go
 
@@ -122,17 +127,12 @@ class Worker:
             self._source = StreamSource(self._pose)
             return
         try:
-            motion = self._load_motion(self._motion, self._drape.outfit.body)
-            self._source = MotionSource(motion, self._pose)
+            self._source = MotionSource(self._load_motion(self._motion, self._drape.outfit.body), self._pose)
         except Exception as error:
             logger.exception("the motion %r can't be played", self._motion)
             self._source = StillSource(self._pose)
-            self._trouble(
-                "unknown_motion",
-                "$.motion",
-                f"The motion {self._motion!r} can't be played: {error}.",
-                "Choose another motion.",
-            )
+            why = error.problem.message if isinstance(error, ProblemError) else repr(error)
+            self._trouble("unknown_motion", "$.motion", f"The motion can't be played: {why}.", "Choose another motion.")
 
     # Dressing -----------------------------------------------------------------------------------------------------
 
@@ -143,8 +143,9 @@ class Worker:
         try:
             drape = self._build(order, self._progress)
             announcement = self._publisher.dress(drape)
-        except (DrapeError, ProtocolError) as error:
-            self._fail(error.message, error.remedy)
+        except (ProblemError, ProtocolError) as error:
+            fault = error.problem if isinstance(error, ProblemError) else error
+            self._fail(f"{fault.place}: {fault.message}" if fault.place else fault.message, fault.remedy)
         except Exception as error:
             logger.exception("dressing failed")
             self._fail(f"Dressing failed: {error!r}.", COARSER)
@@ -155,6 +156,11 @@ class Worker:
             self._tell(announcement)
             self._tell(PhaseChanged("ready", "Dressed"))
             self._last_look = self._clock()
+
+    def say(self, what: str) -> None:
+        """Tell what is being done, if the garment is still being dressed."""
+        if self._drape is None:
+            self._tell(PhaseChanged("preparing", what))
 
     def _progress(self, stage: str, share: float | None) -> None:
         now = self._clock()

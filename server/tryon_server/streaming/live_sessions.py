@@ -103,6 +103,20 @@ class LiveSessions:
         self._live[record.id] = live
         return live
 
+    def warm(self) -> None:
+        """Have the first session not wait for what can be done beforehand, such as compiling kernels."""
+        garments = self._garments.all()
+        if garments and self._catalogue.fabrics:
+            record = SessionRecord(
+                id="",
+                garment=garments[0].id,
+                motion=None,
+                fabric=self._rules.fabrics[0],
+                preset=self._settings.preset,
+                created=time.time(),
+            )
+            self._placement.warm(self._work_order(record, garments[0]))
+
     def get(self, session_id: str) -> LiveSession | None:
         """The live session with this id, or None."""
         return self._live.get(session_id)

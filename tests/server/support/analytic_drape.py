@@ -11,8 +11,10 @@ import time
 from dataclasses import asdict, dataclass, field
 
 import numpy as np
-from tryon_server.runtime.drape import DrapeError, Outfit
+from tryon_server.problems import problem_error
+from tryon_server.runtime.drape import Outfit
 from tryon_solver.body.model import BodyModel
+from tryon_solver.body.motion import Motion
 from tryon_solver.body.pose import Pose, skin
 
 SIDE = 12
@@ -103,19 +105,18 @@ class WavingSheet:
 def build(order, progress) -> WavingSheet:
     progress("Sewing", 0.5)
     if order.fabric == "tight":
-        raise DrapeError("The seam between front and back stayed open.", "Enlarge the pieces.")
+        raise problem_error("garment.unfit", "The seam between front and back stayed open.", "Enlarge the pieces.")
     return WavingSheet(order.fabric)
 
 
-class Swaying:
-    """The root goes to and fro once a second."""
-
-    def sample(self, t: float, loop: bool) -> Pose:
-        assert loop
-        return Pose(root=np.array([0.1 * np.sin(2 * np.pi * t), 0.0, 0.0]), rotations=np.tile([0.0, 0, 0, 1], (3, 1)))
+def sway_at(t: float) -> float:
+    """Where the root is [m] along x: to and fro once a second."""
+    return 0.1 * np.sin(2 * np.pi * t)
 
 
-def load_motion(name: str, _body: BodyModel) -> Swaying:
+def load_motion(name: str, _body: BodyModel) -> Motion:
     if name != "sway":
-        raise KeyError(name)
-    return Swaying()
+        raise problem_error("motion.unknown", f"there is no motion {name!r}", "Choose another.")
+    times = np.arange(101) / 100
+    roots = np.column_stack([sway_at(times), 0 * times, 0 * times])
+    return Motion(roots, np.tile([0.0, 0.0, 0.0, 1.0], (101, 3, 1)), 0.01, "sway")

@@ -12,7 +12,7 @@ from tryon_server.app import create_app
 from tryon_server.runtime.interface import Catalogue, Device, FabricEntry, MotionEntry, Runtime
 from tryon_server.runtime.local_processes import LocalProcesses
 from tryon_server.runtime.order import Workshop
-from tryon_server.serving import Server
+from tryon_server.serving import Server, listen
 from tryon_server.settings import Settings
 
 FABRICS = ("cotton", "denim", "tight", "nan", "failing", "crash", "slow")
@@ -23,7 +23,7 @@ CATALOGUE = Catalogue(
 )
 
 
-def analytic_runtime() -> Runtime:
+def analytic_runtime(_settings: Settings) -> Runtime:
     return Runtime(
         placement=LocalProcesses(Workshop("analytic_drape:build", "analytic_drape:load_motion")),
         catalogue=CATALOGUE,
@@ -36,7 +36,7 @@ def make_app(folder: Path, **settings):
     demo = folder / "demo"
     demo.mkdir(exist_ok=True)
     (demo / "tube.json").write_bytes(patterns.as_bytes(patterns.tube()))
-    chosen = Settings(**({"data_dir": folder / "data", "port": 0} | settings))
+    chosen = Settings(**({"data_dir": folder / "data", "warm": False} | settings))
     return create_app(chosen, analytic_runtime, patterns=demo, web=folder / "web")
 
 
@@ -45,13 +45,14 @@ class LiveServer:
 
     def __init__(self, folder: Path, **settings) -> None:
         self.app = make_app(folder, **settings)
-        self.server = Server(self.app, "127.0.0.1", 0)
-        self.thread = threading.Thread(target=lambda: asyncio.run(self.server.serve()), daemon=True)
+        self.server = Server(self.app)
+        listener = listen("127.0.0.1", 0)
+        self.port = listener.getsockname()[1]
+        self.thread = threading.Thread(target=lambda: asyncio.run(self.server.serve([listener])), daemon=True)
         self.thread.start()
         while not self.server.started:
             assert self.thread.is_alive(), "the server did not start"
             self.thread.join(0.01)
-        self.port = self.server.bound_port
         self.http = httpx.Client(base_url=f"http://127.0.0.1:{self.port}", timeout=30.0)
 
     def stop(self) -> None:

@@ -1,0 +1,233 @@
+"""The command ``tryon``: serve, devices, simulate."""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import logging
+import os
+import sys
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+
+from tryon_server.problems import ProblemError, problem_error
+
+BAD_INPUT = 2
+
+SERVE_HELP = """\
+Start the server and its web page. Uploaded patterns and the history of sessions are kept in an SQLite file under
+./var unless told otherwise. Stop it with Ctrl-C.
+
+Everything else is set by environment variables TRYON_SERVER_..., for example TRYON_SERVER_DATABASE_URL for PostgreSQL
+or TRYON_SERVER_MAX_SESSIONS; an unknown one is an error that lists them all. Options win over the environment."""
+
+SERVE_EXAMPLES = """\
+examples:
+  tryon serve                              on this machine only: http://127.0.0.1:8000/
+  tryon serve --host 0.0.0.0 --port 9000   for the whole network
+  tryon serve --device cuda:0              simulate on the first GPU"""
+
+SIMULATE_HELP = """\
+Dress a body in a garment, move it, and record the cloth in a file. Dressing, and leading the body from the pose of
+dressing into the motion, come before frame 0."""
+
+SIMULATE_EXAMPLES = """\
+examples:
+  tryon simulate --garment shirt.json --out shirt.npz                     a still body
+  tryon simulate --garment shirt.json --motion walk.bvh --out walk.npz    a recorded motion, as long as it lasts
+  tryon simulate --garment shirt.json --motion walk --seconds 10 --out walk.npz --glb walk.glb
+
+the .npz file holds, in metres and seconds:
+  cloth        frames x vertices x 3    positions of the cloth
+  cloth_faces  triangles x 3            its triangles
+  body         frames x vertices x 3    positions of the body's surface as simulated
+  body_faces   triangles x 3            its triangles
+  dt                                    time between frames
+  reports                               JSON text: what the solver reported on the way to each frame but the first"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Entry of the command; its exit status: 0, or 2 for input that can't be used."""
+    options = build_parser().parse_args(arguments)
+    try:
+        return options.run(options)
+    except ProblemError as error:
+        print(f"tryon: {error.problem.line()}", file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        print("tryon: stopped", file=sys.stderr)
+        return 130
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The command's options."""
+    parser = argparse.ArgumentParser(
+        prog="tryon", description="Garment try-on over the network: penetration-free cloth on a moving body."
+    )
+    parser.add_argument("--version", action="version", version=f"tryon {version('tryon')}")
+    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    _add_serve(commands)
+    _add_devices(commands)
+    _add_simulate(commands)
+    return parser
+
+
+def _add_serve(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    serve = _command(commands, "serve", "start the server and its web page", SERVE_HELP, SERVE_EXAMPLES)
+    serve.add_argument("--host", metavar="ADDRESS", help="address to listen on (default 127.0.0.1: this machine only)")
+    serve.add_argument("--port", type=int, help="TCP port (default 8000)")
+    serve.add_argument("--data-dir", metavar="FOLDER", help="where to keep uploads and the database (default var)")
+    serve.add_argument("--device", help="what to simulate on: auto, cpu, cuda:0, ... (default auto); see tryon devices")
+    serve.add_argument("--preset", help="accuracy of sessions that name none: draft, live, fit or auto (default auto)")
+    serve.set_defaults(run=run_serve)
+
+
+def _add_devices(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    text = "List what this machine can simulate on, the best first. Give a name to --device."
+    devices = _command(commands, "devices", "list what this machine can simulate on", text, "")
+    devices.set_defaults(run=run_devices)
+
+
+def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    simulate = _command(commands, "simulate", "record a garment on a moving body", SIMULATE_HELP, SIMULATE_EXAMPLES)
+    simulate.add_argument(
+        "--garment", required=True, type=Path, metavar="FILE", help="sewing pattern: specification JSON of GarmentCode"
+    )
+    simulate.add_argument(
+        "--fabric", metavar="NAME", help="fabric; an unknown name lists those there are (default the first)"
+    )
+    simulate.add_argument(
+        "--edge-length", type=_positive, metavar="METRES", help="length of the mesh's edges (default the preset's)"
+    )
+    simulate.add_argument(
+        "--body",
+        default="default",
+        metavar="default|FILE|FOLDER",
+        help="body: the default one; a .npz made by scripts/make_body.py, or a folder with its body.npz; or a closed "
+        "mesh (.obj, .ply, .stl, .glb; metres, Y up, facing +Z), which stands still",
+    )
+    simulate.add_argument(
+        "--motion",
+        metavar="FILE.bvh|NAME",
+        help="BVH file, or a motion that comes with tryon (default: the body stands still)",
+    )
+    simulate.add_argument(
+        "--seconds", type=_positive, metavar="S", help="how long to record (default the motion's length; it repeats)"
+    )
+    simulate.add_argument("--fps", type=_positive, default=60.0, help="frames per second (default 60)")
+    simulate.add_argument("--device", default="auto", metavar="cpu|cuda:0", help="what to simulate on (default auto)")
+    simulate.add_argument("--preset", default="auto", help="accuracy: draft, live, fit or auto (default auto)")
+    simulate.add_argument("--out", required=True, type=Path, metavar="OUT", help="file to write: .npz, or .glb")
+    simulate.add_argument("--glb", type=Path, metavar="FILE", help="write the last frame as a .glb scene, too")
+    simulate.set_defaults(run=run_simulate)
+
+
+def _command(
+    commands: argparse._SubParsersAction[argparse.ArgumentParser], name: str, short: str, text: str, examples: str
+) -> argparse.ArgumentParser:
+    return commands.add_parser(
+        name, help=short, description=text, epilog=examples, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+
+
+def _positive(text: str) -> float:
+    value = float(text)
+    if not 0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text} is not a number above 0")
+    return value
+
+
+def run_serve(options: argparse.Namespace) -> int:
+    """Serve until stopped."""
+    from tryon_server.persistence import open_database
+    from tryon_server.settings import read_settings
+
+    settings = read_settings(
+        os.environ,
+        host=options.host,
+        port=options.port,
+        data_dir=options.data_dir,
+        device=options.device,
+        preset=options.preset,
+    )
+    logging.basicConfig(level=logging.WARNING, format="%(asctime)s %(message)s", datefmt="%H:%M:%S")
+    logging.getLogger("tryon_server").setLevel(logging.INFO)
+    print(f"tryon {version('tryon')} is starting ...", flush=True)
+
+    from tryon_server.app import create_app
+    from tryon_server.runtime.local import local_runtime
+    from tryon_server.serving import Server, listen
+
+    open_database(settings.effective_database_url()).dispose()
+    runtime = local_runtime(settings)
+    listener = listen(settings.host, settings.port)
+    address = address_of(settings.host, listener.getsockname()[1])
+    app = create_app(settings, lambda _: runtime)
+    server = Server(app, on_start=lambda: print(f"Open {address} in a browser. Ctrl-C stops the server.", flush=True))
+    asyncio.run(server.serve([listener]))
+    return 0 if server.started else 1
+
+
+def address_of(host: str, port: int) -> str:
+    """The URL to open in a browser on this machine, for a server that listens on ``host``."""
+    shown = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}.get(host, f"[{host}]" if ":" in host else host)
+    return f"http://{shown}:{port}/"
+
+
+def run_devices(_options: argparse.Namespace) -> int:
+    """Print a table."""
+    from tryon_server.runtime.devices import list_devices
+
+    for device in list_devices():
+        memory = f"{device.memory / 2**30:.0f} GiB" if device.memory else "memory not told"
+        print(f"{device.name:<8} {device.description}, {memory}")
+    return 0
+
+
+def run_simulate(options: argparse.Namespace) -> int:
+    """Simulate and write the files."""
+    for path in filter(None, (options.out, options.glb)):
+        _check_writable(path)
+
+    from tryon_server.progress_bar import ProgressBar
+    from tryon_server.runtime.local import load_catalogue
+    from tryon_server.runtime.offline import simulate
+    from tryon_server.runtime.order import DrapeOrder
+
+    order = DrapeOrder(
+        pattern=options.garment,
+        fabric=options.fabric or load_catalogue().fabrics[0].name,
+        preset=options.preset,
+        device=options.device,
+        edge_length=options.edge_length,
+        body=None if options.body == "default" else Path(options.body),
+    )
+    with ProgressBar() as bar:
+        recording = simulate(order, options.motion, options.seconds, options.fps, bar.show)
+    glb = options.glb
+    if options.out.suffix.lower() == ".glb":
+        glb = options.out
+    else:
+        recording.save(options.out)
+    if glb is not None:
+        recording.save_glb(glb)
+    written = " and ".join(str(path) for path in dict.fromkeys((options.out, glb)) if path is not None)
+    print(f"wrote {written}: {len(recording.cloth)} frames, {recording.cloth.shape[1]} vertices")
+    return 0
+
+
+def _check_writable(path: Path) -> None:
+    """Find out before the simulation, not after it, that a file can't be written."""
+    if path.is_dir() or not path.absolute().parent.is_dir():
+        raise problem_error(
+            "output.unwritable", f"{path} can't be written", "Name a file in a folder that exists", place="--out"
+        )
+    if path.suffix.lower() not in (".npz", ".glb"):
+        raise problem_error(
+            "output.format", f"{path} is neither .npz nor .glb", "Choose one of these endings", place="--out"
+        )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,63 @@
+"""Bodies: the default one, one that was made with the project's script, or any closed mesh, which then stands still."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from tryon_solver.body.model import BodyError, BodyModel, default_body
+
+from tryon_server.problems import ProblemError, problem_error
+
+BODY_FILE = "body.npz"
+SIZE_RANGE = (0.05, 5.0)  # [m] extent of a body; a mesh outside of it was drawn in another unit
+
+
+def load_body(path: Path | None) -> BodyModel:
+    """The body in this file; of a folder, the file ``body.npz`` in it; the default body for None.
+
+    A mesh file (.obj, .ply, .stl, .glb, ...) becomes a body of one joint. It is read in metres, Y up, facing +Z.
+
+    Raises:
+        ProblemError: there is no such file, or no body in it.
+    """
+    try:
+        if path is None:
+            return default_body()
+        if path.is_dir():
+            path = path / BODY_FILE
+        return BodyModel.load(path) if path.suffix == ".npz" else still_body(path)
+    except BodyError as error:
+        raise problem_error("body.unusable", str(error), "Then try again", place="body", status=422) from error
+
+
+def still_body(path: Path) -> BodyModel:
+    """A closed mesh as a body of one joint. Raises ProblemError when it can't be read or is not a closed surface."""
+    try:
+        mesh = trimesh.load_mesh(path, process=True)
+    except Exception as error:
+        raise _unfit(path, f"it can't be read as a mesh ({error})", "Give a .npz body or a closed mesh file") from error
+    if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
+        raise _unfit(path, "it holds no triangles", "Give a .npz body or a closed mesh file")
+    if not mesh.is_watertight or not mesh.is_winding_consistent:
+        raise _unfit(path, "its surface is not closed", "Close its holes and orient its faces alike")
+    if mesh.volume < 0:
+        mesh.invert()
+    extent = float(mesh.extents.max())
+    if not SIZE_RANGE[0] <= extent <= SIZE_RANGE[1]:
+        raise _unfit(path, f"it is {extent:g} m large", "Export it in metres")
+    vertices = np.asarray(mesh.vertices, dtype=np.float64)
+    return BodyModel(
+        rest_vertices=vertices,
+        faces=np.asarray(mesh.faces, dtype=np.int32),
+        joint_names=("body",),
+        parents=np.array([-1], np.int32),
+        rest_joints=np.zeros((1, 3)),
+        skin_joints=np.zeros((len(vertices), 1), np.int32),
+        skin_weights=np.ones((len(vertices), 1), np.float32),
+    )
+
+
+def _unfit(path: Path, why: str, remedy: str) -> ProblemError:
+    return problem_error("body.unusable", f"{path} is no body: {why}", remedy, place="body", status=422)

@@ -1,0 +1,144 @@
+"""A simulation that is recorded instead of streamed: every frame is solved, however long it takes."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import trimesh
+from tryon_solver.body.motion import blend_in
+from tryon_solver.body.pose import Pose
+
+from tryon_server.problems import ProblemError, problem_error
+from tryon_server.runtime.drape import Drape, Progress
+from tryon_server.runtime.kernel_news import kernel_news
+from tryon_server.runtime.motions import load_motion
+from tryon_server.runtime.order import DrapeOrder
+from tryon_server.runtime.production import build_drape
+from tryon_server.runtime.sources import approach_seconds
+
+LOWEST_FPS = 11.0  # the solver bridges at most 0.1 s at a time
+STILL_SECONDS = 2.0  # how long a body without a motion is simulated when nobody says how long
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Frames of a garment on a body. Metres and seconds.
+
+    Attributes:
+        cloth: (frames, N, 3) float32, the cloth; frame 0 is the dressed garment in the motion's first pose.
+        cloth_faces: (F, 3) int32.
+        body: (frames, B, 3) float32, the body's surface as simulated.
+        body_faces: (F', 3) int32.
+        dt: time between frames [s].
+        reports: what the solver reported on the way to each frame but the first.
+    """
+
+    cloth: npt.NDArray[np.float32]
+    cloth_faces: npt.NDArray[np.int32]
+    body: npt.NDArray[np.float32]
+    body_faces: npt.NDArray[np.int32]
+    dt: float
+    reports: tuple[dict[str, Any], ...]
+
+    def save(self, path: Path) -> None:
+        """Write an .npz with one array per attribute; ``reports`` is a JSON text. It appears whole or not at all."""
+        arrays = {name: getattr(self, name) for name in ("cloth", "cloth_faces", "body", "body_faces")}
+        draft = path.with_name(f".{path.name}.{os.getpid()}")
+        try:
+            with draft.open("wb") as file:
+                np.savez_compressed(file, **arrays, dt=np.float64(self.dt), reports=np.array(json.dumps(self.reports)))
+            draft.replace(path)
+        except OSError as error:
+            raise _unwritable(path, error) from error
+
+    def save_glb(self, path: Path) -> None:
+        """Write the last frame as a .glb scene of two meshes, ``cloth`` and ``body``."""
+        scene = trimesh.Scene()
+        for name, positions, faces in (("cloth", self.cloth, self.cloth_faces), ("body", self.body, self.body_faces)):
+            scene.add_geometry(trimesh.Trimesh(positions[-1], faces, process=False), node_name=name, geom_name=name)
+        try:
+            scene.export(path, file_type="glb")
+        except OSError as error:
+            raise _unwritable(path, error) from error
+
+
+def simulate(order: DrapeOrder, motion: str | None, seconds: float | None, fps: float, progress: Progress) -> Recording:
+    """Dress the garment and record it.
+
+    Args:
+        order: garment, fabric, body, accuracy and device.
+        motion: a BVH file or the name of a motion that comes with the server; None for a body that stands still.
+        seconds: how long to record; None for the motion's length. A motion that is shorter begins again.
+        fps: frames per second, 1/``fps`` s apart.
+        progress: told what is being done.
+
+    Raises:
+        ProblemError: something does not fit; names the place and the remedy.
+    """
+    if fps < LOWEST_FPS:
+        raise _out_of_range("fps", f"{fps:g} frames per second are too few", f"Give at least {LOWEST_FPS:g}")
+    with kernel_news(lambda what: progress(what, None)):
+        drape = build_drape(order, progress)
+        if motion is None:
+            seconds = STILL_SECONDS if seconds is None else seconds
+            return _record(drape, 0.0, lambda _t: drape.pose, seconds, fps, progress)
+        played = load_motion(motion, drape.outfit.body)
+        seconds = played.duration if seconds is None else seconds
+        loop = seconds > played.duration + 1e-9
+        lead = blend_in(drape.pose, played, approach_seconds(drape.pose, played.pose(0)))
+        steps = math.ceil(lead.duration * fps)
+        for k in range(1, steps + 1):
+            progress("Moving into the first pose", k / steps)
+            t = lead.duration * k / steps
+            _advance(drape, lead.sample(t), t)
+        return _record(drape, lead.duration, lambda t: played.sample(t, loop=loop), seconds, fps, progress)
+
+
+def _record(
+    drape: Drape, began: float, pose_at: Callable[[float], Pose], seconds: float, fps: float, progress: Progress
+) -> Recording:
+    """Record from the drape's present state on, ``began`` s after its dressing."""
+    count = round(seconds * fps) + 1
+    cloth, body, reports = [drape.cloth_positions()], [drape.body_positions()], []
+    for k in range(1, count):
+        progress("Simulating", (k - 1) / (count - 1))
+        reports.append(_advance(drape, pose_at(k / fps), began + k / fps))
+        cloth.append(drape.cloth_positions())
+        body.append(drape.body_positions())
+    progress("Simulating", 1.0)
+    return Recording(
+        cloth=np.stack(cloth).astype(np.float32),
+        cloth_faces=np.asarray(drape.outfit.faces, dtype=np.int32),
+        body=np.stack(body).astype(np.float32),
+        body_faces=np.asarray(drape.outfit.body.faces, dtype=np.int32),
+        dt=1.0 / fps,
+        reports=tuple(reports),
+    )
+
+
+def _advance(drape: Drape, pose: Pose, t: float) -> dict[str, Any]:
+    report = dict(drape.advance(pose, t).to_dict())
+    if not (np.isfinite(drape.cloth_positions()).all() and np.isfinite(drape.body_positions()).all()):
+        raise problem_error(
+            "simulation.failed",
+            f"a position is not a number {t:.3f} s after the dressing",
+            "Report it with the command that led to it; a longer edge length may help meanwhile",
+            place="simulation",
+        )
+    return report
+
+
+def _out_of_range(place: str, message: str, remedy: str) -> ProblemError:
+    return problem_error("option.range", message, remedy, place=place)
+
+
+def _unwritable(path: Path, error: OSError) -> ProblemError:
+    return problem_error("output.unwritable", f"{path} can't be written: {error.strerror}", "Choose another --out")
