@@ -3,9 +3,31 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: help demo test check env env-dev body web lock
+BODY := .cache/tryon/body.npz
+WEB := server/tryon_server/web/.built
+WEB_SOURCES := $(shell find protocol/ts clients/core clients/web -name '*.ts' -not -path '*/node_modules/*' -o -name '*.css' \
+	-not -path '*/node_modules/*' -o -name '*.html' -not -path '*/node_modules/*' -o -name '*.mjs' -not -path '*/node_modules/*')
+
+.PHONY: help demo test check chromium proof lock
 help:
 	@grep -hE '^## ' $(MAKEFILE_LIST) | sed 's/## //'
+
+## make demo     build everything and serve a T-shirt on a walking body at http://127.0.0.1:8000
+demo: $(VENV)/.runtime $(BODY) $(WEB)
+	$(BIN)/tryon serve
+
+## make test     run all tests (Python, TypeScript, browser); installs Chromium where it may
+test: $(VENV)/.dev $(BODY) $(WEB) chromium
+	npm test --silent
+	$(BIN)/python -m pytest
+
+## make check    lint, types, layering, generated files
+check: $(VENV)/.dev node_modules/.built
+	$(BIN)/ruff check solver server protocol clients/python scripts tests
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/python -m tryon_protocol.generate_ts --check
+	npm run check --silent
 
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)
@@ -19,6 +41,23 @@ $(VENV)/.dev: requirements-dev.lock pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --require-hashes -r requirements-dev.lock
 	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation -e .
 	touch $@ $(VENV)/.runtime
+
+$(BODY): scripts/make_body.py scripts/make_body.requirements.txt | $(VENV)/.runtime
+	$(BIN)/python scripts/make_body.py
+	touch $@
+
+node_modules/.built: package-lock.json package.json
+	npm ci --no-audit --no-fund --loglevel=error
+	touch $@
+$(WEB): node_modules/.built $(WEB_SOURCES)
+	npm run build --silent
+	touch $@
+
+# The browser tests drive Debian's Chromium; elsewhere they look for one on the PATH and say so when there is none.
+chromium:
+	@command -v chromium chromium-browser google-chrome >/dev/null || [ -n "$$CHROMIUM" ] || \
+	{ [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && apt-get update -qq && apt-get install -y -qq chromium; } || \
+	echo "No Chromium found: the browser tests will be skipped. Install it, or set CHROMIUM to its path."
 
 LOCK := uv pip compile --universal --python-version 3.10 --generate-hashes --no-header --no-emit-index-url --quiet
 ## make lock     rewrite the lock files from pyproject.toml (needs uv)

@@ -55,8 +55,10 @@ class Settings:
     """Cloth within `carry_full` of the skin is carried along with it, beyond `carry_none` with the pelvis [m]."""
     deflection_passes: int = 16
     """Passes that turn a motion aside where it would close a gap, before it is shortened."""
+    searches: int = 2
+    """Searches for candidates in one step, at most; then vertices stay within reach of the last one."""
     search_slack: float = 2e-3
-    """How far past the predicted path a vertex may go before the correction stops it [m]."""
+    """How far past the predicted path a vertex may go before candidates are searched for again [m]."""
 
     def __post_init__(self) -> None:
         positive = (
@@ -80,7 +82,7 @@ class Settings:
             value = getattr(self, name)
             if not 0 < value < float("inf"):
                 raise ValueError(f"settings.{name} must be a finite number above 0, not {value!r}")
-        counts = ("outer_iterations", "correction_iterations", "correction_pcg_iterations", "history", "most_substeps")
+        counts = ("outer_iterations", "correction_iterations", "correction_pcg_iterations", "history", "most_substeps", "searches")
         for name in counts:
             value = getattr(self, name)
             if not (isinstance(value, int) and value >= 1):
@@ -94,7 +96,13 @@ class Settings:
 
 
 PRESETS: dict[str, Settings] = {
-    "draft": Settings(largest_step=1 / 30, outer_iterations=2, correction_iterations=3, correction_pcg_iterations=12),
+    "draft": Settings(
+        largest_step=1 / 30,
+        outer_iterations=2,
+        correction_iterations=3,
+        correction_pcg_iterations=12,
+        substep_travel=16e-3,
+    ),
     "live": Settings(),
     "fit": replace(Settings(), largest_step=1 / 120, outer_iterations=8, correction_iterations=8),
 }

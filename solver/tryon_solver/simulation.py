@@ -135,6 +135,7 @@ class Simulation:
         self.work = Workspace.allocate(self.all_count, len(scene.garment.faces), device)
         self.x_before = wp.clone(cloth)
         self.x_searched = wp.clone(x)
+        self.searches = 0
         self.largest_out = wp.zeros(1, dtype=wp.float32, device=device)
         self.cg = ConjugateGradients.allocate(self.all_count, device)
         faces = scene.garment.faces.ravel()

@@ -19,7 +19,7 @@ from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion
 from tryon_solver.body.skeletons import SIDES, RetargetError, SkeletonParts, find_parts
 
-ARM_CLEARANCE_DEGREES = 14.0
+ARM_CLEARANCE_DEGREES = 18.0  # below 17 our upper arm and trunk cross at the armpit
 SHORTEST_BONE = 0.01  # m, a direction is not read off anything shorter
 
 
@@ -33,7 +33,7 @@ def retarget(
 
     The motion starts above the origin and stands on y = 0: the lowest point of the soles over the whole clip is there.
     `arm_clearance_degrees`: smallest angle between a hanging upper arm and the trunk, seen from the front; an arm that
-    would dig into the trunk is turned out as a whole. Our body wants 14 where a thinner actor's arms hang closer.
+    would dig into the trunk is turned out as a whole, since a thinner actor's arms hang closer than ours can.
     0 turns nothing out.
     `names`: see skeletons.find_parts. Raises RetargetError naming a missing joint.
     """
@@ -181,13 +181,11 @@ def _arm(
     """World turns of an arm, turned out from the trunk where it would dig in, its twist spread along it."""
     upper, fore, hand = f"{side}_upper_arm", f"{side}_forearm", f"{side}_hand"
     axis_upper, axis_fore = rest[fore] - rest[upper], rest[hand] - rest[fore]
-    to_fore = quaternions.between(axis_fore, source.direction(fore, hand))
+    to_upper = _correction(quaternions.IDENTITY, axis_upper, source.direction(upper, fore))
+    to_fore = _correction(to_upper, axis_fore, source.direction(fore, hand))
     knuckles = source.hand_direction(side)
-    ours = rest[f"{side}_fingers"] - rest[hand]
-    to_hand = to_fore if knuckles is None else quaternions.between(ours, knuckles)
-    turn_upper = quaternions.multiply(
-        source.turn(upper), quaternions.between(axis_upper, source.direction(upper, fore))
-    )
+    to_hand = to_fore if knuckles is None else _correction(to_fore, rest[f"{side}_fingers"] - rest[hand], knuckles)
+    turn_upper = quaternions.multiply(source.turn(upper), to_upper)
     out = _arm_push(turn_upper, axis_upper, chest, side, clearance_degrees)
     turn_upper = quaternions.multiply(out, turn_upper)
     turn_fore = quaternions.multiply(out, quaternions.multiply(source.turn(fore), to_fore))
@@ -206,8 +204,8 @@ def _leg(source: _Source, rest: Mapping[str, np.ndarray], side: str) -> dict[str
     """World turns of a leg; the foot's direction is corrected about the vertical only, soles being flat at rest."""
     thigh, shin, foot = f"{side}_thigh", f"{side}_shin", f"{side}_foot"
     axis_thigh, axis_shin = rest[shin] - rest[thigh], rest[foot] - rest[shin]
-    to_thigh = quaternions.between(axis_thigh, source.direction(thigh, shin))
-    to_shin = quaternions.between(axis_shin, source.direction(shin, foot))
+    to_thigh = _correction(quaternions.IDENTITY, axis_thigh, source.direction(thigh, shin))
+    to_shin = _correction(to_thigh, axis_shin, source.direction(shin, foot))
     turn_thigh = quaternions.multiply(source.turn(thigh), to_thigh)
     turn_shin = quaternions.multiply(source.turn(shin), to_shin)
     has_toes = f"{side}_toes" in source.parts.joints
@@ -229,6 +227,15 @@ def _leg(source: _Source, rest: Mapping[str, np.ndarray], side: str) -> dict[str
         foot: turn_foot,
         f"{side}_toes": turn_toes,
     }
+
+
+def _correction(above: np.ndarray, ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
+    """(4,): the turn that takes our rest direction of a limb to the source's.
+
+    It goes on from the correction of the limb `above`, so that only the joint between them is bent: our half bent
+    elbow is then straightened about its own hinge, and the palm ends up facing where the source's does.
+    """
+    return quaternions.multiply(quaternions.between(quaternions.rotate(above, ours), theirs), above)
 
 
 def _half_twisted(carrier: np.ndarray, turn: np.ndarray, axis: np.ndarray) -> np.ndarray:

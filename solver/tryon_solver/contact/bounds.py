@@ -40,17 +40,28 @@ def shorten_kernel(
     kind: wp.array(dtype=wp.int32),
     distance: wp.array(dtype=wp.float32),
     moved: float,
+    longest: float,
     cloth_count: int,
     sizes: ContactSizes,
     x: wp.array(dtype=wp.vec3),
     displacement: wp.array(dtype=wp.vec3),
     number: int,
+    near: wp.array(dtype=wp.int32),
+    near_count: wp.array(dtype=wp.int32),
     changed: wp.array(dtype=wp.int32),
     alpha: wp.array(dtype=wp.float32),
     hits_out: wp.array(dtype=wp.int32),
 ):
-    """Pass `number` looks at stencils with a vertex that the pass before, or this one so far, has shortened."""
+    """Pass 0 looks at every stencil and lists those whose vertices' own travel could close them, whatever the fractions.
+
+    Later passes look at the listed ones with a vertex that the pass before, or this one so far, has shortened.
+    """
     c = wp.tid()
+    if number > 0:
+        c = near[c]
+    apart = (1.0 - KEPT_GAP) * (distance[c] - 2.0 * moved - wp.max(sizes.xi_body, sizes.xi_self))
+    if apart > 2.0 * longest:
+        return
     v = ids[c]
     if number > 0:
         newest = wp.max(wp.max(changed[v[0]], changed[v[1]]), wp.max(changed[v[2]], changed[v[3]]))
@@ -69,10 +80,11 @@ def shorten_kernel(
     p2 = a2 * displacement[v[2]]
     p3 = a3 * displacement[v[3]]
     xi = offset(v, kind[c], cloth_count, sizes)
-    # whatever the fractions, the stencil can't close by more than its vertices' own travel
     furthest = wp.max(wp.max(wp.length_sq(p0), wp.length_sq(p1)), wp.max(wp.length_sq(p2), wp.length_sq(p3)))
     if (1.0 - KEPT_GAP) * (distance[c] - 2.0 * moved - xi) > 2.0 * wp.sqrt(furthest):
         return
+    if number == 0:
+        near[wp.atomic_add(near_count, 0, 1)] = c
     d = wp.length(stencil_vector(stencil_weights(kind[c], x0, x1, x2, x3), x0, x1, x2, x3))
     mean = 0.25 * (p0 + p1 + p2 + p3)
     travel = wp.max(
@@ -163,37 +175,43 @@ def shorten(
     sizes: ContactSizes,
     x: wp.array,
     displacement: wp.array,
+    longest: float,
     alpha: wp.array,
     changed: wp.array,
     hits: wp.array,
 ) -> int:
     """Shrink `alpha` until the move x + alpha * displacement is proven free; returns the passes it took.
 
-    `changed` (A,) int32 is scratch. If MOST_PASSES do not suffice, alpha becomes zero everywhere: nobody moves, which is always free.
+    `longest` m bounds the displacements; `changed` (A,) int32 is scratch. If MOST_PASSES do not suffice, alpha becomes zero everywhere: nobody moves, which is always free.
     """
     if candidates.size == 0:
         return 0
     changed.fill_(-2)
+    candidates.near_count.zero_()
+    count = candidates.size
     for done in range(MOST_PASSES):
         hits.zero_()
         wp.launch(
             shorten_kernel,
-            candidates.size,
+            count,
             [
                 candidates.ids,
                 candidates.kind,
                 candidates.distance,
                 candidates.moved,
+                longest,
                 cloth_count,
                 sizes,
                 x,
                 displacement,
                 done,
             ],
-            [changed, alpha, hits],
+            [candidates.near, candidates.near_count, changed, alpha, hits],
             device=x.device,
         )
         if int(hits.numpy()[0]) == 0:
             return done
+        if done == 0:
+            count = int(candidates.near_count.numpy()[0])
     alpha.zero_()
     return MOST_PASSES

@@ -29,14 +29,17 @@ class ContactSizes:
 class Candidates:
     """Stencils: `ids` vec4i, `kind` int32 (POINT_TRIANGLE, EDGE_EDGE), `count` int32[1] on the device and `size` here.
 
-    `distance` m is that of the positions the list was made at; `moved` m bounds how far any vertex has moved since, so
-    that most stencils can be passed over without looking at their vertices. `capacity` grows when the broad phase finds
+    `distance` m is a lower bound at the positions it was last brought up to; `moved` m bounds how far any vertex has
+    moved since, so that most stencils can be passed over without looking at their vertices. `near` int32 lists those a
+    filter has to look at again, `near_count` (1,) int32 how many. `capacity` grows when the broad phase finds
     more; nothing is ever dropped.
     """
 
     ids: wp.array
     kind: wp.array
     distance: wp.array
+    near: wp.array
+    near_count: wp.array
     count: wp.array
     capacity: int
     size: int = 0
@@ -49,123 +52,78 @@ class Candidates:
             wp.zeros(capacity, dtype=wp.vec4i, device=device),
             wp.zeros(capacity, dtype=wp.int32, device=device),
             wp.zeros(capacity, dtype=wp.float32, device=device),
+            wp.zeros(capacity, dtype=wp.int32, device=device),
+            wp.zeros(1, dtype=wp.int32, device=device),
             wp.zeros(1, dtype=wp.int32, device=device),
             capacity,
         )
 
 
 @wp.func
+def largest_of(a: float, b: float, c: float) -> float:
+    return wp.max(a, wp.max(b, c))
+
+
+@wp.func
+def smallest_of(a: float, b: float, c: float) -> float:
+    return wp.min(a, wp.min(b, c))
+
+
+@wp.func
 def furthest(a: wp.vec3, b: wp.vec3, c: wp.vec3) -> float:
-    return wp.sqrt(wp.max(wp.length_sq(a), wp.max(wp.length_sq(b), wp.length_sq(c))))
+    return wp.sqrt(largest_of(wp.length_sq(a), wp.length_sq(b), wp.length_sq(c)))
 
 
 @wp.func
-def relative_travel(kind: int, relative: int, p0: wp.vec3, p1: wp.vec3, p2: wp.vec3, p3: wp.vec3) -> float:
-    """Bound on how much two primitives can approach [m].
-
-    With `relative` set only their relative motion counts, which holds as long as no displacement is shortened.
-    """
-    mean = wp.vec3()
-    if relative == 1:
-        mean = 0.25 * (p0 + p1 + p2 + p3)
-    if kind == 0:
-        return wp.length(p0 - mean) + furthest(p1 - mean, p2 - mean, p3 - mean)
-    return wp.sqrt(wp.max(wp.length_sq(p0 - mean), wp.length_sq(p1 - mean))) + wp.sqrt(
-        wp.max(wp.length_sq(p2 - mean), wp.length_sq(p3 - mean))
-    )
-
-
-@wp.func
-def overlap(
-    lower: wp.array(dtype=wp.vec3), upper: wp.array(dtype=wp.vec3), kind: int, i0: int, i1: int, i2: int, i3: int
+def apart_along(
+    axis: wp.vec3, r: float, a0: wp.vec3, a1: wp.vec3, a2: wp.vec3, b0: wp.vec3, b1: wp.vec3, b2: wp.vec3
 ) -> bool:
-    """Do the boxes of the two primitives overlap?"""
-    la = lower[i0]
-    ua = upper[i0]
-    lb = wp.min(lower[i2], lower[i3])
-    ub = wp.max(upper[i2], upper[i3])
-    if kind == 0:
-        lb = wp.min(lb, lower[i1])
-        ub = wp.max(ub, upper[i1])
-    else:
-        la = wp.min(la, lower[i1])
-        ua = wp.max(ua, upper[i1])
+    """Are the triangles further apart than r along the axis? Then no stencil of theirs is closer than r."""
+    i0 = wp.dot(axis, a0)
+    i1 = wp.dot(axis, a1)
+    i2 = wp.dot(axis, a2)
+    j0 = wp.dot(axis, b0)
+    j1 = wp.dot(axis, b1)
+    j2 = wp.dot(axis, b2)
+    far = r * wp.length(axis)
     return (
-        la[0] <= ub[0] and lb[0] <= ua[0] and la[1] <= ub[1] and lb[1] <= ua[1] and la[2] <= ub[2] and lb[2] <= ua[2]
+        smallest_of(j0, j1, j2) - largest_of(i0, i1, i2) > far
+        or smallest_of(i0, i1, i2) - largest_of(j0, j1, j2) > far
     )
 
 
 @wp.func
 def emit(
     kind: int,
-    relative: int,
-    reach: float,
-    i0: int,
-    i1: int,
-    i2: int,
-    i3: int,
-    group: wp.array(dtype=wp.int32),
-    x: wp.array(dtype=wp.vec3),
-    p: wp.array(dtype=wp.vec3),
-    lower: wp.array(dtype=wp.vec3),
-    upper: wp.array(dtype=wp.vec3),
+    r: float,
+    v: wp.vec4i,
+    group: wp.vec4i,
+    x0: wp.vec3,
+    x1: wp.vec3,
+    x2: wp.vec3,
+    x3: wp.vec3,
     ids_out: wp.array(dtype=wp.vec4i),
     kind_out: wp.array(dtype=wp.int32),
     distance_out: wp.array(dtype=wp.float32),
     count_out: wp.array(dtype=wp.int32),
 ):
-    g0 = group[i0]
-    g1 = group[i1]
-    g2 = group[i2]
-    g3 = group[i3]
-    if g0 == g2 or g0 == g3:
+    """Append the stencil unless it shares a vertex or is further apart than r."""
+    if group[0] == group[2] or group[0] == group[3]:
         return
     if kind == 0:
-        if g0 == g1:
+        if group[0] == group[1]:
             return
-    elif g1 == g2 or g1 == g3:
+    elif group[1] == group[2] or group[1] == group[3]:
         return
-    if not overlap(lower, upper, kind, i0, i1, i2, i3):
-        return
-    lam = stencil_weights(kind, x[i0], x[i1], x[i2], x[i3])
-    d = wp.length(stencil_vector(lam, x[i0], x[i1], x[i2], x[i3]))
-    if d > reach + relative_travel(kind, relative, p[i0], p[i1], p[i2], p[i3]):
+    lam = stencil_weights(kind, x0, x1, x2, x3)
+    d = wp.length(stencil_vector(lam, x0, x1, x2, x3))
+    if d > r:
         return
     slot = wp.atomic_add(count_out, 0, 1)
     if slot < ids_out.shape[0]:
-        ids_out[slot] = wp.vec4i(i0, i1, i2, i3)
+        ids_out[slot] = v
         kind_out[slot] = kind
         distance_out[slot] = d
-
-
-@wp.func
-def apart(
-    r: float, a0: wp.vec3, a1: wp.vec3, a2: wp.vec3, b0: wp.vec3, b1: wp.vec3, b2: wp.vec3
-) -> bool:
-    """Does triangle a's plane separate the triangles by more than r? Then no stencil of theirs is closer than r."""
-    n = wp.cross(a1 - a0, a2 - a0)
-    h0 = wp.dot(n, b0 - a0)
-    h1 = wp.dot(n, b1 - a0)
-    h2 = wp.dot(n, b2 - a0)
-    far = r * wp.length(n)
-    return wp.min(h0, wp.min(h1, h2)) > far or wp.max(h0, wp.max(h1, h2)) < -far
-
-
-@wp.func
-def separated(
-    relative: int, reach: float, f: wp.vec3i, g: wp.vec3i, x: wp.array(dtype=wp.vec3), p: wp.array(dtype=wp.vec3)
-) -> bool:
-    """Are all stencils of two triangles out of reach, by the triangles' own planes?"""
-    mean = wp.vec3()
-    if relative == 1:
-        mean = (p[f[0]] + p[f[1]] + p[f[2]] + p[g[0]] + p[g[1]] + p[g[2]]) / 6.0
-    travel = furthest(p[f[0]] - mean, p[f[1]] - mean, p[f[2]] - mean) + furthest(
-        p[g[0]] - mean, p[g[1]] - mean, p[g[2]] - mean
-    )
-    r = reach + travel
-    return apart(r, x[f[0]], x[f[1]], x[f[2]], x[g[0]], x[g[1]], x[g[2]]) or apart(
-        r, x[g[0]], x[g[1]], x[g[2]], x[f[0]], x[f[1]], x[f[2]]
-    )
 
 
 @wp.kernel
@@ -183,8 +141,6 @@ def pair_surfaces_kernel(
     group: wp.array(dtype=wp.int32),
     x: wp.array(dtype=wp.vec3),
     p: wp.array(dtype=wp.vec3),
-    lower: wp.array(dtype=wp.vec3),
-    upper: wp.array(dtype=wp.vec3),
     ids_out: wp.array(dtype=wp.vec4i),
     kind_out: wp.array(dtype=wp.int32),
     distance_out: wp.array(dtype=wp.float32),
@@ -192,88 +148,119 @@ def pair_surfaces_kernel(
 ):
     """Stencils between triangle tid and every triangle of the other surface whose box overlaps its own.
 
-    `same` is 1 when both are the cloth: then each unordered pair of triangles is met twice and takes points from the
-    first only, edges once.
+    Two triangles can approach by no more than the sum of their vertices' longest displacements; with `relative` set, of
+    their displacements relative to the mean of all six, which holds as long as none is changed afterwards. `same` is 1
+    when both surfaces are the cloth: then each unordered pair of triangles is met once and gives both ways' points.
     """
     t = wp.tid()
     f = faces[t]
     mine = owned[t]
+    a0 = x[f[0]]
+    a1 = x[f[1]]
+    a2 = x[f[2]]
+    p0 = p[f[0]]
+    p1 = p[f[1]]
+    p2 = p[f[2]]
+    own_travel = furthest(p0, p1, p2)
+    own_sum = p0 + p1 + p2
+    normal = wp.cross(a1 - a0, a2 - a0)
+    ga = wp.vec3i(group[f[0]], group[f[1]], group[f[2]])
     query = wp.bvh_query_aabb(other_bvh, face_lower[t], face_upper[t])
     j = int(0)
     while wp.bvh_query_next(query, j):
-        if same == 1 and j == t:
+        if same == 1 and j <= t:
             continue
         g = other_faces[j]
-        if separated(relative, reach, f, g, x, p):
+        b0 = x[g[0]]
+        b1 = x[g[1]]
+        b2 = x[g[2]]
+        q0 = p[g[0]]
+        q1 = p[g[1]]
+        q2 = p[g[2]]
+        travel = own_travel + furthest(q0, q1, q2)
+        if relative == 1:
+            mean = (own_sum + q0 + q1 + q2) / 6.0
+            travel = furthest(p0 - mean, p1 - mean, p2 - mean) + furthest(q0 - mean, q1 - mean, q2 - mean)
+        r = reach + travel
+        if apart_along(normal, r, a0, a1, a2, b0, b1, b2):
+            continue
+        if apart_along((b0 + b1 + b2) - (a0 + a1 + a2), r, a0, a1, a2, b0, b1, b2):
+            continue
+        if apart_along(wp.cross(b1 - b0, b2 - b0), r, a0, a1, a2, b0, b1, b2):
             continue
         theirs = other_owned[j]
+        gb = wp.vec3i(group[g[0]], group[g[1]], group[g[2]])
         for k in range(3):
+            xa = a0
+            xb = b0
+            if k == 1:
+                xa = a1
+                xb = b1
+            elif k == 2:
+                xa = a2
+                xb = b2
             if (mine & (1 << k)) != 0:
                 emit(
                     0,
-                    relative,
-                    reach,
-                    f[k],
-                    g[0],
-                    g[1],
-                    g[2],
-                    group,
-                    x,
-                    p,
-                    lower,
-                    upper,
-                    ids_out,
-                    kind_out,
-                    distance_out,
-                    count_out,
-                )
-            if same == 0 and (theirs & (1 << k)) != 0:
-                emit(
-                    0,
-                    relative,
-                    reach,
-                    g[k],
-                    f[0],
-                    f[1],
-                    f[2],
-                    group,
-                    x,
-                    p,
-                    lower,
-                    upper,
-                    ids_out,
-                    kind_out,
-                    distance_out,
-                    count_out,
-                )
-        if same == 1 and j < t:
-            continue
-        for k in range(3):
-            if (mine & (8 << k)) != 0:
-                a0 = f[k]
-                a1 = f[(k + 1) % 3]
-                for m in range(3):
-                    if (theirs & (8 << m)) != 0:
-                        b0 = g[m]
-                        b1 = g[(m + 1) % 3]
-                        emit(
-                    1,
-                    relative,
-                    reach,
-                    a0,
-                    a1,
+                    r,
+                    wp.vec4i(f[k], g[0], g[1], g[2]),
+                    wp.vec4i(ga[k], gb[0], gb[1], gb[2]),
+                    xa,
                     b0,
                     b1,
-                    group,
-                    x,
-                    p,
-                    lower,
-                    upper,
+                    b2,
                     ids_out,
                     kind_out,
                     distance_out,
                     count_out,
                 )
+            if (theirs & (1 << k)) != 0:
+                emit(
+                    0,
+                    r,
+                    wp.vec4i(g[k], f[0], f[1], f[2]),
+                    wp.vec4i(gb[k], ga[0], ga[1], ga[2]),
+                    xb,
+                    a0,
+                    a1,
+                    a2,
+                    ids_out,
+                    kind_out,
+                    distance_out,
+                    count_out,
+                )
+            if (mine & (8 << k)) != 0:
+                xe = a1
+                if k == 1:
+                    xe = a2
+                elif k == 2:
+                    xe = a0
+                e = (k + 1) % 3
+                for m in range(3):
+                    if (theirs & (8 << m)) != 0:
+                        y0 = b0
+                        y1 = b1
+                        if m == 1:
+                            y0 = b1
+                            y1 = b2
+                        elif m == 2:
+                            y0 = b2
+                            y1 = b0
+                        h = (m + 1) % 3
+                        emit(
+                            1,
+                            r,
+                            wp.vec4i(f[k], f[e], g[m], g[h]),
+                            wp.vec4i(ga[k], ga[e], gb[m], gb[h]),
+                            xa,
+                            xe,
+                            y0,
+                            y1,
+                            ids_out,
+                            kind_out,
+                            distance_out,
+                            count_out,
+                        )
 
 
 @dataclass
@@ -337,8 +324,6 @@ def find(
                     group,
                     x,
                     displacement,
-                    boxes.lower,
-                    boxes.upper,
                 ],
                 [candidates.ids, candidates.kind, candidates.distance, candidates.count],
                 device=device,
@@ -351,4 +336,5 @@ def find(
         candidates.ids = wp.zeros(capacity, dtype=wp.vec4i, device=device)
         candidates.kind = wp.zeros(capacity, dtype=wp.int32, device=device)
         candidates.distance = wp.zeros(capacity, dtype=wp.float32, device=device)
+        candidates.near = wp.zeros(capacity, dtype=wp.int32, device=device)
         candidates.capacity = capacity

@@ -32,17 +32,28 @@ def deflect_kernel(
     kind: wp.array(dtype=wp.int32),
     distance: wp.array(dtype=wp.float32),
     moved: float,
+    longest: float,
     cloth_count: int,
     sizes: ContactSizes,
     x: wp.array(dtype=wp.vec3),
     surface_weight: float,
     number: int,
+    near: wp.array(dtype=wp.int32),
+    near_count: wp.array(dtype=wp.int32),
     changed: wp.array(dtype=wp.int32),
     displacement: wp.array(dtype=wp.vec3),
     deflected_out: wp.array(dtype=wp.int32),
 ):
-    """Pass `number` looks at stencils with a vertex that the pass before, or this one so far, has pushed."""
+    """Pass 0 looks at every stencil and lists those that the displacements could close.
+
+    Later passes look at the listed ones with a vertex that the pass before, or this one so far, has pushed.
+    """
     c = wp.tid()
+    if number > 0:
+        c = near[c]
+    apart = (1.0 - WANTED_GAP) * (distance[c] - 2.0 * moved - wp.max(sizes.xi_body, sizes.xi_self))
+    if apart > 2.0 * longest:
+        return
     v = ids[c]
     if number > 0:
         newest = wp.max(wp.max(changed[v[0]], changed[v[1]]), wp.max(changed[v[2]], changed[v[3]]))
@@ -56,6 +67,8 @@ def deflect_kernel(
     furthest = wp.max(wp.max(wp.length_sq(p0), wp.length_sq(p1)), wp.max(wp.length_sq(p2), wp.length_sq(p3)))
     if (1.0 - WANTED_GAP) * (distance[c] - 2.0 * moved - xi) > 2.0 * wp.sqrt(furthest):
         return
+    if number == 0:
+        near[wp.atomic_add(near_count, 0, 1)] = c
     lam = stencil_weights(kind[c], x[v[0]], x[v[1]], x[v[2]], x[v[3]])
     difference = stencil_vector(lam, x[v[0]], x[v[1]], x[v[2]], x[v[3]])
     d = wp.length(difference)
@@ -93,32 +106,38 @@ def deflect(
     sizes: ContactSizes,
     x: wp.array,
     displacement: wp.array,
+    longest: float,
     changed: wp.array,
     counter: wp.array,
     at_most: int,
 ) -> None:
-    """Turn `displacement` (A,) m aside, in at most `at_most` passes; `changed` (A,) int32 is scratch."""
+    """Turn `displacement` (A,) m aside, in at most `at_most` passes; `longest` m bounds it, `changed` (A,) int32 is scratch."""
     if candidates.size == 0:
         return
     changed.fill_(-2)
+    candidates.near_count.zero_()
+    count = candidates.size
     for number in range(at_most):
         counter.zero_()
         wp.launch(
             deflect_kernel,
-            candidates.size,
+            count,
             [
                 candidates.ids,
                 candidates.kind,
                 candidates.distance,
                 candidates.moved,
+                longest,
                 cloth_count,
                 sizes,
                 x,
                 SURFACE_WEIGHT + (1.0 - SURFACE_WEIGHT) * number / at_most,
                 number,
             ],
-            [changed, displacement, counter],
+            [candidates.near, candidates.near_count, changed, displacement, counter],
             device=x.device,
         )
         if int(counter.numpy()[0]) == 0:
             return
+        if number == 0:
+            count = int(candidates.near_count.numpy()[0])

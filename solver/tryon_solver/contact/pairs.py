@@ -80,7 +80,6 @@ class ContactModel:
 def collect_kernel(
     candidate_ids: wp.array(dtype=wp.vec4i),
     candidate_kind: wp.array(dtype=wp.int32),
-    candidate_distance: wp.array(dtype=wp.float32),
     moved: float,
     cloth_count: int,
     sizes: ContactSizes,
@@ -88,6 +87,7 @@ def collect_kernel(
     area: wp.array(dtype=wp.float32),
     reach_self: wp.array(dtype=wp.float32),
     x: wp.array(dtype=wp.vec3),
+    candidate_distance: wp.array(dtype=wp.float32),
     ids_out: wp.array(dtype=wp.vec4i),
     lam_out: wp.array(dtype=wp.vec4),
     normal_out: wp.array(dtype=wp.vec3),
@@ -101,7 +101,9 @@ def collect_kernel(
     v = candidate_ids[c]
     kind = candidate_kind[c]
     xi = offset(v, kind, cloth_count, sizes)
-    if candidate_distance[c] - 2.0 * moved > xi + sizes.d_hat:
+    bound = candidate_distance[c] - 2.0 * moved
+    if bound > xi + sizes.d_hat:
+        candidate_distance[c] = bound
         return
     x0 = x[v[0]]
     x1 = x[v[1]]
@@ -110,6 +112,7 @@ def collect_kernel(
     lam = stencil_weights(kind, x0, x1, x2, x3)
     difference = stencil_vector(lam, x0, x1, x2, x3)
     d = wp.length(difference)
+    candidate_distance[c] = d
     g_hat = sizes.d_hat
     cloth_vertices = float(0.0)
     cloth_area = float(0.0)
@@ -228,7 +231,10 @@ class ContactParameters:
 
 
 def collect(pairs: ContactPairs, candidates: Candidates, parameters: ContactParameters, x: wp.array) -> None:
-    """Rebuild `pairs` from the candidates within reach at x; grows it when full, drops nothing."""
+    """Rebuild `pairs` from the candidates within reach at x; grows it when full, drops nothing.
+
+    Brings the candidates' distances up to x.
+    """
     device = x.device
     while True:
         pairs.counters.zero_()
@@ -239,7 +245,6 @@ def collect(pairs: ContactPairs, candidates: Candidates, parameters: ContactPara
             [
                 candidates.ids,
                 candidates.kind,
-                candidates.distance,
                 candidates.moved,
                 parameters.cloth_count,
                 parameters.sizes,
@@ -249,6 +254,7 @@ def collect(pairs: ContactPairs, candidates: Candidates, parameters: ContactPara
                 x,
             ],
             [
+                candidates.distance,
                 pairs.ids,
                 pairs.lam,
                 pairs.normal,
@@ -260,6 +266,7 @@ def collect(pairs: ContactPairs, candidates: Candidates, parameters: ContactPara
             ],
             device=device,
         )
+        candidates.moved = 0.0
         found, overlapping = (int(k) for k in pairs.counters.numpy())
         if found <= pairs.capacity:
             pairs.size, pairs.overlapping = found, overlapping

@@ -13,55 +13,46 @@ from typing import TYPE_CHECKING
 
 import warp as wp
 
-from tryon_solver.contact import bounds, candidates, pairs
+from tryon_solver.contact import bounds, pairs
 from tryon_solver.contact.deflect import deflect
 from tryon_solver.contact.verify import violations
 from tryon_solver.linalg import pcg
 from tryon_solver.linalg.vectors import subtract
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
 from tryon_solver.stepping.newton import hessian_product, linearise
+from tryon_solver.stepping.search import search_around
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
 
 
-def search_around(sim: Simulation, direction: wp.array) -> None:
-    """Find the candidates of every motion within `search_slack` of the paths from x along `direction`."""
-    state, slack = sim.state, sim.settings.search_slack
-    candidates.sweep(sim.inner, state.x, direction, slack)
-    candidates.sweep(sim.boxes, state.x, direction, slack + 0.5 * sim.reach)
-    candidates.find(
-        sim.candidates,
-        sim.cloth,
-        sim.touching,
-        sim.boxes,
-        sim.group,
-        state.x,
-        direction,
-        sim.reach + 2 * slack,
-        relative=False,
-    )
-    wp.copy(sim.x_searched, state.x)
-
-
 def take(sim: Simulation, direction: wp.array) -> float:
     """Move x by `direction`, turned aside and then shortened until it is proven free; returns the largest move [m]."""
     state, work = sim.state, sim.work
-    if bounds.leaving(state.x, direction, sim.inner, work.hits):
-        search_around(sim, direction)
+    if sim.searches < sim.settings.searches and bounds.leaving(state.x, direction, sim.inner, work.hits):
+        search_around(sim, state.x, direction)
     deflect(
         sim.candidates,
         sim.cloth_count,
         sim.contact.sizes,
         state.x,
         direction,
+        sim.largest(direction),
         work.changed,
         work.hits,
         sim.settings.deflection_passes,
     )
     bounds.stay_in_boxes(state.x, direction, sim.inner, work.alpha)
     bounds.shorten(
-        sim.candidates, sim.cloth_count, sim.contact.sizes, state.x, direction, work.alpha, work.changed, work.hits
+        sim.candidates,
+        sim.cloth_count,
+        sim.contact.sizes,
+        state.x,
+        direction,
+        sim.largest(direction),
+        work.alpha,
+        work.changed,
+        work.hits,
     )
     wp.copy(work.total, state.x)
     wp.launch(
@@ -82,10 +73,10 @@ def correct_penetration(sim: Simulation) -> None:
     wp.copy(work.total, state.x)
     subtract(work.total, state.x_feasible, work.direction)
     wp.copy(state.x, state.x_feasible)
-    search_around(sim, work.direction)
     take(sim, work.direction)
     for _ in range(settings.correction_iterations):
         pairs.collect(sim.pairs, sim.candidates, sim.contact, state.x)
+        wp.copy(sim.x_searched, state.x)
         for term in sim.stages.contact:
             term.prepare(sim.pairs, state.x, state.x_start, sim.dt)
         elastic_gradient(sim, state.x, work.gradient)

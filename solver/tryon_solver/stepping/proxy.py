@@ -8,30 +8,25 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tryon_solver.contact import candidates, pairs
+from tryon_solver.contact import pairs
+from tryon_solver.linalg.vectors import subtract
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient, invert_diagonal_blocks
+from tryon_solver.stepping.search import search_around
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
 
 
 def build_contact_proxy(sim: Simulation) -> None:
-    """Find the pairs at x_feasible, freeze their model for the step, and set the gradient at the current trial."""
+    """Find the pairs at x_feasible, freeze their model for the step, and set the gradient at the current trial.
+
+    The search covers the way to the contact-free solution in x, so that the correction can use it too.
+    """
     state, work = sim.state, sim.work
     if sim.touching:
-        work.direction.zero_()
-        candidates.sweep(sim.boxes, state.x_feasible, work.direction, 0.5 * sim.reach)
-        candidates.find(
-            sim.candidates,
-            sim.cloth,
-            sim.touching,
-            sim.boxes,
-            sim.group,
-            state.x_feasible,
-            work.direction,
-            sim.reach,
-            relative=False,
-        )
+        subtract(state.x, state.x_feasible, work.direction)
+        sim.searches = 0
+        search_around(sim, state.x_feasible, work.direction)
         pairs.collect(sim.pairs, sim.candidates, sim.contact, state.x_feasible)
         for term in sim.stages.contact:
             term.prepare(sim.pairs, state.x_feasible, state.x_start, sim.dt)
