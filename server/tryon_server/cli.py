@@ -157,7 +157,7 @@ def run_serve(options: argparse.Namespace) -> int:
 
     from tryon_server.app import create_app
     from tryon_server.runtime.local import local_runtime
-    from tryon_server.serving import Server, listen
+    from tryon_server.streaming.server import Server, listen
 
     open_database(settings.effective_database_url()).dispose()
     runtime = local_runtime(settings)

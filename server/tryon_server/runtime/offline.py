@@ -17,6 +17,7 @@ from tryon_solver.body.motion import blend_in
 from tryon_solver.body.pose import Pose
 
 from tryon_server.problems import ProblemError, problem_error
+from tryon_server.runtime.bodies import load_body
 from tryon_server.runtime.drape import Drape, Progress
 from tryon_server.runtime.kernel_news import kernel_news
 from tryon_server.runtime.motions import load_motion
@@ -85,12 +86,12 @@ def simulate(order: DrapeOrder, motion: str | None, seconds: float | None, fps: 
     """
     if fps < LOWEST_FPS:
         raise _out_of_range("fps", f"{fps:g} frames per second are too few", f"Give at least {LOWEST_FPS:g}")
+    played = None if motion is None else load_motion(motion, load_body(order.body))  # what is wrong is said at once
     with kernel_news(lambda what: progress(what, None)):
         drape = build_drape(order, progress)
-        if motion is None:
+        if played is None:
             seconds = STILL_SECONDS if seconds is None else seconds
             return _record(drape, 0.0, lambda _t: drape.pose, seconds, fps, progress)
-        played = load_motion(motion, drape.outfit.body)
         seconds = played.duration if seconds is None else seconds
         loop = seconds > played.duration + 1e-9
         lead = blend_in(drape.pose, played, approach_seconds(drape.pose, played.pose(0)))

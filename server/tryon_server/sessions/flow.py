@@ -57,9 +57,7 @@ class FrameFlow:
 
     def topology_sent(self, client: int) -> None:
         """A client has been sent the newest topology."""
-        lane = self._lanes[client]
-        lane.topology_id = self._topology_id
-        lane.window.lost()
+        self._lanes[client].topology_id = self._topology_id
 
     def acknowledge(self, client: int, seq: int) -> None:
         """A client has decoded the frames up to ``seq``. Raises ProtocolError for a frame that it was never sent."""

@@ -99,6 +99,13 @@ class Client:
         self.in_flight.extend(arrived)
         assert len(self.in_flight) <= 2
 
+    def lose(self) -> None:
+        """Something went wrong in the client: what is on its way can't be decoded any more."""
+        self.fetch()
+        self.in_flight.clear()
+        self.decoder, self.topology_id = FrameDecoder(), 0
+        self.driver.say(self.number, KeyframeRequestMessage())
+
     def decode_one(self) -> None:
         self.fetch()
         if not self.in_flight:
@@ -247,7 +254,7 @@ def test_every_client_decodes_all_it_gets_and_ends_with_the_newest_state(steps):
             case "leave" if value < len(clients):
                 driver.leave(clients.pop(value).number)
             case "lost" if value < len(clients):
-                driver.say(clients[value].number, KeyframeRequestMessage())
+                clients[value].lose()
             case "dress":
                 simulated.dress_anew()
             case "hold":

@@ -12,8 +12,8 @@ from tryon_server.app import create_app
 from tryon_server.runtime.interface import Catalogue, Device, FabricEntry, MotionEntry, Runtime
 from tryon_server.runtime.local_processes import LocalProcesses
 from tryon_server.runtime.order import Workshop
-from tryon_server.serving import Server, listen
 from tryon_server.settings import Settings
+from tryon_server.streaming.server import Server, listen
 
 FABRICS = ("cotton", "denim", "tight", "nan", "failing", "crash", "slow")
 CATALOGUE = Catalogue(

@@ -6,7 +6,7 @@ import socket
 from collections.abc import Callable
 
 import uvicorn
-from fastapi import FastAPI
+from starlette.applications import Starlette
 from tryon_protocol import MAX_CLIENT_MESSAGE_BYTES
 
 from tryon_server.problems import problem_error
@@ -20,7 +20,7 @@ LARGEST_MESSAGE = 16 * MAX_CLIENT_MESSAGE_BYTES  # beyond the protocol's own lim
 class Server(uvicorn.Server):
     """Tells clients that the server stops, before uvicorn closes their connections."""
 
-    def __init__(self, app: FastAPI, log_level: str = "warning", on_start: Callable[[], None] = lambda: None) -> None:
+    def __init__(self, app: Starlette, log_level: str = "warning", on_start: Callable[[], None] = lambda: None) -> None:
         self._app = app
         self._on_start = on_start
         config = uvicorn.Config(

@@ -1,0 +1,146 @@
+"""The command line as a newcomer meets it: help, one real simulation, and one line of advice for whatever is wrong."""
+
+from __future__ import annotations
+
+import json
+import socket
+import subprocess
+import sys
+
+import numpy as np
+import patterns
+import pytest
+import trimesh
+from tryon_server.cli import address_of, main
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with a tube to wear, a capsule to wear it, and things that are neither."""
+    folder = tmp_path_factory.mktemp("cli")
+    capsule = trimesh.creation.capsule(height=0.6, radius=0.14, count=[24, 24])
+    capsule.apply_transform(trimesh.transformations.rotation_matrix(-np.pi / 2, [1, 0, 0]))
+    capsule.apply_translation([0, 0.75, 0])
+    capsule.export(folder / "capsule.obj")
+    capsule.update_faces(np.arange(len(capsule.faces)) > 5)
+    capsule.export(folder / "open.obj")
+    (folder / "tube.json").write_bytes(patterns.as_bytes(patterns.tube(60.0, 40.0)))
+    stitch_to_nowhere = patterns.tube()
+    stitch_to_nowhere["pattern"]["stitches"][1][0]["edge"] = 9
+    (folder / "nowhere.json").write_bytes(patterns.as_bytes(stitch_to_nowhere))
+    (folder / "not.json").write_text("hello")
+    (folder / "not.bvh").write_text("hello")
+    return folder
+
+
+def simulate(folder, *options: str) -> list[str]:
+    """A command that would work, with options that may change it."""
+    files = [
+        "--garment",
+        str(folder / "tube.json"),
+        "--body",
+        str(folder / "capsule.obj"),
+        "--out",
+        str(folder / "o.npz"),
+    ]
+    return ["simulate", *files, "--edge-length", "0.05", "--seconds", "0.2", *options]
+
+
+def test_simulate_records_a_garment_on_a_body_of_ones_own(folder):
+    command = simulate(folder, "--fps", "50", "--glb", str(folder / "o.glb"))
+    done = subprocess.run(
+        [sys.executable, "-m", "tryon_server.cli", *command], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert "Sewing the seams" in done.stderr
+    assert "11 frames" in done.stdout
+    with np.load(folder / "o.npz") as held:
+        assert set(held) == {"cloth", "cloth_faces", "body", "body_faces", "dt", "reports"}
+        cloth, body = held["cloth"], held["body"]
+        assert cloth.shape == (11, cloth.shape[1], 3)
+        assert body.shape == (11, 578, 3)
+        assert np.isfinite(cloth).all()
+        assert held["cloth_faces"].max() == cloth.shape[1] - 1
+        assert float(held["dt"]) == pytest.approx(0.02)
+        reports = json.loads(str(held["reports"]))
+    assert len(reports) == 10
+    assert reports[0]["times_ms"]
+    nearest = np.clip(cloth, [0.0, 0.45, 0.0], [0.0, 1.05, 0.0])  # on the capsule's axis
+    assert np.linalg.norm(cloth - nearest, axis=2).min() > 0.135, "the cloth is outside of the capsule"
+    scene = trimesh.load_scene(folder / "o.glb")
+    np.testing.assert_allclose(scene.geometry["cloth"].bounds, [cloth[-1].min(0), cloth[-1].max(0)], atol=1e-6)
+    assert set(scene.geometry) == {"cloth", "body"}
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (["--garment", "{}/absent.json"], ["absent.json"]),
+        (["--garment", "{}/not.json"], ["JSON"]),
+        (["--garment", "{}/nowhere.json"], ["stitches[1]"]),
+        (["--fabric", "steel"], ["no fabric 'steel'", "cotton_jersey"]),
+        (["--preset", "perfect"], ["no preset 'perfect'", "draft"]),
+        (["--device", "cuda:77"], ["no device 'cuda:77'", "cpu"]),
+        (["--motion", "moonwalk"], ["no motion 'moonwalk'", "walk"]),
+        (["--motion", "{}/not.bvh"], ["not.bvh", "HIERARCHY"]),
+        (["--body", "{}/absent.npz"], ["absent.npz"]),
+        (["--body", "{}/not.json"], ["not.json"]),
+        (["--body", "{}/open.obj"], ["not closed"]),
+        (["--fps", "5"], ["too few", "11"]),
+        (["--edge-length", "1e-9"], ["edge length"]),
+        (["--out", "{}/absent/o.npz"], ["can't be written"]),
+        (["--out", "{}/o.txt"], ["neither .npz nor .glb"]),
+        (["--glb", "{}"], ["can't be written"]),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line_with_advice(folder, capsys, options, says):
+    status = main(simulate(folder, *(option.format(folder) for option in options)))
+    error = [line for line in capsys.readouterr().err.splitlines() if line.startswith("tryon: ")]
+    assert status == 2
+    assert len(error) == 1
+    for word in says:
+        assert word in error[0]
+
+
+@pytest.mark.parametrize("option", ["--seconds", "--edge-length", "--fps"])
+@pytest.mark.parametrize("value", ["-1", "0", "nan", "soon"])
+def test_numbers_must_be_above_zero(folder, capsys, option, value):
+    with pytest.raises(SystemExit) as end:
+        main(simulate(folder, option, value))
+    assert end.value.code == 2
+    assert option in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", [[], ["serve"], ["devices"], ["simulate"]])
+def test_help_explains_every_option(capsys, command):
+    with pytest.raises(SystemExit) as end:
+        main([*command, "--help"])
+    assert end.value.code == 0
+    text = capsys.readouterr().out
+    assert "usage: tryon" in text
+    for option in ("--garment", "--motion", "--out"):
+        assert (option in text) == (command == ["simulate"])
+
+
+def test_devices_names_the_processor(capsys):
+    assert main(["devices"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1].startswith("cpu ")
+
+
+def test_serve_refuses_a_taken_port_and_unknown_settings(tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv("TRYON_SERVER_DATA_DIR", str(tmp_path))
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        assert main(["serve", "--port", str(port)]) == 2
+    assert f"port {port}" in capsys.readouterr().err
+    monkeypatch.setenv("TRYON_SERVER_PROT", "1")
+    assert main(["serve"]) == 2
+    assert "TRYON_SERVER_PROT" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("host", "url"),
+    [("127.0.0.1", "http://127.0.0.1:8000/"), ("0.0.0.0", "http://127.0.0.1:8000/"), ("::1", "http://[::1]:8000/")],
+)
+def test_address_can_be_opened_on_this_machine(host, url):
+    assert address_of(host, 8000) == url

@@ -1,0 +1,113 @@
+"""Sources of poses: never faster than real time for long, never faster than the body was."""
+
+import numpy as np
+import pytest
+from analytic_drape import load_motion, small_body, sway_at
+from hypothesis import given
+from hypothesis import strategies as st
+from tryon_server.runtime.sources import (
+    APPROACH_SPEED_MAX,
+    CATCH_UP,
+    LARGEST_DEBT,
+    LONGEST_MOVE,
+    MotionSource,
+    StillSource,
+    StreamSource,
+    approach_seconds,
+)
+from tryon_solver.body.pose import Pose
+
+BODY = small_body()
+SWAY = load_motion("sway", BODY)
+
+
+def at(x: float, turn: float = 0.0) -> Pose:
+    rotations = np.tile([0.0, 0.0, 0.0, 1.0], (3, 1))
+    rotations[1] = [0.0, 0.0, np.sin(turn / 2), np.cos(turn / 2)]
+    return Pose(np.array([x, 0.0, 0.0]), rotations)
+
+
+@given(st.lists(st.floats(1e-3, 2.0), min_size=1, max_size=60))
+def test_a_motion_is_never_ahead_of_wall_time_and_forgets_what_it_cannot_make_up(waits):
+    source = MotionSource(SWAY, at(0.0))
+    start = source.next(1e-9).t
+    for k, elapsed in enumerate(waits):
+        move = source.next(elapsed)
+        assert 0 < move.dt <= LONGEST_MOVE
+        assert move.t - start <= sum(waits[: k + 1]) + 1e-6
+    behind = [source.next(1e-9).dt for _ in range(5)]
+    assert sum(behind) <= LARGEST_DEBT + 1e-6
+
+
+def test_a_hiccup_is_made_up():
+    source = MotionSource(SWAY, at(0.0))
+    begin = source.next(0.01).t
+    for elapsed in [0.01] * 10 + [0.06] + [0.01] * 10:
+        last = source.next(elapsed)
+    assert last.t - begin == pytest.approx(0.26)
+
+
+def test_motion_repeats_on_its_own_clock():
+    source = MotionSource(SWAY, at(0.3))
+    moves = [source.next(0.02) for _ in range(200)]
+    assert moves[0].t < 0
+    playing = [move for move in moves if move.t >= 0]
+    assert playing[-1].t > 1.5
+    for move in playing:
+        assert move.pose.root[0] == pytest.approx(sway_at(move.t), abs=2e-4)
+
+
+@pytest.mark.parametrize(("goal", "seconds"), [(at(0.0), 0.5), (at(3.0), 3.0), (at(0.0, 3.0), 1.5)])
+def test_a_way_that_nobody_recorded_is_taken_unhurried(goal, seconds):
+    assert approach_seconds(at(0.0), goal) == pytest.approx(seconds)
+
+
+def test_still_body_settles_and_then_costs_nothing():
+    source = StillSource(at(0.0))
+    moves = [source.next(0.02) for _ in range(400)]
+    assert moves[0] is not None
+    assert moves[-1] is None
+
+
+def follow(stream: StreamSource, poses, period: float, look: float, until: float) -> list:
+    """Poses are captured each ``period`` s and looked at each ``look`` s."""
+    moves, now, k = [], 0.0, 0
+    while now < until:
+        now += look
+        while k * period <= now:
+            stream.take(1, k + 1, 1000.0 + k * period, poses(k * period))
+            k += 1
+        moves.append(stream.next(look))
+    return moves
+
+
+@pytest.mark.parametrize("period", [1 / 90, 1 / 60, 1 / 30, 1 / 15])
+def test_a_stream_is_caught_up_with_and_then_followed(period):
+    moves = follow(StreamSource(at(0.0)), lambda t: at(0.5 + 0.3 * t), period, 1 / 60, 5.0)
+    done = [move for move in moves if move is not None]
+    speeds = np.diff([move.pose.root[0] for move in done]) / [move.dt for move in done[1:]]
+    assert np.abs(speeds).max() <= APPROACH_SPEED_MAX
+    newest = 1000.0 + period * np.floor(5.0 / period)
+    assert done[-1].t == pytest.approx(newest, abs=period + 1e-6)
+    assert done[-1].pose.root[0] == pytest.approx(0.5 + 0.3 * (done[-1].t - 1000.0), abs=1e-6)
+    assert all(move.dt <= min(LONGEST_MOVE, CATCH_UP / 60) + 1e-9 for move in done)
+
+
+def test_another_sender_has_another_clock():
+    stream = StreamSource(at(0.0))
+    follow(stream, lambda _: at(0.0), 0.02, 0.02, 2.0)
+    stream.take(2, 1, 5.0, at(0.2))
+    first = stream.next(0.02)
+    assert first.pose_seq == 1
+    assert 3.9 < first.t < 5.0
+    assert 0.0 < first.pose.root[0] < 0.02
+
+
+def test_stream_that_stalls_holds_the_pose_and_goes_on_with_the_next():
+    stream = StreamSource(at(0.0))
+    follow(stream, lambda t: at(0.1 * t), 0.02, 0.02, 3.0)
+    held = [stream.next(0.02) for _ in range(60)]
+    assert held[5] is None, "it waits a moment before it settles"
+    assert all(move.pose.root[0] == pytest.approx(0.3, abs=0.01) for move in held if move is not None)
+    stream.take(1, 999, 1004.4, at(0.44))
+    assert stream.next(0.02).pose.root[0] == pytest.approx(0.44, abs=0.15)
