@@ -16,6 +16,7 @@ from tryon_solver.body.carry import Carry
 from tryon_solver.body.pose import Pose
 from tryon_solver.body.skinning import SkinningKernel
 from tryon_solver.contact.candidates import Candidates, ContactSizes, VertexBoxes
+from tryon_solver.contact.deflect import DeflectionScratch
 from tryon_solver.contact.pairs import ContactModel, ContactPairs, ContactParameters
 from tryon_solver.contact.surfaces import Surface
 from tryon_solver.effects.base import BuildContext
@@ -136,6 +137,7 @@ class Simulation:
         self.x_before = wp.clone(cloth)
         self.x_searched = wp.clone(x)
         self.searches = 0
+        self.deflection = DeflectionScratch.allocate(self.all_count, device)
         self.largest_out = wp.zeros(1, dtype=wp.float32, device=device)
         self.cg = ConjugateGradients.allocate(self.all_count, device)
         faces = scene.garment.faces.ravel()

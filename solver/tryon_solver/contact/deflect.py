@@ -6,11 +6,14 @@ apart along its normal, by just what is missing, split by the vertices' weights:
 
     p_i += w_i lam_i / (sum_j w_j lam_j^2) (target - (d + n . sum_j lam_j p_j)) n.
 
-Tangential motion stays. This is the contact projection of position based dynamics applied to a displacement; it promises
+All pushes of a pass are computed from the same displacements and averaged per vertex, so the outcome does not depend on
+the order in which a device works through them. Tangential motion stays. This is the contact projection of position based dynamics applied to a displacement; it promises
 nothing, what it leaves is shortened (bounds.py).
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import warp as wp
 
@@ -23,7 +26,7 @@ wp.set_module_options({"enable_backward": False})
 WANTED_GAP = 0.5  # share of a pair's gap above xi that a deflected motion keeps
 RECOVERY = 0.2  # share of what a pair at less than xi lacks that a deflected motion gives back
 SURFACE_WEIGHT = 0.25  # how readily the body's surface gives way at first, cloth having 1; it rises to 1
-RELAXATION = 0.7  # several candidates push the same vertex at once
+RELAXATION = 1.3  # of the mean of all pushes on a vertex: several candidates push the same one at once
 
 
 @wp.kernel
@@ -42,11 +45,13 @@ def deflect_kernel(
     near_count: wp.array(dtype=wp.int32),
     changed: wp.array(dtype=wp.int32),
     displacement: wp.array(dtype=wp.vec3),
+    push_out: wp.array(dtype=wp.vec3),
+    pushes_out: wp.array(dtype=wp.float32),
     deflected_out: wp.array(dtype=wp.int32),
 ):
     """Pass 0 looks at every stencil and lists those that the displacements could close.
 
-    Later passes look at the listed ones with a vertex that the pass before, or this one so far, has pushed.
+    Later passes look at the listed ones with a vertex that the pass before has pushed.
     """
     c = wp.tid()
     if number > 0:
@@ -90,14 +95,46 @@ def deflect_kernel(
     if missing <= 1.0e-6:
         return
     wp.atomic_add(deflected_out, 0, 1)
-    push = RELAXATION * missing / total
+    push = missing / total
     for k in range(4):
         if lam[k] != 0.0:
             w = float(1.0)
             if v[k] >= cloth_count:
                 w = surface_weight
-            wp.atomic_add(displacement, v[k], w * lam[k] * push * n)
-            changed[v[k]] = number
+            wp.atomic_add(push_out, v[k], w * lam[k] * push * n)
+            wp.atomic_add(pushes_out, v[k], 1.0)
+
+
+@wp.kernel
+def apply_kernel(
+    number: int,
+    relaxation: float,
+    push: wp.array(dtype=wp.vec3),
+    pushes: wp.array(dtype=wp.float32),
+    changed: wp.array(dtype=wp.int32),
+    displacement: wp.array(dtype=wp.vec3),
+):
+    """p += relaxation * mean push; clears the sums for the next pass."""
+    i = wp.tid()
+    if pushes[i] > 0.0:
+        displacement[i] = displacement[i] + (relaxation / pushes[i]) * push[i]
+        changed[i] = number
+        push[i] = wp.vec3()
+        pushes[i] = 0.0
+
+
+@dataclass(frozen=True)
+class DeflectionScratch:
+    """Sums of one pass: `push` (A,) vec3 m, `pushes` (A,) float32, both zero between passes."""
+
+    push: wp.array
+    pushes: wp.array
+
+    @staticmethod
+    def allocate(count: int, device: str) -> DeflectionScratch:
+        return DeflectionScratch(
+            wp.zeros(count, dtype=wp.vec3, device=device), wp.zeros(count, dtype=wp.float32, device=device)
+        )
 
 
 def deflect(
@@ -108,6 +145,7 @@ def deflect(
     displacement: wp.array,
     longest: float,
     changed: wp.array,
+    scratch: DeflectionScratch,
     counter: wp.array,
     at_most: int,
 ) -> None:
@@ -134,7 +172,22 @@ def deflect(
                 SURFACE_WEIGHT + (1.0 - SURFACE_WEIGHT) * number / at_most,
                 number,
             ],
-            [candidates.near, candidates.near_count, changed, displacement, counter],
+            [
+                candidates.near,
+                candidates.near_count,
+                changed,
+                displacement,
+                scratch.push,
+                scratch.pushes,
+                counter,
+            ],
+            device=x.device,
+        )
+        wp.launch(
+            apply_kernel,
+            len(x),
+            [number, RELAXATION],
+            [scratch.push, scratch.pushes, changed, displacement],
             device=x.device,
         )
         if int(counter.numpy()[0]) == 0:

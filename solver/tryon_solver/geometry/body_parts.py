@@ -11,8 +11,9 @@ from scipy.sparse.csgraph import connected_components
 
 Points = NDArray[np.float64]
 
-# Levels, as shares of the height, between which the arms join the trunk of a standing person.
-LOWEST_LEVEL, HIGHEST_LEVEL, LEVELS = 0.55, 0.88, 34
+# Levels, as shares of the height, from the hips to above the shoulders of a standing person. Raised a little, as a
+# tracked person's are at rest, the arms end above the lowest.
+LOWEST_LEVEL, HIGHEST_LEVEL, LEVELS = 0.5, 0.88, 39
 # Where a section of the trunk is wider than the one below by this factor, the arms have joined it.
 ARMS_JOINED = 1.4
 # An arm begins where the body is wider than the trunk by this factor.
@@ -26,10 +27,11 @@ class Trunk:
     middle: float  # m, x of the trunk's middle
     half_width: float  # m, of its widest section below the armpits
     armpit: float  # m, y of the highest section that the arms do not join
+    hips: float  # m, y below which there are no arms
 
     def arms(self, points: Points, side: int) -> NDArray[np.bool_]:
         """Which of the points (K, 3) m lie beyond the trunk on the side +1 (towards +x) or -1, shape (K,)."""
-        return side * (points[:, 0] - self.middle) > ARM_BEYOND * self.half_width
+        return (side * (points[:, 0] - self.middle) > ARM_BEYOND * self.half_width) & (points[:, 1] > self.hips)
 
     def arm_side(self, centre: Points, label: str) -> int:
         """On which arm a piece with its middle at centre (3,) m belongs: +1, -1, or 0 for none.
@@ -49,19 +51,19 @@ def find_trunk(vertices: Points, faces: NDArray[np.int32]) -> Trunk:
     """
     low, high = vertices[:, 1].min(), vertices[:, 1].max()
     middle = float((vertices[:, 0].min() + vertices[:, 0].max()) / 2)
+    levels = (np.linspace(LOWEST_LEVEL, HIGHEST_LEVEL, LEVELS) * (high - low) + low).tolist()
     widest = 0.0
     previous = np.inf
-    armpit = low
-    for level in np.linspace(LOWEST_LEVEL, HIGHEST_LEVEL, LEVELS) * (high - low) + low:
-        half_width = _trunk_half_width(vertices, faces, float(level), middle)
+    for below, level in zip([low, *levels], levels):
+        half_width = _trunk_half_width(vertices, faces, level, middle)
         if half_width > ARMS_JOINED * previous:
-            return Trunk(middle, widest, float(armpit))
-        widest, previous, armpit = max(widest, half_width), half_width, level
-    return Trunk(middle, np.inf, float(armpit))
+            return Trunk(middle, widest, below, levels[0])
+        widest, previous = max(widest, half_width), half_width
+    return Trunk(middle, np.inf, levels[-1], levels[0])
 
 
 def _trunk_half_width(vertices: Points, faces: NDArray[np.int32], level: float, middle: float) -> float:
-    """Half the width [m] of that loop of the section at y = level whose middle is nearest to x = middle."""
+    """How far [m] from x = middle that loop of the section at y = level reaches which lies nearest to it."""
     above = vertices[faces, 1] > level
     crossing = faces[above.any(axis=1) & ~above.all(axis=1)]
     if len(crossing) == 0:
@@ -81,4 +83,4 @@ def _trunk_half_width(vertices: Points, faces: NDArray[np.int32], level: float, 
     low = np.array([x[loop == k].min() for k in loops])
     high = np.array([x[loop == k].max() for k in loops])
     nearest = int(np.argmin(np.abs((low + high) / 2 - middle)))
-    return float(high[nearest] - low[nearest]) / 2
+    return float(max(high[nearest] - middle, middle - low[nearest]))

@@ -1,8 +1,8 @@
 """Whether triangle surfaces come closer to each other than a distance, and whether points lie inside a closed one.
 
-For setting a scene up on the host; the contact of a running simulation has its own kernels. Distances of segments and of
-points to triangles after C. Ericson, "Real-Time Collision Detection" (2005), sections 5.1.5 and 5.1.9; the winding number
-after A. van Oosterom and J. Strackee, "The solid angle of a plane triangle" (1983).
+For setting a scene up on the host; the contact of a running simulation has its own kernels. Distances of segments and
+of points to triangles after C. Ericson, "Real-Time Collision Detection" (2005), sections 5.1.5 and 5.1.9; the winding
+number after A. van Oosterom and J. Strackee, "The solid angle of a plane triangle" (1983).
 """
 
 from __future__ import annotations

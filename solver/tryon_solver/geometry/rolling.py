@@ -1,7 +1,7 @@
 """Rolls a flat piece onto a cylinder or a cone around a part of the body, without stretching it.
 
 The cylinder's or cone's profile is a smooth convex curve around the part: the support function of the part's outline,
-averaged over directions (an average of support functions is one again, so the curve stays convex), plus an even distance.
+averaged over directions (an average of support functions is one again: the curve stays convex), plus an even distance.
 """
 
 from __future__ import annotations
@@ -55,12 +55,12 @@ def profile_around(section: Points, distance: float) -> Profile:
 
 
 def roll(flat: Points, part: Points, distance: float) -> Points | None:
-    """The flat piece rolled on a cylinder around the part: positions (K, 3) m in coordinates (c, n, a), or None where it does not fit.
+    """The flat piece rolled on a cylinder around the part: positions (K, 3) m in (c, n, a); None where it does not fit.
 
     flat: (K, 2) m, the piece in its plane, c across and a along the cylinder's lines, upwards for the trunk.
     part: (B, 3) m, the part of the body in (c, n, a). distance: from the part [m]. The piece touches the cylinder where
-    that is furthest in n, moved sideways only as far as it must to keep to the half facing n with the distance to spare,
-    so that front and back pieces cannot meet.
+    that is furthest in n, moved sideways only as far as it must to keep to the half facing n, with the distance to
+    spare, so that front and back pieces cannot meet.
     """
     profile = profile_around(part[:, :2], distance)
     arc = _fitted(flat[:, 0] - profile.points[0, 0], profile.travelled, profile.points, distance)
@@ -100,7 +100,9 @@ def roll_on_cone(flat: Points, part: Points, distance: float) -> Points | None:
     angle = _fitted(np.arctan2(offset[:, 0], -offset[:, 1]), turned, profile.points, distance / slant)
     if angle is None:
         return None
-    return np.append(middle, top + height) + reach[:, None] * _along(angle, turned, spokes)
+    spoke = _along(angle, turned, spokes)
+    spoke *= (reach / np.linalg.norm(spoke, axis=1))[:, None]
+    return np.append(middle, top + height) + spoke
 
 
 def _fitted(wanted: Points, travelled: Points, points: Points, margin: float) -> Points | None:

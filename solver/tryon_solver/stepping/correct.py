@@ -39,6 +39,7 @@ def take(sim: Simulation, direction: wp.array) -> float:
         direction,
         sim.largest(direction),
         work.changed,
+        sim.deflection,
         work.hits,
         sim.settings.deflection_passes,
     )

@@ -124,6 +124,7 @@ def filter_motion(sim: Simulation) -> None:
         work.direction,
         sim.largest(work.direction),
         work.changed,
+        sim.deflection,
         work.hits,
         settings.deflection_passes,
     )
