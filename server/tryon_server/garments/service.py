@@ -16,6 +16,7 @@ from tryon_server.problems import ProblemError, problem_error
 
 MAX_NAME_LENGTH = 200
 CHECKS_AT_ONCE = 2
+FIRST = "tshirt"  # of the built-in garments, listed before the others: what a demo opens with
 
 
 class GarmentService:
@@ -47,7 +48,7 @@ class GarmentService:
 
     def add_built_in(self, folder: Path) -> None:
         """Have every pattern of ``folder`` as a garment named by its file; unchanged files are not checked again."""
-        for path in sorted(folder.glob("*.json")):
+        for path in sorted(folder.glob("*.json"), key=lambda path: (path.stem != FIRST, path.stem)):
             content = path.read_bytes()
             self._store(path.stem, path.stem.replace("_", " "), content)
 

@@ -17,6 +17,7 @@ class DrapeOrder:
         device: ``cpu``, ``cuda:0``, ...
         edge_length: length of the mesh's edges [m]; None for the preset's.
         body: file of the body; None for the default body.
+        wardrobe: folder where dressed garments are kept for the next time; None to dress anew.
     """
 
     pattern: Path
@@ -25,6 +26,7 @@ class DrapeOrder:
     device: str
     edge_length: float | None = None
     body: Path | None = None
+    wardrobe: Path | None = None
 
 
 @dataclass(frozen=True)

@@ -11,19 +11,23 @@ from tryon_protocol import GRID, check_grid
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.pose import Pose
 from tryon_solver.dressing.dress import Dressed, DressingError, dress
-from tryon_solver.geometry.garment import GarmentError
-from tryon_solver.geometry.panel_mesh import mesh_pattern
+from tryon_solver.geometry.garment import Garment, GarmentError
+from tryon_solver.geometry.panel_mesh import PanelMesh, mesh_pattern
 from tryon_solver.geometry.pattern import PatternError, load_pattern
 from tryon_solver.geometry.placement import PlacementError
-from tryon_solver.materials.fabric import FABRICS
+from tryon_solver.geometry.weld import weld
+from tryon_solver.materials.fabric import FABRICS, Fabric
 from tryon_solver.results import StepReport
-from tryon_solver.settings import PRESETS
+from tryon_solver.scene import WORN, Scene
+from tryon_solver.settings import PRESETS, Settings
+from tryon_solver.simulation import build
 
 from tryon_server.problems import problem_error
 from tryon_server.runtime.bodies import load_body
 from tryon_server.runtime.devices import AUTOMATIC, choose_device
 from tryon_server.runtime.drape import Outfit, Progress
 from tryon_server.runtime.order import DrapeOrder
+from tryon_server.runtime.wardrobe import Wardrobe, wardrobe_key
 
 EDGE_LENGTHS = {"draft": 0.017, "live": 0.0085, "fit": 0.006}
 """Length of the mesh's edges [m] by preset: a T-shirt has about 2.5, 10 and 20 thousand vertices."""
@@ -85,15 +89,44 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
     body = load_body(order.body)
     try:
         progress("Meshing the pattern", None)
-        panels = mesh_pattern(load_pattern(order.pattern), order.edge_length or EDGE_LENGTHS[preset])
+        edge_length = order.edge_length or EDGE_LENGTHS[preset]
+        panels = mesh_pattern(load_pattern(order.pattern), edge_length)
         check_grid(GRID, min(fabric.thickness, settings.body_offset))
-        dressed = dress(panels, body, fabric, settings, device, progress=_worded(progress))
+        if order.wardrobe is None:
+            dressed = dress(panels, body, fabric, settings, device, progress=_worded(progress))
+        else:
+            key = wardrobe_key(order.pattern.read_bytes(), body, (fabric, settings, edge_length))
+            dressed = _dress_as_before(panels, body, fabric, settings, device, progress, Wardrobe(order.wardrobe), key)
     except PatternError as error:
         raise problem_error("pattern.invalid", error.message, error.remedy, place=error.place, status=422) from error
     except (PlacementError, GarmentError, DressingError) as error:
         message = f"the garment can't be put on: {error}"
         raise problem_error("garment.unfit", message, TRY_ANOTHER, place="garment", status=422) from error
     return SolverDrape(dressed, body)
+
+
+def _dress_as_before(
+    panels: PanelMesh,
+    body: BodyModel,
+    fabric: Fabric,
+    settings: Settings,
+    device: str,
+    progress: Progress,
+    wardrobe: Wardrobe,
+    key: str,
+) -> Dressed:
+    """The garment as it hung when it was dressed the last time, or dressed anew and kept for the next time."""
+    welded = weld(panels)
+    hung = wardrobe.recall(key, welded.vertex_count)
+    if hung is None:
+        dressed = dress(panels, body, fabric, settings, device, progress=_worded(progress))
+        wardrobe.keep(key, dressed.simulation.cloth_positions())
+        return dressed
+    progress("Dressing as before", None)
+    garment = Garment(welded.vertex_of_corner, welded.uv_corners, welded.panel_of_face, welded.vertex_count)
+    pose = Pose.rest(body)
+    simulation = build(Scene(garment, hung.astype(np.float64), body, fabric, WORN), settings, device, pose)
+    return Dressed(simulation, welded, panels, pose)
 
 
 def choose_preset(name: str, device: str) -> str:

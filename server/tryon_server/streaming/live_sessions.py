@@ -154,6 +154,7 @@ class LiveSessions:
                 fabric=record.fabric,
                 preset=record.preset,
                 device=self._settings.device,
+                wardrobe=self._settings.data_dir / "dressed",
             ),
             motion=record.motion,
             frames_per_second=self._settings.frames_per_second,
