@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
 
 Points = NDArray[np.float64]
 
@@ -36,13 +37,14 @@ class Profile:
 
 
 def profile_around(section: Points, distance: float) -> Profile:
-    """The smooth convex curve around the points (K, 2) m in (c, n), an even distance [m] further out.
+    """The smooth convex curve around the points (K, 2) m in (c, n), K >= 3, an even distance [m] further out.
 
     Smoothing cuts corners: where the section is pointed, the curve can pass inside it by more than the distance.
     """
     angle = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS  # of the outward direction, from +n towards +c
     outward = np.stack([np.sin(angle), np.cos(angle)], axis=1)
-    support = (section @ outward.T).max(axis=0)
+    corners = section[ConvexHull(section, qhull_options="QJ").vertices]  # QJ: a section on a line is joggled
+    support = (corners @ outward.T).max(axis=0)
     order = np.fft.fftfreq(DIRECTIONS, d=1 / DIRECTIONS)
     # The first harmonic is the curve's place; averaging must not draw it towards the origin.
     kept = np.where(np.abs(order) <= 1, 1.0, np.exp(-0.5 * (order * SMOOTHING) ** 2))

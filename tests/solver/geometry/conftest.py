@@ -1,9 +1,12 @@
 """Patterns for the geometry tests: small ones made here, real ones from the shared data folder when it is there."""
 
 import os
+from functools import lru_cache
 from pathlib import Path
 
 import pytest
+from tryon_solver.geometry.panel_mesh import mesh_pattern
+from tryon_solver.geometry.pattern import load_pattern
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 DEMO_PATTERNS = REPOSITORY / "server" / "tryon_server" / "demo" / "patterns"
@@ -35,6 +38,23 @@ def rectangle():
 @pytest.fixture
 def specification():
     return _specification
+
+
+@lru_cache
+def _meshed(path, edge_length):
+    return mesh_pattern(load_pattern(path), edge_length)
+
+
+@pytest.fixture
+def meshed():
+    """meshed(path, edge_length): the mesh of a pattern file, made once for all tests."""
+    return _meshed
+
+
+@pytest.fixture
+def demo_patterns():
+    """The folder of the demo's own patterns."""
+    return DEMO_PATTERNS
 
 
 @pytest.fixture

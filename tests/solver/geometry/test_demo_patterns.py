@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tryon_solver.geometry.boundary_loops import boundary_loops
-from tryon_solver.geometry.panel_mesh import mesh_pattern
 from tryon_solver.geometry.pattern import load_pattern
 from tryon_solver.geometry.weld import weld
 
@@ -28,9 +27,8 @@ def test_the_script_writes_the_committed_bytes(script, tmp_path):
         assert path.read_bytes() == (DEMO_PATTERNS / path.name).read_bytes()
 
 
-def girths(name):
+def girths(mesh):
     """Girths [cm] of the sewn garment's openings, measured in the pattern, by the set of pieces they run through."""
-    mesh = mesh_pattern(load_pattern(DEMO_PATTERNS / f"{name}.json"), 0.01)
     sewn = weld(mesh)
     lengths = {}
     side = {}
@@ -45,9 +43,9 @@ def girths(name):
     return {pieces: sorted(values) for pieces, values in lengths.items()}
 
 
-def test_the_tshirt_has_a_neck_two_sleeves_and_a_hem_that_fit(script):
+def test_the_tshirt_has_a_neck_two_sleeves_and_a_hem_that_fit(script, meshed):
     body = script["BODY"]
-    openings = girths("tshirt")
+    openings = girths(meshed(DEMO_PATTERNS / "tshirt.json", 0.016))
     neck, hem = openings[frozenset({"front", "back"})]
     # Wider than the neck and far narrower than the way round both shoulders: it can be worn and cannot slip off.
     assert 45 < neck < 65
@@ -57,17 +55,17 @@ def test_the_tshirt_has_a_neck_two_sleeves_and_a_hem_that_fit(script):
         assert sleeve > body.upper_arm_girth + 4
 
 
-def test_the_skirt_holds_at_the_waist_by_being_narrower_than_the_hips(script):
+def test_the_skirt_holds_at_the_waist_by_being_narrower_than_the_hips(script, meshed):
     body = script["BODY"]
-    waist, hem = girths("skirt")[frozenset({"skirt_front", "skirt_back"})]
+    waist, hem = girths(meshed(DEMO_PATTERNS / "skirt.json", 0.016))[frozenset({"skirt_front", "skirt_back"})]
     assert 0.97 * body.waist_girth < waist < body.waist_girth
     assert waist < 0.8 * body.hip_girth
     assert hem > 1.3 * body.hip_girth
 
 
-def test_the_dress_has_a_neck_two_armholes_and_a_wide_hem(script):
+def test_the_dress_has_a_neck_two_armholes_and_a_wide_hem(script, meshed):
     body = script["BODY"]
-    openings = girths("dress")
+    openings = girths(meshed(DEMO_PATTERNS / "dress.json", 0.016))
     armholes_and_neck = openings[frozenset({"front", "back"})]
     assert len(armholes_and_neck) == 3
     assert all(length > body.upper_arm_girth + 8 for length in armholes_and_neck)

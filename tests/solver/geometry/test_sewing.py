@@ -35,8 +35,8 @@ def euler_characteristic(sewn):
 
 
 @pytest.mark.parametrize("edge_length", [0.016, 0.05])
-def test_patterns_sew_to_a_sound_surface(pattern_path, edge_length):
-    mesh = mesh_pattern(load_pattern(pattern_path), edge_length)
+def test_patterns_sew_to_a_sound_surface(pattern_path, edge_length, meshed):
+    mesh = meshed(pattern_path, edge_length)
     sewn = weld(mesh)
     loops = assert_sound(mesh, sewn)
     # One connected garment of genus 0: its Euler characteristic is two less the number of its openings.
@@ -46,8 +46,8 @@ def test_patterns_sew_to_a_sound_surface(pattern_path, edge_length):
     assert len(np.unique(sides, axis=0)) == len(sides)
 
 
-def test_triangles_of_patterns_are_well_shaped(pattern_path):
-    mesh = mesh_pattern(load_pattern(pattern_path), 0.016)
+def test_triangles_of_patterns_are_well_shaped(pattern_path, meshed):
+    mesh = meshed(pattern_path, 0.016)
     angles = corner_angles(mesh.uv, mesh.faces).min(axis=1)
     assert angles.min() > 20
     assert np.median(angles) > 50
@@ -55,13 +55,13 @@ def test_triangles_of_patterns_are_well_shaped(pattern_path):
     assert lengths.mean() == pytest.approx(0.016, rel=0.1)
 
 
-def test_mesh_area_is_the_area_of_the_pieces(pattern_path):
+def test_mesh_area_is_the_area_of_the_pieces(pattern_path, meshed):
     pattern = load_pattern(pattern_path)
     edge_length = 0.016
-    mesh = mesh_pattern(pattern, edge_length)
+    mesh = meshed(pattern_path, edge_length)
     areas = np.bincount(mesh.panel_of_face, weights=signed_areas(mesh.uv, mesh.faces))
     for panel, area in zip(pattern.panels, areas):
-        fine = [curves.sample_by_arc_length(edge.curve, 400) for edge in panel.edges]
+        fine = [curves.sample_by_arc_length(edge.curve, 200) for edge in panel.edges]
         exact = abs(outline.signed_area(np.vstack([points[:-1] for points in fine])))
         # A chord of length s leaves out k s^3 / 12 at curvature k: s^2 / 12 times the angle an edge turns by. A step is
         # at most twice the edge length. An edge that became a vertex moves two steps by half its length.
@@ -105,8 +105,8 @@ def test_a_piece_drawn_clockwise_is_seen_from_its_other_side(two_squares):
     assert mesh.placed[right].min(axis=0) == pytest.approx([0.0, 0.0, -0.1])
 
 
-def test_flat_pieces_keep_their_lengths_where_they_are_placed(pattern_path):
-    mesh = mesh_pattern(load_pattern(pattern_path), 0.03)
+def test_flat_pieces_keep_their_lengths_where_they_are_placed(pattern_path, meshed):
+    mesh = meshed(pattern_path, 0.05)
     sides = seams.face_edges(mesh.faces)
     in_pattern = np.linalg.norm(np.diff(mesh.uv[sides], axis=1), axis=2)
     in_space = np.linalg.norm(np.diff(mesh.placed[sides], axis=1), axis=2)
