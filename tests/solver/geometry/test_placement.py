@@ -68,8 +68,8 @@ def test_every_pattern_is_placed_clear_and_unstretched(pattern_path, body, meshe
     mesh = meshed(pattern_path, 0.03)
     positions = place_around(mesh, *body, CLEARANCE)
     assert_clear(mesh, positions, *body)
-    # A chord of length s on a bend of radius R is shorter than its arc by the share s^2 / (24 R^2). The tightest bend is
-    # that of a cuff, R = 4 cm; the longest edges have 1.5 times the mean length.
+    # A chord of length s on a bend of radius R is shorter than its arc by the share s^2 / (24 R^2). The tightest bend
+    # is that of a cuff, R = 4 cm; the longest edges have 1.5 times the mean length.
     ratio = stretch(mesh, positions)
     assert ratio.max() < 1 + 1e-6
     assert ratio.min() > 1 - 0.045**2 / (24 * 0.04**2)
