@@ -93,6 +93,59 @@ def apart_along(
 
 
 @wp.func
+def wedge_height(n: wp.vec3, corner: wp.vec3, a: wp.vec3, is_corner: bool) -> float:
+    """Height of a triangle's vertex over the plane through the shared corner; the corner itself does not count."""
+    if is_corner:
+        return float(1.0e9)
+    return wp.dot(n, a - corner)
+
+
+@wp.func
+def wedges_apart(
+    r: float,
+    ga: wp.vec3i,
+    gb: wp.vec3i,
+    a0: wp.vec3,
+    a1: wp.vec3,
+    a2: wp.vec3,
+    b0: wp.vec3,
+    b1: wp.vec3,
+    b2: wp.vec3,
+) -> bool:
+    """For triangles that share exactly one vertex: does a plane through it keep all their other vertices r away?
+
+    Every stencil of theirs that does not contain the shared vertex on both sides has one primitive made of such other
+    vertices alone, so it is further apart than r. False when they share none, or an edge.
+    """
+    shared = int(0)
+    corner = wp.vec3()
+    for k in range(3):
+        if ga[k] == gb[0] or ga[k] == gb[1] or ga[k] == gb[2]:
+            shared += 1
+            corner = a0
+            if k == 1:
+                corner = a1
+            elif k == 2:
+                corner = a2
+    if shared != 1:
+        return False
+    n = wp.normalize((a0 + a1 + a2) - (b0 + b1 + b2))
+    above = smallest_of(
+        wedge_height(n, corner, a0, ga[0] == gb[0] or ga[0] == gb[1] or ga[0] == gb[2]),
+        wedge_height(n, corner, a1, ga[1] == gb[0] or ga[1] == gb[1] or ga[1] == gb[2]),
+        wedge_height(n, corner, a2, ga[2] == gb[0] or ga[2] == gb[1] or ga[2] == gb[2]),
+    )
+    if above <= r:
+        return False
+    below = smallest_of(
+        wedge_height(-n, corner, b0, gb[0] == ga[0] or gb[0] == ga[1] or gb[0] == ga[2]),
+        wedge_height(-n, corner, b1, gb[1] == ga[0] or gb[1] == ga[1] or gb[1] == ga[2]),
+        wedge_height(-n, corner, b2, gb[2] == ga[0] or gb[2] == ga[1] or gb[2] == ga[2]),
+    )
+    return below > r
+
+
+@wp.func
 def emit(
     kind: int,
     r: float,
@@ -182,6 +235,9 @@ def pair_surfaces_kernel(
             mean = (own_sum + q0 + q1 + q2) / 6.0
             travel = furthest(p0 - mean, p1 - mean, p2 - mean) + furthest(q0 - mean, q1 - mean, q2 - mean)
         r = reach + travel
+        gb = wp.vec3i(group[g[0]], group[g[1]], group[g[2]])
+        if same == 1 and wedges_apart(r, ga, gb, a0, a1, a2, b0, b1, b2):
+            continue
         if apart_along(normal, r, a0, a1, a2, b0, b1, b2):
             continue
         if apart_along((b0 + b1 + b2) - (a0 + a1 + a2), r, a0, a1, a2, b0, b1, b2):
@@ -189,7 +245,6 @@ def pair_surfaces_kernel(
         if apart_along(wp.cross(b1 - b0, b2 - b0), r, a0, a1, a2, b0, b1, b2):
             continue
         theirs = other_owned[j]
-        gb = wp.vec3i(group[g[0]], group[g[1]], group[g[2]])
         for k in range(3):
             xa = a0
             xb = b0
