@@ -58,7 +58,9 @@ def test_the_tshirt_has_a_neck_two_sleeves_and_a_hem_that_fit(script, meshed):
 def test_the_skirt_holds_at_the_waist_by_being_narrower_than_the_hips(script, meshed):
     body = script["BODY"]
     waist, hem = girths(meshed(DEMO_PATTERNS / "skirt.json", 0.016))[frozenset({"skirt_front", "skirt_back"})]
-    assert 0.97 * body.waist_girth < waist < body.waist_girth
+    # Cloth lies at least 2 mm off the skin: it must stretch to close there, by less than the stiffest fabric's 5 %.
+    on_skin = body.waist_girth + 2 * np.pi * 0.2
+    assert 1.005 < on_skin / waist < 1.03
     assert waist < 0.8 * body.hip_girth
     assert hem > 1.3 * body.hip_girth
 
