@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import AsyncIterator, Callable
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager
 from importlib.metadata import version
 from pathlib import Path
@@ -23,6 +24,7 @@ from tryon_server.settings import Settings
 from tryon_server.streaming.live_sessions import LiveSessions
 
 BUILT_IN_PATTERNS = Path(__file__).parent / "demo" / "patterns"
+CHECKS_AT_ONCE = 2  # each keeps a processor busy
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 
 
@@ -52,8 +54,9 @@ def create_app(
         finally:
             await services.sessions.close()
             services.runtime.placement.close()
+            services.checkers.shutdown(wait=False, cancel_futures=True)
 
-    app = FastAPI(title="tryon", version=version("tryon"), lifespan=lifespan)
+    app = FastAPI(title="tryon", version=version("tryon"), lifespan=lifespan, docs_url=None, redoc_url=None)
     if settings.host in LOOPBACK:  # a page of another name that resolves to this machine must not pass as our own
         app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
     faults.install(app)
@@ -73,5 +76,10 @@ def _start(settings: Settings, runtime: Runtime, patterns: Path, server: str) ->
     session_store.end_all_open(time.time(), "The server was restarted")
     live = LiveSessions(settings, runtime.catalogue, runtime.placement, garment_service, session_store, server)
     return Services(
-        settings=settings, garments=garment_service, runtime=runtime, sessions=live, version=version("tryon")
+        settings=settings,
+        garments=garment_service,
+        runtime=runtime,
+        sessions=live,
+        version=version("tryon"),
+        checkers=ThreadPoolExecutor(CHECKS_AT_ONCE, "pattern check"),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 from tryon_server.garments.service import GarmentService
@@ -12,10 +13,11 @@ from tryon_server.streaming.live_sessions import LiveSessions
 
 @dataclass(frozen=True)
 class Services:
-    """The parts of a running server."""
+    """The parts of a running server. ``checkers`` are the threads that wait for uploaded patterns to be checked."""
 
     settings: Settings
     garments: GarmentService
     runtime: Runtime
     sessions: LiveSessions
     version: str
+    checkers: ThreadPoolExecutor

@@ -96,5 +96,5 @@ def test_compiled_modules_are_news_and_nothing_of_warp_is_printed(capsys):
         print("Warp 1.19.0 initialized:")
         print("Module tryon_solver.contact.pairs 566e84a load on device 'cpu' took 0.49 ms  (cached)")
         print("Module tryon_solver.body.skinning 6d1a80e load on device 'cpu' took 2006.39 ms  (compiled)")
-    assert news == ["Compiling kernels, once per machine: 1 modules done (skinning)"]
+    assert news == ["Compiling kernels, once per machine: 1 so far, the last one skinning"]
     assert capsys.readouterr().out == ""

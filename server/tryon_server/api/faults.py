@@ -77,7 +77,7 @@ async def _invalid_request(_request: Request, error: Exception) -> JSONResponse:
     place = ".".join(str(part) for part in first["loc"][1:])
     message = f"the request is not as expected: {first['msg']}"
     problem = Problem(
-        code="request.invalid", place=place, message=message, remedy="See /docs for what this address takes"
+        code="request.invalid", place=place, message=message, remedy="See /openapi.json for what this address takes"
     )
     return reply(problem, 422)
 
@@ -88,7 +88,7 @@ async def _http(request: Request, error: Exception) -> JSONResponse:
         code=f"http.{error.status_code}",
         place="",
         message=f"{request.method} {request.url.path}: {error.detail}",
-        remedy="See /docs for the addresses of this server",
+        remedy="See /openapi.json for the addresses of this server",
     )
     return reply(problem, error.status_code)
 

@@ -44,6 +44,7 @@ async def upload_garment(
 ) -> GarmentReply:
     """Check a sewing pattern and keep it. The same file twice is the same garment."""
     content = await read_capped(request, services.settings.max_pattern_bytes, "a pattern file")
-    garment = await asyncio.to_thread(services.garments.add, content, name)
+    loop = asyncio.get_running_loop()
+    garment = await loop.run_in_executor(services.checkers, services.garments.add, content, name)
     response.headers["Location"] = f"/api/garments/{garment.id}"
     return GarmentReply.model_validate(garment)

@@ -15,7 +15,7 @@ NOT_BUILT = """<!doctype html>
 <body style="font: 16px/1.5 system-ui, sans-serif; max-width: 40rem; margin: 4rem auto; padding: 0 1rem">
 <h1>The server runs, the page is not built</h1>
 <p>Build it with <code>make web</code> in the folder of the source code (it needs Node 20 or newer), then reload.</p>
-<p>Programs need no page: the addresses are listed at <a href="/docs">/docs</a>.</p>
+<p>Programs need no page: the addresses are listed at <a href="/openapi.json">/openapi.json</a>.</p>
 </body></html>
 """
 

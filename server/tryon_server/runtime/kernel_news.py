@@ -29,7 +29,7 @@ class _Reader(io.TextIOBase):
             if match:
                 self._compiled += 1
                 module = match["module"].rpartition(".")[2].replace("_", " ")
-                self._tell(f"Compiling kernels, once per machine: {self._compiled} modules done ({module})")
+                self._tell(f"Compiling kernels, once per machine: {self._compiled} so far, the last one {module}")
         return len(text)
 
 
