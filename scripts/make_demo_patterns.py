@@ -238,10 +238,10 @@ def tshirt() -> dict:
     bodice = Bodice(
         lower=(BODY.hip_girth + 8.0) / 4,
         chest=(BODY.bust_girth + ease) / 4,
-        underarm=35.0,
+        underarm=38.0,
         shoulder=20.0,
         neck=8.8,
-        top=60.0,
+        top=63.0,
         fall=4.6,
     )
     height = BODY.shoulder_point_height + 2.5 - bodice.top
