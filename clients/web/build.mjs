@@ -1,16 +1,17 @@
 /**
- * Bundles the page into server/tryon_server/web, from where the server hands it out at `/`.
+ * Bundles the page into server/tryon_server/web, from where the server hands it out at `/`, or into the folder given as
+ * the only argument.
  *
  * Everything is inside: no other host is asked for anything. Scripts and styles carry a hash of their content in their
  * name, so that a browser never mixes two builds; only index.html keeps its name.
  */
 import { build } from "esbuild";
 import { mkdir, readFile, rm, writeFile } from "node:fs/promises";
-import { basename, dirname, join } from "node:path";
+import { basename, dirname, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 
 const here = dirname(fileURLToPath(import.meta.url));
-const out = join(here, "../../server/tryon_server/web");
+const out = resolve(process.argv[2] ?? join(here, "../../server/tryon_server/web"));
 
 const common = {
   bundle: true,
@@ -32,7 +33,7 @@ function written(result, source) {
   throw new Error(`the build wrote nothing for ${source}`);
 }
 
-await rm(out, { recursive: true, force: true });
+await rm(join(out, "assets"), { recursive: true, force: true }); // what an earlier build left; nothing else in the folder
 await mkdir(out, { recursive: true });
 const worker = await build({ ...common, entryPoints: [join(here, "../core/src/worker.ts")] });
 const page = await build({

@@ -11,6 +11,8 @@ export class Figure {
   private readonly body = new THREE.Mesh(new THREE.BufferGeometry(), this.skin);
   private readonly cloth = new THREE.Mesh(new THREE.BufferGeometry(), this.fabric.material);
   private readonly seams = new THREE.LineSegments(new THREE.BufferGeometry(), this.fabric.seam);
+  private readonly parts = [this.body, this.cloth, this.seams];
+  private scene: GarmentScene | undefined;
   private topologyVersion = -1;
   private frameVersion = -1;
 
@@ -19,32 +21,36 @@ export class Figure {
       mesh.castShadow = true;
       mesh.receiveShadow = true;
     }
-    for (const part of [this.body, this.cloth, this.seams]) {
+    for (const part of this.parts) {
       part.frustumCulled = false; // what moves every frame is in view; its bounds would have to be computed anew each time
       part.visible = false;
       this.object.add(part);
     }
   }
 
-  /** Takes over what changed since the last call; returns whether anything did. */
+  /** Whether there is anything to see. */
+  get shown(): boolean {
+    return this.body.visible;
+  }
+
+  /**
+   * Takes over what changed since the last call; returns whether anything did. What another scene showed before stays
+   * until this one has a frame to show.
+   */
   update(scene: GarmentScene): boolean {
-    if (scene.topologyVersion !== this.topologyVersion) {
-      this.topologyVersion = scene.topologyVersion;
-      this.rebuild(scene);
-    }
-    if (scene.frameVersion === this.frameVersion) return false;
+    if (!scene.figures || (scene === this.scene && scene.frameVersion === this.frameVersion)) return false;
+    if (scene !== this.scene || scene.topologyVersion !== this.topologyVersion) this.rebuild(scene);
+    this.scene = scene;
+    this.topologyVersion = scene.topologyVersion;
     this.frameVersion = scene.frameVersion;
-    const shown = scene.figures !== undefined;
-    for (const part of [this.body, this.cloth, this.seams]) part.visible = shown;
-    if (shown) {
-      markChanged(this.body.geometry);
-      markChanged(this.cloth.geometry);
-    }
+    for (const part of this.parts) part.visible = true;
+    markChanged(this.body.geometry);
+    markChanged(this.cloth.geometry);
     return true;
   }
 
   private rebuild(scene: GarmentScene): void {
-    for (const part of [this.body, this.cloth, this.seams]) part.geometry.dispose();
+    for (const part of this.parts) part.geometry.dispose();
     if (!scene.cloth || !scene.body) return;
     this.body.geometry = geometryOf(scene.body);
     this.cloth.geometry = geometryOf(scene.cloth);

@@ -78,12 +78,14 @@ export class Fitting {
   /** Plays another motion. */
   move(motion: string): void {
     this.wish = { ...this.wish, motion };
+    this.view.choices(this.catalogue, this.wish);
     this.client?.send({ type: "set_motion", motion, request: null });
   }
 
   /** Sews the garment from another fabric. */
   sewFrom(fabric: string): void {
     this.wish = { ...this.wish, fabric };
+    this.view.choices(this.catalogue, this.wish);
     this.client?.send({ type: "set_fabric", fabric, request: null });
   }
 

@@ -36,6 +36,7 @@ class Studio implements FittingView {
   private fabric: Fabric | undefined;
   private colour: string | undefined;
   private readonly play = byId("play", HTMLButtonElement);
+  private readonly view = byId("view");
 
   constructor() {
     this.stage.scene.add(this.figure.object);
@@ -72,7 +73,10 @@ class Studio implements FittingView {
     const { client } = this.fitting;
     if (client) {
       client.scene.take();
-      if (this.figure.update(client.scene)) this.stage.invalidate();
+      if (this.figure.update(client.scene)) {
+        this.stage.invalidate();
+        this.view.dataset.shown = this.figure.shown ? "figure" : "nothing";
+      }
       const frame = client.scene.figures;
       if (frame) this.stage.moveWearer(frame.root[0], frame.root[2]);
     }
@@ -106,6 +110,7 @@ class Studio implements FittingView {
 
   status(...[status]: Parameters<FittingView["status"]>): void {
     this.statusLine.setStatus(status);
+    this.view.dataset.state = status.state;
     this.showPlaying(status.playing, status.playing ? "Pause" : "Play");
   }
 

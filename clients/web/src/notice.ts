@@ -22,9 +22,9 @@ export class NoticeBoard {
   show(notice: Notice): void {
     window.clearTimeout(this.timer);
     setText(byId("notice-title"), notice.title);
-    setText(byId("notice-message"), notice.message);
+    setText(byId("notice-message"), capitalised(notice.message));
     this.line("notice-place", notice.place);
-    this.line("notice-remedy", notice.remedy);
+    this.line("notice-remedy", capitalised(notice.remedy ?? ""));
     this.board.classList.toggle("calm", notice.calm === true);
     this.board.hidden = false;
     if (notice.calm) this.timer = window.setTimeout(() => this.hide(), 6_000);
@@ -44,4 +44,9 @@ export class NoticeBoard {
     element.hidden = !text;
     setText(element, text ?? "");
   }
+}
+
+/** With a capital at the start: what a program answers is shown as a sentence. */
+function capitalised(text: string): string {
+  return text.charAt(0).toUpperCase() + text.slice(1);
 }

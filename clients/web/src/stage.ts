@@ -9,7 +9,12 @@ const BACKGROUND = new THREE.Color("#e7e3dc");
 /** where the camera starts, relative to the wearer's place on the floor [m] */
 const VIEW_FROM = new THREE.Vector3(1.2, 1.4, 3.35);
 const LOOK_AT_HEIGHT = 0.88;
+const LIGHT_AT_HEIGHT = 0.85;
 const LIGHT_FROM = new THREE.Vector3(1.5, 3.9, 2.4);
+/** time constant of the camera's following [s] */
+const FOLLOW_SECONDS = 0.35;
+/** a camera this near to where it should be stays [m] */
+const FOLLOW_EXACTLY = 5e-4;
 
 /**
  * Camera, light, floor and the drawing of one picture. Knows nothing of garments or servers.
@@ -25,8 +30,10 @@ export class Stage {
   private readonly controls: OrbitControls;
   private readonly floor = new Floor();
   private readonly key = new THREE.DirectionalLight("#fff7ee", 1.6);
-  private readonly place = new THREE.Vector3();
+  private readonly wearer = new THREE.Vector3();
+  private readonly followed = new THREE.Vector3();
   private readonly shift = new THREE.Vector3();
+  private lastMs = 0;
   private dirty = true;
   private drawnRatio = NaN;
   /** whether the camera goes along with the wearer */
@@ -45,7 +52,8 @@ export class Stage {
     this.scene.environment = studioEnvironment(this.renderer);
     this.scene.environmentIntensity = 0.95;
     this.scene.add(this.key, this.key.target, this.floor.object);
-    this.aimLight();
+    this.castShadow();
+    this.moveWearer(0, 0);
 
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enableDamping = true;
@@ -56,14 +64,13 @@ export class Stage {
     this.controls.zoomToCursor = true;
     this.controls.listenToKeyEvents(canvas);
     this.controls.addEventListener("change", () => this.invalidate());
-    this.resetView();
-
     new ResizeObserver(() => this.resize()).observe(canvas);
     canvas.addEventListener("webglcontextrestored", () => this.invalidate());
     this.resize();
+    this.resetView();
   }
 
-  private aimLight(): void {
+  private castShadow(): void {
     const shadow = this.key.shadow;
     this.key.castShadow = true;
     shadow.mapSize.set(1024, 1024);
@@ -76,8 +83,6 @@ export class Stage {
     shadow.radius = 6;
     shadow.bias = -0.0004;
     shadow.normalBias = 0.006;
-    this.key.position.copy(LIGHT_FROM);
-    this.key.target.position.set(0, 0.85, 0);
   }
 
   /** Asks for a new picture. */
@@ -87,27 +92,32 @@ export class Stage {
 
   /** Puts the camera back to where it started, in front of the wearer. */
   resetView(): void {
-    const narrow = this.canvas.clientWidth < this.canvas.clientHeight ? 1.25 : 1;
-    this.camera.position.copy(VIEW_FROM).multiplyScalar(narrow).add(this.place);
-    this.controls.target.set(this.place.x, LOOK_AT_HEIGHT, this.place.z);
+    const narrow = this.camera.aspect < 1; // a phone held upright: the buttons take the lower part of the picture
+    this.followed.copy(this.wearer);
+    this.camera.position.copy(VIEW_FROM).multiplyScalar(narrow ? 1.25 : 1).add(this.wearer);
+    this.controls.target.set(this.wearer.x, narrow ? LOOK_AT_HEIGHT - 0.11 : LOOK_AT_HEIGHT, this.wearer.z);
     this.controls.update();
     this.invalidate();
   }
 
-  /**
-   * Tells where the wearer stands, x and z [m]. Light, shadow and floor go along always, the camera while `follow` is
-   * on: it keeps its distance and angle.
-   */
+  /** Tells where the wearer stands, x and z [m]. Light, shadow and floor go along at once, the camera while `follow` is on. */
   moveWearer(x: number, z: number): void {
-    this.shift.set(x - this.place.x, 0, z - this.place.z);
-    this.place.set(x, 0, z);
-    if (this.follow) {
-      this.camera.position.add(this.shift);
-      this.controls.target.add(this.shift);
-    }
-    this.key.position.add(this.shift);
-    this.key.target.position.add(this.shift);
+    this.wearer.set(x, 0, z);
+    this.key.position.copy(LIGHT_FROM).add(this.wearer);
+    this.key.target.position.set(x, LIGHT_AT_HEIGHT, z);
     this.floor.moveTo(x, z);
+  }
+
+  /** Brings the camera nearer to the wearer: smoothly, so that it does not sway with every step. */
+  private followWearer(seconds: number): void {
+    if (!this.follow) return;
+    this.shift.subVectors(this.wearer, this.followed);
+    if (this.shift.length() < FOLLOW_EXACTLY) return;
+    this.shift.multiplyScalar(1 - Math.exp(-Math.min(seconds, 0.5) / FOLLOW_SECONDS));
+    this.followed.add(this.shift);
+    this.camera.position.add(this.shift);
+    this.controls.target.add(this.shift);
+    this.invalidate();
   }
 
   private resize(): void {
@@ -121,6 +131,8 @@ export class Stage {
 
   /** Draws if anything changed since the last picture; returns whether it drew. @param nowMs any steady clock */
   draw(nowMs: number): boolean {
+    this.followWearer((nowMs - this.lastMs) / 1000);
+    this.lastMs = nowMs;
     this.controls.update();
     if (this.dirty) {
       this.dirty = false;

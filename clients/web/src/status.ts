@@ -3,51 +3,59 @@ import type { StatusMessage } from "@tryon/protocol";
 
 import { byId, setText } from "./dom.ts";
 
-/** What the lamp and the line beside it say: how the link stands, and then what the server is doing. In plain words. */
+/**
+ * What the lamp and the line beside it say: how the link stands, and then what the server is doing, in plain words. As
+ * long as there is nothing to see, the same stands in the middle of the picture.
+ */
 export class StatusLine {
   private readonly line = byId("status");
   private readonly text = byId("status-text");
-  private readonly progress = byId("progress");
+  private readonly waiting = byId("waiting");
+  private readonly waitingText = byId("waiting-text");
+  private readonly share = byId("waiting-share");
   private link: Link = { state: "connecting" };
   private status: StatusMessage | undefined;
 
   setLink(link: Link): void {
     this.link = link;
     if (link.state !== "open") this.status = undefined;
-    this.show();
+    this.show(describeLink(link));
   }
 
   setStatus(status: StatusMessage): void {
     this.status = status;
-    this.show();
+    this.show(describe(status));
   }
 
   /** Something the page itself is doing, until the link or the server has something to say. */
   setBusy(sentence: string): void {
-    setText(this.text, sentence);
+    this.show(sentence);
   }
 
-  private show(): void {
+  private show(sentence: string): void {
     const progress = this.status?.progress ?? null;
+    const state = this.status?.state ?? "none";
     this.line.dataset.link = this.link.state;
-    this.line.dataset.state = this.status?.state ?? "none";
+    this.line.dataset.state = state;
     this.line.dataset.progress = progress === null ? "" : progress.toFixed(3);
-    this.progress.hidden = progress === null;
-    (this.progress.firstElementChild as HTMLElement).style.transform = `scaleX(${progress ?? 0})`;
-    setText(this.text, this.sentence());
+    const ended = state === "failed" || this.link.state === "closed";
+    this.waiting.dataset.share = ended ? "none" : progress === null ? "unknown" : "known";
+    this.share.style.transform = progress === null ? "" : `scaleX(${progress})`;
+    setText(this.text, sentence);
+    setText(this.waitingText, sentence);
   }
+}
 
-  private sentence(): string {
-    switch (this.link.state) {
-      case "connecting":
-        return "Connecting";
-      case "reconnecting":
-        return "Connection lost, reconnecting";
-      case "closed":
-        return `Session ended: ${this.link.reason}`;
-      case "open":
-        return this.status ? describe(this.status) : "Connected";
-    }
+function describeLink(link: Link): string {
+  switch (link.state) {
+    case "connecting":
+      return "Connecting";
+    case "reconnecting":
+      return "Connection lost, reconnecting";
+    case "closed":
+      return `Session ended: ${link.reason}`;
+    case "open":
+      return "Connected";
   }
 }
 

@@ -1,0 +1,43 @@
+"""The helpers of the clients' tests are importable by name, also in the processes that the server spawns."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+SUPPORT = Path(__file__).parent / "support"
+sys.path.insert(0, str(SUPPORT))
+
+
+@pytest.fixture(scope="session")
+def chromium():
+    """A headless Chromium that draws WebGL in software. The browser is the system's; none is ever downloaded."""
+    from browser import find_chromium, launch
+
+    path = find_chromium()
+    if path is None:
+        pytest.skip("no Chromium: install it, or name its executable in the environment variable CHROMIUM")
+    with launch(path) as browser:
+        yield browser
+
+
+@pytest.fixture(scope="session")
+def web(tmp_path_factory):
+    """The page, built from the sources as they are now."""
+    from studio import build_page
+
+    folder = tmp_path_factory.mktemp("web")
+    problem = build_page(folder)
+    if problem:
+        pytest.skip(problem)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def studio(web, tmp_path_factory):
+    """A server for all tests that leave it running."""
+    from studio import Studio
+
+    server = Studio(tmp_path_factory.mktemp("studio"), web)
+    yield server
+    server.kill()

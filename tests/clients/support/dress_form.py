@@ -1,0 +1,126 @@
+"""A drape without a solver, made to be looked at: a dressmaker's form on three joints that wears a swinging tunic.
+
+The fabric called ``tight`` can't be put on; every other one can.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+
+import numpy as np
+from tryon_server.problems import problem_error
+from tryon_server.runtime.drape import Outfit
+from tryon_solver.body.model import BodyModel
+from tryon_solver.body.motion import Motion
+from tryon_solver.body.pose import Pose, skin
+
+HEIGHTS = [0.0, 0.45, 0.85, 1.0, 1.25, 1.4, 1.5, 1.62, 1.72]
+RADII = [0.10, 0.13, 0.17, 0.14, 0.17, 0.10, 0.06, 0.09, 0.03]
+AROUND = 48
+ROWS = 24
+JOINTS = ("hips", "chest", "head")
+SECONDS = 4.0
+
+
+def radius(height: np.ndarray) -> np.ndarray:
+    """Of the form at a height [m]."""
+    return np.interp(height, HEIGHTS, RADII)
+
+
+def form() -> BodyModel:
+    """The form: a closed surface of revolution, bound to its joints by height."""
+    heights = np.linspace(0.0, 1.72, 40)
+    angles = 2 * np.pi * np.arange(AROUND) / AROUND
+    ring = np.stack([np.sin(angles), np.zeros(AROUND), np.cos(angles)], axis=-1)
+    rows = [radius(y) * ring + [0.0, y, 0.0] for y in heights]
+    vertices = np.concatenate([*rows, [[0.0, 0.0, 0.0]], [[0.0, 1.72, 0.0]]])
+    bottom, top, last = len(vertices) - 2, len(vertices) - 1, (len(heights) - 1) * AROUND
+    faces = [face for row in range(len(heights) - 1) for i in range(AROUND) for face in quad(row, i)]
+    faces += [(bottom, (i + 1) % AROUND, i) for i in range(AROUND)]
+    faces += [(top, last + i, last + (i + 1) % AROUND) for i in range(AROUND)]
+    bend = np.clip((vertices[:, 1] - 0.9) / 0.3, 0.0, 1.0)
+    head = (vertices[:, 1] > 1.45).astype(np.float64)
+    weights = np.stack([1.0 - bend, bend * (1.0 - head), bend * head], axis=-1).astype(np.float32)
+    return BodyModel(
+        rest_vertices=vertices,
+        faces=np.array(faces, np.int32),
+        joint_names=JOINTS,
+        parents=np.array([-1, 0, 1], np.int32),
+        rest_joints=np.array([[0.0, 0.9, 0.0], [0.0, 1.1, 0.0], [0.0, 1.5, 0.0]]),
+        skin_joints=np.tile(np.arange(3, dtype=np.int32), (len(vertices), 1)),
+        skin_weights=weights,
+    )
+
+
+def quad(row: int, i: int) -> list[tuple[int, int, int]]:
+    """The two triangles between two rows at place ``i``, seen from outside."""
+    a, b = row * AROUND + i, row * AROUND + (i + 1) % AROUND
+    return [(a, b, b + AROUND), (a, b + AROUND, a + AROUND)]
+
+
+@dataclass(frozen=True)
+class Facts:
+    iterations: int = 7
+    residual: float = 1e-4
+    min_gap: float = 0.0012
+    max_stretch: float = 1.043
+    body_lag: float = 0.002
+    pairs: int = 320
+    retries: int = 0
+    times_ms: dict[str, float] = field(default_factory=lambda: {"smooth": 3.0, "correct_penetration": 5.5})
+
+    def to_dict(self) -> dict[str, object]:
+        return asdict(self)
+
+
+class Tunic:
+    """Two pieces sewn at the sides, hanging around the form; its folds swing as time goes by."""
+
+    def __init__(self) -> None:
+        body = form()
+        faces = np.array([face for row in range(ROWS - 1) for i in range(AROUND) for face in quad(row, i)], np.int32)
+        self.angles = np.tile(2 * np.pi * np.arange(AROUND) / AROUND, ROWS)
+        self.heights = np.repeat(np.linspace(0.55, 1.36, ROWS), AROUND)
+        column = faces % AROUND
+        column = np.where(column - column.min(axis=1, keepdims=True) > AROUND / 2, column - AROUND, column)
+        self.outfit = Outfit(
+            vertex_count=ROWS * AROUND,
+            faces=faces,
+            uv=np.stack([0.02 * column, self.heights[faces]], axis=-1),
+            panel_of_face=(column.min(axis=1) % AROUND >= AROUND // 2).astype(np.int32),
+            panel_names=("front", "back"),
+            body=body,
+        )
+        self.pose = Pose.rest(body)
+        self.current, self.t = self.pose, 0.0
+
+    def advance(self, pose: Pose, t: float) -> Facts:
+        self.current, self.t = pose, t
+        return Facts()
+
+    def cloth_positions(self) -> np.ndarray:
+        loose = np.clip((1.3 - self.heights) / 0.5, 0.0, 1.0)
+        fold = 0.5 + 0.5 * np.sin(7 * self.angles + 2.0 * np.sin(2.5 * self.t))
+        out = radius(self.heights) + 0.02 + loose * (0.05 + 0.05 * fold)
+        ring = np.stack([out * np.sin(self.angles), self.heights, out * np.cos(self.angles)], axis=-1)
+        return (ring + self.current.root - self.pose.root).astype(np.float32)
+
+    def body_positions(self) -> np.ndarray:
+        return skin(self.outfit.body, self.current).astype(np.float32)
+
+
+def build(order, progress) -> Tunic:
+    for step in range(4):
+        progress("Sewing the pieces", step / 4)
+    if order.fabric == "tight":
+        raise problem_error("garment.undressable", "the seam between front and back stayed open", "Enlarge the pieces")
+    return Tunic()
+
+
+def load_motion(name: str, body: BodyModel) -> Motion:
+    """``walk`` goes half a metre forward and back, ``turn`` to the side."""
+    times = np.linspace(0.0, SECONDS, 121)
+    way = 0.25 * (1.0 - np.cos(2 * np.pi * times / SECONDS))
+    across = np.array([0.0, 0.0, 1.0]) if name == "walk" else np.array([1.0, 0.0, 0.0])
+    rotations = np.tile([0.0, 0.0, 0.0, 1.0], (len(times), len(JOINTS), 1))
+    return Motion(body.rest_joints[0] + way[:, None] * across, rotations, times[1], name)

@@ -1,0 +1,256 @@
+"""The page in a real Chromium, against a real server whose sessions simulate the dress form."""
+
+from __future__ import annotations
+
+import json
+from urllib.request import urlopen
+
+import numpy as np
+import pytest
+from browser import figure, open_page, picture, settled_picture, wait_for_frames, wait_for_state
+from studio import pattern
+
+pytestmark = pytest.mark.browser
+
+
+@pytest.fixture(scope="module")
+def shared(chromium, studio):
+    """The page on one session, for all tests that change nothing for good."""
+    page = open_page(chromium, studio.url)
+    yield page
+    page.context.close()
+
+
+@pytest.fixture
+def page(shared):
+    """The page with the garment in cotton, dressed and moving. It must run without an uncaught error."""
+    shared.wait_for_selector("#play:enabled")
+    if shared.inner_text("#play-text") == "Play":
+        shared.click("#play")
+    shared.locator("#fabrics label", has_text="Cotton").click()
+    shared.locator("#colours label").first.click()
+    wait_for_state(shared, "running")
+    wait_for_frames(shared)
+    yield shared
+    assert shared.faults == []
+
+
+def broken_pattern() -> bytes:
+    """A stitch to a piece that is not there."""
+    spec = pattern()
+    spec["pattern"]["stitches"] = [[{"panel": "front", "edge": 1}, {"panel": "sleeve", "edge": 0}]]
+    return json.dumps(spec).encode()
+
+
+def session_of(page) -> str:
+    return page.evaluate("new URL(location.href).searchParams.get('session')")
+
+
+def ask(studio, path: str):
+    with urlopen(studio.url + path) as reply:
+        return json.load(reply)
+
+
+def reddish(image: np.ndarray) -> int:
+    """How many pixels show the red fabric."""
+    red, green, blue = (image[..., i].astype(int) for i in range(3))
+    return int(((red > 90) & (red > 1.8 * green) & (red > 1.8 * blue)).sum())
+
+
+def bluish(image: np.ndarray) -> int:
+    """How many pixels show the blue fabric."""
+    red, green, blue = (image[..., i].astype(int) for i in range(3))
+    return int(((blue > 70) & (blue > 1.3 * red) & (blue > 1.15 * green)).sum())
+
+
+def as_file(name: str, content: bytes) -> dict[str, object]:
+    return {"name": name, "mimeType": "application/json", "buffer": content}
+
+
+def test_a_dressed_body_is_shown_and_the_figures_move(page):
+    assert figure(page, "vertices") == 48 * 24
+    for name, expected in {"min-gap-mm": 1.2, "max-stretch-percent": 4.3, "body-lag-mm": 2.0, "pairs": 320.0}.items():
+        page.wait_for_selector(f"#readout[data-{name}]:not([data-{name}=''])", state="attached")
+        assert figure(page, name) == pytest.approx(expected)
+    before = [figure(page, name) for name in ("frames", "seq", "simulated-s")]
+    wait_for_frames(page, 10)
+    after = [figure(page, name) for name in ("frames", "seq", "simulated-s")]
+    assert all(new > old for old, new in zip(before, after, strict=True))
+    assert figure(page, "fps") > 0
+    assert figure(page, "age-ms") >= 0
+    assert figure(page, "pace") > 0
+    assert page.evaluate("tryon.readout.vertices") == 48 * 24
+    image = picture(page)
+    assert reddish(image) > 0.02 * image.shape[0] * image.shape[1], "the tunic is not to be seen"
+    assert len(np.unique(image.reshape(-1, 3), axis=0)) > 500, "light and shadow are missing"
+
+
+def test_pause_stops_the_motion_and_play_goes_on(page):
+    page.click("#play")
+    wait_for_state(page, "paused")
+    assert page.inner_text("#play-text") == "Play"
+    still = settled_picture(page)
+    seq = figure(page, "seq")
+    page.wait_for_timeout(700)
+    assert figure(page, "seq") == seq
+    assert np.array_equal(picture(page), still)
+    page.click("#play")
+    wait_for_state(page, "running")
+    wait_for_frames(page)
+    assert figure(page, "seq") > seq
+    assert not np.array_equal(picture(page), still)
+
+
+def test_a_bad_pattern_is_refused_with_place_and_remedy_while_the_session_goes_on(page):
+    session = session_of(page)
+    page.set_input_files("#pattern-file", files=[as_file("coat.json", broken_pattern())])
+    page.wait_for_selector("#notice:visible")
+    assert "coat.json" in page.inner_text("#notice-title")
+    assert "stitches[0]" in page.inner_text("#notice-place")
+    assert page.inner_text("#notice-remedy")
+    wait_for_frames(page)
+    assert session_of(page) == session
+    assert page.locator('#status[data-state="running"]').count() == 1
+    page.click("#notice-close")
+    assert page.locator("#notice").is_hidden()
+
+
+def test_another_garment_is_another_session(page, studio):
+    for wear, name in ((upload_wide_shirt, "Wide shirt"), (choose_cape, "Cape")):
+        session = session_of(page)
+        wear(page)
+        page.wait_for_function("before => new URL(location.href).searchParams.get('session') !== before", arg=session)
+        wait_for_state(page, "running")
+        wait_for_frames(page)
+        assert page.locator("#garments label", has_text=name).locator("input").is_checked()
+        left = ask(studio, f"api/sessions/{session}")
+        assert left["state"] == "closed", "the session that was left should have ended"
+
+
+def upload_wide_shirt(page) -> None:
+    page.set_input_files("#pattern-file", files=[as_file("wide shirt.json", json.dumps(pattern(75.0)).encode())])
+
+
+def choose_cape(page) -> None:
+    page.locator("#garments label", has_text="Cape").click()
+
+
+def test_a_pattern_can_be_dropped_on_the_page(page):
+    drop = """content => {
+        const data = new DataTransfer();
+        data.items.add(new File([content], "dropped.json", { type: "application/json" }));
+        for (const type of ["dragenter", "dragover", "drop"])
+            document.querySelector("#stage").dispatchEvent(new DragEvent(type, { dataTransfer: data, bubbles: true }));
+    }"""
+    page.evaluate(drop, "this is no pattern")
+    page.wait_for_selector("#notice:visible")
+    assert "dropped.json" in page.inner_text("#notice-title")
+    assert page.locator("#drop").is_hidden()
+
+
+def test_motion_and_fabric_change_within_the_session(page, studio):
+    session = session_of(page)
+    page.locator("#motions label", has_text="Turn").click()
+    page.wait_for_function("() => Math.abs(Number(document.getElementById('readout').dataset.rootX)) > 0.1")
+    page.locator("#fabrics label", has_text="Denim").click()
+    wait_for_frames(page, 15)
+    wait_for_state(page, "running")
+    told = ask(studio, f"api/sessions/{session}")
+    assert (told["motion"], told["fabric"], session_of(page)) == ("turn", "denim", session)
+    image = picture(page)
+    assert bluish(image) > 0.02 * image.shape[0] * image.shape[1]
+    assert reddish(image) == 0
+    page.locator("#motions label", has_text="Walk").click()
+
+
+def test_another_colour_needs_no_server(page):
+    page.locator("#colours label[title='Ink']").click()
+    page.wait_for_timeout(500)
+    image = picture(page)
+    assert reddish(image) == 0
+    assert bluish(image) > 0.01 * image.shape[0] * image.shape[1]
+
+
+def test_a_garment_that_can_not_be_put_on_says_why_and_another_one_can(page):
+    page.locator("#fabrics label", has_text="Tight").click()
+    wait_for_state(page, "failed")
+    assert "stayed open" in page.inner_text("#status-text")
+    page.locator("#fabrics label", has_text="Denim").click()
+    wait_for_state(page, "running")
+    wait_for_frames(page)
+
+
+def test_a_second_page_joins_the_session_and_sees_it_paused(page, chromium):
+    other = open_page(chromium, page.url)
+    wait_for_state(other, "running")
+    wait_for_frames(other)
+    assert session_of(other) == session_of(page)
+    page.click("#play")
+    wait_for_state(other, "paused")
+    assert other.inner_text("#play-text") == "Play"
+    other.context.close()
+
+
+def test_a_session_that_is_not_there_is_replaced_and_said_so(chromium, studio):
+    page = open_page(chromium, f"{studio.url}?session=nowhere")
+    wait_for_state(page, "running")
+    assert "isn't there" in page.inner_text("#notice-title")
+    assert session_of(page) != "nowhere"
+    page.context.close()
+
+
+def test_the_page_works_by_keyboard(page):
+    page.locator("#play").focus()
+    page.keyboard.press("Space")
+    wait_for_state(page, "paused")
+    page.keyboard.press("Enter")
+    wait_for_state(page, "running")
+    page.locator("#motions input:checked").focus()
+    before = page.locator("#motions input:checked").get_attribute("value")
+    page.keyboard.press("ArrowRight")
+    assert page.locator("#motions input:checked").get_attribute("value") != before
+    focusable = page.evaluate("""() => [...document.querySelectorAll('button, summary, input, canvas')]
+        .filter(e => e.checkVisibility() && !e.disabled && e.tabIndex < 0).length""")
+    assert focusable == 0
+
+
+def test_the_page_fits_a_phone(page, chromium):
+    phone = open_page(chromium, page.url, 360, 740)
+    wait_for_state(phone, "running")
+    wait_for_frames(phone)
+    assert phone.evaluate("document.documentElement.scrollWidth") == 360
+    phone.locator("#fabrics label", has_text="Denim").click()
+    phone.click("#play")
+    wait_for_state(phone, "paused")
+    for selector in ("#play", "#follow", "#reset-view", "#readout"):
+        box = phone.locator(selector).bounding_box()
+        assert box["x"] >= 0
+        assert box["x"] + box["width"] <= 360
+        assert box["y"] + box["height"] <= 740
+    assert phone.faults == []
+    phone.context.close()
+
+
+def test_a_killed_server_is_waited_for_and_the_page_recovers(chromium, web, tmp_path):
+    from studio import Studio
+
+    server = Studio(tmp_path, web)
+    try:
+        page = open_page(chromium, server.url)
+        wait_for_state(page, "running")
+        page.locator("#motions label", has_text="Turn").click()
+        wait_for_frames(page)
+        session = session_of(page)
+        server.kill()
+        page.wait_for_selector('#status[data-link="reconnecting"]')
+        assert "reconnecting" in page.inner_text("#status-text")
+        assert page.locator("#play").is_disabled()
+        server.start()
+        wait_for_state(page, "running")
+        wait_for_frames(page)
+        assert session_of(page) != session, "the restarted server knows no old session"
+        assert ask(server, f"api/sessions/{session_of(page)}")["motion"] == "turn", "what was chosen is kept"
+        assert page.faults == []
+        page.context.close()
+    finally:
+        server.kill()
