@@ -54,7 +54,7 @@ def main() -> int:
 def recipe_digest() -> str:
     """sha256 over the pinned wheel and every source file that decides what the body is."""
     folder = Path(making.__file__).parent
-    sources = [REQUIREMENTS, folder.parent / "model.py", *sorted(folder.glob("*.py"))]
+    sources = [REQUIREMENTS, *sorted(folder.glob("*.py"))]
     return hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()
 
 

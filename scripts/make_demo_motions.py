@@ -15,8 +15,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from motion_kit import ANKLE, BALL, HEEL, SIDES, Performance, X, Y, Z, chain, ease, hermite, turn
+from motion_kit import ANKLE, BALL, HEEL, SIDES, Performance, X, Y, Z, chain, hermite, turn
 from tryon_solver.body import quaternions
+from tryon_solver.body.motion import ease
 
 MOTIONS = Path(__file__).resolve().parents[1] / "server" / "tryon_server" / "demo" / "motions"
 STANCE = 0.62  # of a stride, how long a foot is on the floor

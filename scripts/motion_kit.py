@@ -68,12 +68,6 @@ def chain(*turns: np.ndarray) -> np.ndarray:
     return product
 
 
-def ease(x: np.ndarray) -> np.ndarray:
-    """0 below 0, 1 above 1, smooth to the second derivative."""
-    x = np.clip(x, 0.0, 1.0)
-    return x * x * x * (x * (6.0 * x - 15.0) + 10.0)
-
-
 def hermite(
     u: np.ndarray, start: np.ndarray, start_slope: np.ndarray, end: np.ndarray, end_slope: np.ndarray
 ) -> np.ndarray:

@@ -11,6 +11,7 @@ from tryon_solver.body.motion import Motion
 UP = np.array([0.0, 1.0, 0.0])
 STANDING_SPEED = 0.1  # m/s, an ankle slower than this
 STANDING_HEIGHT = 0.03  # m, and no higher than this above its lowest place, stands
+CLEARLY_FLATTER = np.radians(5.0)  # rad
 
 
 def foot_correction(
@@ -25,7 +26,7 @@ def foot_correction(
 
     How far the line from ankle to toe slopes says nothing about the sole, so soles are matched, not that line. A rest
     pose has its soles either on the floor or, where spread legs came out of a skeleton's zero angles (CMU), square to
-    the shins as seen from the front. Of these readings the one whose sole lies flatter in a standing foot is taken.
+    the shins as seen from the front. The second reading is taken when a standing foot then is clearly flatter.
 
     `source_pointing`, `our_pointing`: ankle to toes at rest; `source_shin`: knee to ankle at rest (3,);
     `ankle`: (T, 3) m in the world; `turns`: (T, 4) world rotations of the source's foot away from rest.
@@ -35,7 +36,7 @@ def foot_correction(
     speed = np.linalg.norm(np.diff(ankle, axis=0, append=ankle[-1:]), axis=1) / dt
     standing = (speed < STANDING_SPEED) & (ankle[:, 1] < ankle[:, 1].min() + STANDING_HEIGHT)
     slopes = [_mean_slope(turns[standing], sole) for sole in readings]
-    sole = readings[int(slopes[1] < slopes[0])]
+    sole = readings[int(slopes[1] + CLEARLY_FLATTER < slopes[0])]
     return _frame_turn(UP, our_pointing, sole, source_pointing)
 
 

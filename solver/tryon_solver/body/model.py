@@ -117,7 +117,7 @@ class BodyModel:
                 )
         except FileNotFoundError:
             raise BodyError(f"there is no body model at {path}; make it with `{MAKE_COMMAND}`") from None
-        except (OSError, KeyError, zipfile.BadZipFile, ValueError) as fault:
+        except (OSError, EOFError, KeyError, TypeError, zipfile.BadZipFile, ValueError) as fault:
             raise BodyError(f"{path} is not a body model ({fault}); remake it with `{MAKE_COMMAND} --force`") from fault
 
 

@@ -79,7 +79,7 @@ class Motion:
 
     def _closed(self, pose: Pose, t: float) -> Pose:
         fade = self.fade()
-        share = _ease((t - (self.duration - fade)) / fade)
+        share = float(ease((t - (self.duration - fade)) / fade))
         if share == 0.0:
             return pose
         identity = np.broadcast_to(quaternions.IDENTITY, pose.rotations.shape)
@@ -112,15 +112,15 @@ def blend_in(pose_from: Pose, motion: Motion, seconds: float) -> Motion:
     onset = min(VELOCITY_ONSET, seconds)
     roots, rotations = [], []
     for t in times:
-        pose = Pose.interpolate(pose_from, target, _ease(t / seconds))
-        lead = (t - seconds) * _ease((t - seconds + onset) / onset)  # 0 at the end, there with slope 1
+        pose = Pose.interpolate(pose_from, target, float(ease(t / seconds)))
+        lead = (t - seconds) * ease((t - seconds + onset) / onset)  # 0 at the end, there with slope 1
         turns = quaternions.from_axis_angle(axes, turn_speed * lead)
         roots.append(pose.root + root_velocity * lead)
         rotations.append(quaternions.multiply(pose.rotations, turns))
     return Motion(np.array(roots), np.array(rotations), seconds / steps, f"into {motion.name}")
 
 
-def _ease(x: float) -> float:
+def ease(x: np.ndarray | float) -> np.ndarray:
     """0 before 0, 1 after 1, with two vanishing derivatives at both ends: 6 x^5 - 15 x^4 + 10 x^3."""
-    x = min(max(x, 0.0), 1.0)
+    x = np.clip(x, 0.0, 1.0)
     return x * x * x * (x * (6.0 * x - 15.0) + 10.0)

@@ -16,7 +16,7 @@ from tryon_solver.body import quaternions
 from tryon_solver.body.bvh import BvhClip
 from tryon_solver.body.feet import foot_correction, lowest_sole_point
 from tryon_solver.body.model import BodyModel
-from tryon_solver.body.motion import Motion
+from tryon_solver.body.motion import Motion, ease
 from tryon_solver.body.skeletons import SIDES, RetargetError, SkeletonParts, find_parts
 
 ARM_CLEARANCE_DEGREES = 18.0  # below 17 our upper arm and trunk cross at the armpit
@@ -273,7 +273,7 @@ def _arm_push(
 
     With d the upper arm's direction in the chest's frame, its angle from straight down, seen from the front, is
     atan2(d_out, -d_up). What is missing to the clearance is added through a soft maximum (2 degrees wide, so that
-    nothing starts abruptly), times the length of d seen from the front, so that an arm stretched forward stays.
+    nothing starts abruptly): all of it up to 45 degrees from hanging, nothing for an arm at or above the horizontal.
     """
     outward = 1.0 if side == "left" else -1.0
     relative = quaternions.multiply(quaternions.conjugate(chest), turn_upper)
@@ -281,7 +281,7 @@ def _arm_push(
     angle = np.arctan2(outward * d[:, 0], -d[:, 1])
     width = np.radians(2.0)
     missing = width * np.logaddexp(0.0, (np.radians(clearance_degrees) - angle) / width)
-    hanging = np.clip(-d[:, 1], 0.0, 1.0) if clearance_degrees > 0.0 else 0.0
+    hanging = ease(-d[:, 1] / np.cos(np.pi / 4)) if clearance_degrees > 0.0 else np.zeros(len(d))
     forward = np.broadcast_to(np.array([0.0, 0.0, 1.0]), d.shape)
     push = quaternions.from_axis_angle(forward, outward * missing * hanging)
     return quaternions.multiply(quaternions.multiply(chest, push), quaternions.conjugate(chest))

@@ -42,16 +42,13 @@ def volume(vertices: np.ndarray, faces: np.ndarray) -> float:
 def self_intersections(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """(P, 2) int: pairs (edge, face) that cross without sharing a vertex, in float64; edges number as np.unique's.
 
-    Candidates are the pairs whose centres are nearer than the largest radii of both kinds together, found by k-d trees.
+    Candidates are the pairs whose bounding spheres meet, found by k-d trees over groups of similar radius, since a
+    posed body has a few triangles that are stretched several times over.
     """
     corners = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     edges = np.unique(np.sort(corners, axis=1), axis=0)
     ends, triangles = vertices[edges], vertices[faces]
-    edge_centres, face_centres = ends.mean(axis=1), triangles.mean(axis=1)
-    reach = np.linalg.norm(ends - edge_centres[:, None], axis=-1).max()
-    reach += np.linalg.norm(triangles - face_centres[:, None], axis=-1).max()
-    near = cKDTree(edge_centres).sparse_distance_matrix(cKDTree(face_centres), reach, output_type="coo_matrix")
-    e, f = near.row, near.col
+    e, f = _meeting_spheres(ends, triangles)
     apart = ~(edges[e][:, :, None] == faces[f][:, None, :]).any(axis=(1, 2))
     e, f = e[apart], f[apart]
 
@@ -66,3 +63,25 @@ def self_intersections(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     second, along = (direction * q).sum(axis=1) / safe, (w * q).sum(axis=1) / safe
     crossing = (first >= 0) & (second >= 0) & (first + second <= 1) & (along >= 0) & (along <= 1) & np.isfinite(safe)
     return np.stack([e[crossing], f[crossing]], axis=1)
+
+
+def _meeting_spheres(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Indices into both of the pairs of point sets (N, k, 3) and (M, l, 3) whose spheres about their means meet."""
+    centres = [points.mean(axis=1) for points in (first, second)]
+    radii = [np.linalg.norm(p - c[:, None], axis=-1).max(axis=1) for p, c in zip((first, second), centres)]
+    found: list[tuple[np.ndarray, np.ndarray]] = []
+    for a in _by_radius(radii[0]):
+        tree = cKDTree(centres[0][a])
+        for b in _by_radius(radii[1]):
+            reach = radii[0][a].max() + radii[1][b].max()
+            near = tree.sparse_distance_matrix(cKDTree(centres[1][b]), reach, output_type="coo_matrix")
+            i, j = a[near.row], b[near.col]
+            meets = near.data <= radii[0][i] + radii[1][j]
+            found.append((i[meets], j[meets]))
+    return np.concatenate([i for i, _ in found]), np.concatenate([j for _, j in found])
+
+
+def _by_radius(radii: np.ndarray) -> list[np.ndarray]:
+    """Indices in groups within which the radius varies by a factor of two at most, above the median."""
+    level = np.ceil(np.log2(np.maximum(radii / np.median(radii), 1.0)))
+    return [np.flatnonzero(level == value) for value in np.unique(level)]

@@ -1,0 +1,121 @@
+"""Motions: sampling, closing loops, entering from another pose."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from tryon_solver.body import BodyModel, Motion, MotionError, Pose, blend_in, quaternions
+
+X_AXIS = np.array([1.0, 0.0, 0.0])
+
+
+def swinging(frames: int = 61, open_by: float = 0.0, travel: float = 0.0) -> Motion:
+    """One joint swinging once in a second at 60 Hz; it ends `open_by` radians and `travel` metres off its beginning."""
+    t = np.linspace(0.0, 1.0, frames)
+    angles = 0.5 * np.sin(2.0 * np.pi * t) + open_by * t
+    roots = np.stack([np.zeros_like(t), np.ones_like(t), travel * t], axis=1)
+    return Motion(roots, quaternions.from_axis_angle(X_AXIS, angles)[:, None], 1.0 / (frames - 1), "swing")
+
+
+def angle(pose: Pose) -> float:
+    return 2.0 * float(np.arctan2(pose.rotations[0, 0], pose.rotations[0, 3]))
+
+
+def test_sampling_at_frames_returns_them_and_between_interpolates() -> None:
+    motion = swinging()
+    for frame in (0, 1, 30, 60):
+        np.testing.assert_allclose(motion.sample(frame * motion.dt).rotations, motion.rotations[frame], atol=1e-12)
+    halfway = motion.sample(10.5 * motion.dt)
+    expected = 0.5 * (angle(motion.pose(10)) + angle(motion.pose(11)))
+    assert angle(halfway) == pytest.approx(expected, abs=1e-9)
+
+
+def test_outside_the_clip_the_end_poses_hold() -> None:
+    motion = swinging(open_by=0.3, travel=1.0)
+    np.testing.assert_array_equal(motion.sample(-1.0).root, motion.roots[0])
+    np.testing.assert_allclose(motion.sample(99.0).root, motion.roots[-1], atol=1e-12)
+
+
+def test_closed_loop_is_played_unchanged() -> None:
+    motion = swinging()
+    for t in np.linspace(0.0, 0.999, 50):
+        np.testing.assert_allclose(motion.sample(t, loop=True).rotations, motion.sample(t).rotations, atol=1e-9)
+        np.testing.assert_allclose(motion.sample(t + 3.0, loop=True).rotations, motion.sample(t).rotations, atol=1e-9)
+
+
+@pytest.mark.parametrize(("open_by", "travel"), [(0.4, 0.0), (0.0, 0.5), (-2.0, 2.0)])
+def test_open_loop_closes_without_a_jump(open_by: float, travel: float) -> None:
+    motion = swinging(open_by=open_by, travel=travel)
+    times = np.arange(0.0, 2.5, 0.001)
+    poses = [motion.sample(t, loop=True) for t in times]
+    roots = np.array([pose.root for pose in poses])
+    turns = np.array([pose.rotations[0] for pose in poses])
+    steps = quaternions.angle_of(quaternions.multiply(quaternions.conjugate(turns[:-1]), turns[1:]))
+    # own speed up to pi + |open_by| rad/s; the smooth fade peaks at 15/8 of its mean, spread over `fade`
+    peak = np.pi + abs(open_by) + 1.875 * abs(open_by) / motion.fade()
+    assert steps.max() / 0.001 < 1.01 * peak
+    peak = abs(travel) + 1.875 * abs(travel) / motion.fade()
+    assert np.linalg.norm(np.diff(roots, axis=0), axis=1).max() / 0.001 <= 1.01 * peak + 1e-9
+    np.testing.assert_allclose(motion.sample(motion.duration - 1e-9, loop=True).root, motion.roots[0], atol=1e-6)
+
+
+def test_fade_is_long_enough_for_what_it_closes() -> None:
+    assert swinging().fade() == pytest.approx(0.4)
+    assert swinging(travel=0.6).fade() == pytest.approx(0.8)
+    assert swinging(travel=30.0).fade() == pytest.approx(1.0), "no longer than the clip"
+
+
+def test_blend_starts_at_the_pose_and_ends_at_the_first_frame(body: BodyModel) -> None:
+    rest = Pose.rest(body)
+    rotations = np.tile(rest.rotations, (5, 1, 1))
+    rotations[:, 3] = quaternions.from_axis_angle(X_AXIS, np.linspace(1.0, 1.2, 5))
+    motion = Motion(np.tile([1.0, 0.9, 0.0], (5, 1)), rotations, 1 / 60)
+    blend = blend_in(rest, motion, 0.75)
+    assert blend.duration == pytest.approx(0.75)
+    np.testing.assert_allclose(blend.roots[0], rest.root)
+    np.testing.assert_allclose(blend.rotations[0], rest.rotations, atol=1e-12)
+    np.testing.assert_allclose(blend.roots[-1], motion.roots[0], atol=1e-12)
+    np.testing.assert_allclose(blend.rotations[-1], motion.rotations[0], atol=1e-12)
+
+
+def test_blend_starts_at_rest_and_takes_up_the_velocity_of_the_motion() -> None:
+    motion = swinging(travel=2.0)
+    blend = blend_in(Pose(np.array([0.5, 1.0, 0.0]), quaternions.IDENTITY[None]), motion, 1.0)
+    speeds = np.diff(blend.roots, axis=0) / blend.dt
+    turning = np.diff([angle(pose) for pose in map(blend.pose, range(blend.frame_count))]) / blend.dt
+    assert np.abs(speeds[0]).max() < 0.02
+    assert abs(turning[0]) < 0.02
+    np.testing.assert_allclose(speeds[-1], [0.0, 0.0, 2.0], atol=0.05)
+    assert turning[-1] == pytest.approx(np.pi, rel=0.05)
+
+
+@pytest.mark.parametrize("seconds", [0.0, -1.0, float("nan")])
+def test_blend_needs_a_time(seconds: float) -> None:
+    with pytest.raises(MotionError, match="positive time"):
+        blend_in(swinging().pose(0), swinging(), seconds)
+
+
+@pytest.mark.parametrize(
+    ("roots", "rotations", "dt", "message"),
+    [
+        (np.zeros((0, 3)), np.zeros((0, 1, 4)), 0.1, "with a frame"),
+        (np.zeros((2, 3)), np.zeros((3, 1, 4)), 0.1, "with 2 frames"),
+        (np.full((2, 3), np.nan), np.zeros((2, 1, 4)), 0.1, "not finite"),
+        (np.zeros((2, 3)), np.zeros((2, 1, 4)), 0.0, "dt"),
+    ],
+)
+def test_malformed_motion_is_refused(roots: np.ndarray, rotations: np.ndarray, dt: float, message: str) -> None:
+    with pytest.raises(MotionError, match=message):
+        Motion(roots, rotations, dt)
+
+
+def test_time_that_is_not_finite_is_refused() -> None:
+    with pytest.raises(MotionError, match="asked for the time nan"):
+        swinging().sample(float("nan"), loop=True)
+
+
+def test_single_frame_is_a_still() -> None:
+    still = swinging(2)
+    still = Motion(still.roots[:1], still.rotations[:1], 1 / 60)
+    np.testing.assert_array_equal(still.sample(5.0, loop=True).root, still.roots[0])
+    assert blend_in(still.pose(0), still, 0.5).frame_count == 31
