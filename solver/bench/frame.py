@@ -2,8 +2,8 @@
 
     python solver/bench/frame.py --garment tshirt --motion walk --vertices 10000 --preset live --device cuda:0
 
-Prints one table; times are wall times of `Simulation.advance` with the device synchronised, medians and 95th percentiles
-over the frames after the blend into the motion.
+Prints one table; times are wall times of `Simulation.advance` with the device synchronised, medians and 95th
+percentiles over the frames after the blend into the motion.
 """
 
 from __future__ import annotations

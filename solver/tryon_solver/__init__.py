@@ -1,7 +1,7 @@
-"""Penetration-free cloth on a moving body: subspace-preconditioned projective dynamics with incremental potential contact.
+"""Penetration-free cloth on a moving body: subspace-preconditioned projective dynamics, incremental potential contact.
 
-`dress` puts a meshed pattern on a body; `build` starts from any intersection-free position; both lead to a `Simulation`,
-driven by `Simulation.advance`, which answers with a `StepReport`.
+`dress` puts a meshed pattern on a body; `build` starts from any intersection-free position; both lead to a
+`Simulation`, driven by `Simulation.advance`, which answers with a `StepReport`.
 """
 
 from tryon_solver.dressing.dress import Dressed, DressingError, dress

@@ -35,10 +35,10 @@ class ContactTerm:
 class Contribution:
     """One effect or material, and the stages of the step it takes part in. None: not in that stage.
 
-    `add_hessian` adds a positive semidefinite Hessian over pairs of vertices that share a triangle; `constant` says that
-    `stiffness` is exactly the Hessian, so that nothing has to be added. `stiffness` (N, N) float64 N/m enters projective
-    dynamics' constant matrix; `diagonal(dt)` (N,) float64 N/m enters it beside the
-    inertia; `touches` names the surfaces the cloth may touch: "cloth", "body".
+    `add_hessian` adds a positive semidefinite Hessian over pairs of vertices that share a triangle; `constant` says
+    that `stiffness` is exactly the Hessian, so that nothing has to be added. `stiffness` (N, N) float64 N/m enters
+    projective dynamics' constant matrix; `diagonal(dt)` (N,) float64 N/m enters it beside the inertia; `touches` names
+    the surfaces the cloth may touch: "cloth", "body".
     """
 
     name: str

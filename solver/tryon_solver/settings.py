@@ -44,7 +44,7 @@ class Settings:
     skin_stiffness: float = 200.0
     """How strongly a vertex of the collision surface is held to the tracked skin [N/m], while it is close."""
     skin_hold: float = 0.3
-    """Most a vertex of the collision surface resists [N]: cloth caught in a fold of the body moves it, tension doesn't."""
+    """Most a vertex of the collision surface resists [N]: cloth caught in a fold moves it, tension doesn't."""
     return_speed: float = 1.0
     """How fast a surface that yielded returns to the skin [m/s]."""
     substep_travel: float = 8e-3
@@ -82,7 +82,14 @@ class Settings:
             value = getattr(self, name)
             if not 0 < value < float("inf"):
                 raise ValueError(f"settings.{name} must be a finite number above 0, not {value!r}")
-        counts = ("outer_iterations", "correction_iterations", "correction_pcg_iterations", "history", "most_substeps", "searches")
+        counts = (
+            "outer_iterations",
+            "correction_iterations",
+            "correction_pcg_iterations",
+            "history",
+            "most_substeps",
+            "searches",
+        )
         for name in counts:
             value = getattr(self, name)
             if not (isinstance(value, int) and value >= 1):

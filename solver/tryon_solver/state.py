@@ -1,4 +1,4 @@
-"""What changes while a scene is simulated. Shapes: N cloth vertices, A = N + B with the body's B vertices behind them."""
+"""What changes while a scene is simulated. Shapes: N cloth vertices, A = N + B with the body's B vertices behind."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ def shorten_kernel(
     alpha: wp.array(dtype=wp.float32),
     hits_out: wp.array(dtype=wp.int32),
 ):
-    """Pass 0 looks at every stencil and lists those whose vertices' own travel could close them, whatever the fractions.
+    """Pass 0 looks at every stencil and lists those that their vertices' own travel could close, at any fractions.
 
     Later passes look at the listed ones with a vertex that the pass before, or this one so far, has shortened.
     """
@@ -182,7 +182,8 @@ def shorten(
 ) -> int:
     """Shrink `alpha` until the move x + alpha * displacement is proven free; returns the passes it took.
 
-    `longest` m bounds the displacements; `changed` (A,) int32 is scratch. If MOST_PASSES do not suffice, alpha becomes zero everywhere: nobody moves, which is always free.
+    `longest` m bounds the displacements; `changed` (A,) int32 is scratch. If MOST_PASSES do not suffice, alpha becomes
+    zero everywhere: nobody moves, which is always free.
     """
     if candidates.size == 0:
         return 0

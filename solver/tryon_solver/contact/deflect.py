@@ -7,8 +7,8 @@ apart along its normal, by just what is missing, split by the vertices' weights:
     p_i += w_i lam_i / (sum_j w_j lam_j^2) (target - (d + n . sum_j lam_j p_j)) n.
 
 All pushes of a pass are computed from the same displacements and averaged per vertex, so the outcome does not depend on
-the order in which a device works through them. Tangential motion stays. This is the contact projection of position based dynamics applied to a displacement; it promises
-nothing, what it leaves is shortened (bounds.py).
+the order in which a device works through them. Tangential motion stays. This is the contact projection of position
+based dynamics applied to a displacement; it promises nothing, what it leaves is shortened (bounds.py).
 """
 
 from __future__ import annotations
@@ -149,7 +149,10 @@ def deflect(
     counter: wp.array,
     at_most: int,
 ) -> None:
-    """Turn `displacement` (A,) m aside, in at most `at_most` passes; `longest` m bounds it, `changed` (A,) int32 is scratch."""
+    """Turn `displacement` (A,) m aside, in at most `at_most` passes.
+
+    `longest` m bounds the displacement; `changed` (A,) int32 is scratch.
+    """
     if candidates.size == 0:
         return
     changed.fill_(-2)

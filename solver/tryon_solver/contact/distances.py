@@ -1,9 +1,9 @@
 """Closest points of a point and a triangle, and of two edges, as stencil weights.
 
 A stencil is four vertices with weights lam that sum to zero: d = |sum_i lam_i x_i|. Point-triangle: (1, -b0, -b1, -b2);
-edge-edge: (1-s, s, -(1-t), -t). Coordinates are taken relative to the stencil's first vertex, so float32 positions a few
-metres from the origin lose nothing. Source of the case analysis: Ericson 2005, "Real-Time Collision Detection", 5.1.5
-and 5.1.9.
+edge-edge: (1-s, s, -(1-t), -t). Coordinates are taken relative to the stencil's first vertex, so float32 positions a
+few metres from the origin lose nothing. Source of the case analysis: Ericson 2005, "Real-Time Collision Detection",
+5.1.5 and 5.1.9.
 """
 
 from __future__ import annotations

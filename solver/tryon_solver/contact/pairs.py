@@ -1,8 +1,8 @@
 """Contact pairs: the candidates within reach of the barrier, with all that the solve needs of them.
 
 Of a pair the potential is e kappa b(d - xi) (barrier.py), e the mollifier of nearly parallel edges. Gradient:
-lam_i (e kappa b') n for vertex i. Hessian, positive semidefinite Gauss-Newton part: lam_i lam_j (e kappa b'') n n^T; what
-is dropped carries b' <= 0 and would only soften it.
+lam_i (e kappa b') n for vertex i. Hessian, positive semidefinite Gauss-Newton part: lam_i lam_j (e kappa b'') n n^T;
+what is dropped carries b' <= 0 and would only soften it.
 
 e is lagged: recomputed with the pairs, its own derivative left out. That derivative is a torque that turns nearly
 parallel edges away from each other, larger than the weight of the cloth on our meshes and without a bounded Hessian;
@@ -221,7 +221,7 @@ def add_diagonal_kernel(
 
 @dataclass(frozen=True)
 class ContactParameters:
-    """All that turns a candidate into a pair: sizes, stiffness, area per cloth vertex, activation near fine triangles."""
+    """What turns a candidate into a pair: sizes, stiffness, area per cloth vertex, activation near fine triangles."""
 
     cloth_count: int
     sizes: ContactSizes

@@ -31,13 +31,17 @@ SEWING_DRAG = 2.0  # N s/m^3, so that pieces are drawn, not thrown
 CLOSED = 2e-3  # m, a seam further open than this can't be welded
 
 
+def tell_nobody(_stage: str, _share: float) -> None:
+    """The progress of a caller who does not ask for it."""
+
+
 class DressingError(ValueError):
     """The garment could not be put on; the message says where and what to try."""
 
 
 @dataclass(frozen=True)
 class Dressed:
-    """A worn garment: the running simulation, its welded mesh, the panels it came from, and the pose it was put on in."""
+    """A worn garment: the running simulation, its welded mesh, the panels it came from, the pose it was put on in."""
 
     simulation: Simulation
     welded: WeldedMesh
@@ -53,7 +57,7 @@ def dress(
     device: str = "cpu",
     effects: tuple[Effect, ...] = WORN,
     settle_seconds: float = 1.0,
-    progress: Progress = lambda stage, share: None,
+    progress: Progress = tell_nobody,
 ) -> Dressed:
     """Put the garment on the body in its rest pose and let it settle.
 

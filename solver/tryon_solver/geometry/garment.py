@@ -35,7 +35,8 @@ class Garment:
         if (area <= 0).any():
             bad = int(np.argmin(area))
             raise GarmentError(
-                f"triangle {bad} has rest area {area[bad]:.3e} m^2; rest triangles must be counter-clockwise in pattern space"
+                f"triangle {bad} has rest area {area[bad]:.3e} m^2; "
+                "rest triangles must be counter-clockwise in pattern space"
             )
         used = np.zeros(self.vertex_count, bool)
         used[self.faces.ravel()] = True

@@ -47,7 +47,7 @@ def hinge_rows(garment: Garment) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def matrix(garment: Garment, k_bend: np.ndarray) -> sp.csr_matrix:
-    """(N, N) float64 N/m: the constant bending matrix; `k_bend` (F,) N m per face, a hinge takes the mean of its two."""
+    """(N, N) float64 N/m: the constant bending matrix; `k_bend` (F,) N m per face, at a hinge the mean of its two."""
     ids, k, area = hinge_rows(garment)
     hinges = garment.hinges()
     stiffness = 0.5 * (k_bend[hinges[:, 4]] + k_bend[hinges[:, 5]])

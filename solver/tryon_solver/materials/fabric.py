@@ -33,7 +33,7 @@ class Fabric:
                 continue
             if not (isinstance(value, (int, float)) and 0 <= value < float("inf")):
                 raise ValueError(f"fabric {self.name!r}: {field.name} must be a finite number >= 0, not {value!r}")
-        if not 0 < self.areal_density:
+        if not self.areal_density > 0:
             raise ValueError(f"fabric {self.name!r}: areal_density must be above 0 kg/m^2")
         if self.k_shear > min(self.k_warp, self.k_weft):
             raise ValueError(

@@ -2,9 +2,9 @@
 
 The paper corrects with inertia and barrier alone. That counts contact twice for a garment under tension (proxy force in
 the trial, barrier force in the correction) and leaves it bouncing between two gaps; METHOD.md section 7 has the
-argument. Here the correction keeps the elastic matrix: every iteration solves A p = -dE/dx with fresh projections, exact
-barrier and friction at the current point. The first move is the cloth's, towards the trial. Every iterate is feasible, so a budget
-that runs out leaves a safe state.
+argument. Here the correction keeps the elastic matrix: every iteration solves A p = -dE/dx with fresh projections,
+exact barrier and friction at the current point. The first move is the cloth's, towards the trial. Every iterate is
+feasible, so a budget that runs out leaves a safe state.
 """
 
 from __future__ import annotations

@@ -74,7 +74,7 @@ def add_diagonal_product_kernel(
 
 
 def elastic_gradient(sim: Simulation, x: wp.array, gradient_out: wp.array) -> None:
-    """gradient = dE/dx without contact at x, with projections made afresh: the local step of projective dynamics [N]."""
+    """gradient = dE/dx without contact at x, projections made afresh: the local step of projective dynamics [N]."""
     state, work = sim.state, sim.work
     work.corner_gradient.zero_()
     for project in sim.stages.project:
