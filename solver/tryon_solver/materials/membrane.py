@@ -4,8 +4,8 @@ With F = [f_u f_v] (3x2) the deformation gradient of a rest triangle of area A a
 
     Psi = A/2 ( k_s |F - R|^2 + (k_u - k_s) (|f_u| - 1)^2 + (k_v - k_s) (|f_v| - 1)^2 ).
 
-Each summand is a projection term w/2 |F e - T|^2 whose target T (R, f_u/|f_u|, f_v/|f_v|) moves with F, so the matrix is
-constant: A (k_u g_u g_u^T + k_v g_v g_v^T), g_u and g_v the pattern gradients of the corners. Source: Bouaziz et al.
+Each summand is a projection term w/2 |F e - T|^2 whose target T (R, f_u/|f_u|, f_v/|f_v|) moves with F, so the matrix
+is constant: A (k_u g_u g_u^T + k_v g_v g_v^T), g_u and g_v the pattern gradients of the corners. Source: Bouaziz et al.
 2014, section 5 (projective dynamics of strain); the split into a shear part and two stretch parts keeps the three
 stiffnesses of Baraff and Witkin 1998, section 4. A stretch along u costs k_u exactly, which needs k_s <= k_u, k_v.
 """
@@ -24,7 +24,7 @@ wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
-def deformation_gradient(x: wp.array(dtype=wp.vec3), face: wp.vec3i, g0: wp.vec2, g1: wp.vec2, g2: wp.vec2):
+def deformation_gradient(x: wp.array(dtype=wp.vec3), face: wp.vec3i, g1: wp.vec2, g2: wp.vec2):
     """F = sum_i x_i g_i^T by differences to corner 0; returns its columns f_u, f_v."""
     e1 = x[face[1]] - x[face[0]]
     e2 = x[face[2]] - x[face[0]]
@@ -66,7 +66,7 @@ def project_kernel(
     g0 = gradients[t, 0]
     g1 = gradients[t, 1]
     g2 = gradients[t, 2]
-    f_u, f_v = deformation_gradient(x, faces[t], g0, g1, g2)
+    f_u, f_v = deformation_gradient(x, faces[t], g1, g2)
     r_u, r_v = nearest_frame(f_u, f_v)
     k = stiffness[t]
     p_u = k[2] * (f_u - r_u) + (k[0] - k[2]) * (f_u - wp.normalize(f_u))
@@ -89,7 +89,7 @@ def energy_kernel(
 ):
     """Psi per triangle [J]."""
     t = wp.tid()
-    f_u, f_v = deformation_gradient(x, faces[t], gradients[t, 0], gradients[t, 1], gradients[t, 2])
+    f_u, f_v = deformation_gradient(x, faces[t], gradients[t, 1], gradients[t, 2])
     r_u, r_v = nearest_frame(f_u, f_v)
     k = stiffness[t]
     stretch_u = wp.length(f_u) - 1.0
@@ -144,7 +144,7 @@ def hessian_kernel(
     g0 = gradients[t, 0]
     g1 = gradients[t, 1]
     g2 = gradients[t, 2]
-    f_u, f_v = deformation_gradient(x, face, g0, g1, g2)
+    f_u, f_v = deformation_gradient(x, face, g1, g2)
     _u1, _u2, _n, _v1, s1, s2 = principal_frame(f_u, f_v)
     k = stiffness[t]
     shear = area[t] * k[2]

@@ -66,7 +66,7 @@ def project_kernel(
     g0 = gradients[t, 0]
     g1 = gradients[t, 1]
     g2 = gradients[t, 2]
-    f_u, f_v = deformation_gradient(x, faces[t], g0, g1, g2)
+    f_u, f_v = deformation_gradient(x, faces[t], g1, g2)
     p_u, p_v, largest = excess(f_u, f_v, limit[t])
     if largest > limit[t]:
         p_u = area[t] * stiffness[t] * p_u
@@ -88,7 +88,7 @@ def energy_kernel(
 ):
     """Psi per triangle [J]."""
     t = wp.tid()
-    f_u, f_v = deformation_gradient(x, faces[t], gradients[t, 0], gradients[t, 1], gradients[t, 2])
+    f_u, f_v = deformation_gradient(x, faces[t], gradients[t, 1], gradients[t, 2])
     p_u, p_v, _largest = excess(f_u, f_v, limit[t])
     energy_out[t] = 0.5 * area[t] * stiffness[t] * (wp.length_sq(p_u) + wp.length_sq(p_v))
 
@@ -110,7 +110,7 @@ def hessian_kernel(
     g0 = gradients[t, 0]
     g1 = gradients[t, 1]
     g2 = gradients[t, 2]
-    f_u, f_v = deformation_gradient(x, face, g0, g1, g2)
+    f_u, f_v = deformation_gradient(x, face, g1, g2)
     _u1, _u2, _n, _v1, s1, s2 = principal_frame(f_u, f_v)
     over1 = wp.max(s1 - limit[t], 0.0)
     over2 = wp.max(s2 - limit[t], 0.0)
