@@ -1,4 +1,4 @@
-"""build(scene, settings) -> Simulation: allocate once, bind the plan, prefactorise; then `advance` as often as wanted."""
+"""build(scene, settings) -> Simulation: allocate once, bind the plan, prefactorise; then `advance` at will."""
 
 from __future__ import annotations
 
@@ -90,9 +90,12 @@ class Simulation:
         self.area = garment.vertex_areas()
         self.plan = bind_plan(scene, settings, device, self.mass, self.area)
         self.stages = Stages(
-            *(self.plan.stage(name) for name in ("add_acceleration", "project", "add_gradient", "add_velocity_gradient")),
-            self.plan.stage("add_hessian"),
-            tuple(c.contact for c in self.plan.contributions if c.contact is not None),
+            add_acceleration=self.plan.stage("add_acceleration"),
+            project=self.plan.stage("project"),
+            add_gradient=self.plan.stage("add_gradient"),
+            add_velocity_gradient=self.plan.stage("add_velocity_gradient"),
+            add_hessian=self.plan.stage("add_hessian"),
+            contact=tuple(c.contact for c in self.plan.contributions if c.contact is not None),
         )
         self._allocate(pose)
         self._assemble()
@@ -122,7 +125,7 @@ class Simulation:
             )
             self.body = PosedBody(skinning, carry, skin_now, wp.clone(skin_now), pose)
             surface = skin_now.numpy()
-        x = wp.array(positions(scene.x_start, surface), dtype=wp.vec3, device=device)
+        x: wp.array = wp.array(positions(scene.x_start, surface), dtype=wp.vec3, device=device)
         cloth = wp.zeros(self.cloth_count, dtype=wp.vec3, device=device)
         self.state = State(
             x=x,
@@ -143,15 +146,16 @@ class Simulation:
         faces = scene.garment.faces.ravel()
         order = np.argsort(faces, kind="stable")
         start = np.searchsorted(faces[order], np.arange(self.cloth_count + 1))
-        self.corners = wp.array(order.astype(np.int32), dtype=wp.int32, device=device)
-        self.corner_start = wp.array(start.astype(np.int32), dtype=wp.int32, device=device)
+        self.corners: wp.array = wp.array(order.astype(np.int32), dtype=wp.int32, device=device)
+        self.corner_start: wp.array = wp.array(start.astype(np.int32), dtype=wp.int32, device=device)
 
     def _assemble(self) -> None:
         """Stiffness rows and the spline basis; matrices that depend on the time step come with `use_time_step`."""
         garment, device = self.scene.garment, self.device
         self.stiffness_matrix: csr_matrix = self.plan.stiffness(self.cloth_count)
         self.stiffness = EllMatrix.from_scipy(self.stiffness_matrix, device)
-        self.stiffness_diagonal = wp.array(self.stiffness_matrix.diagonal(), dtype=wp.float32, device=device)
+        diagonal = self.stiffness_matrix.diagonal()
+        self.stiffness_diagonal: wp.array = wp.array(diagonal, dtype=wp.float32, device=device)
         self.hessian_rows = BlockRows.build(garment.faces, self.cloth_count, device)
         self.constant_stiffness = EllMatrix.from_scipy(self.plan.constant_stiffness(self.cloth_count), device)
         spacing = self.settings.subspace_spacing * garment.mean_edge_length()
@@ -197,20 +201,21 @@ class Simulation:
         own = np.arange(self.all_count, dtype=np.int32)
         if garment.group is not None:
             own[: self.cloth_count] = garment.group
-        self.group = wp.array(own, dtype=wp.int32, device=device)
+        self.group: wp.array = wp.array(own, dtype=wp.int32, device=device)
         self.boxes = VertexBoxes.allocate(self.all_count, device)
         self.inner = VertexBoxes.allocate(self.all_count, device)
         self.candidates = Candidates.allocate(1 << 14 if touches else 1, device)
         self.pairs = ContactPairs.allocate(1 << 12 if touches else 1, device)
 
     def use_time_step(self, dt: float) -> None:
-        """Set the matrices that depend on dt [s]: the exact diagonal always, the reduced factor per half octave of dt."""
+        """Set the matrices that depend on dt [s]: the exact diagonal always, the reduced factor per half octave."""
         if dt == self.dt:
             return
         self.dt = dt
         diagonal = self.mass / dt**2
-        for part in self.plan.stage("diagonal"):
-            diagonal = diagonal + part(dt)
+        for contribution in self.plan.contributions:
+            if contribution.diagonal is not None:
+                diagonal = diagonal + contribution.diagonal(dt)
         self.mass_per_dt2.assign((self.mass / dt**2).astype(np.float32))
         held = np.full(self.body_count, self.settings.skin_stiffness)
         self.work.diagonal.assign(np.concatenate([diagonal, held]).astype(np.float32))

@@ -28,7 +28,7 @@ SCHEMES = {
 }
 
 
-def advance(sim: Simulation, pose: Pose, time: float) -> StepReport:
+def advance(sim: Simulation, pose: Pose | None, time: float) -> StepReport:
     """Algorithm 2 without an edit: from the last simulated pose time to `time` [s] at `pose`. METHOD.md section 1."""
     sim.start_report()
     for interval in sim.pose_intervals(pose, time):  # none longer than the largest step

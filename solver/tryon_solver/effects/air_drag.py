@@ -32,7 +32,7 @@ def bind(spec: AirDrag, context: BuildContext) -> Contribution | None:
     """None when the coefficient is zero."""
     if spec.coefficient == 0:
         return None
-    area = wp.array(context.area, dtype=wp.float32, device=context.device)
+    area: wp.array = wp.array(context.area, dtype=wp.float32, device=context.device)
 
     def add_velocity_gradient(state: State, x: wp.array, dt: float, gradient: wp.array) -> None:
         wp.launch(

@@ -2,8 +2,8 @@
 
     Psi = k/2 sum_s |x_a - x_b - share d_s|^2,   d_s = x_a - x_b at the start.
 
-All seams close in step, however far apart their sides were, so no part is pulled ahead of the rest. Stitch springs as in
-Li et al. 2021 (Codimensional IPC), there with fixed zero length; lowering `share` from 1 to 0 is ours.
+All seams close in step, however far apart their sides were, so no part is pulled ahead of the rest. Stitch springs as
+in Li et al. 2021 (Codimensional IPC), there with fixed zero length; lowering `share` from 1 to 0 is ours.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ def bind(spec: Sewing, context: BuildContext) -> Contribution | None:
         return None
     device, x = context.device, context.scene.x_start
     a, b = spec.stitches[:, 0], spec.stitches[:, 1]
-    stitches = wp.array(spec.stitches.astype(np.int32), dtype=wp.vec2i, device=device)
-    apart = wp.array((x[a] - x[b]).astype(np.float32), dtype=wp.vec3, device=device)
+    stitches: wp.array = wp.array(spec.stitches.astype(np.int32), dtype=wp.vec2i, device=device)
+    apart: wp.array = wp.array((x[a] - x[b]).astype(np.float32), dtype=wp.vec3, device=device)
     share = wp.ones(1, dtype=wp.float32, device=device)
 
     def add_gradient(positions: wp.array, gradient: wp.array) -> None:

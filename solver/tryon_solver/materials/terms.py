@@ -17,7 +17,7 @@ from tryon_solver.plan import Contribution
 def bind_membrane(garment: Garment, fabric: Fabric, rest: RestShape, device: str) -> Contribution:
     """Orthotropic membrane (materials/membrane.py)."""
     per_face = membrane.stiffness_per_face([fabric] * rest.face_count)
-    stiffness = wp.array(per_face, dtype=wp.vec3, device=device)
+    stiffness: wp.array = wp.array(per_face, dtype=wp.vec3, device=device)
     energy_out = wp.zeros(rest.face_count, dtype=wp.float32, device=device)
 
     def project(x: wp.array, corner_gradient: wp.array) -> None:

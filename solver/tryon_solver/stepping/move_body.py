@@ -53,7 +53,7 @@ def substep_count(sim: Simulation, before: np.ndarray, end: Pose) -> int:
     """Sub-steps so that no skin near the cloth moves further than `substep_travel` m relative to the root in one."""
     body = sim.body
     assert body is not None
-    after = world_from_rest(sim.scene.body, end)
+    after = world_from_rest(body.skinning.model, end)
     body.skinning.run(end, body.skin_next)
     sim.largest_out.zero_()
     wp.launch(
