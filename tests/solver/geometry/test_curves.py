@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from tryon_solver.geometry import curves
 
@@ -61,6 +61,7 @@ def test_an_arc_too_small_for_its_chord_is_refused():
         curves.arc_by_flags([0, 0], [2, 0], 0.9, False, True)
 
 
+@settings(deadline=None)
 @given(st.lists(st.tuples(COORDINATES, COORDINATES), min_size=4, max_size=4), st.integers(1, 12))
 def test_samples_divide_a_cubic_into_equal_lengths(controls, segments):
     if controls[0] == controls[-1]:
