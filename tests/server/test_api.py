@@ -9,6 +9,7 @@ from collections.abc import Iterable
 import patterns
 import pytest
 from live_server import LiveServer
+
 from tryon_server.garments.check import check_pattern
 
 FIELDS = {"code", "place", "message", "remedy"}

@@ -4,6 +4,7 @@ import asyncio
 import threading
 
 import pytest
+
 from tryon_server.runtime.kernel_news import kernel_news
 from tryon_server.runtime.mailbox import Mailbox
 from tryon_server.sessions.commands import FollowMotion, Run, WearFabric

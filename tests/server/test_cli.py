@@ -11,6 +11,7 @@ import numpy as np
 import patterns
 import pytest
 import trimesh
+
 from tryon_server.cli import address_of, main
 
 

@@ -4,6 +4,7 @@ import ast
 from pathlib import Path
 
 import pytest
+
 import tryon_server
 
 ROOT = Path(tryon_server.__file__).parent

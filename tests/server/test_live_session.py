@@ -3,6 +3,7 @@
 import asyncio
 
 from session_driver import RULES
+
 from tryon_protocol import HelloMessage, encode
 from tryon_server.sessions import Session
 from tryon_server.sessions.events import Gone, Troubled

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import msgspec
 import pytest
+
 from tryon_server.garments.limited import Limits, run_limited
 from tryon_server.persistence import (
     FileBlobs,

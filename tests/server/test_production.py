@@ -8,6 +8,7 @@ import patterns
 import pytest
 import trimesh
 from analytic_drape import small_body
+
 from tryon_server.problems import ProblemError
 from tryon_server.runtime import production
 from tryon_server.runtime.bodies import load_body

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+
 from tryon_server.problems import ProblemError
 from tryon_server.settings import Settings, read_settings
 

@@ -11,6 +11,7 @@ import time
 
 import pytest
 import websockets
+
 from tryon_client import connect
 from tryon_protocol import (
     ErrorMessage,

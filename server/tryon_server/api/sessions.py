@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from fastapi import APIRouter, Response, WebSocket
-from tryon_protocol import SUBPROTOCOL, ProtocolError, encode, error_message
 
+from tryon_protocol import SUBPROTOCOL, ProtocolError, encode, error_message
 from tryon_server.api.access import ServicesDep, same_origin
 from tryon_server.api.faults import ERROR_REPLIES, reply
 from tryon_server.api.models import SessionReply, SessionRequest

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
-from tryon_solver.body.model import BodyError, BodyModel, default_body
 
 from tryon_server.problems import ProblemError, problem_error
+from tryon_solver.body.model import BodyError, BodyModel, default_body
 
 BODY_FILE = "body.npz"
 SIZE_RANGE = (0.05, 5.0)  # [m] extent of a body; a mesh outside of it was drawn in another unit

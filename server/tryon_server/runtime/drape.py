@@ -9,11 +9,11 @@ from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
+
+from tryon_server.runtime.order import DrapeOrder
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion
 from tryon_solver.body.pose import Pose
-
-from tryon_server.runtime.order import DrapeOrder
 
 Progress = Callable[[str, float | None], None]
 """Told what is being done, in words for people, and the fraction of it that is done, None when that is not known."""

@@ -24,10 +24,9 @@ def local_runtime(settings: Settings) -> Runtime:
 
 def load_catalogue() -> Catalogue:
     """What the solver and the demo offer."""
+    from tryon_server.runtime.motions import list_motions
     from tryon_solver.materials.fabric import FABRICS
     from tryon_solver.settings import PRESETS
-
-    from tryon_server.runtime.motions import list_motions
 
     fabrics = tuple(
         FabricEntry(fabric.name, fabric.areal_density, fabric.thickness, fabric.strain_limit, fabric.colour)

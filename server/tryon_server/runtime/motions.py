@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from tryon_server.problems import ProblemError, problem_error
+from tryon_server.runtime.interface import MotionEntry
 from tryon_solver.body.bvh import BvhError, parse_bvh
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion, MotionError
 from tryon_solver.body.retarget import retarget
 from tryon_solver.body.skeletons import RetargetError
-
-from tryon_server.problems import ProblemError, problem_error
-from tryon_server.runtime.interface import MotionEntry
 
 MOTION_FOLDER = Path(__file__).parent.parent / "demo" / "motions"
 

@@ -13,8 +13,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import trimesh
-from tryon_solver.body.motion import blend_in
-from tryon_solver.body.pose import Pose
 
 from tryon_server.problems import ProblemError, problem_error
 from tryon_server.runtime.bodies import load_body
@@ -24,6 +22,8 @@ from tryon_server.runtime.motions import load_motion
 from tryon_server.runtime.order import DrapeOrder
 from tryon_server.runtime.production import build_drape
 from tryon_server.runtime.sources import approach_seconds
+from tryon_solver.body.motion import blend_in
+from tryon_solver.body.pose import Pose
 
 LOWEST_FPS = 11.0  # the solver bridges at most 0.1 s at a time
 STILL_SECONDS = 2.0  # how long a body without a motion is simulated when nobody says how long

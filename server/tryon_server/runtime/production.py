@@ -7,7 +7,14 @@ from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
+
 from tryon_protocol import GRID, check_grid
+from tryon_server.problems import problem_error
+from tryon_server.runtime.bodies import load_body
+from tryon_server.runtime.devices import AUTOMATIC, choose_device
+from tryon_server.runtime.drape import Outfit, Progress
+from tryon_server.runtime.order import DrapeOrder
+from tryon_server.runtime.wardrobe import Wardrobe, wardrobe_key
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.pose import Pose
 from tryon_solver.dressing.dress import Dressed, DressingError, dress
@@ -21,13 +28,6 @@ from tryon_solver.results import StepReport
 from tryon_solver.scene import WORN, Scene
 from tryon_solver.settings import PRESETS, Settings
 from tryon_solver.simulation import build
-
-from tryon_server.problems import problem_error
-from tryon_server.runtime.bodies import load_body
-from tryon_server.runtime.devices import AUTOMATIC, choose_device
-from tryon_server.runtime.drape import Outfit, Progress
-from tryon_server.runtime.order import DrapeOrder
-from tryon_server.runtime.wardrobe import Wardrobe, wardrobe_key
 
 EDGE_LENGTHS = {"draft": 0.017, "live": 0.0085, "fit": 0.006}
 """Length of the mesh's edges [m] by preset: a T-shirt has about 2.5, 10 and 20 thousand vertices."""

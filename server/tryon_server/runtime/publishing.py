@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from tryon_protocol import BodySurface, EncodedFrame, FrameEncoder, Topology, encode
 
+from tryon_protocol import BodySurface, EncodedFrame, FrameEncoder, Topology, encode
 from tryon_server.runtime.drape import Drape, Outfit
 from tryon_server.runtime.sources import Move
 from tryon_server.sessions.commands import AllowFrame

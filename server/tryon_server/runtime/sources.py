@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+
 from tryon_solver.body.motion import Motion, blend_in
 from tryon_solver.body.pose import Pose
 

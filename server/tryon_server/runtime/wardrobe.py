@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+
 import tryon_solver
 from tryon_solver.body.model import BodyModel
 

@@ -15,9 +15,8 @@ from dataclasses import replace
 from multiprocessing.connection import Connection
 
 import numpy as np
-from tryon_protocol import ProtocolError, ReportMessage
-from tryon_solver.body.pose import Pose
 
+from tryon_protocol import ProtocolError, ReportMessage
 from tryon_server.problems import ProblemError
 from tryon_server.runtime.drape import BuildDrape, Drape, LoadMotion, StepFacts
 from tryon_server.runtime.kernel_news import kernel_news
@@ -27,6 +26,7 @@ from tryon_server.runtime.publishing import Publisher
 from tryon_server.runtime.sources import MotionSource, Move, PoseSource, StillSource, StreamSource
 from tryon_server.sessions.commands import AllowFrame, Command, FollowMotion, Run, UsePose, WearFabric
 from tryon_server.sessions.events import Event, PhaseChanged, Reported, Troubled
+from tryon_solver.body.pose import Pose
 
 logger = logging.getLogger(__name__)
 

@@ -9,7 +9,6 @@ frame that does.
 from __future__ import annotations
 
 from tryon_protocol import Codec, EncodedFrame, ViewerWindow
-
 from tryon_server.sessions.actions import Action, Order, SendFrame
 from tryon_server.sessions.commands import AllowFrame
 from tryon_server.sessions.events import FrameReady

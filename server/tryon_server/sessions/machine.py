@@ -35,7 +35,6 @@ from tryon_protocol import (
     validate_pose,
 )
 from tryon_protocol.messages import SessionState
-
 from tryon_server.sessions.actions import (
     FATAL_ERROR,
     GOING_AWAY,

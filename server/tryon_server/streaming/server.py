@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 import uvicorn
 from starlette.applications import Starlette
-from tryon_protocol import MAX_CLIENT_MESSAGE_BYTES
 
+from tryon_protocol import MAX_CLIENT_MESSAGE_BYTES
 from tryon_server.problems import problem_error
 from tryon_server.services import Services
 

@@ -6,8 +6,8 @@ import asyncio
 import contextlib
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
-from tryon_protocol import SUBPROTOCOL
 
+from tryon_protocol import SUBPROTOCOL
 from tryon_server.streaming.live_session import LiveSession
 from tryon_server.streaming.outbox import Closing, Outbox
 

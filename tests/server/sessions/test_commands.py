@@ -4,6 +4,7 @@ import math
 
 import pytest
 from session_driver import JOINTS, Driver, pose
+
 from tryon_protocol import (
     ErrorMessage,
     GoodbyeMessage,

@@ -6,6 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from session_driver import Driver
+
 from tryon_protocol import BodySurface, FrameDecoder, FrameEncoder, KeyframeRequestMessage, Topology
 from tryon_server.sessions.commands import AllowFrame
 from tryon_server.sessions.events import FrameReady, PhaseChanged, TopologyReady

@@ -1,6 +1,7 @@
 """How a client comes and goes: hello, versions, resuming, being turned away."""
 
 from session_driver import Driver, pose
+
 from tryon_protocol import (
     ByeMessage,
     GoodbyeMessage,

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import httpx
 import patterns
+
 from tryon_server.app import create_app
 from tryon_server.runtime.interface import Catalogue, Device, FabricEntry, MotionEntry, Runtime
 from tryon_server.runtime.local_processes import LocalProcesses
