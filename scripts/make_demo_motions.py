@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 from motion_kit import ANKLE, BALL, HEEL, SIDES, Performance, X, Y, Z, chain, hermite, turn
+
 from tryon_solver.body import quaternions
 from tryon_solver.body.motion import ease
 

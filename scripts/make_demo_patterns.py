@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+
 from tryon_solver.geometry import curves
 
 Point = tuple[float, float]

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+
 from tryon_solver.body import quaternions
 
 FRAMES_PER_SECOND = 60

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from hypothesis import settings
+
 from tryon_protocol import EncodedFrame, FrameEncoder, Skinner, Topology
 from tryon_protocol.vector_content import topology as golden_topology
 

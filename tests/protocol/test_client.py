@@ -11,6 +11,8 @@ import msgpack
 import numpy as np
 import pytest
 import websockets
+from websockets.asyncio.server import ServerConnection, serve
+
 from tryon_client import Recording, connect, record
 from tryon_client.__main__ import main
 from tryon_protocol import (
@@ -39,7 +41,6 @@ from tryon_protocol import (
     validate_pose,
 )
 from tryon_protocol.vector_content import topology as golden_topology
-from websockets.asyncio.server import ServerConnection, serve
 
 WELCOME = WelcomeMessage(
     version=1,

@@ -6,6 +6,7 @@ from typing import get_args
 
 import msgpack
 import pytest
+
 from tryon_protocol import (
     MAX_CLIENT_MESSAGE_BYTES,
     ClientMessage,

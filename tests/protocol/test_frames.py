@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
 from tryon_protocol import GRID, Codec, EncodedFrame, FrameDecoder, FrameEncoder, ProtocolError, Topology, read_header
 from tryon_protocol.frames import HEADER_BYTES
 from tryon_protocol.vector_content import topology as golden_topology

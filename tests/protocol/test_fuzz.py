@@ -6,6 +6,7 @@ import msgpack
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from tryon_client.reading import read_message
 from tryon_protocol import FrameDecoder, ProtocolError, Topology, TopologyMessage, decode_client, decode_server, encode
 from tryon_protocol import vector_content as golden

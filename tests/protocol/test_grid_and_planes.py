@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+
 from tryon_protocol import GRID, ProtocolError, check_grid
 from tryon_protocol.grid import INT16_MAX, ORIGIN_STEP, follow, quantise
 from tryon_protocol.planes import fits_int16, merge, split

@@ -7,6 +7,7 @@ from dataclasses import fields, replace
 import msgspec
 import numpy as np
 import pytest
+
 from tryon_protocol import BodySurface, ProtocolError, Topology, TopologyMessage, decode_server, encode
 from tryon_protocol.arrays import MAX_ARRAY_BYTES
 

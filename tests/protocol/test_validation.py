@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+
 from tryon_protocol import PoseMessage, ProtocolError, validate_pose
 
 NAMES = ("pelvis", "spine", "head")

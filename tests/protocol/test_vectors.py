@@ -12,6 +12,7 @@ import msgpack
 import msgspec
 import numpy as np
 import pytest
+
 from tryon_protocol import (
     ClientMessage,
     FrameDecoder,

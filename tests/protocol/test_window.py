@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
 from tryon_protocol import FrameDecoder, FrameEncoder, ProtocolError, ViewerWindow
 from tryon_protocol.frames import Codec, EncodedFrame
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import warp as wp
 from small_scenes import device_vectors, turn
+
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.plan import Contribution

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import warp as wp
 from scipy.spatial.transform import Rotation
+
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.pose import Pose
 from tryon_solver.geometry.garment import Garment

@@ -7,6 +7,7 @@ import asyncio
 import sys
 
 import websockets
+
 from tryon_protocol import DecodedFrame, PlayMessage, ProtocolError, SetMotionMessage
 
 from .recording import record

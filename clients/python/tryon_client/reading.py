@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import msgpack
 import msgspec
+
 from tryon_protocol import ProtocolError, ServerMessage
 from tryon_protocol.control import validation_error
 

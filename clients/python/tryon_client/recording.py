@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+
 from tryon_protocol import DecodedFrame, ProtocolError, Topology
 
 from .stream import Stream

@@ -7,6 +7,9 @@ from collections.abc import AsyncIterator, Sequence
 from typing import Union
 
 import websockets
+from websockets.asyncio.client import ClientConnection
+from websockets.asyncio.client import connect as open_websocket
+
 from tryon_protocol import (
     MAJOR_VERSION,
     POSE_CONVENTION,
@@ -31,8 +34,6 @@ from tryon_protocol import (
     encode,
     is_frame,
 )
-from websockets.asyncio.client import ClientConnection
-from websockets.asyncio.client import connect as open_websocket
 
 from .reading import read_message
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field
 
 import numpy as np
+
 from tryon_server.problems import problem_error
 from tryon_server.runtime.drape import Outfit
 from tryon_solver.body.model import BodyModel

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from tryon_solver.body import BodyModel, default_body
 
 sys.path.insert(0, str(Path(__file__).parent / "support"))

@@ -10,6 +10,7 @@ from body_cases import DEMO_MOTIONS
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
+
 from tryon_solver.body import BvhError, parse_bvh, quaternions
 
 ARM = """HIERARCHY

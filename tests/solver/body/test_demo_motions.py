@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from body_cases import DEMO_MOTIONS, REPOSITORY
+
 from tryon_solver.body import BodyModel, Motion, parse_bvh, quaternions, retarget
 from tryon_solver.body.feet import world_tracks
 from tryon_solver.body.report import report_motion

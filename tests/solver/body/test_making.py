@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import trimesh
 from body_cases import REPOSITORY
+
 from tryon_solver.body import BodyModel, Pose, default_body_path, skin
 from tryon_solver.body.making.checks import self_intersections, surface_faults, volume
 from tryon_solver.body.making.closest import closest_points

@@ -9,6 +9,7 @@ import ipctk
 import numpy as np
 import pytest
 from body_cases import REPOSITORY
+
 from tryon_solver.body import BodyError, BodyModel, default_body, default_body_path
 from tryon_solver.body.making.checks import surface_faults, volume
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from tryon_solver.body import BodyModel, Motion, MotionError, Pose, blend_in, quaternions
 
 X_AXIS = np.array([1.0, 0.0, 0.0])

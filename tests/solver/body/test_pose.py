@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from body_cases import random_pose
 from scipy.spatial.transform import Rotation
+
 from tryon_solver.body import BodyModel, Pose, PoseError, quaternions, skin, world_from_joint
 from tryon_solver.body.pose import world_from_rest
 

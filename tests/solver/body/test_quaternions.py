@@ -6,6 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation, Slerp
+
 from tryon_solver.body import quaternions
 
 seeds = st.integers(0, 2**32 - 1)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from body_cases import DEMO_MOTIONS, shared_clips
+
 from tryon_solver.body import BodyModel, BvhClip, RetargetError, parse_bvh, quaternions, retarget
 from tryon_solver.body.feet import world_tracks
 from tryon_solver.body.skeletons import find_parts

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import warp as wp
 from body_cases import random_pose
+
 from tryon_solver.body import BodyModel, Pose, skin
 from tryon_solver.body.skinning import SkinningKernel
 

@@ -6,6 +6,7 @@ import reference_energies as reference
 import warp as wp
 from drape_states import crumpled, rounded
 from small_scenes import device_vectors, fabric, sheet, turn
+
 from tryon_solver.scene import Scene
 from tryon_solver.settings import Settings
 from tryon_solver.simulation import bind_plan

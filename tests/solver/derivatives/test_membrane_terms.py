@@ -5,6 +5,7 @@ import pytest
 import reference_energies as reference
 from drape_states import STATES, compressed, crumpled, rounded, sheared, stretched, term_hessian, vertex_gradient
 from small_scenes import device_vectors, fabric, sheet, turn
+
 from tryon_solver.scene import Scene, StrainLimit
 from tryon_solver.settings import Settings
 from tryon_solver.simulation import bind_plan

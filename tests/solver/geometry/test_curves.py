@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from tryon_solver.geometry import curves
 
 COORDINATES = st.floats(-1.0, 1.0, allow_nan=False).map(lambda v: round(v, 3))

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from tryon_solver.geometry.boundary_loops import boundary_loops
 from tryon_solver.geometry.pattern import load_pattern
 from tryon_solver.geometry.weld import weld

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from tryon_solver.geometry import outline
 
 ARROW = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [1.0, 0.5], [0.0, 2.0]])

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+
 from tryon_solver.geometry.pattern import PatternError, load_pattern, parse_pattern, parse_pattern_text
 
 

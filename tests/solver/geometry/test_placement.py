@@ -3,6 +3,7 @@
 import ipctk
 import numpy as np
 import pytest
+
 from tryon_solver.body.model import BodyError, default_body
 from tryon_solver.geometry import seams
 from tryon_solver.geometry.body_parts import find_trunk

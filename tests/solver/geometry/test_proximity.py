@@ -3,6 +3,7 @@
 import ipctk
 import numpy as np
 import pytest
+
 from tryon_solver.geometry.proximity import Surface
 
 ONE = np.array([[0, 1, 2]], dtype=np.int32)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from tryon_solver.geometry import curves, outline, seams
 from tryon_solver.geometry.boundary_loops import boundary_loops
 from tryon_solver.geometry.panel_mesh import VERTEX_BELOW, mesh_pattern

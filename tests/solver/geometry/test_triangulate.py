@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from tryon_solver.geometry import outline
 from tryon_solver.geometry.constrained import TriangulationError
 from tryon_solver.geometry.triangulate import corner_angles, signed_areas, split_edges, triangulate

@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 
 import numpy as np
+
 from tryon_solver.body import BodyModel, Pose
 
 REPOSITORY = Path(__file__).resolve().parents[4]
