@@ -165,7 +165,10 @@ def run_serve(options: argparse.Namespace) -> int:
     address = address_of(settings.host, listener.getsockname()[1])
     app = create_app(settings, lambda _: runtime)
     server = Server(app, on_start=lambda: print(f"Open {address} in a browser. Ctrl-C stops the server.", flush=True))
-    asyncio.run(server.serve([listener]))
+    try:
+        asyncio.run(server.serve([listener]))
+    except KeyboardInterrupt:  # the way to stop it
+        print("tryon: stopped", flush=True)
     return 0 if server.started else 1
 
 
