@@ -28,9 +28,9 @@ class Settings:
     """A step's cycles stop when the largest move of a cycle falls below tolerance * dt [m/s * s]."""
     subspace_spacing: float = 4.0
     """Spacing of the spline grid, in mean edge lengths."""
-    correction_iterations: int = 12
+    correction_iterations: int = 8
     """Newton iterations of the penetration correction, at most."""
-    correction_pcg_iterations: int = 20
+    correction_pcg_iterations: int = 60
     correction_pcg_tolerance: float = 1e-2
     """Relative residual at which the correction's conjugate gradients stop."""
     correction_tolerance: float = 1e-3
@@ -41,9 +41,9 @@ class Settings:
     """Thickness the skin adds to every contact with it [m]; the fabric adds half its own."""
     pressure_stiffness: float = 3e5
     """Stiffness of contact per area of cloth [N/m^3]."""
-    skin_stiffness: float = 200.0
+    skin_stiffness: float = 1000.0
     """How strongly a vertex of the collision surface is held to the tracked skin [N/m], while it is close."""
-    skin_hold: float = 0.3
+    skin_hold: float = 3.0
     """Most a vertex of the collision surface resists [N]: cloth caught in a fold moves it, tension doesn't."""
     return_speed: float = 1.0
     """How fast a surface that yielded returns to the skin [m/s]."""
@@ -55,7 +55,7 @@ class Settings:
     """Cloth within `carry_full` of the skin is carried along with it, beyond `carry_none` with the pelvis [m]."""
     deflection_passes: int = 16
     """Passes that turn a motion aside where it would close a gap, before it is shortened."""
-    searches: int = 2
+    searches: int = 5
     """Searches for candidates in one step, at most; then vertices stay within reach of the last one."""
     search_slack: float = 2e-3
     """How far past the predicted path a vertex may go before candidates are searched for again [m]."""
@@ -109,6 +109,7 @@ PRESETS: dict[str, Settings] = {
         correction_iterations=3,
         correction_pcg_iterations=12,
         substep_travel=16e-3,
+        searches=3,
     ),
     "live": Settings(),
     "fit": replace(Settings(), largest_step=1 / 120, outer_iterations=8, correction_iterations=8),

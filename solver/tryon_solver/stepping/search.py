@@ -13,8 +13,12 @@ if TYPE_CHECKING:
 
 
 def search_around(sim: Simulation, x: wp.array, direction: wp.array) -> None:
-    """Find the candidates of every motion within `search_slack` of the paths from x along `direction`."""
-    slack = sim.settings.search_slack
+    """Find the candidates of every motion within a slack of the paths from x along `direction`.
+
+    The slack is `search_slack` at first and doubles with every further search of the step: who outgrew it once will
+    again.
+    """
+    slack = sim.settings.search_slack * 2**sim.searches
     candidates.sweep(sim.inner, x, direction, slack)
     candidates.sweep(sim.boxes, x, direction, slack + 0.5 * sim.reach)
     candidates.find(

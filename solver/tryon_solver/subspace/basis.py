@@ -13,7 +13,9 @@ import scipy.sparse as sp
 
 from tryon_solver.geometry.garment import Garment
 
-GRIDS_ACROSS_SMALLEST_SIDE = 3  # a panel narrower than this many spacings gets a finer grid of its own
+SPACINGS_ACROSS = 3  # a panel narrower than this many spacings gets a finer grid across
+FINEST_SPACING = 2.0  # mean edge lengths: finer grids have more bases than vertices to carry them
+DIAGONAL_SHIFT = 1e-6  # relative; where a narrow panel has more bases than rows of vertices, the rest is undetermined
 
 
 def quadratic_spline(x: np.ndarray) -> np.ndarray:
@@ -35,7 +37,7 @@ def pattern_rows(garment: Garment) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def spline_basis(garment: Garment, spacing: float) -> sp.csr_matrix:
     """(vertex_count, basis_count) float64; rows sum to one. `spacing` m between grid points.
 
-    Bases whose support holds almost no fabric would make the reduced matrix singular: those with less than 1e-3 of the
+    A narrow panel (collar, waistband) gets a finer grid across it. Bases whose support holds almost no fabric would make the reduced matrix singular: those with less than 1e-3 of the
     largest weight are dropped and the rows rescaled to sum to one.
     """
     vertex, panel, uv = pattern_rows(garment)
@@ -45,8 +47,8 @@ def spline_basis(garment: Garment, spacing: float) -> sp.csr_matrix:
         here = np.flatnonzero(panel == name)
         local = uv[here] - 0.5 * (uv[here].min(0) + uv[here].max(0))
         extent = np.ptp(uv[here], axis=0)
-        dx = min(spacing, float(extent.min()) / GRIDS_ACROSS_SMALLEST_SIDE)
-        grid = local / dx
+        finest = FINEST_SPACING * garment.mean_edge_length()
+        grid = local / np.maximum(np.minimum(spacing, extent / SPACINGS_ACROSS), finest)
         base = np.floor(grid + 0.5).astype(np.int64)
         i, j = np.meshgrid([-1, 0, 1], [-1, 0, 1], indexing="ij")
         node = base[:, None, :] + np.stack([i.ravel(), j.ravel()], axis=1)[None]
@@ -67,9 +69,13 @@ def spline_basis(garment: Garment, spacing: float) -> sp.csr_matrix:
 
 
 def reduced_matrix(basis: sp.csr_matrix, system: sp.csr_matrix) -> np.ndarray:
-    """B^T H B, dense (basis_count, basis_count) float64, symmetrised against rounding."""
+    """B^T H B, dense (basis_count, basis_count) float64, its diagonal raised by DIAGONAL_SHIFT.
+
+    The shift keeps the factor finite where bases depend on each other; it serves as a first Hessian only, so that it
+    changes how fast the search converges there, not where to.
+    """
     dense = np.asarray((basis.T @ system @ basis).todense())
-    return 0.5 * (dense + dense.T)
+    return 0.5 * (dense + dense.T) + DIAGONAL_SHIFT * np.diag(dense.diagonal())
 
 
 def explicit_inverse(reduced: np.ndarray) -> np.ndarray:
