@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.materials.fabric import Fabric
 
@@ -51,7 +52,7 @@ def strain_limit(garment: Garment, stiffness: float, limit: float) -> Energy:
 def hinge_laplacians(garment: Garment) -> tuple[np.ndarray, np.ndarray]:
     """Rows (H, N) of the edge-based Laplacian of every interior edge, and the areas (H,) m^2 of its two triangles.
 
-    The edge's hat function is 1 - 2 lambda_opposite in each of its triangles: the row is -2 A grad lambda_opposite . grad.
+    The edge's hat function is 1 - 2 lambda_opposite per triangle: the row is -2 A grad lambda_opposite . grad.
     """
     g, area = garment.corner_gradients(), garment.signed_areas()
     hinges = garment.hinges()
