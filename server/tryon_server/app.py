@@ -16,7 +16,7 @@ from tryon_server.api import catalogue, faults, garments, page, sessions
 from tryon_server.api.access import refuse_strangers
 from tryon_server.garments.limited import Limits
 from tryon_server.garments.service import GarmentService
-from tryon_server.persistence import FileBlobs, SqlGarments, SqlSessions, open_database
+from tryon_server.persistence import FileBlobs, SessionStore, SqlGarments, SqlSessions, open_database
 from tryon_server.runtime.interface import Runtime
 from tryon_server.runtime.local import local_runtime
 from tryon_server.services import Services
@@ -67,12 +67,21 @@ def create_app(
     return app
 
 
-def _start(settings: Settings, runtime: Runtime, patterns: Path, server: str) -> Services:
+def prepare(settings: Settings, patterns: Path = BUILT_IN_PATTERNS) -> tuple[GarmentService, SessionStore]:
+    """Open the database and have the built-in garments in it; takes a while the first time, next to nothing afterwards.
+
+    Raises:
+        ProblemError: the database can't be opened, or a built-in pattern can't be sewn.
+    """
     database = open_database(settings.effective_database_url())
     limits = Limits(seconds=settings.pattern_check_seconds, address_space=settings.pattern_check_bytes)
     garment_service = GarmentService(SqlGarments(database), FileBlobs(settings.data_dir / "blobs"), limits)
     garment_service.add_built_in(patterns)
-    session_store = SqlSessions(database)
+    return garment_service, SqlSessions(database)
+
+
+def _start(settings: Settings, runtime: Runtime, patterns: Path, server: str) -> Services:
+    garment_service, session_store = prepare(settings, patterns)
     session_store.end_all_open(time.time(), "The server was restarted")
     live = LiveSessions(settings, runtime.catalogue, runtime.placement, garment_service, session_store, server)
     return Services(

@@ -140,7 +140,6 @@ def _positive(text: str) -> float:
 
 def run_serve(options: argparse.Namespace) -> int:
     """Serve until stopped."""
-    from tryon_server.persistence import open_database
     from tryon_server.settings import read_settings
 
     settings = read_settings(
@@ -155,13 +154,13 @@ def run_serve(options: argparse.Namespace) -> int:
     logging.getLogger("tryon_server").setLevel(logging.INFO)
     print(f"tryon {version('tryon')} is starting ...", flush=True)
 
-    from tryon_server.app import create_app
+    from tryon_server.app import create_app, prepare
     from tryon_server.runtime.local import local_runtime
     from tryon_server.streaming.server import Server, listen
 
-    open_database(settings.effective_database_url()).dispose()
-    runtime = local_runtime(settings)
     listener = listen(settings.host, settings.port)
+    runtime = local_runtime(settings)
+    prepare(settings)
     address = address_of(settings.host, listener.getsockname()[1])
     app = create_app(settings, lambda _: runtime)
     server = Server(app, on_start=lambda: print(f"Open {address} in a browser. Ctrl-C stops the server.", flush=True))

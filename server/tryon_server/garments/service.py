@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import logging
 import time
 from pathlib import Path
 
@@ -12,6 +13,8 @@ from tryon_server.garments.check import CheckReply, PatternFacts
 from tryon_server.garments.limited import Limits, run_limited
 from tryon_server.persistence import BlobStore, GarmentRecord, GarmentStore
 from tryon_server.problems import ProblemError, problem_error
+
+logger = logging.getLogger(__name__)
 
 MAX_NAME_LENGTH = 200
 FIRST = "tshirt"  # of the built-in garments, listed before the others: what a demo opens with
@@ -85,6 +88,7 @@ class GarmentService:
         if known is not None and known.digest == digest:
             self._blobs.put(content)
             return known
+        logger.info("checking the pattern %r", name)
         facts = self._check(content)
         record = GarmentRecord(
             id=garment_id,

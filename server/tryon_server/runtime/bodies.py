@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import trimesh
 
 from tryon_server.problems import ProblemError, problem_error
 from tryon_solver.body.model import BodyError, BodyModel, default_body
@@ -34,6 +33,8 @@ def load_body(path: Path | None) -> BodyModel:
 
 def still_body(path: Path) -> BodyModel:
     """A closed mesh as a body of one joint. Raises ProblemError when it can't be read or is not a closed surface."""
+    import trimesh  # slow to load, and only mesh files need it
+
     try:
         mesh = trimesh.load_mesh(path, process=True)
     except Exception as error:

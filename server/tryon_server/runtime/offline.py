@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import trimesh
 
 from tryon_server.problems import ProblemError, problem_error
 from tryon_server.runtime.bodies import load_body
@@ -62,6 +61,8 @@ class Recording:
 
     def save_glb(self, path: Path) -> None:
         """Write the last frame as a .glb scene of two meshes, ``cloth`` and ``body``."""
+        import trimesh  # slow to load, and only this needs it
+
         scene = trimesh.Scene()
         for name, positions, faces in (("cloth", self.cloth, self.cloth_faces), ("body", self.body, self.body_faces)):
             scene.add_geometry(trimesh.Trimesh(positions[-1], faces, process=False), node_name=name, geom_name=name)
