@@ -6,7 +6,7 @@
  * name, so that a browser never mixes two builds; only index.html keeps its name.
  */
 import { build } from "esbuild";
-import { mkdir, readFile, rm, writeFile } from "node:fs/promises";
+import { mkdir, readdir, readFile, rm, writeFile } from "node:fs/promises";
 import { basename, dirname, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 
@@ -20,10 +20,22 @@ const common = {
   target: ["es2022"],
   outdir: join(out, "assets"),
   entryNames: "[name]-[hash]",
-  legalComments: "linked",
+  legalComments: "none",
   metafile: true,
   logLevel: "warning",
 };
+
+/** The licences of the packages that went into the bundles, which their terms want to go along. */
+async function licences(...results) {
+  const inputs = results.flatMap((result) => Object.keys(result.metafile.inputs));
+  const packages = inputs.map((path) => /^(.*node_modules\/(?:@[^/]+\/)?[^/]+)\//.exec(path)?.[1]).filter(Boolean);
+  const texts = [...new Set(packages)].sort().map(async (folder) => {
+    const { name, version, license } = JSON.parse(await readFile(join(folder, "package.json"), "utf8"));
+    const file = (await readdir(folder)).find((entry) => /^licen[cs]e/i.test(entry));
+    return `${name} ${version} (${license})\n\n${file ? await readFile(join(folder, file), "utf8") : ""}`;
+  });
+  return (await Promise.all(texts)).join(`\n${"-".repeat(80)}\n\n`);
+}
 
 /** The file that esbuild wrote for the entry point that ends in `source`. */
 function written(result, source) {
@@ -46,3 +58,4 @@ await writeFile(
   join(out, "index.html"),
   html.replace("{{main}}", `assets/${written(page, "main.ts")}`).replace("{{style}}", `assets/${written(page, "style.css")}`),
 );
+await writeFile(join(out, "licences.txt"), await licences(worker, page));

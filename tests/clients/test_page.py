@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from urllib.request import urlopen
+from urllib.request import Request, urlopen
 
 import numpy as np
 import pytest
@@ -196,6 +196,20 @@ def test_a_session_that_is_not_there_is_replaced_and_said_so(chromium, studio):
     wait_for_state(page, "running")
     assert "isn't there" in page.inner_text("#notice-title")
     assert session_of(page) != "nowhere"
+    page.context.close()
+
+
+def test_an_ended_session_says_so_and_can_be_started_again(chromium, studio):
+    page = open_page(chromium, studio.url)
+    wait_for_state(page, "running")
+    session = session_of(page)
+    with urlopen(Request(f"{studio.url}api/sessions/{session}", method="DELETE")):
+        page.wait_for_selector('#status[data-link="closed"]')
+    assert "ended" in page.inner_text("#status-text")
+    page.click("text=Start again")
+    wait_for_state(page, "running")
+    assert session_of(page) != session
+    assert page.faults == []
     page.context.close()
 
 

@@ -25,6 +25,12 @@ export function skinMaterial(): THREE.MeshPhysicalMaterial {
   });
 }
 
+/**
+ * Draws a seam 2 mm nearer to the eye than the cloth it lies on. The cloth itself must stay exactly where it is: pushed
+ * back by an offset of its own it would sink into the skin, which is less than a millimetre away.
+ */
+const LIFT = "mvPosition.xyz *= 1.0 - 0.002 / length(mvPosition.xyz);\ngl_Position = projectionMatrix * mvPosition;";
+
 /** One material for whatever is worn: it changes colour and weave, and is seen from both sides, the inside a little darker. */
 export class FabricMaterial {
   readonly material: THREE.MeshPhysicalMaterial;
@@ -32,13 +38,7 @@ export class FabricMaterial {
   private readonly weaves = new Map<string, THREE.Texture>();
 
   constructor() {
-    this.material = new THREE.MeshPhysicalMaterial({
-      side: THREE.DoubleSide,
-      shadowSide: THREE.DoubleSide,
-      polygonOffset: true,
-      polygonOffsetFactor: 1,
-      polygonOffsetUnits: 1,
-    });
+    this.material = new THREE.MeshPhysicalMaterial({ side: THREE.DoubleSide, shadowSide: THREE.DoubleSide });
     this.material.onBeforeCompile = (shader) => {
       shader.fragmentShader = shader.fragmentShader.replace(
         "#include <color_fragment>",
@@ -46,6 +46,9 @@ export class FabricMaterial {
       );
     };
     this.seam = new THREE.LineBasicMaterial({ transparent: true, opacity: 0.42, depthWrite: false });
+    this.seam.onBeforeCompile = (shader) => {
+      shader.vertexShader = shader.vertexShader.replace("#include <project_vertex>", `#include <project_vertex>\n${LIFT}`);
+    };
   }
 
   /** Shows another fabric. A weave is made when it is first worn and kept. */

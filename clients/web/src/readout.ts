@@ -108,7 +108,9 @@ export class Readout {
     figures.simulatedS = frame.simulatedMs / 1000;
     figures.decodeMs = frame.decodeMs;
     figures.frameBytes = frame.bytes;
-    [figures.rootX, figures.rootY, figures.rootZ] = frame.root;
+    figures.rootX = frame.root[0];
+    figures.rootY = frame.root[1];
+    figures.rootZ = frame.root[2];
     figures.vertices = client.scene.vertexCount;
     if (frame.seq !== this.paceSeq) {
       this.paceSeq = frame.seq;

@@ -52,7 +52,7 @@ export class Stage {
     this.scene.environment = studioEnvironment(this.renderer);
     this.scene.environmentIntensity = 0.95;
     this.scene.add(this.key, this.key.target, this.floor.object);
-    this.castShadow();
+    this.castShadow(software ? 1.5 : 6);
     this.moveWearer(0, 0);
 
     this.controls = new OrbitControls(this.camera, canvas);
@@ -70,7 +70,8 @@ export class Stage {
     this.resetView();
   }
 
-  private castShadow(): void {
+  /** @param radius how far the shadow's edge is blurred, by noise that a coarse picture would show [texels] */
+  private castShadow(radius: number): void {
     const shadow = this.key.shadow;
     this.key.castShadow = true;
     shadow.mapSize.set(1024, 1024);
@@ -80,7 +81,7 @@ export class Stage {
     shadow.camera.bottom = -1.3;
     shadow.camera.near = 1;
     shadow.camera.far = 7;
-    shadow.radius = 6;
+    shadow.radius = radius;
     shadow.bias = -0.0004;
     shadow.normalBias = 0.006;
   }

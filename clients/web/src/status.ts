@@ -18,6 +18,7 @@ export class StatusLine {
 
   setLink(link: Link): void {
     this.link = link;
+    this.line.title = link.state === "reconnecting" ? link.reason : "";
     if (link.state !== "open") this.status = undefined;
     this.show(describeLink(link));
   }

@@ -4,6 +4,8 @@ import * as THREE from "three";
 export type Weave = "knit" | "plain" | "twill";
 
 const SIZE = 128;
+/** steepness of the relief between neighbouring texels of the finest level */
+const SLOPE = 2.1;
 /** threads across one tile */
 const THREADS = 8;
 
@@ -25,34 +27,45 @@ function height(weave: Weave, u: number, v: number): number {
 }
 
 /**
- * Tangent-space normals of one tile of the weave, 8 threads wide, tileable.
+ * Tangent-space normals of one tile of the weave, 8 threads wide, tileable. Seen from so far that a thread is smaller than
+ * a pixel the cloth is flat: a coarser picture of the weave would only show patterns that are not there.
  *
  * @param threadPitch distance between neighbouring threads [m]; pattern coordinates are metres
  */
 export function weaveNormals(weave: Weave, threadPitch: number): THREE.DataTexture {
-  const texels = new Uint8Array(SIZE * SIZE * 4);
-  const slope = 1.6;
-  const at = (i: number, j: number) => height(weave, ((i + SIZE) % SIZE) / SIZE, ((j + SIZE) % SIZE) / SIZE);
-  for (let j = 0; j < SIZE; j += 1) {
-    for (let i = 0; i < SIZE; i += 1) {
-      const nx = (at(i - 1, j) - at(i + 1, j)) * slope;
-      const ny = (at(i, j - 1) - at(i, j + 1)) * slope;
-      const scale = 127.5 / Math.hypot(nx, ny, 1);
-      const texel = (j * SIZE + i) * 4;
-      texels[texel] = 127.5 + nx * scale;
-      texels[texel + 1] = 127.5 + ny * scale;
-      texels[texel + 2] = 127.5 + scale;
-      texels[texel + 3] = 255;
-    }
-  }
-  const texture = new THREE.DataTexture(texels, SIZE, SIZE, THREE.RGBAFormat);
+  const levels: Level[] = [];
+  for (let size = SIZE; size >= 1; size /= 2) levels.push({ data: normals(weave, size), width: size, height: size });
+  const texture = new THREE.DataTexture(levels[0].data, SIZE, SIZE, THREE.RGBAFormat);
+  texture.mipmaps = levels;
+  texture.generateMipmaps = false;
   texture.wrapS = THREE.RepeatWrapping;
   texture.wrapT = THREE.RepeatWrapping;
   texture.magFilter = THREE.LinearFilter;
   texture.minFilter = THREE.LinearMipmapLinearFilter;
-  texture.generateMipmaps = true;
   texture.anisotropy = 4;
   texture.repeat.setScalar(1 / (THREADS * threadPitch));
   texture.needsUpdate = true;
   return texture;
+}
+
+interface Level {
+  readonly data: Uint8Array<ArrayBuffer>;
+  readonly width: number;
+  readonly height: number;
+}
+
+/** RGBA of one level of `size` x `size` texels; its relief fades towards two texels for a thread. */
+function normals(weave: Weave, size: number): Uint8Array<ArrayBuffer> {
+  const texels = new Uint8Array(size * size * 4);
+  const slope = SLOPE * Math.max(0, 1 - (2 * THREADS) / size) * (size / SIZE);
+  const at = (i: number, j: number) => height(weave, ((i + size) % size) / size, ((j + size) % size) / size);
+  for (let j = 0; j < size; j += 1) {
+    for (let i = 0; i < size; i += 1) {
+      const nx = (at(i - 1, j) - at(i + 1, j)) * slope;
+      const ny = (at(i, j - 1) - at(i, j + 1)) * slope;
+      const scale = 127.5 / Math.hypot(nx, ny, 1);
+      texels.set([127.5 + nx * scale, 127.5 + ny * scale, 127.5 + scale, 255], (j * size + i) * 4);
+    }
+  }
+  return texels;
 }

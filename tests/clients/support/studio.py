@@ -51,13 +51,18 @@ def pattern(width: float = 60.0) -> dict[str, Any]:
     }
 
 
+def free_port() -> int:
+    """A port on which nobody listens at the moment."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
 class Studio:
     """The server. ``url`` is the page's address; it stays the same over ``kill`` and ``start``."""
 
     def __init__(self, folder: Path, web: Path) -> None:
-        with socket.socket() as probe:
-            probe.bind(("127.0.0.1", 0))
-            self.port = probe.getsockname()[1]
+        self.port = free_port()
         demo = folder / "demo"
         demo.mkdir()
         for name in ("tshirt", "cape"):
