@@ -37,8 +37,9 @@ def pattern_rows(garment: Garment) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def spline_basis(garment: Garment, spacing: float) -> sp.csr_matrix:
     """(vertex_count, basis_count) float64; rows sum to one. `spacing` m between grid points.
 
-    A narrow panel (collar, waistband) gets a finer grid across it. Bases whose support holds almost no fabric would make the reduced matrix singular: those with less than 1e-3 of the
-    largest weight are dropped and the rows rescaled to sum to one.
+    A narrow panel (collar, waistband) gets a finer grid across it. Bases whose support holds almost no fabric would
+    make the reduced matrix singular: those with less than 1e-3 of the largest weight are dropped and the rows rescaled
+    to sum to one.
     """
     vertex, panel, uv = pattern_rows(garment)
     rows, columns, weights = [], [], []
