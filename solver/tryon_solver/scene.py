@@ -42,7 +42,7 @@ class Friction:
 class StrainLimit:
     """Stiffens the fabric beyond its strain limit; `stiffness` N/m acts on the excess."""
 
-    stiffness: float = 2000.0
+    stiffness: float = 20000.0
 
 
 @dataclass(frozen=True)
