@@ -42,7 +42,7 @@ $(VENV)/.dev: requirements-dev.lock pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation -e .
 	touch $@ $(VENV)/.runtime
 
-$(BODY): scripts/make_body.py scripts/make_body.requirements.txt | $(VENV)/.runtime
+$(BODY): scripts/make_body.py scripts/make_body.requirements.txt $(wildcard solver/tryon_solver/body/making/*.py) | $(VENV)/.runtime
 	$(BIN)/python scripts/make_body.py
 	touch $@
 
