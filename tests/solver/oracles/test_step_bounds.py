@@ -1,0 +1,136 @@
+"""Motions of tangled cloth, turned aside and shortened by the solver, judged by IPC Toolkit's collision detection."""
+
+import ipctk
+import numpy as np
+import pytest
+import warp as wp
+from tangles import Tangle
+
+from tryon_solver.contact import bounds
+from tryon_solver.contact.verify import SAFE_SHARE, violations
+from tryon_solver.stepping import correct, move_body, search
+
+
+@pytest.fixture(scope="module")
+def tangle():
+    return Tangle()
+
+
+def filtered(tangle, x, motion):
+    """Positions after the solver's filter of a kinematic motion, float64 of float32."""
+    sim = tangle.sim
+    tangle.set_motion(x, motion)
+    move_body.filter_motion(sim)
+    inputs = [sim.state.x, sim.work.direction, sim.work.alpha]
+    wp.launch(bounds.move_kernel, sim.all_count, inputs, [sim.state.x], device="cpu")
+    return sim.state.x.numpy().astype(np.float64)
+
+
+@pytest.mark.parametrize("speed", [0.003, 0.01, 0.04])
+def test_kinematic_motion_is_free_after_filtering(tangle, speed):
+    """Eight motions in a row from the feasible start; unfiltered each of them would collide."""
+    rng = np.random.default_rng(int(1e4 * speed))
+    x, collided, moved = tangle.x, 0, []
+    sizes = tangle.sim.contact.sizes
+    for _ in range(8):
+        motion = tangle.throw(rng, speed)
+        collided += not tangle.is_free(x, x + motion)
+        after = filtered(tangle, x, motion)
+        assert np.isfinite(after).all()
+        assert tangle.is_free(x, after)
+        assert tangle.distances(after).min() > SAFE_SHARE * min(sizes.xi_self, sizes.xi_body)
+        moved.append(np.linalg.norm(after - x, axis=1) / np.linalg.norm(motion, axis=1).mean())
+        x = after
+    assert collided >= 6
+    # a filter that holds everybody still is free too, and useless
+    print(f"speed {speed}: median share of the motion taken {np.median(moved):.2f}")
+    assert np.median(moved) > 0.1
+
+
+def test_the_oracle_judges_as_it_is_used_here(tangle):
+    """True means free: a sheet pushed through the ball is not, a sheet left alone is."""
+    through = tangle.x.copy()
+    through[: tangle.cloth, 1] -= 0.3
+    assert tangle.is_free(tangle.x, tangle.x)
+    assert not tangle.is_free(tangle.x, through)
+
+
+def test_free_motion_is_taken_whole(tangle):
+    """Layers lifted off each other and off the ball: nothing is turned aside, nothing shortened."""
+    motion = np.zeros_like(tangle.x)
+    half = tangle.cloth // 2
+    motion[:half, 1], motion[half : tangle.cloth, 1] = 0.02, 0.05
+    after = filtered(tangle, tangle.x, motion)
+    np.testing.assert_allclose(after, tangle.x + motion, rtol=0, atol=1e-7)
+
+
+def test_common_motion_is_taken_whole(tangle):
+    motion = np.broadcast_to([0.3, -0.2, 0.1], tangle.x.shape)
+    after = filtered(tangle, tangle.x, motion)
+    np.testing.assert_allclose(after, tangle.x + motion, rtol=0, atol=1e-7)
+
+
+@pytest.mark.parametrize("speed", [0.002, 0.02])
+def test_moves_of_the_correction_are_free(tangle, speed):
+    """Several moves on one candidate list, each from where the last one ended, whatever direction is asked for."""
+    rng = np.random.default_rng(int(1e5 * speed))
+    sim = tangle.sim
+    x = tangle.x
+    tangle.set_motion(x, tangle.throw(rng, speed))
+    search.search_around(sim, sim.state.x, sim.work.direction)
+    collided = 0
+    for _ in range(8):
+        motion = tangle.throw(rng, speed)
+        collided += not tangle.is_free(x, x + motion)
+        sim.work.direction.assign(motion.astype(np.float32))
+        moved = correct.take(sim, sim.work.direction)
+        after = sim.state.x.numpy().astype(np.float64)
+        assert tangle.is_free(x, after)
+        assert moved == pytest.approx(np.linalg.norm(after - x, axis=1).max(), rel=1e-3, abs=1e-7)
+        x = after
+    assert collided >= 4
+
+
+def test_verification_counts_what_is_too_close(tangle):
+    """Below half the offset a stencil is a violation, above it is not."""
+    sim = tangle.sim
+    sizes = sim.contact.sizes
+
+    def count(x):
+        tangle.set_motion(x, np.zeros_like(x))
+        search.search_around(sim, sim.state.x, sim.work.direction)
+        return violations(sim.candidates, sim.cloth_count, sizes, sim.state.x, sim.work.hits)
+
+    half = tangle.cloth // 2
+    assert count(tangle.x) == 0
+    for share, expected in ((1.1, False), (0.9, True)):
+        x = tangle.x.copy()
+        x[half : tangle.cloth, 1] = x[0, 1] + share * SAFE_SHARE * sizes.xi_self
+        assert (count(x) > 0) == expected
+    x = tangle.x.copy()
+    top = x[tangle.cloth :, 1].max()
+    for share, expected in ((1.1, False), (0.9, True)):
+        x[tangle.cloth :, 1] += x[0, 1] - share * SAFE_SHARE * sizes.xi_body - top
+        top = x[tangle.cloth :, 1].max()
+        assert (count(x) > 0) == expected
+
+
+def test_void_step_goes_back_to_the_feasible_state(tangle):
+    sim = tangle.sim
+    x = tangle.x.copy()
+    x[tangle.cloth // 2 : tangle.cloth, 1] = x[0, 1] + 0.2 * SAFE_SHARE * sim.contact.sizes.xi_self
+    tangle.set_motion(x, np.zeros_like(x))
+    search.search_around(sim, sim.state.x, sim.work.direction)
+    sim.state.x_feasible.assign(tangle.x.astype(np.float32))
+    sim.start_report()
+    correct.verify_commit(sim)
+    assert sim.counters.retries == 1
+    np.testing.assert_array_equal(sim.state.x.numpy(), tangle.x.astype(np.float32))
+
+
+def test_intersections_of_the_oracle_are_seen(tangle):
+    """The judge used on frames says no for the start and yes for crossed layers."""
+    assert not ipctk.has_intersections(tangle.oracle, np.asfortranarray(tangle.x))
+    crossed = tangle.x.copy()
+    crossed[: tangle.cloth // 2] += 0.012 * np.array([[0.0, 1.0, 0.0]]) * (crossed[: tangle.cloth // 2, :1] > 0)
+    assert ipctk.has_intersections(tangle.oracle, np.asfortranarray(crossed))
