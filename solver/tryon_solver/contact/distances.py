@@ -16,11 +16,46 @@ POINT_TRIANGLE = 0
 EDGE_EDGE = 1
 
 
+# Where twice a triangle's area is under this share of |ab||ac|, float32 cannot tell its inside: its sides decide.
+FLAT_TRIANGLE = 3.2e-3
+
+
+@wp.func
+def side_weight(p0: wp.vec3, p1: wp.vec3) -> float:
+    """Share t of the point nearest the origin on the segment from p0 to p1."""
+    side = p1 - p0
+    length_sq = wp.length_sq(side)
+    t = float(0.0)
+    if length_sq > 0.0:
+        t = wp.clamp(-wp.dot(p0, side) / length_sq, 0.0, 1.0)
+    return t
+
+
+@wp.func
+def point_sides_weights(a: wp.vec3, b: wp.vec3, c: wp.vec3) -> wp.vec4:
+    """Weights of the point (at the origin) and the nearest of the triangle's three sides."""
+    s = side_weight(a, b)
+    best = wp.length_sq(a + s * (b - a))
+    weights = wp.vec4(1.0, -(1.0 - s), -s, 0.0)
+    s = side_weight(b, c)
+    d_sq = wp.length_sq(b + s * (c - b))
+    if d_sq < best:
+        best = d_sq
+        weights = wp.vec4(1.0, 0.0, -(1.0 - s), -s)
+    s = side_weight(c, a)
+    if wp.length_sq(c + s * (a - c)) < best:
+        weights = wp.vec4(1.0, -s, 0.0, -(1.0 - s))
+    return weights
+
+
 @wp.func
 def point_triangle_weights(a: wp.vec3, b: wp.vec3, c: wp.vec3) -> wp.vec4:
     """Weights of the point (at the origin) and the triangle a b c relative to it."""
     ab = b - a
     ac = c - a
+    flat = FLAT_TRIANGLE * FLAT_TRIANGLE * wp.length_sq(ab) * wp.length_sq(ac)
+    if wp.length_sq(wp.cross(ab, ac)) <= flat:
+        return point_sides_weights(a, b, c)
     d1 = -wp.dot(ab, a)
     d2 = -wp.dot(ac, a)
     if d1 <= 0.0 and d2 <= 0.0:

@@ -105,9 +105,17 @@ def verify_kernel(
         wp.atomic_add(violations_out, 0, 1)
 
 
+@wp.kernel
+def finite_kernel(x: wp.array(dtype=wp.vec3), violations_out: wp.array(dtype=wp.int32)):
+    i = wp.tid()
+    if not (wp.isfinite(x[i][0]) and wp.isfinite(x[i][1]) and wp.isfinite(x[i][2])):
+        wp.atomic_add(violations_out, 0, 1)
+
+
 def violations(candidates: Candidates, cloth_count: int, sizes: ContactSizes, x: wp.array, counter: wp.array) -> int:
-    """Number of candidates closer than SAFE_SHARE of their thickness offset at x, NaN counted as too close."""
+    """Number of candidates closer than SAFE_SHARE of their thickness offset at x, plus vertices that are not finite."""
     counter.zero_()
+    wp.launch(finite_kernel, len(x), [x], [counter], device=x.device)
     wp.launch(
         verify_kernel,
         candidates.size,

@@ -102,8 +102,6 @@ def correct_penetration(sim: Simulation) -> None:
 def verify_commit(sim: Simulation) -> None:
     """Float64 check of the rounded state; a step that fails it is void and x becomes the feasible state again."""
     state = sim.state
-    if not sim.touching:
-        return
     if violations(sim.candidates, sim.cloth_count, sim.contact.sizes, state.x, sim.work.hits):
         wp.copy(state.x, state.x_feasible)
         sim.counters.retries += 1
