@@ -22,19 +22,23 @@ class ContactTerm:
     """A force that acts within contact pairs besides the barrier, such as friction.
 
     `prepare(pairs, x, x_start, dt)` freezes what is lagged; `add_gradient(pairs, x, x_start, gradient_out)`;
-    `add_product(pairs, p, product_out)`; `add_diagonal(pairs, blocks_out)`.
+    `add_product(pairs, p, product_out)`; `add_diagonal(pairs, blocks_out)`; `tangential(pairs)` (size,) float64 N/m,
+    its stiffness across the normal.
     """
 
     prepare: Callable[[ContactPairs, wp.array, wp.array, float], None]
     add_gradient: Callable[[ContactPairs, wp.array, wp.array, wp.array], None]
     add_product: Callable[[ContactPairs, wp.array, wp.array], None]
     add_diagonal: Callable[[ContactPairs, wp.array], None]
+    tangential: Callable[[ContactPairs], np.ndarray]
 
 
 @dataclass(frozen=True)
 class Contribution:
     """One effect or material, and the stages of the step it takes part in. None: not in that stage.
 
+    `project` takes part in every local step; `project_in_correction` only in the correction, for a term whose weight
+    would spoil projective dynamics' constant matrix.
     `add_hessian` adds a positive semidefinite Hessian over pairs of vertices that share a triangle; `constant` says
     that `stiffness` is exactly the Hessian, so that nothing has to be added. `stiffness` (N, N) float64 N/m enters
     projective dynamics' constant matrix; `diagonal(dt)` (N,) float64 N/m enters it beside the inertia; `touches` names
@@ -44,6 +48,7 @@ class Contribution:
     name: str
     add_acceleration: Callable[[wp.array], None] | None = None  # acceleration_out (N,)
     project: Callable[[wp.array, wp.array], None] | None = None  # x, corner_gradient_out
+    project_in_correction: Callable[[wp.array, wp.array], None] | None = None  # x, corner_gradient_out
     add_gradient: Callable[[wp.array, wp.array], None] | None = None  # x, gradient_out
     add_velocity_gradient: Callable[[State, wp.array, float, wp.array], None] | None = None  # state, x, dt, gradient
     add_hessian: Callable[[wp.array, BlockRows], None] | None = None  # x, rows
@@ -92,6 +97,7 @@ class StepPlan:
         stages = (
             "add_acceleration",
             "project",
+            "project_in_correction",
             "add_gradient",
             "add_velocity_gradient",
             "add_hessian",

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+SCHEME_NAMES = ("subspace_lbfgs", "contact_coarse")
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -13,7 +15,11 @@ class Settings:
     """
 
     scheme: str = "subspace_lbfgs"
-    """Which cycle solves the proxy problem: `subspace_lbfgs` is the paper's; step.py lists what there is."""
+    """Which cycle solves the proxy problem: `subspace_lbfgs` is the paper's, `contact_coarse` ours (step.py)."""
+    coarse_iterations: int = 3
+    """Conjugate-gradient iterations a cycle, scheme `contact_coarse`."""
+    coarse_spacing: float = 10.0
+    """Spacing of that scheme's coarse grid, in mean edge lengths."""
     largest_step: float = 1 / 60
     """Longest solver step [s]."""
     longest_gap: float = 0.1
@@ -61,11 +67,14 @@ class Settings:
     """How far past the predicted path a vertex may go before candidates are searched for again [m]."""
 
     def __post_init__(self) -> None:
+        if self.scheme not in SCHEME_NAMES:
+            raise ValueError(f"settings.scheme must be one of {', '.join(SCHEME_NAMES)}, not {self.scheme!r}")
         positive = (
             "largest_step",
             "longest_gap",
             "tolerance",
             "subspace_spacing",
+            "coarse_spacing",
             "correction_pcg_tolerance",
             "correction_tolerance",
             "d_hat",
@@ -89,6 +98,7 @@ class Settings:
             "history",
             "most_substeps",
             "searches",
+            "coarse_iterations",
         )
         for name in counts:
             value = getattr(self, name)

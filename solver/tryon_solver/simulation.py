@@ -36,6 +36,7 @@ from tryon_solver.settings import Settings
 from tryon_solver.state import State, Workspace, positions
 from tryon_solver.step import advance
 from tryon_solver.subspace.basis import explicit_inverse, reduced_matrix, spline_basis
+from tryon_solver.subspace.contact_coarse import ContactCoarseLevel
 from tryon_solver.subspace.search import ReducedSearch
 
 if TYPE_CHECKING:
@@ -71,6 +72,7 @@ class Stages:
 
     add_acceleration: tuple[Callable[..., object], ...]
     project: tuple[Callable[..., object], ...]
+    project_in_correction: tuple[Callable[..., object], ...]
     add_gradient: tuple[Callable[..., object], ...]
     add_velocity_gradient: tuple[Callable[..., object], ...]
     add_hessian: tuple[Callable[..., object], ...]
@@ -92,6 +94,7 @@ class Simulation:
         self.stages = Stages(
             add_acceleration=self.plan.stage("add_acceleration"),
             project=self.plan.stage("project"),
+            project_in_correction=self.plan.stage("project_in_correction"),
             add_gradient=self.plan.stage("add_gradient"),
             add_velocity_gradient=self.plan.stage("add_velocity_gradient"),
             add_hessian=self.plan.stage("add_hessian"),
@@ -163,6 +166,7 @@ class Simulation:
         self.mass_per_dt2 = wp.zeros(self.cloth_count, dtype=wp.float32, device=device)
         self._inverses: dict[int, np.ndarray] = {}
         self.dt = 0.0
+        self.coarse: ContactCoarseLevel | None = None
         self._factor_key: int | None = None
         self.spectral_bound = 2.2
         self.use_time_step(self.settings.largest_step)
@@ -219,6 +223,7 @@ class Simulation:
         self.mass_per_dt2.assign((self.mass / dt**2).astype(np.float32))
         held = np.full(self.body_count, self.settings.skin_stiffness)
         self.work.diagonal.assign(np.concatenate([diagonal, held]).astype(np.float32))
+        self._set_coarse_rest(diagonal)
         key = round(2 * math.log2(dt))
         if key == self._factor_key:
             return
@@ -232,6 +237,15 @@ class Simulation:
         else:
             self.search.inverse.assign(self._inverses[key])
         self._factor_key = key
+
+    def _set_coarse_rest(self, diagonal: np.ndarray) -> None:
+        """The coarse level's constant matrix for this time step, in the scheme that has one."""
+        if self.settings.scheme != "contact_coarse":
+            return
+        if self.coarse is None:
+            spacing = self.settings.coarse_spacing * self.scene.garment.mean_edge_length()
+            self.coarse = ContactCoarseLevel.build(spline_basis(self.scene.garment, spacing), self.device)
+        self.coarse.rest = reduced_matrix(self.coarse.basis, self.stiffness_matrix + sp.diags(diagonal))
 
     # -- running -------------------------------------------------------------------------------------------------
 

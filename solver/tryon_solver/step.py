@@ -5,6 +5,8 @@ Read from top to bottom; every verb is one idea and has a file of its own in ste
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from tryon_solver.body.pose import Pose
@@ -17,14 +19,35 @@ from tryon_solver.stepping.predict import predict_positions
 from tryon_solver.stepping.proxy import build_contact_proxy, project_locally
 from tryon_solver.stepping.repeat import repeat_until
 from tryon_solver.stepping.smooth import smooth_in_full_space
+from tryon_solver.stepping.two_level import assemble_coarse_level, solve_on_two_levels
 from tryon_solver.stepping.velocity import update_velocity
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
 
+Verb = Callable[["Simulation"], None]
+
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """How the proxy problem is solved: verbs run once a step, then a cycle of verbs repeated until nothing moves."""
+
+    prepare: tuple[Verb, ...]
+    cycle: tuple[Verb, ...]
+
+
 SCHEMES = {
     # Li et al. 2023: reduced L-BFGS with a prefactorised first Hessian, smoothing, local step
-    "subspace_lbfgs": (descend_in_subspace, smooth_in_full_space, project_locally),
+    "subspace_lbfgs": Scheme(
+        prepare=(forget_search_history,),  # L-BFGS pairs live for one step
+        cycle=(descend_in_subspace, smooth_in_full_space, project_locally),
+    ),
+    # ours: conjugate gradients on two levels, the coarse one exact and aware of the contacts
+    "contact_coarse": Scheme(
+        prepare=(assemble_coarse_level,),
+        cycle=(solve_on_two_levels, project_locally),
+    ),
 }
 
 
@@ -43,12 +66,10 @@ def step(sim: Simulation, dt: float) -> None:
     sim.timed(predict_positions, dt)  # x_hat = x + dt v + dt^2 M^-1 f_ext
     sim.timed(solve_without_contact)  # one global step at x_hat
     sim.timed(build_contact_proxy)  # pairs within reach, quadratic proxy of the barrier at the feasible state
-    forget_search_history(sim)  # L-BFGS pairs live for one step
-    repeat_until(
-        sim,
-        at_most=sim.settings.outer_iterations,
-        cycle=SCHEMES[sim.settings.scheme],
-    )
+    scheme = SCHEMES[sim.settings.scheme]  # the paper's unless the settings name another
+    for prepare in scheme.prepare:
+        sim.timed(prepare)
+    repeat_until(sim, at_most=sim.settings.outer_iterations, cycle=scheme.cycle)
     sim.timed(correct_penetration)  # Newton-PCG on the full potential, every iterate proven free of contact
     sim.timed(verify_commit)  # float64 on what is near; else the step is void and x stays
     sim.timed(update_velocity, dt)

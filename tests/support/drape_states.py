@@ -53,8 +53,9 @@ def vertex_gradient(garment: Garment, term: Contribution, x: np.ndarray) -> np.n
     """(N, 3) N: what a term's `project` adds to triangle corners, summed at the vertices."""
     faces = garment.faces
     corners = wp.zeros((len(faces), 3), dtype=wp.vec3, device="cpu")
-    assert term.project is not None
-    term.project(device_vectors(x), corners)
+    project = term.project or term.project_in_correction
+    assert project is not None
+    project(device_vectors(x), corners)
     out = np.zeros((garment.vertex_count, 3))
     np.add.at(out, faces.ravel(), corners.numpy().reshape(-1, 3).astype(np.float64))
     return out

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
 import warp as wp
 
 from tryon_solver.contact.pairs import ContactPairs
@@ -175,4 +176,8 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
             add_diagonal_kernel, pairs.size, [pairs.ids, pairs.lam, pairs.normal, held.weight], [blocks], device=device
         )
 
-    return Contribution("friction", contact=ContactTerm(prepare, add_gradient, add_product, add_diagonal))
+    def tangential(pairs: ContactPairs) -> np.ndarray:
+        return held.weight.numpy()[: pairs.size].astype(np.float64)
+
+    term = ContactTerm(prepare, add_gradient, add_product, add_diagonal, tangential)
+    return Contribution("friction", contact=term)

@@ -1,4 +1,8 @@
-"""Strain limit: the fabric stiffens beyond its largest principal stretch (model in materials/strain_limit.py)."""
+"""Strain limit: the fabric stiffens beyond its largest principal stretch (model in materials/strain_limit.py).
+
+It acts in the correction. In projective dynamics' constant matrix its weight, many times the fabric's own, would stand
+there also while it is silent, and slow every cycle down to a standstill.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +11,7 @@ import warp as wp
 
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.linalg.block_ell import BlockRows
-from tryon_solver.materials.strain_limit import energy_kernel, hessian_kernel, limit_matrix, project_kernel
+from tryon_solver.materials.strain_limit import energy_kernel, hessian_kernel, project_kernel
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import StrainLimit
 
@@ -51,8 +55,7 @@ def bind(spec: StrainLimit, context: BuildContext) -> Contribution | None:
 
     return Contribution(
         "strain_limit",
-        project=project,
+        project_in_correction=project,
         add_hessian=add_hessian,
-        stiffness=limit_matrix(context.scene.garment, np.full(rest.face_count, spec.stiffness)),
         energy=energy,
     )

@@ -6,9 +6,10 @@
 over the hinge's edge ends v0 v1 and opposite vertices v2 v3, with cij the cotangents of the angles at v0 and v1 in the
 two triangles. Source: Bergou et al. 2006, "A quadratic bending model for inextensible surfaces", section 3.
 
-Their coefficient is 3 k_b. It spreads the mean curvature over all edges, which suits a sphere. Cloth bends to developable
-shapes: a panel on a cylinder of radius r costs 1/2 k_b A/r^2 for the flexural rigidity k_b exactly when the coefficient
-is 1, in every direction of a well-shaped mesh (tested), so that k_bend is the number a bending test of fabric gives.
+Their coefficient is 3 k_b. It spreads the mean curvature over all edges, which suits a sphere. Cloth bends to
+developable shapes: a panel on a cylinder of radius r costs 1/2 k_b A/r^2 for the flexural rigidity k_b exactly when the
+coefficient is 1, in every direction of a well-shaped mesh (tests/solver/derivatives), so that k_bend is the number a
+bending test of fabric gives.
 """
 
 from __future__ import annotations

@@ -8,12 +8,9 @@ section 5.1 (strain limiting), upper bound only: compressed cloth buckles instea
 
 from __future__ import annotations
 
-import numpy as np
-import scipy.sparse as sp
 import warp as wp
 
-from tryon_solver.geometry.garment import Garment
-from tryon_solver.materials.membrane import deformation_gradient, matrix
+from tryon_solver.materials.membrane import deformation_gradient
 from tryon_solver.materials.principal import add_isotropic, principal_frame
 
 wp.set_module_options({"enable_backward": False})
@@ -120,8 +117,3 @@ def hessian_kernel(
             active2 = 1.0
         weight = area[t] * stiffness[t]
         add_isotropic(blocks_out, slots, t, face, g0, g1, g2, f_u, f_v, weight, over1, over2, 1.0, active2)
-
-
-def limit_matrix(garment: Garment, stiffness: np.ndarray) -> sp.csr_matrix:
-    """(N, N) float64 N/m: the constant matrix of the term, sum of A k (g_u g_u^T + g_v g_v^T)."""
-    return matrix(garment, stiffness, stiffness)

@@ -27,9 +27,26 @@ if TYPE_CHECKING:
 
 
 def take(sim: Simulation, direction: wp.array) -> float:
-    """Move x by `direction`, turned aside and then shortened until it is proven free; returns the largest move [m]."""
+    """Move x by `direction`, as far as it is proven free of contact; returns the largest vertex move [m]."""
     state, work = sim.state, sim.work
-    if sim.searches < sim.settings.searches and bounds.leaving(state.x, direction, sim.inner, work.hits):
+    work.alpha.fill_(1.0)
+    if sim.touching:
+        prove_free(sim, direction)
+    wp.copy(work.total, state.x)
+    wp.launch(
+        bounds.move_kernel, sim.all_count, [state.x, direction, work.alpha], [state.x], device=sim.device
+    )
+    subtract(state.x, work.total, work.total)
+    moved = sim.largest(work.total)
+    subtract(state.x, sim.x_searched, work.total)
+    sim.candidates.moved = sim.largest(work.total)
+    return moved
+
+
+def prove_free(sim: Simulation, direction: wp.array) -> None:
+    """Turn `direction` aside where it closes gaps, then set `alpha` so that what is left of it is free of contact."""
+    state, work, settings = sim.state, sim.work, sim.settings
+    if sim.searches < settings.searches and bounds.leaving(state.x, direction, sim.inner, work.hits):
         search_around(sim, state.x, direction)
     deflect(
         sim.candidates,
@@ -41,7 +58,7 @@ def take(sim: Simulation, direction: wp.array) -> float:
         work.changed,
         sim.deflection,
         work.hits,
-        sim.settings.deflection_passes,
+        settings.deflection_passes,
     )
     bounds.stay_in_boxes(state.x, direction, sim.inner, work.alpha)
     bounds.shorten(
@@ -55,21 +72,12 @@ def take(sim: Simulation, direction: wp.array) -> float:
         work.changed,
         work.hits,
     )
-    wp.copy(work.total, state.x)
-    wp.launch(
-        bounds.move_kernel, sim.all_count, [state.x, direction, work.alpha], [state.x], device=sim.device
-    )
-    subtract(state.x, work.total, work.total)
-    moved = sim.largest(work.total)
-    subtract(state.x, sim.x_searched, work.total)
-    sim.candidates.moved = sim.largest(work.total)
-    return moved
 
 
 def correct_penetration(sim: Simulation) -> None:
     """From x_feasible towards the trial in x, then Newton iterations; leaves a feasible x."""
     state, work, settings = sim.state, sim.work, sim.settings
-    if not sim.touching:
+    if not sim.touching and not sim.stages.project_in_correction:
         return
     wp.copy(work.total, state.x)
     subtract(work.total, state.x_feasible, work.direction)
@@ -80,7 +88,7 @@ def correct_penetration(sim: Simulation) -> None:
         wp.copy(sim.x_searched, state.x)
         for term in sim.stages.contact:
             term.prepare(sim.pairs, state.x, state.x_start, sim.dt)
-        elastic_gradient(sim, state.x, work.gradient)
+        elastic_gradient(sim, state.x, work.gradient, correcting=True)
         add_contact_gradient(sim, state.x, state.x, work.gradient)
         linearise(sim)
         pcg.solve(

@@ -73,12 +73,15 @@ def add_diagonal_product_kernel(
         product[i] = diagonal[i] * p[i]
 
 
-def elastic_gradient(sim: Simulation, x: wp.array, gradient_out: wp.array) -> None:
+def elastic_gradient(sim: Simulation, x: wp.array, gradient_out: wp.array, correcting: bool = False) -> None:
     """gradient = dE/dx without contact at x, projections made afresh: the local step of projective dynamics [N]."""
     state, work = sim.state, sim.work
     work.corner_gradient.zero_()
     for project in sim.stages.project:
         project(x, work.corner_gradient)
+    if correcting:
+        for project in sim.stages.project_in_correction:
+            project(x, work.corner_gradient)
     wp.launch(
         gather_kernel,
         sim.cloth_count,
