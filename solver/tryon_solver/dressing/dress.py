@@ -22,6 +22,7 @@ from tryon_solver.materials.fabric import Fabric
 from tryon_solver.scene import WORN, AirDrag, BodyContact, Effect, Scene, SelfContact, Sewing, StrainLimit
 from tryon_solver.settings import Settings
 from tryon_solver.simulation import Simulation, build
+from tryon_solver.stepping.correct import proven_free
 
 Progress = Callable[[str, float], None]
 
@@ -113,7 +114,13 @@ def sew(
         share.fill_(max(0.0, 1.0 - time / SEWING_SECONDS))
         simulation.advance(pose, time)
     x = simulation.cloth_positions().astype(np.float64)
-    return close(panels, joined, x)
+    x_welded = close(panels, joined, x)
+    if not proven_free(simulation, x_welded[joined.welded_of_vertex] - x):
+        raise DressingError(
+            "the closed seams could not be welded without touching other fabric: the garment is crumpled where it is "
+            "sewn; use a shorter edge length, or a pattern that lies smoother there"
+        )
+    return x_welded
 
 
 def close(panels: PanelMesh, joined: WeldedMesh, x: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
 import warp as wp
 
 from tryon_solver.contact import bounds, pairs
@@ -74,11 +75,31 @@ def prove_free(sim: Simulation, direction: wp.array) -> None:
     )
 
 
+def proven_free(sim: Simulation, displacement: np.ndarray) -> bool:
+    """Is the straight move of the cloth by `displacement` (N, 3) m from x free of contact? Nothing is moved."""
+    state, work = sim.state, sim.work
+    work.direction.zero_()
+    wp.copy(work.direction, wp.array(displacement, dtype=wp.vec3, device=sim.device), count=sim.cloth_count)
+    sim.searches = 0
+    search_around(sim, state.x, work.direction)
+    work.alpha.fill_(1.0)
+    passes = bounds.shorten(
+        sim.candidates,
+        sim.cloth_count,
+        sim.contact.sizes,
+        state.x,
+        work.direction,
+        sim.largest(work.direction),
+        work.alpha,
+        work.changed,
+        work.hits,
+    )
+    return passes == 0
+
+
 def correct_penetration(sim: Simulation) -> None:
     """From x_feasible towards the trial in x, then Newton iterations; leaves a feasible x."""
     state, work, settings = sim.state, sim.work, sim.settings
-    if not sim.touching and not sim.stages.project_in_correction:
-        return
     wp.copy(work.total, state.x)
     subtract(work.total, state.x_feasible, work.direction)
     wp.copy(state.x, state.x_feasible)

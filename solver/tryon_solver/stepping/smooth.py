@@ -1,7 +1,7 @@
 """Full-space smoother: Chebyshev-weighted block-Jacobi sweeps, then one exact step along what they found.
 
 The sweeps are the Chebyshev iteration for A e = -g on [b/4, b] of the spectrum of D^-1 A (Saad 2003, algorithm 12.1).
-b bounds the largest eigenvalue: without contact it is measured once; with contact block Jacobi of stencil sums is
+b bounds the largest eigenvalue: 2.2 without contact, as for cloth; with contact block Jacobi of stencil sums is
 bounded by the largest stencil, 4. A polynomial made for a smaller b multiplies contact error, so the bound that holds
 is used, and the exact line search along the smoother's total step makes sure that a cycle never raises the energy.
 """
