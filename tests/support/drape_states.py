@@ -50,7 +50,7 @@ def rounded(x: np.ndarray) -> np.ndarray:
 
 
 def vertex_gradient(garment: Garment, term: Contribution, x: np.ndarray) -> np.ndarray:
-    """(N, 3) N: what a term's `project` adds to triangle corners, summed at the vertices."""
+    """(N, 3) N: what a term's local step adds to triangle corners, summed at the vertices."""
     faces = garment.faces
     corners = wp.zeros((len(faces), 3), dtype=wp.vec3, device="cpu")
     project = term.project or term.project_in_correction

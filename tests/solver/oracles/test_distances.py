@@ -51,8 +51,6 @@ def size_of(stencils):
 @pytest.mark.parametrize("kind", [POINT_TRIANGLE, EDGE_EDGE])
 def test_distance_of_random_stencils_is_the_oracles(rng, kind):
     stencils = random_stencils(rng, 4000)
-    if kind == POINT_TRIANGLE:
-        stencils = stencils[~slender(stencils)]
     expected = oracle(kind, stencils)
     found, lam = solver_distances(kind, stencils)
     size = size_of(stencils)
@@ -99,8 +97,7 @@ def test_closest_feature_is_the_oracles(rng, kind):
     assert wrong.sum() == 0
 
 
-DEGENERATE = ("edge to a point", "all in one point", "touching", "parallel", "collinear", "in plane")
-THINNEST = 1 / 50  # altitude over longest side below which float32 no longer tells a triangle's inside from its sides
+DEGENERATE = ("edge to a point", "flat triangle", "all in one point", "touching", "parallel", "collinear", "in plane")
 
 
 def degenerate_stencils(rng, count):
@@ -112,6 +109,8 @@ def degenerate_stencils(rng, count):
         along = s[:, 1] - s[:, 0]
         if name == "edge to a point":
             s[:, 3] = s[:, 2]
+        elif name == "flat triangle":
+            s[:, 3] = s[:, 1] + rng.uniform(-1, 2, (count, 1)) * (s[:, 2] - s[:, 1])
         elif name == "all in one point":
             s[:] = s[:, :1]
         elif name == "touching":
@@ -127,25 +126,14 @@ def degenerate_stencils(rng, count):
     return as_float32(np.concatenate(cases))
 
 
-def slender(stencils):
-    """(S,) bool: triangles thinner than THINNEST that are not a point or a segment with two equal ends."""
-    corners = stencils[:, 1:]
-    sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
-    double_area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    return (double_area < THINNEST * sides.max(axis=1) ** 2) & (sides.min(axis=1) > 0)
-
-
 @pytest.mark.parametrize("kind", [POINT_TRIANGLE, EDGE_EDGE])
 def test_distance_of_degenerate_stencils(rng, kind):
-    """Finite, never below the true distance, and above it by less than what parallel edges can hide.
+    """Finite, never below the true distance, and above it by little: a few micrometres for slivers and the like.
 
     Where the sine of two edges' angle is below 1e-3, float32 can't tell where along them they are closest, and takes a
     place on the first edge: the distance there exceeds the true one by at most the edges' divergence.
     """
     stencils = degenerate_stencils(rng, 500)
-    if kind == POINT_TRIANGLE:
-        stencils = stencils[~slender(stencils)]
-        assert len(stencils) > 1500
     expected = stencil_distances(np.full(1, kind), stencils[:, None])[0][:, 0]
     found, lam = solver_distances(kind, stencils)
     assert np.isfinite(found).all()
@@ -153,7 +141,23 @@ def test_distance_of_degenerate_stencils(rng, kind):
     size = size_of(stencils)
     assert (found - expected >= -64 * ROUNDING * size - 1e-12).all()
     hidden = 1e-3 * size if kind == EDGE_EDGE else 0.0
-    assert (found <= np.sqrt(expected**2 + hidden**2) + 256 * ROUNDING * size + 1e-12).all()
+    assert (found <= np.sqrt(expected**2 + hidden**2) + 5e-6).all()
+
+
+@pytest.mark.parametrize("altitude", [0.0, 1e-7, 1e-6])
+def test_distance_to_a_sliver_is_never_far_above_the_true_one(rng, altitude):
+    """A triangle folded flat is three segments, and cancellation must not hide how close they are."""
+    stencils = 0.01 * rng.standard_normal((4000, 4, 3))
+    along = stencils[:, 2] - stencils[:, 1]
+    stencils[:, 3] = stencils[:, 1] + rng.uniform(-1, 2, (4000, 1)) * along + altitude * rng.standard_normal((4000, 3))
+    # half of the points close to the sliver
+    jitter = 1e-4 * rng.standard_normal((2000, 3))
+    stencils[::2, 0] = stencils[::2, 1] + rng.uniform(0, 1, (2000, 1)) * along[::2] + jitter
+    stencils = as_float32(stencils)
+    expected = stencil_distances(np.full(1, POINT_TRIANGLE), stencils[:, None])[0][:, 0]
+    found, _ = solver_distances(POINT_TRIANGLE, stencils)
+    assert (found - expected).max() < 2e-6
+    assert (found - expected).min() > -1e-8
 
 
 def test_oracle_itself_agrees_with_the_float64_reference(rng):

@@ -4,10 +4,13 @@ import ipctk
 import numpy as np
 import pytest
 import warp as wp
+from small_scenes import sheet
 from tangles import Tangle
 
 from tryon_solver.contact import bounds
 from tryon_solver.contact.verify import SAFE_SHARE, violations
+from tryon_solver.scene import Gravity, Scene
+from tryon_solver.simulation import build
 from tryon_solver.stepping import correct, move_body, search
 
 
@@ -113,6 +116,31 @@ def test_verification_counts_what_is_too_close(tangle):
         x[tangle.cloth :, 1] += x[0, 1] - share * SAFE_SHARE * sizes.xi_body - top
         top = x[tangle.cloth :, 1].max()
         assert (count(x) > 0) == expected
+
+
+def test_verification_sees_nan(tangle):
+    sim = tangle.sim
+    tangle.set_motion(tangle.x, np.zeros_like(tangle.x))
+    search.search_around(sim, sim.state.x, sim.work.direction)
+    assert violations(sim.candidates, sim.cloth_count, sim.contact.sizes, sim.state.x, sim.work.hits) == 0
+    x = tangle.x.copy()
+    x[tangle.cloth // 4] = np.nan
+    sim.state.x.assign(x.astype(np.float32))
+    assert violations(sim.candidates, sim.cloth_count, sim.contact.sizes, sim.state.x, sim.work.hits) > 0
+
+
+def test_step_that_yields_nan_is_void_without_contact_too():
+    garment, x = sheet(9, 9, 0.2, 0.2)
+    sim = build(Scene(garment, x, None, effects=(Gravity(),)))
+    sim.advance(None, 1 / 60)
+    last = sim.cloth_positions()
+    v = sim.state.v.numpy()
+    v[3] = np.nan
+    sim.state.v.assign(v)
+    report = sim.advance(None, 2 / 60)
+    assert report.retries == 1
+    assert np.isfinite(sim.cloth_positions()).all()
+    assert np.isfinite(last).all()
 
 
 def test_void_step_goes_back_to_the_feasible_state(tangle):
