@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from tryon_solver.simulation import PoseInterval, Simulation
 
 
+FILTER_ROUNDS = 4  # of turning a motion aside before it is shortened for good
+
+
 def move_body(sim: Simulation, interval: PoseInterval) -> None:
     """Take the body from its pose to the interval's end pose; leaves a feasible state (x, collision surface).
 
@@ -102,38 +105,55 @@ def carry_once(sim: Simulation, before: np.ndarray, after: np.ndarray, pose: Pos
 def filter_motion(sim: Simulation) -> None:
     """Make the motion in `direction` free of contact: turn it aside where it would close a gap, shorten what is left.
 
-    First only the stencils whose relative motion could bring them together are looked at. If one of them would meet,
-    changing its motion changes its neighbours' relative motion too, so then all that could meet whatever changes.
+    A round looks only at the stencils whose relative motion could bring them together, which proves a motion that is
+    then taken as it is. A motion that had to be changed is looked at afresh in the next round, since changing it
+    changes its neighbours' relative motion. Should the rounds not suffice, all that could meet under any shortening is
+    searched.
     """
-    state, work, settings = sim.state, sim.work, sim.settings
+    work, settings = sim.work, sim.settings
     reach = max(sim.contact.sizes.xi_body, sim.contact.sizes.xi_self)
-    work.alpha.fill_(1.0)
-    candidates.sweep(sim.boxes, state.x, work.direction, 0.5 * reach)
-    find(sim, reach, relative=True)
-    if shorten(sim) == 0:
-        return
+    for _ in range(FILTER_ROUNDS):
+        work.alpha.fill_(1.0)
+        find(sim, reach, 0.0, relative=True)
+        if shorten(sim) == 0:
+            return
+        turn_aside(sim)
+        work.alpha.fill_(1.0)
+        shorten(sim)
+        wp.launch(scale_by_kernel, sim.all_count, [work.alpha], [work.direction], device=sim.device)
     slack = settings.search_slack
-    candidates.sweep(sim.inner, state.x, work.direction, slack)
-    candidates.sweep(sim.boxes, state.x, work.direction, 0.5 * reach + slack)
-    find(sim, reach + 2 * slack, relative=False)
+    candidates.sweep(sim.inner, sim.state.x, work.direction, slack)
+    find(sim, reach, slack, relative=False)
+    turn_aside(sim)
+    bounds.stay_in_boxes(sim.state.x, work.direction, sim.inner, work.alpha)
+    shorten(sim)
+
+
+@wp.kernel
+def scale_by_kernel(alpha: wp.array(dtype=wp.float32), direction: wp.array(dtype=wp.vec3)):
+    i = wp.tid()
+    direction[i] = alpha[i] * direction[i]
+
+
+def turn_aside(sim: Simulation) -> None:
+    """Deflect `direction` where it would close a gap among the candidates."""
     deflect(
         sim.candidates,
         sim.cloth_count,
         sim.contact.sizes,
-        state.x,
-        work.direction,
-        sim.largest(work.direction),
-        work.changed,
+        sim.state.x,
+        sim.work.direction,
+        sim.largest(sim.work.direction),
+        sim.work.changed,
         sim.deflection,
-        work.hits,
-        settings.deflection_passes,
+        sim.work.hits,
+        sim.settings.deflection_passes,
     )
-    bounds.stay_in_boxes(state.x, work.direction, sim.inner, work.alpha)
-    shorten(sim)
 
 
-def find(sim: Simulation, reach: float, relative: bool) -> None:
-    """Candidates for the motion in `direction` from x."""
+def find(sim: Simulation, reach: float, slack: float, relative: bool) -> None:
+    """Candidates within `reach` m for motions within `slack` m of the one in `direction` from x."""
+    candidates.sweep(sim.boxes, sim.state.x, sim.work.direction, 0.5 * reach + slack)
     candidates.find(
         sim.candidates,
         sim.cloth,
@@ -142,7 +162,7 @@ def find(sim: Simulation, reach: float, relative: bool) -> None:
         sim.group,
         sim.state.x,
         sim.work.direction,
-        reach,
+        reach + 2 * slack,
         relative=relative,
     )
 
