@@ -1,6 +1,15 @@
-"""What several areas' tests share (tests/support) is importable by name, also in processes that a test spawns."""
+"""What concerns the whole run: shared test code, and the order of the areas."""
 
 import sys
 from pathlib import Path
 
+import pytest
+
+# What several areas' tests share is importable by name, also in processes that a test spawns.
 sys.path.insert(0, str(Path(__file__).parent / "support"))
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Browser tests come last: from its first use on, Playwright keeps an event loop running in this thread, and tests
+    that start a loop of their own (asyncio.run) can't follow it."""
+    items.sort(key=lambda item: item.get_closest_marker("browser") is not None)
