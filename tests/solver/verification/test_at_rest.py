@@ -63,7 +63,7 @@ def test_nothing_trembles(rest):
 
 
 def test_it_hangs_over_the_ball(rest):
-    """A frozen or fallen cloth would pass the tests above: its corners hang below the middle, its top lies on the ball."""
+    """A frozen or fallen cloth would pass the tests above: its corners hang low, its top lies on the ball."""
     sim, _, frames, _ = rest
     heights = frames[-1, :, 1]
     assert heights.max() == pytest.approx(0.17 + sim.contact.sizes.xi_body, abs=2e-3)

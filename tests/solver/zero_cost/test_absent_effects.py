@@ -1,0 +1,89 @@
+"""What a scene does not call for is neither imported, nor compiled, nor launched, nor allocated.
+
+Each scene runs in a process of its own (tests/support/cost_probe.py), for imports can't be undone. Measured on the
+processor: Warp's own tracker counts allocations of arrays, trees and grids, in Python and in its native layer.
+"""
+
+import json
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+PROBE = Path(__file__).resolve().parents[2] / "support" / "cost_probe.py"
+ALL = ("Gravity", "BodyContact", "SelfContact", "Friction", "StrainLimit", "AirDrag")
+MODULE = {"Gravity": "gravity", "Friction": "friction", "StrainLimit": "strain_limit", "AirDrag": "air_drag"}
+MARKERS = {"BodyContact": "body_contact", "SelfContact": "self_contact"}  # no kernels, they only name a surface
+
+
+@cache
+def probe(effects, *flags):
+    """What a scene with these effects costs."""
+    command = [sys.executable, str(PROBE), ",".join(effects), *flags]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=240)
+    assert done.returncode == 0, done.stderr[-3000:]
+    return json.loads(done.stdout.strip().splitlines()[-1])
+
+
+def parts_of(cost, module):
+    """Everything in the costs that belongs to an effect's modules."""
+    name = f".{module}"
+    files = cost["allocated_in"]
+    return {
+        "imported": [m for m in cost["imported"] if m.endswith(name)],
+        "loaded": [m for m in cost["loaded"] if m.endswith(name)],
+        "launched": [k for k in cost["launched"] if f"{name}." in k],
+        "allocated_in": [f for f in files if f == f"{module}.py"],
+    }
+
+
+def test_worn_scene_pays_for_all_of_them():
+    """The control: with everything listed, each effect shows up in every column, so absence below means something."""
+    cost = probe(ALL, "steady")
+    assert cost["pairs"] > 0
+    for effect, module in MODULE.items():
+        parts = parts_of(cost, module)
+        assert parts["imported"], effect
+        assert parts["loaded"], effect
+        assert parts["launched"], effect
+    for effect in ("Friction", "StrainLimit", "AirDrag"):
+        assert parts_of(cost, MODULE[effect])["allocated_in"], effect
+
+
+@pytest.mark.parametrize("absent", ["Friction", "StrainLimit", "AirDrag"])
+def test_absent_effect_costs_nothing(absent):
+    """A scene without it, in contact with the body and itself."""
+    cost = probe(tuple(e for e in ALL if e != absent))
+    assert cost["pairs"] > 0 or absent != "Friction"
+    assert parts_of(cost, MODULE[absent]) == {"imported": [], "loaded": [], "launched": [], "allocated_in": []}
+    assert MODULE[absent] not in cost["plan"]
+
+
+def test_bare_scene_costs_nothing_optional():
+    """Nothing listed: no effect's module, no contact kernel, not a word of them in the plan."""
+    cost = probe(())
+    for module in (*MODULE.values(), *MARKERS.values(), "sewing"):
+        assert parts_of(cost, module) == {"imported": [], "loaded": [], "launched": [], "allocated_in": []}, module
+        assert module not in cost["plan"]
+    assert not [k for k in cost["launched"] if ".effects." in k]
+    # moving vertices and looking for what is not a number are every scene's
+    shared = {"tryon_solver.contact.bounds.move_kernel", "tryon_solver.contact.verify.finite_kernel"}
+    assert {k for k in cost["launched"] if k.startswith("tryon_solver.contact.")} <= shared
+    assert not [k for k in cost["launched"] if k.startswith("tryon_solver.body.")]
+    assert cost["allocations"] < probe(ALL, "steady")["allocations"]
+
+
+def test_sewing_is_for_dressing_only():
+    cost = probe(ALL, "steady")
+    assert parts_of(cost, "sewing") == {"imported": [], "loaded": [], "launched": [], "allocated_in": []}
+
+
+def test_step_in_steady_state_allocates_nothing():
+    """Two steps of a worn scene after eighty: no array, no tree, no grid, while one wp.zeros is counted as one."""
+    cost = probe(ALL, "steady")
+    assert cost["control_allocations"] == 1
+    assert cost["allocations"] > 50
+    assert cost["steady_allocated_in"] == []
+    assert cost["steady_allocations"] == 0

@@ -1,0 +1,86 @@
+"""The plan lists exactly what the scene asked for, stage by stage."""
+
+import pytest
+from small_scenes import STILL, fabric, icosphere, rigid_body, sheet
+
+from tryon_solver.scene import AirDrag, BodyContact, Friction, Gravity, Scene, SelfContact, StrainLimit
+from tryon_solver.simulation import build
+
+NAMES = {
+    Gravity: "gravity",
+    BodyContact: "body_contact",
+    SelfContact: "self_contact",
+    Friction: "friction",
+    StrainLimit: "strain_limit",
+    AirDrag: "air_drag",
+}
+
+
+def described(effects, cloth=None):
+    """Stage -> names of the contributions in it, as `describe` prints them."""
+    garment, x = sheet(5, 5, 0.2, 0.2)
+    body = rigid_body(*icosphere(0.05, 1)) if any(isinstance(e, BodyContact) for e in effects) else None
+    x[:, 1] += 0.06
+    sim = build(Scene(garment, x, body, cloth or fabric(), tuple(effects)), None, "cpu", STILL if body else None)
+    lines = dict(line.split(": ") for line in sim.plan.describe().splitlines())
+    return {stage: [] if names == "-" else names.split(", ") for stage, names in lines.items()}
+
+
+def test_bare_scene_has_materials_only():
+    plan = described(())
+    assert {name for names in plan.values() for name in names} == {"membrane", "bending"}
+    assert plan["stiffness"] == ["membrane", "bending"]
+    assert plan["touches"] == []
+    assert plan["contact"] == []
+
+
+@pytest.mark.parametrize(
+    "kinds", [list(NAMES), [Gravity], [Gravity, BodyContact], [SelfContact, Friction], [StrainLimit]]
+)
+def test_every_effect_asked_for_is_listed_and_no_other(kinds):
+    plan = described([kind() for kind in kinds])
+    listed = {name for names in plan.values() for name in names}
+    assert listed == {"membrane", "bending"} | {NAMES[kind] for kind in kinds}
+
+
+def test_effects_take_part_where_they_should():
+    plan = described([kind() for kind in NAMES])
+    assert plan["add_acceleration"] == ["gravity"]
+    assert plan["touches"] == ["body_contact", "self_contact"]
+    assert plan["contact"] == ["friction"]
+    assert plan["add_velocity_gradient"] == ["air_drag"]
+    assert plan["diagonal"] == ["air_drag"]
+    assert "membrane" in plan["project"]
+    assert set(plan["add_hessian"]) >= {"membrane", "strain_limit"}
+
+
+@pytest.mark.parametrize(
+    ("effect", "cloth"),
+    [
+        (Gravity((0.0, 0.0, 0.0)), None),
+        (StrainLimit(0.0), None),
+        (AirDrag(0.0), None),
+        (Friction(), fabric(mu_body=0.0, mu_self=0.0)),
+    ],
+)
+def test_effect_with_nothing_to_do_is_left_out(effect, cloth):
+    """Bound once, at build: a zero is not carried through every step."""
+    plan = described((SelfContact(), effect), cloth)
+    assert NAMES[type(effect)] not in {name for names in plan.values() for name in names}
+
+
+def test_fabric_without_bending_has_no_bending_term():
+    plan = described((), fabric(k_bend=0.0))
+    assert {name for names in plan.values() for name in names} == {"membrane"}
+
+
+def test_effect_listed_twice_is_refused():
+    garment, x = sheet(5, 5, 0.2, 0.2)
+    with pytest.raises(ValueError, match="Gravity is listed twice"):
+        Scene(garment, x, None, fabric(), (Gravity(), Gravity()))
+
+
+def test_body_contact_without_a_body_is_refused():
+    garment, x = sheet(5, 5, 0.2, 0.2)
+    with pytest.raises(ValueError, match="BodyContact needs a body"):
+        Scene(garment, x, None, fabric(), (BodyContact(),))
