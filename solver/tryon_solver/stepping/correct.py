@@ -3,8 +3,8 @@
 The paper corrects with inertia and barrier alone. That counts contact twice for a garment under tension (proxy force in
 the trial, barrier force in the correction) and leaves it bouncing between two gaps; METHOD.md section 7 has the
 argument. Here the correction keeps the elastic matrix: every iteration solves A p = -dE/dx with fresh projections,
-exact barrier and friction at the current point. The first move is the cloth's, towards the trial. Every iterate is
-feasible, so a budget that runs out leaves a safe state.
+exact barrier and friction at the current point. The first move is towards the trial, where that is nearer to balance.
+Every iterate is feasible, so a budget that runs out leaves a safe state.
 """
 
 from __future__ import annotations
@@ -97,21 +97,40 @@ def proven_free(sim: Simulation, displacement: np.ndarray) -> bool:
     return passes == 0
 
 
+def look_around(sim: Simulation) -> float:
+    """Pairs, friction, gradient and Hessian of the full potential at x; returns <g, D^-1 g>, D the Hessian's blocks [J].
+
+    The value says how far x is from where forces balance, so that two states can be compared.
+    """
+    state, work = sim.state, sim.work
+    pairs.collect(sim.pairs, sim.candidates, sim.contact, state.x)
+    wp.copy(sim.x_searched, state.x)
+    for term in sim.stages.contact:
+        term.prepare(sim.pairs, state.x, state.x_start, sim.dt)
+    elastic_gradient(sim, state.x, work.gradient, correcting=True)
+    add_contact_gradient(sim, state.x, state.x, work.gradient)
+    linearise(sim)
+    return pcg.preconditioned_norm_sq(sim.cg, work.blocks, work.gradient)
+
+
 def correct_penetration(sim: Simulation) -> None:
-    """From x_feasible towards the trial in x, then Newton iterations; leaves a feasible x."""
+    """From x_feasible towards the trial in x, then Newton iterations; leaves a feasible x.
+
+    Where the trial is further from balance than the feasible state, it is not taken: a garment at rest stays where it is
+    instead of being let go and caught again in every step.
+    """
     state, work, settings = sim.state, sim.work, sim.settings
     wp.copy(work.total, state.x)
-    subtract(work.total, state.x_feasible, work.direction)
     wp.copy(state.x, state.x_feasible)
-    take(sim, work.direction)
+    subtract(work.total, state.x_feasible, sim.to_trial)
+    standing = look_around(sim)
+    take(sim, sim.to_trial)
+    if look_around(sim) > standing:
+        wp.copy(state.x, state.x_feasible)
+        subtract(state.x, sim.x_searched, work.total)
+        sim.candidates.moved = sim.largest(work.total)
+        look_around(sim)
     for _ in range(settings.correction_iterations):
-        pairs.collect(sim.pairs, sim.candidates, sim.contact, state.x)
-        wp.copy(sim.x_searched, state.x)
-        for term in sim.stages.contact:
-            term.prepare(sim.pairs, state.x, state.x_start, sim.dt)
-        elastic_gradient(sim, state.x, work.gradient, correcting=True)
-        add_contact_gradient(sim, state.x, state.x, work.gradient)
-        linearise(sim)
         pcg.solve(
             sim.cg,
             lambda p, product: hessian_product(sim, p, product),
@@ -126,6 +145,7 @@ def correct_penetration(sim: Simulation) -> None:
         sim.counters.residual = moved / sim.dt
         if moved < settings.correction_tolerance * sim.dt:
             break
+        look_around(sim)
 
 
 def verify_commit(sim: Simulation) -> None:
