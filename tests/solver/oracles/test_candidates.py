@@ -38,7 +38,7 @@ def test_complete_for_the_motion_itself(tangle, rng, speed):
     tangle.set_motion(x, motion)
     sim = tangle.sim
     candidates.sweep(sim.boxes, sim.state.x, sim.work.direction, 0.5 * reach)
-    move_body.find(sim, reach, relative=True)
+    move_body.find(sim, reach, 0.0, relative=True)
     found = tangle.candidate_keys()
     assert len(found) == sim.candidates.size
     times = np.linspace(0, 1, SAMPLES)
