@@ -54,6 +54,7 @@ class Contribution:
     add_hessian: Callable[[wp.array, BlockRows], None] | None = None  # x, rows
     stiffness: sp.spmatrix | None = None
     constant: bool = False
+    damping_time: float | None = None  # s, of damping proportional to the elastic Hessian
     diagonal: Callable[[float], np.ndarray] | None = None
     touches: tuple[str, ...] = ()
     contact: ContactTerm | None = None
@@ -101,6 +102,7 @@ class StepPlan:
             "add_gradient",
             "add_velocity_gradient",
             "add_hessian",
+            "damping_time",
             "stiffness",
             "diagonal",
             "touches",

@@ -100,6 +100,7 @@ class Simulation:
             add_hessian=self.plan.stage("add_hessian"),
             contact=tuple(c.contact for c in self.plan.contributions if c.contact is not None),
         )
+        self.damping_time = sum(c.damping_time for c in self.plan.contributions if c.damping_time is not None)
         self._allocate(pose)
         self._assemble()
         self._prepare_contact()

@@ -7,7 +7,7 @@ from importlib import import_module
 
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.plan import Contribution
-from tryon_solver.scene import AirDrag, BodyContact, Friction, Gravity, SelfContact, Sewing, StrainLimit
+from tryon_solver.scene import AirDrag, BodyContact, FabricDamping, Friction, Gravity, SelfContact, Sewing, StrainLimit
 
 MODULES: dict[type, str] = {
     Gravity: "tryon_solver.effects.gravity",
@@ -15,6 +15,7 @@ MODULES: dict[type, str] = {
     SelfContact: "tryon_solver.effects.self_contact",
     Friction: "tryon_solver.effects.friction",
     StrainLimit: "tryon_solver.effects.strain_limit",
+    FabricDamping: "tryon_solver.effects.fabric_damping",
     Sewing: "tryon_solver.effects.sewing",
     AirDrag: "tryon_solver.effects.air_drag",
 }

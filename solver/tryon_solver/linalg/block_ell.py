@@ -62,26 +62,48 @@ def add_block(
 def multiply_kernel(
     columns: wp.array2d(dtype=wp.int32),
     blocks: wp.array2d(dtype=wp.mat33),
+    scale: float,
     diagonal: wp.array(dtype=wp.float32),
     p: wp.array(dtype=wp.vec3),
     product_out: wp.array(dtype=wp.vec3),
 ):
-    """product = (blocks + diagonal) p for the rows there are, diagonal p beyond them."""
+    """product = (scale blocks + diagonal) p for the rows there are, diagonal p beyond them."""
     i = wp.tid()
-    total = diagonal[i] * p[i]
+    total = wp.vec3()
     if i < columns.shape[0]:
         for k in range(columns.shape[1]):
             total += blocks[i, k] * p[columns[i, k]]
-    product_out[i] = total
+    product_out[i] = scale * total + diagonal[i] * p[i]
+
+
+@wp.kernel
+def add_difference_kernel(
+    columns: wp.array2d(dtype=wp.int32),
+    blocks: wp.array2d(dtype=wp.mat33),
+    scale: float,
+    x: wp.array(dtype=wp.vec3),
+    x_start: wp.array(dtype=wp.vec3),
+    out: wp.array(dtype=wp.vec3),
+):
+    """out += scale blocks (x - x_start)"""
+    i = wp.tid()
+    total = wp.vec3()
+    for k in range(columns.shape[1]):
+        j = columns[i, k]
+        total += blocks[i, k] * (x[j] - x_start[j])
+    out[i] = out[i] + scale * total
 
 
 @wp.kernel
 def diagonal_blocks_kernel(
-    blocks: wp.array2d(dtype=wp.mat33), diagonal: wp.array(dtype=wp.float32), out: wp.array(dtype=wp.mat33)
+    blocks: wp.array2d(dtype=wp.mat33),
+    scale: float,
+    diagonal: wp.array(dtype=wp.float32),
+    out: wp.array(dtype=wp.mat33),
 ):
-    """The 3x3 blocks on the diagonal of blocks + diagonal."""
+    """The 3x3 blocks on the diagonal of scale blocks + diagonal."""
     i = wp.tid()
     own = diagonal[i] * wp.identity(n=3, dtype=wp.float32)
     if i < blocks.shape[0]:
-        own += blocks[i, 0]
+        own += scale * blocks[i, 0]
     out[i] = own

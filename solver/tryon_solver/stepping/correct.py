@@ -20,7 +20,7 @@ from tryon_solver.contact.verify import violations
 from tryon_solver.linalg import pcg
 from tryon_solver.linalg.vectors import subtract
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
-from tryon_solver.stepping.newton import hessian_product, linearise
+from tryon_solver.stepping.newton import add_damping_gradient, hessian_product, linearise
 from tryon_solver.stepping.search import search_around
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ def proven_free(sim: Simulation, displacement: np.ndarray) -> bool:
 
 
 def look_around(sim: Simulation) -> float:
-    """Pairs, friction, gradient and Hessian of the full potential at x; returns <g, D^-1 g>, D the Hessian's blocks [J].
+    """Pairs, friction, gradient, Hessian of the full potential at x; returns <g, D^-1 g> [J], D the Hessian's blocks.
 
     The value says how far x is from where forces balance, so that two states can be compared.
     """
@@ -110,14 +110,15 @@ def look_around(sim: Simulation) -> float:
     elastic_gradient(sim, state.x, work.gradient, correcting=True)
     add_contact_gradient(sim, state.x, state.x, work.gradient)
     linearise(sim)
+    add_damping_gradient(sim, work.gradient)
     return pcg.preconditioned_norm_sq(sim.cg, work.blocks, work.gradient)
 
 
 def correct_penetration(sim: Simulation) -> None:
     """From x_feasible towards the trial in x, then Newton iterations; leaves a feasible x.
 
-    Where the trial is further from balance than the feasible state, it is not taken: a garment at rest stays where it is
-    instead of being let go and caught again in every step.
+    Where the trial is further from balance than the feasible state, it is not taken: a garment at rest stays where it
+    is instead of being let go and caught again in every step.
     """
     state, work, settings = sim.state, sim.work, sim.settings
     wp.copy(work.total, state.x)

@@ -44,7 +44,7 @@ def linearise(sim: Simulation) -> None:
     wp.launch(
         block_ell.diagonal_blocks_kernel,
         sim.all_count,
-        [rows.blocks, work.diagonal],
+        [rows.blocks, 1.0 + sim.damping_time / sim.dt, work.diagonal],
         [work.blocks],
         device=sim.device,
     )
@@ -63,13 +63,27 @@ def linearise(sim: Simulation) -> None:
     wp.launch(invert_blocks_kernel, sim.all_count, [], [work.blocks], device=sim.device)
 
 
+def add_damping_gradient(sim: Simulation, gradient_out: wp.array) -> None:
+    """gradient += beta H (x - x_start)/dt, H summed by `linearise`; nothing in a scene without damping."""
+    if not sim.damping_time:
+        return
+    rows = sim.hessian_rows
+    wp.launch(
+        block_ell.add_difference_kernel,
+        rows.row_count,
+        [rows.columns, rows.blocks, sim.damping_time / sim.dt, sim.state.x, sim.state.x_start],
+        [gradient_out],
+        device=sim.device,
+    )
+
+
 def hessian_product(sim: Simulation, p: wp.array, product_out: wp.array) -> None:
     """product = (Hessian + contact) p over cloth and collision surface [N]."""
     rows = sim.hessian_rows
     wp.launch(
         block_ell.multiply_kernel,
         sim.all_count,
-        [rows.columns, rows.blocks, sim.work.diagonal, p],
+        [rows.columns, rows.blocks, 1.0 + sim.damping_time / sim.dt, sim.work.diagonal, p],
         [product_out],
         device=sim.device,
     )
