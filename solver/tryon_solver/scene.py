@@ -56,7 +56,8 @@ class AirDrag:
 class FabricDamping:
     """Damping within the fabric; `time` s is beta of the force -beta H v (effects/fabric_damping.py).
 
-    A mode of frequency f is damped by the ratio pi f beta of critical: 3 ms is 8 % at 8 Hz.
+    A mode of frequency f is damped by the ratio pi f beta of critical: 3 ms is 8 % at 8 Hz. Not worn by default: it
+    damps an active strain limit as well, which holds fast sleeves back.
     """
 
     time: float = 3e-3
@@ -83,7 +84,6 @@ WORN: tuple[Effect, ...] = (
     Friction(),
     StrainLimit(),
     AirDrag(),
-    FabricDamping(),
 )
 
 

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
 
 
+STANDING_MARGIN = 0.1  # how much nearer to balance the feasible state must be for the trial to be passed over
+
+
 def take(sim: Simulation, direction: wp.array) -> float:
     """Move x by `direction`, as far as it is proven free of contact; returns the largest vertex move [m]."""
     state, work = sim.state, sim.work
@@ -117,8 +120,8 @@ def look_around(sim: Simulation) -> float:
 def correct_penetration(sim: Simulation) -> None:
     """From x_feasible towards the trial in x, then Newton iterations; leaves a feasible x.
 
-    Where the trial is further from balance than the feasible state, it is not taken: a garment at rest stays where it
-    is instead of being let go and caught again in every step.
+    Where the trial is far further from balance than the feasible state, it is not taken: a garment at rest stays where
+    it is instead of being let go and caught again in every step.
     """
     state, work, settings = sim.state, sim.work, sim.settings
     wp.copy(work.total, state.x)
@@ -126,7 +129,7 @@ def correct_penetration(sim: Simulation) -> None:
     subtract(work.total, state.x_feasible, sim.to_trial)
     standing = look_around(sim)
     take(sim, sim.to_trial)
-    if look_around(sim) > standing:
+    if STANDING_MARGIN * look_around(sim) > standing:
         wp.copy(state.x, state.x_feasible)
         subtract(state.x, sim.x_searched, work.total)
         sim.candidates.moved = sim.largest(work.total)
