@@ -3,7 +3,16 @@
 import pytest
 from small_scenes import STILL, fabric, icosphere, rigid_body, sheet
 
-from tryon_solver.scene import AirDrag, BodyContact, Friction, Gravity, Scene, SelfContact, StrainLimit
+from tryon_solver.scene import (
+    AirDrag,
+    BodyContact,
+    FabricDamping,
+    Friction,
+    Gravity,
+    Scene,
+    SelfContact,
+    StrainLimit,
+)
 from tryon_solver.simulation import build
 
 NAMES = {
@@ -13,6 +22,7 @@ NAMES = {
     Friction: "friction",
     StrainLimit: "strain_limit",
     AirDrag: "air_drag",
+    FabricDamping: "fabric_damping",
 }
 
 
@@ -60,6 +70,7 @@ def test_effects_take_part_where_they_should():
         (Gravity((0.0, 0.0, 0.0)), None),
         (StrainLimit(0.0), None),
         (AirDrag(0.0), None),
+        (FabricDamping(0.0), None),
         (Friction(), fabric(mu_body=0.0, mu_self=0.0)),
     ],
 )
