@@ -15,7 +15,8 @@ import pytest
 PROBE = Path(__file__).resolve().parents[2] / "support" / "cost_probe.py"
 ALL = ("Gravity", "BodyContact", "SelfContact", "Friction", "StrainLimit", "AirDrag", "FabricDamping")
 MODULE = {"Gravity": "gravity", "Friction": "friction", "StrainLimit": "strain_limit", "AirDrag": "air_drag"}
-MARKERS = {"BodyContact": "body_contact", "SelfContact": "self_contact", "FabricDamping": "fabric_damping"}  # no kernels
+# these launch nothing of their own
+MARKERS = {"BodyContact": "body_contact", "SelfContact": "self_contact", "FabricDamping": "fabric_damping"}
 
 
 @cache
