@@ -11,11 +11,11 @@ import warp as wp
 from drape_states import crumpled, dense, rounded, stretched
 from small_scenes import STILL, fabric, icosphere, rigid_body, sheet
 
-from tryon_solver.scene import AirDrag, BodyContact, Scene, Sewing, StrainLimit
+from tryon_solver.scene import AirDrag, BodyContact, FabricDamping, Scene, Sewing, StrainLimit
 from tryon_solver.settings import Settings
 from tryon_solver.simulation import build
 from tryon_solver.stepping.gradient import elastic_gradient, system_product
-from tryon_solver.stepping.newton import hessian_product, linearise
+from tryon_solver.stepping.newton import add_damping_gradient, hessian_product, linearise
 
 CLOTH = fabric(k_warp=300.0, k_weft=180.0, k_shear=70.0, k_bend=3e-5, strain_limit=1.1)
 LIMIT, DRAG, STITCH = 1200.0, 7.0, 250.0
@@ -169,3 +169,37 @@ def test_projective_dynamics_has_its_own_gradient_and_a_definite_matrix_above_it
     assert np.linalg.eigvalsh(matrix).min() > 0
     exact = sum(reference.hessian(energy, x[:n], 20 * STEP) for energy in energies)
     assert np.linalg.eigvalsh(matrix[: 3 * n, : 3 * n] - exact).min() > -1e-4 * size
+
+
+def test_fabric_damping_is_proportional_to_the_elastic_hessian(uv, rng):
+    """Force -beta H v: gradient beta/dt H (x - x_start), and as much more in Newton's matrix; bending has none."""
+    beta = 4e-3
+    garment, x_rest = sheet(5, 5, 0.1, 0.1)
+    damped = build(Scene(garment, x_rest, None, CLOTH, (StrainLimit(LIMIT), FabricDamping(beta))))
+    plain = build(Scene(garment, x_rest, None, CLOTH, (StrainLimit(LIMIT),)))
+    x = rounded(stretched(uv, rng))
+    x_start = rounded(x + 2e-3 * rng.standard_normal(x.shape))
+    matrices = []
+    for sim in (plain, damped):
+        sim.use_time_step(DT)
+        sim.state.x.assign(x.astype(np.float32))
+        sim.state.x_start.assign(x_start.astype(np.float32))
+        linearise(sim)
+        matrices.append(dense(sim.all_count, lambda p, out, sim=sim: hessian_product(sim, p, out)))
+    elastic = sum(
+        reference.hessian(energy, x, 20 * STEP)
+        for energy in (
+            reference.membrane(garment, CLOTH),
+            reference.strain_limit(garment, LIMIT, CLOTH.strain_limit),
+        )
+    )
+    size = np.abs(elastic).max()
+    np.testing.assert_allclose(matrices[1] - matrices[0], beta / DT * elastic, rtol=0, atol=1e-3 * size)
+    out = wp.zeros(damped.all_count, dtype=wp.vec3, device="cpu")
+    add_damping_gradient(damped, out)
+    expected = (beta / DT * elastic @ (x - x_start).ravel()).reshape(x.shape)
+    assert np.abs(expected).max() > 1e-2
+    np.testing.assert_allclose(out.numpy(), expected, rtol=0, atol=1e-3 * np.abs(expected).max())
+    none = wp.zeros(plain.all_count, dtype=wp.vec3, device="cpu")
+    add_damping_gradient(plain, none)
+    assert not none.numpy().any()
