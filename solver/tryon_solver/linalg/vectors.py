@@ -32,13 +32,6 @@ def subtract_kernel(a: wp.array(dtype=wp.vec3), b: wp.array(dtype=wp.vec3), out:
 
 
 @wp.kernel
-def scale_kernel(scale: float, a: wp.array(dtype=wp.vec3), out: wp.array(dtype=wp.vec3)):
-    """out = scale a"""
-    i = wp.tid()
-    out[i] = scale * a[i]
-
-
-@wp.kernel
 def largest_kernel(a: wp.array(dtype=wp.vec3), largest_out: wp.array(dtype=wp.float32)):
     """largest_out[0] = max(largest_out[0], |a_i|)"""
     i = wp.tid()
