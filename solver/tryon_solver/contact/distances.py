@@ -3,7 +3,7 @@
 A stencil is four vertices with weights lam that sum to zero: d = |sum_i lam_i x_i|. Point-triangle: (1, -b0, -b1, -b2);
 edge-edge: (1-s, s, -(1-t), -t). Coordinates are taken relative to the stencil's first vertex, so float32 positions a
 few metres from the origin lose nothing. Source of the case analysis: Ericson 2005, "Real-Time Collision Detection",
-5.1.5 and 5.1.9.
+5.1.5 and 5.1.9, but for flat triangles and nearly parallel edges, whose determinants float32 does not bear.
 """
 
 from __future__ import annotations
@@ -15,9 +15,11 @@ wp.set_module_options({"enable_backward": False})
 POINT_TRIANGLE = 0
 EDGE_EDGE = 1
 
-
-# Where twice a triangle's area is under this share of |ab||ac|, float32 cannot tell its inside: its sides decide.
-FLAT_TRIANGLE = 3.2e-3
+# Altitude over longest side of a triangle below which the case analysis, whose products cancel like the square of that
+# share, is left for one that does not cancel.
+FLAT_TRIANGLE = 0.1
+# Sine of the angle between two edges below which they are parallel within rounding.
+PARALLEL = 1.0e-6
 
 
 @wp.func
@@ -32,10 +34,16 @@ def side_weight(p0: wp.vec3, p1: wp.vec3) -> float:
 
 
 @wp.func
-def point_sides_weights(a: wp.vec3, b: wp.vec3, c: wp.vec3) -> wp.vec4:
-    """Weights of the point (at the origin) and the nearest of the triangle's three sides."""
+def point_flat_triangle_weights(a: wp.vec3, b: wp.vec3, c: wp.vec3) -> wp.vec4:
+    """Weights of the point (at the origin) and the flat triangle a b c whose longest side is ab.
+
+    The foot in the plane by orthogonal axes, along ab and across it (Gram-Schmidt), so that its error is a rounding of
+    the triangle's size however flat it is; where it lies inside and is nearer than the three sides, it is the closest
+    point, else the nearest side's. Each candidate lies on the triangle, so none is nearer than the closest point.
+    """
+    ab = b - a
     s = side_weight(a, b)
-    best = wp.length_sq(a + s * (b - a))
+    best = wp.length_sq(a + s * ab)
     weights = wp.vec4(1.0, -(1.0 - s), -s, 0.0)
     s = side_weight(b, c)
     d_sq = wp.length_sq(b + s * (c - b))
@@ -43,8 +51,22 @@ def point_sides_weights(a: wp.vec3, b: wp.vec3, c: wp.vec3) -> wp.vec4:
         best = d_sq
         weights = wp.vec4(1.0, 0.0, -(1.0 - s), -s)
     s = side_weight(c, a)
-    if wp.length_sq(c + s * (a - c)) < best:
+    d_sq = wp.length_sq(c + s * (a - c))
+    if d_sq < best:
+        best = d_sq
         weights = wp.vec4(1.0, -s, 0.0, -(1.0 - s))
+    base_sq = wp.length_sq(ab)
+    if base_sq > 0.0:
+        ac = c - a
+        apex = wp.dot(ac, ab) / base_sq
+        across = ac - apex * ab
+        along = -wp.dot(a, ab) / base_sq
+        altitude_sq = wp.length_sq(across)
+        if altitude_sq > 0.0:
+            w = -wp.dot(a + along * ab, across) / altitude_sq
+            v = along - w * apex
+            if v > 0.0 and w > 0.0 and v + w < 1.0 and wp.length_sq(a + v * ab + w * ac) < best:
+                weights = wp.vec4(1.0, -(1.0 - v - w), -v, -w)
     return weights
 
 
@@ -53,9 +75,18 @@ def point_triangle_weights(a: wp.vec3, b: wp.vec3, c: wp.vec3) -> wp.vec4:
     """Weights of the point (at the origin) and the triangle a b c relative to it."""
     ab = b - a
     ac = c - a
-    flat = FLAT_TRIANGLE * FLAT_TRIANGLE * wp.length_sq(ab) * wp.length_sq(ac)
-    if wp.length_sq(wp.cross(ab, ac)) <= flat:
-        return point_sides_weights(a, b, c)
+    ab_sq = wp.length_sq(ab)
+    ac_sq = wp.length_sq(ac)
+    bc_sq = wp.length_sq(c - b)
+    longest_sq = wp.max(ab_sq, wp.max(ac_sq, bc_sq))
+    if wp.length_sq(wp.cross(ab, ac)) <= FLAT_TRIANGLE * FLAT_TRIANGLE * longest_sq * longest_sq:
+        if longest_sq == ab_sq:
+            return point_flat_triangle_weights(a, b, c)
+        if longest_sq == bc_sq:
+            from_b = point_flat_triangle_weights(b, c, a)
+            return wp.vec4(1.0, from_b[3], from_b[1], from_b[2])
+        from_c = point_flat_triangle_weights(c, a, b)
+        return wp.vec4(1.0, from_c[2], from_c[3], from_c[1])
     d1 = -wp.dot(ab, a)
     d2 = -wp.dot(ac, a)
     if d1 <= 0.0 and d2 <= 0.0:
@@ -88,7 +119,11 @@ def point_triangle_weights(a: wp.vec3, b: wp.vec3, c: wp.vec3) -> wp.vec4:
 
 @wp.func
 def edge_edge_weights(a1: wp.vec3, b0: wp.vec3, b1: wp.vec3) -> wp.vec4:
-    """Weights of edge (origin, a1) and edge (b0, b1), relative to the first edge's start."""
+    """Weights of edge (origin, a1) and edge (b0, b1), relative to the first edge's start.
+
+    The second edge's parameter comes from what of it lies across the first (Gram-Schmidt in place of a determinant,
+    whose terms cancel like the square of the angle's sine), so nearly parallel edges lose no more than a rounding.
+    """
     d1 = a1
     d2 = b1 - b0
     r = -b0
@@ -100,17 +135,19 @@ def edge_edge_weights(a1: wp.vec3, b0: wp.vec3, b1: wp.vec3) -> wp.vec4:
     if a > 0.0 and e > 0.0:
         c = wp.dot(d1, r)
         b = wp.dot(d1, d2)
-        denominator = a * e - b * b
-        # parallel within rounding: any s on the first edge is as close, the clamps below settle t
-        if denominator > 1.0e-7 * a * e:
-            s = wp.clamp((b * f - c * e) / denominator, 0.0, 1.0)
-        t = (b * s + f) / e
-        if t < 0.0:
-            t = 0.0
-            s = wp.clamp(-c / a, 0.0, 1.0)
-        elif t > 1.0:
-            t = 1.0
-            s = wp.clamp((b - c) / a, 0.0, 1.0)
+        per_length_sq = 1.0 / a
+        across = d2 - (b * per_length_sq) * d1
+        across_sq = wp.length_sq(across)
+        # parallel within rounding: any t on the second edge is as close, the clamps below settle s
+        if across_sq > PARALLEL * PARALLEL * e:
+            t = wp.clamp(wp.dot(r - (c * per_length_sq) * d1, across) / across_sq, 0.0, 1.0)
+        s = (b * t - c) * per_length_sq
+        if s < 0.0:
+            s = 0.0
+            t = wp.clamp(f / e, 0.0, 1.0)
+        elif s > 1.0:
+            s = 1.0
+            t = wp.clamp((b + f) / e, 0.0, 1.0)
     elif e > 0.0:
         t = wp.clamp(f / e, 0.0, 1.0)
     elif a > 0.0:
