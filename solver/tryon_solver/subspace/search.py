@@ -18,6 +18,7 @@ from tryon_solver.linalg.ell import EllMatrix, multiply
 wp.set_module_options({"enable_backward": False})
 
 BLOCK = 128
+SMALLEST_CURVATURE = 1.0e-30  # <s, y> [J] below which a pair is rounding, and far below which its inverse overflows
 
 
 @dataclass
@@ -163,7 +164,7 @@ def remember_kernel(
     changes_out: wp.array2d(dtype=wp.vec3),
     rho_out: wp.array(dtype=wp.float32),
 ):
-    """s = a p, y = a B^T A B p, rho = 1/<s, y>; a pair without positive curvature is kept as zero and has no effect."""
+    """s = a p, y = a B^T A B p, rho = 1/<s, y>; a pair with too little curvature has rho zero and no effect."""
     _block, thread = wp.tid()
     size = direction.shape[0]
     stride = wp.block_dim()
@@ -180,7 +181,7 @@ def remember_kernel(
     total = wp.tile_sum(wp.tile(partial))
     if thread == 0:
         curvature = total[0]
-        if curvature > 0.0:
+        if curvature > SMALLEST_CURVATURE:
             rho_out[slot] = 1.0 / curvature
         else:
             rho_out[slot] = 0.0

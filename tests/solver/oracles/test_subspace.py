@@ -182,3 +182,15 @@ def test_search_with_pairs_is_the_textbooks_recursion(sim, rng):
         product = np.linalg.lstsq(sim.basis.T.toarray(), other @ direction, rcond=None)[0]
         remember(sim.search, one, device_vectors(product))
         pairs = [*pairs, (direction, other @ direction)][-sim.search.memory :]
+
+
+@pytest.mark.parametrize("size", [1e-17, 1e-21])
+def test_a_pair_too_small_for_float32_is_without_effect(sim, rng, size):
+    """Where the search has converged far below rounding, 1/<s, y> would overflow and spoil every later direction."""
+    gradient = device_vectors(rng.standard_normal((sim.cloth_count, 3)))
+    forget(sim.search)
+    expected = search_direction(sim.search, gradient).numpy().copy()  # on the CPU a view
+    tiny = rng.standard_normal((sim.cloth_count, 3)) * size
+    search_direction(sim.search, device_vectors(tiny))
+    remember(sim.search, wp.array([1.0], dtype=wp.float32, device="cpu"), device_vectors(-tiny))
+    np.testing.assert_array_equal(search_direction(sim.search, gradient).numpy(), expected)
