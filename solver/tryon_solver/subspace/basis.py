@@ -2,8 +2,8 @@
 
     B_ij(u, v) = N(u/dx - i) N(v/dx - j),  N(x) = 3/4 - x^2 (|x| < 1/2), (3/2 - |x|)^2 / 2 (1/2 <= |x| < 3/2), else 0.
 
-Source: Li et al. 2023, section III.A. Each panel has its own grid (neighbouring panels never share a basis), centred on
-the panel. A seam vertex lies in several panels: its row is the mean of its rows there, so rows still sum to one.
+Source: Li et al. 2023. Each panel has its own grid (neighbouring panels never share a basis), centred on the panel. A
+seam vertex lies in several panels: its row is the mean of its rows there, so rows still sum to one.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Reduced L-BFGS: quasi-Newton directions in the subspace, prefactorised first Hessian.
 
 Two-loop recursion (Nocedal and Wright 2006, algorithm 7.4) over reduced vectors (basis_count x 3). The first inverse
-Hessian is the explicit inverse of the reduced rest matrix (Li et al. 2023, section III.B); contact enters through the
+Hessian is the explicit inverse of the reduced rest matrix (Li et al. 2023); contact enters through the
 pairs. Within a time step the quadratic model is frozen, so the pairs are kept for the whole step and forgotten at its
 end. One block of threads does a whole recursion: each thread owns a stride of the vector and only sums are shared.
 """
