@@ -21,6 +21,12 @@ test: $(VENV)/.dev $(BODY) $(WEB) chromium
 	npm test --silent
 	$(BIN)/python -m pytest
 
+PROOF :=
+## make proof    judge every frame of the three garments in three motions: a table in build/proof (half an hour)
+# PROOF='--devices cuda:0 --jobs 9' and other options: .venv/bin/python tests/proof --help
+proof: $(VENV)/.dev $(BODY)
+	$(BIN)/python tests/proof $(PROOF)
+
 ## make check    lint, types, layering, generated files
 check: $(VENV)/.dev node_modules/.built
 	$(BIN)/ruff check solver server protocol clients/python scripts tests

@@ -1,0 +1,209 @@
+"""Run one case in this process: dress, play, publish, decode, judge."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import limits
+import numpy as np
+from case import Case, stem
+from contact_state import contact_gradient
+from frame_figures import FrameFigures, FrameMeter
+from over_time import travel, trembling
+from pinched_skin import PinchedSkin
+from timeline import Timeline
+from wire import Wire
+
+from tryon_protocol import DecodedFrame, ProtocolError
+from tryon_server.runtime.motions import load_motion
+from tryon_server.runtime.production import SolverDrape
+from tryon_solver.body.model import default_body
+from tryon_solver.contact import pairs
+from tryon_solver.dressing.dress import dress
+from tryon_solver.geometry.panel_mesh import mesh_pattern
+from tryon_solver.geometry.pattern import load_pattern
+from tryon_solver.materials.fabric import FABRICS
+from tryon_solver.settings import PRESETS
+from tryon_solver.simulation import Simulation
+
+PATTERNS = Path(__file__).resolve().parents[3] / "server" / "tryon_server" / "demo" / "patterns"
+GRAVITY = 9.81
+AT_REST = 0.5  # s at the end of standing in which the contact force is compared with the weight
+SHORTEST_SWING = 1.0  # s of a motion before its hem is asked to have moved
+
+Tell = Callable[[str], None]
+
+
+@dataclass
+class Played:
+    """What a run leaves to be judged. Lists hold one entry a frame; positions in m, forces in N, times in ms."""
+
+    figures: list[FrameFigures] = field(default_factory=list)
+    retries: list[int] = field(default_factory=list)
+    solver_ms: list[float] = field(default_factory=list)
+    wire_error: list[float] = field(default_factory=list)  # m, decoded against simulated cloth and surface
+    pose_error: list[float] = field(default_factory=list)  # decoded against asked pose: m, and 1 of a quaternion
+    simulated: list[np.ndarray] = field(default_factory=list)  # cloth from the frame in which the body stops
+    decoded: list[np.ndarray] = field(default_factory=list)
+    force: list[float] = field(default_factory=list)  # on the body downwards, over the garment's weight
+    failure: str = ""
+
+
+def run_case(case: Case, tell: Tell, keep: Path | None = None) -> dict[str, Any]:
+    """The case's figures and the limits it broke, ready for JSON; `keep` is an .npz for the decoded frames."""
+    body, fabric = default_body(), FABRICS[case.fabric]
+    settings = replace(PRESETS[case.preset], **dict(case.settings))  # type: ignore[arg-type]
+    pattern = PATTERNS / f"{case.garment}.json"
+    panels = mesh_pattern(load_pattern(pattern if pattern.is_file() else Path(case.garment)), case.edge)
+    begun = time.perf_counter()
+    dressed = dress(panels, body, fabric, settings, case.device)
+    dressing = time.perf_counter() - begun
+    tell(f"dressed in {dressing:.0f} s")
+    sim, wire = dressed.simulation, Wire(SolverDrape(dressed, body))
+    motion = load_motion(case.motion, body)
+    timeline = Timeline.build(dressed.pose, motion, case.fps, case.lead, case.seconds, case.standing)
+    sizes = sim.contact.sizes
+    first = wire.dressed()
+    meter = FrameMeter(wire.topology, first, PinchedSkin.reach(sizes.xi_body, sizes.d_hat))
+    frames = [first]
+    played = play(case, timeline, sim, wire, meter, frames if keep else None, tell)
+    if keep:
+        save(keep, frames, wire, case.fps)
+    return {
+        "case": case.plain(),
+        "machine": {"solver_s": sum(played.solver_ms) / 1e3, "dressing_s": dressing},
+        "cloth_vertices": sim.cloth_count,
+        "triangles": len(meter.faces),
+        "loops": len(meter.loops.loops),
+        "strain_limit": fabric.strain_limit,
+        "wire_bytes": wire.bytes,
+        **judged(case, timeline, played, fabric.strain_limit),
+    }
+
+
+def play(
+    case: Case,
+    timeline: Timeline,
+    sim: Simulation,
+    wire: Wire,
+    meter: FrameMeter,
+    frames: list[DecodedFrame] | None,
+    tell: Tell,
+) -> Played:
+    """Run the timeline; `frames` receives every decoded frame."""
+    played, dt = Played(), 1.0 / case.fps
+    weight = float(sim.mass.sum()) * GRAVITY
+    resting = timeline.frame_count - round(AT_REST * case.fps)
+    for k in range(1, timeline.frame_count + 1):
+        pose = timeline.pose(k)
+        begun = time.perf_counter()
+        report = wire.drape.advance(pose, k * dt)
+        played.solver_ms.append(1e3 * (time.perf_counter() - begun))
+        played.retries.append(report.retries)
+        try:
+            frame = wire.frame(pose, k * dt, dt)
+        except ProtocolError as error:
+            played.failure = f"frame {k} can't be published: {error.message}"
+            break
+        cloth, surface = wire.drape.cloth_positions(), wire.drape.body_positions()
+        played.wire_error.append(max(np.abs(frame.cloth - cloth).max(), np.abs(frame.body - surface).max()))
+        turned = np.abs(np.abs((frame.rotations * pose.rotations).sum(1)) - 1).max()
+        played.pose_error.append(float(max(np.abs(frame.root - pose.root).max(), turned)))
+        played.figures.append(meter.measure(frame, k % case.every == 0 or k == timeline.frame_count))
+        if k >= timeline.last_moving:
+            played.simulated.append(cloth)
+            played.decoded.append(frame.cloth)
+        if k > max(resting, timeline.last_moving):
+            played.force.append(force_on_body(sim) / weight)
+        if frames is not None:
+            frames.append(frame)
+        if k % round(case.fps) == 0:
+            tell(f"{k} of {timeline.frame_count} frames, {np.median(played.solver_ms[-round(case.fps) :]):.0f} ms each")
+    return played
+
+
+def force_on_body(sim: Simulation) -> float:
+    """N downwards: barrier and friction summed over the collision surface; the gradient there is minus the force."""
+    pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x)
+    return float(contact_gradient(sim, friction=True)[sim.cloth_count :, 1].sum())
+
+
+def judged(case: Case, timeline: Timeline, played: Played, strain_limit: float) -> dict[str, Any]:
+    """Figures, series and broken limits."""
+    figures, numbers = played.figures, list(range(1, len(played.figures) + 1))
+    asked = [(k, f.verdict) for k, f in zip(numbers, figures) if f.verdict is not None]
+    swing = np.array([f.hem for f in figures[timeline.first_moving - 1 : timeline.last_moving]])
+    hem = travel(swing) if len(swing) > 1 else np.zeros(1)
+    shaken = trembling(np.array(played.simulated), case.fps) if played.simulated else None
+    shaken_decoded = trembling(np.array(played.decoded), case.fps) if played.decoded else None
+    force = float(np.mean(played.force)) if played.force else None
+    off = max((abs(f - 1) for f in played.force), default=None)
+    judges_hem = stem(case.motion) == "walk" and case.seconds >= SHORTEST_SWING
+
+    def series(name: str) -> list[float]:
+        return [getattr(f, name) for f in figures]
+
+    dirty = [float(not v.clean) for _, v in asked]
+    broken = [
+        *limits.over("not a number", numbers, [float(not f.finite) for f in figures], 0),
+        *limits.over("decoded against simulated [m]", numbers, played.wire_error, limits.WIRE),
+        *limits.over("decoded against asked pose", numbers, played.pose_error, limits.POSE),
+        *limits.over("intersections", [k for k, _ in asked], dirty, 0),
+        *limits.over("skin to surface, p95 [m]", numbers, series("lag_p95"), limits.LAG_P95),
+        *limits.over("skin to surface, max [m]", numbers, series("lag_max"), limits.LAG_MAX),
+        *limits.over("pinched skin to surface [m]", numbers, series("pinched_lag_max"), limits.PINCHED_LAG_MAX),
+        *limits.over("stretch, 99.9 %", numbers, series("stretch_most"), limits.STRETCH_MOST * strain_limit),
+        *limits.over("stretch, max", numbers, series("stretch_max"), limits.STRETCH_ANY * strain_limit),
+        *limits.over("no longer worn", numbers, [float(not f.worn) for f in figures], 0),
+        *limits.run_under("hem travel [m]", float(np.median(hem)) if judges_hem else None, limits.HEM_TRAVEL),
+        *limits.run_over("trembling [m/s]", shaken, limits.TREMBLING),
+        *limits.run_over("contact force against weight", off, limits.WEIGHT),
+    ]
+    return {
+        "failure": played.failure,
+        "frames": len(figures),
+        "frames_asked": len(asked),
+        "not_finite": sum(not f.finite for f in figures),
+        "self_intersecting": sum(v.self_intersecting for _, v in asked),
+        "body_intersecting": sum(v.body_intersecting for _, v in asked),
+        "inside": max((v.inside for _, v in asked), default=0),
+        "lag_p95": max(series("lag_p95"), default=math.nan),
+        "lag_max": max(series("lag_max"), default=math.nan),
+        "pinched_lag_max": max(series("pinched_lag_max"), default=math.nan),
+        "pinched_area": max(series("pinched_area"), default=math.nan),
+        "stretch_most": max(series("stretch_most"), default=math.nan),
+        "stretch_max": max(series("stretch_max"), default=math.nan),
+        "worn_frames": sum(f.worn for f in figures),
+        "hem_travel_median": float(np.median(hem)),
+        "hem_travel_max": float(hem.max()),
+        "trembling": shaken,
+        "trembling_decoded": shaken_decoded,
+        "force_over_weight": force,
+        "force_off_most": off,
+        "void_steps": sum(played.retries),
+        "wire_error": max(played.wire_error, default=math.nan),
+        "pose_error": max(played.pose_error, default=math.nan),
+        "solver_ms_median": float(np.median(played.solver_ms)) if played.solver_ms else None,
+        "broken": [b.plain() | {"line": b.line()} for b in broken],
+        "series": {
+            name: series(name) for name in ("lag_p95", "lag_max", "pinched_lag_max", "stretch_most", "stretch_max")
+        }
+        | {"retries": played.retries, "worn": series("worn"), "force": played.force},
+    }
+
+
+def save(path: Path, frames: list[DecodedFrame], wire: Wire, fps: float) -> None:
+    """Decoded frames as .npz: cloth (T, N, 3) and body (T, B, 3) m, their faces, dt s."""
+    np.savez_compressed(
+        path,
+        cloth=np.stack([f.cloth for f in frames]).astype(np.float32),
+        cloth_faces=wire.topology.faces.astype(np.int32),
+        body=np.stack([f.body for f in frames]).astype(np.float32),
+        body_faces=wire.topology.body.faces.astype(np.int32),
+        dt=1.0 / fps,
+    )

@@ -1,0 +1,46 @@
+"""What the body does in a case: it is led into a motion, plays it in a loop, stops dead, and stands still."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tryon_solver.body.motion import Motion, blend_in
+from tryon_solver.body.pose import Pose
+
+
+@dataclass(frozen=True)
+class Timeline:
+    """Frames 1/fps apart; frame 0 is the garment as it was dressed. Times in s from there."""
+
+    lead: Motion
+    motion: Motion
+    fps: float
+    moving: float  # s of the motion
+    standing: float  # s of standing still in its last pose
+
+    @staticmethod
+    def build(start: Pose, motion: Motion, fps: float, lead: float, moving: float, standing: float) -> Timeline:
+        """From `start` into `motion` within `lead` s."""
+        return Timeline(blend_in(start, motion, lead), motion, fps, moving, standing)
+
+    @property
+    def frame_count(self) -> int:
+        """Frames after frame 0."""
+        return round((self.lead.duration + self.moving + self.standing) * self.fps)
+
+    @property
+    def first_moving(self) -> int:
+        """The first frame that is wholly in the motion."""
+        return round(self.lead.duration * self.fps)
+
+    @property
+    def last_moving(self) -> int:
+        """The frame in which the body stops."""
+        return round((self.lead.duration + self.moving) * self.fps)
+
+    def pose(self, frame: int) -> Pose:
+        """The body's pose in a frame."""
+        t = min(frame, self.last_moving) / self.fps
+        if t < self.lead.duration:
+            return self.lead.sample(t)
+        return self.motion.sample(t - self.lead.duration, loop=True)

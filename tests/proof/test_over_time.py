@@ -1,0 +1,44 @@
+"""Trembling of cloths that are shaken in a known way, and how far known paths lead."""
+
+import numpy as np
+import pytest
+from over_time import travel, trembling
+
+FPS = 60.0
+
+
+def shaken(frequency, amplitude, frames=150):
+    """30 vertices that swing along different axes at `frequency` Hz, by `amplitude` m."""
+    rng = np.random.default_rng(3)
+    axis = rng.standard_normal((30, 3))
+    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+    t = np.arange(frames)[:, None, None] / FPS
+    return amplitude * np.sin(2 * np.pi * frequency * t + rng.uniform(0, 6, 30)[:, None]) * axis + axis
+
+
+def test_shaking_above_8_hz_is_measured_at_its_rms():
+    """Differences over 1/60 s see a sine of 12 Hz with sinc(12/60) of its speed."""
+    known = 2 * np.pi * 12 * 1e-4 / np.sqrt(2) * np.sinc(12 / FPS)
+    assert trembling(shaken(12.0, 1e-4), FPS) == pytest.approx(known, rel=0.05)
+
+
+def test_slow_swinging_is_no_trembling():
+    assert trembling(shaken(1.0, 5e-3), FPS) < 2e-5
+
+
+def test_what_happens_while_the_body_stops_is_not_counted():
+    cloth = shaken(0.5, 0.0)
+    cloth[:15] += 1e-3 * np.random.default_rng(0).standard_normal((15, 30, 3))
+    assert trembling(cloth, FPS) < 1e-4
+    assert trembling(np.roll(cloth, 60, axis=0), FPS) > 1e-3
+
+
+def test_a_window_too_short_to_tell_is_not_measured():
+    assert trembling(shaken(12.0, 1e-4, 45), FPS) is None
+    assert trembling(shaken(12.0, 1e-4, 62), FPS) is not None
+
+
+def test_travel_is_the_largest_distance_between_two_places():
+    circle = np.column_stack([np.cos(np.arange(8) * np.pi / 4), np.sin(np.arange(8) * np.pi / 4), np.zeros(8)])
+    points = np.stack([0.1 * circle, np.zeros((8, 3)), np.arange(8)[:, None] * [0, 0, 0.01]], axis=1)
+    np.testing.assert_allclose(travel(points), [0.2, 0.0, 0.07], atol=1e-12)
