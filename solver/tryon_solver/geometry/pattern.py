@@ -21,6 +21,7 @@ import numpy as np
 
 from tryon_solver.geometry import curves, outline
 from tryon_solver.geometry.curves import Points
+from tryon_solver.geometry.located_error import LocatedError
 
 # Ease of sleeve caps and waists reaches a length ratio of 1.10 in real patterns; beyond 1.5 a seam is far likelier to
 # join the wrong edges than to be meant. Declared gathers go to a ratio of 4, beyond which pleats must be drawn.
@@ -51,14 +52,8 @@ STITCH_FLAGS = ("right_wrong", "gather")
 WHOLE = "specification"
 
 
-class PatternError(ValueError):
+class PatternError(LocatedError):
     """A fault in a pattern: what is wrong, where, and what to do about it."""
-
-    def __init__(self, message: str, place: str, remedy: str) -> None:
-        super().__init__(f"{place}: {message}. {remedy}")
-        self.message = message
-        self.place = place
-        self.remedy = remedy
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tryon_solver.geometry.body_parts import Trunk, find_trunk
+from tryon_solver.geometry.located_error import LocatedError
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.proximity import Points, Surface
 from tryon_solver.geometry.rolling import roll, roll_on_cone
@@ -26,14 +27,8 @@ FLAT_MOVES = np.arange(0.0, 0.51, 0.01)  # m, outwards
 UPRIGHT = 0.5  # cosine: a piece whose plane leans further from the vertical is not rolled around the trunk
 
 
-class PlacementError(ValueError):
+class PlacementError(LocatedError):
     """A piece that cannot be placed: which, why, and what to do about it."""
-
-    def __init__(self, message: str, place: str, remedy: str) -> None:
-        super().__init__(f"{place}: {message}. {remedy}")
-        self.message = message
-        self.place = place
-        self.remedy = remedy
 
 
 @dataclass(frozen=True)

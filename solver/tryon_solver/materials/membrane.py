@@ -52,6 +52,16 @@ def nearest_frame(f_u: wp.vec3, f_v: wp.vec3):
     return r_u, r_v
 
 
+@wp.func
+def add_to_corners(
+    corner_gradient: wp.array2d(dtype=wp.vec3), gradients: wp.array2d(dtype=wp.vec2), t: int, p_u: wp.vec3, p_v: wp.vec3
+):
+    """Adds dPsi/dx_i = P g_i for P = [p_u p_v] = dPsi/dF of triangle t."""
+    for i in range(3):
+        g = gradients[t, i]
+        corner_gradient[t, i] = corner_gradient[t, i] + g[0] * p_u + g[1] * p_v
+
+
 @wp.kernel
 def project_kernel(
     faces: wp.array(dtype=wp.vec3i),
@@ -63,19 +73,12 @@ def project_kernel(
 ):
     """dPsi/dF : A P = A (k_s (F - R) + ...), added to each corner of the triangle as A P g_i."""
     t = wp.tid()
-    g0 = gradients[t, 0]
-    g1 = gradients[t, 1]
-    g2 = gradients[t, 2]
-    f_u, f_v = deformation_gradient(x, faces[t], g1, g2)
+    f_u, f_v = deformation_gradient(x, faces[t], gradients[t, 1], gradients[t, 2])
     r_u, r_v = nearest_frame(f_u, f_v)
     k = stiffness[t]
     p_u = k[2] * (f_u - r_u) + (k[0] - k[2]) * (f_u - wp.normalize(f_u))
     p_v = k[2] * (f_v - r_v) + (k[1] - k[2]) * (f_v - wp.normalize(f_v))
-    p_u = area[t] * p_u
-    p_v = area[t] * p_v
-    corner_gradient_out[t, 0] = corner_gradient_out[t, 0] + g0[0] * p_u + g0[1] * p_v
-    corner_gradient_out[t, 1] = corner_gradient_out[t, 1] + g1[0] * p_u + g1[1] * p_v
-    corner_gradient_out[t, 2] = corner_gradient_out[t, 2] + g2[0] * p_u + g2[1] * p_v
+    add_to_corners(corner_gradient_out, gradients, t, area[t] * p_u, area[t] * p_v)
 
 
 @wp.kernel

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import warp as wp
 
-from tryon_solver.materials.membrane import deformation_gradient
+from tryon_solver.materials.membrane import add_to_corners, deformation_gradient
 from tryon_solver.materials.principal import add_isotropic, principal_frame
 
 wp.set_module_options({"enable_backward": False})
@@ -60,17 +60,11 @@ def project_kernel(
 ):
     """Adds A k (F - T) g_i to each corner."""
     t = wp.tid()
-    g0 = gradients[t, 0]
-    g1 = gradients[t, 1]
-    g2 = gradients[t, 2]
-    f_u, f_v = deformation_gradient(x, faces[t], g1, g2)
+    f_u, f_v = deformation_gradient(x, faces[t], gradients[t, 1], gradients[t, 2])
     p_u, p_v, largest = excess(f_u, f_v, limit[t])
     if largest > limit[t]:
-        p_u = area[t] * stiffness[t] * p_u
-        p_v = area[t] * stiffness[t] * p_v
-        corner_gradient_out[t, 0] = corner_gradient_out[t, 0] + g0[0] * p_u + g0[1] * p_v
-        corner_gradient_out[t, 1] = corner_gradient_out[t, 1] + g1[0] * p_u + g1[1] * p_v
-        corner_gradient_out[t, 2] = corner_gradient_out[t, 2] + g2[0] * p_u + g2[1] * p_v
+        weight = area[t] * stiffness[t]
+        add_to_corners(corner_gradient_out, gradients, t, weight * p_u, weight * p_v)
 
 
 @wp.kernel

@@ -6,11 +6,11 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.geometry.garment import Garment
-from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.ell import EllMatrix, add_difference
 from tryon_solver.materials import bending, membrane
 from tryon_solver.materials.device import RestShape
 from tryon_solver.materials.fabric import Fabric
+from tryon_solver.materials.triangle_model import TriangleModel
 from tryon_solver.plan import Contribution
 
 
@@ -18,38 +18,11 @@ def bind_membrane(garment: Garment, fabric: Fabric, rest: RestShape, device: str
     """Orthotropic membrane (materials/membrane.py)."""
     per_face = membrane.stiffness_per_face([fabric] * rest.face_count)
     stiffness: wp.array = wp.array(per_face, dtype=wp.vec3, device=device)
-    energy_out = wp.zeros(rest.face_count, dtype=wp.float32, device=device)
-
-    def project(x: wp.array, corner_gradient: wp.array) -> None:
-        wp.launch(
-            membrane.project_kernel,
-            rest.face_count,
-            [rest.faces, rest.gradients, rest.area, stiffness, x],
-            [corner_gradient],
-            device=device,
-        )
-
-    def energy(x: wp.array) -> float:
-        wp.launch(
-            membrane.energy_kernel,
-            rest.face_count,
-            [rest.faces, rest.gradients, rest.area, stiffness, x],
-            [energy_out],
-            device=device,
-        )
-        return float(energy_out.numpy().sum(dtype=np.float64))
-
-    def add_hessian(x: wp.array, rows: BlockRows) -> None:
-        wp.launch(
-            membrane.hessian_kernel,
-            rest.face_count,
-            [rest.faces, rest.gradients, rest.area, stiffness, rows.slots, x],
-            [rows.blocks],
-            device=device,
-        )
-
+    model = TriangleModel.build(membrane, rest, [stiffness])
     matrix = membrane.matrix(garment, per_face[:, 0].astype(float), per_face[:, 1].astype(float))
-    return Contribution("membrane", project=project, add_hessian=add_hessian, stiffness=matrix, energy=energy)
+    return Contribution(
+        "membrane", project=model.project, add_hessian=model.add_hessian, stiffness=matrix, energy=model.energy
+    )
 
 
 def bind_bending(garment: Garment, fabric: Fabric, device: str) -> Contribution | None:
