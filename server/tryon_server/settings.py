@@ -25,7 +25,7 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         data_dir: folder of the embedded database and of the uploaded patterns.
         database_url: SQLAlchemy URL; empty means an SQLite file in ``data_dir``.
         device: where garments are simulated: ``auto``, ``cpu``, ``cuda:0``, ...
-        preset: accuracy of a session that names none: ``draft`` for a CPU, ``fine`` for a GPU, ``auto`` to choose.
+        preset: accuracy of a session that names none: ``draft``, ``live``, ``fit`` or ``auto``: by the device.
         allowed_origins: web origins, comma separated, besides the server's own, whose pages may open a stream.
         max_pattern_bytes: largest pattern file accepted [bytes].
         pattern_check_seconds: longest time that checking an uploaded pattern may take [s].

@@ -13,7 +13,7 @@ class DrapeOrder:
     Attributes:
         pattern: file with the garment's pattern.
         fabric: name of the fabric.
-        preset: named accuracy, ``draft`` or ``fine``.
+        preset: named accuracy: ``draft``, ``live``, ``fit``, or ``auto`` to choose by the device.
         device: ``cpu``, ``cuda:0``, ...
         edge_length: length of the mesh's edges [m]; None for the preset's.
         body: file of the body; None for the default body.
