@@ -204,12 +204,6 @@ def test_names_that_only_resolve_to_this_machine_are_refused(live):
     assert live.http.get("/api/health", headers={"host": f"localhost:{live.port}"}).status_code == 200
 
 
-def test_page_that_is_not_built_says_how_to_build_it(live):
-    reply = live.http.get("/")
-    assert reply.status_code == 503
-    assert "make web" in reply.text
-
-
 def test_built_page_is_served_and_data_survive_a_restart(tmp_path):
     (tmp_path / "web").mkdir()
     (tmp_path / "web" / "index.html").write_text("<h1>the page</h1>")

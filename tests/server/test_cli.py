@@ -139,6 +139,14 @@ def test_serve_refuses_a_taken_port_and_unknown_settings(tmp_path, capsys, monke
     assert "TRYON_SERVER_PROT" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(("option", "value", "known"), [("preset", "fine", "draft"), ("device", "abacus", "cpu")])
+def test_serve_refuses_a_preset_or_device_that_no_session_could_have(tmp_path, capsys, option, value, known):
+    assert main(["serve", "--port", "0", "--data-dir", str(tmp_path), f"--{option}", value]) == 2
+    said = capsys.readouterr().err
+    assert f"no {option} {value!r}" in said.replace("this machine has ", "")
+    assert known in said
+
+
 @pytest.mark.parametrize(
     ("host", "url"),
     [("127.0.0.1", "http://127.0.0.1:8000/"), ("0.0.0.0", "http://127.0.0.1:8000/"), ("::1", "http://[::1]:8000/")],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from tryon_server.problems import problem_error
 from tryon_server.runtime.devices import AUTOMATIC, choose_device, list_devices
 from tryon_server.runtime.interface import Catalogue, FabricEntry, Runtime
 from tryon_server.runtime.local_processes import LocalProcesses
@@ -13,13 +14,17 @@ def local_runtime(settings: Settings) -> Runtime:
     """Sessions simulated by the solver, on this machine.
 
     Raises:
-        ProblemError: the device of the settings is not there, or there is no body yet.
+        ProblemError: the device or the preset of the settings does not exist, or there is no body yet.
     """
     from tryon_server.runtime.bodies import load_body
 
     choose_device(settings.device)
+    catalogue = load_catalogue()
+    if settings.preset not in catalogue.presets:
+        remedy = f"Choose one of: {', '.join(catalogue.presets)}"
+        raise problem_error("preset.unknown", f"there is no preset {settings.preset!r}", remedy, place="preset")
     load_body(None)
-    return Runtime(placement=LocalProcesses(Workshop()), catalogue=load_catalogue(), devices=list_devices)
+    return Runtime(placement=LocalProcesses(Workshop()), catalogue=catalogue, devices=list_devices)
 
 
 def load_catalogue() -> Catalogue:
