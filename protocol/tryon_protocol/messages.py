@@ -135,13 +135,13 @@ class KeyframeRequestMessage(Message, tag="keyframe_request", frozen=True, kw_on
 
 
 class PlayMessage(Message, tag="play", frozen=True, kw_only=True):
-    """Let the session's motion run on."""
+    """Let the session's time run on, from where `pause` stopped it."""
 
     request: Request = None
 
 
 class PauseMessage(Message, tag="pause", frozen=True, kw_only=True):
-    """Hold the session's motion; the cloth comes to rest on the body as it stands."""
+    """Stop the session's time: body and cloth stand still as they are, and nothing is simulated until `play`."""
 
     request: Request = None
 

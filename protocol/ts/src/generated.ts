@@ -110,14 +110,14 @@ export interface KeyframeRequestMessage {
   reason?: string;
 }
 
-/** Let the session's motion run on. */
+/** Let the session's time run on, from where `pause` stopped it. */
 export interface PlayMessage {
   type: "play";
   /** number chosen by the client and repeated in the `error` that answers this command; null: none. Default: null */
   request?: number | null;
 }
 
-/** Hold the session's motion; the cloth comes to rest on the body as it stands. */
+/** Stop the session's time: body and cloth stand still as they are, and nothing is simulated until `play`. */
 export interface PauseMessage {
   type: "pause";
   /** number chosen by the client and repeated in the `error` that answers this command; null: none. Default: null */

@@ -357,7 +357,7 @@ class Session:
 
     def _set_motion(self, client: int, viewer: Viewer, message: SetMotionMessage, now: float) -> list[Action]:
         if message.motion is not None and message.motion not in self._rules.motions:
-            fault = _unknown("motion", message.motion, self._rules.motions)
+            fault = _unknown("unknown_motion", "motion", message.motion, self._rules.motions)
             return self._answer_fault(client, viewer, fault, message.request, now)
         self.motion = message.motion
         self._seats.release_poses()
@@ -366,7 +366,7 @@ class Session:
 
     def _set_fabric(self, client: int, viewer: Viewer, message: SetFabricMessage, now: float) -> list[Action]:
         if message.fabric not in self._rules.fabrics:
-            fault = _unknown("fabric", message.fabric, self._rules.fabrics)
+            fault = _unknown("unknown_fabric", "fabric", message.fabric, self._rules.fabrics)
             return self._answer_fault(client, viewer, fault, message.request, now)
         if message.fabric == self.fabric and self._phase.phase != "failed":
             return []
@@ -444,10 +444,8 @@ class Session:
         self._flow.close(client)
 
 
-def _unknown(kind: str, name: str, known: Sequence[str]) -> ProtocolError:
-    return ProtocolError(
-        f"unknown_{kind}", f"$.{kind}", f"There is no {kind} {name!r}.", f"Choose one of: {', '.join(known)}."
-    )
+def _unknown(code: str, kind: str, name: str, known: Sequence[str]) -> ProtocolError:
+    return ProtocolError(code, f"$.{kind}", f"There is no {kind} {name!r}.", f"Choose one of: {', '.join(known)}.")
 
 
 def _disordered(place: str, message: str, remedy: str) -> ProtocolError:
