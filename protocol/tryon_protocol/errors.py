@@ -29,7 +29,7 @@ ERROR_CODES = frozenset(
         "wrong_shape",
     }
 )
-"""What an `error` of the server may have for a code: the table in PROTOCOL.md section 6. Later servers may have more."""
+"""What an `error` of the server may have for a code: the table in PROTOCOL.md section 6. Later servers may add some."""
 
 READING_CODES = frozenset(
     {
