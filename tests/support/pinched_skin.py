@@ -44,10 +44,6 @@ class PinchedSkin:
         graph = sparse.coo_matrix((length, (edges[:, 0], edges[:, 1])), shape=(count, count)).tocsr()
         along = csgraph.dijkstra(graph, directed=False, limit=FAR_ALONG_THE_SKIN)
         self.near = np.isfinite(along)  # (B, B)
-        corner = faces.ravel()
-        self.incident = sparse.csr_matrix(
-            (np.ones(len(corner), bool), (corner, np.repeat(np.arange(len(faces)), 3))), shape=(count, len(faces))
-        )
 
     @staticmethod
     def reach(xi: float, d_hat: float) -> float:
@@ -80,23 +76,20 @@ class PinchedSkin:
     def facing(self, skin: np.ndarray) -> np.ndarray:
         """(B,) bool: points that face another part, normals opposed, nearer than `closest`."""
         face_normal, normal = self.normals(skin)
-        longest = np.linalg.norm(skin[self.faces] - np.roll(skin[self.faces], 1, axis=1), axis=2).max()
-        tree = cKDTree(skin)
-        pairs = tree.query_pairs(self.closest + longest, output_type="ndarray")
-        pairs = np.vstack([pairs, pairs[:, ::-1]])
-        pairs = pairs[~self.near[pairs[:, 0], pairs[:, 1]]]
-        if len(pairs) == 0:
-            return np.zeros(len(skin), bool)
-        # triangles around the second vertex, as candidates for the first
-        hits = self.incident[pairs[:, 1]]
-        point = np.repeat(pairs[:, 0], np.diff(hits.indptr))
-        keys = np.unique(point.astype(np.int64) * len(self.faces) + hits.indices)
-        point, face = keys // len(self.faces), keys % len(self.faces)
+        corner = skin[self.faces]
+        centre = corner.mean(1)
+        radius = np.linalg.norm(corner - centre[:, None], axis=2).max(1)
+        around = cKDTree(skin).query_ball_point(centre, radius + self.closest)
+        face = np.repeat(np.arange(len(self.faces)), [len(points) for points in around])
+        point = np.concatenate([np.asarray(points, np.int64) for points in around])
+        other = ~self.near[point[:, None], self.faces[face]].all(1)
+        face, point = face[other], point[other]
         opposed = (normal[point] * face_normal[face]).sum(1) < 0
         point, face = point[opposed], face[opposed]
-        d, _ = point_triangle(np.concatenate([skin[point][:, None], skin[self.faces[face]]], axis=1))
         found = np.zeros(len(skin), bool)
-        found[point[d < self.closest]] = True
+        if len(point):
+            d, _ = point_triangle(np.concatenate([skin[point][:, None], corner[face]], axis=1))
+            found[point[d < self.closest]] = True
         return found
 
     def pinched(self, skin: np.ndarray) -> np.ndarray:
