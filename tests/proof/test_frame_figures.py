@@ -111,10 +111,12 @@ def test_stretch_of_most_passes_over_one_triangle_in_a_thousand_and_no_more(dres
     assert figures.stretch_most == figures.stretch_max
 
 
-@pytest.mark.parametrize(("up", "worn"), [(0.3, True), (0.7, False), (-0.45, False)])
-def test_a_tube_that_slid_off_is_not_worn(dressed, up, worn):
-    """The head is at 0.5 m, the toes at -0.5 m, the tube's two loops at 0.1 m and -0.1 m."""
-    assert dressed.shown(dressed.cloth + np.array([0, up, 0]), dressed.body).worn == worn
+@pytest.mark.parametrize(("up", "worn", "slid"), [(0.3, True, 0.3), (0.7, False, np.inf), (-0.45, False, 0.45)])
+def test_a_tube_that_slid_off_is_not_worn(dressed, up, worn, slid):
+    """The head is at 0.5 m, the toes at -0.5 m, the loops at 0.1 m and -0.1 m; the upper one may not slide."""
+    figures = dressed.shown(dressed.cloth + np.array([0, up, 0]), dressed.body)
+    assert figures.worn == worn
+    assert figures.slid == pytest.approx(slid, abs=1e-3)
 
 
 def test_hem_is_told_relative_to_the_pelvis(dressed):

@@ -1,6 +1,7 @@
 """Linking numbers of loops with the ways through a body."""
 
 import numpy as np
+import pytest
 from loops_on_limbs import LoopsOnLimbs, fan_crossings
 
 NAMES = ("pelvis", "chest", "head", "left_arm", "left_hand", "left_leg", "right_leg")
@@ -17,11 +18,15 @@ def around(centre, radius, along):
     return np.array(centre) + radius * RING[:, axes]
 
 
-def passes(ring, joints=JOINTS):
-    return dict(zip(ENDS, LoopsOnLimbs([np.arange(16)], NAMES, PARENTS).passes(ring, joints)[0]))
+LIMBS = LoopsOnLimbs([np.arange(16)], NAMES, PARENTS, JOINTS)
 
 
-ENDS = LoopsOnLimbs([], NAMES, PARENTS).ends
+def passes(ring):
+    return dict(zip(LIMBS.ends, LIMBS.crossings(ring, JOINTS)[0][0]))
+
+
+def slide(before, now):
+    return LIMBS.slide(*(LIMBS.crossings(ring, JOINTS)[1][0] for ring in (before, now)))
 
 
 def test_a_sleeve_is_passed_by_the_arm_alone():
@@ -58,6 +63,22 @@ def test_fan_crossings_don_t_depend_on_the_shape_of_the_loop():
     rng = np.random.default_rng(5)
     wavy = around([0, 0, 0], 0.4, "y") + 0.1 * rng.standard_normal((16, 3))
     ends = np.array([[0.05, 1, 0.02], [1.0, 1, 0]]), np.array([[0.03, -1, 0], [1.0, -1, 0]])
-    assert np.abs(fan_crossings(wavy, *ends)).tolist() == [1, 0]
-    assert (fan_crossings(wavy, *ends) == -fan_crossings(wavy, *ends[::-1])).all()
-    assert (fan_crossings(wavy, *ends) == -fan_crossings(wavy[::-1], *ends)).all()
+    count, places = fan_crossings(wavy, *ends)
+    assert np.abs(count).tolist() == [1, 0]
+    assert places[:, 0].tolist() == [0]
+    assert places[0, 1] == pytest.approx(0.5, abs=0.1)
+    assert (fan_crossings(wavy, *ends[::-1])[0] == -count).all()
+    assert (fan_crossings(wavy[::-1], *ends)[0] == -count).all()
+
+
+def test_slide_is_measured_along_the_bones():
+    """Up the arm, from there over the chest to the neck, and from the trunk to both legs; off the hand, without end."""
+    sleeve = around([0.6, 0.4, 0], 0.1, "x")
+    assert slide(sleeve, sleeve) == 0
+    assert slide(sleeve, around([0.35, 0.4, 0], 0.1, "x")) == pytest.approx(0.25, abs=0.01)
+    assert slide(sleeve, around([0, 0.6, 0], 0.1, "y")) == pytest.approx(0.6 + 0.2, abs=0.01)
+    leg = np.hypot(0.1, 0.8)
+    assert slide(around([0, 0.2, 0], 0.4, "y"), around([0, -0.4, 0], 0.4, "y")) == pytest.approx(
+        0.2 + leg / 2, abs=0.01
+    )
+    assert slide(sleeve, around([0.8, 0.4, 0], 0.1, "x")) == np.inf

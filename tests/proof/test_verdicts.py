@@ -7,7 +7,7 @@ from pathlib import Path
 
 import limits
 import numpy as np
-from case import Case
+from case import Case, LiveCase, case_of
 from table import markdown
 
 PROOF = Path(__file__).parent
@@ -39,7 +39,9 @@ def test_hem_must_move():
 
 def test_a_case_survives_its_way_through_json():
     case = Case(**{**CASE.__dict__, "settings": (("searches", 3), ("scheme", "contact_coarse"))})
-    assert Case.from_plain(json.loads(json.dumps(case.plain()))) == case
+    live = LiveCase("skirt", "walk", "denim", "draft", "http://127.0.0.1:1", 10, 2)
+    assert case_of(json.loads(json.dumps(case.plain()))) == case
+    assert case_of(json.loads(json.dumps(live.plain()))) == live
 
 
 def run(out, *options):
@@ -71,14 +73,17 @@ def test_a_short_case_is_dressed_played_and_judged(tmp_path):
 def test_a_case_that_fails_is_named_and_ends_in_the_exit_status(tmp_path):
     done = run(tmp_path, "--garments", str(tmp_path / "nothing.json"), "--motions", "walk")
     assert done.returncode == 1
-    assert "nothing walk draft cpu: FAILED" in done.stdout
+    assert "nothing walk draft 50 mm cpu: FAILED" in done.stdout
 
 
 def test_table_says_what_was_broken():
     broken = [*limits.over("stretch, max", [7, 8], [1.3, 1.4], 1.265)]
-    plain = [b.plain() | {"line": b.line()} for b in broken]
-    result = {"case": CASE.plain(), "failure": "frame 9 can't be published", "broken": plain}
+    result = {
+        "case": CASE.plain(),
+        "failure": "frame 9 can't be published",
+        "broken": [b.plain() for b in broken],
+    }
     text = markdown([result], {"commit": "abc"})
     assert "commit: abc" in text
-    assert "skirt walk draft cpu: FAILED, frame 9 can't be published" in text
+    assert "skirt walk draft 40 mm cpu: FAILED, frame 9 can't be published" in text
     assert "stretch, max: 1.4 (frame 8) against 1.265, in 2 frames, first 7" in text

@@ -1,8 +1,9 @@
-"""What a case is, and what came of it: plain values that travel between processes and into JSON files."""
+"""What a case is: plain values that travel between processes and into JSON files."""
 
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
+from typing import Any
 
 GARMENTS = ("tshirt", "skirt", "dress")
 MOTIONS = ("walk", "squat", "jumping_jack")
@@ -10,7 +11,7 @@ MOTIONS = ("walk", "squat", "jumping_jack")
 
 @dataclass(frozen=True)
 class Case:
-    """One garment in one motion.
+    """One garment in one motion, simulated in process.
 
     Attributes:
         garment: a pattern of the demo, or a file.
@@ -40,21 +41,50 @@ class Case:
 
     @property
     def name(self) -> str:
-        """For file names and tables."""
-        return f"{stem(self.garment)}-{stem(self.motion)}-{self.preset}-{1e3 * self.edge:g}mm-{self.device}".replace(
-            ":", ""
-        )
+        """For file names."""
+        device = self.device.replace(":", "")
+        return f"{stem(self.garment)}-{stem(self.motion)}-{self.preset}-{1e3 * self.edge:g}mm-{device}"
 
-    @staticmethod
-    def from_plain(values: dict[str, object]) -> Case:
-        """The inverse of `plain`."""
-        known = dict(values)
-        known["settings"] = tuple((name, value) for name, value in known["settings"])  # type: ignore[attr-defined]
-        return Case(**known)  # type: ignore[arg-type]
-
-    def plain(self) -> dict[str, object]:
+    def plain(self) -> dict[str, Any]:
         """For JSON."""
         return asdict(self)
+
+
+@dataclass(frozen=True)
+class LiveCase:
+    """One garment in one motion, recorded from a server over its websocket.
+
+    Attributes:
+        garment, motion, fabric, preset: ids and names that the server knows.
+        server: its address.
+        frames: how many to record.
+        every: every so many frames IPC Toolkit is asked.
+    """
+
+    garment: str
+    motion: str
+    fabric: str
+    preset: str
+    server: str
+    frames: int
+    every: int
+
+    @property
+    def name(self) -> str:
+        """For file names."""
+        return f"{self.garment}-{self.motion}-{self.preset}-live"
+
+    def plain(self) -> dict[str, Any]:
+        """For JSON."""
+        return asdict(self)
+
+
+def case_of(values: dict[str, Any]) -> Case | LiveCase:
+    """The inverse of `plain`."""
+    if "server" in values:
+        return LiveCase(**values)
+    settings = tuple((name, value) for name, value in values["settings"])
+    return Case(**{**values, "settings": settings})
 
 
 def stem(path: str) -> str:

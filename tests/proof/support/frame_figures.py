@@ -28,6 +28,7 @@ class FrameFigures:
     stretch_most: float  # the smallest value that 99.9 % of the triangles' larger principal stretches don't exceed
     stretch_max: float
     worn: bool  # every loop runs around the limbs that it ran around in the first frame
+    slid: float  # farthest any loop but the lowest has slid along the bones since the first frame; inf when off
     hem: np.ndarray  # (L, 3) vertices of the lowest loop, relative to the pelvis and in its frame
 
 
@@ -44,9 +45,10 @@ class FrameMeter:
         self.judge = FrameJudge(self.faces, body_faces, dressed.cloth, dressed.body)
         self.pinch = PinchedSkin(topology.body.rest_vertices.astype(np.float64), body_faces, closest)
         loops = boundary_loops(self.faces)
-        self.loops = LoopsOnLimbs(loops, topology.body.joint_names, topology.body.parents)
-        self.lowest = min(loops, key=lambda loop: dressed.cloth[loop, 1].mean())
-        self.passes = self.loops.passes(dressed.cloth, self.joints(dressed)[1])
+        body = topology.body
+        self.loops = LoopsOnLimbs(loops, body.joint_names, body.parents, body.rest_joints.astype(np.float64))
+        self.lowest = int(np.argmin([dressed.cloth[loop, 1].mean() for loop in loops]))
+        self.passes, self.places = self.loops.crossings(dressed.cloth, self.joints(dressed)[1])
 
     def joints(self, frame: DecodedFrame) -> tuple[np.ndarray, np.ndarray]:
         """The pelvis's rotation (3, 3) and the joints' places (J, 3) m."""
@@ -61,6 +63,8 @@ class FrameMeter:
         pinched = self.pinch.pinched(skin) if lag.max() > LAG_UNQUESTIONED else np.zeros(len(lag), bool)
         larger = principal_stretches(cloth, self.faces, self.uv)[:, 1]
         pelvis, joints = self.joints(frame)
+        passes, places = self.loops.crossings(cloth, joints)
+        slid = [self.loops.slide(before, now) for before, now in zip(self.places, places)]
         return FrameFigures(
             verdict=self.judge.judge(cloth, body) if intersections else None,
             finite=bool(np.isfinite(cloth).all() and np.isfinite(body).all()),
@@ -70,6 +74,7 @@ class FrameMeter:
             pinched_area=self.pinch.area(skin, pinched),
             stretch_most=float(np.quantile(larger, 0.999, method="inverted_cdf")),
             stretch_max=float(larger.max()),
-            worn=bool((self.loops.passes(cloth, joints) == self.passes).all()),
-            hem=(cloth[self.lowest] - joints[0]) @ pelvis,
+            worn=bool((passes == self.passes).all()),
+            slid=max((s for k, s in enumerate(slid) if k != self.lowest), default=0.0),
+            hem=(cloth[self.loops.loops[self.lowest]] - joints[0]) @ pelvis,
         )

@@ -12,6 +12,7 @@ LAG_MAX = 10e-3  # m
 PINCHED_LAG_MAX = 50e-3  # m
 STRETCH_MOST = 1.02  # of the fabric's limit, for 99.9 % of the triangles
 STRETCH_ANY = 1.10  # of the fabric's limit, for every triangle
+SLID = 0.1  # m along the bones: an opening that has slid further than this no longer sits where it was put on
 WEIGHT = 0.01  # share of the garment's weight by which the contact force on the body may differ from it at rest
 HEM_TRAVEL = 10e-3  # m relative to the pelvis, in the walk
 TREMBLING = 1e-3  # m/s
@@ -38,7 +39,7 @@ class Broken:
 
     def plain(self) -> dict[str, object]:
         """For JSON."""
-        return asdict(self)
+        return {**asdict(self), "line": self.line()}
 
 
 def over(limit: str, frames: Sequence[int], values: Sequence[float], bound: float) -> Iterable[Broken]:

@@ -14,9 +14,10 @@ import numpy as np
 from case import Case, stem
 from contact_state import contact_gradient
 from frame_figures import FrameFigures, FrameMeter
-from over_time import travel, trembling
+from over_time import trembling
 from pinched_skin import PinchedSkin
 from timeline import Timeline
+from verdict import broken_by_frames, figures_of_frames, hem_travel
 from wire import Wire
 
 from tryon_protocol import DecodedFrame, ProtocolError
@@ -76,7 +77,7 @@ def run_case(case: Case, tell: Tell, keep: Path | None = None) -> dict[str, Any]
         save(keep, frames, wire, case.fps)
     return {
         "case": case.plain(),
-        "machine": {"solver_s": sum(played.solver_ms) / 1e3, "dressing_s": dressing},
+        "dressing_s": dressing,
         "cloth_vertices": sim.cloth_count,
         "triangles": len(meter.faces),
         "loops": len(meter.loops.loops),
@@ -135,65 +136,36 @@ def force_on_body(sim: Simulation) -> float:
 
 def judged(case: Case, timeline: Timeline, played: Played, strain_limit: float) -> dict[str, Any]:
     """Figures, series and broken limits."""
-    figures, numbers = played.figures, list(range(1, len(played.figures) + 1))
-    asked = [(k, f.verdict) for k, f in zip(numbers, figures) if f.verdict is not None]
-    swing = np.array([f.hem for f in figures[timeline.first_moving - 1 : timeline.last_moving]])
-    hem = travel(swing) if len(swing) > 1 else np.zeros(1)
+    figures, numbers = played.figures, range(1, len(played.figures) + 1)
+    result = figures_of_frames(figures)
+    hem = hem_travel(figures[timeline.first_moving - 1 : timeline.last_moving])
     shaken = trembling(np.array(played.simulated), case.fps) if played.simulated else None
     shaken_decoded = trembling(np.array(played.decoded), case.fps) if played.decoded else None
-    force = float(np.mean(played.force)) if played.force else None
     off = max((abs(f - 1) for f in played.force), default=None)
-    judges_hem = stem(case.motion) == "walk" and case.seconds >= SHORTEST_SWING
-
-    def series(name: str) -> list[float]:
-        return [getattr(f, name) for f in figures]
-
-    dirty = [float(not v.clean) for _, v in asked]
+    swings = stem(case.motion) == "walk" and case.seconds >= SHORTEST_SWING
     broken = [
-        *limits.over("not a number", numbers, [float(not f.finite) for f in figures], 0),
+        *broken_by_frames(figures, strain_limit),
         *limits.over("decoded against simulated [m]", numbers, played.wire_error, limits.WIRE),
         *limits.over("decoded against asked pose", numbers, played.pose_error, limits.POSE),
-        *limits.over("intersections", [k for k, _ in asked], dirty, 0),
-        *limits.over("skin to surface, p95 [m]", numbers, series("lag_p95"), limits.LAG_P95),
-        *limits.over("skin to surface, max [m]", numbers, series("lag_max"), limits.LAG_MAX),
-        *limits.over("pinched skin to surface [m]", numbers, series("pinched_lag_max"), limits.PINCHED_LAG_MAX),
-        *limits.over("stretch, 99.9 %", numbers, series("stretch_most"), limits.STRETCH_MOST * strain_limit),
-        *limits.over("stretch, max", numbers, series("stretch_max"), limits.STRETCH_ANY * strain_limit),
-        *limits.over("no longer worn", numbers, [float(not f.worn) for f in figures], 0),
-        *limits.run_under("hem travel [m]", float(np.median(hem)) if judges_hem else None, limits.HEM_TRAVEL),
+        *limits.run_under("hem travel [m]", hem["hem_travel_median"] if swings else None, limits.HEM_TRAVEL),
         *limits.run_over("trembling [m/s]", shaken, limits.TREMBLING),
         *limits.run_over("contact force against weight", off, limits.WEIGHT),
     ]
+    result["series"] |= {"retries": played.retries, "force": played.force, "solver_ms": played.solver_ms}
     return {
+        **result,
+        **hem,
         "failure": played.failure,
-        "frames": len(figures),
-        "frames_asked": len(asked),
-        "not_finite": sum(not f.finite for f in figures),
-        "self_intersecting": sum(v.self_intersecting for _, v in asked),
-        "body_intersecting": sum(v.body_intersecting for _, v in asked),
-        "inside": max((v.inside for _, v in asked), default=0),
-        "lag_p95": max(series("lag_p95"), default=math.nan),
-        "lag_max": max(series("lag_max"), default=math.nan),
-        "pinched_lag_max": max(series("pinched_lag_max"), default=math.nan),
-        "pinched_area": max(series("pinched_area"), default=math.nan),
-        "stretch_most": max(series("stretch_most"), default=math.nan),
-        "stretch_max": max(series("stretch_max"), default=math.nan),
-        "worn_frames": sum(f.worn for f in figures),
-        "hem_travel_median": float(np.median(hem)),
-        "hem_travel_max": float(hem.max()),
         "trembling": shaken,
         "trembling_decoded": shaken_decoded,
-        "force_over_weight": force,
+        "force_over_weight": float(np.mean(played.force)) if played.force else None,
         "force_off_most": off,
+        "simulated_over_wall": 1e3 * len(figures) / case.fps / max(sum(played.solver_ms), 1e-9),
         "void_steps": sum(played.retries),
         "wire_error": max(played.wire_error, default=math.nan),
         "pose_error": max(played.pose_error, default=math.nan),
-        "solver_ms_median": float(np.median(played.solver_ms)) if played.solver_ms else None,
-        "broken": [b.plain() | {"line": b.line()} for b in broken],
-        "series": {
-            name: series(name) for name in ("lag_p95", "lag_max", "pinched_lag_max", "stretch_most", "stretch_max")
-        }
-        | {"retries": played.retries, "worn": series("worn"), "force": played.force},
+        "ms_a_frame": float(np.median(played.solver_ms)) if played.solver_ms else None,
+        "broken": [b.plain() for b in broken],
     }
 
 
