@@ -21,12 +21,13 @@ if TYPE_CHECKING:
 class ContactTerm:
     """A force that acts within contact pairs besides the barrier, such as friction.
 
-    `prepare(pairs, x, x_start, dt)` freezes what is lagged; `add_gradient(pairs, x, x_start, gradient_out)`;
+    `prepare(pairs, x, x_before, x_start, dt)` freezes what is lagged: for one iteration at x, which the last one reached
+    from x_before, or with None in its place for a model that holds away from x as well; `add_gradient(pairs, x, x_start, gradient_out)`;
     `add_product(pairs, p, product_out)`; `add_diagonal(pairs, blocks_out)`; `tangential(pairs)` (size,) float64 N/m,
     its stiffness across the normal.
     """
 
-    prepare: Callable[[ContactPairs, wp.array, wp.array, float], None]
+    prepare: Callable[[ContactPairs, wp.array, wp.array | None, wp.array, float], None]
     add_gradient: Callable[[ContactPairs, wp.array, wp.array, wp.array], None]
     add_product: Callable[[ContactPairs, wp.array, wp.array], None]
     add_diagonal: Callable[[ContactPairs, wp.array], None]

@@ -23,10 +23,32 @@ from tryon_solver.contact.distances import stencil_vector, stencil_weights
 
 wp.set_module_options({"enable_backward": False})
 
-WANTED_GAP = 0.5  # share of a pair's gap above xi that a deflected motion keeps
+DEEP_GAP = 0.5  # share of its gap above xi that a pair deep in contact keeps in a deflected motion
+ENTRY_GAP = 0.7  # share of the activation distance down to which a pair may enter contact
 RECOVERY = 0.2  # share of what a pair at less than xi lacks that a deflected motion gives back
-SURFACE_WEIGHT = 0.25  # how readily the body's surface gives way at first, cloth having 1; it rises to 1
+SURFACE_WEIGHT = 0.05  # how readily the body's surface gives way at first, cloth having 1; it rises to 1
+LEAST_PUSH = 1.0e-6  # m
 RELAXATION = 1.3  # of the mean of all pushes on a vertex: several candidates push the same one at once
+
+
+@wp.func
+def kept_gap(gap: float, g_hat: float) -> float:
+    """Gap [m] that a deflected motion leaves of `gap`; grows with it.
+
+    A barrier that is out of reach has no say in the motion, and what falls deep into it is thrown out again: so a pair
+    comes into contact, and the further in it is the more of its gap it may use up.
+    """
+    share = wp.min(gap / g_hat, 1.0)
+    return wp.min(gap, g_hat) * (DEEP_GAP + (ENTRY_GAP - DEEP_GAP) * share)
+
+
+@wp.func
+def least_closing(gap: float, g_hat: float) -> float:
+    """How much of its gap a pair with at least `gap` m may lose before it is deflected [m]."""
+    closing = gap - kept_gap(gap, g_hat)
+    if gap < g_hat:
+        return wp.min(closing, (1.0 - ENTRY_GAP) * g_hat)
+    return closing
 
 
 @wp.kernel
@@ -56,8 +78,8 @@ def deflect_kernel(
     c = wp.tid()
     if number > 0:
         c = near[c]
-    apart = (1.0 - WANTED_GAP) * (distance[c] - 2.0 * moved - wp.max(sizes.xi_body, sizes.xi_self))
-    if apart > 2.0 * longest:
+    gap = distance[c] - 2.0 * moved - wp.max(sizes.xi_body, sizes.xi_self)
+    if least_closing(gap, sizes.d_hat) > 2.0 * longest:
         return
     v = ids[c]
     if number > 0:
@@ -70,7 +92,7 @@ def deflect_kernel(
     p2 = displacement[v[2]]
     p3 = displacement[v[3]]
     furthest = wp.max(wp.max(wp.length_sq(p0), wp.length_sq(p1)), wp.max(wp.length_sq(p2), wp.length_sq(p3)))
-    if (1.0 - WANTED_GAP) * (distance[c] - 2.0 * moved - xi) > 2.0 * wp.sqrt(furthest):
+    if least_closing(distance[c] - 2.0 * moved - xi, sizes.d_hat) > 2.0 * wp.sqrt(furthest):
         return
     if number == 0:
         near[wp.atomic_add(near_count, 0, 1)] = c
@@ -80,20 +102,33 @@ def deflect_kernel(
     if d <= 0.0:
         return
     n = difference / d
+    wanted = xi + kept_gap(d - xi, sizes.d_hat)
+    if d < xi:
+        wanted = d + RECOVERY * (xi - d)
     closing = float(0.0)
-    total = float(0.0)
     for k in range(4):
         closing += lam[k] * wp.dot(n, displacement[v[k]])
+    missing = wanted - (d + closing)
+    if missing <= LEAST_PUSH:
+        return
+    y0 = x[v[0]] + p0
+    y1 = x[v[1]] + p1
+    y2 = x[v[2]] + p2
+    y3 = x[v[3]] + p3
+    lam_there = stencil_weights(kind[c], y0, y1, y2, y3)
+    there = stencil_vector(lam_there, y0, y1, y2, y3)
+    if wp.dot(there, n) > 0.0:  # not passed through: what counts is the distance at the end
+        missing = wanted - wp.length(there)
+        if missing <= LEAST_PUSH:
+            return
+        lam = lam_there
+        n = wp.normalize(there)
+    total = float(0.0)
+    for k in range(4):
         w = float(1.0)
         if v[k] >= cloth_count:
             w = surface_weight
         total += w * lam[k] * lam[k]
-    wanted = xi + WANTED_GAP * (d - xi)
-    if d < xi:
-        wanted = d + RECOVERY * (xi - d)
-    missing = wanted - (d + closing)
-    if missing <= 1.0e-6:
-        return
     wp.atomic_add(deflected_out, 0, 1)
     push = missing / total
     for k in range(4):
@@ -172,7 +207,7 @@ def deflect(
                 cloth_count,
                 sizes,
                 x,
-                SURFACE_WEIGHT + (1.0 - SURFACE_WEIGHT) * number / at_most,
+                SURFACE_WEIGHT ** (1.0 - number / at_most),
                 number,
             ],
             [

@@ -30,7 +30,7 @@ class ContactPairs:
     """Pairs within reach at `x_ref`, one entry each.
 
     `ids` vec4i; `lam` vec4 weights; `normal` vec3 unit; `slope` e kappa b' [N], <= 0; `curvature` e kappa b'' [N/m];
-    `energy` [J]; `size` pairs; `overlapping` pairs found at d <= xi.
+    `energy` [J]; `gap` vec2: g and the activation distance g_hat [m]; `size` pairs; `overlapping` pairs found at d <= xi.
     """
 
     ids: wp.array
@@ -39,6 +39,7 @@ class ContactPairs:
     slope: wp.array
     curvature: wp.array
     energy: wp.array
+    gap: wp.array
     counters: wp.array
     smallest_gap: wp.array
     capacity: int
@@ -57,6 +58,7 @@ class ContactPairs:
             zeros(wp.float32),
             zeros(wp.float32),
             zeros(wp.float32),
+            zeros(wp.vec2),
             wp.zeros(2, dtype=wp.int32, device=device),
             wp.zeros(1, dtype=wp.float32, device=device),
             capacity,
@@ -94,6 +96,7 @@ def collect_kernel(
     slope_out: wp.array(dtype=wp.float32),
     curvature_out: wp.array(dtype=wp.float32),
     energy_out: wp.array(dtype=wp.float32),
+    gap_out: wp.array(dtype=wp.vec2),
     counters_out: wp.array(dtype=wp.int32),
     smallest_gap_out: wp.array(dtype=wp.float32),
 ):
@@ -151,6 +154,7 @@ def collect_kernel(
     slope_out[slot] = e * kappa * barrier_gradient(g, g_hat)
     curvature_out[slot] = e * kappa * barrier_curvature(g, g_hat)
     energy_out[slot] = e * kappa * b
+    gap_out[slot] = wp.vec2(g, g_hat)
 
 
 @wp.kernel
@@ -261,6 +265,7 @@ def collect(pairs: ContactPairs, candidates: Candidates, parameters: ContactPara
                 pairs.slope,
                 pairs.curvature,
                 pairs.energy,
+                pairs.gap,
                 pairs.counters,
                 pairs.smallest_gap,
             ],

@@ -3,8 +3,8 @@
 The paper corrects with inertia and barrier alone. That counts contact twice for a garment under tension (proxy force in
 the trial, barrier force in the correction) and leaves it bouncing between two gaps; METHOD.md section 7 has the
 argument. Here the correction keeps the elastic matrix: every iteration solves A p = -dE/dx with fresh projections,
-exact barrier and friction at the current point. The first move is towards the trial, where that is nearer to balance.
-Every iterate is feasible, so a budget that runs out leaves a safe state.
+exact barrier and friction at the current point. The first move is towards the trial. Every iterate is feasible, so a
+budget that runs out leaves a safe state.
 """
 
 from __future__ import annotations
@@ -25,9 +25,6 @@ from tryon_solver.stepping.search import search_around
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
-
-
-STANDING_MARGIN = 0.1  # how much nearer to balance the feasible state must be for the trial to be passed over
 
 
 def take(sim: Simulation, direction: wp.array) -> float:
@@ -100,40 +97,27 @@ def proven_free(sim: Simulation, displacement: np.ndarray) -> bool:
     return passes == 0
 
 
-def look_around(sim: Simulation) -> float:
-    """Pairs, friction, gradient, Hessian of the full potential at x; returns <g, D^-1 g> [J], D the Hessian's blocks.
-
-    The value says how far x is from where forces balance, so that two states can be compared.
-    """
+def look_around(sim: Simulation) -> None:
+    """Pairs, friction, gradient and Hessian of the full potential at x."""
     state, work = sim.state, sim.work
     pairs.collect(sim.pairs, sim.candidates, sim.contact, state.x)
-    wp.copy(sim.x_searched, state.x)
     for term in sim.stages.contact:
-        term.prepare(sim.pairs, state.x, state.x_start, sim.dt)
+        term.prepare(sim.pairs, state.x, sim.x_searched, state.x_start, sim.dt)
+    wp.copy(sim.x_searched, state.x)
     elastic_gradient(sim, state.x, work.gradient, correcting=True)
     add_contact_gradient(sim, state.x, state.x, work.gradient)
     linearise(sim)
     add_damping_gradient(sim, work.gradient)
-    return pcg.preconditioned_norm_sq(sim.cg, work.blocks, work.gradient)
 
 
 def correct_penetration(sim: Simulation) -> None:
-    """From x_feasible towards the trial in x, then Newton iterations; leaves a feasible x.
-
-    Where the trial is far further from balance than the feasible state, it is not taken: a garment at rest stays where
-    it is instead of being let go and caught again in every step.
-    """
+    """From x_feasible towards the trial in x, then Newton iterations; leaves a feasible x."""
     state, work, settings = sim.state, sim.work, sim.settings
     wp.copy(work.total, state.x)
     wp.copy(state.x, state.x_feasible)
-    subtract(work.total, state.x_feasible, sim.to_trial)
-    standing = look_around(sim)
-    take(sim, sim.to_trial)
-    if STANDING_MARGIN * look_around(sim) > standing:
-        wp.copy(state.x, state.x_feasible)
-        subtract(state.x, sim.x_searched, work.total)
-        sim.candidates.moved = sim.largest(work.total)
-        look_around(sim)
+    subtract(work.total, state.x_feasible, work.direction)
+    take(sim, work.direction)
+    look_around(sim)
     for _ in range(settings.correction_iterations):
         pcg.solve(
             sim.cg,

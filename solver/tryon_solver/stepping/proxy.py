@@ -2,11 +2,14 @@
 
 Bp(x; x*) = B(x*) + grad B . (x - x*) + 1/2 |x - x*|^2_HB with x* the feasible state (Li et al. 2023, section III.C).
 Linearising there, and not closer to the trial, keeps a garment at rest exactly at rest: x* is then the solution.
+Friction's model is made at the slip of the last velocity: what slid goes on sliding, what stuck sticks.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
+
+import warp as wp
 
 from tryon_solver.contact import pairs
 from tryon_solver.linalg.vectors import subtract
@@ -15,6 +18,17 @@ from tryon_solver.stepping.search import search_around
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
+
+
+wp.set_module_options({"enable_backward": False})
+
+
+@wp.kernel
+def coast_kernel(
+    x_start: wp.array(dtype=wp.vec3), v: wp.array(dtype=wp.vec3), dt: float, coasted_out: wp.array(dtype=wp.vec3)
+):
+    i = wp.tid()
+    coasted_out[i] = x_start[i] + dt * v[i]
 
 
 def build_contact_proxy(sim: Simulation) -> None:
@@ -28,8 +42,10 @@ def build_contact_proxy(sim: Simulation) -> None:
         sim.searches = 0
         search_around(sim, state.x_feasible, work.direction)
         pairs.collect(sim.pairs, sim.candidates, sim.contact, state.x_feasible)
+        wp.copy(work.total, state.x_feasible)
+        wp.launch(coast_kernel, sim.cloth_count, [state.x_start, state.v, sim.dt], [work.total], device=sim.device)
         for term in sim.stages.contact:
-            term.prepare(sim.pairs, state.x_feasible, state.x_start, sim.dt)
+            term.prepare(sim.pairs, work.total, None, state.x_start, sim.dt)
     invert_diagonal_blocks(sim)
     work.direction.zero_()
     project_locally(sim)

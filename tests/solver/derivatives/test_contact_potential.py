@@ -243,7 +243,7 @@ def test_friction_matrix_is_semidefinite_and_tangential(surfaces, states):
     x = states[1]
     sim.state.x_start.assign((x - 1e-6).astype(np.float32))
     find_pairs(surfaces, x)
-    term.prepare(sim.pairs, sim.state.x, sim.state.x_start, sim.dt)
+    term.prepare(sim.pairs, sim.state.x, None, sim.state.x_start, sim.dt)
 
     def product(p, out):
         out.zero_()
