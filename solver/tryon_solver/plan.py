@@ -41,7 +41,8 @@ class Contribution:
     `project` takes part in every local step; `project_in_correction` only in the correction, for a term whose weight
     would spoil projective dynamics' constant matrix.
     `add_hessian` adds a positive semidefinite Hessian over pairs of vertices that share a triangle; `constant` says
-    that `stiffness` is exactly the Hessian, so that nothing has to be added. `stiffness` (N, N) float64 N/m enters
+    that `stiffness` is exactly the Hessian, so that nothing has to be added; `elastic` that the term is the fabric itself,
+    whose damping is proportional to that Hessian. `stiffness` (N, N) float64 N/m enters
     projective dynamics' constant matrix; `diagonal(dt)` (N,) float64 N/m enters it beside the inertia; `touches` names
     the surfaces the cloth may touch: "cloth", "body".
     """
@@ -55,6 +56,7 @@ class Contribution:
     add_hessian: Callable[[wp.array, BlockRows], None] | None = None  # x, rows
     stiffness: sp.spmatrix | None = None
     constant: bool = False
+    elastic: bool = False
     damping_time: float | None = None  # s, of damping proportional to the elastic Hessian
     diagonal: Callable[[float], np.ndarray] | None = None
     touches: tuple[str, ...] = ()
@@ -73,6 +75,12 @@ class StepPlan:
         """The functions of one stage, in order."""
         return tuple(f for f in (getattr(c, name) for c in self.contributions) if f is not None)
 
+    def hessians(self, elastic: bool) -> tuple[Callable[..., object], ...]:
+        """The functions that add a Hessian, of the fabric itself or of everything else."""
+        return tuple(
+            c.add_hessian for c in self.contributions if c.add_hessian is not None and c.elastic == elastic
+        )
+
     @property
     def touches(self) -> tuple[str, ...]:
         """Surfaces the cloth may touch in this scene."""
@@ -88,9 +96,16 @@ class StepPlan:
 
     def constant_stiffness(self, count: int) -> sp.csr_matrix:
         """(N, N) float64 N/m, the part of `stiffness` that is exactly the Hessian of its terms."""
+        return self._constant(count, elastic_only=False)
+
+    def elastic_stiffness(self, count: int) -> sp.csr_matrix:
+        """(N, N) float64 N/m, the part of `constant_stiffness` that is the fabric's: what damping is proportional to."""
+        return self._constant(count, elastic_only=True)
+
+    def _constant(self, count: int, elastic_only: bool) -> sp.csr_matrix:
         total = sp.csr_matrix((count, count))
         for contribution in self.contributions:
-            if contribution.constant:
+            if contribution.constant and (contribution.elastic or not elastic_only):
                 total = total + contribution.stiffness
         return total
 

@@ -23,7 +23,7 @@ from tryon_solver.effects.base import BuildContext
 from tryon_solver.effects.registry import bind
 from tryon_solver.geometry.garment import Garment, GarmentError
 from tryon_solver.linalg.block_ell import BlockRows
-from tryon_solver.linalg.ell import EllMatrix
+from tryon_solver.linalg.ell import EllMatrix, on_pattern, set_sum
 from tryon_solver.linalg.pcg import ConjugateGradients
 from tryon_solver.linalg.vectors import largest_kernel
 from tryon_solver.materials.device import RestShape
@@ -75,7 +75,8 @@ class Stages:
     project_in_correction: tuple[Callable[..., object], ...]
     add_gradient: tuple[Callable[..., object], ...]
     add_velocity_gradient: tuple[Callable[..., object], ...]
-    add_hessian: tuple[Callable[..., object], ...]
+    add_elastic_hessian: tuple[Callable[..., object], ...]
+    add_other_hessian: tuple[Callable[..., object], ...]
     contact: tuple[ContactTerm, ...]
 
 
@@ -97,7 +98,8 @@ class Simulation:
             project_in_correction=self.plan.stage("project_in_correction"),
             add_gradient=self.plan.stage("add_gradient"),
             add_velocity_gradient=self.plan.stage("add_velocity_gradient"),
-            add_hessian=self.plan.stage("add_hessian"),
+            add_elastic_hessian=self.plan.hessians(elastic=True),
+            add_other_hessian=self.plan.hessians(elastic=False),
             contact=tuple(c.contact for c in self.plan.contributions if c.contact is not None),
         )
         self.damping_time = sum(c.damping_time for c in self.plan.contributions if c.damping_time is not None)
@@ -161,7 +163,12 @@ class Simulation:
         diagonal = self.stiffness_matrix.diagonal()
         self.stiffness_diagonal: wp.array = wp.array(diagonal, dtype=wp.float32, device=device)
         self.hessian_rows = BlockRows.build(garment.faces, self.cloth_count, device)
-        self.constant_stiffness = EllMatrix.from_scipy(self.plan.constant_stiffness(self.cloth_count), device)
+        constant = self.plan.constant_stiffness(self.cloth_count)
+        self.undamped_stiffness = EllMatrix.from_scipy(constant, device)
+        self.elastic_stiffness = EllMatrix.from_scipy(
+            on_pattern(self.plan.elastic_stiffness(self.cloth_count), constant), device
+        )
+        self.constant_stiffness = self.undamped_stiffness.like()
         spacing = self.settings.subspace_spacing * garment.mean_edge_length()
         self.basis = spline_basis(garment, spacing)
         self.mass_per_dt2 = wp.zeros(self.cloth_count, dtype=wp.float32, device=device)
@@ -222,6 +229,9 @@ class Simulation:
             if contribution.diagonal is not None:
                 diagonal = diagonal + contribution.diagonal(dt)
         self.mass_per_dt2.assign((self.mass / dt**2).astype(np.float32))
+        set_sum(
+            self.constant_stiffness, self.undamped_stiffness, self.damping_time / dt, self.elastic_stiffness
+        )
         held = np.full(self.body_count, self.settings.skin_stiffness)
         self.work.diagonal.assign(np.concatenate([diagonal, held]).astype(np.float32))
         self._set_coarse_rest(diagonal)

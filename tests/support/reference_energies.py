@@ -64,6 +64,16 @@ def hinge_laplacians(garment: Garment) -> tuple[np.ndarray, np.ndarray]:
     return rows, area[hinges[:, 4]] + area[hinges[:, 5]]
 
 
+def bending(garment: Garment, stiffness: float) -> Energy:
+    """1/2 k sum_e |L_e x|^2/(A0 + A1), k the flexural rigidity [N m]."""
+    rows, area = hinge_laplacians(garment)
+
+    def energy(x: np.ndarray) -> np.ndarray:
+        return 0.5 * stiffness * ((rows @ x) ** 2 / area[:, None]).sum((-2, -1))
+
+    return energy
+
+
 def gradient(energy: Energy, x: np.ndarray, step: float) -> np.ndarray:
     """(N, 3) N by central differences of `step` m."""
     shifts = step * np.eye(x.size).reshape(-1, *x.shape)

@@ -62,18 +62,17 @@ def add_block(
 def multiply_kernel(
     columns: wp.array2d(dtype=wp.int32),
     blocks: wp.array2d(dtype=wp.mat33),
-    scale: float,
     diagonal: wp.array(dtype=wp.float32),
     p: wp.array(dtype=wp.vec3),
     product_out: wp.array(dtype=wp.vec3),
 ):
-    """product = (scale blocks + diagonal) p for the rows there are, diagonal p beyond them."""
+    """product = (blocks + diagonal) p for the rows there are, diagonal p beyond them."""
     i = wp.tid()
     total = wp.vec3()
     if i < columns.shape[0]:
         for k in range(columns.shape[1]):
             total += blocks[i, k] * p[columns[i, k]]
-    product_out[i] = scale * total + diagonal[i] * p[i]
+    product_out[i] = total + diagonal[i] * p[i]
 
 
 @wp.kernel
@@ -95,15 +94,20 @@ def add_difference_kernel(
 
 
 @wp.kernel
+def scale_kernel(scale: float, blocks: wp.array2d(dtype=wp.mat33)):
+    i, k = wp.tid()
+    blocks[i, k] = scale * blocks[i, k]
+
+
+@wp.kernel
 def diagonal_blocks_kernel(
     blocks: wp.array2d(dtype=wp.mat33),
-    scale: float,
     diagonal: wp.array(dtype=wp.float32),
     out: wp.array(dtype=wp.mat33),
 ):
-    """The 3x3 blocks on the diagonal of scale blocks + diagonal."""
+    """The 3x3 blocks on the diagonal of blocks + diagonal."""
     i = wp.tid()
     own = diagonal[i] * wp.identity(n=3, dtype=wp.float32)
     if i < blocks.shape[0]:
-        own += scale * blocks[i, 0]
+        own += blocks[i, 0]
     out[i] = own

@@ -46,6 +46,40 @@ class EllMatrix:
         )
 
 
+    def like(self) -> EllMatrix:
+        """A matrix of zeros with the same pattern."""
+        return EllMatrix(self.columns, wp.zeros_like(self.weights), self.row_count, self.width)
+
+
+def on_pattern(matrix: sp.csr_matrix, pattern: sp.csr_matrix) -> sp.csr_matrix:
+    """`matrix` with an entry, if only a zero, wherever `pattern` has one; its own entries must be among those."""
+    csr = sp.csr_matrix(pattern)
+    csr.sum_duplicates()
+    if not csr.nnz:
+        return csr
+    rows = np.repeat(np.arange(csr.shape[0]), np.diff(csr.indptr))
+    values = np.asarray(sp.csr_matrix(matrix)[rows, csr.indices]).ravel()
+    return sp.csr_matrix((values, csr.indices, csr.indptr), shape=csr.shape)
+
+
+@wp.kernel
+def set_sum_kernel(
+    a: wp.array2d(dtype=wp.float32),
+    scale: float,
+    b: wp.array2d(dtype=wp.float32),
+    out: wp.array2d(dtype=wp.float32),
+):
+    i, k = wp.tid()
+    out[i, k] = a[i, k] + scale * b[i, k]
+
+
+def set_sum(out: EllMatrix, a: EllMatrix, scale: float, b: EllMatrix) -> None:
+    """out = a + scale b, all three with one pattern."""
+    wp.launch(
+        set_sum_kernel, (a.row_count, a.width), [a.weights, scale, b.weights], [out.weights], device=a.weights.device
+    )
+
+
 @wp.kernel
 def multiply_kernel(
     columns: wp.array2d(dtype=wp.int32),
@@ -90,6 +124,24 @@ def add_product_kernel(
     for k in range(columns.shape[1]):
         total += weights[row, k] * x[columns[row, k]]
     y_out[row] = y_out[row] + total
+
+
+@wp.kernel
+def add_rate_kernel(
+    columns: wp.array2d(dtype=wp.int32),
+    weights: wp.array2d(dtype=wp.float32),
+    scale: float,
+    x: wp.array(dtype=wp.vec3),
+    x_start: wp.array(dtype=wp.vec3),
+    y_out: wp.array(dtype=wp.vec3),
+):
+    """y += scale S (x - x_start)"""
+    row = wp.tid()
+    total = wp.vec3()
+    for k in range(columns.shape[1]):
+        j = columns[row, k]
+        total += weights[row, k] * (x[j] - x_start[j])
+    y_out[row] = y_out[row] + scale * total
 
 
 def add_product(matrix: EllMatrix, x: wp.array, y_out: wp.array) -> None:

@@ -21,7 +21,12 @@ def bind_membrane(garment: Garment, fabric: Fabric, rest: RestShape, device: str
     model = TriangleModel.build(membrane, rest, [stiffness])
     matrix = membrane.matrix(garment, per_face[:, 0].astype(float), per_face[:, 1].astype(float))
     return Contribution(
-        "membrane", project=model.project, add_hessian=model.add_hessian, stiffness=matrix, energy=model.energy
+        "membrane",
+        project=model.project,
+        add_hessian=model.add_hessian,
+        stiffness=matrix,
+        elastic=True,
+        energy=model.energy,
     )
 
 
@@ -39,4 +44,4 @@ def bind_bending(garment: Garment, fabric: Fabric, device: str) -> Contribution 
         positions = x.numpy()[: garment.vertex_count].astype(np.float64)
         return 0.5 * float((positions * (matrix @ positions)).sum())
 
-    return Contribution("bending", add_gradient=add_gradient, stiffness=matrix, constant=True, energy=energy)
+    return Contribution("bending", add_gradient=add_gradient, stiffness=matrix, constant=True, elastic=True, energy=energy)

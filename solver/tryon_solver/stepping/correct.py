@@ -20,7 +20,7 @@ from tryon_solver.contact.verify import violations
 from tryon_solver.linalg import pcg
 from tryon_solver.linalg.vectors import subtract
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
-from tryon_solver.stepping.newton import add_damping_gradient, hessian_product, linearise
+from tryon_solver.stepping.newton import hessian_product, linearise
 from tryon_solver.stepping.search import search_around
 
 if TYPE_CHECKING:
@@ -106,8 +106,7 @@ def look_around(sim: Simulation) -> None:
     wp.copy(sim.x_searched, state.x)
     elastic_gradient(sim, state.x, work.gradient, correcting=True)
     add_contact_gradient(sim, state.x, state.x, work.gradient)
-    linearise(sim)
-    add_damping_gradient(sim, work.gradient)
+    linearise(sim, work.gradient)
 
 
 def correct_penetration(sim: Simulation) -> None:
