@@ -57,15 +57,17 @@ def run(out, *options):
 
 
 def test_a_short_case_is_dressed_played_and_judged(tmp_path):
-    """A skirt of 5 cm edges, half a second at the least budget: it breaks no limit but those of a body at rest."""
+    """A skirt of 5 cm edges, half a second at the least budget: it need not keep the limits of accuracy."""
     done = run(tmp_path, "--garments", "skirt", "--motions", "walk", "--every", "1")
     (path,) = tmp_path.glob("*.json")
     result = json.loads(path.read_text())
-    assert result["frames"] == result["frames_asked"] == result["worn_frames"] == 15
+    assert result["frames"] == result["frames_asked"] == result["worn_frames"] == 16
     assert result["self_intersecting"] == result["body_intersecting"] == result["inside"] == 0
     assert 0 < result["wire_error"] < limits.WIRE
     assert 0.2 < result["force_over_weight"] < 5
-    assert {b["limit"] for b in result["broken"]} <= {"contact force against weight", "stretch, 99.9 %"}
+    assert len(result["series"]["retries"]) == 15
+    assert 0 < result["pose_error"] < limits.POSE
+    assert not {"not a number", "intersections", "no longer worn"} & {b["limit"] for b in result["broken"]}
     assert done.returncode == (1 if result["broken"] else 0)
     assert (tmp_path / "table.md").read_text() in done.stdout
 

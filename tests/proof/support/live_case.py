@@ -79,12 +79,12 @@ async def watch(case: LiveCase, path: str, tell: Tell) -> Recording:
 
 def judged(case: LiveCase, recording: Recording) -> dict[str, Any]:
     """Figures, series and broken limits; the first frame, of the garment as dressed, is frame 0."""
-    first, *frames = recording.frames
+    frames = recording.frames
     fabric, settings = FABRICS[case.fabric], PRESETS[case.preset]
     closest = PinchedSkin.reach(settings.body_offset + 0.5 * fabric.thickness, settings.d_hat)
-    meter = FrameMeter(recording.topology, first, closest)
-    last = len(frames)
-    figures = [meter.measure(f, k % case.every == 0 or k == last) for k, f in enumerate(frames, 1)]
+    meter = FrameMeter(recording.topology, frames[0], closest)
+    last = len(frames) - 1
+    figures = [meter.measure(f, k % case.every == 0 or k == last) for k, f in enumerate(frames)]
     moving = [k for k, frame in enumerate(frames) if frame.t_sim >= 0 and frame.pose_seq == 0]
     hem = hem_travel([figures[k] for k in moving])
     t_sim, t_wall = (np.array([getattr(f, name) for f in frames]) for name in ("t_sim", "t_published"))

@@ -21,9 +21,11 @@ from verdict import broken_by_frames, figures_of_frames, hem_travel
 from wire import Wire
 
 from tryon_protocol import DecodedFrame, ProtocolError
+from tryon_server.runtime.drape import Drape
 from tryon_server.runtime.motions import load_motion
 from tryon_server.runtime.production import SolverDrape
 from tryon_solver.body.model import default_body
+from tryon_solver.body.pose import Pose
 from tryon_solver.contact import pairs
 from tryon_solver.dressing.dress import dress
 from tryon_solver.geometry.panel_mesh import mesh_pattern
@@ -42,17 +44,25 @@ Tell = Callable[[str], None]
 
 @dataclass
 class Played:
-    """What a run leaves to be judged. Lists hold one entry a frame; positions in m, forces in N, times in ms."""
+    """What a run leaves to be judged, a list entry per frame; frame 0, as dressed, has figures but no step."""
 
     figures: list[FrameFigures] = field(default_factory=list)
     retries: list[int] = field(default_factory=list)
     solver_ms: list[float] = field(default_factory=list)
     wire_error: list[float] = field(default_factory=list)  # m, decoded against simulated cloth and surface
     pose_error: list[float] = field(default_factory=list)  # decoded against asked pose: m, and 1 of a quaternion
-    simulated: list[np.ndarray] = field(default_factory=list)  # cloth from the frame in which the body stops
+    simulated: list[np.ndarray] = field(default_factory=list)  # m, cloth from the frame in which the body stops
     decoded: list[np.ndarray] = field(default_factory=list)
     force: list[float] = field(default_factory=list)  # on the body downwards, over the garment's weight
     failure: str = ""
+
+    def add(self, frame: DecodedFrame, figures: FrameFigures, drape: Drape, pose: Pose) -> None:
+        """A decoded frame, its figures, and the state and pose that it was to show."""
+        cloth, surface = drape.cloth_positions(), drape.body_positions()
+        turned = np.abs(np.abs((frame.rotations * pose.rotations).sum(1)) - 1).max()
+        self.figures.append(figures)
+        self.wire_error.append(float(max(np.abs(frame.cloth - cloth).max(), np.abs(frame.body - surface).max())))
+        self.pose_error.append(float(max(np.abs(frame.root - pose.root).max(), turned)))
 
 
 def run_case(case: Case, tell: Tell, keep: Path | None = None) -> dict[str, Any]:
@@ -71,8 +81,9 @@ def run_case(case: Case, tell: Tell, keep: Path | None = None) -> dict[str, Any]
     sizes = sim.contact.sizes
     first = wire.dressed()
     meter = FrameMeter(wire.topology, first, PinchedSkin.reach(sizes.xi_body, sizes.d_hat))
-    frames = [first]
-    played = play(case, timeline, sim, wire, meter, frames if keep else None, tell)
+    frames, played = [first], Played()
+    played.add(first, meter.measure(first, intersections=True), wire.drape, dressed.pose)
+    play(played, case, timeline, sim, wire, meter, frames if keep else None, tell)
     if keep:
         save(keep, frames, wire, case.fps)
     return {
@@ -88,6 +99,7 @@ def run_case(case: Case, tell: Tell, keep: Path | None = None) -> dict[str, Any]
 
 
 def play(
+    played: Played,
     case: Case,
     timeline: Timeline,
     sim: Simulation,
@@ -95,9 +107,9 @@ def play(
     meter: FrameMeter,
     frames: list[DecodedFrame] | None,
     tell: Tell,
-) -> Played:
-    """Run the timeline; `frames` receives every decoded frame."""
-    played, dt = Played(), 1.0 / case.fps
+) -> None:
+    """Run the timeline into `played`; `frames` receives every decoded frame."""
+    dt = 1.0 / case.fps
     weight = float(sim.mass.sum()) * GRAVITY
     resting = timeline.frame_count - round(AT_REST * case.fps)
     for k in range(1, timeline.frame_count + 1):
@@ -111,13 +123,10 @@ def play(
         except ProtocolError as error:
             played.failure = f"frame {k} can't be published: {error.message}"
             break
-        cloth, surface = wire.drape.cloth_positions(), wire.drape.body_positions()
-        played.wire_error.append(max(np.abs(frame.cloth - cloth).max(), np.abs(frame.body - surface).max()))
-        turned = np.abs(np.abs((frame.rotations * pose.rotations).sum(1)) - 1).max()
-        played.pose_error.append(float(max(np.abs(frame.root - pose.root).max(), turned)))
-        played.figures.append(meter.measure(frame, k % case.every == 0 or k == timeline.frame_count))
+        asked = k % case.every == 0 or k == timeline.frame_count
+        played.add(frame, meter.measure(frame, asked), wire.drape, pose)
         if k >= timeline.last_moving:
-            played.simulated.append(cloth)
+            played.simulated.append(wire.drape.cloth_positions())
             played.decoded.append(frame.cloth)
         if k > max(resting, timeline.last_moving):
             played.force.append(force_on_body(sim) / weight)
@@ -125,7 +134,6 @@ def play(
             frames.append(frame)
         if k % round(case.fps) == 0:
             tell(f"{k} of {timeline.frame_count} frames, {np.median(played.solver_ms[-round(case.fps) :]):.0f} ms each")
-    return played
 
 
 def force_on_body(sim: Simulation) -> float:
@@ -136,9 +144,9 @@ def force_on_body(sim: Simulation) -> float:
 
 def judged(case: Case, timeline: Timeline, played: Played, strain_limit: float) -> dict[str, Any]:
     """Figures, series and broken limits."""
-    figures, numbers = played.figures, range(1, len(played.figures) + 1)
+    figures, numbers = played.figures, range(len(played.figures))
     result = figures_of_frames(figures)
-    hem = hem_travel(figures[timeline.first_moving - 1 : timeline.last_moving])
+    hem = hem_travel(figures[timeline.first_moving : timeline.last_moving + 1])
     shaken = trembling(np.array(played.simulated), case.fps) if played.simulated else None
     shaken_decoded = trembling(np.array(played.decoded), case.fps) if played.decoded else None
     off = max((abs(f - 1) for f in played.force), default=None)
@@ -158,15 +166,25 @@ def judged(case: Case, timeline: Timeline, played: Played, strain_limit: float) 
         "failure": played.failure,
         "trembling": shaken,
         "trembling_decoded": shaken_decoded,
+        "speed_at_rest": speed_at_end(played.simulated, case.fps),
         "force_over_weight": float(np.mean(played.force)) if played.force else None,
         "force_off_most": off,
-        "simulated_over_wall": 1e3 * len(figures) / case.fps / max(sum(played.solver_ms), 1e-9),
+        "simulated_over_wall": 1e3 * len(played.solver_ms) / case.fps / max(sum(played.solver_ms), 1e-9),
         "void_steps": sum(played.retries),
         "wire_error": max(played.wire_error, default=math.nan),
         "pose_error": max(played.pose_error, default=math.nan),
         "ms_a_frame": float(np.median(played.solver_ms)) if played.solver_ms else None,
         "broken": [b.plain() for b in broken],
     }
+
+
+def speed_at_end(cloth: list[np.ndarray], fps: float) -> float | None:
+    """RMS speed [m/s] over the time in which the contact force is measured."""
+    steps = round(AT_REST * fps)
+    if len(cloth) <= steps:
+        return None
+    velocity = np.diff(np.array(cloth[-steps - 1 :], np.float64), axis=0) * fps
+    return float(np.sqrt((velocity**2).sum(-1).mean()))
 
 
 def save(path: Path, frames: list[DecodedFrame], wire: Wire, fps: float) -> None:

@@ -16,8 +16,8 @@ SERIES = ("lag_p95", "lag_max", "pinched_lag_max", "pinched_area", "stretch_most
 
 
 def broken_by_frames(figures: Sequence[FrameFigures], strain_limit: float) -> Iterable[Broken]:
-    """Limits that hold in every frame; the first of `figures` is frame 1."""
-    numbers = range(1, len(figures) + 1)
+    """Limits that hold in every frame; the first of `figures` is frame 0, as dressed."""
+    numbers = range(len(figures))
     asked = [(k, f.verdict) for k, f in zip(numbers, figures) if f.verdict is not None]
 
     def over(limit: str, name: str, bound: float) -> Iterable[Broken]:
