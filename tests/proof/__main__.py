@@ -71,13 +71,13 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
     add("--set", nargs="*", type=setting, default=[], metavar="NAME=VALUE", help="solver settings unlike the preset's")
     add("--server", metavar="URL", help="record from this server instead; `own` starts one")
     add("--frames", type=int, default=300, help="frames to record from a server")
-    add("--jobs", type=int, help="cases at once (one less than there are processors; with --server 1)")
+    add("--jobs", type=int, help="cases at once (as many as there are processors; with --server 1)")
     add("--out", type=Path, default=ROOT / "build" / "proof")
     add("--keep", action="store_true", help="also write the decoded frames of each case (.npz)")
     add("--one", help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
     options.presets = options.presets or ["draft" if options.server else "live"]
-    options.jobs = options.jobs or (1 if options.server else max(1, (os.cpu_count() or 2) - 1))
+    options.jobs = options.jobs or (1 if options.server else os.cpu_count() or 1)
     return options
 
 
