@@ -20,8 +20,9 @@ class StepReport:
     body_lag: float  # m, largest distance from the tracked skin to the collision surface
     pairs: int  # contact pairs at the end
     overlapping: int  # pairs found at or under their thickness offset
-    retries: int  # steps made void by verification, whose state stayed as it was
+    retries: int  # steps made void by verification: the garment was carried along and nothing else
     debt: float  # s, time a gap in the poses left to be simulated
+    reverts: int = 0  # of these, steps whose carried state failed too: cloth and surface stayed where they were
     times_ms: dict[str, float] = field(default_factory=dict)  # wall time per stage
     advice: str = ""  # what to do when something above is out of bounds
 
@@ -42,5 +43,6 @@ class Counters:
     pairs: int = 0
     overlapping: int = 0
     retries: int = 0
+    reverts: int = 0
     min_gap: float = float("inf")
     times: dict[str, float] = field(default_factory=dict)

@@ -324,6 +324,8 @@ class Simulation:
         advice = []
         if counters.retries:
             advice.append(f"{counters.retries} steps were void; the garment stayed in its last safe state")
+        if counters.reverts:
+            advice.append(f"in {counters.reverts} of them the body moved and the garment stayed behind")
         if self.debt:
             advice.append(f"{self.debt:.2f} s of motion are still to be simulated: poses came too rarely")
         self.reported = StepReport(
@@ -339,6 +341,7 @@ class Simulation:
             pairs=self.pairs.size,
             overlapping=self.pairs.overlapping,
             retries=counters.retries,
+            reverts=counters.reverts,
             debt=self.debt,
             times_ms=dict(counters.times),
             advice="; ".join(advice),

@@ -112,6 +112,13 @@ def finite_kernel(x: wp.array(dtype=wp.vec3), violations_out: wp.array(dtype=wp.
         wp.atomic_add(violations_out, 0, 1)
 
 
+def is_finite(x: wp.array, counter: wp.array) -> bool:
+    """Is every coordinate of x (A,) vec3 m a finite number?"""
+    counter.zero_()
+    wp.launch(finite_kernel, len(x), [x], [counter], device=x.device)
+    return int(counter.numpy()[0]) == 0
+
+
 def violations(candidates: Candidates, cloth_count: int, sizes: ContactSizes, x: wp.array, counter: wp.array) -> int:
     """Number of candidates closer than SAFE_SHARE of their thickness offset at x, plus vertices that are not finite."""
     counter.zero_()

@@ -16,7 +16,7 @@ import warp as wp
 
 from tryon_solver.contact import bounds, pairs
 from tryon_solver.contact.deflect import deflect
-from tryon_solver.contact.verify import violations
+from tryon_solver.contact.verify import is_finite, violations
 from tryon_solver.linalg import pcg
 from tryon_solver.linalg.vectors import subtract
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
@@ -136,9 +136,22 @@ def correct_penetration(sim: Simulation) -> None:
 
 
 def verify_commit(sim: Simulation) -> None:
-    """Float64 check of the rounded state; a step that fails it is void and x becomes the feasible state again."""
-    state = sim.state
-    if violations(sim.candidates, sim.cloth_count, sim.contact.sizes, state.x, sim.work.hits):
-        wp.copy(state.x, state.x_feasible)
-        sim.counters.retries += 1
+    """Float64 check of the rounded state; a step that fails it is void and x becomes the carried state again.
 
+    That one is checked likewise. Should it fail too, cloth and collision surface go back to where they were committed
+    last; the surface then lags behind the skin by the body's motion in the step.
+    """
+    state, work = sim.state, sim.work
+    if violations(sim.candidates, sim.cloth_count, sim.contact.sizes, state.x, work.hits) == 0:
+        return
+    sim.counters.retries += 1
+    wp.copy(state.x, state.x_feasible)
+    if is_finite(state.x, work.hits):
+        work.direction.zero_()
+        if sim.touching:
+            sim.searches = 0
+            search_around(sim, state.x, work.direction)
+        if violations(sim.candidates, sim.cloth_count, sim.contact.sizes, state.x, work.hits) == 0:
+            return
+    sim.counters.reverts += 1
+    wp.copy(state.x, state.x_start)

@@ -7,6 +7,7 @@ import warp as wp
 from small_scenes import sheet
 from tangles import Tangle
 
+from tryon_solver import step
 from tryon_solver.contact import bounds
 from tryon_solver.contact.verify import SAFE_SHARE, violations
 from tryon_solver.scene import Gravity, Scene
@@ -145,15 +146,72 @@ def test_step_that_yields_nan_is_void_without_contact_too():
 
 def test_void_step_goes_back_to_the_feasible_state(tangle):
     sim = tangle.sim
-    x = tangle.x.copy()
-    x[tangle.cloth // 2 : tangle.cloth, 1] = x[0, 1] + 0.2 * SAFE_SHARE * sim.contact.sizes.xi_self
+    x = too_close(tangle)
     tangle.set_motion(x, np.zeros_like(x))
     search.search_around(sim, sim.state.x, sim.work.direction)
     sim.state.x_feasible.assign(tangle.x.astype(np.float32))
     sim.start_report()
     correct.verify_commit(sim)
-    assert sim.counters.retries == 1
+    assert (sim.counters.retries, sim.counters.reverts) == (1, 0)
     np.testing.assert_array_equal(sim.state.x.numpy(), tangle.x.astype(np.float32))
+
+
+def too_close(tangle):
+    """The upper half of the cloth much nearer to the lower one than its thickness."""
+    x = tangle.x.copy()
+    x[tangle.cloth // 2 : tangle.cloth, 1] = x[0, 1] + 0.2 * SAFE_SHARE * tangle.sim.contact.sizes.xi_self
+    return x
+
+
+def not_a_number(tangle):
+    x = tangle.x.copy()
+    x[tangle.cloth + 1] = np.nan
+    return x
+
+
+@pytest.mark.parametrize("poison", [too_close, not_a_number])
+def test_void_step_whose_carried_state_is_unsafe_goes_back_to_the_last_commit(tangle, poison):
+    """The carried state is measured where it is, not with what was found around the void one."""
+    sim = tangle.sim
+    committed = tangle.x.astype(np.float32)
+    aside = tangle.x.copy()  # void for a reason of its own, and far from where the carried state fails
+    aside[0, 1] = np.nan
+    tangle.set_motion(tangle.x, np.zeros_like(tangle.x))
+    search.search_around(sim, sim.state.x, sim.work.direction)
+    sim.candidates.size = 0
+    sim.state.x.assign(aside.astype(np.float32))
+    sim.state.x_feasible.assign(poison(tangle).astype(np.float32))
+    sim.state.x_start.assign(committed)
+    sim.start_report()
+    correct.verify_commit(sim)
+    assert (sim.counters.retries, sim.counters.reverts) == (1, 1)
+    np.testing.assert_array_equal(sim.state.x.numpy(), committed)
+
+
+def test_reverted_step_is_told_and_the_next_one_goes_on(monkeypatch):
+    """A sheet lands on the ground in spite of one step whose carried and solved states are both lost."""
+    garment, x = sheet(9, 9, 0.2, 0.2)
+    sim = build(Scene(garment, x, None, effects=(Gravity(),)))
+    sim.advance(None, 1 / 60)
+    before = sim.cloth_positions()
+    real = step.correct_penetration
+
+    def lose_everything(sim):
+        real(sim)
+        sim.state.x.fill_(wp.vec3(np.nan, np.nan, np.nan))
+        sim.state.x_feasible.fill_(wp.vec3(np.nan, np.nan, np.nan))
+
+    with monkeypatch.context() as lost:
+        lost.setattr(step, "correct_penetration", lose_everything)
+        report = sim.advance(None, 2 / 60)
+    assert (report.retries, report.reverts) == (1, 1)
+    assert "stayed behind" in report.advice
+    np.testing.assert_array_equal(sim.cloth_positions(), before)
+    assert (sim.state.v.numpy() == 0).all()
+    report = sim.advance(None, 3 / 60)
+    assert (report.retries, report.reverts) == (0, 0)
+    fallen = (before - sim.cloth_positions())[:, 1]
+    np.testing.assert_allclose(fallen, 9.81 / 3600, rtol=1e-2)
 
 
 def test_intersections_of_the_oracle_are_seen(tangle):
