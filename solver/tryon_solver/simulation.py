@@ -25,7 +25,7 @@ from tryon_solver.geometry.garment import Garment, GarmentError
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.ell import EllMatrix, on_pattern, set_sum
 from tryon_solver.linalg.pcg import ConjugateGradients
-from tryon_solver.linalg.vectors import largest_kernel
+from tryon_solver.linalg.vectors import largest_kernel, move_origin
 from tryon_solver.materials.device import RestShape
 from tryon_solver.materials.stretch import StretchMeter
 from tryon_solver.materials.terms import bind_bending, bind_membrane
@@ -263,6 +263,21 @@ class Simulation:
     def advance(self, pose: Pose | None, time: float) -> StepReport:
         """From the last simulated pose time to `time` [s] at `pose`: Algorithm 2 (step.py)."""
         return advance(self, pose, time)
+
+    def move_origin(self, by: np.ndarray) -> None:
+        """See the same scene from an origin (3,) whole metres away; later poses are given relative to the new one.
+
+        Subtracting a whole number from a float32 that is nearer to it than to zero is exact: gaps stay what they are.
+        """
+        if not (np.asarray(by) == np.round(by)).all():
+            raise ValueError(f"the origin moves by whole metres, not by {np.asarray(by).tolist()}")
+        state, shift = self.state, wp.vec3(*(float(value) for value in by))
+        places = [state.x, state.x_start, state.x_feasible, state.x_hat, state.skin]
+        if self.body is not None:
+            places += [self.body.skin_now, self.body.skin_next]
+            self.body.pose = Pose(np.asarray(self.body.pose.root) - by, self.body.pose.rotations)
+        for place in places:
+            move_origin(place, shift)
 
     def pose_intervals(self, pose: Pose | None, time: float) -> Iterator[PoseInterval]:
         """Cut the way to `pose` at `time` into steps of at most `largest_step`.

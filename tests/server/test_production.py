@@ -2,6 +2,7 @@
 
 import os
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import patterns
@@ -9,12 +10,17 @@ import pytest
 import trimesh
 from analytic_drape import small_body
 
+from tryon_protocol import FrameDecoder, Topology, decode_server
 from tryon_server.problems import ProblemError
 from tryon_server.runtime import production
 from tryon_server.runtime.bodies import load_body
 from tryon_server.runtime.motions import list_motions, load_motion
 from tryon_server.runtime.order import DrapeOrder
+from tryon_server.runtime.publishing import Publisher
+from tryon_server.runtime.sources import Move
 from tryon_server.runtime.wardrobe import CAPACITY, Wardrobe, wardrobe_key
+from tryon_server.sessions.commands import AllowFrame
+from tryon_solver.body.pose import Pose
 
 POSITIONS = np.arange(12, dtype=np.float32).reshape(4, 3)
 
@@ -53,6 +59,59 @@ def test_garment_is_dressed_once_and_worn_again_as_it_hung(order, monkeypatch):
     np.testing.assert_allclose(again.cloth_positions(), hung, atol=0.01)
     assert again.outfit.vertex_count == len(hung)
     assert again.outfit.panel_names == ("front", "back")
+
+
+def published(drape, poses):
+    """(frames, N, 3) float64 m: the cloth as a client decodes it, for poses 1/60 s apart."""
+    publisher = Publisher(1.0, lambda: 0.0)
+    decoder = FrameDecoder()
+    decoder.set_topology(Topology.from_message(decode_server(publisher.dress(drape).payload)))
+    frames = []
+    for k, pose in enumerate(poses, 1):
+        drape.advance(pose, k / 60)
+        publisher.show(Move(pose, 1 / 60, k / 60, 0))
+        publisher.allow(AllowFrame(k, keyframe=False, standalone=False, plain=False, again=False))
+        frames.append(decoder.decode(publisher.publish().shared.data).cloth)
+    return np.stack(frames)
+
+
+def test_a_wearer_ten_kilometres_away_wears_the_same(order):
+    """From dressing on: relative to the root, the cloth of both is the same to within the grid of the wire."""
+    away = np.array([10_000.0, 0.0, 10_000.0])
+    _, near, far = (production.build_drape(order, lambda *_: None) for _ in range(3))  # the first one dresses it
+    way = np.array([0.02, 0.0, 0.005])
+    poses = [Pose(near.pose.root + k * way, near.pose.rotations) for k in range(1, 13)]
+    distant = [Pose(pose.root + away, pose.rotations) for pose in poses]
+    far.leap(away)
+    here, there = published(near, poses), published(far, distant)
+    assert np.abs(here[-1] - here[0]).max() > 0.05, "it moves"
+    assert np.abs(there - away - here).max() < 1e-4
+
+
+def solver_that_records():
+    """Stands for a dressed garment: notes the poses that the solver gets and how its origin was moved."""
+    seen = SimpleNamespace(places=[], shifts=[])
+    simulation = SimpleNamespace(
+        state=SimpleNamespace(time=2.0),
+        advance=lambda pose, _time: seen.places.append(np.array(pose.root)),
+        move_origin=lambda by: seen.shifts.append(np.array(by)),
+    )
+    welded = SimpleNamespace(vertex_count=0, vertex_of_corner=None, uv_corners=None, panel_of_face=None)
+    rest = Pose.rest(small_body())
+    dressed = SimpleNamespace(simulation=simulation, welded=welded, panels=SimpleNamespace(panel_names=()), pose=rest)
+    return production.SolverDrape(dressed, small_body()), seen
+
+
+def test_the_solver_sees_a_few_metres_wherever_the_wearer_walks():
+    drape, seen = solver_that_records()
+    roots = np.cumsum(np.tile([0.07, 0.01, -0.13], (1000, 1)), axis=0)
+    for k, root in enumerate(roots, 1):
+        drape.advance(Pose(root, drape.pose.rotations), k / 60)
+        np.testing.assert_allclose(drape.origin + seen.places[-1], root, rtol=0, atol=1e-9)
+        assert np.abs(seen.places[-1]).max() <= production.FARTHEST
+    assert 15 < len(seen.shifts) < 40, "it moves seldom"
+    np.testing.assert_array_equal(sum(seen.shifts), drape.origin)
+    assert (drape.origin == np.round(drape.origin)).all()
 
 
 def test_key_of_the_wardrobe_changes_with_everything_that_has_a_say():

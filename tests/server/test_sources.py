@@ -11,10 +11,12 @@ from tryon_server.runtime.sources import (
     CATCH_UP,
     LARGEST_DEBT,
     LONGEST_MOVE,
+    NEARBY,
     MotionSource,
     StillSource,
     StreamSource,
     approach_seconds,
+    leap_towards,
 )
 from tryon_solver.body.pose import Pose
 
@@ -113,3 +115,67 @@ def test_stream_that_stalls_holds_the_pose_and_goes_on_with_the_next():
     assert all(move.pose.root[0] == pytest.approx(0.3, abs=0.01) for move in held if move is not None)
     stream.take(1, 999, 1004.4, at(0.44))
     assert stream.next(0.02).pose.root[0] == pytest.approx(0.44, abs=0.15)
+
+
+def test_a_wearer_who_appears_far_away_is_not_walked_to():
+    """Body and garment are put there by whole metres, once, and the rest of the way is unhurried."""
+    stream = StreamSource(at(0.25))
+    moves = follow(stream, lambda _: at(10_000.0), 0.02, 0.02, 3.0)
+    leaps = [move.leap for move in moves if move is not None]
+    np.testing.assert_array_equal(leaps[0], [10_000.0, 0.0, 0.0])
+    assert not np.any(leaps[1:])
+    roots = [10_000.25, *(move.pose.root[0] for move in moves if move is not None)]
+    assert roots[-1] == 10_000.0
+    assert np.abs(np.diff(roots)).max() <= APPROACH_SPEED_MAX * LONGEST_MOVE + 1e-9
+
+
+def test_a_wearer_nearby_is_walked_to():
+    moves = follow(StreamSource(at(0.0)), lambda _: at(0.9 * NEARBY), 0.02, 0.02, 4.0)
+    assert not np.any([move.leap for move in moves if move is not None])
+    assert moves[0].pose.root[0] < 0.05
+    assert [move for move in moves if move is not None][-1].pose.root[0] == pytest.approx(0.9 * NEARBY)
+
+
+@pytest.mark.parametrize(("speed", "leaps"), [(8.0, 0), (0.0, 1)])
+def test_running_is_motion_and_a_tracker_that_measures_from_elsewhere_is_not(speed, leaps):
+    """After three seconds the second one's poses are 50 m away from one to the next."""
+    stream = StreamSource(at(0.0))
+
+    def pose(t):
+        return at(speed * t + (50.3 if leaps and t > 3.0 else 0.0))
+
+    moves = [move for move in follow(stream, pose, 0.02, 0.02, 6.0) if move is not None]
+    put = [move.leap for move in moves if move.leap.any()]
+    assert len(put) == leaps
+    for leap in put:
+        np.testing.assert_array_equal(leap, [50.0, 0.0, 0.0])
+    assert moves[-1].pose.root[0] == pytest.approx(pose(moves[-1].t - 1000.0).root[0], abs=1e-6)
+
+
+def test_a_leap_is_not_lost_when_poses_come_faster_than_moves():
+    stream = StreamSource(at(0.0))
+    for k in range(3):
+        stream.take(1, k + 1, 1000.0 + 0.01 * k, at(30.0 + 40.0 * k))
+    move = stream.next(0.02)
+    np.testing.assert_array_equal(move.leap, [110.0, 0.0, 0.0])
+    assert move.pose.root[0] == pytest.approx(110.0)
+
+
+def test_a_motion_is_played_where_it_was_recorded():
+    source = MotionSource(SWAY, at(-4_000.4))
+    moves = [source.next(0.02) for _ in range(200)]
+    np.testing.assert_array_equal(moves[0].leap, [4_000.0, 0.0, 0.0])
+    assert not np.any([move.leap for move in moves[1:]])
+    assert moves[0].pose.root[0] == pytest.approx(-0.4, abs=0.05)
+    assert moves[-1].pose.root[0] == pytest.approx(sway_at(moves[-1].t), abs=2e-4)
+
+
+@given(st.tuples(*[st.floats(-1e5, 1e5)] * 3))
+def test_leaps_are_whole_metres_and_leave_less_than_one(place):
+    goal = Pose(np.array(place), at(0.0).rotations)
+    leap = leap_towards(at(0.0), goal)
+    assert (leap == np.round(leap)).all()
+    if np.linalg.norm(place) > NEARBY:
+        assert np.abs(goal.root - leap).max() <= 0.5
+    else:
+        assert not leap.any()

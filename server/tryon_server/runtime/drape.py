@@ -68,19 +68,25 @@ class Drape(Protocol):
     Attributes:
         outfit: what stays as it is.
         pose: the pose in which it was dressed.
+        origin: (3,) m, whole metres: where the origin of the positions lies in the session's space, in which the poses
+            are. It follows the body, so that float32 holds the positions.
     """
 
     outfit: Outfit
     pose: Pose
+    origin: npt.NDArray[np.float64]
+
+    def leap(self, by: npt.NDArray[np.float64]) -> None:
+        """Be elsewhere, body and garment as one, by (3,) whole metres, without having moved there."""
 
     def advance(self, pose: Pose, t: float) -> StepFacts:
         """Simulate from the last pose's time to ``pose`` at time ``t`` [s], counted from the dressing."""
 
     def cloth_positions(self) -> npt.NDArray[np.float32]:
-        """(N, 3) positions of the cloth [m]."""
+        """(N, 3) positions of the cloth [m], from ``origin``."""
 
     def body_positions(self) -> npt.NDArray[np.float32]:
-        """(B, 3) positions of the body's simulated surface [m]."""
+        """(B, 3) positions of the body's simulated surface [m], from ``origin``."""
 
 
 BuildDrape = Callable[[DrapeOrder, Progress], Drape]

@@ -20,7 +20,7 @@ from tryon_server.runtime.kernel_news import kernel_news
 from tryon_server.runtime.motions import load_motion
 from tryon_server.runtime.order import DrapeOrder
 from tryon_server.runtime.production import build_drape
-from tryon_server.runtime.sources import approach_seconds
+from tryon_server.runtime.sources import approach_seconds, leap_towards, moved
 from tryon_solver.body.motion import blend_in
 from tryon_solver.body.pose import Pose
 
@@ -95,7 +95,10 @@ def simulate(order: DrapeOrder, motion: str | None, seconds: float | None, fps: 
             return _record(drape, 0.0, lambda _t: drape.pose, seconds, fps, progress)
         seconds = played.duration if seconds is None else seconds
         loop = seconds > played.duration + 1e-9
-        lead = blend_in(drape.pose, played, approach_seconds(drape.pose, played.pose(0)))
+        leap = leap_towards(drape.pose, played.pose(0))
+        drape.leap(leap)
+        start = moved(drape.pose, leap)
+        lead = blend_in(start, played, approach_seconds(start, played.pose(0)))
         steps = math.ceil(lead.duration * fps)
         for k in range(1, steps + 1):
             progress("Moving into the first pose", k / steps)
@@ -109,12 +112,12 @@ def _record(
 ) -> Recording:
     """Record from the drape's present state on, ``began`` s after its dressing."""
     count = round(seconds * fps) + 1
-    cloth, body, reports = [drape.cloth_positions()], [drape.body_positions()], []
+    cloth, body, reports = [drape.cloth_positions() + drape.origin], [drape.body_positions() + drape.origin], []
     for k in range(1, count):
         progress("Simulating", (k - 1) / (count - 1))
         reports.append(_advance(drape, pose_at(k / fps), began + k / fps))
-        cloth.append(drape.cloth_positions())
-        body.append(drape.body_positions())
+        cloth.append(drape.cloth_positions() + drape.origin)
+        body.append(drape.body_positions() + drape.origin)
     progress("Simulating", 1.0)
     return Recording(
         cloth=np.stack(cloth).astype(np.float32),

@@ -32,6 +32,9 @@ from tryon_solver.simulation import build
 EDGE_LENGTHS = {"draft": 0.017, "live": 0.0085, "fit": 0.006}
 """Length of the mesh's edges [m] by preset: a T-shirt has about 2.5, 10 and 20 thousand vertices."""
 
+FARTHEST = 8.0
+"""Where the solver's origin is moved along [m]: a root this far from it along an axis. METHOD.md section 13."""
+
 STAGES = {
     "placing": "Placing the pieces around the body",
     "sewing": "Sewing the seams",
@@ -40,7 +43,6 @@ STAGES = {
 }
 
 TRY_ANOTHER = "Correct the pattern, or choose a longer edge length or another fabric."
-
 
 Named = TypeVar("Named")
 
@@ -61,17 +63,29 @@ class SolverDrape:
             body=body,
         )
         self.pose: Pose = dressed.pose
+        self.origin = np.zeros(3)
+
+    def leap(self, by: npt.NDArray[np.float64]) -> None:
+        """Be elsewhere by (3,) whole metres: nothing changes but where the solver's origin lies."""
+        self.origin = self.origin + by
 
     def advance(self, pose: Pose, t: float) -> StepReport:
         """Simulate from the last pose's time to ``pose`` at time ``t`` [s], counted from the dressing."""
-        return self._simulation.advance(pose, self._dressed_at + t)
+        place = np.asarray(pose.root, dtype=np.float64) - self.origin
+        far = np.abs(place) > FARTHEST
+        if far.any():
+            by = np.where(far, np.round(place), 0.0)
+            self._simulation.move_origin(by)
+            self.origin = self.origin + by
+            place = place - by
+        return self._simulation.advance(Pose(place, pose.rotations), self._dressed_at + t)
 
     def cloth_positions(self) -> npt.NDArray[np.float32]:
-        """(N, 3) positions of the cloth [m]."""
+        """(N, 3) positions of the cloth [m], from ``origin``."""
         return self._simulation.cloth_positions()
 
     def body_positions(self) -> npt.NDArray[np.float32]:
-        """(B, 3) positions of the body's simulated surface [m]."""
+        """(B, 3) positions of the body's simulated surface [m], from ``origin``."""
         return self._simulation.body_positions()
 
 

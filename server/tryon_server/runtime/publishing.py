@@ -96,6 +96,7 @@ class Publisher:
             t_sim=move.t,
             t_published=self._clock(),
             pose_seq=move.pose_seq,
+            space_origin=(float(drape.origin[0]), float(drape.origin[1]), float(drape.origin[2])),
         )
 
 

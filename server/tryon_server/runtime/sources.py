@@ -9,10 +9,11 @@ Short moves cost the solver no more than long ones, since it cuts them into step
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from tryon_solver.body.motion import Motion, blend_in
 from tryon_solver.body.pose import Pose
@@ -27,6 +28,8 @@ LARGEST_LAG = 1.0  # [s] a stream's body that is farther behind than this hurrie
 APPROACH_SECONDS_MIN = 0.5
 APPROACH_SPEED_MAX = 1.0  # [m/s] of the root, on a way that nobody recorded
 APPROACH_TURN_MAX = 2.0  # [rad/s] of any joint, on that way
+NEARBY = 2.0  # [m] a way that nobody recorded is walked if it is no longer than this
+RUN_SPEED_MAX = 12.0  # [m/s] no wearer runs faster: a stream whose root does has begun to measure from elsewhere
 
 
 @dataclass(frozen=True)
@@ -38,12 +41,14 @@ class Move:
         dt: in this simulated time [s], above 0.
         t: time of the pose on the source's own clock [s].
         pose_seq: number of the newest pose of the stream that it obeys; 0 for a motion.
+        leap: before this move body and garment are put elsewhere as one, by (3,) whole metres.
     """
 
     pose: Pose
     dt: float
     t: float
     pose_seq: int
+    leap: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
 
 
 class PoseSource(Protocol):
@@ -59,6 +64,17 @@ def approach_seconds(start: Pose, goal: Pose) -> float:
     cosines = np.abs(np.sum(np.asarray(start.rotations) * np.asarray(goal.rotations), axis=1))
     turn = 2.0 * math.acos(min(1.0, float(cosines.min())))
     return max(APPROACH_SECONDS_MIN, distance / APPROACH_SPEED_MAX, turn / APPROACH_TURN_MAX)
+
+
+def leap_towards(start: Pose, goal: Pose) -> npt.NDArray[np.float64]:
+    """(3,) whole metres by which a body at ``start`` is put elsewhere rather than walk to ``goal``; 0 if it is near."""
+    way = np.asarray(goal.root, dtype=np.float64) - np.asarray(start.root)
+    return np.round(way) if float(np.linalg.norm(way)) > NEARBY else np.zeros(3)
+
+
+def moved(pose: Pose, by: npt.NDArray[np.float64]) -> Pose:
+    """The pose somewhere else, ``by`` (3,) m away."""
+    return Pose(np.asarray(pose.root) + by, pose.rotations)
 
 
 class Pace:
@@ -94,11 +110,14 @@ class StillSource:
 class MotionSource:
     """Plays a motion in a loop, after leading the body from where it stands into the motion.
 
-    Its clock is the motion's own: below 0 on the way to the first pose.
+    A body that stands far from where the motion begins is put there first. The clock is the motion's own: below 0 on
+    the way to the first pose.
     """
 
     def __init__(self, motion: Motion, start: Pose) -> None:
         self._motion = motion
+        self._leap = leap_towards(start, motion.pose(0))
+        start = moved(start, self._leap)
         seconds = approach_seconds(start, motion.pose(0))
         self._lead = blend_in(start, motion, seconds)
         self._lead_seconds = seconds
@@ -108,9 +127,10 @@ class MotionSource:
     def next(self, elapsed: float) -> Move | None:
         dt = self._pace.take(elapsed)
         self._t += dt
+        leap, self._leap = self._leap, np.zeros(3)
         if self._t >= 0:
-            return Move(self._motion.sample(self._t, loop=True), dt, self._t, 0)
-        return Move(self._lead.sample(self._t + self._lead_seconds), dt, self._t, 0)
+            return Move(self._motion.sample(self._t, loop=True), dt, self._t, 0, leap)
+        return Move(self._lead.sample(self._t + self._lead_seconds), dt, self._t, 0, leap)
 
 
 class StreamSource:
@@ -119,7 +139,8 @@ class StreamSource:
     The body keeps a place on the sender's clock: what it has reached. Each move goes from there towards the newest
     pose: all the way if that is no longer than a move may be, else by the same share of the way as of the time. A
     body that is too far behind (at the start, or because the solver is slower than real time) gets a place so far back
-    that it catches up unhurried.
+    that it catches up unhurried. A wearer who appears far away, or is suddenly measured from another origin, is no
+    motion: body and garment are put there as one, by whole metres, and only the rest is walked.
     """
 
     def __init__(self, start: Pose) -> None:
@@ -128,12 +149,17 @@ class StreamSource:
         self._newest: tuple[int, float, Pose] | None = None
         self._reached = 0.0
         self._waited = 0.0
+        self._leap = np.zeros(3)
 
     def take(self, stream: int, seq: int, t_capture: float, pose: Pose) -> None:
         """A newer pose has arrived: number, capture time [s, sender's clock]; ``stream`` changes with the sender."""
         new_sender = stream != self._stream
         self._stream, self._newest = stream, (seq, t_capture, pose)
-        if new_sender or t_capture - self._reached > LARGEST_LAG:
+        lag = t_capture - self._reached
+        distance = float(np.linalg.norm(np.asarray(pose.root) - np.asarray(self._pose.root)))
+        leap = leap_towards(self._pose, pose) if new_sender or distance > RUN_SPEED_MAX * lag else np.zeros(3)
+        self._pose, self._leap = moved(self._pose, leap), self._leap + leap
+        if new_sender or leap.any() or lag > LARGEST_LAG:
             self._reached = t_capture - max(LARGEST_LAG, approach_seconds(self._pose, pose))
 
     def next(self, elapsed: float) -> Move | None:
@@ -147,7 +173,8 @@ class StreamSource:
         dt = min(gap, LONGEST_MOVE, CATCH_UP * elapsed)
         self._pose = goal if dt == gap else Pose.interpolate(self._pose, goal, dt / gap)
         self._reached = t_newest if dt == gap else self._reached + dt
-        return Move(self._pose, dt, self._reached, seq)
+        leap, self._leap = self._leap, np.zeros(3)
+        return Move(self._pose, dt, self._reached, seq, leap)
 
     def _wait(self, elapsed: float, seq: int) -> Move | None:
         """No newer pose: soon the body stands still, and when the cloth hangs still nothing is left to do."""

@@ -199,6 +199,7 @@ class Worker:
         """Advance the drape by a move; whether there is a new state to show."""
         begun = self._clock()
         try:
+            drape.leap(move.leap)
             facts = drape.advance(move.pose, self._simulated + move.dt)
             sound = bool(np.isfinite(drape.cloth_positions()).all() and np.isfinite(drape.body_positions()).all())
         except Exception as error:

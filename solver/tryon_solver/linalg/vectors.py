@@ -32,6 +32,13 @@ def subtract_kernel(a: wp.array(dtype=wp.vec3), b: wp.array(dtype=wp.vec3), out:
 
 
 @wp.kernel
+def move_origin_kernel(by: wp.vec3, x_out: wp.array(dtype=wp.vec3)):
+    """x -= by"""
+    i = wp.tid()
+    x_out[i] = x_out[i] - by
+
+
+@wp.kernel
 def largest_kernel(a: wp.array(dtype=wp.vec3), largest_out: wp.array(dtype=wp.float32)):
     """largest_out[0] = max(largest_out[0], |a_i|)"""
     i = wp.tid()
@@ -51,3 +58,8 @@ def add_scaled(scale: wp.array, p: wp.array, x_out: wp.array) -> None:
 def subtract(a: wp.array, b: wp.array, out: wp.array) -> None:
     """out = a - b, over the length of out."""
     wp.launch(subtract_kernel, len(out), [a, b], [out], device=out.device)
+
+
+def move_origin(x: wp.array, by: wp.vec3) -> None:
+    """x -= by: the same places seen from an origin `by` m away."""
+    wp.launch(move_origin_kernel, len(x), [by], [x], device=x.device)

@@ -93,7 +93,11 @@ class Tunic:
             body=body,
         )
         self.pose = Pose.rest(body)
+        self.origin = np.zeros(3)
         self.current, self.t = self.pose, 0.0
+
+    def leap(self, by: np.ndarray) -> None:
+        self.origin = self.origin + by
 
     def advance(self, pose: Pose, t: float) -> Facts:
         self.current, self.t = pose, t
@@ -104,10 +108,13 @@ class Tunic:
         fold = 0.5 + 0.5 * np.sin(7 * self.angles + 2.0 * np.sin(2.5 * self.t))
         out = radius(self.heights) + 0.02 + loose * (0.05 + 0.05 * fold)
         ring = np.stack([out * np.sin(self.angles), self.heights, out * np.cos(self.angles)], axis=-1)
-        return (ring + self.current.root - self.pose.root).astype(np.float32)
+        return (ring + self._here().root - self.pose.root).astype(np.float32)
 
     def body_positions(self) -> np.ndarray:
-        return skin(self.outfit.body, self.current).astype(np.float32)
+        return skin(self.outfit.body, self._here()).astype(np.float32)
+
+    def _here(self) -> Pose:
+        return Pose(self.current.root - self.origin, self.current.rotations)
 
 
 def build(order, progress) -> Tunic:

@@ -77,7 +77,11 @@ class WavingSheet:
             body=body,
         )
         self.pose = Pose(root=np.zeros(3), rotations=np.tile([0.0, 0.0, 0.0, 1.0], (3, 1)))
+        self.origin = np.zeros(3)
         self.current, self.t, self.steps = self.pose, 0.0, 0
+
+    def leap(self, by: np.ndarray) -> None:
+        self.origin = self.origin + by
 
     def advance(self, pose: Pose, t: float) -> Facts:
         assert t > self.t, "time goes forward"
@@ -94,13 +98,16 @@ class WavingSheet:
 
     def cloth_positions(self) -> np.ndarray:
         wave = 0.05 * np.sin(6 * self.flat[:, 0] + 5 * self.t)
-        positions = (self.flat + self.current.root + np.outer(wave, [0, 0, 1])).astype(np.float32)
+        positions = (self.flat + self._here().root + np.outer(wave, [0, 0, 1])).astype(np.float32)
         if self.behaviour == "nan" and self.steps > 10:
             positions[3, 1] = np.nan
         return positions
 
     def body_positions(self) -> np.ndarray:
-        return skin(self.outfit.body, self.current).astype(np.float32)
+        return skin(self.outfit.body, self._here()).astype(np.float32)
+
+    def _here(self) -> Pose:
+        return Pose(self.current.root - self.origin, self.current.rotations)
 
 
 def build(order, progress) -> WavingSheet:
