@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
+import time
+from concurrent.futures import ThreadPoolExecutor
 from urllib.request import Request, urlopen
 
 import numpy as np
 import pytest
 from browser import figure, open_page, picture, settled_picture, wait_for_frames, wait_for_state
 from studio import pattern
+
+from tryon_client import connect
 
 pytestmark = pytest.mark.browser
 
@@ -197,6 +202,58 @@ def test_a_session_that_is_not_there_is_replaced_and_said_so(chromium, studio):
     assert "isn't there" in page.inner_text("#notice-title")
     assert session_of(page) != "nowhere"
     page.context.close()
+
+
+def stand_at(url: str, place: list[float], seconds: float) -> None:
+    """Stream the rest pose, standing there, for a while: a headset whose wearer does not move."""
+
+    async def send() -> None:
+        async with connect(url) as stream:
+            listening = asyncio.create_task(listen(stream))
+            while stream.topology is None:
+                await asyncio.sleep(0.02)
+            body = stream.topology.body
+            rest = [[0.0, 0.0, 0.0, 1.0]] * len(body.joint_names)
+            root = body.rest_joints[0] + place
+            for _ in range(int(20 * seconds)):
+                await stream.send_pose(root, rest, time.monotonic())
+                await asyncio.sleep(0.05)
+            listening.cancel()
+
+    with ThreadPoolExecutor(1) as other_thread:  # the browser's driver has an event loop running in this one
+        other_thread.submit(asyncio.run, send()).result()
+
+
+async def listen(stream) -> None:
+    async for _ in stream:
+        pass
+
+
+def test_a_wearer_ten_kilometres_away_is_shown_as_sharply_as_one_here(chromium, studio):
+    """Nothing of the picture is lost to float32: the tunic is as smooth and as large there as here."""
+    shown = []
+    for place in ([0.0, 0.0, 0.0], [10_000.0, 0.0, -10_000.0]):
+        wish = json.dumps({"garment": "tshirt", "motion": None, "fabric": "cotton"}).encode()
+        asked = Request(f"{studio.url}api/sessions", wish, {"Content-Type": "application/json"})
+        with urlopen(asked) as reply:
+            session = json.load(reply)
+        page = open_page(chromium, f"{studio.url}?session={session['id']}")
+        wait_for_frames(page, 1)
+        stand_at(studio.url.replace("http", "ws", 1).rstrip("/") + session["stream"], place, 4.0)
+        page.wait_for_function(
+            "x => Math.abs(Number(document.getElementById('readout').dataset.rootX) - x) < 0.01", arg=place[0]
+        )
+        assert page.evaluate("tryon.readout.rootZ") == pytest.approx(place[2], abs=0.01)
+        image = settled_picture(page)
+        share = reddish(image) / (image.shape[0] * image.shape[1])
+        shown.append((share, len(np.unique(image.reshape(-1, 3), axis=0))))
+        assert page.faults == []
+        page.context.close()
+    (here, colours_here), (there, colours_there) = shown
+    assert here > 0.02, "the tunic is not to be seen"
+    print(f"share of the picture {here:.4f} and {there:.4f}, colours {colours_here} and {colours_there}")
+    assert there == pytest.approx(here, rel=0.05)
+    assert colours_there == pytest.approx(colours_here, rel=0.2)
 
 
 def test_an_ended_session_says_so_and_can_be_started_again(chromium, studio):

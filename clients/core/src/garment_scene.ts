@@ -2,7 +2,10 @@
 
 import type { FrameFigures, FrameLayout, TopologyEvent } from "./worker_messages.ts";
 
-/** One surface: the arrays a renderer uploads. `positions` [m] and `normals` (unit) hold the newest frame taken. */
+/**
+ * One surface: the arrays a renderer uploads. `positions` [m] and `normals` (unit) hold the newest frame taken; the
+ * positions are relative to its `figures.anchor`.
+ */
 export interface Shape {
   readonly positions: Float32Array;
   readonly normals: Float32Array;

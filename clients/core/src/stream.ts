@@ -35,7 +35,7 @@ export class Stream implements Listener {
     private readonly post: (message: ToPage, transfer: Transferable[]) => void,
     options: Partial<ConnectionOptions> = {},
   ) {
-    this.decoder = new FrameDecoder(inflate);
+    this.decoder = new FrameDecoder(inflate, "follow");
     this.connection = new Connection(surroundings, this, options);
   }
 
@@ -62,7 +62,7 @@ export class Stream implements Listener {
   }
 
   welcome(message: WelcomeMessage): void {
-    this.decoder = new FrameDecoder(this.inflate); // sequence numbers may begin anew
+    this.decoder = new FrameDecoder(this.inflate, "follow"); // sequence numbers may begin anew
     this.prepared = undefined;
     this.post({ kind: "welcome", message }, []);
   }
@@ -104,6 +104,7 @@ export class Stream implements Listener {
       bytes: bytes.length,
       keyframe: frame.standsAlone,
       decodeMs: this.surroundings.now() - receivedMs,
+      anchor: [frame.anchor[0], frame.anchor[1], frame.anchor[2]] as const,
       root: [frame.root[0], frame.root[1], frame.root[2]] as const,
     };
     this.post({ kind: "frame", buffer, figures }, [buffer]);

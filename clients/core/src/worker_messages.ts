@@ -27,7 +27,9 @@ export interface FrameFigures {
   readonly keyframe: boolean;
   /** time spent decoding, skinning and computing normals [ms] */
   readonly decodeMs: number;
-  /** where the wearer's root joint is [m] */
+  /** what the frame's positions are relative to: a point of the session's space near the wearer, whole metres */
+  readonly anchor: readonly [number, number, number];
+  /** where the wearer's root joint is, in the session's space [m] */
   readonly root: readonly [number, number, number];
 }
 

@@ -78,7 +78,10 @@ class Studio implements FittingView {
         this.view.dataset.shown = this.figure.shown ? "figure" : "nothing";
       }
       const frame = client.scene.figures;
-      if (frame) this.stage.moveWearer(frame.root[0], frame.root[2]);
+      if (frame) {
+        this.stage.moveOrigin(frame.anchor);
+        this.stage.moveWearer(frame.root[0] - frame.anchor[0], frame.root[2] - frame.anchor[2]);
+      }
     }
     const now = steadyNow();
     if (this.stage.draw(now) && client) {

@@ -13,6 +13,8 @@ const LIGHT_AT_HEIGHT = 0.85;
 const LIGHT_FROM = new THREE.Vector3(1.5, 3.9, 2.4);
 /** time constant of the camera's following [s] */
 const FOLLOW_SECONDS = 0.35;
+/** a wearer this far from where the camera is has not walked there: the camera is there at once [m] */
+const FOLLOW_AT_ONCE = 5;
 /** a camera this near to where it should be stays [m] */
 const FOLLOW_EXACTLY = 5e-4;
 
@@ -36,6 +38,8 @@ export class Stage {
   private lastMs = 0;
   private dirty = true;
   private drawnRatio = NaN;
+  /** the point of the session's space where this scene's origin lies [m] */
+  private readonly anchor = new THREE.Vector3();
   /** whether the camera goes along with the wearer */
   follow = true;
 
@@ -101,7 +105,23 @@ export class Stage {
     this.invalidate();
   }
 
-  /** Tells where the wearer stands, x and z [m]. Light, shadow and floor go along at once, the camera while `follow` is on. */
+  /**
+   * What is drawn next is relative to this point of the session's space [m]. What the stage keeps is seen from there at
+   * once, so that nothing moves in the picture.
+   */
+  moveOrigin([x, y, z]: readonly [number, number, number]): void {
+    this.shift.set(x, y, z).sub(this.anchor);
+    if (this.shift.lengthSq() === 0) return;
+    this.anchor.set(x, y, z);
+    for (const place of [this.camera.position, this.controls.target, this.followed]) place.sub(this.shift);
+    this.controls.update();
+    this.invalidate();
+  }
+
+  /**
+   * Tells where the wearer stands, x and z from the scene's origin [m]. Light, shadow and floor go along at once, the
+   * camera while `follow` is on.
+   */
   moveWearer(x: number, z: number): void {
     this.wearer.set(x, 0, z);
     this.key.position.copy(LIGHT_FROM).add(this.wearer);
@@ -113,8 +133,9 @@ export class Stage {
   private followWearer(seconds: number): void {
     if (!this.follow) return;
     this.shift.subVectors(this.wearer, this.followed);
-    if (this.shift.length() < FOLLOW_EXACTLY) return;
-    this.shift.multiplyScalar(1 - Math.exp(-Math.min(seconds, 0.5) / FOLLOW_SECONDS));
+    const distance = this.shift.length();
+    if (distance < FOLLOW_EXACTLY) return;
+    if (distance < FOLLOW_AT_ONCE) this.shift.multiplyScalar(1 - Math.exp(-Math.min(seconds, 0.5) / FOLLOW_SECONDS));
     this.followed.add(this.shift);
     this.camera.position.add(this.shift);
     this.controls.target.add(this.shift);

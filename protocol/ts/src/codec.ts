@@ -7,10 +7,12 @@ import type { Topology } from "./topology.ts";
 
 const BYTES_PER_OFFSET = 10;
 const REACH = 32768;
+/** an anchor that follows is moved along an axis when the root is farther from it than this [m] */
+const FOLLOW_BEYOND = 8;
 
 /**
  * One published frame. The object and its arrays belong to the decoder and are overwritten by the next `decode`.
- * Positions are flat (n,3) in metres, relative to the decoder's anchor.
+ * Positions are flat (n,3) in metres, relative to `anchor`.
  */
 export interface DecodedFrame {
   seq: number;
@@ -22,6 +24,8 @@ export interface DecodedFrame {
   /** s, the server's steady clock */
   tPublished: number;
   standsAlone: boolean;
+  /** (3) m, the point of the session's space that `cloth` and `body` are relative to */
+  anchor: Float64Array;
   /** (N,3) m */
   cloth: Float32Array;
   /** (N,3) grid units of the session, as sent */
@@ -72,6 +76,7 @@ export class FrameDecoder {
     offsetCount: 0,
   };
   private readonly anchor = new Float64Array(3);
+  private readonly follows: boolean;
   private readonly pendingRoot = new Float64Array(3);
   private pendingRotations = new Float32Array(0);
   private topology: Topology | null = null;
@@ -88,13 +93,15 @@ export class FrameDecoder {
   /**
    * @param inflate zstd, of your choice
    * @param anchor (3) m, a point of the session's space that positions are given relative to: near the viewer, so that
-   *   float32 keeps its precision far from the session's origin
+   *   float32 keeps its precision far from the session's origin. "follow": whole metres that stay near the root; they
+   *   are 0 while it is near the session's origin, and each frame says what they are
    */
   constructor(
     private readonly inflate: Inflate,
-    anchor: ArrayLike<number> = [0, 0, 0],
+    anchor: ArrayLike<number> | "follow" = [0, 0, 0],
   ) {
-    this.anchor.set(anchor);
+    this.follows = anchor === "follow";
+    if (anchor !== "follow") this.anchor.set(anchor);
   }
 
   /** Number of the newest decoded frame, to be acknowledged; 0 before the first one. */
@@ -120,6 +127,7 @@ export class FrameDecoder {
       tSim: 0,
       tPublished: 0,
       standsAlone: false,
+      anchor: new Float64Array(3),
       cloth: new Float32Array(cloth),
       clothUnits: this.last,
       body: new Float32Array(topology.body.restVertices.length),
@@ -156,10 +164,19 @@ export class FrameDecoder {
     this.readCloth(header, data.subarray(poseEnd, clothEnd));
     const offsets = this.readOffsets(header, data.subarray(clothEnd), topology.body.restVertices.length / 3);
 
+    if (this.follows) this.followRoot();
     skinner.pose(this.pendingRoot, this.pendingRotations, frame.body, this.anchor);
     addOffsets(offsets, header.offsetCount, topology.grid, frame.body);
     this.commit(header, frame, topology.grid);
     return frame;
+  }
+
+  private followRoot(): void {
+    for (let axis = 0; axis < 3; axis++) {
+      if (Math.abs(this.pendingRoot[axis] - this.anchor[axis]) > FOLLOW_BEYOND) {
+        this.anchor[axis] = Math.round(this.pendingRoot[axis]);
+      }
+    }
   }
 
   private commit(header: Header, frame: DecodedFrame, grid: number): void {
@@ -181,6 +198,7 @@ export class FrameDecoder {
     frame.standsAlone = header.baseSeq === 0;
     frame.clothUnits = units;
     frame.offsetCount = header.offsetCount;
+    frame.anchor.set(this.anchor);
     frame.root.set(this.pendingRoot);
     frame.rotations.set(this.pendingRotations);
   }

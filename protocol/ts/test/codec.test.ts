@@ -73,6 +73,25 @@ test("the golden stream decodes to its numbers", () => {
   }
 });
 
+test("an anchor that follows the root keeps every frame of the golden stream precise", () => {
+  const decoder = new FrameDecoder(inflate, "follow");
+  const anchors = new Set<string>();
+  for (const entry of streamEntries()) {
+    const bytes = readBytes(`stream/${entry.file}`);
+    if ("topology" in entry) {
+      decoder.setTopology(topologyFrom(bytes));
+      continue;
+    }
+    const frame = decoder.decode(bytes);
+    assertFrame(frame, entry.frame, [...frame.anchor]);
+    entry.frame.root.forEach((place, axis) => assert.ok(Math.abs(place - frame.anchor[axis]) <= 8));
+    assert.ok(frame.anchor.every(Number.isInteger));
+    anchors.add(frame.anchor.join());
+  }
+  assert.ok(anchors.has("0,0,0"), "near the session's origin nothing is moved");
+  assert.ok(anchors.size > 1);
+});
+
 test("frames at an odd place in a larger buffer decode alike", () => {
   const decoder = new FrameDecoder(inflate);
   decoder.setTopology(topologyFrom(readBytes("stream/00_topology.bin")));

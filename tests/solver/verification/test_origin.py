@@ -10,6 +10,8 @@ from tryon_solver.simulation import build
 
 UPRIGHT = np.array([[0.0, 0.0, 0.0, 1.0]])
 BY = np.array([8.0, 0.0, -9.0])
+PLACE = BY + np.array([0.3, 0.0, 0.2])
+STEP = np.array([0.004, 0.0, 0.0])  # m in 1/60 s
 
 
 def ball_at(place):
@@ -26,11 +28,10 @@ def sheet_over_ball(place):
 
 def test_scene_goes_on_the_same_after_the_origin_has_moved():
     """Two runs of one scene, a ball on the move under a sheet; one of them changes its origin half way."""
-    place = BY + [0.3, 0.0, 0.2]
-    stays, moves = sheet_over_ball(place), sheet_over_ball(place)
+    stays, moves = sheet_over_ball(PLACE), sheet_over_ball(PLACE)
     for k in range(1, 5):
         for sim in (stays, moves):
-            sim.advance(ball_at(place + [0.004 * k, 0.0, 0.0]), k / 60)
+            sim.advance(ball_at(PLACE + k * STEP), k / 60)
     before = moves.cloth_positions()
     np.testing.assert_array_equal(before, stays.cloth_positions())
     moves.move_origin(BY)
@@ -38,7 +39,7 @@ def test_scene_goes_on_the_same_after_the_origin_has_moved():
     np.testing.assert_array_equal(moves.cloth_positions() + BY, before)
     np.testing.assert_array_equal(moves.state.x.numpy() + BY, stays.state.x.numpy())
     for k in range(5, 11):
-        end = place + [0.004 * k, 0.0, 0.0]
+        end = PLACE + k * STEP
         one, other = stays.advance(ball_at(end), k / 60), moves.advance(ball_at(end - BY), k / 60)
         assert (one.retries, other.retries) == (0, 0)
         assert other.body_lag == pytest.approx(one.body_lag, abs=1e-5)
