@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 class ContactTerm:
     """A force that acts within contact pairs besides the barrier, such as friction.
 
-    `prepare(pairs, x, x_before, x_start, dt)` freezes what is lagged: for one iteration at x, which the last one reached
-    from x_before, or with None in its place for a model that holds away from x as well; `add_gradient(pairs, x, x_start, gradient_out)`;
-    `add_product(pairs, p, product_out)`; `add_diagonal(pairs, blocks_out)`; `tangential(pairs)` (size,) float64 N/m,
-    its stiffness across the normal.
+    `prepare(pairs, x, x_before, x_start, dt)` freezes what is lagged: for one iteration at x, which the last one
+    reached from x_before, or with None in its place for a model that holds away from x as well;
+    `add_gradient(pairs, x, x_start, gradient_out)`; `add_product(pairs, p, product_out)`;
+    `add_diagonal(pairs, blocks_out)`; `tangential(pairs)` (size,) float64 N/m, its stiffness across the normal.
     """
 
     prepare: Callable[[ContactPairs, wp.array, wp.array | None, wp.array, float], None]
@@ -41,10 +41,10 @@ class Contribution:
     `project` takes part in every local step; `project_in_correction` only in the correction, for a term whose weight
     would spoil projective dynamics' constant matrix.
     `add_hessian` adds a positive semidefinite Hessian over pairs of vertices that share a triangle; `constant` says
-    that `stiffness` is exactly the Hessian, so that nothing has to be added; `elastic` that the term is the fabric itself,
-    whose damping is proportional to that Hessian. `stiffness` (N, N) float64 N/m enters
-    projective dynamics' constant matrix; `diagonal(dt)` (N,) float64 N/m enters it beside the inertia; `touches` names
-    the surfaces the cloth may touch: "cloth", "body".
+    that `stiffness` is exactly the Hessian, so that nothing has to be added; `elastic` that the term is the fabric
+    itself, whose damping is proportional to that Hessian. `stiffness` (N, N) float64 N/m enters projective dynamics'
+    constant matrix; `diagonal(dt)` (N,) float64 N/m enters it beside the inertia; `touches` names the surfaces the
+    cloth may touch: "cloth", "body".
     """
 
     name: str
@@ -99,7 +99,7 @@ class StepPlan:
         return self._constant(count, elastic_only=False)
 
     def elastic_stiffness(self, count: int) -> sp.csr_matrix:
-        """(N, N) float64 N/m, the part of `constant_stiffness` that is the fabric's: what damping is proportional to."""
+        """(N, N) float64 N/m, the part of `constant_stiffness` that is the fabric's; damping is proportional to it."""
         return self._constant(count, elastic_only=True)
 
     def _constant(self, count: int, elastic_only: bool) -> sp.csr_matrix:

@@ -30,7 +30,7 @@ class ContactPairs:
     """Pairs within reach at `x_ref`, one entry each.
 
     `ids` vec4i; `lam` vec4 weights; `normal` vec3 unit; `slope` e kappa b' [N], <= 0; `curvature` e kappa b'' [N/m];
-    `energy` [J]; `gap` vec2: g and the activation distance g_hat [m]; `size` pairs; `overlapping` pairs found at d <= xi.
+    `energy` [J]; `gap` vec2: g and the activation distance g_hat [m]; `size` pairs; `overlapping` of them at d <= xi.
     """
 
     ids: wp.array

@@ -44,4 +44,6 @@ def bind_bending(garment: Garment, fabric: Fabric, device: str) -> Contribution 
         positions = x.numpy()[: garment.vertex_count].astype(np.float64)
         return 0.5 * float((positions * (matrix @ positions)).sum())
 
-    return Contribution("bending", add_gradient=add_gradient, stiffness=matrix, constant=True, elastic=True, energy=energy)
+    return Contribution(
+        "bending", add_gradient=add_gradient, stiffness=matrix, constant=True, elastic=True, energy=energy
+    )
