@@ -24,6 +24,7 @@ from tryon_protocol import DecodedFrame, ProtocolError
 from tryon_server.runtime.drape import Drape
 from tryon_server.runtime.motions import load_motion
 from tryon_server.runtime.production import SolverDrape
+from tryon_server.runtime.sources import leap_towards, moved
 from tryon_solver.body.model import default_body
 from tryon_solver.body.pose import Pose
 from tryon_solver.contact import pairs
@@ -58,7 +59,7 @@ class Played:
 
     def add(self, frame: DecodedFrame, figures: FrameFigures, drape: Drape, pose: Pose) -> None:
         """A decoded frame, its figures, and the state and pose that it was to show."""
-        cloth, surface = drape.cloth_positions(), drape.body_positions()
+        cloth, surface = drape.cloth_positions() + drape.origin, drape.body_positions() + drape.origin
         turned = np.abs(np.abs((frame.rotations * pose.rotations).sum(1)) - 1).max()
         self.figures.append(figures)
         self.wire_error.append(float(max(np.abs(frame.cloth - cloth).max(), np.abs(frame.body - surface).max())))
@@ -77,12 +78,14 @@ def run_case(case: Case, tell: Tell, keep: Path | None = None) -> dict[str, Any]
     tell(f"dressed in {dressing:.0f} s")
     sim, wire = dressed.simulation, Wire(SolverDrape(dressed, body))
     motion = load_motion(case.motion, body)
-    timeline = Timeline.build(dressed.pose, motion, case.fps, case.lead, case.seconds, case.standing)
+    leap = leap_towards(dressed.pose, motion.pose(0))
+    timeline = Timeline.build(moved(dressed.pose, leap), motion, case.fps, case.lead, case.seconds, case.standing)
     sizes = sim.contact.sizes
     first = wire.dressed()
     meter = FrameMeter(wire.topology, first, PinchedSkin.reach(sizes.xi_body, sizes.d_hat))
     frames, played = [first], Played()
     played.add(first, meter.measure(first, intersections=True), wire.drape, dressed.pose)
+    wire.drape.leap(leap)
     play(played, case, timeline, sim, wire, meter, frames if keep else None, tell)
     if keep:
         save(keep, frames, wire, case.fps)
@@ -126,7 +129,7 @@ def play(
         asked = k % case.every == 0 or k == timeline.frame_count
         played.add(frame, meter.measure(frame, asked), wire.drape, pose)
         if k >= timeline.last_moving:
-            played.simulated.append(wire.drape.cloth_positions())
+            played.simulated.append(wire.drape.cloth_positions() + wire.drape.origin)
             played.decoded.append(frame.cloth)
         if k > max(resting, timeline.last_moving):
             played.force.append(force_on_body(sim) / weight)
