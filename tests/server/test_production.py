@@ -31,9 +31,9 @@ def order(tmp_path):
     capsule.apply_transform(trimesh.transformations.rotation_matrix(-np.pi / 2, [1, 0, 0]))
     capsule.apply_translation([0, 0.75, 0])
     capsule.export(tmp_path / "capsule.ply")
-    (tmp_path / "tube.json").write_bytes(patterns.as_bytes(patterns.tube(60.0, 40.0)))
+    (tmp_path / "bag.json").write_bytes(patterns.as_bytes(patterns.bag(60.0, 40.0)))
     return DrapeOrder(
-        pattern=tmp_path / "tube.json",
+        pattern=tmp_path / "bag.json",
         fabric="cotton_jersey",
         preset="auto",
         device="cpu",

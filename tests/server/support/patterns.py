@@ -33,5 +33,12 @@ def tube(width: float = 60.0, height: float = 50.0) -> dict[str, Any]:
     }
 
 
+def bag(width: float, height: float) -> dict[str, Any]:
+    """The tube sewn up at its upper end: it hangs on what it is put over."""
+    spec = tube(width, height)
+    spec["pattern"]["stitches"].append([{"panel": "front", "edge": 2}, {"panel": "back", "edge": 2}])
+    return spec
+
+
 def as_bytes(pattern: dict[str, Any]) -> bytes:
     return json.dumps(pattern).encode()
