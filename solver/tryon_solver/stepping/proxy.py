@@ -1,6 +1,6 @@
 """The contact proxy: pairs within reach at the feasible state and the barrier's quadratic model there.
 
-Bp(x; x*) = B(x*) + grad B . (x - x*) + 1/2 |x - x*|^2_HB with x* the feasible state (Li et al. 2023, section III.C).
+Bp(x; x*) = B(x*) + grad B . (x - x*) + 1/2 |x - x*|^2_HB with x* the feasible state (Li et al. 2023).
 Linearising there, and not closer to the trial, keeps a garment at rest exactly at rest: x* is then the solution.
 Friction's model is made at the slip of the last velocity: what slid goes on sliding, what stuck sticks.
 """
