@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 import sys
-from typing import Any
 
 import msgspec
 
@@ -33,34 +32,19 @@ class CheckReply(msgspec.Struct, frozen=True, kw_only=True):
     status: int = 200
 
 
-def read_json(content: bytes) -> Any:
-    """The decoded JSON of a pattern file. NaN, infinities and numbers beyond float64 are not JSON and are refused.
-
-    Raises:
-        msgspec.DecodeError, UnicodeDecodeError, RecursionError: not JSON; the message names the byte.
-    """
-    return msgspec.json.decode(content)
-
-
 def check_pattern(content: bytes) -> CheckReply:
     """Parse and mesh a pattern file; never raises on account of its content."""
-    try:
-        spec = read_json(content)
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-        message = f"not a JSON file: {error}" if str(error) else "not a JSON file: nested too deeply"
-        return _refused(
-            "pattern.not_json", "", message, "Upload the specification JSON that the pattern tool wrote", 400
-        )
-    from tryon_solver.geometry.panel_mesh import mesh_pattern  # loaded only for what is JSON at least
-    from tryon_solver.geometry.pattern import PatternError, parse_pattern
+    from tryon_solver.geometry.pattern import NotJsonError, PatternError, parse_pattern_bytes
 
     try:
-        pattern = parse_pattern(spec)
+        pattern = parse_pattern_bytes(content)
+        from tryon_solver.geometry.panel_mesh import mesh_pattern  # slow to load: only for what is a pattern
+
         mesh = mesh_pattern(pattern, CHECK_EDGE_LENGTH)
+    except NotJsonError as error:
+        return _refused("pattern.not_json", error.place, error.message, error.remedy, 400)
     except PatternError as error:
-        place = str(getattr(error, "place", ""))
-        message = str(getattr(error, "message", error))
-        return _refused("pattern.invalid", place, message, str(getattr(error, "remedy", "") or CORRECT_IT), 422)
+        return _refused("pattern.invalid", error.place, error.message, error.remedy, 422)
     corners = mesh.uv[mesh.faces]
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = float(abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]).sum() / 2)

@@ -37,7 +37,7 @@ def distance(outline: Points, points: Points) -> Points:
     """Distance [m] of each point (K, 2) m to the outline, shape (K,)."""
     result = np.empty(len(points))
     for rows in _blocks(len(points), len(outline)):
-        result[rows] = _point_segment_distances(points[rows], outline, np.roll(outline, -1, axis=0)).min(axis=1)
+        result[rows] = _point_segment_distances(points[rows, None], outline, np.roll(outline, -1, axis=0)).min(axis=1)
     return result
 
 
@@ -49,34 +49,42 @@ def self_contact(outline: Points, tolerance: float) -> tuple[int, int] | None:
     """
     count = len(outline)
     start, end = outline, np.roll(outline, -1, axis=0)
-    index = np.arange(count)
+    low, high = np.minimum(start, end) - tolerance, np.maximum(start, end) + tolerance
     for rows in _blocks(count, count):
-        i, j = index[rows, None], index[None, :]
-        apart = (i != j) & ((i + 1) % count != j) & ((j + 1) % count != i)
-        across = _side(start[rows], end[rows], start) * _side(start[rows], end[rows], end) < 0
-        back = _side(start, end, start[rows]).T * _side(start, end, end[rows]).T < 0
+        near = (low[rows, None, 0] <= high[:, 0]) & (high[rows, None, 0] >= low[:, 0])
+        near &= (low[rows, None, 1] <= high[:, 1]) & (high[rows, None, 1] >= low[:, 1])
+        i, j = np.nonzero(near)
+        i += rows.start
+        i, j = i[i != j], j[i != j]
+        apart = ((i + 1) % count != j) & ((j + 1) % count != i)
+        across = _side(start[i], end[i], start[j]) * _side(start[i], end[i], end[j]) < 0
+        back = _side(start[j], end[j], start[i]) * _side(start[j], end[j], end[i]) < 0
         # Point i belongs to the segments i and i - 1; on any other segment it is a touch.
-        touches = (_point_segment_distances(start[rows], start, end) < tolerance) & (i != j) & ((j + 1) % count != i)
-        found = np.argwhere((across & back & apart) | touches)
+        touches = (_point_segment_distances(start[i], start[j], end[j]) < tolerance) & ((j + 1) % count != i)
+        found = np.flatnonzero((across & back & apart) | touches)
         if len(found):
-            first, second = int(index[rows][found[0, 0]]), int(found[0, 1])
-            return first, second
+            return int(i[found[0]]), int(j[found[0]])
     return None
 
 
+def flatness(outline: Points) -> float:
+    """How thin the outline is as a cloud of points: its standard deviation across over that along, 0 to 1."""
+    along, across = np.linalg.svd(outline - outline.mean(axis=0), compute_uv=False)
+    return float(across / along)
+
+
 def _side(start: Points, end: Points, points: Points) -> Points:
-    """Twice the signed area of (start, end, point) for each segment (S, 2) and point (K, 2), shape (S, K)."""
-    along = end - start
-    offset = points[None, :, :] - start[:, None, :]
-    return along[:, None, 0] * offset[..., 1] - along[:, None, 1] * offset[..., 0]
+    """Twice the signed area of (start, end, point), each (..., 2), in their broadcast shape without the last axis."""
+    along, offset = end - start, points - start
+    return along[..., 0] * offset[..., 1] - along[..., 1] * offset[..., 0]
 
 
 def _point_segment_distances(points: Points, start: Points, end: Points) -> Points:
-    """Distances [m] of the points (K, 2) to the segments (S, 2)-(S, 2), shape (K, S)."""
+    """Distances [m] of points to segments, each (..., 2), in their broadcast shape without the last axis."""
     along = end - start
-    offset = points[:, None, :] - start[None, :, :]
-    t = np.clip(np.einsum("ksd,sd->ks", offset, along) / np.einsum("sd,sd->s", along, along), 0.0, 1.0)
-    return np.linalg.norm(offset - t[..., None] * along, axis=2)
+    offset = points - start
+    t = np.clip((offset * along).sum(axis=-1) / (along * along).sum(axis=-1), 0.0, 1.0)
+    return np.linalg.norm(offset - t[..., None] * along, axis=-1)
 
 
 def _blocks(rows: int, columns: int) -> list[slice]:

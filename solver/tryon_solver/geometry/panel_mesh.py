@@ -180,9 +180,11 @@ def _check_edge_length(pattern: Pattern, edge_length: float) -> None:
     expected = area / (edge_length**2 * np.sqrt(3) / 2)
     if expected > VERTICES_MAX:
         message = (
-            f"an edge length of {edge_length:g} m would make about {expected:.0f} vertices, more than {VERTICES_MAX}"
+            f"{area:.3g} m^2 of fabric makes about {expected:.3g} vertices at an edge length of {edge_length:g} m, "
+            f"over {VERTICES_MAX}"
         )
-        raise PatternError(message, "edge_length", "Use a larger edge length")
+        remedy = "Use a larger edge length, or check properties.units_in_meter and the number of panels"
+        raise PatternError(message, "panels", remedy)
 
 
 def _mesh_piece(plan: _Plan, index: int) -> _Piece:

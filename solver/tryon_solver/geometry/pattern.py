@@ -43,10 +43,16 @@ AREA_MIN = 1e-6  # m^2
 AREA_TO_PERIMETER_SQUARED_MIN = 1e-5  # a band ten thousand times longer than wide
 CONTACT_TOLERANCE = 1e-6  # m
 
-# Bounds the all-pairs outline test to about a second.
+# Beyond this an arc is straight: it bulges by chord / 80,000, less than any cutter resolves.
+STRAIGHT_RADIUS = 1e4  # chords
+ROTATION_MAX = 3600.0  # degrees; more turns are no placement
+
+# Bounds the outline tests to some seconds.
 PANELS_MAX = 200
-EDGES_MAX = 400
+EDGES_MAX = 400  # of a panel
+EDGES_TOTAL_MAX = 2000
 CHECK_SEGMENTS = 32  # straight pieces that stand for a curved edge in the outline test
+FLAT = 1e-4  # an outline thinner than this share of its length has no area to cross itself in
 
 STITCH_FLAGS = ("right_wrong", "gather")
 WHOLE = "specification"
@@ -108,29 +114,54 @@ class Pattern:
         return tuple(panel.name for panel in self.panels)
 
 
+class NotJsonError(PatternError):
+    """A pattern file that can't be read as JSON."""
+
+
 def load_pattern(path: str | Path) -> Pattern:
     """Read and check the pattern specification file at the path. Raises PatternError."""
     try:
-        text = Path(path).read_text(encoding="utf-8")
+        content = Path(path).read_bytes()
     except OSError as error:
         raise PatternError(
             f"the file cannot be read ({error.strerror})", str(path), "Give the path of a pattern file"
         ) from error
-    except UnicodeDecodeError as error:
-        raise PatternError("the file is not text", str(path), "Give a pattern specification in JSON") from error
-    return parse_pattern_text(text)
+    return parse_pattern_bytes(content)
 
 
-def parse_pattern_text(text: str) -> Pattern:
-    """Read and check a pattern specification given as JSON text. Raises PatternError."""
+def parse_pattern_bytes(content: bytes) -> Pattern:
+    """Read and check a pattern specification: JSON in UTF-8. Raises PatternError; NotJsonError for what is no JSON."""
+    return parse_pattern(_read_json(content))
+
+
+def _read_json(content: bytes) -> Any:
+    remedy = "Give the pattern specification in JSON that the pattern tool wrote"
     try:
-        spec = json.loads(text)
+        return json.loads(content.decode("utf-8-sig"), object_pairs_hook=_object)
+    except UnicodeDecodeError as error:
+        message = f"not a JSON file: it is not text in UTF-8 ({error.reason})"
+        raise NotJsonError(message, f"byte {error.start}", remedy) from error
     except json.JSONDecodeError as error:
-        place = f"line {error.lineno} column {error.colno}"
-        raise PatternError(f"not JSON ({error.msg})", place, "Give a pattern specification in JSON") from error
-    except (RecursionError, ValueError) as error:
-        raise PatternError("the JSON cannot be read", WHOLE, "Give a pattern specification in JSON") from error
-    return parse_pattern(spec)
+        raise NotJsonError(
+            f"not a JSON file: {error.msg}", f"line {error.lineno} column {error.colno}", remedy
+        ) from error
+    except RecursionError as error:
+        raise NotJsonError("not a JSON file: it is nested too deeply", WHOLE, remedy) from error
+    except ValueError as error:
+        if isinstance(error, PatternError):
+            raise
+        raise NotJsonError(f"not a JSON file: {error}", WHOLE, remedy) from error
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """A JSON object; of a key that stands twice, one would be lost without a word."""
+    held: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in held:
+            message = f"the key {key!r:.80} stands twice in one object"
+            raise PatternError(message, WHOLE, "Give each of the two a name of its own, or remove one")
+        held[key] = value
+    return held
 
 
 def parse_pattern(spec: Mapping[str, Any]) -> Pattern:
@@ -147,10 +178,18 @@ def parse_pattern(spec: Mapping[str, Any]) -> Pattern:
         raise PatternError("the pattern has no panels", "panels", remedy)
     if len(panels_spec) > PANELS_MAX:
         raise PatternError(f"{len(panels_spec)} panels, more than {PANELS_MAX}", "panels", "Split the garment")
+    edge_count = sum(len(panel["edges"]) for panel in panels_spec.values() if _has_edges(panel))
+    if edge_count > EDGES_TOTAL_MAX:
+        message = f"{edge_count} edges in all, more than {EDGES_TOTAL_MAX}"
+        raise PatternError(message, "panels", "Use curves instead of many short lines")
     scale = _metres_per_unit(spec.get("properties"))
     panels = tuple(_panel(name, panels_spec[name], scale) for name in _panel_names(body, panels_spec))
     _check_garment_size(panels)
     return Pattern(panels, _stitches(body.get("stitches", []), panels))
+
+
+def _has_edges(panel: Any) -> bool:
+    return isinstance(panel, Mapping) and isinstance(panel.get("edges"), list)
 
 
 def _metres_per_unit(properties: Any) -> float:
@@ -202,7 +241,11 @@ def _panel(name: str, spec: Any, scale: float) -> Panel:
             f"{place}.translation",
             f"Place it within {POSITION_MAX:g} m, and check properties.units_in_meter",
         )
-    angles = np.radians(_vector(spec.get("rotation", [0, 0, 0]), 3, f"{place}.rotation"))
+    degrees = _vector(spec.get("rotation", [0, 0, 0]), 3, f"{place}.rotation")
+    if np.abs(degrees).max() > ROTATION_MAX:
+        message = f"the panel is turned by {np.abs(degrees).max():.3g} degrees"
+        raise PatternError(message, f"{place}.rotation", "Give angles about x, y and z in degrees, -180 to 180")
+    angles = np.radians(degrees)
     corners = vertices[[a for a, _ in ends]]
     label = _label(spec, place)
     return Panel(name, corners, edges, area < 0, translation, rotation_from_euler(angles), label)
@@ -300,6 +343,11 @@ def _circle(params: list[Any], start: Points, end: Points, place: str, scale: fl
     if len(params) != 3 or any(flag not in (0, 1) for flag in params[1:]):
         raise PatternError("not a circular arc", f"{place}.params", "Give [radius, large_arc 0 or 1, right 0 or 1]")
     radius = _number(params[0], f"{place}.params[0]") * scale
+    if radius > PIECE_SIZE_MAX and params[1]:
+        message = f"the larger arc of a circle of radius {radius:.3g} m does not fit a panel of {PIECE_SIZE_MAX:g} m"
+        raise PatternError(message, f"{place}.params[0]", "Give a smaller radius, or 0 for large_arc")
+    if radius > STRAIGHT_RADIUS * np.hypot(*(end - start)):
+        return curves.line(start, end)
     try:
         return curves.arc_by_flags(start, end, radius, bool(params[1]), bool(params[2]))
     except ValueError as error:
@@ -337,7 +385,8 @@ def _check_outline(edges: Sequence[PatternEdge], place: str) -> float:
     area = outline.signed_area(polygon)
     perimeter = sum(edge.length for edge in edges)
     contact = outline.self_contact(polygon, CONTACT_TOLERANCE)
-    if abs(area) < max(AREA_MIN, AREA_TO_PERIMETER_SQUARED_MIN * perimeter**2):
+    small = abs(area) < max(AREA_MIN, AREA_TO_PERIMETER_SQUARED_MIN * perimeter**2)
+    if small and (contact is None or outline.flatness(polygon) < FLAT):  # parts of a crossed outline can cancel
         raise PatternError(f"the panel encloses no area ({abs(area) * 1e4:.3g} cm^2)", place, "Move its vertices apart")
     if contact is not None:
         first, second = sorted(int(owner[i]) for i in contact)

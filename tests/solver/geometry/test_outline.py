@@ -1,7 +1,11 @@
 """Claims on outlines: area with sign, inside test, distance, and the finding of self-contact."""
 
+import math
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from tryon_solver.geometry import outline
 
@@ -54,3 +58,47 @@ def test_crossing_touching_and_folding_outlines_are_found(corners, pair):
     found = outline.self_contact(np.array(corners, dtype=float), 1e-6)
     assert found is not None
     assert set(found) <= pair
+
+
+def meets_itself(points, tolerance):
+    """Every pair of segments, one by one, by the distance of segments and by the sides that their ends lie on."""
+    count = len(points)
+    for i in range(count):
+        for j in range(count):
+            a, b, c, d = points[i], points[(i + 1) % count], points[j], points[(j + 1) % count]
+            if i != j and (j + 1) % count != i and nearest(a, c, d) < tolerance:
+                return True
+            apart = i != j and (i + 1) % count != j and (j + 1) % count != i
+            if apart and turn(a, b, c) * turn(a, b, d) < 0 and turn(c, d, a) * turn(c, d, b) < 0:
+                return True
+    return False
+
+
+def turn(a, b, c):
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def nearest(p, a, b):
+    along = (b[0] - a[0], b[1] - a[1])
+    t = ((p[0] - a[0]) * along[0] + (p[1] - a[1]) * along[1]) / (along[0] ** 2 + along[1] ** 2)
+    t = min(1.0, max(0.0, t))
+    return math.hypot(p[0] - a[0] - t * along[0], p[1] - a[1] - t * along[1])
+
+
+@given(st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), min_size=3, max_size=9, unique=True))
+def test_self_contact_finds_what_looking_at_every_pair_finds(corners):
+    points = np.array(corners, float)
+    assert (outline.self_contact(points, 1e-6) is not None) == meets_itself(corners, 1e-6)
+
+
+def test_self_contact_of_a_long_outline_is_found_in_any_block(monkeypatch):
+    """The same answer however the rows are cut into blocks."""
+    angle = np.linspace(0, 2 * np.pi, 300, endpoint=False)
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])
+    crossed = circle.copy()
+    crossed[[200, 201]] = crossed[[201, 200]]
+    for pairs in (10_000_000, 3000):
+        monkeypatch.setattr(outline, "PAIRS_AT_ONCE", pairs)
+        assert outline.self_contact(circle, 1e-6) is None
+        first, second = outline.self_contact(crossed, 1e-6)
+        assert {first, second} <= set(range(198, 204))

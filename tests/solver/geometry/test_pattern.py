@@ -1,12 +1,20 @@
 """Claims on reading patterns: metres, orientation, placement; each fault is refused by a message naming its place."""
 
+import gzip
 import json
 import math
 
 import numpy as np
 import pytest
 
-from tryon_solver.geometry.pattern import PatternError, load_pattern, parse_pattern, parse_pattern_text
+from tryon_solver.geometry.curves import is_straight
+from tryon_solver.geometry.pattern import (
+    NotJsonError,
+    PatternError,
+    load_pattern,
+    parse_pattern,
+    parse_pattern_bytes,
+)
 
 
 def test_lengths_are_converted_to_metres(two_squares):
@@ -132,6 +140,28 @@ FAULTS = {
         "40 edge lengths",
     ),
     "arc too small": (curved("circle", [19, 0, 1]), "panels.left.edges[0].curvature.params[0]", "0.4 m apart"),
+    "arc with a negative radius": (curved("circle", [-30, 0, 1]), "panels.left.edges[0].curvature.params[0]", "-0.3 m"),
+    "larger arc of a huge circle": (
+        curved("circle", [1e300, 1, 1]),
+        "panels.left.edges[0].curvature.params[0]",
+        "does not fit",
+    ),
+    "turned without end": (put("panels", "left", "rotation", [0, 1e308, 0]), "panels.left.rotation", "degrees"),
+    "bow tie": (
+        put("panels", "left", "vertices", [[0, 0], [40, 40], [40, 0], [0, 40]]),
+        "panels.left.edges[2]",
+        "edges 0 and 2",
+    ),
+    "bow tie of no area in all": (
+        put("panels", "left", "vertices", [[0, 0], [40, 0], [0, 40], [40, 40]]),
+        "panels.left.edges[3]",
+        "edges 1 and 3",
+    ),
+    "line there and back": (
+        put("panels", "left", "vertices", [[0, 0], [10, 0], [40, 0], [20, 0]]),
+        "panels.left",
+        "no area",
+    ),
     "arc flag": (curved("circle", [30, 2, 1]), "panels.left.edges[0].curvature.params", "circular arc"),
     "piece too large": (put("panels", "left", "vertices", corners(4000, 400)), "panels.left", "40 m across"),
     "piece too small": (put("panels", "left", "vertices", corners(0.4, 0.4)), "panels.left", "0.004 m across"),
@@ -188,15 +218,83 @@ def test_the_unit_is_never_guessed(two_squares):
     assert caught.value.place == "properties.units_in_meter"
 
 
-def test_broken_json_names_line_and_column():
-    with pytest.raises(PatternError, match="not JSON") as caught:
-        parse_pattern_text('{"pattern":\n {,}}')
-    assert caught.value.place == "line 2 column 3"
+NOT_JSON = {
+    "broken": (b'{"pattern":\n {,}}', "line 2 column 3", "property name"),
+    "empty": (b"", "line 1 column 1", "Expecting value"),
+    "nested too deeply": (b"[" * 100_000, "specification", "nested"),
+    "nested objects": (b'{"a":' * 100_000, "specification", "nested"),
+    "digits without end": (b"[" + b"9" * 5000 + b"]", "specification", "digits"),
+    "another encoding": ('{"pattern": {}}'.encode("utf-16"), "byte 0", "UTF-8"),
+    "bytes": (b'{"a": "\xff\xfe"}', "byte 7", "UTF-8"),
+    "compressed": (gzip.compress(b"{}"), "byte 1", "UTF-8"),
+}
 
 
-def test_deeply_nested_json_is_refused():
-    with pytest.raises(PatternError, match="cannot be read"):
-        parse_pattern_text("[" * 100_000)
+@pytest.mark.parametrize("name", NOT_JSON)
+def test_what_is_not_json_is_refused_with_the_place(name):
+    content, place, words = NOT_JSON[name]
+    with pytest.raises(NotJsonError, match=words) as caught:
+        parse_pattern_bytes(content)
+    assert caught.value.place == place
+    assert "not a JSON file" in caught.value.message
+    assert caught.value.remedy
+
+
+@pytest.mark.parametrize("text", ["NaN", "-Infinity", "1e999", "9" * 400])
+def test_a_number_that_is_none_is_named_by_its_place(two_squares, text):
+    """Python writes and reads NaN in JSON, so patterns come with it: the place says more than that it is no JSON."""
+    two_squares["pattern"]["panels"]["left"]["vertices"][1][0] = "here"
+    content = json.dumps(two_squares).replace('"here"', text).encode()
+    with pytest.raises(PatternError, match=r"the number is (nan|-?inf)") as caught:
+        parse_pattern_bytes(content)
+    assert caught.value.place == "panels.left.vertices[1][0]"
+
+
+def test_a_byte_order_mark_is_no_fault(two_squares):
+    content = b"\xef\xbb\xbf" + json.dumps(two_squares).encode()
+    assert parse_pattern_bytes(content).panel_names == ("left", "right")
+
+
+def test_a_key_that_stands_twice_loses_no_panel_without_a_word(two_squares):
+    content = json.dumps(two_squares).replace('"right": {"vertices"', '"left": {"vertices"').encode()
+    with pytest.raises(PatternError, match="'left' stands twice") as caught:
+        parse_pattern_bytes(content)
+    assert caught.value.remedy
+
+
+def many_edges(count, curved):
+    corners = [[30 * math.cos(2 * math.pi * i / count), 30 * math.sin(2 * math.pi * i / count)] for i in range(count)]
+    bend = {"curvature": {"type": "quadratic", "params": [[0.5, -0.01]]}} if curved else {}
+    edges = [{"endpoints": [i, (i + 1) % count], **bend} for i in range(count)]
+    return {"vertices": corners, "edges": edges}
+
+
+def test_edges_are_counted_before_any_is_looked_at(specification):
+    """A million of them in one panel, or many panels of as many as one may have."""
+    one = specification({"front": {"vertices": [[0, 0]], "edges": [{}] * 1_000_000}})
+    with pytest.raises(PatternError, match="1000000 edges") as caught:
+        parse_pattern(one)
+    assert caught.value.place == "panels"
+    many = specification({f"p{i}": many_edges(400, False) for i in range(6)})
+    with pytest.raises(PatternError, match="2400 edges in all") as caught:
+        parse_pattern(many)
+    assert caught.value.place == "panels"
+    with pytest.raises(PatternError, match="401 edges") as caught:
+        parse_pattern(specification({"front": many_edges(401, False)}))
+    assert caught.value.place == "panels.front.edges"
+
+
+def test_a_panel_of_as_many_curves_as_it_may_have_is_read(specification):
+    (panel,) = parse_pattern(specification({"front": many_edges(400, True)})).panels
+    assert len(panel.edges) == 400
+
+
+def test_an_arc_of_an_enormous_circle_is_straight(two_squares):
+    for radius, straight in ((1e3, False), (1e7, True), (1e300, True)):
+        two_squares["pattern"]["panels"]["left"]["edges"][0]["curvature"] = {"type": "circle", "params": [radius, 0, 1]}
+        edge = parse_pattern(two_squares).panels[0].edges[0]
+        assert is_straight(edge.curve) == straight
+        assert edge.length == pytest.approx(0.4, rel=1e-4)
 
 
 def test_a_missing_file_is_named(tmp_path):
