@@ -30,6 +30,13 @@ def folder(tmp_path_factory):
     stitch_to_nowhere["pattern"]["stitches"][1][0]["edge"] = 9
     (folder / "nowhere.json").write_bytes(patterns.as_bytes(stitch_to_nowhere))
     (folder / "not.json").write_text("hello")
+    with (folder / "large.ply").open("wb") as large:  # 300 MB of nothing, which take no place on the disk
+        large.truncate(300 * 10**6)
+    np.savez_compressed(folder / "bomb.npz", rest_vertices=np.zeros((10_000_000, 3), np.float32))
+    fine = trimesh.creation.icosphere(subdivisions=7, radius=0.3)
+    fine.export(folder / "fine.ply")
+    not_a_number = patterns.as_bytes(patterns.tube()).replace(b"80.0", b"NaN", 1)
+    (folder / "nan.json").write_bytes(not_a_number)
     (folder / "not.bvh").write_text("hello")
     return folder
 
@@ -79,6 +86,7 @@ def test_simulate_records_a_garment_on_a_body_of_ones_own(folder):
         (["--garment", "{}/absent.json"], ["absent.json"]),
         (["--garment", "{}/not.json"], ["JSON"]),
         (["--garment", "{}/nowhere.json"], ["stitches[1]"]),
+        (["--garment", "{}/nan.json"], ["panels.front.translation[1]", "nan"]),
         (["--fabric", "steel"], ["no fabric 'steel'", "cotton_jersey"]),
         (["--preset", "perfect"], ["no preset 'perfect'", "draft"]),
         (["--device", "cuda:77"], ["no device 'cuda:77'", "cpu"]),
@@ -87,6 +95,9 @@ def test_simulate_records_a_garment_on_a_body_of_ones_own(folder):
         (["--body", "{}/absent.npz"], ["absent.npz"]),
         (["--body", "{}/not.json"], ["not.json"]),
         (["--body", "{}/open.obj"], ["not closed"]),
+        (["--body", "{}/large.ply"], ["large.ply", "286 MiB", "Reduce it"]),
+        (["--body", "{}/bomb.npz"], ["bomb.npz", "114 MiB", "Reduce it"]),
+        (["--body", "{}/fine.ply"], ["fine.ply", "163842 vertices", "Reduce it"]),
         (["--fps", "5"], ["too few", "11"]),
         (["--edge-length", "1e-9"], ["edge length"]),
         (["--out", "{}/absent/o.npz"], ["can't be written"]),

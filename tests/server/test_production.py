@@ -21,6 +21,7 @@ from tryon_server.runtime.sources import Move
 from tryon_server.runtime.wardrobe import CAPACITY, Wardrobe, wardrobe_key
 from tryon_server.sessions.commands import AllowFrame
 from tryon_solver.body.pose import Pose
+from tryon_solver.geometry.placement import PlacementError
 
 POSITIONS = np.arange(12, dtype=np.float32).reshape(4, 3)
 
@@ -59,6 +60,20 @@ def test_garment_is_dressed_once_and_worn_again_as_it_hung(order, monkeypatch):
     np.testing.assert_allclose(again.cloth_positions(), hung, atol=0.01)
     assert again.outfit.vertex_count == len(hung)
     assert again.outfit.panel_names == ("front", "back")
+
+
+def test_a_piece_without_a_place_is_named_with_what_to_do_about_it(order, monkeypatch):
+    def nowhere(*_, **__):
+        raise PlacementError("the piece finds no place", "panels.back", "Move it away from the body")
+
+    monkeypatch.setattr(production, "dress", nowhere)
+    with pytest.raises(ProblemError) as caught:
+        production.build_drape(order, lambda *_: None)
+    problem = caught.value.problem
+    assert (problem.code, problem.place, problem.remedy) == (
+        "garment.unfit", "panels.back", "Move it away from the body",
+    )  # fmt: skip
+    assert "finds no place" in problem.message
 
 
 def published(drape, poses):

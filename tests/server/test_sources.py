@@ -12,6 +12,7 @@ from tryon_server.runtime.sources import (
     LARGEST_DEBT,
     LONGEST_MOVE,
     NEARBY,
+    SHORTEST_MOVE,
     MotionSource,
     StillSource,
     StreamSource,
@@ -179,3 +180,12 @@ def test_leaps_are_whole_metres_and_leave_less_than_one(place):
         assert np.abs(goal.root - leap).max() <= 0.5
     else:
         assert not leap.any()
+
+
+@pytest.mark.parametrize("period", [LONGEST_MOVE + 1e-7, 1e-4, 1 / 90, 0.0171])
+def test_no_move_is_so_short_that_roundings_become_speeds(period):
+    """Poses a little longer apart than a move may be, or much closer: what is left over waits for the next one."""
+    moves = follow(StreamSource(at(0.0)), lambda t: at(0.1 * t), period, 1 / 60, 4.0)
+    done = [move.dt for move in moves if move is not None]
+    assert len(done) > 100
+    assert min(done) >= SHORTEST_MOVE

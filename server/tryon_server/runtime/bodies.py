@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,9 @@ from tryon_server.problems import ProblemError, problem_error
 from tryon_solver.body.model import BodyError, BodyModel, default_body
 
 BODY_FILE = "body.npz"
+BYTES_MAX = 64 * 2**20  # of a body's file, and of what is packed in an .npz: 30 times the default body's
+VERTICES_MAX = 100_000  # of a body: 20 times the default's; the solver looks at each of them in every step
+COARSER = "Reduce it to about 10,000 vertices"
 SIZE_RANGE = (0.05, 5.0)  # [m] extent of a body; a mesh outside of it was drawn in another unit
 
 
@@ -26,9 +31,25 @@ def load_body(path: Path | None) -> BodyModel:
             return default_body()
         if path.is_dir():
             path = path / BODY_FILE
-        return BodyModel.load(path) if path.suffix == ".npz" else still_body(path)
+        _check_size(path)
+        body = BodyModel.load(path) if path.suffix == ".npz" else still_body(path)
     except BodyError as error:
         raise problem_error("body.unusable", str(error), "Then try again", place="body", status=422) from error
+    if len(body.rest_vertices) > VERTICES_MAX:
+        raise _unfit(path, f"it has {len(body.rest_vertices)} vertices, more than {VERTICES_MAX}", COARSER)
+    return body
+
+
+def _check_size(path: Path) -> None:
+    """Look at how much there is to read before it is read. What is missing or no archive is told by its reader."""
+    size = 0
+    with contextlib.suppress(OSError):
+        size = path.stat().st_size
+    if path.suffix == ".npz":
+        with contextlib.suppress(OSError, zipfile.BadZipFile), zipfile.ZipFile(path) as archive:
+            size = max(size, sum(entry.file_size for entry in archive.infolist()))
+    if size > BYTES_MAX:
+        raise _unfit(path, f"it has {size / 2**20:.0f} MiB to read, more than {BYTES_MAX / 2**20:.0f}", COARSER)
 
 
 def still_body(path: Path) -> BodyModel:

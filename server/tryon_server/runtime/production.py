@@ -113,7 +113,10 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
             dressed = _dress_as_before(panels, body, fabric, settings, device, progress, Wardrobe(order.wardrobe), key)
     except PatternError as error:
         raise problem_error("pattern.invalid", error.message, error.remedy, place=error.place, status=422) from error
-    except (PlacementError, GarmentError, DressingError) as error:
+    except PlacementError as error:
+        message = f"the garment can't be put on: {error.message}"
+        raise problem_error("garment.unfit", message, error.remedy, place=error.place, status=422) from error
+    except (GarmentError, DressingError) as error:
         message = f"the garment can't be put on: {error}"
         raise problem_error("garment.unfit", message, TRY_ANOTHER, place="garment", status=422) from error
     return SolverDrape(dressed, body)

@@ -19,6 +19,7 @@ from tryon_solver.body.motion import Motion, blend_in
 from tryon_solver.body.pose import Pose
 
 LONGEST_MOVE = 1 / 30  # [s] one step of the solver at preset draft
+SHORTEST_MOVE = 1e-3  # [s] over less, a rounding of the positions is a speed; what is left waits for the next pose
 LARGEST_DEBT = 0.1  # [s] of wall time that is made up when the solver is quick enough again; more is forgotten
 SETTLE_SECONDS = 3.0  # a body that stands still is simulated for this long, until the cloth hangs still
 STALL_SECONDS = 0.25  # without a pose for this long the stream's body stands still and the cloth settles
@@ -167,7 +168,7 @@ class StreamSource:
             return self._wait(elapsed, 0)
         seq, t_newest, goal = self._newest
         gap = t_newest - self._reached
-        if gap <= 0:
+        if gap < SHORTEST_MOVE:
             return self._wait(elapsed, seq)
         self._waited = 0.0
         dt = min(gap, LONGEST_MOVE, CATCH_UP * elapsed)

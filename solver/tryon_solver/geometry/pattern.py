@@ -147,10 +147,10 @@ def _read_json(content: bytes) -> Any:
         ) from error
     except RecursionError as error:
         raise NotJsonError("not a JSON file: it is nested too deeply", WHOLE, remedy) from error
-    except ValueError as error:
-        if isinstance(error, PatternError):
-            raise
-        raise NotJsonError(f"not a JSON file: {error}", WHOLE, remedy) from error
+    except PatternError:
+        raise
+    except ValueError as error:  # Python's own limit on the digits of an integer
+        raise NotJsonError("not a JSON file: a number has thousands of digits", WHOLE, remedy) from error
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
