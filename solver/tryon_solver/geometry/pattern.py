@@ -33,6 +33,7 @@ GATHER_RATIO_LIMIT = 4.0
 PIECE_SIZE_MIN = 0.005  # m
 PIECE_SIZE_MAX = 4.0  # m
 LARGEST_PIECE_MIN = 0.1  # m
+UNITS_IN_METER_MIN, UNITS_IN_METER_MAX = 0.1, 1e5  # from decametres to a hundredth of a millimetre
 POSITION_MAX = 10.0  # m, of a piece from the origin between the feet
 
 # Relative control points of real patterns stay within 2 edge lengths; absolute ones in centimetres do not.
@@ -199,7 +200,7 @@ def _metres_per_unit(properties: Any) -> float:
             "the unit of length is not stated", place, "State it: 100 for centimetres, 1000 for millimetres"
         )
     units = _number(properties["units_in_meter"], place)
-    if units <= 0:
+    if not UNITS_IN_METER_MIN <= units <= UNITS_IN_METER_MAX:
         raise PatternError(f"{units:g} units in a metre is not a unit of length", place, "State 100 for centimetres")
     coordinates = properties.get("curvature_coords", "relative")
     if coordinates != "relative":

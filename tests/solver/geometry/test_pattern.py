@@ -218,6 +218,14 @@ def test_the_unit_is_never_guessed(two_squares):
     assert caught.value.place == "properties.units_in_meter"
 
 
+@pytest.mark.parametrize("units", [0, -100, 5e-324, 1e308, math.nan, "cm", None])
+def test_what_is_no_unit_is_refused(two_squares, units):
+    two_squares["properties"]["units_in_meter"] = units
+    with pytest.raises(PatternError) as caught:
+        parse_pattern(two_squares)
+    assert caught.value.place == "properties.units_in_meter"
+
+
 NOT_JSON = {
     "broken": (b'{"pattern":\n {,}}', "line 2 column 3", "property name"),
     "empty": (b"", "line 1 column 1", "Expecting value"),
