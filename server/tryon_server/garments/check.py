@@ -44,7 +44,8 @@ def check_pattern(content: bytes) -> CheckReply:
     except NotJsonError as error:
         return _refused("pattern.not_json", error.place, error.message, error.remedy, 400)
     except PatternError as error:
-        return _refused("pattern.invalid", error.place, error.message, error.remedy, 422)
+        place = "panels" if error.place == "edge_length" else error.place  # the check's own length is not at fault
+        return _refused("pattern.invalid", place, error.message, error.remedy, 422)
     corners = mesh.uv[mesh.faces]
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = float(abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]).sum() / 2)

@@ -184,7 +184,7 @@ def _check_edge_length(pattern: Pattern, edge_length: float) -> None:
             f"over {VERTICES_MAX}"
         )
         remedy = "Use a larger edge length, or check properties.units_in_meter and the number of panels"
-        raise PatternError(message, "panels", remedy)
+        raise PatternError(message, "edge_length", remedy)
 
 
 def _mesh_piece(plan: _Plan, index: int) -> _Piece:
