@@ -35,6 +35,12 @@ def folder(tmp_path_factory):
     np.savez_compressed(folder / "bomb.npz", rest_vertices=np.zeros((10_000_000, 3), np.float32))
     fine = trimesh.creation.icosphere(subdivisions=7, radius=0.3)
     fine.export(folder / "fine.ply")
+    unequal = patterns.tube()
+    unequal["pattern"]["panels"]["front"] = patterns.piece(60.0, 120.0, 30.0)
+    (folder / "unequal.json").write_bytes(patterns.as_bytes(unequal))
+    flat = patterns.tube()
+    flat["pattern"]["panels"]["back"]["vertices"] = [[0, 0], [20, 0], [60, 0], [40, 0]]
+    (folder / "flat.json").write_bytes(patterns.as_bytes(flat))
     not_a_number = patterns.as_bytes(patterns.tube()).replace(b"80.0", b"NaN", 1)
     (folder / "nan.json").write_bytes(not_a_number)
     (folder / "not.bvh").write_text("hello")
@@ -86,6 +92,8 @@ def test_simulate_records_a_garment_on_a_body_of_ones_own(folder):
         (["--garment", "{}/absent.json"], ["absent.json"]),
         (["--garment", "{}/not.json"], ["JSON"]),
         (["--garment", "{}/nowhere.json"], ["stitches[1]"]),
+        (["--garment", "{}/unequal.json"], ["stitches[0]", "120.0 cm", "50.0 cm"]),
+        (["--garment", "{}/flat.json"], ["panels.back", "no area"]),
         (["--garment", "{}/nan.json"], ["panels.front.translation[1]", "nan"]),
         (["--fabric", "steel"], ["no fabric 'steel'", "cotton_jersey"]),
         (["--preset", "perfect"], ["no preset 'perfect'", "draft"]),

@@ -9,6 +9,7 @@ import os
 import signal
 import time
 
+import numpy as np
 import pytest
 import websockets
 
@@ -92,6 +93,36 @@ def test_poses_of_a_client_are_solved_for_and_bad_ones_are_answered(live):
             newest = await stream.send_pose((0.05, 0.0, 0.0), REST, t=1.3)
             frame = await until(stream, lambda event: getattr(event, "pose_seq", 0) == newest)
             assert frame.root[0] <= 0.05
+
+    run(scenario())
+
+
+def test_a_wearer_who_appears_far_away_is_seen_there_at_once(live):
+    """Ten kilometres from the session's origin, with cloth and body where the wearer is and nothing on the way."""
+
+    async def scenario():
+        async with connect(live.stream_url(live.open(motion=None))) as stream:
+            topology = await until(stream, lambda event: isinstance(event, Topology))
+            newest = await stream.send_pose((10_000.25, 0.0, -10_000.0), REST, t=1.0)
+            frame = await until(stream, lambda event: getattr(event, "pose_seq", 0) == newest)
+            assert np.abs(frame.root - [10_000.25, 0.0, -10_000.0]).max() < 0.5
+            sheet = frame.cloth - frame.root
+            assert sheet[:, :2].min() == pytest.approx(0.0, abs=1e-4)
+            assert sheet[:, :2].max() == pytest.approx(0.5, abs=1e-4)
+            assert frame.offset_count == 0, "the body is where its pose says"
+            np.testing.assert_allclose(frame.body - frame.root, topology.body.rest_vertices, atol=1e-4)
+
+    run(scenario())
+
+
+def test_a_message_beyond_all_measure_closes_that_connection_only(live, swaying):
+    async def scenario():
+        async with connect(live.stream_url(swaying)) as other:
+            async with raw(live, swaying) as websocket:
+                await websocket.send(bytes(2 * 2**20))
+                await websocket.wait_closed()
+                assert websocket.close_code == 1009
+            assert len(await take_frames(other, 3)) == 3
 
     run(scenario())
 
