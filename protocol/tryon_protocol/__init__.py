@@ -1,6 +1,6 @@
 """The wire of tryon: control messages, topologies and frames. protocol/PROTOCOL.md describes it for other languages."""
 
-from .control import decode_client, decode_server, encode, error_message, is_frame, negotiate
+from .control import decode_client, decode_server, encode, error_message, is_frame, negotiate, request_of
 from .decoder import DecodedFrame, FrameDecoder
 from .encoder import KEYFRAME_INTERVAL, FrameEncoder
 from .errors import ProtocolError
@@ -84,5 +84,6 @@ __all__ = [
     "is_frame",
     "negotiate",
     "read_header",
+    "request_of",
     "validate_pose",
 ]

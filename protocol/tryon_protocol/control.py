@@ -58,6 +58,19 @@ def decode_server(data: bytes) -> ServerMessage:
     return _decode(data, "server")
 
 
+class _Numbered(msgspec.Struct):
+    request: int | None = None
+
+
+def request_of(data: bytes) -> int | None:
+    """The number of a command that can't be read otherwise, for the `error` that answers it; None when it has none."""
+    try:
+        number = msgspec.msgpack.decode(data, type=_Numbered).request
+    except (msgspec.DecodeError, RecursionError, UnicodeDecodeError):
+        return None
+    return number if number is not None and 0 <= number < 2**32 else None
+
+
 def _decode(data: bytes, side: str) -> Any:
     try:
         return _decoders[side].decode(data)

@@ -32,6 +32,7 @@ from tryon_protocol import (
     encode,
     error_message,
     negotiate,
+    request_of,
     validate_pose,
 )
 from tryon_protocol.messages import SessionState
@@ -139,7 +140,11 @@ class Session:
             within_rate = viewer.within_rate(now)
             if not viewer.greeted:
                 return self._greet(client, viewer, data, now)
-            message = decode_client(data)
+            try:
+                message = decode_client(data)
+            except ProtocolError as error:
+                number = request_of(data) if within_rate and error.code == "invalid_field" else None
+                return self._answer_fault(client, viewer, error, number, now)
             if not within_rate and not isinstance(message, AckMessage | ByeMessage):
                 raise ProtocolError(
                     "rate_limited",

@@ -2,6 +2,7 @@
 
 import math
 
+import msgspec
 import pytest
 from session_driver import JOINTS, Driver, pose
 
@@ -172,6 +173,19 @@ def test_unknown_names_are_answered_with_the_request_number_and_what_there_is():
     assert (second.code, second.request) == ("unknown_fabric", 42)
     assert "walk, squat" in first.remedy
     assert driver.ordered(FollowMotion) == driver.ordered(WearFabric) == []
+
+
+@pytest.mark.parametrize("request_number", [7, None, -1, 2**40, "seven"])
+def test_a_command_that_cannot_be_read_is_answered_with_its_number_if_it_has_one(request_number):
+    driver = Driver()
+    driver.connect(1)
+    command = {"type": "set_motion", "motion": 5, "request": request_number}
+    for _ in range(2):
+        driver.say_bytes(1, msgspec.msgpack.encode(command))
+    answers = driver.messages(1, ErrorMessage)
+    assert {answer.code for answer in answers} == {"invalid_field"}
+    expected = [7, 7] if request_number == 7 else [None]  # without a number, the same fault is told once a second
+    assert [answer.request for answer in answers] == expected
 
 
 def test_session_that_waits_for_poses_says_so():
