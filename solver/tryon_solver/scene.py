@@ -47,20 +47,22 @@ class StrainLimit:
 
 @dataclass(frozen=True)
 class AirDrag:
-    """Air at rest slows the cloth's motion through it; `coefficient` N s/m^3: force per area and speed."""
+    """Air at rest slows the cloth's motion through it; `coefficient` N s/m^3: force per area and speed.
 
-    coefficient: float = 0.05
+    A plate broadside on feels 1/2 rho c_d v per speed: with c_d 1.2 that is 0.5 N s/m^3 at 0.7 m/s, a swinging hem's speed.
+    """
+
+    coefficient: float = 0.5
 
 
 @dataclass(frozen=True)
 class FabricDamping:
     """Damping within the fabric; `time` s is beta of the force -beta H v (effects/fabric_damping.py).
 
-    A mode of frequency f is damped by the ratio pi f beta of critical: 3 ms is 8 % at 8 Hz. Not worn by default: it
-    damps an active strain limit as well, which holds fast sleeves back.
+    A mode of frequency f is damped by the ratio pi f beta of critical: 5 ms is 13 % at 8 Hz.
     """
 
-    time: float = 3e-3
+    time: float = 5e-3
 
 
 @dataclass(frozen=True)
@@ -84,6 +86,7 @@ WORN: tuple[Effect, ...] = (
     Friction(),
     StrainLimit(),
     AirDrag(),
+    FabricDamping(),
 )
 
 

@@ -45,13 +45,15 @@ class Settings:
     """Gap at which contact begins to act [m]."""
     body_offset: float = 1.5e-3
     """Thickness the skin adds to every contact with it [m]; the fabric adds half its own."""
-    pressure_stiffness: float = 3e5
+    pressure_stiffness: float = 1e6
     """Stiffness of contact per area of cloth [N/m^3]."""
     skin_stiffness: float = 1000.0
     """How strongly a vertex of the collision surface is held to the tracked skin [N/m], while it is close."""
-    skin_hold: float = 3.0
-    """Most a vertex of the collision surface resists [N]: cloth caught in a fold moves it, tension doesn't."""
-    return_speed: float = 1.0
+    skin_hold: float = 1.0
+    """Force at which a vertex of the collision surface yields [N]: cloth caught in a fold moves it, tension doesn't."""
+    skin_firmness: float = 30.0
+    """How much more it resists the further it has yielded [N/m], so that two sheets that press cloth share the way."""
+    return_speed: float = 0.4
     """How fast a surface that yielded returns to the skin [m/s]."""
     substep_travel: float = 8e-3
     """Longest motion of the body relative to its pelvis in one kinematic sub-step [m]."""
@@ -82,6 +84,7 @@ class Settings:
             "pressure_stiffness",
             "skin_stiffness",
             "skin_hold",
+            "skin_firmness",
             "return_speed",
             "substep_travel",
             "carry_full",

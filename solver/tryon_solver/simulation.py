@@ -141,6 +141,7 @@ class Simulation:
             v=wp.clone(cloth),
             acceleration=wp.clone(cloth),
             skin=wp.array(surface.astype(np.float32), dtype=wp.vec3, device=device),
+            hold=wp.full(self.body_count, self.settings.skin_hold, dtype=wp.float32, device=device),
         )
         self.work = Workspace.allocate(self.all_count, len(scene.garment.faces), device)
         self.x_before = wp.clone(cloth)

@@ -22,7 +22,8 @@ class State:
     x_hat: wp.array  # (N,) vec3 m, inertial prediction
     v: wp.array  # (N,) vec3 m/s
     acceleration: wp.array  # (N,) vec3 m/s^2, of external forces
-    skin: wp.array  # (B,) vec3 m, the tracked skin: where the collision surface wants to be
+    skin: wp.array  # (B,) vec3 m, where the collision surface is drawn in this step: to the tracked skin
+    hold: wp.array  # (B,) float32 N, how firmly at most
     time: float = 0.0  # s, the poses' clock
 
 

@@ -117,17 +117,14 @@ def surface_kernel(
     cloth_count: int,
     skin_before: wp.array(dtype=wp.vec3),
     skin_after: wp.array(dtype=wp.vec3),
-    longest_return: float,
-    x: wp.array(dtype=wp.vec3),
     displacement_out: wp.array(dtype=wp.vec3),
 ):
-    """The collision surface follows the skin; what it lags behind is made up by at most `longest_return` m."""
+    """The collision surface moves as the skin does.
+
+    Where it has yielded it stays so much behind: only the correction knows what presses on it and lets it return.
+    """
     j = wp.tid()
-    lag = skin_before[j] - x[cloth_count + j]
-    size = wp.length(lag)
-    if size > longest_return:
-        lag = (longest_return / size) * lag
-    displacement_out[cloth_count + j] = skin_after[j] - skin_before[j] + lag
+    displacement_out[cloth_count + j] = skin_after[j] - skin_before[j]
 
 
 @wp.kernel

@@ -24,7 +24,7 @@ from tryon_solver.contact.distances import stencil_vector, stencil_weights
 wp.set_module_options({"enable_backward": False})
 
 DEEP_GAP = 0.5  # share of its gap above xi that a pair deep in contact keeps in a deflected motion
-ENTRY_GAP = 0.7  # share of the activation distance down to which a pair may enter contact
+ENTRY_GAP = 0.8  # share of the activation distance down to which a pair may enter contact
 RECOVERY = 0.2  # share of what a pair at less than xi lacks that a deflected motion gives back
 SURFACE_WEIGHT = 0.05  # how readily the body's surface gives way at first, cloth having 1; it rises to 1
 LEAST_PUSH = 1.0e-6  # m
@@ -32,20 +32,21 @@ RELAXATION = 1.3  # of the mean of all pushes on a vertex: several candidates pu
 
 
 @wp.func
-def kept_gap(gap: float, g_hat: float) -> float:
+def kept_gap(gap: float, held_gap: float, g_hat: float) -> float:
     """Gap [m] that a deflected motion leaves of `gap`; grows with it.
 
     A barrier that is out of reach has no say in the motion, and what falls deep into it is thrown out again: so a pair
-    comes into contact, and the further in it is the more of its gap it may use up.
+    comes into contact, and the further in it is the more of its gap it may use up. Of `held_gap` m it uses up nothing.
     """
     share = wp.min(gap / g_hat, 1.0)
-    return wp.min(gap, g_hat) * (DEEP_GAP + (ENTRY_GAP - DEEP_GAP) * share)
+    kept = wp.min(gap, g_hat) * (DEEP_GAP + (ENTRY_GAP - DEEP_GAP) * share)
+    return wp.max(kept, wp.min(gap, held_gap))
 
 
 @wp.func
-def least_closing(gap: float, g_hat: float) -> float:
+def least_closing(gap: float, held_gap: float, g_hat: float) -> float:
     """How much of its gap a pair with at least `gap` m may lose before it is deflected [m]."""
-    closing = gap - kept_gap(gap, g_hat)
+    closing = gap - kept_gap(gap, held_gap, g_hat)
     if gap < g_hat:
         return wp.min(closing, (1.0 - ENTRY_GAP) * g_hat)
     return closing
@@ -61,6 +62,7 @@ def deflect_kernel(
     cloth_count: int,
     sizes: ContactSizes,
     x: wp.array(dtype=wp.vec3),
+    held_gap: float,
     surface_weight: float,
     number: int,
     near: wp.array(dtype=wp.int32),
@@ -79,7 +81,7 @@ def deflect_kernel(
     if number > 0:
         c = near[c]
     gap = distance[c] - 2.0 * moved - wp.max(sizes.xi_body, sizes.xi_self)
-    if least_closing(gap, sizes.d_hat) > 2.0 * longest:
+    if least_closing(gap, held_gap, sizes.d_hat) > 2.0 * longest:
         return
     v = ids[c]
     if number > 0:
@@ -92,7 +94,7 @@ def deflect_kernel(
     p2 = displacement[v[2]]
     p3 = displacement[v[3]]
     furthest = wp.max(wp.max(wp.length_sq(p0), wp.length_sq(p1)), wp.max(wp.length_sq(p2), wp.length_sq(p3)))
-    if least_closing(distance[c] - 2.0 * moved - xi, sizes.d_hat) > 2.0 * wp.sqrt(furthest):
+    if least_closing(distance[c] - 2.0 * moved - xi, held_gap, sizes.d_hat) > 2.0 * wp.sqrt(furthest):
         return
     if number == 0:
         near[wp.atomic_add(near_count, 0, 1)] = c
@@ -102,7 +104,7 @@ def deflect_kernel(
     if d <= 0.0:
         return
     n = difference / d
-    wanted = xi + kept_gap(d - xi, sizes.d_hat)
+    wanted = xi + kept_gap(d - xi, held_gap, sizes.d_hat)
     if d < xi:
         wanted = d + RECOVERY * (xi - d)
     closing = float(0.0)
@@ -183,8 +185,9 @@ def deflect(
     scratch: DeflectionScratch,
     counter: wp.array,
     at_most: int,
+    held_gap: float = 0.0,
 ) -> None:
-    """Turn `displacement` (A,) m aside, in at most `at_most` passes.
+    """Turn `displacement` (A,) m aside, in at most `at_most` passes; of `held_gap` m no pair is to use up anything.
 
     `longest` m bounds the displacement; `changed` (A,) int32 is scratch.
     """
@@ -207,6 +210,7 @@ def deflect(
                 cloth_count,
                 sizes,
                 x,
+                held_gap,
                 SURFACE_WEIGHT ** (1.0 - number / at_most),
                 number,
             ],

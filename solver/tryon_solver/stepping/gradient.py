@@ -1,9 +1,9 @@
 """The gradient of the incremental potential, and products with its matrix.
 
     E(x) = 1/(2 dt^2) |x - x_hat|_M^2 + Psi(x) + B(x) + D(x; x_start)          over the cloth,
-         + sum_j k e^2 (sqrt(1 + |c_j - s_j|^2/e^2) - 1)                       over the collision surface c,
+         + sum_j k e_j^2 (sqrt(1 + |c_j - s_j|^2/e_j^2) - 1)                   over the collision surface c,
 
-c held to the tracked skin s by a spring that yields: stiffness k, force at most k e = `skin_hold`.
+c held to the tracked skin s by a spring that yields: stiffness k, force at most the vertex's hold k e_j.
 
 The matrix A used with it is projective dynamics' constant H = M/dt^2 + K (an upper bound of the elastic Hessian) plus
 the contact pairs' Gauss-Newton blocks.
@@ -46,7 +46,7 @@ def gather_kernel(
 def skin_kernel(
     cloth_count: int,
     stiffness: float,
-    hold: float,
+    hold: wp.array(dtype=wp.float32),
     x: wp.array(dtype=wp.vec3),
     skin: wp.array(dtype=wp.vec3),
     gradient_out: wp.array(dtype=wp.vec3),
@@ -55,7 +55,7 @@ def skin_kernel(
     """k r/sqrt(1 + |r|^2/e^2), r = c - s, e = hold/k; the diagonal is the secant stiffness, an upper bound."""
     j = wp.tid()
     r = x[cloth_count + j] - skin[j]
-    give = stiffness / hold
+    give = stiffness / hold[j]
     secant = stiffness / wp.sqrt(1.0 + give * give * wp.length_sq(r))
     gradient_out[cloth_count + j] = secant * r
     diagonal_out[cloth_count + j] = secant
@@ -104,7 +104,7 @@ def elastic_gradient(sim: Simulation, x: wp.array, gradient_out: wp.array, corre
         wp.launch(
             skin_kernel,
             sim.body_count,
-            [sim.cloth_count, sim.settings.skin_stiffness, sim.settings.skin_hold, x, state.skin],
+            [sim.cloth_count, sim.settings.skin_stiffness, state.hold, x, state.skin],
             [gradient_out, work.diagonal],
             device=sim.device,
         )

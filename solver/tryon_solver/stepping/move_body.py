@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 
 FILTER_ROUNDS = 4  # of turning a motion aside before it is shortened for good
+HELD_GAP = 0.3  # share of the activation distance that the carried motion leaves: room to slide for cloth in a fold
 
 
 def move_body(sim: Simulation, interval: PoseInterval) -> None:
@@ -45,7 +46,7 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
         for k in range(1, count + 1):
             pose = interval.end if k == count else Pose.interpolate(interval.start, interval.end, k / count)
             after = world_from_rest(sim.scene.body, pose)
-            carry_once(sim, before, after, pose, interval.dt / count)
+            carry_once(sim, before, after, pose)
             before = after
         sim.counters.substeps += count
         limit_return(sim, interval.dt)
@@ -70,7 +71,7 @@ def substep_count(sim: Simulation, before: np.ndarray, end: Pose) -> int:
     return int(np.clip(np.ceil(travel / sim.settings.substep_travel), 1, sim.settings.most_substeps))
 
 
-def carry_once(sim: Simulation, before: np.ndarray, after: np.ndarray, pose: Pose, dt: float) -> None:
+def carry_once(sim: Simulation, before: np.ndarray, after: np.ndarray, pose: Pose) -> None:
     """One kinematic sub-step."""
     state, work, body, device = sim.state, sim.work, sim.body, sim.device
     assert body is not None
@@ -90,7 +91,7 @@ def carry_once(sim: Simulation, before: np.ndarray, after: np.ndarray, pose: Pos
     wp.launch(
         carrying.surface_kernel,
         sim.body_count,
-        [sim.cloth_count, body.skin_now, body.skin_next, sim.settings.return_speed * dt, state.x],
+        [sim.cloth_count, body.skin_now, body.skin_next],
         [work.direction],
         device=device,
     )
@@ -148,6 +149,7 @@ def turn_aside(sim: Simulation) -> None:
         sim.deflection,
         sim.work.hits,
         sim.settings.deflection_passes,
+        HELD_GAP * sim.settings.d_hat,
     )
 
 
@@ -186,26 +188,37 @@ def shorten(sim: Simulation) -> int:
 def limit_return_kernel(
     cloth_count: int,
     longest: float,
+    hold: float,
+    firmness: float,
     x: wp.array(dtype=wp.vec3),
     skin: wp.array(dtype=wp.vec3),
     target_out: wp.array(dtype=wp.vec3),
+    hold_out: wp.array(dtype=wp.float32),
 ):
     j = wp.tid()
     lag = skin[j] - x[cloth_count + j]
     size = wp.length(lag)
+    hold_out[j] = hold + firmness * size
     if size > longest:
         lag = (longest / size) * lag
     target_out[j] = x[cloth_count + j] + lag
 
 
 def limit_return(sim: Simulation, dt: float) -> None:
-    """Where the surface is drawn in the coming step: to the skin, at no more than `return_speed`."""
-    body = sim.body
+    """Where the surface is drawn in the coming step, to the skin at no more than `return_speed`, and how firmly."""
+    body, settings = sim.body, sim.settings
     assert body is not None
     wp.launch(
         limit_return_kernel,
         sim.body_count,
-        [sim.cloth_count, sim.settings.return_speed * dt, sim.state.x, body.skin_now],
-        [sim.state.skin],
+        [
+            sim.cloth_count,
+            settings.return_speed * dt,
+            settings.skin_hold,
+            settings.skin_firmness,
+            sim.state.x,
+            body.skin_now,
+        ],
+        [sim.state.skin, sim.state.hold],
         device=sim.device,
     )

@@ -15,6 +15,7 @@ from tryon_solver.scene import AirDrag, BodyContact, FabricDamping, Scene, Sewin
 from tryon_solver.settings import Settings
 from tryon_solver.simulation import build
 from tryon_solver.stepping.gradient import elastic_gradient, system_product
+from tryon_solver.stepping.move_body import limit_return
 from tryon_solver.stepping.newton import hessian_product, linearise
 
 CLOTH = fabric(k_warp=300.0, k_weft=180.0, k_shear=70.0, k_bend=3e-5, strain_limit=1.1)
@@ -31,7 +32,7 @@ def sim():
     vertices, faces = icosphere(0.04, 0)
     effects = (BodyContact(), StrainLimit(LIMIT), AirDrag(DRAG), Sewing(STITCHES, STITCH))
     scene = Scene(garment, x, rigid_body(vertices - np.array([0, 0.1, 0]), faces), CLOTH, effects)
-    sim = build(scene, Settings(skin_stiffness=150.0, skin_hold=0.4), "cpu", STILL)
+    sim = build(scene, Settings(skin_stiffness=150.0), "cpu", STILL)
     sim.use_time_step(DT)
     sewing = next(c for c in sim.plan.contributions if c.name == "sewing")
     sewing.values["share"].fill_(SHARE)
@@ -77,7 +78,7 @@ def cloth_energies(sim, state):
 
 
 def skin_energy(sim, state):
-    k, e = sim.settings.skin_stiffness, sim.settings.skin_hold / sim.settings.skin_stiffness
+    k, e = sim.settings.skin_stiffness, sim.state.hold.numpy().astype(np.float64) / sim.settings.skin_stiffness
     return lambda c: (k * e**2 * (np.sqrt(1 + ((c - state["skin"]) ** 2).sum(-1) / e**2) - 1)).sum(-1)
 
 
@@ -120,6 +121,8 @@ def test_every_part_is_in_the_gradient(sim, state, uv, left_out):
 def test_skin_spring_yields(sim, state, rng, lag):
     """From far below to far beyond e = hold/stiffness, and never more than the hold."""
     n = sim.cloth_count
+    hold = rng.uniform(0.2, 0.6, sim.body_count)
+    sim.state.hold.assign(hold.astype(np.float32))
     surface = rounded(state["skin"] + lag * rng.standard_normal(state["skin"].shape))
     x = np.vstack([sim.scene.x_start, surface])
     expected = reference.gradient(skin_energy(sim, state), surface, 1e-7)
@@ -128,7 +131,7 @@ def test_skin_spring_yields(sim, state, rng, lag):
     found = solver_gradient(sim, x)[n:]
     # surface and skin lie a decimetre from the origin: their difference is known to 1e-8 m
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-5 * largest + 2e-8 * sim.settings.skin_stiffness)
-    assert np.linalg.norm(found, axis=1).max() <= sim.settings.skin_hold * (1 + 1e-6)
+    assert (np.linalg.norm(found, axis=1) <= hold * (1 + 1e-6)).all()
     exact = reference.hessian(skin_energy(sim, state), surface, 1e-6)
     held = sim.work.diagonal.numpy()[n:].astype(np.float64)
     assert np.linalg.eigvalsh(np.diag(np.repeat(held, 3)) - exact).min() > -1e-3 * held.max()
@@ -169,6 +172,26 @@ def test_projective_dynamics_has_its_own_gradient_and_a_definite_matrix_above_it
     assert np.linalg.eigvalsh(matrix).min() > 0
     exact = sum(reference.hessian(energy, x[:n], 20 * STEP) for energy in energies)
     assert np.linalg.eigvalsh(matrix[: 3 * n, : 3 * n] - exact).min() > -1e-4 * size
+
+
+def test_the_surface_is_drawn_back_slowly_and_the_firmer_the_further_it_has_yielded(sim, rng):
+    n, settings = sim.cloth_count, sim.settings
+    skin = sim.body.skin_now.numpy().astype(np.float64)
+    yielded = np.linspace(0.0, 0.05, sim.body_count)
+    away = rng.standard_normal(skin.shape)
+    surface = skin + yielded[:, None] * away / np.linalg.norm(away, axis=1, keepdims=True)
+    sim.state.x.assign(np.vstack([sim.scene.x_start, surface]).astype(np.float32))
+    sim.state.skin.fill_(np.nan)
+    sim.state.hold.fill_(np.nan)
+    limit_return(sim, DT)
+    longest = settings.return_speed * DT
+    assert yielded.min() < longest < yielded.max()
+    drawn = np.linalg.norm(sim.state.skin.numpy() - surface, axis=1)
+    np.testing.assert_allclose(drawn, np.minimum(yielded, longest), atol=1e-6)
+    left = np.linalg.norm(sim.state.skin.numpy() - skin, axis=1)
+    np.testing.assert_allclose(left, np.maximum(yielded - longest, 0), atol=1e-6)
+    firm = settings.skin_hold + settings.skin_firmness * yielded
+    np.testing.assert_allclose(sim.state.hold.numpy(), firm, rtol=1e-4)
 
 
 def test_fabric_damping_is_proportional_to_the_fabrics_hessian(uv, rng):
