@@ -237,9 +237,9 @@ def test_a_wearer_ten_kilometres_away_is_shown_as_sharply_as_one_here(chromium, 
         asked = Request(f"{studio.url}api/sessions", wish, {"Content-Type": "application/json"})
         with urlopen(asked) as reply:
             session = json.load(reply)
-        page = open_page(chromium, f"{studio.url}?session={session['id']}")
-        wait_for_frames(page, 1)
-        stand_at(studio.url.replace("http", "ws", 1).rstrip("/") + session["stream"], place, 4.0)
+        page = open_page(chromium, f"{studio.url}?session={session['id']}", 480, 420)
+        page.wait_for_selector('#view[data-shown="figure"]')  # as dressed; frames go on when poses come
+        stand_at(studio.url.replace("http", "ws", 1).rstrip("/") + session["stream"], place, 2.5)
         page.wait_for_function(
             "x => Math.abs(Number(document.getElementById('readout').dataset.rootX) - x) < 0.01", arg=place[0]
         )
