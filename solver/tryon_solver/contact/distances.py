@@ -18,7 +18,9 @@ EDGE_EDGE = 1
 # Altitude over longest side of a triangle below which the case analysis, whose products cancel like the square of that
 # share, is left for one that does not cancel.
 FLAT_TRIANGLE = 0.1
-# Sine of the angle between two edges below which they are parallel within rounding.
+# The same for the sine of the angle between two edges.
+SMALL_ANGLE = 0.1
+# Sine below which two edges are parallel within rounding.
 PARALLEL = 1.0e-6
 
 
@@ -71,22 +73,41 @@ def point_flat_triangle_weights(a: wp.vec3, b: wp.vec3, c: wp.vec3) -> wp.vec4:
 
 
 @wp.func
+def flat_triangle_weights(a: wp.vec3, b: wp.vec3, c: wp.vec3, base_ab: bool, base_bc: bool) -> wp.vec4:
+    """Weights of the point (at the origin) and the flat triangle a b c, whose longest side is ab, bc or else ca."""
+    p = a
+    q = b
+    r = c
+    if not base_ab:
+        p = c
+        q = a
+        r = b
+        if base_bc:
+            p = b
+            q = c
+            r = a
+    turned = point_flat_triangle_weights(p, q, r)
+    weights = turned
+    if not base_ab:
+        weights = wp.vec4(1.0, turned[2], turned[3], turned[1])
+        if base_bc:
+            weights = wp.vec4(1.0, turned[3], turned[1], turned[2])
+    return weights
+
+
+@wp.func
 def point_triangle_weights(a: wp.vec3, b: wp.vec3, c: wp.vec3) -> wp.vec4:
     """Weights of the point (at the origin) and the triangle a b c relative to it."""
     ab = b - a
     ac = c - a
     ab_sq = wp.length_sq(ab)
     ac_sq = wp.length_sq(ac)
-    bc_sq = wp.length_sq(c - b)
+    ab_ac = wp.dot(ab, ac)
+    bc_sq = ab_sq + ac_sq - 2.0 * ab_ac
     longest_sq = wp.max(ab_sq, wp.max(ac_sq, bc_sq))
-    if wp.length_sq(wp.cross(ab, ac)) <= FLAT_TRIANGLE * FLAT_TRIANGLE * longest_sq * longest_sq:
-        if longest_sq == ab_sq:
-            return point_flat_triangle_weights(a, b, c)
-        if longest_sq == bc_sq:
-            from_b = point_flat_triangle_weights(b, c, a)
-            return wp.vec4(1.0, from_b[3], from_b[1], from_b[2])
-        from_c = point_flat_triangle_weights(c, a, b)
-        return wp.vec4(1.0, from_c[2], from_c[3], from_c[1])
+    # twice the area, squared, against that of a triangle of this altitude over its longest side
+    if ab_sq * ac_sq - ab_ac * ab_ac <= FLAT_TRIANGLE * FLAT_TRIANGLE * longest_sq * longest_sq:
+        return flat_triangle_weights(a, b, c, longest_sq == ab_sq, longest_sq == bc_sq)
     d1 = -wp.dot(ab, a)
     d2 = -wp.dot(ac, a)
     if d1 <= 0.0 and d2 <= 0.0:
@@ -121,8 +142,8 @@ def point_triangle_weights(a: wp.vec3, b: wp.vec3, c: wp.vec3) -> wp.vec4:
 def edge_edge_weights(a1: wp.vec3, b0: wp.vec3, b1: wp.vec3) -> wp.vec4:
     """Weights of edge (origin, a1) and edge (b0, b1), relative to the first edge's start.
 
-    The second edge's parameter comes from what of it lies across the first (Gram-Schmidt in place of a determinant,
-    whose terms cancel like the square of the angle's sine), so nearly parallel edges lose no more than a rounding.
+    At small angles the second edge's parameter comes from what of it lies across the first (Gram-Schmidt): the terms of
+    the determinant cancel like the square of the angle's sine, these don't.
     """
     d1 = a1
     d2 = b1 - b0
@@ -135,13 +156,16 @@ def edge_edge_weights(a1: wp.vec3, b0: wp.vec3, b1: wp.vec3) -> wp.vec4:
     if a > 0.0 and e > 0.0:
         c = wp.dot(d1, r)
         b = wp.dot(d1, d2)
-        per_length_sq = 1.0 / a
-        across = d2 - (b * per_length_sq) * d1
-        across_sq = wp.length_sq(across)
-        # parallel within rounding: any t on the second edge is as close, the clamps below settle s
-        if across_sq > PARALLEL * PARALLEL * e:
-            t = wp.clamp(wp.dot(r - (c * per_length_sq) * d1, across) / across_sq, 0.0, 1.0)
-        s = (b * t - c) * per_length_sq
+        determinant = a * e - b * b
+        if determinant > SMALL_ANGLE * SMALL_ANGLE * a * e:
+            t = wp.clamp((a * f - b * c) / determinant, 0.0, 1.0)
+        else:
+            across = d2 - (b / a) * d1
+            across_sq = wp.length_sq(across)
+            # parallel within rounding: any t on the second edge is as close, the clamps below settle s
+            if across_sq > PARALLEL * PARALLEL * e:
+                t = wp.clamp(wp.dot(r - (c / a) * d1, across) / across_sq, 0.0, 1.0)
+        s = (b * t - c) / a
         if s < 0.0:
             s = 0.0
             t = wp.clamp(f / e, 0.0, 1.0)
