@@ -175,7 +175,7 @@ def test_projective_dynamics_has_its_own_gradient_and_a_definite_matrix_above_it
 
 
 def test_the_surface_is_drawn_back_slowly_and_the_firmer_the_further_it_has_yielded(sim, rng):
-    n, settings = sim.cloth_count, sim.settings
+    settings = sim.settings
     skin = sim.body.skin_now.numpy().astype(np.float64)
     yielded = np.linspace(0.0, 0.05, sim.body_count)
     away = rng.standard_normal(skin.shape)
