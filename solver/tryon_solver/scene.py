@@ -49,7 +49,8 @@ class StrainLimit:
 class AirDrag:
     """Air at rest slows the cloth's motion through it; `coefficient` N s/m^3: force per area and speed.
 
-    A plate broadside on feels 1/2 rho c_d v per speed: with c_d 1.2 that is 0.5 N s/m^3 at 0.7 m/s, a swinging hem's speed.
+    A plate broadside on feels 1/2 rho c_d v per speed: with c_d 1.2 that is 0.5 N s/m^3 at 0.7 m/s, the speed of a
+    swinging hem.
     """
 
     coefficient: float = 0.5
