@@ -146,6 +146,7 @@ class Simulation:
         self.work = Workspace.allocate(self.all_count, len(scene.garment.faces), device)
         self.x_before = wp.clone(cloth)
         self.x_searched = wp.clone(x)
+        self.to_trial = wp.zeros_like(x)
         self.searches = 0
         self.deflection = DeflectionScratch.allocate(self.all_count, device)
         self.largest_out = wp.zeros(1, dtype=wp.float32, device=device)

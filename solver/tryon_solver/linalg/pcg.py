@@ -83,6 +83,22 @@ def turn_kernel(
     direction[i] = preconditioned[i] + b * direction[i]
 
 
+@wp.kernel
+def precondition_kernel(
+    blocks: wp.array(dtype=wp.mat33), gradient: wp.array(dtype=wp.vec3), out: wp.array(dtype=wp.vec3)
+):
+    """out = D^-1 g"""
+    i = wp.tid()
+    out[i] = blocks[i] * gradient[i]
+
+
+def preconditioned_norm_sq(cg: ConjugateGradients, blocks: wp.array, gradient: wp.array) -> float:
+    """<g, D^-1 g> with `blocks` the inverse diagonal blocks D^-1."""
+    wp.launch(precondition_kernel, len(gradient), [blocks, gradient], [cg.preconditioned], device=gradient.device)
+    dot(gradient, cg.preconditioned, cg.scalars[0:1])
+    return float(cg.scalars.numpy()[0])
+
+
 def solve(
     cg: ConjugateGradients,
     multiply: Callable[[wp.array, wp.array], None],

@@ -3,8 +3,9 @@
 The paper corrects with inertia and barrier alone. That counts contact twice for a garment under tension (proxy force in
 the trial, barrier force in the correction) and leaves it bouncing between two gaps; METHOD.md section 7 has the
 argument. Here the correction keeps the elastic matrix: every iteration solves A p = -dE/dx with fresh projections,
-exact barrier and friction at the current point. The first move is towards the trial. Every iterate is feasible, so a
-budget that runs out leaves a safe state.
+exact barrier and friction at the current point. It starts from the trial, as far as that can be reached, or from the
+feasible state, whichever is nearer to balance. Every iterate is feasible, so a budget that runs out leaves a safe
+state.
 """
 
 from __future__ import annotations
@@ -109,14 +110,36 @@ def look_around(sim: Simulation) -> None:
     linearise(sim, work.gradient)
 
 
-def correct_penetration(sim: Simulation) -> None:
-    """From x_feasible towards the trial in x, then Newton iterations; leaves a feasible x."""
-    state, work, settings = sim.state, sim.work, sim.settings
+def imbalance(sim: Simulation) -> float:
+    """<g, D^-1 g> [J] at x as looked around, D the Hessian's blocks: how far x is from where forces balance."""
+    return pcg.preconditioned_norm_sq(sim.cg, sim.work.blocks, sim.work.gradient)
+
+
+def choose_start(sim: Simulation) -> None:
+    """From the trial in x to the feasible start: the trial as far as it is free, or x_feasible if that is nearer.
+
+    A garment at rest thus stays where it is instead of being let go and caught again in every step, and one in fast
+    motion does not follow a trial that its few cycles left far off.
+    """
+    state, work = sim.state, sim.work
     wp.copy(work.total, state.x)
     wp.copy(state.x, state.x_feasible)
-    subtract(work.total, state.x_feasible, work.direction)
-    take(sim, work.direction)
+    subtract(work.total, state.x_feasible, sim.to_trial)
     look_around(sim)
+    standing = imbalance(sim)
+    take(sim, sim.to_trial)
+    look_around(sim)
+    if imbalance(sim) > standing:
+        wp.copy(state.x, state.x_feasible)
+        subtract(state.x, sim.x_searched, work.total)
+        sim.candidates.moved = sim.largest(work.total)
+        look_around(sim)
+
+
+def correct_penetration(sim: Simulation) -> None:
+    """From x_feasible and the trial in x by Newton iterations; leaves a feasible x."""
+    work, settings = sim.work, sim.settings
+    choose_start(sim)
     for _ in range(settings.correction_iterations):
         pcg.solve(
             sim.cg,
