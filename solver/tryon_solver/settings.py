@@ -64,9 +64,9 @@ class Settings:
     deflection_passes: int = 16
     """Passes that turn a motion aside where it would close a gap, before it is shortened."""
     searches: int = 5
-    """Searches for candidates in one step, at most; then vertices stay within reach of the last one."""
+    """How often the list of candidates is extended in one correction, at most; then vertices stay where it reaches."""
     search_slack: float = 2e-3
-    """How far past the predicted path a vertex may go before candidates are searched for again [m]."""
+    """How far from where it is expected a vertex may go before candidates are searched for again [m]."""
 
     def __post_init__(self) -> None:
         if self.scheme not in SCHEME_NAMES:

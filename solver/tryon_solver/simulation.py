@@ -15,7 +15,7 @@ import warp as wp
 from tryon_solver.body.carry import Carry
 from tryon_solver.body.pose import Pose
 from tryon_solver.body.skinning import SkinningKernel
-from tryon_solver.contact.candidates import Candidates, ContactSizes, VertexBoxes
+from tryon_solver.contact.candidates import Candidates, ContactSizes, Region
 from tryon_solver.contact.deflect import DeflectionScratch
 from tryon_solver.contact.pairs import ContactModel, ContactPairs, ContactParameters
 from tryon_solver.contact.surfaces import Surface
@@ -145,7 +145,10 @@ class Simulation:
         )
         self.work = Workspace.allocate(self.all_count, len(scene.garment.faces), device)
         self.x_before = wp.clone(cloth)
-        self.x_searched = wp.clone(x)
+        self.x_searched = wp.clone(x)  # where the contact pairs were collected last
+        self.x_listed = wp.clone(x)  # where the candidates' distances were last brought up to
+        self.listed = False  # is the candidate list complete around x?
+        self.solved = wp.zeros_like(x)  # (A,) m, by which the last step's solve moved the carried state
         self.to_trial = wp.zeros_like(x)
         self.searches = 0
         self.deflection = DeflectionScratch.allocate(self.all_count, device)
@@ -216,8 +219,7 @@ class Simulation:
         if garment.group is not None:
             own[: self.cloth_count] = garment.group
         self.group: wp.array = wp.array(own, dtype=wp.int32, device=device)
-        self.boxes = VertexBoxes.allocate(self.all_count, device)
-        self.inner = VertexBoxes.allocate(self.all_count, device)
+        self.region = Region.allocate(self.all_count, device)
         self.candidates = Candidates.allocate(1 << 14 if touches else 1, device)
         self.pairs = ContactPairs.allocate(1 << 12 if touches else 1, device)
 

@@ -41,6 +41,7 @@ class Workspace:
     blocks: wp.array  # (A,) mat33 m/N, inverse diagonal blocks
     diagonal: wp.array  # (A,) float32 N/m, inertia, drag and the skin's hold: what is not in the stiffness rows
     alpha: wp.array  # (A,) float32, fraction of a displacement each vertex may take
+    travel: wp.array  # (A,) float32 m, the longest way each vertex may take in the coming move
     changed: wp.array  # (A,) int32, last pass of a contact filter that changed the vertex's motion
     hits: wp.array  # (1,) int32
     scalars: list[wp.array] = field(default_factory=list)  # (1,) float32 each
@@ -61,6 +62,7 @@ class Workspace:
             blocks=wp.zeros(all_count, dtype=wp.mat33, device=device),
             diagonal=wp.zeros(all_count, dtype=wp.float32, device=device),
             alpha=wp.zeros(all_count, dtype=wp.float32, device=device),
+            travel=wp.zeros(all_count, dtype=wp.float32, device=device),
             changed=wp.zeros(all_count, dtype=wp.int32, device=device),
             hits=wp.zeros(1, dtype=wp.int32, device=device),
             scalars=[wp.zeros(1, dtype=wp.float32, device=device) for _ in range(4)],

@@ -74,7 +74,8 @@ def weights_kernel(
             near_out[b] = 1
             nearest = wp.min(nearest, d)
             fade = 1.0 - d / none
-            w = fade * fade / wp.pow(d * d + sharpness * sharpness, 2.0)
+            softened = d * d + sharpness * sharpness
+            w = fade * fade / (softened * softened)
             total += w
             for k in range(skin_joints.shape[1]):
                 weights_out[i, skin_joints[b, k]] = weights_out[i, skin_joints[b, k]] + w * skin_weights[b, k]
@@ -130,16 +131,14 @@ def surface_kernel(
 @wp.kernel
 def travel_kernel(
     near: wp.array(dtype=wp.int32),
-    motion: wp.mat44,
     skin_before: wp.array(dtype=wp.vec3),
     skin_after: wp.array(dtype=wp.vec3),
     largest_out: wp.array(dtype=wp.float32),
 ):
-    """Largest motion relative to the root joint of skin that is in reach of the cloth."""
+    """Largest motion of skin that is in reach of the cloth."""
     j = wp.tid()
     if near[j] != 0:
-        moved = wp.length(skin_after[j] - wp.transform_point(motion, skin_before[j]))
-        wp.atomic_max(largest_out, 0, moved)
+        wp.atomic_max(largest_out, 0, wp.length(skin_after[j] - skin_before[j]))
 
 
 def set_weights(carry: Carry, x: wp.array, surface: wp.array, cloth_count: int, full: float, none: float) -> None:

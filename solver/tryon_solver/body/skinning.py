@@ -28,7 +28,7 @@ def skin_vertices(
 
 
 class SkinningKernel:
-    """Poses a body on a Warp device. Allocates on construction only; `run` uploads J matrices and launches once.
+    """Poses a body on a Warp device. Allocates on construction only; a run uploads J matrices and launches once.
 
     The result equals `tryon_solver.body.pose.skin` within 1e-6 m for coordinates below 8 m.
     """
@@ -51,7 +51,11 @@ class SkinningKernel:
                 f"out must be {self.model.vertex_count} vec3 on {self.device}, "
                 f"got shape {out.shape} of {out.dtype.__name__} on {out.device}"
             )
-        self._transforms.assign(np.ascontiguousarray(world_from_rest(self.model, pose)))
+        self.run_transforms(world_from_rest(self.model, pose), out)
+
+    def run_transforms(self, transforms: np.ndarray, out: wp.array) -> None:
+        """The same for joint transforms (J, 4, 4) float64, world from rest pose."""
+        self._transforms.assign(np.ascontiguousarray(transforms))
         wp.launch(
             skin_vertices,
             dim=self.model.vertex_count,

@@ -12,9 +12,9 @@ from __future__ import annotations
 
 import warp as wp
 
-from tryon_solver.contact.candidates import Candidates, ContactSizes, VertexBoxes
+from tryon_solver.contact.candidates import Candidates, ContactSizes, Region
 from tryon_solver.contact.ccd import time_of_impact
-from tryon_solver.contact.distances import stencil_vector, stencil_weights
+from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
 
 wp.set_module_options({"enable_backward": False})
 
@@ -36,32 +36,25 @@ def offset(ids: wp.vec4i, kind: int, cloth_count: int, sizes: ContactSizes) -> f
 
 @wp.kernel
 def shorten_kernel(
+    near: wp.array(dtype=wp.int32),
+    listed: int,
     ids: wp.array(dtype=wp.vec4i),
     kind: wp.array(dtype=wp.int32),
     distance: wp.array(dtype=wp.float32),
-    moved: float,
-    longest: float,
     cloth_count: int,
     sizes: ContactSizes,
     x: wp.array(dtype=wp.vec3),
     displacement: wp.array(dtype=wp.vec3),
     number: int,
-    near: wp.array(dtype=wp.int32),
-    near_count: wp.array(dtype=wp.int32),
     changed: wp.array(dtype=wp.int32),
     alpha: wp.array(dtype=wp.float32),
     hits_out: wp.array(dtype=wp.int32),
 ):
-    """Pass 0 looks at every stencil and lists those that their vertices' own travel could close, at any fractions.
-
-    Later passes look at the listed ones with a vertex that the pass before, or this one so far, has shortened.
-    """
+    """Pass 0 looks at every stencil, later ones at those with a vertex that the pass before, or this one so far, has
+    shortened."""
     c = wp.tid()
-    if number > 0:
+    if listed == 1:
         c = near[c]
-    apart = (1.0 - KEPT_GAP) * (distance[c] - 2.0 * moved - wp.max(sizes.xi_body, sizes.xi_self))
-    if apart > 2.0 * longest:
-        return
     v = ids[c]
     if number > 0:
         newest = wp.max(wp.max(changed[v[0]], changed[v[1]]), wp.max(changed[v[2]], changed[v[3]]))
@@ -71,31 +64,24 @@ def shorten_kernel(
     a1 = alpha[v[1]]
     a2 = alpha[v[2]]
     a3 = alpha[v[3]]
-    x0 = x[v[0]]
-    x1 = x[v[1]]
-    x2 = x[v[2]]
-    x3 = x[v[3]]
     p0 = a0 * displacement[v[0]]
     p1 = a1 * displacement[v[1]]
     p2 = a2 * displacement[v[2]]
     p3 = a3 * displacement[v[3]]
     xi = offset(v, kind[c], cloth_count, sizes)
-    furthest = wp.max(wp.max(wp.length_sq(p0), wp.length_sq(p1)), wp.max(wp.length_sq(p2), wp.length_sq(p3)))
-    if (1.0 - KEPT_GAP) * (distance[c] - 2.0 * moved - xi) > 2.0 * wp.sqrt(furthest):
+    closer = approach(kind[c], p0, p1, p2, p3)
+    if (1.0 - KEPT_GAP) * (distance[c] - xi) > closer:
         return
-    if number == 0:
-        near[wp.atomic_add(near_count, 0, 1)] = c
+    x0 = x[v[0]]
+    x1 = x[v[1]]
+    x2 = x[v[2]]
+    x3 = x[v[3]]
     d = wp.length(stencil_vector(stencil_weights(kind[c], x0, x1, x2, x3), x0, x1, x2, x3))
-    mean = 0.25 * (p0 + p1 + p2 + p3)
-    travel = wp.max(
-        wp.max(wp.length_sq(p0 - mean), wp.length_sq(p1 - mean)),
-        wp.max(wp.length_sq(p2 - mean), wp.length_sq(p3 - mean)),
-    )
     # a pair already at or under xi may part, and may not come closer than it is
     floor = 0.98 * d
     if d > xi:
         floor = wp.min(xi + KEPT_GAP * (d - xi), floor)
-    if d - 2.0 * wp.sqrt(travel) >= floor:
+    if d - closer >= floor:
         return
     toi = time_of_impact(kind[c], floor, x0, x1, x2, x3, p0, p1, p2, p3)
     if toi < 1.0:
@@ -110,38 +96,41 @@ def shorten_kernel(
 
 
 @wp.kernel
-def stay_in_box_kernel(
+def stay_kernel(
     x: wp.array(dtype=wp.vec3),
     displacement: wp.array(dtype=wp.vec3),
-    lower: wp.array(dtype=wp.vec3),
-    upper: wp.array(dtype=wp.vec3),
+    anchor: wp.array(dtype=wp.vec3),
+    budget: wp.array(dtype=wp.float32),
     alpha_out: wp.array(dtype=wp.float32),
 ):
-    """Largest fraction that keeps the vertex in its box, where the candidate list is complete."""
+    """Largest fraction that keeps the vertex within its budget of its anchor, where the candidate list is complete."""
     i = wp.tid()
-    t = float(1.0)
-    for k in range(3):
-        step = displacement[i][k]
-        if step > 0.0:
-            t = wp.min(t, (upper[i][k] - x[i][k]) / step)
-        elif step < 0.0:
-            t = wp.min(t, (lower[i][k] - x[i][k]) / step)
-    alpha_out[i] = wp.max(t, 0.0)
+    here = x[i] - anchor[i]
+    there = here + displacement[i]
+    alpha_out[i] = 1.0
+    if wp.length_sq(there) > budget[i] * budget[i]:
+        # |here + t p| = budget for the larger t
+        a = wp.length_sq(displacement[i])
+        b = wp.dot(here, displacement[i])
+        c = wp.length_sq(here) - budget[i] * budget[i]
+        t = float(0.0)
+        if a > 0.0 and c < 0.0:
+            t = wp.clamp((wp.sqrt(b * b - a * c) - b) / a, 0.0, 1.0)
+        alpha_out[i] = t
 
 
 @wp.kernel
 def leaving_kernel(
     x: wp.array(dtype=wp.vec3),
     displacement: wp.array(dtype=wp.vec3),
-    lower: wp.array(dtype=wp.vec3),
-    upper: wp.array(dtype=wp.vec3),
+    alpha: wp.array(dtype=wp.float32),
+    anchor: wp.array(dtype=wp.vec3),
+    budget: wp.array(dtype=wp.float32),
     leaving_out: wp.array(dtype=wp.int32),
 ):
     i = wp.tid()
-    there = x[i] + displacement[i]
-    for k in range(3):
-        if there[k] < lower[i][k] or there[k] > upper[i][k]:
-            leaving_out[0] = 1
+    if wp.length_sq(x[i] + alpha[i] * displacement[i] - anchor[i]) > budget[i] * budget[i]:
+        wp.atomic_add(leaving_out, 0, 1)
 
 
 @wp.kernel
@@ -155,64 +144,70 @@ def move_kernel(
     x_out[i] = x[i] + alpha[i] * displacement[i]
 
 
-def leaving(x: wp.array, displacement: wp.array, boxes: VertexBoxes, flag: wp.array) -> bool:
-    """Would any vertex leave its box? `flag` (1,) int32 is scratch."""
-    flag.zero_()
-    wp.launch(leaving_kernel, len(x), [x, displacement, boxes.lower, boxes.upper], [flag], device=x.device)
-    return bool(flag.numpy()[0])
+def leaving(x: wp.array, displacement: wp.array, alpha: wp.array, region: Region, counter: wp.array) -> int:
+    """Vertices that x + alpha * displacement takes further than their budget from their anchors.
 
-
-def stay_in_boxes(x: wp.array, displacement: wp.array, boxes: VertexBoxes, alpha_out: wp.array) -> None:
-    """Set alpha to the largest fractions that keep every vertex in its box."""
+    `counter` (1,) int32 is scratch.
+    """
+    counter.zero_()
     wp.launch(
-        stay_in_box_kernel, len(x), [x, displacement, boxes.lower, boxes.upper], [alpha_out], device=x.device
+        leaving_kernel,
+        len(x),
+        [x, displacement, alpha, region.anchor, region.budget],
+        [counter],
+        device=x.device,
+    )
+    return int(counter.numpy()[0])
+
+
+def stay_in_region(x: wp.array, displacement: wp.array, region: Region, alpha_out: wp.array) -> None:
+    """Set alpha to the largest fractions that keep every vertex within its budget of its anchor."""
+    wp.launch(
+        stay_kernel, len(x), [x, displacement, region.anchor, region.budget], [alpha_out], device=x.device
     )
 
 
 def shorten(
     candidates: Candidates,
+    near: bool,
     cloth_count: int,
     sizes: ContactSizes,
     x: wp.array,
     displacement: wp.array,
-    longest: float,
     alpha: wp.array,
     changed: wp.array,
     hits: wp.array,
 ) -> int:
     """Shrink `alpha` until the move x + alpha * displacement is proven free; returns the passes it took.
 
-    `longest` m bounds the displacements; `changed` (A,) int32 is scratch. If MOST_PASSES do not suffice, alpha becomes
-    zero everywhere: nobody moves, which is always free.
+    With `near` only the near list is looked at, which must have been made for it. `changed` (A,) int32 is scratch. If
+    MOST_PASSES do not suffice, alpha becomes zero everywhere: nobody moves, which is always free.
     """
-    if candidates.size == 0:
+    count = candidates.near_size if near else candidates.size
+    if count == 0:
         return 0
     changed.fill_(-2)
-    candidates.near_count.zero_()
-    count = candidates.size
     for done in range(MOST_PASSES):
         hits.zero_()
         wp.launch(
             shorten_kernel,
             count,
             [
+                candidates.near,
+                int(near),
                 candidates.ids,
                 candidates.kind,
                 candidates.distance,
-                candidates.moved,
-                longest,
                 cloth_count,
                 sizes,
                 x,
                 displacement,
                 done,
             ],
-            [candidates.near, candidates.near_count, changed, alpha, hits],
+            [changed, alpha, hits],
             device=x.device,
         )
         if int(hits.numpy()[0]) == 0:
             return done
-        if done == 0:
-            count = int(candidates.near_count.numpy()[0])
     alpha.zero_()
     return MOST_PASSES

@@ -1,4 +1,4 @@
-"""Broad phase: which stencils could come into reach while their vertices move within given boxes.
+"""The candidates: stencils that could come into reach, where their list is complete, and which of them matter.
 
 A *candidate* is a stencil from the broad phase, not yet a contact. Stencils that share a vertex are no candidates, nor
 are stencils of body vertices alone (a posed body crosses itself freely).
@@ -10,8 +10,7 @@ from dataclasses import dataclass
 
 import warp as wp
 
-from tryon_solver.contact.distances import stencil_vector, stencil_weights
-from tryon_solver.contact.surfaces import Surface, swept_boxes_kernel
+from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
 
 wp.set_module_options({"enable_backward": False})
 
@@ -29,10 +28,10 @@ class ContactSizes:
 class Candidates:
     """Stencils: `ids` vec4i, `kind` int32 (POINT_TRIANGLE, EDGE_EDGE), `count` int32[1] on the device and `size` here.
 
-    `distance` m is a lower bound at the positions it was last brought up to; `moved` m bounds how far any vertex has
-    moved since, so that most stencils can be passed over without looking at their vertices. `near` int32 lists those a
-    filter has to look at again, `near_count` (1,) int32 how many. `capacity` grows when the broad phase finds
-    more; nothing is ever dropped.
+    `distance` m is a lower bound at the current positions (`follow` keeps it one), so that most stencils can be passed
+    over without looking at their vertices. `near` int32 lists those that the coming move concerns (`list_near`),
+    `near_count` (1,) int32 how many, `near_size` here. `capacity` grows when the broad phase finds more; nothing is
+    ever dropped.
     """
 
     ids: wp.array
@@ -43,7 +42,7 @@ class Candidates:
     count: wp.array
     capacity: int
     size: int = 0
-    moved: float = 0.0
+    near_size: int = 0
 
     @staticmethod
     def allocate(capacity: int, device: str) -> Candidates:
@@ -58,338 +57,155 @@ class Candidates:
             capacity,
         )
 
-
-@wp.func
-def largest_of(a: float, b: float, c: float) -> float:
-    return wp.max(a, wp.max(b, c))
-
-
-@wp.func
-def smallest_of(a: float, b: float, c: float) -> float:
-    return wp.min(a, wp.min(b, c))
-
-
-@wp.func
-def furthest(a: wp.vec3, b: wp.vec3, c: wp.vec3) -> float:
-    return wp.sqrt(largest_of(wp.length_sq(a), wp.length_sq(b), wp.length_sq(c)))
-
-
-@wp.func
-def apart_along(
-    axis: wp.vec3, r: float, a0: wp.vec3, a1: wp.vec3, a2: wp.vec3, b0: wp.vec3, b1: wp.vec3, b2: wp.vec3
-) -> bool:
-    """Are the triangles further apart than r along the axis? Then no stencil of theirs is closer than r."""
-    i0 = wp.dot(axis, a0)
-    i1 = wp.dot(axis, a1)
-    i2 = wp.dot(axis, a2)
-    j0 = wp.dot(axis, b0)
-    j1 = wp.dot(axis, b1)
-    j2 = wp.dot(axis, b2)
-    far = r * wp.length(axis)
-    return (
-        smallest_of(j0, j1, j2) - largest_of(i0, i1, i2) > far
-        or smallest_of(i0, i1, i2) - largest_of(j0, j1, j2) > far
-    )
-
-
-@wp.func
-def wedge_height(n: wp.vec3, corner: wp.vec3, a: wp.vec3, is_corner: bool) -> float:
-    """Height of a triangle's vertex over the plane through the shared corner; the corner itself does not count."""
-    if is_corner:
-        return float(1.0e9)
-    return wp.dot(n, a - corner)
-
-
-@wp.func
-def wedges_apart(
-    r: float,
-    ga: wp.vec3i,
-    gb: wp.vec3i,
-    a0: wp.vec3,
-    a1: wp.vec3,
-    a2: wp.vec3,
-    b0: wp.vec3,
-    b1: wp.vec3,
-    b2: wp.vec3,
-) -> bool:
-    """For triangles that share exactly one vertex: does a plane through it keep all their other vertices r away?
-
-    Every stencil of theirs that does not contain the shared vertex on both sides has one primitive made of such other
-    vertices alone, so it is further apart than r. False when they share none, or an edge.
-    """
-    shared = int(0)
-    corner = wp.vec3()
-    for k in range(3):
-        if ga[k] == gb[0] or ga[k] == gb[1] or ga[k] == gb[2]:
-            shared += 1
-            corner = a0
-            if k == 1:
-                corner = a1
-            elif k == 2:
-                corner = a2
-    if shared != 1:
-        return False
-    n = wp.normalize((a0 + a1 + a2) - (b0 + b1 + b2))
-    above = smallest_of(
-        wedge_height(n, corner, a0, ga[0] == gb[0] or ga[0] == gb[1] or ga[0] == gb[2]),
-        wedge_height(n, corner, a1, ga[1] == gb[0] or ga[1] == gb[1] or ga[1] == gb[2]),
-        wedge_height(n, corner, a2, ga[2] == gb[0] or ga[2] == gb[1] or ga[2] == gb[2]),
-    )
-    if above <= r:
-        return False
-    below = smallest_of(
-        wedge_height(-n, corner, b0, gb[0] == ga[0] or gb[0] == ga[1] or gb[0] == ga[2]),
-        wedge_height(-n, corner, b1, gb[1] == ga[0] or gb[1] == ga[1] or gb[1] == ga[2]),
-        wedge_height(-n, corner, b2, gb[2] == ga[0] or gb[2] == ga[1] or gb[2] == ga[2]),
-    )
-    return below > r
-
-
-@wp.func
-def emit(
-    kind: int,
-    r: float,
-    v: wp.vec4i,
-    group: wp.vec4i,
-    x0: wp.vec3,
-    x1: wp.vec3,
-    x2: wp.vec3,
-    x3: wp.vec3,
-    ids_out: wp.array(dtype=wp.vec4i),
-    kind_out: wp.array(dtype=wp.int32),
-    distance_out: wp.array(dtype=wp.float32),
-    count_out: wp.array(dtype=wp.int32),
-):
-    """Append the stencil unless it shares a vertex or is further apart than r."""
-    if group[0] == group[2] or group[0] == group[3]:
-        return
-    if kind == 0:
-        if group[0] == group[1]:
-            return
-    elif group[1] == group[2] or group[1] == group[3]:
-        return
-    lam = stencil_weights(kind, x0, x1, x2, x3)
-    d = wp.length(stencil_vector(lam, x0, x1, x2, x3))
-    if d > r:
-        return
-    slot = wp.atomic_add(count_out, 0, 1)
-    if slot < ids_out.shape[0]:
-        ids_out[slot] = v
-        kind_out[slot] = kind
-        distance_out[slot] = d
-
-
-@wp.kernel
-def pair_surfaces_kernel(
-    faces: wp.array(dtype=wp.vec3i),
-    owned: wp.array(dtype=wp.int32),
-    face_lower: wp.array(dtype=wp.vec3),
-    face_upper: wp.array(dtype=wp.vec3),
-    other_bvh: wp.uint64,
-    other_faces: wp.array(dtype=wp.vec3i),
-    other_owned: wp.array(dtype=wp.int32),
-    same: int,
-    relative: int,
-    reach: float,
-    group: wp.array(dtype=wp.int32),
-    x: wp.array(dtype=wp.vec3),
-    p: wp.array(dtype=wp.vec3),
-    ids_out: wp.array(dtype=wp.vec4i),
-    kind_out: wp.array(dtype=wp.int32),
-    distance_out: wp.array(dtype=wp.float32),
-    count_out: wp.array(dtype=wp.int32),
-):
-    """Stencils between triangle tid and every triangle of the other surface whose box overlaps its own.
-
-    Two triangles can approach by no more than the sum of their vertices' longest displacements; with `relative` set, of
-    their displacements relative to the mean of all six, which holds as long as none is changed afterwards. `same` is 1
-    when both surfaces are the cloth: then each unordered pair of triangles is met once and gives both ways' points.
-    """
-    t = wp.tid()
-    f = faces[t]
-    mine = owned[t]
-    a0 = x[f[0]]
-    a1 = x[f[1]]
-    a2 = x[f[2]]
-    p0 = p[f[0]]
-    p1 = p[f[1]]
-    p2 = p[f[2]]
-    own_travel = furthest(p0, p1, p2)
-    own_sum = p0 + p1 + p2
-    normal = wp.cross(a1 - a0, a2 - a0)
-    ga = wp.vec3i(group[f[0]], group[f[1]], group[f[2]])
-    query = wp.bvh_query_aabb(other_bvh, face_lower[t], face_upper[t])
-    j = int(0)
-    while wp.bvh_query_next(query, j):
-        if same == 1 and j <= t:
-            continue
-        g = other_faces[j]
-        b0 = x[g[0]]
-        b1 = x[g[1]]
-        b2 = x[g[2]]
-        q0 = p[g[0]]
-        q1 = p[g[1]]
-        q2 = p[g[2]]
-        travel = own_travel + furthest(q0, q1, q2)
-        if relative == 1:
-            mean = (own_sum + q0 + q1 + q2) / 6.0
-            travel = furthest(p0 - mean, p1 - mean, p2 - mean) + furthest(q0 - mean, q1 - mean, q2 - mean)
-        r = reach + travel
-        gb = wp.vec3i(group[g[0]], group[g[1]], group[g[2]])
-        if same == 1 and wedges_apart(r, ga, gb, a0, a1, a2, b0, b1, b2):
-            continue
-        if apart_along(normal, r, a0, a1, a2, b0, b1, b2):
-            continue
-        if apart_along((b0 + b1 + b2) - (a0 + a1 + a2), r, a0, a1, a2, b0, b1, b2):
-            continue
-        if apart_along(wp.cross(b1 - b0, b2 - b0), r, a0, a1, a2, b0, b1, b2):
-            continue
-        theirs = other_owned[j]
-        for k in range(3):
-            xa = a0
-            xb = b0
-            if k == 1:
-                xa = a1
-                xb = b1
-            elif k == 2:
-                xa = a2
-                xb = b2
-            if (mine & (1 << k)) != 0:
-                emit(
-                    0,
-                    r,
-                    wp.vec4i(f[k], g[0], g[1], g[2]),
-                    wp.vec4i(ga[k], gb[0], gb[1], gb[2]),
-                    xa,
-                    b0,
-                    b1,
-                    b2,
-                    ids_out,
-                    kind_out,
-                    distance_out,
-                    count_out,
-                )
-            if (theirs & (1 << k)) != 0:
-                emit(
-                    0,
-                    r,
-                    wp.vec4i(g[k], f[0], f[1], f[2]),
-                    wp.vec4i(gb[k], ga[0], ga[1], ga[2]),
-                    xb,
-                    a0,
-                    a1,
-                    a2,
-                    ids_out,
-                    kind_out,
-                    distance_out,
-                    count_out,
-                )
-            if (mine & (8 << k)) != 0:
-                xe = a1
-                if k == 1:
-                    xe = a2
-                elif k == 2:
-                    xe = a0
-                e = (k + 1) % 3
-                for m in range(3):
-                    if (theirs & (8 << m)) != 0:
-                        y0 = b0
-                        y1 = b1
-                        if m == 1:
-                            y0 = b1
-                            y1 = b2
-                        elif m == 2:
-                            y0 = b2
-                            y1 = b0
-                        h = (m + 1) % 3
-                        emit(
-                            1,
-                            r,
-                            wp.vec4i(f[k], f[e], g[m], g[h]),
-                            wp.vec4i(ga[k], ga[e], gb[m], gb[h]),
-                            xa,
-                            xe,
-                            y0,
-                            y1,
-                            ids_out,
-                            kind_out,
-                            distance_out,
-                            count_out,
-                        )
+    def grow(self, wanted: int) -> None:
+        """Make room for `wanted` stencils at least; those on the list are kept."""
+        grown = Candidates.allocate(1 << (wanted - 1).bit_length(), str(self.ids.device))
+        for name in ("ids", "kind", "distance"):
+            wp.copy(getattr(grown, name), getattr(self, name), count=self.size)
+        grown.size = self.size
+        self.__dict__.update(grown.__dict__)
 
 
 @dataclass
-class VertexBoxes:
-    """Boxes [m] within which each vertex may move while a candidate list stays complete."""
+class Region:
+    """Where a candidate list is complete: while every vertex i is within `budget`[i] m of `anchor`[i], both (A,).
 
-    lower: wp.array
-    upper: wp.array
+    A search may be made for anchors that move on straight paths from `centre` - `half_way` to `centre` + `half_way`,
+    all at once; whoever moves them keeps `anchor` where they are.
+    """
+
+    anchor: wp.array
+    budget: wp.array
+    centre: wp.array
+    half_way: wp.array
 
     @staticmethod
-    def allocate(count: int, device: str) -> VertexBoxes:
-        return VertexBoxes(
-            wp.zeros(count, dtype=wp.vec3, device=device), wp.zeros(count, dtype=wp.vec3, device=device)
-        )
+    def allocate(count: int, device: str) -> Region:
+        def vectors() -> wp.array:
+            return wp.zeros(count, dtype=wp.vec3, device=device)
+
+        return Region(vectors(), wp.zeros(count, dtype=wp.float32, device=device), vectors(), vectors())
 
 
-def sweep(boxes: VertexBoxes, x: wp.array, displacement: wp.array, margin: float) -> None:
-    """Set the boxes to the vertices' straight paths, grown by `margin` m."""
+@wp.kernel
+def follow_kernel(
+    near: wp.array(dtype=wp.int32),
+    listed: int,
+    ids: wp.array(dtype=wp.vec4i),
+    kind: wp.array(dtype=wp.int32),
+    x_before: wp.array(dtype=wp.vec3),
+    x: wp.array(dtype=wp.vec3),
+    distance: wp.array(dtype=wp.float32),
+):
+    c = wp.tid()
+    if listed == 1:
+        c = near[c]
+    v = ids[c]
+    closer = approach(
+        kind[c], x[v[0]] - x_before[v[0]], x[v[1]] - x_before[v[1]], x[v[2]] - x_before[v[2]], x[v[3]] - x_before[v[3]]
+    )
+    distance[c] = distance[c] - closer
+
+
+def follow(candidates: Candidates, x_before: wp.array, x: wp.array, near: bool) -> None:
+    """Lower the distances by what the way from x_before to x, (A,) m each, can have brought each stencil together.
+
+    With `near`, those of the near list alone.
+    """
     wp.launch(
-        swept_boxes_kernel, len(x), [x, displacement, margin], [boxes.lower, boxes.upper], device=x.device
+        follow_kernel,
+        candidates.near_size if near else candidates.size,
+        [candidates.near, int(near), candidates.ids, candidates.kind, x_before, x],
+        [candidates.distance],
+        device=x.device,
     )
 
 
-def find(
-    candidates: Candidates,
-    cloth: Surface,
-    others: tuple[Surface, ...],
-    boxes: VertexBoxes,
-    group: wp.array,
-    x: wp.array,
-    displacement: wp.array,
-    reach: float,
-    relative: bool,
-) -> None:
-    """Fill `candidates` with every stencil that can come within `reach` m while vertices move as swept.
+MOST_USED = 1.25  # a stencil whose gap is this many times what a move can use up of it needs no filter
 
-    `others` are the surfaces the scene lets the cloth touch: itself, the body, or both. Stencils with two vertices of
-    one `group` (A,) are skipped: a vertex of its own, or vertices being sewn into one. Grows the list when it is full.
-    """
-    device = x.device
-    for surface in {id(s): s for s in (cloth, *others)}.values():
-        surface.refit(boxes.lower, boxes.upper)
-    while True:
-        candidates.count.zero_()
-        for other in others:
-            assert other.bvh is not None
-            wp.launch(
-                pair_surfaces_kernel,
-                cloth.face_count,
-                [
-                    cloth.faces,
-                    cloth.owned,
-                    cloth.lower,
-                    cloth.upper,
-                    other.bvh.id,
-                    other.faces,
-                    other.owned,
-                    int(other is cloth),
-                    int(relative),
-                    reach,
-                    group,
-                    x,
-                    displacement,
-                ],
-                [candidates.ids, candidates.kind, candidates.distance, candidates.count],
-                device=device,
-            )
-        found = int(candidates.count.numpy()[0])
-        if found <= candidates.capacity:
-            candidates.size, candidates.moved = found, 0.0
+
+@wp.kernel
+def list_near_kernel(
+    ids: wp.array(dtype=wp.vec4i),
+    kind: wp.array(dtype=wp.int32),
+    x: wp.array(dtype=wp.vec3),
+    travel: wp.array(dtype=wp.float32),
+    xi: float,
+    reach: float,
+    settled: int,
+    distance: wp.array(dtype=wp.float32),
+    near_out: wp.array(dtype=wp.int32),
+    near_count: wp.array(dtype=wp.int32),
+):
+    c = wp.tid()
+    v = ids[c]
+    t1 = travel[v[1]]
+    t2 = travel[v[2]]
+    t3 = travel[v[3]]
+    together = travel[v[0]] + wp.max(t1, wp.max(t2, t3))
+    if kind[c] == 1:
+        together = wp.max(travel[v[0]], t1) + wp.max(t2, t3)
+    far = wp.max(xi + MOST_USED * together, reach + together)
+    d = distance[c]
+    if d <= far:
+        x0 = x[v[0]]
+        x1 = x[v[1]]
+        x2 = x[v[2]]
+        x3 = x[v[3]]
+        d = wp.length(stencil_vector(stencil_weights(kind[c], x0, x1, x2, x3), x0, x1, x2, x3))
+        distance[c] = d
+        if d <= far:
+            near_out[wp.atomic_add(near_count, 0, 1)] = c
             return
-        capacity = 1 << (found - 1).bit_length()
-        candidates.ids = wp.zeros(capacity, dtype=wp.vec4i, device=device)
-        candidates.kind = wp.zeros(capacity, dtype=wp.int32, device=device)
-        candidates.distance = wp.zeros(capacity, dtype=wp.float32, device=device)
-        candidates.near = wp.zeros(capacity, dtype=wp.int32, device=device)
-        candidates.capacity = capacity
+    if settled == 1:
+        distance[c] = d - together
+
+
+def list_near(
+    candidates: Candidates, x: wp.array, travel: wp.array, xi: float, reach: float, settled: bool
+) -> None:
+    """List the stencils for which a move of each vertex from x by at most `travel` (A,) m matters.
+
+    All others use up no more than 1/MOST_USED of their gap above `xi` m and stay further apart than `reach` m, wherever
+    in that range their vertices go. If it is `settled` that this move will be taken, or less of it, their distances
+    become what is left then.
+    """
+    candidates.near_count.zero_()
+    wp.launch(
+        list_near_kernel,
+        candidates.size,
+        [candidates.ids, candidates.kind, x, travel, xi, reach, int(settled)],
+        [candidates.distance, candidates.near, candidates.near_count],
+        device=travel.device,
+    )
+    candidates.near_size = int(candidates.near_count.numpy()[0])
+
+
+@wp.kernel
+def list_closing_kernel(
+    ids: wp.array(dtype=wp.vec4i),
+    kind: wp.array(dtype=wp.int32),
+    distance: wp.array(dtype=wp.float32),
+    displacement: wp.array(dtype=wp.vec3),
+    xi: float,
+    near_out: wp.array(dtype=wp.int32),
+    near_count: wp.array(dtype=wp.int32),
+):
+    c = wp.tid()
+    v = ids[c]
+    closer = approach(kind[c], displacement[v[0]], displacement[v[1]], displacement[v[2]], displacement[v[3]])
+    if distance[c] <= xi + MOST_USED * closer:
+        near_out[wp.atomic_add(near_count, 0, 1)] = c
+
+
+def list_closing(candidates: Candidates, displacement: wp.array, xi: float) -> None:
+    """List as near the stencils that `displacement` (A,) m, taken as it is, could use up 1/MOST_USED of the gap of."""
+    candidates.near_count.zero_()
+    wp.launch(
+        list_closing_kernel,
+        candidates.size,
+        [candidates.ids, candidates.kind, candidates.distance, displacement, xi],
+        [candidates.near, candidates.near_count],
+        device=displacement.device,
+    )
+    candidates.near_size = int(candidates.near_count.numpy()[0])

@@ -19,7 +19,7 @@ import warp as wp
 
 from tryon_solver.contact.bounds import offset
 from tryon_solver.contact.candidates import Candidates, ContactSizes
-from tryon_solver.contact.distances import stencil_vector, stencil_weights
+from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
 
 wp.set_module_options({"enable_backward": False})
 
@@ -54,35 +54,27 @@ def least_closing(gap: float, held_gap: float, g_hat: float) -> float:
 
 @wp.kernel
 def deflect_kernel(
+    near: wp.array(dtype=wp.int32),
+    listed: int,
     ids: wp.array(dtype=wp.vec4i),
     kind: wp.array(dtype=wp.int32),
     distance: wp.array(dtype=wp.float32),
-    moved: float,
-    longest: float,
     cloth_count: int,
     sizes: ContactSizes,
     x: wp.array(dtype=wp.vec3),
     held_gap: float,
     surface_weight: float,
     number: int,
-    near: wp.array(dtype=wp.int32),
-    near_count: wp.array(dtype=wp.int32),
     changed: wp.array(dtype=wp.int32),
     displacement: wp.array(dtype=wp.vec3),
     push_out: wp.array(dtype=wp.vec3),
     pushes_out: wp.array(dtype=wp.float32),
     deflected_out: wp.array(dtype=wp.int32),
 ):
-    """Pass 0 looks at every stencil and lists those that the displacements could close.
-
-    Later passes look at the listed ones with a vertex that the pass before has pushed.
-    """
+    """Pass 0 looks at every stencil, later ones at those with a vertex that the pass before has pushed."""
     c = wp.tid()
-    if number > 0:
+    if listed == 1:
         c = near[c]
-    gap = distance[c] - 2.0 * moved - wp.max(sizes.xi_body, sizes.xi_self)
-    if least_closing(gap, held_gap, sizes.d_hat) > 2.0 * longest:
-        return
     v = ids[c]
     if number > 0:
         newest = wp.max(wp.max(changed[v[0]], changed[v[1]]), wp.max(changed[v[2]], changed[v[3]]))
@@ -93,11 +85,8 @@ def deflect_kernel(
     p1 = displacement[v[1]]
     p2 = displacement[v[2]]
     p3 = displacement[v[3]]
-    furthest = wp.max(wp.max(wp.length_sq(p0), wp.length_sq(p1)), wp.max(wp.length_sq(p2), wp.length_sq(p3)))
-    if least_closing(distance[c] - 2.0 * moved - xi, held_gap, sizes.d_hat) > 2.0 * wp.sqrt(furthest):
+    if least_closing(distance[c] - xi, held_gap, sizes.d_hat) > approach(kind[c], p0, p1, p2, p3):
         return
-    if number == 0:
-        near[wp.atomic_add(near_count, 0, 1)] = c
     lam = stencil_weights(kind[c], x[v[0]], x[v[1]], x[v[2]], x[v[3]])
     difference = stencil_vector(lam, x[v[0]], x[v[1]], x[v[2]], x[v[3]])
     d = wp.length(difference)
@@ -176,11 +165,11 @@ class DeflectionScratch:
 
 def deflect(
     candidates: Candidates,
+    near: bool,
     cloth_count: int,
     sizes: ContactSizes,
     x: wp.array,
     displacement: wp.array,
-    longest: float,
     changed: wp.array,
     scratch: DeflectionScratch,
     counter: wp.array,
@@ -189,24 +178,23 @@ def deflect(
 ) -> None:
     """Turn `displacement` (A,) m aside, in at most `at_most` passes; of `held_gap` m no pair is to use up anything.
 
-    `longest` m bounds the displacement; `changed` (A,) int32 is scratch.
+    With `near` only the near list is looked at. `changed` (A,) int32 is scratch.
     """
-    if candidates.size == 0:
+    count = candidates.near_size if near else candidates.size
+    if count == 0:
         return
     changed.fill_(-2)
-    candidates.near_count.zero_()
-    count = candidates.size
     for number in range(at_most):
         counter.zero_()
         wp.launch(
             deflect_kernel,
             count,
             [
+                candidates.near,
+                int(near),
                 candidates.ids,
                 candidates.kind,
                 candidates.distance,
-                candidates.moved,
-                longest,
                 cloth_count,
                 sizes,
                 x,
@@ -214,15 +202,7 @@ def deflect(
                 SURFACE_WEIGHT ** (1.0 - number / at_most),
                 number,
             ],
-            [
-                candidates.near,
-                candidates.near_count,
-                changed,
-                displacement,
-                scratch.push,
-                scratch.pushes,
-                counter,
-            ],
+            [changed, displacement, scratch.push, scratch.pushes, counter],
             device=x.device,
         )
         wp.launch(
@@ -234,5 +214,3 @@ def deflect(
         )
         if int(counter.numpy()[0]) == 0:
             return
-        if number == 0:
-            count = int(candidates.near_count.numpy()[0])

@@ -191,3 +191,19 @@ def stencil_weights(kind: int, x0: wp.vec3, x1: wp.vec3, x2: wp.vec3, x3: wp.vec
 def stencil_vector(lam: wp.vec4, x0: wp.vec3, x1: wp.vec3, x2: wp.vec3, x3: wp.vec3) -> wp.vec3:
     """sum_i lam_i x_i from differences to x0 (the weights sum to zero); its length is the distance d [m]."""
     return lam[1] * (x1 - x0) + lam[2] * (x2 - x0) + lam[3] * (x3 - x0)
+
+
+@wp.func
+def approach(kind: int, u0: wp.vec3, u1: wp.vec3, u2: wp.vec3, u3: wp.vec3) -> float:
+    """By how much vertex displacements u can bring the stencil's two primitives together, at most [m].
+
+    A distance changes by no more than the longest displacements of its two sides, whatever motion all have in common.
+    """
+    if kind == 0:
+        m = 0.5 * u0 + (u1 + u2 + u3) / 6.0
+        r = wp.max(wp.length_sq(u1 - m), wp.max(wp.length_sq(u2 - m), wp.length_sq(u3 - m)))
+        return wp.length(u0 - m) + wp.sqrt(r)
+    m = 0.25 * (u0 + u1 + u2 + u3)
+    a = wp.max(wp.length_sq(u0 - m), wp.length_sq(u1 - m))
+    b = wp.max(wp.length_sq(u2 - m), wp.length_sq(u3 - m))
+    return wp.sqrt(a) + wp.sqrt(b)

@@ -80,9 +80,10 @@ class ContactModel:
 
 @wp.kernel
 def collect_kernel(
+    near: wp.array(dtype=wp.int32),
+    listed: int,
     candidate_ids: wp.array(dtype=wp.vec4i),
     candidate_kind: wp.array(dtype=wp.int32),
-    moved: float,
     cloth_count: int,
     sizes: ContactSizes,
     model: ContactModel,
@@ -101,12 +102,12 @@ def collect_kernel(
     smallest_gap_out: wp.array(dtype=wp.float32),
 ):
     c = wp.tid()
+    if listed == 1:
+        c = near[c]
     v = candidate_ids[c]
     kind = candidate_kind[c]
     xi = offset(v, kind, cloth_count, sizes)
-    bound = candidate_distance[c] - 2.0 * moved
-    if bound > xi + sizes.d_hat:
-        candidate_distance[c] = bound
+    if candidate_distance[c] > xi + sizes.d_hat:
         return
     x0 = x[v[0]]
     x1 = x[v[1]]
@@ -234,10 +235,13 @@ class ContactParameters:
     reach_self: wp.array
 
 
-def collect(pairs: ContactPairs, candidates: Candidates, parameters: ContactParameters, x: wp.array) -> None:
+def collect(
+    pairs: ContactPairs, candidates: Candidates, parameters: ContactParameters, x: wp.array, near: bool = False
+) -> None:
     """Rebuild `pairs` from the candidates within reach at x; grows it when full, drops nothing.
 
-    Brings the candidates' distances up to x.
+    With `near`, only the near list is looked at; it must have been made for the move to x.
+    The candidates' distances are lower bounds at x; those that are looked at become exact.
     """
     device = x.device
     while True:
@@ -245,11 +249,12 @@ def collect(pairs: ContactPairs, candidates: Candidates, parameters: ContactPara
         pairs.smallest_gap.fill_(parameters.sizes.d_hat)
         wp.launch(
             collect_kernel,
-            candidates.size,
+            candidates.near_size if near else candidates.size,
             [
+                candidates.near,
+                int(near),
                 candidates.ids,
                 candidates.kind,
-                candidates.moved,
                 parameters.cloth_count,
                 parameters.sizes,
                 parameters.model,
@@ -271,7 +276,6 @@ def collect(pairs: ContactPairs, candidates: Candidates, parameters: ContactPara
             ],
             device=device,
         )
-        candidates.moved = 0.0
         found, overlapping = (int(k) for k in pairs.counters.numpy())
         if found <= pairs.capacity:
             pairs.size, pairs.overlapping = found, overlapping

@@ -20,13 +20,18 @@ class Surface:
     """Triangles of one kind with their bounding boxes and tree.
 
     `faces` (F,) vec3i ids in the shared index space; `owned` (F,) int32: bit k set when the triangle owns its vertex k,
-    bit 3+k when it owns the edge from vertex k to vertex k+1.
+    bit 3+k when it owns the edge from vertex k to vertex k+1. `lower`, `upper` (F,) vec3 m boxes. `budget` (F,)
+    float32 m as in `Region`; `known` (F,) float32 m, the budget that the candidate list already covers;
+    `gained` (1,) int32 is 1 when some budget is above its `known`.
     """
 
     faces: wp.array
     owned: wp.array
     lower: wp.array
     upper: wp.array
+    budget: wp.array
+    known: wp.array
+    gained: wp.array
     face_count: int
     bvh: wp.Bvh | None = None
 
@@ -39,17 +44,25 @@ class Surface:
             wp.array(ownership(faces), dtype=wp.int32, device=device),
             wp.zeros(count, dtype=wp.vec3, device=device),
             wp.zeros(count, dtype=wp.vec3, device=device),
+            wp.zeros(count, dtype=wp.float32, device=device),
+            wp.zeros(count, dtype=wp.float32, device=device),
+            wp.zeros(1, dtype=wp.int32, device=device),
             count,
         )
 
-    def refit(self, vertex_lower: wp.array, vertex_upper: wp.array) -> None:
-        """Boxes of the triangles from boxes of the vertices [m], and the tree over them."""
+    def refit(self, centre: wp.array, half_way: wp.array, budget: wp.array, margin: float) -> None:
+        """Boxes of the triangles and the tree over them, for vertices within `budget` of paths around `centre`.
+
+        All in m; `margin` is added on every side. The triangle's budget is the largest of its vertices', what it was
+        before becomes `known`.
+        """
         device = self.faces.device
+        self.gained.zero_()
         wp.launch(
             face_boxes_kernel,
             self.face_count,
-            [self.faces, vertex_lower, vertex_upper],
-            [self.lower, self.upper],
+            [self.faces, centre, half_way, budget, margin],
+            [self.lower, self.upper, self.budget, self.known, self.gained],
             device=device,
         )
         if self.bvh is None:
@@ -72,29 +85,32 @@ def ownership(faces: np.ndarray) -> np.ndarray:
 @wp.kernel
 def face_boxes_kernel(
     faces: wp.array(dtype=wp.vec3i),
-    vertex_lower: wp.array(dtype=wp.vec3),
-    vertex_upper: wp.array(dtype=wp.vec3),
-    lower_out: wp.array(dtype=wp.vec3),
-    upper_out: wp.array(dtype=wp.vec3),
-):
-    t = wp.tid()
-    f = faces[t]
-    lower_out[t] = wp.min(wp.min(vertex_lower[f[0]], vertex_lower[f[1]]), vertex_lower[f[2]])
-    upper_out[t] = wp.max(wp.max(vertex_upper[f[0]], vertex_upper[f[1]]), vertex_upper[f[2]])
-
-
-@wp.kernel
-def swept_boxes_kernel(
-    x: wp.array(dtype=wp.vec3),
-    displacement: wp.array(dtype=wp.vec3),
+    centre: wp.array(dtype=wp.vec3),
+    half_way: wp.array(dtype=wp.vec3),
+    budget: wp.array(dtype=wp.float32),
     margin: float,
     lower_out: wp.array(dtype=wp.vec3),
     upper_out: wp.array(dtype=wp.vec3),
+    budget_out: wp.array(dtype=wp.float32),
+    known_out: wp.array(dtype=wp.float32),
+    gained_out: wp.array(dtype=wp.int32),
 ):
-    """Box of each vertex's straight path from x to x + displacement, grown by `margin` m on every side."""
-    i = wp.tid()
-    a = x[i]
-    b = a + displacement[i]
-    grow = wp.vec3(margin, margin, margin)
-    lower_out[i] = wp.min(a, b) - grow
-    upper_out[i] = wp.max(a, b) + grow
+    t = wp.tid()
+    f = faces[t]
+    lower = centre[f[0]]
+    upper = lower
+    largest = float(0.0)
+    for k in range(3):
+        x = centre[f[k]]
+        way = wp.abs(half_way[f[k]])
+        lower = wp.min(lower, x - way)
+        upper = wp.max(upper, x + way)
+        largest = wp.max(largest, budget[f[k]])
+    grow = wp.vec3(margin + largest, margin + largest, margin + largest)
+    lower_out[t] = lower - grow
+    upper_out[t] = upper + grow
+    known = budget_out[t]
+    if largest > known:
+        gained_out[0] = 1
+    known_out[t] = known
+    budget_out[t] = largest

@@ -72,7 +72,6 @@ def verify_kernel(
     ids: wp.array(dtype=wp.vec4i),
     kind: wp.array(dtype=wp.int32),
     distance: wp.array(dtype=wp.float32),
-    moved: float,
     cloth_count: int,
     sizes: ContactSizes,
     x: wp.array(dtype=wp.vec3),
@@ -80,10 +79,10 @@ def verify_kernel(
 ):
     """Counts candidates closer than SAFE_SHARE of their offset, exact where float32 says they are near it."""
     c = wp.tid()
+    if distance[c] > 2.0 * wp.max(sizes.xi_body, sizes.xi_self):
+        return
     v = ids[c]
     xi = offset(v, kind[c], cloth_count, sizes)
-    if distance[c] - 2.0 * moved > 2.0 * xi:
-        return
     x0 = x[v[0]]
     x1 = x[v[1]]
     x2 = x[v[2]]
@@ -126,7 +125,7 @@ def violations(candidates: Candidates, cloth_count: int, sizes: ContactSizes, x:
     wp.launch(
         verify_kernel,
         candidates.size,
-        [candidates.ids, candidates.kind, candidates.distance, candidates.moved, cloth_count, sizes, x],
+        [candidates.ids, candidates.kind, candidates.distance, cloth_count, sizes, x],
         [counter],
         device=x.device,
     )

@@ -18,7 +18,7 @@ import warp as wp
 
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.materials.fabric import Fabric
-from tryon_solver.materials.principal import add_isotropic, add_mode, principal_frame
+from tryon_solver.materials.principal import add_to_blocks, isotropic_hessian, principal_frame
 
 wp.set_module_options({"enable_backward": False})
 
@@ -106,29 +106,11 @@ def energy_kernel(
 
 
 @wp.func
-def add_column(
-    blocks: wp.array2d(dtype=wp.mat33),
-    slots: wp.array2d(dtype=wp.int32),
-    t: int,
-    face: wp.vec3i,
-    weight: float,
-    f: wp.vec3,
-    g0: float,
-    g1: float,
-    g2: float,
-):
+def column_hessian(weight: float, f: wp.vec3) -> wp.mat33:
     """Hessian of weight/2 (|f| - 1)^2: weight (d d^T + (1 - 1/|f|) (I - d d^T)), d = f/|f|, negative part left out."""
     d = wp.normalize(f)
-    add_mode(blocks, slots, t, face, weight, g0 * d, g1 * d, g2 * d)
-    across = weight * (1.0 - 1.0 / wp.max(wp.length(f), 1.0e-6))
-    if across > 0.0:
-        helper = wp.vec3(1.0, 0.0, 0.0)
-        if wp.abs(d[0]) > 0.7:
-            helper = wp.vec3(0.0, 1.0, 0.0)
-        e = wp.normalize(wp.cross(d, helper))
-        h = wp.cross(d, e)
-        add_mode(blocks, slots, t, face, across, g0 * e, g1 * e, g2 * e)
-        add_mode(blocks, slots, t, face, across, g0 * h, g1 * h, g2 * h)
+    across = wp.max(1.0 - 1.0 / wp.max(wp.length(f), 1.0e-6), 0.0)
+    return weight * ((1.0 - across) * wp.outer(d, d) + across * wp.identity(n=3, dtype=wp.float32))
 
 
 @wp.kernel
@@ -151,9 +133,10 @@ def hessian_kernel(
     _u1, _u2, _n, _v1, s1, s2 = principal_frame(f_u, f_v)
     k = stiffness[t]
     shear = area[t] * k[2]
-    add_isotropic(blocks_out, slots, t, face, g0, g1, g2, f_u, f_v, shear, s1 - 1.0, s2 - 1.0, 1.0, 1.0)
-    add_column(blocks_out, slots, t, face, area[t] * (k[0] - k[2]), f_u, g0[0], g1[0], g2[0])
-    add_column(blocks_out, slots, t, face, area[t] * (k[1] - k[2]), f_v, g0[1], g1[1], g2[1])
+    h_uu, h_uv, h_vv = isotropic_hessian(f_u, f_v, shear, s1 - 1.0, s2 - 1.0, 1.0, 1.0)
+    h_uu += column_hessian(area[t] * (k[0] - k[2]), f_u)
+    h_vv += column_hessian(area[t] * (k[1] - k[2]), f_v)
+    add_to_blocks(blocks_out, slots, t, face, g0, g1, g2, h_uu, h_uv, h_vv)
 
 
 def stiffness_per_face(fabric_of_face: list[Fabric]) -> np.ndarray:

@@ -47,30 +47,60 @@ def principal_frame(f_u: wp.vec3, f_v: wp.vec3):
 
 
 @wp.func
-def add_mode(
+def add_to_blocks(
     blocks: wp.array2d(dtype=wp.mat33),
     slots: wp.array2d(dtype=wp.int32),
     t: int,
     face: wp.vec3i,
-    weight: float,
-    q0: wp.vec3,
-    q1: wp.vec3,
-    q2: wp.vec3,
+    g0: wp.vec2,
+    g1: wp.vec2,
+    g2: wp.vec2,
+    h_uu: wp.mat33,
+    h_uv: wp.mat33,
+    h_vv: wp.mat33,
 ):
-    """Adds weight q_i q_j^T to the nine blocks of triangle t."""
-    if weight > 0.0:
-        w0 = weight * q0
-        w1 = weight * q1
-        w2 = weight * q2
-        add_block(blocks, slots, t, 0, 0, face[0], wp.outer(w0, q0))
-        add_block(blocks, slots, t, 0, 1, face[0], wp.outer(w0, q1))
-        add_block(blocks, slots, t, 0, 2, face[0], wp.outer(w0, q2))
-        add_block(blocks, slots, t, 1, 0, face[1], wp.outer(w1, q0))
-        add_block(blocks, slots, t, 1, 1, face[1], wp.outer(w1, q1))
-        add_block(blocks, slots, t, 1, 2, face[1], wp.outer(w1, q2))
-        add_block(blocks, slots, t, 2, 0, face[2], wp.outer(w2, q0))
-        add_block(blocks, slots, t, 2, 1, face[2], wp.outer(w2, q1))
-        add_block(blocks, slots, t, 2, 2, face[2], wp.outer(w2, q2))
+    """Adds the Hessian over dF = [d_u d_v], d_u^T h_uu d_u + 2 d_u^T h_uv d_v + d_v^T h_vv d_v, to the nine blocks."""
+    g = wp.matrix_from_rows(wp.vec3(g0[0], g1[0], g2[0]), wp.vec3(g0[1], g1[1], g2[1]))
+    h_vu = wp.transpose(h_uv)
+    for i in range(3):
+        to_u = g[0, i] * h_uu + g[1, i] * h_vu
+        to_v = g[0, i] * h_uv + g[1, i] * h_vv
+        for j in range(3):
+            add_block(blocks, slots, t, i, j, face[i], g[0, j] * to_u + g[1, j] * to_v)
+
+
+@wp.func
+def isotropic_hessian(
+    f_u: wp.vec3, f_v: wp.vec3, weight: float, slope1: float, slope2: float, curvature1: float, curvature2: float
+):
+    """weight times the Hessian above over dF, as h_uu, h_uv, h_vv: sum over the modes of w q q^T, w >= 0."""
+    u1, u2, n, v1, s1, s2 = principal_frame(f_u, f_v)
+    c = v1[0]
+    s = v1[1]
+    half = 0.5 * weight
+    twist = wp.max(half * (slope1 + slope2) / (s1 + s2), 0.0)
+    flip = half * curvature1
+    if s1 - s2 > 1.0e-5:
+        flip = half * (slope1 - slope2) / (s1 - s2)
+    flip = wp.max(flip, 0.0)
+    along1 = wp.max(weight * curvature1, 0.0)
+    along2 = wp.max(weight * curvature2, 0.0)
+    out1 = wp.max(weight * slope1 / s1, 0.0)
+    out2 = wp.max(weight * slope2 / wp.max(s2, SMALLEST_STRETCH), 0.0)
+    # over dF V = [d_1 d_2], V = [v1 v2]: stretches, twist and flip in the plane, and the two ways out of it
+    across = twist + flip
+    m11 = wp.outer(u1, u1)
+    m22 = wp.outer(u2, u2)
+    m12 = wp.outer(u1, u2)
+    nn = wp.outer(n, n)
+    h_11 = along1 * m11 + across * m22 + out1 * nn
+    h_22 = along2 * m22 + across * m11 + out2 * nn
+    h_12 = (flip - twist) * wp.transpose(m12)
+    h_21 = wp.transpose(h_12)
+    h_uu = c * c * h_11 - c * s * (h_12 + h_21) + s * s * h_22
+    h_vv = s * s * h_11 + c * s * (h_12 + h_21) + c * c * h_22
+    h_uv = c * s * (h_11 - h_22) + c * c * h_12 - s * s * h_21
+    return h_uu, h_uv, h_vv
 
 
 @wp.func
@@ -91,22 +121,5 @@ def add_isotropic(
     curvature2: float,
 ):
     """Adds weight times the Hessian above; slopes psi_1, psi_2 and curvatures psi_11, psi_22 at the stretches of F."""
-    u1, u2, n, v1, s1, s2 = principal_frame(f_u, f_v)
-    v2 = wp.vec2(-v1[1], v1[0])
-    a0 = wp.dot(v1, g0)
-    a1 = wp.dot(v1, g1)
-    a2 = wp.dot(v1, g2)
-    b0 = wp.dot(v2, g0)
-    b1 = wp.dot(v2, g1)
-    b2 = wp.dot(v2, g2)
-    add_mode(blocks, slots, t, face, weight * curvature1, a0 * u1, a1 * u1, a2 * u1)
-    add_mode(blocks, slots, t, face, weight * curvature2, b0 * u2, b1 * u2, b2 * u2)
-    half = 0.5 * weight
-    twist = half * (slope1 + slope2) / (s1 + s2)
-    add_mode(blocks, slots, t, face, twist, a0 * u2 - b0 * u1, a1 * u2 - b1 * u1, a2 * u2 - b2 * u1)
-    flip = half * curvature1
-    if s1 - s2 > 1.0e-5:
-        flip = half * (slope1 - slope2) / (s1 - s2)
-    add_mode(blocks, slots, t, face, flip, a0 * u2 + b0 * u1, a1 * u2 + b1 * u1, a2 * u2 + b2 * u1)
-    add_mode(blocks, slots, t, face, weight * slope1 / s1, a0 * n, a1 * n, a2 * n)
-    add_mode(blocks, slots, t, face, weight * slope2 / wp.max(s2, SMALLEST_STRETCH), b0 * n, b1 * n, b2 * n)
+    h_uu, h_uv, h_vv = isotropic_hessian(f_u, f_v, weight, slope1, slope2, curvature1, curvature2)
+    add_to_blocks(blocks, slots, t, face, g0, g1, g2, h_uu, h_uv, h_vv)

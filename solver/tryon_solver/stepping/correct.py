@@ -15,17 +15,26 @@ from typing import TYPE_CHECKING
 import numpy as np
 import warp as wp
 
-from tryon_solver.contact import bounds, pairs
+from tryon_solver.contact import bounds, candidates, pairs
 from tryon_solver.contact.deflect import deflect
 from tryon_solver.contact.verify import is_finite, violations
 from tryon_solver.linalg import pcg
 from tryon_solver.linalg.vectors import subtract
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
 from tryon_solver.stepping.newton import hessian_product, linearise
-from tryon_solver.stepping.search import search_around
+from tryon_solver.stepping.search import follow, remember_solve, search_around, search_further
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
+
+
+wp.set_module_options({"enable_backward": False})
+
+
+@wp.kernel
+def travel_kernel(direction: wp.array(dtype=wp.vec3), travel_out: wp.array(dtype=wp.float32)):
+    i = wp.tid()
+    travel_out[i] = wp.length(direction[i])
 
 
 def take(sim: Simulation, direction: wp.array) -> float:
@@ -38,42 +47,51 @@ def take(sim: Simulation, direction: wp.array) -> float:
     wp.launch(
         bounds.move_kernel, sim.all_count, [state.x, direction, work.alpha], [state.x], device=sim.device
     )
+    if sim.touching:
+        follow(sim, near=True)
     subtract(state.x, work.total, work.total)
-    moved = sim.largest(work.total)
-    subtract(state.x, sim.x_searched, work.total)
-    sim.candidates.moved = sim.largest(work.total)
-    return moved
+    return sim.largest(work.total)
 
 
 def prove_free(sim: Simulation, direction: wp.array) -> None:
     """Turn `direction` aside where it closes gaps, then set `alpha` so that what is left of it is free of contact."""
-    state, work, settings = sim.state, sim.work, sim.settings
-    if sim.searches < settings.searches and bounds.leaving(state.x, direction, sim.inner, work.hits):
-        search_around(sim, state.x, direction)
+    state, work, settings, sizes = sim.state, sim.work, sim.settings, sim.contact.sizes
+    if sim.searches < settings.searches and bounds.leaving(state.x, direction, work.alpha, sim.region, work.hits):
+        search_further(sim, direction, work.alpha)
+    list_near(sim, direction, settled=False)
     deflect(
         sim.candidates,
+        True,
         sim.cloth_count,
-        sim.contact.sizes,
+        sizes,
         state.x,
         direction,
-        sim.largest(direction),
         work.changed,
         sim.deflection,
         work.hits,
         settings.deflection_passes,
     )
-    bounds.stay_in_boxes(state.x, direction, sim.inner, work.alpha)
+    list_near(sim, direction, settled=True)
+    bounds.stay_in_region(state.x, direction, sim.region, work.alpha)
     bounds.shorten(
         sim.candidates,
+        True,
         sim.cloth_count,
-        sim.contact.sizes,
+        sizes,
         state.x,
         direction,
-        sim.largest(direction),
         work.alpha,
         work.changed,
         work.hits,
     )
+
+
+def list_near(sim: Simulation, direction: wp.array, settled: bool) -> None:
+    """List the candidates that a move from x by `direction` concerns, at any fractions."""
+    sizes, work = sim.contact.sizes, sim.work
+    wp.launch(travel_kernel, sim.all_count, [direction], [work.travel], device=sim.device)
+    xi = max(sizes.xi_body, sizes.xi_self)
+    candidates.list_near(sim.candidates, sim.state.x, work.travel, xi, sim.reach, settled)
 
 
 def proven_free(sim: Simulation, displacement: np.ndarray) -> bool:
@@ -86,11 +104,11 @@ def proven_free(sim: Simulation, displacement: np.ndarray) -> bool:
     work.alpha.fill_(1.0)
     passes = bounds.shorten(
         sim.candidates,
+        False,
         sim.cloth_count,
         sim.contact.sizes,
         state.x,
         work.direction,
-        sim.largest(work.direction),
         work.alpha,
         work.changed,
         work.hits,
@@ -98,10 +116,10 @@ def proven_free(sim: Simulation, displacement: np.ndarray) -> bool:
     return passes == 0
 
 
-def look_around(sim: Simulation) -> None:
-    """Pairs, friction, gradient and Hessian of the full potential at x."""
+def look_around(sim: Simulation, near: bool) -> None:
+    """Pairs, friction, gradient and Hessian of the full potential at x; `near` if `take` just went there."""
     state, work = sim.state, sim.work
-    pairs.collect(sim.pairs, sim.candidates, sim.contact, state.x)
+    pairs.collect(sim.pairs, sim.candidates, sim.contact, state.x, near and bool(sim.touching))
     for term in sim.stages.contact:
         term.prepare(sim.pairs, state.x, sim.x_searched, state.x_start, sim.dt)
     wp.copy(sim.x_searched, state.x)
@@ -125,22 +143,22 @@ def choose_start(sim: Simulation) -> None:
     wp.copy(work.total, state.x)
     wp.copy(state.x, state.x_feasible)
     subtract(work.total, state.x_feasible, sim.to_trial)
-    look_around(sim)
+    look_around(sim, near=False)
     standing = imbalance(sim)
     take(sim, sim.to_trial)
-    look_around(sim)
+    look_around(sim, near=True)
     if imbalance(sim) > standing:
         wp.copy(state.x, state.x_feasible)
-        subtract(state.x, sim.x_searched, work.total)
-        sim.candidates.moved = sim.largest(work.total)
-        look_around(sim)
+        if sim.touching:
+            follow(sim, near=False)
+        look_around(sim, near=False)
 
 
 def correct_penetration(sim: Simulation) -> None:
     """From x_feasible and the trial in x by Newton iterations; leaves a feasible x."""
     work, settings = sim.work, sim.settings
     choose_start(sim)
-    for _ in range(settings.correction_iterations):
+    for done in range(1, settings.correction_iterations + 1):
         pcg.solve(
             sim.cg,
             lambda p, product: hessian_product(sim, p, product),
@@ -153,9 +171,9 @@ def correct_penetration(sim: Simulation) -> None:
         moved = take(sim, work.direction)
         sim.counters.newton_iterations += 1
         sim.counters.residual = moved / sim.dt
-        if moved < settings.correction_tolerance * sim.dt:
+        if done == settings.correction_iterations or moved < settings.correction_tolerance * sim.dt:
             break
-        look_around(sim)
+        look_around(sim, near=True)
 
 
 def verify_commit(sim: Simulation) -> None:
@@ -166,6 +184,7 @@ def verify_commit(sim: Simulation) -> None:
     """
     state, work = sim.state, sim.work
     if violations(sim.candidates, sim.cloth_count, sim.contact.sizes, state.x, work.hits) == 0:
+        remember_solve(sim)
         return
     sim.counters.retries += 1
     wp.copy(state.x, state.x_feasible)

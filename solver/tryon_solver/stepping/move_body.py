@@ -11,80 +11,74 @@ from tryon_solver.body import carry as carrying
 from tryon_solver.body.pose import Pose, world_from_rest
 from tryon_solver.contact import bounds, candidates
 from tryon_solver.contact.deflect import deflect
+from tryon_solver.stepping.search import follow, place_anchors, search_along, search_further
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import PoseInterval, Simulation
 
 
-FILTER_ROUNDS = 4  # of turning a motion aside before it is shortened for good
+FILTER_ROUNDS = 4  # of turning a motion aside and searching further, before it is shortened for good
 HELD_GAP = 0.3  # share of the activation distance that the carried motion leaves: room to slide for cloth in a fold
 
 
 def move_body(sim: Simulation, interval: PoseInterval) -> None:
     """Take the body from its pose to the interval's end pose; leaves a feasible state (x, collision surface).
 
-    Every sub-step: the root's rigid motion for everybody (a common rigid motion creates no contact), then the rest of
-    the motion along one field for cloth and surface, as far as it is proven free. Where it isn't, the surface lags.
+    First the root's rigid motion for everybody: a common rigid motion creates no contact. Then, in sub-steps, the rest
+    of the motion along one field for cloth and surface, as far as it is proven free. Where it isn't, the surface lags.
     """
-    state, settings = sim.state, sim.settings
+    state, settings, body = sim.state, sim.settings, sim.body
     sim.dt = interval.dt
+    sim.listed = False
     wp.copy(state.x_start, state.x)
-    if sim.body is not None:
-        assert sim.scene.body is not None
+    if body is not None:
         assert interval.start is not None
         assert interval.end is not None
+        model = body.skinning.model
+        before, end = world_from_rest(model, interval.start), world_from_rest(model, interval.end)
+        motion = end[0] @ np.linalg.inv(before[0])
+        before = motion @ before
+        root = wp.mat44(*motion.ravel())
+        wp.launch(carrying.rigid_kernel, sim.all_count, [root], [state.x], device=sim.device)
+        wp.launch(carrying.rigid_kernel, sim.body_count, [root], [body.skin_now], device=sim.device)
         carrying.set_weights(
-            sim.body.carry,
+            body.carry,
             state.x,
             state.x[sim.cloth_count :],
             sim.cloth_count,
             settings.carry_full,
             settings.carry_none,
         )
-        before = world_from_rest(sim.scene.body, interval.start)
-        count = substep_count(sim, before, interval.end)
+        set_displacement(sim, before, end)
+        count = substep_count(sim)
         for k in range(1, count + 1):
-            pose = interval.end if k == count else Pose.interpolate(interval.start, interval.end, k / count)
-            after = world_from_rest(sim.scene.body, pose)
-            carry_once(sim, before, after, pose)
+            after = end
+            if k < count:
+                after = world_from_rest(model, Pose.interpolate(interval.start, interval.end, k / count))
+                after = end[0] @ np.linalg.inv(after[0]) @ after
+            if count > 1:
+                set_displacement(sim, before, after)
+            carry_once(sim, last=k == count)
             before = after
         sim.counters.substeps += count
         limit_return(sim, interval.dt)
+    sim.searches = 0
     wp.copy(state.x_feasible, state.x)
 
 
-def substep_count(sim: Simulation, before: np.ndarray, end: Pose) -> int:
-    """Sub-steps so that no skin near the cloth moves further than `substep_travel` m relative to the root in one."""
-    body = sim.body
-    assert body is not None
-    after = world_from_rest(body.skinning.model, end)
-    body.skinning.run(end, body.skin_next)
-    sim.largest_out.zero_()
-    wp.launch(
-        carrying.travel_kernel,
-        sim.body_count,
-        [body.carry.near, wp.mat44(*(after[0] @ np.linalg.inv(before[0])).ravel()), body.skin_now, body.skin_next],
-        [sim.largest_out],
-        device=sim.device,
-    )
-    travel = float(sim.largest_out.numpy()[0])
-    return int(np.clip(np.ceil(travel / sim.settings.substep_travel), 1, sim.settings.most_substeps))
+def set_displacement(sim: Simulation, before: np.ndarray, after: np.ndarray) -> None:
+    """Put into `direction` where the body's motion takes cloth and surface, and into `skin_next` the skin after it.
 
-
-def carry_once(sim: Simulation, before: np.ndarray, after: np.ndarray, pose: Pose) -> None:
-    """One kinematic sub-step."""
-    state, work, body, device = sim.state, sim.work, sim.body, sim.device
+    `before`, `after` (J, 4, 4) world from rest, with the same root.
+    """
+    body, work, device = sim.body, sim.work, sim.device
     assert body is not None
-    motions = after @ np.linalg.inv(before)
-    root = wp.mat44(*motions[0].ravel())
-    wp.launch(carrying.rigid_kernel, sim.all_count, [root], [state.x], device=device)
-    wp.launch(carrying.rigid_kernel, sim.body_count, [root], [body.skin_now], device=device)
-    body.carry.motions.assign((motions @ np.linalg.inv(motions[0])).astype(np.float32))
-    body.skinning.run(pose, body.skin_next)
+    body.carry.motions.assign((after @ np.linalg.inv(before)).astype(np.float32))
+    body.skinning.run_transforms(after, body.skin_next)
     wp.launch(
         carrying.field_kernel,
         sim.cloth_count,
-        [body.carry.weights, body.carry.motions, state.x],
+        [body.carry.weights, body.carry.motions, sim.state.x],
         [work.direction],
         device=device,
     )
@@ -95,56 +89,74 @@ def carry_once(sim: Simulation, before: np.ndarray, after: np.ndarray, pose: Pos
         [work.direction],
         device=device,
     )
+
+
+def substep_count(sim: Simulation) -> int:
+    """Sub-steps so that no skin near the cloth moves further than `substep_travel` m relative to the root in one."""
+    body = sim.body
+    assert body is not None
+    sim.largest_out.zero_()
+    wp.launch(
+        carrying.travel_kernel,
+        sim.body_count,
+        [body.carry.near, body.skin_now, body.skin_next],
+        [sim.largest_out],
+        device=sim.device,
+    )
+    travel = float(sim.largest_out.numpy()[0])
+    return int(np.clip(np.ceil(travel / sim.settings.substep_travel), 1, sim.settings.most_substeps))
+
+
+def carry_once(sim: Simulation, last: bool) -> None:
+    """One kinematic sub-step along `direction`. The search of the last one is for the rest of the step as well."""
+    state, work, body, device = sim.state, sim.work, sim.body, sim.device
+    assert body is not None
+    work.alpha.fill_(1.0)
     if sim.touching:
+        search_along(sim, state.x, work.direction, 1.0 if last else 0.0)
+        place_anchors(sim, 1.0)
         filter_motion(sim)
-    else:
-        work.alpha.fill_(1.0)
     wp.launch(bounds.move_kernel, sim.all_count, [state.x, work.direction, work.alpha], [state.x], device=device)
+    if sim.touching:
+        follow(sim, near=False)
     wp.copy(body.skin_now, body.skin_next)
 
 
 def filter_motion(sim: Simulation) -> None:
     """Make the motion in `direction` free of contact: turn it aside where it would close a gap, shorten what is left.
 
-    A round looks only at the stencils whose relative motion could bring them together, which proves a motion that is
-    then taken as it is. A motion that had to be changed is looked at afresh in the next round, since changing it
-    changes its neighbours' relative motion. Should the rounds not suffice, all that could meet under any shortening is
-    searched.
+    Who is held back falls behind its anchor; where it falls out of the region, the search goes further and the motion
+    is looked at again. In the end, if need be, the search covers any shortening of the motion.
     """
-    work, settings = sim.work, sim.settings
-    reach = max(sim.contact.sizes.xi_body, sim.contact.sizes.xi_self)
+    state, work, region = sim.state, sim.work, sim.region
     for _ in range(FILTER_ROUNDS):
         work.alpha.fill_(1.0)
-        find(sim, reach, 0.0, relative=True)
-        if shorten(sim) == 0:
+        held = shorten(sim)
+        if bounds.leaving(state.x, work.direction, work.alpha, region, work.hits):
+            search_further(sim, work.direction, work.alpha)
+        elif not held:
             return
         turn_aside(sim)
-        work.alpha.fill_(1.0)
-        shorten(sim)
-        wp.launch(scale_by_kernel, sim.all_count, [work.alpha], [work.direction], device=sim.device)
-    slack = settings.search_slack
-    candidates.sweep(sim.inner, sim.state.x, work.direction, slack)
-    find(sim, reach, slack, relative=False)
-    turn_aside(sim)
-    bounds.stay_in_boxes(sim.state.x, work.direction, sim.inner, work.alpha)
+    work.alpha.fill_(1.0)
     shorten(sim)
-
-
-@wp.kernel
-def scale_by_kernel(alpha: wp.array(dtype=wp.float32), direction: wp.array(dtype=wp.vec3)):
-    i = wp.tid()
-    direction[i] = alpha[i] * direction[i]
+    if bounds.leaving(state.x, work.direction, work.alpha, region, work.hits):
+        for alpha in (0.0, 1.0):
+            work.alpha.fill_(alpha)
+            search_further(sim, work.direction, work.alpha)
+        shorten(sim)
 
 
 def turn_aside(sim: Simulation) -> None:
-    """Deflect `direction` where it would close a gap among the candidates."""
+    """Deflect `direction` where it could close a gap; who cannot collide has no say in it."""
+    sizes = sim.contact.sizes
+    candidates.list_closing(sim.candidates, sim.work.direction, max(sizes.xi_body, sizes.xi_self))
     deflect(
         sim.candidates,
+        True,
         sim.cloth_count,
-        sim.contact.sizes,
+        sizes,
         sim.state.x,
         sim.work.direction,
-        sim.largest(sim.work.direction),
         sim.work.changed,
         sim.deflection,
         sim.work.hits,
@@ -153,31 +165,15 @@ def turn_aside(sim: Simulation) -> None:
     )
 
 
-def find(sim: Simulation, reach: float, slack: float, relative: bool) -> None:
-    """Candidates within `reach` m for motions within `slack` m of the one in `direction` from x."""
-    candidates.sweep(sim.boxes, sim.state.x, sim.work.direction, 0.5 * reach + slack)
-    candidates.find(
-        sim.candidates,
-        sim.cloth,
-        sim.touching,
-        sim.boxes,
-        sim.group,
-        sim.state.x,
-        sim.work.direction,
-        reach + 2 * slack,
-        relative=relative,
-    )
-
-
 def shorten(sim: Simulation) -> int:
     """Shrink `alpha` until the motion is proven free; returns the passes that shortened something."""
     return bounds.shorten(
         sim.candidates,
+        False,
         sim.cloth_count,
         sim.contact.sizes,
         sim.state.x,
         sim.work.direction,
-        sim.largest(sim.work.direction),
         sim.work.alpha,
         sim.work.changed,
         sim.work.hits,

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING
 import warp as wp
 
 from tryon_solver.contact import pairs
-from tryon_solver.linalg.vectors import subtract
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient, invert_diagonal_blocks
-from tryon_solver.stepping.search import search_around
+from tryon_solver.stepping.search import search_along
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -32,16 +31,14 @@ def coast_kernel(
 
 
 def build_contact_proxy(sim: Simulation) -> None:
-    """Find the pairs at x_feasible, freeze their model for the step, and set the gradient at the current trial.
-
-    The search covers the way to the contact-free solution in x, so that the correction can use it too.
-    """
+    """Find the pairs at x_feasible, freeze their model for the step, and set the gradient at the current trial."""
     state, work = sim.state, sim.work
     if sim.touching:
-        subtract(state.x, state.x_feasible, work.direction)
-        sim.searches = 0
-        search_around(sim, state.x_feasible, work.direction)
+        if not sim.listed:
+            work.direction.zero_()
+            search_along(sim, state.x_feasible, work.direction, 1.0)
         pairs.collect(sim.pairs, sim.candidates, sim.contact, state.x_feasible)
+        wp.copy(sim.x_searched, state.x_feasible)
         wp.copy(work.total, state.x_feasible)
         wp.launch(coast_kernel, sim.cloth_count, [state.x_start, state.v, sim.dt], [work.total], device=sim.device)
         for term in sim.stages.contact:

@@ -1,4 +1,10 @@
-"""Searching for candidates around the coming motion."""
+"""Searching for candidates around the coming motion.
+
+A list found once is complete while every vertex stays within its budget of its anchor (contact/candidates.py: Region).
+One list serves the whole step where it can: the anchors ride along with the body's motion, which cloth and skin take
+together, half way to where the solve moved the vertices beside it in the step before; the budgets cover that, and a
+slack.
+"""
 
 from __future__ import annotations
 
@@ -6,31 +12,165 @@ from typing import TYPE_CHECKING
 
 import warp as wp
 
-from tryon_solver.contact import candidates
+from tryon_solver.contact import broad_phase, candidates
+from tryon_solver.linalg.vectors import subtract
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
 
+wp.set_module_options({"enable_backward": False})
+
+SURFACE_SHARE = 0.25  # of the slack is granted to the collision surface, which seldom leaves the skin
+
+
+@wp.kernel
+def surround_kernel(
+    x: wp.array(dtype=wp.vec3),
+    direction: wp.array(dtype=wp.vec3),
+    slack: float,
+    centre_out: wp.array(dtype=wp.vec3),
+    half_way_out: wp.array(dtype=wp.vec3),
+    budget_out: wp.array(dtype=wp.float32),
+):
+    """A ball around the middle of each way, so that its vertex may stop anywhere on it and stray by the slack."""
+    i = wp.tid()
+    half = 0.5 * direction[i]
+    centre_out[i] = x[i] + half
+    half_way_out[i] = wp.vec3()
+    budget_out[i] = wp.length(half) + slack
+
+
+@wp.kernel
+def accompany_kernel(
+    cloth_count: int,
+    x: wp.array(dtype=wp.vec3),
+    direction: wp.array(dtype=wp.vec3),
+    solved: wp.array(dtype=wp.vec3),
+    share: float,
+    slack: float,
+    centre_out: wp.array(dtype=wp.vec3),
+    half_way_out: wp.array(dtype=wp.vec3),
+    budget_out: wp.array(dtype=wp.float32),
+):
+    """A ball that moves along the whole way, all vertices' at once, and covers what is expected of the solve."""
+    i = wp.tid()
+    half = 0.5 * direction[i]
+    expected = 0.5 * share * solved[i]
+    centre_out[i] = x[i] + half + expected
+    half_way_out[i] = half
+    granted = slack
+    if i >= cloth_count:
+        granted = SURFACE_SHARE * slack
+    budget_out[i] = wp.length(expected) + granted
+
+
+@wp.kernel
+def raise_kernel(
+    x: wp.array(dtype=wp.vec3),
+    direction: wp.array(dtype=wp.vec3),
+    alpha: wp.array(dtype=wp.float32),
+    anchor: wp.array(dtype=wp.vec3),
+    slack: float,
+    budget: wp.array(dtype=wp.float32),
+):
+    """Who would leave is granted the way there and the slack."""
+    i = wp.tid()
+    far = wp.length(x[i] + alpha[i] * direction[i] - anchor[i])
+    if far > budget[i]:
+        budget[i] = far + slack
+
+
+@wp.kernel
+def anchor_kernel(
+    centre: wp.array(dtype=wp.vec3),
+    half_way: wp.array(dtype=wp.vec3),
+    share: float,
+    anchor_out: wp.array(dtype=wp.vec3),
+):
+    i = wp.tid()
+    anchor_out[i] = centre[i] + (2.0 * share - 1.0) * half_way[i]
+
 
 def search_around(sim: Simulation, x: wp.array, direction: wp.array) -> None:
-    """Find the candidates of every motion within a slack of the paths from x along `direction`.
+    """Find the candidates of every motion within a slack of the paths from x along `direction`, wherever it stops.
 
     The slack is `search_slack` at first and doubles with every further search of the step: who outgrew it once will
     again.
     """
+    region = sim.region
     slack = sim.settings.search_slack * 2**sim.searches
-    candidates.sweep(sim.inner, x, direction, slack)
-    candidates.sweep(sim.boxes, x, direction, slack + 0.5 * sim.reach)
-    candidates.find(
-        sim.candidates,
-        sim.cloth,
-        sim.touching,
-        sim.boxes,
-        sim.group,
-        x,
-        direction,
-        sim.reach + 2 * slack,
-        relative=False,
+    wp.launch(
+        surround_kernel,
+        sim.all_count,
+        [x, direction, slack],
+        [region.centre, region.half_way, region.budget],
+        device=sim.device,
     )
-    wp.copy(sim.x_searched, x)
+    wp.copy(region.anchor, region.centre)
+    find(sim, x)
+
+
+def search_along(sim: Simulation, x: wp.array, direction: wp.array, share: float) -> None:
+    """Find the candidates of everything that happens while all vertices go from x along `direction` together.
+
+    Each may be off its place on the way, and at its end, by its slack, and by the `share` of what the solve moved it in
+    the last step.
+    """
+    region = sim.region
+    wp.launch(
+        accompany_kernel,
+        sim.all_count,
+        [sim.cloth_count, x, direction, sim.solved, share, sim.settings.search_slack],
+        [region.centre, region.half_way, region.budget],
+        device=sim.device,
+    )
+    place_anchors(sim, 0.0)
+    find(sim, x)
+
+
+def search_further(sim: Simulation, direction: wp.array, alpha: wp.array) -> None:
+    """Raise the budgets of the vertices that `alpha` times `direction` from x takes out of the region; extend the list.
+
+    The distances must be those at x.
+    """
+    region = sim.region
+    wp.launch(
+        raise_kernel,
+        sim.all_count,
+        [sim.state.x, direction, alpha, region.anchor, sim.settings.search_slack],
+        [region.budget],
+        device=sim.device,
+    )
+    broad_phase.extend(sim.candidates, sim.cloth, sim.touching, region, sim.group, sim.state.x, sim.reach)
     sim.searches += 1
+
+
+def find(sim: Simulation, x: wp.array) -> None:
+    """Fill the candidate list for the region as it is set."""
+    broad_phase.find(sim.candidates, sim.cloth, sim.touching, sim.region, sim.group, x, sim.reach)
+    wp.copy(sim.x_listed, x)
+    sim.searches += 1
+    sim.listed = True
+
+
+def place_anchors(sim: Simulation, share: float) -> None:
+    """Put the anchors at the given share of their ways."""
+    region = sim.region
+    wp.launch(
+        anchor_kernel,
+        sim.all_count,
+        [region.centre, region.half_way, share],
+        [region.anchor],
+        device=sim.device,
+    )
+
+
+def follow(sim: Simulation, near: bool) -> None:
+    """Bring the candidates' distances from where they were last known to x; with `near`, after `list_near`."""
+    candidates.follow(sim.candidates, sim.x_listed, sim.state.x, near)
+    wp.copy(sim.x_listed, sim.state.x)
+
+
+def remember_solve(sim: Simulation) -> None:
+    """What the solve moved in this step beside the carried motion is what the next step's search expects."""
+    subtract(sim.state.x, sim.state.x_feasible, sim.solved)

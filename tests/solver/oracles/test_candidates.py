@@ -1,12 +1,14 @@
 """The broad phase against all pairs: nothing that comes within reach is missing, nothing appears twice."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from reference_distances import stencil_distances
 from tangles import Tangle, keys
 
-from tryon_solver.contact import candidates
-from tryon_solver.stepping import move_body, search
+from tryon_solver.contact import bounds, candidates
+from tryon_solver.stepping import search
 
 SAMPLES = 8
 
@@ -22,28 +24,52 @@ def crumple(tangle, rng):
     return (tangle.x + bumps).astype(np.float32).astype(np.float64)
 
 
-def smallest_distances(tangle, x, motion, shares):
-    """(S,) m: smallest distance of each stencil over sampled times, vertex i moving shares[:, i] of its motion."""
-    smallest = np.full(len(tangle.stencils[0]), np.inf)
-    for share in shares:
-        smallest = np.minimum(smallest, tangle.distances(x + share[:, None] * motion))
-    return smallest
+def stray(rng, budget):
+    """(A, 3) m: a way of random direction and of the given length (A,) for everybody."""
+    away = rng.standard_normal((len(budget), 3))
+    return budget[:, None] * away / np.linalg.norm(away, axis=1, keepdims=True)
 
 
+@pytest.mark.parametrize("slack", [1e-6, 0.002])
 @pytest.mark.parametrize("speed", [0.0, 0.004, 0.02])
-def test_complete_for_the_motion_itself(tangle, rng, speed):
-    """With `relative` set: every stencil that comes within reach while all vertices take their whole displacement."""
-    reach = 0.003
+def test_complete_for_the_motion_and_any_way_within_the_budgets(tangle, rng, speed, slack):
+    """What the kinematic search promises: all take their displacement together, each straying by its budget."""
+    sim = tangle.sim
     x, motion = crumple(tangle, rng), tangle.throw(rng, speed)
     tangle.set_motion(x, motion)
-    sim = tangle.sim
-    candidates.sweep(sim.boxes, sim.state.x, sim.work.direction, 0.5 * reach)
-    move_body.find(sim, reach, 0.0, relative=True)
+    solved = stray(rng, rng.uniform(0, 4 * slack, len(x)))
+    sim.solved.assign(solved.astype(np.float32))
+    sim.region.budget.fill_(np.nan)
+    with_slack(sim, slack, lambda: search.search_along(sim, sim.state.x, sim.work.direction, 1.0))
+    sim.solved.zero_()
     found = tangle.candidate_keys()
     assert len(found) == sim.candidates.size
-    times = np.linspace(0, 1, SAMPLES)
-    closest = smallest_distances(tangle, x, motion, np.tile(times[:, None], (1, len(x))))
-    wanted = closest < reach - 1e-6
+    budget = sim.region.budget.numpy().astype(np.float64)
+    assert (budget[: tangle.cloth] >= slack).all()
+    search.place_anchors(sim, 1.0)
+    for beside in (0.0, 1.0):  # neither without what the solve did last nor with it a vertex leaves
+        far = x + motion + beside * solved - sim.region.anchor.numpy()
+        assert (np.linalg.norm(far, axis=1) < budget).all()
+    closest = np.full(len(tangle.stencils[0]), np.inf)
+    for time in np.linspace(0, 1, SAMPLES):
+        there = x + time * motion + 0.5 * solved + stray(rng, rng.uniform(0, 1, len(x)) * budget)
+        closest = np.minimum(closest, tangle.distances(there))
+    check_complete(tangle, found, closest)
+
+
+def with_slack(sim, slack, action):
+    """Run the action with another search slack [m] in the settings."""
+    kept = sim.settings
+    sim.settings = replace(kept, search_slack=slack)
+    try:
+        action()
+    finally:
+        sim.settings = kept
+
+
+def check_complete(tangle, found, closest):
+    """Every stencil whose smallest distance is within reach was found, and nothing that is no stencil."""
+    wanted = closest < tangle.sim.reach - 1e-6
     assert wanted.sum() > 100
     kinds, ids = tangle.stencils
     assert set(keys(kinds[wanted], ids[wanted])) <= found
@@ -51,7 +77,7 @@ def test_complete_for_the_motion_itself(tangle, rng, speed):
 
 
 def test_complete_for_any_shortening_and_any_way_within_the_slack(tangle, rng):
-    """What the correction's search promises: vertices may stop anywhere along their way, and stray by the slack."""
+    """What the search for one move promises: vertices may stop anywhere along their way, and stray by the slack."""
     sim = tangle.sim
     slack = sim.settings.search_slack
     x, motion = crumple(tangle, rng), tangle.throw(rng, 0.008)
@@ -60,18 +86,67 @@ def test_complete_for_any_shortening_and_any_way_within_the_slack(tangle, rng):
     found = tangle.candidate_keys()
     assert len(found) == sim.candidates.size
     closest = np.full(len(tangle.stencils[0]), np.inf)
-    lower, upper = sim.inner.lower.numpy(), sim.inner.upper.numpy()
+    anchor, budget = sim.region.anchor.numpy(), sim.region.budget.numpy()
     for _ in range(SAMPLES):
-        stray = rng.standard_normal(x.shape)
-        stray *= slack / np.linalg.norm(stray, axis=1, keepdims=True)
-        there = x + rng.uniform(0, 1, (len(x), 1)) * motion + stray
-        assert (there > lower - 1e-6).all()
-        assert (there < upper + 1e-6).all()
+        there = x + rng.uniform(0, 1, (len(x), 1)) * motion + stray(rng, np.full(len(x), slack))
+        assert (np.linalg.norm(there - anchor, axis=1) < budget + 1e-6).all()
         closest = np.minimum(closest, tangle.distances(there))
-    wanted = closest < sim.reach - 1e-6
-    assert wanted.sum() > 100
-    kinds, ids = tangle.stencils
-    assert set(keys(kinds[wanted], ids[wanted])) <= found
+    check_complete(tangle, found, closest)
+
+
+def test_a_list_that_is_extended_is_complete_and_has_nothing_twice(tangle, rng):
+    """A few vertices, of the cloth and of the ball, are granted more, twice; the rest keep what they have."""
+    sim = tangle.sim
+    x = crumple(tangle, rng)
+    tangle.set_motion(x, tangle.throw(rng, 0.004))
+    search.search_along(sim, sim.state.x, sim.work.direction, 0.0)
+    search.place_anchors(sim, 1.0)
+    anchor = sim.region.anchor.numpy().astype(np.float64)
+    before = sim.candidates.size
+    for chosen in (rng.choice(tangle.cloth, 6), rng.choice(len(x), 30)):
+        motion = anchor - x
+        motion[chosen] += stray(rng, np.full(len(chosen), 0.012))
+        sim.work.direction.assign(motion.astype(np.float32))
+        sim.work.alpha.fill_(1.0)
+        assert bounds.leaving(sim.state.x, sim.work.direction, sim.work.alpha, sim.region, sim.work.hits) > 0
+        search.search_further(sim, sim.work.direction, sim.work.alpha)
+        assert bounds.leaving(sim.state.x, sim.work.direction, sim.work.alpha, sim.region, sim.work.hits) == 0
+        assert sim.candidates.size > before
+        before = sim.candidates.size
+    found = tangle.candidate_keys()
+    assert len(found) == sim.candidates.size
+    budget = sim.region.budget.numpy().astype(np.float64)
+    closest = np.full(len(tangle.stencils[0]), np.inf)
+    for _ in range(2 * SAMPLES):
+        closest = np.minimum(closest, tangle.distances(anchor + stray(rng, budget)))
+    check_complete(tangle, found, closest)
+
+
+@pytest.mark.parametrize("settled", [False, True])
+def test_what_is_not_listed_as_near_keeps_its_gap(tangle, rng, settled):
+    """However the vertices use the travel they are allowed; and the distances stay below the true ones."""
+    sim = tangle.sim
+    x = crumple(tangle, rng)
+    tangle.set_motion(x, np.zeros_like(x))
+    search.search_around(sim, sim.state.x, sim.work.direction)
+    travel = rng.uniform(0, 0.002, len(x))
+    sim.work.travel.assign(travel.astype(np.float32))
+    xi = max(sim.contact.sizes.xi_body, sim.contact.sizes.xi_self)
+    c = sim.candidates
+    candidates.list_near(c, sim.state.x, sim.work.travel, xi, sim.reach, settled)
+    listed = np.zeros(c.size, bool)
+    listed[c.near.numpy()[: c.near_size]] = True
+    assert 100 < listed.sum() < c.size - 100
+    kind, ids = c.kind.numpy()[: c.size], c.ids.numpy()[: c.size]
+    start, _ = stencil_distances(kind, x[ids])
+    known = c.distance.numpy()[: c.size]
+    for _ in range(2 * SAMPLES):
+        there, _ = stencil_distances(kind, (x + stray(rng, travel))[ids])
+        assert (there[~listed] > sim.reach - 1e-6).all()
+        assert (start - there < (start - xi) / candidates.MOST_USED + 1e-6)[~listed].all()
+        if settled:
+            assert (known < there + 1e-6)[~listed].all()
+    assert (known < start + 1e-6).all()
 
 
 def test_distance_stored_with_a_candidate_is_its_own(tangle, rng):

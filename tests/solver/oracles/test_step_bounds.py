@@ -24,6 +24,8 @@ def filtered(tangle, x, motion):
     """Positions after the solver's filter of a kinematic motion, float64 of float32."""
     sim = tangle.sim
     tangle.set_motion(x, motion)
+    search.search_along(sim, sim.state.x, sim.work.direction, 0.0)
+    search.place_anchors(sim, 1.0)
     move_body.filter_motion(sim)
     inputs = [sim.state.x, sim.work.direction, sim.work.alpha]
     wp.launch(bounds.move_kernel, sim.all_count, inputs, [sim.state.x], device="cpu")
