@@ -6,9 +6,12 @@ are taken apart into the stencils whose vertices and edges they own.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
 import warp as wp
 
-from tryon_solver.contact.candidates import Candidates, Region
+from tryon_solver.contact.candidates import Candidates, Found, Region
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
 from tryon_solver.contact.surfaces import Surface
 
@@ -356,41 +359,62 @@ def extend(
     device = x.device
     for surface in {id(s): s for s in (cloth, *others)}.values():
         surface.refit(region.centre, region.half_way, region.budget, 0.5 * reach)
-    size = candidates.size
-    while True:
-        candidates.count.fill_(size)
-        for other in others:
-            assert other.bvh is not None
-            wp.launch(
-                pair_surfaces_kernel,
-                cloth.face_count,
-                [
-                    cloth.faces,
-                    cloth.owned,
-                    cloth.lower,
-                    cloth.upper,
-                    cloth.budget,
-                    cloth.known,
-                    other.bvh.id,
-                    other.faces,
-                    other.owned,
-                    other.lower,
-                    other.upper,
-                    other.budget,
-                    other.known,
-                    other.gained,
-                    int(other is cloth),
-                    reach,
-                    group,
-                    region.centre,
-                    region.half_way,
-                    x,
-                ],
-                [candidates.ids, candidates.kind, candidates.distance, candidates.count],
-                device=device,
-            )
-        found = int(candidates.count.numpy()[0])
-        if found <= candidates.capacity:
-            candidates.size = found
-            return
-        candidates.grow(found)
+    while len(candidates.found) < len(others):
+        candidates.found.append(Found.allocate(candidates.capacity, str(device)))
+
+    def search(k: int) -> None:
+        other, found = others[k], candidates.found[k]
+        assert other.bvh is not None
+        found.count.zero_()
+        wp.launch(
+            pair_surfaces_kernel,
+            cloth.face_count,
+            [
+                cloth.faces,
+                cloth.owned,
+                cloth.lower,
+                cloth.upper,
+                cloth.budget,
+                cloth.known,
+                other.bvh.id,
+                other.faces,
+                other.owned,
+                other.lower,
+                other.upper,
+                other.budget,
+                other.known,
+                other.gained,
+                int(other is cloth),
+                reach,
+                group,
+                region.centre,
+                region.half_way,
+                x,
+            ],
+            [found.ids, found.kind, found.distance, found.count],
+            device=device,
+        )
+
+    at_once(search, len(others), device)
+    for k in range(len(others)):
+        found = int(candidates.found[k].count.numpy()[0])
+        if found > len(candidates.found[k].ids):
+            candidates.found[k] = Found.allocate(1 << (found - 1).bit_length(), str(device))
+            search(k)
+        candidates.append(candidates.found[k], found)
+
+
+OTHER_CORE = ThreadPoolExecutor(max_workers=1)  # starts its thread with its first task
+
+
+def at_once(search: Callable[[int], None], count: int, device: wp.Device) -> None:
+    """Run the searches 0 to count - 1.
+
+    On a CPU Warp runs a kernel on the thread that launches it: there all but the first go to another one.
+    """
+    here = range(min(count, 1)) if device.is_cpu else range(count)
+    elsewhere = [OTHER_CORE.submit(search, k) for k in range(len(here), count)]
+    for k in here:
+        search(k)
+    for searched in elsewhere:
+        searched.result()

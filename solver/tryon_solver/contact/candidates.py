@@ -25,13 +25,34 @@ class ContactSizes:
 
 
 @dataclass
+class Found:
+    """What one search found on one surface, as in Candidates; `count` (1,) int32, which may be more than there is room
+    for."""
+
+    ids: wp.array
+    kind: wp.array
+    distance: wp.array
+    count: wp.array
+
+    @staticmethod
+    def allocate(capacity: int, device: str) -> Found:
+        """Nothing yet, with room for `capacity` stencils."""
+        return Found(
+            wp.zeros(capacity, dtype=wp.vec4i, device=device),
+            wp.zeros(capacity, dtype=wp.int32, device=device),
+            wp.zeros(capacity, dtype=wp.float32, device=device),
+            wp.zeros(1, dtype=wp.int32, device=device),
+        )
+
+
+@dataclass
 class Candidates:
-    """Stencils: `ids` vec4i, `kind` int32 (POINT_TRIANGLE, EDGE_EDGE), `count` int32[1] on the device and `size` here.
+    """Stencils: `ids` vec4i, `kind` int32 (POINT_TRIANGLE, EDGE_EDGE), and `size`, how many there are.
 
     `distance` m is a lower bound at the current positions (`follow` keeps it one), so that most stencils can be passed
     over without looking at their vertices. `near` int32 lists those that the coming move concerns (`list_near`),
     `near_count` (1,) int32 how many, `near_size` here. `capacity` grows when the broad phase finds more; nothing is
-    ever dropped.
+    ever dropped. `found` is the broad phase's scratch, one a surface.
     """
 
     ids: wp.array
@@ -39,8 +60,8 @@ class Candidates:
     distance: wp.array
     near: wp.array
     near_count: wp.array
-    count: wp.array
     capacity: int
+    found: list[Found]
     size: int = 0
     near_size: int = 0
 
@@ -53,17 +74,27 @@ class Candidates:
             wp.zeros(capacity, dtype=wp.float32, device=device),
             wp.zeros(capacity, dtype=wp.int32, device=device),
             wp.zeros(1, dtype=wp.int32, device=device),
-            wp.zeros(1, dtype=wp.int32, device=device),
             capacity,
+            [],
         )
 
-    def grow(self, wanted: int) -> None:
-        """Make room for `wanted` stencils at least; those on the list are kept."""
-        grown = Candidates.allocate(1 << (wanted - 1).bit_length(), str(self.ids.device))
+    def append(self, found: Found, count: int) -> None:
+        """Add the first `count` stencils of what was found; grows when there is no room for them."""
+        wanted = self.size + count
+        if wanted > self.capacity:
+            grown = Candidates.allocate(1 << (wanted - 1).bit_length(), str(self.ids.device))
+            grown.found = self.found
+            if self.size:
+                grown.take_over(self, self.size)
+            self.__dict__.update(grown.__dict__)
+        if count:
+            self.take_over(found, count)
+
+    def take_over(self, other: Candidates | Found, count: int) -> None:
+        """Copy the other's first `count` stencils behind those on the list; there must be room."""
         for name in ("ids", "kind", "distance"):
-            wp.copy(getattr(grown, name), getattr(self, name), count=self.size)
-        grown.size = self.size
-        self.__dict__.update(grown.__dict__)
+            wp.copy(getattr(self, name), getattr(other, name), dest_offset=self.size, count=count)
+        self.size += count
 
 
 @dataclass
