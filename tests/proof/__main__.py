@@ -65,7 +65,8 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
     add("--fabric", default="cotton_jersey")
     add("--fps", type=float, default=60.0)
     add("--lead", type=float, default=1.0, metavar="S", help="time in which the body is led into the motion [s]")
-    add("--seconds", type=float, default=4.0, metavar="S", help="time of the motion, which repeats [s]")
+    add("--seconds", type=float, default=6.0, metavar="S", help="time of the motion, which repeats [s]")
+    add("--stopping", type=float, default=0.5, metavar="S", help="time at its end in which it slows to a stand [s]")
     add("--standing", type=float, default=2.0, metavar="S", help="time for which the body then stands still [s]")
     add("--every", type=int, default=2, metavar="K", help="IPC Toolkit is asked every K frames")
     add("--set", nargs="*", type=setting, default=[], metavar="NAME=VALUE", help="solver settings unlike the preset's")
@@ -95,7 +96,7 @@ def setting(text: str) -> tuple[str, float | int | str]:
 def cases(options: argparse.Namespace) -> list[Case]:
     """Every combination, to be simulated in process."""
     o = options
-    times = (o.fps, o.lead, o.seconds, o.standing, o.every, tuple(o.set))
+    times = (o.fps, o.lead, o.seconds, o.stopping, o.standing, o.every, tuple(o.set))
     return [
         Case(garment, motion, o.fabric, preset, device, edge, *times)
         for garment, motion, preset, edge, device in itertools.product(
@@ -159,7 +160,8 @@ def about(options: argparse.Namespace, seconds: float) -> dict[str, str]:
     changes = "".join(f", {name} {value}" for name, value in options.set)
     simulated = (
         f"fabric {options.fabric}, edges {edges}, {options.fps:g} fps, {options.lead:g} s lead-in, "
-        f"{options.seconds:g} s of motion, {options.standing:g} s standing{changes}"
+        f"{options.seconds:g} s of motion, slowing to a stand over the last {options.stopping:g} s, "
+        f"{options.standing:g} s standing{changes}"
     )
     recorded = f"fabric {options.fabric}, {options.frames} frames over the websocket of {options.server}"
     return {

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from over_time import travel, trembling
+from timeline import Timeline
 
 FPS = 60.0
 
@@ -42,3 +43,15 @@ def test_travel_is_the_largest_distance_between_two_places():
     circle = np.column_stack([np.cos(np.arange(8) * np.pi / 4), np.sin(np.arange(8) * np.pi / 4), np.zeros(8)])
     points = np.stack([0.1 * circle, np.zeros((8, 3)), np.arange(8)[:, None] * [0, 0, 0.01]], axis=1)
     np.testing.assert_allclose(travel(points), [0.2, 0.0, 0.07], atol=1e-12)
+
+
+@pytest.mark.parametrize("stopping", [0.0, 0.5])
+def test_a_body_slows_evenly_to_a_stand(stopping):
+    """Its clock runs at the rate 1 until the last `stopping` s, where the rate falls in a straight line to 0."""
+    timeline = Timeline(None, None, FPS, 3.0, stopping, 1.0)
+    t = np.linspace(0.0, 4.0, 4001)
+    clock = np.array([timeline.clock(min(s, 3.0)) for s in t])
+    rate = np.diff(clock) / np.diff(t)
+    expected = np.clip((3.0 - 0.5 * (t[1:] + t[:-1])) / stopping, 0, 1) if stopping else (t[1:] <= 3.0).astype(float)
+    np.testing.assert_allclose(rate, expected, atol=1e-3)
+    assert clock[-1] == pytest.approx(3.0 - stopping / 2)

@@ -11,7 +11,7 @@ from case import Case, LiveCase, case_of
 from table import markdown
 
 PROOF = Path(__file__).parent
-CASE = Case("skirt", "walk", "cotton_jersey", "draft", "cpu", 0.04, 30.0, 0.2, 0.1, 0.1, 2)
+CASE = Case("skirt", "walk", "cotton_jersey", "draft", "cpu", 0.04, 30.0, 0.2, 0.1, 0.0, 0.1, 2)
 
 
 def test_over_names_the_first_and_the_worst_frame():

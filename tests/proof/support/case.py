@@ -21,6 +21,7 @@ class Case:
         fps: published frames per simulated second.
         lead: time in which the body is led into the motion [s].
         seconds: time of the motion, which repeats when it is shorter [s].
+        stopping: time at the end of that in which it slows down evenly to a stand; 0 stops it dead [s].
         standing: time for which the body then stands still [s].
         every: every so many frames IPC Toolkit is asked.
         settings: solver settings that differ from the preset's.
@@ -35,6 +36,7 @@ class Case:
     fps: float
     lead: float
     seconds: float
+    stopping: float
     standing: float
     every: int
     settings: tuple[tuple[str, float | str], ...] = ()

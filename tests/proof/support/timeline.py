@@ -1,8 +1,10 @@
-"""What the body does in a case: it is led into a motion, plays it in a loop, stops dead, and stands still."""
+"""What the body does in a case: it is led into a motion, plays it in a loop, slows down, and stands still."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+
+from case import Case
 
 from tryon_solver.body.motion import Motion, blend_in
 from tryon_solver.body.pose import Pose
@@ -16,12 +18,15 @@ class Timeline:
     motion: Motion
     fps: float
     moving: float  # s of the motion
+    stopping: float  # s at the end of those in which its clock slows down evenly to a stand; 0 stops it dead
     standing: float  # s of standing still in its last pose
 
     @staticmethod
-    def build(start: Pose, motion: Motion, fps: float, lead: float, moving: float, standing: float) -> Timeline:
-        """From `start` into `motion` within `lead` s."""
-        return Timeline(blend_in(start, motion, lead), motion, fps, moving, standing)
+    def build(start: Pose, motion: Motion, case: Case) -> Timeline:
+        """From `start` into `motion` within the case's `lead` s."""
+        return Timeline(
+            blend_in(start, motion, case.lead), motion, case.fps, case.seconds, case.stopping, case.standing
+        )
 
     @property
     def frame_count(self) -> int:
@@ -43,4 +48,12 @@ class Timeline:
         t = min(frame, self.last_moving) / self.fps
         if t < self.lead.duration:
             return self.lead.sample(t)
-        return self.motion.sample(t - self.lead.duration, loop=True)
+        return self.motion.sample(self.clock(t - self.lead.duration), loop=True)
+
+    def clock(self, t: float) -> float:
+        """The motion's own time [s], t after its beginning."""
+        begun = self.moving - self.stopping
+        if t <= begun or not self.stopping:
+            return t
+        share = min((t - begun) / self.stopping, 1.0)
+        return begun + self.stopping * (share - 0.5 * share * share)
