@@ -7,9 +7,10 @@ apart, by just what is missing, split by the vertices' weights:
     p_i += w_i lam_i / (sum_j w_j lam_j^2) (target - d') n',
 
 d', n', lam the distance, normal and closest points where the motion ends; along the normal at its start where it passes
-through. By the normal at the start alone, cloth that slides past a vertex would be lifted off it. All pushes of a pass are computed from the same displacements and averaged per vertex, so the outcome does not depend on
-the order in which a device works through them. Tangential motion stays. This is the contact projection of position
-based dynamics applied to a displacement; it promises nothing, what it leaves is shortened (bounds.py).
+through. By the normal at the start alone, cloth that slides past a vertex would be lifted off it. All pushes of a pass
+are computed from the same displacements and averaged per vertex, so the outcome does not depend on the order in which a
+device works through them. Tangential motion stays. This is the contact projection of position based dynamics applied to
+a displacement; it promises nothing, what it leaves is shortened (bounds.py).
 """
 
 from __future__ import annotations
