@@ -40,7 +40,10 @@ class Settings:
     correction_pcg_tolerance: float = 1e-2
     """Relative residual at which the correction's conjugate gradients stop."""
     correction_tolerance: float = 1e-4
-    """The correction stops when its largest move falls below this times dt [m/s * s]; static friction creeps below 1e-3."""
+    """The correction stops when its largest Newton move falls below this times dt [m/s * s].
+
+    A tenth of friction's `eps_v`: what sticks creeps at less than that, and a looser stop leaves its force unbuilt.
+    """
     d_hat: float = 2e-3
     """Gap at which contact begins to act [m]."""
     body_offset: float = 1.5e-3
