@@ -59,6 +59,16 @@ def test_surface_follows_the_skin(window):
     )
 
 
+def test_cloth_stays_within_its_limit(window, tshirt):
+    """The fabric's largest principal stretch: 2 % more for a thousandth of the triangles, 10 % more for none."""
+    limit = tshirt.fabric.strain_limit
+    for k, frame in enumerate(window):
+        assert np.quantile(frame.stretch, 0.999) <= 1.02 * limit, k
+        assert frame.stretch.max() <= 1.1 * limit, k
+    most = max(np.quantile(f.stretch, 0.999) for f in window)
+    print(f"stretch {most:.3f} for 99.9 %, {max(f.stretch.max() for f in window):.3f} at most")
+
+
 def test_shirt_is_still_worn(window):
     """Every boundary loop runs around the bone it ran around when dressed: the linking number with the bone's line."""
     assert [k for k, frame in enumerate(window) if not frame.still_worn] == []
