@@ -56,6 +56,7 @@ from tryon_server.sessions.viewer import Viewer
 
 SUBJECT = "wearer"
 HELLO_SECONDS = 10.0  # a connection that has not said hello by then is closed
+LATEST_POSE = 1e11  # s, three thousand years: no clock shows more, and a pose of such a time would refuse all after it
 POSE_STALE_SECONDS = 2.0  # without a pose for this long the session says that it waits for one
 
 
@@ -348,6 +349,8 @@ class Session:
                 "Another client's poses move the body.",
                 "Wait until that client has left the session.",
             )
+        if abs(message.t) > LATEST_POSE:
+            raise _disordered("$.t", f"No clock shows {message.t} s.", "Send the seconds of a steady clock.")
         if viewer.last_pose is not None:
             last_seq, last_t = viewer.last_pose
             if message.seq <= last_seq:

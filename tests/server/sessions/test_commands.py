@@ -71,6 +71,15 @@ def test_missing_joint_is_named():
     assert JOINTS[2] in driver.last(1, ErrorMessage).message
 
 
+@pytest.mark.parametrize("t", [1e300, -1e12])
+def test_time_that_no_clock_shows_does_not_shut_out_the_poses_after_it(t):
+    driver = streaming()
+    driver.say(1, pose(1, t=t))
+    assert driver.last(1, ErrorMessage).place == "$.t"
+    driver.say(1, pose(2, t=5.0))
+    assert [command.t_capture for command in driver.ordered(UsePose)] == [5.0]
+
+
 @pytest.mark.parametrize(
     ("seq", "t", "place"), [(5, 9.0, "$.seq"), (4, 9.0, "$.seq"), (6, 5.0, "$.t"), (6, 4.0, "$.t")]
 )
