@@ -1,9 +1,10 @@
 """Damping within the fabric, proportional to its stiffness.
 
-Force -beta H v with H the Hessian of membrane and bending at the end of the step, made positive semidefinite, and
-v = (x - x_start)/dt: stiffness-proportional (Rayleigh) damping. The strain limit has no part in H. A mode of frequency f is damped by the ratio pi f beta of critical. Turning
-the garment as a whole costs nothing, since H leaves rigid motions of unstretched cloth alone; that would not hold for
-projective dynamics' constant matrix. It acts in the correction (stepping/newton.py), where H is at hand.
+Force -beta H v with H the Hessian of membrane and bending at the end of the step, made positive semidefinite, and v =
+(x - x_start)/dt: stiffness-proportional (Rayleigh) damping. The strain limit has no part in H. A mode of frequency f
+is damped by the ratio pi f beta of critical. Turning the garment as a whole costs nothing, since H leaves rigid
+motions of unstretched cloth alone; that would not hold for projective dynamics' constant matrix. It acts in the
+correction (stepping/newton.py), where H is at hand.
 """
 
 from __future__ import annotations

@@ -14,9 +14,9 @@ semidefinite, with T = I - n n^T and t = u/|u|:
 The first bounds the potential from above, and iterated alone it leaves the static regime ever so slowly: along t the
 force of what slides does not grow any more. So in the correction c is f1', zero beyond e. A slip that an iteration
 turned round (u . u_before < 0) has passed the static regime, where f1' knows nothing of the resistance in between:
-there c is the slope of the chord, (f1(y) + f1(y_before))/(y + y_before). Of the pair's normal forces at this iterate and
-the last the smaller counts, and where they differ by more than SETTLED the secant stays: a pair that fell deep into its
-barrier for one iteration would throw the cloth.
+there c is the slope of the chord, (f1(y) + f1(y_before))/(y + y_before). Of the pair's normal forces at this iterate
+and the last the smaller counts, and where they differ by more than SETTLED the secant stays: a pair that fell deep into
+its barrier for one iteration would throw the cloth.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from tryon_solver.scene import Friction
 wp.set_module_options({"enable_backward": False})
 
 SETTLED = 0.5  # share that the normal force of a pair keeps, or kept, from an iteration to the next to be relied on
-DEEPEST = 0.1  # share of the gap now that the one before is taken for at least: the barrier has no force at gap zero
+DEEPEST = 0.1  # share of the gap now that the one before is taken for at least: at zero the barrier has no force
 
 
 @wp.func
