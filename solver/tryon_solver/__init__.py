@@ -11,7 +11,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from tryon_solver.dressing.dress import Dressed, DressingError, dress
+    from tryon_solver.dressing.dress import Dressed, dress
+    from tryon_solver.dressing.fit import DressingError
     from tryon_solver.results import StepReport
     from tryon_solver.scene import Scene
     from tryon_solver.settings import PRESETS, Settings
@@ -21,7 +22,7 @@ __all__ = ["PRESETS", "Dressed", "DressingError", "Scene", "Settings", "Simulati
 
 MODULES = {
     "Dressed": "dressing.dress",
-    "DressingError": "dressing.dress",
+    "DressingError": "dressing.fit",
     "dress": "dressing.dress",
     "StepReport": "results",
     "Scene": "scene",

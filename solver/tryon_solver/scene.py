@@ -75,7 +75,7 @@ class Sewing:
     """
 
     stitches: np.ndarray
-    stiffness: float = 300.0
+    stiffness: float
 
 
 Effect = Gravity | BodyContact | SelfContact | Friction | StrainLimit | AirDrag | FabricDamping | Sewing

@@ -83,7 +83,9 @@ class Stages:
 class Simulation:
     """A scene on a device. Made by `build`; drive it with `advance`."""
 
-    def __init__(self, scene: Scene, settings: Settings, device: str, pose: Pose | None) -> None:
+    def __init__(
+        self, scene: Scene, settings: Settings, device: str, pose: Pose | None, surface: np.ndarray | None
+    ) -> None:
         self.scene, self.settings, self.device = scene, settings, device
         garment = scene.garment
         self.cloth_count = garment.vertex_count
@@ -103,7 +105,7 @@ class Simulation:
             contact=tuple(c.contact for c in self.plan.contributions if c.contact is not None),
         )
         self.damping_time = sum(c.damping_time for c in self.plan.contributions if c.damping_time is not None)
-        self._allocate(pose)
+        self._allocate(pose, surface)
         self._assemble()
         self._prepare_contact()
         self.stretch = StretchMeter.build(garment)
@@ -112,10 +114,10 @@ class Simulation:
 
     # -- building ------------------------------------------------------------------------------------------------
 
-    def _allocate(self, pose: Pose | None) -> None:
+    def _allocate(self, pose: Pose | None, surface: np.ndarray | None) -> None:
         scene, device = self.scene, self.device
         self.body: PosedBody | None = None
-        surface = np.zeros((0, 3))
+        skin = np.zeros((0, 3))
         if scene.body is not None:
             if pose is None:
                 raise ValueError("a scene with a body needs the pose it starts in")
@@ -130,7 +132,11 @@ class Simulation:
                 device,
             )
             self.body = PosedBody(skinning, carry, skin_now, wp.clone(skin_now), pose)
-            surface = skin_now.numpy()
+            skin = skin_now.numpy()
+        if surface is None:
+            surface = skin
+        elif surface.shape != skin.shape:
+            raise ValueError(f"surface has shape {surface.shape}, the body's vertices have {skin.shape}")
         x: wp.array = wp.array(positions(scene.x_start, surface), dtype=wp.vec3, device=device)
         cloth = wp.zeros(self.cloth_count, dtype=wp.vec3, device=device)
         self.state = State(
@@ -140,7 +146,7 @@ class Simulation:
             x_hat=wp.clone(cloth),
             v=wp.clone(cloth),
             acceleration=wp.clone(cloth),
-            skin=wp.array(surface.astype(np.float32), dtype=wp.vec3, device=device),
+            skin=wp.array(skin.astype(np.float32), dtype=wp.vec3, device=device),
             hold=wp.full(self.body_count, self.settings.skin_hold, dtype=wp.float32, device=device),
         )
         self.work = Workspace.allocate(self.all_count, len(scene.garment.faces), device)
@@ -383,13 +389,20 @@ def pose_between(first: Pose | None, last: Pose | None, share: float) -> Pose | 
     return last if share >= 1.0 else Pose.interpolate(first, last, share)
 
 
-def build(scene: Scene, settings: Settings | None = None, device: str = "cpu", pose: Pose | None = None) -> Simulation:
+def build(
+    scene: Scene,
+    settings: Settings | None = None,
+    device: str = "cpu",
+    pose: Pose | None = None,
+    surface: np.ndarray | None = None,
+) -> Simulation:
     """A simulation of the scene at rest in its start position.
 
-    `pose` is the body's pose there; `device` "cpu" or "cuda:0". Raises GarmentError when the mesh can't carry the
-    fabric's thickness.
+    `pose` is the body's pose there; `device` "cpu" or "cuda:0"; `surface` (B, 3) m the collision surface that the
+    start position is free of, where it has yielded; without it the skin. Raises GarmentError when the mesh can't carry
+    the fabric's thickness.
     """
-    return Simulation(scene, settings or Settings(), device, pose)
+    return Simulation(scene, settings or Settings(), device, pose, surface)
 
 
 def bind_plan(scene: Scene, settings: Settings, device: str, mass: np.ndarray, area: np.ndarray) -> StepPlan:

@@ -21,6 +21,7 @@ from tryon_server.runtime.sources import Move
 from tryon_server.runtime.wardrobe import CAPACITY, Wardrobe, wardrobe_key
 from tryon_server.sessions.commands import AllowFrame
 from tryon_solver.body.pose import Pose
+from tryon_solver.dressing.fit import DressingError
 from tryon_solver.geometry.placement import PlacementError
 
 POSITIONS = np.arange(12, dtype=np.float32).reshape(4, 3)
@@ -48,7 +49,7 @@ def test_garment_is_dressed_once_and_worn_again_as_it_hung(order, monkeypatch):
     told = []
     first = production.build_drape(order, lambda stage, _: told.append(stage))
     assert "Sewing the seams" in told
-    hung = first.cloth_positions()
+    hung, pressed = first.cloth_positions(), first.body_positions()
     facts = first.advance(first.pose, 1 / 60)
     assert facts.to_dict()["times_ms"]
     assert not np.array_equal(first.cloth_positions(), hung), "it is simulated"
@@ -56,15 +57,17 @@ def test_garment_is_dressed_once_and_worn_again_as_it_hung(order, monkeypatch):
     monkeypatch.setattr(production, "dress", lambda *_, **__: pytest.fail("it was dressed again"))
     again = production.build_drape(order, lambda *_: None)
     np.testing.assert_array_equal(again.cloth_positions(), hung)
+    np.testing.assert_array_equal(again.body_positions(), pressed)
     again.advance(again.pose, 1 / 60)
     np.testing.assert_allclose(again.cloth_positions(), hung, atol=0.01)
     assert again.outfit.vertex_count == len(hung)
     assert again.outfit.panel_names == ("front", "back")
 
 
-def test_a_piece_without_a_place_is_named_with_what_to_do_about_it(order, monkeypatch):
+@pytest.mark.parametrize("kind", [PlacementError, DressingError])
+def test_a_piece_that_does_not_fit_is_named_with_what_to_do_about_it(order, monkeypatch, kind):
     def nowhere(*_, **__):
-        raise PlacementError("the piece finds no place", "panels.back", "Move it away from the body")
+        raise kind("the piece finds no place", "panels.back", "Move it away from the body")
 
     monkeypatch.setattr(production, "dress", nowhere)
     with pytest.raises(ProblemError) as caught:

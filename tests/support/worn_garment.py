@@ -89,7 +89,7 @@ def run_window(
     first = round(start / whole.dt)
     clip = Motion(whole.roots[first:], whole.rotations[first:], whole.dt, motion)
     into = blend_in(Pose.rest(body), clip, lead_in)
-    sim = build(Scene(garment, worn.x, body, worn.fabric), settings, "cpu", Pose.rest(body))
+    sim = build(Scene(garment, worn.x, body, worn.fabric), settings, "cpu", Pose.rest(body), worn.surface)
     for k in range(1, int(lead_in * fps) + 1):
         sim.advance(into.sample(k / fps), k / fps)
     sizes = sim.contact.sizes

@@ -17,7 +17,8 @@ from tryon_server.runtime.order import DrapeOrder
 from tryon_server.runtime.wardrobe import Wardrobe, wardrobe_key
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.pose import Pose
-from tryon_solver.dressing.dress import Dressed, DressingError, dress
+from tryon_solver.dressing.dress import Dressed, dress
+from tryon_solver.dressing.fit import DressingError
 from tryon_solver.geometry.garment import Garment, GarmentError
 from tryon_solver.geometry.panel_mesh import PanelMesh, mesh_pattern
 from tryon_solver.geometry.pattern import PatternError, load_pattern
@@ -113,10 +114,10 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
             dressed = _dress_as_before(panels, body, fabric, settings, device, progress, Wardrobe(order.wardrobe), key)
     except PatternError as error:
         raise problem_error("pattern.invalid", error.message, error.remedy, place=error.place, status=422) from error
-    except PlacementError as error:
+    except (PlacementError, DressingError) as error:
         message = f"the garment can't be put on: {error.message}"
         raise problem_error("garment.unfit", message, error.remedy, place=error.place, status=422) from error
-    except (GarmentError, DressingError) as error:
+    except GarmentError as error:
         message = f"the garment can't be put on: {error}"
         raise problem_error("garment.unfit", message, TRY_ANOTHER, place="garment", status=422) from error
     return SolverDrape(dressed, body)
@@ -134,15 +135,18 @@ def _dress_as_before(
 ) -> Dressed:
     """The garment as it hung when it was dressed the last time, or dressed anew and kept for the next time."""
     welded = weld(panels)
-    hung = wardrobe.recall(key, welded.vertex_count)
+    count = welded.vertex_count
+    hung = wardrobe.recall(key, count + len(body.rest_vertices))
     if hung is None:
         dressed = dress(panels, body, fabric, settings, device, progress=_worded(progress))
-        wardrobe.keep(key, dressed.simulation.cloth_positions())
+        simulation = dressed.simulation
+        wardrobe.keep(key, np.vstack([simulation.cloth_positions(), simulation.body_positions()]))
         return dressed
     progress("Dressing as before", None)
     garment = Garment(welded.vertex_of_corner, welded.uv_corners, welded.panel_of_face, welded.vertex_count)
     pose = Pose.rest(body)
-    simulation = build(Scene(garment, hung.astype(np.float64), body, fabric, WORN), settings, device, pose)
+    cloth, surface = np.split(hung.astype(np.float64), [count])
+    simulation = build(Scene(garment, cloth, body, fabric, WORN), settings, device, pose, surface)
     return Dressed(simulation, welded, panels, pose)
 
 

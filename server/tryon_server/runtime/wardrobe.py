@@ -1,4 +1,4 @@
-"""Garments that were dressed before: their positions on the body, so that the next session need not sew them again.
+"""Garments that were dressed before: where they hung and the skin they pressed on, so that they need not be sewn again.
 
 Sewing a garment on takes many times longer than starting from where it hung. What is kept is the settled state of a
 simulation that proved it free of penetration, under a key of everything that led to it, the solver's own code included.
@@ -29,7 +29,7 @@ class Wardrobe:
         self._folder = folder
 
     def recall(self, key: str, vertex_count: int) -> npt.NDArray[np.float32] | None:
-        """(N, 3) positions [m] kept under this key; None when there are none, or no sound ones."""
+        """(A, 3) positions [m] kept under this key; None when there are none, or not as many sound ones."""
         path = self._path(key)
         try:
             positions = np.load(path, allow_pickle=False)
@@ -40,7 +40,10 @@ class Wardrobe:
         return positions if sound else None
 
     def keep(self, key: str, positions: npt.NDArray[np.float32]) -> None:
-        """Keep the positions of a settled garment. A full disk is no reason not to wear it: then it is not kept."""
+        """Keep the positions of a settled garment and of the surface it lies on.
+
+        A full disk is no reason not to wear it: then it is not kept.
+        """
         draft = self._path(f"{key}.{os.getpid()}")
         with contextlib.suppress(OSError):
             self._folder.mkdir(parents=True, exist_ok=True)

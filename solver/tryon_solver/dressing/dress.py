@@ -14,6 +14,7 @@ import numpy as np
 
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.pose import Pose, skin
+from tryon_solver.dressing.fit import DressingError, check_rest, close_seams
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.placement import place_around
@@ -29,15 +30,13 @@ Progress = Callable[[str, float], None]
 SEWING_SECONDS = 1.2
 CLOSING_SECONDS = 0.4  # seams held shut before they are welded
 SEWING_DRAG = 2.0  # N s/m^3, so that pieces are drawn, not thrown
-CLOSED = 2e-3  # m, a seam further open than this can't be welded
+STITCH_PER_FABRIC = 2.0  # stiffness of a stitch over the fabric's own: a seam closes however much the fabric pulls
+STILL_STIFFNESS = 1e5  # N/m and
+STILL_HOLD = 1e3  # N: the skin of a body that stands still yields to no stitch; no fold closes on the pieces
 
 
 def tell_nobody(_stage: str, _share: float) -> None:
     """The progress of a caller who does not ask for it."""
-
-
-class DressingError(ValueError):
-    """The garment could not be put on; the message says where and what to try."""
 
 
 @dataclass(frozen=True)
@@ -72,13 +71,14 @@ def dress(
     clearance = settings.body_offset + 0.5 * fabric.thickness + settings.d_hat
     x_start = place_around(panels, surface, body.faces, clearance)
     joined = weld(panels)
-    x_sewn = sew(panels, joined, x_start, body, pose, fabric, settings, device, progress)
+    x_sewn, sewn_surface = sew(panels, joined, x_start, body, pose, fabric, settings, device, progress)
     garment = Garment(joined.vertex_of_corner, joined.uv_corners, joined.panel_of_face, joined.vertex_count)
-    simulation = build(Scene(garment, x_sewn, body, fabric, effects), settings, device, pose)
+    simulation = build(Scene(garment, x_sewn, body, fabric, effects), settings, device, pose, sewn_surface)
     frames = round(settle_seconds / settings.largest_step)
     for k in range(frames):
         progress("settling", k / frames)
         simulation.advance(pose, (k + 1) * settings.largest_step)
+    check_rest(simulation, joined, panels)
     progress("dressed", 1.0)
     return Dressed(simulation, joined, panels, pose)
 
@@ -93,8 +93,8 @@ def sew(
     settings: Settings,
     device: str,
     progress: Progress,
-) -> np.ndarray:
-    """Close all seams under contact; returns the welded vertices' positions (N, 3) m."""
+) -> tuple[np.ndarray, np.ndarray]:
+    """Close all seams under contact; the welded vertices' positions (N, 3) m and the surface's (B, 3) m."""
     corners = panels.faces
     pieces = Garment(
         corners,
@@ -103,8 +103,14 @@ def sew(
         len(panels.uv),
         group=joined.welded_of_vertex,
     )
-    effects = (BodyContact(), SelfContact(), StrainLimit(), AirDrag(SEWING_DRAG), Sewing(panels.stitches))
-    settings = replace(settings, largest_step=min(settings.largest_step, 1 / 60))
+    stitches = Sewing(panels.stitches, STITCH_PER_FABRIC * max(fabric.k_warp, fabric.k_weft))
+    effects = (BodyContact(), SelfContact(), StrainLimit(), AirDrag(SEWING_DRAG), stitches)
+    settings = replace(
+        settings,
+        largest_step=min(settings.largest_step, 1 / 60),
+        skin_stiffness=STILL_STIFFNESS,
+        skin_hold=STILL_HOLD,
+    )
     simulation = build(Scene(pieces, x_start, body, fabric, effects), settings, device, pose)
     share = next(c for c in simulation.plan.contributions if c.name == "sewing").values["share"]
     frames = round((SEWING_SECONDS + CLOSING_SECONDS) / settings.largest_step)
@@ -114,29 +120,11 @@ def sew(
         share.fill_(max(0.0, 1.0 - time / SEWING_SECONDS))
         simulation.advance(pose, time)
     x = simulation.cloth_positions().astype(np.float64)
-    x_welded = close(panels, joined, x)
+    x_welded = close_seams(panels, joined, fabric, simulation.stretch, x)
     if not proven_free(simulation, x_welded[joined.welded_of_vertex] - x):
         raise DressingError(
-            "the closed seams could not be welded without touching other fabric: the garment is crumpled where it is "
-            "sewn; use a shorter edge length, or a pattern that lies smoother there"
+            "the closed seams could not be welded without touching other fabric: it is crumpled where it is sewn",
+            "garment",
+            "Use a shorter edge length, or a pattern that lies smoother there",
         )
-    return x_welded
-
-
-def close(panels: PanelMesh, joined: WeldedMesh, x: np.ndarray) -> np.ndarray:
-    """(N, 3) m: each welded vertex at the mean of the vertices it joins.
-
-    Raises DressingError naming the pieces of the seam that stayed widest open.
-    """
-    mean = joined.mean_of_vertices(x)
-    gap = np.linalg.norm(x - mean[joined.welded_of_vertex], axis=1)
-    worst = int(np.argmax(gap))
-    if gap[worst] > CLOSED:
-        a, b = next((s for s in panels.stitches if worst in s), (worst, worst))
-        names = [panels.panel_names[panels.panel_of_vertex[v]] for v in (a, b)]
-        raise DressingError(
-            f"the seam between {names[0]} and {names[1]} stayed {2e3 * gap[worst]:.1f} mm open: the garment is too "
-            "small for this body there, or its pieces start on the wrong side of each other; enlarge the pieces or "
-            "move them"
-        )
-    return mean
+    return x_welded, simulation.body_positions().astype(np.float64)

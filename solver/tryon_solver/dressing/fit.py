@@ -1,0 +1,104 @@
+"""Does the garment fit? What dressing refuses, with the words for whether size, fabric or pattern is at fault."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tryon_solver.geometry.located_error import LocatedError
+from tryon_solver.geometry.panel_mesh import PanelMesh
+from tryon_solver.geometry.weld import WeldedMesh
+from tryon_solver.materials.fabric import FABRICS, Fabric
+from tryon_solver.materials.stretch import StretchMeter
+from tryon_solver.simulation import Simulation
+
+CLOSED = 2e-3  # m, a seam further open than this can't be welded
+MOST_STRETCH = 1.1  # times the fabric's limit, at rest on a still body
+MOST_SQUEEZED = 10e-3  # m that a garment at rest may press the skin in
+
+
+class DressingError(LocatedError):
+    """The garment could not be put on: what happened, at which piece, and what to try."""
+
+
+def close_seams(
+    panels: PanelMesh, joined: WeldedMesh, fabric: Fabric, stretch: StretchMeter, x: np.ndarray
+) -> np.ndarray:
+    """(N, 3) m: each welded vertex at the mean of the vertices it joins, from x (V, 3) m of the unsewn pieces.
+
+    Raises DressingError naming the pieces of the seam that stayed widest open, and how far they are stretched.
+    """
+    mean = joined.mean_of_vertices(x)
+    gap = np.linalg.norm(x - mean[joined.welded_of_vertex], axis=1)
+    worst = int(np.argmax(gap))
+    if gap[worst] <= CLOSED:
+        return mean
+    a, b = next((s for s in panels.stitches if worst in s), (worst, worst))
+    pieces = sorted({int(panels.panel_of_vertex[v]) for v in (a, b)})
+    names = [panels.panel_names[piece] for piece in pieces]
+    what = f"the seam between {' and '.join(names)} stays {2e3 * gap[worst]:.1f} mm open"
+    if len(names) == 1:
+        what = f"the seam of {names[0]} with itself stays {2e3 * gap[worst]:.1f} mm open"
+    pulled = float(stretch.principal(x)[np.isin(panels.panel_of_face, pieces), 1].max())
+    if pulled < fabric.strain_limit:
+        raise DressingError(
+            f"{what}: the body is between its sides, or its pieces start on the wrong side of each other",
+            f"panels.{names[0]}",
+            "Move the pieces so that what is sewn faces each other around the body, or enlarge them",
+        )
+    raise DressingError(
+        f"{what}, though the fabric is stretched by {percent(pulled)} there: {allowed(fabric)}; the garment is too "
+        "tight for this body",
+        f"panels.{names[0]}",
+        looser(pulled, names),
+    )
+
+
+def check_rest(simulation: Simulation, joined: WeldedMesh, panels: PanelMesh) -> None:
+    """The garment has come to rest: is it free of the body and of itself, and within what its fabric can bear?
+
+    Raises DressingError naming the piece where it is not.
+    """
+    fabric, report = simulation.scene.fabric, simulation.reported
+    stretch = simulation.stretch.principal(simulation.cloth_positions())[:, 1]
+    worst = int(np.argmax(stretch))
+    name = panels.panel_names[joined.panel_of_face[worst]]
+    if stretch[worst] > MOST_STRETCH * fabric.strain_limit:
+        raise DressingError(
+            f"the body stretches {name} by {percent(float(stretch[worst]))}: {allowed(fabric)}; the garment is too "
+            "tight for this body",
+            f"panels.{name}",
+            looser(float(stretch[worst]), [name]),
+        )
+    if report.body_lag > MOST_SQUEEZED:
+        raise DressingError(
+            f"the garment presses the skin in by {1e3 * report.body_lag:.0f} mm; it is stretched most, by "
+            f"{percent(float(stretch[worst]))}, in {name}: it is too tight for this body",
+            f"panels.{name}",
+            looser(float(stretch[worst]), [name]),
+        )
+    if report.retries or report.overlapping:
+        raise DressingError(
+            f"the garment finds no place to rest: somewhere it stays pressed closer to the body or to itself than its "
+            f"thickness; it is stretched most, by {percent(float(stretch[worst]))}, in {name}",
+            f"panels.{name}",
+            looser(float(stretch[worst]), [name]),
+        )
+
+
+def percent(stretch: float) -> str:
+    """How much longer than the pattern."""
+    return f"{100 * (stretch - 1):.0f} %"
+
+
+def allowed(fabric: Fabric) -> str:
+    """What the fabric bears, in words."""
+    return f"{fabric.name} bears {percent(fabric.strain_limit)}"
+
+
+def looser(stretch: float, names: list[str]) -> str:
+    """What to do about pieces that are stretched so far."""
+    larger = f"Enlarge {' and '.join(names)} there, or choose a larger size of the garment"
+    best = max(FABRICS.values(), key=lambda fabric: fabric.strain_limit)
+    if stretch >= best.strain_limit:
+        return larger
+    return f"{larger}, or a fabric that stretches more ({best.name}: {percent(best.strain_limit)})"
