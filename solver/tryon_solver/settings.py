@@ -34,7 +34,7 @@ class Settings:
     """A step's cycles stop when the largest move of a cycle falls below tolerance * dt [m/s * s]."""
     subspace_spacing: float = 4.0
     """Spacing of the spline grid, in mean edge lengths."""
-    correction_iterations: int = 8
+    correction_iterations: int = 12
     """Newton iterations of the penetration correction, at most."""
     correction_pcg_iterations: int = 60
     correction_pcg_tolerance: float = 1e-2
@@ -129,5 +129,5 @@ PRESETS: dict[str, Settings] = {
         deflection_passes=8,
     ),
     "live": Settings(),
-    "fit": replace(Settings(), largest_step=1 / 120, outer_iterations=8, correction_iterations=8),
+    "fit": replace(Settings(), largest_step=1 / 120, outer_iterations=8, correction_iterations=16),
 }

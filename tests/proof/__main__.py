@@ -65,7 +65,7 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
     add("--fabric", default="cotton_jersey")
     add("--fps", type=float, default=60.0)
     add("--lead", type=float, default=1.0, metavar="S", help="time in which the body is led into the motion [s]")
-    add("--seconds", type=float, default=6.0, metavar="S", help="time of the motion, which repeats [s]")
+    add("--seconds", type=float, default=6.0, metavar="S", help="time of the motion, which repeats [s]; 0: once, whole")
     add("--stopping", type=float, default=0.5, metavar="S", help="time at its end in which it slows to a stand [s]")
     add("--standing", type=float, default=2.0, metavar="S", help="time for which the body then stands still [s]")
     add("--every", type=int, default=2, metavar="K", help="IPC Toolkit is asked every K frames")
@@ -158,9 +158,10 @@ def about(options: argparse.Namespace, seconds: float) -> dict[str, str]:
     changed = " with changes" if git("status", "--porcelain", "--untracked-files=no") else ""
     edges = ", ".join(f"{1e3 * edge:g} mm" for edge in options.edges)
     changes = "".join(f", {name} {value}" for name, value in options.set)
+    moving = f"{options.seconds:g} s of motion" if options.seconds else "each motion once"
     simulated = (
         f"fabric {options.fabric}, edges {edges}, {options.fps:g} fps, {options.lead:g} s lead-in, "
-        f"{options.seconds:g} s of motion, slowing to a stand over the last {options.stopping:g} s, "
+        f"{moving}, slowing to a stand over the last {options.stopping:g} s, "
         f"{options.standing:g} s standing{changes}"
     )
     recorded = f"fabric {options.fabric}, {options.frames} frames over the websocket of {options.server}"

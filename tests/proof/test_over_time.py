@@ -2,8 +2,11 @@
 
 import numpy as np
 import pytest
+from case import Case
 from over_time import travel, trembling
 from timeline import Timeline
+
+from tryon_solver.body.motion import Motion
 
 FPS = 60.0
 
@@ -55,3 +58,18 @@ def test_a_body_slows_evenly_to_a_stand(stopping):
     expected = np.clip((3.0 - 0.5 * (t[1:] + t[:-1])) / stopping, 0, 1) if stopping else (t[1:] <= 3.0).astype(float)
     np.testing.assert_allclose(rate, expected, atol=1e-3)
     assert clock[-1] == pytest.approx(3.0 - stopping / 2)
+
+
+def test_without_a_time_the_motion_is_played_once_to_its_end():
+    """At 10 fps the 21 frames of the clip last 2 s; the last half second takes three quarters of one."""
+    roots = np.zeros((21, 3))
+    roots[:, 0] = np.linspace(0.0, 1.0, 21)
+    turns = np.zeros((21, 2, 4))
+    turns[..., 3] = 1.0
+    motion = Motion(roots, turns, 0.1)
+    case = Case("tshirt", "clip", "cotton_jersey", "live", "cpu", 0.02, 10.0, 1.0, 0.0, 0.5, 1.0, 2)
+    timeline = Timeline.build(motion.pose(0), motion, case)
+    assert timeline.last_moving == round(10 * (1.0 + 2.0 + 0.25))
+    assert timeline.pose(20).root[0] == pytest.approx(0.5)
+    assert timeline.pose(timeline.last_moving).root[0] == pytest.approx(1.0, abs=0.01)
+    assert timeline.pose(timeline.frame_count).root[0] == timeline.pose(timeline.last_moving).root[0]

@@ -20,7 +20,7 @@ class Case:
         edge: edge length of the cloth's mesh [m].
         fps: published frames per simulated second.
         lead: time in which the body is led into the motion [s].
-        seconds: time of the motion, which repeats when it is shorter [s].
+        seconds: time of the motion, which repeats when it is shorter [s]; 0 plays it once, whole.
         stopping: time at the end of that in which it slows down evenly to a stand; 0 stops it dead [s].
         standing: time for which the body then stands still [s].
         every: every so many frames IPC Toolkit is asked.

@@ -153,7 +153,7 @@ def judged(case: Case, timeline: Timeline, played: Played, strain_limit: float) 
     shaken = trembling(np.array(played.simulated), case.fps) if played.simulated else None
     shaken_decoded = trembling(np.array(played.decoded), case.fps) if played.decoded else None
     off = max((abs(f - 1) for f in played.force), default=None)
-    swings = stem(case.motion) == "walk" and case.seconds >= SHORTEST_SWING
+    swings = stem(case.motion) == "walk" and timeline.moving >= SHORTEST_SWING
     broken = [
         *broken_by_frames(figures, strain_limit),
         *limits.over("decoded against simulated [m]", numbers, played.wire_error, limits.WIRE),

@@ -1,4 +1,4 @@
-"""What the body does in a case: it is led into a motion, plays it in a loop, slows down, and stands still."""
+"""What the body does in a case: it is led into a motion, plays it, slows down, and stands still."""
 
 from __future__ import annotations
 
@@ -20,13 +20,14 @@ class Timeline:
     moving: float  # s of the motion
     stopping: float  # s at the end of those in which its clock slows down evenly to a stand; 0 stops it dead
     standing: float  # s of standing still in its last pose
+    looped: bool = True
 
     @staticmethod
     def build(start: Pose, motion: Motion, case: Case) -> Timeline:
-        """From `start` into `motion` within the case's `lead` s."""
-        return Timeline(
-            blend_in(start, motion, case.lead), motion, case.fps, case.seconds, case.stopping, case.standing
-        )
+        """From `start` into `motion` within the case's `lead` s; the motion once, whole, if the case names no time."""
+        lead, looped = blend_in(start, motion, case.lead), case.seconds > 0
+        moving = case.seconds if looped else motion.duration + 0.5 * case.stopping
+        return Timeline(lead, motion, case.fps, moving, case.stopping, case.standing, looped)
 
     @property
     def frame_count(self) -> int:
@@ -48,7 +49,7 @@ class Timeline:
         t = min(frame, self.last_moving) / self.fps
         if t < self.lead.duration:
             return self.lead.sample(t)
-        return self.motion.sample(self.clock(t - self.lead.duration), loop=True)
+        return self.motion.sample(self.clock(t - self.lead.duration), loop=self.looped)
 
     def clock(self, t: float) -> float:
         """The motion's own time [s], t after its beginning."""
