@@ -1,6 +1,7 @@
 """The wire of tryon: control messages, topologies and frames. protocol/PROTOCOL.md describes it for other languages."""
 
 from .control import decode_client, decode_server, encode, error_message, is_frame, negotiate, request_of
+from .conventions import CONVENTIONS, Convention
 from .decoder import DecodedFrame, FrameDecoder
 from .encoder import KEYFRAME_INTERVAL, FrameEncoder
 from .errors import ProtocolError
@@ -9,6 +10,7 @@ from .grid import GRID, check_grid
 from .messages import (
     MAJOR_VERSION,
     MAX_CLIENT_MESSAGE_BYTES,
+    POSE_CLOCK,
     POSE_CONVENTION,
     POSE_FRAME,
     SUBPROTOCOL,
@@ -28,21 +30,24 @@ from .messages import (
     ServerMessage,
     SetFabricMessage,
     SetMotionMessage,
+    SkeletonMessage,
     StatusMessage,
     TopologyMessage,
     WelcomeMessage,
 )
 from .skinning import Skinner
 from .topology import BodySurface, Topology
-from .validation import validate_pose
+from .validation import Skeleton, TrackedPose, validate_pose, validate_skeleton, validate_tracked_pose
 from .window import CREDIT, ViewerWindow
 
 __all__ = [
+    "CONVENTIONS",
     "CREDIT",
     "GRID",
     "KEYFRAME_INTERVAL",
     "MAJOR_VERSION",
     "MAX_CLIENT_MESSAGE_BYTES",
+    "POSE_CLOCK",
     "POSE_CONVENTION",
     "POSE_FRAME",
     "SUBPROTOCOL",
@@ -51,6 +56,7 @@ __all__ = [
     "ByeMessage",
     "ClientMessage",
     "Codec",
+    "Convention",
     "DecodedFrame",
     "EncodedFrame",
     "ErrorMessage",
@@ -70,10 +76,13 @@ __all__ = [
     "ServerMessage",
     "SetFabricMessage",
     "SetMotionMessage",
+    "Skeleton",
+    "SkeletonMessage",
     "Skinner",
     "StatusMessage",
     "Topology",
     "TopologyMessage",
+    "TrackedPose",
     "ViewerWindow",
     "WelcomeMessage",
     "check_grid",
@@ -86,4 +95,6 @@ __all__ = [
     "read_header",
     "request_of",
     "validate_pose",
+    "validate_skeleton",
+    "validate_tracked_pose",
 ]

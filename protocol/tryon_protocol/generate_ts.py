@@ -17,7 +17,7 @@ from typing import Any, get_args
 
 from msgspec import NODEFAULT, inspect
 
-from . import frames, grid, messages, window
+from . import conventions, frames, grid, messages, window
 
 OUTPUT = Path(__file__).resolve().parents[1] / "ts" / "src" / "generated.ts"
 _SCALARS: dict[type[inspect.Type], str] = {
@@ -60,6 +60,7 @@ def _constants() -> Iterator[str]:
         "MAX_CLIENT_MESSAGE_BYTES": messages.MAX_CLIENT_MESSAGE_BYTES,
         "POSE_CONVENTION": messages.POSE_CONVENTION,
         "POSE_FRAME": messages.POSE_FRAME,
+        "POSE_CLOCK": messages.POSE_CLOCK,
         "CREDIT": window.CREDIT,
         "FRAME_MAGIC": frames.MAGIC,
         "FRAME_KIND": frames.KIND_FRAME,
@@ -69,6 +70,8 @@ def _constants() -> Iterator[str]:
         "GRID": grid.GRID,
     }
     yield "\n".join(f"export const {name} = {json.dumps(value)};" for name, value in values.items())
+    names = {"WEBXR_JOINTS": conventions.WEBXR_JOINTS, "MEDIAPIPE_JOINTS": conventions.MEDIAPIPE_JOINTS}
+    yield "\n".join(f"export const {name}: readonly string[] = {json.dumps(value)};" for name, value in names.items())
     codecs = ", ".join(f"{codec.name}: {codec.value}" for codec in frames.Codec)
     yield f"export const Codec = {{ {codecs} }} as const;"
 

@@ -17,6 +17,11 @@ MAX_CLIENT_MESSAGE_BYTES = 65536
 """A client message longer than this many bytes is refused."""
 POSE_CONVENTION = "model-local"
 POSE_FRAME = "session"
+POSE_CLOCK = "sender"
+POSE_CLOCKS = (POSE_CLOCK, "server")
+POSE_SMOOTHINGS = ("one-euro", "none")
+MAX_JOINTS = 1024
+"""A pose or skeleton with more joints than this is refused."""
 
 U32 = Annotated[int, Meta(ge=0, le=2**32 - 1)]
 Number = Annotated[int, Meta(ge=1, le=2**32 - 1)]
@@ -26,6 +31,8 @@ Request = Annotated[
     U32 | None,
     Meta(description="number chosen by the client and repeated in the `error` that answers this command; null: none"),
 ]
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
 DType = Literal["uint8", "int16", "uint16", "int32", "uint32", "float32", "float64"]
 SessionState = Literal["preparing", "dressing", "running", "paused", "waiting", "failed", "closed"]
 
@@ -97,6 +104,44 @@ class HelloMessage(Message, tag="hello", frozen=True, kw_only=True):
     ] = None
 
 
+class SkeletonMessage(Message, tag="skeleton", frozen=True, kw_only=True):
+    """What a tracker's poses consist of: its joints, in the order of the poses' arrays, and its own rest pose.
+
+    Sent before the first pose of another convention than "model-local", and again when any of it changes. The rest pose
+    stands upright, in metres, Y up, facing +Z.
+    """
+
+    subject: Annotated[Name, Meta(description="whose body this is, a subject listed in `welcome`")]
+    convention: Annotated[
+        Name, Meta(description='"webxr", "head-hands", "mediapipe", "smpl" or "bvh": whose names and numbers these are')
+    ]
+    joint_names: Annotated[
+        tuple[Name, ...],
+        Meta(
+            min_length=1, max_length=MAX_JOINTS, description="[K]: the convention's names of the joints that are sent"
+        ),
+    ]
+    parents: Annotated[
+        tuple[Annotated[int, Meta(ge=-1, le=MAX_JOINTS)], ...],
+        Meta(
+            max_length=MAX_JOINTS, description='[K]: parent of each joint, -1 for joint 0; "bvh" needs it; []: not told'
+        ),
+    ] = ()
+    rest_positions: Annotated[
+        tuple[Vector, ...],
+        Meta(max_length=MAX_JOINTS, description='[K][3] m: joints in the rest pose; "bvh" needs it; []: not told'),
+    ] = ()
+    rest_rotations: Annotated[
+        tuple[Quaternion, ...],
+        Meta(
+            max_length=MAX_JOINTS,
+            description="[K][4]: x, y, z, w of each joint's axes in the rest pose, for conventions whose poses hold "
+            "world rotations; []: not told",
+        ),
+    ] = ()
+    request: Request = None
+
+
 class PoseMessage(Message, tag="pose", frozen=True, kw_only=True):
     """One tracked pose of one body. The newest one wins; older ones that were not used yet are dropped."""
 
@@ -104,21 +149,56 @@ class PoseMessage(Message, tag="pose", frozen=True, kw_only=True):
     convention: Annotated[
         Name,
         Meta(
-            description='what `rotations` mean: "model-local", the rotation of each joint of the session\'s body '
-            "relative to its parent and to the rest pose"
+            description='what the arrays mean: "model-local", the rotation of each joint of the session\'s body '
+            "relative to its parent and to the rest pose, or the convention of an earlier `skeleton`"
         ),
     ]
     frame: Annotated[
         Name,
-        Meta(description='coordinate system of `root`: "session", right-handed, metres, Y up, body faces +Z at rest'),
+        Meta(
+            description='coordinate system of the positions: "session", right-handed, metres, Y up, floor at 0; '
+            '"mediapipe-world", as MediaPipe gives its world landmarks'
+        ),
     ]
-    t: Annotated[float, Meta(description="s, when the pose was captured, on the sender's steady clock")]
+    t: Annotated[float, Meta(description="s, when the pose was captured, on the clock named by `clock`")]
     seq: Annotated[Number, Meta(description="number of this pose, growing; frames name the pose they were solved for")]
-    root: Annotated[tuple[float, float, float], Meta(description="m, float64 [3]: position of joint 0 in `frame`")]
+    root: Annotated[
+        Vector | None,
+        Meta(description='m, float64 [3]: position of joint 0, for "model-local", "smpl" and "bvh"; null: none'),
+    ] = None
     rotations: Annotated[
-        tuple[tuple[float, float, float, float], ...],
-        Meta(max_length=1024, description="[J][4]: unit quaternion x, y, z, w of each joint, in the topology's order"),
-    ]
+        tuple[Quaternion, ...],
+        Meta(
+            max_length=MAX_JOINTS,
+            description="[J][4]: unit quaternion x, y, z, w of each joint: local, in the order of the topology or of "
+            '`skeleton`; in the world for "webxr" and "head-hands"; [] for "mediapipe"',
+        ),
+    ] = ()
+    positions: Annotated[
+        tuple[Vector, ...],
+        Meta(
+            max_length=MAX_JOINTS,
+            description='m, [K][3]: place of each joint of `skeleton`, for "webxr", "head-hands", "mediapipe"; else []',
+        ),
+    ] = ()
+    confidence: Annotated[
+        tuple[Annotated[float, Meta(ge=0, le=1)], ...],
+        Meta(
+            max_length=MAX_JOINTS,
+            description="[K]: how surely each joint is seen, 0 to 1; below 0.5 its numbers are not used; []: all are",
+        ),
+    ] = ()
+    clock: Annotated[
+        Name,
+        Meta(description='whose steady clock `t` is on: "sender", or "server" for one who has converted it by `ping`'),
+    ] = POSE_CLOCK
+    smoothing: Annotated[
+        Name | None,
+        Meta(
+            description='how the server filters this stream: "one-euro" or "none"; null: "none" for "model-local", '
+            '"one-euro" for trackers'
+        ),
+    ] = None
     ack: Annotated[U32, Meta(description="newest frame seq the client has decoded; 0: none yet")] = 0
 
 
@@ -271,6 +351,7 @@ class GoodbyeMessage(Message, tag="goodbye", frozen=True, kw_only=True):
 
 ClientMessage = Union[  # noqa: UP007 - a runtime value that decoders are built from
     HelloMessage,
+    SkeletonMessage,
     PoseMessage,
     AckMessage,
     KeyframeRequestMessage,

@@ -10,6 +10,7 @@ import zstandard
 
 from . import messages as m
 from .control import encode
+from .conventions import CONVENTIONS
 from .encoder import FrameEncoder
 from .frames import HEADER_BYTES
 from .skinning import Skinner
@@ -71,6 +72,8 @@ def messages() -> dict[str, tuple[bytes, Any]]:
     client: list[m.ClientMessage] = [
         m.HelloMessage(versions=(1,), client="golden 1.0", resume="t0ken"),
         pose,
+        _skeleton(),
+        _tracked_pose(),
         m.AckMessage(seq=4294967295),
         m.KeyframeRequestMessage(reason="missing_base"),
         m.PlayMessage(),
@@ -125,8 +128,40 @@ def messages() -> dict[str, tuple[bytes, Any]]:
     for side, group in (("client", client), ("server", server)):
         for message in group:
             tag = str(message.__struct_config__.tag)
+            if isinstance(message, m.PoseMessage) and message.convention != m.POSE_CONVENTION:
+                tag = "pose_of_a_tracker"
             named[f"{side}_{tag}"] = (encode(message), _plain(message))
     return named
+
+
+def _skeleton() -> m.SkeletonMessage:
+    names = CONVENTIONS["webxr"].required
+    return m.SkeletonMessage(
+        subject="wearer",
+        convention="webxr",
+        joint_names=names,
+        parents=(-1, 0, 1, 2, 0, 4, 5),
+        rest_positions=tuple((0.125 * k, 1.0 + 0.0625 * k, -0.5) for k in range(len(names))),
+        rest_rotations=tuple((0.0, 0.6, 0.0, 0.8) for _ in names),
+        request=6,
+    )
+
+
+def _tracked_pose() -> m.PoseMessage:
+    names = CONVENTIONS["webxr"].required
+    return m.PoseMessage(
+        subject="wearer",
+        convention="webxr",
+        frame=m.POSE_FRAME,
+        clock="server",
+        t=12.03125,
+        seq=722,
+        positions=tuple((0.1 * k, 1.25, -0.25) for k in range(len(names))),
+        rotations=tuple((0.0, 0.0, 0.6, 0.8) for _ in names),
+        confidence=(1.0, 0.875, 0.5, 0.25, 0.0, 1.0, 1.0),
+        smoothing="one-euro",
+        ack=641,
+    )
 
 
 def stream() -> dict[str, bytes]:

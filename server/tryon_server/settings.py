@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import msgspec
 
 from tryon_server.problems import ProblemError, problem_error
+from tryon_server.sessions.smoothing import DEFAULT_SMOOTHING, Smoothing
 
 PREFIX = "TRYON_SERVER_"
 
@@ -36,6 +37,11 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         frames_per_second: most frames published per second of wall time [1/s].
         keyframe_seconds: a frame that needs no other is published at least this often [s].
         messages_per_second: most messages accepted from one client per second, on average [1/s].
+        smoothing_place_cutoff: of the filter of trackers' poses, for a joint at rest [Hz]; sessions/smoothing.py.
+        smoothing_place_gain: what a joint's speed adds to that [Hz per m/s].
+        smoothing_turn_cutoff: the same for a joint's turn at rest [Hz].
+        smoothing_turn_gain: what the speed of turning adds to that [Hz per rad/s].
+        smoothing_speed_cutoff: of the speeds themselves [Hz].
         warm: whether the server compiles the solver's kernels at start rather than for the first session.
     """
 
@@ -55,7 +61,22 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     frames_per_second: Positive = 60.0
     keyframe_seconds: Positive = 1.0
     messages_per_second: Positive = 240.0
+    smoothing_place_cutoff: Positive = DEFAULT_SMOOTHING.place_cutoff
+    smoothing_place_gain: Positive = DEFAULT_SMOOTHING.place_gain
+    smoothing_turn_cutoff: Positive = DEFAULT_SMOOTHING.turn_cutoff
+    smoothing_turn_gain: Positive = DEFAULT_SMOOTHING.turn_gain
+    smoothing_speed_cutoff: Positive = DEFAULT_SMOOTHING.speed_cutoff
     warm: bool = True
+
+    def smoothing(self) -> Smoothing:
+        """The filter of trackers' poses."""
+        return Smoothing(
+            place_cutoff=self.smoothing_place_cutoff,
+            place_gain=self.smoothing_place_gain,
+            turn_cutoff=self.smoothing_turn_cutoff,
+            turn_gain=self.smoothing_turn_gain,
+            speed_cutoff=self.smoothing_speed_cutoff,
+        )
 
     def effective_database_url(self) -> str:
         """The database URL, with the embedded default filled in."""

@@ -71,7 +71,7 @@ def test_generated_typescript_is_up_to_date(capsys: pytest.CaptureFixture[str]) 
 
 def test_every_message_type_has_a_vector() -> None:
     tags = {str(kind.__struct_config__.tag) for kind in message_types()}
-    assert {path.stem.split("_", 1)[1] for path in MESSAGES} == tags
+    assert {msgpack.unpackb(path.read_bytes())["type"] for path in MESSAGES} == tags
 
 
 @pytest.mark.parametrize("path", MESSAGES, ids=lambda path: path.stem)

@@ -8,10 +8,10 @@ import analytic_drape
 import numpy as np
 import pytest
 
-from tryon_protocol import FrameDecoder, Topology, decode_server
+from tryon_protocol import FrameDecoder, Skeleton, Topology, TrackedPose, decode_server
 from tryon_server.runtime.order import DrapeOrder, WorkOrder
 from tryon_server.runtime.worker import FAILURES_IN_A_ROW, Worker
-from tryon_server.sessions.commands import AllowFrame, FollowMotion, Run, UsePose, WearFabric
+from tryon_server.sessions.commands import AllowFrame, FollowMotion, Run, UsePose, UseTrackedPose, WearFabric
 from tryon_server.sessions.events import FrameReady, PhaseChanged, Reported, TopologyReady, Troubled
 
 REST = np.tile([0.0, 0.0, 0.0, 1.0], (3, 1))
@@ -216,3 +216,16 @@ def test_steps_that_always_fail_end_in_a_failed_session_that_still_listens():
     assert str(FAILURES_IN_A_ROW) in troubles[1].message
     assert "diverged" in troubles[1].message
     assert of(connection, PhaseChanged)[-1].phase == "ready"
+
+
+def test_a_body_that_can_not_follow_a_tracker_says_so_once_a_second_and_the_loop_goes_on():
+    viewer = Skeleton("head-hands", ("viewer",), None, None, None)
+    pose = TrackedPose(None, np.array([[0.0, 1.62, 0.0]]), REST[:1], np.ones(1, dtype=bool))
+    tracked = [(1.0 + k / 60, UseTrackedPose(1, k, k / 60, "session", viewer, 1, pose)) for k in range(1, 100)]
+    good = [(2.8, UsePose(1, 100, 9.0, np.zeros(3), REST))]
+    start = [(0.5, Run(True)), (0.5, AllowFrame(10_000, False, False, False, False))]
+    connection = work([*start, *tracked, *good], until=4.0, motion=None)
+    told = [event for event in connection.events if isinstance(event, Troubled)]
+    assert [event.code for event in told] == ["invalid_skeleton"] * 2
+    assert "model-local" in told[0].message
+    assert [event for event in connection.events if isinstance(event, FrameReady)]

@@ -5,6 +5,7 @@ export const MAJOR_VERSION = 1;
 export const MAX_CLIENT_MESSAGE_BYTES = 65536;
 export const POSE_CONVENTION = "model-local";
 export const POSE_FRAME = "session";
+export const POSE_CLOCK = "sender";
 export const CREDIT = 2;
 export const FRAME_MAGIC = 193;
 export const FRAME_KIND = 1;
@@ -12,6 +13,9 @@ export const FRAME_HEADER_BYTES = 64;
 export const FLAG_OFFSETS_ZSTD = 1;
 export const ORIGIN_LIMIT = 2147418112;
 export const GRID = 6.25e-05;
+
+export const WEBXR_JOINTS: readonly string[] = ["hips", "spine-lower", "spine-middle", "spine-upper", "chest", "neck", "head", "left-shoulder", "left-scapula", "left-arm-upper", "left-arm-lower", "left-hand-wrist-twist", "right-shoulder", "right-scapula", "right-arm-upper", "right-arm-lower", "right-hand-wrist-twist", "left-hand-palm", "left-hand-wrist", "left-hand-thumb-metacarpal", "left-hand-thumb-phalanx-proximal", "left-hand-thumb-phalanx-distal", "left-hand-thumb-tip", "left-hand-index-metacarpal", "left-hand-index-phalanx-proximal", "left-hand-index-phalanx-intermediate", "left-hand-index-phalanx-distal", "left-hand-index-tip", "left-hand-middle-metacarpal", "left-hand-middle-phalanx-proximal", "left-hand-middle-phalanx-intermediate", "left-hand-middle-phalanx-distal", "left-hand-middle-tip", "left-hand-ring-metacarpal", "left-hand-ring-phalanx-proximal", "left-hand-ring-phalanx-intermediate", "left-hand-ring-phalanx-distal", "left-hand-ring-tip", "left-hand-little-metacarpal", "left-hand-little-phalanx-proximal", "left-hand-little-phalanx-intermediate", "left-hand-little-phalanx-distal", "left-hand-little-tip", "left-hand-middle-phalanx-metacarpal", "right-hand-palm", "right-hand-wrist", "right-hand-thumb-metacarpal", "right-hand-thumb-phalanx-proximal", "right-hand-thumb-phalanx-distal", "right-hand-thumb-tip", "right-hand-index-metacarpal", "right-hand-index-phalanx-proximal", "right-hand-index-phalanx-intermediate", "right-hand-index-phalanx-distal", "right-hand-index-tip", "right-hand-middle-metacarpal", "right-hand-middle-phalanx-proximal", "right-hand-middle-phalanx-intermediate", "right-hand-middle-phalanx-distal", "right-hand-middle-tip", "right-hand-ring-metacarpal", "right-hand-ring-phalanx-proximal", "right-hand-ring-phalanx-intermediate", "right-hand-ring-phalanx-distal", "right-hand-ring-tip", "right-hand-little-metacarpal", "right-hand-little-phalanx-proximal", "right-hand-little-phalanx-intermediate", "right-hand-little-phalanx-distal", "right-hand-little-tip", "right-hand-middle-phalanx-metacarpal", "left-upper-leg", "left-lower-leg", "right-upper-leg", "right-lower-leg", "left-foot-ankle-twist", "left-foot-ankle", "left-foot-subtalar", "left-foot-transverse", "left-foot-ball", "right-foot-ankle-twist", "right-foot-ankle", "right-foot-subtalar", "right-foot-transverse", "right-foot-ball", "viewer"];
+export const MEDIAPIPE_JOINTS: readonly string[] = ["nose", "left_eye_inner", "left_eye", "left_eye_outer", "right_eye_inner", "right_eye", "right_eye_outer", "left_ear", "right_ear", "mouth_left", "mouth_right", "left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist", "left_pinky", "right_pinky", "left_index", "right_index", "left_thumb", "right_thumb", "left_hip", "right_hip", "left_knee", "right_knee", "left_ankle", "right_ankle", "left_heel", "right_heel", "left_foot_index", "right_foot_index"];
 
 export const Codec = { RAW: 0, KEY: 1, DELTA1: 2, DELTA2: 3 } as const;
 
@@ -72,26 +76,72 @@ export interface HelloMessage {
   resume?: string | null;
 }
 
+/**
+ * What a tracker's poses consist of: its joints, in the order of the poses' arrays, and its own rest pose. Sent
+ * before the first pose of another convention than "model-local", and again when any of it changes. The rest
+ * pose stands upright, in metres, Y up, facing +Z.
+ */
+export interface SkeletonMessage {
+  type: "skeleton";
+  /** whose body this is, a subject listed in `welcome` */
+  subject: string;
+  /** "webxr", "head-hands", "mediapipe", "smpl" or "bvh": whose names and numbers these are */
+  convention: string;
+  /** [K]: the convention's names of the joints that are sent */
+  joint_names: readonly string[];
+  /** [K]: parent of each joint, -1 for joint 0; "bvh" needs it; []: not told. Default: [] */
+  parents?: readonly number[];
+  /** [K][3] m: joints in the rest pose; "bvh" needs it; []: not told. Default: [] */
+  rest_positions?: readonly (readonly [number, number, number])[];
+  /**
+   * [K][4]: x, y, z, w of each joint's axes in the rest pose, for conventions whose poses hold world rotations;
+   * []: not told. Default: []
+   */
+  rest_rotations?: readonly (readonly [number, number, number, number])[];
+  /** number chosen by the client and repeated in the `error` that answers this command; null: none. Default: null */
+  request?: number | null;
+}
+
 /** One tracked pose of one body. The newest one wins; older ones that were not used yet are dropped. */
 export interface PoseMessage {
   type: "pose";
   /** whose body this is, a subject listed in `welcome` */
   subject: string;
   /**
-   * what `rotations` mean: "model-local", the rotation of each joint of the session's body relative to its
-   * parent and to the rest pose
+   * what the arrays mean: "model-local", the rotation of each joint of the session's body relative to its parent
+   * and to the rest pose, or the convention of an earlier `skeleton`
    */
   convention: string;
-  /** coordinate system of `root`: "session", right-handed, metres, Y up, body faces +Z at rest */
+  /**
+   * coordinate system of the positions: "session", right-handed, metres, Y up, floor at 0; "mediapipe-world", as
+   * MediaPipe gives its world landmarks
+   */
   frame: string;
-  /** s, when the pose was captured, on the sender's steady clock */
+  /** s, when the pose was captured, on the clock named by `clock` */
   t: number;
   /** number of this pose, growing; frames name the pose they were solved for */
   seq: number;
-  /** m, float64 [3]: position of joint 0 in `frame` */
-  root: readonly [number, number, number];
-  /** [J][4]: unit quaternion x, y, z, w of each joint, in the topology's order */
-  rotations: readonly (readonly [number, number, number, number])[];
+  /** m, float64 [3]: position of joint 0, for "model-local", "smpl" and "bvh"; null: none. Default: null */
+  root?: readonly [number, number, number] | null;
+  /**
+   * [J][4]: unit quaternion x, y, z, w of each joint: local, in the order of the topology or of `skeleton`; in
+   * the world for "webxr" and "head-hands"; [] for "mediapipe". Default: []
+   */
+  rotations?: readonly (readonly [number, number, number, number])[];
+  /** m, [K][3]: place of each joint of `skeleton`, for "webxr", "head-hands", "mediapipe"; else []. Default: [] */
+  positions?: readonly (readonly [number, number, number])[];
+  /** [K]: how surely each joint is seen, 0 to 1; below 0.5 its numbers are not used; []: all are. Default: [] */
+  confidence?: readonly number[];
+  /**
+   * whose steady clock `t` is on: "sender", or "server" for one who has converted it by `ping`. Default:
+   * "sender"
+   */
+  clock?: string;
+  /**
+   * how the server filters this stream: "one-euro" or "none"; null: "none" for "model-local", "one-euro" for
+   * trackers. Default: null
+   */
+  smoothing?: string | null;
   /** newest frame seq the client has decoded; 0: none yet. Default: 0 */
   ack?: number;
 }
@@ -284,6 +334,7 @@ export interface GoodbyeMessage {
 
 export type ClientMessage =
   | HelloMessage
+  | SkeletonMessage
   | PoseMessage
   | AckMessage
   | KeyframeRequestMessage
@@ -294,7 +345,7 @@ export type ClientMessage =
   | PingMessage
   | ByeMessage;
 
-export const CLIENT_MESSAGE_TYPES: readonly ClientMessage["type"][] = ["hello", "pose", "ack", "keyframe_request", "play", "pause", "set_motion", "set_fabric", "ping", "bye"];
+export const CLIENT_MESSAGE_TYPES: readonly ClientMessage["type"][] = ["hello", "skeleton", "pose", "ack", "keyframe_request", "play", "pause", "set_motion", "set_fabric", "ping", "bye"];
 
 export type ServerMessage =
   | WelcomeMessage
@@ -309,6 +360,10 @@ export const SERVER_MESSAGE_TYPES: readonly ServerMessage["type"][] = ["welcome"
 
 export function isHelloMessage(message: { type: string }): message is HelloMessage {
   return message.type === "hello";
+}
+
+export function isSkeletonMessage(message: { type: string }): message is SkeletonMessage {
+  return message.type === "skeleton";
 }
 
 export function isPoseMessage(message: { type: string }): message is PoseMessage {

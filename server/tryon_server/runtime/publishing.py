@@ -11,6 +11,7 @@ from tryon_server.runtime.drape import Drape, Outfit
 from tryon_server.runtime.sources import Move
 from tryon_server.sessions.commands import AllowFrame
 from tryon_server.sessions.events import FrameReady, TopologyReady
+from tryon_solver.body.tracking import fits
 
 
 class Publisher:
@@ -52,6 +53,7 @@ class Publisher:
             payload=encode(topology.to_message()),
             plain_payload=encode(topology.to_message(compress=False)),
             joint_names=topology.body.joint_names,
+            followable=fits(topology.body.joint_names),
         )
 
     def allow(self, command: AllowFrame) -> None:

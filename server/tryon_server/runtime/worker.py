@@ -19,19 +19,22 @@ import numpy as np
 from tryon_protocol import ProtocolError, ReportMessage
 from tryon_server.problems import ProblemError
 from tryon_server.runtime.drape import BuildDrape, Drape, LoadMotion, StepFacts
+from tryon_server.runtime.followers import Follower
 from tryon_server.runtime.kernel_news import kernel_news
 from tryon_server.runtime.meter import Meter
 from tryon_server.runtime.order import WorkOrder
 from tryon_server.runtime.publishing import Publisher
 from tryon_server.runtime.sources import MotionSource, Move, PoseSource, StillSource, StreamSource
-from tryon_server.sessions.commands import AllowFrame, Command, FollowMotion, Run, UsePose, WearFabric
+from tryon_server.sessions.commands import AllowFrame, Command, FollowMotion, Run, UsePose, UseTrackedPose, WearFabric
 from tryon_server.sessions.events import Event, PhaseChanged, Reported, Troubled
 from tryon_solver.body.pose import Pose
+from tryon_solver.body.tracking import TrackingError
 
 logger = logging.getLogger(__name__)
 
 REPORT_SECONDS = 0.25  # between reports
 PROGRESS_SECONDS = 0.2  # between tellings of the same stage's progress
+COMPLAINT_SECONDS = 1.0  # between complaints of a tracker that can't be followed
 IDLE_SECONDS = 0.05  # between looks at a source that had nothing to do
 FAILURES_IN_A_ROW = 30  # steps that may fail one after another before the session is given up
 COARSER = "Choose another fabric, a coarser preset or a simpler pattern."
@@ -73,6 +76,8 @@ class Worker:
         self._dressed_in = ""
         self._drape: Drape | None = None
         self._source: PoseSource | None = None
+        self._follower: Follower | None = None
+        self._complained = -math.inf
         self._pose: Pose | None = None
         self._simulated = 0.0
         self._solved: tuple[StepFacts, Move, float] | None = None
@@ -106,9 +111,9 @@ class Worker:
             case AllowFrame():
                 self._publisher.allow(command)
             case UsePose():
-                if isinstance(self._source, StreamSource):
-                    pose = Pose(root=command.root, rotations=command.rotations)
-                    self._source.take(command.stream, command.seq, command.t_capture, pose)
+                self._use(command, Pose(root=command.root, rotations=command.rotations))
+            case UseTrackedPose():
+                self._track(command)
             case Run():
                 self._running = command.running
                 self._last_look = self._clock()
@@ -118,6 +123,25 @@ class Worker:
             case WearFabric():
                 self._fabric = command.fabric
                 self._dressed_in = ""
+
+    def _use(self, command: UsePose | UseTrackedPose, pose: Pose) -> None:
+        if isinstance(self._source, StreamSource):
+            self._source.take(command.stream, command.seq, command.t_capture, pose)
+
+    def _track(self, command: UseTrackedPose) -> None:
+        """Use a tracker's pose; one that can't be followed is told once a second."""
+        if self._follower is None:
+            return
+        try:
+            self._use(command, self._follower.pose(command))
+        except TrackingError as error:
+            now = self._clock()
+            if now - self._complained >= COMPLAINT_SECONDS:
+                self._complained = now
+                why = str(error)
+                self._trouble(
+                    "invalid_skeleton", "$.joint_names", why[:1].upper() + why[1:] + ".", "Send `skeleton` anew."
+                )
 
     def _follow(self) -> None:
         """Have the body follow the chosen motion, or a stream, from the pose in which it stands."""
@@ -151,6 +175,7 @@ class Worker:
             self._fail(f"Dressing failed: {error!r}.", COARSER)
         else:
             self._drape, self._pose = drape, drape.pose
+            self._follower = Follower(drape.outfit.body)
             self._simulated, self._failures = 0.0, 0
             self._follow()
             self._tell(announcement)

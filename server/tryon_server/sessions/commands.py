@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from tryon_protocol import Skeleton, TrackedPose
+
 
 @dataclass(frozen=True)
 class UsePose:
@@ -20,6 +22,20 @@ class UsePose:
     t_capture: float
     root: npt.NDArray[np.float64]
     rotations: npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class UseTrackedPose:
+    """The newest pose of a tracker, in its own joints: as ``UsePose``, with the coordinate system of its places, the
+    skeleton it refers to, how many skeletons that client has sent, and the arrays."""
+
+    stream: int
+    seq: int
+    t_capture: float
+    frame: str
+    skeleton: Skeleton
+    skeleton_number: int
+    pose: TrackedPose
 
 
 @dataclass(frozen=True)
@@ -62,4 +78,4 @@ class AllowFrame:
     again: bool
 
 
-Command = UsePose | Run | FollowMotion | WearFabric | AllowFrame
+Command = UsePose | UseTrackedPose | Run | FollowMotion | WearFabric | AllowFrame

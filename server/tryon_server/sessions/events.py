@@ -21,13 +21,14 @@ class PhaseChanged:
 
 @dataclass(frozen=True)
 class TopologyReady:
-    """The garment is dressed: its topology's number, the encoded message with and without compressed arrays, and the
-    names of the joints that a pose must have."""
+    """The garment is dressed: its topology's number, the encoded message with and without compressed arrays, the names
+    of the joints that a pose must have, and whether a body with these joints can follow trackers."""
 
     topology_id: int
     payload: bytes
     plain_payload: bytes
     joint_names: tuple[str, ...]
+    followable: bool = False
 
 
 @dataclass(frozen=True)

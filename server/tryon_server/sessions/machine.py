@@ -26,6 +26,7 @@ from tryon_protocol import (
     ServerMessage,
     SetFabricMessage,
     SetMotionMessage,
+    SkeletonMessage,
     StatusMessage,
     WelcomeMessage,
     decode_client,
@@ -33,7 +34,6 @@ from tryon_protocol import (
     error_message,
     negotiate,
     request_of,
-    validate_pose,
 )
 from tryon_protocol.messages import SessionState
 from tryon_server.sessions.actions import (
@@ -48,15 +48,17 @@ from tryon_server.sessions.actions import (
     Order,
     Send,
 )
-from tryon_server.sessions.commands import FollowMotion, Run, UsePose, WearFabric
+from tryon_server.sessions.commands import FollowMotion, Run, WearFabric
 from tryon_server.sessions.events import Event, FrameReady, Gone, PhaseChanged, Reported, TopologyReady, Troubled
 from tryon_server.sessions.flow import FrameFlow
+from tryon_server.sessions.pose_stream import PoseStream
 from tryon_server.sessions.seats import Seats
+from tryon_server.sessions.smoothing import DEFAULT_SMOOTHING, Smoothing
 from tryon_server.sessions.viewer import Viewer
 
 SUBJECT = "wearer"
 HELLO_SECONDS = 10.0  # a connection that has not said hello by then is closed
-LATEST_POSE = 1e11  # s, three thousand years: no clock shows more, and a pose of such a time would refuse all after it
+POSE_FAULTS = ("invalid_pose", "invalid_field")  # answered once a second whatever the place: poses come often
 POSE_STALE_SECONDS = 2.0  # without a pose for this long the session says that it waits for one
 
 
@@ -73,6 +75,7 @@ class Rules:
         max_viewers: most connections of one session.
         messages_per_second: most messages per second from one client, on average.
         grace_seconds: how long a session lives on without a connection [s].
+        smoothing: settings of the filter between a tracker and the physics.
     """
 
     epoch: str
@@ -83,6 +86,7 @@ class Rules:
     max_viewers: int = 16
     messages_per_second: float = 240.0
     grace_seconds: float = 60.0
+    smoothing: Smoothing = DEFAULT_SMOOTHING
 
 
 class Session:
@@ -120,7 +124,8 @@ class Session:
             return self._farewell(
                 client, ProtocolError("session_full", "$", why, "Open a new session."), FATAL_ERROR, now
             )
-        self._viewers[client] = Viewer(now, self._rules.messages_per_second)
+        poses = PoseStream(client, self._rules.smoothing)
+        self._viewers[client] = Viewer(now, self._rules.messages_per_second, poses)
         return []
 
     def disconnect(self, client: int, now: float) -> list[Action]:
@@ -302,6 +307,9 @@ class Session:
         match message:
             case PoseMessage():
                 return self._pose(client, viewer, message, now)
+            case SkeletonMessage():
+                viewer.poses.announce(message, (SUBJECT,))
+                return []
             case AckMessage():
                 self._flow.acknowledge(client, message.seq)
                 return []
@@ -341,7 +349,7 @@ class Session:
                 f"The server plays the motion {self.motion!r}.",
                 "Send set_motion with null first.",
             )
-        root, rotations = validate_pose(message, self._topology.joint_names, (SUBJECT,))
+        pose = viewer.poses.check(message, self._topology.joint_names, (SUBJECT,), self._topology.followable)
         if not self._seats.may_pose(client, now):
             raise ProtocolError(
                 "pose_source_taken",
@@ -349,19 +357,8 @@ class Session:
                 "Another client's poses move the body.",
                 "Wait until that client has left the session.",
             )
-        if abs(message.t) > LATEST_POSE:
-            raise _disordered("$.t", f"No clock shows {message.t} s.", "Send the seconds of a steady clock.")
-        if viewer.last_pose is not None:
-            last_seq, last_t = viewer.last_pose
-            if message.seq <= last_seq:
-                raise _disordered("$.seq", f"Pose {message.seq} came after pose {last_seq}.", "Number poses upwards.")
-            if message.t <= last_t:
-                raise _disordered(
-                    "$.t", f"A pose of {message.t} s came after one of {last_t} s.", "Send times of a steady clock."
-                )
-        viewer.last_pose = (message.seq, message.t)
         self._last_pose_used = now
-        return [Order(UsePose(client, message.seq, message.t, root, rotations)), *self._status_if_changed(now)]
+        return [Order(viewer.poses.take(message, pose)), *self._status_if_changed(now)]
 
     def _set_motion(self, client: int, viewer: Viewer, message: SetMotionMessage, now: float) -> list[Action]:
         if message.motion is not None and message.motion not in self._rules.motions:
@@ -387,7 +384,8 @@ class Session:
         self, client: int, viewer: Viewer, fault: ProtocolError, request: int | None, now: float
     ) -> list[Action]:
         """Tell a client what was wrong: at once when a numbered request failed, else once a second per fault."""
-        if request is None and not viewer.may_complain(f"{fault.code} {fault.place}", now):
+        what = fault.code if fault.code in POSE_FAULTS else f"{fault.code} {fault.place}"
+        if request is None and not viewer.may_complain(what, now):
             return []
         return [Send(client, encode(error_message(fault, request=request)))]
 
@@ -454,7 +452,3 @@ class Session:
 
 def _unknown(code: str, kind: str, name: str, known: Sequence[str]) -> ProtocolError:
     return ProtocolError(code, f"$.{kind}", f"There is no {kind} {name!r}.", f"Choose one of: {', '.join(known)}.")
-
-
-def _disordered(place: str, message: str, remedy: str) -> ProtocolError:
-    return ProtocolError("invalid_pose", place, message, remedy)

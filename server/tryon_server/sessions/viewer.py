@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from tryon_server.sessions.pose_stream import PoseStream
 from tryon_server.sessions.rate import Throttle, TokenBucket
 
 REPEAT_SECONDS = 1.0  # the same fault of the same client is answered once in this time
@@ -17,14 +18,14 @@ class Viewer:
         joined: when it was made [s].
         greeted: whether its hello was answered.
         takes_zstd: whether it can inflate zstd.
-        last_pose: number and capture time of the last pose it sent, None before the first.
+        poses: what its poses need remembered.
     """
 
-    def __init__(self, joined: float, messages_per_second: float) -> None:
+    def __init__(self, joined: float, messages_per_second: float, poses: PoseStream) -> None:
         self.joined = joined
         self.greeted = False
         self.takes_zstd = True
-        self.last_pose: tuple[int, float] | None = None
+        self.poses = poses
         self._flood = TokenBucket(FLOOD_RATE, FLOOD_BURST, joined)
         self._bucket = TokenBucket(messages_per_second, messages_per_second * BURST_SECONDS, joined)
         self._complaints = Throttle(REPEAT_SECONDS)

@@ -64,6 +64,7 @@ class LiveSessions:
             max_viewers=settings.max_viewers,
             messages_per_second=settings.messages_per_second,
             grace_seconds=settings.session_grace_seconds,
+            smoothing=settings.smoothing(),
         )
 
     async def open(self, opening: Opening) -> LiveSession:
