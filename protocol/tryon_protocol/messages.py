@@ -308,7 +308,11 @@ class ReportMessage(Message, tag="report", frozen=True, kw_only=True):
     iterations: Annotated[int, Meta(ge=0, description="outer iterations of the last step")]
     residual: Annotated[float, Meta(description="relative residual at the end of the last step, dimensionless")]
     min_gap: Annotated[
-        float | None, Meta(description="m, smallest distance between surfaces among near pairs; null: none near")
+        float | None,
+        Meta(
+            description="m, smallest distance of a contact pair less its offset; below 0 it is closer than its offset, "
+            "at -gap_offset its surfaces would touch; null: none near"
+        ),
     ]
     max_stretch: Annotated[float, Meta(description="largest principal stretch, 1 is unstretched")]
     body_lag: Annotated[float, Meta(description="m, largest distance of the simulated body from the posed skin")]
@@ -320,6 +324,10 @@ class ReportMessage(Message, tag="report", frozen=True, kw_only=True):
     real_time_factor: Annotated[
         float, Meta(ge=0, description="simulated seconds per wall second, recent mean; 1 is real time")
     ]
+    gap_offset: Annotated[
+        float | None,
+        Meta(description="m, that pair's offset, the thickness kept between its surfaces: they are the sum apart"),
+    ] = None
 
 
 class ErrorMessage(Message, tag="error", frozen=True, kw_only=True):

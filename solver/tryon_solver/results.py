@@ -7,7 +7,12 @@ from dataclasses import asdict, dataclass, field
 
 @dataclass(frozen=True)
 class StepReport:
-    """Figures of one call of `advance`, over all its solver steps."""
+    """Figures of one call of `advance`, over all its solver steps; gaps and pairs of the state that it committed.
+
+    A pair's offset is the thickness between its two surfaces: the fabric's own for cloth on cloth, the skin's margin
+    and half the fabric's for cloth on skin. A state is committed only with every distance above half its offset.
+    Without contact pairs `min_gap` is d_hat, where contact begins.
+    """
 
     time: float  # s, the poses' clock
     steps: int  # solver steps taken
@@ -15,13 +20,14 @@ class StepReport:
     iterations: int  # outer iterations of the cycle, summed
     newton_iterations: int  # of the penetration correction, summed
     residual: float  # m/s, largest move of the last Newton iteration over dt
-    min_gap: float  # m, smallest gap above the thickness offset among contact pairs; d_hat when there is none
+    min_gap: float  # m, smallest distance of a contact pair less its offset; below 0: closer than the offset
     max_stretch: float  # -, largest principal stretch of any triangle
     body_lag: float  # m, largest distance from the tracked skin to the collision surface
     pairs: int  # contact pairs at the end
     overlapping: int  # pairs found at or under their thickness offset
     retries: int  # steps made void by verification: the garment was carried along and nothing else
     debt: float  # s, time a gap in the poses left to be simulated
+    gap_offset: float = 0.0  # m, that pair's offset: its surfaces are min_gap + gap_offset apart, always above 0
     reverts: int = 0  # of these, steps whose carried state failed too: cloth and surface stayed where they were
     times_ms: dict[str, float] = field(default_factory=dict)  # wall time per stage
     advice: str = ""  # what to do when something above is out of bounds
@@ -44,5 +50,4 @@ class Counters:
     overlapping: int = 0
     retries: int = 0
     reverts: int = 0
-    min_gap: float = float("inf")
     times: dict[str, float] = field(default_factory=dict)

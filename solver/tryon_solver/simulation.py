@@ -15,6 +15,7 @@ import warp as wp
 from tryon_solver.body.carry import Carry
 from tryon_solver.body.pose import Pose
 from tryon_solver.body.skinning import SkinningKernel
+from tryon_solver.contact import pairs
 from tryon_solver.contact.candidates import Candidates, ContactSizes, Region
 from tryon_solver.contact.deflect import DeflectionScratch
 from tryon_solver.contact.pairs import ContactModel, ContactPairs, ContactParameters
@@ -345,7 +346,7 @@ class Simulation:
         if self.body is not None:
             difference = self.state.x.numpy()[self.cloth_count :] - self.body.skin_now.numpy()
             lag = float(np.sqrt((difference**2).sum(1).max()))
-        gap = float(self.pairs.smallest_gap.numpy()[0]) if self.touching and counters.steps else self.settings.d_hat
+        gap, gap_offset = self.smallest_gap()
         advice = []
         if counters.retries:
             advice.append(f"{counters.retries} steps were void; the garment stayed in its last safe state")
@@ -361,6 +362,7 @@ class Simulation:
             newton_iterations=counters.newton_iterations,
             residual=counters.residual,
             min_gap=gap,
+            gap_offset=gap_offset,
             max_stretch=self.stretch.largest(self.state.x),
             body_lag=lag,
             pairs=self.pairs.size,
@@ -372,6 +374,15 @@ class Simulation:
             advice="; ".join(advice),
         )
         return self.reported
+
+    def smallest_gap(self) -> tuple[float, float]:
+        """Smallest gap of a contact pair at x above its offset, and that offset [m]; collects the pairs at x."""
+        sizes = self.contact.sizes
+        if not (self.touching and self.counters.steps):
+            return self.settings.d_hat, sizes.xi_body
+        pairs.collect(self.pairs, self.candidates, self.contact, self.state.x)
+        body, cloth = (float(gap) for gap in self.pairs.smallest_gap.numpy())
+        return (body, sizes.xi_body) if body <= cloth else (cloth, sizes.xi_self)
 
     def cloth_positions(self) -> np.ndarray:
         """(N, 3) float32 m."""

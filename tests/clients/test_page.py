@@ -74,7 +74,8 @@ def as_file(name: str, content: bytes) -> dict[str, object]:
 
 def test_a_dressed_body_is_shown_and_the_figures_move(page):
     assert figure(page, "vertices") == 48 * 24
-    for name, expected in {"min-gap-mm": 1.2, "max-stretch-percent": 4.3, "body-lag-mm": 2.0, "pairs": 320.0}.items():
+    figures = {"clearance-mm": 3.0, "min-gap-mm": 1.2, "max-stretch-percent": 4.3, "body-lag-mm": 2.0, "pairs": 320.0}
+    for name, expected in figures.items():
         page.wait_for_selector(f"#readout[data-{name}]:not([data-{name}=''])", state="attached")
         assert figure(page, name) == pytest.approx(expected)
     before = [figure(page, name) for name in ("frames", "seq", "simulated-s")]

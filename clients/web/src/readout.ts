@@ -12,6 +12,7 @@ export interface Figures {
   ageMs: number;
   solverMs: number;
   vertices: number;
+  clearanceMm: number;
   minGapMm: number;
   maxStretchPercent: number;
   pace: number;
@@ -42,7 +43,20 @@ const ROWS: readonly Row[] = [
   { figure: "pace", name: "Simulated : wall time", title: "1 is real time", digits: 2, unit: "" },
   { figure: "simulatedS", name: "Simulated time", title: "On the motion's clock", digits: 1, unit: "s" },
   { figure: "vertices", name: "Garment vertices", title: "Vertices that are simulated", digits: 0, unit: "" },
-  { figure: "minGapMm", name: "Smallest gap", title: "Between cloth and cloth or cloth and body", digits: 2, unit: "mm" },
+  {
+    figure: "clearanceMm",
+    name: "Clearance",
+    title: "Distance of cloth to cloth or to skin where it is nearest to its offset, the thickness kept between them; 0 would be touching",
+    digits: 2,
+    unit: "mm",
+  },
+  {
+    figure: "minGapMm",
+    name: "Clearance less offset",
+    title: "Below 0, cloth is pressed closer than the offset; half the offset is the least that a frame may have",
+    digits: 2,
+    unit: "mm",
+  },
   { figure: "maxStretchPercent", name: "Largest stretch", title: "Beyond the length of the pattern", digits: 1, unit: "%" },
   { figure: "bodyLagMm", name: "Body lag", title: "How far the simulated surface of the body stays behind its skin", digits: 2, unit: "mm" },
   { figure: "pairs", name: "Contact pairs", title: "Near pairs that push on each other", digits: 0, unit: "" },
@@ -54,8 +68,8 @@ const ROWS: readonly Row[] = [
 /** The figures beside the picture. They are refreshed a few times a second and stand in the page as data attributes too. */
 export class Readout {
   readonly figures: Figures = {
-    frames: 0, fps: 0, drawnFps: 0, ageMs: NaN, solverMs: NaN, vertices: 0, minGapMm: NaN, maxStretchPercent: NaN, pace: NaN,
-    bodyLagMm: NaN, pairs: NaN, iterations: NaN, simulatedS: NaN, decodeMs: NaN, frameBytes: NaN, seq: 0,
+    frames: 0, fps: 0, drawnFps: 0, ageMs: NaN, solverMs: NaN, vertices: 0, clearanceMm: NaN, minGapMm: NaN, maxStretchPercent: NaN,
+    pace: NaN, bodyLagMm: NaN, pairs: NaN, iterations: NaN, simulatedS: NaN, decodeMs: NaN, frameBytes: NaN, seq: 0,
     rootX: NaN, rootY: NaN, rootZ: NaN,
   };
   private readonly board = byId("readout", HTMLDetailsElement);
@@ -81,6 +95,7 @@ export class Readout {
     const { figures } = this;
     figures.solverMs = report.solver_ms;
     figures.minGapMm = report.min_gap === null ? NaN : report.min_gap * 1000;
+    figures.clearanceMm = typeof report.gap_offset !== "number" ? NaN : figures.minGapMm + report.gap_offset * 1000;
     figures.maxStretchPercent = (report.max_stretch - 1) * 100;
     figures.bodyLagMm = report.body_lag * 1000;
     figures.pairs = report.pairs;

@@ -277,7 +277,10 @@ export interface ReportMessage {
   iterations: number;
   /** relative residual at the end of the last step, dimensionless */
   residual: number;
-  /** m, smallest distance between surfaces among near pairs; null: none near */
+  /**
+   * m, smallest distance of a contact pair less its offset; below 0 it is closer than its offset, at -gap_offset
+   * its surfaces would touch; null: none near
+   */
   min_gap: number | null;
   /** largest principal stretch, 1 is unstretched */
   max_stretch: number;
@@ -295,6 +298,8 @@ export interface ReportMessage {
   frames_per_second: number;
   /** simulated seconds per wall second, recent mean; 1 is real time */
   real_time_factor: number;
+  /** m, that pair's offset, the thickness kept between its surfaces: they are the sum apart. Default: null */
+  gap_offset?: number | null;
 }
 
 /** Something the client sent, or the session itself, is at fault. Unless `fatal`, the connection goes on. */

@@ -269,12 +269,14 @@ class Worker:
             return
         facts, move, solver_ms = self._solved
         self._solved, self._last_report = None, now
+        near = facts.pairs > 0 and math.isfinite(facts.min_gap)
         report = ReportMessage(
             seq=self._publisher.last_seq,
             t_sim=move.t,
             iterations=facts.iterations,
             residual=facts.residual,
-            min_gap=facts.min_gap if facts.pairs and math.isfinite(facts.min_gap) else None,
+            min_gap=facts.min_gap if near else None,
+            gap_offset=facts.gap_offset if near else None,
             max_stretch=facts.max_stretch,
             body_lag=facts.body_lag,
             pairs=facts.pairs,

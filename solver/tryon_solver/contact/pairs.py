@@ -60,7 +60,7 @@ class ContactPairs:
             zeros(wp.float32),
             zeros(wp.vec2),
             wp.zeros(2, dtype=wp.int32, device=device),
-            wp.zeros(1, dtype=wp.float32, device=device),
+            wp.zeros(2, dtype=wp.float32, device=device),
             capacity,
         )
 
@@ -136,7 +136,7 @@ def collect_kernel(
     g = d - xi
     if g >= g_hat:
         return
-    wp.atomic_min(smallest_gap_out, 0, g)
+    wp.atomic_min(smallest_gap_out, wp.where(touches_body, 0, 1), g)
     if g <= 0.0:
         wp.atomic_add(counters_out, 1, 1)
     slot = wp.atomic_add(counters_out, 0, 1)

@@ -187,13 +187,20 @@ def verify_commit(sim: Simulation) -> None:
         remember_solve(sim)
         return
     sim.counters.retries += 1
-    wp.copy(state.x, state.x_feasible)
-    if is_finite(state.x, work.hits):
-        work.direction.zero_()
-        if sim.touching:
-            sim.searches = 0
-            search_around(sim, state.x, work.direction)
-        if violations(sim.candidates, sim.cloth_count, sim.contact.sizes, state.x, work.hits) == 0:
-            return
+    if go_back(sim, state.x_feasible):
+        return
     sim.counters.reverts += 1
-    wp.copy(state.x, state.x_start)
+    go_back(sim, state.x_start)
+
+
+def go_back(sim: Simulation, x: wp.array) -> bool:
+    """Put cloth and surface to x (A,) and search there anew; is that state sound, by the check of a commit?"""
+    state, work = sim.state, sim.work
+    wp.copy(state.x, x)
+    if not is_finite(state.x, work.hits):
+        return False
+    work.direction.zero_()
+    if sim.touching:
+        sim.searches = 0
+        search_around(sim, state.x, work.direction)
+    return violations(sim.candidates, sim.cloth_count, sim.contact.sizes, state.x, work.hits) == 0

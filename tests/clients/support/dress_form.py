@@ -64,6 +64,7 @@ class Facts:
     iterations: int = 7
     residual: float = 1e-4
     min_gap: float = 0.0012
+    gap_offset: float = 0.0018
     max_stretch: float = 1.043
     body_lag: float = 0.002
     pairs: int = 320

@@ -47,6 +47,7 @@ class Facts:
     iterations: int = 3
     residual: float = 1e-4
     min_gap: float = 0.002
+    gap_offset: float = 0.0018
     max_stretch: float = 1.01
     body_lag: float = 0.0
     pairs: int = 4

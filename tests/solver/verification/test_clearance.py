@@ -1,0 +1,51 @@
+"""The clearance of a report is the true distance of the committed state, also where cloth is closer than its offset."""
+
+import numpy as np
+import pytest
+from reference_distances import all_stencils, stencil_distances
+from small_scenes import STILL, fabric, icosphere, layers, rigid_body, sheet
+
+from tryon_solver.scene import BodyContact, Scene, SelfContact
+from tryon_solver.simulation import build
+from tryon_solver.stepping.search import search_around
+
+RADIUS = 0.04
+
+
+def nearest(x: np.ndarray, faces_a: np.ndarray, faces_b: np.ndarray) -> float:
+    """Smallest distance of two surfaces over all their stencils, by brute force [m]."""
+    kinds, ids = all_stencils(faces_a, faces_b)
+    return float(stencil_distances(kinds, x[ids])[0].min())
+
+
+@pytest.mark.parametrize("share", [0.8, 1.6])
+def test_clearance_of_cloth_on_skin(share):
+    """Cloth at a share of its offset from a ball: a gap below 0 says that it is closer than its offset, no more."""
+    garment, x = sheet(5, 5, 0.1, 0.1)
+    ball, faces = icosphere(RADIUS, 1)
+    cloth = fabric()
+    offset = 1.5e-3 + 0.5 * cloth.thickness
+    above = np.array([0, ball[:, 1].max() + share * offset, 0])
+    sim = build(Scene(garment, x + above, rigid_body(ball, faces), cloth, (BodyContact(),)), None, "cpu", STILL)
+    search_around(sim, sim.state.x, sim.work.direction)
+    sim.counters.steps = 1
+    gap, gap_offset = sim.smallest_gap()
+    assert gap_offset == pytest.approx(offset, rel=1e-6)
+    true = nearest(sim.state.x.numpy().astype(np.float64), garment.faces, faces + sim.cloth_count)
+    assert true == pytest.approx(share * offset, rel=1e-3)
+    assert gap + gap_offset == pytest.approx(true, abs=1e-8)
+    assert gap == pytest.approx((share - 1) * offset, rel=1e-2)
+
+
+def test_clearance_of_cloth_on_cloth():
+    """Two sheets 1.3 thicknesses apart: the offset is the fabric's own thickness."""
+    cloth = fabric()
+    garment, x = layers(2, 5, 5, 0.1, 1.3 * cloth.thickness)
+    sim = build(Scene(garment, x, None, cloth, (SelfContact(),)))
+    report = sim.advance(None, 1e-5)
+    assert report.retries == 0
+    assert report.gap_offset == pytest.approx(cloth.thickness, rel=1e-6)
+    lower, upper = np.array_split(garment.faces, 2)
+    true = nearest(sim.state.x.numpy().astype(np.float64), lower, upper)
+    assert report.min_gap > 0
+    assert report.min_gap + report.gap_offset == pytest.approx(true, abs=1e-8)
