@@ -72,6 +72,27 @@ def unequal_edges():
     return pattern, "stitches[0]"
 
 
+def gather_beyond_measure():
+    return patterns.gathered(), "stitches[1]"
+
+
+def no_stitches():
+    return patterns.scarf(), "stitches"
+
+
+def a_piece_sewn_to_nothing():
+    pattern = patterns.tube()
+    pattern["pattern"]["panels"]["belt"] = patterns.piece(70.0, 5.0, 40.0)
+    pattern["pattern"]["panel_order"].append("belt")
+    return pattern, "panels.belt"
+
+
+def sewn_on_one_side_only():
+    pattern = patterns.tube()
+    del pattern["pattern"]["stitches"][1]
+    return pattern, "panels.front"
+
+
 def zero_area():
     pattern = patterns.tube()
     pattern["pattern"]["panels"]["back"]["vertices"] = [[0, 0], [60, 0], [60, 0], [0, 0]]
@@ -118,7 +139,8 @@ def arc_too_small():
 def more_fabric_than_can_be_meshed():
     pattern = patterns.tube()
     pattern["pattern"]["panels"] = {f"p{i}": patterns.piece(390.0, 390.0, 30.0) for i in range(200)}
-    pattern["pattern"].update(stitches=[], panel_order=[f"p{i}" for i in range(200)])
+    tubes = [[{"panel": f"p{i}", "edge": 1}, {"panel": f"p{i}", "edge": 3}] for i in range(200)]
+    pattern["pattern"].update(stitches=tubes, panel_order=[f"p{i}" for i in range(200)])
     return pattern, "panels"
 
 
@@ -127,7 +149,8 @@ def not_a_pattern():
 
 
 FAULTS = [
-    missing_edge, unequal_edges, zero_area, not_a_number, number_beyond_float, panel_without_edges, no_panels,
+    missing_edge, unequal_edges, gather_beyond_measure, no_stitches, a_piece_sewn_to_nothing, sewn_on_one_side_only,
+    zero_area, not_a_number, number_beyond_float, panel_without_edges, no_panels,
     outline_that_crosses_itself, arc_too_small, more_fabric_than_can_be_meshed, not_a_pattern,
 ]  # fmt: skip
 
@@ -156,6 +179,39 @@ def test_faults_of_an_uploaded_pattern_reach_whoever_uploaded_it(live):
     refused(upload(live, b"{"), 400, "pattern.not_json")
     body = refused(upload(live, missing_edge()[0]), 422, "pattern.invalid")
     assert "stitches[0]" in body["place"]
+
+
+def test_edges_that_differ_in_length_are_both_named_with_their_lengths_and_a_remedy(live):
+    body = refused(upload(live, unequal_edges()[0]), 422, "pattern.invalid")
+    assert body["place"] == "stitches[0]"
+    assert "edge 1 of 'front' is 120.0 cm long and edge 3 of 'back' 50.0 cm" in body["message"]
+    assert "a ratio of 2.40 over 1.5" in body["message"]
+    assert body["remedy"] == 'Sew edges that match, or add "gather" to the stitch'
+    body = refused(upload(live, patterns.gathered()), 422, "pattern.invalid")
+    assert body["place"] == "stitches[1]"
+    assert "edge 3 of 'front' is 11.7 cm long and edge 1 of 'back' 50.0 cm" in body["message"]
+    assert body["remedy"] == "Shorten the longer edge"
+
+
+def test_a_panel_without_area_is_named_with_its_measures(live):
+    pattern = patterns.tube()
+    pattern["pattern"]["panels"]["back"]["vertices"] = [[0, 0], [30, 0], [60, 0], [30, 0.004]]
+    body = refused(upload(live, pattern), 422, "pattern.invalid")
+    assert body["place"] == "panels.back"
+    measures = "0.12 cm^2 within an outline of 120.0 cm"
+    assert body["message"] == f"the panel 'back' has no area, or nearly none: {measures}"
+
+
+def test_what_would_fall_off_is_refused_and_not_listed(live):
+    before = live.http.get("/api/garments").json()
+    body = refused(upload(live, patterns.scarf()), 422, "pattern.invalid")
+    assert "no stitches" in body["message"]
+    assert "loop" in body["remedy"]
+    body = refused(upload(live, a_piece_sewn_to_nothing()[0]), 422, "pattern.invalid")
+    assert "the panel 'belt' is sewn to nothing" in body["message"]
+    body = refused(upload(live, sewn_on_one_side_only()[0]), 422, "pattern.invalid")
+    assert "'front', 'back' are sewn in a row" in body["message"]
+    assert live.http.get("/api/garments").json() == before
 
 
 def test_name_must_be_printable(live):

@@ -38,6 +38,8 @@ def folder(tmp_path_factory):
     unequal = patterns.tube()
     unequal["pattern"]["panels"]["front"] = patterns.piece(60.0, 120.0, 30.0)
     (folder / "unequal.json").write_bytes(patterns.as_bytes(unequal))
+    (folder / "gathered.json").write_bytes(patterns.as_bytes(patterns.gathered()))
+    (folder / "scarf.json").write_bytes(patterns.as_bytes(patterns.scarf()))
     flat = patterns.tube()
     flat["pattern"]["panels"]["back"]["vertices"] = [[0, 0], [20, 0], [60, 0], [40, 0]]
     (folder / "flat.json").write_bytes(patterns.as_bytes(flat))
@@ -92,8 +94,16 @@ def test_simulate_records_a_garment_on_a_body_of_ones_own(folder):
         (["--garment", "{}/absent.json"], ["absent.json"]),
         (["--garment", "{}/not.json"], ["JSON"]),
         (["--garment", "{}/nowhere.json"], ["stitches[1]"]),
-        (["--garment", "{}/unequal.json"], ["stitches[0]", "120.0 cm", "50.0 cm"]),
-        (["--garment", "{}/flat.json"], ["panels.back", "no area"]),
+        (
+            ["--garment", "{}/unequal.json"],
+            ["stitches[0]", "edge 1 of 'front' is 120.0 cm", "edge 3 of 'back' 50.0 cm", "Sew edges that match"],
+        ),
+        (
+            ["--garment", "{}/gathered.json"],
+            ["stitches[1]", "edge 3 of 'front' is 11.7 cm", "edge 1 of 'back' 50.0 cm", "Shorten the longer edge"],
+        ),
+        (["--garment", "{}/scarf.json"], ["stitches", "no stitches", "Sew it into a loop"]),
+        (["--garment", "{}/flat.json"], ["panel 'back' has no area, or nearly none", "an outline of 120.0 cm"]),
         (["--garment", "{}/nan.json"], ["panels.front.translation[1]", "nan"]),
         (["--fabric", "steel"], ["no fabric 'steel'", "cotton_jersey"]),
         (["--preset", "perfect"], ["no preset 'perfect'", "draft"]),

@@ -38,8 +38,11 @@ def check_pattern(content: bytes) -> CheckReply:
 
     try:
         pattern = parse_pattern_bytes(content)
-        from tryon_solver.geometry.panel_mesh import mesh_pattern  # slow to load: only for what is a pattern
+        # slow to load: only for what is a pattern
+        from tryon_solver.geometry.panel_mesh import mesh_pattern
+        from tryon_solver.geometry.wearable import check_wearable
 
+        check_wearable(pattern)
         mesh = mesh_pattern(pattern, CHECK_EDGE_LENGTH)
     except NotJsonError as error:
         return _refused("pattern.not_json", error.place, error.message, error.remedy, 400)

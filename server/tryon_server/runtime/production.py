@@ -23,6 +23,7 @@ from tryon_solver.geometry.garment import Garment, GarmentError
 from tryon_solver.geometry.panel_mesh import PanelMesh, mesh_pattern
 from tryon_solver.geometry.pattern import PatternError, load_pattern
 from tryon_solver.geometry.placement import PlacementError
+from tryon_solver.geometry.wearable import check_wearable
 from tryon_solver.geometry.weld import weld
 from tryon_solver.materials.fabric import FABRICS, Fabric
 from tryon_solver.results import StepReport
@@ -105,7 +106,9 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
     try:
         progress("Meshing the pattern", None)
         edge_length = order.edge_length or EDGE_LENGTHS[preset]
-        panels = mesh_pattern(load_pattern(order.pattern), edge_length)
+        pattern = load_pattern(order.pattern)
+        check_wearable(pattern)
+        panels = mesh_pattern(pattern, edge_length)
         check_grid(GRID, min(fabric.thickness, settings.body_offset))
         if order.wardrobe is None:
             dressed = dress(panels, body, fabric, settings, device, progress=_worded(progress))

@@ -12,6 +12,7 @@ from tryon_solver.materials.stretch import StretchMeter
 from tryon_solver.simulation import Simulation
 
 CLOSED = 2e-3  # m, a seam further open than this can't be welded
+GAPING = 10e-3  # m, a seam further open than tightness alone would explain
 MOST_STRETCH = 1.1  # times the fabric's limit, at rest on a still body
 MOST_SQUEEZED = 10e-3  # m that a garment at rest may press the skin in
 
@@ -45,9 +46,11 @@ def close_seams(
             f"panels.{names[0]}",
             "Move the pieces so that what is sewn faces each other around the body, or enlarge them",
         )
+    cause = "the garment is too tight for this body"
+    if gap[worst] > GAPING:
+        cause += ", or its pieces start on the wrong sides of each other or of a limb"
     raise DressingError(
-        f"{what}, though the fabric is stretched by {percent(pulled)} there: {allowed(fabric)}; the garment is too "
-        "tight for this body",
+        f"{what}, though the fabric is stretched by {percent(pulled)} there: {allowed(fabric)}; {cause}",
         f"panels.{names[0]}",
         looser(pulled, names),
     )

@@ -388,7 +388,10 @@ def _check_outline(edges: Sequence[PatternEdge], place: str) -> float:
     contact = outline.self_contact(polygon, CONTACT_TOLERANCE)
     small = abs(area) < max(AREA_MIN, AREA_TO_PERIMETER_SQUARED_MIN * perimeter**2)
     if small and (contact is None or outline.flatness(polygon) < FLAT):  # parts of a crossed outline can cancel
-        raise PatternError(f"the panel encloses no area ({abs(area) * 1e4:.3g} cm^2)", place, "Move its vertices apart")
+        name = place.removeprefix("panels.")
+        size = f"{abs(area) * 1e4:.3g} cm^2 within an outline of {perimeter * 100:.1f} cm"
+        message = f"the panel {name!r} has no area, or nearly none: {size}"
+        raise PatternError(message, place, "Move its vertices apart, or remove the panel and its stitches")
     if contact is not None:
         first, second = sorted(int(owner[i]) for i in contact)
         where = polygon[contact[0]] * 100
@@ -446,7 +449,10 @@ def _check_lengths(stitch: Stitch, panels: Sequence[Panel], place: str) -> None:
     if ratio > limit:
         names = [f"edge {side.edge} of {panels[side.panel].name!r}" for side in (stitch.first, stitch.second)]
         sizes = [f"{length * 100:.1f} cm" for length in lengths]
-        message = f"{names[0]} is {sizes[0]} long and {names[1]} {sizes[1]}, a ratio of {ratio:.2f} over {limit:g}"
+        message = (
+            f"the stitched edges differ too much in length: {names[0]} is {sizes[0]} long and {names[1]} {sizes[1]}, a "
+            f"ratio of {ratio:.2f} over {limit:g}"
+        )
         remedy = "Shorten the longer edge" if stitch.gather else 'Sew edges that match, or add "gather" to the stitch'
         raise PatternError(message, place, remedy)
 

@@ -40,5 +40,22 @@ def bag(width: float, height: float) -> dict[str, Any]:
     return spec
 
 
+def scarf() -> dict[str, Any]:
+    """A long piece that is sewn to nothing."""
+    spec = tube()
+    spec["pattern"].update(panels={"scarf": piece(30.0, 150.0, 20.0)}, stitches=[], panel_order=["scarf"])
+    return spec
+
+
+def gathered() -> dict[str, Any]:
+    """A tube, one side of which asks for 50 cm to be gathered onto an arc of 11.7 cm."""
+    spec = tube()
+    front = spec["pattern"]["panels"]["front"]
+    front["vertices"] = [[0, 0], [60, 0], [60, 50], [0, 11.4]]
+    front["edges"][3]["curvature"] = {"type": "circle", "params": [15.0, 0, 0]}
+    spec["pattern"]["stitches"][1].append("gather")
+    return spec
+
+
 def as_bytes(pattern: dict[str, Any]) -> bytes:
     return json.dumps(pattern).encode()
