@@ -19,6 +19,8 @@ class Garment:
     has one pair per panel); `panel_of_face` (F,) int32. Vertices are 0..vertex_count-1 and every one is in a face.
     `group` (vertex_count,) int32: vertices of one group are meant to become one (stitches not yet closed) and don't
     collide with each other's triangles; None when every vertex stands for itself.
+    `spline_corners` (F, 3, 2) m, coordinates over which the subspace lays its splines where `uv_corners` do not hang
+    together from triangle to triangle; None for uv_corners.
     """
 
     faces: np.ndarray
@@ -26,6 +28,7 @@ class Garment:
     panel_of_face: np.ndarray
     vertex_count: int
     group: np.ndarray | None = None
+    spline_corners: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         area = self.signed_areas()

@@ -28,7 +28,7 @@ def pattern_rows(garment: Garment) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Each vertex once per distinct place it has in the pattern: vertex ids (R,), panel ids (R,), uv (R, 2) m."""
     vertex = garment.faces.ravel().astype(np.int64)
     panel = np.repeat(garment.panel_of_face, 3).astype(np.int64)
-    uv = garment.uv_corners.reshape(-1, 2)
+    uv = (garment.uv_corners if garment.spline_corners is None else garment.spline_corners).reshape(-1, 2)
     key = np.column_stack([vertex, panel, np.round(uv * 1e7).astype(np.int64)])
     _, first = np.unique(key, axis=0, return_index=True)
     return vertex[first], panel[first], uv[first]

@@ -1,0 +1,105 @@
+"""The body's collision surface, dented inwards until it is clear of cloth that came inside the body.
+
+Every vertex of it goes in along its normal, past the deepest cloth below it, but no further than a share of the way
+through the limb; those that still cross cloth go on. A surface so dented may cross itself: the body with itself is
+nobody's business (METHOD.md section 10).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tryon_solver.contact.crossings import CrossingSearch
+from tryon_solver.contact.rays import first_and_last_hit
+from tryon_solver.geometry.proximity import Surface
+from tryon_solver.geometry.surface_repair import turned_alike
+
+if TYPE_CHECKING:
+    from tryon_solver.simulation import Simulation
+
+DEEPEST = 0.06  # m, cloth further inside the body than this does not lie on it
+THROUGH = 0.6  # of the way through the limb: cloth beyond that belongs to the other side
+STEP = 1e-3  # m, of a vertex that still crosses cloth, in a round
+JUST_INSIDE = 1e-4  # m, where a ray into the limb starts
+
+
+class Dent:
+    """The surface's way inwards. Vertices are in one space, `n` of cloth first."""
+
+    def __init__(
+        self,
+        x: np.ndarray,
+        n: int,
+        faces: np.ndarray,
+        edges: np.ndarray,
+        body_faces: np.ndarray,
+        group: np.ndarray,
+        sim: Simulation,
+    ) -> None:
+        self.n, self.faces, self.body_faces, self.device = n, faces, body_faces, sim.device
+        self.edges = edges
+        sides = np.sort(body_faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+        self.body_edges = np.unique(sides, axis=0)
+        self.cloth_in_body = CrossingSearch(edges, body_faces, group, sim.device)
+        self.body_in_cloth = CrossingSearch(self.body_edges, faces, group, sim.device)
+        self.skin = x[n:].copy()
+        self.inward = -vertex_normals(self.skin, body_faces - n)
+        self.clearance = sim.contact.sizes.xi_body + 0.1 * sim.contact.sizes.d_hat
+        through, _ = first_and_last_hit(
+            self.skin,
+            body_faces - n,
+            self.skin + JUST_INSIDE * self.inward,
+            self.inward,
+            np.full(len(self.skin), 4 * DEEPEST),
+            self.device,
+        )
+        self.limit = np.minimum(np.where(through < 0, 4 * DEEPEST, through) * THROUGH, DEEPEST)
+
+    def make_room(self, x: np.ndarray) -> None:
+        """Take the surface past the cloth below it."""
+        _, deepest = first_and_last_hit(x[: self.n], self.faces, self.skin, self.inward, self.limit, self.device)
+        below = deepest >= 0
+        x[self.n :][below] += (deepest[below] + self.clearance)[:, None] * self.inward[below]
+
+    def crossing_faces(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Cloth triangles that cross the surface, and its vertices there (ids from 0); both sorted."""
+        first, second = self.cloth_in_body.find(x), self.body_in_cloth.find(x)
+        cloth = [np.flatnonzero(np.isin(self.faces, self.edges[first[:, 0]]).sum(axis=1) >= 2), second[:, 1]]
+        body = [self.body_faces[first[:, 1]].ravel(), self.body_edges[second[:, 0]].ravel()]
+        return np.unique(np.concatenate(cloth)), np.unique(np.concatenate(body)) - self.n
+
+    def crossing_count(self, x: np.ndarray) -> int:
+        """Edges through triangles, between cloth and surface."""
+        return len(self.cloth_in_body.find(x)) + len(self.body_in_cloth.find(x))
+
+    def deepen(self, x: np.ndarray) -> None:
+        """Take those vertices of the surface that cross cloth further in, as far as they may go."""
+        _, body = self.crossing_faces(x)
+        room = np.linalg.norm(x[self.n :][body] - self.skin[body], axis=1) < self.limit[body] + self.clearance
+        x[self.n :][body[room]] += STEP * self.inward[body[room]]
+
+    def deepest(self, x: np.ndarray) -> float:
+        """Largest distance of the surface from the skin [m]."""
+        return float(np.linalg.norm(x[self.n :] - self.skin, axis=1).max(initial=0.0))
+
+    def stuck(self, x: np.ndarray) -> tuple[np.ndarray, str]:
+        """Cloth triangles that the surface could not make room for, and in words what is wrong with them."""
+        cloth, _ = self.crossing_faces(x)
+        if len(cloth):
+            return cloth, "pass through the body too deeply for it to give way"
+        _, part, _ = turned_alike(self.faces)
+        _, first = np.unique(part, return_index=True)
+        inside = Surface(x[self.n :], self.body_faces - self.n).contains(x[self.faces[first, 0]])
+        return np.flatnonzero(np.isin(part, part[first[inside]])), "lie inside the body altogether"
+
+
+def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """(V, 3) unit normals, weighted by area; zero for a vertex in no triangle."""
+    corners = vertices[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    total = np.zeros_like(vertices)
+    for k in range(3):
+        np.add.at(total, faces[:, k], normals)
+    return total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-30)

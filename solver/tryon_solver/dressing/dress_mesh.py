@@ -1,0 +1,135 @@
+"""Dressing a garment that comes as a mesh, worn: free it where it lies, sew what is open, let it settle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tryon_solver.body.model import BodyModel
+from tryon_solver.body.pose import Pose
+from tryon_solver.dressing.dress import (
+    CLOSED,
+    CLOSING_SECONDS,
+    SEWING_DRAG,
+    SEWING_SECONDS,
+    DressingError,
+    Progress,
+    tell_nobody,
+)
+from tryon_solver.dressing.untangle import Freed, TangledError, untangle
+from tryon_solver.files.raw_mesh import MeshFileError
+from tryon_solver.files.mesh_garment import MeshGarment
+from tryon_solver.materials.fabric import Fabric
+from tryon_solver.scene import WORN, AirDrag, BodyContact, Effect, Scene, SelfContact, Sewing, StrainLimit
+from tryon_solver.settings import Settings
+from tryon_solver.simulation import Simulation, build
+from tryon_solver.stepping.correct import proven_free
+
+
+@dataclass(frozen=True)
+class DressedMesh:
+    """A worn mesh garment: the running simulation, the pose it was put on in, and what was found on the way."""
+
+    simulation: Simulation
+    pose: Pose
+    piece_names: tuple[str, ...]
+    freed: Freed
+    notes: tuple[str, ...]
+
+
+def dress_mesh(
+    garment: MeshGarment,
+    body: BodyModel,
+    pose: Pose,
+    fabric: Fabric,
+    settings: Settings | None = None,
+    device: str = "cpu",
+    effects: tuple[Effect, ...] = WORN,
+    settle_seconds: float = 1.0,
+    progress: Progress = tell_nobody,
+) -> DressedMesh:
+    """Put the garment on the body where it lies, with the body in `pose`, and let it settle.
+
+    Raises MeshFileError naming triangles that can't be freed, GarmentError or DressingError with advice.
+    """
+    settings = settings or Settings()
+    progress("freeing", 0.0)
+    if len(garment.stitches):
+        x, freed, surface = _sew(garment, body, pose, fabric, settings, device, progress)
+    else:
+        x, freed, surface = garment.x, None, None
+    sewn, _ = garment.sewn()
+    simulation = build(Scene(sewn, x, body, fabric, effects), settings, device, pose)
+    if surface is not None:
+        _take_surface(simulation, surface)
+    again = _untangled(simulation, garment)
+    freed = freed or again
+    frames = round(settle_seconds / settings.largest_step)
+    for k in range(frames):
+        progress("settling", k / frames)
+        simulation.advance(pose, (k + 1) * settings.largest_step)
+    progress("dressed", 1.0)
+    return DressedMesh(simulation, pose, garment.piece_names, freed, (*garment.notes, freed.describe()))
+
+
+def _untangled(simulation: Simulation, garment: MeshGarment) -> Freed:
+    try:
+        return untangle(simulation)
+    except TangledError as error:
+        raise MeshFileError(
+            f"the garment can't be freed: {error}",
+            garment.places(error.faces),
+            "Move these apart in the program the garment comes from, or simulate it there until nothing crosses",
+        ) from error
+
+
+def _sew(
+    garment: MeshGarment,
+    body: BodyModel,
+    pose: Pose,
+    fabric: Fabric,
+    settings: Settings,
+    device: str,
+    progress: Progress,
+) -> tuple[np.ndarray, Freed, np.ndarray]:
+    """Draw the stitches together under contact; the joined vertices (N, 3) m, what was freed, the surface (B, 3) m."""
+    effects = (BodyContact(), SelfContact(), StrainLimit(), AirDrag(SEWING_DRAG), Sewing(garment.stitches))
+    slow = replace(settings, largest_step=min(settings.largest_step, 1 / 60))
+    simulation = build(Scene(garment.garment, garment.x, body, fabric, effects), slow, device, pose)
+    freed = _untangled(simulation, garment)
+    share = next(c for c in simulation.plan.contributions if c.name == "sewing").values["share"]
+    frames = round((SEWING_SECONDS + CLOSING_SECONDS) / slow.largest_step)
+    for k in range(frames):
+        progress("sewing", k / frames)
+        time = (k + 1) * slow.largest_step
+        share.fill_(max(0.0, 1.0 - time / SEWING_SECONDS))
+        simulation.advance(pose, time)
+    x = simulation.cloth_positions().astype(np.float64)
+    _, merged = garment.sewn()
+    count = np.bincount(merged)
+    mean = np.stack([np.bincount(merged, x[:, k]) / count for k in range(3)], axis=1)
+    gap = np.linalg.norm(x - mean[merged], axis=1)
+    worst = int(gap.argmax())
+    if gap[worst] > CLOSED:
+        there = np.flatnonzero((garment.garment.faces == worst).any(axis=1))
+        raise DressingError(
+            f"a stitch at {garment.places(there)} stayed {2e3 * gap[worst]:.1f} mm open: the garment is too small there "
+            "for the body, or something lies between its two ends; move the two sides of the seam towards each other"
+        )
+    if not proven_free(simulation, mean[merged] - x):
+        raise DressingError(
+            "the closed seams could not be joined without touching other fabric: the garment is crumpled where it is "
+            "sewn; bring the two sides of the seams nearer to each other in the file"
+        )
+    return mean, freed, simulation.body_positions()
+
+
+def _take_surface(simulation: Simulation, surface: np.ndarray) -> None:
+    """Go on with the collision surface (B, 3) m as another simulation of this body left it."""
+    whole = simulation.state.x.numpy()
+    whole[simulation.cloth_count :] = surface
+    for place in (simulation.state.x, simulation.state.x_start, simulation.state.x_feasible):
+        place.assign(whole)
+
+

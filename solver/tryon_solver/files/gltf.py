@@ -1,0 +1,294 @@
+"""glTF 2.0 in its binary form (.glb): meshes, and skinned or rigid animation, by numpy alone.
+
+Read is what a garment or a body needs: triangles with positions, texture coordinates and skin weights, the tree of
+nodes, skins, animations of translation, rotation and scale, morph targets. Not read: sparse accessors, compressed
+meshes (Draco, meshopt) and files that keep their data elsewhere; each is named with its remedy. Khronos Group, glTF 2.0
+Specification, sections 3.6 (accessors), 3.7 (skins, morph targets) and 3.11 (interpolation).
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from tryon_solver.body import quaternions
+from tryon_solver.files.raw_mesh import MeshFileError, RawMesh
+
+COMPONENTS = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+TRIANGLES = 4
+JSON_CHUNK, BIN_CHUNK = 0x4E4F534A, 0x004E4942
+READ_EXTENSIONS = {"KHR_materials_unlit", "KHR_texture_transform", "KHR_mesh_quantization"}
+AGAIN = "Export it again as a plain .glb: one file, no compression, triangles"
+
+
+@dataclass
+class _Primitive:
+    """Triangles of one mesh as one node shows them."""
+
+    node: int
+    skin: int | None
+    name: str
+    positions: np.ndarray  # (V, 3), of the mesh, before the node moves it
+    faces: np.ndarray  # (F, 3)
+    uv: np.ndarray | None  # (V, 2)
+    joints: np.ndarray | None  # (V, K) indices into the skin's joints
+    weights: np.ndarray | None  # (V, K)
+    targets: np.ndarray  # (M, V, 3) displacements of the morph targets
+    rest_morph: np.ndarray  # (M,)
+
+
+@dataclass
+class _Channel:
+    node: int
+    path: str
+    times: np.ndarray  # (K,) s
+    values: np.ndarray  # (K, width); cubic splines as (K, 3, width): tangent, value, tangent
+    interpolation: str
+
+
+@dataclass
+class GltfScene:
+    """What a .glb shows; sampled at any time by `positions`."""
+
+    name: str
+    parents: list[int]
+    translations: np.ndarray  # (N, 3)
+    rotations: np.ndarray  # (N, 4)
+    scales: np.ndarray  # (N, 3)
+    matrices: dict[int, np.ndarray]  # of nodes that give one instead
+    primitives: list[_Primitive] = field(default_factory=list)
+    skins: list[tuple[list[int], np.ndarray]] = field(default_factory=list)  # joint nodes, inverse bind matrices
+    channels: list[_Channel] = field(default_factory=list)
+
+    @property
+    def duration(self) -> float:
+        """Time of the last key [s]; 0 without an animation."""
+        return max((float(channel.times[-1]) for channel in self.channels), default=0.0)
+
+    def raw_mesh(self) -> RawMesh:
+        """All triangles, as they are at the beginning."""
+        faces, uv, part, origin, start = [], [], [], [], 0
+        has_uv = all(primitive.uv is not None for primitive in self.primitives)
+        for k, primitive in enumerate(self.primitives):
+            faces.append(primitive.faces + start)
+            if has_uv:
+                assert primitive.uv is not None
+                uv.append(primitive.uv[primitive.faces])
+            part.append(np.full(len(primitive.faces), k))
+            start += len(primitive.positions)
+        count = sum(len(f) for f in faces)
+        origin = np.arange(count)
+        return RawMesh(
+            vertices=self.positions(0.0),
+            faces=np.vstack(faces).astype(np.int32),
+            uv=np.vstack(uv).astype(np.float64) if has_uv else None,
+            lines=np.empty((0, 2), np.int32),
+            part_of_face=np.concatenate(part).astype(np.int32),
+            part_names=tuple(primitive.name for primitive in self.primitives),
+            origin_of_face=origin.astype(np.int32),
+            origin_word="triangle",
+            name=self.name,
+        )
+
+    def positions(self, time: float) -> np.ndarray:
+        """(V, 3) vertices of all triangles in the scene at `time` s, in the file's metres."""
+        local, morphs = self._local(time)
+        world = np.empty((len(self.parents), 4, 4))
+        for node in self._order():
+            parent = self.parents[node]
+            world[node] = local[node] if parent < 0 else world[parent] @ local[node]
+        parts = []
+        for primitive in self.primitives:
+            points = primitive.positions
+            if len(primitive.targets):
+                points = points + np.tensordot(morphs.get(primitive.node, primitive.rest_morph), primitive.targets, 1)
+            if primitive.skin is None or primitive.joints is None:
+                matrix = world[primitive.node]
+                parts.append(points @ matrix[:3, :3].T + matrix[:3, 3])
+                continue
+            nodes, inverse_bind = self.skins[primitive.skin]
+            bones = world[nodes] @ inverse_bind
+            assert primitive.weights is not None
+            blended = np.einsum("vk,vkxy->vxy", primitive.weights, bones[primitive.joints])
+            parts.append(np.einsum("vxy,vy->vx", blended[:, :3, :3], points) + blended[:, :3, 3])
+        return np.vstack(parts)
+
+    def _order(self) -> list[int]:
+        """Nodes with parents before children."""
+        depth = []
+        for node in range(len(self.parents)):
+            count, at = 0, node
+            while self.parents[at] >= 0 and count <= len(self.parents):
+                at, count = self.parents[at], count + 1
+            depth.append(count)
+        return np.argsort(depth, kind="stable").tolist()
+
+    def _local(self, time: float) -> tuple[np.ndarray, dict[int, np.ndarray]]:
+        translations, rotations, scales = self.translations.copy(), self.rotations.copy(), self.scales.copy()
+        morphs: dict[int, np.ndarray] = {}
+        animated = set()
+        for channel in self.channels:
+            value = _sampled(channel, time)
+            if channel.path == "weights":
+                morphs[channel.node] = value
+                continue
+            animated.add(channel.node)
+            {"translation": translations, "rotation": rotations, "scale": scales}[channel.path][channel.node] = value
+        local = np.zeros((len(self.parents), 4, 4))
+        local[:, :3, :3] = quaternions.to_matrix(quaternions.normalise(rotations)) * scales[:, None, :]
+        local[:, :3, 3], local[:, 3, 3] = translations, 1.0
+        for node, matrix in self.matrices.items():
+            if node not in animated:
+                local[node] = matrix
+        return local, morphs
+
+
+def _sampled(channel: _Channel, time: float) -> np.ndarray:
+    times, values = channel.times, channel.values
+    k = int(np.clip(np.searchsorted(times, time, side="right") - 1, 0, len(times) - 1))
+    cubic = channel.interpolation == "CUBICSPLINE"
+    here = values[k, 1] if cubic else values[k]
+    if k + 1 >= len(times) or time <= times[0] or channel.interpolation == "STEP":
+        return here
+    step = times[k + 1] - times[k]
+    s = (time - times[k]) / step
+    if cubic:
+        after = values[k + 1, 1]
+        out, into = values[k, 2], values[k + 1, 0]
+        return (
+            (2 * s**3 - 3 * s**2 + 1) * here
+            + step * (s**3 - 2 * s**2 + s) * out
+            + (3 * s**2 - 2 * s**3) * after
+            + step * (s**3 - s**2) * into
+        )
+    if channel.path == "rotation":
+        return quaternions.slerp(here, values[k + 1], s)
+    return (1 - s) * here + s * values[k + 1]
+
+
+def parse_glb(content: bytes, name: str = "mesh.glb") -> GltfScene:
+    """Read a .glb. Raises MeshFileError naming what of it can't be read."""
+    try:
+        return _Parser(content, name).scene()
+    except (KeyError, IndexError, TypeError, ValueError, struct.error) as error:
+        if isinstance(error, MeshFileError):
+            raise
+        raise MeshFileError(f"it is not a sound glTF file ({error!r})", name, AGAIN) from error
+
+
+class _Parser:
+    def __init__(self, content: bytes, name: str) -> None:
+        self.name = name
+        if len(content) < 20 or content[:4] != b"glTF":
+            raise MeshFileError("it does not begin as a .glb does", name, AGAIN)
+        version, length = struct.unpack_from("<II", content, 4)
+        if version != 2 or length > len(content):
+            raise MeshFileError(f"it is glTF {version} of {length} bytes, {len(content)} are there", name, AGAIN)
+        at, chunks = 12, {}
+        while at + 8 <= length:
+            size, kind = struct.unpack_from("<II", content, at)
+            chunks.setdefault(kind, content[at + 8 : at + 8 + size])
+            at += 8 + size + (-size) % 4
+        self.document: dict[str, Any] = json.loads(chunks[JSON_CHUNK])
+        self.blob = chunks.get(BIN_CHUNK, b"")
+        needed = set(self.document.get("extensionsRequired", ())) - READ_EXTENSIONS
+        if needed:
+            raise MeshFileError(f"it needs the extension {min(needed)}, which is not read", name, AGAIN)
+
+    def scene(self) -> GltfScene:
+        document = self.document
+        nodes = document.get("nodes", [])
+        parents = [-1] * len(nodes)
+        for k, node in enumerate(nodes):
+            for child in node.get("children", ()):
+                parents[child] = k
+        scene = GltfScene(
+            name=self.name,
+            parents=parents,
+            translations=np.array([n.get("translation", [0, 0, 0]) for n in nodes], np.float64).reshape(-1, 3),
+            rotations=np.array([n.get("rotation", [0, 0, 0, 1]) for n in nodes], np.float64).reshape(-1, 4),
+            scales=np.array([n.get("scale", [1, 1, 1]) for n in nodes], np.float64).reshape(-1, 3),
+            matrices={k: np.array(n["matrix"], np.float64).reshape(4, 4).T for k, n in enumerate(nodes) if "matrix" in n},
+        )
+        for skin in document.get("skins", ()):
+            count = len(skin["joints"])
+            inverse = np.tile(np.eye(4), (count, 1, 1))
+            if "inverseBindMatrices" in skin:
+                inverse = self.accessor(skin["inverseBindMatrices"]).reshape(-1, 4, 4).transpose(0, 2, 1)
+            scene.skins.append((list(skin["joints"]), inverse))
+        for k, node in enumerate(nodes):
+            if "mesh" in node:
+                mesh = document["meshes"][node["mesh"]]
+                for primitive in mesh["primitives"]:
+                    if primitive.get("mode", TRIANGLES) == TRIANGLES:
+                        scene.primitives.append(self.primitive(primitive, mesh, node, k))
+        if not scene.primitives:
+            raise MeshFileError("it has no triangles", self.name, AGAIN)
+        for animation in document.get("animations", [])[:1]:
+            scene.channels += [self.channel(animation, channel) for channel in animation["channels"]]
+        return scene
+
+    def primitive(self, primitive: dict[str, Any], mesh: dict[str, Any], node: dict[str, Any], k: int) -> _Primitive:
+        attributes = primitive["attributes"]
+        positions = self.accessor(attributes["POSITION"])
+        if "indices" in primitive:
+            faces = self.accessor(primitive["indices"]).astype(np.int64).reshape(-1, 3)
+        else:
+            faces = np.arange(len(positions)).reshape(-1, 3)
+        if faces.size and faces.max() >= len(positions):
+            raise MeshFileError("a triangle refers to a vertex that is not there", self.name, AGAIN)
+        skin = node.get("skin") if "JOINTS_0" in attributes else None
+        joints = weights = None
+        if skin is not None:
+            sets = [n for n in range(4) if f"JOINTS_{n}" in attributes]
+            joints = np.hstack([self.accessor(attributes[f"JOINTS_{n}"]) for n in sets]).astype(np.int64)
+            weights = np.hstack([self.accessor(attributes[f"WEIGHTS_{n}"]) for n in sets])
+            weights = weights / np.maximum(weights.sum(axis=1, keepdims=True), 1e-12)
+        targets = [self.accessor(t["POSITION"]) for t in primitive.get("targets", ()) if "POSITION" in t]
+        return _Primitive(
+            node=k,
+            skin=skin,
+            name=node.get("name") or mesh.get("name") or f"mesh {k}",
+            positions=positions,
+            faces=faces,
+            uv=self.accessor(attributes["TEXCOORD_0"]) if "TEXCOORD_0" in attributes else None,
+            joints=joints,
+            weights=weights,
+            targets=np.array(targets).reshape(len(targets), len(positions), 3),
+            rest_morph=np.array(node.get("weights") or mesh.get("weights") or [0.0] * len(targets), np.float64),
+        )
+
+    def channel(self, animation: dict[str, Any], channel: dict[str, Any]) -> _Channel:
+        sampler = animation["samplers"][channel["sampler"]]
+        times = self.accessor(sampler["input"]).ravel()
+        values = self.accessor(sampler["output"])
+        interpolation = sampler.get("interpolation", "LINEAR")
+        values = values.reshape(len(times), 3, -1) if interpolation == "CUBICSPLINE" else values.reshape(len(times), -1)
+        return _Channel(channel["target"]["node"], channel["target"]["path"], times, values, interpolation)
+
+    def accessor(self, index: int) -> np.ndarray:
+        """(count, width) float64."""
+        accessor = self.document["accessors"][index]
+        if "sparse" in accessor or "bufferView" not in accessor:
+            raise MeshFileError("it has a sparse accessor, which is not read", self.name, AGAIN)
+        view = self.document["bufferViews"][accessor["bufferView"]]
+        if "uri" in self.document["buffers"][view["buffer"]]:
+            raise MeshFileError("it keeps its data in another file", self.name, AGAIN)
+        kind = np.dtype(COMPONENTS[accessor["componentType"]]).newbyteorder("<")
+        width, count = WIDTHS[accessor["type"]], accessor["count"]
+        stride = view.get("byteStride") or kind.itemsize * width
+        start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
+        if start + (count - 1) * stride + kind.itemsize * width > len(self.blob):
+            raise MeshFileError("it ends in the middle of its data", self.name, "Copy or export it again")
+        rows = np.ndarray((count, width), kind, self.blob, start, (stride, kind.itemsize))
+        values = rows.astype(np.float64)
+        if accessor.get("normalized") and kind.kind in "iu":
+            values = np.maximum(values / np.iinfo(kind).max, -1.0)
+        if not np.isfinite(values).all():
+            raise MeshFileError("it holds a number that is not finite", self.name, AGAIN)
+        return values

@@ -1,0 +1,142 @@
+"""A garment that comes as a mesh: welded along its seams, turned alike, with a rest shape and its open stitches."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tryon_solver.files.convention import Convention
+from tryon_solver.files.raw_mesh import MeshFileError, RawMesh
+from tryon_solver.geometry.garment import Garment
+from tryon_solver.geometry.rest_shape import find_rest_shape
+from tryon_solver.geometry.seams import merge
+from tryon_solver.geometry.surface_repair import crowded_edges, turned_alike, twins, weld_coincident
+
+VERTICES_MAX = 50_000
+SLIVER = 1e-9  # m^2, a triangle smaller than this has no shape
+
+
+@dataclass(frozen=True)
+class MeshGarment:
+    """A mesh garment in metres, Y up, before its stitches are drawn together.
+
+    `x` (V, 3) m where it lies; `garment` its triangles and pattern; `stitches` (S, 2) int32 pairs of vertices to be sewn
+    into one; `piece_names` one for each of garment.panel_of_face; `source` the file's mesh, of which `source_face` (F,)
+    says which triangle each one was; `notes` what was found and done, for people.
+    """
+
+    x: np.ndarray
+    garment: Garment
+    stitches: np.ndarray
+    piece_names: tuple[str, ...]
+    source: RawMesh
+    source_face: np.ndarray
+    notes: tuple[str, ...]
+
+    def places(self, faces: np.ndarray) -> str:
+        """Where in the file these triangles of ours are."""
+        return self.source.places(self.source_face[faces])
+
+    def sewn(self) -> tuple[Garment, np.ndarray]:
+        """The garment with its stitches closed, and the vertex (V,) each one becomes."""
+        merged = merge(len(self.x), self.stitches)
+        g = self.garment
+        return Garment(merged[g.faces], g.uv_corners, g.panel_of_face, int(merged.max()) + 1, None, g.spline_corners), (
+            merged
+        )
+
+
+def make_garment(raw: RawMesh, convention: Convention) -> MeshGarment:
+    """Prepare a file's mesh. Raises MeshFileError naming the triangles that stand in the way."""
+    used = np.unique(raw.faces)
+    if len(used) > VERTICES_MAX:
+        raise MeshFileError(
+            f"it has {len(used)} vertices, more than {VERTICES_MAX}", raw.name, "Decimate it before exporting it"
+        )
+    notes = [f"units and axes: {convention.describe()}"]
+    placed = convention.apply(raw.vertices)
+    joined = weld_coincident(placed, raw.faces)
+    faces, kept = joined[raw.faces], np.arange(len(raw.faces))
+    kept = kept[[len(set(face)) == 3 for face in faces.tolist()]]
+    kept = kept[~twins(faces[kept])]
+    if len(kept) < len(faces):
+        notes.append(f"{len(faces) - len(kept)} triangles were doubled or without area and are left out")
+    ids, faces = np.unique(faces[kept], return_inverse=True)
+    faces = faces.reshape(-1, 3).astype(np.int32)
+    count = np.bincount(joined, minlength=joined.max() + 1)
+    x = np.stack([np.bincount(joined, placed[:, k]) / count for k in range(3)], axis=1)[ids]
+    if len(ids) < len(used):
+        notes.append(f"{len(used) - len(ids)} vertices that coincide along seams were joined with their twins")
+    _refuse_crowded(raw, kept, faces)
+    flipped, _, torn = turned_alike(faces)
+    if len(torn):
+        raise MeshFileError(
+            "the surface has one side only: its triangles can't be turned alike", raw.places(kept[torn]), "Cut it there"
+        )
+    faces[flipped] = faces[flipped][:, ::-1]
+    uv = None if raw.uv is None else raw.uv[kept]
+    if uv is not None:
+        uv = np.where(flipped[:, None, None], uv[:, ::-1], uv)
+    _refuse_slivers(raw, kept, x, faces)
+    shape = find_rest_shape(x, faces, uv, convention.unit, convention.metres_per_unit)
+    notes.append(f"rest shape: {shape.told}")
+    place_of = np.full(joined.max() + 1, -1)
+    place_of[ids] = np.arange(len(ids))
+    stitches = place_of[joined[raw.lines]].reshape(-1, 2)
+    if (stitches < 0).any():
+        raise MeshFileError(
+            "a stitch line ends at a vertex that is in no triangle", raw.name, "Draw l lines between the cloth's own"
+        )
+    stitches = np.unique(np.sort(stitches[stitches[:, 0] != stitches[:, 1]], axis=1), axis=0).astype(np.int32)
+    group = merge(len(x), stitches) if len(stitches) else None
+    if group is not None:
+        notes.append(f"{len(stitches)} stitch lines are sewn")
+        _refuse_folding_stitches(raw, kept, group[faces])
+    garment = Garment(faces, shape.uv_corners, shape.panel_of_face, len(x), group, shape.spline_corners)
+    return MeshGarment(x, garment, stitches, _piece_names(raw, kept, shape.panel_of_face), raw, kept, tuple(notes))
+
+
+def _refuse_crowded(raw: RawMesh, kept: np.ndarray, faces: np.ndarray) -> None:
+    crowded = crowded_edges(faces)
+    if len(crowded):
+        raise MeshFileError(
+            f"{len(crowded)} triangles meet at edges that more than two of them share",
+            raw.places(kept[crowded]),
+            "Cloth is a single sheet: delete the inner faces, or separate layers that are glued together",
+        )
+
+
+def _refuse_slivers(raw: RawMesh, kept: np.ndarray, x: np.ndarray, faces: np.ndarray) -> None:
+    a, b, c = (x[faces[:, k]] for k in range(3))
+    small = np.flatnonzero(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1) < SLIVER)
+    if len(small):
+        raise MeshFileError(
+            f"{len(small)} triangles have no area", raw.places(kept[small]), "Merge their vertices or remesh them"
+        )
+
+
+def _refuse_folding_stitches(raw: RawMesh, kept: np.ndarray, faces: np.ndarray) -> None:
+    folded = np.flatnonzero([len(set(face)) < 3 for face in faces.tolist()])
+    bad = np.union1d(folded, crowded_edges(faces)) if not len(folded) else folded
+    if len(bad):
+        raise MeshFileError(
+            "the stitch lines would join corners of one triangle, or more than two triangles at one edge",
+            raw.places(kept[bad]),
+            "Let each stitch line join one vertex of a seam's one side with one of the other",
+        )
+
+
+def _piece_names(raw: RawMesh, kept: np.ndarray, piece: np.ndarray) -> tuple[str, ...]:
+    """A name for every piece: that of the file's object it is most of, counted where several are of one."""
+    names: list[str] = []
+    for k in range(int(piece.max()) + 1):
+        parts = raw.part_of_face[kept[piece == k]]
+        name = raw.part_names[int(np.bincount(parts).argmax())] if raw.part_names else ""
+        names.append(name or "cloth")
+    counted: dict[str, int] = {}
+    result = []
+    for name in names:
+        counted[name] = counted.get(name, 0) + 1
+        result.append(name if names.count(name) == 1 else f"{name} {counted[name]}")
+    return tuple(result)

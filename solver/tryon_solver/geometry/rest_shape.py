@@ -1,0 +1,127 @@
+"""The rest shape of a mesh garment: its pattern, where texture coordinates are one, or else the shape it comes in.
+
+Texture coordinates are a pattern when, in metres or in the file's unit, they have the size of the surface in space:
+cloth hardly stretches, so a flat piece has nearly the lengths of the same piece worn.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tryon_solver.geometry.surface_repair import connected_faces, neighbours
+
+SAME_SIZE = (0.8, 1.25)  # median length in the pattern over that in space
+SPREAD = (0.5, 2.0)  # nearly all lengths are within this
+NEARLY_ALL = (2.0, 98.0)  # per cent
+SAME_PLACE = 1e-6  # m, in the pattern: sides that lie on each other are no seam
+SMOOTHING = 20  # rounds in which the direction a triangle faces is averaged with its neighbours'
+SMALLEST_CHART = 12  # triangles; smaller patches join a neighbour
+
+
+@dataclass(frozen=True)
+class RestShape:
+    """Pattern coordinates of a mesh garment.
+
+    `uv_corners` (F, 3, 2) m, each triangle counter-clockwise; `panel_of_face` (F,) int32 the piece or patch;
+    `spline_corners` (F, 3, 2) m where the subspace lays its splines, None for uv_corners; `told` in words.
+    """
+
+    uv_corners: np.ndarray
+    panel_of_face: np.ndarray
+    spline_corners: np.ndarray | None
+    told: str
+
+
+def find_rest_shape(x: np.ndarray, faces: np.ndarray, uv: np.ndarray | None, unit: str, unit_size: float) -> RestShape:
+    """The rest shape of the surface x (V, 3) m with faces (F, 3).
+
+    `uv` (F, 3, 2) texture coordinates or None; `unit` and `unit_size` m are the file's.
+    """
+    if uv is None:
+        return from_shape(x, faces, "the shape it comes in, as the file has no texture coordinates")
+    corners = x[faces]
+    in_space = np.linalg.norm(corners[:, [1, 2, 0]] - corners, axis=2)
+    in_pattern = np.linalg.norm(uv[:, [1, 2, 0]] - uv, axis=2)
+    ratio = in_pattern / np.maximum(in_space, 1e-12)
+    median = float(np.median(ratio))
+    readings = {"metres": 1.0, unit: unit_size} if unit != "m" else {"metres": 1.0}
+    for name, size in readings.items():
+        low, high = np.percentile(ratio * size, NEARLY_ALL)
+        if SAME_SIZE[0] <= median * size <= SAME_SIZE[1] and low >= SPREAD[0] and high <= SPREAD[1]:
+            if (np.abs(_signed_areas(uv)) > 0).all():
+                return _from_pattern(faces, uv * size, name)
+            return from_shape(x, faces, "the shape it comes in, as its texture coordinates leave triangles no area")
+    why = f"its texture coordinates have {median:.3g} of its lengths in metres and are no pattern"
+    return from_shape(x, faces, f"the shape it comes in, as {why}")
+
+
+def _from_pattern(faces: np.ndarray, uv: np.ndarray, name: str) -> RestShape:
+    pairs = neighbours(faces)
+    first, second, side, other = pairs.T
+    a = np.stack([uv[first, side], uv[first, (side + 1) % 3]], axis=1)
+    b = np.stack([uv[second, other], uv[second, (other + 1) % 3]], axis=1)
+    match = faces[first, side] == faces[second, other]
+    b = np.where(match[:, None, None], b, b[:, ::-1])
+    sign = np.sign(_signed_areas(uv))
+    # mirrored halves may lie on each other: what is folded along a side is two pieces
+    joined = (np.abs(a - b).max(axis=(1, 2)) < SAME_PLACE) & (sign[first] == sign[second])
+    piece = connected_faces(len(faces), pairs[joined, :2])
+    turned = np.where((sign < 0)[:, None, None], uv * [-1.0, 1.0], uv)
+    told = f"the pattern in its texture coordinates, in {name}; {piece.max() + 1} pieces"
+    return RestShape(turned, piece.astype(np.int32), None, told)
+
+
+def from_shape(x: np.ndarray, faces: np.ndarray, told: str) -> RestShape:
+    """Every triangle flattened as it is, its u level and its v upwards as in a drawn pattern; no curvature at rest."""
+    corners = x[faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
+    upward = np.array([0.0, 1.0, 0.0]) - normal[:, [1]] * normal
+    level = np.linalg.norm(upward, axis=1) < 0.1  # a triangle that lies: forwards instead of upwards
+    ahead = np.array([0.0, 0.0, 1.0]) - normal[:, [2]] * normal
+    upward = np.where(level[:, None], ahead, upward)
+    upward /= np.linalg.norm(upward, axis=1, keepdims=True)
+    across = np.cross(upward, normal)
+    relative = corners - corners[:, :1]
+    uv = np.stack([np.einsum("fkd,fd->fk", relative, across), np.einsum("fkd,fd->fk", relative, upward)], axis=-1)
+    chart, spline = _charts(x, faces, normal)
+    return RestShape(uv, chart, spline, told)
+
+
+def _charts(x: np.ndarray, faces: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Patches (F,) int32 that face one way, and coordinates (F, 3, 2) m over them: their view along that axis."""
+    pairs = neighbours(faces)[:, :2]
+    smooth = normal.copy()
+    for _ in range(SMOOTHING):
+        total = smooth.copy()
+        np.add.at(total, pairs[:, 0], smooth[pairs[:, 1]])
+        np.add.at(total, pairs[:, 1], smooth[pairs[:, 0]])
+        smooth = total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-30)
+    axis = np.abs(smooth).argmax(axis=1)
+    facing = 2 * axis + (smooth[np.arange(len(faces)), axis] < 0)
+    chart = _patches(facing, pairs)
+    for _ in range(len(faces)):
+        sizes = np.bincount(chart)
+        small = sizes[chart] < SMALLEST_CHART
+        touching = pairs[(chart[pairs[:, 0]] != chart[pairs[:, 1]])]
+        takes = np.concatenate([touching, touching[:, ::-1]])
+        takes = takes[small[takes[:, 0]] & (sizes[chart[takes[:, 1]]] > sizes[chart[takes[:, 0]]])]
+        if not len(takes):
+            break
+        lost, gives = chart[takes[0, 0]], facing[takes[0, 1]]
+        facing[chart == lost] = gives
+        chart = _patches(facing, pairs)
+    planes = np.array([[2, 1], [0, 2], [0, 1]])[facing // 2]
+    return chart.astype(np.int32), np.take_along_axis(x[faces], planes[:, None, :].repeat(3, axis=1), axis=2)
+
+
+def _patches(facing: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    alike = facing[pairs[:, 0]] == facing[pairs[:, 1]]
+    return connected_faces(len(facing), pairs[alike])
+
+
+def _signed_areas(uv: np.ndarray) -> np.ndarray:
+    a, b = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
+    return 0.5 * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])

@@ -1,0 +1,110 @@
+"""From a stranger's triangles to one consistently turned surface: joined along seams, each triangle once."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from tryon_solver.geometry.seams import merge
+
+WELD = 1e-4  # m, vertices on open edges nearer than this are one: exporters split them along seams of the texture
+
+
+def boundary_vertices(faces: np.ndarray) -> np.ndarray:
+    """Ids, sorted, of the vertices on edges that only one triangle has."""
+    edges, counts = _edges(faces)
+    return np.unique(edges[counts == 1])
+
+
+def weld_coincident(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """(V,) the vertex each one becomes: those on open edges that lie within WELD of each other are one.
+
+    `vertices` (V, 3) m. Vertices of one triangle are never joined.
+    """
+    open_ids = boundary_vertices(faces)
+    pairs = open_ids[cKDTree(vertices[open_ids]).query_pairs(WELD, output_type="ndarray")].reshape(-1, 2)
+    if len(pairs):
+        sides = {tuple(edge) for edge in _edges(faces)[0].tolist()}
+        apart = [tuple(pair) not in sides for pair in np.sort(pairs, axis=1).tolist()]
+        pairs = pairs[apart]
+    return merge(len(vertices), pairs.astype(np.int32))
+
+
+def crowded_edges(faces: np.ndarray) -> np.ndarray:
+    """Triangles, sorted, at edges that more than two triangles have."""
+    edges, counts = _edges(faces)
+    crowded = {tuple(edge) for edge in edges[counts > 2].tolist()}
+    if not crowded:
+        return np.empty(0, np.int64)
+    sides = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    hit = np.array([tuple(side) in crowded for side in sides.tolist()])
+    return np.unique(np.flatnonzero(hit) // 3)
+
+
+def twins(faces: np.ndarray) -> np.ndarray:
+    """(F,) which triangles are the second copy of another, as double-sided exports have them."""
+    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+    copy = np.ones(len(faces), bool)
+    copy[first] = False
+    return copy
+
+
+def turned_alike(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Which triangles to turn over so that neighbours turn alike, (F,) bool; each one's part, (F,); and the triangles
+    where that can't be (a Moebius strip), sorted."""
+    sides = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2).astype(np.int64)
+    owner = np.repeat(np.arange(len(faces)), 3)
+    forward = sides[:, 0] < sides[:, 1]
+    key = np.sort(sides, axis=1)
+    order = np.lexsort((key[:, 1], key[:, 0]))
+    same = (key[order][1:] == key[order][:-1]).all(axis=1)
+    a, b = order[:-1][same], order[1:][same]
+    differ = forward[a] == forward[b]  # neighbours that turn alike run along their common side in opposite senses
+    around: list[list[tuple[int, bool]]] = [[] for _ in faces]
+    for left, right, turn in zip(owner[a].tolist(), owner[b].tolist(), differ.tolist()):
+        around[left].append((right, turn))
+        around[right].append((left, turn))
+    flipped = np.zeros(len(faces), bool)
+    part = np.full(len(faces), -1)
+    torn: set[int] = set()
+    count = 0
+    for seed in range(len(faces)):
+        if part[seed] >= 0:
+            continue
+        part[seed] = count
+        queue = deque([seed])
+        while queue:
+            here = queue.popleft()
+            for there, turn in around[here]:
+                wanted = bool(flipped[here]) != turn
+                if part[there] < 0:
+                    part[there], flipped[there] = count, wanted
+                    queue.append(there)
+                elif bool(flipped[there]) != wanted:
+                    torn.update((here, there))
+        count += 1
+    return flipped, part, np.array(sorted(torn), np.int64)
+
+
+def connected_faces(face_count: int, pairs: np.ndarray) -> np.ndarray:
+    """(F,) label of each triangle's component, when the triangles of each pair (K, 2) hang together."""
+    links = (np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1]))
+    return connected_components(coo_array(links, shape=(face_count, face_count)), directed=False)[1]
+
+
+def neighbours(faces: np.ndarray) -> np.ndarray:
+    """(K, 4): two triangles at one edge, and which side of each, 0 to 2, it is."""
+    key = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    order = np.lexsort((key[:, 1], key[:, 0]))
+    same = (key[order][1:] == key[order][:-1]).all(axis=1)
+    a, b = order[:-1][same], order[1:][same]
+    return np.column_stack([a // 3, b // 3, a % 3, b % 3])
+
+
+def _edges(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    sides = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    return np.unique(sides, axis=0, return_counts=True)
