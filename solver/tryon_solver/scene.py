@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tryon_solver.body.model import BodyModel
+from tryon_solver.body.on_device import WornBody
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.materials.fabric import FABRICS, Fabric
 
@@ -95,13 +95,13 @@ WORN: tuple[Effect, ...] = (
 class Scene:
     """A garment on a body.
 
-    `garment` welded triangles; `x_start` (N, 3) float64 m, an intersection-free position of its vertices; `body` the
-    posed body's model, or None; `effects` what the scene calls for: what is not listed costs nothing.
+    `garment` welded triangles; `x_start` (N, 3) float64 m, an intersection-free position of its vertices; `body` a
+    posed body's model, a sequence of meshes, or None; `effects` what the scene calls for: what is not listed costs nothing.
     """
 
     garment: Garment
     x_start: np.ndarray
-    body: BodyModel | None = None
+    body: WornBody | None = None
     fabric: Fabric = field(default_factory=lambda: FABRICS["cotton_jersey"])
     effects: tuple[Effect, ...] = WORN
 

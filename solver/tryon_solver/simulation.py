@@ -6,15 +6,14 @@ import math
 import time as clock
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.sparse as sp
 import warp as wp
 
 from tryon_solver.body.carry import Carry
-from tryon_solver.body.pose import Pose
-from tryon_solver.body.skinning import SkinningKernel
+from tryon_solver.body.on_device import MovingBody
 from tryon_solver.contact import pairs
 from tryon_solver.contact.candidates import Candidates, ContactSizes, Region
 from tryon_solver.contact.deflect import DeflectionScratch
@@ -48,23 +47,23 @@ SMALLEST_ALTITUDE_SHARE = 0.4  # a thickness above this share of a triangle's al
 
 @dataclass(frozen=True)
 class PoseInterval:
-    """One solver step's share of the way between two poses; `dt` s."""
+    """One solver step's share of the way between two stances of the body (None without one); `dt` s."""
 
-    start: Pose | None
-    end: Pose | None
+    start: Any
+    end: Any
     end_time: float
     dt: float
 
 
 @dataclass
 class PosedBody:
-    """The body on the device: skinning, carry field, and the tracked skin before and after a sub-step (B,) vec3 m."""
+    """The body on the device, its carry field, the tracked skin before and after a sub-step (B,) vec3 m, its stance."""
 
-    skinning: SkinningKernel
+    moving: MovingBody
     carry: Carry
     skin_now: wp.array
     skin_next: wp.array
-    pose: Pose
+    pose: Any
 
 
 @dataclass(frozen=True)
@@ -85,7 +84,7 @@ class Simulation:
     """A scene on a device. Made by `build`; drive it with `advance`."""
 
     def __init__(
-        self, scene: Scene, settings: Settings, device: str, pose: Pose | None, surface: np.ndarray | None
+        self, scene: Scene, settings: Settings, device: str, pose: Any, surface: np.ndarray | None
     ) -> None:
         self.scene, self.settings, self.device = scene, settings, device
         garment = scene.garment
@@ -115,24 +114,24 @@ class Simulation:
 
     # -- building ------------------------------------------------------------------------------------------------
 
-    def _allocate(self, pose: Pose | None, surface: np.ndarray | None) -> None:
+    def _allocate(self, pose: Any, surface: np.ndarray | None) -> None:
         scene, device = self.scene, self.device
         self.body: PosedBody | None = None
         skin = np.zeros((0, 3))
         if scene.body is not None:
             if pose is None:
                 raise ValueError("a scene with a body needs the pose it starts in")
-            skinning = SkinningKernel(scene.body, device)
+            moving = scene.body.on_device(device)
             skin_now = wp.zeros(self.body_count, dtype=wp.vec3, device=device)
-            skinning.run(pose, skin_now)
+            moving.write(moving.transforms(pose), pose, skin_now)
             carry = Carry.build(
                 self.cloth_count,
                 scene.body.skin_joints,
                 scene.body.skin_weights,
-                len(scene.body.joint_names),
+                scene.body.joint_count,
                 device,
             )
-            self.body = PosedBody(skinning, carry, skin_now, wp.clone(skin_now), pose)
+            self.body = PosedBody(moving, carry, skin_now, wp.clone(skin_now), pose)
             skin = skin_now.numpy()
         if surface is None:
             surface = skin
@@ -271,7 +270,7 @@ class Simulation:
 
     # -- running -------------------------------------------------------------------------------------------------
 
-    def advance(self, pose: Pose | None, time: float) -> StepReport:
+    def advance(self, pose: Any, time: float) -> StepReport:
         """From the last simulated pose time to `time` [s] at `pose`: Algorithm 2 (step.py)."""
         return advance(self, pose, time)
 
@@ -286,11 +285,11 @@ class Simulation:
         places = [state.x, state.x_start, state.x_feasible, state.x_hat, state.skin]
         if self.body is not None:
             places += [self.body.skin_now, self.body.skin_next]
-            self.body.pose = Pose(np.asarray(self.body.pose.root) - by, self.body.pose.rotations)
+            self.body.pose = self.body.moving.moved(self.body.pose, -np.asarray(by))
         for place in places:
             move_origin(place, shift)
 
-    def pose_intervals(self, pose: Pose | None, time: float) -> Iterator[PoseInterval]:
+    def pose_intervals(self, pose: Any, time: float) -> Iterator[PoseInterval]:
         """Cut the way to `pose` at `time` into steps of at most `largest_step`.
 
         A gap over `longest_gap` is bridged at `longest_gap` per call; what is left is the report's debt, made up later.
@@ -306,11 +305,17 @@ class Simulation:
         share = bridged / gap
         for k in range(count):
             yield PoseInterval(
-                pose_between(first, pose, share * k / count),
-                pose_between(first, pose, share * (k + 1) / count),
+                self.stance_between(first, pose, share * k / count),
+                self.stance_between(first, pose, share * (k + 1) / count),
                 start_time + bridged * (k + 1) / count,
                 bridged / count,
             )
+
+    def stance_between(self, first: Any, last: Any, share: float) -> Any:
+        """The body's stance at `share` of the way; whatever was given for a scene without a body."""
+        if self.body is None or first is None or last is None:
+            return first
+        return last if share >= 1.0 else self.body.moving.between(first, last, share)
 
     def commit(self, interval: PoseInterval) -> None:
         """The interval is simulated: the clock and the body's pose are at its end."""
@@ -393,25 +398,18 @@ class Simulation:
         return self.state.x.numpy()[self.cloth_count :].copy()
 
 
-def pose_between(first: Pose | None, last: Pose | None, share: float) -> Pose | None:
-    """The pose at `share` of the way; None for a scene without a body."""
-    if first is None or last is None:
-        return first
-    return last if share >= 1.0 else Pose.interpolate(first, last, share)
-
-
 def build(
     scene: Scene,
     settings: Settings | None = None,
     device: str = "cpu",
-    pose: Pose | None = None,
+    pose: Any = None,
     surface: np.ndarray | None = None,
 ) -> Simulation:
     """A simulation of the scene at rest in its start position.
 
-    `pose` is the body's pose there; `device` "cpu" or "cuda:0"; `surface` (B, 3) m the collision surface that the
-    start position is free of, where it has yielded; without it the skin. Raises GarmentError when the mesh can't carry
-    the fabric's thickness.
+    `pose` is the body's stance there, a Pose or a Moment of a sequence; `device` "cpu" or "cuda:0"; `surface` (B, 3) m
+    the collision surface that the start position is free of, where it has yielded; without it the skin. Raises
+    GarmentError when the mesh can't carry the fabric's thickness.
     """
     return Simulation(scene, settings or Settings(), device, pose, surface)
 

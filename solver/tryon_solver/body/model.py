@@ -7,8 +7,13 @@ import zipfile
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from tryon_solver.body.on_device import MovingBody
+    from tryon_solver.body.pose import Pose
 
 BODY_VARIABLE = "TRYON_BODY"
 MAKE_COMMAND = "python scripts/make_body.py"
@@ -77,6 +82,12 @@ class BodyModel:
         for joint, parent in enumerate(self.parents[1:], start=1):
             depth[joint] = depth[parent] + 1
         return tuple(np.flatnonzero(depth == d) for d in range(1, depth.max() + 1))
+
+    def on_device(self, device: str) -> MovingBody[Pose]:
+        """The body ready to be followed by a simulation."""
+        from tryon_solver.body.skinning import SkinningKernel
+
+        return SkinningKernel(self, device)
 
     def save(self, path: str | Path) -> None:
         """Write a compressed .npz; the folder is made when missing. The file appears whole or not at all."""

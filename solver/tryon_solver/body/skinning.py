@@ -53,6 +53,22 @@ class SkinningKernel:
             )
         self.run_transforms(world_from_rest(self.model, pose), out)
 
+    def transforms(self, stance: Pose) -> np.ndarray:
+        """(J, 4, 4) float64 m: what each joint does to points at rest."""
+        return world_from_rest(self.model, stance)
+
+    def write(self, transforms: np.ndarray, _stance: Pose, out: wp.array) -> None:
+        """The vertices at the joints' transforms, which say all there is to say of a posed body."""
+        self.run_transforms(transforms, out)
+
+    def between(self, first: Pose, last: Pose, share: float) -> Pose:
+        """The pose at `share` of the way."""
+        return Pose.interpolate(first, last, share)
+
+    def moved(self, stance: Pose, by: np.ndarray) -> Pose:
+        """The same pose, `by` (3,) m away."""
+        return Pose(np.asarray(stance.root) + by, stance.rotations)
+
     def run_transforms(self, transforms: np.ndarray, out: wp.array) -> None:
         """The same for joint transforms (J, 4, 4) float64, world from rest pose."""
         self._transforms.assign(np.ascontiguousarray(transforms))

@@ -8,7 +8,6 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.body import carry as carrying
-from tryon_solver.body.pose import Pose, world_from_rest
 from tryon_solver.contact import bounds, candidates
 from tryon_solver.contact.deflect import deflect
 from tryon_solver.stepping.search import follow, place_anchors, search_along, search_further
@@ -34,8 +33,8 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
     if body is not None:
         assert interval.start is not None
         assert interval.end is not None
-        model = body.skinning.model
-        before, end = world_from_rest(model, interval.start), world_from_rest(model, interval.end)
+        moving = body.moving
+        before, end = moving.transforms(interval.start), moving.transforms(interval.end)
         motion = end[0] @ np.linalg.inv(before[0])
         before = motion @ before
         root = wp.mat44(*motion.ravel())
@@ -49,15 +48,16 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
             settings.carry_full,
             settings.carry_none,
         )
-        set_displacement(sim, before, end)
+        set_displacement(sim, before, end, interval.end)
         count = substep_count(sim)
         for k in range(1, count + 1):
-            after = end
+            stance, after = interval.end, end
             if k < count:
-                after = world_from_rest(model, Pose.interpolate(interval.start, interval.end, k / count))
+                stance = moving.between(interval.start, interval.end, k / count)
+                after = moving.transforms(stance)
                 after = end[0] @ np.linalg.inv(after[0]) @ after
             if count > 1:
-                set_displacement(sim, before, after)
+                set_displacement(sim, before, after, stance)
             carry_once(sim, last=k == count)
             before = after
         sim.counters.substeps += count
@@ -66,15 +66,15 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
     wp.copy(state.x_feasible, state.x)
 
 
-def set_displacement(sim: Simulation, before: np.ndarray, after: np.ndarray) -> None:
+def set_displacement(sim: Simulation, before: np.ndarray, after: np.ndarray, stance: object) -> None:
     """Put into `direction` where the body's motion takes cloth and surface, and into `skin_next` the skin after it.
 
-    `before`, `after` (J, 4, 4) world from rest, with the same root.
+    `before`, `after` (J, 4, 4) world from rest, with the same root; `stance` the body's after the motion.
     """
     body, work, device = sim.body, sim.work, sim.device
     assert body is not None
     body.carry.motions.assign((after @ np.linalg.inv(before)).astype(np.float32))
-    body.skinning.run_transforms(after, body.skin_next)
+    body.moving.write(after, stance, body.skin_next)
     wp.launch(
         carrying.field_kernel,
         sim.cloth_count,

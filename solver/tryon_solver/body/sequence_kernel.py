@@ -1,0 +1,47 @@
+"""A sequence of meshes on the device: the frame between two of its frames, skinned like a posed body."""
+
+from __future__ import annotations
+
+import numpy as np
+import warp as wp
+
+from tryon_solver.body.mesh_sequence import MeshSequence, Moment
+from tryon_solver.body.skinning import skin_vertices
+
+
+class SequenceKernel:
+    """Follows a sequence. Allocates on construction only; a write uploads J matrices and B corrected vertices."""
+
+    def __init__(self, sequence: MeshSequence, device: str) -> None:
+        self.sequence = sequence
+        self.device = wp.get_device(device)
+        self._rest: wp.array = wp.array(sequence.rest_vertices, dtype=wp.vec3d, device=self.device)
+        self._joints: wp.array = wp.array(sequence.skin_joints, dtype=wp.int32, device=self.device)
+        self._weights: wp.array = wp.array(sequence.skin_weights, dtype=wp.float32, device=self.device)
+        self._transforms: wp.array = wp.zeros(sequence.joint_count, dtype=wp.mat44d, device=self.device)
+
+    def transforms(self, stance: Moment) -> np.ndarray:
+        """(J, 4, 4) float64 m: what each part does to points at rest."""
+        return self.sequence.transforms(stance)
+
+    def write(self, transforms: np.ndarray, stance: Moment, out: wp.array) -> None:
+        """The vertices (B,) vec3 m at the stance into `out`, seen from where `transforms` (J, 4, 4) are."""
+        self._rest.assign(self.sequence.corrected_rest(stance))
+        self._transforms.assign(np.ascontiguousarray(transforms))
+        wp.launch(
+            skin_vertices,
+            dim=self.sequence.vertex_count,
+            inputs=[self._rest, self._joints, self._weights, self._transforms],
+            outputs=[out],
+            device=self.device,
+        )
+
+    def between(self, first: Moment, last: Moment, share: float) -> Moment:
+        """The moment at `share` of the way."""
+        return Moment(
+            (1 - share) * first.time + share * last.time, (1 - share) * first.shift + share * last.shift
+        )
+
+    def moved(self, stance: Moment, by: np.ndarray) -> Moment:
+        """The same moment, `by` (3,) m away."""
+        return Moment(stance.time, stance.shift + by)

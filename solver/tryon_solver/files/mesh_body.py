@@ -1,0 +1,284 @@
+"""A moving body from a stranger's file: a folder of OBJ frames, an .npz of vertices, or a .glb with a skin.
+
+Whatever is done to the mesh (welding, filling holes, remeshing) is done to its first frame and carried to the others as
+weights of the file's own vertices, so that the surface moves as the file's does.
+"""
+
+from __future__ import annotations
+
+import re
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import scipy.sparse as sp
+
+from tryon_solver.body.making.closest import closest_points
+from tryon_solver.body.making.remesh import remesh
+from tryon_solver.body.mesh_sequence import MeshSequence, make_sequence
+from tryon_solver.contact.crossings import CrossingSearch
+from tryon_solver.files.convention import GLTF, Convention, Told, find_for_body
+from tryon_solver.files.gltf import parse_glb
+from tryon_solver.files.obj import parse_obj, parse_positions
+from tryon_solver.files.raw_mesh import MeshFileError
+from tryon_solver.geometry.boundary_loops import boundary_loops
+from tryon_solver.geometry.surface_repair import crowded_edges, turned_alike, twins, weld_coincident
+
+VERTICES = 5_000  # of the collision surface
+ENOUGH = 1.2  # times that many are left as they are
+UNMESHED_MAX = 20_000  # vertices of a surface that is no manifold and can't be remeshed
+VERTICES_MAX = 200_000
+FRAMES_MAX = 20_000
+BYTES_MAX = 2 * 2**30  # of positions, all frames
+GLB_DT = 1 / 60  # s, a skinned animation is sampled so often
+USUAL_FPS = 30.0  # of a folder of frames, when nobody says
+SAME_THROUGHOUT = 1e-3  # m, vertices welded in the first frame stay so close in all
+LOOKED_AT = 12  # frames in which crossings are counted
+REMESH_ROUNDS = 4
+
+Frame = Callable[[int], np.ndarray]
+
+
+@dataclass(frozen=True)
+class RawFrames:
+    """A moving mesh in the file's units: `frames` (T, V, 3) float32, `faces` (F, 3), `dt` s between frames."""
+
+    frames: np.ndarray
+    faces: np.ndarray
+    dt: float
+    told: Told
+    name: str
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class MeshBody:
+    """A body that came as a moving mesh, ready to be worn on: what was found and done is in `notes`."""
+
+    sequence: MeshSequence
+    convention: Convention
+    notes: tuple[str, ...]
+
+
+def is_moving_mesh(path: Path) -> bool:
+    """Whether this is a folder of OBJ frames, an .npz of frames, or a .glb that moves: what `read_mesh_body` takes."""
+    if path.is_dir():
+        return any(path.glob("*.obj"))
+    if path.suffix.lower() == ".npz":
+        with zipfile.ZipFile(path) as archive:
+            names = {Path(name).stem for name in archive.namelist()}
+        return "rest_joints" not in names
+    return path.suffix.lower() in (".glb", ".vrm")
+
+
+def read_mesh_body(path: Path, told: Told = Told(), fps: float | None = None) -> MeshBody:  # noqa: B008
+    """Read a moving mesh and make it a body.
+
+    `told` what is known of its unit and axes; `fps` frames a second, where the file does not say. Raises MeshFileError
+    or BodyError.
+    """
+    return make_body(read_frames(path, told, fps))
+
+
+def read_frames(path: Path, told: Told = Told(), fps: float | None = None) -> RawFrames:  # noqa: B008
+    """The moving mesh of a file or folder as it is. Raises MeshFileError."""
+    if path.is_dir():
+        raw = _read_folder(path, told, fps)
+    elif path.suffix.lower() == ".npz":
+        raw = _read_npz(path, told, fps)
+    else:
+        raw = _read_glb(path, told)
+    if raw.faces.size and raw.faces.max() >= raw.frames.shape[1]:
+        raise MeshFileError("a triangle refers to a vertex that is not there", raw.name, "Export it again")
+    bad = np.flatnonzero(~np.isfinite(raw.frames).all(axis=(1, 2)))
+    if len(bad):
+        raise MeshFileError(f"frame {bad[0]} has a position that is not a finite number", raw.name, "Export it again")
+    return raw
+
+
+def _read_folder(path: Path, told: Told, fps: float | None) -> RawFrames:
+    files = sorted(path.glob("*.obj"), key=_by_number)
+    _limit(path.name, len(files), 0)
+    first = parse_obj(files[0].read_text(errors="replace"), files[0].name)
+    _limit(path.name, len(files), len(first.vertices))
+    frames = np.empty((len(files), len(first.vertices), 3), np.float32)
+    for k, file in enumerate(files):
+        positions = parse_positions(file.read_text(errors="replace"), file.name)
+        if len(positions) != len(first.vertices):
+            raise MeshFileError(
+                f"it has {len(positions)} vertices, the first frame has {len(first.vertices)}",
+                f"{path.name}/{file.name}",
+                "Export every frame of one mesh; where a modifier changes it from frame to frame, leave that out",
+            )
+        frames[k] = positions
+    said = "as told" if fps else "as nothing says otherwise; --body-fps does"
+    rate = fps or USUAL_FPS
+    return RawFrames(
+        frames, first.faces, 1 / rate, told, path.name, (f"{len(files)} frames, {rate:g} a second ({said})",)
+    )
+
+
+def _by_number(file: Path) -> tuple[str, int, str]:
+    """frame_2 before frame_10."""
+    match = re.search(r"(\d+)$", file.stem)
+    return (file.stem[: match.start()], int(match.group()), file.name) if match else (file.stem, -1, file.name)
+
+
+def _read_npz(path: Path, told: Told, fps: float | None) -> RawFrames:
+    try:
+        with np.load(path, allow_pickle=False) as held:
+            keys = set(held.files)
+            names = next((n for n in (("vertices", "faces"), ("body", "body_faces")) if set(n) <= keys), None)
+            if names is None:
+                raise MeshFileError(
+                    f"it holds {', '.join(sorted(keys))}",
+                    path.name,
+                    "Give it vertices (frames, V, 3) and faces (F, 3), and fps or dt",
+                )
+            frames, faces = held[names[0]], held[names[1]]
+            dt = float(held["dt"]) if "dt" in keys else 1 / float(held["fps"]) if "fps" in keys else None
+            unit = str(held["units"]) if "units" in keys and told.unit is None else told.unit
+            up = str(held["up"]).lower() if "up" in keys and told.up is None else told.up
+            source = "as the file says" if (unit, up) != (told.unit, told.up) else told.source
+    except (OSError, ValueError, zipfile.BadZipFile) as error:
+        if isinstance(error, MeshFileError):
+            raise
+        raise MeshFileError(f"it can't be read ({error})", path.name, "Write it with numpy.savez") from error
+    if frames.ndim == 2:
+        frames = frames[None]
+    if frames.ndim != 3 or frames.shape[2] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
+        raise MeshFileError(
+            f"vertices are {frames.shape} and faces {faces.shape}", path.name, "They must be (frames, V, 3) and (F, 3)"
+        )
+    _limit(path.name, *frames.shape[:2])
+    said = "as told" if fps else "as the file says" if dt else "as nothing says otherwise; --body-fps does"
+    dt = 1 / fps if fps else dt or 1 / USUAL_FPS
+    note = f"{len(frames)} frames, {1 / dt:g} a second ({said})"
+    return RawFrames(
+        frames.astype(np.float32), faces.astype(np.int32), dt, Told(unit, up, source), path.name, (note,)
+    )
+
+
+def _read_glb(path: Path, told: Told) -> RawFrames:
+    scene = parse_glb(path.read_bytes(), path.name)
+    raw = scene.raw_mesh()
+    count = int(np.ceil(scene.duration / GLB_DT - 1e-6)) + 1
+    _limit(path.name, count, len(raw.vertices))
+    frames = np.stack([scene.positions(k * GLB_DT).astype(np.float32) for k in range(count)])
+    if told.unit is None and told.up is None:
+        told = GLTF
+    note = f"an animation of {scene.duration:.2f} s, sampled every 1/{1 / GLB_DT:.0f} s" if count > 1 else "it stands"
+    return RawFrames(frames, raw.faces, GLB_DT, told, path.name, (note,))
+
+
+def _limit(name: str, frames: int, vertices: int) -> None:
+    if vertices > VERTICES_MAX:
+        raise MeshFileError(f"it has {vertices} vertices, more than {VERTICES_MAX}", name, "Export it coarser")
+    if frames > FRAMES_MAX or 12 * frames * vertices > BYTES_MAX:
+        raise MeshFileError(
+            f"{frames} frames of {vertices} vertices are too many", name, "Export fewer frames a second, or less of it"
+        )
+
+
+def make_body(raw: RawFrames) -> MeshBody:
+    """Repair, coarsen and divide a moving mesh into parts. Raises MeshFileError when no unit or axis fits."""
+    convention = find_for_body(raw.frames[0], raw.told, raw.name)
+    notes = [f"units and axes: {convention.describe()}", *raw.notes]
+    frames = convention.apply(raw.frames).astype(np.float32)
+    weights, faces = _welded(frames, raw.faces)
+    x = weights @ frames[0].astype(np.float64)
+    parts = turned_alike(faces)[1].max() + 1
+    if parts > 1:
+        notes.append(f"it consists of {parts} separate parts")
+    weights, faces, holes = _closed(weights, faces, x)
+    if holes:
+        notes.append(f"it is not closed: {holes} holes are filled, so that no cloth slips in")
+    x = weights @ frames[0].astype(np.float64)
+    faces = _outward(x, faces)
+    if weights.shape[0] > ENOUGH * VERTICES:
+        if len(crowded_edges(faces)):
+            notes.append("more than two triangles meet at some of its edges: it is left as fine as it is")
+            if weights.shape[0] > UNMESHED_MAX:
+                raise MeshFileError(
+                    f"it has {weights.shape[0]} vertices and edges with more than two triangles", raw.name,
+                    f"Export it with fewer than {UNMESHED_MAX} vertices, or as one clean surface",
+                )
+        else:
+            before = weights.shape[0]
+            weights, faces = _coarser(weights, faces, x)
+            notes.append(f"its {before} vertices were remeshed to {weights.shape[0]}")
+    moved = np.stack([weights @ frame.astype(np.float64) for frame in frames]).astype(np.float32)
+    notes += _crossings(moved, faces)
+    return MeshBody(make_sequence(moved, faces, raw.dt), convention, tuple(notes))
+
+
+def _welded(frames: np.ndarray, faces: np.ndarray) -> tuple[sp.csr_matrix, np.ndarray]:
+    """Coincident vertices joined, doubled and flat triangles left out, all turned alike: weights (B, V) and faces."""
+    joined = weld_coincident(frames[0].astype(np.float64), faces)
+    first = np.unique(joined, return_index=True)[1]
+    apart = np.zeros(len(joined), bool)
+    for frame in frames[np.unique(np.linspace(0, len(frames) - 1, LOOKED_AT).astype(int))]:
+        apart |= np.linalg.norm(frame - frame[first[joined]], axis=1) > SAME_THROUGHOUT
+    if apart.any():
+        joined = joined.copy()
+        joined[apart] = joined.max() + 1 + np.arange(apart.sum())
+    merged = joined[faces]
+    merged = merged[[len(set(face)) == 3 for face in merged.tolist()]]
+    merged = merged[~twins(merged)]
+    flipped, _, _ = turned_alike(merged)
+    merged[flipped] = merged[flipped][:, ::-1]
+    used, faces = np.unique(merged, return_inverse=True)
+    first = np.unique(joined, return_index=True)[1]
+    rows = np.arange(len(used))
+    weights = sp.coo_matrix((np.ones(len(used)), (rows, first[used])), shape=(len(used), len(joined))).tocsr()
+    return weights, faces.reshape(-1, 3).astype(np.int32)
+
+
+def _closed(weights: sp.csr_matrix, faces: np.ndarray, x: np.ndarray) -> tuple[sp.csr_matrix, np.ndarray, int]:
+    """Each hole filled with a fan around the mean of its rim; x (B, 3) m only says which holes are points."""
+    if len(crowded_edges(faces)):
+        return weights, faces, 0
+    loops = [loop for loop in boundary_loops(faces) if np.ptp(x[loop], axis=0).max() > 0]
+    rows, fans = [weights], [faces]
+    for k, loop in enumerate(loops):
+        centre = weights.shape[0] + k
+        rows.append(sp.csr_matrix(weights[loop].mean(axis=0)))
+        around = np.roll(loop, -1)
+        fans.append(np.stack([around, loop, np.full(len(loop), centre)], axis=1))
+    return sp.vstack(rows).tocsr(), np.vstack(fans).astype(np.int32), len(loops)
+
+
+def _outward(x: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Every part turned so that its volume is positive."""
+    _, part, _ = turned_alike(faces)
+    a, b, c = (x[faces[:, k]] for k in range(3))
+    volume = np.bincount(part, np.einsum("fd,fd->f", a, np.cross(b, c)))
+    return np.where((volume[part] < 0)[:, None], faces[:, ::-1], faces)
+
+
+def _coarser(weights: sp.csr_matrix, faces: np.ndarray, x: np.ndarray) -> tuple[sp.csr_matrix, np.ndarray]:
+    """Remeshed to about VERTICES vertices, each a point of a triangle of before."""
+    a, b, c = (x[faces[:, k]] for k in range(3))
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+    size = np.sqrt(2 / np.sqrt(3) * area / VERTICES)
+    places, coarse = remesh(x, faces, np.full(len(x), size), REMESH_ROUNDS)
+    on = closest_points(places, x, faces)
+    rows = np.repeat(np.arange(len(places)), 3)
+    bind = sp.coo_matrix((on.barycentric.ravel(), (rows, faces[on.faces].ravel())), shape=(len(places), len(x)))
+    return (bind.tocsr() @ weights).tocsr(), coarse
+
+
+def _crossings(frames: np.ndarray, faces: np.ndarray) -> list[str]:
+    """A note when the body passes through itself in some of its frames."""
+    sides = np.unique(np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
+    search = CrossingSearch(sides, faces, np.arange(frames.shape[1]), "cpu")
+    chosen = np.unique(np.linspace(0, len(frames) - 1, LOOKED_AT).astype(int))
+    crossed = [k for k in chosen if len(search.find(frames[k]))]
+    if not crossed:
+        return []
+    return [
+        f"it passes through itself in {len(crossed)} of {len(chosen)} frames looked at: where it pinches cloth, its "
+        "surface gives way"
+    ]
