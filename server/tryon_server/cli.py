@@ -14,6 +14,8 @@ from pathlib import Path
 from tryon_server.problems import ProblemError, problem_error
 
 BAD_INPUT = 2
+UNITS = ("m", "cm", "mm", "in", "ft")
+AXES = ("y", "z")
 
 SERVE_HELP = """\
 Start the server and its web page. Uploaded patterns and the history of sessions are kept in an SQLite file under
@@ -30,13 +32,21 @@ examples:
 
 SIMULATE_HELP = """\
 Dress a body in a garment, move it, and record the cloth in a file. Dressing, and leading the body from the pose of
-dressing into the motion, come before frame 0."""
+dressing into the motion, come before frame 0.
+
+A garment may be a mesh (.obj, .glb) that lies on its body: coincident vertices along seams are welded, l lines of an
+OBJ are sewn, and where it touches or crosses the body or itself it is freed first, or refused with its triangles named.
+Its rest shape is its texture coordinates where they are a pattern in metres or in the file's unit, else the shape it
+comes in. A body may be a moving mesh; the garment must lie on its first frame. Units and the upward axis of mesh files
+are found from their contents and told; where that can't be, they are asked for."""
 
 SIMULATE_EXAMPLES = """\
 examples:
   tryon simulate --garment shirt.json --out shirt.npz                     a still body
   tryon simulate --garment shirt.json --motion walk.bvh --out walk.npz    a recorded motion, as long as it lasts
   tryon simulate --garment shirt.json --motion walk --seconds 10 --out walk.npz --glb walk.glb
+  tryon simulate --garment skirt.obj --motion walk --out walk.npz         a mesh that lies on the default body
+  tryon simulate --garment top.glb --body frames/ --body-fps 24 --out top.npz
 
 the .npz file holds, in metres and seconds:
   cloth        frames x vertices x 3    positions of the cloth
@@ -44,7 +54,8 @@ the .npz file holds, in metres and seconds:
   body         frames x vertices x 3    positions of the body's surface as simulated
   body_faces   triangles x 3            its triangles
   dt                                    time between frames
-  reports                               JSON text: what the solver reported on the way to each frame but the first"""
+  reports                               JSON text: what the solver reported on the way to each frame but the first
+  notes                                 JSON text: units, axes, repairs: what was found in mesh files, and done"""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -92,8 +103,14 @@ def _add_devices(commands: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     simulate = _command(commands, "simulate", "record a garment on a moving body", SIMULATE_HELP, SIMULATE_EXAMPLES)
     simulate.add_argument(
-        "--garment", required=True, type=Path, metavar="FILE", help="sewing pattern: specification JSON of GarmentCode"
+        "--garment",
+        required=True,
+        type=Path,
+        metavar="FILE",
+        help="sewing pattern (specification JSON of GarmentCode), or a mesh worn by the body (.obj, .glb)",
     )
+    simulate.add_argument("--units", choices=UNITS, help="unit of the garment's mesh (default: found, and told)")
+    simulate.add_argument("--up", choices=AXES, help="axis that is up in the garment's mesh (default: found, and told)")
     simulate.add_argument(
         "--fabric", metavar="NAME", help="fabric; an unknown name lists those there are (default the first)"
     )
@@ -104,9 +121,13 @@ def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser])
         "--body",
         default="default",
         metavar="default|FILE|FOLDER",
-        help="body: the default one; a .npz made by scripts/make_body.py, or a folder with its body.npz; or a closed "
-        "mesh (.obj, .ply, .stl, .glb; metres, Y up, facing +Z), which stands still",
+        help="body: the default one; a .npz made by scripts/make_body.py, or a folder with its body.npz; a moving mesh: "
+        "a folder of .obj frames, an .npz with vertices (frames x V x 3), faces and fps or dt, or an animated .glb; or a "
+        "closed mesh (.obj, .ply, .stl, .glb; metres, Y up, facing +Z), which stands still",
     )
+    simulate.add_argument("--body-units", choices=UNITS, help="unit of a moving mesh (default: found, and told)")
+    simulate.add_argument("--body-up", choices=AXES, help="axis that is up in it (default: found, and told)")
+    simulate.add_argument("--body-fps", type=_positive, metavar="FPS", help="its frames a second, if it doesn't say (30)")
     simulate.add_argument(
         "--motion",
         metavar="FILE.bvh|NAME",
@@ -195,7 +216,7 @@ def run_simulate(options: argparse.Namespace) -> int:
     from tryon_server.progress_bar import ProgressBar
     from tryon_server.runtime.local import load_catalogue
     from tryon_server.runtime.offline import simulate
-    from tryon_server.runtime.order import DrapeOrder
+    from tryon_server.runtime.order import DrapeOrder, MeshReading
 
     order = DrapeOrder(
         pattern=options.garment,
@@ -204,9 +225,13 @@ def run_simulate(options: argparse.Namespace) -> int:
         device=options.device,
         edge_length=options.edge_length,
         body=None if options.body == "default" else Path(options.body),
+        reading=MeshReading(options.units, options.up),
+        body_reading=MeshReading(options.body_units, options.body_up, options.body_fps),
     )
     with ProgressBar() as bar:
         recording = simulate(order, options.motion, options.seconds, options.fps, bar.show)
+    for note in recording.notes:
+        print(note)
     glb = options.glb
     if options.out.suffix.lower() == ".glb":
         glb = options.out

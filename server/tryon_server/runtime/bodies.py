@@ -1,4 +1,4 @@
-"""Bodies: the default one, one that was made with the project's script, or any closed mesh, which then stands still."""
+"""Bodies: the default one, one that was made with the project's script, a moving mesh, or a closed mesh that stands."""
 
 from __future__ import annotations
 
@@ -7,9 +7,14 @@ import zipfile
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from tryon_server.problems import ProblemError, problem_error
+from tryon_server.runtime.order import MeshReading
 from tryon_solver.body.model import BodyError, BodyModel, default_body
+from tryon_solver.files.convention import Told
+from tryon_solver.files.mesh_body import MeshBody, is_moving_mesh, read_mesh_body
+from tryon_solver.files.raw_mesh import MeshFileError
 
 BODY_FILE = "body.npz"
 BYTES_MAX = 64 * 2**20  # of a body's file, and of what is packed in an .npz: 30 times the default body's
@@ -18,10 +23,36 @@ COARSER = "Reduce it to about 10,000 vertices"
 SIZE_RANGE = (0.05, 5.0)  # [m] extent of a body; a mesh outside of it was drawn in another unit
 
 
+def moves_itself(path: Path | None) -> bool:
+    """Whether this is a moving mesh; what can't be read is left to be told by who reads it next."""
+    try:
+        return path is not None and path.exists() and is_moving_mesh(path)
+    except (MeshFileError, OSError, zipfile.BadZipFile):
+        return False
+
+
+def load_moving_mesh(path: Path | None, reading: MeshReading) -> MeshBody | None:
+    """The moving mesh in this file or folder; None when it is another kind of body.
+
+    Raises:
+        ProblemError: it is one and can't be used.
+    """
+    try:
+        if path is None or not path.exists() or not is_moving_mesh(path):
+            return None
+        return read_mesh_body(path, Told(reading.units, reading.up), reading.fps)
+    except MeshFileError as error:
+        raise problem_error(
+            "body.unusable", f"{error.place}: {error.message}", error.remedy, place="body", status=422
+        ) from error
+    except (BodyError, OSError, zipfile.BadZipFile) as error:
+        raise problem_error("body.unusable", str(error), "Export it again", place="body", status=422) from error
+
+
 def load_body(path: Path | None) -> BodyModel:
     """The body in this file; of a folder, the file ``body.npz`` in it; the default body for None.
 
-    A mesh file (.obj, .ply, .stl, .glb, ...) becomes a body of one joint. It is read in metres, Y up, facing +Z.
+    A mesh file (.obj, .ply, .stl, ...) becomes a body of one joint. It is read in metres, Y up, facing +Z.
 
     Raises:
         ProblemError: there is no such file, or no body in it.
@@ -69,10 +100,14 @@ def still_body(path: Path) -> BodyModel:
     extent = float(mesh.extents.max())
     if not SIZE_RANGE[0] <= extent <= SIZE_RANGE[1]:
         raise _unfit(path, f"it is {extent:g} m large", "Export it in metres")
-    vertices = np.asarray(mesh.vertices, dtype=np.float64)
+    return one_joint_body(np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int32))
+
+
+def one_joint_body(vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int32]) -> BodyModel:
+    """A surface (V, 3) m with faces (F, 3) on one joint at the origin."""
     return BodyModel(
         rest_vertices=vertices,
-        faces=np.asarray(mesh.faces, dtype=np.int32),
+        faces=faces,
         joint_names=("body",),
         parents=np.array([-1], np.int32),
         rest_joints=np.zeros((1, 3)),

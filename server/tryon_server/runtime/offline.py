@@ -14,15 +14,14 @@ import numpy as np
 import numpy.typing as npt
 
 from tryon_server.problems import ProblemError, problem_error
-from tryon_server.runtime.bodies import load_body
+from tryon_server.runtime.bodies import load_body, moves_itself
 from tryon_server.runtime.drape import Drape, Progress
 from tryon_server.runtime.kernel_news import kernel_news
 from tryon_server.runtime.motions import load_motion
 from tryon_server.runtime.order import DrapeOrder
-from tryon_server.runtime.production import build_drape
+from tryon_server.runtime.production import SolverDrape, build_drape
 from tryon_server.runtime.sources import approach_seconds, leap_towards, moved
 from tryon_solver.body.motion import blend_in
-from tryon_solver.body.pose import Pose
 
 LOWEST_FPS = 11.0  # the solver bridges at most 0.1 s at a time
 STILL_SECONDS = 2.0  # how long a body without a motion is simulated when nobody says how long
@@ -39,6 +38,7 @@ class Recording:
         body_faces: (F', 3) int32.
         dt: time between frames [s].
         reports: what the solver reported on the way to each frame but the first.
+        notes: what was found in files that say little themselves, and what was done about it.
     """
 
     cloth: npt.NDArray[np.float32]
@@ -47,14 +47,16 @@ class Recording:
     body_faces: npt.NDArray[np.int32]
     dt: float
     reports: tuple[dict[str, Any], ...]
+    notes: tuple[str, ...] = ()
 
     def save(self, path: Path) -> None:
-        """Write an .npz with one array per attribute; ``reports`` is a JSON text. It appears whole or not at all."""
+        """Write an .npz with one array per attribute; ``reports`` and ``notes`` are JSON. It appears whole or not at all."""
         arrays = {name: getattr(self, name) for name in ("cloth", "cloth_faces", "body", "body_faces")}
         draft = path.with_name(f".{path.name}.{os.getpid()}")
         try:
             with draft.open("wb") as file:
-                np.savez_compressed(file, **arrays, dt=np.float64(self.dt), reports=np.array(json.dumps(self.reports)))
+                texts = {name: np.array(json.dumps(getattr(self, name))) for name in ("reports", "notes")}
+                np.savez_compressed(file, **arrays, dt=np.float64(self.dt), **texts)
             draft.replace(path)
         except OSError as error:
             raise _unwritable(path, error) from error
@@ -87,9 +89,19 @@ def simulate(order: DrapeOrder, motion: str | None, seconds: float | None, fps: 
     """
     if fps < LOWEST_FPS:
         raise _out_of_range("fps", f"{fps:g} frames per second are too few", f"Give at least {LOWEST_FPS:g}")
+    if motion is not None and moves_itself(order.body):
+        raise problem_error(
+            "motion.two", "the body is a moving mesh, which brings its motion", "Leave --motion out", place="motion"
+        )
     played = None if motion is None else load_motion(motion, load_body(order.body))  # what is wrong is said at once
     with kernel_news(lambda what: progress(what, None)):
         drape = build_drape(order, progress)
+        own = drape.own_motion
+        if own is not None:
+            seconds = own.duration if seconds is None else seconds
+            if seconds > own.duration + 1e-9:
+                raise _out_of_range("seconds", f"the body's frames last {own.duration:.2f} s", "Ask for no more")
+            return _record(drape, 0.0, own.sample, seconds, fps, progress)
         if played is None:
             seconds = STILL_SECONDS if seconds is None else seconds
             return _record(drape, 0.0, lambda _t: drape.pose, seconds, fps, progress)
@@ -108,7 +120,7 @@ def simulate(order: DrapeOrder, motion: str | None, seconds: float | None, fps: 
 
 
 def _record(
-    drape: Drape, began: float, pose_at: Callable[[float], Pose], seconds: float, fps: float, progress: Progress
+    drape: SolverDrape, began: float, pose_at: Callable[[float], Any], seconds: float, fps: float, progress: Progress
 ) -> Recording:
     """Record from the drape's present state on, ``began`` s after its dressing."""
     count = round(seconds * fps) + 1
@@ -126,10 +138,11 @@ def _record(
         body_faces=np.asarray(drape.outfit.body.faces, dtype=np.int32),
         dt=1.0 / fps,
         reports=tuple(reports),
+        notes=drape.notes,
     )
 
 
-def _advance(drape: Drape, pose: Pose, t: float) -> dict[str, Any]:
+def _advance(drape: Drape, pose: Any, t: float) -> dict[str, Any]:
     report = dict(drape.advance(pose, t).to_dict())
     if not (np.isfinite(drape.cloth_positions()).all() and np.isfinite(drape.body_positions()).all()):
         raise problem_error(

@@ -7,17 +7,34 @@ from pathlib import Path
 
 
 @dataclass(frozen=True)
+class MeshReading:
+    """What is told about a mesh file, which says little itself; None is to be found out.
+
+    Attributes:
+        units: ``m``, ``cm``, ``mm``, ``in`` or ``ft``.
+        up: the axis that is up, ``y`` or ``z``.
+        fps: frames a second of a sequence.
+    """
+
+    units: str | None = None
+    up: str | None = None
+    fps: float | None = None
+
+
+@dataclass(frozen=True)
 class DrapeOrder:
     """Which garment is to be draped and how.
 
     Attributes:
-        pattern: file with the garment's pattern.
+        pattern: file with the garment: a sewing pattern, or a mesh.
         fabric: name of the fabric.
         preset: named accuracy: ``draft``, ``live``, ``fit``, or ``auto`` to choose by the device.
         device: ``cpu``, ``cuda:0``, ...
         edge_length: length of the mesh's edges [m]; None for the preset's.
         body: file of the body; None for the default body.
         wardrobe: folder where dressed garments are kept for the next time; None to dress anew.
+        reading: how to read a garment that is a mesh.
+        body_reading: how to read a body that is a mesh.
     """
 
     pattern: Path
@@ -27,6 +44,8 @@ class DrapeOrder:
     edge_length: float | None = None
     body: Path | None = None
     wardrobe: Path | None = None
+    reading: MeshReading = MeshReading()
+    body_reading: MeshReading = MeshReading()
 
 
 @dataclass(frozen=True)

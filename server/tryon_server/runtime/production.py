@@ -3,22 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TypeVar
+from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from tryon_protocol import GRID, check_grid
 from tryon_server.problems import problem_error
-from tryon_server.runtime.bodies import load_body
+from tryon_server.runtime.bodies import load_body, load_moving_mesh, one_joint_body
 from tryon_server.runtime.devices import AUTOMATIC, choose_device
 from tryon_server.runtime.drape import Outfit, Progress
 from tryon_server.runtime.order import DrapeOrder
 from tryon_server.runtime.wardrobe import Wardrobe, wardrobe_key
+from tryon_solver.body.mesh_sequence import MeshSequence
 from tryon_solver.body.model import BodyModel
+from tryon_solver.body.on_device import WornBody
 from tryon_solver.body.pose import Pose
 from tryon_solver.dressing.dress import Dressed, dress
+from tryon_solver.dressing.dress_mesh import dress_mesh
 from tryon_solver.dressing.fit import DressingError
+from tryon_solver.files.convention import Told
+from tryon_solver.files.garment_file import is_mesh, read_garment
+from tryon_solver.files.mesh_body import MeshBody
+from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.geometry.garment import Garment, GarmentError
 from tryon_solver.geometry.panel_mesh import PanelMesh, mesh_pattern
 from tryon_solver.geometry.pattern import PatternError, load_pattern
@@ -29,7 +37,7 @@ from tryon_solver.materials.fabric import FABRICS, Fabric
 from tryon_solver.results import StepReport
 from tryon_solver.scene import WORN, Scene
 from tryon_solver.settings import PRESETS, Settings
-from tryon_solver.simulation import build
+from tryon_solver.simulation import Simulation, build
 
 EDGE_LENGTHS = {"draft": 0.017, "live": 0.0085, "fit": 0.006}
 """Length of the mesh's edges [m] by preset: a T-shirt has about 2.5, 10 and 20 thousand vertices."""
@@ -39,11 +47,13 @@ FARTHEST = 8.0
 
 STAGES = {
     "placing": "Placing the pieces around the body",
+    "freeing": "Freeing the garment of the body and of itself",
     "sewing": "Sewing the seams",
     "settling": "Letting the garment settle",
     "dressed": "Dressed",
 }
 
+TRY_ANOTHER_MESH = "Remesh the garment with longer edges, or choose a thinner fabric."
 TRY_ANOTHER = "Correct the pattern, or choose a longer edge length or another fabric."
 
 Named = TypeVar("Named")
@@ -52,35 +62,46 @@ Named = TypeVar("Named")
 class SolverDrape:
     """A garment dressed by the solver, as the server's worker drives it."""
 
-    def __init__(self, dressed: Dressed, body: BodyModel) -> None:
-        self._simulation = dressed.simulation
-        self._dressed_at = dressed.simulation.state.time
-        welded = dressed.welded
+    def __init__(
+        self,
+        simulation: Simulation,
+        pose: Any,
+        panel_names: tuple[str, ...],
+        body: BodyModel,
+        notes: tuple[str, ...] = (),
+    ) -> None:
+        """`pose` is the stance in which it was dressed; `body` the body as it is told to clients."""
+        self._simulation = simulation
+        self._dressed_at = simulation.state.time
+        garment = simulation.scene.garment
         self.outfit = Outfit(
-            vertex_count=welded.vertex_count,
-            faces=welded.vertex_of_corner,
-            uv=welded.uv_corners,
-            panel_of_face=welded.panel_of_face,
-            panel_names=dressed.panels.panel_names,
+            vertex_count=garment.vertex_count,
+            faces=garment.faces,
+            uv=garment.uv_corners if garment.spline_corners is None else garment.spline_corners,
+            panel_of_face=garment.panel_of_face,
+            panel_names=panel_names,
             body=body,
         )
-        self.pose: Pose = dressed.pose
+        self.pose = pose
+        self.notes = notes
+        self.own_motion: MeshSequence | None = None
         self.origin = np.zeros(3)
 
     def leap(self, by: npt.NDArray[np.float64]) -> None:
         """Be elsewhere by (3,) whole metres: nothing changes but where the solver's origin lies."""
         self.origin = self.origin + by
 
-    def advance(self, pose: Pose, t: float) -> StepReport:
+    def advance(self, pose: Any, t: float) -> StepReport:
         """Simulate from the last pose's time to ``pose`` at time ``t`` [s], counted from the dressing."""
-        place = np.asarray(pose.root, dtype=np.float64) - self.origin
+        assert self._simulation.body is not None
+        moving = self._simulation.body.moving
+        place = moving.place(pose) - self.origin
         far = np.abs(place) > FARTHEST
         if far.any():
             by = np.where(far, np.round(place), 0.0)
             self._simulation.move_origin(by)
             self.origin = self.origin + by
-            place = place - by
-        return self._simulation.advance(Pose(place, pose.rotations), self._dressed_at + t)
+        return self._simulation.advance(moving.moved(pose, -self.origin), self._dressed_at + t)
 
     def cloth_positions(self) -> npt.NDArray[np.float32]:
         """(N, 3) positions of the cloth [m], from ``origin``."""
@@ -102,6 +123,9 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
     fabric = _named(FABRICS, "fabric", order.fabric)
     settings = PRESETS[preset]
     progress("Reading the body", None)
+    moving = load_moving_mesh(order.body, order.body_reading)
+    if moving is not None or is_mesh_file(order.pattern):
+        return build_mesh_drape(order, moving, fabric, settings, device, progress)
     body = load_body(order.body)
     try:
         progress("Meshing the pattern", None)
@@ -123,7 +147,57 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
     except GarmentError as error:
         message = f"the garment can't be put on: {error}"
         raise problem_error("garment.unfit", message, TRY_ANOTHER, place="garment", status=422) from error
-    return SolverDrape(dressed, body)
+    return SolverDrape(dressed.simulation, dressed.pose, dressed.panels.panel_names, body)
+
+
+def build_mesh_drape(
+    order: DrapeOrder, moving: MeshBody | None, fabric: Fabric, settings: Settings, device: str, progress: Progress
+) -> SolverDrape:
+    """Dress a garment that is a mesh, or a body that is a moving one, or both. Raises ProblemError."""
+    if not is_mesh_file(order.pattern):
+        raise problem_error(
+            "garment.unfit",
+            "a sewing pattern is placed around the default body's trunk and arms, which nobody knows on a moving mesh",
+            "Bring the garment as a mesh that lies on this body, or wear the pattern on the default body",
+            place="garment",
+            status=422,
+        )
+    model = load_body(order.body) if moving is None else None
+    body: WornBody = moving.sequence if moving is not None else model  # type: ignore[assignment]
+    pose = moving.sequence.start() if moving is not None else Pose.rest(model)  # type: ignore[arg-type]
+    told = Told(order.reading.units, order.reading.up)
+    try:
+        progress("Reading the garment", None)
+        garment = read_garment(
+            order.pattern.read_bytes(),
+            order.pattern.name,
+            body.rest_vertices,
+            told,
+            None if moving is None else moving.convention,
+        )
+        check_grid(GRID, min(fabric.thickness, settings.body_offset))
+        dressed = dress_mesh(garment, body, pose, fabric, settings, device, progress=_worded(progress))
+    except MeshFileError as error:
+        message = f"{error.place}: {error.message}"
+        raise problem_error("garment.mesh", message, error.remedy, place="garment", status=422) from error
+    except GarmentError as error:
+        message = f"the garment can't be put on: {error}"
+        raise problem_error("garment.unfit", message, TRY_ANOTHER_MESH, place="garment", status=422) from error
+    notes = tuple(f"garment: {note}" for note in dressed.notes)
+    if moving is not None:
+        notes = (*(f"body: {note}" for note in moving.notes), *notes)
+    shown = model or one_joint_body(body.rest_vertices, body.faces)
+    drape = SolverDrape(dressed.simulation, pose, dressed.piece_names, shown, notes)
+    drape.own_motion = None if moving is None else moving.sequence
+    return drape
+
+
+def is_mesh_file(path: Path) -> bool:
+    """Whether a garment's file is a mesh; one that can't be read is left to be told by who reads it next."""
+    try:
+        return is_mesh(path.read_bytes())
+    except OSError:
+        return False
 
 
 def _dress_as_before(

@@ -26,6 +26,9 @@ class MovingBody(Protocol[Stance]):
     def between(self, first: Stance, last: Stance, share: float) -> Stance:
         """The stance at `share` of the way from the first to the last."""
 
+    def place(self, stance: Stance) -> np.ndarray:
+        """(3,) m: where the body is as a whole."""
+
     def moved(self, stance: Stance, by: np.ndarray) -> Stance:
         """The stance elsewhere, `by` (3,) m away."""
 

@@ -42,6 +42,12 @@ class SequenceKernel:
             (1 - share) * first.time + share * last.time, (1 - share) * first.shift + share * last.shift
         )
 
+    def place(self, stance: Moment) -> np.ndarray:
+        """(3,) m: where the middle of the whole body is."""
+        a, b, share = self.sequence.around(stance.time)
+        places = self.sequence.places
+        return (1 - share) * places[a, 0] + share * places[b, 0] + stance.shift
+
     def moved(self, stance: Moment, by: np.ndarray) -> Moment:
         """The same moment, `by` (3,) m away."""
         return Moment(stance.time, stance.shift + by)

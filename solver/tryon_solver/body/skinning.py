@@ -65,6 +65,10 @@ class SkinningKernel:
         """The pose at `share` of the way."""
         return Pose.interpolate(first, last, share)
 
+    def place(self, stance: Pose) -> np.ndarray:
+        """(3,) m: where the root joint is."""
+        return np.asarray(stance.root, dtype=np.float64)
+
     def moved(self, stance: Pose, by: np.ndarray) -> Pose:
         """The same pose, `by` (3,) m away."""
         return Pose(np.asarray(stance.root) + by, stance.rotations)

@@ -3,20 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from tryon_solver.body.model import BodyModel
-from tryon_solver.body.pose import Pose
-from tryon_solver.dressing.dress import (
-    CLOSED,
-    CLOSING_SECONDS,
-    SEWING_DRAG,
-    SEWING_SECONDS,
-    DressingError,
-    Progress,
-    tell_nobody,
-)
+from tryon_solver.body.on_device import WornBody
+from tryon_solver.dressing.dress import CLOSING_SECONDS, SEWING_DRAG, SEWING_SECONDS, Progress, tell_nobody
+from tryon_solver.dressing.fit import CLOSED
 from tryon_solver.dressing.untangle import Freed, TangledError, untangle
 from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.files.mesh_garment import MeshGarment
@@ -32,7 +25,7 @@ class DressedMesh:
     """A worn mesh garment: the running simulation, the pose it was put on in, and what was found on the way."""
 
     simulation: Simulation
-    pose: Pose
+    pose: Any  # a Pose, or a Moment of a sequence
     piece_names: tuple[str, ...]
     freed: Freed
     notes: tuple[str, ...]
@@ -40,8 +33,8 @@ class DressedMesh:
 
 def dress_mesh(
     garment: MeshGarment,
-    body: BodyModel,
-    pose: Pose,
+    body: WornBody,
+    pose: Any,
     fabric: Fabric,
     settings: Settings | None = None,
     device: str = "cpu",
@@ -51,7 +44,7 @@ def dress_mesh(
 ) -> DressedMesh:
     """Put the garment on the body where it lies, with the body in `pose`, and let it settle.
 
-    Raises MeshFileError naming triangles that can't be freed, GarmentError or DressingError with advice.
+    Raises MeshFileError naming triangles that can't be freed or sewn, or GarmentError.
     """
     settings = settings or Settings()
     progress("freeing", 0.0)
@@ -60,9 +53,7 @@ def dress_mesh(
     else:
         x, freed, surface = garment.x, None, None
     sewn, _ = garment.sewn()
-    simulation = build(Scene(sewn, x, body, fabric, effects), settings, device, pose)
-    if surface is not None:
-        _take_surface(simulation, surface)
+    simulation = build(Scene(sewn, x, body, fabric, effects), settings, device, pose, surface)
     again = _untangled(simulation, garment)
     freed = freed or again
     frames = round(settle_seconds / settings.largest_step)
@@ -86,8 +77,8 @@ def _untangled(simulation: Simulation, garment: MeshGarment) -> Freed:
 
 def _sew(
     garment: MeshGarment,
-    body: BodyModel,
-    pose: Pose,
+    body: WornBody,
+    pose: Any,
     fabric: Fabric,
     settings: Settings,
     device: str,
@@ -113,23 +104,16 @@ def _sew(
     worst = int(gap.argmax())
     if gap[worst] > CLOSED:
         there = np.flatnonzero((garment.garment.faces == worst).any(axis=1))
-        raise DressingError(
-            f"a stitch at {garment.places(there)} stayed {2e3 * gap[worst]:.1f} mm open: the garment is too small there "
-            "for the body, or something lies between its two ends; move the two sides of the seam towards each other"
+        raise MeshFileError(
+            f"a stitch stayed {2e3 * gap[worst]:.1f} mm open: the garment is too small there for the body, or something "
+            "lies between its two ends",
+            garment.places(there),
+            "Move the two sides of the seam towards each other",
         )
     if not proven_free(simulation, mean[merged] - x):
-        raise DressingError(
-            "the closed seams could not be joined without touching other fabric: the garment is crumpled where it is "
-            "sewn; bring the two sides of the seams nearer to each other in the file"
+        raise MeshFileError(
+            "the closed seams could not be joined without touching other fabric: it is crumpled where it is sewn",
+            garment.source.name,
+            "Bring the two sides of the seams nearer to each other",
         )
-    return mean, freed, simulation.body_positions()
-
-
-def _take_surface(simulation: Simulation, surface: np.ndarray) -> None:
-    """Go on with the collision surface (B, 3) m as another simulation of this body left it."""
-    whole = simulation.state.x.numpy()
-    whole[simulation.cloth_count :] = surface
-    for place in (simulation.state.x, simulation.state.x_start, simulation.state.x_feasible):
-        place.assign(whole)
-
-
+    return mean, freed, simulation.body_positions().astype(np.float64)

@@ -70,7 +70,7 @@ def is_moving_mesh(path: Path) -> bool:
         with zipfile.ZipFile(path) as archive:
             names = {Path(name).stem for name in archive.namelist()}
         return "rest_joints" not in names
-    return path.suffix.lower() in (".glb", ".vrm")
+    return path.suffix.lower() == ".glb" and parse_glb(path.read_bytes(), path.name).duration > 0
 
 
 def read_mesh_body(path: Path, told: Told = Told(), fps: float | None = None) -> MeshBody:  # noqa: B008
