@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy.sparse as sp
 import warp as wp
 
 from tryon_solver.contact.crossings import CrossingSearch
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 ROUNDS = 400  # of moving and looking again
 CONTOUR_STEP = 0.6e-3  # m, of an edge along the intersection line in a round
 CONTOUR_SOFTNESS = 0.3  # a gradient much smaller than this moves its edge by less than the step
+SPREAD_ROUNDS = 4  # of averaging a move with the neighbours'
+LENGTH_ROUNDS = 4  # of giving edges their lengths back after a move
 PUSH_SHARE = 1.02  # of the offset is what a stencil is pushed to
 PUSH_RELAXATION = 0.7
 PUSHES = 60  # between two searches
@@ -81,6 +84,12 @@ class _Tangle:
         group = sim.group.numpy()
         self.itself = CrossingSearch(self.edges, self.faces, group, sim.device) if "cloth" in sim.plan.touches else None
         self.opposite = _opposite_corners(self.faces, self.edges)
+        a, b = self.edges.T
+        self.length = np.linalg.norm(self.x[a] - self.x[b], axis=1)
+        self.valence = np.bincount(self.edges.ravel(), minlength=self.n).astype(np.float64)
+        both = np.concatenate([a, b, np.arange(self.n)]), np.concatenate([b, a, np.arange(self.n)])
+        links = sp.coo_matrix((np.ones(len(both[0])), both), shape=(self.n, self.n)).tocsr()
+        self.mean_of_neighbours = sp.diags(1.0 / (self.valence + 1.0)) @ links
         self.dent: Dent | None = None
         if sim.scene.body is not None and "body" in sim.plan.touches:
             self.dent = Dent(self.x, self.n, self.faces, self.edges, sim.scene.body.faces + self.n, group, sim)
@@ -126,7 +135,8 @@ class _Tangle:
         """One step that shortens the lines along which cloth crosses cloth.
 
         An edge e through a triangle with normal n starts lines of intersection along r, one into each triangle at the
-        edge; moved by u, it starts them (e (u n)/(e n) - u) r later, so they shorten along r - (e r)/(e n) n.
+        edge; moved by u, it starts them (u - e (u n)/(e n)) r later. Of the direction that shortens them fastest,
+        r - (e r)/(e n) n, the part along r would only gather the sheet in its own plane; n's is taken.
         """
         pairs = self.crossings()
         if not len(pairs):
@@ -147,7 +157,7 @@ class _Tangle:
             line += np.where(there[:, None], along, 0.0)
         through = np.einsum("kd,kd->k", edge, normal)
         through = np.where(np.abs(through) < 0.05, np.where(through < 0, -0.05, 0.05), through)
-        gradient = line - (np.einsum("kd,kd->k", edge, line) / through)[:, None] * normal
+        gradient = -(np.einsum("kd,kd->k", edge, line) / through)[:, None] * normal
         size = np.linalg.norm(gradient, axis=1, keepdims=True)
         step = CONTOUR_STEP * gradient / np.sqrt(size**2 + CONTOUR_SOFTNESS**2)
         from_a = np.einsum("kd,kd->k", x[a] - x[c], normal)
@@ -160,8 +170,25 @@ class _Tangle:
         for vertex in (c, d, e):
             np.add.at(total, vertex, -step / 3)
             np.add.at(count, vertex, 1 / 3)
-        moved = count > 0
-        x[moved] += total[moved] / np.maximum(count[moved], 1.0)[:, None]
+        self.move_cloth(total[: self.n] / np.maximum(count[: self.n], 1.0)[:, None])
+
+    def move_cloth(self, step: np.ndarray) -> None:
+        """Move the cloth by `step` (N, 3) m as a sheet: neighbours come along, and edges keep their lengths."""
+        spread = step
+        for _ in range(SPREAD_ROUNDS):
+            spread = self.mean_of_neighbours @ spread
+        largest = np.linalg.norm(spread, axis=1).max()
+        cloth = self.x[: self.n]
+        cloth += spread * (CONTOUR_STEP / max(largest, 1e-12))
+        a, b = self.edges.T
+        for _ in range(LENGTH_ROUNDS):
+            way = cloth[b] - cloth[a]
+            length = np.linalg.norm(way, axis=1)
+            pull = (0.5 * (1.0 - self.length / np.maximum(length, 1e-12)))[:, None] * way
+            change = np.zeros_like(cloth)
+            np.add.at(change, a, pull)
+            np.add.at(change, b, -pull)
+            cloth += change / self.valence[:, None]
 
     def push(self) -> int:
         """Push apart what is too close; returns how many stencils were before."""
