@@ -28,8 +28,8 @@ from tryon_solver.body.pose import Pose, skin, world_from_joint
 
 DEMO = Path(__file__).resolve().parents[1] / "server" / "tryon_server" / "demo"
 
-WAIST, HEM = 1.08, 0.56  # m, heights of the skirt's edges
-WAIST_RADIUS, HEM_RADIUS = 0.126, 0.26  # m
+WAIST, HEM = 1.08, 0.62  # m, heights of the skirt's edges
+WAIST_RADIUS, HEM_RADIUS = 0.126, 0.23  # m
 MIDDLE = 0.035  # m, how far before the pelvis the trunk's middle is
 OPENING = 0.006  # m, half of the open seam's width
 COLUMNS, ROWS = 24, 26  # of each of the skirt's pieces
