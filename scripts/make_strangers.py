@@ -4,10 +4,10 @@
 
 | file | what is awkward about it |
 |---|---|
-| `skirt.obj` | centimetres, Z up; two pieces with their pattern as texture coordinates, in metres; one side seam doubled, |
-| | the other open with stitch lines; a round waist on a body that is not round, so it starts inside the body |
+| `skirt.obj` | centimetres, Z up; two pieces with their pattern as texture coordinates, in metres; one side seam |
+| | doubled, the other open with stitch lines; a round waist on a body that is not round: it starts inside the body |
 | `top.glb` | every triangle has vertices of its own, as flat shading exports them; texture coordinates that are no |
-| | pattern; it starts under the skin at the back and crosses itself in the armpits |
+| | pattern; it starts under the skin at the back |
 | `walk/*.obj` | a folder of frames in centimetres, Z up: the body steps from its rest pose into a walk |
 | `squat.glb` | a skin with four times the vertices, a hole where the mouth is, and its own bones turned any way |
 """

@@ -121,13 +121,13 @@ def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser])
         "--body",
         default="default",
         metavar="default|FILE|FOLDER",
-        help="body: the default one; a .npz made by scripts/make_body.py, or a folder with its body.npz; a moving mesh: "
-        "a folder of .obj frames, an .npz with vertices (frames x V x 3), faces and fps or dt, or an animated .glb; or a "
-        "closed mesh (.obj, .ply, .stl, .glb; metres, Y up, facing +Z), which stands still",
+        help="body: the default one; a .npz made by scripts/make_body.py, or a folder with its body.npz; a moving mesh "
+        "(a folder of .obj frames, an .npz with vertices (frames x V x 3), faces and fps or dt, or an animated .glb); "
+        "or a closed mesh (.obj, .ply, .stl, .glb; metres, Y up, facing +Z), which stands still",
     )
     simulate.add_argument("--body-units", choices=UNITS, help="unit of a moving mesh (default: found, and told)")
     simulate.add_argument("--body-up", choices=AXES, help="axis that is up in it (default: found, and told)")
-    simulate.add_argument("--body-fps", type=_positive, metavar="FPS", help="its frames a second, if it doesn't say (30)")
+    simulate.add_argument("--body-fps", type=_positive, metavar="FPS", help="frames a second (default: told, or 30)")
     simulate.add_argument(
         "--motion",
         metavar="FILE.bvh|NAME",

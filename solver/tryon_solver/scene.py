@@ -96,7 +96,8 @@ class Scene:
     """A garment on a body.
 
     `garment` welded triangles; `x_start` (N, 3) float64 m, an intersection-free position of its vertices; `body` a
-    posed body's model, a sequence of meshes, or None; `effects` what the scene calls for: what is not listed costs nothing.
+    posed body's model, a sequence of meshes, or None; `effects` what the scene calls for: what is not listed costs
+    nothing.
     """
 
     garment: Garment

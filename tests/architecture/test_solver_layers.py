@@ -17,6 +17,7 @@ LAYERS = (
     ("state", "results"),
     ("plan",),
     ("materials", "subspace", "contact", "body"),
+    ("files",),
     ("scene",),
     ("effects", "stepping"),
     ("step",),

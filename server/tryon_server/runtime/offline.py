@@ -50,13 +50,13 @@ class Recording:
     notes: tuple[str, ...] = ()
 
     def save(self, path: Path) -> None:
-        """Write an .npz with one array per attribute; ``reports`` and ``notes`` are JSON. It appears whole or not at all."""
+        """Write an .npz, an array per attribute; ``reports`` and ``notes`` are JSON. It appears whole or not at all."""
         arrays = {name: getattr(self, name) for name in ("cloth", "cloth_faces", "body", "body_faces")}
         draft = path.with_name(f".{path.name}.{os.getpid()}")
         try:
             with draft.open("wb") as file:
-                texts = {name: np.array(json.dumps(getattr(self, name))) for name in ("reports", "notes")}
-                np.savez_compressed(file, **arrays, dt=np.float64(self.dt), **texts)
+                reports, notes = np.array(json.dumps(self.reports)), np.array(json.dumps(self.notes))
+                np.savez_compressed(file, **arrays, dt=np.float64(self.dt), reports=reports, notes=notes)
             draft.replace(path)
         except OSError as error:
             raise _unwritable(path, error) from error

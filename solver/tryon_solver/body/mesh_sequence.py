@@ -4,8 +4,9 @@ The frames are held as linear blend skinning of such parts plus what that leaves
 
     v_b(t) = sum_j w_bj (R_j(t) (r_b + d_b(t) - c_j) + p_j(t)),
 
-exact at the frames by the choice of d_b. Between two frames R turns by slerp, p and d go straight: a swinging forearm
-keeps its length, where vertices on straight lines would shorten it. The parts are what cloth is carried along with
+exact at the frames by the choice of d_b. Between two frames R turns by slerp, p follows a cubic through the frames
+before and after (Catmull and Rom 1974), d goes straight: a swinging forearm keeps its length, where vertices on
+straight lines would shorten it. The parts are what cloth is carried along with
 (carry.py), as the joints of a posed body are. They are found by alternating between assigning vertices to the part that
 explains their motion best and fitting the parts (Kabsch 1976), as smooth skinning decomposition begins (Le and Deng
 2012); that only their motion matters, not that they are bones, is ours.
@@ -94,11 +95,24 @@ class MeshSequence:
         """(J, 4, 4) m: what each part does to points at rest."""
         a, b, share = self.around(moment.time)
         turns = quaternions.to_matrix(quaternions.slerp(self.rotations[a], self.rotations[b], share))
-        places = (1 - share) * self.places[a] + share * self.places[b] + moment.shift
+        places = self.places_at(moment)
         result = np.zeros((self.joint_count, 4, 4))
         result[:, :3, :3], result[:, 3, 3] = turns, 1.0
         result[:, :3, 3] = places - (turns @ self.centres[..., None])[..., 0]
         return result
+
+    def places_at(self, moment: Moment) -> np.ndarray:
+        """(J, 3) m: where the parts' middles are at the moment."""
+        a, b, s = self.around(moment.time)
+        p, q = self.places[a], self.places[b]
+        before, after = self.places[max(a - 1, 0)], self.places[min(b + 1, self.frame_count - 1)]
+        leaving, arriving = (q - before) / 2, (after - p) / 2
+        if a == 0:
+            leaving = q - p
+        if b == self.frame_count - 1:
+            arriving = q - p
+        cubic = (2 * s**3 - 3 * s**2 + 1) * p + (3 * s**2 - 2 * s**3) * q
+        return cubic + (s**3 - 2 * s**2 + s) * leaving + (s**3 - s**2) * arriving + moment.shift
 
     def corrected_rest(self, moment: Moment) -> np.ndarray:
         """(B, 3) float64 m: r + d at the moment."""

@@ -44,9 +44,7 @@ class SequenceKernel:
 
     def place(self, stance: Moment) -> np.ndarray:
         """(3,) m: where the middle of the whole body is."""
-        a, b, share = self.sequence.around(stance.time)
-        places = self.sequence.places
-        return (1 - share) * places[a, 0] + share * places[b, 0] + stance.shift
+        return self.sequence.places_at(stance)[0]
 
     def moved(self, stance: Moment, by: np.ndarray) -> Moment:
         """The same moment, `by` (3,) m away."""

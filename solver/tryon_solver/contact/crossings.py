@@ -67,7 +67,7 @@ class CrossingSearch:
     """Finds which of some edges cross which of some triangles; both index one space of vertices."""
 
     def __init__(self, edges: np.ndarray, faces: np.ndarray, group: np.ndarray, device: str) -> None:
-        """`edges` (E, 2), `faces` (F, 3); `group` (A,): a triangle and an edge with a vertex of one group don't cross."""
+        """`edges` (E, 2), `faces` (F, 3); `group` (A,): an edge and a triangle of one group don't cross."""
         self.edges, self.faces, self.device = edges, faces, device
         self._edges: wp.array = wp.array(edges.astype(np.int32), dtype=wp.vec2i, device=device)
         self._faces: wp.array = wp.array(faces.astype(np.int32), dtype=wp.vec3i, device=device)

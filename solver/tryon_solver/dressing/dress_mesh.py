@@ -8,11 +8,18 @@ from typing import Any
 import numpy as np
 
 from tryon_solver.body.on_device import WornBody
-from tryon_solver.dressing.dress import CLOSING_SECONDS, SEWING_DRAG, SEWING_SECONDS, Progress, tell_nobody
-from tryon_solver.dressing.fit import CLOSED
+from tryon_solver.dressing.dress import (
+    CLOSING_SECONDS,
+    SEWING_DRAG,
+    SEWING_SECONDS,
+    STITCH_PER_FABRIC,
+    Progress,
+    tell_nobody,
+)
+from tryon_solver.dressing.fit import CLOSED, allowed, percent
 from tryon_solver.dressing.untangle import Freed, TangledError, untangle
-from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.files.mesh_garment import MeshGarment
+from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.materials.fabric import Fabric
 from tryon_solver.scene import WORN, AirDrag, BodyContact, Effect, Scene, SelfContact, Sewing, StrainLimit
 from tryon_solver.settings import Settings
@@ -61,7 +68,12 @@ def dress_mesh(
         progress("settling", k / frames)
         simulation.advance(pose, (k + 1) * settings.largest_step)
     progress("dressed", 1.0)
-    return DressedMesh(simulation, pose, garment.piece_names, freed, (*garment.notes, freed.describe()))
+    report = simulation.reported
+    rest = (
+        f"at rest it is stretched by {percent(report.max_stretch)} at most ({allowed(fabric)}) and presses the skin in "
+        f"by {1e3 * report.body_lag:.1f} mm at most"
+    )
+    return DressedMesh(simulation, pose, garment.piece_names, freed, (*garment.notes, freed.describe(), rest))
 
 
 def _untangled(simulation: Simulation, garment: MeshGarment) -> Freed:
@@ -85,7 +97,8 @@ def _sew(
     progress: Progress,
 ) -> tuple[np.ndarray, Freed, np.ndarray]:
     """Draw the stitches together under contact; the joined vertices (N, 3) m, what was freed, the surface (B, 3) m."""
-    effects = (BodyContact(), SelfContact(), StrainLimit(), AirDrag(SEWING_DRAG), Sewing(garment.stitches))
+    stitches = Sewing(garment.stitches, STITCH_PER_FABRIC * max(fabric.k_warp, fabric.k_weft))
+    effects = (BodyContact(), SelfContact(), StrainLimit(), AirDrag(SEWING_DRAG), stitches)
     slow = replace(settings, largest_step=min(settings.largest_step, 1 / 60))
     simulation = build(Scene(garment.garment, garment.x, body, fabric, effects), slow, device, pose)
     freed = _untangled(simulation, garment)
@@ -105,8 +118,8 @@ def _sew(
     if gap[worst] > CLOSED:
         there = np.flatnonzero((garment.garment.faces == worst).any(axis=1))
         raise MeshFileError(
-            f"a stitch stayed {2e3 * gap[worst]:.1f} mm open: the garment is too small there for the body, or something "
-            "lies between its two ends",
+            f"a stitch stayed {2e3 * gap[worst]:.1f} mm open: the garment is too small there for the body, or "
+            "something lies between its two ends",
             garment.places(there),
             "Move the two sides of the seam towards each other",
         )

@@ -19,7 +19,7 @@ def is_mesh(content: bytes) -> bool:
     """Whether this is a .glb or an OBJ file rather than a sewing pattern."""
     if content.startswith(GLB_MAGIC):
         return True
-    return not content.lstrip()[:1] in (b"{", b"[") and OBJ_LINE.search(content) is not None
+    return content.lstrip()[:1] not in (b"{", b"[") and OBJ_LINE.search(content) is not None
 
 
 def read_garment(

@@ -72,7 +72,7 @@ class GltfScene:
 
     def raw_mesh(self) -> RawMesh:
         """All triangles, as they are at the beginning."""
-        faces, uv, part, origin, start = [], [], [], [], 0
+        faces, uv, part, start = [], [], [], 0
         has_uv = all(primitive.uv is not None for primitive in self.primitives)
         for k, primitive in enumerate(self.primitives):
             faces.append(primitive.faces + start)
@@ -82,7 +82,6 @@ class GltfScene:
             part.append(np.full(len(primitive.faces), k))
             start += len(primitive.positions)
         count = sum(len(f) for f in faces)
-        origin = np.arange(count)
         return RawMesh(
             vertices=self.positions(0.0),
             faces=np.vstack(faces).astype(np.int32),
@@ -90,7 +89,7 @@ class GltfScene:
             lines=np.empty((0, 2), np.int32),
             part_of_face=np.concatenate(part).astype(np.int32),
             part_names=tuple(primitive.name for primitive in self.primitives),
-            origin_of_face=origin.astype(np.int32),
+            origin_of_face=np.arange(count, dtype=np.int32),
             origin_word="triangle",
             name=self.name,
         )
@@ -189,7 +188,8 @@ class _Parser:
         version, length = struct.unpack_from("<II", content, 4)
         if version != 2 or length > len(content):
             raise MeshFileError(f"it is glTF {version} of {length} bytes, {len(content)} are there", name, AGAIN)
-        at, chunks = 12, {}
+        at = 12
+        chunks: dict[int, bytes] = {}
         while at + 8 <= length:
             size, kind = struct.unpack_from("<II", content, at)
             chunks.setdefault(kind, content[at + 8 : at + 8 + size])
@@ -213,7 +213,11 @@ class _Parser:
             translations=np.array([n.get("translation", [0, 0, 0]) for n in nodes], np.float64).reshape(-1, 3),
             rotations=np.array([n.get("rotation", [0, 0, 0, 1]) for n in nodes], np.float64).reshape(-1, 4),
             scales=np.array([n.get("scale", [1, 1, 1]) for n in nodes], np.float64).reshape(-1, 3),
-            matrices={k: np.array(n["matrix"], np.float64).reshape(4, 4).T for k, n in enumerate(nodes) if "matrix" in n},
+            matrices={
+                k: np.array(node["matrix"], np.float64).reshape(4, 4).T
+                for k, node in enumerate(nodes)
+                if "matrix" in node
+            },
         )
         for skin in document.get("skins", ()):
             count = len(skin["joints"])

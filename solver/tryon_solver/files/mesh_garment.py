@@ -21,9 +21,9 @@ SLIVER = 1e-9  # m^2, a triangle smaller than this has no shape
 class MeshGarment:
     """A mesh garment in metres, Y up, before its stitches are drawn together.
 
-    `x` (V, 3) m where it lies; `garment` its triangles and pattern; `stitches` (S, 2) int32 pairs of vertices to be sewn
-    into one; `piece_names` one for each of garment.panel_of_face; `source` the file's mesh, of which `source_face` (F,)
-    says which triangle each one was; `notes` what was found and done, for people.
+    `x` (V, 3) m where it lies; `garment` its triangles and pattern; `stitches` (S, 2) int32 pairs of vertices to be
+    sewn into one; `piece_names` one for each of garment.panel_of_face; `source` the file's mesh, of which
+    `source_face` (F,) says which triangle each one was; `notes` what was found and done, for people.
     """
 
     x: np.ndarray

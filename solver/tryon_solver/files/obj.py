@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
 from tryon_solver.files.raw_mesh import MeshFileError, RawMesh
 
 FLOATS = "Write plain numbers: an exporter that uses the decimal comma or leaves a field empty has to be set otherwise"
+EQUAL = 1e-6  # diagonals whose lengths differ by less than this share are equally long
 NOWHERE = "Export the file again; every f and l must refer to v and vt lines of the same file"
 
 
@@ -76,10 +78,15 @@ class _Reader:
             self.origin.append(number)
 
     def cut(self, corners: list[tuple[int, int]]) -> list[list[tuple[int, int]]]:
-        """Triangles: a quadrilateral along its shorter diagonal, anything larger as a fan around its first corner."""
+        """Triangles: a fan around the corner of the smallest number, or a quadrilateral's shorter diagonal.
+
+        So both copies of a polygon that was exported double-sided are cut alike.
+        """
+        start = min(range(len(corners)), key=lambda k: corners[k][0])
+        corners = corners[start:] + corners[:start]
         if len(corners) == 4:
             a, b, c, d = (self.vertices[corner[0]] for corner in corners)
-            if math.dist(b, d) < math.dist(a, c):
+            if math.dist(b, d) < (1.0 - EQUAL) * math.dist(a, c):
                 corners = corners[1:] + corners[:1]
         return [[corners[0], corners[k], corners[k + 1]] for k in range(1, len(corners) - 1)]
 
@@ -100,7 +107,7 @@ def parse_obj(text: str, name: str = "mesh.obj") -> RawMesh:
             reader.polygon(rest, number)
         elif keyword == "l":
             ids = [reader.corner(word, number)[0] for word in rest]
-            reader.lines += list(zip(ids, ids[1:]))
+            reader.lines += list(pairwise(ids))
         elif keyword in ("o", "g"):
             reader.part = " ".join(rest)
     if not reader.faces:

@@ -1,0 +1,89 @@
+"""Reading .glb: the squat that the script writes with bones rolled any way, against our own skinning; broken files."""
+
+import json
+import struct
+
+import numpy as np
+import pytest
+
+from tryon_solver.body import default_body
+from tryon_solver.body.pose import skin
+from tryon_solver.files.gltf import parse_glb
+from tryon_solver.files.raw_mesh import MeshFileError
+
+
+@pytest.fixture(scope="module")
+def squat(strangers, tmp_path_factory):
+    path = tmp_path_factory.mktemp("glb") / "squat.glb"
+    strangers.write_squat(path, default_body(), 2.0)
+    return path.read_bytes()
+
+
+def test_a_skin_moves_as_ours_does(strangers, squat):
+    body = default_body()
+    motion = strangers.motion_from_rest(body, "squat", 2.0)
+    scene = parse_glb(squat)
+    assert scene.duration == pytest.approx(59 / 30)
+    alike = (body.skin_weights > 0).sum(axis=1) <= 4  # the script writes the four largest weights
+    assert alike.mean() > 0.5
+    for frame in (0, 37, 59):
+        x = scene.positions(frame * motion.dt)
+        assert len(x) == 19282
+        ours = skin(body, motion.pose(frame))
+        assert np.abs(ours - skin(body, motion.pose(0))).max() > (0.1 if frame else -1)
+        np.testing.assert_allclose(x[: body.vertex_count][alike], ours[alike], atol=1e-5)
+
+
+def test_between_keys_bones_turn(squat):
+    """Half way between two keys a rotation is half way, not where straight lines lead: limbs keep their lengths."""
+    scene = parse_glb(squat)
+    edge = scene.raw_mesh().faces[:50, :2]
+    lengths = [
+        np.linalg.norm(x[edge[:, 0]] - x[edge[:, 1]], axis=1)
+        for x in (scene.positions(1.5), scene.positions(1.5 + 1 / 60))
+    ]
+    np.testing.assert_allclose(lengths[1], lengths[0], rtol=0.02)
+
+
+def glb(document, blob=b""):
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    body = struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(blob), 0x004E4942) + blob
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body
+
+
+def triangle(**changes):
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float32)
+    document = {
+        "asset": {"version": "2.0"},
+        "buffers": [{"byteLength": points.nbytes}],
+        "bufferViews": [{"buffer": 0, "byteLength": points.nbytes}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "nodes": [{"mesh": 0, "scale": [2, 2, 2], "translation": [0, 0, 5], "rotation": [0, 0, 0.70710678, 0.70710678]}],
+    }
+    return glb(document | changes, points.tobytes())
+
+
+def test_nodes_place_their_meshes():
+    mesh = parse_glb(triangle()).raw_mesh()
+    np.testing.assert_allclose(mesh.vertices, [[0, 0, 5], [0, 2, 5], [-2, 0, 5]], atol=1e-6)
+    assert mesh.faces.tolist() == [[0, 1, 2]]
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"PK\x03\x04", "does not begin as a .glb does"),
+        (triangle()[:-8], "bytes"),
+        (triangle(extensionsRequired=["KHR_draco_mesh_compression"]), "KHR_draco_mesh_compression"),
+        (triangle(buffers=[{"byteLength": 36, "uri": "a.bin"}]), "another file"),
+        (triangle(nodes=[]), "no triangles"),
+        (triangle(accessors=[{"bufferView": 0, "componentType": 5126, "count": 9, "type": "VEC3"}]), "in the middle"),
+        (triangle(meshes=[]), "not a sound glTF file"),
+    ],
+)
+def test_what_can_not_be_read_is_named(content, words):
+    with pytest.raises(MeshFileError, match=words) as caught:
+        parse_glb(content, "a.glb")
+    assert caught.value.place == "a.glb"

@@ -1,0 +1,164 @@
+"""From a stranger's mesh to a garment: welding, turning, rest shapes, stitches, and what is refused."""
+
+import numpy as np
+import pytest
+
+from tryon_solver.body import default_body
+from tryon_solver.files.convention import Convention, Told
+from tryon_solver.files.garment_file import is_mesh, read_garment
+from tryon_solver.files.gltf import parse_glb
+from tryon_solver.files.mesh_garment import make_garment
+from tryon_solver.files.obj import parse_obj
+from tryon_solver.files.raw_mesh import MeshFileError
+from tryon_solver.subspace.basis import spline_basis
+
+METRES = Convention("m", "y", "in a test")
+
+
+def obj(vertices, faces, uv=None, lines=()):
+    text = ["v {} {} {}".format(*v) for v in vertices]
+    if uv is not None:
+        text += ["vt {} {}".format(*t) for t in uv]
+        text += ["f " + " ".join(f"{v + 1}/{v + 1}" for v in face) for face in faces]
+    else:
+        text += ["f " + " ".join(str(v + 1) for v in face) for face in faces]
+    text += ["l {} {}".format(a + 1, b + 1) for a, b in lines]
+    return parse_obj("\n".join(text), "cloth.obj")
+
+
+GRID = np.array([[0.1 * i, 0.1 * j, 0.0] for j in range(3) for i in range(3)])
+CELLS = [[0, 1, 4, 3], [1, 2, 5, 4], [3, 4, 7, 6], [4, 5, 8, 7]]
+
+
+@pytest.fixture(scope="module")
+def skirt(strangers, tmp_path_factory):
+    path = tmp_path_factory.mktemp("skirt") / "skirt.obj"
+    strangers.write_skirt(path)
+    return read_garment(path.read_bytes(), path.name, default_body().rest_vertices, Told())
+
+
+def test_the_skirt_is_welded_on_one_side_and_stitched_on_the_other(strangers, skirt):
+    rows = strangers.ROWS + 1
+    assert len(skirt.x) == 2 * rows * (strangers.COLUMNS + 1) - rows
+    assert len(skirt.stitches) == rows
+    gap = np.linalg.norm(skirt.x[skirt.stitches[:, 0]] - skirt.x[skirt.stitches[:, 1]], axis=1)
+    np.testing.assert_allclose(gap, 2 * strangers.OPENING, rtol=0.01)
+    sewn, merged = skirt.sewn()
+    assert sewn.vertex_count == len(skirt.x) - rows
+    assert len(np.unique(merged)) == sewn.vertex_count
+    assert skirt.piece_names == ("front", "back")
+
+
+def test_the_skirts_rest_shape_is_its_pattern(skirt):
+    """A cone unrolls without stretch, but for triangles cutting its corners."""
+    assert any("pattern in its texture coordinates, in metres" in note for note in skirt.notes)
+    garment = skirt.garment
+    in_space = skirt.x[garment.faces]
+    lengths = np.linalg.norm(in_space[:, [1, 2, 0]] - in_space, axis=2)
+    pattern = np.linalg.norm(garment.uv_corners[:, [1, 2, 0]] - garment.uv_corners, axis=2)
+    np.testing.assert_allclose(pattern, lengths, rtol=0.01)
+    assert (garment.signed_areas() > 0).all()
+
+
+def test_notes_say_unit_and_axis(skirt):
+    assert skirt.notes[0].startswith("units and axes: cm, Z up")
+
+
+def test_flat_shaded_triangles_become_one_surface(strangers, tmp_path):
+    body = default_body()
+    strangers.write_top(tmp_path / "top.glb", body)
+    raw = parse_glb((tmp_path / "top.glb").read_bytes())
+    garment = make_garment(raw.raw_mesh(), METRES)
+    x, faces = strangers.top(body)
+    assert len(garment.x) == len(x)
+    assert len(garment.garment.faces) == len(faces)
+    assert len(garment.garment.hinges()) > len(faces)
+    assert any("shape it comes in" in note for note in garment.notes)
+
+
+def test_a_rest_shape_from_space_keeps_every_length_and_carries_the_subspace(strangers, tmp_path):
+    strangers.write_top(tmp_path / "top.glb", default_body())
+    garment = make_garment(parse_glb((tmp_path / "top.glb").read_bytes()).raw_mesh(), METRES)
+    corners = garment.x[garment.garment.faces]
+    lengths = np.linalg.norm(corners[:, [1, 2, 0]] - corners, axis=2)
+    flat = garment.garment.uv_corners
+    np.testing.assert_allclose(np.linalg.norm(flat[:, [1, 2, 0]] - flat, axis=2), lengths, rtol=1e-9)
+    basis = spline_basis(garment.garment, 4 * garment.garment.mean_edge_length())
+    np.testing.assert_allclose(np.asarray(basis.sum(axis=1)).ravel(), 1.0, atol=1e-12)
+    assert basis.shape[1] < 0.35 * len(garment.x)
+
+
+def test_texture_coordinates_in_the_files_unit_are_a_pattern_too():
+    raw = obj(100 * GRID, CELLS, 100 * GRID[:, :2])
+    garment = make_garment(raw, Convention("cm", "y", "in a test"))
+    assert any("in cm; 1 pieces" in note for note in garment.notes)
+    assert garment.garment.signed_areas().sum() == pytest.approx(0.04)
+
+
+def test_texture_coordinates_of_another_size_are_none():
+    garment = make_garment(obj(GRID, CELLS, 3.0 * GRID[:, :2]), METRES)
+    assert any("no pattern" in note for note in garment.notes)
+    assert garment.garment.signed_areas().sum() == pytest.approx(0.04)
+
+
+def test_mirrored_halves_that_lie_on_each_other_are_two_pieces():
+    uv = np.column_stack([np.abs(GRID[:, 0] - 0.1), GRID[:, 1]])
+    garment = make_garment(obj(GRID, CELLS, uv), METRES)
+    assert garment.garment.panel_of_face.max() == 1
+    assert (garment.garment.signed_areas() > 0).all()
+
+
+def test_triangles_are_turned_alike_and_twins_left_out():
+    cells = [*CELLS[:3], CELLS[3][::-1], CELLS[0][::-1]]
+    garment = make_garment(obj(GRID, cells), METRES)
+    faces = garment.garment.faces
+    assert len(faces) == 8
+    a, b, c = (garment.x[faces[:, k]] for k in range(3))
+    assert len(np.unique(np.sign(np.cross(b - a, c - a)[:, 2]))) == 1
+
+
+def test_vertices_inside_a_layer_are_not_welded_to_another():
+    """Two sheets that touch in their middles stay two: only open edges are joined."""
+    above = GRID + [0, 0, 0.05]
+    above[4] = GRID[4]
+    both = np.vstack([GRID, above])
+    garment = make_garment(obj(both, [*CELLS, *(np.array(CELLS) + 9).tolist()]), METRES)
+    assert len(garment.x) == 18
+
+
+@pytest.mark.parametrize(
+    ("raw", "words"),
+    [
+        (obj([*GRID, [0.05, 0.05, 0.1]], [*CELLS, [0, 1, 9], [1, 0, 9]][:5] + [[0, 1, 9]]), None),
+        (obj([*GRID, [0.15, 0.05, 0.1]], [*CELLS, [1, 4, 9]]), "more than two"),
+        (obj([*GRID, [0.05, 0.0, 0.0]], [*CELLS, [0, 9, 1]]), "no area"),
+        (obj(GRID, CELLS, None, [(0, 1)]), "corners of one triangle"),
+        (obj([*GRID, [1, 1, 1]], CELLS, None, [(0, 9)]), "in no triangle"),
+    ],
+)
+def test_what_is_no_cloth_is_refused_by_triangle(raw, words):
+    if words is None:
+        make_garment(raw, METRES)
+        return
+    with pytest.raises(MeshFileError, match=words) as caught:
+        make_garment(raw, METRES)
+    assert "cloth.obj" in caught.value.place
+    assert caught.value.remedy
+
+
+def test_a_moebius_strip_is_refused():
+    n = 12
+    angle = np.linspace(0, 2 * np.pi, n, endpoint=False)
+    width = np.stack([np.cos(angle / 2) * np.cos(angle), np.sin(angle / 2), np.cos(angle / 2) * np.sin(angle)], axis=1)
+    middle = np.stack([np.cos(angle), 0 * angle, np.sin(angle)], axis=1)
+    x = np.vstack([middle + 0.2 * width, middle - 0.2 * width])
+    quads = [[k, k + 1, n + k + 1, n + k] for k in range(n - 1)] + [[n - 1, n, 0, 2 * n - 1]]
+    with pytest.raises(MeshFileError, match="one side only"):
+        make_garment(obj(x, quads), METRES)
+
+
+def test_kinds_of_files_are_told_by_content():
+    assert is_mesh(b"glTF\x02\0\0\0")
+    assert is_mesh(b"# made by hand\nv 0 0 0\n")
+    assert not is_mesh(b'{"pattern": {"v 1": 2}}')
+    assert not is_mesh(b"no garment at all")
