@@ -71,7 +71,7 @@ def test_simulate_records_a_garment_on_a_body_of_ones_own(folder):
     assert "Sewing the seams" in done.stderr
     assert "11 frames" in done.stdout
     with np.load(folder / "o.npz") as held:
-        assert set(held) == {"cloth", "cloth_faces", "body", "body_faces", "dt", "reports"}
+        assert set(held) == {"cloth", "cloth_faces", "body", "body_faces", "dt", "reports", "notes"}
         cloth, body = held["cloth"], held["body"]
         assert cloth.shape == (11, cloth.shape[1], 3)
         assert body.shape == (11, 578, 3)

@@ -109,15 +109,15 @@ def test_a_wearer_ten_kilometres_away_wears_the_same(order):
 def solver_that_records():
     """Stands for a dressed garment: notes the poses that the solver gets and how its origin was moved."""
     seen = SimpleNamespace(places=[], shifts=[])
+    garment = SimpleNamespace(vertex_count=0, faces=None, uv_corners=None, spline_corners=None, panel_of_face=None)
     simulation = SimpleNamespace(
         state=SimpleNamespace(time=2.0),
+        scene=SimpleNamespace(garment=garment),
+        body=SimpleNamespace(moving=small_body().on_device("cpu")),
         advance=lambda pose, _time: seen.places.append(np.array(pose.root)),
         move_origin=lambda by: seen.shifts.append(np.array(by)),
     )
-    welded = SimpleNamespace(vertex_count=0, vertex_of_corner=None, uv_corners=None, panel_of_face=None)
-    rest = Pose.rest(small_body())
-    dressed = SimpleNamespace(simulation=simulation, welded=welded, panels=SimpleNamespace(panel_names=()), pose=rest)
-    return production.SolverDrape(dressed, small_body()), seen
+    return production.SolverDrape(simulation, Pose.rest(small_body()), (), small_body()), seen
 
 
 def test_the_solver_sees_a_few_metres_wherever_the_wearer_walks():

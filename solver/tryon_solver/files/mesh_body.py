@@ -35,6 +35,7 @@ BYTES_MAX = 2 * 2**30  # of positions, all frames
 GLB_DT = 1 / 60  # s, a skinned animation is sampled so often
 USUAL_FPS = 30.0  # of a folder of frames, when nobody says
 SAME_THROUGHOUT = 1e-3  # m, vertices welded in the first frame stay so close in all
+FRAME_KEYS = (("vertices", "faces"), ("body", "body_faces"))  # in an .npz; the second is what tryon simulate writes
 LOOKED_AT = 12  # frames in which crossings are counted
 REMESH_ROUNDS = 4
 
@@ -69,7 +70,7 @@ def is_moving_mesh(path: Path) -> bool:
     if path.suffix.lower() == ".npz":
         with zipfile.ZipFile(path) as archive:
             names = {Path(name).stem for name in archive.namelist()}
-        return "rest_joints" not in names
+        return any(set(keys) <= names for keys in FRAME_KEYS)
     return path.suffix.lower() == ".glb" and parse_glb(path.read_bytes(), path.name).duration > 0
 
 
@@ -128,9 +129,13 @@ def _by_number(file: Path) -> tuple[str, int, str]:
 
 def _read_npz(path: Path, told: Told, fps: float | None) -> RawFrames:
     try:
+        with zipfile.ZipFile(path) as archive:
+            size = sum(entry.file_size for entry in archive.infolist())
+        if size > BYTES_MAX:
+            raise MeshFileError(f"it has {size / 2**20:.0f} MiB to read", path.name, "Export fewer frames, or less of it")
         with np.load(path, allow_pickle=False) as held:
             keys = set(held.files)
-            names = next((n for n in (("vertices", "faces"), ("body", "body_faces")) if set(n) <= keys), None)
+            names = next((pair for pair in FRAME_KEYS if set(pair) <= keys), None)
             if names is None:
                 raise MeshFileError(
                     f"it holds {', '.join(sorted(keys))}",

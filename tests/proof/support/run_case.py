@@ -76,7 +76,8 @@ def run_case(case: Case, tell: Tell, keep: Path | None = None) -> dict[str, Any]
     dressed = dress(panels, body, fabric, settings, case.device)
     dressing = time.perf_counter() - begun
     tell(f"dressed in {dressing:.0f} s")
-    sim, wire = dressed.simulation, Wire(SolverDrape(dressed, body))
+    sim = dressed.simulation
+    wire = Wire(SolverDrape(sim, dressed.pose, dressed.panels.panel_names, body))
     motion = load_motion(case.motion, body)
     leap = leap_towards(dressed.pose, motion.pose(0))
     timeline = Timeline.build(moved(dressed.pose, leap), motion, case)
