@@ -18,7 +18,7 @@ SIZE, COUNT = 0.3, 25
 
 
 def sheets(second):
-    """Two square sheets, one flat in y = 0, the other with heights `second`(distance from a corner, from the middle)."""
+    """Two square sheets: a flat one in y = 0, and one of the heights `second`(distances from corner and middle)."""
     u, v = np.meshgrid(*(np.linspace(0, SIZE, COUNT),) * 2, indexing="ij")
     uv = np.stack([u.ravel(), v.ravel()], axis=1)
     i, j = np.meshgrid(np.arange(COUNT - 1), np.arange(COUNT - 1), indexing="ij")
@@ -51,6 +51,14 @@ def bubble(depth):
     return lambda _, from_middle: 0.02 - (0.02 + depth) * np.exp(-((from_middle / 0.06) ** 2))
 
 
+def flat(from_corner, _):
+    return np.zeros_like(from_corner)
+
+
+def flat_above(from_corner, _):
+    return np.full_like(from_corner, 0.02)
+
+
 @pytest.mark.parametrize("second", [corner(0.01), corner(0.03), bubble(0.005), bubble(0.02)])
 def test_sheets_that_pass_through_each_other_are_drawn_apart(second):
     garment, x = sheets(second)
@@ -74,7 +82,7 @@ def test_sheets_that_pass_through_each_other_are_drawn_apart(second):
 
 def test_sheets_that_cross_from_side_to_side_are_refused_by_triangle():
     """Nothing says which half belongs above."""
-    garment, x = sheets(lambda corner, middle: 0.0 * corner)
+    garment, x = sheets(flat)
     x[COUNT**2 :, 1] = 0.4 * (x[COUNT**2 :, 0] - SIZE / 2)
     sim = build(Scene(garment, x, None, FABRICS["cotton_jersey"], (SelfContact(),)), PRESETS["draft"])
     with pytest.raises(TangledError, match="cross other triangles") as caught:
@@ -86,7 +94,7 @@ def test_sheets_that_cross_from_side_to_side_are_refused_by_triangle():
 
 def over_a_ball(drop):
     """A flat sheet that lies `drop` m below the top of a ball of 100 mm."""
-    garment, x = sheets(lambda corner, middle: 0.0 * corner)
+    garment, x = sheets(flat)
     first = garment.faces[: len(garment.faces) // 2]
     one = Garment(first, garment.uv_corners[: len(first)], np.zeros(len(first), np.int32), COUNT**2)
     x = x[: COUNT**2] - [SIZE / 2, 0, SIZE / 2] + [0, 0.1 - drop, 0]
@@ -123,7 +131,7 @@ def test_a_sheet_through_the_middle_of_a_body_is_refused():
 
 
 def test_what_comes_free_is_left_as_it_is():
-    garment, x = sheets(lambda corner, middle: 0.02 + 0.0 * corner)
+    garment, x = sheets(flat_above)
     sim = build(Scene(garment, x, None, FABRICS["cotton_jersey"], (SelfContact(),)), PRESETS["draft"])
     freed = untangle(sim)
     assert freed.describe() == "the garment came free of the body and of itself"

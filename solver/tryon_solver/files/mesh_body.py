@@ -132,7 +132,7 @@ def _read_npz(path: Path, told: Told, fps: float | None) -> RawFrames:
         with zipfile.ZipFile(path) as archive:
             size = sum(entry.file_size for entry in archive.infolist())
         if size > BYTES_MAX:
-            raise MeshFileError(f"it has {size / 2**20:.0f} MiB to read", path.name, "Export fewer frames, or less of it")
+            raise MeshFileError(f"it has {size / 2**20:.0f} MiB to read", path.name, "Export fewer frames")
         with np.load(path, allow_pickle=False) as held:
             keys = set(held.files)
             names = next((pair for pair in FRAME_KEYS if set(pair) <= keys), None)

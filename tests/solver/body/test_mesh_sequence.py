@@ -15,7 +15,8 @@ def bar(angle):
     turn = quaternions.from_axis_angle(np.array([0.0, 0.0, 1.0]), angle)
     far = points[:, 0] > 0.5
     moved = points.copy()
-    moved[far] = [0.5, 0, 0] + quaternions.rotate(np.tile(turn, (far.sum(), 1)), points[far] - [0.5, 0, 0])
+    hinge = np.array([0.5, 0.0, 0.0])
+    moved[far] = hinge + quaternions.rotate(np.tile(turn, (far.sum(), 1)), points[far] - hinge)
     return moved, far
 
 

@@ -48,7 +48,7 @@ def test_a_unit_that_is_told_but_can_not_be_is_refused():
 @pytest.mark.parametrize("up", AXES)
 @pytest.mark.parametrize("unit", UNITS)
 def test_a_garment_is_read_by_where_its_body_is(strangers, unit, up):
-    x, uv, quads, *_ = strangers.skirt()
+    x, _, quads, *_ = strangers.skirt()
     skin = default_body().rest_vertices
     found = find_for_garment(written(x, unit, up), quads[:, :3], skin, Told(), None, "skirt.obj")
     assert (found.unit, found.up) == (unit, up)
@@ -57,7 +57,7 @@ def test_a_garment_is_read_by_where_its_body_is(strangers, unit, up):
 def test_a_garment_elsewhere_is_refused(strangers):
     x, _, quads, *_ = strangers.skirt()
     with pytest.raises(MeshFileError, match="not where the body is"):
-        find_for_garment(x + [3.0, 0, 0], quads[:, :3], default_body().rest_vertices, Told(), None, "skirt.obj")
+        find_for_garment(x + np.array([3.0, 0, 0]), quads[:, :3], default_body().rest_vertices, Told(), None, "skirt.obj")
 
 
 def test_a_told_unit_is_not_doubted_but_checked(strangers):

@@ -60,7 +60,7 @@ def triangle(**changes):
         "bufferViews": [{"buffer": 0, "byteLength": points.nbytes}],
         "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
         "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
-        "nodes": [{"mesh": 0, "scale": [2, 2, 2], "translation": [0, 0, 5], "rotation": [0, 0, 0.70710678, 0.70710678]}],
+        "nodes": [{"mesh": 0, "scale": [2, 2, 2], "translation": [0, 0, 5], "rotation": [0, 0, 0.5**0.5, 0.5**0.5]}],
     }
     return glb(document | changes, points.tobytes())
 

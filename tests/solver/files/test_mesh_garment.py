@@ -22,7 +22,7 @@ def obj(vertices, faces, uv=None, lines=()):
         text += ["f " + " ".join(f"{v + 1}/{v + 1}" for v in face) for face in faces]
     else:
         text += ["f " + " ".join(str(v + 1) for v in face) for face in faces]
-    text += ["l {} {}".format(a + 1, b + 1) for a, b in lines]
+    text += [f"l {a + 1} {b + 1}" for a, b in lines]
     return parse_obj("\n".join(text), "cloth.obj")
 
 
@@ -119,7 +119,7 @@ def test_triangles_are_turned_alike_and_twins_left_out():
 
 def test_vertices_inside_a_layer_are_not_welded_to_another():
     """Two sheets that touch in their middles stay two: only open edges are joined."""
-    above = GRID + [0, 0, 0.05]
+    above = GRID + np.array([0, 0, 0.05])
     above[4] = GRID[4]
     both = np.vstack([GRID, above])
     garment = make_garment(obj(both, [*CELLS, *(np.array(CELLS) + 9).tolist()]), METRES)
@@ -129,7 +129,6 @@ def test_vertices_inside_a_layer_are_not_welded_to_another():
 @pytest.mark.parametrize(
     ("raw", "words"),
     [
-        (obj([*GRID, [0.05, 0.05, 0.1]], [*CELLS, [0, 1, 9], [1, 0, 9]][:5] + [[0, 1, 9]]), None),
         (obj([*GRID, [0.15, 0.05, 0.1]], [*CELLS, [1, 4, 9]]), "more than two"),
         (obj([*GRID, [0.05, 0.0, 0.0]], [*CELLS, [0, 9, 1]]), "no area"),
         (obj(GRID, CELLS, None, [(0, 1)]), "corners of one triangle"),
@@ -137,9 +136,6 @@ def test_vertices_inside_a_layer_are_not_welded_to_another():
     ],
 )
 def test_what_is_no_cloth_is_refused_by_triangle(raw, words):
-    if words is None:
-        make_garment(raw, METRES)
-        return
     with pytest.raises(MeshFileError, match=words) as caught:
         make_garment(raw, METRES)
     assert "cloth.obj" in caught.value.place

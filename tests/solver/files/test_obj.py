@@ -24,7 +24,8 @@ def test_indices_count_backwards_and_lines_go_on():
 
 
 def test_groups_lines_and_everything_else():
-    text = "mtllib a.mtl\no shirt\n" + SQUARE + "vn 0 0 1\ns 1\nusemtl a\nf 1//1 2//1 3//1\ng sleeve\nf 1 3 4\nl 2 4 1\n"
+    text = "mtllib a.mtl\no shirt\n" + SQUARE + "vn 0 0 1\ns 1\nusemtl a\nf 1//1 2//1 3//1\n"
+    text += "g sleeve\nf 1 3 4\nl 2 4 1\n"
     mesh = parse_obj(text)
     assert mesh.part_names == ("shirt", "sleeve")
     assert mesh.part_of_face.tolist() == [0, 1]
