@@ -57,7 +57,7 @@ def test_a_garment_is_read_by_where_its_body_is(strangers, unit, up):
 def test_a_garment_elsewhere_is_refused(strangers):
     x, _, quads, *_ = strangers.skirt()
     with pytest.raises(MeshFileError, match="not where the body is"):
-        find_for_garment(x + np.array([3.0, 0, 0]), quads[:, :3], default_body().rest_vertices, Told(), None, "skirt.obj")
+        find_for_garment(np.add(x, [3.0, 0, 0]), quads[:, :3], default_body().rest_vertices, Told(), None, "skirt.obj")
 
 
 def test_a_told_unit_is_not_doubted_but_checked(strangers):
