@@ -4,4 +4,5 @@ export type { Link } from "./connection.ts";
 export { GarmentScene, type Shape } from "./garment_scene.ts";
 export { PaceMeter, RateMeter } from "./meters.ts";
 export { Api, RequestError, type Fabric, type Garment, type Motion, type SessionInfo, type SessionWish } from "./rest.ts";
+export { Wearer, type Tracking, type TrackedFrame } from "./wearer.ts";
 export type { FrameFigures } from "./worker_messages.ts";

@@ -8,7 +8,8 @@ export class Figure {
   readonly object = new THREE.Group();
   readonly fabric = new FabricMaterial();
   private readonly skin = skinMaterial();
-  private readonly body = new THREE.Mesh(new THREE.BufferGeometry(), this.skin);
+  private readonly occluder = new THREE.MeshBasicMaterial({ colorWrite: false });
+  private readonly body = new THREE.Mesh<THREE.BufferGeometry, THREE.Material>(new THREE.BufferGeometry(), this.skin);
   private readonly cloth = new THREE.Mesh(new THREE.BufferGeometry(), this.fabric.material);
   private readonly seams = new THREE.LineSegments(new THREE.BufferGeometry(), this.fabric.seam);
   private readonly parts = [this.body, this.cloth, this.seams];
@@ -31,6 +32,16 @@ export class Figure {
   /** Whether there is anything to see. */
   get shown(): boolean {
     return this.body.visible;
+  }
+
+  /**
+   * With `real` the body is there in flesh and blood: the one drawn here shows nothing and only hides what is behind it,
+   * in the pose of the frame on show, which is the one the garment belongs to.
+   */
+  occlude(real: boolean): void {
+    this.body.material = real ? this.occluder : this.skin;
+    this.body.renderOrder = real ? -1 : 0;
+    this.body.castShadow = !real;
   }
 
   /**

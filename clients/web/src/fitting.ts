@@ -1,5 +1,5 @@
 import { Api, Client, RequestError, type Fabric, type Garment, type Link, type Motion, type SessionInfo, type SessionWish } from "@tryon/core";
-import type { ErrorMessage, ReportMessage, StatusMessage } from "@tryon/protocol";
+import type { ErrorMessage, ReportMessage, StatusMessage, WelcomeMessage } from "@tryon/protocol";
 
 import type { Notice } from "./notice.ts";
 
@@ -8,6 +8,8 @@ export interface FittingView {
   /** the page is busy before there is a link to speak of */
   busy(sentence: string): void;
   link(link: Link): void;
+  /** a connection begins: what was announced on an earlier one is forgotten */
+  welcomed(welcome: WelcomeMessage): void;
   status(status: StatusMessage): void;
   report(report: ReportMessage): void;
   notice(notice: Notice): void;
@@ -39,6 +41,7 @@ export class Fitting {
   private wish: SessionWish = { garment: "", motion: null, fabric: null, preset: null };
   private link: Link = { state: "connecting" };
   private playing = true;
+  private motionBefore: string | null = null;
   private opening = 0;
 
   constructor(
@@ -80,6 +83,13 @@ export class Fitting {
     this.wish = { ...this.wish, motion };
     this.view.choices(this.catalogue, this.wish);
     this.client?.send({ type: "set_motion", motion, request: null });
+  }
+
+  /** The body follows the poses that this page sends, or again the motion it followed before. */
+  followWearer(wearer: boolean): void {
+    if (wearer) this.motionBefore = this.wish.motion;
+    this.client?.send({ type: "set_motion", motion: wearer ? null : this.motionBefore, request: null });
+    if (wearer && !this.playing) this.client?.send({ type: "play", request: null });
   }
 
   /** Sews the garment from another fabric. */
@@ -169,7 +179,7 @@ export class Fitting {
         this.link = link;
         this.view.link(link);
       },
-      welcome: () => undefined,
+      welcome: (welcome) => this.view.welcomed(welcome),
       status: (status) => this.follow(status),
       report: (report) => this.view.report(report),
       error: (error) => this.fault(error),

@@ -1,5 +1,6 @@
 import { Api, RateMeter, steadyNow, type Fabric } from "@tryon/core";
 
+import { Ar } from "./ar.ts";
 import { Choices } from "./choices.ts";
 import { byId, setText } from "./dom.ts";
 import { colourOf, lookOf } from "./fabrics.ts";
@@ -33,6 +34,8 @@ class Studio implements FittingView {
   private readonly drawn = new RateMeter();
   private readonly fitting: Fitting;
   private readonly panel: Choices;
+  private readonly ar: Ar;
+  private subject: string | undefined;
   private fabric: Fabric | undefined;
   private colour: string | undefined;
   private readonly play = byId("play", HTMLButtonElement);
@@ -51,6 +54,13 @@ class Studio implements FittingView {
         this.dress();
       },
       preset: (name) => void this.fitting.detail(name),
+    });
+    this.ar = new Ar(this.stage, this.figure, {
+      client: () => this.fitting.client,
+      subject: () => this.subject,
+      follow: (wearer) => this.fitting.followWearer(wearer),
+      drawn: () => this.noteDrawn(steadyNow()),
+      failed: (why) => this.board.show({ title: "AR could not be entered", message: why }),
     });
     new Upload((file) => this.fitting.add(file));
     this.play.addEventListener("click", () => this.fitting.togglePlay());
@@ -71,7 +81,7 @@ class Studio implements FittingView {
 
   private readonly draw = (): void => {
     const { client } = this.fitting;
-    if (client) {
+    if (client && !this.stage.presenting) {
       client.scene.take();
       if (this.figure.update(client.scene)) {
         this.stage.invalidate();
@@ -84,12 +94,16 @@ class Studio implements FittingView {
       }
     }
     const now = steadyNow();
-    if (this.stage.draw(now) && client) {
-      this.drawn.tick(now);
-      this.readout.drawn(client, this.drawn.rate(now));
-    }
+    if (this.stage.draw(now)) this.noteDrawn(now);
     requestAnimationFrame(this.draw);
   };
+
+  private noteDrawn(now: number): void {
+    const { client } = this.fitting;
+    if (!client) return;
+    this.drawn.tick(now);
+    this.readout.drawn(client, this.drawn.rate(now));
+  }
 
   private dress(): void {
     if (!this.fabric) return;
@@ -109,6 +123,11 @@ class Studio implements FittingView {
     this.statusLine.setLink(link);
     this.play.disabled = link.state === "connecting" || link.state === "reconnecting";
     if (link.state === "closed") this.showPlaying(false, "Start again");
+  }
+
+  welcomed(...[welcome]: Parameters<FittingView["welcomed"]>): void {
+    this.subject = welcome.subjects[0];
+    this.ar.welcomed();
   }
 
   status(...[status]: Parameters<FittingView["status"]>): void {

@@ -142,7 +142,43 @@ export class Stage {
     this.invalidate();
   }
 
+  /** Whether a headset shows the scene instead of the canvas. */
+  get presenting(): boolean {
+    return this.renderer.xr.isPresenting;
+  }
+
+  /**
+   * Shows the scene in a headset, over the room and without what belongs to the page's picture, until `leave`.
+   * @param each called before each picture, with the session's space, whose floor is at 0
+   */
+  async present(session: XRSession, each: (frame: XRFrame, space: XRReferenceSpace) => void): Promise<void> {
+    const { xr } = this.renderer;
+    xr.enabled = true;
+    xr.setReferenceSpaceType("local-floor");
+    await xr.setSession(session);
+    this.scene.background = null;
+    this.floor.object.visible = false;
+    this.renderer.setAnimationLoop((_time: number, frame?: XRFrame) => {
+      const space = xr.getReferenceSpace();
+      if (frame && space) each(frame, space);
+      this.renderer.render(this.scene, this.camera);
+    });
+  }
+
+  /** Gives the scene back to the canvas, once the headset's session has ended. */
+  leave(): void {
+    this.renderer.setAnimationLoop(null);
+    this.renderer.xr.enabled = false;
+    this.scene.background = BACKGROUND;
+    this.floor.object.visible = true;
+    this.drawnRatio = NaN;
+    this.camera.scale.set(1, 1, 1);
+    this.resize();
+    this.resetView();
+  }
+
   private resize(): void {
+    if (this.presenting) return;
     const width = Math.max(1, this.canvas.clientWidth);
     const height = Math.max(1, this.canvas.clientHeight);
     this.renderer.setSize(width, height, false);
@@ -153,6 +189,7 @@ export class Stage {
 
   /** Draws if anything changed since the last picture; returns whether it drew. @param nowMs any steady clock */
   draw(nowMs: number): boolean {
+    if (this.presenting) return false;
     this.followWearer((nowMs - this.lastMs) / 1000);
     this.lastMs = nowMs;
     this.controls.update();

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 import numpy as np
@@ -41,9 +41,12 @@ def launch(path: str) -> Iterator[Browser]:
         browser.close()
 
 
-def open_page(browser: Browser, url: str, width: int = 860, height: int = 620) -> Page:
-    """A page in a profile of its own, whose uncaught errors are collected in ``page.faults``."""
+def open_page(browser: Browser, url: str, width: int = 860, height: int = 620, scripts: Sequence[str] = ()) -> Page:
+    """A page in a profile of its own, whose uncaught errors are collected in ``page.faults``; ``scripts`` run in it
+    before its own."""
     page = browser.new_context(viewport={"width": width, "height": height}).new_page()
+    for script in scripts:
+        page.add_init_script(script)
     page.set_default_timeout(PATIENCE)
     page.faults = []
     page.on("pageerror", lambda error: page.faults.append(str(error)))

@@ -61,14 +61,14 @@ def free_port() -> int:
 class Studio:
     """The server. ``url`` is the page's address; it stays the same over ``kill`` and ``start``."""
 
-    def __init__(self, folder: Path, web: Path) -> None:
+    def __init__(self, folder: Path, web: Path, workshop: str = "dress_form") -> None:
         self.port = free_port()
         demo = folder / "demo"
         demo.mkdir()
         for name in ("tshirt", "cape"):
             (demo / f"{name}.json").write_text(json.dumps(pattern(60.0 if name == "tshirt" else 90.0)))
         self.url = f"http://127.0.0.1:{self.port}/"
-        self._command = [sys.executable, __file__, str(self.port), str(folder), str(web)]
+        self._command = [sys.executable, __file__, str(self.port), str(folder), str(web), workshop]
         self._log = (folder / "server.log").open("w")
         self.start()
 
@@ -91,7 +91,7 @@ class Studio:
         self._process.wait()
 
 
-def serve(port: int, folder: Path, web: Path) -> None:
+def serve(port: int, folder: Path, web: Path, workshop: str) -> None:
     """Body of the server's process."""
     from tryon_server.app import create_app
     from tryon_server.runtime.interface import Catalogue, Device, FabricEntry, MotionEntry, Runtime
@@ -102,7 +102,7 @@ def serve(port: int, folder: Path, web: Path) -> None:
 
     def runtime(_settings: Settings) -> Runtime:
         return Runtime(
-            placement=LocalProcesses(Workshop("dress_form:build", "dress_form:load_motion")),
+            placement=LocalProcesses(Workshop(f"{workshop}:build", f"{workshop}:load_motion")),
             catalogue=Catalogue(
                 motions=(MotionEntry("walk", 4.0), MotionEntry("turn", 4.0)),
                 fabrics=tuple(FabricEntry(name, 0.2, 5e-4, 1.1, colour) for name, colour in FABRICS.items()),
@@ -111,9 +111,10 @@ def serve(port: int, folder: Path, web: Path) -> None:
             devices=lambda: (Device("cpu", "the test's processor", None),),
         )
 
-    settings = Settings(data_dir=folder / "data", frames_per_second=20.0, session_grace_seconds=20.0, warm=False)
+    rate = 20.0 if workshop == "dress_form" else 60.0  # who follows a wearer in real time needs more
+    settings = Settings(data_dir=folder / "data", frames_per_second=rate, session_grace_seconds=20.0, warm=False)
     Server(create_app(settings, runtime, patterns=folder / "demo", web=web)).run([listen("127.0.0.1", port)])
 
 
 if __name__ == "__main__":
-    serve(int(sys.argv[1]), Path(sys.argv[2]), Path(sys.argv[3]))
+    serve(int(sys.argv[1]), Path(sys.argv[2]), Path(sys.argv[3]), sys.argv[4])
