@@ -6,11 +6,12 @@ from pathlib import Path
 
 from tryon_server.problems import ProblemError, problem_error
 from tryon_server.runtime.interface import MotionEntry
-from tryon_solver.body.bvh import BvhError, parse_bvh
+from tryon_solver.body.bvh import BvhError, find_units, parse_bvh
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion, MotionError
 from tryon_solver.body.retarget import retarget
-from tryon_solver.body.skeletons import RetargetError
+from tryon_solver.body.skeletons import RetargetError, find_parts
+from tryon_solver.body.standing_rest import with_standing_rest
 
 MOTION_FOLDER = Path(__file__).parent.parent / "demo" / "motions"
 
@@ -22,7 +23,12 @@ def list_motions(folder: Path = MOTION_FOLDER) -> tuple[MotionEntry, ...]:
 
 
 def load_motion(name: str, body: BodyModel) -> Motion:
-    """The motion of this name, or in this BVH file, for this body.
+    """The motion of this name, or in this BVH file, for this body. Raises ProblemError."""
+    return read_motion(name, body)[0]
+
+
+def read_motion(name: str, body: BodyModel) -> tuple[Motion, tuple[str, ...]]:
+    """The motion of this name, or in this BVH file, for this body; and what had to be found out about the file.
 
     Raises:
         ProblemError: there is none, or it is no motion for this body.
@@ -31,8 +37,12 @@ def load_motion(name: str, body: BodyModel) -> Motion:
     if not path.is_file():
         path = Path(name)
     try:
-        clip = parse_bvh(path.read_text(encoding="utf-8", errors="replace"), name=path.stem)
-        return retarget(clip, body)
+        text = path.read_text(encoding="utf-8", errors="replace")
+        units, unit = find_units(text)
+        clip = parse_bvh(text, units, path.stem)
+        _, rest = with_standing_rest(clip, find_parts(clip.joint_names, clip.parents))
+        notes = (f"units: {unit}, in which its poses are a human's", *([rest] if rest else []))
+        return retarget(clip, body), notes
     except OSError as error:
         known = ", ".join(entry.stem for entry in sorted(MOTION_FOLDER.glob("*.bvh")))
         raise problem_error(

@@ -6,7 +6,7 @@ import json
 import math
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from tryon_server.problems import ProblemError, problem_error
 from tryon_server.runtime.bodies import load_body, moves_itself
 from tryon_server.runtime.drape import Drape, Progress
 from tryon_server.runtime.kernel_news import kernel_news
-from tryon_server.runtime.motions import load_motion
+from tryon_server.runtime.motions import read_motion
 from tryon_server.runtime.order import DrapeOrder
 from tryon_server.runtime.production import SolverDrape, build_drape
 from tryon_server.runtime.sources import approach_seconds, leap_towards, moved
@@ -93,7 +93,9 @@ def simulate(order: DrapeOrder, motion: str | None, seconds: float | None, fps: 
         raise problem_error(
             "motion.two", "the body is a moving mesh, which brings its motion", "Leave --motion out", place="motion"
         )
-    played = None if motion is None else load_motion(motion, load_body(order.body))  # what is wrong is said at once
+    played, found = None, ()
+    if motion is not None:
+        played, found = read_motion(motion, load_body(order.body))  # what is wrong is said at once
     with kernel_news(lambda what: progress(what, None)):
         drape = build_drape(order, progress)
         own = drape.own_motion
@@ -116,7 +118,8 @@ def simulate(order: DrapeOrder, motion: str | None, seconds: float | None, fps: 
             progress("Moving into the first pose", k / steps)
             t = lead.duration * k / steps
             _advance(drape, lead.sample(t), t)
-        return _record(drape, lead.duration, lambda t: played.sample(t, loop=loop), seconds, fps, progress)
+        recording = _record(drape, lead.duration, lambda t: played.sample(t, loop=loop), seconds, fps, progress)
+        return replace(recording, notes=(*(f"motion: {note}" for note in found), *recording.notes))
 
 
 def _record(

@@ -3,7 +3,8 @@
 A joint turns by the product of its rotation channels in the order written, `R = R_1 R_2 R_3` (so "Zrotation Yrotation
 Xrotation" means Rz Ry Rx), degrees. Position channels replace the joint's OFFSET, axis by axis. With all channels zero
 the skeleton stands in its rest pose, and every joint's rotation is relative to that. BVH has no unit: centimetres
-unless told otherwise, and a skeleton that comes out no size of a human is refused rather than guessed at.
+unless told otherwise, and a skeleton that comes out no size of a human is refused rather than guessed at; `find_units`
+finds the one unit in which its poses are a human's.
 Format: M. Meredith and S. Maddock, "Motion capture file formats explained", University of Sheffield, CS-01-11.
 """
 
@@ -11,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -19,6 +20,9 @@ from tryon_solver.body import quaternions
 
 CENTIMETRES = 100.0  # units per metre
 SMALLEST, LARGEST = 0.5, 3.0  # m, plausible extent of a human skeleton in its rest pose
+HUMAN = (1.15, 2.3)  # m, largest extent of a human's joints in a tall pose: height, arm span, arms up
+TALL_SHARE = 90.0  # per cent of the poses are no larger than a tall one
+FRAMES_MEASURED = 100
 KNOWN_UNITS = (
     (1.0, "metres"),
     (10.0, "decimetres"),
@@ -72,6 +76,25 @@ class BvhClip:
         return positions, rotations
 
 
+def find_units(text: str) -> tuple[float, str]:
+    """Units per metre of a BVH file's text, and their name: those in which its tall poses are a human's.
+
+    Poses are looked at, not the rest pose, which may be a heap of bones. Raises BvhError when no unit fits.
+    """
+    clip = _read(text, 1.0, "clip")
+    frames = np.unique(np.linspace(0, clip.frame_count - 1, FRAMES_MEASURED).round().astype(int))
+    positions, _ = replace(clip, positions=clip.positions[frames], rotations=clip.rotations[frames]).world()
+    size = float(np.percentile(np.ptp(positions, axis=1).max(axis=1), TALL_SHARE))
+    fitting = [(units, name) for units, name in KNOWN_UNITS if HUMAN[0] <= size / units <= HUMAN[1]]
+    if len(fitting) != 1:
+        names = ", ".join(name for _, name in KNOWN_UNITS)
+        raise BvhError(
+            f"its tall poses measure {size:.4g} units, which is a human's {HUMAN[0]} to {HUMAN[1]} m in "
+            f"{'none' if not fitting else 'more than one'} of {names}; export it in one of these"
+        )
+    return fitting[0]
+
+
 @dataclass
 class _Joint:
     """A joint while its braces are read."""
@@ -84,13 +107,22 @@ class _Joint:
     end: list[float] | None = None
 
 
-def parse_bvh(text: str, units_per_metre: float = CENTIMETRES, name: str = "clip") -> BvhClip:
+def parse_bvh(text: str, units_per_metre: float | None = CENTIMETRES, name: str = "clip") -> BvhClip:
     """Read a BVH file's text. Raises BvhError naming the line and the remedy.
 
-    `units_per_metre`: 100 when the file is in centimetres (the usual), 1 for metres, 39.37 for inches.
+    `units_per_metre`: 100 when the file is in centimetres (the usual), 1 for metres, 39.37 for inches; None for those
+    of `find_units`.
     """
+    if units_per_metre is None:
+        return _read(text, find_units(text)[0], name)
     if not (math.isfinite(units_per_metre) and units_per_metre > 0.0):
         raise BvhError(f"units_per_metre is {units_per_metre}; give a positive number, 100 for centimetres")
+    clip = _read(text, units_per_metre, name)
+    _refuse_implausible_size(clip, units_per_metre)
+    return clip
+
+
+def _read(text: str, units_per_metre: float, name: str) -> BvhClip:
     lines = _numbered(text)
     joints = _parse_hierarchy(lines)
     values, dt = _parse_motion(lines, sum(len(joint.channels) for joint in joints))
@@ -110,9 +142,7 @@ def parse_bvh(text: str, units_per_metre: float = CENTIMETRES, name: str = "clip
             else:
                 turn = quaternions.from_axis_angle(np.eye(3)[axis], np.radians(track))
                 rotations[:, index] = quaternions.multiply(rotations[:, index], turn)
-    clip = BvhClip(tuple(joint.name for joint in joints), parents, offsets, end_sites, positions, rotations, dt, name)
-    _refuse_implausible_size(clip, units_per_metre)
-    return clip
+    return BvhClip(tuple(joint.name for joint in joints), parents, offsets, end_sites, positions, rotations, dt, name)
 
 
 def _numbered(text: str) -> Iterator[tuple[int, list[str]]]:

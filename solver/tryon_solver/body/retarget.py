@@ -3,7 +3,8 @@
 Every part of the body is turned as its counterpart is turned away from its own rest pose, corrected by the turn that
 takes our rest direction of the limb to the source's: `W_ours = W_source C`, `C d_ours = d_source`. So T, A and
 legs-spread rest poses all serve, the limbs point where the source's point, and our own bone lengths stay. Trunk and
-head need no such correction, since rest poses agree on what upright is.
+head need no such correction, since rest poses agree on what upright is; where a file's does not stand at all, one of
+its frames is taken for it (standing_rest.py).
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from tryon_solver.body.feet import foot_correction, lowest_sole_point
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion, ease
 from tryon_solver.body.skeletons import SIDES, RetargetError, SkeletonParts, find_parts
+from tryon_solver.body.standing_rest import with_standing_rest
 
 ARM_CLEARANCE_DEGREES = 18.0  # below 17 our upper arm and trunk cross at the armpit
 SHORTEST_BONE = 0.01  # m, a direction is not read off anything shorter
@@ -38,6 +40,7 @@ def retarget(
     `names`: see skeletons.find_parts. Raises RetargetError naming a missing joint.
     """
     parts = find_parts(clip.joint_names, clip.parents, names)
+    clip, _ = with_standing_rest(clip, parts)
     source = _Source(clip, parts)
     rest = {name: model.rest_joints[k] for k, name in enumerate(model.joint_names)}
     _refuse_other_rigs(rest)
