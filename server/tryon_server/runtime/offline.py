@@ -21,7 +21,7 @@ from tryon_server.runtime.motions import read_motion
 from tryon_server.runtime.order import DrapeOrder
 from tryon_server.runtime.production import SolverDrape, build_drape
 from tryon_server.runtime.sources import approach_seconds, leap_towards, moved
-from tryon_solver.body.motion import blend_in
+from tryon_solver.body.motion import Motion, blend_in
 
 LOWEST_FPS = 11.0  # the solver bridges at most 0.1 s at a time
 STILL_SECONDS = 2.0  # how long a body without a motion is simulated when nobody says how long
@@ -93,7 +93,8 @@ def simulate(order: DrapeOrder, motion: str | None, seconds: float | None, fps: 
         raise problem_error(
             "motion.two", "the body is a moving mesh, which brings its motion", "Leave --motion out", place="motion"
         )
-    played, found = None, ()
+    played: Motion | None = None
+    found: tuple[str, ...] = ()
     if motion is not None:
         played, found = read_motion(motion, load_body(order.body))  # what is wrong is said at once
     with kernel_news(lambda what: progress(what, None)):
