@@ -20,6 +20,7 @@ import os
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -33,6 +34,9 @@ sys.path[:0] = OURS  # this checkout is judged, whatever is installed
 from case import GARMENTS, MOTIONS, Case, LiveCase, case_of  # noqa: E402
 from pool import Pool  # noqa: E402
 from table import markdown  # noqa: E402
+
+ONCE = 0.0  # s, as Case has it
+STRANGE_SECONDS = 3.0  # s of walk and squat for a stranger's pattern
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -62,6 +66,7 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
     add("--presets", nargs="+", help="draft, live, fit (live; with --server draft)")
     add("--edges", nargs="+", type=float, default=[0.018], metavar="M", help="edge lengths [m]; not with --server")
     add("--devices", nargs="+", default=["cpu"], help="cpu, cuda:0, ...")
+    add("--strangers", type=Path, metavar="FOLDER", help="also the T-shirt in every BVH file there, and every pattern")
     add("--fabric", default="cotton_jersey")
     add("--fps", type=float, default=60.0)
     add("--lead", type=float, default=1.0, metavar="S", help="time in which the body is led into the motion [s]")
@@ -94,15 +99,24 @@ def setting(text: str) -> tuple[str, float | int | str]:
 
 
 def cases(options: argparse.Namespace) -> list[Case]:
-    """Every combination, to be simulated in process."""
+    """Every combination, to be simulated in process, and the strangers' files."""
     o = options
-    times = (o.fps, o.lead, o.seconds, o.stopping, o.standing, o.every, tuple(o.set))
-    return [
-        Case(garment, motion, o.fabric, preset, device, edge, *times)
-        for garment, motion, preset, edge, device in itertools.product(
-            o.garments, o.motions, o.presets, o.edges, o.devices
-        )
-    ]
+
+    def every(garments: Sequence[str], motions: Sequence[str], seconds: float) -> list[Case]:
+        times = (o.fps, o.lead, seconds, o.stopping, o.standing, o.every, tuple(o.set))
+        return [
+            Case(garment, motion, o.fabric, preset, device, edge, *times)
+            for garment, motion, preset, edge, device in itertools.product(
+                garments, motions, o.presets, o.edges, o.devices
+            )
+        ]
+
+    found = every(o.garments, o.motions, o.seconds)
+    if o.strangers:
+        found += every(["tshirt"], sorted(str(path) for path in o.strangers.rglob("*.bvh")), ONCE)
+        patterns = sorted(str(path) for path in o.strangers.rglob("*_specification.json"))
+        found += every(patterns, ["walk", "squat"], STRANGE_SECONDS)
+    return found
 
 
 def live_cases(options: argparse.Namespace, address: str) -> list[LiveCase]:
