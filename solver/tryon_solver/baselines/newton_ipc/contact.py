@@ -1,0 +1,159 @@
+"""Barrier and friction of METHOD.md sections 5 and 6, over all pairs at once, in float64.
+
+Potential of a pair: e kappa b(d - xi). Lagged, as in the solver: the fade e of nearly parallel edges, and for friction
+the normal force, the normal and the closest points. What is lagged is made afresh in every Newton iteration.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tryon_solver.baselines.newton_ipc.discrete import Discrete
+from tryon_solver.baselines.newton_ipc.distance import (
+    EDGE_EDGE,
+    Closest,
+    closest,
+    distance_gradient,
+    distance_hessian,
+)
+from tryon_solver.baselines.newton_ipc.search import Stencils
+
+
+def barrier(g: np.ndarray, g_hat: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """b, b', b'' [m^2, m, -] of gaps g < g_hat [m]."""
+    reach, log = g - g_hat, np.log(g / g_hat)
+    ratio = reach / g
+    return -(reach**2) * log, -2 * reach * log - reach * ratio, -2 * log - 4 * ratio + ratio**2
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Stencils within reach of the barrier. `kappa` (P,) N/m with the fade e in it, gaps `g` and `g_hat` (P,) m."""
+
+    kinds: np.ndarray
+    ids: np.ndarray
+    at: Closest
+    kappa: np.ndarray
+    g: np.ndarray
+    g_hat: np.ndarray
+    mu: np.ndarray
+    corners: np.ndarray  # (P, 4, 3) m
+
+    @property
+    def energy(self) -> float:
+        """J."""
+        return float((self.kappa * barrier(self.g, self.g_hat)[0]).sum())
+
+    @property
+    def force(self) -> np.ndarray:
+        """(P,) N, normal forces: -kappa b'."""
+        return -self.kappa * barrier(self.g, self.g_hat)[1]
+
+    def gradient(self) -> np.ndarray:
+        """(P, 12) N."""
+        return -self.force[:, None] * distance_gradient(self.at)
+
+    def hessian(self, clamped: bool) -> np.ndarray:
+        """(P, 12, 12) N/m; `clamped` to its positive semidefinite part pair by pair."""
+        slope = distance_gradient(self.at)
+        stiff = self.kappa * barrier(self.g, self.g_hat)[2]
+        hessian = stiff[:, None, None] * slope[:, :, None] * slope[:, None, :]
+        hessian -= self.force[:, None, None] * distance_hessian(self.at, self.corners)
+        return positive_part(hessian) if clamped else hessian
+
+
+def positive_part(hessians: np.ndarray) -> np.ndarray:
+    """(P, n, n) with negative eigenvalues set to zero."""
+    values, vectors = np.linalg.eigh(hessians)
+    return np.einsum("pik,pk,pjk->pij", vectors, np.maximum(values, 0), vectors)
+
+
+def fades(discrete: Discrete, stencils: Stencils, x: np.ndarray) -> np.ndarray:
+    """(S,) e = (2 - c/eps) c/eps below eps, else 1, with c = |e_a x e_b|^2; 1 for a point and a triangle."""
+    corner = x[stencils.ids]
+    c = (np.cross(corner[:, 1] - corner[:, 0], corner[:, 3] - corner[:, 2]) ** 2).sum(1)
+    with_body = (stencils.ids >= discrete.cloth_count).any(1)
+    eps = np.where(with_body, discrete.contact.eps_body, discrete.contact.eps_self)
+    share = np.minimum(c / eps, 1.0)
+    return np.where(stencils.kinds == EDGE_EDGE, (2 - share) * share, 1.0)
+
+
+def pairs_at(discrete: Discrete, stencils: Stencils, fade: np.ndarray, x: np.ndarray) -> Pairs:
+    """The pairs among the stencils at x (A, 3) m; raises ValueError when one is at or under its offset."""
+    n, sizes = discrete.cloth_count, discrete.contact
+    ids = stencils.ids
+    cloth = ids < n
+    with_body = ~cloth.all(1)
+    xi = np.where(with_body, sizes.xi_body, sizes.xi_self)
+    padded_reach = np.append(sizes.reach, np.inf)
+    nearest = padded_reach[np.where(cloth, ids, n)].min(1)
+    g_hat = np.where(with_body, sizes.d_hat, np.minimum(sizes.d_hat, 0.5 * nearest - xi))
+    at = closest(stencils.kinds, x[ids])
+    g = at.d - xi
+    if (g <= 0).any():
+        raise ValueError(f"a pair is {1e6 * -g.min():.3f} micrometres under its offset")
+    near = g < g_hat
+    area = (np.append(sizes.area, 0.0)[np.where(cloth, ids, n)]).sum(1) / np.maximum(cloth.sum(1), 1)
+    kappa = fade * 0.25 * sizes.pressure_stiffness * area
+    mu = np.where(with_body, discrete.mu_body, discrete.mu_self)
+    kept = Closest(at.d[near], at.lam[near], at.normal[near], at.rates[near])
+    return Pairs(
+        stencils.kinds[near], ids[near], kept, kappa[near], g[near], g_hat[near], mu[near], x[ids[near]]
+    )
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Lagged friction: `ids` (P, 4), weights `lam` (P, 4), tangential projectors `across` (P, 3, 3), Coulomb forces
+    `limit` (P,) N, static slip s m."""
+
+    ids: np.ndarray
+    lam: np.ndarray
+    across: np.ndarray
+    limit: np.ndarray
+    static: float
+
+    @staticmethod
+    def at(pairs: Pairs, static: float) -> Friction:
+        """Made of the pairs' normal forces."""
+        n = pairs.at.normal
+        across = np.eye(3) - n[:, :, None] * n[:, None, :]
+        return Friction(pairs.ids, pairs.at.lam, across, pairs.mu * pairs.force, static)
+
+    def slip(self, moved: np.ndarray) -> np.ndarray:
+        """(P, 3) m for displacements (A, 3) m since the start of the step."""
+        return np.einsum("pde,pi,pie->pd", self.across, self.lam, moved[self.ids])
+
+    def energy(self, moved: np.ndarray) -> float:
+        """sum mu N f0(|u|) [J], f0' = f1."""
+        s = self.static
+        y = np.linalg.norm(self.slip(moved), axis=1)
+        inside = np.minimum(y, s)
+        f0 = inside**2 * (1 - inside / (3 * s)) / s + s / 3 + (y - inside)
+        return float((self.limit * f0).sum())
+
+    def gradient(self, moved: np.ndarray) -> np.ndarray:
+        """(P, 12) N."""
+        u = self.slip(moved)
+        y = np.linalg.norm(u, axis=1)
+        force = (self.limit * self._secant(y))[:, None] * u
+        return np.einsum("pi,pd->pid", self.lam, force).reshape(-1, 12)
+
+    def hessian(self, moved: np.ndarray) -> np.ndarray:
+        """(P, 12, 12) N/m: mu N (f1/y (T - t t^T) + f1' t t^T), positive semidefinite as it is."""
+        u = self.slip(moved)
+        y = np.linalg.norm(u, axis=1)
+        t = u / np.maximum(y, 1e-300)[:, None]
+        tt = t[:, :, None] * t[:, None, :]
+        secant = self._secant(y)
+        rise = np.where(y < self.static, 2 * (1 - y / self.static) / self.static, 0.0)
+        matrix = secant[:, None, None] * (self.across - tt) + rise[:, None, None] * tt
+        matrix *= self.limit[:, None, None]
+        return np.einsum("pi,pj,pde->pidje", self.lam, self.lam, matrix).reshape(-1, 12, 12)
+
+    def _secant(self, y: np.ndarray) -> np.ndarray:
+        """f1(y)/y [1/m]."""
+        s = self.static
+        return np.where(y < s, (2 - y / s) / s, 1 / np.maximum(y, s))
