@@ -44,6 +44,11 @@ class Settings:
 
     A tenth of friction's `eps_v`: what sticks creeps at less than that, and a looser stop leaves its force unbuilt.
     """
+    contact_passes: int = 1
+    """How often a step makes the contact proxy, solves and corrects, at most; each time from where the last one ended.
+
+    More than one repeats until a correction ends below its tolerance: the step of the full energy, whatever it costs.
+    """
     d_hat: float = 2e-3
     """Gap at which contact begins to act [m]."""
     body_offset: float = 1.5e-3
@@ -101,6 +106,7 @@ class Settings:
             "outer_iterations",
             "correction_iterations",
             "correction_pcg_iterations",
+            "contact_passes",
             "history",
             "most_substeps",
             "searches",

@@ -155,6 +155,7 @@ class Simulation:
         self.x_listed = wp.clone(x)  # where the candidates' distances were last brought up to
         self.listed = False  # is the candidate list complete around x?
         self.solved = wp.zeros_like(x)  # (A,) m, by which the last step's solve moved the carried state
+        self.x_carried = wp.clone(x)  # where the body's motion led to, before the first contact pass
         self.to_trial = wp.zeros_like(x)
         self.searches = 0
         self.deflection = DeflectionScratch.allocate(self.all_count, device)

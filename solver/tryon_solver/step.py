@@ -15,6 +15,7 @@ from tryon_solver.stepping.contact_free import solve_without_contact
 from tryon_solver.stepping.correct import correct_penetration, verify_commit
 from tryon_solver.stepping.descend import descend_in_subspace, forget_search_history
 from tryon_solver.stepping.move_body import move_body
+from tryon_solver.stepping.passes import contact_passes
 from tryon_solver.stepping.predict import predict_positions
 from tryon_solver.stepping.proxy import build_contact_proxy, project_locally
 from tryon_solver.stepping.repeat import repeat_until
@@ -65,11 +66,12 @@ def step(sim: Simulation, dt: float) -> None:
     """Algorithm 1: advance the garment by dt [s] on the body as it stands. METHOD.md section 2."""
     sim.timed(predict_positions, dt)  # x_hat = x + dt v + dt^2 M^-1 f_ext
     sim.timed(solve_without_contact)  # one global step at x_hat
-    sim.timed(build_contact_proxy)  # pairs within reach, quadratic proxy of the barrier at the feasible state
     scheme = SCHEMES[sim.settings.scheme]  # the paper's unless the settings name another
-    for prepare in scheme.prepare:
-        sim.timed(prepare)
-    repeat_until(sim, at_most=sim.settings.outer_iterations, cycle=scheme.cycle)
-    sim.timed(correct_penetration)  # Newton-PCG on the full potential, every iterate proven free of contact
-    sim.timed(verify_commit)  # float64 on what is near; else the step is void and x stays
+    for _ in contact_passes(sim):  # one, unless the settings ask for more
+        sim.timed(build_contact_proxy)  # pairs within reach, quadratic proxy of the barrier at the feasible state
+        for prepare in scheme.prepare:
+            sim.timed(prepare)
+        repeat_until(sim, at_most=sim.settings.outer_iterations, cycle=scheme.cycle)
+        sim.timed(correct_penetration)  # Newton-PCG on the full potential, every iterate proven free of contact
+        sim.timed(verify_commit)  # float64 on what is near; else the pass is void and x goes back
     sim.timed(update_velocity, dt)

@@ -1,0 +1,35 @@
+"""Repeating proxy, projective dynamics and correction from the corrected state, where the settings ask for it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import warp as wp
+
+from tryon_solver.linalg.vectors import subtract
+from tryon_solver.stepping.velocity import update_velocity
+
+if TYPE_CHECKING:
+    from tryon_solver.simulation import Simulation
+
+
+def contact_passes(sim: Simulation) -> Iterator[int]:
+    """One pass, or up to `contact_passes` until the residual of the full energy is below `correction_tolerance`.
+
+    Each further pass starts from the verified state in which the last one ended: there the contact proxy is made anew,
+    friction's at the slip so far. A void pass leaves the state of the one before and is the last.
+    """
+    settings, state, counters = sim.settings, sim.state, sim.counters
+    voided = counters.retries
+    wp.copy(sim.x_carried, state.x_feasible)
+    for number in range(settings.contact_passes):
+        if number:
+            wp.copy(state.x_feasible, state.x)
+            update_velocity(sim, sim.dt)  # what friction's model takes the slip from
+            sim.searches = 0
+        yield number
+        if counters.residual < settings.correction_tolerance or counters.retries > voided:
+            break
+    if counters.retries == voided:
+        subtract(state.x, sim.x_carried, sim.solved)  # what the next step's search expects is the whole of the solve

@@ -1,0 +1,66 @@
+"""The solver against the reference: one step from its states, and whole drapes from the same start."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from contact_scenes import DT, ContactScene
+from contact_state import contact_gradient
+
+from tryon_solver.baselines.newton_ipc import Motion, Reference
+from tryon_solver.contact import pairs
+from tryon_solver.settings import Settings
+from tryon_solver.simulation import Simulation, build
+
+KEPT_IN = Path(__file__).resolve().parents[2] / ".cache" / "tryon" / "reference"
+
+
+@dataclass(frozen=True)
+class ReferenceStep:
+    """Step `number` of the reference, `before` it and `after` it."""
+
+    number: int
+    before: Motion
+    after: Motion
+    last_move: float  # m
+
+
+def reference_steps(case: ContactScene, count: int) -> Iterator[ReferenceStep]:
+    """The reference's first steps of a scene; kept on disk."""
+    ref = Reference(case.scene, kept_in=KEPT_IN)
+    motion = ref.start(case.pose_at(0))
+    for number in range(1, count + 1):
+        after = ref.step(motion, case.pose_at(number), DT)
+        assert ref.solved is not None
+        yield ReferenceStep(number, motion, after, ref.solved.last_move)
+        motion = after
+
+
+def simulation_at(case: ContactScene, motion: Motion, settings: Settings, device: str = "cpu") -> Simulation:
+    """The solver in the reference's state."""
+    sim = build(case.scene, settings, device, motion.pose)
+    sim.state.x.assign(motion.x.astype(np.float32))
+    sim.state.v.assign(motion.v.astype(np.float32))
+    return sim
+
+
+def rms(difference: np.ndarray) -> float:
+    """Root mean square length of (N, 3) vectors."""
+    return float(np.sqrt((difference**2).sum(1).mean()))
+
+
+def one_step_error(case: ContactScene, step: ReferenceStep, settings: Settings) -> float:
+    """RMS over the cloth's vertices [m] of where the solver and the reference are after the same step."""
+    sim = simulation_at(case, step.before, settings)
+    report = sim.advance(case.pose_at(step.number), DT)
+    assert report.retries == 0
+    return rms(sim.cloth_positions() - step.after.x[: sim.cloth_count])
+
+
+def force_on_body(sim: Simulation) -> np.ndarray:
+    """(3,) N: barrier and friction summed over the collision surface; the gradient there is minus the force."""
+    pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x)
+    return -contact_gradient(sim, friction=True)[sim.cloth_count :].sum(0)
