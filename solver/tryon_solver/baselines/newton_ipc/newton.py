@@ -1,10 +1,11 @@
 """Newton on a step's balance of forces: sparse direct solves, moves bounded by collision detection, down to 1e-8 m.
 
-First projected Newton after Li et al. 2020, algorithm 1, with what is lagged made afresh in every iteration. That comes
-near; at the end it need not converge, for it knows nothing of how the lagged quantities follow x. Then Newton on the
-residual itself: its derivative is a central difference along each direction GMRES asks for, the direct solve of the
-projected Hessian is the preconditioner, and a step counts when it lowers the preconditioned residual (Deuflhard's
-natural monotonicity test).
+First Newton on the potential with its lagged parts frozen, which are made afresh in every iteration, with a line
+search on its energy (Li et al. 2020, algorithm 1): by the exact Hessian where that is positive definite, else by a
+mixture with the Hessian clamped term by term. That comes near; at the end it need not converge, for it knows nothing of
+how the lagged parts follow x. Then Newton on the residual itself: its derivative is a central difference along each
+direction that GMRES asks for, the direct solve is the preconditioner, and a step counts when it lowers the
+preconditioned residual (Deuflhard's natural monotonicity test).
 """
 
 from __future__ import annotations
