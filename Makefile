@@ -8,7 +8,7 @@ WEB := server/tryon_server/web/.built
 WEB_SOURCES := $(shell find protocol/ts clients/core clients/web -name '*.ts' -not -path '*/node_modules/*' -o -name '*.css' \
 	-not -path '*/node_modules/*' -o -name '*.html' -not -path '*/node_modules/*' -o -name '*.mjs' -not -path '*/node_modules/*')
 
-.PHONY: help demo test check chromium proof lock
+.PHONY: help demo test check chromium proof reference lock
 help:
 	@grep -hE '^## ' $(MAKEFILE_LIST) | sed 's/## //'
 
@@ -26,6 +26,12 @@ PROOF :=
 # PROOF='--devices cuda:0 --jobs 9' and other options: .venv/bin/python tests/proof --help
 proof: $(VENV)/.dev $(BODY)
 	$(BIN)/python tests/proof $(PROOF)
+	$(REFERENCE)
+
+REFERENCE = $(BIN)/python tests/reference && TRYON_FRAMES=300 $(BIN)/python -m pytest -q tests/solver/verification/test_determinism.py
+## make reference hold contact scenes to full Newton in float64, two long runs to each other: the proof's last part
+reference: $(VENV)/.dev
+	$(REFERENCE)
 
 ## make check    lint, types, layering, generated files
 check: $(VENV)/.dev node_modules/.built

@@ -76,6 +76,9 @@ class Settings:
     search_slack: float = 2e-3
     """How far from where it is expected a vertex may go before candidates are searched for again [m]."""
 
+    deterministic: bool = False
+    """Two runs end in equal bytes, or `build` refuses: on the CPU they do, on CUDA they can't yet."""
+
     def __post_init__(self) -> None:
         if self.scheme not in SCHEME_NAMES:
             raise ValueError(f"settings.scheme must be one of {', '.join(SCHEME_NAMES)}, not {self.scheme!r}")

@@ -410,9 +410,16 @@ def build(
 
     `pose` is the body's stance there, a Pose or a Moment of a sequence; `device` "cpu" or "cuda:0"; `surface` (B, 3) m
     the collision surface that the start position is free of, where it has yielded; without it the skin. Raises
-    GarmentError when the mesh can't carry the fabric's thickness.
+    GarmentError when the mesh can't carry the fabric's thickness, ValueError when the settings ask for a determinism
+    that the device does not have.
     """
-    return Simulation(scene, settings or Settings(), device, pose, surface)
+    settings = settings or Settings()
+    if settings.deterministic and device != "cpu":
+        raise ValueError(
+            f"settings.deterministic: on {device} sums run in an order that changes from run to run "
+            "(METHOD.md section 13); simulate on the CPU or leave the setting out"
+        )
+    return Simulation(scene, settings, device, pose, surface)
 
 
 def bind_plan(scene: Scene, settings: Settings, device: str, mass: np.ndarray, area: np.ndarray) -> StepPlan:

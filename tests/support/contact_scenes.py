@@ -65,12 +65,12 @@ def strip_on_slope(mu: float) -> ContactScene:
 
 
 def two_sheets() -> ContactScene:
-    """Two squares of 289 vertices, the upper turned, one upon the other on a table."""
+    """Two squares of 289 vertices, the upper turned, one upon the other on a table over whose edges both hang."""
     garment, x = layers(2, 17, 17, 0.3, 0.0)
     n = len(x) // 2
     upper = x[n:] @ turn((0, 17, 0)).T + [0.02, 0.0072, 0.01]
     x = np.vstack([x[:n] + np.array([0, 0.0035, 0]), upper])
-    body, faces = slab(0.52, 0.52, 0.02, 0.052)
+    body, faces = slab(0.2, 0.2, 0.02, 0.05)
     scene = Scene(garment, x, rigid_body(body, faces), fabric(**CANVAS), EFFECTS)
     return ContactScene("two stacked sheets", scene, still)
 

@@ -115,7 +115,7 @@ def newton_direction(lagged: Lagged, factor: SuperLU) -> np.ndarray:
 
     derivative = LinearOperator((size, size), matvec=product)
     inverse = LinearOperator((size, size), matvec=factor.solve)
-    direction, _ = gmres(derivative, -lagged.residual().ravel(), M=inverse, rtol=1e-4, restart=40, maxiter=2)
+    direction, _ = gmres(derivative, -lagged.residual().ravel(), M=inverse, rtol=1e-2, restart=40, maxiter=2)
     return direction.reshape(-1, 3)
 
 

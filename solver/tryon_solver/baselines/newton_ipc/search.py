@@ -9,10 +9,11 @@ import ipctk
 import numpy as np
 
 from tryon_solver.baselines.newton_ipc.discrete import Discrete
-from tryon_solver.baselines.newton_ipc.distance import EDGE_EDGE, POINT_TRIANGLE
+from tryon_solver.baselines.newton_ipc.distance import EDGE_EDGE, POINT_TRIANGLE, closest
 
 ipctk.set_logger_level(ipctk.LoggerLevel.error)
 
+SLACK = 1e-5  # m: stencils that much out of reach are listed, for probes around the point
 RESCALING = 0.9  # share of the way to a contact that a move may take: additive CCD's eta
 
 
@@ -45,16 +46,21 @@ class Search:
         return found
 
     def within_reach(self, x: np.ndarray) -> Stencils:
-        """All stencils that can be nearer than offset and activation distance at x (A, 3) m."""
+        """All stencils nearer than offset, activation distance and a slack at x (A, 3) m."""
         kinds, ids = [np.zeros(0, int)], [np.zeros((0, 4), int)]
         for mesh, count, xi in self.meshes:
+            reach = xi + self.discrete.contact.d_hat + SLACK
             candidates = ipctk.Candidates()
-            candidates.build(mesh, _fortran(x[:count]), 0.5 * (xi + self.discrete.contact.d_hat) * 1.01)
+            candidates.build(mesh, _fortran(x[:count]), 0.5 * reach * 1.01)
             faces, edges = np.asarray(mesh.faces), np.asarray(mesh.edges)
             pt = np.array([(c.vertex_id, c.face_id) for c in candidates.fv_candidates], int).reshape(-1, 2)
             ee = np.array([(c.edge0_id, c.edge1_id) for c in candidates.ee_candidates], int).reshape(-1, 2)
-            ids += [np.column_stack([pt[:, 0], faces[pt[:, 1]]]), np.hstack([edges[ee[:, 0]], edges[ee[:, 1]]])]
-            kinds += [np.full(len(pt), POINT_TRIANGLE), np.full(len(ee), EDGE_EDGE)]
+            kind = np.repeat([POINT_TRIANGLE, EDGE_EDGE], [len(pt), len(ee)])
+            stencil = np.column_stack([pt[:, 0], faces[pt[:, 1]]])
+            stencil = np.vstack([stencil, np.hstack([edges[ee[:, 0]], edges[ee[:, 1]]])])
+            near = closest(kind, x[stencil]).d < reach
+            ids.append(stencil[near])
+            kinds.append(kind[near])
         return Stencils(np.concatenate(kinds), np.vstack(ids))
 
     def free_share(self, x: np.ndarray, direction: np.ndarray) -> float:

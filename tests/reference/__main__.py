@@ -1,0 +1,109 @@
+"""`python tests/reference`: the solver against full Newton in float64, scene by scene, as a table; 1 on a broken limit.
+
+One step from each of the reference's states, at the preset `live` and with contact passes; then the drape that both
+reach from the same start, and the force on the body against the weight. The reference's states are kept in .cache and
+take most of the time when they are missing.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / folder) for folder in ("tests/support", "solver")]  # this checkout, whatever is installed
+
+from against_reference import force_on_body, one_step_error, reference_steps, rms, simulation_at  # noqa: E402
+from contact_scenes import DT, SCENES, ContactScene  # noqa: E402
+
+from tryon_solver.settings import PRESETS  # noqa: E402
+
+G = 9.81
+LIVE = PRESETS["live"]
+CONVERGED = replace(LIVE, contact_passes=20)
+ONE_STEP, PASSES, DRAPE, FORCE = 0.5e-3, 0.05e-3, 3e-3, 0.01  # m, m, m, share of the weight
+# steps of 1/60 s until the scene has come to rest; the strip above the threshold never does
+LENGTHS = {"square": 60, "strip below mu": 40, "strip above mu": 40, "sleeve": 50, "sheets": 40}
+SLIDES = ("strip above mu",)
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Of one scene: RMS distances [m] from the reference, largest over its steps and at the end; the force on the body
+    against the weight, None where nothing is at rest."""
+
+    name: str
+    vertices: int
+    live: float
+    passes: float
+    drape: float
+    force: float | None
+    speed: float  # m/s, RMS at the end of the reference
+
+    @property
+    def broken(self) -> list[str]:
+        """What is over its limit."""
+        over = {
+            f"one step {1e3 * self.live:.3f} mm": self.live > ONE_STEP,
+            f"with contact passes {1e3 * self.passes:.4f} mm": self.passes > PASSES,
+            f"drape {1e3 * self.drape:.3f} mm": self.drape > DRAPE,
+            f"force off the weight by {100 * (self.force or 0):.2f} %": self.force is not None and self.force > FORCE,
+        }
+        return [text for text, is_over in over.items() if is_over]
+
+    def row(self) -> str:
+        """Of the table."""
+        force = "slides" if self.force is None else f"{100 * self.force:.3f} %"
+        return (
+            f"| {self.name} | {self.vertices} | {1e3 * self.live:.4f} | {1e3 * self.passes:.4f} | "
+            f"{1e3 * self.drape:.4f} | {force} | {1e3 * self.speed:.2f} |"
+        )
+
+
+def measured(key: str, case: ContactScene, count: int) -> Figures:
+    """The figures of one scene over so many steps."""
+    live, passes, sim = [], [], None
+    for step in reference_steps(case, count):
+        live.append(one_step_error(case, step, LIVE))
+        passes.append(one_step_error(case, step, CONVERGED))
+        if sim is None:
+            sim = simulation_at(case, step.before, LIVE)
+        sim.advance(case.pose_at(step.number), step.number * DT)
+    assert sim is not None
+    n = sim.cloth_count
+    force, weight = None, G * sim.mass.sum()
+    if key not in SLIDES:
+        force = float(np.linalg.norm(force_on_body(sim) + np.array([0, weight, 0])) / weight)
+    drape = rms(sim.cloth_positions() - step.after.x[:n])
+    return Figures(case.name, n, max(live), max(passes), drape, force, rms(step.after.v))
+
+
+def main() -> int:
+    """The command line; returns the exit status."""
+    parser = argparse.ArgumentParser(prog="python tests/reference", description=__doc__.partition("\n")[0])
+    parser.add_argument("--scenes", nargs="+", choices=SCENES, default=list(SCENES))
+    parser.add_argument("--out", type=Path, default=ROOT / "build" / "reference.md", help="where the table goes")
+    options = parser.parse_args()
+    head = (
+        "| scene | vertices | one step, live [mm] | one step, contact passes [mm] | drape [mm] | force off the weight |"
+        " speed at the end [mm/s] |\n|---|---|---|---|---|---|---|"
+    )
+    begun, rows, broken = time.monotonic(), [head], []
+    for key in options.scenes:
+        figures = measured(key, SCENES[key](), LENGTHS[key])
+        rows.append(figures.row())
+        broken += [f"{figures.name}: {text}" for text in figures.broken]
+        print(figures.row(), flush=True)
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    options.out.write_text("\n".join(rows) + "\n")
+    print("\n".join([*rows, *broken, f"{time.monotonic() - begun:.0f} s; {options.out}"]))
+    return 1 if broken else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,53 @@
+"""Two runs of one scene on the CPU end in equal bytes, frame by frame."""
+
+import os
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from small_scenes import fabric, icosphere, layers, rigid_body
+
+from tryon_solver.body.pose import Pose
+from tryon_solver.scene import WORN, Scene
+from tryon_solver.settings import PRESETS
+from tryon_solver.simulation import build
+
+FRAMES = int(os.environ.get("TRYON_FRAMES", "60"))  # 300 in `make reference`
+DT = 1 / 60
+SETTINGS = replace(PRESETS["draft"], largest_step=DT, deterministic=True)
+
+
+def ball_at(time):
+    """A ball that swings and turns: contact comes and goes."""
+    place = [0.03 * np.sin(5 * time), 0.02 * np.sin(7 * time), 0.02 * np.sin(3 * time)]
+    turned = Rotation.from_rotvec([0.0, 0.8 * np.sin(2 * time), 0.3 * np.sin(4 * time)]).as_quat()
+    return Pose(np.array(place), turned[None])
+
+
+def scene():
+    """Two layers over a ball: cloth on cloth and cloth on body are searched for at once, on two threads."""
+    garment, x = layers(2, 9, 9, 0.2, 0.006)
+    vertices, faces = icosphere(0.08, 2)
+    return Scene(garment, x + np.array([0.003, 0.0845, 0.004]), rigid_body(vertices, faces), fabric(), WORN)
+
+
+def test_equal_bytes_frame_by_frame():
+    """All of the state, at every frame; the runs take turns, so that neither has the threads to itself."""
+    first, second = (build(scene(), SETTINGS, "cpu", ball_at(0.0)) for _ in range(2))
+    assert len(first.touching) == 2
+    start, pairs = first.cloth_positions(), 0
+    for k in range(1, FRAMES + 1):
+        one, other = (sim.advance(ball_at(k * DT), k * DT) for sim in (first, second))
+        assert first.state.x.numpy().tobytes() == second.state.x.numpy().tobytes(), f"frame {k}"
+        assert first.state.v.numpy().tobytes() == second.state.v.numpy().tobytes(), f"frame {k}"
+        assert (one.pairs, one.newton_iterations, one.min_gap) == (other.pairs, other.newton_iterations, other.min_gap)
+        pairs = max(pairs, one.pairs)
+    assert np.isfinite(first.cloth_positions()).all()
+    assert pairs > 100
+    assert np.abs(first.cloth_positions() - start).max() > 0.02
+
+
+def test_where_it_cannot_be_had_it_is_refused():
+    with pytest.raises(ValueError, match="deterministic"):
+        build(scene(), SETTINGS, "cuda:0", ball_at(0.0))
