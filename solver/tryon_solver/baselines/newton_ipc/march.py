@@ -13,6 +13,7 @@ from tryon_solver.baselines.newton_ipc.discrete import Discrete
 from tryon_solver.baselines.newton_ipc.newton import Solved, solve
 from tryon_solver.baselines.newton_ipc.potential import Lagged, StepProblem
 from tryon_solver.baselines.newton_ipc.search import Search
+from tryon_solver.body.model import BodyModel
 from tryon_solver.body.pose import Pose, skin
 from tryon_solver.scene import Scene
 from tryon_solver.settings import Settings
@@ -59,10 +60,13 @@ class Reference:
         return Motion(np.vstack([cloth, self.skin(pose)]), np.zeros_like(cloth), pose)
 
     def skin(self, pose: Pose | None) -> np.ndarray:
-        """(B, 3) m, the tracked skin."""
-        if self.scene.body is None or pose is None:
+        """(B, 3) m, the tracked skin. Raises TypeError for a body that is not posed by joints."""
+        body = self.scene.body
+        if body is None or pose is None:
             return np.zeros((0, 3))
-        return skin(self.scene.body, pose)
+        if not isinstance(body, BodyModel):
+            raise TypeError(f"the reference follows bodies that are posed by joints, no {type(body).__name__}")
+        return skin(body, pose)
 
     def problem(self, motion: Motion, pose: Pose | None, dt: float) -> StepProblem:
         """The step from `motion` by dt [s] to `pose`."""
