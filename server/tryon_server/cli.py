@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import datetime
 import logging
 import os
 import sys
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tryon_server.problems import ProblemError, problem_error
+
+if TYPE_CHECKING:  # read when a command needs them: `tryon --help` starts at once
+    from tryon_server.certificate import Certificate
+    from tryon_server.settings import Settings
 
 BAD_INPUT = 2
 UNITS = ("m", "cm", "mm", "in", "ft")
@@ -28,6 +34,7 @@ SERVE_EXAMPLES = """\
 examples:
   tryon serve                              on this machine only: http://127.0.0.1:8000/
   tryon serve --host 0.0.0.0 --port 9000   for the whole network
+  tryon serve --host 0.0.0.0 --tls         the same with https, for headsets
   tryon serve --device cuda:0              simulate on the first GPU"""
 
 SIMULATE_HELP = """\
@@ -88,6 +95,12 @@ def _add_serve(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     serve = _command(commands, "serve", "start the server and its web page", SERVE_HELP, SERVE_EXAMPLES)
     serve.add_argument("--host", metavar="ADDRESS", help="address to listen on (default 127.0.0.1: this machine only)")
     serve.add_argument("--port", type=int, help="TCP port (default 8000)")
+    serve.add_argument(
+        "--tls",
+        action="store_true",
+        default=None,
+        help="serve https, which AR needs, with a certificate for development made in DATA_DIR/tls",
+    )
     serve.add_argument("--data-dir", metavar="FOLDER", help="where to keep uploads and the database (default var)")
     serve.add_argument("--device", help="what to simulate on: auto, cpu, cuda:0, ... (default auto); see tryon devices")
     serve.add_argument("--preset", help="accuracy of sessions that name none: draft, live, fit or auto (default auto)")
@@ -167,6 +180,7 @@ def run_serve(options: argparse.Namespace) -> int:
         os.environ,
         host=options.host,
         port=options.port,
+        tls=options.tls,
         data_dir=options.data_dir,
         device=options.device,
         preset=options.preset,
@@ -182,9 +196,15 @@ def run_serve(options: argparse.Namespace) -> int:
     listener = listen(settings.host, settings.port)
     runtime = local_runtime(settings)
     prepare(settings)
-    address = address_of(settings.host, listener.getsockname()[1])
+    certificate = _certificate(settings)
+    scheme = "https" if certificate else "http"
+    address = address_of(settings.host, listener.getsockname()[1], scheme)
     app = create_app(settings, lambda _: runtime)
-    server = Server(app, on_start=lambda: print(f"Open {address} in a browser. Ctrl-C stops the server.", flush=True))
+    server = Server(
+        app,
+        on_start=lambda: print(f"Open {address} in a browser. Ctrl-C stops the server.", flush=True),
+        certificate=certificate,
+    )
     try:
         asyncio.run(server.serve([listener]))
     except KeyboardInterrupt:  # the way to stop it
@@ -192,10 +212,24 @@ def run_serve(options: argparse.Namespace) -> int:
     return 0 if server.started else 1
 
 
-def address_of(host: str, port: int) -> str:
+def _certificate(settings: Settings) -> Certificate | None:
+    """The certificate of a server of https, and what to know about it in print; None for one of http."""
+    if not settings.tls:
+        return None
+    from tryon_server.certificate import development_certificate, names_of
+
+    names = names_of(settings.host)
+    made = development_certificate(settings.data_dir / "tls", names, datetime.datetime.now(datetime.timezone.utc))
+    print(
+        f"The certificate is for {', '.join(names)}. Browsers warn of it until they trust {made.authority}", flush=True
+    )
+    return made
+
+
+def address_of(host: str, port: int, scheme: str = "http") -> str:
     """The URL to open in a browser on this machine, for a server that listens on ``host``."""
     shown = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}.get(host, f"[{host}]" if ":" in host else host)
-    return f"http://{shown}:{port}/"
+    return f"{scheme}://{shown}:{port}/"
 
 
 def run_devices(_options: argparse.Namespace) -> int:

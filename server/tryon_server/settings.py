@@ -23,6 +23,7 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     Attributes:
         host: address to listen on. The default is reachable from this machine only.
         port: TCP port.
+        tls: whether to serve https, with a certificate for development that is made in ``data_dir``.
         data_dir: folder of the embedded database and of the uploaded patterns.
         database_url: SQLAlchemy URL; empty means an SQLite file in ``data_dir``.
         device: where garments are simulated: ``auto``, ``cpu``, ``cuda:0``, ...
@@ -47,6 +48,7 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
     host: str = "127.0.0.1"
     port: Annotated[int, msgspec.Meta(ge=0, le=65535)] = 8000
+    tls: bool = False
     data_dir: Path = Path("var")
     database_url: str = ""
     device: str = "auto"

@@ -9,6 +9,7 @@ import uvicorn
 from starlette.applications import Starlette
 
 from tryon_protocol import MAX_CLIENT_MESSAGE_BYTES
+from tryon_server.certificate import Certificate
 from tryon_server.problems import problem_error
 from tryon_server.services import Services
 
@@ -20,7 +21,13 @@ LARGEST_MESSAGE = 16 * MAX_CLIENT_MESSAGE_BYTES  # beyond the protocol's own lim
 class Server(uvicorn.Server):
     """Tells clients that the server stops, before uvicorn closes their connections."""
 
-    def __init__(self, app: Starlette, log_level: str = "warning", on_start: Callable[[], None] = lambda: None) -> None:
+    def __init__(
+        self,
+        app: Starlette,
+        log_level: str = "warning",
+        on_start: Callable[[], None] = lambda: None,
+        certificate: Certificate | None = None,
+    ) -> None:
         self._app = app
         self._on_start = on_start
         config = uvicorn.Config(
@@ -32,6 +39,8 @@ class Server(uvicorn.Server):
             ws_ping_interval=PING_SECONDS,
             ws_ping_timeout=PING_SECONDS,
             timeout_graceful_shutdown=SHUTDOWN_SECONDS,
+            ssl_certfile=certificate.chain if certificate else None,
+            ssl_keyfile=certificate.key if certificate else None,
         )
         super().__init__(config)
 
