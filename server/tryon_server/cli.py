@@ -1,9 +1,10 @@
-"""The command ``tryon``: serve, devices, simulate."""
+"""The command ``tryon``: serve, devices, simulate, headset-sim."""
 
 from __future__ import annotations
 
 import argparse
 import asyncio
+import contextlib
 import datetime
 import logging
 import os
@@ -65,6 +66,24 @@ the .npz file holds, in metres and seconds:
   notes                                 JSON text: units, axes, repairs: what was found in mesh files, and done"""
 
 
+HEADSET_HELP = """\
+Be a headset without a head: open a session on a running server, stream a motion as a body tracker would see it, with
+its rate, latency, noise and losses, and say how old the garment's frames are when they are there. The defaults are
+those of a headset's body tracking; 0 makes a tracker perfect in that respect."""
+
+HEADSET_EXAMPLES = """\
+examples:
+  tryon headset-sim                                        a T-shirt on a walk, at http://127.0.0.1:8000
+  tryon headset-sim --motion squat --rate 60 --noise-mm 3 --noise-deg 0.5 --seconds 20
+  tryon headset-sim --server https://192.168.1.20:8000 --authority var/tls/authority.pem
+  tryon headset-sim --url ws://127.0.0.1:8000/api/sessions/ID/stream      in a session that is open already
+
+the ages, in milliseconds, after three seconds of warming up:
+  capture to decoded frame     from the capture of the pose on the sender's clock to the frame that shows that moment
+  published to decoded frame   the server's part of the way back: sending, network, decoding
+  frame to frame               between one frame and the next"""
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry of the command; its exit status: 0, or 2 for input that can't be used."""
     options = build_parser().parse_args(arguments)
@@ -88,6 +107,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_serve(commands)
     _add_devices(commands)
     _add_simulate(commands)
+    _add_headset_sim(commands)
     return parser
 
 
@@ -157,6 +177,42 @@ def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser])
     simulate.set_defaults(run=run_simulate)
 
 
+def _add_headset_sim(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    text = "stream a simulated tracker's poses and measure the frames' age"
+    headset = _command(commands, "headset-sim", text, HEADSET_HELP, HEADSET_EXAMPLES)
+    headset.add_argument("--server", default="http://127.0.0.1:8000", metavar="URL", help="server to open a session on")
+    headset.add_argument("--url", metavar="URL", help="stream of a session that is open already, instead")
+    headset.add_argument("--authority", type=Path, metavar="FILE", help="certificate to trust, of tryon serve --tls")
+    headset.add_argument("--garment", default="tshirt", metavar="ID", help="garment of the session (default tshirt)")
+    headset.add_argument("--preset", help="accuracy of the session: draft, live, fit or auto (default the server's)")
+    headset.add_argument(
+        "--motion", default="walk", metavar="FILE.bvh|NAME", help="what the wearer does (default walk)"
+    )
+    headset.add_argument("--seconds", type=_positive, default=10.0, metavar="S", help="how long (default 10)")
+    headset.add_argument(
+        "--convention",
+        choices=("webxr", "model-local"),
+        default="webxr",
+        help="joints of WebXR body tracking, which the server retargets and filters (default), or of its own body",
+    )
+    headset.add_argument("--rate", type=_positive, default=72.0, metavar="HZ", help="poses a second (default 72)")
+    for option, default, what in (
+        ("--latency-ms", 45.0, "from a pose's capture to its sending"),
+        ("--noise-mm", 3.0, "of each joint's place, standard deviation along each axis"),
+        ("--noise-deg", 0.5, "of each joint's turn, standard deviation about each axis"),
+        ("--noise-ms", 0.0, "how long an error lasts; 0: another one in each pose"),
+        ("--lost-percent", 1.0, "share of poses that never arrive"),
+        ("--outages-per-minute", 3.0, "times a minute at which nothing is seen"),
+        ("--outage-ms", 200.0, "for how long"),
+    ):
+        unit = option.rpartition("-")[2].upper()
+        headset.add_argument(
+            option, type=_not_negative, default=default, metavar=unit, help=f"{what} (default {default:g})"
+        )
+    headset.add_argument("--seed", type=int, default=0, help="of the random numbers (default 0)")
+    headset.set_defaults(run=run_headset_sim)
+
+
 def _command(
     commands: argparse._SubParsersAction[argparse.ArgumentParser], name: str, short: str, text: str, examples: str
 ) -> argparse.ArgumentParser:
@@ -169,6 +225,13 @@ def _positive(text: str) -> float:
     value = float(text)
     if not 0 < value < float("inf"):
         raise argparse.ArgumentTypeError(f"{text} is not a number above 0")
+    return value
+
+
+def _not_negative(text: str) -> float:
+    value = float(text)
+    if not 0 <= value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text} is not a number of 0 or more")
     return value
 
 
@@ -276,6 +339,46 @@ def run_simulate(options: argparse.Namespace) -> int:
     written = " and ".join(str(path) for path in dict.fromkeys((options.out, glb)) if path is not None)
     print(f"wrote {written}: {len(recording.cloth)} frames, {recording.cloth.shape[1]} vertices")
     return 0
+
+
+def run_headset_sim(options: argparse.Namespace) -> int:
+    """Replay a motion as a tracker sees it, and print the ages."""
+    import math
+    import ssl
+
+    import numpy as np
+    import websockets
+
+    from tryon_client.headset_sim import RefusedError, replay, session
+    from tryon_client.simulated_tracker import TrackerErrors
+    from tryon_protocol import ProtocolError
+    from tryon_server.runtime.bodies import load_body
+    from tryon_server.runtime.motions import load_motion
+
+    errors = TrackerErrors(
+        rate=options.rate,
+        latency=1e-3 * options.latency_ms,
+        place_noise=1e-3 * options.noise_mm,
+        turn_noise=math.radians(options.noise_deg),
+        noise_seconds=1e-3 * options.noise_ms,
+        lost=0.01 * options.lost_percent,
+        outages=options.outages_per_minute / 60.0,
+        outage_seconds=1e-3 * options.outage_ms,
+        seed=options.seed,
+    )
+    motion = load_motion(options.motion, load_body(None))
+    poses = [motion.sample(k / errors.rate, loop=True) for k in range(max(2, round(options.seconds * errors.rate)))]
+    roots, rotations = np.array([pose.root for pose in poses]), np.array([pose.rotations for pose in poses])
+    try:
+        trust = ssl.create_default_context(cafile=options.authority) if options.authority else None
+        opened = contextlib.nullcontext(options.url)
+        with opened if options.url else session(options.server, options.garment, options.preset, trust) as url:
+            print(f"{options.motion} at {errors.rate:g} Hz for {options.seconds:g} s into {url}", flush=True)
+            outcome = asyncio.run(replay(url, roots, rotations, errors, options.convention, trust))
+    except (RefusedError, ProtocolError, OSError, ValueError, websockets.WebSocketException) as error:
+        raise problem_error("headset.failed", str(error), "See whether the server runs, and its log") from error
+    print(outcome.text())
+    return 0 if outcome.ages.count else 1
 
 
 def _check_writable(path: Path) -> None:

@@ -29,6 +29,8 @@ def mannequin(web, tmp_path_factory):
     """A server whose sessions dress the default body, which can follow trackers."""
     from tryon_solver.body.model import default_body_path
 
+    if not IWER.is_file():
+        pytest.skip("the emulated headset is not installed: run `npm ci`")
     if not default_body_path().is_file():
         pytest.skip("the default body is not there: run `python scripts/make_body.py`")
     server = Studio(tmp_path_factory.mktemp("mannequin"), web, "mannequin")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import ssl
 from collections.abc import AsyncIterator, Sequence
 from typing import Union
 
@@ -176,7 +177,12 @@ class Stream:
 
 @contextlib.asynccontextmanager
 async def connect(
-    url: str, *, client: str = CLIENT_NAME, codecs: tuple[str, ...] = ("zstd",), resume: str | None = None
+    url: str,
+    *,
+    client: str = CLIENT_NAME,
+    codecs: tuple[str, ...] = ("zstd",),
+    resume: str | None = None,
+    trust: ssl.SSLContext | None = None,
 ) -> AsyncIterator[Stream]:
     """Open a session's stream and shake hands.
 
@@ -185,6 +191,7 @@ async def connect(
         client: name and version of the program, for the server's log.
         codecs: () asks for uncompressed frames.
         resume: `welcome.resume_token` of a lost connection.
+        trust: whom to trust, for wss; None for the system's authorities.
 
     Raises:
         ProtocolError: the server refused the client (with its code), or doesn't speak this protocol.
@@ -197,6 +204,7 @@ async def connect(
         max_size=MAX_MESSAGE_BYTES,
         max_queue=MAX_WAITING_MESSAGES,
         close_timeout=CLOSE_TIMEOUT,
+        ssl=trust if trust is not None else (True if url.startswith("wss:") else None),
     ) as connection:
         hello = HelloMessage(versions=(MAJOR_VERSION,), client=client, codecs=codecs, resume=resume)
         await _send_if_open(connection, hello)
