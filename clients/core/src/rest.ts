@@ -6,6 +6,14 @@ export interface Garment {
   readonly panel_count: number;
   readonly seam_count: number;
   readonly area: number;
+  /** of a mesh: unit, axes and rest shape as they were found, and what was mended; empty for a pattern */
+  readonly notes: readonly string[];
+}
+
+/** How a garment that is a mesh is to be read; null: found out by the server, which says so or asks. */
+export interface MeshReading {
+  readonly units: "m" | "cm" | "mm" | "in" | "ft" | null;
+  readonly up: "y" | "z" | null;
 }
 
 export interface Motion {
@@ -76,9 +84,12 @@ export class Api {
     return this.ask("GET", "api/fabrics");
   }
 
-  /** Sends a sewing pattern; the server checks that it can be sewn. */
-  uploadGarment(content: Blob, name: string): Promise<Garment> {
-    return this.ask("POST", `api/garments?${new URLSearchParams({ name }).toString()}`, content);
+  /** Sends a sewing pattern, or a mesh; the server checks that it can be sewn or worn. */
+  uploadGarment(content: Blob, name: string, reading: MeshReading = { units: null, up: null }): Promise<Garment> {
+    const query = new URLSearchParams({ name });
+    if (reading.units) query.set("units", reading.units);
+    if (reading.up) query.set("up", reading.up);
+    return this.ask("POST", `api/garments?${query.toString()}`, content);
   }
 
   openSession(wish: SessionWish): Promise<SessionInfo> {

@@ -1,4 +1,4 @@
-import { Api, Client, RequestError, type Fabric, type Garment, type Link, type Motion, type SessionInfo, type SessionWish } from "@tryon/core";
+import { Api, Client, RequestError, type Fabric, type Garment, type Link, type MeshReading, type Motion, type SessionInfo, type SessionWish } from "@tryon/core";
 import type { ErrorMessage, ReportMessage, StatusMessage, WelcomeMessage } from "@tryon/protocol";
 
 import type { Notice } from "./notice.ts";
@@ -25,7 +25,7 @@ export interface Catalogue {
   fabrics: Fabric[];
 }
 
-/** Largest file that is sent to the server at all [bytes]; a sewing pattern has a few hundred thousand at most. */
+/** Largest file that is sent to the server at all [bytes]. */
 const LARGEST_FILE = 64 * 2 ** 20;
 const RETRY_MS = 1_500;
 
@@ -61,7 +61,7 @@ export class Fitting {
     const { garments, motions } = this.catalogue;
     const garment = garments.find(({ id }) => /t[-_ ]?shirt/i.test(id)) ?? garments.at(0);
     if (!garment) {
-      this.view.busy("No garment yet: add a sewing pattern");
+      this.view.busy("No garment yet: add a sewing pattern or a mesh");
       return;
     }
     const motion = motions.find(({ name }) => name === "walk") ?? motions.at(0);
@@ -105,18 +105,19 @@ export class Fitting {
     else this.client?.send(this.playing ? { type: "pause", request: null } : { type: "play", request: null });
   }
 
-  /** Sends a pattern file to the server and wears it. What is worn stays on when the server refuses it. */
-  async add(file: File): Promise<void> {
+  /** Sends a garment's file to the server and wears it. What is worn stays on when the server refuses it. */
+  async add(file: File, reading: MeshReading): Promise<void> {
     try {
       if (file.size > LARGEST_FILE) {
         const megabytes = Math.round(file.size / 2 ** 20);
-        throw new RequestError(`The file has ${megabytes} MB.`, file.name, "Choose the pattern's JSON file; it has well under 1 MB.", 0);
+        throw new RequestError(`The file has ${megabytes} MB.`, file.name, "Choose a pattern's JSON file, or a mesh of at most 50,000 vertices.", 0);
       }
-      const garment = await this.api.uploadGarment(file, file.name.replace(/\.json$/i, ""));
+      const garment = await this.api.uploadGarment(file, file.name.replace(/\.(json|obj|glb)$/i, ""), reading);
       this.catalogue.garments = [...this.catalogue.garments.filter(({ id }) => id !== garment.id), garment];
       await this.wear(garment.id);
+      if (garment.notes.length) this.view.notice({ title: `How ${file.name} was read`, message: garment.notes.join("; ") });
     } catch (error) {
-      this.refused(`${file.name} can't be sewn`, error);
+      this.refused(`${file.name} can't be worn`, error);
     }
   }
 

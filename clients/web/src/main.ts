@@ -62,7 +62,7 @@ class Studio implements FittingView {
       drawn: () => this.noteDrawn(steadyNow()),
       failed: (why) => this.board.show({ title: "AR could not be entered", message: why }),
     });
-    new Upload((file) => this.fitting.add(file));
+    new Upload((file, reading) => this.fitting.add(file, reading));
     this.play.addEventListener("click", () => this.fitting.togglePlay());
     byId("reset-view").addEventListener("click", () => this.stage.resetView());
     const follow = byId("follow", HTMLButtonElement);

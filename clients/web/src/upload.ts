@@ -1,3 +1,5 @@
+import type { MeshReading } from "@tryon/core";
+
 import { byId } from "./dom.ts";
 
 /** Takes a file from the picker or from one dropped anywhere on the page; one at a time. */
@@ -5,9 +7,11 @@ export class Upload {
   private readonly zone = byId("drop");
   private readonly picker = byId("pattern-file", HTMLInputElement);
   private readonly label = byId("upload");
+  private readonly units = byId("mesh-units", HTMLSelectElement);
+  private readonly up = byId("mesh-up", HTMLSelectElement);
   private depth = 0;
 
-  constructor(private readonly add: (file: File) => Promise<void>) {
+  constructor(private readonly add: (file: File, reading: MeshReading) => Promise<void>) {
     this.picker.addEventListener("change", () => void this.take(this.picker.files));
     window.addEventListener("dragenter", (event) => this.entered(event, 1));
     window.addEventListener("dragleave", (event) => this.entered(event, -1));
@@ -33,10 +37,15 @@ export class Upload {
     if (!file || this.label.ariaBusy === "true") return;
     this.label.ariaBusy = "true";
     try {
-      await this.add(file);
+      await this.add(file, { units: chosen(this.units), up: chosen(this.up) } as MeshReading);
     } finally {
       this.label.ariaBusy = "false";
       this.picker.value = ""; // so that the same file can be chosen again after it was corrected
     }
   }
+}
+
+/** What is selected; null for the first choice, which leaves it to the server. */
+function chosen(select: HTMLSelectElement): string | null {
+  return select.value || null;
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from typing import Annotated
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Query, Request, Response
 
@@ -12,13 +12,21 @@ from tryon_server.api.body import read_capped
 from tryon_server.api.faults import ERROR_REPLIES
 from tryon_server.api.models import GarmentReply
 
+Units = Literal["m", "cm", "mm", "in", "ft"]
+Up = Literal["y", "z"]
+
 router = APIRouter(prefix="/api/garments", tags=["garments"], responses=ERROR_REPLIES)
 
 PATTERN_BODY = {
     "requestBody": {
         "required": True,
-        "description": "pattern specification JSON as GarmentCode writes it",
-        "content": {"application/json": {"schema": {"type": "object"}}},
+        "description": "pattern specification JSON as GarmentCode writes it; or a mesh, .obj or .glb, that lies on the "
+        "default body in its rest pose",
+        "content": {
+            "application/json": {"schema": {"type": "object"}},
+            "model/gltf-binary": {"schema": {"type": "string", "format": "binary"}},
+            "model/obj": {"schema": {"type": "string"}},
+        },
     }
 }
 
@@ -40,11 +48,13 @@ async def upload_garment(
     request: Request,
     response: Response,
     services: ServicesDep,
-    name: Annotated[str, Query(description="what to call it")] = "uploaded pattern",
+    name: Annotated[str, Query(description="what to call it")] = "uploaded garment",
+    units: Annotated[Units | None, Query(description="unit of a mesh; found out, and told, without it")] = None,
+    up: Annotated[Up | None, Query(description="axis that is up in a mesh; found out, and told, without it")] = None,
 ) -> GarmentReply:
-    """Check a sewing pattern and keep it. The same file twice is the same garment."""
-    content = await read_capped(request, services.settings.max_pattern_bytes, "a pattern file")
+    """Check a sewing pattern or a mesh and keep it. The same file twice is the same garment."""
+    content = await read_capped(request, services.settings.max_pattern_bytes, "a garment's file")
     loop = asyncio.get_running_loop()
-    garment = await loop.run_in_executor(services.checkers, services.garments.add, content, name)
+    garment = await loop.run_in_executor(services.checkers, services.garments.add, content, name, units, up)
     response.headers["Location"] = f"/api/garments/{garment.id}"
     return GarmentReply.model_validate(garment)

@@ -39,6 +39,7 @@ class GarmentReply(Model):
     triangle_count: int
     area: float = Field(description="of fabric, m^2")
     created: float
+    notes: list[str] = Field(description="of a mesh: units, axes and rest shape as found, and what was mended")
 
 
 class MotionReply(Model):

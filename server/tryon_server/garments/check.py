@@ -1,4 +1,4 @@
-"""Checks one pattern file; the body of the child process of an upload. Reads standard input, writes one JSON reply."""
+"""Checks one garment file; the body of the child process of an upload. Reads standard input, writes one JSON reply."""
 
 from __future__ import annotations
 
@@ -15,13 +15,17 @@ CORRECT_IT = "Correct this place in the pattern file and upload it again"
 
 
 class PatternFacts(msgspec.Struct, frozen=True, kw_only=True):
-    """What a pattern that passed is like. ``area`` of fabric in m^2; vertices and triangles of the check's mesh."""
+    """What a garment that passed is like. ``area`` of fabric in m^2; vertices and triangles of the check's mesh.
+
+    ``notes``: what had to be found out about a mesh: units, axes, rest shape.
+    """
 
     panel_count: int
     seam_count: int
     vertex_count: int
     triangle_count: int
     area: float
+    notes: tuple[str, ...] = ()
 
 
 class CheckReply(msgspec.Struct, frozen=True, kw_only=True):
@@ -30,6 +34,45 @@ class CheckReply(msgspec.Struct, frozen=True, kw_only=True):
     facts: PatternFacts | None = None
     problem: Problem | None = None
     status: int = 200
+
+
+def check_garment(content: bytes, units: str | None, up: str | None) -> CheckReply:
+    """Read a pattern or a mesh, which is of ``units`` and has ``up`` upwards where that is told; never raises."""
+    from tryon_solver.files.garment_file import is_mesh
+
+    return check_mesh(content, units, up) if is_mesh(content) else check_pattern(content)
+
+
+def check_mesh(content: bytes, units: str | None, up: str | None) -> CheckReply:
+    """Read a mesh garment as it lies on the default body; never raises on account of its content."""
+    from tryon_solver.body.model import BodyError, default_body
+    from tryon_solver.files.convention import Told
+    from tryon_solver.files.garment_file import read_garment
+    from tryon_solver.files.raw_mesh import MeshFileError
+    from tryon_solver.geometry.garment import GarmentError
+
+    try:
+        garment = read_garment(content, "the mesh", default_body().rest_vertices, Told(units, up))
+        sewn, _ = garment.sewn()
+        hinges = sewn.hinges()
+    except MeshFileError as error:
+        remedy = error.remedy.replace("--units", "units").replace("--up", "up")
+        return _refused("garment.mesh", error.place, error.message, remedy, 422)
+    except GarmentError as error:
+        return _refused("garment.mesh", "the mesh", str(error), "Mend it and upload it again", 422)
+    except BodyError as error:
+        return _refused("body.unusable", "body", str(error), "Then upload it again", 503)
+    sides = sewn.panel_of_face[hinges[:, 4:]]
+    seams = {tuple(sorted(pair)) for pair in sides[sides[:, 0] != sides[:, 1]].tolist()}
+    facts = PatternFacts(
+        panel_count=len(garment.piece_names),
+        seam_count=len(seams),
+        vertex_count=sewn.vertex_count,
+        triangle_count=len(sewn.faces),
+        area=float(sewn.signed_areas().sum()),
+        notes=garment.notes,
+    )
+    return CheckReply(facts=facts)
 
 
 def check_pattern(content: bytes) -> CheckReply:
@@ -69,13 +112,14 @@ def _refused(code: str, place: str, message: str, remedy: str, status: int) -> C
 
 
 def main() -> None:
-    """Entry of the child: arguments are the limits in seconds and in bytes."""
+    """Entry of the child: arguments are the limits in seconds and in bytes, then unit and axis or nothing for each."""
     for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ[name] = "1"  # each thread of a BLAS reserves address space
     from tryon_server.garments.limited import apply_limits
 
     apply_limits(float(sys.argv[1]), int(sys.argv[2]))
-    sys.stdout.buffer.write(msgspec.json.encode(check_pattern(sys.stdin.buffer.read())))
+    units, up = (told or None for told in sys.argv[3:5])
+    sys.stdout.buffer.write(msgspec.json.encode(check_garment(sys.stdin.buffer.read(), units, up)))
 
 
 if __name__ == "__main__":

@@ -28,11 +28,17 @@ class GarmentService:
         self._blobs = blobs
         self._limits = limits
 
-    def add(self, content: bytes, name: str) -> GarmentRecord:
-        """Check a pattern file and store it; the same file twice is the same garment.
+    def add(self, content: bytes, name: str, units: str | None = None, up: str | None = None) -> GarmentRecord:
+        """Check a garment's file and store it; the same file twice is the same garment.
+
+        Args:
+            content: a sewing pattern, or a mesh that lies on the default body.
+            name: what to call it.
+            units: unit of a mesh; None to find it out.
+            up: axis that is up in it; None to find it out.
 
         Raises:
-            ProblemError: 400 not JSON, 422 not a pattern that can be sewn or the name is unfit.
+            ProblemError: 400 not JSON, 422 not a garment that can be sewn or worn, or the name is unfit.
         """
         name = name.strip()
         if not name or len(name) > MAX_NAME_LENGTH or not name.isprintable():
@@ -43,8 +49,9 @@ class GarmentService:
                 place="name",
                 status=422,
             )
-        digest = hashlib.sha256(content).hexdigest()
-        return self._store(f"p{digest[:32]}", name, content)
+        told = f"{units or ''} {up or ''}".strip().encode()
+        digest = hashlib.sha256(content + told).hexdigest()
+        return self._store(f"p{digest[:32]}", name, content, units, up)
 
     def add_built_in(self, folder: Path) -> None:
         """Have every pattern of ``folder`` as a garment named by its file; unchanged files are not checked again."""
@@ -82,27 +89,31 @@ class GarmentService:
         """Every garment, oldest first."""
         return self._garments.all()
 
-    def _store(self, garment_id: str, name: str, content: bytes) -> GarmentRecord:
+    def _store(
+        self, garment_id: str, name: str, content: bytes, units: str | None = None, up: str | None = None
+    ) -> GarmentRecord:
         known = self._garments.get(garment_id)
         digest = hashlib.sha256(content).hexdigest()
         if known is not None and known.digest == digest:
             self._blobs.put(content)
             return known
-        logger.info("checking the pattern %r", name)
-        facts = self._check(content)
+        logger.info("checking the garment %r", name)
+        facts = self._check(content, units, up)
         record = GarmentRecord(
             id=garment_id,
             name=name,
             digest=self._blobs.put(content),
             created=time.time(),
+            units=units,
+            up=up,
             **msgspec.structs.asdict(facts),
         )
         self._garments.add(record)
         return record
 
-    def _check(self, content: bytes) -> PatternFacts:
-        limits = [str(self._limits.seconds), str(self._limits.address_space)]
-        reply_json = run_limited("tryon_server.garments.check", limits, content, self._limits, "checking the pattern")
+    def _check(self, content: bytes, units: str | None, up: str | None) -> PatternFacts:
+        arguments = [str(self._limits.seconds), str(self._limits.address_space), units or "", up or ""]
+        reply_json = run_limited("tryon_server.garments.check", arguments, content, self._limits, "checking the file")
         reply = msgspec.json.decode(reply_json, type=CheckReply)
         if reply.facts is None:
             assert reply.problem is not None

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+import contextlib
+from typing import Any, Protocol
 
 import msgspec
-from sqlalchemy import Engine, select
+from sqlalchemy import Engine, RowMapping, select
 from sqlalchemy.exc import IntegrityError
 
 from tryon_server.persistence import tables
@@ -14,7 +15,8 @@ from tryon_server.persistence import tables
 class GarmentRecord(msgspec.Struct, frozen=True, kw_only=True):
     """A stored garment. ``digest`` is the sha256 of its pattern file; ``area`` in m^2; ``created`` in s since 1970.
 
-    The counts of vertices and triangles are those of the mesh made when the pattern was checked.
+    The counts of vertices and triangles are those of the mesh made when the pattern was checked. Of a garment that is a
+    mesh: ``units`` and ``up`` as told by who uploaded it, None where nothing was; ``notes`` what was found out.
     """
 
     id: str
@@ -26,6 +28,9 @@ class GarmentRecord(msgspec.Struct, frozen=True, kw_only=True):
     triangle_count: int
     area: float
     created: float
+    units: str | None = None
+    up: str | None = None
+    notes: tuple[str, ...] = ()
 
 
 class GarmentStore(Protocol):
@@ -41,6 +46,12 @@ class GarmentStore(Protocol):
         """Every garment, oldest first."""
 
 
+READING = ("units", "up", "notes")  # kept aside, as one text: only a mesh has them
+WHOLE = select(tables.garments, tables.readings.c.reading).outerjoin(
+    tables.readings, tables.readings.c.garment == tables.garments.c.id
+)
+
+
 class SqlGarments:
     """Garments in a relational database."""
 
@@ -49,6 +60,9 @@ class SqlGarments:
 
     def add(self, garment: GarmentRecord) -> None:
         values = msgspec.structs.asdict(garment)
+        reading = {name: values.pop(name) for name in READING}
+        if any(reading.values()):
+            self._keep_reading(garment.id, msgspec.json.encode(reading).decode())
         update = tables.garments.update().where(tables.garments.c.id == garment.id).values(values)
         with self._engine.begin() as connection:
             if connection.execute(update).rowcount:
@@ -60,13 +74,23 @@ class SqlGarments:
             with self._engine.begin() as connection:
                 connection.execute(update)
 
+    def _keep_reading(self, garment_id: str, text: str) -> None:
+        with contextlib.suppress(IntegrityError), self._engine.begin() as connection:  # the same, kept at this moment
+            connection.execute(tables.readings.delete().where(tables.readings.c.garment == garment_id))
+            connection.execute(tables.readings.insert().values(garment=garment_id, reading=text))
+
     def get(self, garment_id: str) -> GarmentRecord | None:
-        query = select(tables.garments).where(tables.garments.c.id == garment_id)
         with self._engine.connect() as connection:
-            row = connection.execute(query).mappings().first()
-        return None if row is None else GarmentRecord(**row)
+            row = connection.execute(WHOLE.where(tables.garments.c.id == garment_id)).mappings().first()
+        return None if row is None else _record(row)
 
     def all(self) -> list[GarmentRecord]:
-        query = select(tables.garments).order_by(tables.garments.c.created, tables.garments.c.id)
+        query = WHOLE.order_by(tables.garments.c.created, tables.garments.c.id)
         with self._engine.connect() as connection:
-            return [GarmentRecord(**row) for row in connection.execute(query).mappings()]
+            return [_record(row) for row in connection.execute(query).mappings()]
+
+
+def _record(row: RowMapping) -> GarmentRecord:
+    values: dict[str, Any] = {str(name): value for name, value in row.items()}
+    reading = values.pop("reading")
+    return msgspec.convert({**values, **(msgspec.json.decode(reading) if reading else {})}, GarmentRecord)

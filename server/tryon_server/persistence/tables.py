@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from sqlalchemy import Column, Engine, Float, Integer, MetaData, String, Table, create_engine, event
+from sqlalchemy import Column, Engine, Float, Integer, MetaData, String, Table, Text, create_engine, event
 from sqlalchemy.engine import make_url
 from sqlalchemy.exc import ArgumentError, SQLAlchemyError
 
@@ -24,6 +24,13 @@ garments = Table(
     Column("triangle_count", Integer, nullable=False),
     Column("area", Float, nullable=False),  # [m^2]
     Column("created", Float, nullable=False),  # [s] since 1970
+)
+
+readings = Table(  # how a garment that is a mesh is read
+    "readings",
+    metadata,
+    Column("garment", String(64), primary_key=True),
+    Column("reading", Text, nullable=False),  # JSON: units, up, notes
 )
 
 sessions = Table(

@@ -13,7 +13,7 @@ from tryon_server.garments.service import GarmentService
 from tryon_server.persistence import GarmentRecord, SessionRecord, SessionStore
 from tryon_server.problems import ProblemError, problem_error
 from tryon_server.runtime.interface import Catalogue, Placement
-from tryon_server.runtime.order import DrapeOrder, WorkOrder
+from tryon_server.runtime.order import DrapeOrder, MeshReading, WorkOrder
 from tryon_server.sessions import Rules, Session
 from tryon_server.settings import Settings
 from tryon_server.streaming.live_session import LiveSession
@@ -156,6 +156,7 @@ class LiveSessions:
                 preset=record.preset,
                 device=self._settings.device,
                 wardrobe=self._settings.data_dir / "dressed",
+                reading=MeshReading(garment.units, garment.up),
             ),
             motion=record.motion,
             frames_per_second=self._settings.frames_per_second,
