@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import json
+import runpy
 import time
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from urllib.request import Request, urlopen
 
 import numpy as np
@@ -139,6 +141,33 @@ def upload_wide_shirt(page) -> None:
 
 def choose_cape(page) -> None:
     page.locator("#garments label", has_text="Cape").click()
+
+
+def skirt_of_centimetres(folder) -> bytes:
+    """The mesh that scripts/make_strangers.py writes: centimetres, Z up."""
+    script = runpy.run_path(str(Path(__file__).resolve().parents[2] / "scripts" / "make_strangers.py"))
+    script["write_skirt"](folder / "skirt.obj")
+    return (folder / "skirt.obj").read_bytes()
+
+
+def test_a_mesh_is_worn_and_the_page_says_how_it_was_read(page, tmp_path):
+    mesh = skirt_of_centimetres(tmp_path)
+    session = session_of(page)
+    page.click(".reading summary")
+    page.select_option("#mesh-units", "m")
+    page.set_input_files("#pattern-file", files=[as_file("skirt.obj", mesh)])
+    page.wait_for_selector("#notice:visible")
+    assert "not where the body is" in page.inner_text("#notice-message")
+    assert "units and up" in page.inner_text("#notice-remedy")
+    assert session_of(page) == session
+    page.click("#notice-close")
+    page.select_option("#mesh-units", "")
+    page.set_input_files("#pattern-file", files=[as_file("skirt.obj", mesh)])
+    page.wait_for_selector("#notice-title:has-text('How skirt.obj was read')")
+    assert "cm, Z up" in page.inner_text("#notice-message")
+    page.wait_for_function("before => new URL(location.href).searchParams.get('session') !== before", arg=session)
+    wait_for_state(page, "running")
+    page.click("#notice-close")
 
 
 def test_a_pattern_can_be_dropped_on_the_page(page):

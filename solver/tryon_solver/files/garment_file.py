@@ -8,7 +8,7 @@ import numpy as np
 
 from tryon_solver.files.convention import GLTF, Convention, Told, find_for_garment
 from tryon_solver.files.gltf import parse_glb
-from tryon_solver.files.mesh_garment import MeshGarment, make_garment
+from tryon_solver.files.mesh_garment import MeshGarment, make_garment, refuse_large
 from tryon_solver.files.obj import parse_obj
 
 GLB_MAGIC = b"glTF"
@@ -36,4 +36,5 @@ def read_garment(
             told = GLTF
     else:
         raw = parse_obj(content.decode("utf-8", errors="replace"), name)
+    refuse_large(raw)
     return make_garment(raw, find_for_garment(raw.vertices, raw.faces, skin, told, body, raw.name))

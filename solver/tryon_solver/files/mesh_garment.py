@@ -49,11 +49,8 @@ class MeshGarment:
 
 def make_garment(raw: RawMesh, convention: Convention) -> MeshGarment:
     """Prepare a file's mesh. Raises MeshFileError naming the triangles that stand in the way."""
+    refuse_large(raw)
     used = np.unique(raw.faces)
-    if len(used) > VERTICES_MAX:
-        raise MeshFileError(
-            f"it has {len(used)} vertices, more than {VERTICES_MAX}", raw.name, "Decimate it before exporting it"
-        )
     notes = [f"units and axes: {convention.describe()}"]
     placed = convention.apply(raw.vertices)
     joined = weld_coincident(placed, raw.faces)
@@ -95,6 +92,15 @@ def make_garment(raw: RawMesh, convention: Convention) -> MeshGarment:
         _refuse_folding_stitches(raw, kept, group[faces])
     garment = Garment(faces, shape.uv_corners, shape.panel_of_face, len(x), group, shape.spline_corners)
     return MeshGarment(x, garment, stitches, _piece_names(raw, kept, shape.panel_of_face), raw, kept, tuple(notes))
+
+
+def refuse_large(raw: RawMesh) -> None:
+    """Raises MeshFileError for a mesh of too many vertices; those split for shading alone don't count."""
+    used = np.unique(raw.faces)
+    if len(used) > VERTICES_MAX and len(np.unique(raw.vertices[used], axis=0)) > VERTICES_MAX:
+        raise MeshFileError(
+            f"it has {len(used)} vertices, more than {VERTICES_MAX}", raw.name, "Decimate it before exporting it"
+        )
 
 
 def _refuse_crowded(raw: RawMesh, kept: np.ndarray, faces: np.ndarray) -> None:

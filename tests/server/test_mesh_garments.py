@@ -1,0 +1,93 @@
+"""Garments that are meshes, over REST: read on the default body, told how, refused with the place, kept with it all."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tryon_server.garments.check import check_garment
+from tryon_server.persistence.garments import GarmentRecord, SqlGarments
+from tryon_server.persistence.tables import open_database
+
+SCRIPT = Path(__file__).resolve().parents[2] / "scripts" / "make_strangers.py"
+
+
+@pytest.fixture(scope="module")
+def skirt(tmp_path_factory) -> bytes:
+    specification = importlib.util.spec_from_file_location("make_strangers", SCRIPT)
+    assert specification is not None
+    assert specification.loader is not None
+    strangers = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(strangers)
+    path = tmp_path_factory.mktemp("mesh") / "skirt.obj"
+    strangers.write_skirt(path)
+    return path.read_bytes()
+
+
+def test_an_uploaded_mesh_says_how_it_was_read(live, skirt):
+    reply = live.http.post("/api/garments", params={"name": "skirt"}, content=skirt)
+    assert reply.status_code == 201, reply.text
+    garment = reply.json()
+    assert garment["notes"][0].startswith("units and axes: cm, Z up")
+    assert any("27 stitch lines are sewn" in note for note in garment["notes"])
+    assert (garment["panel_count"], garment["seam_count"]) == (2, 1)
+    assert garment["vertex_count"] == 1296
+    assert 0.4 < garment["area"] < 0.8
+    assert live.http.get(f"/api/garments/{garment['id']}").json() == garment
+    assert garment in live.http.get("/api/garments").json()
+
+
+def test_what_is_told_is_checked_and_is_part_of_the_garment(live, skirt):
+    told = live.http.post("/api/garments", params={"name": "skirt", "units": "cm", "up": "z"}, content=skirt)
+    assert told.status_code == 201, told.text
+    assert "as told" in told.json()["notes"][0]
+    found = live.http.post("/api/garments", params={"name": "skirt"}, content=skirt).json()
+    assert told.json()["id"] != found["id"]
+    wrong = live.http.post("/api/garments", params={"name": "skirt", "units": "m"}, content=skirt)
+    assert wrong.status_code == 422
+    assert wrong.json()["code"] == "garment.mesh"
+    assert "not where the body is" in wrong.json()["message"]
+    assert "units and up" in wrong.json()["remedy"]
+    unknown = live.http.post("/api/garments", params={"name": "skirt", "units": "ell"}, content=skirt)
+    assert unknown.status_code == 422
+    assert "units" in unknown.json()["place"]
+
+
+def test_a_broken_mesh_is_refused_with_its_line(live, skirt):
+    lines = skirt.decode().splitlines()
+    at = next(k for k, line in enumerate(lines) if line.startswith("f "))
+    lines[at] = "f 1/1 2/2 99999/1 3/3"
+    reply = live.http.post("/api/garments", params={"name": "skirt"}, content="\n".join(lines).encode())
+    assert reply.status_code == 422
+    assert reply.json()["code"] == "garment.mesh"
+    assert reply.json()["place"].endswith(f"line {at + 1}")
+    assert "no vertex 99999" in reply.json()["message"]
+
+
+def test_patterns_have_no_notes(live):
+    assert live.http.get("/api/garments/tube").json()["notes"] == []
+
+
+def test_a_mesh_too_large_is_refused():
+    x = np.random.default_rng(0).uniform(size=(50_001, 3))
+    lines = ["v {} {} {}".format(*p) for p in x] + [f"f {k} {k + 1} {k + 2}" for k in range(1, 50_000)]
+    reply = check_garment("\n".join(lines).encode(), "m", "y")
+    assert reply.problem is not None
+    assert reply.status == 422
+    assert "50001 vertices" in reply.problem.message
+
+
+def test_readings_are_kept_beside_the_garments_of_older_databases(tmp_path):
+    url = f"sqlite:///{tmp_path / 'a.sqlite3'}"
+    store = SqlGarments(open_database(url))
+    values = {"digest": "d", "panel_count": 1, "seam_count": 0, "vertex_count": 3, "triangle_count": 1, "area": 1.0}
+    plain = GarmentRecord(id="plain", name="plain", created=1.0, **values)
+    mesh = GarmentRecord(id="mesh", name="mesh", created=2.0, units="cm", notes=("cm, Z up",), **values)
+    for garment in (plain, mesh, mesh):
+        store.add(garment)
+    again = SqlGarments(open_database(url))
+    assert again.all() == [plain, mesh]
+    assert again.get("mesh") == mesh
