@@ -56,10 +56,7 @@ export class Ar {
     }
     this.button.disabled = true;
     try {
-      const session = await navigator.xr!.requestSession("immersive-ar", FEATURES);
-      session.addEventListener("end", () => this.left());
-      await this.stage.present(session, (frame, space) => this.draw(session, frame, space));
-      this.entered(session);
+      await this.enter(await navigator.xr!.requestSession("immersive-ar", FEATURES));
     } catch (error) {
       this.host.failed(error instanceof Error ? error.message : String(error));
     } finally {
@@ -67,8 +64,16 @@ export class Ar {
     }
   }
 
-  private entered(session: XRSession): void {
+  /** Shows the scene in the session, or ends it when that can't be done, and says why. */
+  private async enter(session: XRSession): Promise<void> {
     this.session = session;
+    session.addEventListener("end", () => this.left());
+    try {
+      await this.stage.present(session, (frame, space) => this.draw(session, frame, space));
+    } catch (error) {
+      await session.end().catch(() => undefined);
+      throw error;
+    }
     this.wearer = undefined;
     this.figure.occlude(true);
     this.host.follow(true);

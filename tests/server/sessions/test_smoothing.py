@@ -43,10 +43,10 @@ def test_at_two_metres_a_second_the_delay_is_below_thirty_milliseconds():
     along = 2.0 * DT * np.arange(120)
     track = np.stack([along, 0 * along, 0 * along], axis=-1)
     behind = (track - places(track))[60:, 0] / 2.0
-    assert 0.02 < behind.max() <= 0.03
+    assert 0.015 < behind.max() <= 0.02
     turning = np.arange(120) * DT * 3.5
     behind = (turning - turns(turning))[60:] / 3.5
-    assert 0.02 < behind.max() <= 0.03
+    assert 0.015 < behind.max() <= 0.02
 
 
 def test_a_hand_that_waves_at_two_metres_a_second_is_hardly_later():
@@ -54,7 +54,7 @@ def test_a_hand_that_waves_at_two_metres_a_second_is_hardly_later():
     times = DT * np.arange(240)
     along = 2.0 / (2 * np.pi) * np.sin(2 * np.pi * times)
     track = np.stack([along, 0 * along, 0 * along], axis=-1)
-    assert delay(along, places(track)[:, 0]) <= 0.04
+    assert delay(along, places(track)[:, 0]) <= 0.03
 
 
 def test_white_noise_of_a_body_at_rest_becomes_a_third_or_less():
@@ -81,10 +81,11 @@ def test_quaternions_of_either_sign_are_one_turn():
 def test_a_joint_that_is_put_elsewhere_is_there_at_once_and_the_others_are_not():
     filtered = PlaceFilter(Smoothing())
     filtered.next(np.zeros((2, 3)), DT)
-    filtered.put(np.array([True, False]), np.ones((2, 3)))
-    now = filtered.next(np.ones((2, 3)), DT)
-    np.testing.assert_array_equal(now[0], 1.0)
-    assert (now[1] < 0.9).all()
+    there = np.full((2, 3), 0.02)
+    filtered.put(np.array([True, False]), there)
+    now = filtered.next(there, DT)
+    np.testing.assert_array_equal(now[0], there[0])
+    assert (now[1] < 0.9 * there[1]).all()
 
 
 @pytest.mark.parametrize("kind", [PlaceFilter, TurnFilter])
