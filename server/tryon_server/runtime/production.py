@@ -124,9 +124,9 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
     settings = PRESETS[preset]
     progress("Reading the body", None)
     moving = load_moving_mesh(order.body, order.body_reading)
-    if moving is not None or is_mesh_file(order.pattern):
-        return build_mesh_drape(order, moving, fabric, settings, device, progress)
-    body = load_body(order.body)
+    body: WornBody = load_body(order.body) if moving is None else moving.sequence
+    if is_mesh_file(order.pattern):
+        return build_mesh_drape(order, body, moving, fabric, settings, device, progress)
     try:
         progress("Meshing the pattern", None)
         edge_length = order.edge_length or EDGE_LENGTHS[preset]
@@ -134,7 +134,7 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
         check_wearable(pattern)
         panels = mesh_pattern(pattern, edge_length)
         check_grid(GRID, min(fabric.thickness, settings.body_offset))
-        if order.wardrobe is None:
+        if order.wardrobe is None or not isinstance(body, BodyModel):
             dressed = dress(panels, body, fabric, settings, device, progress=_worded(progress))
         else:
             key = wardrobe_key(order.pattern.read_bytes(), body, (fabric, settings, edge_length))
@@ -147,24 +147,19 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
     except GarmentError as error:
         message = f"the garment can't be put on: {error}"
         raise problem_error("garment.unfit", message, TRY_ANOTHER, place="garment", status=422) from error
-    return SolverDrape(dressed.simulation, dressed.pose, dressed.panels.panel_names, body)
+    return _drape(dressed.simulation, dressed.pose, dressed.panels.panel_names, body, moving, ())
 
 
 def build_mesh_drape(
-    order: DrapeOrder, moving: MeshBody | None, fabric: Fabric, settings: Settings, device: str, progress: Progress
+    order: DrapeOrder,
+    body: WornBody,
+    moving: MeshBody | None,
+    fabric: Fabric,
+    settings: Settings,
+    device: str,
+    progress: Progress,
 ) -> SolverDrape:
-    """Dress a garment that is a mesh, or a body that is a moving one, or both. Raises ProblemError."""
-    if not is_mesh_file(order.pattern):
-        raise problem_error(
-            "garment.unfit",
-            "a sewing pattern is placed around the default body's trunk and arms, which nobody knows on a moving mesh",
-            "Bring the garment as a mesh that lies on this body, or wear the pattern on the default body",
-            place="garment",
-            status=422,
-        )
-    model = load_body(order.body) if moving is None else None
-    body: WornBody = moving.sequence if moving is not None else model  # type: ignore[assignment]
-    pose = moving.sequence.start() if moving is not None else Pose.rest(model)  # type: ignore[arg-type]
+    """Dress a garment that is a mesh, where it lies on the body. Raises ProblemError."""
     told = Told(order.reading.units, order.reading.up)
     try:
         progress("Reading the garment", None)
@@ -176,18 +171,30 @@ def build_mesh_drape(
             None if moving is None else moving.convention,
         )
         check_grid(GRID, min(fabric.thickness, settings.body_offset))
-        dressed = dress_mesh(garment, body, pose, fabric, settings, device, progress=_worded(progress))
+        dressed = dress_mesh(garment, body, body.start(), fabric, settings, device, progress=_worded(progress))
     except MeshFileError as error:
         message = f"{error.place}: {error.message}"
         raise problem_error("garment.mesh", message, error.remedy, place="garment", status=422) from error
     except GarmentError as error:
         message = f"the garment can't be put on: {error}"
         raise problem_error("garment.unfit", message, TRY_ANOTHER_MESH, place="garment", status=422) from error
-    notes = tuple(f"garment: {note}" for note in dressed.notes)
+    return _drape(dressed.simulation, dressed.pose, dressed.piece_names, body, moving, dressed.notes)
+
+
+def _drape(
+    simulation: Simulation,
+    pose: Any,
+    piece_names: tuple[str, ...],
+    body: WornBody,
+    moving: MeshBody | None,
+    garment_notes: tuple[str, ...],
+) -> SolverDrape:
+    """The drape of a dressed garment, with what was found out about body and garment."""
+    notes = [f"garment: {note}" for note in garment_notes]
     if moving is not None:
-        notes = (*(f"body: {note}" for note in moving.notes), *notes)
-    shown = model or one_joint_body(body.rest_vertices, body.faces)
-    drape = SolverDrape(dressed.simulation, pose, dressed.piece_names, shown, notes)
+        notes = [*(f"body: {note}" for note in moving.notes), *notes]
+    shown = body if isinstance(body, BodyModel) else one_joint_body(body.rest_vertices, body.faces)
+    drape = SolverDrape(simulation, pose, piece_names, shown, tuple(notes))
     drape.own_motion = None if moving is None else moving.sequence
     return drape
 

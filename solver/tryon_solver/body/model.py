@@ -83,6 +83,18 @@ class BodyModel:
             depth[joint] = depth[parent] + 1
         return tuple(np.flatnonzero(depth == d) for d in range(1, depth.max() + 1))
 
+    def start(self) -> Pose:
+        """The rest pose."""
+        from tryon_solver.body.pose import Pose
+
+        return Pose.rest(self)
+
+    def surface(self, stance: Pose) -> np.ndarray:
+        """(B, 3) float64 m: the vertices at a pose."""
+        from tryon_solver.body.pose import skin
+
+        return skin(self, stance)
+
     def on_device(self, device: str) -> MovingBody[Pose]:
         """The body ready to be followed by a simulation."""
         from tryon_solver.body.skinning import SkinningKernel

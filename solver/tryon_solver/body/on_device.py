@@ -3,7 +3,7 @@ both answer."""
 
 from __future__ import annotations
 
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 import warp as wp
@@ -55,6 +55,12 @@ class WornBody(Protocol):
     @property
     def skin_weights(self) -> np.ndarray:
         """(B, K) float32, how much with each; rows sum to 1"""
+
+    def start(self) -> Any:
+        """The stance it comes in: the rest pose, or the first frame."""
+
+    def surface(self, stance: Any) -> np.ndarray:
+        """(B, 3) float64 m: its vertices at the stance."""
 
     def on_device(self, device: str) -> MovingBody:
         """The body ready to be followed."""

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from tryon_solver.body.model import BodyModel
-from tryon_solver.body.pose import Pose, skin
+from tryon_solver.body.on_device import WornBody
 from tryon_solver.dressing.fit import DressingError, check_rest, close_seams
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.panel_mesh import PanelMesh
@@ -46,12 +46,12 @@ class Dressed:
     simulation: Simulation
     welded: WeldedMesh
     panels: PanelMesh
-    pose: Pose
+    pose: Any  # a Pose, or a Moment of a sequence
 
 
 def dress(
     panels: PanelMesh,
-    body: BodyModel,
+    body: WornBody,
     fabric: Fabric,
     settings: Settings | None = None,
     device: str = "cpu",
@@ -59,14 +59,14 @@ def dress(
     settle_seconds: float = 1.0,
     progress: Progress = tell_nobody,
 ) -> Dressed:
-    """Put the garment on the body in its rest pose and let it settle.
+    """Put the garment on the body as it stands first (its rest pose, or its first frame) and let it settle.
 
     `progress(stage, share)` is called as it goes, share from 0 to 1. Raises PlacementError, GarmentError or
     DressingError with advice.
     """
     settings = settings or Settings()
-    pose = Pose.rest(body)
-    surface = skin(body, pose)
+    pose = body.start()
+    surface = body.surface(pose)
     progress("placing", 0.0)
     clearance = settings.body_offset + 0.5 * fabric.thickness + settings.d_hat
     x_start = place_around(panels, surface, body.faces, clearance)
@@ -87,8 +87,8 @@ def sew(
     panels: PanelMesh,
     joined: WeldedMesh,
     x_start: np.ndarray,
-    body: BodyModel,
-    pose: Pose,
+    body: WornBody,
+    pose: Any,
     fabric: Fabric,
     settings: Settings,
     device: str,
