@@ -156,7 +156,7 @@ def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser])
         metavar="default|FILE|FOLDER",
         help="body: the default one; a .npz made by scripts/make_body.py, or a folder with its body.npz; a moving mesh "
         "(a folder of .obj frames, an .npz with vertices (frames x V x 3), faces and fps or dt, or an animated .glb); "
-        "or a closed mesh (.obj, .ply, .stl, .glb; metres, Y up, facing +Z), which stands still",
+        "or a mesh (.obj, .ply, .stl, .glb), which stands still: closed, in metres, Y up, or a human's as it comes",
     )
     simulate.add_argument("--body-units", choices=UNITS, help="unit of a moving mesh (default: found, and told)")
     simulate.add_argument("--body-up", choices=AXES, help="axis that is up in it (default: found, and told)")

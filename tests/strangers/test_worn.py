@@ -1,10 +1,13 @@
 """What strangers bring, as `tryon simulate` takes it: two garments as meshes on two moving meshes, judged by ipctk."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from frame_judge import FrameJudge
 
 from tryon_server.problems import ProblemError
+from tryon_server.runtime.bodies import load_moving_mesh
 from tryon_server.runtime.offline import simulate
 from tryon_server.runtime.order import DrapeOrder, MeshReading
 from tryon_solver.body import default_body
@@ -85,6 +88,29 @@ def test_the_surface_follows_the_files_own_frames(brought):
     np.testing.assert_allclose(raw.frames[0][:, 2], 100 * ours[:, 1], atol=1e-3)
     np.testing.assert_allclose(raw.frames[0][:, 1], -100 * ours[:, 2], atol=1e-3)
     assert raw.frames.shape == (30, len(ours), 3)
+
+
+def test_a_pattern_is_put_on_a_strangers_body_too(brought):
+    shirt = Path(__file__).resolve().parents[2] / "server" / "tryon_server" / "demo" / "patterns" / "tshirt.json"
+    wanted = order(shirt, brought / "walk", edge_length=0.03)
+    recording = simulate(wanted, None, 0.3, 30.0, tell_nobody)
+    assert unclean(recording) == []
+    assert any(note.startswith("body: units and axes: cm, Z up") for note in recording.notes)
+
+
+def test_a_standing_mesh_is_mended_and_read_in_its_unit(brought, tmp_path):
+    """Centimetres, Z up, with a hole at the mouth: no closed surface in metres, but a human."""
+    lines = (brought / "walk" / "walk_0001.obj").read_text().splitlines()
+    faces = [k for k, line in enumerate(lines) if line.startswith("f ")]
+    path = tmp_path / "stands.obj"
+    path.write_text("\n".join(lines[: faces[100]] + lines[faces[110] :]))
+    body = load_moving_mesh(path, MeshReading())
+    assert body is not None
+    assert body.notes[0].startswith("units and axes: cm, Z up")
+    assert any("not closed" in note for note in body.notes)
+    assert body.sequence.duration == 0.0
+    ours = default_body().rest_vertices
+    np.testing.assert_allclose(body.sequence.rest_vertices[: len(ours)], ours, atol=1e-5)
 
 
 def test_a_motion_besides_a_moving_mesh_is_refused(brought):

@@ -32,14 +32,17 @@ def moves_itself(path: Path | None) -> bool:
 
 
 def load_moving_mesh(path: Path | None, reading: MeshReading) -> MeshBody | None:
-    """The moving mesh in this file or folder; None when it is another kind of body.
+    """The moving mesh in this file or folder, or a human's that stands but has to be mended, or read in a unit of its
+    own; None when it is another kind of body.
 
     Raises:
         ProblemError: it is one and can't be used.
     """
+    if path is None or not path.exists():
+        return None
     try:
-        if path is None or not path.exists() or not is_moving_mesh(path):
-            return None
+        if not is_moving_mesh(path):
+            return _standing_mesh(path, reading)
         return read_mesh_body(path, Told(reading.units, reading.up), reading.fps)
     except MeshFileError as error:
         raise problem_error(
@@ -47,6 +50,23 @@ def load_moving_mesh(path: Path | None, reading: MeshReading) -> MeshBody | None
         ) from error
     except (BodyError, OSError, zipfile.BadZipFile) as error:
         raise problem_error("body.unusable", str(error), "Export it again", place="body", status=422) from error
+
+
+def _standing_mesh(path: Path, reading: MeshReading) -> MeshBody | None:
+    """A mesh that stands and is no closed surface in metres as it is, where it is a human's; None for other bodies."""
+    if path.suffix.lower() not in (".obj", ".glb"):
+        return None
+    told = Told(reading.units, reading.up)
+    if reading.units is not None or reading.up is not None:
+        return read_mesh_body(path, told)
+    try:
+        still_body(path)
+    except ProblemError as plain:
+        try:
+            return read_mesh_body(path, told)
+        except (MeshFileError, BodyError):
+            raise plain from None
+    return None
 
 
 def load_body(path: Path | None) -> BodyModel:

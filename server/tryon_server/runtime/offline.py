@@ -100,7 +100,7 @@ def simulate(order: DrapeOrder, motion: str | None, seconds: float | None, fps: 
     with kernel_news(lambda what: progress(what, None)):
         drape = build_drape(order, progress)
         own = drape.own_motion
-        if own is not None:
+        if own is not None and own.duration > 0:
             seconds = own.duration if seconds is None else seconds
             if seconds > own.duration + 1e-9:
                 raise _out_of_range("seconds", f"the body's frames last {own.duration:.2f} s", "Ask for no more")

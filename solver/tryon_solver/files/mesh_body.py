@@ -1,4 +1,4 @@
-"""A moving body from a stranger's file: a folder of OBJ frames, an .npz of vertices, or a .glb with a skin.
+"""A moving body from a stranger's file: a folder of OBJ frames, an .npz of vertices, a .glb with a skin; or one mesh.
 
 Whatever is done to the mesh (welding, filling holes, remeshing) is done to its first frame and carried to the others as
 weights of the file's own vertices, so that the surface moves as the file's does.
@@ -36,6 +36,7 @@ GLB_DT = 1 / 60  # s, a skinned animation is sampled so often
 USUAL_FPS = 30.0  # of a folder of frames, when nobody says
 SAME_THROUGHOUT = 1e-3  # m, vertices welded in the first frame stay so close in all
 FRAME_KEYS = (("vertices", "faces"), ("body", "body_faces"))  # in an .npz; the second is what tryon simulate writes
+STANDS = "it stands still"
 LOOKED_AT = 12  # frames in which crossings are counted
 REMESH_ROUNDS = 4
 
@@ -89,6 +90,11 @@ def read_frames(path: Path, told: Told = Told(), fps: float | None = None) -> Ra
         raw = _read_folder(path, told, fps)
     elif path.suffix.lower() == ".npz":
         raw = _read_npz(path, told, fps)
+    elif path.suffix.lower() == ".obj":
+        mesh = parse_obj(path.read_text(errors="replace"), path.name)
+        _limit(path.name, 1, len(mesh.vertices))
+        frames = mesh.vertices[None].astype(np.float32)
+        raw = RawFrames(frames, mesh.faces, GLB_DT, told, path.name, (STANDS,))
     else:
         raw = _read_glb(path, told)
     if raw.faces.size and raw.faces.max() >= raw.frames.shape[1]:
@@ -174,7 +180,7 @@ def _read_glb(path: Path, told: Told) -> RawFrames:
     frames = np.stack([scene.positions(k * GLB_DT).astype(np.float32) for k in range(count)])
     if told.unit is None and told.up is None:
         told = GLTF
-    note = f"an animation of {scene.duration:.2f} s, sampled every 1/{1 / GLB_DT:.0f} s" if count > 1 else "it stands"
+    note = f"an animation of {scene.duration:.2f} s, sampled every 1/{1 / GLB_DT:.0f} s" if count > 1 else STANDS
     return RawFrames(frames, raw.faces, GLB_DT, told, path.name, (note,))
 
 
