@@ -1,4 +1,4 @@
-"""Tells trunk and arms of a standing body apart by its horizontal sections, without a skeleton."""
+"""Tells trunk and arms of a standing body apart by its horizontal sections, and how an arm is held: no skeleton."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial.transform import Rotation
 
 Points = NDArray[np.float64]
 
@@ -18,6 +19,10 @@ LOWEST_LEVEL, HIGHEST_LEVEL, LEVELS = 0.5, 0.88, 39
 ARMS_JOINED = 1.4
 # An arm begins where the body is wider than the trunk by this factor.
 ARM_BEYOND = 1.1
+# An arm's direction is that of so much of it at least: over a shorter piece it is as wide as long.
+SHORTEST_ARM = 0.25  # m
+ROOT_SHARE = 0.1  # of the arm's length, whose middle is its root
+FEWEST_VERTICES = 8  # of a part of the arm
 
 
 @dataclass(frozen=True)
@@ -42,6 +47,57 @@ class Trunk:
         if not np.isfinite(self.half_width) or (label != "arm" and (label or not beyond)):
             return 0
         return 1 if centre[0] > self.middle else -1
+
+
+@dataclass(frozen=True)
+class Arm:
+    """An arm as the body holds it, over the length that the garment's sleeve covers."""
+
+    vertices: Points  # (B, 3) m, of the whole arm
+    root: Points  # (3,) m, middle of its end at the trunk
+    axis: Points  # (3,) unit, towards the trunk
+
+    def turned(self, positions: Points, normal: Points) -> Points:
+        """The flat piece (K, 3) m with that unit normal, turned about the root until the arm's axis is in its plane.
+
+        Turned the shortest way: the axis as seen along the normal comes to lie on the axis itself.
+        """
+        seen = self.axis - (self.axis @ normal) * normal
+        seen /= np.linalg.norm(seen)
+        turn = Rotation.from_rotvec(_between(seen, self.axis))
+        result: Points = self.root + turn.apply(positions - self.root)
+        return result
+
+    def behind(self, positions: Points) -> Points:
+        """The arm's vertices (B, 3) m between the ends of the piece (K, 3) m; the whole arm where it ends before."""
+        reach = positions @ self.axis
+        at = self.vertices @ self.axis
+        inside = (at >= reach.min()) & (at <= reach.max())
+        return self.vertices[inside] if np.count_nonzero(inside) >= FEWEST_VERTICES else self.vertices
+
+
+def find_arm(body: Points, trunk: Trunk, side: int, pieces: Points) -> Arm:
+    """The arm on the side +1 or -1 of the body (B, 3) m, its axis that of what the pieces (K, 3) m cover."""
+    vertices = body[trunk.arms(body, side)]
+    axis = _long_axis(vertices, np.array([-side, 0.0, 0.0]))
+    at = (vertices @ axis).max() - vertices @ axis
+    root = vertices[at < ROOT_SHARE * at.max()].mean(axis=0)
+    covered = max(SHORTEST_ARM, float((root - pieces).dot(axis).max()))
+    return Arm(vertices, root, _long_axis(vertices[at < covered], axis))
+
+
+def _long_axis(points: Points, towards: Points) -> Points:
+    """(3,) unit, the direction in which the points (K, 3) m spread most, on the side of `towards`."""
+    spread = points - points.mean(axis=0)
+    axis: Points = np.linalg.eigh(spread.T @ spread)[1][:, 2]
+    return axis if axis @ towards >= 0 else -axis
+
+
+def _between(one: Points, other: Points) -> Points:
+    """Rotation vector (3,) rad of the shortest turn from one unit vector (3,) to another, less than half round."""
+    across = np.cross(one, other)
+    sine = float(np.linalg.norm(across))
+    return across * (np.arctan2(sine, one @ other) / sine) if sine > 0 else across
 
 
 def find_trunk(vertices: Points, faces: NDArray[np.int32]) -> Trunk:

@@ -1,51 +1,36 @@
 """Where the pieces start: around the body, clear of it and of each other, and so that the seams are short and free.
 
 Each piece is rolled onto a cylinder around its part of the body: an upright one around the trunk, one along the arm for
-a sleeve. Rolling does not stretch, and it brings the edges that are to be sewn next to each other. A piece too wide for
-that (a flared skirt) stays flat, moved outwards as far as needed. Pieces are placed one after the other, from the trunk
-outwards, each clear of those before.
+a sleeve. Rolling does not stretch, and it brings the edges that are to be sewn next to each other. Pieces that lie side
+by side, as the halves of a front, are rolled together (sheets.py). A piece too wide for that (a flared skirt) stays
+flat, moved outwards as far as needed. Pieces are placed one after the other, from the trunk outwards, each clear of
+those before.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tryon_solver.geometry.body_parts import Trunk, find_trunk
+from tryon_solver.geometry.body_parts import find_arm, find_trunk
 from tryon_solver.geometry.located_error import LocatedError
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.proximity import Points, Surface
 from tryon_solver.geometry.rolling import roll, roll_on_cone
+from tryon_solver.geometry.sheets import Sheet, arm_side, flat_piece, sheets
 
 # How far the cylinders are tried beyond the clearance: further out, seams get longer than those of flat pieces.
 ROLL_DISTANCES = np.arange(0.0, 0.085, 0.005)  # m
 SLEEVE_SHIFTS = np.arange(0.0, 0.16, 0.01)  # m, outwards along the arm
 FLAT_MOVES = np.arange(0.0, 0.51, 0.01)  # m, outwards
 UPRIGHT = 0.5  # cosine: a piece whose plane leans further from the vertical is not rolled around the trunk
+BETWEEN = 2.0  # clearances between the pieces of a sheet: rolled, they come a little closer
 
 
 class PlacementError(LocatedError):
     """A piece that cannot be placed: which, why, and what to do about it."""
-
-
-@dataclass(frozen=True)
-class _Flat:
-    """A flat piece in space: point = origin + along * a + across * b, `outward` away from the body."""
-
-    positions: Points  # (K, 3) m
-    along: Points  # (3,) unit, direction of the cylinder's lines, up the trunk or up the arm
-    across: Points  # (3,) unit
-    outward: Points  # (3,) unit, across x along or its opposite
-    part: Points  # (B, 3) m, vertices of the body's part that it goes around
-    is_sleeve: bool
-
-    @property
-    def depth(self) -> float:
-        """How far [m] the piece's plane lies outside the middle of its part."""
-        return float((self.positions.mean(axis=0) - self.part.mean(axis=0)) @ self.outward)
 
 
 def place_around(
@@ -58,25 +43,33 @@ def place_around(
     """
     body = Surface(np.asarray(body_vertices, dtype=np.float64), body_faces)
     trunk = find_trunk(body.vertices, body.faces)
-    flats = [_flat_piece(mesh, index, body.vertices, trunk) for index in range(len(mesh.panel_names))]
-    order = sorted(range(len(flats)), key=lambda index: (flats[index].is_sleeve, flats[index].depth, index))
+    sides = [arm_side(mesh, index, trunk) for index in range(len(mesh.panel_names))]
+    arms = {
+        side: find_arm(body.vertices, trunk, side, mesh.placed[np.array(sides)[mesh.panel_of_vertex] == side])
+        for side in set(sides) - {0}
+    }
+    pieces = [flat_piece(mesh, index, body.vertices, trunk, arms) for index in range(len(sides))]
     result = np.full((len(mesh.uv), 3), np.nan)
     placed: list[Surface] = []
-    for index in order:
-        vertices = mesh.panel_of_vertex == index
-        faces = mesh.faces[mesh.panel_of_face == index] - mesh.first_vertex(index)
-        for candidate in _candidates(flats[index], clearance):
-            surface = Surface(candidate, faces)
-            if _is_clear(surface, body, placed, clearance):
-                result[vertices] = candidate
-                placed.append(surface)
+    for sheet in sorted(sheets(mesh, pieces, BETWEEN * clearance), key=lambda sheet: sheet.order):
+        faces = [mesh.faces[mesh.panel_of_face == index] - mesh.first_vertex(index) for index in sheet.panels]
+        for candidate in _candidates(sheet, clearance):
+            surfaces = [Surface(points, own) for points, own in zip(sheet.split(candidate), faces)]
+            if all(
+                _is_clear(surface, body, placed + surfaces[:before], clearance)
+                for before, surface in enumerate(surfaces)
+            ):
                 break
         else:
+            names = " and ".join(mesh.panel_names[index] for index in sheet.panels)
             raise PlacementError(
-                "the piece finds no place clear of the body and of the other pieces",
-                f"panels.{mesh.panel_names[index]}",
+                f"{names} finds no place clear of the body and of the other pieces",
+                f"panels.{mesh.panel_names[sheet.panels[0]]}",
                 "Move it away from the body with its translation, or check that pattern and body have the same size",
             )
+        placed += surfaces
+        for index, surface in zip(sheet.panels, surfaces):
+            result[mesh.panel_of_vertex == index] = surface.vertices
     return result
 
 
@@ -86,53 +79,17 @@ def _is_clear(piece: Surface, body: Surface, placed: list[Surface], clearance: f
     return not body.contains(piece.vertices[:1])[0]
 
 
-def _flat_piece(mesh: PanelMesh, index: int, body: Points, trunk: Trunk) -> _Flat:
-    """The piece as the pattern places it, with its directions and its part of the body."""
-    mine = mesh.panel_of_vertex == index
-    positions = mesh.placed[mine]
-    uv = np.column_stack([mesh.uv[mine], np.ones(len(positions))])
-    ex, ey, _ = np.linalg.lstsq(uv, positions, rcond=None)[0]
-    normal = np.cross(ex, ey)
-    centre = positions.mean(axis=0)
-    side = trunk.arm_side(centre, mesh.panel_labels[index])
-    if side:
-        part, along = _arm_near(body[trunk.arms(body, side)], positions, ex, ey)
-    else:
-        low, high = positions[:, 1].min(), positions[:, 1].max()
-        level = (body[:, 1] >= low) & (body[:, 1] <= high) & ~trunk.arms(body, -1) & ~trunk.arms(body, 1)
-        part = body[level] if level.any() else body
-        along = np.array([0.0, 1.0, 0.0])
-    along = along - (along @ normal) * normal
-    along /= np.linalg.norm(along)
-    # The trunk's middle decides what is outward; for a piece beside it, the nearest point of its axis does.
-    middle = part.mean(axis=0)
-    outward = normal * (1.0 if (centre - middle) @ normal >= 0 else -1.0)
-    return _Flat(positions, along, np.cross(along, outward), outward, part, bool(side))
-
-
-def _arm_near(arm: Points, positions: Points, ex: Points, ey: Points) -> tuple[Points, Points]:
-    """The arm's vertices behind or before the flat piece, and the direction of the arm there."""
-    inside = np.ones(len(arm), dtype=bool)
-    for axis in (ex, ey):
-        coordinates = positions @ axis
-        inside &= (arm @ axis >= coordinates.min()) & (arm @ axis <= coordinates.max())
-    part = arm[inside] if np.count_nonzero(inside) >= 8 else arm
-    spread = part - part.mean(axis=0)
-    axis = np.linalg.eigh(spread.T @ spread)[1][:, 2]
-    return part, axis * -np.sign(axis @ (spread[np.argmax(np.abs(part[:, 0]))]))
-
-
-def _candidates(flat: _Flat, clearance: float) -> Iterator[Points]:
+def _candidates(sheet: Sheet, clearance: float) -> Iterator[Points]:
     """Places for the piece, best first: rolled close to the body, rolled further out, flat, flat and further out."""
-    frame = np.stack([flat.across, flat.outward, flat.along])
-    plane, part = (flat.positions @ frame.T)[:, [0, 2]], flat.part @ frame.T
-    upright = flat.is_sleeve or abs(flat.outward[1]) < UPRIGHT
-    shifts = SLEEVE_SHIFTS if flat.is_sleeve else np.zeros(1)
+    frame = np.stack([sheet.across, sheet.outward, sheet.along])
+    plane, part = (sheet.positions @ frame.T)[:, [0, 2]], sheet.part @ frame.T
+    upright = sheet.is_sleeve or abs(sheet.outward[1]) < UPRIGHT
+    shifts = SLEEVE_SHIFTS if sheet.is_sleeve else np.zeros(1)
     tries = sorted((shift + distance, shift, distance) for shift in shifts for distance in ROLL_DISTANCES)
     for _, shift, distance in tries if upright else ():
-        for onto in (roll,) if flat.is_sleeve else (roll, roll_on_cone):
+        for onto in (roll,) if sheet.is_sleeve else (roll, roll_on_cone):
             rolled = onto(plane, part, clearance + distance)
             if rolled is not None:
-                yield rolled @ frame - shift * flat.along
+                yield rolled @ frame - shift * sheet.along
     for move in FLAT_MOVES:
-        yield flat.positions + move * flat.outward
+        yield sheet.positions + move * sheet.outward

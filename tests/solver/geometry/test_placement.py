@@ -133,6 +133,75 @@ def test_two_pieces_close_around_a_column(rectangle, specification):
     assert gaps.max() < 0.06
 
 
+@pytest.mark.parametrize("flare", [0, 6])
+def test_the_halves_of_a_front_stay_side_by_side(flare, rectangle, specification):
+    """Each is too wide for its own quarter of the column; together they fit around its front half."""
+    vertices, faces = column(0.15, 0.1, 1.7)
+
+    def half(side):
+        corners = [[0, 0], [24 + flare, 0], [24, 50], [0, 50]]
+        panel = rectangle(24, 50, vertices=[[side * x, y] for x, y in corners], label="leg")
+        return {**panel, "translation": [0, 80, 30]}
+
+    panels = {"right": half(-1), "left": half(1)}
+    mesh = mesh_pattern(parse_pattern(specification(panels, [("right", 3, "left", 3, "right_wrong")])), 0.03)
+    positions = place_around(mesh, vertices, faces, CLEARANCE)
+    assert_clear(mesh, positions, vertices, faces)
+    seam = positions[mesh.stitches]
+    assert np.linalg.norm(seam[:, 0] - seam[:, 1], axis=1).max() < 3 * CLEARANCE
+    left = mesh.panel_of_vertex == 1
+    assert positions[left, 0].min() > positions[~left, 0].max()
+
+
+def test_pieces_that_overlap_in_the_pattern_are_placed_one_by_one(rectangle, specification):
+    """A godet lies before the slit it is sewn into; only what lies beside is rolled together."""
+    vertices, faces = column(0.15, 0.1, 1.7)
+    panels = {
+        "front": rectangle(44, 50, translation=[-22, 80, 20], label="body"),
+        "pocket": rectangle(15, 15, translation=[-7, 90, 25], label="body"),
+    }
+    mesh = mesh_pattern(parse_pattern(specification(panels, [("front", 0, "pocket", 0, "gather")])), 0.03)
+    positions = place_around(mesh, vertices, faces, CLEARANCE)
+    assert_clear(mesh, positions, vertices, faces)
+    pocket = mesh.panel_of_vertex == 1
+    assert abs(positions[pocket, 0].mean() - mesh.placed[pocket, 0].mean()) < 0.01
+    assert positions[pocket, 2].min() > positions[~pocket, 2].max() - 0.05
+
+
+def sleeve_and_cuff(rectangle, specification):
+    """A left sleeve and its cuff in front and back halves, straight out at 45 degrees, before and behind the trunk."""
+    panels = {}
+    for name, z in (("f", 17.5), ("b", -12.5)):
+        place = {"rotation": [0, 0, 45], "label": "arm"}
+        panels[f"sleeve_{name}"] = rectangle(20, 40, translation=[47, 98, z], **place)
+        panels[f"cuff_{name}"] = rectangle(20, 6, translation=[53, 92, z], **place)
+    stitches = [(f"{piece}_f", edge, f"{piece}_b", edge) for piece in ("sleeve", "cuff") for edge in (1, 3)]
+    stitches += [(f"cuff_{name}", 2, f"sleeve_{name}", 0) for name in ("f", "b")]
+    return specification(panels, [(*s, "right_wrong") if s[1] == s[3] else s for s in stitches])
+
+
+def test_sleeve_and_cuff_follow_an_arm_held_forward(body, rectangle, specification):
+    """The default body's hands are before its trunk, further than the pattern puts the front of the cuff."""
+    mesh = mesh_pattern(parse_pattern(sleeve_and_cuff(rectangle, specification)), 0.03)
+    vertices, faces = body
+    positions = place_around(mesh, vertices, faces, CLEARANCE)
+    assert_clear(mesh, positions, vertices, faces)
+    arm = vertices[find_trunk(vertices, faces).arms(vertices, 1)]
+
+    def before_the_arm(name):
+        """Mean distance in z of the piece from the arm's vertices nearest in x and y."""
+        points = positions[mesh.panel_of_vertex == mesh.panel_names.index(name)]
+        nearest = np.linalg.norm(points[:, None, :2] - arm[None, :, :2], axis=2).argsort(axis=1)[:, :8]
+        return float((points[:, 2] - arm[nearest, 2].mean(axis=1)).mean())
+
+    for piece in ("sleeve", "cuff"):
+        assert before_the_arm(f"{piece}_f") > 0.02
+        assert before_the_arm(f"{piece}_b") < -0.02
+    gaps = np.linalg.norm(positions[mesh.stitches[:, 0]] - positions[mesh.stitches[:, 1]], axis=1)
+    for seam in range(6):
+        assert gaps[mesh.seam_of_stitch == seam].mean() < 0.16
+
+
 def test_a_piece_within_a_huge_body_is_named(rectangle, specification):
     vertices, faces = column(3.0, 3.0, 3.0)
     lying = rectangle(40, 40, translation=[-20, 100, 20], rotation=[-90, 0, 0], label="body")
