@@ -58,7 +58,6 @@ from tryon_server.sessions.viewer import Viewer
 
 SUBJECT = "wearer"
 HELLO_SECONDS = 10.0  # a connection that has not said hello by then is closed
-POSE_FAULTS = ("invalid_pose", "invalid_field")  # answered once a second whatever the place: poses come often
 POSE_STALE_SECONDS = 2.0  # without a pose for this long the session says that it waits for one
 
 
@@ -384,8 +383,8 @@ class Session:
         self, client: int, viewer: Viewer, fault: ProtocolError, request: int | None, now: float
     ) -> list[Action]:
         """Tell a client what was wrong: at once when a numbered request failed, else once a second per fault."""
-        what = fault.code if fault.code in POSE_FAULTS else f"{fault.code} {fault.place}"
-        if request is None and not viewer.may_complain(what, now):
+        field = fault.place.partition("[")[0]  # a pose that is wrong at another joint each time has one fault
+        if request is None and not viewer.may_complain(f"{fault.code} {field}", now):
             return []
         return [Send(client, encode(error_message(fault, request=request)))]
 
