@@ -11,6 +11,8 @@ from contact_scenes import DT, ContactScene
 from contact_state import contact_gradient
 
 from tryon_solver.baselines.newton_ipc import Motion, Reference
+from tryon_solver.baselines.newton_ipc.march import TOLERANCE
+from tryon_solver.baselines.newton_ipc.newton import solve
 from tryon_solver.contact import pairs
 from tryon_solver.settings import Settings
 from tryon_solver.simulation import Simulation, build
@@ -52,12 +54,26 @@ def rms(difference: np.ndarray) -> float:
     return float(np.sqrt((difference**2).sum(1).mean()))
 
 
-def one_step_error(case: ContactScene, step: ReferenceStep, settings: Settings) -> float:
-    """RMS over the cloth's vertices [m] of where the solver and the reference are after the same step."""
+def one_step(case: ContactScene, step: ReferenceStep, settings: Settings) -> np.ndarray:
+    """(A, 3) m: where the solver takes cloth and surface in the same step."""
     sim = simulation_at(case, step.before, settings)
     report = sim.advance(case.pose_at(step.number), DT)
     assert report.retries == 0
-    return rms(sim.cloth_positions() - step.after.x[: sim.cloth_count])
+    return np.vstack([sim.cloth_positions(), sim.body_positions()]).astype(np.float64)
+
+
+def one_step_error(case: ContactScene, step: ReferenceStep, settings: Settings) -> float:
+    """RMS over the cloth's vertices [m] of where the solver and the reference are after the same step."""
+    n = len(step.before.v)
+    return rms(one_step(case, step, settings)[:n] - step.after.x[:n])
+
+
+def off_balance(case: ContactScene, step: ReferenceStep, x: np.ndarray) -> float:
+    """RMS over the cloth's vertices [m] of how far the reference goes when it solves the step from x (A, 3) m."""
+    ref = Reference(case.scene)
+    problem = ref.problem(step.before, case.pose_at(step.number), DT)
+    n = len(step.before.v)
+    return rms(solve(problem, ref.search, x, TOLERANCE).x[:n] - x[:n])
 
 
 def force_on_body(sim: Simulation) -> np.ndarray:
