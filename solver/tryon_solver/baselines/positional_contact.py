@@ -1,4 +1,4 @@
-"""Contact and friction by moving positions: a solver's of positions, such as XPBD.
+"""Contact and friction by moving positions: for XPBD and for Chebyshev-Jacobi projective dynamics.
 
 C = d - xi >= 0, rigid: a stencil nearer than its offset is pushed apart along its normal by what is missing, split by
 inverse masses; then the slip since the start of the sub-step is taken back, by at most mu times that push (Coulomb).
