@@ -1,0 +1,78 @@
+"""Moving meshes from files: frames of an .npz, what is said of them, and how a surface is mended."""
+
+import numpy as np
+import pytest
+
+from tryon_solver.body import default_body
+from tryon_solver.files.convention import Told
+from tryon_solver.files.mesh_body import is_moving_mesh, make_body, read_frames
+from tryon_solver.files.raw_mesh import MeshFileError
+
+BODY = default_body()
+FRAMES = np.stack([np.add(BODY.rest_vertices, [0.0, 0.0, 0.02 * k]) for k in range(4)])
+
+
+def saved(path, **arrays):
+    np.savez(path, **arrays)
+    return path
+
+
+def test_frames_of_an_npz_with_what_it_says_of_itself(tmp_path):
+    path = saved(tmp_path / "a.npz", vertices=100 * FRAMES, faces=BODY.faces, fps=24, units="cm", up="Y")
+    assert is_moving_mesh(path)
+    raw = read_frames(path)
+    assert raw.dt == pytest.approx(1 / 24)
+    assert (raw.told.unit, raw.told.up, raw.told.source) == ("cm", "y", "as the file says")
+    body = make_body(raw)
+    assert "cm, Y up" in body.notes[0]
+    np.testing.assert_allclose(body.sequence.surface(body.sequence.sample(2 / 24)), FRAMES[2], atol=1e-6)
+
+
+def test_what_tryon_records_can_be_worn_on(tmp_path):
+    path = saved(tmp_path / "b.npz", body=FRAMES.astype(np.float32), body_faces=BODY.faces, dt=1 / 50, cloth=FRAMES)
+    raw = read_frames(path)
+    assert raw.frames.shape == FRAMES.shape
+    assert raw.dt == pytest.approx(0.02)
+    assert raw.told.unit is None
+
+
+def test_frames_a_second_that_are_told_win_and_those_that_are_assumed_are_said(tmp_path):
+    path = saved(tmp_path / "c.npz", vertices=FRAMES, faces=BODY.faces)
+    assert "30 a second (as nothing says otherwise" in read_frames(path).notes[0]
+    assert read_frames(path, fps=12.0).dt == pytest.approx(1 / 12)
+    assert "12 a second (as told)" in read_frames(path, fps=12.0).notes[0]
+
+
+@pytest.mark.parametrize(
+    ("arrays", "words"),
+    [
+        ({"vertices": FRAMES}, "it holds vertices"),
+        ({"vertices": FRAMES[..., :2], "faces": BODY.faces}, "vertices are"),
+        ({"vertices": FRAMES, "faces": BODY.faces + 1}, "a vertex that is not there"),
+        ({"vertices": np.where(FRAMES > 1.7, np.nan, FRAMES), "faces": BODY.faces}, "frame 0 has a position"),
+    ],
+)
+def test_what_is_wrong_with_an_npz_is_said(tmp_path, arrays, words):
+    with pytest.raises(MeshFileError, match=words) as caught:
+        read_frames(saved(tmp_path / "d.npz", **arrays))
+    assert caught.value.remedy
+
+
+def test_a_surface_inside_out_and_in_parts_is_turned_and_counted(tmp_path):
+    """The body turned inside out, and a ball of its own beside it, as eyes and teeth are."""
+    ball = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]]) * 0.02 + [0.0, 1.6, 0.3]
+    octahedron = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]]
+    frames = np.concatenate([FRAMES, np.tile(ball, (4, 1, 1))], axis=1)
+    faces = np.vstack([BODY.faces[:, ::-1], np.array(octahedron) + BODY.vertex_count])
+    body = make_body(read_frames(saved(tmp_path / "e.npz", vertices=frames, faces=faces), Told("m", "y")))
+    assert any("2 separate parts" in note for note in body.notes)
+    x = body.sequence.rest_vertices
+    a, b, c = (x[body.sequence.faces[:, k]] for k in range(3))
+    volume = np.einsum("fd,fd->", a, np.cross(b, c)) / 6
+    assert 0.04 < volume < 0.12
+
+
+def test_a_folder_with_a_body_of_ours_is_no_moving_mesh(tmp_path):
+    assert not is_moving_mesh(tmp_path)
+    BODY.save(tmp_path / "body.npz")
+    assert not is_moving_mesh(tmp_path / "body.npz")
