@@ -53,7 +53,8 @@ def find_rest_shape(x: np.ndarray, faces: np.ndarray, uv: np.ndarray | None, uni
             if (np.abs(_signed_areas(uv)) > 0).all():
                 return _from_pattern(faces, uv * size, name)
             return from_shape(x, faces, "the shape it comes in, as its texture coordinates leave triangles no area")
-    why = f"its texture coordinates have {median:.3g} of its lengths in metres and are no pattern"
+    low, high = np.percentile(ratio, NEARLY_ALL)
+    why = f"its texture coordinates have {low:.2g} to {high:.2g} times its lengths in metres and are no pattern"
     return from_shape(x, faces, f"the shape it comes in, as {why}")
 
 
