@@ -148,6 +148,9 @@ def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser])
         "--fabric", metavar="NAME", help="fabric; an unknown name lists those there are (default the first)"
     )
     simulate.add_argument(
+        "--size", type=_positive, default=1.0, help="size of a sewing pattern over its own, 0.5 to 2 (default 1)"
+    )
+    simulate.add_argument(
         "--edge-length", type=_positive, metavar="METRES", help="length of the mesh's edges (default the preset's)"
     )
     simulate.add_argument(
@@ -324,6 +327,7 @@ def run_simulate(options: argparse.Namespace) -> int:
         body=None if options.body == "default" else Path(options.body),
         reading=MeshReading(options.units, options.up),
         body_reading=MeshReading(options.body_units, options.body_up, options.body_fps),
+        size=options.size,
     )
     with ProgressBar() as bar:
         recording = simulate(order, options.motion, options.seconds, options.fps, bar.show)

@@ -118,6 +118,7 @@ def test_simulate_records_a_garment_on_a_body_of_ones_own(folder):
         (["--body", "{}/fine.ply"], ["fine.ply", "163842 vertices", "Reduce it"]),
         (["--fps", "5"], ["too few", "11"]),
         (["--edge-length", "1e-9"], ["edge length"]),
+        (["--size", "9"], ["9 is no size", "0.5 to 2"]),
         (["--out", "{}/absent/o.npz"], ["can't be written"]),
         (["--out", "{}/o.txt"], ["neither .npz nor .glb"]),
         (["--glb", "{}"], ["can't be written"]),
@@ -132,7 +133,7 @@ def test_what_is_wrong_is_said_in_one_line_with_advice(folder, capsys, options, 
         assert word in error[0]
 
 
-@pytest.mark.parametrize("option", ["--seconds", "--edge-length", "--fps"])
+@pytest.mark.parametrize("option", ["--seconds", "--edge-length", "--fps", "--size"])
 @pytest.mark.parametrize("value", ["-1", "0", "nan", "soon"])
 def test_numbers_must_be_above_zero(folder, capsys, option, value):
     with pytest.raises(SystemExit) as end:

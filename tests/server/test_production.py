@@ -45,6 +45,21 @@ def order(tmp_path):
     )
 
 
+def test_another_size_is_another_garment(order):
+    """In the wardrobe, too: what hung there in the pattern's own size is not taken for it."""
+    own, small = (production.build_drape(replace(order, size=size), lambda *_: None) for size in (1.0, 0.9))
+    assert np.ptp(small.outfit.uv, axis=(0, 1)) == pytest.approx(0.9 * np.ptp(own.outfit.uv, axis=(0, 1)))
+    assert small.outfit.vertex_count < own.outfit.vertex_count
+
+
+def test_an_opening_that_slips_is_told(order):
+    """A tube of 120 cm around a capsule of 88 cm, which holds it by nothing."""
+    order.pattern.write_bytes(patterns.as_bytes(patterns.tube(60.0, 40.0)))
+    drape = production.build_drape(replace(order, wardrobe=None), lambda *_: None)
+    assert "the opening of front and back (120.0 cm) lies below the body" in drape.outfit.fit
+    assert drape.notes == (f"fit: {drape.outfit.fit}",)
+
+
 def test_garment_is_dressed_once_and_worn_again_as_it_hung(order, monkeypatch):
     told = []
     first = production.build_drape(order, lambda stage, _: told.append(stage))

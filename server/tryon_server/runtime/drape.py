@@ -30,6 +30,7 @@ class Outfit:
         panel_of_face: (F,) index into ``panel_names`` of every triangle.
         panel_names: names of the pattern's pieces.
         body: the body that wears it.
+        fit: what there is to say about its fit, a sentence for people; "" where it fits.
     """
 
     vertex_count: int
@@ -38,6 +39,7 @@ class Outfit:
     panel_of_face: npt.NDArray[np.integer[Any]]
     panel_names: tuple[str, ...]
     body: BodyModel
+    fit: str = ""
 
 
 class StepFacts(Protocol):

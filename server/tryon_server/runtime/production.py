@@ -28,9 +28,10 @@ from tryon_solver.files.garment_file import is_mesh, read_garment
 from tryon_solver.files.mesh_body import MeshBody
 from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.geometry.garment import Garment, GarmentError
-from tryon_solver.geometry.panel_mesh import PanelMesh, mesh_pattern
+from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.pattern import PatternError, load_pattern
 from tryon_solver.geometry.placement import PlacementError
+from tryon_solver.geometry.size import mesh_in_size
 from tryon_solver.geometry.wearable import check_wearable
 from tryon_solver.geometry.weld import weld
 from tryon_solver.materials.fabric import FABRICS, Fabric
@@ -69,8 +70,9 @@ class SolverDrape:
         panel_names: tuple[str, ...],
         body: BodyModel,
         notes: tuple[str, ...] = (),
+        fit: str = "",
     ) -> None:
-        """`pose` is the stance in which it was dressed; `body` the body as it is told to clients."""
+        """`pose` is the stance in which it was dressed; `body` the body as told to clients; `fit` as in Outfit."""
         self._simulation = simulation
         self._dressed_at = simulation.state.time
         garment = simulation.scene.garment
@@ -81,9 +83,10 @@ class SolverDrape:
             panel_of_face=garment.panel_of_face,
             panel_names=panel_names,
             body=body,
+            fit=fit,
         )
         self.pose = pose
-        self.notes = notes
+        self.notes = (*notes, f"fit: {fit}") if fit else notes
         self.own_motion: MeshSequence | None = None
         self.origin = np.zeros(3)
 
@@ -132,12 +135,12 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
         edge_length = order.edge_length or EDGE_LENGTHS[preset]
         pattern = load_pattern(order.pattern)
         check_wearable(pattern)
-        panels = mesh_pattern(pattern, edge_length)
+        panels = mesh_in_size(pattern, edge_length, order.size)
         check_grid(GRID, min(fabric.thickness, settings.body_offset))
         if order.wardrobe is None or not isinstance(body, BodyModel):
             dressed = dress(panels, body, fabric, settings, device, progress=_worded(progress))
         else:
-            key = wardrobe_key(order.pattern.read_bytes(), body, (fabric, settings, edge_length))
+            key = wardrobe_key(order.pattern.read_bytes(), body, (fabric, settings, edge_length, order.size))
             dressed = _dress_as_before(panels, body, fabric, settings, device, progress, Wardrobe(order.wardrobe), key)
     except PatternError as error:
         raise problem_error("pattern.invalid", error.message, error.remedy, place=error.place, status=422) from error
@@ -147,7 +150,9 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
     except GarmentError as error:
         message = f"the garment can't be put on: {error}"
         raise problem_error("garment.unfit", message, TRY_ANOTHER, place="garment", status=422) from error
-    return _drape(dressed.simulation, dressed.pose, dressed.panels.panel_names, body, moving, ())
+    opening = dressed.upper_opening()
+    fit = "" if opening is None else opening.advice
+    return _drape(dressed.simulation, dressed.pose, dressed.panels.panel_names, body, moving, (), fit)
 
 
 def build_mesh_drape(
@@ -188,13 +193,14 @@ def _drape(
     body: WornBody,
     moving: MeshBody | None,
     garment_notes: tuple[str, ...],
+    fit: str = "",
 ) -> SolverDrape:
     """The drape of a dressed garment, with what was found out about body and garment."""
     notes = [f"garment: {note}" for note in garment_notes]
     if moving is not None:
         notes = [*(f"body: {note}" for note in moving.notes), *notes]
     shown = body if isinstance(body, BodyModel) else one_joint_body(body.rest_vertices, body.faces)
-    drape = SolverDrape(simulation, pose, piece_names, shown, tuple(notes))
+    drape = SolverDrape(simulation, pose, piece_names, shown, tuple(notes), fit)
     drape.own_motion = None if moving is None else moving.sequence
     return drape
 

@@ -179,7 +179,8 @@ class Worker:
             self._simulated, self._failures = 0.0, 0
             self._follow()
             self._tell(announcement)
-            self._tell(PhaseChanged("ready", "Dressed"))
+            fit = drape.outfit.fit
+            self._tell(PhaseChanged("ready", f"Dressed; {fit}" if fit else "Dressed"))
             self._last_look = self._clock()
 
     def say(self, what: str) -> None:

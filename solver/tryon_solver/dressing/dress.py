@@ -15,6 +15,7 @@ import numpy as np
 
 from tryon_solver.body.on_device import WornBody
 from tryon_solver.dressing.fit import DressingError, check_rest, close_seams
+from tryon_solver.dressing.opening import Opening, upper_opening
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.placement import place_around
@@ -47,6 +48,14 @@ class Dressed:
     welded: WeldedMesh
     panels: PanelMesh
     pose: Any  # a Pose, or a Moment of a sequence
+
+    def upper_opening(self) -> Opening | None:
+        """The opening by which the garment hangs on the body as both are now, None where shoulders hold it."""
+        simulation = self.simulation
+        assert simulation.scene.body is not None
+        x, names = simulation.cloth_positions().astype(np.float64), self.panels.panel_names
+        skin_now = simulation.body_positions().astype(np.float64)
+        return upper_opening(simulation.scene.garment, x, names, skin_now, simulation.scene.body.faces)
 
 
 def dress(

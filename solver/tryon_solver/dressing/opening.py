@@ -1,0 +1,113 @@
+"""What holds a garment that hangs from no shoulder: its upper opening, measured against the body there.
+
+An opening wider than the body slips down to where the body is as wide, however well the garment fits elsewhere. The
+body's girth is a tape's: the length of the convex outline of a horizontal section, arms left out. Ours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from tryon_solver.geometry.body_parts import Trunk, find_trunk
+from tryon_solver.geometry.boundary_loops import boundary_loops
+from tryon_solver.geometry.garment import Garment
+from tryon_solver.geometry.seams import face_edges
+
+WORTH_SAYING = 0.01  # m, an opening wider than the body by less is held by its friction
+LEVELS = 0.005  # m between the heights at which the body is measured
+
+
+@dataclass(frozen=True)
+class Opening:
+    """The upper opening of a garment that no shoulder holds. Lengths in m, heights over the body's soles."""
+
+    pieces: tuple[str, ...]  # the pieces around it
+    height: float  # of its middle
+    girth: float  # its length in the pattern, unstretched
+    body_girth: float  # of the body at that height, 0 where there is none
+    rests_at: float | None  # height below, at which the body is as wide as the opening; None: it falls off
+    lowest: float  # height of the garment's lowest point
+
+    @property
+    def too_wide(self) -> float:
+        """By how much [m] it is wider than the body; negative for one that is stretched."""
+        return self.girth - self.body_girth
+
+    @property
+    def fitting_size(self) -> float:
+        """The size, over that of the pattern, whose opening is as wide as the body is now at this height."""
+        return self.body_girth / self.girth
+
+    @property
+    def advice(self) -> str:
+        """What there is to say about it, in a sentence; empty for an opening that holds."""
+        if self.too_wide < WORTH_SAYING:
+            return ""
+        if self.body_girth == 0:
+            return f"the opening of {' and '.join(self.pieces)} ({100 * self.girth:.1f} cm) lies below the body"
+        where = "it falls off" if self.rests_at is None else f"it slips to a height of {self.rests_at:.2f} m"
+        if self.rests_at is not None and self.lowest < self.height - self.rests_at:
+            where += f", its hem from {self.lowest:.2f} m to under the feet, which tread it off,"
+        return (
+            f"the opening of {' and '.join(self.pieces)} is {100 * self.too_wide:.1f} cm too wide at a height of "
+            f"{self.height:.2f} m ({100 * self.girth:.1f} cm, the body {100 * self.body_girth:.1f} cm): {where} when "
+            f"the body moves; size {self.fitting_size:.2f} fits there"
+        )
+
+
+def upper_opening(
+    garment: Garment, x: np.ndarray, panel_names: tuple[str, ...], body: np.ndarray, body_faces: np.ndarray
+) -> Opening | None:
+    """The opening by which the garment at x (N, 3) m hangs on the standing body (B, 3) m with those faces (F, 3).
+
+    None for a garment that reaches over the armpits, which the shoulders hold, and for one without an opening around
+    the trunk.
+    """
+    trunk = find_trunk(body, body_faces)
+    loops = [loop for loop in boundary_loops(garment.faces) if _is_around(x[loop], trunk.middle)]
+    if x[:, 1].max() > trunk.armpit or not loops:
+        return None
+    loop = max(loops, key=lambda ids: x[ids, 1].mean())
+    height, soles = float(x[loop, 1].mean()), float(body[:, 1].min())
+    sides = np.sort(np.column_stack([loop, np.roll(loop, -1)]), axis=1)
+    edges, lengths, faces = _rest_edges(garment)
+    mine = np.isin(_keys(edges, garment.vertex_count), _keys(sides, garment.vertex_count))
+    girth = float(lengths[mine].sum())
+    at_height = body_girth(body, body_faces, trunk, height)
+    levels = np.arange(height - LEVELS, soles, -LEVELS)
+    wide = (level for level in levels.tolist() if body_girth(body, body_faces, trunk, level) >= girth)
+    rests_at = next((level - soles for level in wide), None)
+    pieces = tuple(panel_names[k] for k in np.unique(garment.panel_of_face[faces[mine]]))
+    lowest = float(x[:, 1].min()) - soles
+    return Opening(pieces, height - soles, girth, at_height, rests_at, lowest)
+
+
+def body_girth(body: np.ndarray, faces: np.ndarray, trunk: Trunk, height: float) -> float:
+    """Length [m] of the convex outline of the body's section at the height [m], arms left out; 0 without a section."""
+    edges = np.unique(np.sort(face_edges(faces), axis=1), axis=0)
+    a, b = body[edges[:, 0]], body[edges[:, 1]]
+    crossing = (a[:, 1] > height) != (b[:, 1] > height)
+    a, b = a[crossing], b[crossing]
+    points = a + ((height - a[:, 1]) / (b[:, 1] - a[:, 1]))[:, None] * (b - a)
+    points = points[~trunk.arms(points, 1) & ~trunk.arms(points, -1)]
+    return float(ConvexHull(points[:, [0, 2]]).area) if len(points) > 2 else 0.0
+
+
+def _is_around(loop: np.ndarray, middle: float) -> bool:
+    """Whether the loop (L, 3) m reaches to both sides of the trunk's middle, as none around a leg does."""
+    return bool(loop[:, 0].min() < middle < loop[:, 0].max())
+
+
+def _rest_edges(garment: Garment) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Every side of every face: its vertices (3 F, 2), smaller first, its length in the pattern [m], its face."""
+    uv = garment.uv_corners
+    lengths = np.linalg.norm(uv - np.roll(uv, -1, axis=1), axis=2).ravel()
+    return np.sort(face_edges(garment.faces), axis=1), lengths, np.repeat(np.arange(len(garment.faces)), 3)
+
+
+def _keys(edges: np.ndarray, vertex_count: int) -> np.ndarray:
+    """One number per edge (K, 2), smaller vertex first."""
+    return edges[:, 0].astype(np.int64) * vertex_count + edges[:, 1]

@@ -1,0 +1,24 @@
+"""Other sizes of a pattern: everything larger or smaller by one factor, from its highest point down."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from tryon_solver.geometry.panel_mesh import PanelMesh, mesh_pattern
+from tryon_solver.geometry.pattern import Pattern, PatternError
+
+SIZE_MIN, SIZE_MAX = 0.5, 2.0  # beyond, a pattern is drawn anew or was drawn in another unit
+
+
+def mesh_in_size(pattern: Pattern, edge_length: float, size: float) -> PanelMesh:
+    """The pattern in `size` times its own size, meshed with triangles of about edge_length [m].
+
+    It starts with its highest point where the pattern has it, so that waist or shoulders stay. Raises PatternError.
+    """
+    if not SIZE_MIN <= size <= SIZE_MAX:
+        raise PatternError(f"{size:g} is no size", "size", f"Give {SIZE_MIN:g} to {SIZE_MAX:g}; 1 is the pattern's own")
+    mesh = mesh_pattern(pattern, edge_length / size)
+    top = np.array([0.0, mesh.placed[:, 1].max(), 0.0])
+    return replace(mesh, uv=size * mesh.uv, placed=top + size * (mesh.placed - top))
