@@ -17,6 +17,7 @@ import numpy as np
 
 from tryon_solver.body import quaternions
 from tryon_solver.files.raw_mesh import MeshFileError, RawMesh
+from tryon_solver.geometry.text_check import RENAME_IT, find_unencodable
 
 COMPONENTS = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
@@ -195,6 +196,8 @@ class _Parser:
             chunks.setdefault(kind, content[at + 8 : at + 8 + size])
             at += 8 + size + (-size) % 4
         self.document: dict[str, Any] = json.loads(chunks[JSON_CHUNK])
+        if (found := find_unencodable(self.document)) is not None:
+            raise MeshFileError(found[1], found[0], RENAME_IT)
         self.blob = chunks.get(BIN_CHUNK, b"")
         needed = set(self.document.get("extensionsRequired", ())) - READ_EXTENSIONS
         if needed:

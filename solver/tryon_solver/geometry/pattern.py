@@ -22,6 +22,7 @@ import numpy as np
 from tryon_solver.geometry import curves, outline
 from tryon_solver.geometry.curves import Points
 from tryon_solver.geometry.located_error import LocatedError
+from tryon_solver.geometry.text_check import RENAME_IT, find_unencodable
 
 # Ease of sleeve caps and waists reaches a length ratio of 1.10 in real patterns; beyond 1.5 a seam is far likelier to
 # join the wrong edges than to be meant. Declared gathers go to a ratio of 4, beyond which pleats must be drawn.
@@ -132,7 +133,11 @@ def load_pattern(path: str | Path) -> Pattern:
 
 def parse_pattern_bytes(content: bytes) -> Pattern:
     """Read and check a pattern specification: JSON in UTF-8. Raises PatternError; NotJsonError for what is no JSON."""
-    return parse_pattern(_read_json(content))
+    spec = _read_json(content)
+    if (found := find_unencodable(spec)) is not None:
+        place, message = found
+        raise PatternError(message, place.removeprefix("pattern."), RENAME_IT)
+    return parse_pattern(spec)
 
 
 def _read_json(content: bytes) -> Any:
@@ -214,14 +219,10 @@ def _panel_names(body: Mapping[str, Any], panels: Mapping[str, Any]) -> list[str
     order = body.get("panel_order")
     if order is None:
         return list(panels)
-    if (
-        not isinstance(order, list)
-        or not all(isinstance(name, str) for name in order)
-        or sorted(order) != sorted(panels)
-    ):
-        raise PatternError(
-            "it does not list every panel once", "panel_order", "List each name of panels once, or leave it out"
-        )
+    named = isinstance(order, list) and all(isinstance(name, str) for name in order)
+    if not named or sorted(order) != sorted(panels):
+        remedy = "List each name of panels once, or leave it out"
+        raise PatternError("it does not list every panel once", "panel_order", remedy)
     return order
 
 
@@ -447,6 +448,8 @@ def _check_lengths(stitch: Stitch, panels: Sequence[Panel], place: str) -> None:
     ratio = max(lengths) / min(lengths)
     limit = GATHER_RATIO_LIMIT if stitch.gather else SEAM_RATIO_LIMIT
     if ratio > limit:
+        for side in (stitch.first, stitch.second):
+            _check_spread(panels[side.panel])
         names = [f"edge {side.edge} of {panels[side.panel].name!r}" for side in (stitch.first, stitch.second)]
         sizes = [f"{length * 100:.1f} cm" for length in lengths]
         message = (
@@ -455,6 +458,15 @@ def _check_lengths(stitch: Stitch, panels: Sequence[Panel], place: str) -> None:
         )
         remedy = "Shorten the longer edge" if stitch.gather else 'Sew edges that match, or add "gather" to the stitch'
         raise PatternError(message, place, remedy)
+
+
+def _check_spread(panel: Panel) -> None:
+    """Refuse corners, three or more, on one line; a crescent may have them, if its edges fit what they are sewn to."""
+    count = len(panel.corners)
+    if count < 3 or outline.flatness(panel.corners) >= FLAT:
+        return
+    message = f"the {count} corners of the panel {panel.name!r} lie on one line: only its curved edges enclose an area"
+    raise PatternError(message, f"panels.{panel.name}", "Move its vertices apart, or remove the panel and its stitches")
 
 
 def _label(spec: Mapping[str, Any], place: str) -> str:

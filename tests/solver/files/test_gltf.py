@@ -87,3 +87,11 @@ def test_what_can_not_be_read_is_named(content, words):
     with pytest.raises(MeshFileError, match=words) as caught:
         parse_glb(content, "a.glb")
     assert caught.value.place == "a.glb"
+
+
+def test_a_name_that_is_no_text_is_refused():
+    content = triangle(nodes=[{"mesh": 0, "name": "sk\ud800"}])
+    with pytest.raises(MeshFileError, match="half of a character") as caught:
+        parse_glb(content, "a.glb")
+    assert caught.value.place == "nodes[0].name"
+    str(caught.value).encode()
