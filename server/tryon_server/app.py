@@ -14,13 +14,14 @@ from starlette.middleware.trustedhost import TrustedHostMiddleware
 
 from tryon_server.api import catalogue, faults, garments, page, sessions
 from tryon_server.api.access import refuse_strangers
+from tryon_server.api.body import CappedBodies
 from tryon_server.garments.limited import Limits
 from tryon_server.garments.service import GarmentService
 from tryon_server.persistence import FileBlobs, SessionStore, SqlGarments, SqlSessions, open_database
 from tryon_server.runtime.interface import Runtime
 from tryon_server.runtime.local import local_runtime
 from tryon_server.services import Services
-from tryon_server.settings import Settings
+from tryon_server.settings import PREFIX, Settings
 from tryon_server.streaming.live_sessions import LiveSessions
 
 BUILT_IN_PATTERNS = Path(__file__).parent / "demo" / "patterns"
@@ -57,6 +58,8 @@ def create_app(
             services.checkers.shutdown(wait=False, cancel_futures=True)
 
     app = FastAPI(title="tryon", version=version("tryon"), lifespan=lifespan, docs_url=None, redoc_url=None)
+    file_caps = {garments.PATH: settings.max_pattern_bytes}
+    app.add_middleware(CappedBodies, file_caps=file_caps, setting=f"{PREFIX}MAX_PATTERN_BYTES")
     if settings.host in LOOPBACK:  # a page of another name that resolves to this machine must not pass as our own
         app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
     faults.install(app)

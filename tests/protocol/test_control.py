@@ -106,6 +106,7 @@ def test_an_unknown_type_has_a_code_of_its_own_and_lists_the_known_ones() -> Non
         b"\x81\xa4type",
         msgpack.packb(PLAY := {"type": "play"}) + b"\0",
         b"\x81\xa1x" + b"\x91" * 60000,
+        b"\x82\xa4type\xaaset_fabric\xa6fabric\xa3\xed\xa0\x80",  # U+D800, half of a surrogate pair
     ],
 )
 def test_what_is_no_message_is_malformed(data: bytes) -> None:

@@ -144,6 +144,27 @@ def more_fabric_than_can_be_meshed():
     return pattern, "panels"
 
 
+def corners_on_a_line():
+    """What closes the panel are two arcs, so it has an area; its sides have shrunk and match nothing."""
+    pattern = patterns.tube()
+    back = pattern["pattern"]["panels"]["back"]
+    back["vertices"] = [[0, 0], [60, 0], [40, 0], [20, 0]]
+    back["edges"][0]["curvature"] = {"type": "circle", "params": [60.0, 0, 1]}
+    back["edges"][2]["curvature"] = {"type": "circle", "params": [60.0, 0, 0]}
+    return pattern, "panels.back"
+
+
+def half_a_character():
+    pattern = patterns.tube()
+    pattern["pattern"]["panels"]["back"]["label"] = "sk\ud800"
+    return pattern, "panels.back.label"
+
+
+def half_a_character_as_a_name():
+    text = json.dumps(patterns.tube()).replace('"back"', '"sk\\ud800"')
+    return json.loads(text), "panels.sk\\ud800"
+
+
 def not_a_pattern():
     return {"hello": "world"}, "specification"
 
@@ -152,6 +173,7 @@ FAULTS = [
     missing_edge, unequal_edges, gather_beyond_measure, no_stitches, a_piece_sewn_to_nothing, sewn_on_one_side_only,
     zero_area, not_a_number, number_beyond_float, panel_without_edges, no_panels,
     outline_that_crosses_itself, arc_too_small, more_fabric_than_can_be_meshed, not_a_pattern,
+    corners_on_a_line, half_a_character, half_a_character_as_a_name,
 ]  # fmt: skip
 
 
@@ -173,6 +195,13 @@ def test_what_is_not_json_is_refused(content):
     assert "JSON" in reply.problem.message
     assert reply.problem.place
     assert reply.problem.remedy
+
+
+def test_half_a_character_is_refused_at_the_upload_in_text_that_can_be_read(live):
+    body = refused(upload(live, half_a_character_as_a_name()[0]), 422, "pattern.invalid")
+    assert body["place"] == "panels.sk\\ud800"
+    assert "'sk\\ud800'" in body["message"]
+    assert body["remedy"].startswith("Rename it")
 
 
 def test_faults_of_an_uploaded_pattern_reach_whoever_uploaded_it(live):
@@ -219,11 +248,11 @@ def test_name_must_be_printable(live):
     refused(upload(live, patterns.tube(), "a\x00b"), 422, "garment.name")
 
 
-def answer_to(live, head: str, parts: Iterable[bytes]) -> tuple[str, dict, int]:
+def answer_to(live, head: str, parts: Iterable[bytes], path: str = "/api/garments") -> tuple[str, dict, int]:
     """Send a request by hand, until the server has said all it has to say: status line, body, bytes sent."""
     sent = 0
     with socket.create_connection(("127.0.0.1", live.port), timeout=10.0) as client:
-        client.sendall(f"POST /api/garments HTTP/1.1\r\nHost: 127.0.0.1\r\n{head}\r\n\r\n".encode())
+        client.sendall(f"POST {path} HTTP/1.1\r\nHost: 127.0.0.1\r\n{head}\r\n\r\n".encode())
         for part in parts:
             client.sendall(part)
             sent += len(part)
@@ -255,6 +284,57 @@ def test_body_of_unknown_length_is_refused_at_the_cap(live):
     status, body, _ = answer_to(live, "Transfer-Encoding: chunked", [part] * 17)
     assert status.startswith("HTTP/1.1 413")
     assert body["code"] == "body.too_long"
+
+
+@pytest.mark.parametrize("path", ["/api/sessions", "/api/garments/", "/api/sessions/x", "/api/nothing", "/"])
+@pytest.mark.parametrize("chunked", [False, True])
+def test_every_other_body_has_a_small_cap(live, path, chunked):
+    """The reply comes though the body does not end: it can't have waited for it, let alone have parsed it."""
+    parts = [b"[" * 1000]
+    head = f"Content-Length: {300 * 10**6}"
+    if chunked:
+        head, parts = "Transfer-Encoding: chunked", [b"10001\r\n" + b"[" * 65537 + b"\r\n"]
+    status, body, _ = answer_to(live, head, parts, path)
+    assert status.startswith("HTTP/1.1 413")
+    assert set(body) == FIELDS
+    assert (body["code"], body["place"]) == ("body.too_long", "body")
+    assert "64 KiB" in body["message"]
+    assert "/openapi.json" in body["remedy"]
+
+
+def test_body_as_long_as_its_cap_is_read(live):
+    wish = json.dumps({"garment": "nothing"}).encode()
+    padded = wish + b" " * (2**16 - len(wish))
+    refused(live.http.post("/api/sessions", content=padded), 404, "garment.unknown")
+    refused(live.http.post("/api/sessions", content=iter([padded[:9], padded[9:]])), 404, "garment.unknown")
+    refused(live.http.post("/api/sessions", content=padded + b" "), 413, "body.too_long")
+
+
+JSON_FAULTS = {
+    "nothing": (b"", "line 1 column 0"),
+    "cut off": (b'{"garment":', "line 1 column 11"),
+    "on the third line": (b'{\n"garment":\n tube}', "line 3 column 3"),
+    "nested": (b"[" * 60_000, "line 1 column "),
+    "nested objects": (b'{"garment":' * 5_000, "line 1 column "),
+    "digits without end": (b'{"garment":' + b"9" * 6000 + b"}", "line 1 column "),
+    "no text": (b"\xff\xfe\x00", "line 1 column 1"),
+    "another encoding": ('{"garment": "tube"}'.encode("utf-16"), "line 1 column 1"),
+    "half a character": (b'{"garment": "a\\ud800b"}', "line 1 column "),
+    "half a character in a name": (b'{"garment": "tube", "\\udc00": 1}', "line 1 column "),
+    "half a character in bytes": (b'{"garment": "a\xed\xa0\x80b"}', "line 1 column "),
+    "character 0": (b'{"garment": "a\\u0000b"}', "garment"),
+    "a list": (b'["tube"]', "$"),
+    "a number": (b"7", "$"),
+}
+
+
+@pytest.mark.parametrize("name", JSON_FAULTS)
+def test_request_that_is_not_the_json_expected_is_refused_with_the_place(live, name):
+    content, place = JSON_FAULTS[name]
+    body = refused(live.http.post("/api/sessions", content=content), 422, "request.invalid")
+    assert body["place"].startswith(place)
+    assert "/openapi.json" in body["remedy"]
+    assert ("JSON in UTF-8" in body["remedy"]) == place.startswith("line")
 
 
 @pytest.mark.parametrize(

@@ -169,6 +169,24 @@ def test_garbage_instead_of_hello_closes_that_connection_only(live, swaying):
     run(scenario())
 
 
+@pytest.mark.parametrize("path", ["/api/sessions", "/api/garments"])
+def test_session_goes_on_while_somebody_sends_without_end(live, swaying, path):
+    async def scenario():
+        async with connect(live.stream_url(swaying)) as stream:
+            await take_frames(stream, 2)
+            reader, writer = await asyncio.open_connection("127.0.0.1", live.port)
+            head = f"POST {path} HTTP/1.1\r\nHost: 127.0.0.1\r\nTransfer-Encoding: chunked\r\n\r\n"
+            writer.write(head.encode())
+            for _ in range(24):  # 1 MiB each, beyond every cap
+                writer.write(b"100000\r\n" + b"0," * 2**19 + b"\r\n")
+                await writer.drain()
+                await take_frames(stream, 1)
+            assert (await reader.readline()).startswith(b"HTTP/1.1 413")
+            writer.close()
+
+    run(scenario())
+
+
 def test_killed_simulation_is_told_with_advice_and_others_go_on(live, swaying):
     doomed = live.open()
 

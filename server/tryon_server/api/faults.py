@@ -31,7 +31,12 @@ def reply(problem: Problem, status: int) -> JSONResponse:
 
 def _body(problem: Problem) -> dict[str, str]:
     fields = ProblemReply(code=problem.code, place=problem.place, message=problem.message, remedy=problem.remedy)
-    return fields.model_dump()
+    return {name: _encodable(text) for name, text in fields.model_dump().items()}
+
+
+def _encodable(text: str) -> str:
+    """The text with halves of surrogate pairs, which no reply can hold, written as escapes."""
+    return text.encode("utf-8", "backslashreplace").decode()
 
 
 class LingeringReply(JSONResponse):
@@ -39,6 +44,9 @@ class LingeringReply(JSONResponse):
 
     A connection that is closed while the client still sends is reset, and the client loses the reply with it.
     """
+
+    def __init__(self, problem: Problem, status: int) -> None:
+        super().__init__(_body(problem), status, {"Connection": "close"})
 
     async def __call__(self, _scope: Scope, receive: Receive, send: Send) -> None:
         start = {"type": "http.response.start", "status": self.status_code, "headers": self.raw_headers}
@@ -66,15 +74,13 @@ def install(app: FastAPI) -> None:
 
 async def _problem(_request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, ProblemError)
-    if error.status != 413:
-        return reply(error.problem, error.status)
-    return LingeringReply(_body(error.problem), 413, {"Connection": "close"})
+    return reply(error.problem, error.status)
 
 
 async def _invalid_request(_request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, RequestValidationError)
     first = error.errors()[0]
-    place = ".".join(str(part) for part in first["loc"][1:])
+    place = ".".join(str(part) for part in first["loc"][1:]) or "$"
     message = f"the request is not as expected: {first['msg']}"
     problem = Problem(
         code="request.invalid", place=place, message=message, remedy="See /openapi.json for what this address takes"

@@ -8,14 +8,14 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, Query, Request, Response
 
 from tryon_server.api.access import ServicesDep
-from tryon_server.api.body import read_capped
 from tryon_server.api.faults import ERROR_REPLIES
 from tryon_server.api.models import GarmentReply
 
 Units = Literal["m", "cm", "mm", "in", "ft"]
 Up = Literal["y", "z"]
 
-router = APIRouter(prefix="/api/garments", tags=["garments"], responses=ERROR_REPLIES)
+PATH = "/api/garments"
+router = APIRouter(prefix=PATH, tags=["garments"], responses=ERROR_REPLIES)
 
 PATTERN_BODY = {
     "requestBody": {
@@ -53,7 +53,7 @@ async def upload_garment(
     up: Annotated[Up | None, Query(description="axis that is up in a mesh; found out, and told, without it")] = None,
 ) -> GarmentReply:
     """Check a sewing pattern or a mesh and keep it. The same file twice is the same garment."""
-    content = await read_capped(request, services.settings.max_pattern_bytes, "a garment's file")
+    content = await request.body()
     loop = asyncio.get_running_loop()
     garment = await loop.run_in_executor(services.checkers, services.garments.add, content, name, units, up)
     response.headers["Location"] = f"/api/garments/{garment.id}"

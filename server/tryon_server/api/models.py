@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 from pydantic import BaseModel, ConfigDict, Field
+
+Name = Annotated[str, Field(pattern="^[^\\x00]*$")]  # a database's text can't hold the character 0
 
 
 class Model(BaseModel):
@@ -70,10 +74,10 @@ class DeviceReply(Model):
 class SessionRequest(Model):
     """What a new session is to be."""
 
-    garment: str = Field(description="id of a garment")
-    motion: str | None = Field(None, description="name of a motion; null: a client streams the poses")
-    fabric: str | None = Field(None, description="name of a fabric; null: the first of GET /api/fabrics")
-    preset: str | None = Field(None, description="draft, live, fit or auto; null: the server's choice")
+    garment: Name = Field(description="id of a garment")
+    motion: Name | None = Field(None, description="name of a motion; null: a client streams the poses")
+    fabric: Name | None = Field(None, description="name of a fabric; null: the first of GET /api/fabrics")
+    preset: Name | None = Field(None, description="draft, live, fit or auto; null: the server's choice")
 
 
 class SessionReply(Model):

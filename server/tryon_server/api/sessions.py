@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from fastapi import APIRouter, Response, WebSocket
+from fastapi import APIRouter, Request, Response, WebSocket
 
 from tryon_protocol import SUBPROTOCOL, ProtocolError, encode, error_message
 from tryon_server.api.access import ServicesDep, same_origin
+from tryon_server.api.body import read_json
 from tryon_server.api.faults import ERROR_REPLIES, reply
 from tryon_server.api.models import SessionReply, SessionRequest
 from tryon_server.persistence import SessionRecord
@@ -19,10 +20,16 @@ router = APIRouter(prefix="/api/sessions", tags=["sessions"], responses=ERROR_RE
 stream_router = APIRouter(prefix="/api/sessions")
 
 
-@router.post("", status_code=201)
-async def open_session(request: SessionRequest, response: Response, services: ServicesDep) -> SessionReply:
+WISH_BODY = {
+    "requestBody": {"required": True, "content": {"application/json": {"schema": SessionRequest.model_json_schema()}}}
+}
+
+
+@router.post("", status_code=201, openapi_extra=WISH_BODY)
+async def open_session(request: Request, response: Response, services: ServicesDep) -> SessionReply:
     """Open a session and begin to dress the garment; its websocket tells how that goes."""
-    opening = Opening(garment=request.garment, motion=request.motion, fabric=request.fabric, preset=request.preset)
+    wish = read_json(await request.body(), SessionRequest)
+    opening = Opening(garment=wish.garment, motion=wish.motion, fabric=wish.fabric, preset=wish.preset)
     live = await services.sessions.open(opening)
     response.headers["Location"] = f"/api/sessions/{live.machine.id}"
     return _reply(await services.sessions.record(live.machine.id), services)
