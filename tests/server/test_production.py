@@ -21,6 +21,7 @@ from tryon_server.runtime.sources import Move
 from tryon_server.runtime.wardrobe import CAPACITY, Wardrobe, wardrobe_key
 from tryon_server.sessions.commands import AllowFrame
 from tryon_solver.body.pose import Pose
+from tryon_solver.dressing import dress as dressing
 from tryon_solver.dressing.fit import DressingError
 from tryon_solver.geometry.placement import PlacementError
 
@@ -50,6 +51,20 @@ def test_another_size_is_another_garment(order):
     own, small = (production.build_drape(replace(order, size=size), lambda *_: None) for size in (1.0, 0.9))
     assert np.ptp(small.outfit.uv, axis=(0, 1)) == pytest.approx(0.9 * np.ptp(own.outfit.uv, axis=(0, 1)))
     assert small.outfit.vertex_count < own.outfit.vertex_count
+
+
+@pytest.mark.parametrize(("crumpled", "worn"), [([True, False], True), ([True, True], False)])
+def test_what_is_crumpled_at_a_seam_is_sewn_once_more(order, monkeypatch, crumpled, worn):
+    """Whether the seams can be welded is said here; the sewing is the solver's."""
+    sewn = iter(crumpled)
+    monkeypatch.setattr(dressing, "proven_free", lambda *_: not next(sewn))
+    if worn:
+        drape = production.build_drape(replace(order, wardrobe=None), lambda *_: None)
+        assert np.isfinite(drape.cloth_positions()).all()
+    else:
+        with pytest.raises(ProblemError, match="crumpled where it is sewn"):
+            production.build_drape(replace(order, wardrobe=None), lambda *_: None)
+    assert list(sewn) == []
 
 
 def test_an_opening_that_slips_is_told(order):

@@ -21,6 +21,10 @@ class DressingError(LocatedError):
     """The garment could not be put on: what happened, at which piece, and what to try."""
 
 
+class CrumpledError(DressingError):
+    """The seams are closed, but other fabric was caught between or beside their sides."""
+
+
 def close_seams(
     panels: PanelMesh, joined: WeldedMesh, fabric: Fabric, stretch: StretchMeter, x: np.ndarray
 ) -> np.ndarray:
