@@ -61,7 +61,7 @@ class Settings:
     """Force at which a vertex of the collision surface yields [N]: cloth caught in a fold moves it, tension doesn't."""
     skin_firmness: float = 30.0
     """How much more it resists the further it has yielded [N/m], so that two sheets that press cloth share the way."""
-    return_speed: float = 2.0
+    return_speed: float = 0.4
     """How fast a surface that yielded returns to the skin [m/s]."""
     substep_travel: float = 8e-3
     """Longest motion of the body relative to its pelvis in one kinematic sub-step [m]."""
