@@ -11,6 +11,7 @@ from frame_judge import FrameJudge
 
 from tryon_solver.body.model import default_body
 from tryon_solver.dressing.dress import dress
+from tryon_solver.dressing.fit import DressingError
 from tryon_solver.geometry.pattern import load_pattern
 from tryon_solver.geometry.size import mesh_in_size
 from tryon_solver.materials.fabric import FABRICS
@@ -59,3 +60,10 @@ def test_trousers_for_a_wider_waist_are_told_to_slip():
     assert 0.05 < opening.too_wide < 0.08
     assert opening.fitting_size == pytest.approx(0.92, abs=0.02)
     assert "under the feet" in opening.advice
+
+
+@pytest.mark.skipif(not FILES, reason=f"no GarmentCode patterns in {PATTERNS}")
+def test_a_hem_too_narrow_for_the_legs_is_refused_as_too_tight():
+    with pytest.raises(DressingError, match="too tight for this body") as caught:
+        dressed(PATTERNS / "godet_skirt_specification.json", 1.0)
+    assert "larger size" in caught.value.remedy

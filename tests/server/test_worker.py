@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import analytic_drape
@@ -51,10 +52,12 @@ class ScriptedConnection:
         self.times.append(self.now)
 
 
-def work(script, until: float, fabric: str = "cotton", motion: str | None = "sway") -> ScriptedConnection:
+def work(
+    script, until: float, fabric: str = "cotton", motion: str | None = "sway", build=analytic_drape.build
+) -> ScriptedConnection:
     connection = ScriptedConnection(script, until)
     order = WorkOrder(DrapeOrder(Path("pattern.json"), fabric, "draft", "cpu"), motion, 50.0, 1.0)
-    worker = Worker(connection, order, analytic_drape.build, analytic_drape.load_motion, lambda: connection.now)
+    worker = Worker(connection, order, build, analytic_drape.load_motion, lambda: connection.now)
     with pytest.raises(LetGoError):
         worker.run()
     return connection
@@ -87,6 +90,16 @@ def test_tells_how_it_begins_then_the_topology_then_that_it_is_ready():
     ]  # fmt: skip
     assert [event.phase for event in of(connection, PhaseChanged)] == ["preparing", "dressing", "ready"]
     assert of(connection, TopologyReady)[0].joint_names == ("hips", "spine", "head")
+
+
+def test_what_there_is_to_say_of_the_fit_is_told_with_being_ready():
+    def wide(order, progress):
+        drape = analytic_drape.build(order, progress)
+        drape.outfit = replace(drape.outfit, fit="the waist is 7 cm too wide")
+        return drape
+
+    assert of(work([], until=1.0), PhaseChanged)[-1].detail == "Dressed"
+    assert of(work([], until=1.0, build=wide), PhaseChanged)[-1].detail == "Dressed; the waist is 7 cm too wide"
 
 
 def test_does_nothing_until_it_is_to_run_and_stops_when_it_is_to_hold():
