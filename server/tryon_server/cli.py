@@ -23,6 +23,9 @@ if TYPE_CHECKING:  # read when a command needs them: `tryon --help` starts at on
 BAD_INPUT = 2
 UNITS = ("m", "cm", "mm", "in", "ft")
 AXES = ("y", "z")
+FABRICS = "cotton_jersey, cotton_poplin, wool_twill, denim or silk_charmeuse"  # as the solver has them
+MOTIONS = "walk, jumping_jack, squat or turn"  # as demo/motions has them
+PRESETS = "draft, live, fit or auto"
 
 SERVE_HELP = """\
 Start the server and its web page. Uploaded patterns and the history of sessions are kept in an SQLite file under
@@ -123,7 +126,7 @@ def _add_serve(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     )
     serve.add_argument("--data-dir", metavar="FOLDER", help="where to keep uploads and the database (default var)")
     serve.add_argument("--device", help="what to simulate on: auto, cpu, cuda:0, ... (default auto); see tryon devices")
-    serve.add_argument("--preset", help="accuracy of sessions that name none: draft, live, fit or auto (default auto)")
+    serve.add_argument("--preset", help=f"accuracy of sessions that name none: {PRESETS} (default auto)")
     serve.set_defaults(run=run_serve)
 
 
@@ -144,9 +147,7 @@ def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser])
     )
     simulate.add_argument("--units", choices=UNITS, help="unit of the garment's mesh (default: found, and told)")
     simulate.add_argument("--up", choices=AXES, help="axis that is up in the garment's mesh (default: found, and told)")
-    simulate.add_argument(
-        "--fabric", metavar="NAME", help="fabric; an unknown name lists those there are (default the first)"
-    )
+    simulate.add_argument("--fabric", metavar="NAME", help=f"{FABRICS} (default the first)")
     simulate.add_argument(
         "--size", type=_positive, default=1.0, help="size of a sewing pattern over its own, 0.5 to 2 (default 1)"
     )
@@ -167,14 +168,14 @@ def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser])
     simulate.add_argument(
         "--motion",
         metavar="FILE.bvh|NAME",
-        help="BVH file, or a motion that comes with tryon (default: the body stands still)",
+        help=f"BVH file, or a motion that comes with tryon: {MOTIONS} (default: the body stands still)",
     )
     simulate.add_argument(
         "--seconds", type=_positive, metavar="S", help="how long to record (default the motion's length; it repeats)"
     )
     simulate.add_argument("--fps", type=_positive, default=60.0, help="frames per second (default 60)")
     simulate.add_argument("--device", default="auto", metavar="cpu|cuda:0", help="what to simulate on (default auto)")
-    simulate.add_argument("--preset", default="auto", help="accuracy: draft, live, fit or auto (default auto)")
+    simulate.add_argument("--preset", default="auto", help=f"accuracy: {PRESETS}, by the device (default auto)")
     simulate.add_argument("--out", required=True, type=Path, metavar="OUT", help="file to write: .npz, or .glb")
     simulate.add_argument("--glb", type=Path, metavar="FILE", help="write the last frame as a .glb scene, too")
     simulate.set_defaults(run=run_simulate)
@@ -187,9 +188,9 @@ def _add_headset_sim(commands: argparse._SubParsersAction[argparse.ArgumentParse
     headset.add_argument("--url", metavar="URL", help="stream of a session that is open already, instead")
     headset.add_argument("--authority", type=Path, metavar="FILE", help="certificate to trust, of tryon serve --tls")
     headset.add_argument("--garment", default="tshirt", metavar="ID", help="garment of the session (default tshirt)")
-    headset.add_argument("--preset", help="accuracy of the session: draft, live, fit or auto (default the server's)")
+    headset.add_argument("--preset", help=f"accuracy of the session: {PRESETS} (default the server's)")
     headset.add_argument(
-        "--motion", default="walk", metavar="FILE.bvh|NAME", help="what the wearer does (default walk)"
+        "--motion", default="walk", metavar="FILE.bvh|NAME", help=f"what the wearer does: {MOTIONS} (default walk)"
     )
     headset.add_argument("--seconds", type=_positive, default=10.0, metavar="S", help="how long (default 10)")
     headset.add_argument(
@@ -340,6 +341,8 @@ def run_simulate(options: argparse.Namespace) -> int:
         recording.save(options.out)
     if glb is not None:
         recording.save_glb(glb)
+    for line in recording.advice():
+        print(line)
     written = " and ".join(str(path) for path in dict.fromkeys((options.out, glb)) if path is not None)
     print(f"wrote {written}: {len(recording.cloth)} frames, {recording.cloth.shape[1]} vertices")
     return 0

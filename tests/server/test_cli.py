@@ -12,7 +12,10 @@ import patterns
 import pytest
 import trimesh
 
+from tryon_server import cli
 from tryon_server.cli import address_of, main
+from tryon_server.runtime import offline
+from tryon_server.runtime.local import load_catalogue
 
 
 @pytest.fixture(scope="module")
@@ -106,7 +109,9 @@ def test_simulate_records_a_garment_on_a_body_of_ones_own(folder):
         (["--garment", "{}/flat.json"], ["panel 'back' has no area, or nearly none", "an outline of 120.0 cm"]),
         (["--garment", "{}/nan.json"], ["panels.front.translation[1]", "nan"]),
         (["--fabric", "steel"], ["no fabric 'steel'", "cotton_jersey"]),
-        (["--preset", "perfect"], ["no preset 'perfect'", "draft"]),
+        (["--preset", "perfect"], ["no preset 'perfect'", "Choose one of: auto, draft, live, fit"]),
+        (["--seconds", "1e9"], ["seconds", "6e+10 frames", "limit of 4 GiB", "Record less than", "--fps"]),
+        (["--seconds", "1e308"], ["seconds", "limit of 4 GiB"]),
         (["--device", "cuda:77"], ["no device 'cuda:77'", "cpu"]),
         (["--motion", "moonwalk"], ["no motion 'moonwalk'", "walk"]),
         (["--motion", "{}/not.bvh"], ["not.bvh", "HIERARCHY"]),
@@ -133,6 +138,31 @@ def test_what_is_wrong_is_said_in_one_line_with_advice(folder, capsys, options, 
         assert word in error[0]
 
 
+def test_a_recording_too_large_for_its_mesh_is_refused_before_it_is_begun(folder, capsys, monkeypatch):
+    """Its frames alone would do: with 14 frames of some 600 vertices in the body alone, the limit is passed."""
+    monkeypatch.setattr(offline, "MOST_BYTES", 14 * offline.REPORT_BYTES + 7000 * offline.COORDINATES_BYTES)
+    monkeypatch.setattr(offline, "_advance", lambda *_: pytest.fail("a frame was simulated"))
+    assert main(simulate(folder, "--fps", "60")) == 2
+    error = capsys.readouterr().err
+    assert "0.2 s are 12 frames" in error
+    assert "Record less than" in error
+
+
+def test_the_worst_advice_of_a_recording_is_summed_up():
+    reports = [
+        {"advice": said, "max_stretch": stretch, "body_lag": lag, "retries": 0}
+        for said, stretch, lag in [("", 1.9, 0.0), ("tight", 1.3, 0.0), ("tighter", 1.4, 0.01), ("caught", 1.2, 0.02)]
+    ]
+    empty, faces = np.zeros((5, 0, 3), np.float32), np.zeros((0, 3), np.int32)
+    recording = offline.Recording(empty, faces, empty, faces, 0.5, tuple(reports))
+    assert recording.advice() == [
+        "3 of 4 frames were out of bounds, for example",
+        "  at 1.50 s: tighter",
+        "  at 2.00 s: caught",
+    ]
+    assert offline.Recording(empty, faces, empty, faces, 0.5, tuple(reports[:1])).advice() == []
+
+
 @pytest.mark.parametrize("option", ["--seconds", "--edge-length", "--fps", "--size"])
 @pytest.mark.parametrize("value", ["-1", "0", "nan", "soon"])
 def test_numbers_must_be_above_zero(folder, capsys, option, value):
@@ -151,6 +181,18 @@ def test_help_explains_every_option(capsys, command):
     assert "usage: tryon" in text
     for option in ("--garment", "--motion", "--out"):
         assert (option in text) == (command == ["simulate"])
+
+
+def test_help_lists_every_fabric_motion_and_preset(capsys):
+    with pytest.raises(SystemExit):
+        main(["simulate", "--help"])
+    text = " ".join(capsys.readouterr().out.split())
+    catalogue = load_catalogue()
+    for names in ((f.name for f in catalogue.fabrics), (m.name for m in catalogue.motions)):
+        *others, last = names
+        assert f"{', '.join(others)} or {last}" in text
+    assert set(cli.PRESETS.replace(" or ", ", ").split(", ")) == set(catalogue.presets)
+    assert cli.PRESETS in text
 
 
 def test_devices_names_the_processor(capsys):

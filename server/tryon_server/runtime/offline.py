@@ -24,6 +24,9 @@ from tryon_server.runtime.sources import approach_seconds, leap_towards, moved
 from tryon_solver.body.motion import Motion, blend_in
 
 LOWEST_FPS = 11.0  # the solver bridges at most 0.1 s at a time
+MOST_BYTES = 4 * 2**30  # a recording is held in memory until it is written
+REPORT_BYTES = 2000  # of one frame's report, about
+COORDINATES_BYTES = 12  # of a vertex in a frame: three float32
 STILL_SECONDS = 2.0  # how long a body without a motion is simulated when nobody says how long
 
 
@@ -48,6 +51,21 @@ class Recording:
     dt: float
     reports: tuple[dict[str, Any], ...]
     notes: tuple[str, ...] = ()
+
+    def advice(self) -> list[str]:
+        """What the solver advised in the frames with the most stretch, body lag and void steps; none: [].
+
+        Each line says how many frames brought advice, and of which moment it speaks.
+        """
+        given = [(k, report) for k, report in enumerate(self.reports, start=1) if report["advice"]]
+        if not given:
+            return []
+        figures = ["max_stretch", "body_lag"]
+        if any(report["retries"] for _, report in given):
+            figures.append("retries")
+        worst = {max(given, key=lambda frame: frame[1][figure])[0] for figure in figures}
+        said = [f"{len(given)} of {len(self.reports)} frames were out of bounds, for example"]
+        return said + [f"  at {k * self.dt:.2f} s: {self.reports[k - 1]['advice']}" for k in sorted(worst)]
 
     def save(self, path: Path) -> None:
         """Write an .npz, an array per attribute; ``reports`` and ``notes`` are JSON. It appears whole or not at all."""
@@ -93,6 +111,8 @@ def simulate(order: DrapeOrder, motion: str | None, seconds: float | None, fps: 
         raise problem_error(
             "motion.two", "the body is a moving mesh, which brings its motion", "Leave --motion out", place="motion"
         )
+    if seconds is not None:
+        _check_size(seconds, fps, 0)
     played: Motion | None = None
     found: tuple[str, ...] = ()
     if motion is not None:
@@ -127,23 +147,41 @@ def _record(
     drape: SolverDrape, began: float, pose_at: Callable[[float], Any], seconds: float, fps: float, progress: Progress
 ) -> Recording:
     """Record from the drape's present state on, ``began`` s after its dressing."""
-    count = round(seconds * fps) + 1
-    cloth, body, reports = [drape.cloth_positions() + drape.origin], [drape.body_positions() + drape.origin], []
-    for k in range(1, count):
-        progress("Simulating", (k - 1) / (count - 1))
-        reports.append(_advance(drape, pose_at(k / fps), began + k / fps))
-        cloth.append(drape.cloth_positions() + drape.origin)
-        body.append(drape.body_positions() + drape.origin)
+    cloth_count, body_count = drape.outfit.vertex_count, len(drape.outfit.body.rest_vertices)
+    count = _check_size(seconds, fps, cloth_count + body_count)
+    cloth, body = np.empty((count, cloth_count, 3), np.float32), np.empty((count, body_count, 3), np.float32)
+    reports = []
+    for k in range(count):
+        if k > 0:
+            progress("Simulating", (k - 1) / (count - 1))
+            reports.append(_advance(drape, pose_at(k / fps), began + k / fps))
+        cloth[k] = drape.cloth_positions() + drape.origin
+        body[k] = drape.body_positions() + drape.origin
     progress("Simulating", 1.0)
     return Recording(
-        cloth=np.stack(cloth).astype(np.float32),
+        cloth=cloth,
         cloth_faces=np.asarray(drape.outfit.faces, dtype=np.int32),
-        body=np.stack(body).astype(np.float32),
+        body=body,
         body_faces=np.asarray(drape.outfit.body.faces, dtype=np.int32),
         dt=1.0 / fps,
         reports=tuple(reports),
         notes=drape.notes,
     )
+
+
+def _check_size(seconds: float, fps: float, vertices: int) -> int:
+    """How many frames a recording has. Raises ProblemError when so many, of so many vertices, take too much memory."""
+    each = COORDINATES_BYTES * vertices + REPORT_BYTES
+    size = (seconds * fps + 1) * each
+    if size > MOST_BYTES:
+        longest = (MOST_BYTES / each - 1) / fps
+        raise _out_of_range(
+            "seconds",
+            f"{seconds:g} s are {seconds * fps:.3g} frames, which take {size / 2**30:.3g} GiB of memory or more, "
+            f"over the limit of {MOST_BYTES / 2**30:g} GiB",
+            f"Record less than {longest:.0f} s at once, or give a smaller --fps or a longer --edge-length",
+        )
+    return round(seconds * fps) + 1
 
 
 def _advance(drape: Drape, pose: Any, t: float) -> dict[str, Any]:

@@ -242,9 +242,8 @@ def _dress_as_before(
 
 def choose_preset(name: str, device: str) -> str:
     """The preset of this name; ``auto`` is what the device can do in real time. Raises ProblemError."""
-    chosen = ("draft" if device == "cpu" else "live") if name == AUTOMATIC else name
-    _named(PRESETS, "preset", chosen)
-    return chosen
+    automatic = "draft" if device == "cpu" else "live"
+    return _named({AUTOMATIC: automatic, **{preset: preset for preset in PRESETS}}, "preset", name)
 
 
 def _named(known: Mapping[str, Named], kind: str, name: str) -> Named:
