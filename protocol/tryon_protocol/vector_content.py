@@ -115,6 +115,7 @@ def messages() -> dict[str, tuple[bytes, Any]]:
             solver_ms=61.5,
             frames_per_second=14.5,
             real_time_factor=1.0,
+            advice="the fabric is stretched by up to 35 %: try a larger size",
         ),
         m.ErrorMessage(
             code="invalid_pose",

@@ -30,7 +30,7 @@ class StepReport:
     gap_offset: float = 0.0  # m, that pair's offset: its surfaces are min_gap + gap_offset apart, always above 0
     reverts: int = 0  # of these, steps whose carried state failed too: cloth and surface stayed where they were
     times_ms: dict[str, float] = field(default_factory=dict)  # wall time per stage
-    advice: str = ""  # what to do when something above is out of bounds
+    advice: str = ""  # what to do when something above is out of bounds (advice.py); "" when nothing is
 
     def to_dict(self) -> dict[str, object]:
         """Plain values, ready for JSON."""

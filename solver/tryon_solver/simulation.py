@@ -12,6 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 import warp as wp
 
+from tryon_solver.advice import advise
 from tryon_solver.body.carry import Carry
 from tryon_solver.body.on_device import MovingBody
 from tryon_solver.contact import pairs
@@ -353,13 +354,7 @@ class Simulation:
             difference = self.state.x.numpy()[self.cloth_count :] - self.body.skin_now.numpy()
             lag = float(np.sqrt((difference**2).sum(1).max()))
         gap, gap_offset = self.smallest_gap()
-        advice = []
-        if counters.retries:
-            advice.append(f"{counters.retries} steps were void; the garment stayed in its last safe state")
-        if counters.reverts:
-            advice.append(f"in {counters.reverts} of them the body moved and the garment stayed behind")
-        if self.debt:
-            advice.append(f"{self.debt:.2f} s of motion are still to be simulated: poses came too rarely")
+        stretch = self.stretch.larger(self.state.x)
         self.reported = StepReport(
             time=self.state.time,
             steps=counters.steps,
@@ -369,7 +364,7 @@ class Simulation:
             residual=counters.residual,
             min_gap=gap,
             gap_offset=gap_offset,
-            max_stretch=self.stretch.largest(self.state.x),
+            max_stretch=float(stretch.max()),
             body_lag=lag,
             pairs=self.pairs.size,
             overlapping=self.pairs.overlapping,
@@ -377,7 +372,7 @@ class Simulation:
             reverts=counters.reverts,
             debt=self.debt,
             times_ms=dict(counters.times),
-            advice="; ".join(advice),
+            advice=advise(counters, self.debt, self.scene.fabric, stretch, lag),
         )
         return self.reported
 

@@ -121,6 +121,12 @@ def test_simulated_time_is_wall_time():
     report = of(connection, Reported)[-1].report
     assert report.real_time_factor == pytest.approx(1.0, abs=0.02)
     assert report.frames_per_second == pytest.approx(50.0, abs=4.0)
+    assert report.advice == ""
+
+
+def test_advice_of_the_solver_is_in_the_reports():
+    connection = work([(0.0, allow(1000)), (0.0, Run(True))], until=1.0, fabric="denim")
+    assert of(connection, Reported)[-1].report.advice == "the fabric is stretched by 35 %"
 
 
 def test_motion_begins_with_an_approach_and_its_clock_is_the_motions_own():

@@ -1,5 +1,6 @@
 import { Api, RateMeter, steadyNow, type Fabric } from "@tryon/core";
 
+import { AdviceLine } from "./advice.ts";
 import { Ar } from "./ar.ts";
 import { Choices } from "./choices.ts";
 import { byId, setText } from "./dom.ts";
@@ -29,6 +30,7 @@ class Studio implements FittingView {
   private readonly stage = new Stage(byId("stage", HTMLCanvasElement));
   private readonly figure = new Figure();
   private readonly readout = new Readout();
+  private readonly advice = new AdviceLine();
   private readonly statusLine = new StatusLine();
   private readonly board = new NoticeBoard();
   private readonly drawn = new RateMeter();
@@ -138,6 +140,7 @@ class Studio implements FittingView {
 
   report(...[report]: Parameters<FittingView["report"]>): void {
     this.readout.setReport(report);
+    this.advice.show(report.advice ?? "");
   }
 
   notice(...[notice]: Parameters<FittingView["notice"]>): void {
@@ -154,6 +157,7 @@ class Studio implements FittingView {
 
   began(): void {
     this.readout.reset();
+    this.advice.hide();
     this.board.hideFault();
   }
 

@@ -300,6 +300,8 @@ export interface ReportMessage {
   real_time_factor: number;
   /** m, that pair's offset, the thickness kept between its surfaces: they are the sum apart. Default: null */
   gap_offset?: number | null;
+  /** for people: what is out of bounds, and what to try; "": nothing is. Default: "" */
+  advice?: string;
 }
 
 /** Something the client sent, or the session itself, is at fault. Unless `fatal`, the connection goes on. */

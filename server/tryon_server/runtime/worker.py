@@ -286,6 +286,7 @@ class Worker:
             solver_ms=solver_ms,
             frames_per_second=self._meter.frames_per_second(now),
             real_time_factor=self._meter.real_time_factor,
+            advice=facts.advice,
         )
         self._tell(Reported(report))
 

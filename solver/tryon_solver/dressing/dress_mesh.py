@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from tryon_solver.advice import allowed, percent
 from tryon_solver.body.on_device import WornBody
 from tryon_solver.dressing.dress import (
     CLOSING_SECONDS,
@@ -16,7 +17,7 @@ from tryon_solver.dressing.dress import (
     Progress,
     tell_nobody,
 )
-from tryon_solver.dressing.fit import CLOSED, allowed, percent
+from tryon_solver.dressing.fit import CLOSED
 from tryon_solver.dressing.untangle import Freed, TangledError, untangle
 from tryon_solver.files.mesh_garment import MeshGarment
 from tryon_solver.files.raw_mesh import MeshFileError

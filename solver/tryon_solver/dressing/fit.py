@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from tryon_solver.advice import allowed, percent
 from tryon_solver.geometry.located_error import LocatedError
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.weld import WeldedMesh
@@ -90,16 +91,6 @@ def check_rest(simulation: Simulation, joined: WeldedMesh, panels: PanelMesh) ->
             f"panels.{name}",
             looser(float(stretch[worst]), [name]),
         )
-
-
-def percent(stretch: float) -> str:
-    """How much longer than the pattern."""
-    return f"{100 * (stretch - 1):.0f} %"
-
-
-def allowed(fabric: Fabric) -> str:
-    """What the fabric bears, in words."""
-    return f"{fabric.name} bears {percent(fabric.strain_limit)}"
 
 
 def looser(stretch: float, names: list[str]) -> str:

@@ -31,6 +31,6 @@ class StretchMeter:
         radius = np.sqrt(0.25 * (c[:, 0, 0] - c[:, 1, 1]) ** 2 + c[:, 0, 1] ** 2)
         return np.sqrt(np.maximum(np.column_stack([half - radius, half + radius]), 0))
 
-    def largest(self, x: wp.array) -> float:
-        """Largest principal stretch of any triangle."""
-        return float(self.principal(x.numpy()[: self.count])[:, 1].max())
+    def larger(self, x: wp.array) -> np.ndarray:
+        """(F,) larger principal stretch of each triangle."""
+        return self.principal(x.numpy()[: self.count])[:, 1]

@@ -73,7 +73,7 @@ def wait_for_frames(page: Page, count: int = 5) -> None:
 
 def picture(page: Page) -> npt.NDArray[np.uint8]:
     """(height, width, 3) what the canvas shows, as a person would see it, without what stands over it."""
-    png = page.locator("#stage").screenshot(style=".top, .bar, .readout, .notice { visibility: hidden }")
+    png = page.locator("#stage").screenshot(style=".top, .bar, .readout, .notice, .advice { visibility: hidden }")
     return decode(page, png)
 
 

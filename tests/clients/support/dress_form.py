@@ -1,6 +1,6 @@
 """A drape without a solver, made to be looked at: a dressmaker's form on three joints that wears a swinging tunic.
 
-The fabric called ``tight`` can't be put on; every other one can.
+The fabric called ``tight`` can't be put on; every other one can, and ``denim`` brings advice.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ AROUND = 48
 ROWS = 24
 JOINTS = ("hips", "chest", "head")
 SECONDS = 4.0
+ADVICE = "the fabric is stretched by up to 35 %; try a larger size"
 
 
 def radius(height: np.ndarray) -> np.ndarray:
@@ -70,6 +71,7 @@ class Facts:
     pairs: int = 320
     retries: int = 0
     times_ms: dict[str, float] = field(default_factory=lambda: {"smooth": 3.0, "correct_penetration": 5.5})
+    advice: str = ""
 
     def to_dict(self) -> dict[str, object]:
         return asdict(self)
@@ -78,7 +80,8 @@ class Facts:
 class Tunic:
     """Two pieces sewn at the sides, hanging around the form; its folds swing as time goes by."""
 
-    def __init__(self) -> None:
+    def __init__(self, advice: str = "") -> None:
+        self.advice = advice
         body = form()
         faces = np.array([face for row in range(ROWS - 1) for i in range(AROUND) for face in quad(row, i)], np.int32)
         self.angles = np.tile(2 * np.pi * np.arange(AROUND) / AROUND, ROWS)
@@ -102,7 +105,7 @@ class Tunic:
 
     def advance(self, pose: Pose, t: float) -> Facts:
         self.current, self.t = pose, t
-        return Facts()
+        return Facts(advice=self.advice)
 
     def cloth_positions(self) -> np.ndarray:
         loose = np.clip((1.3 - self.heights) / 0.5, 0.0, 1.0)
@@ -123,7 +126,7 @@ def build(order, progress) -> Tunic:
         progress("Sewing the pieces", step / 4)
     if order.fabric == "tight":
         raise problem_error("garment.undressable", "the seam between front and back stayed open", "Enlarge the pieces")
-    return Tunic()
+    return Tunic(ADVICE if order.fabric == "denim" else "")
 
 
 def load_motion(name: str, body: BodyModel) -> Motion:

@@ -1,0 +1,59 @@
+"""What to do when the figures of a step are out of bounds, in words for people."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tryon_solver.materials.fabric import FABRICS, Fabric
+from tryon_solver.results import Counters
+
+STRETCH_MOST = 1.02  # of the fabric's limit, for all but OVERSTRETCHED of the triangles
+OVERSTRETCHED = 1e-3
+STRETCH_ANY = 1.10  # of the fabric's limit, for every triangle
+LAG = 10e-3  # m from the skin to the collision surface; skin that the body itself pinches may be part of it
+
+
+def advise(counters: Counters, debt: float, fabric: Fabric, stretch: np.ndarray, lag: float) -> str:
+    """Sentences about one call of `advance`, "" when there is nothing to say.
+
+    `stretch` (F,) is the larger principal stretch of each triangle, `lag` the largest distance [m] from the tracked
+    skin to the collision surface, `debt` the time [s] that a gap in the poses left to be simulated.
+    """
+    said = []
+    if counters.retries:
+        said.append(f"{counters.retries} steps were void; the garment stayed in its last safe state")
+    if counters.reverts:
+        said.append(f"in {counters.reverts} of them the body moved and the garment stayed behind")
+    if debt:
+        said.append(f"{debt:.2f} s of motion are still to be simulated: poses came too rarely")
+    strained = []
+    if overstretched(fabric, stretch):
+        strained.append(f"the fabric is stretched by up to {percent(float(stretch.max()))} ({allowed(fabric)})")
+    if lag > LAG:
+        strained.append(f"the cloth holds the body's surface {1e3 * lag:.0f} mm behind the skin")
+    if strained:
+        best = max(FABRICS.values(), key=lambda known: known.strain_limit)
+        other = f"a fabric that stretches more ({best.name}: {percent(best.strain_limit)})"
+        tries = "a larger size, a slower motion, or a finer preset (live, fit)"
+        tries = tries if best.strain_limit <= fabric.strain_limit else f"{other}, {tries}"
+        said.append(
+            f"{' and '.join(strained)}: the garment is too tight for this motion, or caught between parts of the body; "
+            f"try {tries}"
+        )
+    return "; ".join(said)
+
+
+def overstretched(fabric: Fabric, stretch: np.ndarray) -> bool:
+    """Are more than a few triangles, of `stretch` (F,), longer than the fabric allows, or is one of them far longer?"""
+    limit = fabric.strain_limit
+    return bool(stretch.max() > STRETCH_ANY * limit or (stretch > STRETCH_MOST * limit).mean() > OVERSTRETCHED)
+
+
+def percent(stretch: float) -> str:
+    """How much longer than the pattern."""
+    return f"{100 * (stretch - 1):.0f} %"
+
+
+def allowed(fabric: Fabric) -> str:
+    """What the fabric bears, in words."""
+    return f"{fabric.name} bears {percent(fabric.strain_limit)}"

@@ -1,0 +1,66 @@
+"""What is said when the figures of a step are out of bounds, and that nothing is said while they are not."""
+
+import numpy as np
+import pytest
+from small_scenes import sheet
+
+from tryon_solver.advice import advise
+from tryon_solver.materials.fabric import FABRICS
+from tryon_solver.results import Counters
+from tryon_solver.scene import Gravity, Scene
+from tryon_solver.simulation import build
+
+DENIM = FABRICS["denim"]  # bears 5 %
+JERSEY = FABRICS["cotton_jersey"]  # stretches most
+
+
+def stretches(most: float, share: float = 1.0, count: int = 5000) -> np.ndarray:
+    """(count,) of which a share is stretched that far and the others not at all."""
+    held = np.ones(count)
+    held[: round(share * count)] = most
+    return held
+
+
+def test_nothing_is_said_of_what_is_in_bounds():
+    assert advise(Counters(), 0.0, DENIM, stretches(1.05), 10e-3) == ""
+    assert advise(Counters(), 0.0, DENIM, stretches(1.05 * 1.09, share=1e-3), 0.0) == ""
+
+
+@pytest.mark.parametrize(("most", "share"), [(1.05 * 1.03, 2e-3), (1.05 * 1.11, 2e-4), (1.35, 0.5)])
+def test_fabric_beyond_its_limit_is_told_with_what_to_try(most, share):
+    said = advise(Counters(), 0.0, DENIM, stretches(most, share), 0.0)
+    assert f"stretched by up to {100 * (most - 1):.0f} % (denim bears 5 %)" in said
+    assert "too tight for this motion" in said
+    for remedy in ("cotton_jersey: 15 %", "a larger size", "preset"):
+        assert remedy in said
+    assert "skin" not in said
+
+
+def test_surface_far_behind_the_skin_is_told_with_what_to_try():
+    said = advise(Counters(), 0.0, DENIM, stretches(1.0), 22.4e-3)
+    assert "22 mm behind the skin" in said
+    assert "caught between parts of the body" in said
+    assert "a larger size" in said
+    assert "stretched by" not in said
+
+
+def test_the_fabric_that_stretches_most_is_not_offered_another_one():
+    said = advise(Counters(), 0.0, JERSEY, stretches(1.5), 0.0)
+    assert "bears 15 %" in said
+    assert "a fabric that stretches more" not in said
+
+
+def test_everything_is_told_at_once():
+    said = advise(Counters(retries=3, reverts=2), 0.25, DENIM, stretches(1.35), 22e-3)
+    for part in ("3 steps were void", "in 2 of them", "0.25 s of motion", "35 %", "and the cloth holds", "22 mm"):
+        assert part in said
+
+
+def test_a_report_of_cloth_pulled_out_of_its_length_carries_the_advice():
+    garment, x = sheet(9, 9, 0.2, 0.2)
+    sim = build(Scene(garment, x, None, effects=(Gravity(),)))
+    assert sim.advance(None, 1 / 60).advice == ""
+    sim.state.x.assign((1.6 * sim.state.x.numpy()).astype(np.float32))
+    report = sim.report()
+    assert report.max_stretch == pytest.approx(1.6, rel=1e-2)
+    assert f"stretched by up to {100 * (report.max_stretch - 1):.0f} %" in report.advice
