@@ -198,6 +198,27 @@ def test_motion_and_fabric_change_within_the_session(page, studio):
     page.locator("#motions label", has_text="Walk").click()
 
 
+def test_advice_is_shown_as_long_as_it_is_given(page):
+    assert not page.is_visible("#advice")
+    page.locator("#fabrics label", has_text="Denim").click()
+    page.wait_for_selector("#advice:visible")
+    assert page.inner_text("#advice") == "The fabric is stretched by up to 35 %; try a larger size"
+    page.locator("#fabrics label", has_text="Cotton").click()
+    page.wait_for_selector("#advice", state="hidden")
+
+
+def test_open_figures_leave_the_middle_of_the_picture_free(chromium, studio):
+    page = open_page(chromium, studio.url, 1280, 800)
+    wait_for_state(page, "running")
+    assert not page.evaluate("document.getElementById('readout').open")
+    page.click("#readout > summary")
+    card, view = page.locator("#readout").bounding_box(), page.locator("#stage").bounding_box()
+    assert card["x"] - view["x"] > 0.74 * view["width"], "a hand reaches that far with the arms held off the body"
+    assert card["x"] + card["width"] <= view["x"] + view["width"]
+    assert page.locator("#readout").evaluate("card => card.scrollWidth <= card.clientWidth")
+    page.context.close()
+
+
 def test_another_colour_needs_no_server(page):
     page.locator("#colours label[title='Ink']").click()
     page.wait_for_timeout(500)

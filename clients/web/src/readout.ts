@@ -3,6 +3,7 @@ import { PaceMeter, steadyNow } from "@tryon/core";
 import type { ReportMessage } from "@tryon/protocol";
 
 import { byId, make, setText } from "./dom.ts";
+import { format, simulatedTime, withUnit } from "./format.ts";
 
 /** Every figure of the readout; NaN: not known (yet). Names end in their unit. */
 export interface Figures {
@@ -41,7 +42,7 @@ const ROWS: readonly Row[] = [
   { figure: "fps", name: "Frames", title: "Frames received per second", digits: 1, unit: "/s" },
   { figure: "solverMs", name: "Solver", title: "Time to solve one frame", digits: 0, unit: "ms" },
   { figure: "pace", name: "Simulated : wall time", title: "1 is real time", digits: 2, unit: "" },
-  { figure: "simulatedS", name: "Simulated time", title: "On the motion's clock", digits: 1, unit: "s" },
+  { figure: "simulatedS", name: "Simulated time", title: "On the motion's clock; the body first moves into the motion's first pose", digits: 1, unit: "s" },
   { figure: "vertices", name: "Garment vertices", title: "Vertices that are simulated", digits: 0, unit: "" },
   {
     figure: "clearanceMm",
@@ -151,7 +152,7 @@ export class Readout {
     if (!this.board.open) return;
     for (const row of ROWS) {
       const value = figures[row.figure];
-      setText(this.cells.get(row.figure)!, `${format(value, row.digits)}${Number.isFinite(value) && row.unit ? ` ${row.unit}` : ""}`);
+      setText(this.cells.get(row.figure)!, row.figure === "simulatedS" ? simulatedTime(value) : withUnit(value, row.digits, row.unit));
     }
   }
 
@@ -166,12 +167,4 @@ export class Readout {
 
 function find(show: string): HTMLElement {
   return byId("readout").querySelector<HTMLElement>(`[data-show="${show}"]`)!;
-}
-
-/** Digits grouped by a thin space, a dash for what is not known. */
-function format(value: number, digits: number): string {
-  if (!Number.isFinite(value)) return "–";
-  const [whole, fraction] = value.toFixed(digits).split(".") as [string, string?];
-  const grouped = whole.replace(/\B(?=(\d{3})+$)/g, "\u2009");
-  return fraction === undefined ? grouped : `${grouped}.${fraction}`;
 }

@@ -1,0 +1,20 @@
+/** Figures as they are shown. */
+
+/** Digits grouped by a thin space, a dash for what is not known. */
+export function format(value: number, digits: number): string {
+  if (!Number.isFinite(value)) return "–";
+  const [whole, fraction] = value.toFixed(digits).split(".") as [string, string?];
+  const grouped = whole.replace(/\B(?=(\d{3})+$)/g, "\u2009");
+  return fraction === undefined ? grouped : `${grouped}.${fraction}`;
+}
+
+/** The figure with its unit behind it, if it is known and has one. */
+export function withUnit(value: number, digits: number, unit: string): string {
+  return `${format(value, digits)}${Number.isFinite(value) && unit ? ` ${unit}` : ""}`;
+}
+
+/** A motion's clock is at 0 in its first pose; before that, it is said how long the body still needs to get there. */
+export function simulatedTime(seconds: number): string {
+  const text = withUnit(Math.abs(seconds), 1, "s");
+  return seconds <= -0.05 ? `starts in ${text}` : text;
+}
