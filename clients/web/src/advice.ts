@@ -10,7 +10,9 @@ export class AdviceLine {
 
   show(advice: string): void {
     if (!advice) return;
-    setText(this.line, advice[0].toUpperCase() + advice.slice(1));
+    const sentence = advice[0].toUpperCase() + advice.slice(1);
+    setText(this.line, sentence);
+    this.line.title = sentence; // a narrow page shows its beginning
     this.line.hidden = false;
     window.clearTimeout(this.timer);
     this.timer = window.setTimeout(() => this.hide(), STAYS_MS);
