@@ -199,7 +199,7 @@ def test_motion_and_fabric_change_within_the_session(page, studio):
 
 
 def test_advice_is_shown_as_long_as_it_is_given(page):
-    assert not page.is_visible("#advice")
+    page.wait_for_selector("#advice", state="hidden")
     page.locator("#fabrics label", has_text="Denim").click()
     page.wait_for_selector("#advice:visible")
     assert page.inner_text("#advice") == "The fabric is stretched by up to 35 %; try a larger size"
