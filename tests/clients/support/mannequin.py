@@ -28,6 +28,7 @@ class Facts:
     pairs: int = 0
     retries: int = 0
     times_ms: dict[str, float] = field(default_factory=dict)
+    advice: str = ""
 
     def to_dict(self) -> dict[str, object]:
         return asdict(self)
