@@ -71,7 +71,7 @@ class Settings:
     """Cloth within `carry_full` of the skin is carried along with it, beyond `carry_none` with the pelvis [m]."""
     deflection_passes: int = 16
     """Passes that turn a motion aside where it would close a gap, before it is shortened."""
-    searches: int = 5
+    searches: int = 12
     """How often the list of candidates is extended in one correction, at most; then vertices stay where it reaches."""
     search_slack: float = 2e-3
     """How far from where it is expected a vertex may go before candidates are searched for again [m]."""

@@ -155,10 +155,15 @@ def choose_start(sim: Simulation) -> None:
 
 
 def correct_penetration(sim: Simulation) -> None:
-    """From x_feasible and the trial in x by Newton iterations; leaves a feasible x."""
+    """From x_feasible and the trial in x by Newton iterations; leaves a feasible x.
+
+    Newton's steps are not searched along: one that overshoots is mended by the next. The budget's last has none, so it
+    is not taken when it is longer than the one before.
+    """
     work, settings = sim.work, sim.settings
     choose_start(sim)
-    for done in range(1, settings.correction_iterations + 1):
+    before = np.inf
+    for left in reversed(range(settings.correction_iterations)):
         pcg.solve(
             sim.cg,
             lambda p, product: hessian_product(sim, p, product),
@@ -168,10 +173,12 @@ def correct_penetration(sim: Simulation) -> None:
             settings.correction_pcg_iterations,
             settings.correction_pcg_tolerance,
         )
-        moved = take(sim, work.direction)
         sim.counters.newton_iterations += 1
-        sim.counters.residual = moved / sim.dt
-        if done == settings.correction_iterations or moved < settings.correction_tolerance * sim.dt:
+        if not left and sim.largest(work.direction) > before:
+            break
+        before = take(sim, work.direction)
+        sim.counters.residual = before / sim.dt
+        if not left or before < settings.correction_tolerance * sim.dt:
             break
         look_around(sim, near=True)
 

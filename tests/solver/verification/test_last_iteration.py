@@ -1,0 +1,38 @@
+"""A correction whose budget runs out in a bad step does not end in it."""
+
+import numpy as np
+import pytest
+from small_scenes import STILL, fabric, icosphere, rigid_body, sheet
+
+from tryon_solver.scene import WORN, Scene
+from tryon_solver.settings import Settings
+from tryon_solver.simulation import build
+from tryon_solver.stepping import correct
+
+DT = 1 / 60
+
+
+@pytest.mark.parametrize(("iterations", "calm"), [(2, True), (1, False)])
+def test_an_overshooting_last_step_is_not_taken(iterations, calm, monkeypatch):
+    """Every second Newton direction 30 times as long and turned round; a budget of one has no step before its last."""
+    garment, x = sheet(11, 11, 0.4, 0.4)
+    ball, faces = icosphere(0.17, 2)
+    scene = Scene(garment, x + np.array([0, 0.174, 0]), rigid_body(ball, faces), fabric(), WORN)
+    sim = build(scene, Settings(correction_iterations=iterations), "cpu", STILL)
+    for k in range(20):
+        sim.advance(STILL, (k + 1) * DT)
+    before = sim.cloth_positions().copy()
+    solve, calls = correct.pcg.solve, []
+
+    def overshooting(cg, multiply, blocks, gradient, direction, at_most, tolerance):
+        done = solve(cg, multiply, blocks, gradient, direction, at_most, tolerance)
+        calls.append(done)
+        if len(calls) == iterations:
+            direction.assign(-30 * direction.numpy())
+        return done
+
+    monkeypatch.setattr(correct.pcg, "solve", overshooting)
+    sim.advance(STILL, 21 * DT)
+    assert len(calls) == iterations
+    moved = np.linalg.norm(sim.cloth_positions() - before, axis=1).max()
+    assert (0 < moved < 0.02) == calm
