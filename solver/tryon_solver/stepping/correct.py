@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 wp.set_module_options({"enable_backward": False})
 
+OVERSHOT = 2.0  # so many times as long as the step before it
+
 
 @wp.kernel
 def travel_kernel(direction: wp.array(dtype=wp.vec3), travel_out: wp.array(dtype=wp.float32)):
@@ -158,7 +160,7 @@ def correct_penetration(sim: Simulation) -> None:
     """From x_feasible and the trial in x by Newton iterations; leaves a feasible x.
 
     Newton's steps are not searched along: one that overshoots is mended by the next. The budget's last has none, so it
-    is not taken when it is longer than the one before.
+    is not taken when it is much longer than the one before.
     """
     work, settings = sim.work, sim.settings
     choose_start(sim)
@@ -174,7 +176,7 @@ def correct_penetration(sim: Simulation) -> None:
             settings.correction_pcg_tolerance,
         )
         sim.counters.newton_iterations += 1
-        if not left and sim.largest(work.direction) > before:
+        if not left and sim.largest(work.direction) > OVERSHOT * before:
             break
         before = take(sim, work.direction)
         sim.counters.residual = before / sim.dt
