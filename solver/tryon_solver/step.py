@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 Verb = Callable[["Simulation"], None]
 
 
-
 @dataclass(frozen=True)
 class Scheme:
     """How the proxy problem is solved: verbs run once a step, then a cycle of verbs repeated until nothing moves."""

@@ -18,6 +18,7 @@ LAYERS = (
     ("plan",),
     ("materials", "subspace", "contact", "body"),
     ("files",),
+    ("advice",),
     ("scene",),
     ("effects", "stepping"),
     ("step",),

@@ -84,13 +84,19 @@ def dress(
     x_sewn, sewn_surface = sew(panels, joined, x_start, body, pose, fabric, settings, device, progress)
     garment = Garment(joined.vertex_of_corner, joined.uv_corners, joined.panel_of_face, joined.vertex_count)
     simulation = build(Scene(garment, x_sewn, body, fabric, effects), settings, device, pose, sewn_surface)
-    frames = round(settle_seconds / settings.largest_step)
-    for k in range(frames):
-        progress("settling", k / frames)
-        simulation.advance(pose, (k + 1) * settings.largest_step)
+    settle(simulation, pose, settle_seconds, progress)
     check_rest(simulation, joined, panels)
     progress("dressed", 1.0)
     return Dressed(simulation, joined, panels, pose)
+
+
+def settle(simulation: Simulation, pose: Any, seconds: float, progress: Progress) -> None:
+    """Let a garment that was just put on come to rest, for `seconds` with the body still in `pose`."""
+    step = simulation.settings.largest_step
+    frames = round(seconds / step)
+    for k in range(frames):
+        progress("settling", k / frames)
+        simulation.advance(pose, (k + 1) * step)
 
 
 def sew(

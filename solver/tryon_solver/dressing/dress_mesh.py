@@ -15,6 +15,7 @@ from tryon_solver.dressing.dress import (
     SEWING_SECONDS,
     STITCH_PER_FABRIC,
     Progress,
+    settle,
     tell_nobody,
 )
 from tryon_solver.dressing.fit import CLOSED
@@ -64,10 +65,7 @@ def dress_mesh(
     simulation = build(Scene(sewn, x, body, fabric, effects), settings, device, pose, surface)
     again = _untangled(simulation, garment)
     freed = freed or again
-    frames = round(settle_seconds / settings.largest_step)
-    for k in range(frames):
-        progress("settling", k / frames)
-        simulation.advance(pose, (k + 1) * settings.largest_step)
+    settle(simulation, pose, settle_seconds, progress)
     progress("dressed", 1.0)
     report = simulation.reported
     rest = (

@@ -22,7 +22,7 @@ from tryon_solver.linalg import pcg
 from tryon_solver.linalg.vectors import subtract
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
 from tryon_solver.stepping.newton import hessian_product, linearise
-from tryon_solver.stepping.search import follow, remember_solve, search_around, search_further
+from tryon_solver.stepping.search import follow, search_around, search_further
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -193,7 +193,6 @@ def verify_commit(sim: Simulation) -> None:
     """
     state, work = sim.state, sim.work
     if violations(sim.candidates, sim.cloth_count, sim.contact.sizes, state.x, work.hits) == 0:
-        remember_solve(sim)
         return
     sim.counters.retries += 1
     if go_back(sim, state.x_feasible):

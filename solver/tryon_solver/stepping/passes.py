@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import warp as wp
 
-from tryon_solver.linalg.vectors import subtract
+from tryon_solver.stepping.search import remember_solve
 from tryon_solver.stepping.velocity import update_velocity
 
 if TYPE_CHECKING:
@@ -32,4 +32,4 @@ def contact_passes(sim: Simulation) -> Iterator[int]:
         if counters.residual < settings.correction_tolerance or counters.retries > voided:
             break
     if counters.retries == voided:
-        subtract(state.x, sim.x_carried, sim.solved)  # what the next step's search expects is the whole of the solve
+        remember_solve(sim)

@@ -173,4 +173,4 @@ def follow(sim: Simulation, near: bool) -> None:
 
 def remember_solve(sim: Simulation) -> None:
     """What the solve moved in this step beside the carried motion is what the next step's search expects."""
-    subtract(sim.state.x, sim.state.x_feasible, sim.solved)
+    subtract(sim.state.x, sim.x_carried, sim.solved)

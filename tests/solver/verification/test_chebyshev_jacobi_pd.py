@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from small_scenes import STILL, fabric, rigid_body, sheet, slab, turn
+from incline import check_coulomb
+from small_scenes import fabric, sheet
 
 from tryon_solver.baselines.chebyshev_jacobi_pd import ChebyshevJacobi
-from tryon_solver.scene import AirDrag, BodyContact, Friction, Gravity, Scene, StrainLimit
+from tryon_solver.scene import AirDrag, Gravity, Scene, StrainLimit
 
 G, DT = 9.81, 1 / 60
 
@@ -56,30 +57,5 @@ def test_weights_speed_the_iterations_up(monkeypatch):
     assert fast < 0.2 * slow
 
 
-def slide(mu, degrees, steps):
-    """Speed down an incline after each step, of a sheet laid on it at rest (steps,) m/s."""
-    tilt = turn((0, 0, -degrees))
-    garment, x = sheet(5, 5, 0.08, 0.08)
-    body, faces = slab(0.8, 0.3, 0.02, 0.05)
-    x = (x + np.array([-0.25, 0.0018, 0.003])) @ tilt.T
-    scene = Scene(
-        garment,
-        x,
-        rigid_body(body @ tilt.T, faces),
-        fabric(mu_body=mu, mu_self=mu),
-        (Gravity(), BodyContact(), Friction()),
-    )
-    solver = ChebyshevJacobi(scene, iterations=20)
-    motion, found = solver.start(STILL), []
-    for _ in range(steps):
-        motion = solver.step(motion, STILL, DT)
-        found.append((motion.v @ tilt[:, 0]).mean())
-    return np.array(found)
-
-
 def test_coulomb_threshold():
-    """It stands below tan = mu; above, it accelerates by g (sin - mu cos)."""
-    assert np.abs(slide(0.4, 15, 15)[-3:]).max() < 2e-3
-    angle = np.radians(30)
-    v = slide(0.3, 30, 15)
-    assert (v[-1] - v[3]) / (11 * DT) == pytest.approx(G * (np.sin(angle) - 0.3 * np.cos(angle)), rel=0.05)
+    check_coulomb(lambda scene: ChebyshevJacobi(scene, iterations=20))

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from small_scenes import STILL, fabric, icosphere, rigid_body, sheet, slab, turn
+from incline import check_coulomb
+from small_scenes import STILL, fabric, icosphere, rigid_body, sheet
 
 from tryon_solver.baselines.xpbd import Xpbd
 from tryon_solver.baselines.xpbd.colours import colours
@@ -56,33 +57,8 @@ def test_hanging_strip_extends_as_its_weight_says():
     assert errors[2] < 0.5 * errors[1] < 0.25 * errors[0]
 
 
-def slide(mu, degrees, steps):
-    """Speed down an incline after each step, of a sheet laid on it at rest (steps,) m/s."""
-    tilt = turn((0, 0, -degrees))
-    garment, x = sheet(5, 5, 0.08, 0.08)
-    body, faces = slab(0.8, 0.3, 0.02, 0.05)
-    x = (x + np.array([-0.25, 0.0018, 0.003])) @ tilt.T
-    scene = Scene(
-        garment,
-        x,
-        rigid_body(body @ tilt.T, faces),
-        fabric(mu_body=mu, mu_self=mu),
-        (Gravity(), BodyContact(), Friction()),
-    )
-    solver = Xpbd(scene)
-    motion, found = solver.start(STILL), []
-    for _ in range(steps):
-        motion = solver.step(motion, STILL, DT)
-        found.append((motion.v @ tilt[:, 0]).mean())
-    return np.array(found)
-
-
 def test_coulomb_threshold():
-    """It stands below tan = mu; above, it accelerates by g (sin - mu cos)."""
-    assert np.abs(slide(0.4, 15, 15)[-3:]).max() < 2e-3
-    angle = np.radians(30)
-    v = slide(0.3, 30, 15)
-    assert (v[-1] - v[3]) / (11 * DT) == pytest.approx(G * (np.sin(angle) - 0.3 * np.cos(angle)), rel=0.05)
+    check_coulomb(Xpbd)
 
 
 def test_a_sheet_comes_to_lie_on_a_ball():
