@@ -109,7 +109,7 @@ class Simulation:
         self._allocate(pose, surface)
         self._assemble()
         self._prepare_contact()
-        self.stretch = StretchMeter.build(garment)
+        self.stretch = StretchMeter.build(garment, device)
         self.counters = Counters()
         self.reported = StepReport(self.state.time, 0, 0, 0, 0, 0.0, settings.d_hat, 1.0, 0.0, 0, 0, 0, 0.0)
 
@@ -354,7 +354,7 @@ class Simulation:
             difference = self.state.x.numpy()[self.cloth_count :] - self.body.skin_now.numpy()
             lag = float(np.sqrt((difference**2).sum(1).max()))
         gap, gap_offset = self.smallest_gap()
-        stretch = self.stretch.larger(self.state.x)
+        stretch = self.stretches()
         self.reported = StepReport(
             time=self.state.time,
             steps=counters.steps,
@@ -384,6 +384,10 @@ class Simulation:
         pairs.collect(self.pairs, self.candidates, self.contact, self.state.x)
         body, cloth = (float(gap) for gap in self.pairs.smallest_gap.numpy())
         return (body, sizes.xi_body) if body <= cloth else (cloth, sizes.xi_self)
+
+    def stretches(self) -> np.ndarray:
+        """(F,) float32, larger principal stretch of each triangle."""
+        return self.stretch.larger(self.state.x)
 
     def cloth_positions(self) -> np.ndarray:
         """(N, 3) float32 m."""

@@ -162,7 +162,7 @@ def _sew_in(
         share.fill_(max(0.0, 1.0 - time / seconds))
         simulation.advance(pose, time)
     x = simulation.cloth_positions().astype(np.float64)
-    x_welded = close_seams(panels, joined, fabric, simulation.stretch, x)
+    x_welded = close_seams(panels, joined, fabric, simulation.stretches(), x)
     if not proven_free(simulation, x_welded[joined.welded_of_vertex] - x):
         raise CrumpledError(
             "the closed seams could not be welded without touching other fabric: it is crumpled where it is sewn",

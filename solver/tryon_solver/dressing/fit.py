@@ -9,7 +9,6 @@ from tryon_solver.geometry.located_error import LocatedError
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.weld import WeldedMesh
 from tryon_solver.materials.fabric import FABRICS, Fabric
-from tryon_solver.materials.stretch import StretchMeter
 from tryon_solver.simulation import Simulation
 
 CLOSED = 2e-3  # m, a seam further open than this can't be welded
@@ -27,9 +26,11 @@ class CrumpledError(DressingError):
 
 
 def close_seams(
-    panels: PanelMesh, joined: WeldedMesh, fabric: Fabric, stretch: StretchMeter, x: np.ndarray
+    panels: PanelMesh, joined: WeldedMesh, fabric: Fabric, stretch: np.ndarray, x: np.ndarray
 ) -> np.ndarray:
     """(N, 3) m: each welded vertex at the mean of the vertices it joins, from x (V, 3) m of the unsewn pieces.
+
+    `stretch` (F,) is the larger principal stretch of each triangle there.
 
     Raises DressingError naming the pieces of the seam that stayed widest open, and how far they are stretched.
     """
@@ -44,7 +45,7 @@ def close_seams(
     what = f"the seam between {' and '.join(names)} stays {2e3 * gap[worst]:.1f} mm open"
     if len(names) == 1:
         what = f"the seam of {names[0]} with itself stays {2e3 * gap[worst]:.1f} mm open"
-    pulled = float(stretch.principal(x)[np.isin(panels.panel_of_face, pieces), 1].max())
+    pulled = float(stretch[np.isin(panels.panel_of_face, pieces)].max())
     if pulled < fabric.strain_limit:
         raise DressingError(
             f"{what}: the body is between its sides, or its pieces start on the wrong side of each other",
@@ -67,7 +68,7 @@ def check_rest(simulation: Simulation, joined: WeldedMesh, panels: PanelMesh) ->
     Raises DressingError naming the piece where it is not.
     """
     fabric, report = simulation.scene.fabric, simulation.reported
-    stretch = simulation.stretch.principal(simulation.cloth_positions())[:, 1]
+    stretch = simulation.stretches()
     worst = int(np.argmax(stretch))
     name = panels.panel_names[joined.panel_of_face[worst]]
     if stretch[worst] > MOST_STRETCH * fabric.strain_limit:

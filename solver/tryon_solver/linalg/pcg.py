@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import warp as wp
 
+from tryon_solver.linalg.device_loop import loop_on_device
 from tryon_solver.linalg.vectors import dot
 
 wp.set_module_options({"enable_backward": False})
@@ -14,13 +15,14 @@ wp.set_module_options({"enable_backward": False})
 
 @dataclass
 class ConjugateGradients:
-    """Scratch of one solver of fixed size. `blocks` (n,) mat33 inverse diagonal blocks."""
+    """Scratch of one solver of fixed size."""
 
     residual: wp.array
     preconditioned: wp.array
     direction: wp.array
     product: wp.array
-    scalars: wp.array  # (4,) float32: <r, z>, previous <r, z>, <p, A p>, first <r, z>
+    scalars: wp.array  # (5,) float32: <r, z>, the one before, <p, A p>, where <r, z> is small enough, their ratio b
+    left: wp.array  # (2,) int32: iterations left, 1 while there is more to do
 
     @staticmethod
     def allocate(count: int, device: str) -> ConjugateGradients:
@@ -28,7 +30,12 @@ class ConjugateGradients:
             return wp.zeros(count, dtype=wp.vec3, device=device)
 
         return ConjugateGradients(
-            vectors(), vectors(), vectors(), vectors(), wp.zeros(4, dtype=wp.float32, device=device)
+            vectors(),
+            vectors(),
+            vectors(),
+            vectors(),
+            wp.zeros(5, dtype=wp.float32, device=device),
+            wp.zeros(2, dtype=wp.int32, device=device),
         )
 
 
@@ -51,6 +58,16 @@ def start_kernel(
 
 
 @wp.kernel
+def begin_kernel(
+    at_most: int, tolerance: float, scalars: wp.array(dtype=wp.float32), left_out: wp.array(dtype=wp.int32)
+):
+    scalars[1] = scalars[0]
+    scalars[3] = tolerance * tolerance * scalars[0]
+    left_out[0] = at_most
+    left_out[1] = wp.where(scalars[0] > 0.0 and at_most > 0, 1, 0)
+
+
+@wp.kernel
 def advance_kernel(
     blocks: wp.array(dtype=wp.mat33),
     scalars: wp.array(dtype=wp.float32),
@@ -64,7 +81,7 @@ def advance_kernel(
     i = wp.tid()
     a = float(0.0)
     if scalars[2] > 0.0:
-        a = scalars[0] / scalars[2]
+        a = scalars[1] / scalars[2]
     solution[i] = solution[i] + a * direction[i]
     r = residual[i] - a * product[i]
     residual[i] = r
@@ -72,15 +89,21 @@ def advance_kernel(
 
 
 @wp.kernel
+def go_on_kernel(scalars: wp.array(dtype=wp.float32), left: wp.array(dtype=wp.int32)):
+    """b = <r, z> / previous <r, z>; on while <r, z> is large and iterations are left."""
+    scalars[4] = wp.where(scalars[1] > 0.0, scalars[0] / scalars[1], 0.0)
+    scalars[1] = scalars[0]
+    left[0] = left[0] - 1
+    left[1] = wp.where(scalars[0] > scalars[3] and left[0] > 0, 1, 0)
+
+
+@wp.kernel
 def turn_kernel(
     scalars: wp.array(dtype=wp.float32), preconditioned: wp.array(dtype=wp.vec3), direction: wp.array(dtype=wp.vec3)
 ):
-    """p = z + b p with b = <r, z> / previous <r, z>."""
+    """p = z + b p"""
     i = wp.tid()
-    b = float(0.0)
-    if scalars[1] > 0.0:
-        b = scalars[0] / scalars[1]
-    direction[i] = preconditioned[i] + b * direction[i]
+    direction[i] = preconditioned[i] + scalars[4] * direction[i]
 
 
 @wp.kernel
@@ -107,25 +130,16 @@ def solve(
     solution_out: wp.array,
     at_most: int,
     tolerance: float,
-) -> int:
-    """Solve A p = -gradient from zero; returns the iterations taken.
+) -> None:
+    """Solve A p = -gradient from zero in at most `at_most` iterations; `blocks` (n,) mat33 is D^-1.
 
-    Stops when <r, D^-1 r> has fallen below tolerance^2 of its first value. `multiply(p, product_out)` applies A.
+    Stops when <r, D^-1 r> has fallen below tolerance^2 of its first value. `multiply(p, product_out)` applies A. The
+    host reads nothing: on a GPU the loop is one graph that decides there when to stop.
     """
     device, count = gradient.device, len(gradient)
-    current, previous, curvature = cg.scalars[0:1], cg.scalars[1:2], cg.scalars[2:3]
-    wp.launch(
-        start_kernel,
-        count,
-        [blocks, gradient],
-        [solution_out, cg.residual, cg.preconditioned, cg.direction],
-        device=device,
-    )
-    dot(cg.residual, cg.preconditioned, current)
-    first = float(current.numpy()[0])
-    if first <= 0.0:
-        return 0
-    for done in range(1, at_most + 1):
+    squared, curvature, more = cg.scalars[0:1], cg.scalars[2:3], cg.left[1:2]
+
+    def iterate() -> None:
         multiply(cg.direction, cg.product)
         dot(cg.direction, cg.product, curvature)
         wp.launch(
@@ -135,9 +149,17 @@ def solve(
             [solution_out, cg.residual, cg.preconditioned],
             device=device,
         )
-        wp.copy(previous, current)
-        dot(cg.residual, cg.preconditioned, current)
-        if float(current.numpy()[0]) <= tolerance * tolerance * first:
-            return done
+        dot(cg.residual, cg.preconditioned, squared)
+        wp.launch(go_on_kernel, 1, [], [cg.scalars, cg.left], device=device)
         wp.launch(turn_kernel, count, [cg.scalars, cg.preconditioned], [cg.direction], device=device)
-    return at_most
+
+    wp.launch(
+        start_kernel,
+        count,
+        [blocks, gradient],
+        [solution_out, cg.residual, cg.preconditioned, cg.direction],
+        device=device,
+    )
+    dot(cg.residual, cg.preconditioned, squared)
+    wp.launch(begin_kernel, 1, [at_most, tolerance], [cg.scalars, cg.left], device=device)
+    loop_on_device(more, iterate)

@@ -6,6 +6,8 @@ import warp as wp
 
 wp.set_module_options({"enable_backward": False})
 
+BLOCK = wp.constant(1024)  # threads that sum a dot product
+
 
 @wp.kernel
 def add_scaled_kernel(scale: wp.array(dtype=wp.float32), p: wp.array(dtype=wp.vec3), x_out: wp.array(dtype=wp.vec3)):
@@ -45,9 +47,25 @@ def largest_kernel(a: wp.array(dtype=wp.vec3), largest_out: wp.array(dtype=wp.fl
     wp.atomic_max(largest_out, 0, wp.length(a[i]))
 
 
+@wp.kernel
+def dot_kernel(a: wp.array(dtype=wp.vec3), b: wp.array(dtype=wp.vec3), out: wp.array(dtype=wp.float32)):
+    """out[0] = sum_i a_i . b_i, by one block of threads."""
+    lane = wp.tid()
+    total = float(0.0)
+    i = int(lane)
+    while i < a.shape[0]:
+        total += wp.dot(a[i], b[i])
+        i += BLOCK
+    wp.tile_store(out, wp.tile_sum(wp.tile(total)))
+
+
 def dot(a: wp.array, b: wp.array, out: wp.array) -> None:
     """out[0] = sum_i a_i . b_i, on the device (fixed order of summation)."""
-    wp.utils.array_inner(a, b, out=out)
+    if wp.get_device(a.device).is_cuda:
+        # Warp's own needs memory for its partial sums, which the body of a loop in a graph cannot allocate
+        wp.launch(dot_kernel, BLOCK, [a, b], [out], block_dim=BLOCK, device=a.device)
+    else:
+        wp.utils.array_inner(a, b, out=out)
 
 
 def add_scaled(scale: wp.array, p: wp.array, x_out: wp.array) -> None:

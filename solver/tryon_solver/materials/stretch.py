@@ -1,4 +1,4 @@
-"""How far the fabric is stretched: principal stretches of every triangle."""
+"""How far the fabric is stretched: the larger principal stretch of every triangle."""
 
 from __future__ import annotations
 
@@ -9,28 +9,52 @@ import warp as wp
 
 from tryon_solver.geometry.garment import Garment
 
+wp.set_module_options({"enable_backward": False})
+
+
+@wp.kernel
+def larger_kernel(
+    faces: wp.array(dtype=wp.vec3i),
+    gradients: wp.array(dtype=wp.mat22),
+    x: wp.array(dtype=wp.vec3),
+    stretch_out: wp.array(dtype=wp.float32),
+):
+    """sqrt of the larger eigenvalue of F^T F, F = sum_i x_i grad_i^T from the sides that leave corner 0."""
+    t = wp.tid()
+    v = faces[t]
+    g = gradients[t]
+    side = x[v[1]] - x[v[0]]
+    other = x[v[2]] - x[v[0]]
+    along = side * g[0, 0] + other * g[1, 0]
+    across = side * g[0, 1] + other * g[1, 1]
+    half = 0.5 * (wp.dot(along, along) + wp.dot(across, across))
+    difference = 0.5 * (wp.dot(along, along) - wp.dot(across, across))
+    shear = wp.dot(along, across)
+    stretch_out[t] = wp.sqrt(half + wp.sqrt(difference * difference + shear * shear))
+
 
 @dataclass(frozen=True)
 class StretchMeter:
-    """Measures on the host, from positions copied there."""
+    """`faces` (F,) vec3i; `gradients` (F,) mat22 1/m: of the linear functions of corners 1 and 2, a row each."""
 
-    faces: np.ndarray
-    gradients: np.ndarray
-    count: int
+    faces: wp.array
+    gradients: wp.array
+    stretch: wp.array
 
     @staticmethod
-    def build(garment: Garment) -> StretchMeter:
+    def build(garment: Garment, device: str) -> StretchMeter:
         """Rest quantities of the garment."""
-        return StretchMeter(garment.faces, garment.corner_gradients(), garment.vertex_count)
-
-    def principal(self, x: np.ndarray) -> np.ndarray:
-        """(F, 2) smaller and larger principal stretch of each triangle at positions x (N, 3) m."""
-        f = np.einsum("tia,tid->tad", x[self.faces].astype(np.float64), self.gradients)
-        c = np.einsum("tad,tae->tde", f, f)
-        half = 0.5 * (c[:, 0, 0] + c[:, 1, 1])
-        radius = np.sqrt(0.25 * (c[:, 0, 0] - c[:, 1, 1]) ** 2 + c[:, 0, 1] ** 2)
-        return np.sqrt(np.maximum(np.column_stack([half - radius, half + radius]), 0))
+        gradients = garment.corner_gradients()[:, 1:].astype(np.float32)
+        return StretchMeter(
+            wp.array(garment.faces.astype(np.int32), dtype=wp.vec3i, device=device),
+            wp.array(gradients, dtype=wp.mat22, device=device),
+            wp.zeros(len(garment.faces), dtype=wp.float32, device=device),
+        )
 
     def larger(self, x: wp.array) -> np.ndarray:
-        """(F,) larger principal stretch of each triangle."""
-        return self.principal(x.numpy()[: self.count])[:, 1]
+        """(F,) float32 larger principal stretch of each triangle at x (A,) m, the cloth's vertices first."""
+        wp.launch(
+            larger_kernel, len(self.stretch), [self.faces, self.gradients, x], [self.stretch], device=x.device
+        )
+        larger: np.ndarray = self.stretch.numpy()
+        return larger
