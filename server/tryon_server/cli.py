@@ -149,7 +149,11 @@ def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser])
     simulate.add_argument("--up", choices=AXES, help="axis that is up in the garment's mesh (default: found, and told)")
     simulate.add_argument("--fabric", metavar="NAME", help=f"{FABRICS} (default the first)")
     simulate.add_argument(
-        "--size", type=_positive, default=1.0, help="size of a sewing pattern over its own, 0.5 to 2 (default 1)"
+        "--size",
+        type=_size,
+        default=1.0,
+        metavar="SIZE|fit",
+        help="size of a sewing pattern over its own, 0.5 to 2 (default 1); fit: the one that fits the body, by trying",
     )
     simulate.add_argument(
         "--edge-length", type=_positive, metavar="METRES", help="length of the mesh's edges (default the preset's)"
@@ -230,6 +234,10 @@ def _positive(text: str) -> float:
     if not 0 < value < float("inf"):
         raise argparse.ArgumentTypeError(f"{text} is not a number above 0")
     return value
+
+
+def _size(text: str) -> float | None:
+    return None if text == "fit" else _positive(text)
 
 
 def _not_negative(text: str) -> float:

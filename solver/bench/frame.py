@@ -21,24 +21,11 @@ from tryon_solver.body.bvh import parse_bvh
 from tryon_solver.body.model import default_body
 from tryon_solver.body.motion import blend_in
 from tryon_solver.body.retarget import retarget
-from tryon_solver.geometry.panel_mesh import mesh_pattern
 from tryon_solver.geometry.pattern import load_pattern
-from tryon_solver.geometry.weld import weld
+from tryon_solver.geometry.size import mesh_with_vertices
 from tryon_solver.materials.fabric import FABRICS
 
 DEMO = Path(__file__).resolve().parents[2] / "server" / "tryon_server" / "demo"
-
-
-def mesh_with(pattern: object, vertices: int) -> object:
-    """The pattern meshed to about this many welded vertices."""
-    edge = 0.02
-    for _ in range(6):
-        panels = mesh_pattern(pattern, edge)
-        count = weld(panels).vertex_count
-        if abs(count - vertices) < 0.03 * vertices:
-            break
-        edge *= (count / vertices) ** 0.5
-    return panels
 
 
 def main() -> None:
@@ -55,7 +42,7 @@ def main() -> None:
     options = parser.parse_args()
 
     body = default_body()
-    panels = mesh_with(load_pattern(DEMO / "patterns" / f"{options.garment}.json"), options.vertices)
+    panels = mesh_with_vertices(load_pattern(DEMO / "patterns" / f"{options.garment}.json"), options.vertices)
     begun = time.perf_counter()
     dressed = dress(panels, body, FABRICS[options.fabric], PRESETS[options.preset], options.device)
     wp.synchronize()

@@ -31,7 +31,7 @@ class DrapeOrder:
         preset: named accuracy: ``draft``, ``live``, ``fit``, or ``auto`` to choose by the device.
         device: ``cpu``, ``cuda:0``, ...
         edge_length: length of the mesh's edges [m]; None for the preset's.
-        size: of a sewing pattern, over its own.
+        size: of a sewing pattern, over its own; None for the one that fits, which is looked for by trying some on.
         body: file of the body; None for the default body.
         wardrobe: folder where dressed garments are kept for the next time; None to dress anew.
         reading: how to read a garment that is a mesh.
@@ -47,7 +47,7 @@ class DrapeOrder:
     wardrobe: Path | None = None
     reading: MeshReading = MeshReading()
     body_reading: MeshReading = MeshReading()
-    size: float = 1.0
+    size: float | None = 1.0
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from tryon_solver.body.pose import Pose
 from tryon_solver.dressing.dress import Dressed, dress
 from tryon_solver.dressing.dress_mesh import dress_mesh
 from tryon_solver.dressing.fit import DressingError
+from tryon_solver.dressing.to_fit import dress_to_fit
 from tryon_solver.files.convention import Told
 from tryon_solver.files.garment_file import is_mesh, read_garment
 from tryon_solver.files.mesh_body import MeshBody
@@ -73,7 +74,7 @@ class SolverDrape:
         fit: str = "",
     ) -> None:
         """`pose` is the stance in which it was dressed; `body` the body as told to clients; `fit` as in Outfit."""
-        self._simulation = simulation
+        self.simulation = simulation
         self._dressed_at = simulation.state.time
         garment = simulation.scene.garment
         self.outfit = Outfit(
@@ -96,23 +97,23 @@ class SolverDrape:
 
     def advance(self, pose: Any, t: float) -> StepReport:
         """Simulate from the last pose's time to ``pose`` at time ``t`` [s], counted from the dressing."""
-        assert self._simulation.body is not None
-        moving = self._simulation.body.moving
+        assert self.simulation.body is not None
+        moving = self.simulation.body.moving
         place = moving.place(pose) - self.origin
         far = np.abs(place) > FARTHEST
         if far.any():
             by = np.where(far, np.round(place), 0.0)
-            self._simulation.move_origin(by)
+            self.simulation.move_origin(by)
             self.origin = self.origin + by
-        return self._simulation.advance(moving.moved(pose, -self.origin), self._dressed_at + t)
+        return self.simulation.advance(moving.moved(pose, -self.origin), self._dressed_at + t)
 
     def cloth_positions(self) -> npt.NDArray[np.float32]:
         """(N, 3) positions of the cloth [m], from ``origin``."""
-        return self._simulation.cloth_positions()
+        return self.simulation.cloth_positions()
 
     def body_positions(self) -> npt.NDArray[np.float32]:
         """(B, 3) positions of the body's simulated surface [m], from ``origin``."""
-        return self._simulation.body_positions()
+        return self.simulation.body_positions()
 
 
 def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
@@ -130,16 +131,24 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
     body: WornBody = load_body(order.body) if moving is None else moving.sequence
     if is_mesh_file(order.pattern):
         return build_mesh_drape(order, body, moving, fabric, settings, device, progress)
+    notes: tuple[str, ...] = ()
     try:
         progress("Meshing the pattern", None)
         edge_length = order.edge_length or EDGE_LENGTHS[preset]
         pattern = load_pattern(order.pattern)
         check_wearable(pattern)
-        panels = mesh_in_size(pattern, edge_length, order.size)
         check_grid(GRID, min(fabric.thickness, settings.body_offset))
-        if order.wardrobe is None or not isinstance(body, BodyModel):
+        if order.size is None:
+            fitted = dress_to_fit(
+                lambda size: mesh_in_size(pattern, edge_length, size),
+                lambda panels: dress(panels, body, fabric, settings, device, progress=_worded(progress)),
+            )
+            dressed, notes = fitted.dressed, (f"garment: {fitted.describe()}",)
+        elif order.wardrobe is None or not isinstance(body, BodyModel):
+            panels = mesh_in_size(pattern, edge_length, order.size)
             dressed = dress(panels, body, fabric, settings, device, progress=_worded(progress))
         else:
+            panels = mesh_in_size(pattern, edge_length, order.size)
             key = wardrobe_key(order.pattern.read_bytes(), body, (fabric, settings, edge_length, order.size))
             dressed = _dress_as_before(panels, body, fabric, settings, device, progress, Wardrobe(order.wardrobe), key)
     except PatternError as error:
@@ -152,7 +161,7 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
         raise problem_error("garment.unfit", message, TRY_ANOTHER, place="garment", status=422) from error
     opening = dressed.upper_opening()
     fit = "" if opening is None else opening.advice
-    return _drape(dressed.simulation, dressed.pose, dressed.panels.panel_names, body, moving, (), fit)
+    return _drape(dressed.simulation, dressed.pose, dressed.panels.panel_names, body, moving, notes, fit)
 
 
 def build_mesh_drape(
@@ -183,7 +192,8 @@ def build_mesh_drape(
     except GarmentError as error:
         message = f"the garment can't be put on: {error}"
         raise problem_error("garment.unfit", message, TRY_ANOTHER_MESH, place="garment", status=422) from error
-    return _drape(dressed.simulation, dressed.pose, dressed.piece_names, body, moving, dressed.notes)
+    notes = tuple(f"garment: {note}" for note in dressed.notes)
+    return _drape(dressed.simulation, dressed.pose, dressed.piece_names, body, moving, notes)
 
 
 def _drape(
@@ -196,7 +206,7 @@ def _drape(
     fit: str = "",
 ) -> SolverDrape:
     """The drape of a dressed garment, with what was found out about body and garment."""
-    notes = [f"garment: {note}" for note in garment_notes]
+    notes = list(garment_notes)
     if moving is not None:
         notes = [*(f"body: {note}" for note in moving.notes), *notes]
     shown = body if isinstance(body, BodyModel) else one_joint_body(body.rest_vertices, body.faces)

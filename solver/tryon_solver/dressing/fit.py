@@ -25,6 +25,10 @@ class CrumpledError(DressingError):
     """The seams are closed, but other fabric was caught between or beside their sides."""
 
 
+class TightError(DressingError):
+    """The garment is too small for this body."""
+
+
 def close_seams(
     panels: PanelMesh, joined: WeldedMesh, fabric: Fabric, stretch: np.ndarray, x: np.ndarray
 ) -> np.ndarray:
@@ -32,7 +36,8 @@ def close_seams(
 
     `stretch` (F,) is the larger principal stretch of each triangle there.
 
-    Raises DressingError naming the pieces of the seam that stayed widest open, and how far they are stretched.
+    Raises DressingError naming the pieces of the seam that stayed widest open, and how far they are stretched; a
+    TightError where that is further than the fabric bears.
     """
     mean = joined.mean_of_vertices(x)
     gap = np.linalg.norm(x - mean[joined.welded_of_vertex], axis=1)
@@ -55,7 +60,7 @@ def close_seams(
     cause = "the garment is too tight for this body"
     if gap[worst] > GAPING:
         cause += ", or its pieces start on the wrong sides of each other or of a limb"
-    raise DressingError(
+    raise TightError(
         f"{what}, though the fabric is stretched by {percent(pulled)} there: {allowed(fabric)}; {cause}",
         f"panels.{names[0]}",
         looser(pulled, names),
@@ -65,28 +70,28 @@ def close_seams(
 def check_rest(simulation: Simulation, joined: WeldedMesh, panels: PanelMesh) -> None:
     """The garment has come to rest: is it free of the body and of itself, and within what its fabric can bear?
 
-    Raises DressingError naming the piece where it is not.
+    Raises TightError naming the piece where it is not.
     """
     fabric, report = simulation.scene.fabric, simulation.reported
     stretch = simulation.stretches()
     worst = int(np.argmax(stretch))
     name = panels.panel_names[joined.panel_of_face[worst]]
     if stretch[worst] > MOST_STRETCH * fabric.strain_limit:
-        raise DressingError(
+        raise TightError(
             f"the body stretches {name} by {percent(float(stretch[worst]))}: {allowed(fabric)}; the garment is too "
             "tight for this body",
             f"panels.{name}",
             looser(float(stretch[worst]), [name]),
         )
     if report.body_lag > MOST_SQUEEZED:
-        raise DressingError(
+        raise TightError(
             f"the garment presses the skin in by {1e3 * report.body_lag:.0f} mm; it is stretched most, by "
             f"{percent(float(stretch[worst]))}, in {name}: it is too tight for this body",
             f"panels.{name}",
             looser(float(stretch[worst]), [name]),
         )
     if report.retries or report.overlapping:
-        raise DressingError(
+        raise TightError(
             f"the garment finds no place to rest: somewhere it stays pressed closer to the body or to itself than its "
             f"thickness; it is stretched most, by {percent(float(stretch[worst]))}, in {name}",
             f"panels.{name}",

@@ -8,6 +8,11 @@ import numpy as np
 
 from tryon_solver.geometry.panel_mesh import PanelMesh, mesh_pattern
 from tryon_solver.geometry.pattern import Pattern, PatternError
+from tryon_solver.geometry.weld import weld
+
+COUNT_ROUNDS = 6  # meshes made at most until one has the number of vertices that was asked for
+COUNT_WITHIN = 0.03  # of that number
+FIRST_EDGE = 0.02  # m
 
 SIZE_MIN, SIZE_MAX = 0.5, 2.0  # beyond, a pattern is drawn anew or was drawn in another unit
 
@@ -22,3 +27,19 @@ def mesh_in_size(pattern: Pattern, edge_length: float, size: float) -> PanelMesh
     mesh = mesh_pattern(pattern, edge_length / size)
     top = np.array([0.0, mesh.placed[:, 1].max(), 0.0])
     return replace(mesh, uv=size * mesh.uv, placed=top + size * (mesh.placed - top))
+
+
+def mesh_with_vertices(pattern: Pattern, vertices: int, size: float = 1.0) -> PanelMesh:
+    """The pattern in `size`, meshed as finely as gives about so many vertices once its seams are closed.
+
+    Raises PatternError.
+    """
+    edge, mesh = FIRST_EDGE, None
+    for _ in range(COUNT_ROUNDS):
+        mesh = mesh_in_size(pattern, edge, size)
+        count = weld(mesh).vertex_count
+        if abs(count - vertices) <= COUNT_WITHIN * vertices:
+            break
+        edge *= (count / vertices) ** 0.5
+    assert mesh is not None
+    return mesh

@@ -5,7 +5,8 @@ import pytest
 
 from tryon_solver.geometry.panel_mesh import mesh_pattern
 from tryon_solver.geometry.pattern import PatternError, parse_pattern
-from tryon_solver.geometry.size import mesh_in_size
+from tryon_solver.geometry.size import mesh_in_size, mesh_with_vertices
+from tryon_solver.geometry.weld import weld
 
 
 @pytest.mark.parametrize("size", [0.8, 1.25])
@@ -31,3 +32,11 @@ def test_what_is_no_size_is_refused(size, two_squares):
     with pytest.raises(PatternError, match="no size") as caught:
         mesh_in_size(parse_pattern(two_squares), 0.05, size)
     assert caught.value.place == "size"
+
+
+@pytest.mark.parametrize(("vertices", "size"), [(300, 1.0), (1200, 1.0), (1200, 1.25)])
+def test_a_number_of_vertices_is_met_in_any_size(vertices, size, two_squares):
+    pattern = parse_pattern(two_squares)
+    mesh = mesh_with_vertices(pattern, vertices, size)
+    assert weld(mesh).vertex_count == pytest.approx(vertices, rel=0.05)
+    assert np.ptp(mesh.uv, axis=0) == pytest.approx(size * np.ptp(mesh_pattern(pattern, 0.05).uv, axis=0))

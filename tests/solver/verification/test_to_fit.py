@@ -1,0 +1,102 @@
+"""The size in which a garment is worn: sizes are tried in a known order until one fits, and what was found is told."""
+
+from dataclasses import dataclass
+
+import pytest
+
+from tryon_solver.dressing.fit import DressingError, TightError
+from tryon_solver.dressing.to_fit import LARGER, MOST_TRIES, dress_to_fit
+
+
+@dataclass
+class Waist:
+    """As an Opening: of a garment in `size`, whose own size is right where `right` is 1."""
+
+    size: float
+    right: float
+
+    @property
+    def fitting_size(self):
+        return self.right / self.size
+
+    @property
+    def advice(self):
+        return "the waist is too wide" if self.size > 1.03 * self.right else ""
+
+
+@dataclass
+class Hung:
+    """As a Dressed."""
+
+    size: float
+    right: float
+
+    def upper_opening(self):
+        return Waist(self.size, self.right) if self.right else None
+
+
+class Shop:
+    """Garments too tight below one size, whose waist (if they hang by it) is right in another."""
+
+    def __init__(self, smallest, waist=0.0):
+        self.smallest, self.waist, self.tried = smallest, waist, []
+
+    def put_on(self, size):
+        self.tried.append(size)
+        if size < self.smallest:
+            raise TightError("too tight", "panels.front", "larger")
+        return Hung(size, self.waist)
+
+    def fit(self):
+        return dress_to_fit(lambda size: size, self.put_on)
+
+
+def test_what_fits_in_its_own_size_is_worn_in_it():
+    shop = Shop(0.9, waist=1.0)
+    fitted = shop.fit()
+    assert (fitted.size, shop.tried, fitted.describe()) == (1.0, [1.0], "size 1")
+
+
+def test_what_shoulders_hold_is_never_too_wide():
+    assert Shop(0.5).fit().size == 1.0
+
+
+def test_a_wide_waist_is_worn_in_the_size_that_fits_it():
+    fitted = Shop(0.9, waist=0.92).fit()
+    assert (fitted.size, fitted.dressed.size) == (0.92, 0.92)
+    assert fitted.describe() == "size 0.92; in size 1, the waist is too wide"
+
+
+def test_what_is_too_tight_is_worn_larger():
+    fitted = Shop(1.15, waist=1.3).fit()
+    assert fitted.size == pytest.approx(LARGER**2)
+    assert fitted.describe().count("too tight") == 2
+
+
+def test_what_is_wide_above_and_tight_below_is_worn_as_small_as_it_can_be_put_on():
+    """The waist asks for 0.92, but below 0.95 nothing goes on: the pattern's own size is kept and worn."""
+    shop = Shop(0.95, waist=0.92)
+    fitted = shop.fit()
+    assert (fitted.size, fitted.dressed.size, shop.tried) == (1.0, 1.0, [1.0, 0.92])
+    assert "in size 0.92, too tight" in fitted.describe()
+
+
+def test_a_size_known_to_be_too_tight_is_not_tried_again():
+    shop = Shop(1.05, waist=0.92)
+    assert shop.fit().size == pytest.approx(1.1)
+    assert shop.tried == [1.0, 1.1]
+
+
+def test_what_is_too_tight_in_every_size_is_refused():
+    shop = Shop(5.0)
+    with pytest.raises(TightError, match="too tight"):
+        shop.fit()
+    assert len(shop.tried) == MOST_TRIES
+
+
+def test_what_is_wrong_in_any_size_is_refused_at_once():
+    def put_on(_panels):
+        raise DressingError("crumpled", "garment", "smoother")
+
+    with pytest.raises(DressingError, match="crumpled"):
+        dress_to_fit(lambda size: size, put_on)
