@@ -1,8 +1,9 @@
 """`python tests/proof`: the demo's garments in its motions, each published frame decoded and judged.
 
-Runs every combination of the garments, motions, presets, edge lengths and devices asked for, each in a process of its
-own, and writes one JSON file per case and a table. Exits with 1 when a limit was broken or a case failed, naming the
-case, the frame and the limit.
+Runs every combination of the garments, motions, presets, meshes and devices asked for, each in a process of its own,
+and writes one JSON file per case and a table. Exits with 1 when a limit was broken or a case failed, naming the case,
+the frame and the limit. With --strangers also clips and patterns of your own, with --whole everything that the project
+has to show: `make proof`.
 
 Each case is dressed, led into its motion, stopped, and left standing. Its states go through the server's publishing
 code and the client's decoder in the same process; warp, numpy, scipy, trimesh, ipctk, fast-simplification, msgpack,
@@ -31,12 +32,14 @@ OURS = [
 ]
 sys.path[:0] = OURS  # this checkout is judged, whatever is installed
 
-from case import GARMENTS, MOTIONS, Case, LiveCase, case_of  # noqa: E402
-from pool import Pool  # noqa: E402
+from case import GARMENTS, MOTIONS, Case, LiveCase, case_of, is_of_meshes  # noqa: E402
+from errand import Errand, long_determinism, reference_scenes  # noqa: E402
+from pool import Job, Pool  # noqa: E402
 from table import markdown  # noqa: E402
 
-ONCE = 0.0  # s, as Case has it
-STRANGE_SECONDS = 3.0  # s of walk and squat for a stranger's pattern
+ONCE = 0.0  # s, as Case has it: a clip is played once, whole
+PATTERN_FILE = "_specification.json"
+FITTING = 0.0  # size, as Case has it: the one that fits
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -48,12 +51,17 @@ def main(arguments: list[str] | None = None) -> int:
     begun = time.monotonic()
     pool = Pool(options.out, options.jobs, ("--keep",) * options.keep)
     with server(options) as address:
-        results = pool.run(cases(options) if address is None else live_cases(options, address))
+        jobs: list[Job] = list(live_cases(options, address) if address is not None else cases(options))
+        if options.whole:
+            jobs = [*errands(options), *jobs, *mesh_cases(options)]
+        results = pool.run(jobs)
     text = markdown(results, about(options, time.monotonic() - begun))
     (options.out / "table.md").write_text(text)
     print(text)
     failed = [r for r in results if r.get("failure") or r.get("broken")]
     print(f"{len(results) - len(failed)} of {len(results)} cases kept every limit; {options.out / 'table.md'}")
+    if options.whole and not options.strangers:
+        print("No clips and patterns of others were judged: --strangers FOLDER names a folder with yours")
     return 1 if failed else 0
 
 
@@ -64,15 +72,20 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
     add("--garments", nargs="+", default=list(GARMENTS), help="patterns of the demo, or files")
     add("--motions", nargs="+", default=list(MOTIONS), help="motions of the demo, or BVH files")
     add("--presets", nargs="+", help="draft, live, fit (live; with --server draft)")
-    add("--edges", nargs="+", type=float, default=[0.018], metavar="M", help="edge lengths [m]; not with --server")
+    add("--vertices", type=int, default=2000, metavar="N", help="of a garment's mesh, about (2000); not with --server")
+    add("--edges", nargs="+", type=float, default=[0.0], metavar="M", help="edge lengths [m] instead")
     add("--devices", nargs="+", default=["cpu"], help="cpu, cuda:0, ...")
-    add("--strangers", type=Path, metavar="FOLDER", help="also the T-shirt in every BVH file there, and every pattern")
+    strangers = "also the T-shirt in every BVH file there, once, and every pattern in walk and squat"
+    add("--strangers", type=Path, metavar="FOLDER", help=strangers)
+    add("--only-strangers", action="store_true", help="these alone")
+    add("--whole", action="store_true", help="also meshes of a script, contact against a reference, equal bytes")
     add("--fabric", default="cotton_jersey")
     add("--fps", type=float, default=60.0)
     add("--lead", type=float, default=1.0, metavar="S", help="time in which the body is led into the motion [s]")
-    add("--seconds", type=float, default=6.0, metavar="S", help="time of the motion, which repeats [s]; 0: once, whole")
+    add("--seconds", type=float, default=3.0, metavar="S", help="time of the motion, which repeats [s]; 0: once, whole")
+    add("--strange-seconds", type=float, default=2.0, metavar="S", help="the same of walk and squat in their patterns")
     add("--stopping", type=float, default=0.5, metavar="S", help="time at its end in which it slows to a stand [s]")
-    add("--standing", type=float, default=2.0, metavar="S", help="time for which the body then stands still [s]")
+    add("--standing", type=float, default=1.5, metavar="S", help="time for which the body then stands still [s]")
     add("--every", type=int, default=2, metavar="K", help="IPC Toolkit is asked every K frames")
     add("--set", nargs="*", type=setting, default=[], metavar="NAME=VALUE", help="solver settings unlike the preset's")
     add("--server", metavar="URL", help="record from this server instead; `own` starts one")
@@ -102,21 +115,39 @@ def cases(options: argparse.Namespace) -> list[Case]:
     """Every combination, to be simulated in process, and the strangers' files."""
     o = options
 
-    def every(garments: Sequence[str], motions: Sequence[str], seconds: float) -> list[Case]:
-        times = (o.fps, o.lead, seconds, o.stopping, o.standing, o.every, tuple(o.set))
+    def every(garments: Sequence[str], motions: Sequence[str], seconds: float, size: float = 1.0) -> list[Case]:
+        more = (o.fps, o.lead, seconds, o.stopping, o.standing, o.every, tuple(o.set), o.vertices, size)
         return [
-            Case(garment, motion, o.fabric, preset, device, edge, *times)
-            for garment, motion, preset, edge, device in itertools.product(
-                garments, motions, o.presets, o.edges, o.devices
+            Case(garment, motion, o.fabric, preset, device, edge, *more)
+            for motion, garment, preset, edge, device in itertools.product(
+                motions, garments, o.presets, o.edges, o.devices
             )
         ]
 
-    found = every(o.garments, o.motions, o.seconds)
+    found = [] if o.only_strangers else every(o.garments, o.motions, o.seconds)
     if o.strangers:
-        found += every(["tshirt"], sorted(str(path) for path in o.strangers.rglob("*.bvh")), ONCE)
-        patterns = sorted(str(path) for path in o.strangers.rglob("*_specification.json"))
-        found += every(patterns, ["walk", "squat"], STRANGE_SECONDS)
+        clips, patterns = (sorted(str(p.resolve()) for p in o.strangers.rglob(f"*{e}")) for e in (".bvh", PATTERN_FILE))
+        found += every(["tshirt"], clips, ONCE) + every(patterns, ["walk", "squat"], o.strange_seconds, FITTING)
+        if not clips and not patterns:
+            raise SystemExit(f"{o.strangers} holds neither .bvh nor {PATTERN_FILE} files")
     return found
+
+
+def errands(options: argparse.Namespace) -> list[Errand]:
+    """What else there is to show: the longest first, so that they end with the cases."""
+    return [*reference_scenes(options.out.resolve()), long_determinism()]
+
+
+def mesh_cases(options: argparse.Namespace) -> list[Case]:
+    """Meshes on moving meshes, which the project's script writes as strangers' exporters would."""
+    from mesh_case import BODIES, GARMENTS, write_strangers
+
+    folder, o = options.out.resolve() / "brought", options
+    write_strangers(folder)
+    return [
+        Case(str(folder / garment), str(folder / body), o.fabric, o.presets[0], o.devices[0], 0.0, o.fps)
+        for garment, body in itertools.product(GARMENTS, BODIES)
+    ]
 
 
 def live_cases(options: argparse.Namespace, address: str) -> list[LiveCase]:
@@ -153,10 +184,14 @@ def one(case: Case | LiveCase, out: Path, keep: bool) -> int:
         from live_case import run_live_case
 
         result = run_live_case(case, tell, frames)
+    elif is_of_meshes(case):
+        from mesh_case import run_mesh_case
+
+        result = run_mesh_case(case, tell)
     else:
         from run_case import run_case
 
-        result = run_case(case, tell, frames)
+        result = run_case(case, out / "wardrobe", tell, frames)
     (out / f"{case.name}.json").write_text(json.dumps(result, indent=1))
     return 0
 
@@ -170,11 +205,11 @@ def about(options: argparse.Namespace, seconds: float) -> dict[str, str]:
         return answer.stdout.strip()
 
     changed = " with changes" if git("status", "--porcelain", "--untracked-files=no") else ""
-    edges = ", ".join(f"{1e3 * edge:g} mm" for edge in options.edges)
+    edges = ", ".join(f"edges {1e3 * edge:g} mm" if edge else f"{options.vertices} vertices" for edge in options.edges)
     changes = "".join(f", {name} {value}" for name, value in options.set)
     moving = f"{options.seconds:g} s of motion" if options.seconds else "each motion once"
     simulated = (
-        f"fabric {options.fabric}, edges {edges}, {options.fps:g} fps, {options.lead:g} s lead-in, "
+        f"fabric {options.fabric}, {edges}, {options.fps:g} fps, {options.lead:g} s lead-in, "
         f"{moving}, slowing to a stand over the last {options.stopping:g} s, "
         f"{options.standing:g} s standing{changes}"
     )

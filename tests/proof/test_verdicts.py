@@ -7,8 +7,11 @@ from pathlib import Path
 
 import limits
 import numpy as np
+import pytest
 from case import Case, LiveCase, case_of
+from frame_figures import FrameFigures
 from table import markdown
+from verdict import broken_by_frames, broken_by_share, late
 
 PROOF = Path(__file__).parent
 CASE = Case("skirt", "walk", "cotton_jersey", "draft", "cpu", 0.04, 30.0, 0.2, 0.1, 0.0, 0.1, 2)
@@ -30,6 +33,53 @@ def test_what_is_not_a_number_breaks_every_limit():
 def test_what_was_not_measured_breaks_nothing():
     assert list(limits.run_over("trembling", None, 1.0)) == []
     assert list(limits.run_under("hem", None, 1.0)) == []
+
+
+@pytest.mark.parametrize(
+    ("motion", "share"),
+    [("walk", 0.0), ("walk_02_01", 0.0), ("toe_touch_13_29", 0.0), ("cartwheel_49_08", 0.02), ("run", 0.02)],
+)
+def test_late_frames_are_allowed_by_the_motions_name(motion, share):
+    assert limits.late_share(motion) == share
+
+
+@pytest.mark.parametrize("motion", ["turn", "walking", "runner_1", "bend_scoop_lift_arm_02_06"])
+def test_in_other_motions_the_lag_has_no_limit(motion):
+    assert limits.late_share(motion) is None
+
+
+def lagging(millimetres):
+    """Figures of frames that are sound but for the lag."""
+    return [
+        FrameFigures(None, True, 0.0, 1e-3 * lag, 0.0, 0.0, 1.0, 1.0, True, 0.0, np.zeros((1, 3)))
+        for lag in millimetres
+    ]
+
+
+def broken(motion, figures):
+    """Which limits such a clip breaks, whose own frames are all but the first and the last."""
+    allowed = limits.late_share(motion)
+    share = late(figures, len(figures) - 2)["late_share"]
+    found = [*broken_by_frames(figures, 1.15, allowed), *broken_by_share(share, allowed)]
+    return [(b.limit, b.frames) for b in found]
+
+
+def test_one_late_frame_breaks_the_limit_of_a_walk_and_not_that_of_a_run():
+    figures = lagging([0, 0, 10.1, *[0] * 48, 0])
+    assert broken("walk", figures) == [("skin to surface, max [m]", 1)]
+    assert broken("run_02_03", figures) == []
+    assert broken("bend_scoop", figures) == []
+
+
+def test_two_late_frames_in_fifty_break_the_limit_of_a_run():
+    figures = lagging([0, 11, 30, *[0] * 48, 0])
+    assert late(figures, 50) == {"late_frames": 2, "late_share": 0.04}
+    assert broken("run", figures) == [("share of frames with skin to surface over 10 mm", 0)]
+    assert broken("bend_scoop", figures) == []
+
+
+def test_a_lag_that_is_no_number_is_late():
+    assert late(lagging([np.nan, 0, 0]), 3)["late_frames"] == 1
 
 
 def test_hem_must_move():

@@ -14,10 +14,10 @@ class Case:
     """One garment in one motion, simulated in process.
 
     Attributes:
-        garment: a pattern of the demo, or a file.
-        motion: a motion of the demo, or a BVH file.
+        garment: a pattern of the demo, or a file; a mesh where the motion is one.
+        motion: a motion of the demo, a BVH file, or a moving mesh, which is played once from its first frame.
         fabric, preset, device: names.
-        edge: edge length of the cloth's mesh [m].
+        edge: edge length of the cloth's mesh [m]; 0 for what gives so many `vertices`.
         fps: published frames per simulated second.
         lead: time in which the body is led into the motion [s].
         seconds: time of the motion, which repeats when it is shorter [s]; 0 plays it once, whole.
@@ -25,6 +25,8 @@ class Case:
         standing: time for which the body then stands still [s].
         every: every so many frames IPC Toolkit is asked.
         settings: solver settings that differ from the preset's.
+        vertices: of the cloth's mesh, about, where no edge length is given.
+        size: of the pattern, over its own; 0 for the one that fits, which is looked for.
     """
 
     garment: str
@@ -34,18 +36,21 @@ class Case:
     device: str
     edge: float
     fps: float
-    lead: float
-    seconds: float
-    stopping: float
-    standing: float
-    every: int
+    lead: float = 0.0
+    seconds: float = 0.0
+    stopping: float = 0.0
+    standing: float = 0.0
+    every: int = 2
     settings: tuple[tuple[str, float | str], ...] = ()
+    vertices: int = 2000
+    size: float = 1.0
 
     @property
     def name(self) -> str:
         """For file names."""
         device = self.device.replace(":", "")
-        return f"{stem(self.garment)}-{stem(self.motion)}-{self.preset}-{1e3 * self.edge:g}mm-{device}"
+        fineness = "mesh" if is_of_meshes(self) else f"{1e3 * self.edge:g}mm" if self.edge else str(self.vertices)
+        return f"{stem(self.garment)}-{stem(self.motion)}-{self.preset}-{fineness}-{device}"
 
     def plain(self) -> dict[str, Any]:
         """For JSON."""
@@ -87,6 +92,11 @@ def case_of(values: dict[str, Any]) -> Case | LiveCase:
         return LiveCase(**values)
     settings = tuple((name, value) for name, value in values["settings"])
     return Case(**{**values, "settings": settings})
+
+
+def is_of_meshes(case: Case | LiveCase) -> bool:
+    """Whether garment and body are meshes."""
+    return case.garment.endswith((".obj", ".glb"))
 
 
 def stem(path: str) -> str:

@@ -1,7 +1,8 @@
-"""What is measured on every decoded frame. Nothing here asks the solver."""
+"""What is measured on every frame, decoded or recorded. Nothing here asks the solver."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,37 +33,56 @@ class FrameFigures:
     hem: np.ndarray  # (L, 3) vertices of the lowest loop, relative to the pelvis and in its frame
 
 
-class FrameMeter:
-    """Prepared for one topology; the first frame it is shown is the garment as it was dressed."""
+@dataclass(frozen=True)
+class Stance:
+    """The body at a frame's own pose time."""
 
-    def __init__(self, topology: Topology, dressed: DecodedFrame, closest: float) -> None:
-        """`closest` [m]: facing skin nearer than this pinches cloth between (`PinchedSkin.reach`)."""
-        assert topology.uv is not None, "a garment without pattern coordinates has no rest shape"
-        self.faces = topology.faces.astype(np.int32)
-        self.uv = topology.uv.astype(np.float64)
-        self.skinner = Skinner(topology.body)
-        body_faces = topology.body.faces.astype(np.int32)
-        self.judge = FrameJudge(self.faces, body_faces, dressed.cloth, dressed.body)
-        self.pinch = PinchedSkin(topology.body.rest_vertices.astype(np.float64), body_faces, closest)
+    skin: np.ndarray  # (B, 3) m, as tracked
+    pelvis: np.ndarray  # (3, 3) rotation
+    joints: np.ndarray  # (J, 3) m
+
+
+@dataclass(frozen=True)
+class Bones:
+    """The joints inside a body."""
+
+    names: Sequence[str]
+    parents: np.ndarray  # (J,)
+    at_rest: np.ndarray  # (J, 3) m
+
+
+class StateMeter:
+    """Prepared for one garment on one body; what it is made with is the garment as it was dressed."""
+
+    def __init__(
+        self,
+        faces: np.ndarray,
+        uv: np.ndarray,
+        body_rest: np.ndarray,
+        body_faces: np.ndarray,
+        bones: Bones,
+        cloth: np.ndarray,
+        stance: Stance,
+        closest: float,
+    ) -> None:
+        """`faces` (F, 3) with their rest shape `uv` (F, 3, 2) m; `cloth` (N, 3) m on the body in `stance`.
+
+        `closest` [m]: facing skin nearer than this pinches cloth between (`PinchedSkin.reach`).
+        """
+        self.faces, self.uv = faces.astype(np.int32), uv.astype(np.float64)
+        self.judge = FrameJudge(self.faces, body_faces, cloth, stance.skin)
+        self.pinch = PinchedSkin(body_rest.astype(np.float64), body_faces.astype(np.int32), closest)
         loops = boundary_loops(self.faces)
-        body = topology.body
-        self.loops = LoopsOnLimbs(loops, body.joint_names, body.parents, body.rest_joints.astype(np.float64))
-        self.lowest = int(np.argmin([dressed.cloth[loop, 1].mean() for loop in loops]))
-        self.passes, self.places = self.loops.crossings(dressed.cloth, self.joints(dressed)[1])
+        self.loops = LoopsOnLimbs(loops, bones.names, bones.parents, bones.at_rest.astype(np.float64))
+        self.lowest = int(np.argmin([cloth[loop, 1].mean() for loop in loops]))
+        self.passes, self.places = self.loops.crossings(cloth, stance.joints)
 
-    def joints(self, frame: DecodedFrame) -> tuple[np.ndarray, np.ndarray]:
-        """The pelvis's rotation (3, 3) and the joints' places (J, 3) m."""
-        turned, centres = self.skinner.joint_transforms(frame.rotations)
-        return turned[0], centres + frame.root
-
-    def measure(self, frame: DecodedFrame, intersections: bool) -> FrameFigures:
-        """Everything about one frame; `intersections` says whether IPC Toolkit is asked."""
-        cloth, body = frame.cloth, frame.body
-        skin = self.skinner.pose(frame.root, frame.rotations)
+    def measure(self, cloth: np.ndarray, body: np.ndarray, stance: Stance, intersections: bool) -> FrameFigures:
+        """Everything about cloth (N, 3) m and surface (B, 3) m; `intersections`: whether IPC Toolkit is asked."""
+        skin, joints = stance.skin, stance.joints
         lag = np.linalg.norm(body - skin, axis=1)
         pinched = self.pinch.pinched(skin) if lag.max() > LAG_UNQUESTIONED else np.zeros(len(lag), bool)
         larger = principal_stretches(cloth, self.faces, self.uv)[:, 1]
-        pelvis, joints = self.joints(frame)
         passes, places = self.loops.crossings(cloth, joints)
         slid = [self.loops.slide(before, now) for before, now in zip(self.places, places)]
         return FrameFigures(
@@ -76,5 +96,34 @@ class FrameMeter:
             stretch_max=float(larger.max()),
             worn=bool((passes == self.passes).all()),
             slid=max((s for k, s in enumerate(slid) if k != self.lowest), default=0.0),
-            hem=(cloth[self.loops.loops[self.lowest]] - joints[0]) @ pelvis,
+            hem=(cloth[self.loops.loops[self.lowest]] - joints[0]) @ stance.pelvis,
         )
+
+
+class FrameMeter:
+    """Of decoded frames, prepared for one topology; the first one is the garment as it was dressed."""
+
+    def __init__(self, topology: Topology, dressed: DecodedFrame, closest: float) -> None:
+        """`closest` as in StateMeter."""
+        assert topology.uv is not None, "a garment without pattern coordinates has no rest shape"
+        body = topology.body
+        self.skinner = Skinner(body)
+        self.state = StateMeter(
+            topology.faces,
+            topology.uv,
+            body.rest_vertices,
+            body.faces.astype(np.int32),
+            Bones(body.joint_names, body.parents, body.rest_joints),
+            dressed.cloth,
+            self.stance(dressed),
+            closest,
+        )
+
+    def stance(self, frame: DecodedFrame) -> Stance:
+        """The body in the frame's own pose."""
+        turned, centres = self.skinner.joint_transforms(frame.rotations)
+        return Stance(self.skinner.pose(frame.root, frame.rotations), turned[0], centres + frame.root)
+
+    def measure(self, frame: DecodedFrame, intersections: bool) -> FrameFigures:
+        """Everything about one frame; `intersections` says whether IPC Toolkit is asked."""
+        return self.state.measure(frame.cloth, frame.body, self.stance(frame), intersections)

@@ -10,6 +10,15 @@ from tryon_protocol import GRID
 LAG_P95 = 3e-3  # m, unpinched skin to surface
 LAG_MAX = 10e-3  # m
 PINCHED_LAG_MAX = 50e-3  # m
+LATE_SHARE = {  # of a motion's frames in which unpinched skin may be further than LAG_MAX from the surface
+    "walk": 0.0,
+    "squat": 0.0,
+    "jumping_jack": 0.0,
+    "twist": 0.0,
+    "toe_touch": 0.0,
+    "run": 0.02,
+    "cartwheel": 0.02,
+}
 STRETCH_MOST = 1.02  # of the fabric's limit, for 99.9 % of the triangles
 STRETCH_ANY = 1.10  # of the fabric's limit, for every triangle
 SLID = 0.1  # m along the bones: an opening that has slid further than this no longer sits where it was put on
@@ -18,6 +27,17 @@ HEM_TRAVEL = 10e-3  # m relative to the pelvis, in the walk
 TREMBLING = 1e-3  # m/s
 WIRE = 0.501 * GRID  # m along each axis: rounding to the grid, and float64 of positions of some metres
 POSE = 1e-6  # decoded against asked pose: m of the root, 1 of a quaternion in float32
+
+
+def late_share(motion: str) -> float | None:
+    """The allowed share of frames over LAG_MAX in a motion of that name, also one with more after an underscore.
+
+    With none allowed the other limits of the lag hold in every frame, too. None: no limit, it is told only.
+    """
+    for name, share in LATE_SHARE.items():
+        if motion == name or motion.startswith(f"{name}_"):
+            return share
+    return None
 
 
 @dataclass(frozen=True)

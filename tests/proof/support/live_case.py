@@ -18,7 +18,7 @@ import numpy as np
 from case import LiveCase
 from frame_figures import FrameMeter
 from pinched_skin import PinchedSkin
-from verdict import broken_by_frames, figures_of_frames, hem_travel
+from verdict import broken_by_frames, broken_by_share, figures_of_frames, hem_travel, late
 
 from tryon_client import Recording, connect, record
 from tryon_solver.materials.fabric import FABRICS
@@ -89,19 +89,23 @@ def judged(case: LiveCase, recording: Recording) -> dict[str, Any]:
     hem = hem_travel([figures[k] for k in moving])
     t_sim, t_wall = (np.array([getattr(f, name) for f in frames]) for name in ("t_sim", "t_published"))
     swings = case.motion == "walk" and len(moving) > 1 and np.ptp(t_sim[moving]) >= SHORTEST_SWING
+    behind, allowed = late(figures, len(moving)), limits.late_share(case.motion)
     broken = [
-        *broken_by_frames(figures, fabric.strain_limit),
+        *broken_by_frames(figures, fabric.strain_limit, allowed),
+        *broken_by_share(behind["late_share"], allowed),
         *limits.run_under("hem travel [m]", hem["hem_travel_median"] if swings else None, limits.HEM_TRAVEL),
     ]
     return {
         "case": case.plain(),
         "failure": "",
         "cloth_vertices": recording.topology.cloth_vertex_count,
-        "triangles": len(meter.faces),
-        "loops": len(meter.loops.loops),
+        "triangles": len(meter.state.faces),
+        "loops": len(meter.state.loops.loops),
         "strain_limit": fabric.strain_limit,
         **figures_of_frames(figures),
         **hem,
+        **behind,
+        "late_allowed": allowed,
         "ms_a_frame": float(1e3 * np.median(np.diff(t_wall))),
         "simulated_over_wall": float(np.ptp(t_sim) / np.ptp(t_wall)),
         "broken": [b.plain() for b in broken],

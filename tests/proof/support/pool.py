@@ -1,4 +1,4 @@
-"""Cases in processes of their own, several at once."""
+"""Cases and errands in processes of their own, several at once."""
 
 from __future__ import annotations
 
@@ -13,50 +13,63 @@ from pathlib import Path
 from typing import Any
 
 from case import Case, LiveCase
+from errand import ROOT, Errand
 from table import name_of
 
 PROOF = Path(__file__).resolve().parents[1]
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+
+Job = Case | LiveCase | Errand
 
 
 @dataclass(frozen=True)
 class Pool:
-    """`jobs` processes at once; each writes `out`/NAME.json, and what it prints into NAME.log beside it."""
+    """`jobs` processes at once; a case writes `out`/NAME.json, and what each prints goes into NAME.log beside it."""
 
     out: Path
     jobs: int
     options: tuple[str, ...] = ()
 
-    def run(self, cases: Sequence[Case | LiveCase]) -> list[dict[str, Any]]:
-        """The results in the order of the cases; each is told of as it comes."""
-        waiting = list(cases)
-        running: dict[subprocess.Popen[bytes], Case | LiveCase] = {}
-        results: dict[Case | LiveCase, dict[str, Any]] = {}
+    def run(self, jobs: Sequence[Job]) -> list[dict[str, Any]]:
+        """The results in the order of the jobs; each is told of as it comes."""
+        waiting = list(jobs)
+        running: dict[subprocess.Popen[bytes], Job] = {}
+        results: dict[Job, dict[str, Any]] = {}
         while waiting or running:
             while waiting and len(running) < self.jobs:
-                case = waiting.pop(0)
-                running[self.start(case)] = case
+                job = waiting.pop(0)
+                running[self.start(job)] = job
             time.sleep(0.2)
             for process in [p for p in running if p.poll() is not None]:
-                case = running.pop(process)
-                result = results[case] = self.outcome(case, process.returncode)
+                job = running.pop(process)
+                result = results[job] = self.outcome(job, process.returncode)
                 said = [b["line"] for b in result.get("broken", ())] + [result["failure"]] * bool(result["failure"])
                 print(f"{name_of(result)}: {'; '.join(said) or 'kept every limit'}", flush=True)
-        return [results[case] for case in cases]
+        return [results[job] for job in jobs]
 
-    def start(self, case: Case | LiveCase) -> subprocess.Popen[bytes]:
+    def start(self, job: Job) -> subprocess.Popen[bytes]:
         """A process with one thread."""
-        (self.out / f"{case.name}.json").unlink(missing_ok=True)
-        command = [sys.executable, str(PROOF), "--one", json.dumps(case.plain()), "--out", str(self.out)]
-        threads = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-        with (self.out / f"{case.name}.log").open("wb") as log:
-            return subprocess.Popen(
-                [*command, *self.options], stdout=log, stderr=subprocess.STDOUT, env={**threads, **os.environ}
-            )
+        environment = {**ONE_THREAD, **os.environ}
+        if isinstance(job, Errand):
+            command, environment = list(job.command), {**environment, **dict(job.environment)}
+        else:
+            (self.out / f"{job.name}.json").unlink(missing_ok=True)
+            one = ["--one", json.dumps(job.plain()), "--out", str(self.out.resolve())]
+            command = [sys.executable, str(PROOF), *one, *self.options]
+        with self.log(job).open("wb") as log:
+            return subprocess.Popen(command, stdout=log, stderr=subprocess.STDOUT, env=environment, cwd=ROOT)
 
-    def outcome(self, case: Case | LiveCase, status: int) -> dict[str, Any]:
+    def log(self, job: Job) -> Path:
+        """Where a job's words go."""
+        return self.out / f"{job.name}.log"
+
+    def outcome(self, job: Job, status: int) -> dict[str, Any]:
         """What a process wrote; a failure with its last words when it wrote nothing."""
-        written = self.out / f"{case.name}.json"
+        words = self.log(job).read_text(errors="replace").strip()
+        if isinstance(job, Errand):
+            return job.result(status, words)
+        written = self.out / f"{job.name}.json"
         if status == 0 and written.exists():
             return dict(json.loads(written.read_text()))
-        said = (self.out / f"{case.name}.log").read_text(errors="replace").strip().splitlines()
-        return {"case": case.plain(), "failure": said[-1] if said else f"exit status {status}"}
+        said = words.splitlines()
+        return {"case": job.plain(), "failure": said[-1] if said else f"exit status {status}"}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -17,25 +17,20 @@ from frame_figures import FrameFigures, FrameMeter
 from over_time import trembling
 from pinched_skin import PinchedSkin
 from timeline import Timeline
-from verdict import broken_by_frames, figures_of_frames, hem_travel
+from verdict import broken_by_frames, broken_by_share, figures_of_frames, hem_travel, late
 from wire import Wire
+from worn_pattern import worn_pattern
 
 from tryon_protocol import DecodedFrame, ProtocolError
 from tryon_server.runtime.drape import Drape
 from tryon_server.runtime.motions import load_motion
-from tryon_server.runtime.production import SolverDrape
 from tryon_server.runtime.sources import leap_towards, moved
 from tryon_solver.body.model import default_body
 from tryon_solver.body.pose import Pose
 from tryon_solver.contact import pairs
-from tryon_solver.dressing.dress import dress
-from tryon_solver.geometry.panel_mesh import mesh_pattern
-from tryon_solver.geometry.pattern import load_pattern
 from tryon_solver.materials.fabric import FABRICS
-from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import Simulation
 
-PATTERNS = Path(__file__).resolve().parents[3] / "server" / "tryon_server" / "demo" / "patterns"
 GRAVITY = 9.81
 AT_REST = 0.5  # s at the end of standing in which the contact force is compared with the weight
 SHORTEST_SWING = 1.0  # s of a motion before its hem is asked to have moved
@@ -66,36 +61,35 @@ class Played:
         self.pose_error.append(float(max(np.abs(frame.root - pose.root).max(), turned)))
 
 
-def run_case(case: Case, tell: Tell, keep: Path | None = None) -> dict[str, Any]:
-    """The case's figures and the limits it broke, ready for JSON; `keep` is an .npz for the decoded frames."""
+def run_case(case: Case, wardrobe: Path, tell: Tell, keep: Path | None = None) -> dict[str, Any]:
+    """The case's figures and the limits it broke, ready for JSON; `keep` is an .npz for the decoded frames.
+
+    Garments that a case has dressed hang in the folder `wardrobe` for those in other motions.
+    """
     body, fabric = default_body(), FABRICS[case.fabric]
-    settings = replace(PRESETS[case.preset], **dict(case.settings))  # type: ignore[arg-type]
-    pattern = PATTERNS / f"{case.garment}.json"
-    panels = mesh_pattern(load_pattern(pattern if pattern.is_file() else Path(case.garment)), case.edge)
-    begun = time.perf_counter()
-    dressed = dress(panels, body, fabric, settings, case.device)
-    dressing = time.perf_counter() - begun
-    tell(f"dressed in {dressing:.0f} s")
-    sim = dressed.simulation
-    wire = Wire(SolverDrape(sim, dressed.pose, dressed.panels.panel_names, body))
     motion = load_motion(case.motion, body)
-    leap = leap_towards(dressed.pose, motion.pose(0))
-    timeline = Timeline.build(moved(dressed.pose, leap), motion, case)
+    worn = worn_pattern(case, body, wardrobe, tell)
+    sim, start = worn.simulation, Pose.rest(body)
+    wire = Wire(worn.drape)
+    leap = leap_towards(start, motion.pose(0))
+    timeline = Timeline.build(moved(start, leap), motion, case)
     sizes = sim.contact.sizes
     first = wire.dressed()
     meter = FrameMeter(wire.topology, first, PinchedSkin.reach(sizes.xi_body, sizes.d_hat))
     frames, played = [first], Played()
-    played.add(first, meter.measure(first, intersections=True), wire.drape, dressed.pose)
+    played.add(first, meter.measure(first, intersections=True), wire.drape, start)
     wire.drape.leap(leap)
     play(played, case, timeline, sim, wire, meter, frames if keep else None, tell)
     if keep:
         save(keep, frames, wire, case.fps)
     return {
         "case": case.plain(),
-        "dressing_s": dressing,
+        "dressing_s": worn.seconds,
+        "size": worn.size,
+        "fit": worn.fit,
         "cloth_vertices": sim.cloth_count,
-        "triangles": len(meter.faces),
-        "loops": len(meter.loops.loops),
+        "triangles": len(meter.state.faces),
+        "loops": len(meter.state.loops.loops),
         "strain_limit": fabric.strain_limit,
         "wire_bytes": wire.bytes,
         **judged(case, timeline, played, fabric.strain_limit),
@@ -154,9 +148,12 @@ def judged(case: Case, timeline: Timeline, played: Played, strain_limit: float) 
     shaken = trembling(np.array(played.simulated), case.fps) if played.simulated else None
     shaken_decoded = trembling(np.array(played.decoded), case.fps) if played.decoded else None
     off = max((abs(f - 1) for f in played.force), default=None)
+    behind = late(figures, timeline.last_moving - timeline.first_moving + 1)
+    allowed = limits.late_share(stem(case.motion))
     swings = stem(case.motion) == "walk" and timeline.moving >= SHORTEST_SWING
     broken = [
-        *broken_by_frames(figures, strain_limit),
+        *broken_by_frames(figures, strain_limit, allowed),
+        *broken_by_share(behind["late_share"], allowed),
         *limits.over("decoded against simulated [m]", numbers, played.wire_error, limits.WIRE),
         *limits.over("decoded against asked pose", numbers, played.pose_error, limits.POSE),
         *limits.run_under("hem travel [m]", hem["hem_travel_median"] if swings else None, limits.HEM_TRAVEL),
@@ -167,6 +164,8 @@ def judged(case: Case, timeline: Timeline, played: Played, strain_limit: float) 
     return {
         **result,
         **hem,
+        **behind,
+        "late_allowed": allowed,
         "failure": played.failure,
         "trembling": shaken,
         "trembling_decoded": shaken_decoded,

@@ -6,11 +6,12 @@ from collections.abc import Iterable
 from typing import Any
 
 import limits
-from case import stem
+from case import case_of, is_of_meshes, stem
 
 COLUMNS = (
     "case",
     "vertices",
+    "size",
     "frames (asked)",
     "NaN",
     "cross itself",
@@ -18,6 +19,7 @@ COLUMNS = (
     "inside",
     "lag p95 [mm]",
     "lag max [mm]",
+    "frames over 10 mm (share, allowed)",
     "pinched max [mm]",
     "pinched area [cm²]",
     "stretch 99.9 %",
@@ -34,10 +36,15 @@ COLUMNS = (
     "limits broken",
 )
 
+def _motions(share: float) -> str:
+    return ", ".join(name for name, allowed in limits.LATE_SHARE.items() if allowed == share).replace("_", " ")
+
+
 LIMITS = "; ".join(
     (
         f"Limits: skin to surface p95 {1e3 * limits.LAG_P95:g} mm, max {1e3 * limits.LAG_MAX:g} mm, pinched "
-        f"{1e3 * limits.PINCHED_LAG_MAX:g} mm",
+        f"{1e3 * limits.PINCHED_LAG_MAX:g} mm in {_motions(0.0)}; in {_motions(0.02)} unpinched skin may be over "
+        f"{1e3 * limits.LAG_MAX:g} mm from it in 2 % of the motion's frames; in other motions the lag is told only",
         f"stretch {limits.STRETCH_MOST:g} of the fabric's limit for 99.9 % of the triangles, "
         f"{limits.STRETCH_ANY:g} for all",
         "worn: every opening is passed by the same limbs as when dressed, and none but the hem has slid by over "
@@ -53,6 +60,8 @@ LIMITS = "; ".join(
 def markdown(results: Iterable[dict[str, Any]], about: dict[str, Any]) -> str:
     """The table with what it was made with above it, and what was broken below."""
     results = list(results)
+    errands = [result for result in results if "errand" in result]
+    results = [result for result in results if "errand" not in result]
     lines = [
         "# Garments in motion, frame by frame",
         "",
@@ -67,17 +76,32 @@ def markdown(results: Iterable[dict[str, Any]], about: dict[str, Any]) -> str:
         *(row(result) for result in results),
         "",
     ]
-    for result in results:
+    for result in [*results, *errands]:
         if result.get("failure"):
             lines.append(f"- {name_of(result)}: FAILED, {result['failure']}")
         lines += [f"- {name_of(result)}: {broken['line']}" for broken in result.get("broken", ())]
+    sized = [result for result in results if result.get("fit") and result["fit"] != "size 1"]
+    fits = dict.fromkeys(f"- {stem(result['case']['garment'])}: {result['fit']}" for result in sized)
+    if fits:
+        lines += ["", "Sizes other than the pattern's own, and what is too wide:", *fits]
+    for errand in errands:
+        lines += ["", f"## {errand['errand'].capitalize()}", "", *errand["said"]]
     return "\n".join(lines) + "\n"
 
 
 def name_of(result: dict[str, Any]) -> str:
     """Garment, motion and what else tells cases apart."""
+    if "errand" in result:
+        return str(result["errand"])
     case = result["case"]
-    where = "live" if "server" in case else f"{1e3 * case['edge']:g} mm {case['device']}"
+    if "server" in case:
+        where = "live"
+    elif is_of_meshes(case_of(case)):
+        where = f"mesh on a mesh {case['device']}"
+    elif case["edge"]:
+        where = f"{1e3 * case['edge']:g} mm {case['device']}"
+    else:
+        where = f"{case['vertices']} vertices {case['device']}"
     return f"{stem(case['garment'])} {stem(case['motion'])} {case['preset']} {where}"
 
 
@@ -94,6 +118,7 @@ def row(result: dict[str, Any]) -> str:
     cells = (
         name_of(r),
         r["cloth_vertices"],
+        known("size", 1, "g"),
         f"{r['frames']} ({r['frames_asked']})",
         r["not_finite"],
         r["self_intersecting"],
@@ -101,6 +126,7 @@ def row(result: dict[str, Any]) -> str:
         r["inside"],
         known("lag_p95", 1e3, ".2f"),
         known("lag_max", 1e3, ".1f"),
+        f"{known('late_frames', 1, 'd')} ({known('late_share', 100, '.1f')} %, {known('late_allowed', 100, 'g')} %)",
         known("pinched_lag_max", 1e3, ".1f"),
         known("pinched_area", 1e4, ".0f"),
         known("stretch_most", 1, ".3f"),

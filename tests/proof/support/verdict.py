@@ -15,8 +15,13 @@ from over_time import travel
 SERIES = ("lag_p95", "lag_max", "pinched_lag_max", "pinched_area", "stretch_most", "stretch_max", "slid")
 
 
-def broken_by_frames(figures: Sequence[FrameFigures], strain_limit: float) -> Iterable[Broken]:
-    """Limits that hold in every frame; the first of `figures` is frame 0, as dressed."""
+def broken_by_frames(
+    figures: Sequence[FrameFigures], strain_limit: float, late_allowed: float | None
+) -> Iterable[Broken]:
+    """Limits that hold in every frame; the first of `figures` is frame 0, as dressed.
+
+    Those of the lag only where no frame may be over: `late_allowed` is the motion's `limits.late_share`.
+    """
     numbers = range(len(figures))
     asked = [(k, f.verdict) for k, f in zip(numbers, figures) if f.verdict is not None]
 
@@ -25,9 +30,10 @@ def broken_by_frames(figures: Sequence[FrameFigures], strain_limit: float) -> It
 
     yield from limits.over("not a number", numbers, [float(not f.finite) for f in figures], 0)
     yield from limits.over("intersections", [k for k, _ in asked], [float(not v.clean) for _, v in asked], 0)
-    yield from over("skin to surface, p95 [m]", "lag_p95", limits.LAG_P95)
-    yield from over("skin to surface, max [m]", "lag_max", limits.LAG_MAX)
-    yield from over("pinched skin to surface [m]", "pinched_lag_max", limits.PINCHED_LAG_MAX)
+    if late_allowed == 0:
+        yield from over("skin to surface, p95 [m]", "lag_p95", limits.LAG_P95)
+        yield from over("skin to surface, max [m]", "lag_max", limits.LAG_MAX)
+        yield from over("pinched skin to surface [m]", "pinched_lag_max", limits.PINCHED_LAG_MAX)
     yield from over("stretch, 99.9 %", "stretch_most", limits.STRETCH_MOST * strain_limit)
     yield from over("stretch, max", "stretch_max", limits.STRETCH_ANY * strain_limit)
     yield from limits.over("no longer worn", numbers, [float(not f.worn) for f in figures], 0)
@@ -49,6 +55,18 @@ def figures_of_frames(figures: Sequence[FrameFigures]) -> dict[str, Any]:
         "worn_frames": sum(f.worn for f in figures),
         "series": {**series, "worn": [f.worn for f in figures]},
     }
+
+
+def broken_by_share(late_share: float, late_allowed: float | None) -> Iterable[Broken]:
+    """The limit of the frames in which the surface is late, where some may be."""
+    if late_allowed:
+        yield from limits.run_over("share of frames with skin to surface over 10 mm", late_share, late_allowed)
+
+
+def late(figures: Sequence[FrameFigures], motion_frames: int) -> dict[str, float]:
+    """Frames in which unpinched skin is over LAG_MAX from the surface, and their share of the motion's own frames."""
+    count = sum(not f.lag_max <= limits.LAG_MAX for f in figures)
+    return {"late_frames": count, "late_share": count / max(motion_frames, 1)}
 
 
 def hem_travel(figures: Sequence[FrameFigures]) -> dict[str, float | None]:
