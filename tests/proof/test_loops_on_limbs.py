@@ -14,7 +14,7 @@ RING = np.column_stack([np.cos(np.arange(16) * np.pi / 8), np.zeros(16), np.sin(
 
 def around(centre, radius, along):
     """A ring of 16 vertices around an axis of space."""
-    axes = {"y": [0, 1, 2], "x": [1, 0, 2]}[along]
+    axes = {"y": [0, 1, 2], "x": [1, 0, 2], "z": [0, 2, 1]}[along]
     return np.array(centre) + radius * RING[:, axes]
 
 
@@ -82,3 +82,9 @@ def test_slide_is_measured_along_the_bones():
         0.2 + leg / 2, abs=0.01
     )
     assert slide(sleeve, around([0.8, 0.4, 0], 0.1, "x")) == np.inf
+
+
+def test_the_edge_of_a_hood_has_no_place_to_slide_from():
+    face = around([0, 1.0, 0.2], 0.05, "z")
+    assert not len(LIMBS.crossings(face, JOINTS)[1][0])
+    assert slide(face, around([0, 0.9, 0.2], 0.05, "z")) == 0

@@ -54,8 +54,13 @@ class LoopsOnLimbs:
         return np.array(counts) @ self.ways.T, list(places)
 
     def slide(self, before: np.ndarray, now: np.ndarray) -> float:
-        """Distance [m] along the bones between a loop's places before and now, the nearest two; inf without any."""
-        if not len(before) or not len(now):
+        """Distance [m] along the bones between a loop's places before and now, the nearest two; inf without any.
+
+        0 for a loop that no bone crossed before, as that of a hood around the face: it has no place on a limb.
+        """
+        if not len(before):
+            return 0.0
+        if not len(now):
             return np.inf
         bone = [places[:, 0].astype(int) for places in (before, now)]
         along = [self.lengths[b] * places[:, 1] for b, places in zip(bone, (before, now))]

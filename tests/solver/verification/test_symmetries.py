@@ -1,6 +1,7 @@
 """The same scene turned, mirrored, shifted by 100 m, and on another device: the same motion.
 
-Steps of cloth that has come upon a ball, with all effects, converged: what is left are float32's roundings.
+Steps of cloth that has come upon a ball, and of a sewn sleeve on a limb that bends, with all effects, converged: what
+is left are float32's roundings.
 """
 
 from dataclasses import replace
@@ -8,8 +9,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import warp as wp
-from contact_scenes import square_on_sphere
-from small_scenes import rigid_body, turn
+from contact_scenes import DT, ContactScene, sleeve_on_limb, square_on_sphere
+from device_agreement import CONVERGED, STARTS, apart
+from small_scenes import turn
 
 from tryon_solver.body.pose import Pose
 from tryon_solver.geometry.garment import Garment
@@ -26,11 +28,10 @@ from tryon_solver.scene import (
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
 
-DT, STEPS = 1 / 60, 3
-CONVERGED = replace(PRESETS["live"], contact_passes=20)
+STEPS = 3
 AGREES = 0.05e-3  # m
-UPRIGHT = np.array([[0.0, 0, 0, 1]])
 GRAVITY = np.array([0, -9.81, 0])
+SCENES = {"square": (square_on_sphere, 8), "sleeve": (sleeve_on_limb, 10)}  # and after how many steps both touch
 
 
 def effects(gravity):
@@ -38,50 +39,61 @@ def effects(gravity):
     return (Gravity(tuple(float(g) for g in gravity)), *others)
 
 
-def scene_seen(matrix, place):
-    """The square over the ball, seen through an orthogonal matrix and shifted; mirrored, triangles turn round."""
-    plain = square_on_sphere().scene
-    garment, body = plain.garment, plain.body
+def seen(case, matrix, place):
+    """The scene through an orthogonal matrix and shifted; mirrored, triangles turn round."""
+    garment, body = case.scene.garment, case.scene.body
     faces, uv, body_faces = garment.faces, garment.uv_corners, body.faces
-    if np.linalg.det(matrix) < 0:
+    handed = np.linalg.det(matrix)
+    if handed < 0:
         # front stays front: the pattern is mirrored along weft, and corners are listed the other way round
         faces, body_faces = faces[:, [0, 2, 1]].copy(), body_faces[:, [0, 2, 1]].copy()
         uv = uv[:, [0, 2, 1]] * np.array([1.0, -1.0])
-    seen = Garment(faces, uv, garment.panel_of_face, garment.vertex_count)
-    x = plain.x_start @ matrix.T + place
-    solid = rigid_body(body.rest_vertices @ matrix.T, body_faces)
-    return Scene(seen, x, solid, plain.fabric, effects(matrix @ GRAVITY))
+    garment = Garment(faces, uv, garment.panel_of_face, garment.vertex_count)
+    rest, joints = body.rest_vertices @ matrix.T, body.rest_joints @ matrix.T
+    body = replace(body, rest_vertices=rest, faces=body_faces, rest_joints=joints)
+    x = case.scene.x_start @ matrix.T + place
+
+    def pose_at(k):
+        """A turn is seen about the axis seen; in a mirror the other way."""
+        pose = case.pose_at(k)
+        turned = np.column_stack([handed * pose.rotations[:, :3] @ matrix.T, pose.rotations[:, 3]])
+        return Pose(matrix @ pose.root + place, turned)
+
+    return ContactScene(case.name, Scene(garment, x, body, case.scene.fabric, effects(matrix @ GRAVITY)), pose_at)
 
 
-def steps(matrix, place, start=None, settings=CONVERGED, device="cpu", origin=None, count=STEPS):
-    """Positions after each step, seen back through the matrix, of the scene led on from `start` (x, v)."""
+def steps(case, matrix, place, start=None, origin=None, first=0, count=STEPS):
+    """Positions after each step, seen back through the matrix, of the scene led on from `start` (x, v) at `first`."""
     place = np.asarray(place, np.float64)
-    stand = Pose(place, UPRIGHT)
-    sim = build(scene_seen(matrix, place), settings, device, stand)
+    viewed = seen(case, matrix, place)
+    sim = build(viewed.scene, CONVERGED, "cpu", viewed.pose_at(first))
     if start is not None:
         x, v = start
         sim.state.x.assign((x @ matrix.T + place).astype(np.float32))
         sim.state.v.assign((v @ matrix.T).astype(np.float32))
     if origin is not None:
         sim.move_origin(np.asarray(origin, np.float64))
-        stand, place = Pose(place - origin, UPRIGHT), place - origin
+        place = place - origin
+        viewed = seen(case, matrix, place)
     found = []
     for k in range(1, count + 1):
-        report = sim.advance(stand, k * DT)
+        report = sim.advance(viewed.pose_at(first + k), k * DT)
         assert report.retries == 0
         found.append((sim.cloth_positions().astype(np.float64) - place) @ matrix)
     return sim, np.array(found)
 
 
-@pytest.fixture(scope="module")
-def touching():
-    """The state (x, v) after eight steps, with contact, and three steps on from it."""
-    sim, _ = steps(np.eye(3), np.zeros(3), count=8)
+@pytest.fixture(scope="module", params=list(SCENES))
+def touching(request):
+    """A scene, the number of a step after which cloth and body touch, the state (x, v) there, and three steps on."""
+    make, number = SCENES[request.param]
+    case = make()
+    sim, _ = steps(case, np.eye(3), np.zeros(3), count=number)
     start = sim.state.x.numpy().astype(np.float64), sim.state.v.numpy().astype(np.float64)
     assert sim.pairs.size > 30
-    _, onward = steps(np.eye(3), np.zeros(3), start)
+    _, onward = steps(case, np.eye(3), np.zeros(3), start, first=number)
     assert np.abs(onward[-1] - start[0][: len(onward[-1])]).max() > 0.01
-    return start, onward
+    return case, number, start, onward
 
 
 def check(found, expected):
@@ -92,30 +104,53 @@ def check(found, expected):
 
 @pytest.mark.parametrize("angles", [(0, 90, 0), (30, -50, 120)])
 def test_turned(touching, angles):
-    start, onward = touching
-    check(steps(turn(angles), np.zeros(3), start)[1], onward)
+    case, number, start, onward = touching
+    check(steps(case, turn(angles), np.zeros(3), start, first=number)[1], onward)
 
 
 @pytest.mark.parametrize("axis", [0, 2])
 def test_mirrored(touching, axis):
-    start, onward = touching
+    case, number, start, onward = touching
     mirror = np.eye(3)
     mirror[axis, axis] = -1
-    check(steps(mirror, np.zeros(3), start)[1], onward)
+    check(steps(case, mirror, np.zeros(3), start, first=number)[1], onward)
 
 
 def test_shifted_by_100_metres(touching):
     """The session's origin follows in whole metres; placed there, coordinates were rounded to 8 micrometres once."""
-    start, onward = touching
+    case, number, start, onward = touching
     place = np.array([100.0, 0.0, -100.0])
-    check(steps(np.eye(3), place, start, origin=place)[1], onward)
+    check(steps(case, np.eye(3), place, start, origin=place, first=number)[1], onward)
+
+
+@pytest.fixture(scope="module", params=list(STARTS))
+def start(request):
+    return STARTS[request.param]()
+
+
+def test_states_for_the_devices_touch_and_move(start):
+    """On any machine: what the devices are held to each other in is a step with contact, in which cloth moves."""
+    after = start.step(CONVERGED, "cpu")
+    assert np.isfinite(after).all()
+    assert np.abs(after - start.x)[: len(start.v)].max() > 1e-3
+
+
+def test_the_pulled_square_passes_its_strain_limit():
+    start = STARTS["pulled square"]()
+    sim = start.ready(CONVERGED, "cpu")
+    sim.state.x.assign(start.x + np.vstack([start.v * DT, 0 * start.x[len(start.v) :]]).astype(np.float32))
+    assert sim.stretch.principal(sim.cloth_positions())[:, 1].max() > 1.04
+    report = start.ready(CONVERGED, "cpu").advance(start.stances[1], DT)
+    assert 1.02 < report.max_stretch < 1.035
 
 
 @pytest.mark.gpu
-def test_cpu_and_cuda_agree(touching):
-    """A step at a time from equal states."""
+@pytest.mark.parametrize("settings", [CONVERGED, PRESETS["live"]], ids=["converged", "live"])
+def test_cpu_and_cuda_agree(start, settings):
+    """A step from equal states."""
     wp.init()
     if not wp.is_cuda_available():
         pytest.skip("no CUDA device on this machine")
-    start, onward = touching
-    check(steps(np.eye(3), np.zeros(3), start, device="cuda:0", count=1)[1], onward[:1])
+    distance = apart(start, settings, "cuda:0")
+    print(f"{1e3 * distance:.4f} mm apart")
+    assert distance <= AGREES
