@@ -38,13 +38,14 @@ class ContactTerm:
 class Contribution:
     """One effect or material, and the stages of the step it takes part in. None: not in that stage.
 
-    `project` takes part in every local step; `project_in_correction` only in the correction, for a term whose weight
-    would spoil projective dynamics' constant matrix.
+    `start_step` freezes what holds for a whole step, once the state it starts from is known. `project` takes part in
+    every local step; `project_in_correction` only in the correction, for a term whose weight would spoil projective
+    dynamics' constant matrix; `add_velocity_gradient` and `add_velocity_gradient_in_correction` likewise.
     `add_hessian` adds a positive semidefinite Hessian over pairs of vertices that share a triangle; `constant` says
-    that `stiffness` is exactly the Hessian, so that nothing has to be added; `elastic` that the term is the fabric
-    itself, whose damping is proportional to that Hessian. `stiffness` (N, N) float64 N/m enters projective dynamics'
-    constant matrix; `diagonal(dt)` (N,) float64 N/m enters it beside the inertia; `touches` names the surfaces the
-    cloth may touch: "cloth", "body".
+    that `stiffness` is exactly the Hessian, so that nothing has to be added. `stiffness` (N, N) float64 N/m enters
+    projective dynamics' constant matrix; `rate_stiffness` (N, N) float64 N s/m, over dt, the correction's;
+    `diagonal(dt)` (N,) float64 N/m enters both beside the inertia; `touches` names the surfaces the cloth may touch:
+    "cloth", "body".
     """
 
     name: str
@@ -52,12 +53,13 @@ class Contribution:
     project: Callable[[wp.array, wp.array], None] | None = None  # x, corner_gradient_out
     project_in_correction: Callable[[wp.array, wp.array], None] | None = None  # x, corner_gradient_out
     add_gradient: Callable[[wp.array, wp.array], None] | None = None  # x, gradient_out
+    start_step: Callable[[State, float], None] | None = None  # state, dt
     add_velocity_gradient: Callable[[State, wp.array, float, wp.array], None] | None = None  # state, x, dt, gradient
+    add_velocity_gradient_in_correction: Callable[[State, wp.array, float, wp.array], None] | None = None  # likewise
     add_hessian: Callable[[wp.array, BlockRows], None] | None = None  # x, rows
     stiffness: sp.spmatrix | None = None
     constant: bool = False
-    elastic: bool = False
-    damping_time: float | None = None  # s, of damping proportional to the elastic Hessian
+    rate_stiffness: sp.spmatrix | None = None
     diagonal: Callable[[float], np.ndarray] | None = None
     touches: tuple[str, ...] = ()
     contact: ContactTerm | None = None
@@ -75,12 +77,6 @@ class StepPlan:
         """The functions of one stage, in order."""
         return tuple(f for f in (getattr(c, name) for c in self.contributions) if f is not None)
 
-    def hessians(self, elastic: bool) -> tuple[Callable[..., object], ...]:
-        """The functions that add a Hessian, of the fabric itself or of everything else."""
-        return tuple(
-            c.add_hessian for c in self.contributions if c.add_hessian is not None and c.elastic == elastic
-        )
-
     @property
     def touches(self) -> tuple[str, ...]:
         """Surfaces the cloth may touch in this scene."""
@@ -96,18 +92,16 @@ class StepPlan:
 
     def constant_stiffness(self, count: int) -> sp.csr_matrix:
         """(N, N) float64 N/m, the part of `stiffness` that is exactly the Hessian of its terms."""
-        return self._constant(count, elastic_only=False)
-
-    def elastic_stiffness(self, count: int) -> sp.csr_matrix:
-        """(N, N) float64 N/m, the part of `constant_stiffness` that is the fabric's; damping is proportional to it."""
-        return self._constant(count, elastic_only=True)
-
-    def _constant(self, count: int, elastic_only: bool) -> sp.csr_matrix:
         total = sp.csr_matrix((count, count))
         for contribution in self.contributions:
-            if contribution.constant and (contribution.elastic or not elastic_only):
+            if contribution.constant:
                 total = total + contribution.stiffness
         return total
+
+    def rate_stiffness(self, count: int) -> sp.csr_matrix | None:
+        """(N, N) float64 N s/m, the constant matrices of forces proportional to velocity; None where there are none."""
+        rates = [c.rate_stiffness for c in self.contributions if c.rate_stiffness is not None]
+        return sum(rates, sp.csr_matrix((count, count))) if rates else None
 
     def describe(self) -> str:
         """Stages and the contributions in them, one line each."""
@@ -116,10 +110,12 @@ class StepPlan:
             "project",
             "project_in_correction",
             "add_gradient",
+            "start_step",
             "add_velocity_gradient",
+            "add_velocity_gradient_in_correction",
             "add_hessian",
-            "damping_time",
             "stiffness",
+            "rate_stiffness",
             "diagonal",
             "touches",
             "contact",

@@ -75,9 +75,10 @@ class Stages:
     project: tuple[Callable[..., object], ...]
     project_in_correction: tuple[Callable[..., object], ...]
     add_gradient: tuple[Callable[..., object], ...]
+    start_step: tuple[Callable[..., object], ...]
     add_velocity_gradient: tuple[Callable[..., object], ...]
-    add_elastic_hessian: tuple[Callable[..., object], ...]
-    add_other_hessian: tuple[Callable[..., object], ...]
+    add_velocity_gradient_in_correction: tuple[Callable[..., object], ...]
+    add_hessian: tuple[Callable[..., object], ...]
     contact: tuple[ContactTerm, ...]
 
 
@@ -100,12 +101,12 @@ class Simulation:
             project=self.plan.stage("project"),
             project_in_correction=self.plan.stage("project_in_correction"),
             add_gradient=self.plan.stage("add_gradient"),
+            start_step=self.plan.stage("start_step"),
             add_velocity_gradient=self.plan.stage("add_velocity_gradient"),
-            add_elastic_hessian=self.plan.hessians(elastic=True),
-            add_other_hessian=self.plan.hessians(elastic=False),
+            add_velocity_gradient_in_correction=self.plan.stage("add_velocity_gradient_in_correction"),
+            add_hessian=self.plan.stage("add_hessian"),
             contact=tuple(c.contact for c in self.plan.contributions if c.contact is not None),
         )
-        self.damping_time = sum(c.damping_time for c in self.plan.contributions if c.damping_time is not None)
         self._allocate(pose, surface)
         self._assemble()
         self._prepare_contact()
@@ -177,11 +178,14 @@ class Simulation:
         self.stiffness_diagonal: wp.array = wp.array(diagonal, dtype=wp.float32, device=device)
         self.hessian_rows = BlockRows.build(garment.faces, self.cloth_count, device)
         constant = self.plan.constant_stiffness(self.cloth_count)
-        self.undamped_stiffness = EllMatrix.from_scipy(constant, device)
-        self.elastic_stiffness = EllMatrix.from_scipy(
-            on_pattern(self.plan.elastic_stiffness(self.cloth_count), constant), device
-        )
-        self.constant_stiffness = self.undamped_stiffness.like()
+        rate = self.plan.rate_stiffness(self.cloth_count)
+        self.constant_stiffness = EllMatrix.from_scipy(constant, device)  # with the rates over dt: of the correction
+        self.damped: tuple[EllMatrix, EllMatrix] | None = None  # its part without the rates, and the rates
+        if rate is not None:
+            pattern = abs(constant) + abs(rate)
+            at_rest = EllMatrix.from_scipy(on_pattern(constant, pattern), device)
+            self.damped = at_rest, EllMatrix.from_scipy(on_pattern(rate, pattern), device)
+            self.constant_stiffness = at_rest.like()
         spacing = self.settings.subspace_spacing * garment.mean_edge_length()
         self.basis = spline_basis(garment, spacing)
         self.mass_per_dt2 = wp.zeros(self.cloth_count, dtype=wp.float32, device=device)
@@ -241,9 +245,9 @@ class Simulation:
             if contribution.diagonal is not None:
                 diagonal = diagonal + contribution.diagonal(dt)
         self.mass_per_dt2.assign((self.mass / dt**2).astype(np.float32))
-        set_sum(
-            self.constant_stiffness, self.undamped_stiffness, self.damping_time / dt, self.elastic_stiffness
-        )
+        if self.damped is not None:
+            at_rest, rates = self.damped
+            set_sum(self.constant_stiffness, at_rest, 1.0 / dt, rates)
         held = np.full(self.body_count, self.settings.skin_stiffness)
         self.work.diagonal.assign(np.concatenate([diagonal, held]).astype(np.float32))
         self._set_coarse_rest(diagonal)

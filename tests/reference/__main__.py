@@ -30,7 +30,7 @@ LIVE = PRESETS["live"]
 CONVERGED = replace(LIVE, contact_passes=20)
 ONE_STEP, PASSES, DRAPE, FORCE = 0.5e-3, 0.05e-3, 3e-3, 0.01  # m, m, m, share of the weight
 # steps of 1/60 s until the scene has come to rest; the strip above the threshold never does
-LENGTHS = {"square": 60, "strip below mu": 40, "strip above mu": 40, "sleeve": 50, "sheets": 40}
+LENGTHS = {"square": 60, "damped square": 60, "strip below mu": 40, "strip above mu": 40, "sleeve": 50, "sheets": 40}
 SLIDES = ("strip above mu",)
 
 

@@ -1,21 +1,77 @@
-"""Damping within the fabric, proportional to its stiffness.
+"""Damping within the fabric, proportional to its stiffness, by a matrix that stands still during the step.
 
-Force -beta H v with H the Hessian of membrane and bending at the end of the step, made positive semidefinite, and v =
-(x - x_start)/dt: stiffness-proportional (Rayleigh) damping. The strain limit has no part in H. A mode of frequency f
-is damped by the ratio pi f beta of critical. Turning the garment as a whole costs nothing, since H leaves rigid
-motions of unstretched cloth alone; that would not hold for projective dynamics' constant matrix. It acts in the
-correction (stepping/newton.py), where H is at hand.
+Force -beta K v with v = (x - x_start)/dt: stiffness-proportional (Rayleigh) damping, which takes pi f beta of critical
+from a mode of frequency f. K is the constant bending matrix and, at the step's start, what of the membrane's stiffness
+resists a change of strain (materials/strain_rate.py). So the force is the gradient of a potential of the step,
+
+    D(x) = beta/(2 dt) (x - x_start)^T K(x_start) (x - x_start),
+
+convex in x, whatever the cloth does: a matrix taken where the step ends follows cloth that buckles, and such a step
+need not have a solution (METHOD.md section 18). The strain limit has no part in K: damped, it would hold fast sleeves
+back. Turning costs nothing to first order in the step's angle. It acts in the correction (stepping/correct.py):
+projective dynamics' constant matrix would resist turning as well.
 """
 
 from __future__ import annotations
 
+import numpy as np
+import warp as wp
+
 from tryon_solver.effects.base import BuildContext
+from tryon_solver.linalg import block_ell
+from tryon_solver.linalg.block_ell import BlockRows
+from tryon_solver.linalg.ell import EllMatrix, add_rate_kernel
+from tryon_solver.materials import bending, membrane
+from tryon_solver.materials.strain_rate import strain_matrix_kernel
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import FabricDamping
+from tryon_solver.state import State
+
+wp.set_module_options({"enable_backward": False})
 
 
 def bind(spec: FabricDamping, context: BuildContext) -> Contribution | None:
     """None when the damping time is zero."""
     if spec.time == 0:
         return None
-    return Contribution("fabric_damping", damping_time=spec.time)
+    rest, device = context.rest, context.device
+    garment, fabric = context.scene.garment, context.scene.fabric
+    stiffness: wp.array = wp.array(
+        membrane.stiffness_per_face([fabric] * rest.face_count), dtype=wp.vec3, device=device
+    )
+    frozen = BlockRows.build(garment.faces, garment.vertex_count, device)  # beta/dt K of the membrane [N/m]
+    bent = spec.time * bending.matrix(garment, np.full(rest.face_count, fabric.k_bend))
+    bent_rows = EllMatrix.from_scipy(bent, device)
+
+    def start_step(state: State, dt: float) -> None:
+        frozen.blocks.zero_()
+        inputs = [rest.faces, rest.gradients, rest.area, stiffness, spec.time / dt, frozen.slots, state.x_start]
+        wp.launch(strain_matrix_kernel, rest.face_count, inputs, [frozen.blocks], device=device)
+
+    def add_gradient(state: State, x: wp.array, dt: float, gradient: wp.array) -> None:
+        moved = [x, state.x_start]
+        wp.launch(
+            block_ell.add_difference_kernel,
+            frozen.row_count,
+            [frozen.columns, frozen.blocks, 1.0, *moved],
+            [gradient],
+            device=device,
+        )
+        wp.launch(
+            add_rate_kernel,
+            bent_rows.row_count,
+            [bent_rows.columns, bent_rows.weights, 1.0 / dt, *moved],
+            [gradient],
+            device=device,
+        )
+
+    def add_hessian(_: wp.array, rows: BlockRows) -> None:
+        block_ell.add_blocks(rows, frozen)
+
+    return Contribution(
+        "fabric_damping",
+        start_step=start_step,
+        add_velocity_gradient_in_correction=add_gradient,
+        add_hessian=add_hessian,
+        rate_stiffness=bent,
+    )

@@ -94,9 +94,16 @@ def add_difference_kernel(
 
 
 @wp.kernel
-def scale_kernel(scale: float, blocks: wp.array2d(dtype=wp.mat33)):
+def add_blocks_kernel(more: wp.array2d(dtype=wp.mat33), blocks: wp.array2d(dtype=wp.mat33)):
     i, k = wp.tid()
-    blocks[i, k] = scale * blocks[i, k]
+    blocks[i, k] = blocks[i, k] + more[i, k]
+
+
+def add_blocks(rows: BlockRows, more: BlockRows) -> None:
+    """rows += more, both over one mesh."""
+    wp.launch(
+        add_blocks_kernel, (rows.row_count, rows.width), [more.blocks], [rows.blocks], device=rows.blocks.device
+    )
 
 
 @wp.kernel

@@ -25,7 +25,6 @@ def bind_membrane(garment: Garment, fabric: Fabric, rest: RestShape, device: str
         project=model.project,
         add_hessian=model.add_hessian,
         stiffness=matrix,
-        elastic=True,
         energy=model.energy,
     )
 
@@ -45,5 +44,5 @@ def bind_bending(garment: Garment, fabric: Fabric, device: str) -> Contribution 
         return 0.5 * float((positions * (matrix @ positions)).sum())
 
     return Contribution(
-        "bending", add_gradient=add_gradient, stiffness=matrix, constant=True, elastic=True, energy=energy
+        "bending", add_gradient=add_gradient, stiffness=matrix, constant=True, energy=energy
     )

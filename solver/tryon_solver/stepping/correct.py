@@ -127,7 +127,7 @@ def look_around(sim: Simulation, near: bool) -> None:
     wp.copy(sim.x_searched, state.x)
     elastic_gradient(sim, state.x, work.gradient, correcting=True)
     add_contact_gradient(sim, state.x, state.x, work.gradient)
-    linearise(sim, work.gradient)
+    linearise(sim)
 
 
 def imbalance(sim: Simulation) -> float:

@@ -100,6 +100,9 @@ def elastic_gradient(sim: Simulation, x: wp.array, gradient_out: wp.array, corre
         add_gradient(x, gradient_out)
     for add_velocity_gradient in sim.stages.add_velocity_gradient:
         add_velocity_gradient(state, x, sim.dt, gradient_out)
+    if correcting:
+        for add_velocity_gradient in sim.stages.add_velocity_gradient_in_correction:
+            add_velocity_gradient(state, x, sim.dt, gradient_out)
     if sim.body_count:
         wp.launch(
             skin_kernel,

@@ -13,7 +13,7 @@ import warp as wp
 
 from tryon_solver.contact import pairs as contact_pairs
 from tryon_solver.linalg import block_ell
-from tryon_solver.linalg.ell import add_product, add_rate_kernel
+from tryon_solver.linalg.ell import add_product
 from tryon_solver.stepping.gradient import invert_blocks_kernel
 
 if TYPE_CHECKING:
@@ -35,15 +35,11 @@ def add_constant_diagonal_kernel(
     blocks[i] = blocks[i] + total * wp.identity(n=3, dtype=wp.float32)
 
 
-def linearise(sim: Simulation, gradient: wp.array) -> None:
-    """Sum the Hessian at x and invert its diagonal blocks; the fabric's damping, made of it, is added to `gradient`."""
+def linearise(sim: Simulation) -> None:
+    """Sum the Hessian at x and invert its diagonal blocks."""
     rows, work = sim.hessian_rows, sim.work
     rows.blocks.zero_()
-    for add_hessian in sim.stages.add_elastic_hessian:
-        add_hessian(sim.state.x, rows)
-    if sim.damping_time:
-        damp(sim, gradient)
-    for add_hessian in sim.stages.add_other_hessian:
+    for add_hessian in sim.stages.add_hessian:
         add_hessian(sim.state.x, rows)
     wp.launch(
         block_ell.diagonal_blocks_kernel,
@@ -65,33 +61,6 @@ def linearise(sim: Simulation, gradient: wp.array) -> None:
         for term in sim.stages.contact:
             term.add_diagonal(sim.pairs, work.blocks)
     wp.launch(invert_blocks_kernel, sim.all_count, [], [work.blocks], device=sim.device)
-
-
-def damp(sim: Simulation, gradient: wp.array) -> None:
-    """gradient += beta H (x - x_start)/dt and H += beta H/dt, H the fabric's own Hessian as summed so far.
-
-    Its constant part is scaled where the time step is set (Simulation.use_time_step).
-    """
-    rows, constant = sim.hessian_rows, sim.elastic_stiffness
-    per_step = sim.damping_time / sim.dt
-    ends = [sim.state.x, sim.state.x_start]
-    wp.launch(
-        block_ell.add_difference_kernel,
-        rows.row_count,
-        [rows.columns, rows.blocks, per_step, *ends],
-        [gradient],
-        device=sim.device,
-    )
-    wp.launch(
-        add_rate_kernel,
-        constant.row_count,
-        [constant.columns, constant.weights, per_step, *ends],
-        [gradient],
-        device=sim.device,
-    )
-    wp.launch(
-        block_ell.scale_kernel, (rows.row_count, rows.width), [1.0 + per_step], [rows.blocks], device=sim.device
-    )
 
 
 def hessian_product(sim: Simulation, p: wp.array, product_out: wp.array) -> None:

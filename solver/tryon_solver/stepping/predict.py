@@ -25,10 +25,12 @@ def predict_kernel(
 
 
 def predict_positions(sim: Simulation, dt: float) -> None:
-    """Set `x_hat` (N,) m. Remembers the state the body's motion led to as the feasible state."""
+    """Set `x_hat` (N,) m and what effects freeze for the step; remembers where the body's motion led as x_feasible."""
     state = sim.state
     sim.use_time_step(dt)
     wp.copy(state.x_feasible, state.x)
+    for start_step in sim.stages.start_step:
+        start_step(state, dt)
     state.acceleration.zero_()
     for add_acceleration in sim.stages.add_acceleration:
         add_acceleration(state.acceleration)

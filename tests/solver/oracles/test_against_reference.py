@@ -13,7 +13,7 @@ GRAVITY = np.array([0, -9.81, 0])
 LIVE = PRESETS["live"]
 CONVERGED = replace(LIVE, contact_passes=20)
 # steps of each scene; contact has begun by then
-WINDOWS = {"square": 7, "strip below mu": 5, "strip above mu": 5, "sleeve": 3, "sheets": 3}
+WINDOWS = {"square": 7, "damped square": 7, "strip below mu": 5, "strip above mu": 5, "sleeve": 3, "sheets": 3}
 
 
 @pytest.fixture(scope="module", params=WINDOWS)

@@ -95,6 +95,22 @@ def membrane_hessian(discrete: Discrete, frames: Frames, clamped: bool) -> np.nd
     return hessian
 
 
+def strain_matrix(discrete: Discrete, frames: Frames) -> np.ndarray:
+    """(F, 3, 2, 3, 2) N/m: the Gauss-Newton matrix, which resists a change of strain and not turning.
+
+    The rate of (F^T F)^(1/2) is that of twist and flip in the shares that leave turning out.
+    """
+    cloth, f, s = discrete.fabric, frames.f, frames.s
+    apart = ((s[:, 1] - s[:, 0]) / s.sum(1))[:, None, None]
+    sheared = frames.modes[:, 3] + apart * frames.modes[:, 2]
+    strains = np.stack([frames.modes[:, 0], frames.modes[:, 1], sheared], axis=1).reshape(-1, 3, 6)
+    matrix = cloth.k_shear * (np.swapaxes(strains, 1, 2) @ strains).reshape(-1, 3, 2, 3, 2)
+    for a, k in enumerate((cloth.k_warp - cloth.k_shear, cloth.k_weft - cloth.k_shear)):
+        d = f[:, :, a] / np.linalg.norm(f[:, :, a], axis=1)[:, None]
+        matrix[:, :, a, :, a] += k * d[:, :, None] * d[:, None, :]
+    return matrix
+
+
 def strain_limit(discrete: Discrete, frames: Frames) -> Density:
     """1/2 k sum_k max(s_k - limit, 0)^2."""
     over = np.maximum(frames.s - discrete.fabric.strain_limit, 0)

@@ -1,13 +1,14 @@
 """The incremental potential of a step, its residual and its Hessian, over cloth and collision surface.
 
-The residual is the solver's balance of forces, with everything at x. It is no gradient: the fade of parallel edges, the
-normal force within friction and the fabric's damping matrix depend on x, too. `Lagged` freezes these at one point;
-there its gradient is the residual, and its energy is what a line search may descend.
+The residual is the solver's balance of forces, with everything at x. It is no gradient: the fade of parallel edges and
+the normal force within friction depend on x, too. `Lagged` freezes these at one point; there its gradient is the
+residual, and its energy is what a line search may descend. The fabric's damping has a matrix of the step's start.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -42,8 +43,14 @@ class StepProblem:
 
     @property
     def damping(self) -> float:
-        """Share of the elastic Hessian that damps."""
+        """Share of the elastic matrix that damps."""
         return self.discrete.damping_time / self.dt
+
+    @cached_property
+    def damping_matrix(self) -> np.ndarray:
+        """(F, 3, 2, 3, 2) N/m: the membrane's share of the damping, of the step's start."""
+        frames = elastic.Frames.at(self.discrete, self.x_start[: self.discrete.cloth_count])
+        return self.damping * elastic.strain_matrix(self.discrete, frames)
 
 
 class Lagged:
@@ -58,7 +65,6 @@ class Lagged:
         self.pairs = pairs_at(discrete, self.stencils, fades(discrete, self.stencils, x), x)
         self.friction = Friction.at(self.pairs, discrete.eps_v * problem.dt)
         self.frames = elastic.Frames.at(discrete, x[: discrete.cloth_count])
-        self.damping = problem.damping * elastic.membrane_hessian(discrete, self.frames, clamped=True)
 
     def moved(self, displacement: np.ndarray) -> Lagged:
         """The same, made afresh at x + displacement (A, 3) m."""
@@ -74,7 +80,7 @@ class Lagged:
         n = discrete.cloth_count
         cloth, moved = x[:n], x - problem.x_start
         stress = elastic.membrane(discrete, self.frames).slope + elastic.strain_limit(discrete, self.frames).slope
-        stress += elastic.stress_of(self.damping, discrete, moved)
+        stress += elastic.stress_of(problem.damping_matrix, discrete, moved)
         contact = self.pairs.gradient() + self.friction.gradient(moved)
         out = elastic.summed(self.pairs.ids, contact, len(x))
         out[:n] += problem.inertia[:, None] * (cloth - problem.x_hat) + problem.drag[:, None] * moved[:n]
@@ -104,7 +110,7 @@ class Lagged:
         total += 0.5 * float((cloth * bent).sum())
         total += 0.5 * problem.damping * float((moved[:n] * (discrete.bending @ moved[:n])).sum())
         change = np.einsum("tid,tia->tda", moved[discrete.faces], discrete.corner_gradients)
-        damped = elastic.stress_of(self.damping, discrete, moved)
+        damped = elastic.stress_of(problem.damping_matrix, discrete, moved)
         total += 0.5 * float((discrete.face_area[:, None, None] * change * damped).sum())
         k, hold = discrete.skin_stiffness, problem.hold
         give = hold / k
@@ -119,7 +125,7 @@ class Lagged:
         and columns of the identity."""
         problem, discrete = self.problem, self.problem.discrete
         n, count = discrete.cloth_count, len(self.x)
-        hessian = elastic.membrane_hessian(discrete, self.frames, clamped) + self.damping
+        hessian = elastic.membrane_hessian(discrete, self.frames, clamped) + problem.damping_matrix
         hessian += elastic.strain_limit_hessian(discrete, self.frames, clamped)
         blocks = elastic.corner_blocks(discrete, hessian)
         parts = [scatter(discrete.faces, blocks.reshape(-1, 9, 9), count)]

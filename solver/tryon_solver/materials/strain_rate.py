@@ -1,0 +1,61 @@
+"""What of the membrane's stiffness resists a change of strain: the matrix of its damping.
+
+The membrane (membrane.py) stores squares of strains: of U - I with U = (F^T F)^(1/2), since |F - R| = |U - I|, and of
+|f_u| - 1 and |f_v| - 1. Its Gauss-Newton matrix is that of
+
+    A/2 ( k_s |dU|^2 + (k_u - k_s) d|f_u|^2 + (k_v - k_s) d|f_v|^2 ),
+
+the strains' changes with dF to first order: d|f_u| = f_u . df_u/|f_u|, and with F = u1 s1 v1^T + u2 s2 v2^T, dF_ij =
+u_i . dF v_j
+
+    dU_11 = dF_11,   dU_22 = dF_22,   dU_12 = (s1 dF_12 + s2 dF_21)/(s1 + s2).
+
+It is positive semidefinite by its form and zero for turning. What the membrane's Hessian has beyond it is what tension
+and compression cost or give when a triangle turns: at unstrained cloth the two are the same.
+"""
+
+from __future__ import annotations
+
+import warp as wp
+
+from tryon_solver.materials.membrane import deformation_gradient
+from tryon_solver.materials.principal import SMALLEST_STRETCH, add_to_blocks, principal_frame
+
+wp.set_module_options({"enable_backward": False})
+
+
+@wp.kernel
+def strain_matrix_kernel(
+    faces: wp.array(dtype=wp.vec3i),
+    gradients: wp.array2d(dtype=wp.vec2),
+    area: wp.array(dtype=wp.float32),
+    stiffness: wp.array(dtype=wp.vec3),
+    scale: float,
+    slots: wp.array2d(dtype=wp.int32),
+    x: wp.array(dtype=wp.vec3),
+    blocks_out: wp.array2d(dtype=wp.mat33),
+):
+    """Adds `scale` times the Gauss-Newton matrix at x to the blocks."""
+    t = wp.tid()
+    face = faces[t]
+    g0 = gradients[t, 0]
+    g1 = gradients[t, 1]
+    g2 = gradients[t, 2]
+    f_u, f_v = deformation_gradient(x, face, g1, g2)
+    u1, u2, _n, v1, s1, s2 = principal_frame(f_u, f_v)
+    k = scale * area[t] * stiffness[t]
+    shear = k[2]
+    share1 = s1 / wp.max(s1 + s2, SMALLEST_STRETCH)
+    share2 = s2 / wp.max(s1 + s2, SMALLEST_STRETCH)
+    h_11 = shear * (wp.outer(u1, u1) + 2.0 * share2 * share2 * wp.outer(u2, u2))
+    h_22 = shear * (wp.outer(u2, u2) + 2.0 * share1 * share1 * wp.outer(u1, u1))
+    h_12 = 2.0 * shear * share1 * share2 * wp.outer(u2, u1)
+    h_21 = wp.transpose(h_12)
+    c = v1[0]
+    s = v1[1]
+    d_u = wp.normalize(f_u)
+    d_v = wp.normalize(f_v)
+    h_uu = c * c * h_11 - c * s * (h_12 + h_21) + s * s * h_22 + (k[0] - shear) * wp.outer(d_u, d_u)
+    h_vv = s * s * h_11 + c * s * (h_12 + h_21) + c * c * h_22 + (k[1] - shear) * wp.outer(d_v, d_v)
+    h_uv = c * s * (h_11 - h_22) + c * c * h_12 - s * s * h_21
+    add_to_blocks(blocks_out, slots, t, face, g0, g1, g2, h_uu, h_uv, h_vv)

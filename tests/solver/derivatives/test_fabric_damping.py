@@ -1,0 +1,96 @@
+"""Fabric damping: gradient and Hessian of the step's potential beta/(2 dt) (x - x_start)^T K (x - x_start)."""
+
+import numpy as np
+import pytest
+import reference_energies as reference
+import warp as wp
+from drape_states import compressed, crumpled, dense, rounded, stretched
+from small_scenes import fabric, sheet, turn
+
+from tryon_solver.scene import FabricDamping, Scene, StrainLimit
+from tryon_solver.simulation import build
+from tryon_solver.stepping.gradient import elastic_gradient
+from tryon_solver.stepping.newton import hessian_product, linearise
+
+CLOTH = fabric(k_warp=300.0, k_weft=180.0, k_shear=70.0, k_bend=3e-5, strain_limit=1.1)
+BETA, DT, STEP, LIMIT = 4e-3, 1 / 75, 1e-6, 1200.0
+
+
+@pytest.fixture(scope="module")
+def pair():
+    """The same sheet without and with damping."""
+    garment, x = sheet(5, 5, 0.1, 0.1)
+    return [
+        build(Scene(garment, x, None, CLOTH, (StrainLimit(LIMIT), *more))) for more in ((), (FabricDamping(BETA),))
+    ]
+
+
+@pytest.fixture
+def uv(pair):
+    x = pair[0].scene.x_start
+    return np.column_stack([x[:, 0], -x[:, 2]])
+
+
+def added(pair, x_start, x):
+    """What damping adds in a step from x_start, at x: the correction's gradient (N, 3) N and matrix (3N, 3N) N/m."""
+    gradients, matrices = [], []
+    for sim in pair:
+        sim.use_time_step(DT)
+        sim.state.x_start.assign(x_start.astype(np.float32))
+        sim.state.x_hat.assign(x.astype(np.float32))
+        for start_step in sim.stages.start_step:
+            start_step(sim.state, DT)
+        sim.state.x.assign(x.astype(np.float32))
+        gradient = wp.full(sim.all_count, wp.vec3(np.nan, np.nan, np.nan), dtype=wp.vec3, device="cpu")
+        elastic_gradient(sim, sim.state.x, gradient, correcting=True)
+        linearise(sim)
+        gradients.append(gradient.numpy().astype(np.float64))
+        matrices.append(dense(sim.all_count, lambda p, out, sim=sim: hessian_product(sim, p, out)))
+    return gradients[1] - gradients[0], matrices[1] - matrices[0]
+
+
+@pytest.mark.parametrize("kind", [stretched, compressed, crumpled])
+def test_gradient_and_matrix_are_those_of_a_convex_potential(pair, uv, rng, kind):
+    """Against central differences; the cloth moves by millimetres, up to turning triangles over."""
+    x_start = rounded(kind(uv, rng))
+    x = rounded(x_start + 4e-3 * rng.standard_normal(x_start.shape))
+    energy = reference.fabric_damping(pair[0].scene.garment, CLOTH, BETA / DT, x_start)
+    gradient, matrix = added(pair, x_start, x)
+    expected, hessian = reference.gradient(energy, x, STEP), reference.hessian(energy, x, 100 * STEP)
+    assert np.abs(expected).max() > 1e-2
+    np.testing.assert_allclose(gradient, expected, rtol=0, atol=1e-3 * np.abs(expected).max())
+    np.testing.assert_allclose(matrix, hessian, rtol=0, atol=1e-3 * np.abs(hessian).max())
+    assert np.linalg.eigvalsh(hessian).min() > -1e-6 * np.abs(hessian).max()
+
+
+def test_matrix_stands_still_while_the_cloth_buckles(pair, uv, rng):
+    """Where the step ends has no say: taken there, the matrix follows what it is to hold, and there is no potential."""
+    x_start = rounded(stretched(uv, rng))
+    matrices = [added(pair, x_start, rounded(kind(uv, rng)))[1] for kind in (stretched, crumpled)]
+    np.testing.assert_allclose(matrices[0], matrices[1], rtol=0, atol=2e-4 * np.abs(matrices[0]).max())
+
+
+def test_matrix_is_the_fabrics_hessian_where_it_is_unstrained(pair, uv):
+    """Flat and turned in space: beta/dt times the Hessian of membrane and bending, which the difference of tension and
+    compression has no part in there; nothing of the strain limit."""
+    x = rounded(np.column_stack([uv, 0 * uv[:, 0]]) @ turn((25, -40, 70)).T)
+    garment = pair[0].scene.garment
+    elastic = sum(
+        reference.hessian(energy, x, 20 * STEP)
+        for energy in (reference.membrane(garment, CLOTH), reference.bending(garment, CLOTH.k_bend))
+    )
+    _, matrix = added(pair, x, x)
+    np.testing.assert_allclose(matrix, BETA / DT * elastic, rtol=0, atol=2e-3 * np.abs(elastic).max())
+
+
+def test_turning_stretched_cloth_costs_nothing(pair, uv, rng):
+    """Tension resists turning, the damping of the fabric does not: K omega x = 0. Bending's share is that of the mean
+    curvature, which turns along: it is taken off."""
+    x = rounded(stretched(uv, rng))
+    omega = rng.standard_normal(3)
+    turning = np.cross(omega / np.linalg.norm(omega), x - x.mean(0))
+    _, matrix = added(pair, x, x)
+    rows, area = reference.hinge_laplacians(pair[0].scene.garment)
+    bending = BETA / DT * CLOTH.k_bend * np.kron(rows.T @ (rows / area[:, None]), np.eye(3))
+    strained = np.abs(matrix @ (x - x.mean(0)).ravel()).max()
+    assert np.abs((matrix - bending) @ turning.ravel()).max() < 1e-3 * strained

@@ -1,0 +1,111 @@
+"""A hanging strip that bounces and swings: periods and decays against closed forms, with and without damping.
+
+A mode x'' + gamma x' + omega^2 x = 0, gamma = beta omega^2 from fabric damping and c/rho from air drag, becomes by
+implicit Euler with step h (1 + gamma h + omega^2 h^2) z^2 - (2 + gamma h) z + 1 = 0 for the factor z of a step:
+
+    |z| = (1 + gamma h + omega^2 h^2)^(-1/2),   cos(arg z) = (1 + gamma h/2) |z|.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from pin_effect import Pins
+from scipy.special import j0, jn_zeros
+from small_scenes import fabric, sheet
+
+from tryon_solver.scene import AirDrag, FabricDamping, Gravity, Scene
+from tryon_solver.settings import Settings
+from tryon_solver.simulation import build
+
+G, LENGTH, DENSITY = 9.81, 0.4, 0.5
+
+
+def strip(cloth, effects, settings, moved):
+    """A strip of 80 mm hung by its upper end, y up, at rest where `moved` (depth) -> (N, 2) m, x and y, puts it."""
+    garment, flat = sheet(5, 21, 0.08, LENGTH)
+    x = np.column_stack([flat[:, 0], -flat[:, 2], 0 * flat[:, 0]])
+    top = np.flatnonzero(x[:, 1] > LENGTH / 2 - 1e-6).astype(np.int32)
+    depth = LENGTH / 2 - x[:, 1]
+    side, sunk = moved(depth)
+    # the strip's plane contains y and x; it swings along z, out of it
+    place = x + np.column_stack([0 * side, -sunk, side])
+    sim = build(Scene(garment, place, None, cloth, (Gravity(), Pins(top, 1e6), *effects)), settings)
+    return sim, depth > LENGTH - 1e-6
+
+
+def motion_of_the_end(sim, bottom, axis, count, dt):
+    """(count + 1,) m: the mean coordinate of the lower end, a step apart."""
+    out = [float(sim.cloth_positions()[bottom, axis].mean(dtype=np.float64))]
+    for k in range(count):
+        report = sim.advance(None, (k + 1) * dt)
+        assert report.steps == 1
+        out.append(float(sim.cloth_positions()[bottom, axis].mean(dtype=np.float64)))
+    return np.array(out)
+
+
+def factor_of(series):
+    """|z| and arg z: the recurrence x_{k+1} = a x_k + b x_{k-1} + c that fits best, c for where it comes to rest."""
+    system = np.column_stack([series[1:-1], series[:-2], np.ones(len(series) - 2)])
+    a, b, _ = np.linalg.lstsq(system, series[2:], rcond=None)[0]
+    z = np.roots([1, -a, -b])[0]
+    return abs(z), abs(np.angle(z))
+
+
+def expected(omega, gamma, dt):
+    size = (1 + gamma * dt + (omega * dt) ** 2) ** -0.5
+    return size, math.acos((1 + 0.5 * gamma * dt) * size)
+
+
+def gamma_of(effects, omega):
+    beta = sum(e.time for e in effects if isinstance(e, FabricDamping))
+    drag = sum(e.coefficient for e in effects if isinstance(e, AirDrag))
+    return beta * omega**2 + drag / DENSITY
+
+
+BOUNCES = [(), (FabricDamping(2e-3),), (FabricDamping(6e-3),), (AirDrag(4.0),), (FabricDamping(2e-3), AirDrag(4.0))]
+
+
+@pytest.mark.parametrize("effects", BOUNCES)
+def test_bouncing(effects):
+    """omega = pi/(2 L) sqrt(k/rho), the lowest mode sin(pi y/(2 L)) about the hanging profile."""
+    k, dt = 40.0, 1e-3
+    cloth = fabric(areal_density=DENSITY, k_warp=120.0, k_weft=k, k_shear=16.0, strain_limit=3.0, k_bend=1e-6)
+    omega = 0.5 * math.pi / LENGTH * math.sqrt(k / DENSITY)
+
+    def moved(depth):
+        hanging = DENSITY * G / k * (LENGTH * depth - 0.5 * depth**2)
+        return 0 * depth, hanging + 4e-3 * np.sin(0.5 * math.pi * depth / LENGTH)
+
+    sim, bottom = strip(cloth, effects, Settings(largest_step=dt), moved)
+    size, angle = factor_of(motion_of_the_end(sim, bottom, 1, 400, dt))
+    wanted, turned = expected(omega, gamma_of(effects, omega), dt)
+    print(f"period {2 * math.pi * dt / angle:.5f} s of {2 * math.pi / omega:.5f}")
+    print(f"decay {-math.log(size) / dt:.3f}/s of {-math.log(wanted) / dt:.3f}")
+    assert angle == pytest.approx(turned, rel=0.01)
+    assert 2 * math.pi * dt / angle == pytest.approx(2 * math.pi / omega, rel=0.02)
+    assert math.log(size) == pytest.approx(math.log(wanted), rel=0.05)
+
+
+@pytest.mark.parametrize("effects", [(), (FabricDamping(6e-3),), (AirDrag(0.5),)])
+def test_swinging(effects):
+    """omega = j/2 sqrt(g/L), j = 2.4048 the first zero of J_0: a heavy chain's lowest mode J_0(j sqrt(y/L)), y from its
+    free end. Fabric damping has no part in it: nothing is strained. Air drag has, as in every mode."""
+    dt = 1 / 240
+    cloth = fabric(areal_density=DENSITY, k_warp=3e3, k_weft=3e3, k_shear=1e3, strain_limit=3.0, k_bend=1e-7)
+    omega = 0.5 * jn_zeros(0, 1)[0] * math.sqrt(G / LENGTH)
+
+    def moved(depth):
+        stretch = DENSITY * G / 3e3 * (LENGTH * depth - 0.5 * depth**2)
+        shape = j0(jn_zeros(0, 1)[0] * np.sqrt(np.maximum(1 - depth / LENGTH, 0)))
+        return 5e-3 * shape, stretch
+
+    sim, bottom = strip(cloth, effects, Settings(largest_step=dt), moved)
+    size, angle = factor_of(motion_of_the_end(sim, bottom, 2, 240, dt))
+    drag = sum(e.coefficient for e in effects if isinstance(e, AirDrag))
+    wanted, turned = expected(omega, drag / DENSITY, dt)
+    print(f"period {2 * math.pi * dt / angle:.5f} s of {2 * math.pi / omega:.5f}")
+    print(f"decay {-math.log(size) / dt:.4f}/s of {-math.log(wanted) / dt:.4f}")
+    assert angle == pytest.approx(turned, rel=0.01)
+    assert 2 * math.pi * dt / angle == pytest.approx(2 * math.pi / omega, rel=0.02)
+    assert math.log(size) == pytest.approx(math.log(wanted), rel=0.1)
