@@ -14,7 +14,13 @@ import pytest
 
 PROBE = Path(__file__).resolve().parents[2] / "support" / "cost_probe.py"
 ALL = ("Gravity", "BodyContact", "SelfContact", "Friction", "StrainLimit", "AirDrag", "FabricDamping")
-MODULE = {"Gravity": "gravity", "Friction": "friction", "StrainLimit": "strain_limit", "AirDrag": "air_drag"}
+MODULE = {
+    "Gravity": "gravity",
+    "Friction": "friction",
+    "StrainLimit": "strain_limit",
+    "AirDrag": "air_drag",
+    "FabricDamping": "strain_rate",
+}
 # these launch nothing of their own
 MARKERS = {"BodyContact": "body_contact", "SelfContact": "self_contact", "FabricDamping": "fabric_damping"}
 
@@ -53,13 +59,14 @@ def test_worn_scene_pays_for_all_of_them():
         assert parts_of(cost, MODULE[effect])["allocated_in"], effect
 
 
-@pytest.mark.parametrize("absent", ["Friction", "StrainLimit", "AirDrag"])
+@pytest.mark.parametrize("absent", ["Friction", "StrainLimit", "AirDrag", "FabricDamping"])
 def test_absent_effect_costs_nothing(absent):
     """A scene without it, in contact with the body and itself."""
     cost = probe(tuple(e for e in ALL if e != absent))
     assert cost["pairs"] > 0 or absent != "Friction"
     assert parts_of(cost, MODULE[absent]) == {"imported": [], "loaded": [], "launched": [], "allocated_in": []}
     assert MODULE[absent] not in cost["plan"]
+    assert MARKERS.get(absent, absent) not in cost["plan"]
 
 
 def test_bare_scene_costs_nothing_optional():
