@@ -22,7 +22,7 @@ from tryon_solver.contact.distances import stencil_vector, stencil_weights
 
 wp.set_module_options({"enable_backward": False})
 
-GAP_FLOOR = 0.1  # of xi: the gap the barrier sees when rounding left a pair at or under its offset
+GAP_FLOOR = 0.1  # of xi, or of the activation distance if that is less: the smallest gap that the barrier sees
 
 
 @dataclass
@@ -142,7 +142,7 @@ def collect_kernel(
     slot = wp.atomic_add(counters_out, 0, 1)
     if slot >= ids_out.shape[0]:
         return
-    g = wp.max(g, GAP_FLOOR * xi)
+    g = wp.max(g, GAP_FLOOR * wp.min(xi, g_hat))
     # a patch of cloth meets several stencils: a quarter of its vertices' area goes to each
     kappa = 0.25 * model.pressure_stiffness * cloth_area / cloth_vertices
     e = float(1.0)

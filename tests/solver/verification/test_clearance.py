@@ -5,7 +5,9 @@ import pytest
 from reference_distances import all_stencils, stencil_distances
 from small_scenes import STILL, fabric, icosphere, layers, rigid_body, sheet
 
+from tryon_solver.contact import pairs
 from tryon_solver.scene import BodyContact, Scene, SelfContact
+from tryon_solver.settings import Settings
 from tryon_solver.simulation import build
 from tryon_solver.stepping.search import search_around
 
@@ -35,6 +37,23 @@ def test_clearance_of_cloth_on_skin(share):
     assert true == pytest.approx(share * offset, rel=1e-3)
     assert gap + gap_offset == pytest.approx(true, abs=1e-8)
     assert gap == pytest.approx((share - 1) * offset, rel=1e-2)
+
+
+@pytest.mark.parametrize("d_hat", [1e-5, 1e-4, 2e-3])
+def test_contact_pushes_however_small_its_reach(d_hat):
+    """Half way into it a pair pushes, and at a tenth of that gap it pushes harder."""
+    garment, x = sheet(5, 5, 0.1, 0.1)
+    ball, faces = icosphere(RADIUS, 1)
+    cloth, pushes = fabric(), []
+    for gap in (0.5 * d_hat, 0.15 * d_hat):
+        above = np.array([0, ball[:, 1].max() + 1.5e-3 + 0.5 * cloth.thickness + gap, 0])
+        scene = Scene(garment, x + above, rigid_body(ball, faces), cloth, (BodyContact(),))
+        sim = build(scene, Settings(d_hat=d_hat), "cpu", STILL)
+        search_around(sim, sim.state.x, sim.work.direction)
+        pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x)
+        assert sim.pairs.size > 0
+        pushes.append(-sim.pairs.slope.numpy()[: sim.pairs.size].min())
+    assert 0 < pushes[0] < pushes[1]
 
 
 def test_clearance_of_cloth_on_cloth():
