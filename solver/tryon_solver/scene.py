@@ -78,7 +78,25 @@ class Sewing:
     stiffness: float
 
 
-Effect = Gravity | BodyContact | SelfContact | Friction | StrainLimit | AirDrag | FabricDamping | Sewing
+@dataclass(frozen=True)
+class Pins:
+    """Cloth held or led by springs: `vertices` (K,) int32, each once, held where they start by `stiffness` N/m.
+
+    The contribution's value "places" (K,) vec3 m may be written between steps: the vertices follow.
+    """
+
+    vertices: np.ndarray
+    stiffness: float = 2e4
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.stiffness < float("inf"):
+            raise ValueError(f"pins: stiffness must be a finite number of at least 0 N/m, not {self.stiffness!r}")
+        once, count = np.unique(self.vertices, return_counts=True)
+        if (count > 1).any():
+            raise ValueError(f"pins: vertex {int(once[np.argmax(count)])} is listed twice; list it once")
+
+
+Effect = Gravity | BodyContact | SelfContact | Friction | StrainLimit | AirDrag | FabricDamping | Sewing | Pins
 
 WORN: tuple[Effect, ...] = (
     Gravity(),
@@ -114,6 +132,12 @@ class Scene:
         if not np.isfinite(self.x_start).all():
             bad = int(np.flatnonzero(~np.isfinite(self.x_start).all(axis=1))[0])
             raise ValueError(f"x_start: vertex {bad} is not a finite position")
+        for effect in self.effects:
+            if isinstance(effect, Pins) and len(effect.vertices):
+                first, last = int(effect.vertices.min()), int(effect.vertices.max())
+                if first < 0 or last >= self.garment.vertex_count:
+                    bad = first if first < 0 else last
+                    raise ValueError(f"pins: there is no vertex {bad}; the garment has {self.garment.vertex_count}")
         kinds = [type(effect) for effect in self.effects]
         for kind in kinds:
             if kinds.count(kind) > 1:

@@ -7,7 +7,17 @@ from importlib import import_module
 
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.plan import Contribution
-from tryon_solver.scene import AirDrag, BodyContact, FabricDamping, Friction, Gravity, SelfContact, Sewing, StrainLimit
+from tryon_solver.scene import (
+    AirDrag,
+    BodyContact,
+    FabricDamping,
+    Friction,
+    Gravity,
+    Pins,
+    SelfContact,
+    Sewing,
+    StrainLimit,
+)
 
 MODULES: dict[type, str] = {
     Gravity: "tryon_solver.effects.gravity",
@@ -18,6 +28,7 @@ MODULES: dict[type, str] = {
     FabricDamping: "tryon_solver.effects.fabric_damping",
     Sewing: "tryon_solver.effects.sewing",
     AirDrag: "tryon_solver.effects.air_drag",
+    Pins: "tryon_solver.effects.pins",
 }
 
 

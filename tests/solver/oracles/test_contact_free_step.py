@@ -7,12 +7,11 @@ import pytest
 import reference_energies as reference
 import scipy.sparse as sp
 import warp as wp
-from pin_effect import Pins
 from scipy.optimize import minimize
 from scipy.sparse.linalg import factorized
 from small_scenes import fabric, sheet
 
-from tryon_solver.scene import AirDrag, Gravity, Scene, StrainLimit
+from tryon_solver.scene import AirDrag, Gravity, Pins, Scene, StrainLimit
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
 from tryon_solver.step import SCHEMES

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from pin_effect import Pins
 from small_scenes import fabric, sheet
 
-from tryon_solver.scene import AirDrag, Gravity, Scene, StrainLimit
+from tryon_solver.scene import AirDrag, Gravity, Pins, Scene, StrainLimit
 from tryon_solver.simulation import build
 
 G, LENGTH, DENSITY = 9.81, 0.4, 0.5

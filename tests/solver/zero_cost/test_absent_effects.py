@@ -72,7 +72,7 @@ def test_absent_effect_costs_nothing(absent):
 def test_bare_scene_costs_nothing_optional():
     """Nothing listed: no effect's module, no contact kernel, not a word of them in the plan."""
     cost = probe(())
-    for module in (*MODULE.values(), *MARKERS.values(), "sewing"):
+    for module in (*MODULE.values(), *MARKERS.values(), "sewing", "pins"):
         assert parts_of(cost, module) == {"imported": [], "loaded": [], "launched": [], "allocated_in": []}, module
         assert module not in cost["plan"]
     assert not [k for k in cost["launched"] if ".effects." in k]
@@ -83,9 +83,10 @@ def test_bare_scene_costs_nothing_optional():
     assert cost["allocations"] < probe(ALL, "steady")["allocations"]
 
 
-def test_sewing_is_for_dressing_only():
+def test_sewing_and_pins_cost_a_worn_garment_nothing():
     cost = probe(ALL, "steady")
-    assert parts_of(cost, "sewing") == {"imported": [], "loaded": [], "launched": [], "allocated_in": []}
+    for module in ("sewing", "pins"):
+        assert parts_of(cost, module) == {"imported": [], "loaded": [], "launched": [], "allocated_in": []}
 
 
 def test_step_in_steady_state_allocates_nothing():
