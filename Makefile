@@ -8,7 +8,7 @@ WEB := server/tryon_server/web/.built
 WEB_SOURCES := $(shell find protocol/ts clients/core clients/web -name '*.ts' -not -path '*/node_modules/*' -o -name '*.css' \
 	-not -path '*/node_modules/*' -o -name '*.html' -not -path '*/node_modules/*' -o -name '*.mjs' -not -path '*/node_modules/*')
 
-.PHONY: help demo test check chromium proof reference lock
+.PHONY: help demo test check chromium proof hard reference lock
 help:
 	@grep -hE '^## ' $(MAKEFILE_LIST) | sed 's/## //'
 
@@ -27,6 +27,12 @@ PROOF :=
 proof: $(VENV)/.dev $(BODY)
 	$(BIN)/python tests/proof $(PROOF)
 	$(REFERENCE)
+
+HARD :=
+## make hard     play and judge every hard case: a table in build/hard, 1 when a limit was broken (an hour)
+# HARD='--scenes needle corner --seconds 2' and other options: .venv/bin/python tests/hard_cases --help
+hard: $(VENV)/.dev $(BODY)
+	$(BIN)/python tests/hard_cases $(HARD)
 
 REFERENCE = $(BIN)/python tests/reference && TRYON_FRAMES=300 $(BIN)/python -m pytest -q tests/solver/verification/test_determinism.py
 ## make reference hold contact scenes to full Newton in float64, two long runs to each other: the proof's last part

@@ -1,7 +1,13 @@
-"""Garments dressed once per session: putting on a T-shirt takes ten seconds."""
+"""Garments dressed once per session: putting on a T-shirt takes ten seconds. The harness is importable by name."""
+
+import sys
+from pathlib import Path
 
 import pytest
 from worn_garment import dressed_demo
+
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parent / "proof" / "support")]
 
 
 @pytest.fixture(scope="session")

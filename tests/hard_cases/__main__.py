@@ -1,0 +1,137 @@
+"""`python tests/hard_cases`: every hard case, played and judged; 1 when a limit was broken.
+
+Each case runs in a process of its own. Writes one JSON file and one log per case and a table, all in build/hard; says
+which case broke which limit in which frame. `--list` names the cases. Needs what the tests need, the default body too.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+OURS = ("tests/hard_cases", "tests/proof/support", "tests/support", "solver", "server", "protocol", "clients/python")
+sys.path[:0] = [str(ROOT / folder) for folder in OURS]  # this checkout is judged, whatever is installed
+
+from process_pool import Tasks  # noqa: E402
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """The command line; returns the exit status."""
+    options = parsed(arguments)
+    from harness.table import holds, markdown, verdict_of
+    from scenes import SCENES, named
+
+    chosen = [scene for scene in SCENES if chosen_by(options.scenes, scene.name)]
+    if options.list:
+        print("\n".join(f"{scene.name:40s} {scene.stresses}" for scene in chosen))
+        return 0
+    if not chosen:
+        print(f"no case is called {' or '.join(options.scenes)}; --list names them all", file=sys.stderr)
+        return 2
+    options.out.mkdir(parents=True, exist_ok=True)
+    if options.one:
+        return one(named(options.one), options)
+    begun = time.monotonic()
+    done: list[str] = []
+
+    def told(name: str, result: dict[str, Any]) -> None:
+        done.append(name)
+        said = [b["line"] for b in result.get("broken", ())]
+        spent = time.monotonic() - begun
+        place = f"[{len(done)}/{len(chosen)}, {spent:.0f} s]"
+        print(f"{place} {name}: {'; '.join([verdict_of(result), *said])}", flush=True)
+
+    commands = {scene.name: command(scene.name, options) for scene in chosen}
+    found = Tasks(options.out, options.jobs, options.longest).run(commands, told)
+    results = [{"name": s.name, "stresses": s.stresses, "broken": [], **found[s.name]} for s in chosen]
+    text = markdown(results, about(options, time.monotonic() - begun))
+    (options.out / "table.md").write_text(text)
+    failing = [r["name"] for r in results if not holds(r)]
+    print(f"{len(results) - len(failing)} of {len(results)} cases hold; {options.out / 'table.md'}")
+    if failing:
+        print(f"failing: {' '.join(failing)}")
+    return 1 if failing else 0
+
+
+def parsed(arguments: list[str] | None) -> argparse.Namespace:
+    """The options."""
+    parser = argparse.ArgumentParser(prog="python tests/hard_cases", description=__doc__.partition("\n")[0])
+    add = parser.add_argument
+    add("--scenes", nargs="+", default=[], metavar="NAME", help="cases, or beginnings of their names (all)")
+    add("--list", action="store_true", help="name the cases and what each stresses, and run none")
+    add("--seconds", type=float, metavar="S", help="simulated time of each case [s] (its own, mostly 5)")
+    add("--vertices", type=int, metavar="N", help="about so many cloth vertices (each case's own, mostly 1,000)")
+    add("--preset", default="live", choices=("draft", "live", "fit"), help="settings the cases start from (live)")
+    add("--device", default="cpu", help="cpu, cuda:0, ... (cpu)")
+    add("--every", type=int, default=2, metavar="K", help="IPC Toolkit is asked about each K-th frame (2)")
+    add("--jobs", type=int, default=os.cpu_count() or 1, help="cases at once (as many as there are processors)")
+    add("--longest", type=float, default=900.0, metavar="S", help="wall time after which a case has failed [s]")
+    add("--out", type=Path, default=ROOT / "build" / "hard")
+    add("--one", help=argparse.SUPPRESS)
+    return parser.parse_args(arguments)
+
+
+def chosen_by(names: list[str], name: str) -> bool:
+    """Is the case meant by any of these names or beginnings of names?"""
+    return not names or any(name.startswith(beginning) for beginning in names)
+
+
+def command(name: str, options: argparse.Namespace) -> list[str]:
+    """What runs one case in a process of its own."""
+    words = [sys.executable, str(HERE), "--one", name, "--out", str(options.out), "--preset", options.preset]
+    words += ["--device", options.device, "--every", str(options.every)]
+    for option in ("seconds", "vertices"):
+        value = getattr(options, option)
+        words += [] if value is None else [f"--{option}", str(value)]
+    return words
+
+
+def one(scene: Any, options: argparse.Namespace) -> int:
+    """Run a case in this process and write its JSON file."""
+    import ipctk
+    import warp as wp
+    from harness.one import run_one
+    from harness.scene import Ask
+
+    from tryon_solver.settings import PRESETS
+
+    wp.config.quiet = True
+    ipctk.set_num_threads(1)
+    seconds = scene.seconds if options.seconds is None else options.seconds
+    vertices = options.vertices or scene.vertices
+    ask = Ask(vertices, PRESETS[options.preset], options.device, seconds)
+    result = run_one(scene, ask, options.every, lambda text: print(text, flush=True))
+    (options.out / f"{scene.name}.json").write_text(json.dumps(result, indent=1))
+    return 0
+
+
+def about(options: argparse.Namespace, seconds: float) -> dict[str, str]:
+    """What the table was made with."""
+
+    def git(*words: str) -> str:
+        answer = subprocess.run(["git", "-C", str(ROOT), *words], capture_output=True, text=True, check=False)
+        return answer.stdout.strip()
+
+    changed = " with changes" if git("status", "--porcelain", "--untracked-files=no") else ""
+    return {
+        "machine": f"{platform.machine()}, {os.cpu_count()} processors, device {options.device}",
+        "commit": (git("rev-parse", "--short=12", "HEAD") or "unknown") + changed,
+        "settings": f"preset {options.preset}, "
+        f"{'each case its own time' if options.seconds is None else f'{options.seconds:g} s a case'}, "
+        f"{'each case its own size' if options.vertices is None else f'about {options.vertices} vertices a case'}",
+        "IPC Toolkit": f"asked about every frame whose number {options.every} divides, the way to it, and the last",
+        "wall time": f"{seconds / 60:.1f} min, {options.jobs} at once",
+    }
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,100 @@
+"""The energy of the cloth, and the work that pins and moving bodies do on it, in float64.
+
+    E = 1/2 v^T M v - M a . x + Psi(x) + B(x) + pins,      W = sum over frames of dE/dc . dc + dE/dp . dp
+
+c is the collision surface as it moves, p the pins' places, derivatives at the end of the frame. Friction, drag and
+damping only take energy: with an implicit step E - W can't grow where the potential is convex, by
+E(x1) - E(x0) <= dE/dx(x1) . (x1 - x0), and no more than that convexity is missed by where it is not.
+
+The fabric's own energies are computed here from the formulas of METHOD.md section 3; those of contact are the solver's
+pairs, which the oracles' tests hold to their own formulas.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from contact_state import contact_gradient
+
+from tryon_solver.contact import pairs
+from tryon_solver.materials import bending
+from tryon_solver.scene import Gravity, Pins, StrainLimit
+from tryon_solver.simulation import Simulation
+
+
+class EnergyMeter:
+    """Prepared for one simulation."""
+
+    def __init__(self, sim: Simulation) -> None:
+        garment, fabric = sim.scene.garment, sim.scene.fabric
+        effects = {type(effect): effect for effect in sim.scene.effects}
+        gravity, limit, pins = effects.get(Gravity), effects.get(StrainLimit), effects.get(Pins)
+        self.sim = sim
+        self.mass = sim.mass
+        self.acceleration = np.array(gravity.acceleration) if isinstance(gravity, Gravity) else np.zeros(3)
+        self.limit_stiffness = limit.stiffness if isinstance(limit, StrainLimit) else 0.0
+        self.pins = pins if isinstance(pins, Pins) else None
+        self.bending = bending.matrix(garment, np.full(len(garment.faces), fabric.k_bend))
+        self.gradients, self.area = garment.corner_gradients(), garment.signed_areas()
+        self.places = self._places()
+        self.surface = sim.body_positions().astype(np.float64)
+        self.origin = sim.cloth_positions().astype(np.float64).mean(0)
+
+    def kinetic(self, v: np.ndarray) -> float:
+        """J at velocities (N, 3) m/s."""
+        return 0.5 * float(self.mass @ (v * v).sum(1))
+
+    def elastic(self, x: np.ndarray) -> float:
+        """J of membrane, strain limit and bending at x (N, 3) m."""
+        fabric = self.sim.scene.fabric
+        f = np.einsum("tia,tid->tad", x[self.sim.scene.garment.faces], self.gradients)
+        c = np.einsum("tad,tae->tde", f, f)
+        half, radius = 0.5 * (c[:, 0, 0] + c[:, 1, 1]), np.hypot(0.5 * (c[:, 0, 0] - c[:, 1, 1]), c[:, 0, 1])
+        s = np.sqrt(np.maximum(np.column_stack([half - radius, half + radius]), 0))
+        stretch = np.sqrt(np.column_stack([c[:, 0, 0], c[:, 1, 1]])) - 1
+        along = np.array([fabric.k_warp, fabric.k_weft]) - fabric.k_shear
+        density = fabric.k_shear * ((s - 1) ** 2).sum(1) + (stretch**2) @ along
+        density += self.limit_stiffness * (np.maximum(s - fabric.strain_limit, 0) ** 2).sum(1)
+        y = x - x.mean(0)
+        return 0.5 * float(self.area @ density) + 0.5 * float((y * (self.bending @ y)).sum())
+
+    def contact(self) -> float:
+        """J of the barrier at the solver's state."""
+        sim = self.sim
+        if not sim.touching:
+            return 0.0
+        pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x)
+        return float(sim.pairs.energy.numpy()[: sim.pairs.size].astype(np.float64).sum())
+
+    def pinned(self, x: np.ndarray) -> float:
+        """J of the pins' springs at x (N, 3) m."""
+        if self.pins is None:
+            return 0.0
+        apart = x[self.pins.vertices] - self._places()
+        return 0.5 * self.pins.stiffness * float((apart * apart).sum())
+
+    def energies(self) -> tuple[float, float, float]:
+        """Kinetic, stored (elastic, contact, pins), and potential in gravity [J] at the solver's state."""
+        x = self.sim.cloth_positions().astype(np.float64)
+        v = self.sim.state.v.numpy().astype(np.float64)
+        fall = -float(self.mass @ ((x - self.origin) @ self.acceleration))
+        return self.kinetic(v), self.elastic(x) + self.contact() + self.pinned(x), fall
+
+    def work(self) -> float:
+        """J that was done on the cloth since the last call, with the forces at the end."""
+        done = 0.0
+        surface = self.sim.body_positions().astype(np.float64)
+        if len(surface) and self.sim.touching and self.sim.pairs.size:
+            force = contact_gradient(self.sim, friction=True)[self.sim.cloth_count :]
+            done += float((force * (surface - self.surface)).sum())
+        if self.pins is not None:
+            places = self._places()
+            x = self.sim.cloth_positions().astype(np.float64)[self.pins.vertices]
+            done += self.pins.stiffness * float(((places - x) * (places - self.places)).sum())
+            self.places = places
+        self.surface = surface
+        return done
+
+    def _places(self) -> np.ndarray:
+        """(K, 3) m of the pins now."""
+        held = next((c for c in self.sim.plan.contributions if c.name == "pins"), None)
+        return np.zeros((0, 3)) if held is None else held.values["places"].numpy().astype(np.float64)

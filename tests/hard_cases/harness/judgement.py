@@ -1,0 +1,141 @@
+"""From a recording to figures, and to the limits that were broken: the same for every case."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import limits
+import numpy as np
+from limits import Broken
+from over_time import trembling
+
+from harness.recording import Recording
+
+GROWTH = 0.01  # of the energy at play, by which the energy may grow beyond the work done
+CREEPING = 0.01  # m/s: moving at this speed is always at play
+FROZEN = 0.5  # s: so long a garment may stay in its last safe state
+CATCHING_UP = 0.5  # s after the stop within which the surface is back at the skin
+TOLD_LAG = 1e-4  # m by which a reported lag may differ from the true one
+TOLD_STRETCH = 1e-3
+
+
+def growth(record: Recording) -> tuple[float, int]:
+    """Largest rise of E - W above any earlier value, as a share of the energy at play, and the frame in which it ends.
+
+    At play: the largest kinetic energy, the ranges of what is stored and of the potential in gravity.
+    """
+    kinetic, stored, fall = (np.array(e) for e in (record.kinetic, record.stored, record.fall))
+    free = kinetic + stored + fall - np.array(record.work[: len(kinetic)])
+    rise = free - np.minimum.accumulate(free)
+    creeping = 0.5 * record.total_mass * CREEPING**2
+    at_play = max(kinetic.max() + np.ptp(stored) + np.ptp(fall), creeping)
+    worst = int(np.argmax(rise))
+    return float(rise[worst] / at_play), worst
+
+
+def longest_frozen(record: Recording) -> tuple[float, int]:
+    """The longest time [s] without a frame whose steps all counted, and the frame in which it ends."""
+    longest, ended, run = 0, 0, 0
+    for k, retries in enumerate(record.retries, 1):
+        run = run + 1 if retries else 0
+        if run > longest:
+            longest, ended = run, k
+    return longest * record.dt, ended
+
+
+def shaken(record: Recording, stops: float) -> float | None:
+    """RMS [m/s] above 8 Hz from 0.5 s after the stop; None when too little time is left."""
+    first = round(stops / record.dt)
+    if record.failure or first >= record.frames:
+        return None
+    return trembling(np.array(record.cloth[first:]), 1 / record.dt)
+
+
+def figures(record: Recording, stops: float, rests: bool) -> dict[str, Any]:
+    """What the table shows."""
+    grown, frame = growth(record)
+    kinetic = np.array(record.kinetic)
+    return {
+        "vertices": len(record.cloth[0]),
+        "frames": record.frames,
+        "asked": len(record.verdicts),
+        "moves": record.moves,
+        "not_free": len(record.colliding),
+        "unclean": sum(not verdict.clean for _, verdict in record.verdicts),
+        "growth": grown,
+        "growth_frame": frame,
+        "stretch_most": max(record.stretch_most),
+        "stretch_max": max(record.stretch_max),
+        "strain_limit": record.strain_limit,
+        "lag_max": max(record.lag, default=0.0),
+        "lag_end": record.lag[-1] if record.lag else 0.0,
+        "void": sum(record.retries),
+        "reverts": sum(record.reverts),
+        "frozen": longest_frozen(record)[0],
+        "min_gap": min(record.min_gap, default=None),
+        "trembling": shaken(record, stops) if rests else None,
+        "speed_at_end": float(np.sqrt(2 * kinetic[-1] / record.total_mass)),
+        "worn": all(record.worn) if record.worn else None,
+        "slid": max(record.slid, default=None),
+        "ms": float(np.median(record.ms)) if record.ms else None,
+    }
+
+
+def broken(record: Recording, stops: float, rests: bool = True, squeezed: bool = False) -> list[Broken]:
+    """Every limit that was not kept, the first and the worst frame named."""
+    return list(_broken(record, stops, rests, squeezed))
+
+
+def _broken(record: Recording, stops: float, rests: bool, squeezed: bool) -> Iterator[Broken]:
+    numbers = range(len(record.cloth))
+    stepped = range(1, len(record.lag) + 1)
+    asked = [k for k, _ in record.verdicts]
+
+    def counted(name: str, values: list[bool]) -> Iterator[Broken]:
+        yield from limits.over(name, asked, [float(value) for value in values], 0)
+
+    verdicts = [verdict for _, verdict in record.verdicts]
+    yield from counted("not a number", [not v.finite for v in verdicts])
+    yield from counted("cloth through cloth", [v.self_intersecting for v in verdicts])
+    yield from counted("cloth through body", [v.body_intersecting for v in verdicts])
+    yield from counted("cloth inside the body", [v.inside != 0 for v in verdicts])
+    frames = sorted({k for k, _ in record.colliding})
+    yield from limits.over("a sub-step that collides", frames, [1.0] * len(frames), 0)
+    grown, frame = growth(record)
+    if not grown <= GROWTH:
+        yield Broken("energy without work (share of what is at play)", frame, frame, 1, grown, GROWTH)
+    most, any_ = limits.STRETCH_MOST * record.strain_limit, limits.STRETCH_ANY * record.strain_limit
+    yield from limits.over("stretch, 99.9 %", numbers, record.stretch_most, most)
+    yield from limits.over("stretch, max", numbers, record.stretch_max, any_)
+    frozen, frame = longest_frozen(record)
+    if not frozen <= FROZEN:
+        yield Broken("time in the last safe state [s]", frame, frame, round(frozen / record.dt), frozen, FROZEN)
+    settled = [k for k in stepped if k * record.dt >= stops + CATCHING_UP - 1e-9]
+    bound = limits.PINCHED_LAG_MAX if squeezed else limits.LAG_MAX
+    yield from limits.over(
+        "surface behind the skin after the stop [m]", settled, [record.lag[k - 1] for k in settled], bound
+    )
+    off = [abs(told - true) for told, true in zip(record.told_lag, record.lag)]
+    yield from limits.over("reported lag off by [m]", stepped, off, TOLD_LAG)
+    unsaid = [float(r > 0 and "void" not in a) for r, a in zip(record.retries, record.advice)]
+    yield from limits.over("void steps that the advice keeps quiet about", stepped, unsaid, 0)
+    if rests:
+        yield from limits.run_over("trembling [m/s]", shaken(record, stops), limits.TREMBLING)
+    if record.worn:
+        yield from limits.over("no longer worn", stepped, [float(not worn) for worn in record.worn], 0)
+        yield from limits.over("an opening slid along its limb [m]", stepped, record.slid, limits.SLID)
+
+
+def judged(
+    record: Recording, stops: float, rests: bool, squeezed: bool, stated: Mapping[str, str]
+) -> dict[str, Any]:
+    """Figures and broken limits, ready for JSON; what is only stated is listed apart."""
+    found = broken(record, stops, rests, squeezed)
+    return {
+        **figures(record, stops, rests),
+        "failure": record.failure,
+        "broken": [b.plain() for b in found if b.limit not in stated],
+        "stated": [{**b.plain(), "reason": stated[b.limit]} for b in found if b.limit in stated],
+        "advice": sorted({a for a in record.advice if a}, key=len)[-1:],
+    }

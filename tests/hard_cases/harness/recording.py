@@ -1,0 +1,129 @@
+"""Plays a case and writes down what is asked of it, frame by frame."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from frame_judge import FrameVerdict, principal_stretches
+
+from harness.oracle import Oracle
+from harness.scene import Worn
+from harness.subject import Subject
+
+NO_VERDICT = FrameVerdict(False, True, True, -1)  # until somebody has looked
+
+
+@dataclass
+class Recording:
+    """Entry k of a list is frame k, at k dt; frame 0 is the start. Lengths in m, energies in J."""
+
+    dt: float
+    strain_limit: float  # of the fabric; of several, 1: stretches are then shares of each triangle's own
+    total_mass: float
+    cloth: list[np.ndarray] = field(default_factory=list)  # (N, 3) float32
+    verdicts: list[tuple[int, FrameVerdict]] = field(default_factory=list)  # frames that ipctk was asked about
+    moves: int = 0  # accepted sub-steps that ipctk was asked about
+    colliding: list[tuple[int, int]] = field(default_factory=list)  # of these, frame and number of what was not free
+    kinetic: list[float] = field(default_factory=list)
+    stored: list[float] = field(default_factory=list)
+    fall: list[float] = field(default_factory=list)
+    work: list[float] = field(default_factory=list)  # done on the cloth up to the frame
+    stretch_most: list[float] = field(default_factory=list)  # not exceeded by 99.9 % of the triangles
+    stretch_max: list[float] = field(default_factory=list)
+    lag: list[float] = field(default_factory=list)  # largest distance from where the surface should be
+    told_lag: list[float] = field(default_factory=list)  # as reported
+    told_stretch: list[float] = field(default_factory=list)
+    retries: list[int] = field(default_factory=list)
+    reverts: list[int] = field(default_factory=list)
+    advice: list[str] = field(default_factory=list)
+    min_gap: list[float] = field(default_factory=list)
+    worn: list[bool] = field(default_factory=list)
+    slid: list[float] = field(default_factory=list)
+    ms: list[float] = field(default_factory=list)  # wall time of a frame
+    failure: str = ""  # the error that ended it
+
+    @property
+    def frames(self) -> int:
+        """After frame 0."""
+        return len(self.cloth) - 1
+
+
+Tell = Callable[[str], None]
+
+
+def play(
+    subject: Subject, dt: float, seconds: float, every: int = 1, worn: Worn | None = None, tell: Tell = print
+) -> Recording:
+    """Run for so long; ipctk is asked about every `every`-th frame, the way to it, and the last one."""
+    x, surface = subject.cloth(), subject.surface()
+    oracle = Oracle(subject.faces, subject.body_faces, x, surface)
+    limits = subject.strain_limits
+    varied = bool((limits != limits[0]).any())
+    record = Recording(dt, 1.0 if varied else float(limits[0]), subject.total_mass)
+    count = max(1, round(seconds / dt))
+    passes, places = (None, None) if worn is None else worn.loops.crossings(x.astype(np.float64), worn.joints_at(0.0))
+    subject.moves()
+    note_state(record, subject, limits if varied else np.ones(len(limits)))
+    record.work.append(0.0)
+    record.verdicts.append((0, oracle.judge(x, surface)))
+    for k in range(1, count + 1):
+        begun = time.perf_counter()
+        try:
+            report = subject.advance(k * dt)
+        except Exception as error:  # whatever a step raises is this case's failure
+            record.failure = f"frame {k}: {type(error).__name__}: {error}"
+            break
+        record.ms.append(1e3 * (time.perf_counter() - begun))
+        asked = k % every == 0 or k == count
+        x, surface = subject.cloth(), subject.surface()
+        if asked:
+            verdict = NO_VERDICT
+            verdict = oracle.judge(x, surface)
+            record.verdicts.append((k, verdict))
+        for number, (before, after) in enumerate(subject.moves()):
+            if asked:
+                record.moves += 1
+                if not oracle.is_free(before, after):
+                    record.colliding.append((k, number))
+        if not (np.isfinite(x).all() and np.isfinite(surface).all()):
+            record.failure = f"frame {k}: a position is not a finite number"
+            break
+        note_state(record, subject, limits if varied else np.ones(len(limits)))
+        record.work.append(record.work[-1] + subject.work())
+        skin = subject.skin(k * dt)
+        record.told_lag.append(report.body_lag)
+        record.lag.append(report.body_lag if skin is None else largest_distance(surface, skin))
+        record.told_stretch.append(report.max_stretch)
+        record.retries.append(report.retries)
+        record.reverts.append(report.reverts)
+        record.advice.append(report.advice)
+        record.min_gap.append(report.min_gap)
+        if worn is not None:
+            now, where = worn.loops.crossings(x.astype(np.float64), worn.joints_at(k * dt))
+            record.worn.append(bool((now == passes).all()))
+            slid = [worn.loops.slide(a, b) for a, b in zip(places, where)]
+            record.slid.append(max((s for i, s in enumerate(slid) if i != worn.lowest), default=0.0))
+        if k % max(1, round(1 / dt)) == 0:
+            tell(f"{k} of {count} frames, {np.median(record.ms[-round(1 / dt) :]):.0f} ms each")
+    return record
+
+
+def note_state(record: Recording, subject: Subject, limits: np.ndarray) -> None:
+    """Positions, energies and stretch of the state as it is; `limits` (F,) divide the stretches."""
+    x = subject.cloth()
+    record.cloth.append(x)
+    kinetic, stored, fall = subject.energies()
+    record.kinetic.append(kinetic)
+    record.stored.append(stored)
+    record.fall.append(fall)
+    larger = principal_stretches(x, subject.faces, subject.uv_corners)[:, 1] / limits
+    record.stretch_most.append(float(np.quantile(larger, 0.999, method="inverted_cdf")))
+    record.stretch_max.append(float(larger.max()))
+
+
+def largest_distance(a: np.ndarray, b: np.ndarray) -> float:
+    """Between vertices of the same number [m]; 0 where there are none."""
+    return float(np.linalg.norm(a.astype(np.float64) - b, axis=1).max(initial=0.0))

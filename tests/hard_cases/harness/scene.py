@@ -1,0 +1,91 @@
+"""What a hard case is, and what its set-up hands to the driver."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from loops_on_limbs import LoopsOnLimbs
+
+from tryon_solver.results import StepReport
+from tryon_solver.settings import PRESETS, Settings
+from tryon_solver.simulation import Simulation
+
+FRAME = 1 / 60  # s
+
+
+@dataclass(frozen=True)
+class Ask:
+    """How a case is to be run: about how many cloth vertices, which settings, on which device, for how long [s]."""
+
+    vertices: int
+    settings: Settings = field(default_factory=lambda: PRESETS["live"])
+    device: str = "cpu"
+    seconds: float = 5.0
+
+
+@dataclass(frozen=True)
+class Worn:
+    """How to tell that a garment is still worn: its loops on the body's limbs, and the joints (J, 3) m at a time."""
+
+    loops: LoopsOnLimbs
+    joints_at: Callable[[float], np.ndarray]
+    lowest: int  # loop that may slide
+
+
+@dataclass
+class Run:
+    """A case that is set up and ready to go, one solver step a frame.
+
+    Attributes:
+        sim: the simulation, at its start.
+        stance: the body's stance at a time [s]; None without a body.
+        dt: time between frames, which is the solver's step [s].
+        stops: from this time on nothing drives the scene, and what fell has landed [s].
+        drive: called before every frame with its time [s]: writes pins' places and the like.
+        step: takes the place of `sim.advance(stance(t), t)` where something else drives the simulation.
+        worn: how to tell that the garment is still worn.
+        rests: whether it comes to rest at all, so that trembling can be asked.
+        squeezed: whether the body itself holds the cloth squeezed to the end, so that its surface may stay behind.
+    """
+
+    sim: Simulation
+    stance: Callable[[float], Any] = lambda _t: None
+    dt: float = FRAME
+    stops: float = 0.0
+    drive: Callable[[float], None] | None = None
+    step: Callable[[float], StepReport] | None = None
+    worn: Worn | None = None
+    rests: bool = True
+    squeezed: bool = False
+
+    def advance(self, t: float) -> StepReport:
+        """Everything that happens in the frame that ends at t [s]."""
+        if self.drive is not None:
+            self.drive(t)
+        return self.sim.advance(self.stance(t), t) if self.step is None else self.step(t)
+
+
+@dataclass(frozen=True)
+class HardScene:
+    """A named case.
+
+    Attributes:
+        name: of the case, as one word.
+        stresses: what it stresses, for people.
+        set_up: makes it ready to go. May raise an error that names the place: the case is then refused by name.
+        vertices: about how many cloth vertices it has unless asked otherwise; some meshes are what they are.
+        seconds: how long it lasts unless asked otherwise [s].
+        refused: what the refusal must say, a regular expression; "" for a case that must run.
+        stated: limits that are measured and listed but not judged, each with the reason.
+    """
+
+    name: str
+    stresses: str
+    set_up: Callable[[Ask], Run]
+    vertices: int = 1000
+    seconds: float = 5.0
+    refused: str = ""
+    stated: Mapping[str, str] = field(default_factory=dict)

@@ -1,0 +1,106 @@
+"""What is watched: a simulation under way, or whatever answers the same questions."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+import warp as wp
+
+from harness.energy import EnergyMeter
+from harness.oracle import SubSteps
+from harness.scene import Run
+from tryon_solver.results import StepReport
+
+
+class Subject(Protocol):
+    """Cloth and collision surface, frame by frame. Positions in m, energies in J."""
+
+    faces: np.ndarray  # (F, 3) of the cloth
+    uv_corners: np.ndarray  # (F, 3, 2) m
+    body_faces: np.ndarray  # (G, 3) of the surface, in its own numbering
+    strain_limits: np.ndarray  # (F,)
+    total_mass: float  # kg
+
+    def advance(self, t: float) -> StepReport:
+        """Go to the frame at t [s]."""
+
+    def cloth(self) -> np.ndarray:
+        """(N, 3) as published."""
+
+    def surface(self) -> np.ndarray:
+        """(B, 3) as published."""
+
+    def skin(self, t: float) -> np.ndarray | None:
+        """(B, 3) where the surface should be at t [s]; None where that can't be told."""
+
+    def moves(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """The sub-steps accepted on the way to this frame, (A, 3) before and after."""
+
+    def energies(self) -> tuple[float, float, float]:
+        """Kinetic, stored, and potential in gravity."""
+
+    def work(self) -> float:
+        """Done on the cloth since the frame before."""
+
+
+class Simulated:
+    """A case that the solver runs; what its steps should overwrite is not a number before the first."""
+
+    def __init__(self, run: Run, heard: SubSteps) -> None:
+        sim, garment = run.sim, run.sim.scene.garment
+        self.run, self.sim, self.heard = run, sim, heard
+        self.faces, self.uv_corners = garment.faces, garment.uv_corners
+        self.body_faces = np.zeros((0, 3), np.int32) if sim.scene.body is None else sim.scene.body.faces
+        self.strain_limits = np.full(len(garment.faces), sim.scene.fabric.strain_limit)
+        self.total_mass = float(sim.mass.sum())
+        self.meter = EnergyMeter(sim)
+        poison(run)
+
+    def advance(self, t: float) -> StepReport:
+        return self.run.advance(t)
+
+    def cloth(self) -> np.ndarray:
+        return self.sim.cloth_positions()
+
+    def surface(self) -> np.ndarray:
+        return self.sim.body_positions()
+
+    def skin(self, t: float) -> np.ndarray | None:
+        if self.run.step is not None:  # what drives the body may be behind on purpose
+            return None
+        return np.zeros((0, 3)) if self.sim.scene.body is None else self.sim.scene.body.surface(self.run.stance(t))
+
+    def moves(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        return self.heard.take()
+
+    def energies(self) -> tuple[float, float, float]:
+        return self.meter.energies()
+
+    def work(self) -> float:
+        return self.meter.work()
+
+
+def poison(run: Run) -> None:
+    """Fill with NaN what a step has to write before it reads it."""
+    sim = run.sim
+    nothing = wp.vec3(np.nan, np.nan, np.nan)
+    work, state = sim.work, sim.state
+    for vectors in (
+        work.gradient,
+        work.corner_gradient,
+        work.direction,
+        work.product,
+        work.residual,
+        work.preconditioned,
+        work.total,
+        state.x_start,
+        state.x_feasible,
+        state.x_hat,
+        state.acceleration,
+        sim.to_trial,
+        sim.x_carried,
+    ):
+        vectors.fill_(nothing)
+    for numbers in (work.alpha, work.travel, *work.scalars):
+        numbers.fill_(np.nan)

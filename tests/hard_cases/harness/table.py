@@ -1,0 +1,120 @@
+"""The results as a table in Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import limits
+
+from harness import judgement
+
+COLUMNS = (
+    "case",
+    "vertices",
+    "frames (asked)",
+    "sub-steps asked",
+    "unclean",
+    "not free",
+    "growth [%]",
+    "stretch 99.9 %, max (limit)",
+    "lag max, end [mm]",
+    "trembling [mm/s]",
+    "speed at the end [mm/s]",
+    "void (longest [s])",
+    "worn",
+    "ms a frame",
+    "verdict",
+)
+
+LIMITS = "; ".join(
+    (
+        "Limits: no value that is not a number, no crossing in a published frame and no accepted sub-step that "
+        "collides, both by IPC Toolkit in float64",
+        f"the energy grows beyond the work done by no more than {judgement.GROWTH:.0%} of the energy at play",
+        f"stretch {limits.STRETCH_MOST:g} of the fabric's limit for 99.9 % of the triangles, "
+        f"{limits.STRETCH_ANY:g} for all",
+        f"{judgement.CATCHING_UP:g} s after the stop the surface is within {1e3 * limits.LAG_MAX:g} mm of the skin "
+        f"({1e3 * limits.PINCHED_LAG_MAX:g} mm where the body keeps the cloth squeezed)",
+        f"trembling {1e3 * limits.TREMBLING:g} mm/s RMS above 8 Hz, from 0.5 s after the stop",
+        f"no longer than {judgement.FROZEN:g} s in the last safe state, and void steps told in the advice",
+        "garments worn to the end, as in `make proof`.",
+    )
+)
+
+
+def verdict_of(result: Mapping[str, Any]) -> str:
+    """In a few words."""
+    if result.get("failure"):
+        return f"FAILED: {result['failure']}"
+    if "refused" in result:
+        return "refused by name"
+    if result["broken"]:
+        return f"{len(result['broken'])} limits broken"
+    return "held"
+
+
+def holds(result: Mapping[str, Any]) -> bool:
+    """Did the case keep every limit, or was it rightly refused?"""
+    return not result.get("failure") and not result.get("broken")
+
+
+def markdown(results: Sequence[Mapping[str, Any]], about: Mapping[str, str]) -> str:
+    """The table with what it was made with above it, and what was broken, stated and refused below."""
+    held = sum(holds(r) for r in results)
+    lines = [
+        "# Hard cases",
+        "",
+        *(f"- {name}: {value}" for name, value in about.items()),
+        f"- {held} of {len(results)} cases hold",
+        "",
+        LIMITS,
+        "",
+        "| " + " | ".join(COLUMNS) + " |",
+        "|" + "---|" * len(COLUMNS),
+        *(row(result) for result in results),
+        "",
+        "## What each stresses, and what it broke",
+        "",
+    ]
+    for result in results:
+        lines.append(f"- **{result['name']}**: {result.get('stresses', '')}")
+        if result.get("failure"):
+            lines.append(f"  - FAILED: {result['failure']}")
+        if "refused" in result and not result.get("failure"):
+            lines.append(f"  - refused by name: {result['refused']}")
+        lines += [f"  - BROKEN: {broken['line']}" for broken in result.get("broken", ())]
+        lines += [f"  - stated: {s['line']} ({s['reason']})" for s in result.get("stated", ())]
+        lines += [f"  - advice: {text}" for text in result.get("advice", ())]
+    return "\n".join(lines) + "\n"
+
+
+def row(result: Mapping[str, Any]) -> str:
+    """One line of the table; a dash where a figure was not measured."""
+    r = result
+    if "frames" not in r:
+        return f"| {r['name']} | " + "– | " * (len(COLUMNS) - 2) + f"{verdict_of(r)} |"
+
+    def known(name: str, scale: float, form: str) -> str:
+        value = r.get(name)
+        return "–" if value is None else format(scale * value, form)
+
+    worn = "–" if r["worn"] is None else "yes" if r["worn"] else "NO"
+    cells = (
+        r["name"],
+        r["vertices"],
+        f"{r['frames']} ({r['asked']})",
+        r["moves"],
+        r["unclean"],
+        r["not_free"],
+        f"{known('growth', 100, '.2f')}",
+        f"{known('stretch_most', 1, '.3f')}, {known('stretch_max', 1, '.3f')} ({known('strain_limit', 1, '.3f')})",
+        f"{known('lag_max', 1e3, '.1f')}, {known('lag_end', 1e3, '.1f')}",
+        known("trembling", 1e3, ".2f"),
+        known("speed_at_end", 1e3, ".1f"),
+        f"{r['void']} ({known('frozen', 1, '.2f')})",
+        worn,
+        known("ms", 1, ".0f"),
+        verdict_of(r),
+    )
+    return "| " + " | ".join(str(cell) for cell in cells) + " |"

@@ -1,0 +1,113 @@
+"""Settings and numbers at their ends: activation distance, time step, budget, buffers, gravity, place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from harness.kit import FREE, alone, layers, rippled, step_of, turned
+from harness.scene import Ask, HardScene, Run
+from small_scenes import icosphere, rigid_body
+
+from tryon_solver.body.pose import Pose
+from tryon_solver.contact.candidates import Candidates
+from tryon_solver.contact.pairs import ContactPairs
+from tryon_solver.scene import Gravity, Scene
+from tryon_solver.simulation import build
+
+RADIUS = 0.08
+UPRIGHT = np.array([[0.0, 0.0, 0.0, 1.0]])
+
+
+def over_ball(ask: Ask, place: tuple[float, float, float] = (0.0, 0.0, 0.0), clearance: float = 0.006) -> Run:
+    """Two squares, one upon the other and turned, dropped over a ball: contact with the body and with cloth, folds.
+
+    `place` m is where the scene is; `clearance` m what lies between layers at the start.
+    """
+    n = max(5, round(np.sqrt(ask.vertices / 2)))
+    garment, x = layers(2, n, n, 0.26, 0.0)
+    lower, upper = (rippled(sheet, 1e-3) for sheet in np.split(x, 2))
+    above = RADIUS + clearance + 0.002
+    x = np.vstack([turned(lower, 0.2) + [0.003, above, 0.002], turned(upper, 0.7) + [0, above + clearance, 0.001]])
+    ball = rigid_body(*icosphere(RADIUS, 3))
+    stance = Pose(np.array(place, np.float64), UPRIGHT)
+    sim = build(Scene(garment, x + place, ball), ask.settings, ask.device, stance)
+    return Run(sim, lambda _t: stance, step_of(sim), stops=1.5)
+
+
+def with_settings(**values: float | int) -> Callable[[Ask], Run]:
+    """The scene over the ball with some settings changed."""
+
+    def set_up(ask: Ask) -> Run:
+        clearance = max(0.006, 1.2 * float(values.get("d_hat", 0.0)) + 2.5e-3)
+        settings = replace(ask.settings, **values)  # type: ignore[arg-type]
+        return over_ball(replace(ask, settings=settings), clearance=clearance)
+
+    return set_up
+
+
+def with_small_buffers(ask: Ask) -> Run:
+    """Room for 16 candidates and 16 pairs at the start: both have to grow, and nothing may be dropped."""
+    run = over_ball(ask)
+    run.sim.candidates = Candidates.allocate(16, ask.device)
+    run.sim.pairs = ContactPairs.allocate(16, ask.device)
+    return run
+
+
+def thrown_without_gravity(ask: Ask) -> Run:
+    """Two sheets fly at each other at 2 m/s where nothing falls."""
+    n = max(5, round(np.sqrt(ask.vertices / 2)))
+    garment, x = layers(2, n, n, 0.25, 0.0)
+    lower, upper = np.split(x, 2)
+    x = np.vstack([rippled(lower, 2e-3), turned(rippled(upper, 2e-3), 0.5) + [0, 0.03, 0]])
+    sim = alone(ask, garment, x, effects=tuple(e for e in FREE if not isinstance(e, Gravity)))
+    speed = np.repeat([[0, 1.0, 0], [0, -1.0, 0]], len(lower), axis=0)
+    sim.state.v.assign(speed.astype(np.float32))
+    return Run(sim, dt=step_of(sim), stops=1.5)
+
+
+BUDGET = {
+    "outer_iterations": 1,
+    "reduced_iterations": 1,
+    "smoothing_sweeps": 1,
+    "correction_iterations": 1,
+    "correction_pcg_iterations": 1,
+    "deflection_passes": 1,
+    "searches": 1,
+}
+FAR = "float32 resolves {} there: the figure is stated, not judged"
+
+SCENES = (
+    *(
+        HardScene(f"d_hat_{1e3 * d:g}mm", f"contact acts from {1e3 * d:g} mm", with_settings(d_hat=d))
+        for d in (0.1e-3, 0.5e-3, 5e-3, 20e-3)
+    ),
+    *(
+        HardScene(f"step_1_{n}", f"steps of 1/{n} s", with_settings(largest_step=1 / n), seconds=seconds)
+        for n, seconds in ((15, 5.0), (30, 5.0), (120, 5.0), (1000, 1.0))
+    ),
+    HardScene(
+        "one_iteration",
+        "every budget of iterations cut to 1: safe, only further from balance",
+        with_settings(**BUDGET),
+    ),
+    HardScene("buffers_of_16", "lists of candidates and pairs with room for 16 at first", with_small_buffers),
+    HardScene("zero_gravity", "two sheets thrown at each other where nothing falls", thrown_without_gravity),
+    HardScene("at_100m", "100 m from the origin in float32", lambda ask: over_ball(ask, (100.0, 0.0, -100.0))),
+    HardScene(
+        "at_10km",
+        "10 km from the origin in float32, which resolves 1 mm there",
+        lambda ask: over_ball(ask, (10_000.0, 0.0, -10_000.0)),
+        stated={
+            name: FAR.format("1 mm")
+            for name in (
+                "trembling [m/s]",
+                "energy without work (share of what is at play)",
+                "stretch, 99.9 %",
+                "stretch, max",
+                "reported lag off by [m]",
+            )
+        },
+    ),
+)
