@@ -26,7 +26,7 @@ from tryon_solver.geometry.garment import Garment, GarmentError
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.ell import EllMatrix, on_pattern, set_sum
 from tryon_solver.linalg.pcg import ConjugateGradients
-from tryon_solver.linalg.vectors import largest_kernel, move_origin
+from tryon_solver.linalg.vectors import find_largest, move_origin
 from tryon_solver.materials.device import RestShape
 from tryon_solver.materials.stretch import StretchMeter
 from tryon_solver.materials.terms import bind_bending, bind_membrane
@@ -36,6 +36,7 @@ from tryon_solver.scene import Scene
 from tryon_solver.settings import Settings
 from tryon_solver.state import State, Workspace, positions
 from tryon_solver.step import advance
+from tryon_solver.stepping.progress import Progress
 from tryon_solver.subspace.basis import explicit_inverse, reduced_matrix, spline_basis
 from tryon_solver.subspace.contact_coarse import ContactCoarseLevel
 from tryon_solver.subspace.search import ReducedSearch
@@ -163,6 +164,7 @@ class Simulation:
         self.deflection = DeflectionScratch.allocate(self.all_count, device)
         self.largest_out = wp.zeros(1, dtype=wp.float32, device=device)
         self.cg = ConjugateGradients.allocate(self.all_count, device)
+        self.progress = Progress.allocate(device)
         faces = scene.garment.faces.ravel()
         order = np.argsort(faces, kind="stable")
         start = np.searchsorted(faces[order], np.arange(self.cloth_count + 1))
@@ -339,8 +341,7 @@ class Simulation:
 
     def largest(self, vectors: wp.array) -> float:
         """Largest length among the vectors [their unit]."""
-        self.largest_out.zero_()
-        wp.launch(largest_kernel, len(vectors), [vectors], [self.largest_out], device=self.device)
+        find_largest(vectors, self.largest_out)
         return float(self.largest_out.numpy()[0])
 
     # -- reporting -----------------------------------------------------------------------------------------------

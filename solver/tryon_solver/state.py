@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import warp as wp
 
+from tryon_solver.linalg.device_loop import Passes
+
 
 @dataclass
 class State:
@@ -44,6 +46,7 @@ class Workspace:
     travel: wp.array  # (A,) float32 m, the longest way each vertex may take in the coming move
     changed: wp.array  # (A,) int32, last pass of a contact filter that changed the vertex's motion
     hits: wp.array  # (1,) int32
+    passes: Passes  # of a contact filter
     scalars: list[wp.array] = field(default_factory=list)  # (1,) float32 each
 
     @staticmethod
@@ -65,6 +68,7 @@ class Workspace:
             travel=wp.zeros(all_count, dtype=wp.float32, device=device),
             changed=wp.zeros(all_count, dtype=wp.int32, device=device),
             hits=wp.zeros(1, dtype=wp.int32, device=device),
+            passes=Passes.allocate(device),
             scalars=[wp.zeros(1, dtype=wp.float32, device=device) for _ in range(4)],
         )
 

@@ -15,6 +15,7 @@ import warp as wp
 from tryon_solver.contact.candidates import Candidates, ContactSizes, Region
 from tryon_solver.contact.ccd import time_of_impact
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
+from tryon_solver.linalg.device_loop import HITS, NUMBER, Passes
 
 wp.set_module_options({"enable_backward": False})
 
@@ -37,6 +38,7 @@ def offset(ids: wp.vec4i, kind: int, cloth_count: int, sizes: ContactSizes) -> f
 @wp.kernel
 def shorten_kernel(
     near: wp.array(dtype=wp.int32),
+    near_count: wp.array(dtype=wp.int32),
     listed: int,
     ids: wp.array(dtype=wp.vec4i),
     kind: wp.array(dtype=wp.int32),
@@ -45,17 +47,19 @@ def shorten_kernel(
     sizes: ContactSizes,
     x: wp.array(dtype=wp.vec3),
     displacement: wp.array(dtype=wp.vec3),
-    number: int,
     changed: wp.array(dtype=wp.int32),
     alpha: wp.array(dtype=wp.float32),
-    hits_out: wp.array(dtype=wp.int32),
+    passes: wp.array(dtype=wp.int32),
 ):
     """Pass 0 looks at every stencil, later ones at those with a vertex that the pass before, or this one so far, has
     shortened."""
     c = wp.tid()
     if listed == 1:
+        if c >= near_count[0]:
+            return
         c = near[c]
     v = ids[c]
+    number = passes[NUMBER]
     if number > 0:
         newest = wp.max(wp.max(changed[v[0]], changed[v[1]]), wp.max(changed[v[2]], changed[v[3]]))
         if newest < number - 1:
@@ -92,7 +96,15 @@ def shorten_kernel(
         wp.atomic_min(alpha, v[3], shorter * a3)
         for k in range(4):
             changed[v[k]] = number
-        wp.atomic_add(hits_out, 0, 1)
+        wp.atomic_add(passes, HITS, 1)
+
+
+@wp.kernel
+def give_up_kernel(passes: wp.array(dtype=wp.int32), most: int, alpha_out: wp.array(dtype=wp.float32)):
+    """Nobody moves where `most` passes did not suffice."""
+    i = wp.tid()
+    if passes[NUMBER] >= most:
+        alpha_out[i] = 0.0
 
 
 @wp.kernel
@@ -144,19 +156,23 @@ def move_kernel(
     x_out[i] = x[i] + alpha[i] * displacement[i]
 
 
-def leaving(x: wp.array, displacement: wp.array, alpha: wp.array, region: Region, counter: wp.array) -> int:
-    """Vertices that x + alpha * displacement takes further than their budget from their anchors.
-
-    `counter` (1,) int32 is scratch.
-    """
-    counter.zero_()
+def count_leaving(
+    x: wp.array, displacement: wp.array, alpha: wp.array, region: Region, count_out: wp.array
+) -> None:
+    """Count (int32) the vertices that x + alpha * displacement takes further than their budget from their anchors."""
+    count_out.zero_()
     wp.launch(
         leaving_kernel,
         len(x),
         [x, displacement, alpha, region.anchor, region.budget],
-        [counter],
+        [count_out],
         device=x.device,
     )
+
+
+def leaving(x: wp.array, displacement: wp.array, alpha: wp.array, region: Region, counter: wp.array) -> int:
+    """The same for the host, which waits for it. `counter` (1,) int32 is scratch."""
+    count_leaving(x, displacement, alpha, region, counter)
     return int(counter.numpy()[0])
 
 
@@ -176,24 +192,24 @@ def shorten(
     displacement: wp.array,
     alpha: wp.array,
     changed: wp.array,
-    hits: wp.array,
-) -> int:
-    """Shrink `alpha` until the move x + alpha * displacement is proven free; returns the passes it took.
+    passes: Passes,
+) -> None:
+    """Shrink `alpha` until the move x + alpha * displacement is proven free.
 
-    With `near` only the near list is looked at, which must have been made for it. `changed` (A,) int32 is scratch. If
-    MOST_PASSES do not suffice, alpha becomes zero everywhere: nobody moves, which is always free.
+    With `near` only the near list is looked at, which must have been made for it. `changed` (A,) int32 and `passes` are
+    scratch; the latter tells how many passes it took. If MOST_PASSES do not suffice, alpha becomes zero everywhere:
+    nobody moves, which is always free.
     """
     count = candidates.near_size if near else candidates.size
-    if count == 0:
-        return 0
     changed.fill_(-2)
-    for done in range(MOST_PASSES):
-        hits.zero_()
+
+    def shorten_once() -> None:
         wp.launch(
             shorten_kernel,
             count,
             [
                 candidates.near,
+                candidates.near_count,
                 int(near),
                 candidates.ids,
                 candidates.kind,
@@ -202,12 +218,10 @@ def shorten(
                 sizes,
                 x,
                 displacement,
-                done,
             ],
-            [changed, alpha, hits],
+            [changed, alpha, passes.state],
             device=x.device,
         )
-        if int(hits.numpy()[0]) == 0:
-            return done
-    alpha.zero_()
-    return MOST_PASSES
+
+    passes.repeat(shorten_once, MOST_PASSES)
+    wp.launch(give_up_kernel, len(x), [passes.state, MOST_PASSES], [alpha], device=x.device)

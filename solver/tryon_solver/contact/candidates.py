@@ -51,8 +51,8 @@ class Candidates:
 
     `distance` m is a lower bound at the current positions (`follow` keeps it one), so that most stencils can be passed
     over without looking at their vertices. `near` int32 lists those that the coming move concerns (`list_near`),
-    `near_count` (1,) int32 how many, `near_size` here. `capacity` grows when the broad phase finds more; nothing is
-    ever dropped. `found` is the broad phase's scratch, one a surface.
+    `near_count` (1,) int32 how many; launches over them cover `near_size`, which in a graph may be more. `capacity`
+    grows when the broad phase finds more; nothing is ever dropped. `found` is the broad phase's scratch, one a surface.
     """
 
     ids: wp.array
@@ -90,6 +90,11 @@ class Candidates:
         if count:
             self.take_over(found, count)
 
+    def size_near_list(self) -> None:
+        """Know how many are near; in a graph, which can't be read from, all there are."""
+        in_graph = wp.get_device(self.near_count.device).is_capturing
+        self.near_size = self.size if in_graph else int(self.near_count.numpy()[0])
+
     def take_over(self, other: Candidates | Found, count: int) -> None:
         """Copy the other's first `count` stencils behind those on the list; there must be room."""
         for name in ("ids", "kind", "distance"):
@@ -121,6 +126,7 @@ class Region:
 @wp.kernel
 def follow_kernel(
     near: wp.array(dtype=wp.int32),
+    near_count: wp.array(dtype=wp.int32),
     listed: int,
     ids: wp.array(dtype=wp.vec4i),
     kind: wp.array(dtype=wp.int32),
@@ -130,6 +136,8 @@ def follow_kernel(
 ):
     c = wp.tid()
     if listed == 1:
+        if c >= near_count[0]:
+            return
         c = near[c]
     v = ids[c]
     closer = approach(
@@ -146,7 +154,7 @@ def follow(candidates: Candidates, x_before: wp.array, x: wp.array, near: bool) 
     wp.launch(
         follow_kernel,
         candidates.near_size if near else candidates.size,
-        [candidates.near, int(near), candidates.ids, candidates.kind, x_before, x],
+        [candidates.near, candidates.near_count, int(near), candidates.ids, candidates.kind, x_before, x],
         [candidates.distance],
         device=x.device,
     )
@@ -209,7 +217,7 @@ def list_near(
         [candidates.distance, candidates.near, candidates.near_count],
         device=travel.device,
     )
-    candidates.near_size = int(candidates.near_count.numpy()[0])
+    candidates.size_near_list()
 
 
 @wp.kernel
@@ -239,4 +247,4 @@ def list_closing(candidates: Candidates, displacement: wp.array, xi: float) -> N
         [candidates.near, candidates.near_count],
         device=displacement.device,
     )
-    candidates.near_size = int(candidates.near_count.numpy()[0])
+    candidates.size_near_list()

@@ -22,13 +22,14 @@ import warp as wp
 from tryon_solver.contact.bounds import offset
 from tryon_solver.contact.candidates import Candidates, ContactSizes
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
+from tryon_solver.linalg.device_loop import HITS, NUMBER, Passes
 
 wp.set_module_options({"enable_backward": False})
 
 DEEP_GAP = 0.5  # share of its gap above xi that a pair deep in contact keeps in a deflected motion
 ENTRY_GAP = 0.8  # share of the activation distance down to which a pair may enter contact
 RECOVERY = 0.2  # share of what a pair at less than xi lacks that a deflected motion gives back
-SURFACE_WEIGHT = 0.05  # how readily the body's surface gives way at first, cloth having 1; it rises to 1
+SURFACE_WEIGHT = wp.constant(0.05)  # how readily the body's surface gives way at first, cloth having 1; it rises to 1
 LEAST_PUSH = 1.0e-6  # m
 RELAXATION = 1.3  # of the mean of all pushes on a vertex: several candidates push the same one at once
 
@@ -57,6 +58,7 @@ def least_closing(gap: float, held_gap: float, g_hat: float) -> float:
 @wp.kernel
 def deflect_kernel(
     near: wp.array(dtype=wp.int32),
+    near_count: wp.array(dtype=wp.int32),
     listed: int,
     ids: wp.array(dtype=wp.vec4i),
     kind: wp.array(dtype=wp.int32),
@@ -65,19 +67,21 @@ def deflect_kernel(
     sizes: ContactSizes,
     x: wp.array(dtype=wp.vec3),
     held_gap: float,
-    surface_weight: float,
-    number: int,
+    at_most: int,
     changed: wp.array(dtype=wp.int32),
     displacement: wp.array(dtype=wp.vec3),
     push_out: wp.array(dtype=wp.vec3),
     pushes_out: wp.array(dtype=wp.float32),
-    deflected_out: wp.array(dtype=wp.int32),
+    passes: wp.array(dtype=wp.int32),
 ):
     """Pass 0 looks at every stencil, later ones at those with a vertex that the pass before has pushed."""
     c = wp.tid()
     if listed == 1:
+        if c >= near_count[0]:
+            return
         c = near[c]
     v = ids[c]
+    number = passes[NUMBER]
     if number > 0:
         newest = wp.max(wp.max(changed[v[0]], changed[v[1]]), wp.max(changed[v[2]], changed[v[3]]))
         if newest < number - 1:
@@ -116,13 +120,14 @@ def deflect_kernel(
             return
         lam = lam_there
         n = wp.normalize(there)
+    surface_weight = wp.pow(SURFACE_WEIGHT, 1.0 - float(number) / float(at_most))
     total = float(0.0)
     for k in range(4):
         w = float(1.0)
         if v[k] >= cloth_count:
             w = surface_weight
         total += w * lam[k] * lam[k]
-    wp.atomic_add(deflected_out, 0, 1)
+    wp.atomic_add(passes, HITS, 1)
     push = missing / total
     for k in range(4):
         if lam[k] != 0.0:
@@ -135,7 +140,7 @@ def deflect_kernel(
 
 @wp.kernel
 def apply_kernel(
-    number: int,
+    passes: wp.array(dtype=wp.int32),
     relaxation: float,
     push: wp.array(dtype=wp.vec3),
     pushes: wp.array(dtype=wp.float32),
@@ -146,7 +151,7 @@ def apply_kernel(
     i = wp.tid()
     if pushes[i] > 0.0:
         displacement[i] = displacement[i] + (relaxation / pushes[i]) * push[i]
-        changed[i] = number
+        changed[i] = passes[NUMBER]
         push[i] = wp.vec3()
         pushes[i] = 0.0
 
@@ -174,25 +179,24 @@ def deflect(
     displacement: wp.array,
     changed: wp.array,
     scratch: DeflectionScratch,
-    counter: wp.array,
+    passes: Passes,
     at_most: int,
     held_gap: float = 0.0,
 ) -> None:
     """Turn `displacement` (A,) m aside, in at most `at_most` passes; of `held_gap` m no pair is to use up anything.
 
-    With `near` only the near list is looked at. `changed` (A,) int32 is scratch.
+    With `near` only the near list is looked at. `changed` (A,) int32 and `passes` are scratch.
     """
     count = candidates.near_size if near else candidates.size
-    if count == 0:
-        return
     changed.fill_(-2)
-    for number in range(at_most):
-        counter.zero_()
+
+    def deflect_once() -> None:
         wp.launch(
             deflect_kernel,
             count,
             [
                 candidates.near,
+                candidates.near_count,
                 int(near),
                 candidates.ids,
                 candidates.kind,
@@ -201,18 +205,17 @@ def deflect(
                 sizes,
                 x,
                 held_gap,
-                SURFACE_WEIGHT ** (1.0 - number / at_most),
-                number,
+                at_most,
             ],
-            [changed, displacement, scratch.push, scratch.pushes, counter],
+            [changed, displacement, scratch.push, scratch.pushes, passes.state],
             device=x.device,
         )
         wp.launch(
             apply_kernel,
             len(x),
-            [number, RELAXATION],
+            [passes.state, RELAXATION],
             [scratch.push, scratch.pushes, changed, displacement],
             device=x.device,
         )
-        if int(counter.numpy()[0]) == 0:
-            return
+
+    passes.repeat(deflect_once, at_most)

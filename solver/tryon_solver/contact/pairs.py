@@ -30,7 +30,9 @@ class ContactPairs:
     """Pairs within reach at `x_ref`, one entry each.
 
     `ids` vec4i; `lam` vec4 weights; `normal` vec3 unit; `slope` e kappa b' [N], <= 0; `curvature` e kappa b'' [N/m];
-    `energy` [J]; `gap` vec2: g and the activation distance g_hat [m]; `size` pairs; `overlapping` of them at d <= xi.
+    `energy` [J]; `gap` vec2: g and the activation distance g_hat [m]. `counters` (2,) int32: how many, and how many of
+    them at d <= xi. Here `size`, what launches cover, and `overlapping` are the same; in a graph, which can't be read
+    from, `size` is the capacity.
     """
 
     ids: wp.array
@@ -65,6 +67,13 @@ class ContactPairs:
         )
 
 
+    def read_size(self) -> int:
+        """Know how many pairs there are; returns how many there should be. Waits for the device."""
+        found, self.overlapping = (int(k) for k in self.counters.numpy())
+        self.size = min(found, self.capacity)
+        return found
+
+
 @wp.struct
 class ContactModel:
     """Stiffness of the contact potential.
@@ -81,6 +90,7 @@ class ContactModel:
 @wp.kernel
 def collect_kernel(
     near: wp.array(dtype=wp.int32),
+    near_count: wp.array(dtype=wp.int32),
     listed: int,
     candidate_ids: wp.array(dtype=wp.vec4i),
     candidate_kind: wp.array(dtype=wp.int32),
@@ -103,6 +113,8 @@ def collect_kernel(
 ):
     c = wp.tid()
     if listed == 1:
+        if c >= near_count[0]:
+            return
         c = near[c]
     v = candidate_ids[c]
     kind = candidate_kind[c]
@@ -160,6 +172,7 @@ def collect_kernel(
 
 @wp.kernel
 def add_gradient_kernel(
+    counters: wp.array(dtype=wp.int32),
     ids: wp.array(dtype=wp.vec4i),
     lam: wp.array(dtype=wp.vec4),
     normal: wp.array(dtype=wp.vec3),
@@ -174,6 +187,8 @@ def add_gradient_kernel(
     The model of a one-sided force is kept one-sided: where it would pull, it is silent.
     """
     c = wp.tid()
+    if c >= counters[0]:
+        return
     v = ids[c]
     w = lam[c]
     n = normal[c]
@@ -187,6 +202,7 @@ def add_gradient_kernel(
 
 @wp.kernel
 def add_product_kernel(
+    counters: wp.array(dtype=wp.int32),
     ids: wp.array(dtype=wp.vec4i),
     lam: wp.array(dtype=wp.vec4),
     normal: wp.array(dtype=wp.vec3),
@@ -196,6 +212,8 @@ def add_product_kernel(
 ):
     """product += C p with C the pairs' Gauss-Newton Hessian."""
     c = wp.tid()
+    if c >= counters[0]:
+        return
     v = ids[c]
     w = lam[c]
     n = normal[c]
@@ -209,6 +227,7 @@ def add_product_kernel(
 
 @wp.kernel
 def add_diagonal_kernel(
+    counters: wp.array(dtype=wp.int32),
     ids: wp.array(dtype=wp.vec4i),
     lam: wp.array(dtype=wp.vec4),
     normal: wp.array(dtype=wp.vec3),
@@ -217,6 +236,8 @@ def add_diagonal_kernel(
 ):
     """Adds each pair's 3x3 diagonal blocks lam_i^2 (e kappa b'') n n^T."""
     c = wp.tid()
+    if c >= counters[0]:
+        return
     v = ids[c]
     outer = curvature[c] * wp.outer(normal[c], normal[c])
     for k in range(4):
@@ -241,7 +262,8 @@ def collect(
     """Rebuild `pairs` from the candidates within reach at x; grows it when full, drops nothing.
 
     With `near`, only the near list is looked at; it must have been made for the move to x.
-    The candidates' distances are lower bounds at x; those that are looked at become exact.
+    The candidates' distances are lower bounds at x; those that are looked at become exact. In a graph nothing can grow:
+    who launched it must look whether the first counter is above the capacity.
     """
     device = x.device
     while True:
@@ -252,6 +274,7 @@ def collect(
             candidates.near_size if near else candidates.size,
             [
                 candidates.near,
+                candidates.near_count,
                 int(near),
                 candidates.ids,
                 candidates.kind,
@@ -276,9 +299,11 @@ def collect(
             ],
             device=device,
         )
-        found, overlapping = (int(k) for k in pairs.counters.numpy())
+        if wp.get_device(device).is_capturing:
+            pairs.size = pairs.capacity
+            return
+        found = pairs.read_size()
         if found <= pairs.capacity:
-            pairs.size, pairs.overlapping = found, overlapping
             return
         grown = ContactPairs.allocate(1 << (found - 1).bit_length(), str(device))
         pairs.__dict__.update(grown.__dict__)
@@ -289,7 +314,7 @@ def add_gradient(pairs: ContactPairs, x_ref: wp.array, x: wp.array, gradient_out
     wp.launch(
         add_gradient_kernel,
         pairs.size,
-        [pairs.ids, pairs.lam, pairs.normal, pairs.slope, pairs.curvature, x_ref, x],
+        [pairs.counters, pairs.ids, pairs.lam, pairs.normal, pairs.slope, pairs.curvature, x_ref, x],
         [gradient_out],
         device=x.device,
     )
@@ -300,7 +325,7 @@ def add_product(pairs: ContactPairs, p: wp.array, product_out: wp.array) -> None
     wp.launch(
         add_product_kernel,
         pairs.size,
-        [pairs.ids, pairs.lam, pairs.normal, pairs.curvature, p],
+        [pairs.counters, pairs.ids, pairs.lam, pairs.normal, pairs.curvature, p],
         [product_out],
         device=p.device,
     )
@@ -311,7 +336,7 @@ def add_diagonal(pairs: ContactPairs, blocks_out: wp.array) -> None:
     wp.launch(
         add_diagonal_kernel,
         pairs.size,
-        [pairs.ids, pairs.lam, pairs.normal, pairs.curvature],
+        [pairs.counters, pairs.ids, pairs.lam, pairs.normal, pairs.curvature],
         [blocks_out],
         device=blocks_out.device,
     )

@@ -68,6 +68,7 @@ def force_before(
 
 @wp.kernel
 def prepare_kernel(
+    counters: wp.array(dtype=wp.int32),
     ids: wp.array(dtype=wp.vec4i),
     lam: wp.array(dtype=wp.vec4),
     normal: wp.array(dtype=wp.vec3),
@@ -86,6 +87,8 @@ def prepare_kernel(
 ):
     """weight = mu N f1(|u|)/|u| [N/m]; along = (t, what the stiffness along t has beyond it [N/m])."""
     c = wp.tid()
+    if c >= counters[0]:
+        return
     v = ids[c]
     u = slip(v, lam[c], normal[c], x, x_start)
     y = wp.length(u)
@@ -124,6 +127,7 @@ def resistance(weight: float, along: wp.vec4, n: wp.vec3, u: wp.vec3) -> wp.vec3
 
 @wp.kernel
 def add_gradient_kernel(
+    counters: wp.array(dtype=wp.int32),
     ids: wp.array(dtype=wp.vec4i),
     lam: wp.array(dtype=wp.vec4),
     normal: wp.array(dtype=wp.vec3),
@@ -133,6 +137,8 @@ def add_gradient_kernel(
     gradient_out: wp.array(dtype=wp.vec3),
 ):
     c = wp.tid()
+    if c >= counters[0]:
+        return
     v = ids[c]
     w = lam[c]
     f = weight[c] * slip(v, w, normal[c], x, x_start)
@@ -142,6 +148,7 @@ def add_gradient_kernel(
 
 @wp.kernel
 def add_product_kernel(
+    counters: wp.array(dtype=wp.int32),
     ids: wp.array(dtype=wp.vec4i),
     lam: wp.array(dtype=wp.vec4),
     normal: wp.array(dtype=wp.vec3),
@@ -151,6 +158,8 @@ def add_product_kernel(
     product_out: wp.array(dtype=wp.vec3),
 ):
     c = wp.tid()
+    if c >= counters[0]:
+        return
     v = ids[c]
     w = lam[c]
     u = wp.vec3()
@@ -163,6 +172,7 @@ def add_product_kernel(
 
 @wp.kernel
 def add_diagonal_kernel(
+    counters: wp.array(dtype=wp.int32),
     ids: wp.array(dtype=wp.vec4i),
     lam: wp.array(dtype=wp.vec4),
     normal: wp.array(dtype=wp.vec3),
@@ -171,6 +181,8 @@ def add_diagonal_kernel(
     blocks_out: wp.array(dtype=wp.mat33),
 ):
     c = wp.tid()
+    if c >= counters[0]:
+        return
     n = normal[c]
     t = wp.vec3(along[c][0], along[c][1], along[c][2])
     tangential = weight[c] * (wp.identity(n=3, dtype=wp.float32) - wp.outer(n, n)) + along[c][3] * wp.outer(t, t)
@@ -208,6 +220,7 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
             prepare_kernel,
             pairs.size,
             [
+                pairs.counters,
                 pairs.ids,
                 pairs.lam,
                 pairs.normal,
@@ -230,7 +243,7 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
         wp.launch(
             add_gradient_kernel,
             pairs.size,
-            [pairs.ids, pairs.lam, pairs.normal, held.weight, x, x_start],
+            [pairs.counters, pairs.ids, pairs.lam, pairs.normal, held.weight, x, x_start],
             [gradient],
             device=device,
         )
@@ -239,7 +252,7 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
         wp.launch(
             add_product_kernel,
             pairs.size,
-            [pairs.ids, pairs.lam, pairs.normal, held.weight, held.along, p],
+            [pairs.counters, pairs.ids, pairs.lam, pairs.normal, held.weight, held.along, p],
             [product],
             device=device,
         )
@@ -248,7 +261,7 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
         wp.launch(
             add_diagonal_kernel,
             pairs.size,
-            [pairs.ids, pairs.lam, pairs.normal, held.weight, held.along],
+            [pairs.counters, pairs.ids, pairs.lam, pairs.normal, held.weight, held.along],
             [blocks],
             device=device,
         )

@@ -3,8 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import warp as wp
+
+wp.set_module_options({"enable_backward": False})
+
+NUMBER = wp.constant(0)
+MORE = wp.constant(1)
+HITS = wp.constant(2)
 
 
 def loop_on_device(more: wp.array, body: Callable[[], None]) -> None:
@@ -14,9 +21,56 @@ def loop_on_device(more: wp.array, body: Callable[[], None]) -> None:
     it costs the processor nothing however often it turns. `body` must neither allocate nor read back.
     """
     device = wp.get_device(more.device)
-    if not (device.is_cuda and wp.is_conditional_graph_supported()):
+    if device.is_capturing or not (device.is_cuda and wp.is_conditional_graph_supported()):
         wp.capture_while(more, body)
         return
     with wp.ScopedCapture(device=device) as loop:
         wp.capture_while(more, body)
     wp.capture_launch(loop.graph)
+
+
+@wp.kernel
+def begin_kernel(at_most: int, state: wp.array(dtype=wp.int32)):
+    state[NUMBER] = 0
+    state[MORE] = wp.where(at_most > 0, 1, 0)
+    state[HITS] = 0
+
+
+@wp.kernel
+def next_kernel(at_most: int, state: wp.array(dtype=wp.int32)):
+    if state[HITS] == 0:
+        state[MORE] = 0
+        return
+    state[NUMBER] = state[NUMBER] + 1
+    state[MORE] = wp.where(state[NUMBER] < at_most, 1, 0)
+    state[HITS] = 0
+
+
+@dataclass(frozen=True)
+class Passes:
+    """Passes over a list, repeated until one finds nothing to do.
+
+    `state` (3,) int32: NUMBER of the pass, from 0; MORE is 1 while there is another; HITS of this pass, counted by its
+    kernels.
+    """
+
+    state: wp.array
+
+    @staticmethod
+    def allocate(device: str) -> Passes:
+        return Passes(wp.zeros(3, dtype=wp.int32, device=device))
+
+    def repeat(self, one: Callable[[], None], at_most: int) -> None:
+        """Launch `one` pass until it has no hits, `at_most` times; afterwards NUMBER passes have had some."""
+        device = self.state.device
+        wp.launch(begin_kernel, 1, [at_most], [self.state], device=device)
+
+        def turn() -> None:
+            one()
+            wp.launch(next_kernel, 1, [at_most], [self.state], device=device)
+
+        wp.capture_while(self.state[1:2], turn)
+
+    def taken(self) -> int:
+        """How many passes had hits. Waits for the device."""
+        return int(self.state.numpy()[0])

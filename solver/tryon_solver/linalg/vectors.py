@@ -68,6 +68,12 @@ def dot(a: wp.array, b: wp.array, out: wp.array) -> None:
         wp.utils.array_inner(a, b, out=out)
 
 
+def find_largest(vectors: wp.array, largest_out: wp.array) -> None:
+    """largest_out[0] = max_i |vectors_i|, on the device."""
+    largest_out.zero_()
+    wp.launch(largest_kernel, len(vectors), [vectors], [largest_out], device=vectors.device)
+
+
 def add_scaled(scale: wp.array, p: wp.array, x_out: wp.array) -> None:
     """x += scale[0] p, over the length of p."""
     wp.launch(add_scaled_kernel, len(p), [scale, p], [x_out], device=p.device)

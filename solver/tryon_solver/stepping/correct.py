@@ -6,6 +6,9 @@ argument. Here the correction keeps the elastic matrix: every iteration solves A
 exact barrier and friction at the current point. It starts from the trial, as far as that can be reached, or from the
 feasible state, whichever is nearer to balance. Every iterate is feasible, so a budget that runs out leaves a safe
 state.
+
+The iterations are a loop on the device (stepping/progress.py), on a GPU one graph. It comes back to the host for what a
+graph can't do: search further, and make room for more contact pairs.
 """
 
 from __future__ import annotations
@@ -19,7 +22,8 @@ from tryon_solver.contact import bounds, candidates, pairs
 from tryon_solver.contact.deflect import deflect
 from tryon_solver.contact.verify import is_finite, violations
 from tryon_solver.linalg import pcg
-from tryon_solver.linalg.vectors import subtract
+from tryon_solver.linalg.device_loop import loop_on_device
+from tryon_solver.linalg.vectors import find_largest, subtract
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
 from tryon_solver.stepping.newton import hessian_product, linearise
 from tryon_solver.stepping.search import follow, search_around, search_further
@@ -30,17 +34,24 @@ if TYPE_CHECKING:
 
 wp.set_module_options({"enable_backward": False})
 
-OVERSHOT = 2.0  # so many times as long as the step before it
-
-
 @wp.kernel
 def travel_kernel(direction: wp.array(dtype=wp.vec3), travel_out: wp.array(dtype=wp.float32)):
     i = wp.tid()
     travel_out[i] = wp.length(direction[i])
 
 
-def take(sim: Simulation, direction: wp.array) -> float:
-    """Move x by `direction`, as far as it is proven free of contact; returns the largest vertex move [m]."""
+def take(sim: Simulation, direction: wp.array) -> None:
+    """Move x by `direction`, as far as it is proven free of contact; searches further for it where it must."""
+    work = sim.work
+    work.alpha.fill_(1.0)
+    searchable = bool(sim.touching) and sim.searches < sim.settings.searches
+    if searchable and bounds.leaving(sim.state.x, direction, work.alpha, sim.region, work.hits):
+        search_further(sim, direction, work.alpha)
+    take_within_region(sim, direction)
+
+
+def take_within_region(sim: Simulation, direction: wp.array) -> None:
+    """Move x by `direction`, as far as it is proven free by the candidates that there are; `total` is the move."""
     state, work = sim.state, sim.work
     work.alpha.fill_(1.0)
     if sim.touching:
@@ -52,14 +63,11 @@ def take(sim: Simulation, direction: wp.array) -> float:
     if sim.touching:
         follow(sim, near=True)
     subtract(state.x, work.total, work.total)
-    return sim.largest(work.total)
 
 
 def prove_free(sim: Simulation, direction: wp.array) -> None:
     """Turn `direction` aside where it closes gaps, then set `alpha` so that what is left of it is free of contact."""
     state, work, settings, sizes = sim.state, sim.work, sim.settings, sim.contact.sizes
-    if sim.searches < settings.searches and bounds.leaving(state.x, direction, work.alpha, sim.region, work.hits):
-        search_further(sim, direction, work.alpha)
     list_near(sim, direction, settled=False)
     deflect(
         sim.candidates,
@@ -70,7 +78,7 @@ def prove_free(sim: Simulation, direction: wp.array) -> None:
         direction,
         work.changed,
         sim.deflection,
-        work.hits,
+        work.passes,
         settings.deflection_passes,
     )
     list_near(sim, direction, settled=True)
@@ -84,7 +92,7 @@ def prove_free(sim: Simulation, direction: wp.array) -> None:
         direction,
         work.alpha,
         work.changed,
-        work.hits,
+        work.passes,
     )
 
 
@@ -104,7 +112,7 @@ def proven_free(sim: Simulation, displacement: np.ndarray) -> bool:
     sim.searches = 0
     search_around(sim, state.x, work.direction)
     work.alpha.fill_(1.0)
-    passes = bounds.shorten(
+    bounds.shorten(
         sim.candidates,
         False,
         sim.cloth_count,
@@ -113,9 +121,9 @@ def proven_free(sim: Simulation, displacement: np.ndarray) -> bool:
         work.direction,
         work.alpha,
         work.changed,
-        work.hits,
+        work.passes,
     )
-    return passes == 0
+    return work.passes.taken() == 0
 
 
 def look_around(sim: Simulation, near: bool) -> None:
@@ -162,27 +170,65 @@ def correct_penetration(sim: Simulation) -> None:
     Newton's steps are not searched along: one that overshoots is mended by the next. The budget's last has none, so it
     is not taken when it is much longer than the one before.
     """
-    work, settings = sim.work, sim.settings
+    progress = sim.progress
     choose_start(sim)
-    before = np.inf
-    for left in reversed(range(settings.correction_iterations)):
-        pcg.solve(
-            sim.cg,
-            lambda p, product: hessian_product(sim, p, product),
-            work.blocks,
-            work.gradient,
-            work.direction,
-            settings.correction_pcg_iterations,
-            settings.correction_pcg_tolerance,
-        )
-        sim.counters.newton_iterations += 1
-        if not left and sim.largest(work.direction) > OVERSHOT * before:
+    progress.begin(sim.settings.correction_iterations, sim.settings.searches - sim.searches)
+    while True:
+        loop_on_device(progress.going_on, lambda: iterate(sim))
+        outcome = progress.read()
+        if sim.touching:
+            sim.candidates.size_near_list()
+        if outcome.wants_search:
+            search_further(sim, sim.work.direction, sim.work.alpha)
+            progress.searched()
+        elif outcome.wants_room:
+            look_around(sim, near=True)
+            progress.resume()
+        else:
             break
-        before = take(sim, work.direction)
-        sim.counters.residual = before / sim.dt
-        if not left or before < settings.correction_tolerance * sim.dt:
-            break
+    if sim.touching:
+        sim.pairs.read_size()
+    sim.counters.newton_iterations += outcome.iterations
+    if outcome.iterations:
+        sim.counters.residual = outcome.moved / sim.dt
+
+
+def iterate(sim: Simulation) -> None:
+    """One Newton iteration, for the device to repeat: a direction, unless there is one, and, where it leads within the
+    region or there is no searching left, the move and a look around."""
+    state, work, progress = sim.state, sim.work, sim.progress
+    progress.unless_directed(lambda: find_direction(sim))
+    if sim.touching:
+        work.alpha.fill_(1.0)
+        bounds.count_leaving(state.x, work.direction, work.alpha, sim.region, progress.leaving)
+
+    def move() -> None:
+        take_within_region(sim, work.direction)
+        find_largest(work.total, progress.moved)
+        progress.judge_move(sim.settings.correction_tolerance * sim.dt)
+        progress.if_going_on(look)
+
+    def look() -> None:
         look_around(sim, near=True)
+        progress.stop_when_full(sim.pairs)
+
+    progress.if_free_to_move(move)
+
+
+def find_direction(sim: Simulation) -> None:
+    """Newton's direction at x as looked around; the budget's last is dropped if it overshoots."""
+    work, settings = sim.work, sim.settings
+    pcg.solve(
+        sim.cg,
+        lambda p, product: hessian_product(sim, p, product),
+        work.blocks,
+        work.gradient,
+        work.direction,
+        settings.correction_pcg_iterations,
+        settings.correction_pcg_tolerance,
+    )
+    find_largest(work.direction, sim.progress.length)
+    sim.progress.judge_direction()
 
 
 def verify_commit(sim: Simulation) -> None:

@@ -159,7 +159,7 @@ def turn_aside(sim: Simulation) -> None:
         sim.work.direction,
         sim.work.changed,
         sim.deflection,
-        sim.work.hits,
+        sim.work.passes,
         sim.settings.deflection_passes,
         HELD_GAP * sim.settings.d_hat,
     )
@@ -167,7 +167,7 @@ def turn_aside(sim: Simulation) -> None:
 
 def shorten(sim: Simulation) -> int:
     """Shrink `alpha` until the motion is proven free; returns the passes that shortened something."""
-    return bounds.shorten(
+    bounds.shorten(
         sim.candidates,
         False,
         sim.cloth_count,
@@ -176,8 +176,9 @@ def shorten(sim: Simulation) -> int:
         sim.work.direction,
         sim.work.alpha,
         sim.work.changed,
-        sim.work.hits,
+        sim.work.passes,
     )
+    return sim.work.passes.taken()
 
 
 @wp.kernel

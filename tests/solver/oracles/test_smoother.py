@@ -64,6 +64,7 @@ def stack_contacts(sim, rng, stiffness):
         getattr(pairs, name).assign(wp.array(values, dtype=dtype, device="cpu"))
     pairs.curvature.assign(weight.astype(np.float32))
     pairs.size = len(ids)
+    pairs.counters.assign([len(ids), 0])
     sim.pairs = pairs
     rows = np.zeros((len(ids), 3 * sim.cloth_count))
     for k in range(4):

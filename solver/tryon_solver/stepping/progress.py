@@ -1,0 +1,177 @@
+"""How far the correction's loop has come: kept and judged on the device, read by the host when the loop ends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import warp as wp
+
+from tryon_solver.contact.pairs import ContactPairs
+
+wp.set_module_options({"enable_backward": False})
+
+OVERSHOT = wp.constant(2.0)  # so many times as long as the step before it
+
+# Places in `state`. Each of the first four is a condition of the loop, 0 or 1.
+GOING_ON = wp.constant(0)  # another iteration
+NO_DIRECTION = wp.constant(1)  # the direction is still to be found
+FREE_TO_MOVE = wp.constant(2)  # the direction can be taken now
+LOOKING = wp.constant(3)  # pairs and Hessian are to be made anew
+LEFT = wp.constant(4)  # iterations left
+SEARCHES = wp.constant(5)  # further searches left
+LEAVING = wp.constant(6)  # vertices that the direction takes out of the region
+FOUND = wp.constant(7)  # iterations whose direction was found
+WANTS_SEARCH = wp.constant(8)
+WANTS_ROOM = wp.constant(9)
+PLACES = 10
+
+# Places in `lengths` [m].
+LENGTH = wp.constant(0)  # of the direction's longest vector
+MOVED = wp.constant(1)  # largest move of a vertex in this iteration
+BEFORE = wp.constant(2)  # that of the one before
+
+
+@wp.kernel
+def begin_kernel(
+    at_most: int, searches: int, state: wp.array(dtype=wp.int32), lengths: wp.array(dtype=wp.float32)
+):
+    for k in range(PLACES):
+        state[k] = 0
+    state[GOING_ON] = wp.where(at_most > 0, 1, 0)
+    state[NO_DIRECTION] = 1
+    state[LEFT] = at_most
+    state[SEARCHES] = searches
+    lengths[MOVED] = 0.0
+    lengths[BEFORE] = wp.inf
+
+
+@wp.kernel
+def judge_direction_kernel(state: wp.array(dtype=wp.int32), lengths: wp.array(dtype=wp.float32)):
+    state[NO_DIRECTION] = 0
+    state[FOUND] = state[FOUND] + 1
+    state[LEFT] = state[LEFT] - 1
+    if state[LEFT] == 0 and lengths[LENGTH] > OVERSHOT * lengths[BEFORE]:
+        state[GOING_ON] = 0
+
+
+@wp.kernel
+def decide_kernel(state: wp.array(dtype=wp.int32)):
+    state[FREE_TO_MOVE] = state[GOING_ON]
+    if state[GOING_ON] == 1 and state[LEAVING] > 0 and state[SEARCHES] > 0:
+        state[FREE_TO_MOVE] = 0
+        state[GOING_ON] = 0
+        state[WANTS_SEARCH] = 1
+
+
+@wp.kernel
+def judge_move_kernel(shortest: float, state: wp.array(dtype=wp.int32), lengths: wp.array(dtype=wp.float32)):
+    lengths[BEFORE] = lengths[MOVED]
+    state[NO_DIRECTION] = 1
+    if state[LEFT] == 0 or lengths[MOVED] < shortest:
+        state[GOING_ON] = 0
+    state[LOOKING] = state[GOING_ON]
+
+
+@wp.kernel
+def stop_when_full_kernel(counters: wp.array(dtype=wp.int32), room: int, state: wp.array(dtype=wp.int32)):
+    if counters[0] > room:
+        state[GOING_ON] = 0
+        state[WANTS_ROOM] = 1
+
+
+@wp.kernel
+def resume_kernel(searches: int, state: wp.array(dtype=wp.int32)):
+    state[GOING_ON] = 1
+    state[WANTS_SEARCH] = 0
+    state[WANTS_ROOM] = 0
+    state[SEARCHES] = state[SEARCHES] - searches
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Why the loop ended, after how many iterations, and the largest move in the last that moved [m]."""
+
+    wants_search: bool
+    wants_room: bool
+    iterations: int
+    moved: float
+
+
+@dataclass(frozen=True)
+class Progress:
+    """`state` (PLACES,) int32 and `lengths` (3,) float32 m, by the places above."""
+
+    state: wp.array
+    lengths: wp.array
+
+    @staticmethod
+    def allocate(device: str) -> Progress:
+        return Progress(
+            wp.zeros(PLACES, dtype=wp.int32, device=device), wp.zeros(3, dtype=wp.float32, device=device)
+        )
+
+    @property
+    def going_on(self) -> wp.array:
+        """The loop's condition."""
+        return self.state[0:1]
+
+    @property
+    def leaving(self) -> wp.array:
+        """Where to count the vertices that the direction takes out of the region."""
+        return self.state[6:7]
+
+    @property
+    def length(self) -> wp.array:
+        """Where to put the direction's longest vector [m]."""
+        return self.lengths[0:1]
+
+    @property
+    def moved(self) -> wp.array:
+        """Where to put the largest move [m]."""
+        return self.lengths[1:2]
+
+    def begin(self, at_most: int, searches: int) -> None:
+        """A budget of iterations and of further searches."""
+        self._launch(begin_kernel, [at_most, searches], [self.state, self.lengths])
+
+    def unless_directed(self, find: Callable[[], None]) -> None:
+        """Launch `find` if the direction is still to be found."""
+        wp.capture_if(self.state[1:2], find)
+
+    def judge_direction(self) -> None:
+        """The direction is found, its length known: drop the budget's last if it overshoots."""
+        self._launch(judge_direction_kernel, [], [self.state, self.lengths])
+
+    def if_free_to_move(self, move: Callable[[], None]) -> None:
+        """Launch `move` if the direction can be taken; else the loop ends, for a search where there is one left."""
+        self._launch(decide_kernel, [], [self.state])
+        wp.capture_if(self.state[2:3], move)
+
+    def judge_move(self, shortest: float) -> None:
+        """The direction is taken: end the loop with the budget, or when nothing moved by `shortest` m."""
+        self._launch(judge_move_kernel, [shortest], [self.state, self.lengths])
+
+    def if_going_on(self, look: Callable[[], None]) -> None:
+        """Launch `look` if there is another iteration after this move."""
+        wp.capture_if(self.state[3:4], look)
+
+    def stop_when_full(self, pairs: ContactPairs) -> None:
+        """End the loop if there are more pairs than there is room for."""
+        self._launch(stop_when_full_kernel, [pairs.counters, pairs.capacity], [self.state])
+
+    def resume(self) -> None:
+        """What the loop ended for is done."""
+        self._launch(resume_kernel, [0], [self.state])
+
+    def searched(self) -> None:
+        """The same, after a further search."""
+        self._launch(resume_kernel, [1], [self.state])
+
+    def read(self) -> Outcome:
+        """Waits for the device."""
+        state, lengths = self.state.numpy(), self.lengths.numpy()
+        return Outcome(bool(state[8]), bool(state[9]), int(state[7]), float(lengths[1]))
+
+    def _launch(self, kernel: wp.Kernel, inputs: list[object], outputs: list[wp.array]) -> None:
+        wp.launch(kernel, 1, inputs, outputs, device=self.state.device)
