@@ -7,6 +7,7 @@ import warp as wp
 wp.set_module_options({"enable_backward": False})
 
 BLOCK = wp.constant(1024)  # threads that sum a dot product
+AT_ONCE = wp.constant(8)
 
 
 @wp.kernel
@@ -49,13 +50,16 @@ def largest_kernel(a: wp.array(dtype=wp.vec3), largest_out: wp.array(dtype=wp.fl
 
 @wp.kernel
 def dot_kernel(a: wp.array(dtype=wp.vec3), b: wp.array(dtype=wp.vec3), out: wp.array(dtype=wp.float32)):
-    """out[0] = sum_i a_i . b_i, by one block of threads."""
+    """out[0] = sum_i a_i . b_i, by one block of threads, each with AT_ONCE loads on their way."""
     lane = wp.tid()
     total = float(0.0)
     i = int(lane)
     while i < a.shape[0]:
-        total += wp.dot(a[i], b[i])
-        i += BLOCK
+        for k in range(AT_ONCE):
+            j = i + k * BLOCK
+            if j < a.shape[0]:
+                total += wp.dot(a[j], b[j])
+        i += AT_ONCE * BLOCK
     wp.tile_store(out, wp.tile_sum(wp.tile(total)))
 
 
