@@ -1,0 +1,148 @@
+"""When the correction's loop goes on, moves, asks for a search or for room, and ends: judged on every device."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+import warp as wp
+
+from tryon_solver.contact.pairs import ContactPairs
+from tryon_solver.linalg.device_loop import Passes
+from tryon_solver.stepping.progress import Progress
+
+
+@pytest.fixture(params=["cpu", pytest.param("cuda:0", marks=pytest.mark.gpu)])
+def device(request):
+    wp.init()
+    if request.param != "cpu" and not wp.is_cuda_available():
+        pytest.skip("no CUDA device on this machine")
+    return request.param
+
+
+@dataclass
+class Script:
+    """Plays the correction's loop with directions and moves of given lengths [m], the host in the loop.
+
+    `leaving`, `crowded`: the iterations whose direction leaves the region, or after which there are too many pairs,
+    until the host has helped.
+    """
+
+    progress: Progress
+    pairs: ContactPairs
+    events: list = field(default_factory=list)
+
+    def play(self, budget, searches, lengths, moves, shortest=1e-6, leaving=(), crowded=()):
+        self.lengths, self.moves, self.shortest, self.crowded = lengths, moves, shortest, crowded
+        progress = self.progress
+        progress.begin(budget, searches)
+        self.done = 0
+        while True:
+            while int(progress.going_on.numpy()[0]):
+                progress.unless_directed(self.find)
+                progress.leaving.fill_(3 if self.done in leaving else 0)
+                progress.if_free_to_move(self.move)
+            outcome = progress.read()
+            if outcome.wants_search:
+                self.events.append("search")
+                leaving = ()
+                progress.searched()
+            elif outcome.wants_room:
+                self.events.append("room")
+                self.crowded = ()
+                progress.resume()
+            else:
+                return outcome
+
+    def find(self):
+        self.progress.length.fill_(self.lengths[self.done])
+        self.progress.judge_direction()
+        self.events.append("direction")
+
+    def move(self):
+        self.events.append("move")
+        self.progress.moved.fill_(self.moves[self.done])
+        self.progress.judge_move(self.shortest)
+        self.progress.if_going_on(self.look)
+        self.done += 1
+
+    def look(self):
+        self.events.append("look")
+        self.pairs.counters.assign([9 if self.done in self.crowded else 2, 0])
+        self.progress.stop_when_full(self.pairs)
+
+
+@pytest.fixture
+def script(device):
+    progress = Progress.allocate(device)
+    progress.state.fill_(77)
+    progress.lengths.fill_(np.nan)
+    return Script(progress, ContactPairs.allocate(8, device))
+
+
+ONE = ["direction", "move", "look"]
+
+
+def test_the_budget_is_spent(script):
+    outcome = script.play(3, 0, [0.5, 0.5, 0.5], [0.5, 0.4, 0.3])
+    assert script.events == [*ONE, *ONE, "direction", "move"]
+    assert (outcome.iterations, outcome.moved) == (3, pytest.approx(0.3))
+
+
+def test_it_ends_when_nothing_moves(script):
+    outcome = script.play(9, 0, [1] * 9, [0.5, 1e-7])
+    assert script.events == [*ONE, "direction", "move"]
+    assert outcome.iterations == 2
+
+
+def test_the_last_direction_is_dropped_where_it_overshoots(script):
+    outcome = script.play(2, 0, [1, 1.01], [0.5, 9])
+    assert script.events == [*ONE, "direction"]
+    assert (outcome.iterations, outcome.moved) == (2, pytest.approx(0.5))
+    assert script.play(2, 0, [1, 0.99], [0.5, 0.7]).moved == pytest.approx(0.7)
+
+
+def test_a_budget_of_one_has_nothing_to_overshoot(script):
+    script.play(1, 0, [1e6], [0.5])
+    assert script.events == ["direction", "move"]
+
+
+def test_no_budget_no_iteration(script):
+    outcome = script.play(0, 5, [], [])
+    assert (script.events, outcome.iterations, outcome.moved) == ([], 0, 0.0)
+
+
+def test_it_asks_for_a_search_and_goes_on_with_the_same_direction(script):
+    script.play(2, 1, [1, 1], [0.5, 0.5], leaving=(1,))
+    assert script.events == [*ONE, "direction", "search", "move"]
+
+
+def test_without_a_search_left_it_moves_as_far_as_it_can(script):
+    script.play(2, 0, [1, 1], [0.5, 0.5], leaving=(0, 1))
+    assert "search" not in script.events
+    assert script.events.count("move") == 2
+
+
+def test_it_asks_for_room_and_goes_on(script):
+    outcome = script.play(3, 0, [0.5, 0.5, 0.5], [0.5, 0.4, 0.3], crowded=(0,))
+    assert script.events == [*ONE, "room", *ONE, "direction", "move"]
+    assert outcome.iterations == 3
+
+
+@wp.kernel
+def hit_kernel(until: int, passes: wp.array(dtype=wp.int32), seen_out: wp.array(dtype=wp.int32)):
+    number = passes[0]
+    wp.atomic_add(seen_out, number, 1)
+    if number < until:
+        wp.atomic_add(passes, 2, 1)
+
+
+@pytest.mark.parametrize(("until", "taken", "launched"), [(0, 0, 1), (3, 3, 4), (6, 6, 6), (99, 6, 6)])
+def test_passes_end_with_the_first_that_finds_nothing(device, until, taken, launched):
+    passes = Passes.allocate(device)
+    passes.state.fill_(55)
+    seen = wp.zeros(8, dtype=wp.int32, device=device)
+    passes.repeat(
+        lambda: wp.launch(hit_kernel, 4, [until], [passes.state, seen], device=device), at_most=6
+    )
+    assert passes.taken() == taken
+    assert seen.numpy().tolist() == [4] * launched + [0] * (8 - launched)
