@@ -24,6 +24,7 @@ from tryon_solver.effects.base import BuildContext
 from tryon_solver.effects.registry import bind
 from tryon_solver.geometry.garment import Garment, GarmentError
 from tryon_solver.linalg.block_ell import BlockRows
+from tryon_solver.linalg.device_loop import KeptLoop
 from tryon_solver.linalg.ell import EllMatrix, on_pattern, set_sum
 from tryon_solver.linalg.pcg import ConjugateGradients
 from tryon_solver.linalg.vectors import find_largest, move_origin
@@ -165,6 +166,7 @@ class Simulation:
         self.largest_out = wp.zeros(1, dtype=wp.float32, device=device)
         self.cg = ConjugateGradients.allocate(self.all_count, device)
         self.progress = Progress.allocate(device)
+        self.correction = KeptLoop()
         faces = scene.garment.faces.ravel()
         order = np.argsort(faces, kind="stable")
         start = np.searchsorted(faces[order], np.arange(self.cloth_count + 1))

@@ -337,7 +337,7 @@ def find(
     one `group` (A,) are skipped: a vertex of its own, or vertices being sewn into one. x (A,) m is where the vertices
     are now, for the distances. Grows the list when it is full.
     """
-    candidates.size = 0
+    candidates.clear()
     for surface in (cloth, *others):
         surface.budget.fill_(NOTHING_KNOWN)
     extend(candidates, cloth, others, region, group, x, reach)

@@ -47,7 +47,7 @@ class Found:
 
 @dataclass
 class Candidates:
-    """Stencils: `ids` vec4i, `kind` int32 (POINT_TRIANGLE, EDGE_EDGE), and `size`, how many there are.
+    """Stencils: `ids` vec4i, `kind` int32 (POINT_TRIANGLE, EDGE_EDGE); how many: `size`, and `count` (1,) int32.
 
     `distance` m is a lower bound at the current positions (`follow` keeps it one), so that most stencils can be passed
     over without looking at their vertices. `near` int32 lists those that the coming move concerns (`list_near`),
@@ -60,6 +60,7 @@ class Candidates:
     distance: wp.array
     near: wp.array
     near_count: wp.array
+    count: wp.array
     capacity: int
     found: list[Found]
     size: int = 0
@@ -73,6 +74,7 @@ class Candidates:
             wp.zeros(capacity, dtype=wp.int32, device=device),
             wp.zeros(capacity, dtype=wp.float32, device=device),
             wp.zeros(capacity, dtype=wp.int32, device=device),
+            wp.zeros(1, dtype=wp.int32, device=device),
             wp.zeros(1, dtype=wp.int32, device=device),
             capacity,
             [],
@@ -90,16 +92,27 @@ class Candidates:
         if count:
             self.take_over(found, count)
 
+    def clear(self) -> None:
+        """No stencils."""
+        self.size = 0
+        self.count.zero_()
+
+    @property
+    def covered(self) -> int:
+        """What a launch over all of them must cover: in a graph, which outlives the list, whatever may become of it."""
+        return self.capacity if wp.get_device(self.count.device).is_capturing else self.size
+
     def size_near_list(self) -> None:
-        """Know how many are near; in a graph, which can't be read from, all there are."""
+        """Know how many are near; in a graph, which can't be read from, there is no telling."""
         in_graph = wp.get_device(self.near_count.device).is_capturing
-        self.near_size = self.size if in_graph else int(self.near_count.numpy()[0])
+        self.near_size = self.capacity if in_graph else int(self.near_count.numpy()[0])
 
     def take_over(self, other: Candidates | Found, count: int) -> None:
         """Copy the other's first `count` stencils behind those on the list; there must be room."""
         for name in ("ids", "kind", "distance"):
             wp.copy(getattr(self, name), getattr(other, name), dest_offset=self.size, count=count)
         self.size += count
+        self.count.fill_(self.size)
 
 
 @dataclass
@@ -165,6 +178,7 @@ MOST_USED = 1.25  # a stencil whose gap is this many times what a move can use u
 
 @wp.kernel
 def list_near_kernel(
+    count: wp.array(dtype=wp.int32),
     ids: wp.array(dtype=wp.vec4i),
     kind: wp.array(dtype=wp.int32),
     x: wp.array(dtype=wp.vec3),
@@ -177,6 +191,8 @@ def list_near_kernel(
     near_count: wp.array(dtype=wp.int32),
 ):
     c = wp.tid()
+    if c >= count[0]:
+        return
     v = ids[c]
     t1 = travel[v[1]]
     t2 = travel[v[2]]
@@ -212,8 +228,8 @@ def list_near(
     candidates.near_count.zero_()
     wp.launch(
         list_near_kernel,
-        candidates.size,
-        [candidates.ids, candidates.kind, x, travel, xi, reach, int(settled)],
+        candidates.covered,
+        [candidates.count, candidates.ids, candidates.kind, x, travel, xi, reach, int(settled)],
         [candidates.distance, candidates.near, candidates.near_count],
         device=travel.device,
     )

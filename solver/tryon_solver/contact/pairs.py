@@ -67,6 +67,13 @@ class ContactPairs:
         )
 
 
+    def cover_in_graph(self) -> bool:
+        """Let launches cover whatever number of pairs there may come to be, if a graph is being captured: is one?"""
+        capturing = bool(wp.get_device(self.counters.device).is_capturing)
+        if capturing:
+            self.size = self.capacity
+        return capturing
+
     def read_size(self) -> int:
         """Know how many pairs there are; returns how many there should be. Waits for the device."""
         found, self.overlapping = (int(k) for k in self.counters.numpy())
@@ -299,8 +306,7 @@ def collect(
             ],
             device=device,
         )
-        if wp.get_device(device).is_capturing:
-            pairs.size = pairs.capacity
+        if pairs.cover_in_graph():
             return
         found = pairs.read_size()
         if found <= pairs.capacity:

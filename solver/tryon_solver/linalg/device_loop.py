@@ -14,19 +14,32 @@ MORE = wp.constant(1)
 HITS = wp.constant(2)
 
 
-def loop_on_device(more: wp.array, body: Callable[[], None]) -> None:
-    """Launch what `body` launches for as long as more[0] (int32) is not zero.
+class KeptLoop:
+    """A loop on the device whose graph is captured once and launched as often as what it was captured of stands.
 
-    On a GPU the loop becomes a graph with a conditional node, where the driver knows such (CUDA 12.4): launched once,
-    it costs the processor nothing however often it turns. `body` must neither allocate nor read back.
+    On a GPU the loop is a graph with a conditional node, where the driver knows such (CUDA 12.4): launched once, it
+    costs the processor nothing however often it turns.
     """
-    device = wp.get_device(more.device)
-    if device.is_capturing or not (device.is_cuda and wp.is_conditional_graph_supported()):
-        wp.capture_while(more, body)
-        return
-    with wp.ScopedCapture(device=device) as loop:
-        wp.capture_while(more, body)
-    wp.capture_launch(loop.graph)
+
+    def __init__(self) -> None:
+        self._graph: wp.Graph | None = None
+        self._key: object = None
+
+    def run(self, more: wp.array, body: Callable[[], None], key: object) -> None:
+        """Launch what `body` launches for as long as more[0] (int32) is not zero.
+
+        `body` must neither allocate nor read back; `key` names what it hands to kernels by value, and the arrays that
+        may change place. Within another graph, or without graphs, the loop is launched as it is.
+        """
+        device = wp.get_device(more.device)
+        if device.is_capturing or not (device.is_cuda and wp.is_conditional_graph_supported()):
+            wp.capture_while(more, body)
+            return
+        if self._graph is None or key != self._key:
+            with wp.ScopedCapture(device=device) as loop:
+                wp.capture_while(more, body)
+            self._graph, self._key = loop.graph, key
+        wp.capture_launch(self._graph)
 
 
 @wp.kernel

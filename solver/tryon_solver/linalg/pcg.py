@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import warp as wp
 
-from tryon_solver.linalg.device_loop import loop_on_device
 from tryon_solver.linalg.vectors import dot
 
 wp.set_module_options({"enable_backward": False})
@@ -133,8 +132,8 @@ def solve(
 ) -> None:
     """Solve A p = -gradient from zero in at most `at_most` iterations; `blocks` (n,) mat33 is D^-1.
 
-    Stops when <r, D^-1 r> has fallen below tolerance^2 of its first value. `multiply(p, product_out)` applies A. The
-    host reads nothing: on a GPU the loop is one graph that decides there when to stop.
+    Stops when <r, D^-1 r> has fallen below tolerance^2 of its first value. `multiply(p, product_out)` applies A. In a
+    graph the device decides when to stop, and the host reads nothing.
     """
     device, count = gradient.device, len(gradient)
     squared, curvature, more = cg.scalars[0:1], cg.scalars[2:3], cg.left[1:2]
@@ -162,4 +161,4 @@ def solve(
     )
     dot(cg.residual, cg.preconditioned, squared)
     wp.launch(begin_kernel, 1, [at_most, tolerance], [cg.scalars, cg.left], device=device)
-    loop_on_device(more, iterate)
+    wp.capture_while(more, iterate)

@@ -22,7 +22,6 @@ from tryon_solver.contact import bounds, candidates, pairs
 from tryon_solver.contact.deflect import deflect
 from tryon_solver.contact.verify import is_finite, violations
 from tryon_solver.linalg import pcg
-from tryon_solver.linalg.device_loop import loop_on_device
 from tryon_solver.linalg.vectors import find_largest, subtract
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
 from tryon_solver.stepping.newton import hessian_product, linearise
@@ -174,7 +173,7 @@ def correct_penetration(sim: Simulation) -> None:
     choose_start(sim)
     progress.begin(sim.settings.correction_iterations, sim.settings.searches - sim.searches)
     while True:
-        loop_on_device(progress.going_on, lambda: iterate(sim))
+        sim.correction.run(progress.going_on, lambda: iterate(sim), key=baked(sim))
         outcome = progress.read()
         if sim.touching:
             sim.candidates.size_near_list()
@@ -193,10 +192,17 @@ def correct_penetration(sim: Simulation) -> None:
         sim.counters.residual = outcome.moved / sim.dt
 
 
+def baked(sim: Simulation) -> tuple[object, ...]:
+    """What `iterate` hands to kernels by value and may differ between steps, and where the arrays are that grow."""
+    lists, pairs = sim.candidates, sim.pairs
+    return sim.dt, id(sim.settings), lists.ids.ptr, lists.capacity, pairs.ids.ptr, pairs.capacity
+
+
 def iterate(sim: Simulation) -> None:
     """One Newton iteration, for the device to repeat: a direction, unless there is one, and, where it leads within the
     region or there is no searching left, the move and a look around."""
     state, work, progress = sim.state, sim.work, sim.progress
+    sim.pairs.cover_in_graph()
     progress.unless_directed(lambda: find_direction(sim))
     if sim.touching:
         work.alpha.fill_(1.0)
