@@ -116,6 +116,7 @@ def messages() -> dict[str, tuple[bytes, Any]]:
             frames_per_second=14.5,
             real_time_factor=1.0,
             advice="the fabric is stretched by up to 35 %: try a larger size",
+            asleep=True,
         ),
         m.ErrorMessage(
             code="invalid_pose",

@@ -15,6 +15,7 @@ from tryon_solver.state import State
 
 if TYPE_CHECKING:
     from tryon_solver.contact.pairs import ContactPairs
+    from tryon_solver.scene import Sleep
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Contribution:
     that `stiffness` is exactly the Hessian, so that nothing has to be added. `stiffness` (N, N) float64 N/m enters
     projective dynamics' constant matrix; `rate_stiffness` (N, N) float64 N s/m, over dt, the correction's;
     `diagonal(dt)` (N,) float64 N/m enters both beside the inertia; `touches` names the surfaces the cloth may touch:
-    "cloth", "body".
+    "cloth", "body"; `sleep` says when nothing is to be done at all.
     """
 
     name: str
@@ -63,6 +64,7 @@ class Contribution:
     diagonal: Callable[[float], np.ndarray] | None = None
     touches: tuple[str, ...] = ()
     contact: ContactTerm | None = None
+    sleep: Sleep | None = None
     energy: Callable[[wp.array], float] | None = None  # x -> J, for tests and reports
     values: Mapping[str, wp.array] = field(default_factory=dict)  # device arrays that may be written between frames
 
@@ -119,6 +121,7 @@ class StepPlan:
             "diagonal",
             "touches",
             "contact",
+            "sleep",
         )
         lines = []
         for stage in stages:

@@ -112,6 +112,7 @@ class Simulation:
         self._allocate(pose, surface)
         self._assemble()
         self._prepare_contact()
+        self.sleep = next((c.sleep for c in self.plan.contributions if c.sleep is not None), None)
         self.stretch = StretchMeter.build(garment, device)
         self.counters = Counters()
         self.reported = StepReport(self.state.time, 0, 0, 0, 0, 0.0, settings.d_hat, 1.0, 0.0, 0, 0, 0, 0.0)
@@ -327,6 +328,10 @@ class Simulation:
             return first
         return last if share >= 1.0 else self.body.moving.between(first, last, share)
 
+    def wake(self) -> None:
+        """Simulate from now on, until nothing has moved for long enough again (effect Sleep)."""
+        self.state.asleep, self.state.still = False, 0.0
+
     def commit(self, interval: PoseInterval) -> None:
         """The interval is simulated: the clock and the body's pose are at its end."""
         self.state.time = interval.end_time
@@ -356,6 +361,9 @@ class Simulation:
     def report(self) -> StepReport:
         """Figures of the call of `advance` that is ending."""
         counters = self.counters
+        if self.state.asleep and not counters.steps:
+            self.reported = self.reported.sleeping(self.state.time, self.debt)
+            return self.reported
         lag = 0.0
         if self.body is not None:
             difference = self.state.x.numpy()[self.cloth_count :] - self.body.skin_now.numpy()
@@ -379,6 +387,7 @@ class Simulation:
             reverts=counters.reverts,
             debt=self.debt,
             times_ms=dict(counters.times),
+            asleep=self.state.asleep,
             advice=advise(counters, self.debt, self.scene.fabric, stretch, lag),
         )
         return self.reported

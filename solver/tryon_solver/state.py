@@ -27,6 +27,8 @@ class State:
     skin: wp.array  # (B,) vec3 m, where the collision surface is drawn in this step: to the tracked skin
     hold: wp.array  # (B,) float32 N, how firmly at most
     time: float = 0.0  # s, the poses' clock
+    still: float = 0.0  # s, for which nothing has moved faster than Sleep allows
+    asleep: bool = False
 
 
 @dataclass

@@ -19,6 +19,7 @@ from tryon_solver.stepping.passes import contact_passes
 from tryon_solver.stepping.predict import predict_positions
 from tryon_solver.stepping.proxy import build_contact_proxy, project_locally
 from tryon_solver.stepping.repeat import repeat_until
+from tryon_solver.stepping.sleep import awake
 from tryon_solver.stepping.smooth import smooth_in_full_space
 from tryon_solver.stepping.two_level import assemble_coarse_level, solve_on_two_levels
 from tryon_solver.stepping.velocity import update_velocity
@@ -54,7 +55,7 @@ SCHEMES = {
 def advance(sim: Simulation, pose: Pose | None, time: float) -> StepReport:
     """Algorithm 2 without an edit: from the last simulated pose time to `time` [s] at `pose`. METHOD.md section 1."""
     sim.start_report()
-    for interval in sim.pose_intervals(pose, time):  # none longer than the largest step
+    for interval in awake(sim, sim.pose_intervals(pose, time)):  # none longer than the largest step
         sim.timed(move_body, interval)  # carry, kinematic sub-steps: a feasible state at the new pose
         step(sim, interval.dt)
         sim.commit(interval)

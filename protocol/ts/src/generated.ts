@@ -302,6 +302,8 @@ export interface ReportMessage {
   gap_offset?: number | null;
   /** for people: what is out of bounds, and what to try; "": nothing is. Default: "" */
   advice?: string;
+  /** nothing moves: the garment is left as it is until something does. Default: false */
+  asleep?: boolean;
 }
 
 /** Something the client sent, or the session itself, is at fault. Unless `fatal`, the connection goes on. */

@@ -37,7 +37,7 @@ from tryon_solver.geometry.wearable import check_wearable
 from tryon_solver.geometry.weld import weld
 from tryon_solver.materials.fabric import FABRICS, Fabric
 from tryon_solver.results import StepReport
-from tryon_solver.scene import WORN, Scene
+from tryon_solver.scene import LIVE, Scene
 from tryon_solver.settings import PRESETS, Settings
 from tryon_solver.simulation import Simulation, build
 
@@ -141,12 +141,12 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
         if order.size is None:
             fitted = dress_to_fit(
                 lambda size: mesh_in_size(pattern, edge_length, size),
-                lambda panels: dress(panels, body, fabric, settings, device, progress=_worded(progress)),
+                lambda panels: dress(panels, body, fabric, settings, device, LIVE, progress=_worded(progress)),
             )
             dressed, notes = fitted.dressed, (f"garment: {fitted.describe()}",)
         elif order.wardrobe is None or not isinstance(body, BodyModel):
             panels = mesh_in_size(pattern, edge_length, order.size)
-            dressed = dress(panels, body, fabric, settings, device, progress=_worded(progress))
+            dressed = dress(panels, body, fabric, settings, device, LIVE, progress=_worded(progress))
         else:
             panels = mesh_in_size(pattern, edge_length, order.size)
             key = wardrobe_key(order.pattern.read_bytes(), body, (fabric, settings, edge_length, order.size))
@@ -185,7 +185,7 @@ def build_mesh_drape(
             None if moving is None else moving.convention,
         )
         check_grid(GRID, min(fabric.thickness, settings.body_offset))
-        dressed = dress_mesh(garment, body, body.start(), fabric, settings, device, progress=_worded(progress))
+        dressed = dress_mesh(garment, body, body.start(), fabric, settings, device, LIVE, progress=_worded(progress))
     except MeshFileError as error:
         message = f"{error.place}: {error.message}"
         raise problem_error("garment.mesh", message, error.remedy, place="garment", status=422) from error
@@ -238,7 +238,7 @@ def _dress_as_before(
     count = welded.vertex_count
     hung = wardrobe.recall(key, count + len(body.rest_vertices))
     if hung is None:
-        dressed = dress(panels, body, fabric, settings, device, progress=_worded(progress))
+        dressed = dress(panels, body, fabric, settings, device, LIVE, progress=_worded(progress))
         simulation = dressed.simulation
         wardrobe.keep(key, np.vstack([simulation.cloth_positions(), simulation.body_positions()]))
         return dressed
@@ -246,7 +246,7 @@ def _dress_as_before(
     garment = Garment(welded.vertex_of_corner, welded.uv_corners, welded.panel_of_face, welded.vertex_count)
     pose = Pose.rest(body)
     cloth, surface = np.split(hung.astype(np.float64), [count])
-    simulation = build(Scene(garment, cloth, body, fabric, WORN), settings, device, pose, surface)
+    simulation = build(Scene(garment, cloth, body, fabric, LIVE), settings, device, pose, surface)
     return Dressed(simulation, welded, panels, pose)
 
 

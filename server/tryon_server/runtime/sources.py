@@ -21,7 +21,7 @@ from tryon_solver.body.pose import Pose
 LONGEST_MOVE = 1 / 30  # [s] one step of the solver at preset draft
 SHORTEST_MOVE = 1e-3  # [s] over less, a rounding of the positions is a speed; what is left waits for the next pose
 LARGEST_DEBT = 0.1  # [s] of wall time that is made up when the solver is quick enough again; more is forgotten
-SETTLE_SECONDS = 3.0  # a body that stands still is simulated for this long, until the cloth hangs still
+SETTLE_SECONDS = 12.0  # a body that stands still is simulated for this long: a skirt swings for up to ten
 STALL_SECONDS = 0.25  # without a pose for this long the stream's body stands still and the cloth settles
 CATCH_UP = 2.0  # a stream's body that is behind catches up at no more than this many simulated seconds per second
 LARGEST_LAG = 1.0  # [s] a stream's body that is farther behind than this hurries no more but takes its time

@@ -287,6 +287,7 @@ class Worker:
             frames_per_second=self._meter.frames_per_second(now),
             real_time_factor=self._meter.real_time_factor,
             advice=facts.advice,
+            asleep=facts.asleep,
         )
         self._tell(Reported(report))
 

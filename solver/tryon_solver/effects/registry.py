@@ -16,6 +16,7 @@ from tryon_solver.scene import (
     Pins,
     SelfContact,
     Sewing,
+    Sleep,
     StrainLimit,
 )
 
@@ -29,6 +30,7 @@ MODULES: dict[type, str] = {
     Sewing: "tryon_solver.effects.sewing",
     AirDrag: "tryon_solver.effects.air_drag",
     Pins: "tryon_solver.effects.pins",
+    Sleep: "tryon_solver.effects.sleep",
 }
 
 

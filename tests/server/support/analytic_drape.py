@@ -53,6 +53,7 @@ class Facts:
     pairs: int = 4
     retries: int = 0
     times_ms: dict[str, float] = field(default_factory=lambda: {"solve": 0.5})
+    asleep: bool = False
     advice: str = ""
 
     def to_dict(self):

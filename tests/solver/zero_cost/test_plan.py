@@ -11,6 +11,7 @@ from tryon_solver.scene import (
     Gravity,
     Scene,
     SelfContact,
+    Sleep,
     StrainLimit,
 )
 from tryon_solver.simulation import build
@@ -23,6 +24,7 @@ NAMES = {
     StrainLimit: "strain_limit",
     AirDrag: "air_drag",
     FabricDamping: "fabric_damping",
+    Sleep: "sleep",
 }
 
 
@@ -71,6 +73,7 @@ def test_effects_take_part_where_they_should():
         (StrainLimit(0.0), None),
         (AirDrag(0.0), None),
         (FabricDamping(0.0), None),
+        (Sleep(speed=0.0), None),
         (Friction(), fabric(mu_body=0.0, mu_self=0.0)),
     ],
 )
