@@ -10,11 +10,10 @@ import math
 
 import numpy as np
 import pytest
-from pin_effect import Pins
 from scipy.special import j0, jn_zeros
 from small_scenes import fabric, sheet
 
-from tryon_solver.scene import AirDrag, FabricDamping, Gravity, Scene
+from tryon_solver.scene import AirDrag, FabricDamping, Gravity, Pins, Scene
 from tryon_solver.settings import Settings
 from tryon_solver.simulation import build
 
