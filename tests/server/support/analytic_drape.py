@@ -1,7 +1,8 @@
 """A drape without a solver: a waving sheet on a body of three joints. It takes no time and can be told to misbehave.
 
 The name of the fabric says how: ``cotton`` behaves, ``tight`` can't be dressed, ``nan`` yields a NaN after ten steps,
-``failing`` raises in every step, ``crash`` ends the process after ten steps, ``slow`` takes 0.2 s a step.
+``failing`` raises in every step, ``crash`` ends the process after ten steps, ``slow`` takes 0.2 s a step,
+``denim`` is out of bounds, ``resting`` is asleep.
 """
 
 from __future__ import annotations
@@ -97,7 +98,8 @@ class WavingSheet:
         if self.behaviour == "slow":
             time.sleep(0.2)
         self.current, self.t = pose, t
-        return Facts(advice="the fabric is stretched by 35 %" if self.behaviour == "denim" else "")
+        advice = "the fabric is stretched by 35 %" if self.behaviour == "denim" else ""
+        return Facts(asleep=self.behaviour == "resting", advice=advice)
 
     def cloth_positions(self) -> np.ndarray:
         wave = 0.05 * np.sin(6 * self.flat[:, 0] + 5 * self.t)
