@@ -329,7 +329,7 @@ class ReportMessage(Message, tag="report", frozen=True, kw_only=True):
         Meta(description="m, that pair's offset, the thickness kept between its surfaces: they are the sum apart"),
     ] = None
     advice: Annotated[str, Meta(description='for people: what is out of bounds, and what to try; "": nothing is')] = ""
-    asleep: Annotated[bool, Meta(description="nothing moves: the garment is left as it is until something does")] = False
+    asleep: Annotated[bool, Meta(description="nothing moves: the garment is left as it is until it does")] = False
 
 
 class ErrorMessage(Message, tag="error", frozen=True, kw_only=True):

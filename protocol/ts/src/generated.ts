@@ -302,7 +302,7 @@ export interface ReportMessage {
   gap_offset?: number | null;
   /** for people: what is out of bounds, and what to try; "": nothing is. Default: "" */
   advice?: string;
-  /** nothing moves: the garment is left as it is until something does. Default: false */
+  /** nothing moves: the garment is left as it is until it does. Default: false */
   asleep?: boolean;
 }
 
