@@ -1,8 +1,8 @@
 """The energy of the cloth, and the work that pins and moving bodies do on it, in float64.
 
-    E = 1/2 v^T M v - M a . x + Psi(x) + B(x) + pins,      W = sum over frames of dE/dc . dc + dE/dp . dp
+    E = 1/2 v^T M v - M a . x + Psi(x) + B(x) + pins,      W = sum over steps of dE/dc . dc + dE/dp . dp
 
-c is the collision surface as it moves, p the pins' places, derivatives at the end of the frame. Friction, drag and
+c is the collision surface as it moves, p the pins' places, derivatives at the end of the step. Friction, drag and
 damping only take energy: with an implicit step E - W can't grow where the potential is convex, by
 E(x1) - E(x0) <= dE/dx(x1) . (x1 - x0), and no more than that convexity is missed by where it is not.
 
@@ -19,6 +19,7 @@ from tryon_solver.contact import pairs
 from tryon_solver.materials import bending
 from tryon_solver.scene import Gravity, Pins, StrainLimit
 from tryon_solver.simulation import Simulation
+from tryon_solver.stepping.search import search_around
 
 
 class EnergyMeter:
@@ -62,6 +63,9 @@ class EnergyMeter:
         sim = self.sim
         if not sim.touching:
             return 0.0
+        if not sim.listed:  # before the first step
+            sim.work.direction.zero_()
+            search_around(sim, sim.state.x, sim.work.direction)
         pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x)
         return float(sim.pairs.energy.numpy()[: sim.pairs.size].astype(np.float64).sum())
 
@@ -80,7 +84,7 @@ class EnergyMeter:
         return self.kinetic(v), self.elastic(x) + self.contact() + self.pinned(x), fall
 
     def work(self) -> float:
-        """J that was done on the cloth since the last call, with the forces at the end."""
+        """J that was done on the cloth since the last call, with the forces of the pairs as collected now."""
         done = 0.0
         surface = self.sim.body_positions().astype(np.float64)
         if len(surface) and self.sim.touching and self.sim.pairs.size:

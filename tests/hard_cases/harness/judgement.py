@@ -9,6 +9,8 @@ import limits
 import numpy as np
 from limits import Broken
 from over_time import trembling
+from scipy.signal import butter, sosfiltfilt
+from scipy.spatial import cKDTree
 
 from harness.recording import Recording
 
@@ -17,7 +19,9 @@ CREEPING = 0.01  # m/s: moving at this speed is always at play
 FROZEN = 0.5  # s: so long a garment may stay in its last safe state
 CATCHING_UP = 0.5  # s after the stop within which the surface is back at the skin
 TOLD_LAG = 1e-4  # m by which a reported lag may differ from the true one
-TOLD_STRETCH = 1e-3
+NOISE_SPEED = 10e-3  # m/s RMS of the surface of a body that stands, told by a noisy tracker
+NOISE_ABOVE = 5.0  # Hz
+NOISE_MOTION = 0.3e-3  # m RMS of the cloth against the surface under it, above that
 
 
 def growth(record: Recording) -> tuple[float, int]:
@@ -52,6 +56,24 @@ def shaken(record: Recording, stops: float) -> float | None:
     return trembling(np.array(record.cloth[first:]), 1 / record.dt)
 
 
+def under_noise(record: Recording) -> tuple[float, float] | None:
+    """RMS speed of the surface [m/s], and of the cloth's place against the surface under it above 5 Hz [m].
+
+    Over the second half of the run: a stream's body first walks into its stream. None where it was not measured. The
+    surface under a vertex of the cloth is the vertex of it that is nearest half way through.
+    """
+    if not record.surface or record.failure:
+        return None
+    first = len(record.surface) // 2
+    surface = np.array(record.surface[first:], np.float64)
+    cloth = np.array(record.cloth[1 + first :], np.float64)
+    speed = np.diff(surface, axis=0) / record.dt
+    _, under = cKDTree(surface[0]).query(cloth[0])
+    fast = butter(4, NOISE_ABOVE, "high", fs=1 / record.dt, output="sos")
+    apart = sosfiltfilt(fast, cloth - surface[:, under], axis=0)
+    return tuple(float(np.sqrt((v**2).sum(-1).mean())) for v in (speed, apart))  # type: ignore[return-value]
+
+
 def figures(record: Recording, stops: float, rests: bool) -> dict[str, Any]:
     """What the table shows."""
     grown, frame = growth(record)
@@ -79,6 +101,7 @@ def figures(record: Recording, stops: float, rests: bool) -> dict[str, Any]:
         "worn": all(record.worn) if record.worn else None,
         "slid": max(record.slid, default=None),
         "ms": float(np.median(record.ms)) if record.ms else None,
+        "noise": under_noise(record),
     }
 
 
@@ -122,6 +145,10 @@ def _broken(record: Recording, stops: float, rests: bool, squeezed: bool) -> Ite
     yield from limits.over("void steps that the advice keeps quiet about", stepped, unsaid, 0)
     if rests:
         yield from limits.run_over("trembling [m/s]", shaken(record, stops), limits.TREMBLING)
+    shaking = under_noise(record)
+    if shaking is not None:
+        yield from limits.run_over("speed of the surface under noise [m/s]", shaking[0], NOISE_SPEED)
+        yield from limits.run_over("cloth on the surface under noise, above 5 Hz [m]", shaking[1], NOISE_MOTION)
     if record.worn:
         yield from limits.over("no longer worn", stepped, [float(not worn) for worn in record.worn], 0)
         yield from limits.over("an opening slid along its limb [m]", stepped, record.slid, limits.SLID)

@@ -26,7 +26,7 @@ def run_one(scene: HardScene, ask: Ask, every: int = 1, tell: Tell = print) -> d
         right = bool(scene.refused and re.search(scene.refused, str(error)))
         return {**told, "refused": refusal, "failure": "" if right else f"refused: {refusal}", "broken": []}
     with listening() as heard:
-        record = play(Simulated(run, heard), run.dt, ask.seconds, every, run.worn, tell)
+        record = play(Simulated(run, heard), run.dt, ask.seconds, every, run.worn, run.noise, tell)
     result = {**told, **judged(record, run.stops, run.rests, run.squeezed, scene.stated)}
     if scene.refused and not result["failure"] and result["broken"]:
         result["failure"] = "neither refused by name nor resolved"

@@ -40,6 +40,7 @@ class Recording:
     reverts: list[int] = field(default_factory=list)
     advice: list[str] = field(default_factory=list)
     min_gap: list[float] = field(default_factory=list)
+    surface: list[np.ndarray] = field(default_factory=list)  # (B, 3) float32, where noise is measured
     worn: list[bool] = field(default_factory=list)
     slid: list[float] = field(default_factory=list)
     ms: list[float] = field(default_factory=list)  # wall time of a frame
@@ -55,9 +56,18 @@ Tell = Callable[[str], None]
 
 
 def play(
-    subject: Subject, dt: float, seconds: float, every: int = 1, worn: Worn | None = None, tell: Tell = print
+    subject: Subject,
+    dt: float,
+    seconds: float,
+    every: int = 1,
+    worn: Worn | None = None,
+    noise: bool = False,
+    tell: Tell = print,
 ) -> Recording:
-    """Run for so long; ipctk is asked about every `every`-th frame, the way to it, and the last one."""
+    """Run for so long; ipctk is asked about every `every`-th frame, the way to it, and the last one.
+
+    With `noise` the surface is kept as well, so that what noise does to both can be measured.
+    """
     x, surface = subject.cloth(), subject.surface()
     oracle = Oracle(subject.faces, subject.body_faces, x, surface)
     limits = subject.strain_limits
@@ -94,6 +104,8 @@ def play(
         note_state(record, subject, limits if varied else np.ones(len(limits)))
         record.work.append(record.work[-1] + subject.work())
         skin = subject.skin(k * dt)
+        if noise:
+            record.surface.append(surface)
         record.told_lag.append(report.body_lag)
         record.lag.append(report.body_lag if skin is None else largest_distance(surface, skin))
         record.told_stretch.append(report.max_stretch)

@@ -48,6 +48,7 @@ class Run:
         step: takes the place of `sim.advance(stance(t), t)` where something else drives the simulation.
         worn: how to tell that the garment is still worn.
         rests: whether it comes to rest at all, so that trembling can be asked.
+        noise: whether the body is to stand still but for what its tracker gets wrong, so that this is measured.
         squeezed: whether the body itself holds the cloth squeezed to the end, so that its surface may stay behind.
     """
 
@@ -60,6 +61,7 @@ class Run:
     worn: Worn | None = None
     rests: bool = True
     squeezed: bool = False
+    noise: bool = False
 
     def advance(self, t: float) -> StepReport:
         """Everything that happens in the frame that ends at t [s]."""

@@ -11,6 +11,7 @@ from harness.energy import EnergyMeter
 from harness.oracle import SubSteps
 from harness.scene import Run
 from tryon_solver.results import StepReport
+from tryon_solver.simulation import PoseInterval
 
 
 class Subject(Protocol):
@@ -55,6 +56,16 @@ class Simulated:
         self.strain_limits = np.full(len(garment.faces), sim.scene.fabric.strain_limit)
         self.total_mass = float(sim.mass.sum())
         self.meter = EnergyMeter(sim)
+        self.done = 0.0
+        commit = sim.commit
+
+        def measured(interval: PoseInterval) -> None:
+            commit(interval)
+            self.meter.contact()
+            self.done += self.meter.work()
+
+        sim.commit = measured  # type: ignore[method-assign]
+        self.meter.contact()
         poison(run)
 
     def advance(self, t: float) -> StepReport:
@@ -78,7 +89,8 @@ class Simulated:
         return self.meter.energies()
 
     def work(self) -> float:
-        return self.meter.work()
+        done, self.done = self.done, 0.0
+        return done
 
 
 def poison(run: Run) -> None:

@@ -85,6 +85,10 @@ def markdown(results: Sequence[Mapping[str, Any]], about: Mapping[str, str]) -> 
             lines.append(f"  - refused by name: {result['refused']}")
         lines += [f"  - BROKEN: {broken['line']}" for broken in result.get("broken", ())]
         lines += [f"  - stated: {s['line']} ({s['reason']})" for s in result.get("stated", ())]
+        if result.get("noise"):
+            speed, motion = result["noise"]
+            moved = f"cloth on it {1e3 * motion:.3f} mm above 5 Hz"
+            lines.append(f"  - under noise: surface {1e3 * speed:.1f} mm/s RMS, {moved}")
         lines += [f"  - advice: {text}" for text in result.get("advice", ())]
     return "\n".join(lines) + "\n"
 

@@ -2,7 +2,7 @@
 
 from harness.scene import HardScene
 
-from scenes import materials, meshes, numbers, obstacles, stacks, twists
+from scenes import garments, materials, meshes, numbers, obstacles, poses, stacks, trackers, twists
 
 SCENES: tuple[HardScene, ...] = (
     *stacks.SCENES,
@@ -11,6 +11,9 @@ SCENES: tuple[HardScene, ...] = (
     *materials.SCENES,
     *meshes.SCENES,
     *numbers.SCENES,
+    *poses.SCENES,
+    *garments.SCENES,
+    *trackers.SCENES,
 )
 
 

@@ -34,7 +34,7 @@ def graded(ask: Ask) -> Run:
     steps = np.minimum(1e-4 * 1.6 ** np.arange(16), 0.05)
     places = np.concatenate([[0], np.cumsum(steps)])
     garment, x = grid(places - places.mean(), places - places.mean())
-    return laid(on_body(ask, garment, x + [0, 0.02, 0], table(0.2, 0.05), fabric(thickness=3e-5)), stops=1.5)
+    return laid(on_body(ask, garment, x + [0, 0.02, 0], table(0.2, 0.05), fabric(thickness=2e-5)), stops=1.5)
 
 
 def unreferenced(ask: Ask) -> Run:

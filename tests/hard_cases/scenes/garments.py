@@ -1,0 +1,46 @@
+"""Garments that do not fit, and heavy ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from harness.scene import Ask, HardScene, Run
+from harness.wearer import moving, put_on
+
+from scenes.poses import walked
+from tryon_solver.materials.fabric import FABRICS
+
+TIGHT = r"too tight for this body"
+HEAVY = replace(FABRICS["denim"], name="heavy_denim", areal_density=0.8)
+
+
+def walking(garment: str, across: float, down: float, fabric: str = "cotton_jersey") -> Callable[[Ask], Run]:
+    """The garment in other proportions, on a walk that stops."""
+
+    def set_up(ask: Ask) -> Run:
+        stance, stops = walked(0.6 * ask.seconds)
+        return moving(put_on(ask, garment, fabric, across, down), stance, stops)
+
+    return set_up
+
+
+def heavy_skirt(ask: Ask) -> Run:
+    """A skirt to the floor in denim of 0.8 kg/m^2, walked in."""
+    stance, stops = walked(0.6 * ask.seconds)
+    return moving(put_on(ask, "skirt", HEAVY, 1.0, 1.6), stance, stops)
+
+
+SCENES = (
+    *(
+        HardScene(
+            f"tshirt_{percent}_percent_too_small",
+            f"a T-shirt {percent} % too small: worn to the end, or refused as too tight",
+            walking("tshirt", 1 - percent / 100, 1 - percent / 100),
+            refused=TIGHT,
+        )
+        for percent in (10, 20, 30)
+    ),
+    HardScene("tshirt_3x_too_large", "a T-shirt three times too large", walking("tshirt", 3.0, 3.0)),
+    HardScene("heavy_long_skirt", "a floor-length skirt of 0.8 kg/m^2 on a walk", heavy_skirt),
+)

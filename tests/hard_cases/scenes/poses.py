@@ -1,0 +1,125 @@
+"""Bodies that pinch cloth, cross themselves, or move faster than people mostly do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from harness.kit import ramp
+from harness.scene import Ask, HardScene, Run
+from harness.wearer import BODY, REST, Turns, mirrored, moving, posed, put_on, there_and_back
+from scipy.spatial.transform import Rotation
+from worn_garment import demo_motion
+
+from tryon_solver.body.motion import blend_in
+from tryon_solver.body.pose import Pose
+
+ARMS_IN = mirrored({"left_upper_arm": (0, 0, -62)})
+CLASPED = mirrored({"left_upper_arm": (-25, 0, -35), "left_forearm": (-60, -55, 0)})
+LEGS_CROSSED = mirrored({"left_thigh": (0, 0, -16)})
+ARMS_CROSSED = mirrored({"left_upper_arm": (-60, -75, 0)})
+
+
+def into_pose(garment: str, turns: Turns) -> Callable[[Ask], Run]:
+    """Into the pose, held, and back."""
+
+    def set_up(ask: Ask) -> Run:
+        stance, stops = there_and_back(posed(turns), ask.seconds)
+        return moving(put_on(ask, garment), stance, stops)
+
+    return set_up
+
+
+def walked(stops: float, name: str = "walk") -> tuple[Callable[[float], Pose], float]:
+    """Led into a motion of the demo, which plays until `stops` s and stops dead there; and that time."""
+    motion = demo_motion(name, BODY)
+    lead = blend_in(REST, motion, min(0.8, 0.5 * stops))
+
+    def stance(t: float) -> Pose:
+        t = min(t, stops)
+        return lead.sample(t) if t < lead.duration else motion.sample(t - lead.duration, loop=True)
+
+    return stance, stops
+
+
+def in_motion(garment: str, name: str, share: float = 0.7) -> Callable[[Ask], Run]:
+    """The garment in a motion of the demo for a share of the time."""
+    return lambda ask: moving(put_on(ask, garment), *walked(share * ask.seconds, name))
+
+
+def root_path(garment: str, path: Callable[[float, float], Pose], share: float = 0.6) -> Callable[[Ask], Run]:
+    """The body as a whole along path(t, end), which ends after a share of the time."""
+
+    def set_up(ask: Ask) -> Run:
+        stops = share * ask.seconds
+        return moving(put_on(ask, garment), lambda t: path(min(t, stops), stops), stops)
+
+    return set_up
+
+
+def turned_root(angle: float, axis: int, shift: np.ndarray) -> Pose:
+    """The rest pose turned about its root by an angle [rad] and moved."""
+    rotations = REST.rotations.copy()
+    rotations[0] = Rotation.from_rotvec(angle * np.eye(3)[axis]).as_quat()
+    return Pose(REST.root + shift, rotations)
+
+
+def jumping(t: float, end: float) -> Pose:
+    """Jumps of 2.4 m/s, half a second in the air each, that start and land within a frame."""
+    air = 2 * 2.4 / 9.81
+    count = max(1, int(end / (air + 0.2)))
+    phase = t % (air + 0.2) if t < count * (air + 0.2) else air
+    height = max(0.0, 2.4 * phase - 0.5 * 9.81 * phase**2) if phase < air else 0.0
+    return turned_root(0.0, 1, np.array([0, height, 0]))
+
+
+def cartwheel(t: float, end: float) -> Pose:
+    """Once round about the axis that points forwards, and 2.4 m to the side."""
+    share = ramp(t, 0.1 * end, min(end, 0.1 * end + 1.4))
+    return turned_root(-2 * np.pi * share, 2, np.array([2.4 * share, 0, 0]))
+
+
+def spinning(t: float, end: float) -> Pose:
+    """Two turns a second, reached in half a second, stopped in a fifth of one."""
+    begin, brake = 0.5, 0.2
+    speed = 4 * np.pi
+    full = end - begin - brake
+    angle = speed * (0.5 * min(t, begin) ** 2 / begin + np.clip(t - begin, 0, full))
+    rest = np.clip(t - begin - full, 0, brake)
+    return turned_root(angle + speed * (rest - 0.5 * rest**2 / brake), 1, np.zeros(3))
+
+
+def swung(t: float, end: float) -> Pose:
+    """The left arm to and fro about the shoulder, the hand at 10 m/s where it is fastest."""
+    hand, shoulder = (BODY.rest_joints[BODY.index_of[name]] for name in ("left_hand", "left_upper_arm"))
+    reach = float(np.linalg.norm(hand - shoulder))
+    amplitude = np.radians(55)
+    rate = 10.0 / reach / amplitude
+    cycles = max(1, int(end * rate / (2 * np.pi)))
+    angle = amplitude * np.sin(rate * t) if t < cycles * 2 * np.pi / rate else 0.0
+    return posed({"left_upper_arm": (-np.degrees(angle), 0, 0)})
+
+
+def standing_long(ask: Ask) -> Run:
+    """A second and a half of walking, then nothing moves."""
+    return moving(put_on(ask, "tshirt"), *walked(1.5))
+
+
+SCENES = (
+    HardScene("arms_pressed_in", "a T-shirt between arms and trunk that cross", into_pose("tshirt", ARMS_IN)),
+    HardScene("hands_clasped", "forearms and hands into each other before the belly", into_pose("tshirt", CLASPED)),
+    HardScene("legs_crossed", "thighs and shins through each other under a skirt", into_pose("skirt", LEGS_CROSSED)),
+    HardScene("arms_through_each_other", "both sleeves led through each other", into_pose("tshirt", ARMS_CROSSED)),
+    HardScene("deep_squat", "a skirt between thighs and belly", in_motion("skirt", "squat")),
+    HardScene("wrist_10ms", "an arm swung to and fro, the hand at 10 m/s", root_path("tshirt", swung)),
+    HardScene("jump", "jumps of 2.4 m/s that start and land within a frame, in a skirt", root_path("skirt", jumping)),
+    HardScene("cartwheel", "once round sideways in 1.4 s, in a skirt", root_path("skirt", cartwheel)),
+    HardScene("spin", "two turns a second, stopped in a fifth of one, in a skirt", root_path("skirt", spinning)),
+    HardScene(
+        "standing_60s",
+        "a T-shirt on a body that stands still for a minute after walking",
+        standing_long,
+        vertices=600,
+        seconds=61.5,
+    ),
+)
