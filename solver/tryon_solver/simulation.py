@@ -38,6 +38,7 @@ from tryon_solver.settings import Settings
 from tryon_solver.state import State, Workspace, positions
 from tryon_solver.step import advance
 from tryon_solver.stepping.progress import Progress
+from tryon_solver.stepping.start import refuse_touching_start
 from tryon_solver.subspace.basis import explicit_inverse, reduced_matrix, spline_basis
 from tryon_solver.subspace.contact_coarse import ContactCoarseLevel
 from tryon_solver.subspace.search import ReducedSearch
@@ -420,13 +421,15 @@ def build(
     device: str = "cpu",
     pose: Any = None,
     surface: np.ndarray | None = None,
+    tangled: bool = False,
 ) -> Simulation:
     """A simulation of the scene at rest in its start position.
 
     `pose` is the body's stance there, a Pose or a Moment of a sequence; `device` "cpu" or "cuda:0"; `surface` (B, 3) m
-    the collision surface that the start position is free of, where it has yielded; without it the skin. Raises
-    GarmentError when the mesh can't carry the fabric's thickness, ValueError when the settings ask for a determinism
-    that the device does not have.
+    the collision surface that the start position is free of, where it has yielded; without it the skin. `tangled`: the
+    start may touch and cross, dressing.untangle comes next. Raises GarmentError when the mesh can't carry the fabric's
+    thickness, or when the start touches or crosses, naming the place; ValueError when the settings ask for a
+    determinism that the device does not have.
     """
     settings = settings or Settings()
     if settings.deterministic and device != "cpu":
@@ -434,7 +437,10 @@ def build(
             f"settings.deterministic: on {device} sums run in an order that changes from run to run "
             "(METHOD.md section 13); simulate on the CPU or leave the setting out"
         )
-    return Simulation(scene, settings, device, pose, surface)
+    simulation = Simulation(scene, settings, device, pose, surface)
+    if not tangled:
+        refuse_touching_start(simulation)
+    return simulation
 
 
 def bind_plan(scene: Scene, settings: Settings, device: str, mass: np.ndarray, area: np.ndarray) -> StepPlan:

@@ -63,7 +63,7 @@ def flat_above(from_corner, _):
 def test_sheets_that_pass_through_each_other_are_drawn_apart(second):
     garment, x = sheets(second)
     assert crossed(garment, x)
-    sim = build(Scene(garment, x, None, FABRICS["cotton_jersey"], (SelfContact(),)), PRESETS["draft"])
+    sim = build(Scene(garment, x, None, FABRICS["cotton_jersey"], (SelfContact(),)), PRESETS["draft"], tangled=True)
     freed = untangle(sim)
     assert freed.crossed_itself > 10
     assert not crossed(garment, sim.cloth_positions())
@@ -84,7 +84,7 @@ def test_sheets_that_cross_from_side_to_side_are_refused_by_triangle():
     """Nothing says which half belongs above."""
     garment, x = sheets(flat)
     x[COUNT**2 :, 1] = 0.4 * (x[COUNT**2 :, 0] - SIZE / 2)
-    sim = build(Scene(garment, x, None, FABRICS["cotton_jersey"], (SelfContact(),)), PRESETS["draft"])
+    sim = build(Scene(garment, x, None, FABRICS["cotton_jersey"], (SelfContact(),)), PRESETS["draft"], tangled=True)
     with pytest.raises(TangledError, match="cross other triangles") as caught:
         untangle(sim)
     assert len(caught.value.faces) > 4
@@ -106,7 +106,7 @@ def test_a_sheet_sunk_into_a_body_is_laid_on_it():
     garment, x, body = over_a_ball(0.02)
     pose = Pose.rest(body)
     scene = Scene(garment, x, body, FABRICS["cotton_jersey"], (BodyContact(), SelfContact()))
-    sim = build(scene, PRESETS["draft"], "cpu", pose)
+    sim = build(scene, PRESETS["draft"], "cpu", pose, tangled=True)
     judge = FrameJudge(garment.faces, body.faces, x, body.rest_vertices)
     assert not judge.judge(x, body.rest_vertices).clean
     freed = untangle(sim)
@@ -123,16 +123,15 @@ def test_a_sheet_sunk_into_a_body_is_laid_on_it():
 
 def test_a_sheet_through_the_middle_of_a_body_is_refused():
     garment, x, body = over_a_ball(0.1)
-    sim = build(
-        Scene(garment, x, body, FABRICS["cotton_jersey"], (BodyContact(),)), PRESETS["draft"], "cpu", Pose.rest(body)
-    )
+    scene = Scene(garment, x, body, FABRICS["cotton_jersey"], (BodyContact(),))
+    sim = build(scene, PRESETS["draft"], "cpu", Pose.rest(body), tangled=True)
     with pytest.raises(TangledError, match="too deeply"):
         untangle(sim)
 
 
 def test_what_comes_free_is_left_as_it_is():
     garment, x = sheets(flat_above)
-    sim = build(Scene(garment, x, None, FABRICS["cotton_jersey"], (SelfContact(),)), PRESETS["draft"])
+    sim = build(Scene(garment, x, None, FABRICS["cotton_jersey"], (SelfContact(),)), PRESETS["draft"], tangled=True)
     freed = untangle(sim)
     assert freed.describe() == "the garment came free of the body and of itself"
     np.testing.assert_array_equal(sim.cloth_positions(), x.astype(np.float32))

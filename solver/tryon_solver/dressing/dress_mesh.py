@@ -62,7 +62,7 @@ def dress_mesh(
     else:
         x, freed, surface = garment.x, None, None
     sewn, _ = garment.sewn()
-    simulation = build(Scene(sewn, x, body, fabric, effects), settings, device, pose, surface)
+    simulation = build(Scene(sewn, x, body, fabric, effects), settings, device, pose, surface, tangled=True)
     again = _untangled(simulation, garment)
     freed = freed or again
     settle(simulation, pose, settle_seconds, progress)
@@ -99,7 +99,7 @@ def _sew(
     stitches = Sewing(garment.stitches, STITCH_PER_FABRIC * max(fabric.k_warp, fabric.k_weft))
     effects = (BodyContact(), SelfContact(), StrainLimit(), AirDrag(SEWING_DRAG), stitches)
     slow = replace(settings, largest_step=min(settings.largest_step, 1 / 60))
-    simulation = build(Scene(garment.garment, garment.x, body, fabric, effects), slow, device, pose)
+    simulation = build(Scene(garment.garment, garment.x, body, fabric, effects), slow, device, pose, tangled=True)
     freed = _untangled(simulation, garment)
     share = next(c for c in simulation.plan.contributions if c.name == "sewing").values["share"]
     frames = round((SEWING_SECONDS + CLOSING_SECONDS) / slow.largest_step)

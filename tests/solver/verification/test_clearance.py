@@ -6,6 +6,7 @@ from reference_distances import all_stencils, stencil_distances
 from small_scenes import STILL, fabric, icosphere, layers, rigid_body, sheet
 
 from tryon_solver.contact import pairs
+from tryon_solver.geometry.garment import GarmentError
 from tryon_solver.scene import BodyContact, Scene, SelfContact
 from tryon_solver.settings import Settings
 from tryon_solver.simulation import build
@@ -68,3 +69,31 @@ def test_clearance_of_cloth_on_cloth():
     true = nearest(sim.state.x.numpy().astype(np.float64), lower, upper)
     assert report.min_gap > 0
     assert report.min_gap + report.gap_offset == pytest.approx(true, abs=1e-8)
+
+
+@pytest.mark.parametrize(("shift", "what"), [((0.0, 0.0), "vertex"), ((0.5, 0.0), "vertex"), ((0.3, 0.2), "touch")])
+def test_a_start_that_touches_is_refused_with_its_place(shift, what):
+    """Two sheets in one plane, their vertices upon each other, upon edges, or upon faces."""
+    garment, x = layers(2, 5, 5, 0.1, 0.0)
+    x[25:] += 0.025 * np.array([shift[0], 0, shift[1]])
+    with pytest.raises(GarmentError, match=r"at the start .*; move them apart") as caught:
+        build(Scene(garment, x, None, fabric(), (SelfContact(),)))
+    assert what in str(caught.value)
+    build(Scene(garment, x, None, fabric(), (SelfContact(),)), tangled=True)
+    build(Scene(garment, x, None, fabric(), ()))
+
+
+def test_a_start_that_crosses_far_from_any_vertex_is_refused():
+    """One large triangle pair through the middle of another: every vertex is far away from the other sheet."""
+    garment, x = layers(2, 2, 2, 0.4, 0.0)
+    x[4:] = x[4:][:, [1, 0, 2]] * [1, 1, 0.5] + [0.03, 0, 0.05]
+    with pytest.raises(GarmentError, match=r"edge of vertex \d and vertex \d passes through the triangle of vertex"):
+        build(Scene(garment, x, None, fabric(), (SelfContact(),)))
+
+
+def test_a_start_inside_the_body_is_refused_with_the_bodys_vertices():
+    garment, x = sheet(5, 5, 0.1, 0.1)
+    ball, faces = icosphere(RADIUS, 1)
+    scene = Scene(garment, x + [0, 0.5 * RADIUS, 0], rigid_body(ball, faces), fabric(), (BodyContact(),))
+    with pytest.raises(GarmentError, match="the body's vertex"):
+        build(scene, None, "cpu", STILL)
