@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 
 import ipctk
 import numpy as np
+import warp as wp
 from frame_judge import FrameJudge, FrameVerdict
 
 from tryon_solver.simulation import Simulation
@@ -56,13 +57,18 @@ class SubSteps:
 
 @contextlib.contextmanager
 def listening() -> Iterator[SubSteps]:
-    """Hear of every move along a proven path: carried sub-steps, and the correction's."""
+    """Hear of every move along a proven path: carried sub-steps, and the correction's.
+
+    Of the latter on a processor only: on a GPU they are one graph, in which nobody can listen.
+    """
     heard = SubSteps()
-    verbs = ((move_body, "carry_once"), (correct, "take"))
+    verbs = ((move_body, "carry_once"), (correct, "take_within_region"))
     originals = {(module, name): getattr(module, name) for module, name in verbs}
 
     def hear(original: Callable[..., object]) -> Callable[..., object]:
         def heard_move(sim: Simulation, *arguments: object, **named: object) -> object:
+            if original.__name__ != "carry_once" and wp.get_device(sim.device).is_cuda:
+                return original(sim, *arguments, **named)
             before = sim.state.x.numpy().copy()
             answer = original(sim, *arguments, **named)
             heard.moves.append((before, sim.state.x.numpy().copy()))
