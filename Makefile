@@ -22,11 +22,10 @@ test: $(VENV)/.dev $(BODY) $(WEB) chromium
 	$(BIN)/python -m pytest
 
 PROOF :=
-## make proof    judge every frame of the three garments in three motions: a table in build/proof (half an hour)
-# PROOF='--devices cuda:0 --jobs 9' and other options: .venv/bin/python tests/proof --help
+## make proof    all there is to show, frame by frame: a table in build/proof (under an hour on two cores)
+# PROOF='--strangers FOLDER' adds clips and patterns of your own; other options: .venv/bin/python tests/proof --help
 proof: $(VENV)/.dev $(BODY)
-	$(BIN)/python tests/proof $(PROOF)
-	$(REFERENCE)
+	$(BIN)/python tests/proof --whole $(PROOF)
 
 HARD :=
 ## make hard     play and judge every hard case: a table in build/hard, 1 when a limit was broken (an hour)
@@ -35,7 +34,7 @@ hard: $(VENV)/.dev $(BODY)
 	$(BIN)/python tests/hard_cases $(HARD)
 
 REFERENCE = $(BIN)/python tests/reference && TRYON_FRAMES=300 $(BIN)/python -m pytest -q tests/solver/verification/test_determinism.py
-## make reference hold contact scenes to full Newton in float64, two long runs to each other: the proof's last part
+## make reference hold contact scenes to full Newton in float64, two long runs to each other: part of the proof
 reference: $(VENV)/.dev
 	$(REFERENCE)
 
