@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from frame_figures import FrameMeter
 from tube_on_ball import Dressed
 
 
@@ -63,6 +64,14 @@ def test_a_tube_that_slid_off_is_not_worn(dressed, up, worn, slid):
     figures = dressed.shown(dressed.cloth + np.array([0, up, 0]), dressed.body)
     assert figures.worn == worn
     assert figures.slid == pytest.approx(slid, abs=1e-3)
+
+
+@pytest.mark.parametrize(("put_on", "now", "worn"), [(0.45, 0.35, True), (0.45, 0.65, False), (0.7, 0.7, False)])
+def test_a_loop_that_ran_around_nothing_is_asked_for_nothing(dressed, put_on, now, worn):
+    """Put on 0.45 m up, the upper loop is over the head as a hood's edge is; 0.7 m up the lower one is, too."""
+    up, now_up = (dressed.cloth + np.array([0, height, 0]) for height in (put_on, now))
+    meter = FrameMeter(dressed.topology, dressed.frame(up, dressed.body), 9.4e-3)
+    assert meter.measure(dressed.frame(now_up, dressed.body), intersections=False).worn == worn
 
 
 def test_hem_is_told_relative_to_the_pelvis(dressed):

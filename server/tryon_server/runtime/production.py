@@ -142,6 +142,7 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
             fitted = dress_to_fit(
                 lambda size: mesh_in_size(pattern, edge_length, size),
                 lambda panels: dress(panels, body, fabric, settings, device, LIVE, progress=_worded(progress)),
+                body,
             )
             dressed, notes = fitted.dressed, (f"garment: {fitted.describe()}",)
         elif order.wardrobe is None or not isinstance(body, BodyModel):

@@ -14,7 +14,9 @@ from scipy.spatial import ConvexHull
 from tryon_solver.geometry.body_parts import Trunk, find_trunk
 from tryon_solver.geometry.boundary_loops import boundary_loops
 from tryon_solver.geometry.garment import Garment
+from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.seams import face_edges
+from tryon_solver.geometry.weld import weld
 
 WORTH_SAYING = 0.01  # m, an opening wider than the body by less is held by its friction
 LEVELS = 0.005  # m between the heights at which the body is measured
@@ -83,6 +85,13 @@ def upper_opening(
     pieces = tuple(panel_names[k] for k in np.unique(garment.panel_of_face[faces[mine]]))
     lowest = float(x[:, 1].min()) - soles
     return Opening(pieces, height - soles, girth, at_height, rests_at, lowest)
+
+
+def opening_as_drawn(panels: PanelMesh, body: np.ndarray, body_faces: np.ndarray) -> Opening | None:
+    """The opening of a garment that is not yet put on, where its pattern places it on the body; else as above."""
+    joined = weld(panels)
+    garment = Garment(joined.vertex_of_corner, joined.uv_corners, joined.panel_of_face, joined.vertex_count)
+    return upper_opening(garment, joined.mean_of_vertices(panels.placed), panels.panel_names, body, body_faces)
 
 
 def body_girth(body: np.ndarray, faces: np.ndarray, trunk: Trunk, height: float) -> float:

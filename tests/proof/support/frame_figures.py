@@ -28,7 +28,7 @@ class FrameFigures:
     pinched_area: float  # 0 where no vertex lags enough to ask
     stretch_most: float  # the smallest value that 99.9 % of the triangles' larger principal stretches don't exceed
     stretch_max: float
-    worn: bool  # every loop runs around the limbs that it ran around in the first frame
+    worn: bool  # every loop that ran around limbs in the first frame runs around the same ones
     slid: float  # farthest any loop but the lowest has slid along the bones since the first frame; inf when off
     hem: np.ndarray  # (L, 3) vertices of the lowest loop, relative to the pelvis and in its frame
 
@@ -76,6 +76,7 @@ class StateMeter:
         self.loops = LoopsOnLimbs(loops, bones.names, bones.parents, bones.at_rest.astype(np.float64))
         self.lowest = int(np.argmin([cloth[loop, 1].mean() for loop in loops]))
         self.passes, self.places = self.loops.crossings(cloth, stance.joints)
+        self.on_limbs = self.passes.any(axis=1)  # not the edge of a hood around the face, say
 
     def measure(self, cloth: np.ndarray, body: np.ndarray, stance: Stance, intersections: bool) -> FrameFigures:
         """Everything about cloth (N, 3) m and surface (B, 3) m; `intersections`: whether IPC Toolkit is asked."""
@@ -94,7 +95,7 @@ class StateMeter:
             pinched_area=self.pinch.area(skin, pinched),
             stretch_most=float(np.quantile(larger, 0.999, method="inverted_cdf")),
             stretch_max=float(larger.max()),
-            worn=bool((passes == self.passes).all()),
+            worn=bool(self.on_limbs.any() and (passes == self.passes)[self.on_limbs].all()),
             slid=max((s for k, s in enumerate(slid) if k != self.lowest), default=0.0),
             hem=(cloth[self.loops.loops[self.lowest]] - joints[0]) @ stance.pelvis,
         )

@@ -68,7 +68,8 @@ def worn_pattern(case: Case, body: BodyModel, wardrobe: Path, tell: Tell) -> Wor
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not kept.exists():
             begun = time.perf_counter()
-            fitted = dress_to_fit(mesh, put_on) if not case.size else Fitted(put_on(mesh(case.size)), case.size, ())
+            sized = Fitted(put_on(mesh(case.size)), case.size, ()) if case.size else None
+            fitted = sized or dress_to_fit(mesh, put_on, body)
             hang_up(kept, fitted, time.perf_counter() - begun)
     state = np.load(kept)
     size, fit, seconds = float(state["size"]), str(state["fit"]), float(state["seconds"])

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from tryon_solver.dressing.opening import upper_opening
+from tryon_solver.dressing.opening import opening_as_drawn, upper_opening
 from tryon_solver.geometry.garment import Garment
+from tryon_solver.geometry.panel_mesh import PanelMesh
 
 SPOKES = 48
 HEIGHT = 1.7  # m
@@ -61,6 +62,34 @@ def test_a_wide_waist_slips_to_where_the_body_is_as_wide():
     assert "18.8 cm too wide at a height of 1.10 m" in opening.advice
     assert "slips to a height of 0.80 m" in opening.advice
     assert "feet" not in opening.advice
+
+
+def test_the_opening_is_measured_where_the_pattern_places_it():
+    """A tube in one piece, its side sewn to itself, drawn standing around the cone."""
+    body, body_faces = cone()
+    girth = CHORDS * radius(0.8)
+    garment, x = skirt(1.1, 0.6, girth)
+    column = np.append(np.arange(SPOKES), 0)
+    copies = np.concatenate([column, column + SPOKES])
+    uv = np.stack([np.tile(np.arange(SPOKES + 1), 2) * girth / SPOKES, np.repeat([0.0, 0.5], SPOKES + 1)], axis=1)
+    k = np.arange(SPOKES)
+    above = k + SPOKES + 1
+    faces = np.concatenate([np.stack([k, k + 1, above + 1], 1), np.stack([k, above + 1, above], 1)]).astype(np.int32)
+    panels = PanelMesh(
+        uv=uv,
+        panel_of_vertex=np.zeros(len(uv), np.int32),
+        panel_names=("band",),
+        faces=faces,
+        placed=x[copies],
+        stitches=np.array([[0, SPOKES], [SPOKES + 1, 2 * SPOKES + 1]], np.int32),
+        seam_of_stitch=np.zeros(2, np.int32),
+        panel_labels=("",),
+        sewn_edges=np.array([[[0, SPOKES + 1], [SPOKES, 2 * SPOKES + 1]]], np.int32),
+    )
+    drawn, worn = opening_as_drawn(panels, body, body_faces), upper_opening(garment, x, ("band",), body, body_faces)
+    assert drawn.girth == pytest.approx(girth)
+    assert drawn.height == pytest.approx(worn.height)
+    assert drawn.fitting_size == pytest.approx(worn.fitting_size)
 
 
 def test_a_waist_that_is_stretched_holds():

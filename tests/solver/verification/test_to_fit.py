@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import pytest
 
-from tryon_solver.dressing.fit import DressingError, TightError
-from tryon_solver.dressing.to_fit import LARGER, MOST_TRIES, dress_to_fit
+from tryon_solver.dressing.fit import CrumpledError, DressingError, TightError
+from tryon_solver.dressing.to_fit import LARGER, MOST_TRIES, search
 
 
 @dataclass
@@ -47,8 +47,8 @@ class Shop:
             raise TightError("too tight", "panels.front", "larger")
         return Hung(size, self.waist)
 
-    def fit(self):
-        return dress_to_fit(lambda size: size, self.put_on)
+    def fit(self, drawn=None):
+        return search(lambda size: size, self.put_on, drawn)
 
 
 def test_what_fits_in_its_own_size_is_worn_in_it():
@@ -64,6 +64,13 @@ def test_what_shoulders_hold_is_never_too_wide():
 def test_a_wide_waist_is_worn_in_the_size_that_fits_it():
     fitted = Shop(0.9, waist=0.92).fit()
     assert (fitted.size, fitted.dressed.size) == (0.92, 0.92)
+    assert fitted.describe() == "size 0.92; in size 1, the waist is too wide"
+
+
+def test_a_waist_drawn_too_wide_is_not_worn_first():
+    shop = Shop(0.9, waist=0.92)
+    fitted = shop.fit(Waist(1.0, 0.92))
+    assert (fitted.size, shop.tried) == (0.92, [0.92])
     assert fitted.describe() == "size 0.92; in size 1, the waist is too wide"
 
 
@@ -83,8 +90,8 @@ def test_what_is_wide_above_and_tight_below_is_worn_as_small_as_it_can_be_put_on
 
 def test_a_size_known_to_be_too_tight_is_not_tried_again():
     shop = Shop(1.05, waist=0.92)
-    assert shop.fit().size == pytest.approx(1.1)
-    assert shop.tried == [1.0, 1.1]
+    assert shop.fit(Waist(1.0, 0.92)).size == pytest.approx(1.11)
+    assert shop.tried == [0.92, 1.01, 1.11]
 
 
 def test_what_is_too_tight_in_every_size_is_refused():
@@ -94,9 +101,23 @@ def test_what_is_too_tight_in_every_size_is_refused():
     assert len(shop.tried) == MOST_TRIES
 
 
-def test_what_is_wrong_in_any_size_is_refused_at_once():
-    def put_on(_panels):
-        raise DressingError("crumpled", "garment", "smoother")
+def test_what_is_crumpled_is_worn_larger():
+    def put_on(size):
+        if size == 1.0:
+            raise CrumpledError("crumpled", "garment", "smoother")
+        return Hung(size, 0.0)
 
-    with pytest.raises(DressingError, match="crumpled"):
-        dress_to_fit(lambda size: size, put_on)
+    fitted = search(lambda size: size, put_on, None)
+    assert fitted.describe() == "size 1.1; in size 1, crumpled"
+
+
+def test_what_is_wrong_in_any_size_is_refused_at_once():
+    tried = []
+
+    def put_on(size):
+        tried.append(size)
+        raise DressingError("the body is between its sides", "garment", "move it")
+
+    with pytest.raises(DressingError, match="between its sides"):
+        search(lambda size: size, put_on, None)
+    assert tried == [1.0]
