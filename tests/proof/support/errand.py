@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parents[3]
-SCENES = ("square", "sleeve", "strip below mu", "strip above mu", "sheets")  # of tests/reference
+SCENES = ("damped square", "square", "sleeve", "strip below mu", "strip above mu", "sheets")  # of tests/reference
 LONG_RUN = "300"  # frames
 
 
