@@ -22,7 +22,7 @@ test: $(VENV)/.dev $(BODY) $(WEB) chromium
 	$(BIN)/python -m pytest
 
 PROOF :=
-## make proof    all there is to show, frame by frame: a table in build/proof (under an hour on two cores)
+## make proof    all there is to show, frame by frame: a table in build/proof (meant to take under an hour on two cores)
 # PROOF='--strangers FOLDER' adds clips and patterns of your own; other options: .venv/bin/python tests/proof --help
 proof: $(VENV)/.dev $(BODY)
 	$(BIN)/python tests/proof --whole $(PROOF)
