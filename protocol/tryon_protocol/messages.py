@@ -298,6 +298,16 @@ class StatusMessage(Message, tag="status", frozen=True, kw_only=True):
         Annotated[float, Meta(ge=0, le=1)] | None,
         Meta(description="share done of preparing or dressing, 0 to 1; null: not known"),
     ] = None
+    fit: Annotated[
+        str, Meta(description='for people: what there is to say about the fit of the dressed garment; "": it fits')
+    ] = ""
+    fitting_size: Annotated[
+        float | None, Meta(description="size of the pattern, over its own, that `fit` advises; null: none")
+    ] = None
+    notes: Annotated[
+        tuple[str, ...],
+        Meta(description="for people: how garment and body were read from files that say little, and what was mended"),
+    ] = ()
 
 
 class ReportMessage(Message, tag="report", frozen=True, kw_only=True):

@@ -6,23 +6,35 @@ import time
 from collections.abc import AsyncIterator, Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 
 from fastapi import Depends, FastAPI
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 
-from tryon_server.api import catalogue, faults, garments, page, sessions
+from tryon_server.api import bodies, catalogue, faults, garments, motions, page, sessions
 from tryon_server.api.access import refuse_strangers
 from tryon_server.api.body import CappedBodies
 from tryon_server.garments.limited import Limits
 from tryon_server.garments.service import GarmentService
-from tryon_server.persistence import FileBlobs, SessionStore, SqlGarments, SqlSessions, open_database
+from tryon_server.persistence import (
+    BodyRecord,
+    FileBlobs,
+    MotionRecord,
+    SessionStore,
+    SqlGarments,
+    SqlSessions,
+    SqlUploads,
+    digest_in_use,
+    open_database,
+)
 from tryon_server.runtime.interface import Runtime
 from tryon_server.runtime.local import local_runtime
 from tryon_server.services import Services
 from tryon_server.settings import PREFIX, Settings
 from tryon_server.streaming.live_sessions import LiveSessions
+from tryon_server.uploads.service import BodyUploads, MotionUploads
 
 BUILT_IN_PATTERNS = Path(__file__).parent / "demo" / "patterns"
 CHECKS_AT_ONCE = 2  # each keeps a processor busy
@@ -58,19 +70,25 @@ def create_app(
             services.checkers.shutdown(wait=False, cancel_futures=True)
 
     app = FastAPI(title="tryon", version=version("tryon"), lifespan=lifespan, docs_url=None, redoc_url=None)
-    file_caps = {garments.PATH: settings.max_pattern_bytes}
-    app.add_middleware(CappedBodies, file_caps=file_caps, setting=f"{PREFIX}MAX_PATTERN_BYTES")
+    file_caps = {
+        garments.PATH: (settings.max_pattern_bytes, f"{PREFIX}MAX_PATTERN_BYTES"),
+        motions.PATH: (settings.max_motion_bytes, f"{PREFIX}MAX_MOTION_BYTES"),
+        bodies.PATH: (settings.max_body_bytes, f"{PREFIX}MAX_BODY_BYTES"),
+    }
+    app.add_middleware(CappedBodies, file_caps=file_caps)
     if settings.host in LOOPBACK:  # a page of another name that resolves to this machine must not pass as our own
         app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
     faults.install(app)
-    for router in (catalogue.router, garments.router, sessions.router):
+    for router in (catalogue.router, garments.router, motions.router, bodies.router, sessions.router):
         app.include_router(router, dependencies=[Depends(refuse_strangers)])
     app.include_router(sessions.stream_router)
     page.install(app, web)
     return app
 
 
-def prepare(settings: Settings, patterns: Path = BUILT_IN_PATTERNS) -> tuple[GarmentService, SessionStore]:
+def prepare(
+    settings: Settings, patterns: Path = BUILT_IN_PATTERNS
+) -> tuple[GarmentService, MotionUploads, BodyUploads, SessionStore]:
     """Open the database and have the built-in garments in it; takes a while the first time, next to nothing afterwards.
 
     Raises:
@@ -78,20 +96,36 @@ def prepare(settings: Settings, patterns: Path = BUILT_IN_PATTERNS) -> tuple[Gar
     """
     database = open_database(settings.effective_database_url())
     limits = Limits(seconds=settings.pattern_check_seconds, address_space=settings.pattern_check_bytes)
-    garment_service = GarmentService(SqlGarments(database), FileBlobs(settings.data_dir / "blobs"), limits)
+    blobs = FileBlobs(settings.data_dir / "blobs")
+    garment_service = GarmentService(SqlGarments(database), blobs, limits)
     garment_service.add_built_in(patterns)
-    return garment_service, SqlSessions(database)
+    still_used = partial(digest_in_use, database)
+    limits = Limits(seconds=settings.upload_check_seconds, address_space=settings.upload_check_bytes)
+    motion_uploads = MotionUploads("motion", SqlUploads(database, MotionRecord), blobs, limits, still_used)
+    body_uploads = BodyUploads("body", SqlUploads(database, BodyRecord), blobs, limits, still_used)
+    return garment_service, motion_uploads, body_uploads, SqlSessions(database)
 
 
 def _start(settings: Settings, runtime: Runtime, patterns: Path, server: str) -> Services:
-    garment_service, session_store = prepare(settings, patterns)
+    garment_service, motion_uploads, body_uploads, session_store = prepare(settings, patterns)
     session_store.end_all_open(time.time(), "The server was restarted")
-    live = LiveSessions(settings, runtime.catalogue, runtime.placement, garment_service, session_store, server)
+    live = LiveSessions(
+        settings,
+        runtime.catalogue,
+        runtime.placement,
+        garment_service,
+        motion_uploads,
+        body_uploads,
+        session_store,
+        server,
+    )
     return Services(
         settings=settings,
         garments=garment_service,
+        motions=motion_uploads,
+        bodies=body_uploads,
         runtime=runtime,
         sessions=live,
         version=version("tryon"),
-        checkers=ThreadPoolExecutor(CHECKS_AT_ONCE, "pattern check"),
+        checkers=ThreadPoolExecutor(CHECKS_AT_ONCE, "upload check"),
     )

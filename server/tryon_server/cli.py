@@ -23,6 +23,7 @@ if TYPE_CHECKING:  # read when a command needs them: `tryon --help` starts at on
 BAD_INPUT = 2
 UNITS = ("m", "cm", "mm", "in", "ft")
 AXES = ("y", "z")
+BVH_UNITS = ("m", "dm", "asf", "in", "cm", "mm")  # as the solver's UNITS of BVH files; asf: CMU's
 FABRICS = "cotton_jersey, cotton_poplin, wool_twill, denim or silk_charmeuse"  # as the solver has them
 MOTIONS = "walk, jumping_jack, squat or turn"  # as demo/motions has them
 PRESETS = "draft, live, fit or auto"
@@ -57,6 +58,7 @@ examples:
   tryon simulate --garment shirt.json --motion walk.bvh --out walk.npz    a recorded motion, as long as it lasts
   tryon simulate --garment shirt.json --motion walk --seconds 10 --out walk.npz --glb walk.glb
   tryon simulate --garment skirt.obj --motion walk --out walk.npz         a mesh that lies on the default body
+  tryon simulate --garment shirt.json --motion a.bvh --motion-units mm --out a.npz
   tryon simulate --garment top.glb --body frames/ --body-fps 24 --out top.npz
 
 the .npz file holds, in metres and seconds:
@@ -163,7 +165,8 @@ def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser])
         default="default",
         metavar="default|FILE|FOLDER",
         help="body: the default one; a .npz made by scripts/make_body.py, or a folder with its body.npz; a moving mesh "
-        "(a folder of .obj frames, an .npz with vertices (frames x V x 3), faces and fps or dt, or an animated .glb); "
+        "(a folder or .zip of .obj frames, an .npz with vertices (frames x V x 3), faces and fps or dt, or an animated "
+        ".glb); "
         "or a mesh (.obj, .ply, .stl, .glb), which stands still: closed, in metres, Y up, or a human's as it comes",
     )
     simulate.add_argument("--body-units", choices=UNITS, help="unit of a moving mesh (default: found, and told)")
@@ -173,6 +176,9 @@ def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser])
         "--motion",
         metavar="FILE.bvh|NAME",
         help=f"BVH file, or a motion that comes with tryon: {MOTIONS} (default: the body stands still)",
+    )
+    simulate.add_argument(
+        "--motion-units", choices=BVH_UNITS, help="unit of a BVH file's lengths (default: found, and told)"
     )
     simulate.add_argument(
         "--seconds", type=_positive, metavar="S", help="how long to record (default the motion's length; it repeats)"
@@ -339,7 +345,9 @@ def run_simulate(options: argparse.Namespace) -> int:
         size=options.size,
     )
     with ProgressBar() as bar:
-        recording = simulate(order, options.motion, options.seconds, options.fps, bar.show)
+        recording = simulate(
+            order, options.motion, options.seconds, options.fps, bar.show, motion_units=options.motion_units
+        )
     for note in recording.notes:
         print(note)
     glb = options.glb

@@ -9,14 +9,17 @@ from tryon_server.garments.service import GarmentService
 from tryon_server.runtime.interface import Runtime
 from tryon_server.settings import Settings
 from tryon_server.streaming.live_sessions import LiveSessions
+from tryon_server.uploads.service import BodyUploads, MotionUploads
 
 
 @dataclass(frozen=True)
 class Services:
-    """The parts of a running server. ``checkers`` are the threads that wait for uploaded patterns to be checked."""
+    """The parts of a running server. ``checkers`` are the threads that wait for uploads to be checked."""
 
     settings: Settings
     garments: GarmentService
+    motions: MotionUploads
+    bodies: BodyUploads
     runtime: Runtime
     sessions: LiveSessions
     version: str

@@ -30,8 +30,12 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         preset: accuracy of a session that names none: ``draft``, ``live``, ``fit`` or ``auto``: by the device.
         allowed_origins: web origins, comma separated, besides the server's own, whose pages may open a stream.
         max_pattern_bytes: largest pattern file accepted [bytes].
+        max_motion_bytes: largest motion file accepted [bytes].
+        max_body_bytes: largest file of a body accepted [bytes].
         pattern_check_seconds: longest time that checking an uploaded pattern may take [s].
         pattern_check_bytes: most address space that checking may use [bytes].
+        upload_check_seconds: longest time that checking an uploaded motion or body may take [s].
+        upload_check_bytes: most address space that checking one may use [bytes].
         max_sessions: sessions that may live at once; each is one process.
         session_grace_seconds: how long a session lives on with nobody watching [s].
         max_viewers: most clients of one session.
@@ -55,8 +59,12 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     preset: str = "auto"
     allowed_origins: tuple[str, ...] = ()
     max_pattern_bytes: Count = 16 * 2**20
+    max_motion_bytes: Count = 64 * 2**20
+    max_body_bytes: Count = 128 * 2**20
     pattern_check_seconds: Positive = 20.0
     pattern_check_bytes: Count = 4 * 2**30
+    upload_check_seconds: Positive = 120.0
+    upload_check_bytes: Count = 8 * 2**30
     max_sessions: Count = 8
     session_grace_seconds: Positive = 60.0
     max_viewers: Count = 16

@@ -282,9 +282,12 @@ class Simulation:
 
     # -- running -------------------------------------------------------------------------------------------------
 
-    def advance(self, pose: Any, time: float) -> StepReport:
-        """From the last simulated pose time to `time` [s] at `pose`: Algorithm 2 (step.py)."""
-        return advance(self, pose, time)
+    def advance(self, pose: Any, time: float, longest_step: float = 0.0) -> StepReport:
+        """From the last simulated pose time to `time` [s] at `pose`: Algorithm 2 (step.py).
+
+        `longest_step` [s] lets steps be longer than the settings' `largest_step`, for who must keep up with a clock.
+        """
+        return advance(self, pose, time, longest_step)
 
     def move_origin(self, by: np.ndarray) -> None:
         """See the same scene from an origin (3,) whole metres away; later poses are given relative to the new one.
@@ -301,18 +304,19 @@ class Simulation:
         for place in places:
             move_origin(place, shift)
 
-    def pose_intervals(self, pose: Any, time: float) -> Iterator[PoseInterval]:
-        """Cut the way to `pose` at `time` into steps of at most `largest_step`.
+    def pose_intervals(self, pose: Any, time: float, longest_step: float = 0.0) -> Iterator[PoseInterval]:
+        """Cut the way to `pose` at `time` into steps of at most `largest_step`, or `longest_step` if that is longer.
 
-        A gap over `longest_gap` is bridged at `longest_gap` per call; what is left is the report's debt, made up later.
+        A gap over `longest_gap` (or that) is bridged at so much per call; what is left is the report's debt, made up
+        later.
         """
         start_time = self.state.time
         gap = time - start_time
         if gap <= 0:
             return
-        bridged = min(gap, self.settings.longest_gap)
+        bridged = min(gap, max(self.settings.longest_gap, longest_step))
         self.debt = gap - bridged
-        count = max(1, math.ceil(bridged / self.settings.largest_step - 1e-9))
+        count = max(1, math.ceil(bridged / max(self.settings.largest_step, longest_step) - 1e-9))
         first = self.body.pose if self.body else pose
         share = bridged / gap
         for k in range(count):

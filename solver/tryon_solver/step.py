@@ -52,10 +52,10 @@ SCHEMES = {
 }
 
 
-def advance(sim: Simulation, pose: Pose | None, time: float) -> StepReport:
+def advance(sim: Simulation, pose: Pose | None, time: float, longest_step: float = 0.0) -> StepReport:
     """Algorithm 2 without an edit: from the last simulated pose time to `time` [s] at `pose`. METHOD.md section 1."""
     sim.start_report()
-    for interval in awake(sim, sim.pose_intervals(pose, time)):  # none longer than the largest step
+    for interval in awake(sim, sim.pose_intervals(pose, time, longest_step)):  # none longer than the largest step
         sim.timed(move_body, interval)  # carry, kinematic sub-steps: a feasible state at the new pose
         step(sim, interval.dt)
         sim.commit(interval)

@@ -21,9 +21,13 @@ function answering(status: number, body: string): { api: Api; asked: Asked[] } {
 
 test("a session is asked for with what was wished, and its stream lies beside the page", async () => {
   const { api, asked } = answering(201, JSON.stringify({ id: "a b", stream: "/api/sessions/a%20b/stream" }));
-  const session = await api.openSession({ garment: "tshirt", motion: "walk", fabric: null, preset: null });
+  const session = await api.openSession({ garment: "tshirt", motion: "walk", fabric: null, preset: null, size: 0.9, body: null });
   assert.deepEqual(asked, [
-    { url: "http://example.test/try/api/sessions", method: "POST", body: '{"garment":"tshirt","motion":"walk","fabric":null,"preset":null}' },
+    {
+      url: "http://example.test/try/api/sessions",
+      method: "POST",
+      body: '{"garment":"tshirt","motion":"walk","fabric":null,"preset":null,"size":0.9,"body":null}',
+    },
   ]);
   assert.equal(api.streamUrl(session), "ws://example.test/try/api/sessions/a%20b/stream");
 });
@@ -37,6 +41,23 @@ test("a mesh is sent with the unit and axis that were told, and nothing where no
   assert.deepEqual(
     asked.map(({ url }) => url),
     ["http://example.test/try/api/garments?name=skirt&units=cm", "http://example.test/try/api/garments?name=skirt"],
+  );
+});
+
+test("motions and bodies are sent with what was told about them", async () => {
+  const { api, asked } = answering(201, "{}");
+  await api.uploadMotion(new Blob(["HIERARCHY"]), "my dance", "mm");
+  await api.uploadMotion(new Blob(["HIERARCHY"]), "my dance");
+  await api.uploadBody(new Blob(["PK"]), "actor", { units: "cm", up: "z", fps: 24 });
+  await api.removeBody("actor-1");
+  assert.deepEqual(
+    asked.map(({ url, method }) => `${method} ${url}`),
+    [
+      "POST http://example.test/try/api/motions?name=my+dance&units=mm",
+      "POST http://example.test/try/api/motions?name=my+dance",
+      "POST http://example.test/try/api/bodies?name=actor&units=cm&up=z&fps=24",
+      "DELETE http://example.test/try/api/bodies/actor-1",
+    ],
   );
 });
 

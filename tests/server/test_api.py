@@ -3,26 +3,13 @@
 from __future__ import annotations
 
 import json
-import socket
-from collections.abc import Iterable
 
 import patterns
 import pytest
+from asking import FIELDS, answer_to, refused
 from live_server import LiveServer
 
 from tryon_server.garments.check import check_pattern
-
-FIELDS = {"code", "place", "message", "remedy"}
-
-
-def refused(reply, status: int, code: str) -> dict:
-    assert reply.status_code == status, reply.text
-    body = reply.json()
-    assert set(body) == FIELDS
-    assert body["code"] == code
-    assert body["message"]
-    assert body["remedy"]
-    return body
 
 
 def upload(live, pattern, name: str = "my tube"):
@@ -32,7 +19,8 @@ def upload(live, pattern, name: str = "my tube"):
 
 def test_health_and_catalogue(live):
     assert live.http.get("/api/health").json()["status"] == "ok"
-    assert live.http.get("/api/motions").json() == [{"name": "sway", "seconds": 1.0}]
+    (sway,) = live.http.get("/api/motions").json()
+    assert sway == {"name": "sway", "seconds": 1.0, "title": "sway", "found": None}
     fabrics = live.http.get("/api/fabrics").json()
     assert fabrics[0]["name"] == "cotton"
     assert set(fabrics[0]) == {"name", "areal_density", "thickness", "strain_limit", "colour"}
@@ -246,23 +234,6 @@ def test_what_would_fall_off_is_refused_and_not_listed(live):
 def test_name_must_be_printable(live):
     refused(upload(live, patterns.tube(), "  "), 422, "garment.name")
     refused(upload(live, patterns.tube(), "a\x00b"), 422, "garment.name")
-
-
-def answer_to(live, head: str, parts: Iterable[bytes], path: str = "/api/garments") -> tuple[str, dict, int]:
-    """Send a request by hand, until the server has said all it has to say: status line, body, bytes sent."""
-    sent = 0
-    with socket.create_connection(("127.0.0.1", live.port), timeout=10.0) as client:
-        client.sendall(f"POST {path} HTTP/1.1\r\nHost: 127.0.0.1\r\n{head}\r\n\r\n".encode())
-        for part in parts:
-            client.sendall(part)
-            sent += len(part)
-        answer = b""
-        while b"}" not in answer:
-            received = client.recv(65536)
-            assert received, answer
-            answer += received
-    head, _, body = answer.decode().partition("\r\n\r\n")
-    return head.splitlines()[0], json.loads(body), sent
 
 
 def test_body_of_300_mb_is_refused_before_it_is_sent(live):

@@ -10,7 +10,9 @@ from tryon_server.runtime.sources import (
     APPROACH_SPEED_MAX,
     CATCH_UP,
     LARGEST_DEBT,
+    LARGEST_LAG,
     LONGEST_MOVE,
+    LONGEST_STEP,
     NEARBY,
     SHORTEST_MOVE,
     MotionSource,
@@ -96,6 +98,67 @@ def test_a_stream_is_caught_up_with_and_then_followed(period, look):
     assert done[-1].t == pytest.approx(newest, abs=period + 1e-6)
     assert done[-1].pose.root[0] == pytest.approx(3.0 + 0.3 * (done[-1].t - 1000.0), abs=1e-6)
     assert all(move.dt <= min(LONGEST_MOVE, CATCH_UP * look) + 1e-9 for move in done)
+
+
+def ages(cost: float, seconds: float, rate: float = 72.0, latency: float = 0.045) -> tuple[np.ndarray, list]:
+    """A solver that takes ``cost`` s for a step follows a tracker: when frames are there, how old they are, the moves.
+
+    The wearer walks away at 0.3 m/s. The solver's steps are 1/30 s long or as long as the move allows.
+    """
+    stream = StreamSource(at(0.0))
+    now, last_look, spent, captured, seen, moves = 0.0, 0.0, 0.0, 0, [], []
+    while now < seconds:
+        while captured / rate + latency <= now:
+            stream.take(1, captured + 1, captured / rate, at(0.3 * captured / rate))
+            captured += 1
+        elapsed, last_look = now - last_look, now
+        move = stream.next(elapsed, spent)
+        if move is None:
+            now += 1 / 72
+            continue
+        spent = cost * np.ceil(move.dt / max(1 / 30, move.longest_step) - 1e-9)
+        now += spent
+        moves.append(move)
+        seen.append((now, now - move.t))
+    return np.array(seen), moves
+
+
+@pytest.mark.parametrize("cost", [0.01, 0.03, 0.045, 0.06, 0.08])
+def test_a_frame_is_as_old_as_the_solver_takes_and_no_older(cost):
+    """It begins a second behind. What is left after some seconds: the tracker's latency, a pose's wait, one move."""
+    seen, moves = ages(cost, 20.0)
+    late = seen[seen[:, 0] > 5.0]
+    assert late[:, 1].max() <= 0.045 + 1 / 72 + 2.0 * cost + 1e-6
+    assert np.median(late[:, 1]) <= 0.045 + 1 / 72 + cost + 1e-6
+    middle = len(late) // 2
+    assert late[middle:, 1].mean() <= late[:middle, 1].mean() + 1e-3
+    roots, steps = np.array([move.pose.root[0] for move in moves]), np.array([move.dt for move in moves])
+    speeds = np.diff(roots) / steps[1:]
+    assert np.abs(speeds).max() <= APPROACH_SPEED_MAX, "the body never jumps"
+    assert speeds[-1] == pytest.approx(0.3), "as the wearer does"
+
+
+@pytest.mark.parametrize("cost", [0.2, 0.5, 2.0])
+def test_behind_a_solver_that_can_not_keep_up_the_age_is_bounded_and_the_body_unhurried(cost):
+    seen, moves = ages(cost, 40.0)
+    late = seen[seen[:, 0] > 10.0]
+    assert late[:, 1].max() <= max(LARGEST_LAG, NEARBY / APPROACH_SPEED_MAX) + 2.0 * cost
+    before = at(0.0)
+    for move in moves:
+        assert move.dt <= LONGEST_STEP
+        way = move.pose.root[0] - before.root[0] - move.leap[0]
+        assert abs(way) <= 1.3 * APPROACH_SPEED_MAX * move.dt + 1e-9
+        before = move.pose
+    assert 0.3 * seen[-1, 0] - moves[-1].pose.root[0] < NEARBY + 0.3 * (1.0 + 2.0 * cost), "it is near the wearer"
+
+
+def test_only_a_slow_solver_takes_long_steps():
+    """Poses that come rarely are no reason to."""
+    _, moves = ages(0.005, 10.0, rate=8.0)
+    assert max(move.dt for move in moves) <= LONGEST_MOVE
+    assert not any(move.longest_step for move in moves)
+    _, moves = ages(0.06, 10.0)
+    assert LONGEST_MOVE < moves[-1].longest_step == moves[-1].dt < LONGEST_STEP
 
 
 def test_another_sender_has_another_clock():

@@ -11,6 +11,7 @@ import pytest
 
 from tryon_protocol import FrameDecoder, Skeleton, Topology, TrackedPose, decode_server
 from tryon_server.runtime.order import DrapeOrder, WorkOrder
+from tryon_server.runtime.sources import LONGEST_STEP
 from tryon_server.runtime.worker import FAILURES_IN_A_ROW, Worker
 from tryon_server.sessions.commands import AllowFrame, FollowMotion, Run, UsePose, UseTrackedPose, WearFabric
 from tryon_server.sessions.events import FrameReady, PhaseChanged, Reported, TopologyReady, Troubled
@@ -95,11 +96,15 @@ def test_tells_how_it_begins_then_the_topology_then_that_it_is_ready():
 def test_what_there_is_to_say_of_the_fit_is_told_with_being_ready():
     def wide(order, progress):
         drape = analytic_drape.build(order, progress)
-        drape.outfit = replace(drape.outfit, fit="the waist is 7 cm too wide")
+        notes = ("body: it is not closed",)
+        drape.outfit = replace(drape.outfit, fit="the waist is 7 cm too wide", fitting_size=0.9, notes=notes)
         return drape
 
-    assert of(work([], until=1.0), PhaseChanged)[-1].detail == "Dressed"
-    assert of(work([], until=1.0, build=wide), PhaseChanged)[-1].detail == "Dressed; the waist is 7 cm too wide"
+    assert of(work([], until=1.0), PhaseChanged)[-1] == PhaseChanged("ready", "Dressed")
+    told = of(work([], until=1.0, build=wide), PhaseChanged)[-1]
+    assert told.detail == "Dressed; the waist is 7 cm too wide"
+    assert (told.fit, told.fitting_size) == ("the waist is 7 cm too wide", 0.9)
+    assert told.notes == ("body: it is not closed",)
 
 
 def test_does_nothing_until_it_is_to_run_and_stops_when_it_is_to_hold():
@@ -185,6 +190,39 @@ def test_streamed_poses_are_followed_and_named_in_the_frames():
     assert last.t_sim == pytest.approx(500.0 + 0.02 * (last.pose_seq - 1), abs=1e-9), "the sender's clock"
     assert last.root[0] == pytest.approx(0.2 + 0.004 * (last.pose_seq - 1), abs=1e-9)
     assert last.pose_seq >= 148
+
+
+class SlowSheet(analytic_drape.WavingSheet):
+    """Takes 0.08 s for each step of at most 1/30 s, or of as much as it may."""
+
+    clock: ScriptedConnection
+    longest = 0.0
+
+    def advance(self, pose, t, longest_step=0.0):
+        self.longest = max(self.longest, longest_step)
+        self.clock.now += 0.08 * np.ceil((t - self.t) / max(1 / 30, longest_step) - 1e-9)
+        return super().advance(pose, t, longest_step)
+
+
+def test_frames_of_a_slow_solver_are_of_the_newest_pose_there_was():
+    """The age of a frame neither stays at the second that it begins with, nor does it grow."""
+    sheet = SlowSheet("cotton")
+    poses = [(1.0 + 0.02 * k, pose_command(k + 1, 1.0 + 0.02 * k, 0.002 * k)) for k in range(1000)]
+    script = [(0.0, allow(10_000)), (0.0, Run(True)), *poses]
+    connection = ScriptedConnection(script, 21.0)
+    sheet.clock = connection
+    order = WorkOrder(DrapeOrder(Path("pattern.json"), "cotton", "draft", "cpu"), None, 50.0, 1.0)
+    with pytest.raises(LetGoError):
+        Worker(connection, order, lambda *_: sheet, analytic_drape.load_motion, lambda: connection.now).run()
+    followed = [frame for frame in frames(connection) if frame.pose_seq]
+    late = [frame.t_published - frame.t_sim for frame in followed if frame.t_published > 5.0]
+    assert len(late) == pytest.approx(16 / 0.08, rel=0.1)
+    assert max(late) < 2 * 0.08 + 0.02
+    assert np.median(late) < 0.08 + 0.02 + 0.01
+    assert 1 / 30 < sheet.longest <= LONGEST_STEP
+    for frame in followed:
+        if frame.t_published > 5.0:
+            assert frame.root[0] == pytest.approx(0.1 * (frame.t_sim - 1.0), abs=1e-6), "where the wearer was then"
 
 
 def test_without_poses_the_cloth_settles_and_then_nothing_is_solved():

@@ -3,6 +3,18 @@ export { Client, steadyNow, type ClientEvents } from "./client.ts";
 export type { Link } from "./connection.ts";
 export { GarmentScene, type Shape } from "./garment_scene.ts";
 export { PaceMeter, RateMeter } from "./meters.ts";
-export { Api, RequestError, type Fabric, type Garment, type MeshReading, type Motion, type SessionInfo, type SessionWish } from "./rest.ts";
+export {
+  Api,
+  RequestError,
+  type Body,
+  type BodyReading,
+  type Fabric,
+  type Garment,
+  type MeshReading,
+  type Motion,
+  type MotionUnits,
+  type SessionInfo,
+  type SessionWish,
+} from "./rest.ts";
 export { Wearer, type Tracking, type TrackedFrame } from "./wearer.ts";
 export type { FrameFigures } from "./worker_messages.ts";

@@ -10,15 +10,51 @@ export interface Garment {
   readonly notes: readonly string[];
 }
 
-/** How a garment that is a mesh is to be read; null: found out by the server, which says so or asks. */
+/** How a mesh is to be read; null: found out by the server, which says so or asks. */
 export interface MeshReading {
   readonly units: "m" | "cm" | "mm" | "in" | "ft" | null;
   readonly up: "y" | "z" | null;
 }
 
+/** How a body's frames are to be read: `fps` where the file does not say. */
+export interface BodyReading extends MeshReading {
+  readonly fps: number | null;
+}
+
+/** What a BVH file's lengths are in; asf: CMU's unit. */
+export type MotionUnits = "m" | "dm" | "asf" | "in" | "cm" | "mm";
+
 export interface Motion {
+  /** what sessions call it */
   readonly name: string;
   readonly seconds: number;
+  /** what people call it */
+  readonly title: string;
+  /** of an uploaded motion: what was found out about its file */
+  readonly found: MotionFindings | null;
+}
+
+export interface MotionFindings {
+  readonly fps: number;
+  readonly frame_count: number;
+  readonly units: string;
+  readonly up: string;
+  /** part of the body and the joint of the file that moves it */
+  readonly joints_mapped: Readonly<Record<string, string>>;
+  readonly joints_unused: readonly string[];
+  /** all of this for people */
+  readonly notes: readonly string[];
+}
+
+/** A body that came as an animated mesh: it moves by itself. */
+export interface Body {
+  readonly id: string;
+  readonly name: string;
+  readonly seconds: number;
+  readonly frame_count: number;
+  readonly vertex_count: number;
+  /** how it was read, what was mended, whether it passes through itself */
+  readonly notes: readonly string[];
 }
 
 export interface Fabric {
@@ -36,6 +72,10 @@ export interface SessionWish {
   readonly motion: string | null;
   readonly fabric: string | null;
   readonly preset: string | null;
+  /** of a sewing pattern, over its own */
+  readonly size: number;
+  /** id of an uploaded body, which brings its motion; null: the default one */
+  readonly body: string | null;
 }
 
 export interface SessionInfo {
@@ -44,6 +84,8 @@ export interface SessionInfo {
   readonly motion: string | null;
   readonly fabric: string;
   readonly preset: string;
+  readonly size: number;
+  readonly body: string | null;
   readonly state: string;
   readonly detail: string;
   /** path of the websocket */
@@ -90,6 +132,34 @@ export class Api {
     if (reading.units) query.set("units", reading.units);
     if (reading.up) query.set("up", reading.up);
     return this.ask("POST", `api/garments?${query.toString()}`, content);
+  }
+
+  /** Sends a BVH file; the server checks that the default body can follow it. */
+  uploadMotion(content: Blob, name: string, units: MotionUnits | null = null): Promise<Motion> {
+    const query = new URLSearchParams({ name });
+    if (units) query.set("units", units);
+    return this.ask("POST", `api/motions?${query.toString()}`, content);
+  }
+
+  async removeMotion(name: string): Promise<void> {
+    await this.ask("DELETE", `api/motions/${encodeURIComponent(name)}`);
+  }
+
+  bodies(): Promise<Body[]> {
+    return this.ask("GET", "api/bodies");
+  }
+
+  /** Sends an animated mesh; the server makes it ready to be worn on. */
+  uploadBody(content: Blob, name: string, reading: BodyReading = { units: null, up: null, fps: null }): Promise<Body> {
+    const query = new URLSearchParams({ name });
+    if (reading.units) query.set("units", reading.units);
+    if (reading.up) query.set("up", reading.up);
+    if (reading.fps) query.set("fps", String(reading.fps));
+    return this.ask("POST", `api/bodies?${query.toString()}`, content);
+  }
+
+  async removeBody(id: string): Promise<void> {
+    await this.ask("DELETE", `api/bodies/${encodeURIComponent(id)}`);
   }
 
   openSession(wish: SessionWish): Promise<SessionInfo> {

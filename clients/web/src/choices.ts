@@ -7,6 +7,10 @@ import type { Catalogue } from "./fitting.ts";
 /** What a person may choose. */
 export interface Chosen {
   garment(id: string): void;
+  /** over the pattern's own */
+  size(size: number): void;
+  /** null: the default one */
+  body(id: string | null): void;
   motion(name: string): void;
   fabric(name: string): void;
   /** `undefined`: the fabric's own colour */
@@ -16,6 +20,8 @@ export interface Chosen {
 
 const OWN = "own";
 const AUTO = "auto";
+const DEFAULT = "default";
+const SIZE_WAITS_MS = 700;
 const PRESETS = [
   [AUTO, "Auto", "The server chooses what suits its processor"],
   ["draft", "Draft", "Coarse and quick: for a processor without a graphics card"],
@@ -26,6 +32,8 @@ const PRESETS = [
 /** The panel of choices. */
 export class Choices {
   private readonly garments: RadioGroup;
+  private readonly size = byId("size", HTMLInputElement);
+  private readonly bodies: RadioGroup;
   private readonly motions: RadioGroup;
   private readonly fabrics: RadioGroup;
   private readonly colours: RadioGroup;
@@ -35,6 +43,12 @@ export class Choices {
   constructor(chosen: Chosen) {
     const group = (id: string, take: (value: string) => void) => new RadioGroup(byId(id, HTMLFieldSetElement), id, take);
     this.garments = group("garments", (id) => chosen.garment(id));
+    this.bodies = group("bodies", (id) => chosen.body(id === DEFAULT ? null : id));
+    let timer = 0;
+    this.size.addEventListener("input", () => {
+      window.clearTimeout(timer); // of several steps in a row the last one counts: each is a garment to be sewn
+      if (this.size.checkValidity() && this.size.value) timer = window.setTimeout(() => chosen.size(this.size.valueAsNumber / 100), SIZE_WAITS_MS);
+    });
     this.motions = group("motions", (name) => chosen.motion(name));
     this.fabrics = group("fabrics", (name) => chosen.fabric(name));
     this.colours = group("colours", (value) => chosen.colour(value === OWN ? undefined : value));
@@ -54,8 +68,12 @@ export class Choices {
   }
 
   /** Shows what there is and what is chosen. */
-  show({ garments, motions, fabrics }: Catalogue, wish: SessionWish): void {
-    const offered = JSON.stringify([garments, motions, fabrics]);
+  show({ garments, motions, bodies, fabrics }: Catalogue, wish: SessionWish): void {
+    const mesh = (garments.find(({ id }) => id === wish.garment)?.notes.length ?? 0) > 0;
+    this.size.disabled = mesh;
+    byId("sizes").title = mesh ? "A mesh is worn in the size it comes in" : "Over the pattern's own size";
+    this.size.value = String(Math.round(100 * wish.size));
+    const offered = JSON.stringify([garments, motions, bodies, fabrics]);
     if (offered !== this.offered) {
       this.offered = offered;
       this.garments.offer(
@@ -66,9 +84,16 @@ export class Choices {
         wish.garment,
       );
       this.motions.offer(
-        motions.map(({ name }) => ({ value: name, content: [sentence(name)] })),
+        motions.map(({ name, title, found }) => ({ value: name, title: found?.notes.join("; ") ?? "", content: [sentence(title)] })),
         wish.motion ?? undefined,
       );
+      const own = bodies.map(({ id, name, seconds, notes }) => ({
+        value: id,
+        title: notes.join("; "),
+        content: [make("span", {}, make("b", {}, sentence(name)), make("small", {}, seconds > 0 ? `moves by itself, ${seconds.toFixed(1)} s` : "stands still"))],
+      }));
+      const usual = { value: DEFAULT, content: [make("span", {}, make("b", {}, "Default"), make("small", {}, "moves as chosen above"))] };
+      this.bodies.offer(own.length ? [usual, ...own] : [], wish.body ?? DEFAULT);
       this.fabrics.offer(
         fabrics.map((fabric) => {
           const cloth = dyed("span", "cloth", colourOf(fabric));
@@ -81,6 +106,7 @@ export class Choices {
       return;
     }
     this.garments.select(wish.garment);
+    this.bodies.select(wish.body ?? DEFAULT);
     this.motions.select(wish.motion ?? undefined);
     this.fabrics.select(wish.fabric ?? undefined);
     this.presets.select(wish.preset ?? AUTO);

@@ -1,4 +1,18 @@
-import { Api, Client, RequestError, type Fabric, type Garment, type Link, type MeshReading, type Motion, type SessionInfo, type SessionWish } from "@tryon/core";
+import {
+  Api,
+  Client,
+  RequestError,
+  type Body,
+  type BodyReading,
+  type Fabric,
+  type Garment,
+  type Link,
+  type MeshReading,
+  type Motion,
+  type MotionUnits,
+  type SessionInfo,
+  type SessionWish,
+} from "@tryon/core";
 import type { ErrorMessage, ReportMessage, StatusMessage, WelcomeMessage } from "@tryon/protocol";
 
 import type { Notice } from "./notice.ts";
@@ -22,23 +36,24 @@ export interface FittingView {
 export interface Catalogue {
   garments: Garment[];
   motions: Motion[];
+  bodies: Body[];
   fabrics: Fabric[];
 }
 
 /** Largest file that is sent to the server at all [bytes]. */
-const LARGEST_FILE = 64 * 2 ** 20;
+const LARGEST_FILE = 256 * 2 ** 20;
 const RETRY_MS = 1_500;
 
 /**
  * One fitting: what is worn, by which motion, in which session. Motion and fabric change within a session; another
- * garment or another detail is another session, which is opened before the present one is left, so that a refused wish
- * leaves everything as it was.
+ * garment, size, body or detail is another session, which is opened before the present one is left, so that a refused
+ * wish leaves everything as it was.
  */
 export class Fitting {
   client: Client | undefined;
-  private readonly catalogue: Catalogue = { garments: [], motions: [], fabrics: [] };
+  private readonly catalogue: Catalogue = { garments: [], motions: [], bodies: [], fabrics: [] };
   private session: SessionInfo | undefined;
-  private wish: SessionWish = { garment: "", motion: null, fabric: null, preset: null };
+  private wish: SessionWish = { garment: "", motion: null, fabric: null, preset: null, size: 1, body: null };
   private link: Link = { state: "connecting" };
   private playing = true;
   private motionBefore: string | null = null;
@@ -65,12 +80,24 @@ export class Fitting {
       return;
     }
     const motion = motions.find(({ name }) => name === "walk") ?? motions.at(0);
-    await this.open({ garment: garment.id, motion: motion?.name ?? null, fabric: null, preset: null });
+    await this.open({ ...this.wish, garment: garment.id, motion: motion?.name ?? null });
   }
 
-  /** Wears another garment. */
+  /** Wears another garment, in its own size. */
   wear(garment: string): Promise<void> {
-    return this.open({ ...this.wish, garment });
+    return this.open({ ...this.wish, garment, size: 1 });
+  }
+
+  /** Wears the garment in this size over its own. */
+  async wearSize(size: number): Promise<void> {
+    if (size !== this.wish.size) await this.open({ ...this.wish, size });
+  }
+
+  /** Puts the garment on this uploaded body, which moves by itself, or on the default one. */
+  standAs(body: string | null): Promise<void> {
+    const { motions } = this.catalogue;
+    const motion = motions.find(({ name }) => name === this.wish.motion) ?? motions.at(0);
+    return this.open({ ...this.wish, body, motion: body === null ? (motion?.name ?? null) : null });
   }
 
   /** Simulates with another detail; null lets the server choose. */
@@ -78,8 +105,12 @@ export class Fitting {
     return this.open({ ...this.wish, preset });
   }
 
-  /** Plays another motion. */
-  move(motion: string): void {
+  /** Plays another motion; a body that moves by itself makes room for the default one. */
+  async move(motion: string): Promise<void> {
+    if (this.wish.body !== null) {
+      await this.open({ ...this.wish, motion, body: null });
+      return;
+    }
     this.wish = { ...this.wish, motion };
     this.view.choices(this.catalogue, this.wish);
     this.client?.send({ type: "set_motion", motion, request: null });
@@ -108,24 +139,49 @@ export class Fitting {
   /** Sends a garment's file to the server and wears it. What is worn stays on when the server refuses it. */
   async add(file: File, reading: MeshReading): Promise<void> {
     try {
-      if (file.size > LARGEST_FILE) {
-        const megabytes = Math.round(file.size / 2 ** 20);
-        throw new RequestError(`The file has ${megabytes} MB.`, file.name, "Choose a pattern's JSON file, or a mesh of at most 50,000 vertices.", 0);
-      }
+      refuseLarge(file, "Choose a pattern's JSON file, or a mesh of at most 50,000 vertices.");
       const garment = await this.api.uploadGarment(file, file.name.replace(/\.(json|obj|glb)$/i, ""), reading);
       this.catalogue.garments = [...this.catalogue.garments.filter(({ id }) => id !== garment.id), garment];
       await this.wear(garment.id);
-      if (garment.notes.length) this.view.notice({ title: `How ${file.name} was read`, message: garment.notes.join("; ") });
+      if (garment.notes.length) this.view.notice({ title: `How ${file.name} was read`, message: garment.notes.join("; "), told: true });
     } catch (error) {
       this.refused(`${file.name} can't be worn`, error);
+    }
+  }
+
+  /** Sends a motion's file to the server and plays it. */
+  async addMotion(file: File, units: MotionUnits | null): Promise<void> {
+    try {
+      refuseLarge(file, "Cut it into shorter motions.");
+      const motion = await this.api.uploadMotion(file, file.name.replace(/\.bvh$/i, ""), units);
+      this.catalogue.motions = [...this.catalogue.motions.filter(({ name }) => name !== motion.name), motion];
+      await this.move(motion.name);
+      this.view.notice({ title: `How ${file.name} was read`, message: motion.found?.notes.join("; ") ?? "", told: true });
+    } catch (error) {
+      this.refused(`${file.name} can't be played`, error);
+    }
+  }
+
+  /** Sends an animated mesh to the server and puts the garment on it. */
+  async addBody(file: File, reading: BodyReading): Promise<void> {
+    try {
+      refuseLarge(file, "Export fewer frames, or a coarser mesh.");
+      this.view.busy(`Reading ${file.name}`);
+      const body = await this.api.uploadBody(file, file.name.replace(/\.(npz|glb|zip)$/i, ""), reading);
+      this.catalogue.bodies = [...this.catalogue.bodies.filter(({ id }) => id !== body.id), body];
+      await this.standAs(body.id);
+      this.view.notice({ title: `How ${file.name} was read`, message: body.notes.join("; "), told: true });
+    } catch (error) {
+      this.refused(`${file.name} can't wear anything`, error);
     }
   }
 
   private async loadCatalogue(): Promise<void> {
     for (;;) {
       try {
-        const [garments, motions, fabrics] = await Promise.all([this.api.garments(), this.api.motions(), this.api.fabrics()]);
-        Object.assign(this.catalogue, { garments, motions, fabrics });
+        const { api } = this;
+        const [garments, motions, bodies, fabrics] = await Promise.all([api.garments(), api.motions(), api.bodies(), api.fabrics()]);
+        Object.assign(this.catalogue, { garments, motions, bodies, fabrics });
         this.view.choices(this.catalogue, this.wish);
         return;
       } catch (error) {
@@ -173,7 +229,8 @@ export class Fitting {
   private enter(session: SessionInfo): void {
     this.client?.close();
     this.session = session;
-    this.wish = { garment: session.garment, motion: session.motion, fabric: session.fabric, preset: this.wish.preset };
+    const { garment, motion, fabric, size, body } = session;
+    this.wish = { garment, motion, fabric, preset: this.wish.preset, size, body };
     history.replaceState(null, "", `?${new URLSearchParams({ session: session.id }).toString()}`);
     const client = new Client(this.workerUrl, {
       link: (link) => {
@@ -223,4 +280,9 @@ export class Fitting {
     if (!(error instanceof RequestError)) throw error;
     this.view.notice({ title, message: error.message, place: error.place, remedy: error.remedy });
   }
+}
+
+function refuseLarge(file: File, remedy: string): void {
+  if (file.size <= LARGEST_FILE) return;
+  throw new RequestError(`The file has ${Math.round(file.size / 2 ** 20)} MB.`, file.name, remedy, 0);
 }

@@ -6,6 +6,7 @@ import { Choices } from "./choices.ts";
 import { byId, setText } from "./dom.ts";
 import { colourOf, lookOf } from "./fabrics.ts";
 import { Figure } from "./figure.ts";
+import { FitCard } from "./fit.ts";
 import { Fitting, type FittingView } from "./fitting.ts";
 import { NoticeBoard } from "./notice.ts";
 import { Readout, type Figures } from "./readout.ts";
@@ -31,6 +32,7 @@ class Studio implements FittingView {
   private readonly figure = new Figure();
   private readonly readout = new Readout();
   private readonly advice = new AdviceLine();
+  private readonly fit = new FitCard((size) => void this.fitting.wearSize(size));
   private readonly statusLine = new StatusLine();
   private readonly board = new NoticeBoard();
   private readonly drawn = new RateMeter();
@@ -49,7 +51,9 @@ class Studio implements FittingView {
     this.fitting = new Fitting(new Api(here), new URL(WORKER_FILE, import.meta.url), this);
     this.panel = new Choices({
       garment: (id) => void this.fitting.wear(id),
-      motion: (name) => this.fitting.move(name),
+      size: (size) => void this.fitting.wearSize(size),
+      body: (id) => void this.fitting.standAs(id),
+      motion: (name) => void this.fitting.move(name),
       fabric: (name) => this.fitting.sewFrom(name),
       colour: (colour) => {
         this.colour = colour;
@@ -64,7 +68,11 @@ class Studio implements FittingView {
       drawn: () => this.noteDrawn(steadyNow()),
       failed: (why) => this.board.show({ title: "AR could not be entered", message: why }),
     });
-    new Upload((file, reading) => this.fitting.add(file, reading));
+    new Upload({
+      garment: (file, reading) => this.fitting.add(file, reading),
+      motion: (file, units) => this.fitting.addMotion(file, units),
+      body: (file, reading) => this.fitting.addBody(file, reading),
+    });
     this.play.addEventListener("click", () => this.fitting.togglePlay());
     byId("reset-view").addEventListener("click", () => this.stage.resetView());
     const follow = byId("follow", HTMLButtonElement);
@@ -134,6 +142,7 @@ class Studio implements FittingView {
 
   status(...[status]: Parameters<FittingView["status"]>): void {
     this.statusLine.setStatus(status);
+    this.fit.show(status);
     this.view.dataset.state = status.state;
     if (status.state === "preparing" || status.state === "dressing") this.advice.hide(); // it was of what is taken off
     this.showPlaying(status.playing, status.playing ? "Pause" : "Play");

@@ -8,6 +8,8 @@ export interface Notice {
   readonly remedy?: string;
   /** good news rather than a fault */
   readonly calm?: boolean;
+  /** no fault, but to be read: it stays */
+  readonly told?: boolean;
 }
 
 /** The one message shown over the picture. It stays until it is dismissed or replaced, calm ones leave by themselves. */
@@ -25,7 +27,7 @@ export class NoticeBoard {
     setText(byId("notice-message"), capitalised(notice.message));
     this.line("notice-place", notice.place);
     this.line("notice-remedy", capitalised(notice.remedy ?? ""));
-    this.board.classList.toggle("calm", notice.calm === true);
+    this.board.classList.toggle("calm", notice.calm === true || notice.told === true);
     this.board.hidden = false;
     if (notice.calm) this.timer = window.setTimeout(() => this.hide(), 6_000);
   }

@@ -1,18 +1,54 @@
-import type { MeshReading } from "@tryon/core";
+import type { BodyReading, MeshReading, MotionUnits } from "@tryon/core";
 
 import { byId } from "./dom.ts";
 
-/** Takes a file from the picker or from one dropped anywhere on the page; one at a time. */
+/** Who takes the files, each with how it is to be read. */
+export interface Taker {
+  garment(file: File, reading: MeshReading): Promise<void>;
+  motion(file: File, units: MotionUnits | null): Promise<void>;
+  body(file: File, reading: BodyReading): Promise<void>;
+}
+
+/** A picker for one kind of file; it takes one at a time. */
+class Picker {
+  private readonly label: HTMLElement;
+
+  constructor(
+    label: string,
+    private readonly picker: HTMLInputElement,
+    private readonly add: (file: File) => Promise<void>,
+  ) {
+    this.label = byId(label);
+    picker.addEventListener("change", () => void this.take(picker.files?.[0]));
+  }
+
+  async take(file: File | undefined): Promise<void> {
+    if (!file || this.label.ariaBusy === "true") return;
+    this.label.ariaBusy = "true";
+    try {
+      await this.add(file);
+    } finally {
+      this.label.ariaBusy = "false";
+      this.picker.value = ""; // so that the same file can be chosen again after it was corrected
+    }
+  }
+}
+
+/** Takes files from the pickers or dropped anywhere on the page. */
 export class Upload {
   private readonly zone = byId("drop");
-  private readonly picker = byId("pattern-file", HTMLInputElement);
-  private readonly label = byId("upload");
-  private readonly units = byId("mesh-units", HTMLSelectElement);
-  private readonly up = byId("mesh-up", HTMLSelectElement);
+  private readonly garments: Picker;
+  private readonly motions: Picker;
+  private readonly bodies: Picker;
   private depth = 0;
 
-  constructor(private readonly add: (file: File, reading: MeshReading) => Promise<void>) {
-    this.picker.addEventListener("change", () => void this.take(this.picker.files));
+  constructor(taker: Taker) {
+    const picker = (label: string, input: string, add: (file: File) => Promise<void>) => new Picker(label, byId(input, HTMLInputElement), add);
+    this.garments = picker("upload", "pattern-file", (file) => taker.garment(file, meshReading("mesh")));
+    this.motions = picker("upload-motion", "motion-file", (file) => taker.motion(file, chosen("motion-units") as MotionUnits | null));
+    this.bodies = picker("upload-body", "body-file", (file) =>
+      taker.body(file, { ...meshReading("body"), fps: byId("body-fps", HTMLInputElement).valueAsNumber || null }),
+    );
     window.addEventListener("dragenter", (event) => this.entered(event, 1));
     window.addEventListener("dragleave", (event) => this.entered(event, -1));
     window.addEventListener("dragover", (event) => event.preventDefault());
@@ -20,8 +56,16 @@ export class Upload {
       event.preventDefault();
       this.depth = 0;
       this.zone.hidden = true;
-      void this.take(event.dataTransfer?.files ?? null);
+      const file = event.dataTransfer?.files[0];
+      if (file) void this.pickerOf(file, event.target).take(file);
     });
+  }
+
+  /** By its ending; a .glb is a garment unless it is dropped where bodies are added. */
+  private pickerOf(file: File, target: EventTarget | null): Picker {
+    if (/\.bvh$/i.test(file.name)) return this.motions;
+    const onBodies = target instanceof Element && target.closest("#upload-body") !== null;
+    return onBodies || /\.(npz|zip)$/i.test(file.name) ? this.bodies : this.garments;
   }
 
   /** Counts the elements the drag is in: entering a child comes before leaving its parent. */
@@ -31,21 +75,14 @@ export class Upload {
     this.depth = Math.max(0, this.depth + step);
     this.zone.hidden = this.depth === 0;
   }
+}
 
-  private async take(files: FileList | null): Promise<void> {
-    const file = files?.[0];
-    if (!file || this.label.ariaBusy === "true") return;
-    this.label.ariaBusy = "true";
-    try {
-      await this.add(file, { units: chosen(this.units), up: chosen(this.up) } as MeshReading);
-    } finally {
-      this.label.ariaBusy = "false";
-      this.picker.value = ""; // so that the same file can be chosen again after it was corrected
-    }
-  }
+/** The unit and axis chosen for a garment's mesh or a body. */
+function meshReading(of: "mesh" | "body"): MeshReading {
+  return { units: chosen(`${of}-units`), up: chosen(`${of}-up`) } as MeshReading;
 }
 
 /** What is selected; null for the first choice, which leaves it to the server. */
-function chosen(select: HTMLSelectElement): string | null {
-  return select.value || null;
+function chosen(id: string): string | null {
+  return byId(id, HTMLSelectElement).value || null;
 }

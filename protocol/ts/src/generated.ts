@@ -264,6 +264,12 @@ export interface StatusMessage {
   playing: boolean;
   /** share done of preparing or dressing, 0 to 1; null: not known. Default: null */
   progress?: number | null;
+  /** for people: what there is to say about the fit of the dressed garment; "": it fits. Default: "" */
+  fit?: string;
+  /** size of the pattern, over its own, that `fit` advises; null: none. Default: null */
+  fitting_size?: number | null;
+  /** for people: how garment and body were read from files that say little, and what was mended. Default: [] */
+  notes?: readonly string[];
 }
 
 /** What the solver did for one published frame. Sent at most a few times a second, the newest wins. */

@@ -24,23 +24,21 @@ class CappedBodies:
 
     Args:
         app: the application.
-        file_caps: most bytes of the body of a POST to these paths.
-        setting: what an operator sets to raise these caps.
+        file_caps: most bytes of the body of a POST to these paths, and what an operator sets to raise that.
 
     Any other body may have ``MAX_JSON_BYTES``.
     """
 
-    def __init__(self, app: ASGIApp, file_caps: Mapping[str, int], setting: str) -> None:
+    def __init__(self, app: ASGIApp, file_caps: Mapping[str, tuple[int, str]]) -> None:
         self._app = app
         self._file_caps = file_caps
-        self._setting = setting
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
         file_cap = self._file_caps.get(scope["path"]) if scope["method"] == "POST" else None
-        cap = MAX_JSON_BYTES if file_cap is None else file_cap
+        cap, setting = file_cap or (MAX_JSON_BYTES, "")
         announced = Headers(scope=scope).get("content-length", "")
         too_long = announced.isdecimal() and int(announced) > cap
         body = bytearray()
@@ -53,7 +51,7 @@ class CappedBodies:
             too_long = len(body) > cap
             more = message.get("more_body", False) and not too_long
         if too_long:
-            remedy = f"Send a smaller file, or raise {self._setting}"
+            remedy = f"Send a smaller file, or raise {setting}"
             if file_cap is None:
                 remedy = "Send only what /openapi.json names for this address"
             await LingeringReply(_too_long(cap, remedy), 413)(scope, receive, send)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fastapi import APIRouter
 
 from tryon_server.api.access import ServicesDep
-from tryon_server.api.models import DeviceReply, FabricReply, HealthReply, MotionReply
+from tryon_server.api.models import DeviceReply, FabricReply, HealthReply
 
 router = APIRouter(prefix="/api", tags=["server"])
 
@@ -14,12 +14,6 @@ router = APIRouter(prefix="/api", tags=["server"])
 async def health(services: ServicesDep) -> HealthReply:
     """That the server is up."""
     return HealthReply(status="ok", version=services.version, sessions=len(services.sessions.all()))
-
-
-@router.get("/motions")
-async def list_motions(services: ServicesDep) -> list[MotionReply]:
-    """The motions that the server can play."""
-    return [MotionReply.model_validate(motion) for motion in services.runtime.catalogue.motions]
 
 
 @router.get("/fabrics")

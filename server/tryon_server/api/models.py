@@ -46,11 +46,37 @@ class GarmentReply(Model):
     notes: list[str] = Field(description="of a mesh: units, axes and rest shape as found, and what was mended")
 
 
+class MotionFindings(Model):
+    """What was found out about an uploaded motion."""
+
+    fps: float = Field(description="frames a second")
+    frame_count: int
+    units: str = Field(description="what its lengths are in")
+    up: str = Field(description="the axis that is up in its poses: Y, Z, -Y, ...")
+    joints_mapped: dict[str, str] = Field(description="part of the body -> joint of the file that moves it")
+    joints_unused: list[str] = Field(description="joints of the file that move nothing")
+    notes: list[str] = Field(description="all of this, and what was done about it, for people")
+
+
 class MotionReply(Model):
-    """A motion that the server can play."""
+    """A motion that the server can play. ``name`` is what sessions call it, ``title`` what people do."""
 
     name: str
     seconds: float
+    title: str
+    found: MotionFindings | None = Field(description="of an uploaded motion; null: it came with the server")
+
+
+class BodyReply(Model):
+    """An uploaded body, which moves by itself, or stands still if it has one frame only."""
+
+    id: str
+    name: str
+    seconds: float = Field(description="how long its frames last")
+    frame_count: int
+    vertex_count: int = Field(description="of its surface, after repair and remeshing")
+    created: float
+    notes: list[str] = Field(description="how it was read, what was mended, whether it passes through itself")
 
 
 class FabricReply(Model):
@@ -78,10 +104,13 @@ class SessionRequest(Model):
     motion: Name | None = Field(None, description="name of a motion; null: a client streams the poses")
     fabric: Name | None = Field(None, description="name of a fabric; null: the first of GET /api/fabrics")
     preset: Name | None = Field(None, description="draft, live, fit or auto; null: the server's choice")
+    size: float = Field(1.0, ge=0.5, le=2.0, description="of a sewing pattern, over its own")
+    body: Name | None = Field(None, description="id of an uploaded body, which brings its motion; null: the default")
 
 
 class SessionReply(Model):
-    """A session. ``stream`` is the path of its websocket; ``state`` and ``detail`` as in the protocol's status."""
+    """A session. ``stream`` is the path of its websocket; ``state``, ``detail``, ``fit``, ``fitting_size`` and
+    ``notes`` as in the protocol's status."""
 
     id: str
     garment: str
@@ -89,7 +118,12 @@ class SessionReply(Model):
     fabric: str
     preset: str
     created: float
+    size: float
+    body: str | None
     state: str
     detail: str
+    fit: str
+    fitting_size: float | None
+    notes: list[str]
     viewers: int
     stream: str

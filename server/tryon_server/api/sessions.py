@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fastapi import APIRouter, Request, Response, WebSocket
 
-from tryon_protocol import SUBPROTOCOL, ProtocolError, encode, error_message
+from tryon_protocol import SUBPROTOCOL, ProtocolError, StatusMessage, encode, error_message
 from tryon_server.api.access import ServicesDep, same_origin
 from tryon_server.api.body import read_json
 from tryon_server.api.faults import ERROR_REPLIES, reply
@@ -29,7 +29,14 @@ WISH_BODY = {
 async def open_session(request: Request, response: Response, services: ServicesDep) -> SessionReply:
     """Open a session and begin to dress the garment; its websocket tells how that goes."""
     wish = read_json(await request.body(), SessionRequest)
-    opening = Opening(garment=wish.garment, motion=wish.motion, fabric=wish.fabric, preset=wish.preset)
+    opening = Opening(
+        garment=wish.garment,
+        motion=wish.motion,
+        fabric=wish.fabric,
+        preset=wish.preset,
+        size=wish.size,
+        body=wish.body,
+    )
     live = await services.sessions.open(opening)
     response.headers["Location"] = f"/api/sessions/{live.machine.id}"
     return _reply(await services.sessions.record(live.machine.id), services)
@@ -91,26 +98,27 @@ async def _turn_away(websocket: WebSocket, session_id: str) -> None:
 
 def _reply(record: SessionRecord, services: Services) -> SessionReply:
     live = services.sessions.get(record.id)
-    state, detail, motion, fabric, viewers = (
-        "closed",
-        record.ending or "The session has ended",
-        record.motion,
-        record.fabric,
-        0,
-    )
-    if live is not None:
+    if live is None:
+        detail = record.ending or "The session has ended"
+        status = StatusMessage(
+            state="closed", detail=detail, motion=record.motion, fabric=record.fabric, playing=False
+        )
+    else:
         status = live.machine.status(live.now)
-        state, detail, motion, fabric = status.state, status.detail, status.motion, status.fabric
-        viewers = live.machine.viewer_count
     return SessionReply(
         id=record.id,
         garment=record.garment,
-        motion=motion,
-        fabric=fabric,
+        motion=status.motion,
+        fabric=status.fabric,
         preset=record.preset,
         created=record.created,
-        state=state,
-        detail=detail,
-        viewers=viewers,
+        size=record.size,
+        body=record.body,
+        state=status.state,
+        detail=status.detail,
+        fit=status.fit,
+        fitting_size=status.fitting_size,
+        notes=list(status.notes),
+        viewers=0 if live is None else live.machine.viewer_count,
         stream=f"/api/sessions/{record.id}/stream",
     )

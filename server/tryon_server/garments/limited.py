@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import msgspec
 
@@ -20,14 +21,23 @@ class Limits(msgspec.Struct, frozen=True, kw_only=True):
     address_space: int
 
 
-def run_limited(module: str, arguments: Sequence[str], content: bytes, limits: Limits, what: str) -> bytes:
+@dataclass(frozen=True)
+class Work:
+    """What a child does, for the message when it overruns a limit: ``code`` and ``remedy`` as in a Problem."""
+
+    what: str
+    code: str
+    remedy: str
+
+
+def run_limited(module: str, arguments: Sequence[str], content: bytes, limits: Limits, work: Work) -> bytes:
     """Run ``python -m module arguments`` with ``content`` on its standard input; its standard output.
 
     The module applies the limits to itself with ``apply_limits`` before it reads anything, and the parent ends it when
     it stays longer than the allowed time.
 
     Raises:
-        ProblemError: 422, the child overran a limit or broke down; ``what`` names the work in the message.
+        ProblemError: 422, the child overran a limit or broke down.
     """
     command = [sys.executable, "-m", module, *arguments]
     try:
@@ -35,10 +45,10 @@ def run_limited(module: str, arguments: Sequence[str], content: bytes, limits: L
             command, input=content, capture_output=True, timeout=limits.seconds + STARTUP_SECONDS, check=False
         )
     except subprocess.TimeoutExpired as error:
-        raise _too_complex(f"{what} took more than {limits.seconds:g} s") from error
+        raise _too_complex(work, f"took more than {limits.seconds:g} s") from error
     if done.returncode == 0:
         return done.stdout
-    raise _too_complex(f"{what} used more than {limits.address_space / 2**30:.1f} GiB or broke down") from RuntimeError(
+    raise _too_complex(work, f"used more than {limits.address_space / 2**30:.1f} GiB or broke down") from RuntimeError(
         f"exit status {done.returncode}: {done.stderr[-2000:].decode(errors='replace')}"
     )
 
@@ -54,10 +64,5 @@ def apply_limits(seconds: float, address_space: int) -> None:
     resource.setrlimit(resource.RLIMIT_AS, (address_space, address_space))
 
 
-def _too_complex(message: str) -> ProblemError:
-    return problem_error(
-        "pattern.too_complex",
-        message,
-        "Give the panels the size of a garment (check units_in_meter) and fewer edges, and upload it again",
-        status=422,
-    )
+def _too_complex(work: Work, why: str) -> ProblemError:
+    return problem_error(work.code, f"{work.what} {why}", work.remedy, status=422)

@@ -10,13 +10,18 @@ from pathlib import Path
 import msgspec
 
 from tryon_server.garments.check import CheckReply, PatternFacts
-from tryon_server.garments.limited import Limits, run_limited
+from tryon_server.garments.limited import Limits, Work, run_limited
 from tryon_server.persistence import BlobStore, GarmentRecord, GarmentStore
 from tryon_server.problems import ProblemError, problem_error
 
 logger = logging.getLogger(__name__)
 
 MAX_NAME_LENGTH = 200
+WORK = Work(
+    "checking the file",
+    "pattern.too_complex",
+    "Give the panels the size of a garment (check units_in_meter) and fewer edges, and upload it again",
+)
 FIRST = "tshirt"  # of the built-in garments, listed before the others: what a demo opens with
 
 
@@ -113,7 +118,7 @@ class GarmentService:
 
     def _check(self, content: bytes, units: str | None, up: str | None) -> PatternFacts:
         arguments = [str(self._limits.seconds), str(self._limits.address_space), units or "", up or ""]
-        reply_json = run_limited("tryon_server.garments.check", arguments, content, self._limits, "checking the file")
+        reply_json = run_limited("tryon_server.garments.check", arguments, content, self._limits, WORK)
         reply = msgspec.json.decode(reply_json, type=CheckReply)
         if reply.facts is None:
             assert reply.problem is not None

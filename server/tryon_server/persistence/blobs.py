@@ -18,6 +18,9 @@ class BlobStore(Protocol):
     def path(self, digest: str) -> Path:
         """A local file with the content of this digest. Raises KeyError when there is none."""
 
+    def remove(self, digest: str) -> None:
+        """Forget the content of this digest, if it is there."""
+
 
 class FileBlobs:
     """Blobs in a folder, written aside and moved into place: a crash leaves no half-written blob under a digest."""
@@ -48,3 +51,6 @@ class FileBlobs:
         if not target.is_file():
             raise KeyError(digest)
         return target
+
+    def remove(self, digest: str) -> None:
+        (self._folder / digest[:2] / digest).unlink(missing_ok=True)

@@ -11,7 +11,10 @@ from tryon_server.persistence import tables
 
 
 class SessionRecord(msgspec.Struct, frozen=True, kw_only=True):
-    """A session as opened. Times in s since 1970; ``ended`` and ``ending`` are None while it lives."""
+    """A session as opened. Times in s since 1970; ``ended`` and ``ending`` are None while it lives.
+
+    ``size`` is that of the pattern over its own; ``body`` the id of an uploaded body, None for the default one.
+    """
 
     id: str
     garment: str
@@ -21,6 +24,8 @@ class SessionRecord(msgspec.Struct, frozen=True, kw_only=True):
     created: float
     ended: float | None = None
     ending: str | None = None
+    size: float = 1.0
+    body: str | None = None
 
 
 class SessionStore(Protocol):
@@ -39,6 +44,12 @@ class SessionStore(Protocol):
         """The session with this id, or None."""
 
 
+WISH = ("size", "body")  # kept aside, as one text
+WHOLE = select(tables.sessions, tables.wishes.c.wish).outerjoin(
+    tables.wishes, tables.wishes.c.session == tables.sessions.c.id
+)
+
+
 class SqlSessions:
     """Sessions in a relational database."""
 
@@ -46,8 +57,11 @@ class SqlSessions:
         self._engine = engine
 
     def add(self, session: SessionRecord) -> None:
+        values = msgspec.structs.asdict(session)
+        wish = msgspec.json.encode({name: values.pop(name) for name in WISH}).decode()
         with self._engine.begin() as connection:
-            connection.execute(tables.sessions.insert().values(msgspec.structs.asdict(session)))
+            connection.execute(tables.sessions.insert().values(values))
+            connection.execute(tables.wishes.insert().values(session=session.id, wish=wish))
 
     def end(self, session_id: str, when: float, why: str) -> None:
         self._end([tables.sessions.c.id == session_id], when, why)
@@ -61,7 +75,10 @@ class SqlSessions:
             return connection.execute(update.values(ended=when, ending=why[:500])).rowcount
 
     def get(self, session_id: str) -> SessionRecord | None:
-        query = select(tables.sessions).where(tables.sessions.c.id == session_id)
         with self._engine.connect() as connection:
-            row = connection.execute(query).mappings().first()
-        return None if row is None else SessionRecord(**row)
+            row = connection.execute(WHOLE.where(tables.sessions.c.id == session_id)).mappings().first()
+        if row is None:
+            return None
+        values = {str(name): value for name, value in row.items()}
+        wish = values.pop("wish")
+        return msgspec.convert({**values, **(msgspec.json.decode(wish) if wish else {})}, SessionRecord)

@@ -33,6 +33,24 @@ readings = Table(  # how a garment that is a mesh is read
     Column("reading", Text, nullable=False),  # JSON: units, up, notes
 )
 
+uploads = Table(  # motions and bodies
+    "uploads",
+    metadata,
+    Column("id", String(64), primary_key=True),
+    Column("kind", String(50), nullable=False),
+    Column("key", String(64), nullable=False, unique=True),  # sha256 of the file and of what was told about it
+    Column("digest", String(64), nullable=False),  # sha256 of the file
+    Column("created", Float, nullable=False),  # [s] since 1970
+    Column("record", Text, nullable=False),  # JSON
+)
+
+wishes = Table(  # what a session was opened with besides
+    "wishes",
+    metadata,
+    Column("session", String(64), primary_key=True),
+    Column("wish", Text, nullable=False),  # JSON: size, body
+)
+
 sessions = Table(
     "sessions",
     metadata,

@@ -33,7 +33,7 @@ def moves_itself(path: Path | None) -> bool:
 
 def load_moving_mesh(path: Path | None, reading: MeshReading) -> MeshBody | None:
     """The moving mesh in this file or folder, or a human's that stands but has to be mended, or read in a unit of its
-    own; None when it is another kind of body.
+    own; None when it is another kind of body. A file without an ending, such as an upload, is a mesh.
 
     Raises:
         ProblemError: it is one and can't be used.
@@ -41,7 +41,7 @@ def load_moving_mesh(path: Path | None, reading: MeshReading) -> MeshBody | None
     if path is None or not path.exists():
         return None
     try:
-        if not is_moving_mesh(path):
+        if (path.suffix or path.is_dir()) and not is_moving_mesh(path):
             return _standing_mesh(path, reading)
         return read_mesh_body(path, Told(reading.units, reading.up), reading.fps)
     except MeshFileError as error:

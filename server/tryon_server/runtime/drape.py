@@ -11,9 +11,14 @@ import numpy as np
 import numpy.typing as npt
 
 from tryon_server.runtime.order import DrapeOrder
+from tryon_server.sessions.commands import MotionFile
+from tryon_solver.body.mesh_sequence import MeshSequence, Moment
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion
 from tryon_solver.body.pose import Pose
+
+Stance = Pose | Moment
+"""How a body stands: a pose of one that is posed, a moment of one that moves by itself."""
 
 Progress = Callable[[str, float | None], None]
 """Told what is being done, in words for people, and the fraction of it that is done, None when that is not known."""
@@ -31,6 +36,8 @@ class Outfit:
         panel_names: names of the pattern's pieces.
         body: the body that wears it.
         fit: what there is to say about its fit, a sentence for people; "" where it fits.
+        fitting_size: the size of its pattern that would fit, over its own; None where no other one would fit better.
+        notes: how garment and body were read from files that say little, and what was mended, for people.
     """
 
     vertex_count: int
@@ -40,6 +47,8 @@ class Outfit:
     panel_names: tuple[str, ...]
     body: BodyModel
     fit: str = ""
+    fitting_size: float | None = None
+    notes: tuple[str, ...] = ()
 
 
 class StepFacts(Protocol):
@@ -75,20 +84,25 @@ class Drape(Protocol):
 
     Attributes:
         outfit: what stays as it is.
-        pose: the pose in which it was dressed.
+        pose: how it stood when it was dressed.
+        own_motion: the body's frames, if it came as a mesh; then it stands only as they show it.
         origin: (3,) m, whole metres: where the origin of the positions lies in the session's space, in which the poses
             are. It follows the body, so that float32 holds the positions.
     """
 
     outfit: Outfit
-    pose: Pose
+    pose: Stance
+    own_motion: MeshSequence | None
     origin: npt.NDArray[np.float64]
 
     def leap(self, by: npt.NDArray[np.float64]) -> None:
         """Be elsewhere, body and garment as one, by (3,) whole metres, without having moved there."""
 
-    def advance(self, pose: Pose, t: float) -> StepFacts:
-        """Simulate from the last pose's time to ``pose`` at time ``t`` [s], counted from the dressing."""
+    def advance(self, pose: Stance, t: float, longest_step: float = 0.0) -> StepFacts:
+        """Simulate from the last pose's time to ``pose`` at time ``t`` [s], counted from the dressing.
+
+        Steps may be ``longest_step`` s long if the settings have them shorter.
+        """
 
     def cloth_positions(self) -> npt.NDArray[np.float32]:
         """(N, 3) positions of the cloth [m], from ``origin``."""
@@ -100,5 +114,9 @@ class Drape(Protocol):
 BuildDrape = Callable[[DrapeOrder, Progress], Drape]
 """Dresses the body as ordered, telling its progress; raises ProblemError when the garment can't be put on."""
 
-LoadMotion = Callable[[str, BodyModel], Motion]
-"""The motion of this name, for this body; raises ProblemError when there is none."""
+
+class LoadMotion(Protocol):
+    """Finds a motion."""
+
+    def __call__(self, name: str, body: BodyModel, file: MotionFile | None = None) -> Motion:
+        """The motion of this name, in this file if it was uploaded, for this body; raises ProblemError."""

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from tryon_server.findings import MotionFacts
 from tryon_server.problems import ProblemError, problem_error
 from tryon_server.runtime.interface import MotionEntry
-from tryon_solver.body.bvh import BvhError, find_units, parse_bvh
+from tryon_server.sessions.commands import MotionFile
+from tryon_solver.body.bvh import KNOWN_UNITS, UNITS, BvhClip, BvhError, find_units, parse_bvh
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion, MotionError
 from tryon_solver.body.retarget import retarget
-from tryon_solver.body.skeletons import RetargetError, find_parts
-from tryon_solver.body.standing_rest import with_standing_rest
+from tryon_solver.body.skeletons import RetargetError, SkeletonParts, find_parts
+from tryon_solver.body.standing_rest import upward_axis, with_standing_rest
 
 MOTION_FOLDER = Path(__file__).parent.parent / "demo" / "motions"
+AGAIN = "Export the motion again, or choose another"
+NAMED_MAX = 8  # joints without a use that are told by name
+UNIT_WORDS = {unit: word for unit, units in UNITS.items() for known, word in KNOWN_UNITS if known == units}
 
 
 def list_motions(folder: Path = MOTION_FOLDER) -> tuple[MotionEntry, ...]:
@@ -22,13 +27,21 @@ def list_motions(folder: Path = MOTION_FOLDER) -> tuple[MotionEntry, ...]:
     return tuple(MotionEntry(path.stem, _duration(path)) for path in paths)
 
 
-def load_motion(name: str, body: BodyModel) -> Motion:
+def load_motion(name: str, body: BodyModel, file: MotionFile | None = None) -> Motion:
     """The motion of this name, or in this BVH file, for this body. Raises ProblemError."""
-    return read_motion(name, body)[0]
+    if file is None:
+        return read_motion(name, body)[0]
+    try:
+        text = Path(file.path).read_text(encoding="utf-8", errors="replace")
+    except OSError as error:
+        raise problem_error(
+            "motion.lost", f"the file of the motion {name!r} is no longer there", "Upload it again", place="motion"
+        ) from error
+    return read_clip(text, name, file.units, body)[0]
 
 
-def read_motion(name: str, body: BodyModel) -> tuple[Motion, tuple[str, ...]]:
-    """The motion of this name, or in this BVH file, for this body; and what had to be found out about the file.
+def read_motion(name: str, body: BodyModel, units: str | None = None) -> tuple[Motion, MotionFacts]:
+    """The motion of this name, or in this BVH file, for this body; and what was found out about the file.
 
     Raises:
         ProblemError: there is none, or it is no motion for this body.
@@ -38,24 +51,81 @@ def read_motion(name: str, body: BodyModel) -> tuple[Motion, tuple[str, ...]]:
         path = Path(name)
     try:
         text = path.read_text(encoding="utf-8", errors="replace")
-        units, unit = find_units(text)
-        clip = parse_bvh(text, units, path.stem)
-        _, rest = with_standing_rest(clip, find_parts(clip.joint_names, clip.parents))
-        notes = (f"units: {unit}, in which its poses are a human's", *([rest] if rest else []))
-        return retarget(clip, body), notes
     except OSError as error:
         known = ", ".join(entry.stem for entry in sorted(MOTION_FOLDER.glob("*.bvh")))
         raise problem_error(
             "motion.unknown", f"there is no motion {name!r}", f"Give a BVH file or one of: {known}", place="motion"
         ) from error
-    except (BvhError, RetargetError, MotionError) as error:
-        raise _unfit(path, str(error)) from error
+    return read_clip(text, path.name, units, body)
 
 
-def _unfit(path: Path, why: str) -> ProblemError:
-    return problem_error(
-        "motion.invalid", f"{path} can't be played: {why}", "Export the motion again, or choose another", place="motion"
+def read_clip(text: str, name: str, units: str | None, body: BodyModel) -> tuple[Motion, MotionFacts]:
+    """The motion in a BVH file's text, and what was found out about it.
+
+    Args:
+        text: what the file holds.
+        name: what to call it.
+        units: what its lengths are in, a name of `tryon_solver.body.bvh.UNITS`; None to find it out.
+        body: who is to move.
+
+    Raises:
+        ProblemError: it is no motion for this body; its place is the line, where one is at fault.
+    """
+    remedy = AGAIN
+    try:
+        if units is None:
+            remedy = f"Say its unit with --motion-units ({', '.join(UNITS)}), or mend the file and try again"
+            per_metre, word = find_units(text)
+            remedy, how = AGAIN, "in which its tall poses are a human's"
+        else:
+            per_metre, word, how = UNITS[units], UNIT_WORDS[units], "as told"
+        clip = parse_bvh(text, per_metre, Path(name).stem)
+        parts = find_parts(clip.joint_names, clip.parents)
+        _, rest = with_standing_rest(clip, parts)
+        facts = _facts(clip, parts, word, f"units: {word}, {how}", rest)
+        return retarget(clip, body), facts
+    except BvhError as error:
+        message = str(error)
+        place = "motion" if error.line is None else f"line {error.line}"
+        if error.line is not None:
+            remedy = "Mend the line, or export the motion again"
+        raise _unfit(name, message.removeprefix(f"{place}: "), place, remedy) from error
+    except (RetargetError, MotionError) as error:
+        raise _unfit(name, str(error), "motion", AGAIN) from error
+
+
+def _facts(clip: BvhClip, parts: SkeletonParts, word: str, units: str, rest: str) -> MotionFacts:
+    names = clip.joint_names
+    mapped = {part: names[joint] for part, joint in parts.joints.items()}
+    mapped |= {f"{side}_clavicle": names[joint] for side, joint in parts.clavicles.items()}
+    for chain, joints in (("spine", parts.spine), ("neck", parts.neck)):
+        mapped |= {f"{chain}_{k + 1}": names[joint] for k, joint in enumerate(joints)}
+    used = set(mapped.values())
+    unused = tuple(name for name in names if name not in used)
+    seconds = (clip.frame_count - 1) * clip.dt
+    up = upward_axis(clip, parts)
+    listed = ", ".join(unused[:NAMED_MAX]) + (f" and {len(unused) - NAMED_MAX} more" if unused[NAMED_MAX:] else "")
+    said = [
+        units,
+        f"up: {up}, from feet to shoulders in its poses",
+        f"{clip.frame_count} frames, {1 / clip.dt:.4g} a second, {seconds:.2f} s",
+        f"{len(used)} of its {len(names)} joints move the body{f', not {listed}' if unused else ''}",
+        *([rest] if rest else []),
+    ]
+    return MotionFacts(
+        seconds=seconds,
+        fps=1 / clip.dt,
+        frame_count=clip.frame_count,
+        units=word,
+        up=up,
+        joints_mapped=mapped,
+        joints_unused=unused,
+        notes=tuple(said),
     )
+
+
+def _unfit(name: str, why: str, place: str, remedy: str) -> ProblemError:
+    return problem_error("motion.invalid", f"{name} can't be played: {why}", remedy, place=place, status=422)
 
 
 def _duration(path: Path) -> float:

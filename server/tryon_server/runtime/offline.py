@@ -92,7 +92,14 @@ class Recording:
             raise _unwritable(path, error) from error
 
 
-def simulate(order: DrapeOrder, motion: str | None, seconds: float | None, fps: float, progress: Progress) -> Recording:
+def simulate(
+    order: DrapeOrder,
+    motion: str | None,
+    seconds: float | None,
+    fps: float,
+    progress: Progress,
+    motion_units: str | None = None,
+) -> Recording:
     """Dress the garment and record it.
 
     Args:
@@ -101,6 +108,7 @@ def simulate(order: DrapeOrder, motion: str | None, seconds: float | None, fps: 
         seconds: how long to record; None for the motion's length. A motion that is shorter begins again.
         fps: frames per second, 1/``fps`` s apart.
         progress: told what is being done.
+        motion_units: what the lengths in a BVH file are in; None to find it out.
 
     Raises:
         ProblemError: something does not fit; names the place and the remedy.
@@ -116,7 +124,8 @@ def simulate(order: DrapeOrder, motion: str | None, seconds: float | None, fps: 
     played: Motion | None = None
     found: tuple[str, ...] = ()
     if motion is not None:
-        played, found = read_motion(motion, load_body(order.body))  # what is wrong is said at once
+        played, facts = read_motion(motion, load_body(order.body), motion_units)  # what is wrong is said at once
+        found = facts.notes
     with kernel_news(lambda what: progress(what, None)):
         drape = build_drape(order, progress)
         own = drape.own_motion

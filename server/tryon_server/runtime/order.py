@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from tryon_server.sessions.commands import MotionFile
+
 
 @dataclass(frozen=True)
 class MeshReading:
@@ -69,12 +71,15 @@ class WorkOrder:
 
     Attributes:
         drape: what to dress.
-        motion: name of the motion that moves the body; None for the poses of a stream.
+        motion: name of the motion that moves the body; None for the poses of a stream. A body that moves by itself
+            moves so whatever stands here.
         frames_per_second: most frames published per second of wall time [1/s].
         keyframe_seconds: longest time between frames that stand alone [s].
+        motion_file: where the motion is, if it was uploaded.
     """
 
     drape: DrapeOrder
     motion: str | None
     frames_per_second: float
     keyframe_seconds: float
+    motion_file: MotionFile | None = None

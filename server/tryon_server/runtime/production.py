@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -23,6 +24,7 @@ from tryon_solver.body.pose import Pose
 from tryon_solver.dressing.dress import Dressed, dress
 from tryon_solver.dressing.dress_mesh import dress_mesh
 from tryon_solver.dressing.fit import DressingError
+from tryon_solver.dressing.opening import Opening
 from tryon_solver.dressing.to_fit import dress_to_fit
 from tryon_solver.files.convention import Told
 from tryon_solver.files.garment_file import is_mesh, read_garment
@@ -71,12 +73,14 @@ class SolverDrape:
         panel_names: tuple[str, ...],
         body: BodyModel,
         notes: tuple[str, ...] = (),
-        fit: str = "",
+        opening: Opening | None = None,
     ) -> None:
-        """`pose` is the stance in which it was dressed; `body` the body as told to clients; `fit` as in Outfit."""
+        """`pose` is the stance in which it was dressed; `body` the body as told to clients; `notes` as in Outfit;
+        `opening` the one by which the garment hangs, where it hangs by one."""
         self.simulation = simulation
         self._dressed_at = simulation.state.time
         garment = simulation.scene.garment
+        fit = "" if opening is None else opening.advice
         self.outfit = Outfit(
             vertex_count=garment.vertex_count,
             faces=garment.faces,
@@ -85,6 +89,8 @@ class SolverDrape:
             panel_names=panel_names,
             body=body,
             fit=fit,
+            fitting_size=opening.fitting_size if opening is not None and fit and opening.body_girth else None,
+            notes=notes,
         )
         self.pose = pose
         self.notes = (*notes, f"fit: {fit}") if fit else notes
@@ -95,7 +101,7 @@ class SolverDrape:
         """Be elsewhere by (3,) whole metres: nothing changes but where the solver's origin lies."""
         self.origin = self.origin + by
 
-    def advance(self, pose: Any, t: float) -> StepReport:
+    def advance(self, pose: Any, t: float, longest_step: float = 0.0) -> StepReport:
         """Simulate from the last pose's time to ``pose`` at time ``t`` [s], counted from the dressing."""
         assert self.simulation.body is not None
         moving = self.simulation.body.moving
@@ -105,7 +111,7 @@ class SolverDrape:
             by = np.where(far, np.round(place), 0.0)
             self.simulation.move_origin(by)
             self.origin = self.origin + by
-        return self.simulation.advance(moving.moved(pose, -self.origin), self._dressed_at + t)
+        return self.simulation.advance(moving.moved(pose, -self.origin), self._dressed_at + t, longest_step)
 
     def cloth_positions(self) -> npt.NDArray[np.float32]:
         """(N, 3) positions of the cloth [m], from ``origin``."""
@@ -130,8 +136,12 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
     moving = load_moving_mesh(order.body, order.body_reading)
     body: WornBody = load_body(order.body) if moving is None else moving.sequence
     if is_mesh_file(order.pattern):
+        if order.size not in (None, 1.0):
+            message = "a garment that is a mesh is worn in the size it comes in"
+            raise problem_error("size.of_mesh", message, "Leave the size at 1", place="size", status=422)
         return build_mesh_drape(order, body, moving, fabric, settings, device, progress)
     notes: tuple[str, ...] = ()
+    worn_size = order.size or 1.0
     try:
         progress("Meshing the pattern", None)
         edge_length = order.edge_length or EDGE_LENGTHS[preset]
@@ -145,6 +155,7 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
                 body,
             )
             dressed, notes = fitted.dressed, (f"garment: {fitted.describe()}",)
+            worn_size = fitted.size
         elif order.wardrobe is None or not isinstance(body, BodyModel):
             panels = mesh_in_size(pattern, edge_length, order.size)
             dressed = dress(panels, body, fabric, settings, device, LIVE, progress=_worded(progress))
@@ -161,8 +172,9 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
         message = f"the garment can't be put on: {error}"
         raise problem_error("garment.unfit", message, TRY_ANOTHER, place="garment", status=422) from error
     opening = dressed.upper_opening()
-    fit = "" if opening is None else opening.advice
-    return _drape(dressed.simulation, dressed.pose, dressed.panels.panel_names, body, moving, notes, fit)
+    if opening is not None:
+        opening = replace(opening, size=worn_size)
+    return _drape(dressed.simulation, dressed.pose, dressed.panels.panel_names, body, moving, notes, opening)
 
 
 def build_mesh_drape(
@@ -204,14 +216,14 @@ def _drape(
     body: WornBody,
     moving: MeshBody | None,
     garment_notes: tuple[str, ...],
-    fit: str = "",
+    opening: Opening | None = None,
 ) -> SolverDrape:
     """The drape of a dressed garment, with what was found out about body and garment."""
     notes = list(garment_notes)
     if moving is not None:
         notes = [*(f"body: {note}" for note in moving.notes), *notes]
     shown = body if isinstance(body, BodyModel) else one_joint_body(body.rest_vertices, body.faces)
-    drape = SolverDrape(simulation, pose, piece_names, shown, tuple(notes), fit)
+    drape = SolverDrape(simulation, pose, piece_names, shown, tuple(notes), opening)
     drape.own_motion = None if moving is None else moving.sequence
     return drape
 

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from tryon_protocol import BodySurface, EncodedFrame, FrameEncoder, Topology, encode
-from tryon_server.runtime.drape import Drape, Outfit
+from tryon_server.runtime.drape import Drape, Outfit, Stance
 from tryon_server.runtime.sources import Move
 from tryon_server.sessions.commands import AllowFrame
 from tryon_server.sessions.events import FrameReady, TopologyReady
+from tryon_solver.body.mesh_sequence import MeshSequence
+from tryon_solver.body.pose import Pose
 from tryon_solver.body.tracking import fits
 
 
@@ -90,16 +93,26 @@ class Publisher:
         if self._allowed.keyframe:
             encoder.request_keyframe()
         self._fresh = False  # a state that can't be encoded is not tried again
+        pose = told_pose(move.pose, drape.own_motion)
         return encoder.encode(
             drape.cloth_positions(),
             drape.body_positions(),
-            np.asarray(move.pose.root, dtype=np.float64),
-            np.asarray(move.pose.rotations),
+            np.asarray(pose.root, dtype=np.float64),
+            np.asarray(pose.rotations),
             t_sim=move.t,
             t_published=self._clock(),
             pose_seq=move.pose_seq,
             space_origin=(float(drape.origin[0]), float(drape.origin[1]), float(drape.origin[2])),
         )
+
+
+def told_pose(stance: Stance, own_motion: MeshSequence | None) -> Pose:
+    """How clients are told that the body stands: of one that moves by itself, where it is as a whole."""
+    if isinstance(stance, Pose):
+        return stance
+    assert own_motion is not None
+    whole = own_motion.transforms(stance)[0]
+    return Pose(root=whole[:3, 3], rotations=Rotation.from_matrix(whole[:3, :3]).as_quat()[None])
 
 
 def topology_of(outfit: Outfit, topology_id: int) -> Topology:

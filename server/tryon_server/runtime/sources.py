@@ -1,9 +1,12 @@
 """Where poses come from: a recorded motion, a stream, or nowhere. Each says how the body moves next.
 
 A source is asked with the wall time that has passed and answers with a move: the pose to reach and the simulated time
-to reach it in. No move is longer than ``LONGEST_MOVE``: when the solver is slower than real time, simulated time falls
-behind wall time, and a motion plays in slow motion instead of pushing the cloth with speeds that were never there.
-Short moves cost the solver no more than long ones, since it cuts them into steps anyway, and give more frames.
+to reach it in. Short moves cost the solver no more than long ones, since it cuts them into steps anyway, and give more
+frames: no move is longer than ``LONGEST_MOVE`` but those of a stream on a solver that is slower than real time. There,
+what was recorded and what was tracked part ways. A recorded motion plays in slow motion, in steps of the usual length.
+A wearer does not wait: a stream's moves become as long as the solver takes for one, each a single step of up to
+``LONGEST_STEP``, so that every frame is of the newest pose there was. Neither pushes the cloth with speeds that were
+never there.
 """
 
 from __future__ import annotations
@@ -15,10 +18,13 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from tryon_server.runtime.drape import Stance
+from tryon_solver.body.mesh_sequence import MeshSequence
 from tryon_solver.body.motion import Motion, blend_in
 from tryon_solver.body.pose import Pose
 
 LONGEST_MOVE = 1 / 30  # [s] one step of the solver at preset draft
+LONGEST_STEP = 0.1  # [s] of the solver where it can't keep up in shorter ones; longer ones cost it more than they gain
 SHORTEST_MOVE = 1e-3  # [s] over less, a rounding of the positions is a speed; what is left waits for the next pose
 LARGEST_DEBT = 0.1  # [s] of wall time that is made up when the solver is quick enough again; more is forgotten
 SETTLE_SECONDS = 12.0  # a body that stands still is simulated for this long: a skirt swings for up to ten
@@ -38,25 +44,28 @@ class Move:
     """The body's next move.
 
     Attributes:
-        pose: the pose to reach.
+        pose: the pose to reach, or the moment of a body that moves by itself.
         dt: in this simulated time [s], above 0.
         t: time of the pose on the source's own clock [s].
         pose_seq: number of the newest pose of the stream that it obeys; 0 for a motion.
         leap: before this move body and garment are put elsewhere as one, by (3,) whole metres.
+        longest_step: steps of the solver may be so long [s], if its settings have them shorter.
     """
 
-    pose: Pose
+    pose: Stance
     dt: float
     t: float
     pose_seq: int
     leap: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    longest_step: float = 0.0
 
 
 class PoseSource(Protocol):
     """Something that moves the body."""
 
-    def next(self, elapsed: float) -> Move | None:
-        """The next move, ``elapsed`` s of wall time after the last one; None when nothing is to be done."""
+    def next(self, elapsed: float, cost: float = 0.0) -> Move | None:
+        """The next move, ``elapsed`` s of wall time after the last one, which took the solver ``cost`` s of them; None
+        when nothing is to be done."""
 
 
 def approach_seconds(start: Pose, goal: Pose) -> float:
@@ -92,15 +101,31 @@ class Pace:
         return dt
 
 
+class SequenceSource:
+    """Plays a body's own frames to their end and back again: nothing says how their end leads to their beginning."""
+
+    def __init__(self, sequence: MeshSequence) -> None:
+        self._sequence = sequence
+        self._pace = Pace()
+        self._t = 0.0
+
+    def next(self, elapsed: float, cost: float = 0.0) -> Move | None:  # noqa: ARG002
+        dt = self._pace.take(elapsed)
+        self._t += dt
+        duration = self._sequence.duration
+        there = duration - abs(self._t % (2.0 * duration) - duration)
+        return Move(self._sequence.sample(there), dt, self._t, 0)
+
+
 class StillSource:
     """The body stands still: no motion was chosen and no pose has arrived yet."""
 
-    def __init__(self, pose: Pose) -> None:
+    def __init__(self, pose: Stance) -> None:
         self._pose = pose
         self._pace = Pace()
         self._stood = 0.0
 
-    def next(self, elapsed: float) -> Move | None:
+    def next(self, elapsed: float, cost: float = 0.0) -> Move | None:  # noqa: ARG002
         if self._stood >= SETTLE_SECONDS:
             return None
         dt = self._pace.take(elapsed)
@@ -125,7 +150,7 @@ class MotionSource:
         self._pace = Pace()
         self._t = -seconds
 
-    def next(self, elapsed: float) -> Move | None:
+    def next(self, elapsed: float, cost: float = 0.0) -> Move | None:  # noqa: ARG002
         dt = self._pace.take(elapsed)
         self._t += dt
         leap, self._leap = self._leap, np.zeros(3)
@@ -139,9 +164,13 @@ class StreamSource:
 
     The body keeps a place on the sender's clock: what it has reached. Each move goes from there towards the newest
     pose: all the way if that is no longer than a move may be, else by the same share of the way as of the time. A
-    body that is too far behind (at the start, or because the solver is slower than real time) gets a place so far back
-    that it catches up unhurried. A wearer who appears far away, or is suddenly measured from another origin, is no
-    motion: body and garment are put there as one, by whole metres, and only the rest is walked.
+    move may be ``CATCH_UP`` times as long as the solver takes for one, up to ``LONGEST_STEP``. So a solver that takes
+    c s for a move of c s ends up c s behind the newest pose: while it is farther behind, each move gains c s.
+
+    A body that is too far behind (at the start, when the simulation stood still, or because the solver is slower than
+    real time even so) gets a place so far back that it goes on towards the newest pose unhurried. A wearer who appears
+    far away, or is suddenly measured from another origin, is no motion: body and garment are put there as one, by whole
+    metres, and only the rest is walked.
     """
 
     def __init__(self, start: Pose) -> None:
@@ -150,6 +179,7 @@ class StreamSource:
         self._newest: tuple[int, float, Pose] | None = None
         self._reached = 0.0
         self._waited = 0.0
+        self._cost = 0.0
         self._leap = np.zeros(3)
 
     def take(self, stream: int, seq: int, t_capture: float, pose: Pose) -> None:
@@ -158,12 +188,16 @@ class StreamSource:
         self._stream, self._newest = stream, (seq, t_capture, pose)
         lag = t_capture - self._reached
         distance = float(np.linalg.norm(np.asarray(pose.root) - np.asarray(self._pose.root)))
-        leap = leap_towards(self._pose, pose) if new_sender or distance > RUN_SPEED_MAX * lag else np.zeros(3)
+        elsewhere = new_sender or lag > LARGEST_LAG or distance > RUN_SPEED_MAX * lag
+        leap = leap_towards(self._pose, pose) if elsewhere else np.zeros(3)
         self._pose, self._leap = moved(self._pose, leap), self._leap + leap
-        if new_sender or leap.any() or lag > LARGEST_LAG:
+        if new_sender or leap.any():
             self._reached = t_capture - max(LARGEST_LAG, approach_seconds(self._pose, pose))
+        elif lag > LARGEST_LAG:
+            self._reached = t_capture - min(lag, approach_seconds(self._pose, pose))
 
-    def next(self, elapsed: float) -> Move | None:
+    def next(self, elapsed: float, cost: float = 0.0) -> Move | None:
+        steady, self._cost = min(cost, self._cost), cost  # a single move that took long says nothing of the next one
         if self._newest is None:
             return self._wait(elapsed, 0)
         seq, t_newest, goal = self._newest
@@ -171,11 +205,11 @@ class StreamSource:
         if gap < SHORTEST_MOVE:
             return self._wait(elapsed, seq)
         self._waited = 0.0
-        dt = min(gap, LONGEST_MOVE, CATCH_UP * elapsed)
+        dt = min(gap, max(LONGEST_MOVE, CATCH_UP * steady), CATCH_UP * elapsed, LONGEST_STEP)
         self._pose = goal if dt == gap else Pose.interpolate(self._pose, goal, dt / gap)
         self._reached = t_newest if dt == gap else self._reached + dt
         leap, self._leap = self._leap, np.zeros(3)
-        return Move(self._pose, dt, self._reached, seq, leap)
+        return Move(self._pose, dt, self._reached, seq, leap, dt if dt > LONGEST_MOVE else 0.0)
 
     def _wait(self, elapsed: float, seq: int) -> Move | None:
         """No newer pose: soon the body stands still, and when the cloth hangs still nothing is left to do."""

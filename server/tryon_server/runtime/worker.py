@@ -18,13 +18,13 @@ import numpy as np
 
 from tryon_protocol import ProtocolError, ReportMessage
 from tryon_server.problems import ProblemError
-from tryon_server.runtime.drape import BuildDrape, Drape, LoadMotion, StepFacts
+from tryon_server.runtime.drape import BuildDrape, Drape, LoadMotion, Stance, StepFacts
 from tryon_server.runtime.followers import Follower
 from tryon_server.runtime.kernel_news import kernel_news
 from tryon_server.runtime.meter import Meter
 from tryon_server.runtime.order import WorkOrder
 from tryon_server.runtime.publishing import Publisher
-from tryon_server.runtime.sources import MotionSource, Move, PoseSource, StillSource, StreamSource
+from tryon_server.runtime.sources import MotionSource, Move, PoseSource, SequenceSource, StillSource, StreamSource
 from tryon_server.sessions.commands import AllowFrame, Command, FollowMotion, Run, UsePose, UseTrackedPose, WearFabric
 from tryon_server.sessions.events import Event, PhaseChanged, Reported, Troubled
 from tryon_solver.body.pose import Pose
@@ -72,14 +72,16 @@ class Worker:
         self._meter = Meter()
         self._running = False
         self._motion = order.motion
+        self._motion_file = order.motion_file
         self._fabric = order.drape.fabric
         self._dressed_in = ""
         self._drape: Drape | None = None
         self._source: PoseSource | None = None
         self._follower: Follower | None = None
         self._complained = -math.inf
-        self._pose: Pose | None = None
+        self._pose: Stance | None = None
         self._simulated = 0.0
+        self._cost = 0.0  # [s] of wall time that the last move took
         self._solved: tuple[StepFacts, Move, float] | None = None
         self._failures = 0
         self._last_look = clock()
@@ -118,7 +120,7 @@ class Worker:
                 self._running = command.running
                 self._last_look = self._clock()
             case FollowMotion():
-                self._motion = command.motion
+                self._motion, self._motion_file = command.motion, command.file
                 self._follow()
             case WearFabric():
                 self._fabric = command.fabric
@@ -147,11 +149,16 @@ class Worker:
         """Have the body follow the chosen motion, or a stream, from the pose in which it stands."""
         if self._drape is None or self._pose is None:
             return
+        own = self._drape.own_motion
+        if own is not None or not isinstance(self._pose, Pose):
+            self._source = SequenceSource(own) if own is not None and own.duration > 0 else StillSource(self._pose)
+            return
         if self._motion is None:
             self._source = StreamSource(self._pose)
             return
         try:
-            self._source = MotionSource(self._load_motion(self._motion, self._drape.outfit.body), self._pose)
+            body = self._drape.outfit.body
+            self._source = MotionSource(self._load_motion(self._motion, body, self._motion_file), self._pose)
         except Exception as error:
             logger.exception("the motion %r can't be played", self._motion)
             self._source = StillSource(self._pose)
@@ -176,11 +183,12 @@ class Worker:
         else:
             self._drape, self._pose = drape, drape.pose
             self._follower = Follower(drape.outfit.body)
-            self._simulated, self._failures = 0.0, 0
+            self._simulated, self._failures, self._cost = 0.0, 0, 0.0
             self._follow()
             self._tell(announcement)
-            fit = drape.outfit.fit
-            self._tell(PhaseChanged("ready", f"Dressed; {fit}" if fit else "Dressed"))
+            outfit = drape.outfit
+            said = f"Dressed; {outfit.fit}" if outfit.fit else "Dressed"
+            self._tell(PhaseChanged("ready", said, None, outfit.fit, outfit.fitting_size, outfit.notes))
             self._last_look = self._clock()
 
     def say(self, what: str) -> None:
@@ -213,7 +221,7 @@ class Worker:
         if elapsed < interval:
             return interval - elapsed
         self._last_look = now
-        move = self._source.next(elapsed)
+        move = self._source.next(elapsed, self._cost)
         if move is None:
             return IDLE_SECONDS
         if self._simulate(self._drape, move):
@@ -226,7 +234,7 @@ class Worker:
         begun = self._clock()
         try:
             drape.leap(move.leap)
-            facts = drape.advance(move.pose, self._simulated + move.dt)
+            facts = drape.advance(move.pose, self._simulated + move.dt, move.longest_step)
             sound = bool(np.isfinite(drape.cloth_positions()).all() and np.isfinite(drape.body_positions()).all())
         except Exception as error:
             logger.exception("a step failed")
@@ -237,7 +245,8 @@ class Worker:
         self._simulated += move.dt
         self._pose = move.pose
         self._publisher.show(move)
-        self._solved = (facts, move, 1e3 * (self._clock() - begun))
+        self._cost = self._clock() - begun
+        self._solved = (facts, move, 1e3 * self._cost)
         return True
 
     def _count_failure(self, what: str) -> bool:

@@ -46,10 +46,19 @@ class Run:
 
 
 @dataclass(frozen=True)
+class MotionFile:
+    """Where the file of an uploaded motion is, and in which unit it is to be read; None for the one found."""
+
+    path: str
+    units: str | None
+
+
+@dataclass(frozen=True)
 class FollowMotion:
-    """Move the body by this recorded motion; None: by the poses of a stream."""
+    """Move the body by this recorded motion; None: by the poses of a stream. ``file`` of one that was uploaded."""
 
     motion: str | None
+    file: MotionFile | None = None
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,18 @@ Phase = Literal["preparing", "dressing", "ready", "failed"]
 
 @dataclass(frozen=True)
 class PhaseChanged:
-    """What the simulation is doing: ``detail`` in a sentence for people, ``progress`` 0 to 1 when known."""
+    """What the simulation is doing: ``detail`` in a sentence for people, ``progress`` 0 to 1 when known.
+
+    Of a dressed garment: ``fit``, what there is to say about it, ``fitting_size``, the size that would fit if another
+    one does, and ``notes``, how garment and body were read.
+    """
 
     phase: Phase
     detail: str
     progress: float | None = None
+    fit: str = ""
+    fitting_size: float | None = None
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -57,6 +57,7 @@ from tryon_server.sessions.smoothing import DEFAULT_SMOOTHING, Smoothing
 from tryon_server.sessions.viewer import Viewer
 
 SUBJECT = "wearer"
+OWN_MOTION = "own"  # name of the motion that a body brings along
 HELLO_SECONDS = 10.0  # a connection that has not said hello by then is closed
 POSE_STALE_SECONDS = 2.0  # without a pose for this long the session says that it waits for one
 
@@ -92,10 +93,20 @@ class Session:
     """One try-on session: a garment on a body, and the clients that watch it."""
 
     def __init__(
-        self, session_id: str, rules: Rules, motion: str | None, fabric: str, new_token: Callable[[], str], now: float
+        self,
+        session_id: str,
+        rules: Rules,
+        motion: str | None,
+        fabric: str,
+        new_token: Callable[[], str],
+        now: float,
+        uploaded: Sequence[str] = (),
     ) -> None:
+        """``uploaded``: names of motions that are there besides those of the rules. A ``motion`` of `OWN_MOTION` is
+        that of a body that moves by itself, and the only one that it has."""
         self.id = session_id
         self.motion = motion
+        self._motions = (OWN_MOTION,) if motion == OWN_MOTION else (*rules.motions, *uploaded)
         self.fabric = fabric
         self.playing = True
         self._rules = rules
@@ -213,6 +224,15 @@ class Session:
             return [*actions, *self.end("Nobody was watching any more", None)]
         return [*actions, *self._status_if_changed(now), *self._flow.orders()]
 
+    def offer_motion(self, name: str) -> None:
+        """A motion has been uploaded. Clients that are there already can ask for it, too."""
+        if OWN_MOTION not in self._motions and name not in self._motions:
+            self._motions = (*self._motions, name)
+
+    def withdraw_motion(self, name: str) -> None:
+        """An uploaded motion is there no longer."""
+        self._motions = tuple(motion for motion in self._motions if motion != name)
+
     def end(self, reason: str, retry_after: float | None) -> list[Action]:
         """End the session. ``retry_after`` [s] tells clients when to come back, None that they should not."""
         if self._ended:
@@ -250,6 +270,9 @@ class Session:
             fabric=self.fabric,
             playing=self.playing,
             progress=self._phase.progress if state in ("preparing", "dressing") else None,
+            fit=self._phase.fit,
+            fitting_size=self._phase.fitting_size,
+            notes=self._phase.notes,
         )
 
     def _state(self, now: float) -> tuple[SessionState, str]:
@@ -262,6 +285,8 @@ class Session:
             return "paused", "Held by a client"
         if self.motion is None and now - self._last_pose_used > POSE_STALE_SECONDS:
             return "waiting", "No pose has arrived lately"
+        if self.motion == OWN_MOTION:
+            return "running", "Moving as the body's own frames do"
         return "running", f"Playing {self.motion}" if self.motion else "Following the tracked body"
 
     # Messages of clients ------------------------------------------------------------------------------------------
@@ -293,7 +318,7 @@ class Session:
             credit=self._rules.credit,
             topology_id=self._topology.topology_id if self._topology else 0,
             subjects=(SUBJECT,),
-            motions=self._rules.motions,
+            motions=self._motions,
             fabrics=self._rules.fabrics,
             resume_token=token,
         )
@@ -360,8 +385,12 @@ class Session:
         return [Order(viewer.poses.take(message, pose)), *self._status_if_changed(now)]
 
     def _set_motion(self, client: int, viewer: Viewer, message: SetMotionMessage, now: float) -> list[Action]:
-        if message.motion is not None and message.motion not in self._rules.motions:
-            fault = _unknown("unknown_motion", "motion", message.motion, self._rules.motions)
+        if self._motions == (OWN_MOTION,) and message.motion != OWN_MOTION:
+            what, remedy = "This body moves by itself and as it does.", "Open a session with the default body."
+            fault = ProtocolError("unknown_motion", "$.motion", what, remedy)
+            return self._answer_fault(client, viewer, fault, message.request, now)
+        if message.motion is not None and message.motion not in self._motions:
+            fault = _unknown("unknown_motion", "motion", message.motion, self._motions)
             return self._answer_fault(client, viewer, fault, message.request, now)
         self.motion = message.motion
         self._seats.release_poses()

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from tryon_server.runtime.interface import Simulation
 from tryon_server.sessions import Action, Close, End, Order, Send, SendFrame, Session
 from tryon_server.sessions.actions import POLICY_VIOLATION
+from tryon_server.sessions.commands import Command
 from tryon_server.sessions.events import Event, PhaseChanged, Troubled
 from tryon_server.streaming.outbox import Outbox, OutboxFullError
 
@@ -26,6 +27,7 @@ class LiveSession:
         machine: the session.
         start_simulation: starts it; is given the function that takes its events, which may be called from any thread.
         on_end: called once, with the reason, when the session has ended.
+        complete: adds to a command for the simulation what the machine does not know, such as where a file is.
     """
 
     def __init__(
@@ -33,8 +35,10 @@ class LiveSession:
         machine: Session,
         start_simulation: Callable[[Callable[[Event], None]], Simulation],
         on_end: Callable[[LiveSession, str], None],
+        complete: Callable[[Command], Command] = lambda command: command,
     ) -> None:
         self.machine = machine
+        self._complete = complete
         self._on_end = on_end
         self._outboxes: dict[int, Outbox] = {}
         self._numbers = itertools.count(1)
@@ -109,7 +113,7 @@ class LiveSession:
                     if client in self._outboxes:
                         self._outboxes[client].close(code, reason)
                 case Order(command):
-                    self._simulation.order(command)
+                    self._simulation.order(self._complete(command))
                 case End(reason):
                     self._simulation.stop()
                     self._on_end(self, reason)

@@ -6,17 +6,20 @@ import asyncio
 import logging
 import secrets
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 
 from tryon_server.garments.service import GarmentService
-from tryon_server.persistence import GarmentRecord, SessionRecord, SessionStore
+from tryon_server.persistence import BodyRecord, GarmentRecord, MotionRecord, SessionRecord, SessionStore
 from tryon_server.problems import ProblemError, problem_error
 from tryon_server.runtime.interface import Catalogue, Placement
 from tryon_server.runtime.order import DrapeOrder, MeshReading, WorkOrder
-from tryon_server.sessions import Rules, Session
+from tryon_server.sessions import OWN_MOTION, Rules, Session
+from tryon_server.sessions.commands import Command, FollowMotion, MotionFile
 from tryon_server.settings import Settings
 from tryon_server.streaming.live_session import LiveSession
+from tryon_server.uploads.service import BodyUploads, MotionUploads
 
 logger = logging.getLogger(__name__)
 
@@ -28,12 +31,17 @@ UNWATCHED_SECONDS = 10.0  # a session that nobody has watched for this long may 
 
 @dataclass(frozen=True)
 class Opening:
-    """What somebody asks a new session to be; None leaves the choice to the server, a motion of None means a stream."""
+    """What somebody asks a new session to be; None leaves the choice to the server, a motion of None means a stream.
+
+    ``size`` is that of a sewing pattern over its own; a ``body`` that was uploaded moves by itself.
+    """
 
     garment: str
     motion: str | None
     fabric: str | None
     preset: str | None
+    size: float = 1.0
+    body: str | None = None
 
 
 class LiveSessions:
@@ -45,6 +53,8 @@ class LiveSessions:
         catalogue: Catalogue,
         placement: Placement,
         garments: GarmentService,
+        motions: MotionUploads,
+        bodies: BodyUploads,
         store: SessionStore,
         server: str,
     ) -> None:
@@ -52,8 +62,11 @@ class LiveSessions:
         self._catalogue = catalogue
         self._placement = placement
         self._garments = garments
+        self._bodies = bodies
         self._store = store
+        self._files = {motion.id: _file_of(motions, motion) for motion in motions.all() if _is_there(motions, motion)}
         self._live: dict[str, LiveSession] = {}
+        self._worn: dict[str, str | None] = {}  # the body of each
         self._notes: set[asyncio.Task[None]] = set()
         self._closing = False
         self._rules = Rules(
@@ -71,11 +84,19 @@ class LiveSessions:
         """Open a session and start its simulation.
 
         Raises:
-            ProblemError: 404 unknown garment, 422 unknown motion, fabric or preset, 503 no room.
+            ProblemError: 404 unknown garment or body, 422 unknown motion, fabric or preset, or one that does not go
+                with the rest, 503 no room.
         """
         garment = await asyncio.to_thread(self._garments.get, opening.garment)
-        if opening.motion is not None:
-            _one_of("motion", opening.motion, self._rules.motions)
+        body = None if opening.body is None else await asyncio.to_thread(self._bodies.get, opening.body)
+        motion = opening.motion
+        if body is not None:
+            motion = _own(motion)
+        elif motion is not None:
+            _one_of("motion", motion, (*self._rules.motions, *self._files))
+        if opening.size != 1.0 and garment.notes:
+            message = f"{garment.id!r} is a mesh, which is worn in the size it comes in"
+            raise problem_error("size.of_mesh", message, "Leave the size at 1", place="size", status=422)
         fabric = opening.fabric or self._rules.fabrics[0]
         _one_of("fabric", fabric, self._rules.fabrics)
         preset = opening.preset or self._settings.preset
@@ -83,12 +104,14 @@ class LiveSessions:
         record = SessionRecord(
             id=secrets.token_urlsafe(12),
             garment=garment.id,
-            motion=opening.motion,
+            motion=motion,
             fabric=fabric,
             preset=preset,
             created=time.time(),
+            size=opening.size,
+            body=opening.body,
         )
-        order = self._work_order(record, garment)
+        order = self._work_order(record, garment, body)
         await asyncio.to_thread(self._store.add, record)
         try:
             self._make_room()
@@ -99,9 +122,13 @@ class LiveSessions:
 
     def _start(self, record: SessionRecord, order: WorkOrder) -> LiveSession:
         new_token = partial(secrets.token_urlsafe, 24)
-        machine = Session(record.id, self._rules, record.motion, record.fabric, new_token, time.monotonic())
-        live = LiveSession(machine, lambda on_event: self._placement.place(order, on_event), self._ended)
+        now = time.monotonic()
+        machine = Session(record.id, self._rules, record.motion, record.fabric, new_token, now, tuple(self._files))
+        live = LiveSession(
+            machine, lambda on_event: self._placement.place(order, on_event), self._ended, self._complete
+        )
         self._live[record.id] = live
+        self._worn[record.id] = record.body
         return live
 
     def warm(self) -> None:
@@ -117,6 +144,31 @@ class LiveSessions:
                 created=time.time(),
             )
             self._placement.warm(self._work_order(record, garments[0]))
+
+    def offer_motion(self, motion: MotionRecord, path: Path) -> None:
+        """A motion has been uploaded: all sessions can play it."""
+        self._files[motion.id] = MotionFile(str(path), motion.units)
+        for live in self.all():
+            live.machine.offer_motion(motion.id)
+
+    def withdraw_motion(self, motion_id: str) -> None:
+        """An uploaded motion is to be removed. Raises ProblemError 409 while a session plays it."""
+        for live in self.all():
+            _refuse_in_use("motion", motion_id, live.machine.motion, live)
+        self._files.pop(motion_id, None)
+        for live in self.all():
+            live.machine.withdraw_motion(motion_id)
+
+    def withdraw_body(self, body_id: str) -> None:
+        """An uploaded body is to be removed. Raises ProblemError 409 while a session has it."""
+        for live in self.all():
+            _refuse_in_use("body", body_id, self._worn.get(live.machine.id), live)
+
+    def _complete(self, command: Command) -> Command:
+        """The command with where an uploaded motion's file is."""
+        if isinstance(command, FollowMotion) and command.motion is not None:
+            return replace(command, file=self._files.get(command.motion))
+        return command
 
     def get(self, session_id: str) -> LiveSession | None:
         """The live session with this id, or None."""
@@ -148,7 +200,7 @@ class LiveSessions:
         while self._notes:
             await asyncio.gather(*self._notes, return_exceptions=True)
 
-    def _work_order(self, record: SessionRecord, garment: GarmentRecord) -> WorkOrder:
+    def _work_order(self, record: SessionRecord, garment: GarmentRecord, body: BodyRecord | None = None) -> WorkOrder:
         return WorkOrder(
             drape=DrapeOrder(
                 pattern=self._garments.pattern_path(garment),
@@ -157,10 +209,14 @@ class LiveSessions:
                 device=self._settings.device,
                 wardrobe=self._settings.data_dir / "dressed",
                 reading=MeshReading(garment.units, garment.up),
+                size=record.size,
+                body=None if body is None else self._bodies.path(body),
+                body_reading=MeshReading() if body is None else MeshReading(body.units, body.up, body.fps),
             ),
             motion=record.motion,
             frames_per_second=self._settings.frames_per_second,
             keyframe_seconds=self._settings.keyframe_seconds,
+            motion_file=self._files.get(record.motion) if record.motion is not None else None,
         )
 
     def _make_room(self) -> None:
@@ -183,6 +239,7 @@ class LiveSessions:
     def _ended(self, live: LiveSession, reason: str) -> None:
         session_id = live.machine.id
         self._live.pop(session_id, None)
+        self._worn.pop(session_id, None)
         note = asyncio.get_running_loop().create_task(self._note_end(session_id, reason))
         self._notes.add(note)
         note.add_done_callback(self._notes.discard)
@@ -190,6 +247,39 @@ class LiveSessions:
     async def _note_end(self, session_id: str, reason: str) -> None:
         logger.info("session %s has ended: %s", session_id, reason)
         await asyncio.to_thread(self._store.end, session_id, time.time(), reason)
+
+
+def _own(motion: str | None) -> str:
+    """The motion of a body that moves by itself. Raises ProblemError 422 when another one was asked for."""
+    if motion not in (None, OWN_MOTION):
+        raise problem_error(
+            "motion.two", "the body moves by itself", "Leave the motion out", place="motion", status=422
+        )
+    return OWN_MOTION
+
+
+def _file_of(motions: MotionUploads, motion: MotionRecord) -> MotionFile:
+    return MotionFile(str(motions.path(motion)), motion.units)
+
+
+def _is_there(motions: MotionUploads, motion: MotionRecord) -> bool:
+    """Whether its file is; one that was taken out of the data folder can't be played."""
+    try:
+        return motions.path(motion).is_file()
+    except ProblemError as error:
+        logger.warning("%s", error)
+        return False
+
+
+def _refuse_in_use(kind: str, upload_id: str, used: str | None, live: LiveSession) -> None:
+    if used == upload_id:
+        raise problem_error(
+            f"{kind}.in_use",
+            f"the session {live.machine.id} has the {kind} {upload_id!r}",
+            "End the session first, or have it do something else",
+            place=kind,
+            status=409,
+        )
 
 
 def _one_of(kind: str, name: str, known: tuple[str, ...]) -> None:

@@ -31,6 +31,8 @@ KNOWN_UNITS = (
     (100.0, "centimetres"),
     (1000.0, "millimetres"),
 )
+UNITS = {"m": 1.0, "dm": 10.0, "asf": 17.72, "in": 39.37, "cm": 100.0, "mm": 1000.0}
+"""Units per metre, by the names that a user tells them by; those of `KNOWN_UNITS`."""
 AXES = {"X": 0, "Y": 1, "Z": 2}
 
 

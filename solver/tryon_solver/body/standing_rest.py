@@ -39,6 +39,15 @@ def with_standing_rest(clip: BvhClip, parts: SkeletonParts) -> tuple[BvhClip, st
     return turned, f"with all channels zero it does not stand: its frame {frame + 1} is taken for its rest pose"
 
 
+def upward_axis(clip: BvhClip, parts: SkeletonParts) -> str:
+    """The axis of the file that is up in most of its poses: "Y", "-Z", ..."""
+    looked_at = np.unique(np.linspace(0, clip.frame_count - 1, FRAMES_LOOKED_AT).round().astype(int))
+    positions, _ = replace(clip, positions=clip.positions[looked_at], rotations=clip.rotations[looked_at]).world()
+    up = _nearest_axis(np.median([_directions(x, parts)[0] for x in positions], axis=0))
+    axis = int(np.abs(up).argmax())
+    return ("-" if up[axis] < 0 else "") + "XYZ"[axis]
+
+
 def _relative_to(
     clip: BvhClip, positions: np.ndarray, rotations: np.ndarray, frame: int, axes: np.ndarray
 ) -> BvhClip:

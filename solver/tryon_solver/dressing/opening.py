@@ -32,6 +32,7 @@ class Opening:
     body_girth: float  # of the body at that height, 0 where there is none
     rests_at: float | None  # height below, at which the body is as wide as the opening; None: it falls off
     lowest: float  # height of the garment's lowest point
+    size: float = 1.0  # in which the pattern is worn, over its own
 
     @property
     def too_wide(self) -> float:
@@ -41,7 +42,7 @@ class Opening:
     @property
     def fitting_size(self) -> float:
         """The size, over that of the pattern, whose opening is as wide as the body is now at this height."""
-        return self.body_girth / self.girth
+        return self.size * self.body_girth / self.girth
 
     @property
     def advice(self) -> str:

@@ -1,4 +1,5 @@
-"""A moving body from a stranger's file: a folder of OBJ frames, an .npz of vertices, a .glb with a skin; or one mesh.
+"""A moving body from a stranger's file: OBJ frames in a folder or a .zip, an .npz of vertices, a .glb with a skin; or
+one mesh.
 
 Whatever is done to the mesh (welding, filling holes, remeshing) is done to its first frame and carried to the others as
 weights of the file's own vertices, so that the surface moves as the file's does.
@@ -8,9 +9,11 @@ from __future__ import annotations
 
 import re
 import zipfile
-from collections.abc import Callable
+import zlib
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from functools import partial
+from pathlib import Path, PurePosixPath
 
 import numpy as np
 import scipy.sparse as sp
@@ -32,6 +35,7 @@ UNMESHED_MAX = 20_000  # vertices of a surface that is no manifold and can't be 
 VERTICES_MAX = 200_000
 FRAMES_MAX = 20_000
 BYTES_MAX = 2 * 2**30  # of positions, all frames
+UNPACKED_MAX = 2**30  # bytes of OBJ text in an archive
 GLB_DT = 1 / 60  # s, a skinned animation is sampled so often
 USUAL_FPS = 30.0  # of a folder of frames, when nobody says
 SAME_THROUGHOUT = 1e-3  # m, vertices welded in the first frame stay so close in all
@@ -65,14 +69,31 @@ class MeshBody:
 
 
 def is_moving_mesh(path: Path) -> bool:
-    """Whether this is a folder of OBJ frames, an .npz of frames, or a .glb that moves: what `read_mesh_body` takes."""
-    if path.is_dir():
+    """Whether these are OBJ frames, an .npz of frames, or a .glb that moves: what `read_mesh_body` takes."""
+    kind = kind_of(path)
+    if kind == "folder":
         return any(path.glob("*.obj"))
-    if path.suffix.lower() == ".npz":
+    if kind == ".npz":
         with zipfile.ZipFile(path) as archive:
             names = {Path(name).stem for name in archive.namelist()}
         return any(set(keys) <= names for keys in FRAME_KEYS)
-    return path.suffix.lower() == ".glb" and parse_glb(path.read_bytes(), path.name).duration > 0
+    return kind == ".zip" or (kind == ".glb" and parse_glb(path.read_bytes(), path.name).duration > 0)
+
+
+def kind_of(path: Path) -> str:
+    """".npz", ".zip", ".glb", ".obj", another ending, or "folder": by its name, without an ending by its content."""
+    if path.is_dir():
+        return "folder"
+    if path.suffix:
+        return path.suffix.lower()
+    with path.open("rb") as file:
+        start = file.read(4)
+    if start == b"glTF":
+        return ".glb"
+    if start[:2] != b"PK":
+        return ".obj"
+    with zipfile.ZipFile(path) as archive:
+        return ".npz" if any(name.endswith(".npy") for name in archive.namelist()) else ".zip"
 
 
 def read_mesh_body(path: Path, told: Told = Told(), fps: float | None = None) -> MeshBody:  # noqa: B008
@@ -86,11 +107,15 @@ def read_mesh_body(path: Path, told: Told = Told(), fps: float | None = None) ->
 
 def read_frames(path: Path, told: Told = Told(), fps: float | None = None) -> RawFrames:  # noqa: B008
     """The moving mesh of a file or folder as it is. Raises MeshFileError."""
-    if path.is_dir():
-        raw = _read_folder(path, told, fps)
-    elif path.suffix.lower() == ".npz":
+    kind = kind_of(path)
+    if kind == "folder":
+        files = sorted(path.glob("*.obj"), key=lambda file: _by_number(file.name))
+        raw = _read_objs(path.name, [(f"{path.name}/{file.name}", file.read_bytes) for file in files], told, fps)
+    elif kind == ".zip":
+        raw = _read_zip(path, told, fps)
+    elif kind == ".npz":
         raw = _read_npz(path, told, fps)
-    elif path.suffix.lower() == ".obj":
+    elif kind == ".obj":
         mesh = parse_obj(path.read_text(errors="replace"), path.name)
         _limit(path.name, 1, len(mesh.vertices))
         frames = mesh.vertices[None].astype(np.float32)
@@ -105,32 +130,64 @@ def read_frames(path: Path, told: Told = Told(), fps: float | None = None) -> Ra
     return raw
 
 
-def _read_folder(path: Path, told: Told, fps: float | None) -> RawFrames:
-    files = sorted(path.glob("*.obj"), key=_by_number)
-    _limit(path.name, len(files), 0)
-    first = parse_obj(files[0].read_text(errors="replace"), files[0].name)
-    _limit(path.name, len(files), len(first.vertices))
+def _read_objs(
+    name: str, files: Sequence[tuple[str, Callable[[], bytes]]], told: Told, fps: float | None
+) -> RawFrames:
+    """A frame a file, in this order, each as its name and what reads it."""
+    _limit(name, len(files), 0)
+    first = parse_obj(files[0][1]().decode(errors="replace"), files[0][0])
+    _limit(name, len(files), len(first.vertices))
     frames = np.empty((len(files), len(first.vertices), 3), np.float32)
-    for k, file in enumerate(files):
-        positions = parse_positions(file.read_text(errors="replace"), file.name)
+    for k, (file, read) in enumerate(files):
+        positions = parse_positions(read().decode(errors="replace"), file)
         if len(positions) != len(first.vertices):
             raise MeshFileError(
                 f"it has {len(positions)} vertices, the first frame has {len(first.vertices)}",
-                f"{path.name}/{file.name}",
+                file,
                 "Export every frame of one mesh; where a modifier changes it from frame to frame, leave that out",
             )
         frames[k] = positions
     said = "as told" if fps else "as nothing says otherwise; --body-fps does"
     rate = fps or USUAL_FPS
-    return RawFrames(
-        frames, first.faces, 1 / rate, told, path.name, (f"{len(files)} frames, {rate:g} a second ({said})",)
-    )
+    note = f"{len(files)} frames, {rate:g} a second ({said})"
+    return RawFrames(frames, first.faces, 1 / rate, told, name, (note,))
 
 
-def _by_number(file: Path) -> tuple[str, int, str]:
+def _read_zip(path: Path, told: Told, fps: float | None) -> RawFrames:
+    """OBJ frames in an archive, read without unpacking it to the disk."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            entries = [entry for entry in archive.infolist() if not entry.is_dir()]
+            for entry in entries:
+                place = PurePosixPath(entry.filename.replace("\\", "/"))
+                if place.is_absolute() or ".." in place.parts or ":" in place.parts[0]:
+                    raise MeshFileError(
+                        f"its entry {entry.filename!r} leads out of the archive", path.name, "Pack the frames alone"
+                    )
+            frames = [e for e in entries if e.filename.lower().endswith(".obj") and "__MACOSX" not in e.filename]
+            if not frames:
+                raise MeshFileError("it holds no .obj frames", path.name, "Pack a folder of .obj files, one a frame")
+            size = sum(entry.file_size for entry in frames)
+            if size > UNPACKED_MAX:
+                raise MeshFileError(
+                    f"its frames have {size / 2**20:.0f} MiB when they are unpacked, more than "
+                    f"{UNPACKED_MAX / 2**20:.0f}",
+                    path.name,
+                    "Export fewer frames, or write an .npz",
+                )
+            frames.sort(key=lambda entry: _by_number(entry.filename))
+            files = [(f"{path.name}/{entry.filename}", partial(archive.read, entry)) for entry in frames]
+            return _read_objs(path.name, files, told, fps)
+    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
+        remedy = "Pack it again, without a password"
+        raise MeshFileError(f"it can't be unpacked ({error})", path.name, remedy) from error
+
+
+def _by_number(name: str) -> tuple[str, int, str]:
     """frame_2 before frame_10."""
-    match = re.search(r"(\d+)$", file.stem)
-    return (file.stem[: match.start()], int(match.group()), file.name) if match else (file.stem, -1, file.name)
+    stem = name.rpartition(".")[0]
+    match = re.search(r"(\d+)$", stem)
+    return (stem[: match.start()], int(match.group()), name) if match else (stem, -1, name)
 
 
 def _read_npz(path: Path, told: Told, fps: float | None) -> RawFrames:

@@ -5,7 +5,7 @@ The fabric called ``tight`` can't be put on; every other one can, and ``denim`` 
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
@@ -100,10 +100,12 @@ class Tunic:
         self.origin = np.zeros(3)
         self.current, self.t = self.pose, 0.0
 
+    own_motion = None
+
     def leap(self, by: np.ndarray) -> None:
         self.origin = self.origin + by
 
-    def advance(self, pose: Pose, t: float) -> Facts:
+    def advance(self, pose: Pose, t: float, longest_step: float = 0.0) -> Facts:  # noqa: ARG002
         self.current, self.t = pose, t
         return Facts(advice=self.advice)
 
@@ -126,10 +128,15 @@ def build(order, progress) -> Tunic:
         progress("Sewing the pieces", step / 4)
     if order.fabric == "tight":
         raise problem_error("garment.undressable", "the seam between front and back stayed open", "Enlarge the pieces")
-    return Tunic(ADVICE if order.fabric == "denim" else "")
+    tunic = Tunic(ADVICE if order.fabric == "denim" else "")
+    if order.size > 1.0:
+        tunic.outfit = replace(tunic.outfit, fit="the waist is 9.1 cm too wide", fitting_size=0.8)
+    if order.body is not None:
+        tunic.outfit = replace(tunic.outfit, notes=("body: it is not closed: 2 holes are filled",))
+    return tunic
 
 
-def load_motion(name: str, body: BodyModel) -> Motion:
+def load_motion(name: str, body: BodyModel, _file: object = None) -> Motion:
     """``walk`` goes half a metre forward and back, ``turn`` to the side."""
     times = np.linspace(0.0, SECONDS, 121)
     way = 0.25 * (1.0 - np.cos(2 * np.pi * times / SECONDS))

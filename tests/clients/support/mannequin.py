@@ -55,10 +55,12 @@ class Tunic:
         self.origin = np.zeros(3)
         self.current = self.pose
 
+    own_motion = None
+
     def leap(self, by: np.ndarray) -> None:
         self.origin = self.origin + by
 
-    def advance(self, pose: Pose, t: float) -> Facts:  # noqa: ARG002
+    def advance(self, pose: Pose, t: float, longest_step: float = 0.0) -> Facts:  # noqa: ARG002
         self.current = pose
         return Facts()
 
@@ -77,7 +79,7 @@ def build(_order: object, _progress: object) -> Tunic:
     return Tunic()
 
 
-def load_motion(name: str, body: BodyModel) -> Motion:
+def load_motion(name: str, body: BodyModel, _file: object = None) -> Motion:
     """``walk`` sways half a metre to and fro, every other one stands."""
     times = np.linspace(0.0, 4.0, 121)
     way = 0.25 * (1.0 - np.cos(0.5 * np.pi * times)) * (name == "walk")

@@ -15,8 +15,10 @@ from tryon_protocol import (
     SetFabricMessage,
     SetMotionMessage,
     StatusMessage,
+    WelcomeMessage,
     encode,
 )
+from tryon_server.sessions import OWN_MOTION
 from tryon_server.sessions.commands import FollowMotion, Run, UsePose, WearFabric
 from tryon_server.sessions.events import Gone, PhaseChanged, Reported, Troubled
 
@@ -244,3 +246,52 @@ def test_lost_simulation_is_told_with_advice_and_ends_the_session():
     assert driver.messages(1, GoodbyeMessage)[0].retry_after is None
     assert driver.closed == {1: 1000}
     assert driver.ended
+
+
+def test_what_there_is_to_say_of_fit_and_files_is_in_the_status_as_long_as_it_is_worn():
+    driver = Driver()
+    driver.connect(1)
+    driver.dressed()
+    driver.simulation(PhaseChanged("ready", "Dressed; wide", None, "the waist is wide", 0.9, ("body: it is open",)))
+    driver.wait(0.1)
+    status = driver.last(1, StatusMessage)
+    assert (status.state, status.fit, status.fitting_size) == ("running", "the waist is wide", 0.9)
+    assert status.notes == ("body: it is open",)
+    driver.connect(2)
+    assert driver.last(2, StatusMessage).fit == "the waist is wide"
+    driver.simulation(PhaseChanged("dressing", "Sewing the seams", 0.5))
+    assert (driver.last(1, StatusMessage).fit, driver.last(1, StatusMessage).notes) == ("", ())
+
+
+@pytest.mark.parametrize("motion", [None, "walk", "squat"])
+def test_a_body_that_moves_by_itself_has_no_other_motion(motion):
+    driver = Driver(motion=OWN_MOTION)
+    driver.connect(1)
+    driver.dressed()
+    assert driver.last(1, WelcomeMessage).motions == (OWN_MOTION,)
+    assert driver.last(1, StatusMessage).state == "running"
+    driver.say(1, SetMotionMessage(motion=motion, request=7))
+    fault = driver.last(1, ErrorMessage)
+    assert (fault.code, fault.request) == ("unknown_motion", 7)
+    assert "moves by itself" in fault.message
+    driver.session.offer_motion("dance")
+    driver.say(1, SetMotionMessage(motion="dance"))
+    assert driver.ordered(FollowMotion) == []
+    driver.say(1, SetMotionMessage(motion=OWN_MOTION))
+    assert driver.ordered(FollowMotion) == [FollowMotion(OWN_MOTION)]
+
+
+def test_a_motion_that_was_uploaded_meanwhile_can_be_chosen_until_it_is_removed():
+    driver = Driver()
+    driver.connect(1)
+    driver.dressed()
+    driver.say(1, SetMotionMessage(motion="dance"))
+    assert driver.errors(1) == ["unknown_motion"]
+    driver.session.offer_motion("dance")
+    driver.say(1, SetMotionMessage(motion="dance"))
+    assert driver.ordered(FollowMotion) == [FollowMotion("dance")]
+    driver.connect(2)
+    assert driver.last(2, WelcomeMessage).motions == ("walk", "squat", "dance")
+    driver.session.withdraw_motion("dance")
+    driver.say(1, SetMotionMessage(motion="dance", request=8))
+    assert driver.last(1, ErrorMessage).request == 8

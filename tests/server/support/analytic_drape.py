@@ -84,10 +84,12 @@ class WavingSheet:
         self.origin = np.zeros(3)
         self.current, self.t, self.steps = self.pose, 0.0, 0
 
+    own_motion = None
+
     def leap(self, by: np.ndarray) -> None:
         self.origin = self.origin + by
 
-    def advance(self, pose: Pose, t: float) -> Facts:
+    def advance(self, pose: Pose, t: float, longest_step: float = 0.0) -> Facts:  # noqa: ARG002
         assert t > self.t, "time goes forward"
         pose.validate(self.outfit.body)
         self.steps += 1
@@ -127,7 +129,7 @@ def sway_at(t: float) -> float:
     return 0.1 * np.sin(2 * np.pi * t)
 
 
-def load_motion(name: str, _body: BodyModel) -> Motion:
+def load_motion(name: str, _body: BodyModel, _file=None) -> Motion:
     if name != "sway":
         raise problem_error("motion.unknown", f"there is no motion {name!r}", "Choose another.")
     times = np.arange(101) / 100

@@ -1,0 +1,82 @@
+"""Bodies that came as meshes: list, look up, upload, remove."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Annotated
+
+from fastapi import APIRouter, Query, Request, Response
+
+from tryon_server.api.access import ServicesDep
+from tryon_server.api.faults import ERROR_REPLIES
+from tryon_server.api.garments import Units, Up
+from tryon_server.api.models import BodyReply
+from tryon_server.persistence import BodyRecord
+
+PATH = "/api/bodies"
+router = APIRouter(prefix=PATH, tags=["bodies"], responses=ERROR_REPLIES)
+
+MESH_BODY = {
+    "requestBody": {
+        "required": True,
+        "description": "a human as an animated mesh: an .npz of vertices (frames x V x 3), faces (F x 3) and fps or "
+        "dt; an animated .glb; or a .zip of .obj frames",
+        "content": {
+            "application/octet-stream": {"schema": {"type": "string", "format": "binary"}},
+            "model/gltf-binary": {"schema": {"type": "string", "format": "binary"}},
+            "application/zip": {"schema": {"type": "string", "format": "binary"}},
+        },
+    }
+}
+
+
+@router.get("")
+def list_bodies(services: ServicesDep) -> list[BodyReply]:
+    """Every uploaded body, oldest first."""
+    return [_reply(body) for body in services.bodies.all()]
+
+
+@router.get("/{body_id}")
+def get_body(body_id: str, services: ServicesDep) -> BodyReply:
+    """One body."""
+    return _reply(services.bodies.get(body_id))
+
+
+@router.post("", status_code=201, openapi_extra=MESH_BODY)
+async def upload_body(
+    request: Request,
+    response: Response,
+    services: ServicesDep,
+    name: Annotated[str, Query(description="what to call it")] = "uploaded body",
+    units: Annotated[Units | None, Query(description="its unit; found out, and told, without it")] = None,
+    up: Annotated[Up | None, Query(description="axis that is up in it; found out, and told, without it")] = None,
+    fps: Annotated[
+        float | None, Query(gt=0, le=1000, description="frames a second, where the file does not say; 30 without it")
+    ] = None,
+) -> BodyReply:
+    """Check an animated mesh and keep it, to open sessions with. The same file twice is the same body."""
+    content = await request.body()
+    loop = asyncio.get_running_loop()
+    body = await loop.run_in_executor(services.checkers, services.bodies.add, content, name, units, up, fps)
+    response.headers["Location"] = f"{PATH}/{body.id}"
+    return _reply(body)
+
+
+@router.delete("/{body_id}", status_code=204)
+async def remove_body(body_id: str, services: ServicesDep) -> None:
+    """Remove a body that no session has."""
+    await asyncio.to_thread(services.bodies.get, body_id)
+    services.sessions.withdraw_body(body_id)
+    await asyncio.to_thread(services.bodies.remove, body_id)
+
+
+def _reply(body: BodyRecord) -> BodyReply:
+    return BodyReply(
+        id=body.id,
+        name=body.name,
+        seconds=body.facts.seconds,
+        frame_count=body.facts.frame_count,
+        vertex_count=body.facts.vertex_count,
+        created=body.created,
+        notes=list(body.facts.notes),
+    )

@@ -1,0 +1,72 @@
+"""Motions: those that come with the server and those that were uploaded: list, look up, upload, remove."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Query, Request, Response
+
+from tryon_server.api.access import ServicesDep
+from tryon_server.api.faults import ERROR_REPLIES
+from tryon_server.api.models import MotionFindings, MotionReply
+from tryon_server.persistence import MotionRecord
+
+BvhUnits = Literal["m", "dm", "asf", "in", "cm", "mm"]
+
+PATH = "/api/motions"
+router = APIRouter(prefix=PATH, tags=["motions"], responses=ERROR_REPLIES)
+
+BVH_BODY = {
+    "requestBody": {
+        "required": True,
+        "description": "a BVH file of a human: any joint names of the usual conventions, any rest pose",
+        "content": {"text/plain": {"schema": {"type": "string"}}},
+    }
+}
+
+
+@router.get("")
+def list_motions(services: ServicesDep) -> list[MotionReply]:
+    """The motions that the server can play, those that came with it first."""
+    built_in = [
+        MotionReply(name=motion.name, seconds=motion.seconds, title=motion.name, found=None)
+        for motion in services.runtime.catalogue.motions
+    ]
+    return [*built_in, *(_reply(motion) for motion in services.motions.all())]
+
+
+@router.get("/{motion_id}")
+def get_motion(motion_id: str, services: ServicesDep) -> MotionReply:
+    """One uploaded motion."""
+    return _reply(services.motions.get(motion_id))
+
+
+@router.post("", status_code=201, openapi_extra=BVH_BODY)
+async def upload_motion(
+    request: Request,
+    response: Response,
+    services: ServicesDep,
+    name: Annotated[str, Query(description="what to call it")] = "uploaded motion",
+    units: Annotated[BvhUnits | None, Query(description="its unit; found out, and told, without it")] = None,
+) -> MotionReply:
+    """Check a BVH file and keep it: every session can play it from then on. The same file twice is the same motion."""
+    content = await request.body()
+    loop = asyncio.get_running_loop()
+    motion = await loop.run_in_executor(services.checkers, services.motions.add, content, name, units)
+    services.sessions.offer_motion(motion, services.motions.path(motion))
+    response.headers["Location"] = f"{PATH}/{motion.id}"
+    return _reply(motion)
+
+
+@router.delete("/{motion_id}", status_code=204)
+async def remove_motion(motion_id: str, services: ServicesDep) -> None:
+    """Remove an uploaded motion that no session plays."""
+    await asyncio.to_thread(services.motions.get, motion_id)
+    services.sessions.withdraw_motion(motion_id)
+    await asyncio.to_thread(services.motions.remove, motion_id)
+
+
+def _reply(motion: MotionRecord) -> MotionReply:
+    found = MotionFindings.model_validate(motion.facts)
+    return MotionReply(name=motion.id, seconds=motion.facts.seconds, title=motion.name, found=found)

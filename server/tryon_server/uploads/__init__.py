@@ -1,0 +1,1 @@
+"""Import of motions and of bodies that move: checked in a process of their own, stored by content."""

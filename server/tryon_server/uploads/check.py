@@ -1,0 +1,109 @@
+"""Checks one uploaded motion or body; the body of the child process of an upload, as of a garment's.
+
+What a session does with the file later is done here once, by the same code, so that what is wrong is said at once.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+import msgspec
+
+from tryon_server.findings import BodyFacts, MotionFacts
+from tryon_server.problems import Problem, ProblemError
+
+NAMES = (("--body-units", "units"), ("--body-up", "up"), ("--body-fps", "fps"))  # options of a command -> parameters
+MORE_NAMES = (("--motion-units", "units"), ("--units", "units"), ("--up", "up"))
+
+
+class Telling(msgspec.Struct, frozen=True, kw_only=True):
+    """What was told about a file with it; None is to be found out."""
+
+    kind: str
+    name: str
+    units: str | None = None
+    up: str | None = None
+    fps: float | None = None
+
+
+class UploadReply(msgspec.Struct, frozen=True, kw_only=True):
+    """Either facts or a problem with the HTTP status that fits."""
+
+    motion: MotionFacts | None = None
+    body: BodyFacts | None = None
+    problem: Problem | None = None
+    status: int = 200
+
+
+def check(content: bytes, told: Telling) -> UploadReply:
+    """Read a file as what it is said to be; never raises on account of its content."""
+    try:
+        if told.kind == "motion":
+            return UploadReply(motion=check_motion(content, told))
+        return UploadReply(body=check_body(content, told))
+    except ProblemError as error:
+        return UploadReply(problem=_as_parameters(error.problem), status=error.status)
+
+
+def check_motion(content: bytes, told: Telling) -> MotionFacts:
+    """Read a BVH file and have the default body do what it says. Raises ProblemError."""
+    from tryon_server.runtime.bodies import load_body
+    from tryon_server.runtime.motions import read_clip
+
+    text = content.decode("utf-8", errors="replace")
+    return read_clip(text, told.name, told.units, load_body(None))[1]
+
+
+def check_body(content: bytes, told: Telling) -> BodyFacts:
+    """Read a body that is a mesh and make it ready to be worn on. Raises ProblemError."""
+    from tryon_server.runtime.bodies import load_moving_mesh
+    from tryon_server.runtime.order import MeshReading
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "body"  # without an ending, as it is kept: what it is is found in it
+        path.write_bytes(content)
+        try:
+            body = load_moving_mesh(path, MeshReading(told.units, told.up, told.fps))
+        except ProblemError as error:
+            message = error.problem.message.removeprefix("body: ").replace("body/", "")
+            raise ProblemError(msgspec.structs.replace(error.problem, message=message), error.status) from error
+    assert body is not None
+    sequence = body.sequence
+    return BodyFacts(
+        seconds=sequence.duration,
+        frame_count=sequence.frame_count,
+        vertex_count=sequence.vertex_count,
+        notes=tuple(_renamed(note) for note in body.notes),
+    )
+
+
+def _as_parameters(problem: Problem) -> Problem:
+    """With the options of the command as the parameters of the request."""
+    return msgspec.structs.replace(problem, message=_renamed(problem.message), remedy=_renamed(problem.remedy))
+
+
+def _renamed(text: str) -> str:
+    for option, parameter in NAMES + MORE_NAMES:
+        text = text.replace(option, parameter)
+    return text
+
+
+def main() -> None:
+    """Entry of the child: arguments are the limits in seconds and in bytes, then a ``Telling`` in JSON."""
+    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ[name] = "1"  # each thread of a BLAS reserves address space
+    os.environ["CUDA_VISIBLE_DEVICES"] = ""  # so does each device
+    from tryon_server.garments.limited import apply_limits
+
+    apply_limits(float(sys.argv[1]), int(sys.argv[2]))
+    told = msgspec.json.decode(sys.argv[3], type=Telling)
+    output, sys.stdout = sys.stdout, sys.stderr  # Warp says hello where it can
+    reply = check(sys.stdin.buffer.read(), told)
+    output.buffer.write(msgspec.json.encode(reply))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,219 @@
+"""Motions and bodies of the server: upload, look-up, removal."""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import re
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Generic
+
+import msgspec
+
+from tryon_server.garments.limited import Limits, Work, run_limited
+from tryon_server.persistence import BlobStore, BodyRecord, MotionRecord, UploadStore
+from tryon_server.persistence.uploads import Record
+from tryon_server.problems import ProblemError, problem_error
+from tryon_server.uploads.check import Telling, UploadReply
+
+logger = logging.getLogger(__name__)
+
+MAX_NAME_LENGTH = 200
+ID_WORDS = 40  # letters of a name that are in the id
+ID_DIGITS = 10  # of its key
+REMEDIES = {"motion": "Cut it into shorter motions", "body": "Export fewer frames, or a coarser mesh"}
+
+
+class Uploads(Generic[Record]):
+    """Stores one kind of file by content. Blocking: call it from a worker thread. Safe to call from several threads.
+
+    Args:
+        kind: ``motion`` or ``body``.
+        records: where what is known of them is kept.
+        blobs: where the files are kept.
+        limits: what checking one may use.
+        still_used: whether anything else has the file of this digest.
+    """
+
+    def __init__(
+        self,
+        kind: str,
+        records: UploadStore[Record],
+        blobs: BlobStore,
+        limits: Limits,
+        still_used: Callable[[str], bool],
+    ) -> None:
+        self._kind = kind
+        self._records: UploadStore[Record] = records
+        self._blobs = blobs
+        self._limits = limits
+        self._still_used = still_used
+        self._storing = threading.Lock()  # a file must not be removed while it is stored anew
+
+    def get(self, upload_id: str) -> Record:
+        """The one with this id. Raises ProblemError 404."""
+        found = self._records.get(upload_id)
+        if found is None:
+            raise problem_error(
+                f"{self._kind}.unknown",
+                f"there is no {self._kind} {upload_id!r}",
+                f"GET /api/{_plural(self._kind)} lists those there are",
+                place=self._kind,
+                status=404,
+            )
+        return found
+
+    def all(self) -> list[Record]:
+        """Every one, oldest first."""
+        return self._records.all()
+
+    def path(self, record: Record) -> Path:
+        """Its file. Raises ProblemError 410 when it was removed from the data folder."""
+        try:
+            return self._blobs.path(record.digest)
+        except KeyError as error:
+            raise problem_error(
+                f"{self._kind}.lost",
+                f"the file of the {self._kind} {record.id!r} is no longer in the data folder",
+                "Upload it again",
+                place=self._kind,
+                status=410,
+            ) from error
+
+    def remove(self, upload_id: str) -> None:
+        """Forget one, and its file if nothing else has it. Raises ProblemError 404."""
+        record = self.get(upload_id)
+        with self._storing:
+            self._records.remove(upload_id)
+            if not self._still_used(record.digest):
+                self._blobs.remove(record.digest)
+
+    def _known(self, key: str, content: bytes) -> Record | None:
+        """The one that was stored from the same file with the same told about it."""
+        with self._storing:
+            known = self._records.by_key(key)
+            if known is not None:
+                self._blobs.put(content)
+        return known
+
+    def _check(self, content: bytes, told: Telling) -> UploadReply:
+        logger.info("checking the %s %r", self._kind, told.name)
+        arguments = [str(self._limits.seconds), str(self._limits.address_space), msgspec.json.encode(told).decode()]
+        work = Work(f"checking the {self._kind}", f"{self._kind}.too_complex", REMEDIES[self._kind])
+        reply_json = run_limited("tryon_server.uploads.check", arguments, content, self._limits, work)
+        reply = msgspec.json.decode(reply_json, type=UploadReply)
+        if reply.problem is not None:
+            raise ProblemError(reply.problem, reply.status)
+        return reply
+
+    def _keep(self, record: Record, content: bytes) -> Record:
+        with self._storing:
+            self._blobs.put(content)
+            return self._records.add(record)
+
+
+class MotionUploads(Uploads[MotionRecord]):
+    """Uploaded motions."""
+
+    def add(self, content: bytes, name: str, units: str | None = None) -> MotionRecord:
+        """Check a BVH file and store it; the same file twice is the same motion.
+
+        Args:
+            content: the file.
+            name: what to call it.
+            units: what its lengths are in; None to find it out.
+
+        Raises:
+            ProblemError: 422, it is no motion that the default body can follow, or the name is unfit.
+        """
+        told = Telling(kind="motion", name=checked_name("motion", name), units=units)
+        key, digest = _key(content, told)
+        known = self._known(key, content)
+        if known is not None:
+            return known
+        facts = self._check(content, told).motion
+        assert facts is not None
+        record = MotionRecord(
+            id=_id(told.name, key),
+            name=told.name,
+            key=key,
+            digest=digest,
+            created=time.time(),
+            facts=facts,
+            units=units,
+        )
+        return self._keep(record, content)
+
+
+class BodyUploads(Uploads[BodyRecord]):
+    """Uploaded bodies."""
+
+    def add(
+        self,
+        content: bytes,
+        name: str,
+        units: str | None = None,
+        up: str | None = None,
+        fps: float | None = None,
+    ) -> BodyRecord:
+        """Check a body that is a mesh and store it; the same file twice is the same body.
+
+        Args:
+            content: an .npz, a .glb, or a .zip of .obj frames.
+            name: what to call it.
+            units: what its lengths are in; None to find it out.
+            up: axis that is up in it; None to find it out.
+            fps: frames a second, where the file does not say; None to find it out.
+
+        Raises:
+            ProblemError: 422, it is no body that can be worn on, or the name is unfit.
+        """
+        told = Telling(kind="body", name=checked_name("body", name), units=units, up=up, fps=fps)
+        key, digest = _key(content, told)
+        known = self._known(key, content)
+        if known is not None:
+            return known
+        facts = self._check(content, told).body
+        assert facts is not None
+        record = BodyRecord(
+            id=_id(told.name, key),
+            name=told.name,
+            key=key,
+            digest=digest,
+            created=time.time(),
+            facts=facts,
+            units=units,
+            up=up,
+            fps=fps,
+        )
+        return self._keep(record, content)
+
+
+def checked_name(kind: str, name: str) -> str:
+    """The name without blanks around it. Raises ProblemError when it is unfit."""
+    name = name.strip()
+    if not name or len(name) > MAX_NAME_LENGTH or not name.isprintable():
+        message = f"a {kind}'s name has 1 to {MAX_NAME_LENGTH} printable characters"
+        raise problem_error(f"{kind}.name", message, "Choose another name", place="name", status=422)
+    return name
+
+
+def _key(content: bytes, told: Telling) -> tuple[str, str]:
+    """The hash of a file with what was told about it, and that of the file alone."""
+    said = msgspec.json.encode(msgspec.structs.replace(told, name=""))
+    digest = hashlib.sha256(content)
+    alone = digest.hexdigest()
+    digest.update(said)
+    return digest.hexdigest(), alone
+
+
+def _id(name: str, key: str) -> str:
+    words = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")[:ID_WORDS]
+    return f"{words or 'upload'}-{key[:ID_DIGITS]}"
+
+
+def _plural(kind: str) -> str:
+    return {"body": "bodies"}.get(kind, f"{kind}s")

@@ -1,0 +1,139 @@
+"""Motions, bodies and sizes on the page, in a real Chromium."""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+from urllib.request import urlopen
+
+import numpy as np
+import pytest
+from browser import open_page, wait_for_frames, wait_for_state
+
+from tryon_solver.body import default_body
+
+pytestmark = pytest.mark.browser
+
+WALK = Path(__file__).resolve().parents[2] / "server" / "tryon_server" / "demo" / "motions" / "walk.bvh"
+
+
+@pytest.fixture(scope="module")
+def page(chromium, studio):
+    page = open_page(chromium, studio.url)
+    wait_for_state(page, "running")
+    yield page
+    assert page.faults == []
+    page.context.close()
+
+
+def session(page, studio) -> dict:
+    number = page.evaluate("new URL(location.href).searchParams.get('session')")
+    with urlopen(f"{studio.url}api/sessions/{number}") as reply:
+        return json.load(reply)
+
+
+def choose(page, picker: str, name: str, content: bytes) -> None:
+    page.set_input_files(picker, files=[{"name": name, "mimeType": "application/octet-stream", "buffer": content}])
+
+
+def moving_body() -> bytes:
+    body, held = default_body(), io.BytesIO()
+    there = body.rest_vertices + np.array([0.0, 0.0, 0.05])
+    np.savez_compressed(held, vertices=np.stack([body.rest_vertices, there]), faces=body.faces, fps=2.0)
+    return held.getvalue()
+
+
+def test_a_motion_is_played_and_the_page_says_how_it_was_read(page, studio):
+    before = session(page, studio)["id"]
+    choose(page, "#motion-file", "my_dance.bvh", WALK.read_bytes())
+    page.wait_for_selector("#notice-title:has-text('How my_dance.bvh was read')")
+    told = page.inner_text("#notice-message")
+    for word in ("centimetres", "up: Y", "frames", "a second", "joints move the body"):
+        assert word in told
+    page.click("#notice-close")
+    assert page.locator("#motions label", has_text="My dance").locator("input").is_checked()
+    wait_for_frames(page)
+    now = session(page, studio)
+    assert now["motion"].startswith("my_dance-")
+    assert now["id"] == before, "another motion needs no other session"
+    page.locator("#motions label", has_text="Walk").click()
+    page.wait_for_function("() => document.querySelector('#motions input:checked').value === 'walk'")
+
+
+def test_a_motion_that_is_cut_off_is_refused_with_its_line_and_can_be_told_its_unit(page, studio):
+    text = WALK.read_text()
+    choose(page, "#motion-file", "half.bvh", text[: len(text) * 2 // 3].encode())
+    page.wait_for_selector("#notice-title:has-text(\"half.bvh can't be played\")")
+    assert page.inner_text("#notice-place").startswith("line ")
+    assert "values, expected" in page.inner_text("#notice-message")
+    page.click("#notice-close")
+    assert session(page, studio)["motion"] == "walk"
+    page.click("#motion-reading summary")
+    page.select_option("#motion-units", "mm")
+    choose(page, "#motion-file", "small.bvh", text.encode())
+    page.wait_for_selector("#notice-title:has-text(\"small.bvh can't be played\")")
+    assert "not a human's" in page.inner_text("#notice-message")
+    page.click("#notice-close")
+    page.select_option("#motion-units", "")
+
+
+def test_a_body_moves_by_itself_and_the_page_says_what_was_found(page, studio):
+    assert page.locator("#bodies").is_hidden(), "there is nothing to choose yet"
+    choose(page, "#body-file", "actor.npz", moving_body())
+    page.wait_for_selector("#notice-title:has-text('How actor.npz was read')", timeout=120_000)
+    assert "nits and axes: m, Y up" in page.inner_text("#notice-message")
+    page.click("#notice-close")
+    wait_for_state(page, "running")
+    now = session(page, studio)
+    assert now["body"].startswith("actor-")
+    assert now["motion"] == "own"
+    assert page.locator("#bodies label", has_text="Actor").locator("input").is_checked()
+    page.wait_for_selector("#notes:visible")
+    page.click("#notes summary")
+    assert "2 holes are filled" in page.inner_text("#notes-list")
+    page.locator("#motions label", has_text="Walk").click()
+    page.wait_for_selector("#notes", state="hidden")
+    wait_for_state(page, "running")
+    assert session(page, studio)["body"] is None, "the motions are the default body's"
+    assert page.locator("#bodies label", has_text="Default").locator("input").is_checked()
+
+
+def test_a_body_that_can_not_be_read_leaves_everything_as_it_was(page, studio):
+    before = session(page, studio)["id"]
+    choose(page, "#body-file", "actor.zip", b"PK\x03\x04 and then nothing")
+    page.wait_for_selector("#notice-title:has-text(\"actor.zip can't wear anything\")")
+    assert page.inner_text("#notice-remedy")
+    page.click("#notice-close")
+    assert session(page, studio)["id"] == before
+    wait_for_state(page, "running")
+
+
+def test_another_size_is_sewn_and_what_does_not_fit_is_said_with_the_size_that_does(page, studio):
+    assert page.locator("#fit").is_hidden()
+    page.fill("#size", "120")
+    page.wait_for_selector("#fit:visible")
+    assert "The waist is 9.1 cm too wide" in page.inner_text("#fit-text")
+    now = session(page, studio)
+    assert (now["size"], now["fitting_size"], now["fit"]) == (1.2, 0.8, "the waist is 9.1 cm too wide")
+    page.click("#fit-wear")
+    page.wait_for_selector("#fit", state="hidden")
+    wait_for_state(page, "running")
+    assert session(page, studio)["size"] == 0.8
+    assert page.input_value("#size") == "80"
+    page.fill("#size", "300")
+    page.wait_for_timeout(1200)
+    assert session(page, studio)["size"] == 0.8, "300 % is no size"
+
+
+def test_what_is_dropped_is_told_apart_by_its_ending(page):
+    drop = """([name, content]) => {
+        const data = new DataTransfer();
+        data.items.add(new File([content], name));
+        for (const type of ["dragenter", "dragover", "drop"])
+            document.querySelector("#stage").dispatchEvent(new DragEvent(type, { dataTransfer: data, bubbles: true }));
+    }"""
+    for name, says in (("a.bvh", "can't be played"), ("b.npz", "can't wear anything"), ("c.json", "can't be worn")):
+        page.evaluate(drop, [name, "nothing of the kind"])
+        page.wait_for_selector(f'#notice-title:has-text("{name} {says}")', timeout=60_000)
+        page.click("#notice-close")

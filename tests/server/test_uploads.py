@@ -1,0 +1,330 @@
+"""Motions and bodies over REST, through a real server: kept by content, read as the command reads them, or refused."""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+import io
+import runpy
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from asking import answer_to, refused
+from live_server import LiveServer
+
+from tryon_client import connect
+from tryon_protocol import SetMotionMessage, StatusMessage
+from tryon_solver.body import default_body
+from tryon_solver.body.pose import Pose, skin
+
+ROOT = Path(__file__).resolve().parents[2]
+WALK = (ROOT / "server" / "tryon_server" / "demo" / "motions" / "walk.bvh").read_text()
+
+
+def scaled(text: str, factor: float) -> str:
+    """The same motion with its lengths in another unit."""
+    lines, channels, motion = [], [], False
+    for line in text.splitlines():
+        words = line.split()
+        if words and words[0] == "OFFSET":
+            line = "OFFSET " + " ".join(f"{factor * float(word):.6f}" for word in words[1:])
+        elif words and words[0] == "CHANNELS":
+            channels += words[2:]
+        elif words and words[0] == "Frame":
+            motion = True
+        elif motion and words:
+            values = [float(w) * (factor if c.endswith("position") else 1.0) for w, c in zip(words, channels)]
+            line = " ".join(f"{value:.6f}" for value in values)
+        lines.append(line)
+    return "\n".join(lines) + "\n"
+
+
+def frames(count: int = 3, lean: float = 0.05) -> tuple[np.ndarray, np.ndarray]:
+    """The default body leaning over: (T, V, 3) m and faces."""
+    body = default_body()
+    shown = []
+    for k in range(count):
+        rotations = Pose.rest(body).rotations.copy()
+        rotations[body.index_of["spine_3"]] = [np.sin(lean * k / 2), 0.0, 0.0, np.cos(lean * k / 2)]
+        shown.append(skin(body, Pose(Pose.rest(body).root, rotations)))
+    return np.array(shown), body.faces
+
+
+def npz(vertices: np.ndarray, faces: np.ndarray, **more) -> bytes:
+    held = io.BytesIO()
+    np.savez_compressed(held, vertices=vertices.astype(np.float32), faces=faces, **more)
+    return held.getvalue()
+
+
+def zipped(entries: dict[str, bytes]) -> bytes:
+    held = io.BytesIO()
+    with zipfile.ZipFile(held, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in entries.items():
+            archive.writestr(name, content)
+    return held.getvalue()
+
+
+def obj(vertices: np.ndarray, faces: np.ndarray) -> bytes:
+    lines = ["v {:.6f} {:.6f} {:.6f}".format(*v) for v in vertices]
+    lines += ["f {} {} {}".format(*face) for face in faces + 1]
+    return "\n".join(lines).encode()
+
+
+def post(live: LiveServer, kind: str, content: bytes | str, name: str = "mine", **told):
+    return live.http.post(f"/api/{kind}", params={"name": name, **told}, content=content, timeout=240.0)
+
+
+# Motions --------------------------------------------------------------------------------------------------------------
+
+
+def test_a_motion_is_kept_by_content_and_says_how_it_was_read(live):
+    reply = post(live, "motions", WALK, "My walk")
+    assert reply.status_code == 201, reply.text
+    motion = reply.json()
+    assert motion["title"] == "My walk"
+    assert motion["name"].startswith("my_walk-")
+    found = motion["found"]
+    assert (found["units"], found["up"]) == ("centimetres", "Y")
+    assert motion["seconds"] == pytest.approx((found["frame_count"] - 1) / found["fps"], rel=1e-6)
+    assert found["joints_mapped"]["left_forearm"]
+    assert set(found["joints_mapped"].values()).isdisjoint(found["joints_unused"])
+    assert any("centimetres" in note for note in found["notes"])
+    assert reply.headers["location"] == f"/api/motions/{motion['name']}"
+    assert live.http.get(reply.headers["location"]).json() == motion
+    assert post(live, "motions", WALK, "another name").json() == motion
+    listed = [entry["name"] for entry in live.http.get("/api/motions").json()]
+    assert listed[0] == "sway"
+    assert listed.count(motion["name"]) == 1
+    assert live.http.delete(reply.headers["location"]).status_code == 204
+    refused(live.http.get(reply.headers["location"]), 404, "motion.unknown")
+    refused(live.http.delete(reply.headers["location"]), 404, "motion.unknown")
+    assert [entry["name"] for entry in live.http.get("/api/motions").json()] == ["sway"]
+
+
+def test_the_unit_of_a_motion_is_found_and_can_be_told_where_that_is_wrong(live):
+    """A child of 90 cm is taken for a grown-up in inches, unless it is told."""
+    child = scaled(WALK, 0.55)
+    taken = post(live, "motions", child).json()["found"]
+    assert taken["units"] != "centimetres"
+    told = post(live, "motions", child, units="cm").json()
+    assert told["found"]["units"] == "centimetres"
+    assert any("as told" in note for note in told["found"]["notes"])
+    metres = post(live, "motions", scaled(WALK, 0.01)).json()["found"]
+    assert metres["units"] == "metres"
+    refused(post(live, "motions", WALK, units="ell"), 422, "request.invalid")
+    wrong = refused(post(live, "motions", WALK, units="mm"), 422, "motion.invalid")
+    assert "not a human's" in wrong["message"]
+    unknown = refused(post(live, "motions", scaled(WALK, 31.0)), 422, "motion.invalid")
+    assert "units (m, dm" in unknown["remedy"]
+
+
+def lines_until(count: int) -> str:
+    return "\n".join(WALK.splitlines()[:count])
+
+
+MOTION_FAULTS = {
+    "nothing": ("", "line 1", "HIERARCHY"),
+    "no text": (b"\xff\xfe\x00\x80" * 100, "line 1", "HIERARCHY"),
+    "cut off in a frame": (WALK[: len(WALK) * 2 // 3], "line ", "values, expected"),
+    "cut off between frames": (lines_until(WALK.count("\n") - 20), "motion", "promises"),
+    "cut off in the skeleton": (lines_until(20), "motion", "ends before the word MOTION"),
+    "not a number": (WALK.replace("OFFSET 0", "OFFSET nan", 1), "line ", "not a finite number"),
+}
+
+
+@pytest.mark.parametrize("name", MOTION_FAULTS)
+def test_a_motion_that_can_not_be_read_is_refused_with_the_line(live, name):
+    content, place, says = MOTION_FAULTS[name]
+    body = refused(post(live, "motions", content), 422, "motion.invalid")
+    assert body["place"].startswith(place)
+    assert says in body["message"]
+    assert live.http.get("/api/motions").json()[1:] == [
+        entry for entry in live.http.get("/api/motions").json() if entry["found"]
+    ]
+
+
+def test_a_motion_of_no_human_names_the_joints_that_are_missing(live):
+    dog = WALK.replace("LeftArm", "FrontLeftLeg").replace("left_upper_arm", "front_left_leg")
+    if dog == WALK:
+        dog = WALK.replace("Left", "Port").replace("left", "port")
+    body = refused(post(live, "motions", dog), 422, "motion.invalid")
+    assert "lacks a joint" in body["message"]
+
+
+def test_sessions_play_an_uploaded_motion_and_it_stays_while_they_do(live):
+    """The test's drape knows no such motion; that the order names the file is what is looked at."""
+    motion = post(live, "motions", WALK, "kept").json()["name"]
+    session = live.open(motion=motion)
+    assert live.http.get(f"/api/sessions/{session}").json()["motion"] == motion
+    body = refused(live.http.delete(f"/api/motions/{motion}"), 409, "motion.in_use")
+    assert session in body["message"]
+    live.http.delete(f"/api/sessions/{session}")
+    assert live.http.delete(f"/api/motions/{motion}").status_code == 204
+    refused(live.http.post("/api/sessions", json={"garment": "tube", "motion": motion}), 422, "motion.unknown")
+
+
+def test_a_motion_uploaded_meanwhile_can_be_chosen_in_a_session(live):
+    session = live.open()
+    name = post(live, "motions", WALK, "late").json()["name"]
+
+    async def choose() -> bool:
+        async with connect(live.stream_url(session)) as stream:
+            assert name in stream.welcome.motions
+            await stream.send(SetMotionMessage(motion=name))
+            async for event in stream:
+                if isinstance(event, StatusMessage) and event.motion == name:
+                    return True
+        return False
+
+    assert asyncio.run(asyncio.wait_for(choose(), 20.0))
+    live.http.delete(f"/api/sessions/{session}")
+    live.http.delete(f"/api/motions/{name}")
+
+
+# Bodies ---------------------------------------------------------------------------------------------------------------
+
+
+def test_a_body_is_kept_and_wears_a_garment_as_it_moves(live):
+    content = npz(*frames(), fps=24.0)
+    reply = post(live, "bodies", content, "Bow")
+    assert reply.status_code == 201, reply.text
+    body = reply.json()
+    assert body["id"].startswith("bow-")
+    assert (body["frame_count"], body["seconds"]) == (3, pytest.approx(2 / 24))
+    assert any(note.startswith("units and axes: m, Y up") for note in body["notes"])
+    assert live.http.get(reply.headers["location"]).json() == body
+    assert post(live, "bodies", content, "again").json() == body
+    assert live.http.get("/api/bodies").json() == [body]
+    session = live.http.post("/api/sessions", json={"garment": "tube", "body": body["id"], "size": 1.25}).json()
+    assert (session["body"], session["motion"], session["size"]) == (body["id"], "own", 1.25)
+    refused(live.http.delete(f"/api/bodies/{body['id']}"), 409, "body.in_use")
+    wish = {"garment": "tube", "body": body["id"], "motion": "sway"}
+    refused(live.http.post("/api/sessions", json=wish), 422, "motion.two")
+    live.http.delete(f"/api/sessions/{session['id']}")
+    ended = live.http.get(f"/api/sessions/{session['id']}").json()
+    assert (ended["state"], ended["body"], ended["size"]) == ("closed", body["id"], 1.25)
+    assert live.http.delete(f"/api/bodies/{body['id']}").status_code == 204
+    refused(live.http.post("/api/sessions", json={"garment": "tube", "body": body["id"]}), 404, "body.unknown")
+
+
+def test_frames_of_centimetres_with_z_up_come_in_an_archive(live):
+    vertices, faces = frames(11)
+    strange = 100.0 * np.stack([vertices[..., 0], -vertices[..., 2], vertices[..., 1]], axis=-1)
+    entries = {f"bow/bow_{k}.obj": obj(x, faces) for k, x in enumerate(strange)}
+    entries |= {"__MACOSX/bow/._bow_1.obj": b"\x00\x05", "readme.txt": b"hello"}
+    body = post(live, "bodies", zipped(entries), "bow", fps=10).json()
+    assert (body["frame_count"], body["seconds"]) == (11, pytest.approx(1.0)), "frame 10 is the last one, not the third"
+    assert any("cm, Z up" in note for note in body["notes"])
+    live.http.delete(f"/api/bodies/{body['id']}")
+
+
+def test_a_glb_with_a_skin_that_is_open_says_so(live, tmp_path):
+    script = runpy.run_path(str(ROOT / "scripts" / "make_strangers.py"))
+    script["write_squat"](tmp_path / "squat.glb", default_body(), 0.2)
+    body = post(live, "bodies", (tmp_path / "squat.glb").read_bytes(), "squat").json()
+    assert any("it is not closed: 1 holes are filled" in note for note in body["notes"])
+    assert body["seconds"] == pytest.approx(0.2, abs=0.05)
+    live.http.delete(f"/api/bodies/{body['id']}")
+
+
+def test_a_body_that_passes_through_itself_says_so(live):
+    body = default_body()
+    rotations = Pose.rest(body).rotations.copy()
+    rotations[body.index_of["left_upper_arm"]] = [0.0, 0.0, -np.sin(0.6), np.cos(0.6)]
+    folded = skin(body, Pose(Pose.rest(body).root, rotations))
+    reply = post(live, "bodies", npz(np.stack([body.rest_vertices, folded]), body.faces), "folded").json()
+    assert any("it passes through itself in 1 of 2 frames" in note for note in reply["notes"])
+    live.http.delete(f"/api/bodies/{reply['id']}")
+
+
+def hurt() -> bytes:
+    vertices, faces = frames(2)
+    vertices[1, 7, 2] = np.nan
+    return npz(vertices, faces)
+
+
+def bomb() -> bytes:
+    return zipped({f"{k}.obj": b"v 0 0 0\n" * 2**22 for k in range(33)})
+
+
+def one_obj() -> bytes:
+    vertices, faces = frames(1)
+    return obj(vertices[0], faces)
+
+
+def unequal() -> bytes:
+    vertices, faces = frames(2)
+    return zipped({"1.obj": obj(vertices[0], faces), "2.obj": obj(vertices[1][:-5], faces[:9])})
+
+
+BAD_BODIES = {
+    "nothing": (lambda: b"", "no polygons"),
+    "no mesh": (lambda: b"hello" * 100, "no polygons"),
+    "NaN": (hurt, "frame 1 has a position that is not a finite number"),
+    "triangles of nothing": (lambda: npz(frames(2)[0], frames(1)[1] + 10**6), "a vertex that is not there"),
+    "other arrays": (lambda: zipped({"a.npy": b"x"}), "it holds a"),
+    "cut off": (lambda: npz(*frames(2))[:-2000], "not a zip file"),
+    "a bomb": (bomb, "1056 MiB when they are unpacked"),
+    "a way out": (lambda: zipped({"../../evil.obj": one_obj()}), "leads out of the archive"),
+    "another way out": (lambda: zipped({"C:\\evil.obj": one_obj()}), "leads out of the archive"),
+    "no frames": (lambda: zipped({"readme.txt": b"hello"}), "no .obj frames"),
+    "other frames": (unequal, "the first frame has"),
+    "a mouse": (lambda: npz(0.0001 * frames(2)[0], frames(1)[1]), "human"),
+    "half a glb": (lambda: b"glTF\x02\x00\x00\x00\xff\xff\x00\x00" + b"\x00" * 100, "glTF"),
+}
+
+
+@pytest.mark.parametrize("name", BAD_BODIES)
+def test_a_body_that_can_not_be_worn_on_is_refused_and_the_server_goes_on(live, name):
+    make, says = BAD_BODIES[name]
+    body = refused(post(live, "bodies", make()), 422, "body.unusable")
+    assert says in body["message"]
+    assert "--" not in body["remedy"], "options of the command mean nothing here"
+    assert live.http.get("/api/bodies").json() == []
+    assert live.http.get("/api/health").json()["status"] == "ok"
+
+
+@pytest.mark.parametrize(("kind", "cap"), [("motions", "64 MiB"), ("bodies", "128 MiB")])
+def test_300_mb_are_refused_before_they_are_sent(live, kind, cap):
+    status, body, sent = answer_to(live, f"Content-Length: {300 * 10**6}", [b"[" * 1000], f"/api/{kind}")
+    assert status.startswith("HTTP/1.1 413")
+    assert sent == 1000
+    assert body["code"] == "body.too_long"
+    assert cap in body["message"]
+    assert "TRYON_SERVER_MAX_" in body["remedy"]
+
+
+@pytest.mark.parametrize("kind", ["motions", "bodies"])
+def test_names_must_be_printable_and_pages_of_others_may_not_upload(live, kind):
+    one = kind[:-1] if kind == "motions" else "body"
+    refused(post(live, kind, b"x", "  "), 422, f"{one}.name")
+    evil = {"origin": "http://evil.example"}
+    refused(live.http.post(f"/api/{kind}", content=b"x", headers=evil), 403, "origin.refused")
+    refused(live.http.delete(f"/api/{kind}/x", headers=evil), 403, "origin.refused")
+
+
+def test_what_was_uploaded_survives_a_restart_and_a_lost_file_is_told(tmp_path):
+    server = LiveServer(tmp_path)
+    motion = post(server, "motions", WALK, "kept").json()
+    content = npz(*frames(2))
+    body = post(server, "bodies", content, "kept").json()
+    server.stop()
+    server = LiveServer(tmp_path)
+    assert server.http.get("/api/motions").json()[1] == motion
+    assert server.http.get("/api/bodies").json() == [body]
+    server.open(motion=motion["name"])
+    digest = hashlib.sha256(content).hexdigest()
+    (tmp_path / "data" / "blobs" / digest[:2] / digest).unlink()
+    refused(server.http.post("/api/sessions", json={"garment": "tube", "body": body["id"]}), 410, "body.lost")
+    server.stop()
+
+
+# Size -----------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("size", [0.4, 2.1, -1, "large", None])
+def test_a_size_that_is_none_is_refused(live, size):
+    body = refused(live.http.post("/api/sessions", json={"garment": "tube", "size": size}), 422, "request.invalid")
+    assert body["place"] == "size"
