@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import msgspec
 import pytest
 
-from tryon_server.garments.limited import Limits, run_limited
+from tryon_server.garments.limited import Limits, Work, run_limited
 from tryon_server.persistence import (
     FileBlobs,
     GarmentRecord,
@@ -90,8 +90,9 @@ def test_child_that_breaks_down_or_stays_too_long_is_a_clear_error(monkeypatch):
     import tryon_server.garments.limited as limited
 
     limits = Limits(seconds=0.2, address_space=2**30)
+    work = Work("checking the pattern", "pattern.too_complex", "Use fewer edges")
     with pytest.raises(ProblemError, match="broke down"):
-        run_limited("this_module_does_not_exist", [], b"", limits, "checking the pattern")
+        run_limited("this_module_does_not_exist", [], b"", limits, work)
     monkeypatch.setattr(limited, "STARTUP_SECONDS", 0.0)
     with pytest.raises(ProblemError, match=r"more than 0\.2 s"):
-        run_limited("http.server", ["0"], b"", limits, "checking the pattern")
+        run_limited("http.server", ["0"], b"", limits, work)
