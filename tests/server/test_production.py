@@ -144,7 +144,7 @@ def solver_that_records():
         state=SimpleNamespace(time=2.0),
         scene=SimpleNamespace(garment=garment),
         body=SimpleNamespace(moving=small_body().on_device("cpu")),
-        advance=lambda pose, _time: seen.places.append(np.array(pose.root)),
+        advance=lambda pose, _time, _longest_step: seen.places.append(np.array(pose.root)),
         move_origin=lambda by: seen.shifts.append(np.array(by)),
     )
     return production.SolverDrape(simulation, Pose.rest(small_body()), (), small_body()), seen
