@@ -72,6 +72,7 @@ class Facts:
     retries: int = 0
     times_ms: dict[str, float] = field(default_factory=lambda: {"smooth": 3.0, "correct_penetration": 5.5})
     advice: str = ""
+    asleep: bool = False
 
     def to_dict(self) -> dict[str, object]:
         return asdict(self)

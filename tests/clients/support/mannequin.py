@@ -29,6 +29,7 @@ class Facts:
     retries: int = 0
     times_ms: dict[str, float] = field(default_factory=dict)
     advice: str = ""
+    asleep: bool = False
 
     def to_dict(self) -> dict[str, object]:
         return asdict(self)
