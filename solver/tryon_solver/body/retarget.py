@@ -2,9 +2,10 @@
 
 Every part of the body is turned as its counterpart is turned away from its own rest pose, corrected by the turn that
 takes our rest direction of the limb to the source's: `W_ours = W_source C`, `C d_ours = d_source`. So T, A and
-legs-spread rest poses all serve, the limbs point where the source's point, and our own bone lengths stay. Trunk and
-head need no such correction, since rest poses agree on what upright is; where a file's does not stand at all, one of
-its frames is taken for it (standing_rest.py).
+legs-spread rest poses all serve, limbs and trunk point where the source's point, and our own bone lengths stay. The
+head needs no such correction, since rest poses agree on where ahead is; where a file's does not stand at all, one of
+its frames is taken for it (standing_rest.py). Hips that then fold our belly deep into our thighs are bent less
+(folding.py).
 """
 
 from __future__ import annotations
@@ -16,10 +17,12 @@ import numpy as np
 from tryon_solver.body import quaternions
 from tryon_solver.body.bvh import BvhClip
 from tryon_solver.body.feet import foot_correction, lowest_sole_point
+from tryon_solver.body.folding import GIVE, unfolded
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion, ease
 from tryon_solver.body.skeletons import SIDES, RetargetError, SkeletonParts, find_parts
 from tryon_solver.body.standing_rest import with_standing_rest
+from tryon_solver.body.trunk_line import trunk_correction
 
 ARM_CLEARANCE_DEGREES = 18.0  # below 17 our upper arm and trunk cross at the armpit
 SHORTEST_BONE = 0.01  # m, a direction is not read off anything shorter
@@ -30,6 +33,7 @@ def retarget(
     model: BodyModel,
     arm_clearance_degrees: float = ARM_CLEARANCE_DEGREES,
     names: Mapping[str, str] | None = None,
+    give: float = GIVE,
 ) -> Motion:
     """The clip as a motion of `model`, which must have the joints that scripts/make_body.py gives it.
 
@@ -37,6 +41,7 @@ def retarget(
     `arm_clearance_degrees`: smallest angle between a hanging upper arm and the trunk, seen from the front; an arm that
     would dig into the trunk is turned out as a whole, since a thinner actor's arms hang closer than ours can.
     0 turns nothing out.
+    `give`: how deep [m] the trunk may lie in thighs and shins before it is bent up again; infinity bends nothing up.
     `names`: see skeletons.find_parts. Raises RetargetError naming a missing joint.
     """
     parts = find_parts(clip.joint_names, clip.parents, names)
@@ -46,10 +51,11 @@ def retarget(
     _refuse_other_rigs(rest)
     turns = _trunk(source, rest)
     for side in SIDES:
-        turns |= _arm(source, rest, side, turns["spine_5"], arm_clearance_degrees)
-        turns |= _leg(source, rest, side)
+        turns |= _arm(source, rest, side, turns["spine_5"], turns[f"{side}_clavicle"], arm_clearance_degrees)
+        turns |= _leg(source, rest, side, turns["pelvis"])
 
     world = np.stack([turns[name] for name in model.joint_names], axis=1)
+    world = unfolded(model, world, clip.dt, give)
     local = world.copy()
     local[:, 1:] = quaternions.multiply(quaternions.conjugate(world[:, model.parents[1:]]), world[:, 1:])
     roots = _roots(source, rest, world[:, 0])
@@ -127,26 +133,36 @@ def _axes(clip: BvhClip, parts: SkeletonParts) -> np.ndarray:
 
 
 def _trunk(source: _Source, rest: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """World turns of pelvis, spine, neck and head; the source's are spread over ours by their place along the trunk."""
+    """World turns of pelvis, spine, neck and head; the source's are spread over ours by their place along the trunk.
+
+    The trunk as a whole, from the hips to the shoulders, points where the source's points; the head looks where it
+    looks, and the neck makes up the difference.
+    """
     joints, parts = source.parts.joints, source.parts
-    turns = {"pelvis": source.turn("pelvis"), "head": source.turn("head")}
+    to_trunk = trunk_correction(rest, {part: source.rest[joint] for part, joint in joints.items()})
+
+    def corrected(turn: np.ndarray, share: float = 1.0) -> np.ndarray:
+        return quaternions.multiply(turn, _share(np.broadcast_to(to_trunk, turn.shape), share))
+
+    turns = {"pelvis": corrected(source.turn("pelvis")), "head": source.turn("head")}
     shoulders = 0.5 * (source.rest[joints["left_upper_arm"]] + source.rest[joints["right_upper_arm"]])
     spine = [f"spine_{k}" for k in range(1, 6)]
     keys = [(0.0, turns["pelvis"])]
     chain = [*source.rest[list(parts.spine)], shoulders]
-    keys += _keys(source.rest[joints["pelvis"]], chain, [source.rotations[:, j] for j in parts.spine])
+    keys += _keys(source.rest[joints["pelvis"]], chain, [corrected(source.rotations[:, j]) for j in parts.spine])
     ours = 0.5 * (rest["left_upper_arm"] + rest["right_upper_arm"])
     turns |= _spread(keys, spine, rest["pelvis"], [*(rest[name] for name in spine), ours])
 
     neck = [f"neck_{k}" for k in range(1, 4)]
-    chest = source.rotations[:, parts.spine[-1]] if parts.spine else turns["pelvis"]
+    chest = corrected(source.rotations[:, parts.spine[-1]]) if parts.spine else turns["pelvis"]
     start = source.rest[parts.neck[0]] if parts.neck else shoulders
     chain = [*source.rest[list(parts.neck)], source.rest[joints["head"]]]
-    keys = [(0.0, chest), *_keys(start, chain, [source.rotations[:, j] for j in parts.neck]), (1.0, turns["head"])]
+    between = _keys(start, chain, [source.rotations[:, j] for j in parts.neck])
+    keys = [(0.0, chest), *((k, corrected(turn, 1.0 - k)) for k, turn in between), (1.0, turns["head"])]
     turns |= _spread(keys, neck, rest["neck_1"], [*(rest[name] for name in neck), rest["head"]])
 
     for side in SIDES:
-        carried = source.rotations[:, parts.clavicles[side]] if side in parts.clavicles else chest
+        carried = corrected(source.rotations[:, parts.clavicles[side]]) if side in parts.clavicles else chest
         turns |= {f"{side}_clavicle": carried, f"{side}_shoulder": carried}
     return turns
 
@@ -179,7 +195,12 @@ def _spread(
 
 
 def _arm(
-    source: _Source, rest: Mapping[str, np.ndarray], side: str, chest: np.ndarray, clearance_degrees: float
+    source: _Source,
+    rest: Mapping[str, np.ndarray],
+    side: str,
+    chest: np.ndarray,
+    carrier: np.ndarray,
+    clearance_degrees: float,
 ) -> dict[str, np.ndarray]:
     """World turns of an arm, turned out from the trunk where it would dig in, its twist spread along it."""
     upper, fore, hand = f"{side}_upper_arm", f"{side}_forearm", f"{side}_hand"
@@ -193,7 +214,6 @@ def _arm(
     turn_upper = quaternions.multiply(out, turn_upper)
     turn_fore = quaternions.multiply(out, quaternions.multiply(source.turn(fore), to_fore))
     turn_hand = quaternions.multiply(out, quaternions.multiply(source.turn(hand), to_hand))
-    carrier = source.rotations[:, source.parts.clavicles[side]] if side in source.parts.clavicles else chest
     return {
         upper: _half_twisted(carrier, turn_upper, axis_upper),
         f"{upper}_twist": turn_upper,
@@ -203,7 +223,7 @@ def _arm(
     }
 
 
-def _leg(source: _Source, rest: Mapping[str, np.ndarray], side: str) -> dict[str, np.ndarray]:
+def _leg(source: _Source, rest: Mapping[str, np.ndarray], side: str, pelvis: np.ndarray) -> dict[str, np.ndarray]:
     """World turns of a leg; the foot's direction is corrected about the vertical only, soles being flat at rest."""
     thigh, shin, foot = f"{side}_thigh", f"{side}_shin", f"{side}_foot"
     axis_thigh, axis_shin = rest[shin] - rest[thigh], rest[foot] - rest[shin]
@@ -224,7 +244,7 @@ def _leg(source: _Source, rest: Mapping[str, np.ndarray], side: str) -> dict[str
     turn_foot = quaternions.multiply(source.turn(foot), to_foot)
     turn_toes = quaternions.multiply(source.turn(f"{side}_toes"), to_foot) if has_toes else turn_foot
     return {
-        thigh: _half_twisted(source.turn("pelvis"), turn_thigh, axis_thigh),
+        thigh: _half_twisted(pelvis, turn_thigh, axis_thigh),
         f"{thigh}_twist": turn_thigh,
         **_twisted_segment(shin, turn_thigh, turn_shin, turn_foot, axis_shin),
         foot: turn_foot,

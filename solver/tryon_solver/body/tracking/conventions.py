@@ -16,6 +16,7 @@ from tryon_solver.body.model import BodyModel
 from tryon_solver.body.skeletons import RetargetError, find_parts
 from tryon_solver.body.tracking.frames import frame, matrix_to_quaternion
 from tryon_solver.body.tracking.observation import SIDES, Observation, Sample, SourceSkeleton, TrackingError
+from tryon_solver.body.trunk_line import trunk_correction
 
 Reader = Callable[[Sample], Observation]
 
@@ -224,6 +225,8 @@ def _local(joints: Mapping[str, int], parents: tuple[int, ...], rest: np.ndarray
     rest_points = _points(joints, rest)
     ours = {name: model.rest_joints[k] for name, k in model.index_of.items()}
     stride = leg_length(ours) / leg_length(rest_points)
+    trunk = [part for part in ("pelvis", *TURNS_ONLY) if part in joints]
+    to_trunk = trunk_correction(ours, rest_points)
     above = np.array(parents)
 
     def read(sample: Sample) -> Observation:
@@ -234,9 +237,11 @@ def _local(joints: Mapping[str, int], parents: tuple[int, ...], rest: np.ndarray
         for level in levels:
             places[level] = places[above[level]] + quaternions.rotate(turns[above[level]], offsets[level])
             turns[level] = quaternions.multiply(turns[above[level]], turns[level])
+        told = {part: turns[joint] for part, joint in joints.items()}
+        told |= {part: quaternions.multiply(told[part], to_trunk) for part in trunk}
         return Observation(
             points=_points({part: joint for part, joint in joints.items() if part != "chest"}, places),
-            turns={part: turns[joint] for part, joint in joints.items()},
+            turns=told,
             rest=rest_points,
             stride=stride,
         )
