@@ -119,6 +119,8 @@ def test_pinched_skin_of_two_slabs_closing():
     assert 0 < pinch.area(near, pinch.pinched(near)) < 0.2
     through = closed_to(-0.02)
     assert pinch.covered(through).any()
+    assert pinch.depth(near) == 0
+    assert pinch.depth(through) == pytest.approx(0.02, abs=5e-4)
     inside = winding_numbers(through - 1e-3 * pinch.normals(through)[1], through, faces) > 1.5
     # the tree's winding number is an approximation, felt in corners only
     assert (pinch.covered(through) != inside).mean() < 0.01

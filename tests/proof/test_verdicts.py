@@ -51,7 +51,7 @@ def test_in_other_motions_the_lag_has_no_limit(motion):
 def lagging(millimetres):
     """Figures of frames that are sound but for the lag."""
     return [
-        FrameFigures(None, True, 0.0, 1e-3 * lag, 0.0, 0.0, 1.0, 1.0, True, 0.0, np.zeros((1, 3)))
+        FrameFigures(None, True, 0.0, 1e-3 * lag, 0.0, 0.0, 0.0, 1.0, 1.0, True, 0.0, np.zeros((1, 3)))
         for lag in millimetres
     ]
 

@@ -18,6 +18,7 @@ wp.set_module_options({"enable_backward": False})
 
 FAR_ALONG_THE_SKIN = 0.1  # m: skin further away than this belongs to another part
 DILATION = 0.03  # m
+DEEPEST = 0.15  # m: no body part is so thick that its inside is further from its skin
 JUST_INSIDE = 1e-3  # m below the skin, where it winds once around a point that no other part covers
 
 
@@ -99,6 +100,24 @@ class PinchedSkin:
             return core
         distance, _ = cKDTree(skin[core]).query(skin, distance_upper_bound=DILATION)
         return np.isfinite(distance)
+
+    def depth(self, skin: np.ndarray) -> float:
+        """m from the deepest point inside another part to that part's skin.
+
+        Cloth between the two has a place only where one of them stays behind its skin by at least half of that.
+        """
+        inside = np.flatnonzero(self.covered(skin))
+        face_normal, normal = self.normals(skin)
+        corner = skin[self.faces]
+        deepest = 0.0
+        for point, faces in zip(inside, cKDTree(corner.mean(1)).query_ball_point(skin[inside], DEEPEST)):
+            others = np.asarray(faces, np.int64)
+            own = self.near[point, self.faces[others]].all(1) & (face_normal[others] @ normal[point] > 0)
+            others = others[~own]
+            if len(others):
+                at = np.broadcast_to(skin[point], (len(others), 1, 3))
+                deepest = max(deepest, float(point_triangle(np.concatenate([at, corner[others]], axis=1))[0].min()))
+        return deepest
 
     def area(self, skin: np.ndarray, chosen: np.ndarray) -> float:
         """m^2 of the skin around the chosen vertices, a third of each triangle per vertex."""

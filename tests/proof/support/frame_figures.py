@@ -26,6 +26,7 @@ class FrameFigures:
     lag_max: float
     pinched_lag_max: float
     pinched_area: float  # 0 where no vertex lags enough to ask
+    skin_depth: float  # how deep skin lies in another part's; 0 where pinched skin lags too little to ask
     stretch_most: float  # the smallest value that 99.9 % of the triangles' larger principal stretches don't exceed
     stretch_max: float
     worn: bool  # every loop that ran around limbs in the first frame runs around the same ones
@@ -93,6 +94,7 @@ class StateMeter:
             lag_max=float(lag[~pinched].max()),
             pinched_lag_max=float(lag[pinched].max(initial=0.0)),
             pinched_area=self.pinch.area(skin, pinched),
+            skin_depth=self.pinch.depth(skin) if lag[pinched].max(initial=0.0) > LAG_UNQUESTIONED else 0.0,
             stretch_most=float(np.quantile(larger, 0.999, method="inverted_cdf")),
             stretch_max=float(larger.max()),
             worn=bool(self.on_limbs.any() and (passes == self.passes)[self.on_limbs].all()),

@@ -22,6 +22,7 @@ COLUMNS = (
     "frames over 10 mm (share, allowed)",
     "pinched max [mm]",
     "pinched area [cm²]",
+    "skin in skin [mm]",
     "stretch 99.9 %",
     "stretch max",
     "worn",
@@ -52,7 +53,9 @@ LIMITS = "; ".join(
         f"hem travel over {1e3 * limits.HEM_TRAVEL:g} mm in the walk (its median vertex)",
         f"trembling {1e3 * limits.TREMBLING:g} mm/s",
         f"contact force within {limits.WEIGHT:.0%} of the weight in every frame at rest",
-        "a void step breaks no limit.",
+        "a void step breaks no limit",
+        "skin in skin: where pinched skin lags, how deep one part's lies in another; cloth between has a place only "
+        "where one of the two lags by at least half of that.",
     )
 )
 
@@ -129,6 +132,7 @@ def row(result: dict[str, Any]) -> str:
         f"{known('late_frames', 1, 'd')} ({known('late_share', 100, '.1f')} %, {known('late_allowed', 100, 'g')} %)",
         known("pinched_lag_max", 1e3, ".1f"),
         known("pinched_area", 1e4, ".0f"),
+        known("skin_depth", 1e3, ".0f"),
         known("stretch_most", 1, ".3f"),
         known("stretch_max", 1, ".3f"),
         "yes" if r["worn_frames"] == r["frames"] else f"{r['worn_frames']} of {r['frames']}",

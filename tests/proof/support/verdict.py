@@ -12,7 +12,16 @@ from frame_figures import FrameFigures
 from limits import Broken
 from over_time import travel
 
-SERIES = ("lag_p95", "lag_max", "pinched_lag_max", "pinched_area", "stretch_most", "stretch_max", "slid")
+SERIES = (
+    "lag_p95",
+    "lag_max",
+    "pinched_lag_max",
+    "pinched_area",
+    "skin_depth",
+    "stretch_most",
+    "stretch_max",
+    "slid",
+)
 
 
 def broken_by_frames(

@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 from body_cases import DEMO_MOTIONS, shared_clips
 from pinched_skin import PinchedSkin
-from reference_distances import point_triangle
-from scipy.spatial import cKDTree
 
 from tryon_solver.body import BodyModel, BvhClip, parse_bvh, quaternions, retarget, skin
 from tryon_solver.body.feet import world_tracks
@@ -36,18 +34,7 @@ def bow(body: BodyModel) -> BvhClip:
 
 def depth(body: BodyModel, motion: Motion, frame: int) -> float:
     """How far [m] the deepest skin point inside another part is from that part's skin."""
-    at = skin(body, motion.pose(frame))
-    pinch = PinchedSkin(body.rest_vertices, body.faces, 0.01)
-    inside = np.flatnonzero(pinch.covered(at))
-    corner = at[body.faces]
-    near = cKDTree(corner.mean(1)).query_ball_point(at[inside], 0.15)
-    deepest = 0.0
-    for point, faces in zip(inside, near):
-        others = np.array(faces)[~pinch.near[point, body.faces[faces]].all(1)]
-        if len(others):
-            pairs = np.concatenate([np.tile(at[point], (len(others), 1, 1)), corner[others]], axis=1)
-            deepest = max(deepest, float(point_triangle(pairs)[0].min()))
-    return deepest
+    return PinchedSkin(body.rest_vertices, body.faces, 0.01).depth(skin(body, motion.pose(frame)))
 
 
 def test_a_bow_no_longer_folds_the_chest_into_the_thighs(body: BodyModel, bow: BvhClip) -> None:
