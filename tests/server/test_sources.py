@@ -123,7 +123,7 @@ def ages(cost: float, seconds: float, rate: float = 72.0, latency: float = 0.045
     return np.array(seen), moves
 
 
-@pytest.mark.parametrize("cost", [0.01, 0.03, 0.045, 0.06, 0.08])
+@pytest.mark.parametrize("cost", [0.01, 0.03, 0.04, 0.05])
 def test_a_frame_is_as_old_as_the_solver_takes_and_no_older(cost):
     """It begins a second behind. What is left after some seconds: the tracker's latency, a pose's wait, one move."""
     seen, moves = ages(cost, 20.0)
@@ -157,8 +157,10 @@ def test_only_a_slow_solver_takes_long_steps():
     _, moves = ages(0.005, 10.0, rate=8.0)
     assert max(move.dt for move in moves) <= LONGEST_MOVE
     assert not any(move.longest_step for move in moves)
-    _, moves = ages(0.06, 10.0)
+    _, moves = ages(0.05, 10.0)
     assert LONGEST_MOVE < moves[-1].longest_step == moves[-1].dt < LONGEST_STEP
+    _, moves = ages(0.2, 10.0)
+    assert max(move.dt for move in moves) <= LONGEST_MOVE, "long steps would not help"
 
 
 def test_another_sender_has_another_clock():

@@ -193,14 +193,14 @@ def test_streamed_poses_are_followed_and_named_in_the_frames():
 
 
 class SlowSheet(analytic_drape.WavingSheet):
-    """Takes 0.08 s for each step of at most 1/30 s, or of as much as it may."""
+    """Takes 0.05 s for each step of at most 1/30 s, or of as much as it may."""
 
     clock: ScriptedConnection
     longest = 0.0
 
     def advance(self, pose, t, longest_step=0.0):
         self.longest = max(self.longest, longest_step)
-        self.clock.now += 0.08 * np.ceil((t - self.t) / max(1 / 30, longest_step) - 1e-9)
+        self.clock.now += 0.05 * np.ceil((t - self.t) / max(1 / 30, longest_step) - 1e-9)
         return super().advance(pose, t, longest_step)
 
 
@@ -216,9 +216,9 @@ def test_frames_of_a_slow_solver_are_of_the_newest_pose_there_was():
         Worker(connection, order, lambda *_: sheet, analytic_drape.load_motion, lambda: connection.now).run()
     followed = [frame for frame in frames(connection) if frame.pose_seq]
     late = [frame.t_published - frame.t_sim for frame in followed if frame.t_published > 5.0]
-    assert len(late) == pytest.approx(16 / 0.08, rel=0.1)
-    assert max(late) < 2 * 0.08 + 0.02
-    assert np.median(late) < 0.08 + 0.02 + 0.01
+    assert len(late) == pytest.approx(16 / 0.05, rel=0.1)
+    assert max(late) < 2 * 0.05 + 0.02
+    assert np.median(late) < 0.05 + 0.02 + 0.01
     assert 1 / 30 < sheet.longest <= LONGEST_STEP
     for frame in followed:
         if frame.t_published > 5.0:

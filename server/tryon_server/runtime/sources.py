@@ -24,7 +24,7 @@ from tryon_solver.body.motion import Motion, blend_in
 from tryon_solver.body.pose import Pose
 
 LONGEST_MOVE = 1 / 30  # [s] one step of the solver at preset draft
-LONGEST_STEP = 0.1  # [s] of the solver where it can't keep up in shorter ones; longer ones cost it more than they gain
+LONGEST_STEP = 1 / 15  # [s] of the solver where it keeps up only so; longer ones cost it more than they gain
 SHORTEST_MOVE = 1e-3  # [s] over less, a rounding of the positions is a speed; what is left waits for the next pose
 LARGEST_DEBT = 0.1  # [s] of wall time that is made up when the solver is quick enough again; more is forgotten
 SETTLE_SECONDS = 12.0  # a body that stands still is simulated for this long: a skirt swings for up to ten
@@ -205,7 +205,10 @@ class StreamSource:
         if gap < SHORTEST_MOVE:
             return self._wait(elapsed, seq)
         self._waited = 0.0
-        dt = min(gap, max(LONGEST_MOVE, CATCH_UP * steady), CATCH_UP * elapsed, LONGEST_STEP)
+        longest = LONGEST_MOVE
+        if steady < LONGEST_STEP:  # who can't keep up even so had better take short steps, which are good ones
+            longest = max(longest, min(CATCH_UP * steady, LONGEST_STEP))
+        dt = min(gap, longest, CATCH_UP * elapsed)
         self._pose = goal if dt == gap else Pose.interpolate(self._pose, goal, dt / gap)
         self._reached = t_newest if dt == gap else self._reached + dt
         leap, self._leap = self._leap, np.zeros(3)
