@@ -18,6 +18,7 @@ import contextlib
 import itertools
 import json
 import os
+import resource
 import subprocess
 import sys
 import time
@@ -85,7 +86,7 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
     add("--seconds", type=float, default=3.0, metavar="S", help="time of the motion, which repeats [s]; 0: once, whole")
     add("--strange-seconds", type=float, default=2.0, metavar="S", help="the same of walk and squat in their patterns")
     add("--stopping", type=float, default=0.5, metavar="S", help="time at its end in which it slows to a stand [s]")
-    add("--standing", type=float, default=1.5, metavar="S", help="time for which the body then stands still [s]")
+    add("--standing", type=float, default=2.0, metavar="S", help="time for which the body then stands still [s]")
     add("--every", type=int, default=2, metavar="K", help="IPC Toolkit is asked every K frames")
     add("--set", nargs="*", type=setting, default=[], metavar="NAME=VALUE", help="solver settings unlike the preset's")
     add("--server", metavar="URL", help="record from this server instead; `own` starts one")
@@ -192,6 +193,7 @@ def one(case: Case | LiveCase, out: Path, keep: bool) -> int:
         from run_case import run_case
 
         result = run_case(case, out / "wardrobe", tell, frames)
+    result["core_s"] = time.process_time()
     (out / f"{case.name}.json").write_text(json.dumps(result, indent=1))
     return 0
 
@@ -219,8 +221,14 @@ def about(options: argparse.Namespace, seconds: float) -> dict[str, str]:
         "commit": (git("rev-parse", "--short=12", "HEAD") or "unknown") + changed,
         "settings": recorded if options.server else simulated,
         "intersections": f"asked of IPC Toolkit in every frame whose number {options.every} divides, and in the last",
-        "wall time": f"{seconds / 60:.1f} min, {options.jobs} at once",
+        "wall time": f"{seconds / 60:.1f} min, {options.jobs} at once; {core_seconds() / 60:.1f} min of processor time",
     }
+
+
+def core_seconds() -> float:
+    """Processor time [s] of all cases and errands that have ended."""
+    spent = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return spent.ru_utime + spent.ru_stime
 
 
 if __name__ == "__main__":

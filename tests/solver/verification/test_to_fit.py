@@ -1,11 +1,20 @@
 """The size in which a garment is worn: sizes are tried in a known order until one fits, and what was found is told."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import pytest
 
+from tryon_solver.body.model import default_body
+from tryon_solver.dressing.dress import dress
 from tryon_solver.dressing.fit import CrumpledError, DressingError, TightError
-from tryon_solver.dressing.to_fit import LARGER, MOST_TRIES, search
+from tryon_solver.dressing.to_fit import LARGER, MOST_TRIES, dress_to_fit, search
+from tryon_solver.geometry.pattern import load_pattern
+from tryon_solver.geometry.size import mesh_in_size
+from tryon_solver.materials.fabric import FABRICS
+from tryon_solver.settings import PRESETS
+
+SKIRT = Path(__file__).resolve().parents[3] / "server" / "tryon_server" / "demo" / "patterns" / "skirt.json"
 
 
 @dataclass
@@ -121,3 +130,21 @@ def test_what_is_wrong_in_any_size_is_refused_at_once():
     with pytest.raises(DressingError, match="between its sides"):
         search(lambda size: size, put_on, None)
     assert tried == [1.0]
+
+
+def test_a_skirt_cut_too_wide_is_worn_in_the_size_that_holds():
+    """The demo's skirt, cut a quarter wider and longer than it is drawn."""
+    skirt, body, sizes = load_pattern(SKIRT), default_body(), []
+
+    def cut(size):
+        sizes.append(size)
+        return mesh_in_size(skirt, 0.05, 1.25 * size)
+
+    def put_on(panels):
+        return dress(panels, body, FABRICS["cotton_jersey"], PRESETS["draft"], settle_seconds=0.3)
+
+    fitted = dress_to_fit(cut, put_on, body)
+    assert 0.7 < fitted.size < 0.9
+    assert sizes[0] == 1.0  # to measure; it is not worn
+    assert "too wide" in fitted.describe()
+    assert fitted.dressed.upper_opening().advice == ""
