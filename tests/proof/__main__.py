@@ -84,7 +84,7 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
     add("--fps", type=float, default=60.0)
     add("--lead", type=float, default=1.0, metavar="S", help="time in which the body is led into the motion [s]")
     add("--seconds", type=float, default=3.0, metavar="S", help="time of the motion, which repeats [s]; 0: once, whole")
-    add("--strange-seconds", type=float, default=2.0, metavar="S", help="the same of walk and squat in their patterns")
+    add("--strange-seconds", type=float, default=1.5, metavar="S", help="the same of walk and squat in their patterns")
     add("--stopping", type=float, default=0.5, metavar="S", help="time at its end in which it slows to a stand [s]")
     add("--standing", type=float, default=2.0, metavar="S", help="time for which the body then stands still [s]")
     add("--every", type=int, default=2, metavar="K", help="IPC Toolkit is asked every K frames")
@@ -147,7 +147,7 @@ def mesh_cases(options: argparse.Namespace) -> list[Case]:
     write_strangers(folder)
     return [
         Case(str(folder / garment), str(folder / body), o.fabric, o.presets[0], o.devices[0], 0.0, o.fps)
-        for garment, body in itertools.product(GARMENTS, BODIES)
+        for garment, body in zip(GARMENTS, BODIES)
     ]
 
 
