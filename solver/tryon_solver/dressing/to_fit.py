@@ -10,7 +10,7 @@ wide.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from tryon_solver.body.on_device import WornBody
 from tryon_solver.dressing.dress import Dressed
@@ -29,6 +29,11 @@ class Fitted:
     dressed: Dressed
     size: float
     others: tuple[str, ...]
+
+    def upper_opening(self) -> Opening | None:
+        """As that of a dressed garment, which knows nothing of its size."""
+        opening = self.dressed.upper_opening()
+        return None if opening is None else replace(opening, size=self.size)
 
     def describe(self) -> str:
         """In which size it is worn and why, for people."""
@@ -66,10 +71,10 @@ def search(
             refused, too_small, size = error, size, round(LARGER * size, 2)
             continue
         worn = Fitted(dressed, size, tuple(others))
-        opening = dressed.upper_opening()
+        opening = worn.upper_opening()
         if opening is None or not opening.advice:
             return worn
-        smaller = round(size * opening.fitting_size, 2)
+        smaller = round(opening.fitting_size, 2)
         if not too_small < smaller < size:
             return worn
         others.append(f"in size {size:g}, {opening.advice}")

@@ -84,7 +84,7 @@ def worn_pattern(case: Case, body: BodyModel, wardrobe: Path, tell: Tell) -> Wor
 
 def hang_up(path: Path, fitted: Fitted, seconds: float) -> None:
     """Keep the garment as it hangs, whole or not at all."""
-    simulation, opening = fitted.dressed.simulation, fitted.dressed.upper_opening()
+    simulation, opening = fitted.dressed.simulation, fitted.upper_opening()
     said = [fitted.describe(), *([opening.advice] if opening is not None and opening.advice else [])]
     draft = path.with_suffix(".draft.npz")
     np.savez(

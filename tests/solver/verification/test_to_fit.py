@@ -19,18 +19,19 @@ SKIRT = Path(__file__).resolve().parents[3] / "server" / "tryon_server" / "demo"
 
 @dataclass
 class Waist:
-    """As an Opening: of a garment in `size`, whose own size is right where `right` is 1."""
+    """As an Opening: of a garment cut in a size that only the waist knows, to be told in which; `right` would fit."""
 
-    size: float
+    cut: float
     right: float
+    size: float = 1.0
 
     @property
     def fitting_size(self):
-        return self.right / self.size
+        return self.size * self.right / self.cut
 
     @property
     def advice(self):
-        return "the waist is too wide" if self.size > 1.03 * self.right else ""
+        return f"size {self.fitting_size:.2f} fits the waist" if self.cut > 1.03 * self.right else ""
 
 
 @dataclass
@@ -73,14 +74,20 @@ def test_what_shoulders_hold_is_never_too_wide():
 def test_a_wide_waist_is_worn_in_the_size_that_fits_it():
     fitted = Shop(0.9, waist=0.92).fit()
     assert (fitted.size, fitted.dressed.size) == (0.92, 0.92)
-    assert fitted.describe() == "size 0.92; in size 1, the waist is too wide"
+    assert fitted.describe() == "size 0.92; in size 1, size 0.92 fits the waist"
+
+
+def test_sizes_are_told_over_the_patterns_own():
+    """0.85 is worn by what the drawing says, and still wide: the size said to fit is no share of that one."""
+    fitted = Shop(0.5, waist=0.8).fit(Waist(1.0, 0.85))
+    assert fitted.describe() == "size 0.8; in size 1, size 0.85 fits the waist; in size 0.85, size 0.80 fits the waist"
 
 
 def test_a_waist_drawn_too_wide_is_not_worn_first():
     shop = Shop(0.9, waist=0.92)
     fitted = shop.fit(Waist(1.0, 0.92))
     assert (fitted.size, shop.tried) == (0.92, [0.92])
-    assert fitted.describe() == "size 0.92; in size 1, the waist is too wide"
+    assert fitted.describe() == "size 0.92; in size 1, size 0.92 fits the waist"
 
 
 def test_what_is_too_tight_is_worn_larger():
