@@ -49,6 +49,14 @@ def overstretched(fabric: Fabric, stretch: np.ndarray) -> bool:
     return bool(stretch.max() > STRETCH_ANY * limit or (stretch > STRETCH_MOST * limit).mean() > OVERSTRETCHED)
 
 
+def nearest_limit(fabrics: list[Fabric], stretch: np.ndarray) -> tuple[Fabric, np.ndarray]:
+    """Of several fabrics (F,) the one that is nearest its limit or furthest beyond, and `stretch` (F,) as if all were
+    of it: the same shares of their limits."""
+    limits = np.array([fabric.strain_limit for fabric in fabrics])
+    worst = fabrics[int(np.argmax(stretch / limits))]
+    return worst, stretch / limits * worst.strain_limit
+
+
 def percent(stretch: float) -> str:
     """How much longer than the pattern."""
     return f"{100 * (stretch - 1):.0f} %"

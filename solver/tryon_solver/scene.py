@@ -137,7 +137,7 @@ class Scene:
 
     `garment` welded triangles; `x_start` (N, 3) float64 m, an intersection-free position of its vertices; `body` a
     posed body's model, a sequence of meshes, or None; `effects` what the scene calls for: what is not listed costs
-    nothing.
+    nothing. `panel_fabrics`: the fabric of each panel where they differ; thickness and friction are `fabric`'s in all.
     """
 
     garment: Garment
@@ -145,6 +145,7 @@ class Scene:
     body: WornBody | None = None
     fabric: Fabric = field(default_factory=lambda: FABRICS["cotton_jersey"])
     effects: tuple[Effect, ...] = WORN
+    panel_fabrics: tuple[Fabric, ...] = ()
 
     def __post_init__(self) -> None:
         if self.x_start.shape != (self.garment.vertex_count, 3):
@@ -154,6 +155,7 @@ class Scene:
         if not np.isfinite(self.x_start).all():
             bad = int(np.flatnonzero(~np.isfinite(self.x_start).all(axis=1))[0])
             raise ValueError(f"x_start: vertex {bad} is not a finite position")
+        self._check_panel_fabrics()
         for effect in self.effects:
             if isinstance(effect, Pins) and len(effect.vertices):
                 first, last = int(effect.vertices.min()), int(effect.vertices.max())
@@ -166,3 +168,33 @@ class Scene:
                 raise ValueError(f"effects: {kind.__name__} is listed twice; list it once")
         if self.body is None and BodyContact in kinds:
             raise ValueError("effects: BodyContact needs a body; give the scene one or leave the effect out")
+
+    def _check_panel_fabrics(self) -> None:
+        panels = int(self.garment.panel_of_face.max()) + 1
+        if len(self.panel_fabrics) not in (0, panels):
+            count = len(self.panel_fabrics)
+            raise ValueError(f"panel_fabrics: {count} fabrics for {panels} panels; give one for each")
+        for panel, fabric in enumerate(self.panel_fabrics):
+            for name in ("thickness", "mu_body", "mu_self"):
+                own, all_ = getattr(fabric, name), getattr(self.fabric, name)
+                if own != all_:
+                    raise ValueError(
+                        f"panel_fabrics: {name} of panel {panel} is {own}, the scene's fabric has {all_}; contact knows "
+                        "one for all panels"
+                    )
+
+    def fabric_of_face(self) -> list[Fabric]:
+        """(F,) each triangle's fabric."""
+        if not self.panel_fabrics:
+            return [self.fabric] * len(self.garment.faces)
+        return [self.panel_fabrics[panel] for panel in self.garment.panel_of_face]
+
+    def vertex_masses(self) -> np.ndarray:
+        """(N,) kg, a third of the mass of the triangles around each vertex."""
+        garment = self.garment
+        if not self.panel_fabrics:
+            return self.fabric.areal_density * garment.vertex_areas()
+        density = np.array([fabric.areal_density for fabric in self.fabric_of_face()])
+        mass = np.zeros(garment.vertex_count)
+        np.add.at(mass, garment.faces.ravel(), np.repeat(density * garment.signed_areas() / 3, 3))
+        return mass

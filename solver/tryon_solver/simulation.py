@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 import warp as wp
 
-from tryon_solver.advice import advise
+from tryon_solver.advice import advise, nearest_limit
 from tryon_solver.body.carry import Carry
 from tryon_solver.body.on_device import MovingBody
 from tryon_solver.contact import pairs
@@ -29,6 +29,7 @@ from tryon_solver.linalg.ell import EllMatrix, on_pattern, set_sum
 from tryon_solver.linalg.pcg import ConjugateGradients
 from tryon_solver.linalg.vectors import find_largest, move_origin
 from tryon_solver.materials.device import RestShape
+from tryon_solver.materials.fabric import Fabric
 from tryon_solver.materials.stretch import StretchMeter
 from tryon_solver.materials.terms import bind_bending, bind_membrane
 from tryon_solver.plan import ContactTerm, StepPlan
@@ -96,7 +97,7 @@ class Simulation:
         self.cloth_count = garment.vertex_count
         self.body_count = 0 if scene.body is None else len(scene.body.rest_vertices)
         self.all_count = self.cloth_count + self.body_count
-        self.mass = scene.fabric.areal_density * garment.vertex_areas()
+        self.mass = scene.vertex_masses()
         self.area = garment.vertex_areas()
         self.plan = bind_plan(scene, settings, device, self.mass, self.area)
         self.stages = Stages(
@@ -393,9 +394,14 @@ class Simulation:
             debt=self.debt,
             times_ms=dict(counters.times),
             asleep=self.state.asleep,
-            advice=advise(counters, self.debt, self.scene.fabric, stretch, lag),
+            advice=advise(counters, self.debt, *self.strained(stretch), lag),
         )
         return self.reported
+
+    def strained(self, stretch: np.ndarray) -> tuple[Fabric, np.ndarray]:
+        """The fabric that advice is about, and stretches (F,) to hold against its limit."""
+        scene = self.scene
+        return nearest_limit(scene.fabric_of_face(), stretch) if scene.panel_fabrics else (scene.fabric, stretch)
 
     def smallest_gap(self) -> tuple[float, float]:
         """Smallest gap of a contact pair at x above its offset, and that offset [m]; collects the pairs at x."""
@@ -452,8 +458,8 @@ def bind_plan(scene: Scene, settings: Settings, device: str, mass: np.ndarray, a
     rest = RestShape.build(scene.garment, device)
     context = BuildContext(scene, settings, device, rest, mass, area)
     bound = [
-        bind_membrane(scene.garment, scene.fabric, rest, device),
-        bind_bending(scene.garment, scene.fabric, device),
+        bind_membrane(scene.garment, scene.fabric_of_face(), rest, device),
+        bind_bending(scene.garment, scene.fabric_of_face(), device),
         *(bind(effect, context) for effect in scene.effects),
     ]
     return StepPlan(tuple(c for c in bound if c is not None))

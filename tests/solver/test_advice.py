@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from small_scenes import sheet
 
-from tryon_solver.advice import advise
+from tryon_solver.advice import advise, nearest_limit
 from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.results import Counters
 from tryon_solver.scene import Gravity, Scene
@@ -64,3 +64,11 @@ def test_a_report_of_cloth_pulled_out_of_its_length_carries_the_advice():
     report = sim.report()
     assert report.max_stretch == pytest.approx(1.6, rel=1e-2)
     assert f"stretched by up to {100 * (report.max_stretch - 1):.0f} %" in report.advice
+
+
+def test_of_several_fabrics_the_one_nearest_its_limit_is_told():
+    """Jersey at 1.10 is within its 1.15, denim at 1.10 is beyond its 1.05: shares of the limits count."""
+    fabric, stretch = nearest_limit([JERSEY, DENIM, JERSEY], np.array([1.12, 1.10, 1.0]))
+    assert fabric is DENIM
+    np.testing.assert_allclose(stretch, [1.12 / 1.15 * 1.05, 1.10, 1.0 / 1.15 * 1.05])
+    assert "denim bears 5 %" in advise(Counters(), 0.0, fabric, stretch, 0.0)

@@ -35,12 +35,12 @@ def bind(spec: FabricDamping, context: BuildContext) -> Contribution | None:
     if spec.time == 0:
         return None
     rest, device = context.rest, context.device
-    garment, fabric = context.scene.garment, context.scene.fabric
+    garment, fabrics = context.scene.garment, context.scene.fabric_of_face()
     stiffness: wp.array = wp.array(
-        membrane.stiffness_per_face([fabric] * rest.face_count), dtype=wp.vec3, device=device
+        membrane.stiffness_per_face(fabrics), dtype=wp.vec3, device=device
     )
     frozen = BlockRows.build(garment.faces, garment.vertex_count, device)  # beta/dt K of the membrane [N/m]
-    bent = spec.time * bending.matrix(garment, np.full(rest.face_count, fabric.k_bend))
+    bent = spec.time * bending.matrix(garment, np.array([fabric.k_bend for fabric in fabrics]))
     bent_rows = EllMatrix.from_scipy(bent, device)
 
     def start_step(state: State, dt: float) -> None:

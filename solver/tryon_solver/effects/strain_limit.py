@@ -21,7 +21,8 @@ def bind(spec: StrainLimit, context: BuildContext) -> Contribution | None:
         return None
     rest, device = context.rest, context.device
     stiffness = wp.full(rest.face_count, spec.stiffness, dtype=wp.float32, device=device)
-    limit = wp.full(rest.face_count, context.scene.fabric.strain_limit, dtype=wp.float32, device=device)
+    limits = [fabric.strain_limit for fabric in context.scene.fabric_of_face()]
+    limit: wp.array = wp.array(limits, dtype=wp.float32, device=device)
     model = TriangleModel.build(strain_limit, rest, [stiffness, limit])
     return Contribution(
         "strain_limit",

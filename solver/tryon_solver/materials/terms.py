@@ -14,9 +14,9 @@ from tryon_solver.materials.triangle_model import TriangleModel
 from tryon_solver.plan import Contribution
 
 
-def bind_membrane(garment: Garment, fabric: Fabric, rest: RestShape, device: str) -> Contribution:
+def bind_membrane(garment: Garment, fabrics: list[Fabric], rest: RestShape, device: str) -> Contribution:
     """Orthotropic membrane (materials/membrane.py)."""
-    per_face = membrane.stiffness_per_face([fabric] * rest.face_count)
+    per_face = membrane.stiffness_per_face(fabrics)
     stiffness: wp.array = wp.array(per_face, dtype=wp.vec3, device=device)
     model = TriangleModel.build(membrane, rest, [stiffness])
     matrix = membrane.matrix(garment, per_face[:, 0].astype(float), per_face[:, 1].astype(float))
@@ -29,11 +29,12 @@ def bind_membrane(garment: Garment, fabric: Fabric, rest: RestShape, device: str
     )
 
 
-def bind_bending(garment: Garment, fabric: Fabric, device: str) -> Contribution | None:
-    """Isometric bending (materials/bending.py); None when the fabric has no bending stiffness."""
-    if fabric.k_bend == 0:
+def bind_bending(garment: Garment, fabrics: list[Fabric], device: str) -> Contribution | None:
+    """Isometric bending (materials/bending.py); None when no triangle's fabric (F,) has bending stiffness."""
+    k_bend = np.array([fabric.k_bend for fabric in fabrics])
+    if not k_bend.any():
         return None
-    matrix = bending.matrix(garment, np.full(len(garment.faces), fabric.k_bend))
+    matrix = bending.matrix(garment, k_bend)
     rows = EllMatrix.from_scipy(matrix, device)
 
     def add_gradient(x: wp.array, gradient: wp.array) -> None:

@@ -26,7 +26,7 @@ class EnergyMeter:
     """Prepared for one simulation."""
 
     def __init__(self, sim: Simulation) -> None:
-        garment, fabric = sim.scene.garment, sim.scene.fabric
+        garment, fabrics = sim.scene.garment, sim.scene.fabric_of_face()
         effects = {type(effect): effect for effect in sim.scene.effects}
         gravity, limit, pins = effects.get(Gravity), effects.get(StrainLimit), effects.get(Pins)
         self.sim = sim
@@ -34,7 +34,9 @@ class EnergyMeter:
         self.acceleration = np.array(gravity.acceleration) if isinstance(gravity, Gravity) else np.zeros(3)
         self.limit_stiffness = limit.stiffness if isinstance(limit, StrainLimit) else 0.0
         self.pins = pins if isinstance(pins, Pins) else None
-        self.bending = bending.matrix(garment, np.full(len(garment.faces), fabric.k_bend))
+        self.bending = bending.matrix(garment, np.array([fabric.k_bend for fabric in fabrics]))
+        self.stiffness = np.array([(f.k_warp, f.k_weft, f.k_shear) for f in fabrics]).T
+        self.limits = np.array([[f.strain_limit] for f in fabrics])
         self.gradients, self.area = garment.corner_gradients(), garment.signed_areas()
         self.places = self._places()
         self.surface = sim.body_positions().astype(np.float64)
@@ -46,15 +48,15 @@ class EnergyMeter:
 
     def elastic(self, x: np.ndarray) -> float:
         """J of membrane, strain limit and bending at x (N, 3) m."""
-        fabric = self.sim.scene.fabric
+        k_u, k_v, k_s = self.stiffness
         f = np.einsum("tia,tid->tad", x[self.sim.scene.garment.faces], self.gradients)
         c = np.einsum("tad,tae->tde", f, f)
         half, radius = 0.5 * (c[:, 0, 0] + c[:, 1, 1]), np.hypot(0.5 * (c[:, 0, 0] - c[:, 1, 1]), c[:, 0, 1])
         s = np.sqrt(np.maximum(np.column_stack([half - radius, half + radius]), 0))
         stretch = np.sqrt(np.column_stack([c[:, 0, 0], c[:, 1, 1]])) - 1
-        along = np.array([fabric.k_warp, fabric.k_weft]) - fabric.k_shear
-        density = fabric.k_shear * ((s - 1) ** 2).sum(1) + (stretch**2) @ along
-        density += self.limit_stiffness * (np.maximum(s - fabric.strain_limit, 0) ** 2).sum(1)
+        along = np.column_stack([k_u - k_s, k_v - k_s])
+        density = k_s * ((s - 1) ** 2).sum(1) + (along * stretch**2).sum(1)
+        density += self.limit_stiffness * (np.maximum(s - self.limits, 0) ** 2).sum(1)
         y = x - x.mean(0)
         return 0.5 * float(self.area @ density) + 0.5 * float((y * (self.bending @ y)).sum())
 

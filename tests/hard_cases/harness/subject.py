@@ -53,7 +53,7 @@ class Simulated:
         self.run, self.sim, self.heard = run, sim, heard
         self.faces, self.uv_corners = garment.faces, garment.uv_corners
         self.body_faces = np.zeros((0, 3), np.int32) if sim.scene.body is None else sim.scene.body.faces
-        self.strain_limits = np.full(len(garment.faces), sim.scene.fabric.strain_limit)
+        self.strain_limits = np.array([fabric.strain_limit for fabric in sim.scene.fabric_of_face()])
         self.total_mass = float(sim.mass.sum())
         self.meter = EnergyMeter(sim)
         self.done = 0.0

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
-from harness.kit import JERSEY, laid, on_body, rippled, square, turned
+from dataclasses import replace
+
+import numpy as np
+from harness.kit import JERSEY, hard, laid, on_body, rippled, square, turned
 from harness.obstacles import corner
 from harness.scene import Ask, HardScene, Run
-from small_scenes import fabric, rigid_body
+from small_scenes import STILL, fabric, rigid_body
+
+from tryon_solver.geometry.garment import Garment
+from tryon_solver.scene import Scene
+from tryon_solver.simulation import build
 
 
 def draped(ask: Ask, **values: float) -> Run:
@@ -44,7 +51,32 @@ def weighing(times: float) -> HardScene:
     )
 
 
+def unlike(ask: Ask, left: dict[str, float], right: dict[str, float]) -> Run:
+    """A square whose halves have some of jersey's values so many times."""
+    garment, x = square(ask.vertices, 0.3)
+    side = (garment.uv_corners.mean(1)[:, 0] > 0).astype(np.int32)
+    halves = Garment(garment.faces, garment.uv_corners, side, garment.vertex_count)
+    fabrics = tuple(
+        replace(JERSEY, name=name, **{value: t * getattr(JERSEY, value) for value, t in times.items()})
+        for name, times in (("left", left), ("right", right))
+    )
+    x = turned(rippled(x, 2e-3), 0.3) + [0.004, 0.014, 0.003]
+    scene = Scene(halves, x, rigid_body(*corner(0.2, 4)), JERSEY, panel_fabrics=fabrics)
+    return laid(build(scene, hard(ask.settings), ask.device, STILL), stops=1.5)
+
+
+STIFF = {"k_warp": 1e6, "k_weft": 1e6, "k_shear": 1e6}
+
 SCENES = (
+    HardScene(
+        "stretch_ratio_1e6", "one half of a cloth stretches a million times less", lambda ask: unlike(ask, {}, STIFF)
+    ),
+    HardScene(
+        "weight_ratio_1e6",
+        "one half of a cloth weighs 18 mg/m^2, the other 18 kg/m^2",
+        lambda ask: unlike(ask, {"areal_density": 1e-4}, {"areal_density": 1e2}),
+    ),
+    HardScene("bending_ratio_1e6", "one half of a cloth is a board", lambda ask: unlike(ask, {}, {"k_bend": 1e6})),
     *(bent(times) for times in (0.0, 1e2, 1e4)),
     *(stretched(times) for times in (1e-2, 1e3)),
     *(weighing(times) for times in (1e-2, 1e2)),

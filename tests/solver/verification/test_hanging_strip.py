@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from small_scenes import fabric, sheet
 
+from tryon_solver.geometry.garment import Garment
 from tryon_solver.scene import AirDrag, Gravity, Pins, Scene, StrainLimit
 from tryon_solver.simulation import build
 
@@ -70,3 +71,35 @@ def test_strain_limit_holds_where_the_fabric_alone_would_not():
     sunk = np.cumsum(stretch) * LENGTH / 4001
     expected = np.interp(depth, np.linspace(0, LENGTH, 4001), sunk)
     np.testing.assert_allclose((start - rest)[:, 1], expected, rtol=0, atol=0.01 * expected.max())
+
+
+def test_panels_of_different_fabrics_stretch_by_their_own_stiffness():
+    """The upper half ten times as stiff as the lower, which is three times as heavy: each sinks by its own tension."""
+    stiff, soft, heavy = 400.0, 40.0, 3.0
+    values = {"strain_limit": 3.0, "k_bend": 1e-6}
+    upper = fabric(areal_density=DENSITY, k_warp=3 * stiff, k_weft=stiff, k_shear=0.4 * stiff, **values)
+    lower = fabric(areal_density=heavy * DENSITY, k_warp=3 * soft, k_weft=soft, k_shear=0.4 * soft, **values)
+    garment, flat = sheet(5, 21, 0.08, LENGTH)
+    panel = (garment.uv_corners.mean(1)[:, 1] < 0).astype(np.int32)
+    halves = Garment(garment.faces, garment.uv_corners, panel, garment.vertex_count)
+    x = np.column_stack([flat[:, 0], -flat[:, 2], 0 * flat[:, 0]])
+    top = np.flatnonzero(x[:, 1] > LENGTH / 2 - 1e-6).astype(np.int32)
+    effects = (Gravity(), AirDrag(2.0), Pins(top, 1e5))
+    sim = build(Scene(halves, x, None, upper, effects, panel_fabrics=(upper, lower)))
+    for k in range(180):
+        sim.advance(None, (k + 1) / 60)
+    assert sim.mass.sum() == pytest.approx(0.5 * (1 + heavy) * DENSITY * LENGTH * 0.08)
+    sunk = (x - sim.cloth_positions())[:, 1]
+    half, load = 0.5 * LENGTH, DENSITY * G
+    middle, bottom = (np.abs(x[:, 1] - y) < 1e-6 for y in (0.0, -half))
+    first = load * half * (heavy * half + 0.5 * half) / stiff
+    assert sunk[middle].mean() == pytest.approx(first, rel=5e-3)
+    assert sunk[bottom].mean() == pytest.approx(first + load * heavy * half**2 / (2 * soft), rel=5e-3)
+
+
+def test_fabrics_of_panels_are_checked():
+    garment, x = sheet(3, 3, 0.1, 0.1)
+    with pytest.raises(ValueError, match="2 fabrics for 1 panels"):
+        Scene(garment, x, None, fabric(), (), panel_fabrics=(fabric(), fabric()))
+    with pytest.raises(ValueError, match="thickness of panel 0"):
+        Scene(garment, x, None, fabric(), (), panel_fabrics=(fabric(thickness=1e-4),))

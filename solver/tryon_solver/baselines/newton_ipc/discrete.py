@@ -77,6 +77,8 @@ class Discrete:
         garment, fabric = scene.garment, scene.fabric
         if garment.group is not None:
             raise ValueError("the reference takes garments whose seams are closed")
+        if scene.panel_fabrics:
+            raise ValueError("the reference takes garments of one fabric")
         known = (Gravity, BodyContact, SelfContact, Friction, StrainLimit, AirDrag, FabricDamping)
         effects = {type(effect): effect for effect in scene.effects}
         for kind in effects:
