@@ -179,8 +179,8 @@ class Scene:
                 own, all_ = getattr(fabric, name), getattr(self.fabric, name)
                 if own != all_:
                     raise ValueError(
-                        f"panel_fabrics: {name} of panel {panel} is {own}, the scene's fabric has {all_}; contact knows "
-                        "one for all panels"
+                        f"panel_fabrics: {name} of panel {panel} is {own}, the scene's fabric has {all_}; contact "
+                        "knows one for all panels"
                     )
 
     def fabric_of_face(self) -> list[Fabric]:
