@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from contact_scenes import tube
 from small_scenes import fabric, sheet, turn
 
-from tryon_solver.scene import AirDrag, Gravity, Scene, StrainLimit
+from tryon_solver.scene import AirDrag, Gravity, Scene, SelfContact, StrainLimit
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
 
@@ -49,9 +50,21 @@ def test_drag_slows_a_fall_to_its_terminal_speed():
     assert speed == pytest.approx(G * drape.fabric.areal_density / coefficient, rel=1e-3)
 
 
-def moving_strained_sheet():
-    """A sheet stretched unevenly, spinning and drifting: inner forces only."""
-    drape = scene((StrainLimit(),))
+def sewn_tube():
+    """A garment with a seam, that may touch itself."""
+    garment, x = tube(20, 13, 0.08, 0.3)
+    return Scene(garment, x @ turn((25, 40, 10)).T, None, fabric(), (StrainLimit(), SelfContact()))
+
+
+def loose_sheet():
+    """A square."""
+    return scene((StrainLimit(),))
+
+
+@pytest.fixture(params=[loose_sheet, sewn_tube])
+def strained(request):
+    """Cloth stretched unevenly, spinning and drifting: inner forces only."""
+    drape = request.param()
     sim = build(drape)
     x = drape.x_start
     centre = x.mean(0)
@@ -62,9 +75,9 @@ def moving_strained_sheet():
     return sim
 
 
-def test_inner_forces_conserve_momentum():
+def test_inner_forces_conserve_momentum(strained):
     """Every inner force has its counterforce: sum m v stays, whatever the solve's budget leaves undone."""
-    sim = moving_strained_sheet()
+    sim = strained
     mass = sim.mass[:, None]
     first = (mass * sim.state.v.numpy()).sum(0)
     scale = (mass * np.abs(sim.state.v.numpy())).sum()
@@ -77,9 +90,9 @@ def test_inner_forces_conserve_momentum():
     np.testing.assert_allclose(momentum, first, rtol=0, atol=3e-4 * scale)
 
 
-def test_angular_momentum_decays_as_implicit_euler_says():
+def test_angular_momentum_decays_as_implicit_euler_says(strained):
     """L_{n+1} = L_n + dt sum m v_{n+1} x v_n for any inner force without torque about x_{n+1}."""
-    sim = moving_strained_sheet()
+    sim = strained
     mass = sim.mass[:, None]
 
     def angular():
