@@ -21,7 +21,7 @@ def saying(name, text, status):
 
 
 def test_errands_run_beside_each_other_and_their_words_are_told(tmp_path):
-    quiet = saying("all well", "os.environ['GIVEN']", 0)
+    quiet = saying("all well", "'Module a.b load on device cpu took 1 ms\\n' + os.environ['GIVEN']", 0)
     quiet = Errand(quiet.name, quiet.command, (("GIVEN", "| a row |"),))
     results = Pool(tmp_path, 2).run([quiet, saying("a limit", "'over by a lot'", 1)])
     assert [result["failure"] for result in results] == ["", "exit status 1: over by a lot"]

@@ -10,6 +10,7 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[3]
 SCENES = ("damped square", "square", "sleeve", "strip below mu", "strip above mu", "sheets")  # of tests/reference
 LONG_RUN = "300"  # frames
+WARPS_OWN = ("Module ", "Warp ", " ")  # lines about kernels and devices begin so
 
 
 @dataclass(frozen=True)
@@ -22,7 +23,7 @@ class Errand:
 
     def result(self, status: int, log: str) -> dict[str, Any]:
         """As a case's: what it printed, and a failure when it ended with another status than 0."""
-        lines = [line for line in log.splitlines() if line.strip()]
+        lines = [line for line in log.splitlines() if line.strip() and not line.startswith(WARPS_OWN)]
         failure = "" if status == 0 else f"exit status {status}: {lines[-1] if lines else 'it said nothing'}"
         return {"errand": self.name, "said": lines, "failure": failure}
 
