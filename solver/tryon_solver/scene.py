@@ -51,8 +51,8 @@ class AirDrag:
 
     A plate broadside on feels 1/2 rho c_d v per speed: with c_d 1.2 to 2 that is 1.0 to 1.7 N s/m^3 at walking speed,
     1.4 m/s. A hem swings more slowly, but to and fro, for which c_d is several times as large (Keulegan and Carpenter
-    1958). Within these bounds the default is measured: a dress whose wearer stops dead no longer strikes the legs half
-    a second later (docs/measured.md).
+    1958). Within these bounds the default is measured: half a second after its wearer stopped dead, a dress swings half
+    as fast as with 0.5 N s/m^3, a second after a fifth (docs/measured.md).
     """
 
     coefficient: float = 1.25
