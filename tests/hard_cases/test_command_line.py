@@ -1,0 +1,77 @@
+"""`python tests/hard_cases`: what it lists, what it writes, and the status it ends with."""
+
+import importlib.util
+import json
+import sys
+from pathlib import Path
+
+import pytest
+from process_pool import Tasks
+from scenes import SCENES
+
+FOLDER = Path(__file__).resolve().parent
+
+
+@pytest.fixture(scope="module")
+def command_line():
+    """The command line as a module."""
+    spec = importlib.util.spec_from_file_location("hard_cases_main", FOLDER / "__main__.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def saying(words, status=0, file=None, text="{}"):
+    """A command that prints, perhaps writes a file, and ends."""
+    write = f"import pathlib; pathlib.Path({str(file)!r}).write_text({text!r});" if file else ""
+    return [sys.executable, "-c", f"import sys; {write} print({words!r}); sys.exit({status})"]
+
+
+def test_tasks_that_write_fail_and_linger(tmp_path):
+    (tmp_path / "dies.json").write_text('{"left": "by an earlier run"}')
+    told = []
+    results = Tasks(tmp_path, 2, longest=8.0).run(
+        {
+            "lingers": [sys.executable, "-c", "import time; time.sleep(60)"],
+            "writes": saying("done", file=tmp_path / "writes.json", text='{"x": 1}'),
+            "dies": saying("out of room", status=3),
+        },
+        lambda name, _result: told.append(name),
+    )
+    assert list(results) == ["lingers", "writes", "dies"]
+    assert results["writes"] == {"x": 1}
+    assert results["dies"] == {"failure": "ended with status 3: out of room"}
+    assert results["lingers"]["failure"].startswith("ended with status")
+    assert sorted(told) == sorted(results)
+
+
+def test_every_case_is_listed_with_what_it_stresses(command_line, capsys):
+    assert command_line.main(["--list"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines] == [scene.name for scene in SCENES]
+    assert all(len(line.split()) > 3 for line in lines)
+
+
+def test_a_name_that_no_case_has_is_told(command_line, capsys):
+    assert command_line.main(["--scenes", "nothing_of_the_kind"]) == 2
+    assert "no case is called nothing_of_the_kind" in capsys.readouterr().err
+
+
+def test_a_case_runs_in_a_process_of_its_own_and_is_written_down(command_line, tmp_path, capsys):
+    chosen = ["--scenes", "unreferenced", "--out", str(tmp_path), "--vertices", "60", "--seconds", "0.1"]
+    assert command_line.main(chosen) == 0
+    result = json.loads((tmp_path / "unreferenced_vertex.json").read_text())
+    assert "is in no triangle" in result["refused"]
+    assert "unreferenced_vertex: refused by name" in capsys.readouterr().out
+    table = (tmp_path / "table.md").read_text()
+    assert "1 of 1 cases hold" in table
+    assert "| unreferenced_vertex |" in table
+
+
+def test_a_broken_limit_ends_in_status_one_with_case_frame_and_figure(command_line, tmp_path, capsys, monkeypatch):
+    line = "cloth through cloth: 1 (frame 7) against 0, in 1 frames, first 7"
+    found = {"failure": "", "broken": [{"line": line}]}
+    monkeypatch.setattr(command_line.Tasks, "run", lambda _self, commands, _told: dict.fromkeys(commands, found))
+    assert command_line.main(["--scenes", "needle", "--out", str(tmp_path)]) == 1
+    assert "failing: needle" in capsys.readouterr().out
+    assert line in (tmp_path / "table.md").read_text()
