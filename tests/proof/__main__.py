@@ -34,7 +34,12 @@ OURS = [
 sys.path[:0] = OURS  # this checkout is judged, whatever is installed
 
 from case import GARMENTS, MOTIONS, Case, LiveCase, case_of, is_of_meshes  # noqa: E402
-from errand import Errand, long_determinism, reference_scenes  # noqa: E402
+from errand import (  # noqa: E402
+    Errand,
+    long_determinism,
+    momentum_symmetries_and_closed_forms,
+    reference_scenes,
+)
 from pool import Job, Pool  # noqa: E402
 from table import markdown  # noqa: E402
 
@@ -79,7 +84,8 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
     strangers = "also the T-shirt in every BVH file there, once, and every pattern in walk and squat"
     add("--strangers", type=Path, metavar="FOLDER", help=strangers)
     add("--only-strangers", action="store_true", help="these alone")
-    add("--whole", action="store_true", help="also meshes of a script, contact against a reference, equal bytes")
+    whole = "also meshes of a script, contact against a reference, momentum, symmetries, closed forms, equal bytes"
+    add("--whole", action="store_true", help=whole)
     add("--fabric", default="cotton_jersey")
     add("--fps", type=float, default=60.0)
     add("--lead", type=float, default=1.0, metavar="S", help="time in which the body is led into the motion [s]")
@@ -136,7 +142,7 @@ def cases(options: argparse.Namespace) -> list[Case]:
 
 def errands(options: argparse.Namespace) -> list[Errand]:
     """What else there is to show: the longest first, so that they end with the cases."""
-    return [*reference_scenes(options.out.resolve()), long_determinism()]
+    return [*reference_scenes(options.out.resolve()), momentum_symmetries_and_closed_forms(), long_determinism()]
 
 
 def mesh_cases(options: argparse.Namespace) -> list[Case]:

@@ -4,7 +4,7 @@ import sys
 
 import numpy as np
 import pytest
-from errand import LONG_RUN, Errand, long_determinism, reference_scenes
+from errand import LONG_RUN, ROOT, Errand, long_determinism, momentum_symmetries_and_closed_forms, reference_scenes
 from mesh_case import script, stance_at
 from pool import Pool
 from table import markdown
@@ -41,6 +41,10 @@ def test_the_whole_proof_has_every_scene_of_the_reference_and_the_long_run(tmp_p
     commands = [errand.command for errand in reference_scenes(tmp_path)]
     assert sorted(command[command.index("--scenes") + 1] for command in commands) == sorted(SCENES)
     assert long_determinism().environment == (("TRYON_FRAMES", LONG_RUN),)
+    for errand in (long_determinism(), momentum_symmetries_and_closed_forms()):
+        files = [word for word in errand.command if word.endswith(".py")]
+        assert files
+        assert all((ROOT / file).is_file() for file in files)
 
 
 def test_a_strangers_body_and_the_bones_that_moved_it_keep_the_same_time(tmp_path):

@@ -10,6 +10,9 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[3]
 SCENES = ("damped square", "square", "sleeve", "strip below mu", "strip above mu", "sheets")  # of tests/reference
 LONG_RUN = "300"  # frames
+VERIFICATION = "tests/solver/verification"
+# momentum in free flight; turned, shifted, mirrored, CPU against CUDA where there is one; physics of closed forms
+SHOWN_BY_TESTS = ("free_flight", "symmetries", "hanging_strip", "oscillation", "coulomb", "reference_closed_forms")
 WARPS_OWN = ("Module ", "Warp ", " ")  # lines about kernels and devices begin so
 
 
@@ -41,9 +44,17 @@ def reference_scenes(out: Path) -> list[Errand]:
 
 def long_determinism() -> Errand:
     """Runs of one scene held to each other, byte by byte, over 300 frames."""
-    test = "tests/solver/verification/test_determinism.py"
     return Errand(
-        f"equal bytes over {LONG_RUN} frames",
-        (sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", test),
-        (("TRYON_FRAMES", LONG_RUN),),
+        f"equal bytes over {LONG_RUN} frames", pytest_of("determinism"), (("TRYON_FRAMES", LONG_RUN),)
     )
+
+
+def momentum_symmetries_and_closed_forms() -> Errand:
+    """What holds for any right solver, shown by tests."""
+    return Errand("momentum, symmetries, closed forms", pytest_of(*SHOWN_BY_TESTS))
+
+
+def pytest_of(*names: str) -> tuple[str, ...]:
+    """The command that runs these files of the solver's verification."""
+    files = (f"{VERIFICATION}/test_{name}.py" for name in names)
+    return (sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *files)
