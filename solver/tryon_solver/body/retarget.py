@@ -117,19 +117,23 @@ class _Source:
 
 
 def _axes(clip: BvhClip, parts: SkeletonParts) -> np.ndarray:
-    """(3, 3): rows are the body's left, up and forward in the clip's axes, each a signed coordinate axis."""
+    """(3, 3): orthonormal rows, the body's left, up and forward at rest in the clip's axes.
+
+    Up is a coordinate axis, since a trunk that leans at rest is still measured from the vertical. The facing is the
+    rest pose's own, square to the line of its hips and shoulders: a skeleton may stand at any angle about the vertical.
+    """
     rest, joints = clip.rest_positions(), parts.joints
     left = rest[joints["left_thigh"]] - rest[joints["right_thigh"]]
     left = left + rest[joints["left_upper_arm"]] - rest[joints["right_upper_arm"]]
     up = rest[joints["left_upper_arm"]] + rest[joints["right_upper_arm"]]
     up = up - rest[joints["left_foot"]] - rest[joints["right_foot"]]
-    rows = []
-    for direction in (left, up):
-        axis = int(np.abs(direction).argmax())
-        rows.append(np.sign(direction[axis]) * np.eye(3)[axis])
-    if rows[0] @ rows[1] != 0.0 or not (rows[0].any() and rows[1].any()):
-        raise RetargetError("the rest pose does not stand along a coordinate axis; export it in a T or A pose")
-    return np.stack([*rows, np.cross(*rows)])
+    axis = int(np.abs(up).argmax())
+    upward = np.sign(up[axis]) * np.eye(3)[axis]
+    level = left - (left @ upward) * upward
+    width = float(np.linalg.norm(level))
+    if not upward.any() or width < SHORTEST_BONE or abs(left @ upward) > width:
+        raise RetargetError("the rest pose does not stand upright; export it in a T or A pose")
+    return np.stack([level / width, upward, np.cross(level / width, upward)])
 
 
 def _trunk(source: _Source, rest: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

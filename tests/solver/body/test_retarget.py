@@ -156,21 +156,36 @@ def test_captured_people_stand_as_upright_as_they_stood(body: BodyModel) -> None
         assert away < 4.0, f"{path.name}: {away:.1f} degrees"
 
 
-def test_source_with_z_up_gives_the_same_motion(body: BodyModel) -> None:
-    clip = read(DEMO_MOTIONS / "squat.bvh")
-    to_z_up = quaternions.from_axis_angle(np.array([1.0, 0.0, 0.0]), np.pi / 2)
-    turned = BvhClip(
+def in_other_axes(clip: BvhClip, axis: tuple[float, float, float], degrees: float) -> BvhClip:
+    """The clip turned: rest pose, bones and motion turned as a whole."""
+    turn = quaternions.from_axis_angle(np.array(axis), np.radians(degrees))
+    return BvhClip(
         clip.joint_names,
         clip.parents,
-        quaternions.rotate(to_z_up, clip.offsets),
-        {joint: quaternions.rotate(to_z_up, tip) for joint, tip in clip.end_sites.items()},
-        quaternions.rotate(to_z_up, clip.positions),
-        quaternions.multiply(quaternions.multiply(to_z_up, clip.rotations), quaternions.conjugate(to_z_up)),
+        quaternions.rotate(turn, clip.offsets),
+        {joint: quaternions.rotate(turn, tip) for joint, tip in clip.end_sites.items()},
+        quaternions.rotate(turn, clip.positions),
+        quaternions.multiply(quaternions.multiply(turn, clip.rotations), quaternions.conjugate(turn)),
         clip.dt,
     )
-    one, other = retarget(clip, body), retarget(turned, body)
-    np.testing.assert_allclose(one.roots, other.roots, atol=1e-9)
-    np.testing.assert_allclose(quaternions.to_matrix(one.rotations), quaternions.to_matrix(other.rotations), atol=1e-9)
+
+
+def assert_same_motion(body: BodyModel, clip: BvhClip, other: BvhClip) -> None:
+    one, same = retarget(clip, body), retarget(other, body)
+    np.testing.assert_allclose(one.roots, same.roots, atol=1e-9)
+    np.testing.assert_allclose(quaternions.to_matrix(one.rotations), quaternions.to_matrix(same.rotations), atol=1e-9)
+
+
+def test_source_with_z_up_gives_the_same_motion(body: BodyModel) -> None:
+    clip = read(DEMO_MOTIONS / "squat.bvh")
+    assert_same_motion(body, clip, in_other_axes(clip, (1.0, 0.0, 0.0), 90.0))
+
+
+@pytest.mark.parametrize("degrees", [2.0, 35.0, 45.0, -80.0, 170.0])
+def test_source_that_faces_any_way_at_rest_gives_the_same_motion(body: BodyModel, degrees: float) -> None:
+    """Nobody walks crabwise: path and pelvis turn together, whatever the angle to the coordinate axes."""
+    clip = read(DEMO_MOTIONS / "walk.bvh")
+    assert_same_motion(body, clip, in_other_axes(clip, (0.0, 1.0, 0.0), degrees))
 
 
 def test_arms_are_turned_out_to_the_clearance(body: BodyModel) -> None:
