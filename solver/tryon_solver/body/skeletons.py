@@ -2,7 +2,8 @@
 
 Only the joints that no structure tells are looked up by name: pelvis, head, and per side upper arm, forearm, hand,
 thigh, shin, foot, toes. Spine, neck and clavicles are what lies between them. Names are compared without name space
-(`mixamorig:Hips`), capitals, underscores, dots, dashes and blanks.
+(`mixamorig:Hips`), the rig's prefix (`Bip01 L Thigh`, `DEF-thigh.L`), capitals, underscores, dots, dashes and blanks.
+A pelvis of another name is the joint at which legs, arms and head part.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import numpy as np
 SIDES = ("left", "right")
 LIMB_PARTS = ("upper_arm", "forearm", "hand", "thigh", "shin", "foot", "toes")
 OPTIONAL = {"left_toes", "right_toes"}
+RIG_PREFIX = re.compile(r"^(bip\d+[ _.-]|(def|org)-)")
 
 # Convention -> part -> accepted names. {side} is left/right, {s} is l/r; compared after `_plain`.
 CONVENTIONS: dict[str, dict[str, tuple[str, ...]]] = {
@@ -63,6 +65,39 @@ CONVENTIONS: dict[str, dict[str, tuple[str, ...]]] = {
         "foot": ("{s}foot",),
         "toes": ("{s}toes", "{s}Toe"),
     },
+    "3ds Max biped": {
+        "pelvis": ("Pelvis",),
+        "head": ("Head",),
+        "upper_arm": ("{s} UpperArm",),
+        "forearm": ("{s} Forearm",),
+        "hand": ("{s} Hand",),
+        "thigh": ("{s} Thigh",),
+        "shin": ("{s} Calf",),
+        "foot": ("{s} Foot",),
+        "toes": ("{s} Toe0",),
+    },
+    "Blender's Rigify": {
+        "pelvis": ("hips", "pelvis", "spine"),
+        "head": ("head", "spine.006"),
+        "upper_arm": ("upper_arm.{s}",),
+        "forearm": ("forearm.{s}",),
+        "hand": ("hand.{s}",),
+        "thigh": ("thigh.{s}",),
+        "shin": ("shin.{s}",),
+        "foot": ("foot.{s}",),
+        "toes": ("toe.{s}",),
+    },
+    "Unity": {
+        "pelvis": ("Hips",),
+        "head": ("Head",),
+        "upper_arm": ("{side}UpperArm",),
+        "forearm": ("{side}LowerArm",),
+        "hand": ("{side}Hand",),
+        "thigh": ("{side}UpperLeg",),
+        "shin": ("{side}LowerLeg",),
+        "foot": ("{side}Foot",),
+        "toes": ("{side}Toes", "{side}ToeBase"),
+    },
     "tryon": {
         "pelvis": ("pelvis",),
         "head": ("head",),
@@ -93,7 +128,7 @@ def find_parts(
     `names` maps parts ("pelvis", "left_forearm", ...) to source joints and goes before the conventions.
     Raises RetargetError naming every missing joint.
     """
-    joints = _named_joints(joint_names, dict(names or {}))
+    joints = _named_joints(joint_names, parents, dict(names or {}))
     to_left, to_right, to_head = (
         _ancestors(joints[part], parents) for part in ("left_upper_arm", "right_upper_arm", "head")
     )
@@ -113,7 +148,7 @@ def find_parts(
     return SkeletonParts(joints, tuple(reversed(spine)), tuple(reversed(neck)), clavicles)
 
 
-def _named_joints(joint_names: Sequence[str], names: dict[str, str]) -> dict[str, int]:
+def _named_joints(joint_names: Sequence[str], parents: np.ndarray, names: dict[str, str]) -> dict[str, int]:
     index = {name: k for k, name in enumerate(joint_names)}
     parts = ["pelvis", "head", *(f"{side}_{part}" for side in SIDES for part in LIMB_PARTS)]
     for part, joint in names.items():
@@ -134,6 +169,10 @@ def _named_joints(joint_names: Sequence[str], names: dict[str, str]) -> dict[str
             best, best_accepted = found, accepted
     best |= {part: index[joint] for part, joint in names.items()}
     missing = [part for part in parts if part not in best and part not in OPTIONAL]
+    if missing == ["pelvis"]:
+        parting = _parting(best, parents)
+        if parting is not None:
+            return {"pelvis": parting} | best
     if missing:
         wanted = "; ".join(f"{part} (expected {' or '.join(map(repr, best_accepted[part]))})" for part in missing)
         raise RetargetError(
@@ -141,6 +180,14 @@ def _named_joints(joint_names: Sequence[str], names: dict[str, str]) -> dict[str
             f"which one it is with names={{{missing[0]!r}: ...}}"
         )
     return best
+
+
+def _parting(joints: Mapping[str, int], parents: np.ndarray) -> int | None:
+    """The joint nearest to the limbs from which both legs, both arms and the head descend; None where there is none."""
+    ends = [joints[f"{side}_{part}"] for side in SIDES for part in ("thigh", "upper_arm")]
+    above = [set(_ancestors(end, parents)[1:]) for end in ends]
+    path = _ancestors(joints["head"], parents)[1:]
+    return next((joint for joint in path if all(joint in others for others in above)), None)
 
 
 def _accepted(convention: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
@@ -155,7 +202,7 @@ def _accepted(convention: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str,
 
 
 def _plain(name: str) -> str:
-    return re.sub(r"[^a-z0-9]", "", name.rsplit(":", 1)[-1].lower())
+    return re.sub(r"[^a-z0-9]", "", RIG_PREFIX.sub("", name.rsplit(":", 1)[-1].lower()))
 
 
 def _ancestors(joint: int, parents: np.ndarray) -> list[int]:

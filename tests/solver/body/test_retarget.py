@@ -226,6 +226,41 @@ def test_twist_of_the_hand_is_spread_along_the_forearm(body: BodyModel) -> None:
     assert change("left_hand") == pytest.approx(whole, abs=1e-6)
 
 
+def names_of_3ds_max(prefix: str) -> dict[str, str]:
+    """Patterns of our names -> those of a biped."""
+    middle = {
+        "Hips": "Pelvis",
+        "Spine": "Spine",
+        "Spine1": "Spine1",
+        "Spine2": "Spine2",
+        "Neck": "Neck",
+        "Head": "Head",
+    }
+    limbs = {"Shoulder": "Clavicle", "Arm": "UpperArm", "ForeArm": "Forearm", "Hand": "Hand", "HandMiddle1": "Finger2"}
+    limbs |= {"UpLeg": "Thigh", "Leg": "Calf", "Foot": "Foot", "ToeBase": "Toe0"}
+    blank = prefix[-1]
+    sided = {
+        f"{side}{ours}": f"{side[0]}{blank}{theirs}" for side in ("Left", "Right") for ours, theirs in limbs.items()
+    }
+    return {rf"(?<=(?:ROOT|OINT) ){ours}$": prefix + theirs for ours, theirs in (middle | sided).items()}
+
+
+def names_of_rigify(prefix: str) -> dict[str, str]:
+    """Patterns of our names -> those of Blender's Rigify, whose pelvis is called spine and whose head spine.006."""
+    middle = {"Hips": "spine", "Spine": "spine.001", "Spine1": "spine.002", "Spine2": "spine.003"}
+    middle |= {"Neck": "spine.004", "Head": "spine.006"}
+    limbs = {
+        "Shoulder": "shoulder",
+        "Arm": "upper_arm",
+        "ForeArm": "forearm",
+        "Hand": "hand",
+        "HandMiddle1": "f_middle",
+    }
+    limbs |= {"UpLeg": "thigh", "Leg": "shin", "Foot": "foot", "ToeBase": "toe"}
+    sided = {f"{side}{ours}": f"{theirs}.{side[0]}" for side in ("Left", "Right") for ours, theirs in limbs.items()}
+    return {rf"(?<=(?:ROOT|OINT) ){ours}$": prefix + theirs for ours, theirs in (middle | sided).items()}
+
+
 @pytest.mark.parametrize(
     ("convention", "renamed"),
     [
@@ -244,17 +279,42 @@ def test_twist_of_the_hand_is_spread_along_the_forearm(body: BodyModel) -> None:
                 r"\b(Left|Right)ToeBase\b": r"\1_foot",
             },
         ),
+        ("3ds Max biped", names_of_3ds_max("Bip01 ")),
+        ("3ds Max biped, underscores", names_of_3ds_max("Bip001_")),
+        ("Rigify", names_of_rigify("")),
+        ("Rigify's deforming bones", names_of_rigify("DEF-")),
+        (
+            "Unity",
+            {
+                r"\b(Left|Right)(Arm|Leg)\b": r"\1Lower\2",
+                r"\b(Left|Right)LowerArm\b": r"\1UpperArm",
+                r"\b(Left|Right)ForeArm\b": r"\1LowerArm",
+                r"\b(Left|Right)UpLeg\b": r"\1UpperLeg",
+                r"\b(Left|Right)ToeBase\b": r"\1Toes",
+            },
+        ),
+        ("a root of another name", {r"\bHips\b": "Character1_Reference"}),
     ],
 )
 def test_other_naming_conventions_give_the_same_motion(body: BodyModel, convention: str, renamed: dict) -> None:
     text = (DEMO_MOTIONS / "squat.bvh").read_text()
     other = text
     for pattern, replacement in renamed.items():
-        other = re.sub(pattern, replacement, other)
+        other = re.sub(pattern, replacement, other, flags=re.MULTILINE)
     assert other != text, convention
     np.testing.assert_allclose(
         retarget(parse_bvh(other), body).rotations, retarget(parse_bvh(text), body).rotations, atol=1e-12
     )
+
+
+def test_a_root_without_the_trunk_is_not_taken_for_the_pelvis() -> None:
+    clip = read(DEMO_MOTIONS / "squat.bvh")
+    names = tuple("Middle" if name == "Hips" else name for name in clip.joint_names)
+    assert find_parts(names, clip.parents).joints["pelvis"] == 0
+    apart = clip.parents.copy()
+    apart[clip.joint_names.index("LeftUpLeg")] = -1
+    with pytest.raises(RetargetError, match="lacks a joint for: pelvis"):
+        find_parts(names, apart)
 
 
 def test_missing_joint_is_named_with_what_was_expected(body: BodyModel) -> None:
