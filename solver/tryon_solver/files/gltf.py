@@ -227,18 +227,71 @@ class _Parser:
             inverse = np.tile(np.eye(4), (count, 1, 1))
             if "inverseBindMatrices" in skin:
                 inverse = self.accessor(skin["inverseBindMatrices"]).reshape(-1, 4, 4).transpose(0, 2, 1)
-            scene.skins.append((list(skin["joints"]), inverse))
+            joints = list(skin["joints"])
+            self.refuse_beyond(np.array(joints), len(nodes), f"skin {len(scene.skins)}", "node")
+            if len(inverse) != count:
+                raise self.fault(f"it has {len(inverse)} bind matrices for {count} joints", f"skin {len(scene.skins)}")
+            scene.skins.append((joints, inverse))
         for k, node in enumerate(nodes):
             if "mesh" in node:
                 mesh = document["meshes"][node["mesh"]]
                 for primitive in mesh["primitives"]:
                     if primitive.get("mode", TRIANGLES) == TRIANGLES:
                         scene.primitives.append(self.primitive(primitive, mesh, node, k))
+                        self.refuse_unfit(scene, scene.primitives[-1])
         if not scene.primitives:
             raise MeshFileError("it has no triangles", self.name, AGAIN)
         for animation in document.get("animations", [])[:1]:
             scene.channels += [self.channel(animation, channel) for channel in animation["channels"]]
+        self.refuse_unfit_channels(scene)
         return scene
+
+    def fault(self, message: str, place: str) -> MeshFileError:
+        return MeshFileError(message, f"{self.name}, {place}", AGAIN)
+
+    def refuse_beyond(self, ids: np.ndarray, count: int, place: str, what: str) -> None:
+        """Raises MeshFileError when one of these ids is none of 0 to count - 1."""
+        wrong = np.argwhere((ids < 0) | (ids >= count))
+        if len(wrong):
+            value = int(ids[tuple(wrong[0])])
+            raise self.fault(f"it refers to {what} {value}, a {what} that is not there; there are {count}", place)
+
+    def refuse_unfit(self, scene: GltfScene, primitive: _Primitive) -> None:
+        """Raises MeshFileError when the vertices of a primitive don't fit each other or its skin."""
+        count = len(primitive.positions)
+        place = f"mesh {primitive.name!r}"
+        self.refuse_beyond(primitive.faces, count, f"{place}, a triangle", "vertex")
+        if primitive.positions.shape[1] != 3:
+            raise self.fault(f"its positions have {primitive.positions.shape[1]} numbers each, not 3", place)
+        for values, key in (
+            (primitive.uv, "TEXCOORD_0"), (primitive.joints, "JOINTS_0"), (primitive.weights, "WEIGHTS_0")
+        ):
+            if values is not None and len(values) != count:
+                raise self.fault(f"it has {len(values)} values for {count} vertices", f"{place}, {key}")
+        if primitive.skin is None or primitive.joints is None or primitive.weights is None:
+            return
+        self.refuse_beyond(np.array([primitive.skin]), len(scene.skins), place, "skin")
+        if primitive.weights.shape != primitive.joints.shape:
+            raise self.fault("its joints and weights are of different numbers", f"{place}, JOINTS_0 and WEIGHTS_0")
+        joint_count = len(scene.skins[primitive.skin][0])
+        wrong = np.flatnonzero(((primitive.joints < 0) | (primitive.joints >= joint_count)).any(axis=1))
+        if len(wrong):
+            self.refuse_beyond(primitive.joints[wrong[0]], joint_count, f"{place}, JOINTS_0[{wrong[0]}]", "joint")
+
+    def refuse_unfit_channels(self, scene: GltfScene) -> None:
+        """Raises MeshFileError when an animation moves what is not there, or not as it can be moved."""
+        morphs = {primitive.node: len(primitive.targets) for primitive in scene.primitives}
+        for k, channel in enumerate(scene.channels):
+            place = f"animation 0, channel {k}"
+            self.refuse_beyond(np.array([channel.node]), len(scene.parents), place, "node")
+            widths = {"translation": 3, "rotation": 4, "scale": 3, "weights": morphs.get(channel.node)}
+            if channel.path not in widths:
+                raise self.fault(f"it animates {channel.path!r}, which is not read", place)
+            width, found = widths[channel.path], channel.values.shape[-1]
+            if width is not None and width != found:
+                raise self.fault(f"a {channel.path} of {width} numbers is animated by {found}", place)
+            if not len(channel.times) or (np.diff(channel.times) < 0).any():
+                raise self.fault("its times go back from key to key", place)
 
     def primitive(self, primitive: dict[str, Any], mesh: dict[str, Any], node: dict[str, Any], k: int) -> _Primitive:
         attributes = primitive["attributes"]
@@ -247,8 +300,6 @@ class _Parser:
             faces = self.accessor(primitive["indices"]).astype(np.int64).reshape(-1, 3)
         else:
             faces = np.arange(len(positions)).reshape(-1, 3)
-        if faces.size and faces.max() >= len(positions):
-            raise MeshFileError("a triangle refers to a vertex that is not there", self.name, AGAIN)
         skin = node.get("skin") if "JOINTS_0" in attributes else None
         joints = weights = None
         if skin is not None:

@@ -24,6 +24,7 @@ from tryon_solver.body.mesh_sequence import MeshSequence, make_sequence
 from tryon_solver.contact.crossings import CrossingSearch
 from tryon_solver.files.convention import GLTF, Convention, Told, find_for_body
 from tryon_solver.files.gltf import parse_glb
+from tryon_solver.files.npz_frames import FRAME_KEYS, read_npz, refuse_rate
 from tryon_solver.files.obj import parse_obj, parse_positions
 from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.geometry.boundary_loops import boundary_loops
@@ -39,7 +40,6 @@ UNPACKED_MAX = 2**30  # bytes of OBJ text in an archive
 GLB_DT = 1 / 60  # s, a skinned animation is sampled so often
 USUAL_FPS = 30.0  # of a folder of frames, when nobody says
 SAME_THROUGHOUT = 1e-3  # m, vertices welded in the first frame stay so close in all
-FRAME_KEYS = (("vertices", "faces"), ("body", "body_faces"))  # in an .npz; the second is what tryon simulate writes
 STANDS = "it stands still"
 LOOKED_AT = 12  # frames in which crossings are counted
 REMESH_ROUNDS = 4
@@ -108,6 +108,8 @@ def read_mesh_body(path: Path, told: Told = Told(), fps: float | None = None) ->
 def read_frames(path: Path, told: Told = Told(), fps: float | None = None) -> RawFrames:  # noqa: B008
     """The moving mesh of a file or folder as it is. Raises MeshFileError."""
     kind = kind_of(path)
+    if fps is not None:
+        refuse_rate(fps, f"{path.name}, --body-fps", "Say how many frames a second were recorded")
     if kind == "folder":
         files = sorted(path.glob("*.obj"), key=lambda file: _by_number(file.name))
         raw = _read_objs(path.name, [(f"{path.name}/{file.name}", file.read_bytes) for file in files], told, fps)
@@ -122,7 +124,9 @@ def read_frames(path: Path, told: Told = Told(), fps: float | None = None) -> Ra
         raw = RawFrames(frames, mesh.faces, GLB_DT, told, path.name, (STANDS,))
     else:
         raw = _read_glb(path, told)
-    if raw.faces.size and raw.faces.max() >= raw.frames.shape[1]:
+    if not raw.faces.size:
+        raise MeshFileError("it has no triangles", raw.name, "Export the mesh itself, with its faces")
+    if raw.faces.min() < 0 or raw.faces.max() >= raw.frames.shape[1]:
         raise MeshFileError("a triangle refers to a vertex that is not there", raw.name, "Export it again")
     bad = np.flatnonzero(~np.isfinite(raw.frames).all(axis=(1, 2)))
     if len(bad):
@@ -191,42 +195,16 @@ def _by_number(name: str) -> tuple[str, int, str]:
 
 
 def _read_npz(path: Path, told: Told, fps: float | None) -> RawFrames:
-    try:
-        with zipfile.ZipFile(path) as archive:
-            size = sum(entry.file_size for entry in archive.infolist())
-        if size > BYTES_MAX:
-            raise MeshFileError(f"it has {size / 2**20:.0f} MiB to read", path.name, "Export fewer frames")
-        with np.load(path, allow_pickle=False) as held:
-            keys = set(held.files)
-            names = next((pair for pair in FRAME_KEYS if set(pair) <= keys), None)
-            if names is None:
-                raise MeshFileError(
-                    f"it holds {', '.join(sorted(keys))}",
-                    path.name,
-                    "Give it vertices (frames, V, 3) and faces (F, 3), and fps or dt",
-                )
-            frames, faces = held[names[0]], held[names[1]]
-            dt = float(held["dt"]) if "dt" in keys else 1 / float(held["fps"]) if "fps" in keys else None
-            unit = str(held["units"]) if "units" in keys and told.unit is None else told.unit
-            up = str(held["up"]).lower() if "up" in keys and told.up is None else told.up
-            source = "as the file says" if (unit, up) != (told.unit, told.up) else told.source
-    except (OSError, ValueError, zipfile.BadZipFile) as error:
-        if isinstance(error, MeshFileError):
-            raise
-        raise MeshFileError(f"it can't be read ({error})", path.name, "Write it with numpy.savez") from error
-    if frames.ndim == 2:
-        frames = frames[None]
-    if frames.ndim != 3 or frames.shape[2] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
-        raise MeshFileError(
-            f"vertices are {frames.shape} and faces {faces.shape}", path.name, "They must be (frames, V, 3) and (F, 3)"
-        )
-    _limit(path.name, *frames.shape[:2])
-    said = "as told" if fps else "as the file says" if dt else "as nothing says otherwise; --body-fps does"
-    dt = 1 / fps if fps else dt or 1 / USUAL_FPS
-    note = f"{len(frames)} frames, {1 / dt:g} a second ({said})"
-    return RawFrames(
-        frames.astype(np.float32), faces.astype(np.int32), dt, Told(unit, up, source), path.name, (note,)
-    )
+    held = read_npz(path, BYTES_MAX, rate_told=fps is not None)
+    _limit(path.name, *held.frames.shape[:2])
+    unit, up = told.unit or held.unit, told.up or held.up
+    source = "as the file says" if (unit, up) != (told.unit, told.up) else told.source
+    said = "as told" if fps else "as the file says" if held.dt else "as nothing says otherwise; --body-fps does"
+    dt = 1 / fps if fps else held.dt or 1 / USUAL_FPS
+    note = f"{len(held.frames)} frames, {1 / dt:g} a second ({said})"
+    with np.errstate(over="ignore"):  # what is too large for a float32 is told as not finite
+        frames = held.frames.astype(np.float32)
+    return RawFrames(frames, held.faces, dt, Told(unit, up, source), path.name, (note,))
 
 
 def _read_glb(path: Path, told: Told) -> RawFrames:

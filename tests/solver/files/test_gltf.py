@@ -89,6 +89,57 @@ def test_what_can_not_be_read_is_named(content, words):
     assert caught.value.place == "a.glb"
 
 
+def skinned(joint=0, skin=0, node=1, path="translation", bone=1):
+    """A triangle on one bone, its last vertex on `joint`, that an animation moves."""
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float32)
+    joints = np.array([[0, 0, 0, 0], [0, 0, 0, 0], [joint, 0, 0, 0]], np.uint8)
+    weights = np.tile(np.array([1, 0, 0, 0], np.float32), (3, 1))
+    times, places = np.array([0, 1], np.float32), np.array([[0, 0, 0], [0, 0, 4]], np.float32)
+    kinds = [(5126, "VEC3"), (5121, "VEC4"), (5126, "VEC4"), (5126, "SCALAR"), (5126, "VEC3")]
+    blob, views, accessors = b"", [], []
+    for array, (component, kind) in zip((points, joints, weights, times, places), kinds, strict=True):
+        views.append({"buffer": 0, "byteOffset": len(blob), "byteLength": array.nbytes})
+        accessors.append({"bufferView": len(accessors), "componentType": component, "count": len(array), "type": kind})
+        blob += array.tobytes()
+    attributes = {"POSITION": 0, "JOINTS_0": 1, "WEIGHTS_0": 2}
+    channel = {"sampler": 0, "target": {"node": node, "path": path}}
+    return glb(
+        {
+            "asset": {"version": "2.0"},
+            "buffers": [{"byteLength": len(blob)}],
+            "bufferViews": views,
+            "accessors": accessors,
+            "meshes": [{"name": "cloak", "primitives": [{"attributes": attributes}]}],
+            "skins": [{"joints": [bone]}],
+            "nodes": [{"mesh": 0, "skin": skin}, {}],
+            "animations": [{"channels": [channel], "samplers": [{"input": 3, "output": 4}]}],
+        },
+        blob,
+    )
+
+
+def test_a_skin_and_animation_that_fit_are_read():
+    np.testing.assert_allclose(parse_glb(skinned()).positions(0.5), [[0, 0, 2], [1, 0, 2], [0, 1, 2]])
+
+
+@pytest.mark.parametrize(
+    ("content", "place", "words"),
+    [
+        (skinned(joint=9), "a.glb, mesh 'cloak', JOINTS_0[2]", "joint 9, a joint that is not there; there are 1"),
+        (skinned(skin=3), "a.glb, mesh 'cloak'", "skin 3"),
+        (skinned(bone=7), "a.glb, skin 0", "node 7"),
+        (skinned(node=5), "a.glb, animation 0, channel 0", "node 5"),
+        (skinned(path="colour"), "a.glb, animation 0, channel 0", "'colour', which is not read"),
+        (skinned(path="rotation"), "a.glb, animation 0, channel 0", "a rotation of 4 numbers is animated by 3"),
+    ],
+)
+def test_a_skin_or_animation_that_does_not_fit_is_named(content, place, words):
+    with pytest.raises(MeshFileError, match=words) as caught:
+        parse_glb(content, "a.glb")
+    assert caught.value.place == place
+    assert caught.value.remedy
+
+
 def test_a_name_that_is_no_text_is_refused():
     content = triangle(nodes=[{"mesh": 0, "name": "sk\ud800"}])
     with pytest.raises(MeshFileError, match="half of a character") as caught:

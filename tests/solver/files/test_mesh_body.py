@@ -49,6 +49,25 @@ def test_frames_a_second_that_are_told_win_and_those_that_are_assumed_are_said(t
         ({"vertices": FRAMES}, "it holds vertices"),
         ({"vertices": FRAMES[..., :2], "faces": BODY.faces}, "vertices are"),
         ({"vertices": FRAMES, "faces": BODY.faces + 1}, "a vertex that is not there"),
+        ({"vertices": FRAMES, "faces": np.where(BODY.faces == 7, -1, BODY.faces)}, r"faces\[\d+\]: .*refers to -1"),
+        ({"vertices": FRAMES, "faces": BODY.faces.astype(np.int64) + 2**32}, "a vertex that is not there"),
+        ({"vertices": FRAMES, "faces": BODY.faces + 0.5}, "faces: they are float64, no whole numbers"),
+        ({"vertices": FRAMES + 1j, "faces": BODY.faces}, "vertices: they are complex128, no real numbers"),
+        ({"vertices": FRAMES.astype("U8"), "faces": BODY.faces}, "vertices: they are <U8"),
+        ({"vertices": FRAMES, "faces": BODY.faces[:0]}, "it has no triangles"),
+        ({"vertices": FRAMES[:0], "faces": BODY.faces}, "vertices: there are no frames"),
+        ({"vertices": FRAMES, "faces": BODY.faces, "fps": 0}, "fps: it is 0, which must be more than 0"),
+        ({"vertices": FRAMES, "faces": BODY.faces, "dt": 0.0}, "dt: it is 0, which must be more than 0"),
+        ({"vertices": FRAMES, "faces": BODY.faces, "fps": [24, 25]}, r"fps: it is int64 of shape \(2,\), not one"),
+        ({"vertices": FRAMES, "faces": BODY.faces, "dt": [0.1, 0.1]}, r"dt: it is float64 of shape \(2,\), not one"),
+        ({"vertices": FRAMES, "faces": BODY.faces, "fps": "24"}, "fps: it is <U2"),
+        ({"vertices": FRAMES, "faces": BODY.faces, "fps": np.nan}, "fps: it is nan, no finite number"),
+        ({"vertices": FRAMES, "faces": BODY.faces, "fps": 24, "dt": 1 / 30}, "fps and dt: they contradict .* 24 .* 30"),
+        ({"vertices": FRAMES, "faces": BODY.faces, "fps": 1001}, "fps: 1001 frames a second are not within 1 and 1000"),
+        ({"vertices": FRAMES, "faces": BODY.faces, "dt": 2.0}, "dt: 0.5 frames a second are not within 1 and 1000"),
+        ({"vertices": FRAMES, "faces": BODY.faces, "units": "furlong"}, "units: it is 'furlong', which is none of m"),
+        ({"vertices": FRAMES, "faces": BODY.faces, "units": 100}, "units: it is int64"),
+        ({"vertices": FRAMES, "faces": BODY.faces, "up": "x"}, "up: it is 'x', which is none of y, z"),
         ({"vertices": np.where(FRAMES > 1.7, np.nan, FRAMES), "faces": BODY.faces}, "frame 0 has a position"),
     ],
 )
@@ -56,6 +75,21 @@ def test_what_is_wrong_with_an_npz_is_said(tmp_path, arrays, words):
     with pytest.raises(MeshFileError, match=words) as caught:
         read_frames(saved(tmp_path / "d.npz", **arrays))
     assert caught.value.remedy
+
+
+def test_capitals_do_not_matter_and_fps_and_dt_may_agree(tmp_path):
+    path = saved(tmp_path / "g.npz", vertices=FRAMES, faces=BODY.faces, units="CM", up=b"Z", fps=24, dt=0.041667)
+    raw = read_frames(path)
+    assert (raw.told.unit, raw.told.up) == ("cm", "z")
+    assert raw.dt == pytest.approx(1 / 24)
+
+
+def test_frames_a_second_that_are_told_stand_in_for_a_bad_field_but_have_bounds(tmp_path):
+    path = saved(tmp_path / "h.npz", vertices=FRAMES, faces=BODY.faces, fps=0)
+    assert read_frames(path, fps=24.0).dt == pytest.approx(1 / 24)
+    for fps in (0.5, 1001.0, float("nan")):
+        with pytest.raises(MeshFileError, match=r"--body-fps: .* not within 1 and 1000"):
+            read_frames(path, fps=fps)
 
 
 def test_a_surface_inside_out_and_in_parts_is_turned_and_counted(tmp_path):

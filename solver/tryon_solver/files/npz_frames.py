@@ -1,0 +1,149 @@
+"""The frames of a moving mesh in an .npz: each array is looked at before it is used, and refused by its name."""
+
+from __future__ import annotations
+
+import math
+import zipfile
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tryon_solver.files.convention import AXES, UNITS
+from tryon_solver.files.raw_mesh import MeshFileError
+
+FRAME_KEYS = (("vertices", "faces"), ("body", "body_faces"))  # the second is what tryon simulate writes
+RATES = (1.0, 1000.0)  # frames a second, slowest and fastest that can be meant
+SAME_RATE = 1e-3  # share by which fps and 1/dt may differ
+OWN_RATE = "Write fps, frames a second, or dt, seconds between them, as one number; or say it with --body-fps"
+
+
+@dataclass(frozen=True)
+class NpzFrames:
+    """What an .npz says: `frames` (T, V, 3) and `faces` (F, 3) whole numbers from 0 to V - 1; None what it leaves out.
+
+    `dt` s between frames.
+    """
+
+    frames: np.ndarray
+    faces: np.ndarray
+    dt: float | None
+    unit: str | None
+    up: str | None
+
+
+def read_npz(path: Path, bytes_max: int, rate_told: bool) -> NpzFrames:
+    """Read it. `bytes_max` to unpack; with `rate_told` its own fps and dt are not looked at. Raises MeshFileError."""
+    name = path.name
+    try:
+        with zipfile.ZipFile(path) as archive:
+            size = sum(entry.file_size for entry in archive.infolist())
+        if size > bytes_max:
+            raise MeshFileError(f"it has {size / 2**20:.0f} MiB to read", name, "Export fewer frames")
+        with np.load(path, allow_pickle=False) as held:
+            keys = set(held.files)
+            names = next((pair for pair in FRAME_KEYS if set(pair) <= keys), None)
+            if names is None:
+                raise MeshFileError(
+                    f"it holds {', '.join(sorted(keys)) or 'nothing'}",
+                    name,
+                    "Give it vertices (frames, V, 3) and faces (F, 3), and fps or dt",
+                )
+            wanted = {*names, "fps", "dt", "units", "up"} & keys
+            arrays = {key: np.asarray(held[key]) for key in wanted}
+    except MeshFileError:
+        raise
+    except (
+        OSError, ValueError, EOFError, RuntimeError, MemoryError, zipfile.BadZipFile, zlib.error
+    ) as error:
+        raise MeshFileError(f"it can't be read ({error})", name, "Write it with numpy.savez") from error
+    frames, faces = _surface(arrays, names, name)
+    return NpzFrames(
+        frames,
+        faces,
+        None if rate_told else _interval(arrays, name),
+        _word(arrays, "units", tuple(UNITS), name),
+        _word(arrays, "up", AXES, name),
+    )
+
+
+def refuse_rate(fps: float, place: str, remedy: str) -> None:
+    """Raises MeshFileError for frames a second that can't be meant."""
+    if not RATES[0] <= fps <= RATES[1]:
+        raise MeshFileError(f"{fps:g} frames a second are not within {RATES[0]:g} and {RATES[1]:g}", place, remedy)
+
+
+def _surface(arrays: Mapping[str, np.ndarray], names: tuple[str, str], name: str) -> tuple[np.ndarray, np.ndarray]:
+    frames, faces = arrays[names[0]], arrays[names[1]]
+    if frames.dtype.kind not in "iuf":
+        raise MeshFileError(
+            f"they are {frames.dtype}, no real numbers", f"{name}, {names[0]}", "Write them as float32 or float64"
+        )
+    if faces.dtype.kind not in "iu":
+        raise MeshFileError(
+            f"they are {faces.dtype}, no whole numbers", f"{name}, {names[1]}", "Write them as int32: ids from 0"
+        )
+    if frames.ndim == 2:
+        frames = frames[None]
+    if frames.ndim != 3 or frames.shape[2] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
+        raise MeshFileError(
+            f"vertices are {frames.shape} and faces {faces.shape}", name, "They must be (frames, V, 3) and (F, 3)"
+        )
+    if not len(frames):
+        raise MeshFileError("there are no frames", f"{name}, {names[0]}", "Export at least one frame")
+    wrong = np.argwhere((faces < 0) | (faces >= frames.shape[1]))
+    if len(wrong):
+        row, column = wrong[0]
+        raise MeshFileError(
+            f"a triangle refers to {faces[row, column]}, a vertex that is not there; there are 0 to "
+            f"{frames.shape[1] - 1}",
+            f"{name}, {names[1]}[{row}]",
+            "Export it again; vertices are counted from 0",
+        )
+    return frames, faces.astype(np.int32)
+
+
+def _interval(arrays: Mapping[str, np.ndarray], name: str) -> float | None:
+    """Seconds between frames, by ``dt`` or ``fps``."""
+    rates = {}
+    for key in ("fps", "dt"):
+        if key in arrays:
+            value = _number(arrays[key], f"{name}, {key}")
+            if value <= 0:
+                raise MeshFileError(f"it is {value:g}, which must be more than 0", f"{name}, {key}", OWN_RATE)
+            rates[key] = value if key == "fps" else 1 / value
+            refuse_rate(rates[key], f"{name}, {key}", OWN_RATE)
+    if len(rates) == 2 and abs(rates["fps"] / rates["dt"] - 1) > SAME_RATE:
+        raise MeshFileError(
+            f"they contradict each other: {rates['fps']:g} a second and {rates['dt']:g}",
+            f"{name}, fps and dt",
+            "Leave out the one that is wrong, or say it with --body-fps",
+        )
+    return 1 / next(iter(rates.values())) if rates else None
+
+
+def _number(array: np.ndarray, place: str) -> float:
+    if array.size != 1 or array.dtype.kind not in "iuf":
+        raise MeshFileError(f"it is {array.dtype} of shape {array.shape}, not one number", place, OWN_RATE)
+    value = float(array.reshape(()))
+    if not math.isfinite(value):
+        raise MeshFileError(f"it is {value:g}, no finite number", place, OWN_RATE)
+    return value
+
+
+def _word(arrays: Mapping[str, np.ndarray], key: str, known: tuple[str, ...], name: str) -> str | None:
+    """One of the known words, whichever letters are capitals."""
+    if key not in arrays:
+        return None
+    array = arrays[key]
+    value = array.reshape(-1)[0] if array.size == 1 else None
+    text = value.decode(errors="replace") if isinstance(value, bytes) else value
+    if not isinstance(text, str) or text.strip().lower() not in known:
+        told = repr(str(text)) if isinstance(text, str) else f"{array.dtype} of shape {array.shape}"
+        remedy = f"Write one of {', '.join(known)}"
+        if key == "up":
+            remedy = "Turn it so that y or z is up, and say which"
+        raise MeshFileError(f"it is {told}, which is none of {', '.join(known)}", f"{name}, {key}", remedy)
+    return text.strip().lower()
