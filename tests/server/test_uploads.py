@@ -16,6 +16,7 @@ from live_server import LiveServer
 
 from tryon_client import connect
 from tryon_protocol import SetMotionMessage, StatusMessage
+from tryon_server.uploads.check import Telling, check
 from tryon_solver.body import default_body
 from tryon_solver.body.pose import Pose, skin
 
@@ -259,7 +260,17 @@ def unequal() -> bytes:
     return zipped({"1.obj": obj(vertices[0], faces), "2.obj": obj(vertices[1][:-5], faces[:9])})
 
 
+def told_of(**fields) -> bytes:
+    """An .npz of frames with more fields."""
+    vertices, faces = frames(2)
+    packed = io.BytesIO()
+    np.savez(packed, vertices=vertices, faces=faces, **fields)
+    return packed.getvalue()
+
+
 BAD_BODIES = {
+    "no frames a second": (lambda: told_of(fps=0), "fps: it is 0, which must be more than 0"),
+    "a unit of its own": (lambda: told_of(units="furlong"), "units: it is 'furlong'"),
     "nothing": (lambda: b"", "no polygons"),
     "no mesh": (lambda: b"hello" * 100, "no polygons"),
     "NaN": (hurt, "frame 1 has a position that is not a finite number"),
@@ -281,9 +292,30 @@ def test_a_body_that_can_not_be_worn_on_is_refused_and_the_server_goes_on(live, 
     make, says = BAD_BODIES[name]
     body = refused(post(live, "bodies", make()), 422, "body.unusable")
     assert says in body["message"]
+    assert body["place"] == "body"
     assert "--" not in body["remedy"], "options of the command mean nothing here"
     assert live.http.get("/api/bodies").json() == []
     assert live.http.get("/api/health").json()["status"] == "ok"
+
+
+def test_what_nobody_thought_of_is_told_as_itself_and_not_as_too_much(monkeypatch):
+    def breaks(*_):
+        raise ZeroDivisionError("division by zero")
+
+    monkeypatch.setattr("tryon_server.runtime.bodies.load_moving_mesh", breaks)
+    reply = check(b"PK", Telling(kind="body", name="odd"))
+    assert reply.body is None
+    assert reply.problem is not None
+    assert (reply.status, reply.problem.code, reply.problem.place) == (422, "body.unusable", "body")
+    assert reply.problem.message == "it can't be read (ZeroDivisionError: division by zero)"
+    assert reply.problem.remedy
+
+    def fills(*_):
+        raise MemoryError
+
+    monkeypatch.setattr("tryon_server.runtime.bodies.load_moving_mesh", fills)
+    with pytest.raises(MemoryError):
+        check(b"PK", Telling(kind="body", name="large"))
 
 
 @pytest.mark.parametrize(("kind", "cap"), [("motions", "64 MiB"), ("bodies", "128 MiB")])

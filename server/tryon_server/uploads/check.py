@@ -8,12 +8,13 @@ from __future__ import annotations
 import os
 import sys
 import tempfile
+import traceback
 from pathlib import Path
 
 import msgspec
 
 from tryon_server.findings import BodyFacts, MotionFacts
-from tryon_server.problems import Problem, ProblemError
+from tryon_server.problems import Problem, ProblemError, problem_error
 
 NAMES = (("--body-units", "units"), ("--body-up", "up"), ("--body-fps", "fps"))  # options of a command -> parameters
 MORE_NAMES = (("--motion-units", "units"), ("--units", "units"), ("--up", "up"))
@@ -46,6 +47,19 @@ def check(content: bytes, told: Telling) -> UploadReply:
         return UploadReply(body=check_body(content, told))
     except ProblemError as error:
         return UploadReply(problem=_as_parameters(error.problem), status=error.status)
+    except MemoryError:
+        raise  # told by the parent as what it is
+    except Exception as error:
+        print(traceback.format_exc(), file=sys.stderr)
+        why = f"{type(error).__name__}: {error}"
+        refused = problem_error(
+            f"{told.kind}.unusable",
+            f"it can't be read ({why})",
+            "Export it again, with another program if that does not help",
+            place=told.kind,
+            status=422,
+        )
+        return UploadReply(problem=refused.problem, status=refused.status)
 
 
 def check_motion(content: bytes, told: Telling) -> MotionFacts:
@@ -68,7 +82,7 @@ def check_body(content: bytes, told: Telling) -> BodyFacts:
         try:
             body = load_moving_mesh(path, MeshReading(told.units, told.up, told.fps))
         except ProblemError as error:
-            message = error.problem.message.removeprefix("body: ").replace("body/", "")
+            message = error.problem.message.removeprefix("body: ").removeprefix("body, ").replace("body/", "")
             raise ProblemError(msgspec.structs.replace(error.problem, message=message), error.status) from error
     assert body is not None
     sequence = body.sequence
