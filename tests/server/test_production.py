@@ -209,6 +209,9 @@ def test_folder_with_a_body_is_a_body(tmp_path):
     small_body().save(tmp_path / "body.npz")
     assert load_body(tmp_path).joint_names == small_body().joint_names
     assert load_body(tmp_path / "body.npz").joint_count == 3
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(ProblemError, match=r"neither \.obj frames nor body\.npz"):
+        load_body(tmp_path / "empty")
 
 
 def test_demo_motions_are_listed_with_their_length_the_walk_first():

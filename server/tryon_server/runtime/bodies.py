@@ -81,6 +81,9 @@ def load_body(path: Path | None) -> BodyModel:
         if path is None:
             return default_body()
         if path.is_dir():
+            if not (path / BODY_FILE).exists():
+                why = f"the folder holds neither .obj frames nor {BODY_FILE}"
+                raise _unfit(path, why, "Export into it one .obj file a frame")
             path = path / BODY_FILE
         _check_size(path)
         body = BodyModel.load(path) if path.suffix == ".npz" else still_body(path)

@@ -25,7 +25,7 @@ from tryon_solver.contact.crossings import CrossingSearch
 from tryon_solver.files.convention import GLTF, Convention, Told, find_for_body
 from tryon_solver.files.gltf import parse_glb
 from tryon_solver.files.npz_frames import FRAME_KEYS, read_npz, refuse_rate
-from tryon_solver.files.obj import parse_obj, parse_positions
+from tryon_solver.files.obj import Polygon, parse_frame, parse_obj, refuse_other_polygons
 from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.geometry.boundary_loops import boundary_loops
 from tryon_solver.geometry.surface_repair import crowded_edges, turned_alike, twins, weld_coincident
@@ -41,6 +41,7 @@ GLB_DT = 1 / 60  # s, a skinned animation is sampled so often
 USUAL_FPS = 30.0  # of a folder of frames, when nobody says
 SAME_THROUGHOUT = 1e-3  # m, vertices welded in the first frame stay so close in all
 STANDS = "it stands still"
+GAPS_LISTED = 4
 LOOKED_AT = 12  # frames in which crossings are counted
 REMESH_ROUNDS = 4
 
@@ -57,6 +58,11 @@ class RawFrames:
     told: Told
     name: str
     notes: tuple[str, ...]
+    files: tuple[str, ...] = ()  # of the frames, where each is a file
+
+    def place(self, frame: int) -> str:
+        """Where a frame is."""
+        return self.files[frame] if self.files else f"{self.name}, frame {frame}"
 
 
 @dataclass(frozen=True)
@@ -72,7 +78,7 @@ def is_moving_mesh(path: Path) -> bool:
     """Whether these are OBJ frames, an .npz of frames, or a .glb that moves: what `read_mesh_body` takes."""
     kind = kind_of(path)
     if kind == "folder":
-        return any(path.glob("*.obj"))
+        return bool(_frame_files(path))
     if kind == ".npz":
         with zipfile.ZipFile(path) as archive:
             names = {Path(name).stem for name in archive.namelist()}
@@ -111,7 +117,9 @@ def read_frames(path: Path, told: Told = Told(), fps: float | None = None) -> Ra
     if fps is not None:
         refuse_rate(fps, f"{path.name}, --body-fps", "Say how many frames a second were recorded")
     if kind == "folder":
-        files = sorted(path.glob("*.obj"), key=lambda file: _by_number(file.name))
+        files = _frame_files(path)
+        if not files:
+            raise MeshFileError("the folder holds no .obj frames", path.name, "Export into it one .obj file a frame")
         raw = _read_objs(path.name, [(f"{path.name}/{file.name}", file.read_bytes) for file in files], told, fps)
     elif kind == ".zip":
         raw = _read_zip(path, told, fps)
@@ -142,19 +150,24 @@ def _read_objs(
     first = parse_obj(files[0][1]().decode(errors="replace"), files[0][0])
     _limit(name, len(files), len(first.vertices))
     frames = np.empty((len(files), len(first.vertices), 3), np.float32)
+    every: list[Polygon] = []
     for k, (file, read) in enumerate(files):
-        positions = parse_positions(read().decode(errors="replace"), file)
+        text = read().decode(errors="replace")
+        positions, polygons = parse_frame(text, file)
+        if k == 0:
+            every = polygons
         if len(positions) != len(first.vertices):
             raise MeshFileError(
                 f"it has {len(positions)} vertices, the first frame has {len(first.vertices)}",
                 file,
                 "Export every frame of one mesh; where a modifier changes it from frame to frame, leave that out",
             )
+        refuse_other_polygons(polygons, every, file)
         frames[k] = positions
     said = "as told" if fps else "as nothing says otherwise; --body-fps does"
     rate = fps or USUAL_FPS
-    note = f"{len(files)} frames, {rate:g} a second ({said})"
-    return RawFrames(frames, first.faces, 1 / rate, told, name, (note,))
+    notes = [f"{len(files)} frames, {rate:g} a second ({said})", *_gaps([file for file, _ in files])]
+    return RawFrames(frames, first.faces, 1 / rate, told, name, tuple(notes), tuple(file for file, _ in files))
 
 
 def _read_zip(path: Path, told: Told, fps: float | None) -> RawFrames:
@@ -185,6 +198,27 @@ def _read_zip(path: Path, told: Told, fps: float | None) -> RawFrames:
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
         remedy = "Pack it again, without a password"
         raise MeshFileError(f"it can't be unpacked ({error})", path.name, remedy) from error
+
+
+def _frame_files(folder: Path) -> list[Path]:
+    """The .obj files in a folder, in the order of their numbers; what macOS puts beside them ("._1.obj") is none."""
+    found = [file for file in folder.iterdir() if file.suffix.lower() == ".obj" and not file.name.startswith("._")]
+    return sorted(found, key=lambda file: _by_number(file.name))
+
+
+def _gaps(files: Sequence[str]) -> list[str]:
+    """A note when the numbers of the frames do not go on by the same step."""
+    keys = [_by_number(file) for file in files]
+    if len({stem for stem, _, _ in keys}) > 1 or len(keys) < 3:
+        return []
+    numbers = np.array([number for _, number, _ in keys])
+    steps = np.diff(numbers)
+    wide = np.flatnonzero(steps > steps.min())
+    if not len(wide):
+        return []
+    listed = ", ".join(f"{numbers[k + 1]} follows {numbers[k]}" for k in wide[:GAPS_LISTED])
+    more = f" and {len(wide) - GAPS_LISTED} more" if len(wide) > GAPS_LISTED else ""
+    return [f"its numbering has gaps ({listed}{more}): the frames are taken as evenly spaced, gaps are left out"]
 
 
 def _by_number(name: str) -> tuple[str, int, str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -127,14 +128,53 @@ def parse_obj(text: str, name: str = "mesh.obj") -> RawMesh:
     )
 
 
-def parse_positions(text: str, name: str) -> np.ndarray:
-    """(V, 3) vertices of a further frame of a sequence, whose polygons are those of its first."""
+@dataclass(frozen=True)
+class Polygon:
+    """An f line of a frame: its `line`, what follows the f, and how many vertices were there before it."""
+
+    line: int
+    words: str
+    before: int
+
+    def corners(self) -> tuple[int, ...]:
+        """Vertices from 0; a field that is no number is -1."""
+        found = []
+        for word in self.words.split():
+            try:
+                number = int(word.split("/")[0])
+            except ValueError:
+                number = 0
+            found.append(number - 1 if number >= 0 else self.before + number)
+        return tuple(found)
+
+
+def parse_frame(text: str, name: str) -> tuple[np.ndarray, list[Polygon]]:
+    """(V, 3) vertices of a frame of a sequence, and its polygons as they are written."""
     reader = _Reader(name)
+    polygons = []
     for number, line in _logical_lines(text):
         if line.startswith(("v ", "v\t")):
             x, y, z = reader.numbers(line.split()[1:], 3, number)
             reader.vertices.append((x, y, z))
-    return np.array(reader.vertices, np.float64).reshape(-1, 3)
+        elif line.startswith(("f ", "f\t")):
+            polygons.append(Polygon(number, line[2:], len(reader.vertices)))
+    return np.array(reader.vertices, np.float64).reshape(-1, 3), polygons
+
+
+def refuse_other_polygons(polygons: Sequence[Polygon], first: Sequence[Polygon], name: str) -> None:
+    """Raises MeshFileError when a frame has other polygons than the first; one with none has the first's."""
+    if not polygons:
+        return
+    same = "Export every frame of one mesh, with its vertices and polygons in the same order"
+    if len(polygons) != len(first):
+        raise MeshFileError(f"it has {len(polygons)} polygons, the first frame has {len(first)}", name, same)
+    for here, there in zip(polygons, first):
+        if (here.words, here.before) != (there.words, there.before) and here.corners() != there.corners():
+            raise MeshFileError(
+                f"its polygon f {here.words.strip()} is f {there.words.strip()} in the first frame",
+                f"{name}, line {here.line}",
+                same,
+            )
 
 
 def _logical_lines(text: str) -> list[tuple[int, str]]:

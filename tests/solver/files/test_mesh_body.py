@@ -92,6 +92,41 @@ def test_frames_a_second_that_are_told_stand_in_for_a_bad_field_but_have_bounds(
             read_frames(path, fps=fps)
 
 
+def frame_file(path, shift, faces="f 1 2 3\nf 1 3 4\n"):
+    path.write_text("".join(f"v {x} {y} {shift}\n" for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))) + faces)
+
+
+def test_frames_in_capitals_are_read_in_the_order_of_their_numbers_and_gaps_are_told(tmp_path):
+    for number in (10, 0, 1):
+        frame_file(tmp_path / f"F{number}.OBJ", number)
+    (tmp_path / "._F0.OBJ").write_bytes(b"\x00\x05")
+    assert is_moving_mesh(tmp_path)
+    raw = read_frames(tmp_path)
+    np.testing.assert_array_equal(raw.frames[:, 0, 2], [0, 1, 10])
+    assert "numbering has gaps (10 follows 1)" in raw.notes[1]
+    assert raw.place(2) == f"{tmp_path.name}/F10.OBJ"
+
+
+def test_frames_by_the_same_step_have_no_gaps(tmp_path):
+    for number in (2, 4, 6):
+        frame_file(tmp_path / f"{number}.obj", number)
+    assert len(read_frames(tmp_path).notes) == 1
+
+
+def test_a_frame_with_other_polygons_is_refused_by_its_name(tmp_path):
+    frame_file(tmp_path / "1.obj", 0)
+    frame_file(tmp_path / "2.obj", 0, "f 1 3 4\nf 1 2 3\n")
+    with pytest.raises(MeshFileError, match="in the first frame") as caught:
+        read_frames(tmp_path)
+    assert caught.value.place == f"{tmp_path.name}/2.obj, line 5"
+
+
+def test_a_folder_without_frames_says_so(tmp_path):
+    assert not is_moving_mesh(tmp_path)
+    with pytest.raises(MeshFileError, match=r"no \.obj frames"):
+        read_frames(tmp_path)
+
+
 def test_a_surface_inside_out_and_in_parts_is_turned_and_counted(tmp_path):
     """The body turned inside out, and a ball of its own beside it, as eyes and teeth are."""
     ball = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]]) * 0.02 + [0.0, 1.6, 0.3]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tryon_solver.files.obj import parse_obj, parse_positions
+from tryon_solver.files.obj import parse_frame, parse_obj, refuse_other_polygons
 from tryon_solver.files.raw_mesh import MeshFileError
 
 SQUARE = "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\n"
@@ -58,5 +58,29 @@ def test_a_file_without_polygons_is_refused():
         parse_obj(SQUARE)
 
 
-def test_further_frames_are_read_for_their_positions_only():
-    np.testing.assert_array_equal(parse_positions("o a\nv 1 2 3\nvt 0 0\nf 1 2 99\n", "b.obj"), [[1, 2, 3]])
+def test_further_frames_are_read_for_their_positions_and_polygons():
+    positions, polygons = parse_frame("o a\nv 1 2 3\nv 4 5 6\nvt 0 0\nf 1/1/1 2 -1\n", "b.obj")
+    np.testing.assert_array_equal(positions, [[1, 2, 3], [4, 5, 6]])
+    assert [(polygon.line, polygon.corners()) for polygon in polygons] == [(5, (0, 1, 1))]
+
+
+def test_polygons_of_a_further_frame_are_those_of_the_first_however_they_are_written():
+    first = parse_frame(SQUARE + "f 1 2 3\nf 1 3 4\n", "1.obj")[1]
+    for text in ("f -4//1 2 3/7\nf 1 3 4\n", "f 1 2 3\nf 1 3 4\n", ""):
+        refuse_other_polygons(parse_frame(SQUARE + text, "2.obj")[1], first, "2.obj")
+
+
+@pytest.mark.parametrize(
+    ("polygons", "place", "words"),
+    [
+        ("f 1 3 4\nf 1 2 3\n", "2.obj, line 5", "polygon f 1 3 4 is f 1 2 3 in the first"),
+        ("f 1 2 3\nf 1 4 3\n", "2.obj, line 6", "polygon f 1 4 3 is f 1 3 4 in the first"),
+        ("f 1 2 3\n", "2.obj", "1 polygons, the first frame has 2"),
+        ("f 1 2 3\nf 1 3 x\n", "2.obj, line 6", "f 1 3 x"),
+    ],
+)
+def test_other_polygons_in_a_further_frame_are_refused(polygons, place, words):
+    first = parse_frame(SQUARE + "f 1 2 3\nf 1 3 4\n", "1.obj")[1]
+    with pytest.raises(MeshFileError, match=words) as caught:
+        refuse_other_polygons(parse_frame(SQUARE + polygons, "2.obj")[1], first, "2.obj")
+    assert caught.value.place == place
