@@ -127,7 +127,8 @@ def lines_until(count: int) -> str:
 
 MOTION_FAULTS = {
     "nothing": ("", "line 1", "HIERARCHY"),
-    "no text": (b"\xff\xfe\x00\x80" * 100, "line 1", "HIERARCHY"),
+    "no text": (b"\xfe\x01\x02\x80" * 100, "line 1", "HIERARCHY"),
+    "UTF-16": (WALK.encode("utf-16"), "motion", "UTF-16"),
     "cut off in a frame": (WALK[: len(WALK) * 2 // 3], "line ", "values, expected"),
     "cut off between frames": (lines_until(WALK.count("\n") - 20), "motion", "promises"),
     "cut off in the skeleton": (lines_until(20), "motion", "ends before the word MOTION"),

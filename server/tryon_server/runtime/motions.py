@@ -8,7 +8,7 @@ from tryon_server.findings import MotionFacts
 from tryon_server.problems import ProblemError, problem_error
 from tryon_server.runtime.interface import MotionEntry
 from tryon_server.sessions.commands import MotionFile
-from tryon_solver.body.bvh import KNOWN_UNITS, UNITS, BvhClip, BvhError, find_units, parse_bvh
+from tryon_solver.body.bvh import KNOWN_UNITS, UNITS, BvhClip, BvhError, decode_bvh, find_units, parse_bvh
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion, MotionError
 from tryon_solver.body.retarget import retarget
@@ -32,12 +32,12 @@ def load_motion(name: str, body: BodyModel, file: MotionFile | None = None) -> M
     if file is None:
         return read_motion(name, body)[0]
     try:
-        text = Path(file.path).read_text(encoding="utf-8", errors="replace")
+        content = Path(file.path).read_bytes()
     except OSError as error:
         raise problem_error(
             "motion.lost", f"the file of the motion {name!r} is no longer there", "Upload it again", place="motion"
         ) from error
-    return read_clip(text, name, file.units, body)[0]
+    return read_clip(content, name, file.units, body)[0]
 
 
 def read_motion(name: str, body: BodyModel, units: str | None = None) -> tuple[Motion, MotionFacts]:
@@ -50,20 +50,20 @@ def read_motion(name: str, body: BodyModel, units: str | None = None) -> tuple[M
     if not path.is_file():
         path = Path(name)
     try:
-        text = path.read_text(encoding="utf-8", errors="replace")
+        content = path.read_bytes()
     except OSError as error:
         known = ", ".join(entry.stem for entry in sorted(MOTION_FOLDER.glob("*.bvh")))
         raise problem_error(
             "motion.unknown", f"there is no motion {name!r}", f"Give a BVH file or one of: {known}", place="motion"
         ) from error
-    return read_clip(text, path.name, units, body)
+    return read_clip(content, path.name, units, body)
 
 
-def read_clip(text: str, name: str, units: str | None, body: BodyModel) -> tuple[Motion, MotionFacts]:
-    """The motion in a BVH file's text, and what was found out about it.
+def read_clip(content: bytes, name: str, units: str | None, body: BodyModel) -> tuple[Motion, MotionFacts]:
+    """The motion that a BVH file holds, and what was found out about it.
 
     Args:
-        text: what the file holds.
+        content: what the file holds.
         name: what to call it.
         units: what its lengths are in, a name of `tryon_solver.body.bvh.UNITS`; None to find it out.
         body: who is to move.
@@ -73,6 +73,7 @@ def read_clip(text: str, name: str, units: str | None, body: BodyModel) -> tuple
     """
     remedy = AGAIN
     try:
+        text = decode_bvh(content)
         if units is None:
             remedy = f"Say its unit with --motion-units ({', '.join(UNITS)}), or mend the file and try again"
             per_metre, word = find_units(text)

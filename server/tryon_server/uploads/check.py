@@ -67,8 +67,7 @@ def check_motion(content: bytes, told: Telling) -> MotionFacts:
     from tryon_server.runtime.bodies import load_body
     from tryon_server.runtime.motions import read_clip
 
-    text = content.decode("utf-8", errors="replace")
-    return read_clip(text, told.name, told.units, load_body(None))[1]
+    return read_clip(content, told.name, told.units, load_body(None))[1]
 
 
 def check_body(content: bytes, told: Telling) -> BodyFacts:

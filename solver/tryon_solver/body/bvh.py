@@ -10,6 +10,7 @@ Format: M. Meredith and S. Maddock, "Motion capture file formats explained", Uni
 
 from __future__ import annotations
 
+import codecs
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
@@ -33,6 +34,7 @@ KNOWN_UNITS = (
 )
 UNITS = {"m": 1.0, "dm": 10.0, "asf": 17.72, "in": 39.37, "cm": 100.0, "mm": 1000.0}
 """Units per metre, by the names that a user tells them by; those of `KNOWN_UNITS`."""
+BYTE_ORDER_MARK = "\ufeff"  # what some editors begin UTF-8 with
 AXES = {"X": 0, "Y": 1, "Z": 2}
 
 
@@ -97,6 +99,15 @@ def find_units(text: str) -> tuple[float, str]:
     return fitting[0]
 
 
+def decode_bvh(content: bytes) -> str:
+    """The text of a BVH file: UTF-8, with or without its mark, or plain bytes of any code page, whose letters beyond
+    ASCII are replaced. Raises BvhError for UTF-16, which some editors write.
+    """
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) or b"\0" in content[:4]:
+        raise BvhError("it is UTF-16 text, not plain text; save it as UTF-8")
+    return content.decode("utf-8", errors="replace")
+
+
 @dataclass
 class _Joint:
     """A joint while its braces are read."""
@@ -125,7 +136,7 @@ def parse_bvh(text: str, units_per_metre: float | None = CENTIMETRES, name: str 
 
 
 def _read(text: str, units_per_metre: float, name: str) -> BvhClip:
-    lines = _numbered(text)
+    lines = _numbered(text.removeprefix(BYTE_ORDER_MARK))
     joints = _parse_hierarchy(lines)
     values, dt = _parse_motion(lines, sum(len(joint.channels) for joint in joints))
     parents = np.array([joint.parent for joint in joints], dtype=np.int32)

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tryon_solver.body.bvh import CENTIMETRES, parse_bvh
+from tryon_solver.body.bvh import CENTIMETRES, decode_bvh, parse_bvh
 from tryon_solver.body.feet import world_tracks
 from tryon_solver.body.making.checks import self_intersections
 from tryon_solver.body.model import BodyModel, default_body
@@ -102,7 +102,7 @@ def main() -> int:
     arguments = parser.parse_args()
     model = default_body()
     for path in arguments.files:
-        clip = parse_bvh(path.read_text(), arguments.units_per_metre, path.stem)
+        clip = parse_bvh(decode_bvh(path.read_bytes()), arguments.units_per_metre, path.stem)
         found = report_motion(model, retarget(clip, model, arguments.arm_clearance), arguments.every)
         print(
             f"{found.name}: {found.frames} frames, {found.duration:.2f} s; fastest {found.fastest_joint} "

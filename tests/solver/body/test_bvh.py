@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from tryon_solver.body import BvhError, parse_bvh, quaternions
+from tryon_solver.body.bvh import decode_bvh
 
 ARM = """HIERARCHY
 ROOT Base
@@ -68,6 +69,21 @@ def test_position_channels_replace_the_offset_axis_by_axis() -> None:
 def test_lower_case_keywords_and_windows_line_ends_are_read() -> None:
     text = ARM.replace("HIERARCHY", "Hierarchy").replace("Xposition", "XPOSITION").replace("\n", "\r\n")
     assert parse_bvh(text).frame_count == 2
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "latin-1"])
+def test_a_file_of_any_editor_is_read(encoding: str) -> None:
+    """With a byte order mark or without; letters beyond ASCII in names may be of any code page."""
+    clip = parse_bvh(decode_bvh(ARM.replace("Elbow", "Ellböge").encode(encoding)))
+    assert clip.joint_names[0] == "Base"
+    assert clip.joint_names[1].startswith("Ellb")
+    np.testing.assert_array_equal(clip.positions, parse_bvh(ARM).positions)
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be"])
+def test_utf_16_is_told_plainly(encoding: str) -> None:
+    with pytest.raises(BvhError, match=r"UTF-16.*save it as UTF-8"):
+        decode_bvh(ARM.encode(encoding))
 
 
 def test_units_are_centimetres_unless_told() -> None:
