@@ -117,6 +117,9 @@ def test_the_unit_of_a_motion_is_found_and_can_be_told_where_that_is_wrong(live)
     refused(post(live, "motions", WALK, units="ell"), 422, "request.invalid")
     wrong = refused(post(live, "motions", WALK, units="mm"), 422, "motion.invalid")
     assert "not a human's" in wrong["message"]
+    assert "it would be one in centimetres" in wrong["message"]
+    assert wrong["remedy"].startswith("Say its unit with units (m, dm")
+    assert "leave it out" in wrong["remedy"]
     unknown = refused(post(live, "motions", scaled(WALK, 31.0)), 422, "motion.invalid")
     assert "units (m, dm" in unknown["remedy"]
 
@@ -132,6 +135,7 @@ MOTION_FAULTS = {
     "cut off in a frame": (WALK[: len(WALK) * 2 // 3], "line ", "values, expected"),
     "cut off between frames": (lines_until(WALK.count("\n") - 20), "motion", "promises"),
     "cut off in the skeleton": (lines_until(20), "motion", "ends before the word MOTION"),
+    "no time between frames": (WALK.replace("Time: 0.016667", "Time: 0"), "line 144", "says 0 s"),
     "not a number": (WALK.replace("OFFSET 0", "OFFSET nan", 1), "line ", "not a finite number"),
 }
 
@@ -142,6 +146,8 @@ def test_a_motion_that_can_not_be_read_is_refused_with_the_line(live, name):
     body = refused(post(live, "motions", content), 422, "motion.invalid")
     assert body["place"].startswith(place)
     assert says in body["message"]
+    assert "xport the motion again" in body["remedy"]
+    assert "unit" not in body["remedy"]
     assert live.http.get("/api/motions").json()[1:] == [
         entry for entry in live.http.get("/api/motions").json() if entry["found"]
     ]
@@ -153,6 +159,7 @@ def test_a_motion_of_no_human_names_the_joints_that_are_missing(live):
         dog = WALK.replace("Left", "Port").replace("left", "port")
     body = refused(post(live, "motions", dog), 422, "motion.invalid")
     assert "lacks a joint" in body["message"]
+    assert body["message"].endswith("Rename the joint in the exporter or in the file")
 
 
 def test_sessions_play_an_uploaded_motion_and_it_stays_while_they_do(live):

@@ -8,7 +8,7 @@ from tryon_server.findings import MotionFacts
 from tryon_server.problems import ProblemError, problem_error
 from tryon_server.runtime.interface import MotionEntry
 from tryon_server.sessions.commands import MotionFile
-from tryon_solver.body.bvh import KNOWN_UNITS, UNITS, BvhClip, BvhError, decode_bvh, find_units, parse_bvh
+from tryon_solver.body.bvh import KNOWN_UNITS, UNITS, BvhClip, BvhError, BvhUnitError, decode_bvh, find_units, parse_bvh
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion, MotionError
 from tryon_solver.body.retarget import retarget
@@ -71,13 +71,11 @@ def read_clip(content: bytes, name: str, units: str | None, body: BodyModel) -> 
     Raises:
         ProblemError: it is no motion for this body; its place is the line, where one is at fault.
     """
-    remedy = AGAIN
     try:
         text = decode_bvh(content)
         if units is None:
-            remedy = f"Say its unit with --motion-units ({', '.join(UNITS)}), or mend the file and try again"
             per_metre, word = find_units(text)
-            remedy, how = AGAIN, "in which its tall poses are a human's"
+            how = "in which its tall poses are a human's"
         else:
             per_metre, word, how = UNITS[units], UNIT_WORDS[units], "as told"
         clip = parse_bvh(text, per_metre, Path(name).stem)
@@ -88,8 +86,10 @@ def read_clip(content: bytes, name: str, units: str | None, body: BodyModel) -> 
     except BvhError as error:
         message = str(error)
         place = "motion" if error.line is None else f"line {error.line}"
-        if error.line is not None:
-            remedy = "Mend the line, or export the motion again"
+        remedy = AGAIN if error.line is None else "Mend the line, or export the motion again"
+        if isinstance(error, BvhUnitError):
+            remedy = f"Say its unit with --motion-units ({', '.join(UNITS)})"
+            remedy += ", or mend the file and try again" if units is None else ", or leave it out to have it found"
         raise _unfit(name, message.removeprefix(f"{place}: "), place, remedy) from error
     except (RetargetError, MotionError) as error:
         raise _unfit(name, str(error), "motion", AGAIN) from error

@@ -24,6 +24,7 @@ SMALLEST, LARGEST = 0.5, 3.0  # m, plausible extent of a human skeleton in its r
 HUMAN = (1.15, 2.3)  # m, largest extent of a human's joints in a tall pose: height, arm span, arms up
 TALL_SHARE = 90.0  # per cent of the poses are no larger than a tall one
 FRAMES_MEASURED = 100
+SHORTEST_FRAME, LONGEST_FRAME = 1e-3, 1.0  # s, from high-speed cameras to key poses
 KNOWN_UNITS = (
     (1.0, "metres"),
     (10.0, "decimetres"),
@@ -44,6 +45,10 @@ class BvhError(ValueError):
     def __init__(self, message: str, line: int | None = None) -> None:
         super().__init__(message if line is None else f"line {line}: {message}")
         self.line = line
+
+
+class BvhUnitError(BvhError):
+    """The skeleton has no human's size in the unit told, or in any; telling another unit is the remedy."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +97,7 @@ def find_units(text: str) -> tuple[float, str]:
     fitting = [(units, name) for units, name in KNOWN_UNITS if HUMAN[0] <= size / units <= HUMAN[1]]
     if len(fitting) != 1:
         names = ", ".join(name for _, name in KNOWN_UNITS)
-        raise BvhError(
+        raise BvhUnitError(
             f"its tall poses measure {size:.4g} units, which is a human's {HUMAN[0]} to {HUMAN[1]} m in "
             f"{'none' if not fitting else 'more than one'} of {names}; export it in one of these"
         )
@@ -226,7 +231,7 @@ def _parse_hierarchy(lines: Iterator[tuple[int, list[str]]]) -> list[_Joint]:
             raise BvhError(
                 f"unexpected {words[0]!r}; expected JOINT, End Site, OFFSET, CHANNELS, a brace or MOTION", number
             )
-    raise BvhError("the file ends before the word MOTION")
+    raise BvhError("the file ends before the word MOTION; it is cut short")
 
 
 def _refuse_incomplete(joints: list[_Joint]) -> None:
@@ -252,23 +257,29 @@ def _channels(words: list[str], line: int) -> list[str]:
 
 def _parse_motion(lines: Iterator[tuple[int, list[str]]], channel_count: int) -> tuple[np.ndarray, float]:
     """Channel values (T, channels) and the frame time [s]."""
-    frames = _header(lines, "Frames:", ["FRAMES:"])
+    frames, line = _header(lines, "Frames:", ["FRAMES:"])
     if frames < 1 or frames != int(frames):
-        raise BvhError(f"'Frames:' says {frames:g}; a motion has at least one whole frame")
-    dt = _header(lines, "Frame Time:", ["FRAME", "TIME:"])
-    if not dt > 0.0:
-        raise BvhError(f"'Frame Time:' says {dt:g} s; it must be positive, 0.016667 for 60 Hz")
+        raise BvhError(f"'Frames:' says {frames:g}; a motion has at least one whole frame", line)
+    dt, line = _header(lines, "Frame Time:", ["FRAME", "TIME:"])
+    if not SHORTEST_FRAME <= dt <= LONGEST_FRAME:
+        raise BvhError(
+            f"'Frame Time:' says {dt:g} s; a motion has {SHORTEST_FRAME:g} to {LONGEST_FRAME:g} s, 0.016667 for 60 Hz",
+            line,
+        )
     rows = [_numbers(words, number, f"frame {k + 1}", channel_count) for k, (number, words) in enumerate(lines)]
     if len(rows) != int(frames):
-        raise BvhError(f"'Frames:' promises {int(frames)} frames, the file holds {len(rows)}; correct the count")
+        raise BvhError(
+            f"'Frames:' promises {int(frames)} frames, the file holds {len(rows)}: it is cut short or miscounted"
+        )
     return np.array(rows).reshape(len(rows), channel_count), dt
 
 
-def _header(lines: Iterator[tuple[int, list[str]]], written: str, keywords: list[str]) -> float:
+def _header(lines: Iterator[tuple[int, list[str]]], written: str, keywords: list[str]) -> tuple[float, int | None]:
+    """The number that a line of the header gives, and that line."""
     number, words = next(lines, (None, []))
     if [word.upper() for word in words[: len(keywords)]] != keywords:
         raise BvhError(f"expected '{written}' and a number after MOTION", number)
-    return _numbers(words[len(keywords) :], number, written, 1)[0]
+    return _numbers(words[len(keywords) :], number, written, 1)[0], number
 
 
 def _numbers(words: list[str], line: int | None, what: str, count: int) -> list[float]:
@@ -293,9 +304,8 @@ def _refuse_implausible_size(clip: BvhClip, units_per_metre: float) -> None:
     height = float(np.ptp(np.concatenate([joints, *(tip[None] for tip in tips)]), axis=0).max())
     if SMALLEST <= height <= LARGEST:
         return
-    fitting = [f"{units:g} ({unit})" for units, unit in KNOWN_UNITS if 1.2 <= height * units_per_metre / units <= 2.3]
-    advice = " or ".join(fitting) if fitting else "the file's units per metre"
-    raise BvhError(
+    fitting = [unit for units, unit in KNOWN_UNITS if 1.2 <= height * units_per_metre / units <= 2.3]
+    raise BvhUnitError(
         f"at {units_per_metre:g} units per metre the skeleton {clip.name!r} is {height:.3g} m tall, not a human's "
-        f"{SMALLEST} to {LARGEST} m; pass units_per_metre = {advice}"
+        f"{SMALLEST} to {LARGEST} m; it would be one in {' or '.join(fitting) or 'no unit that is usual'}"
     )

@@ -136,7 +136,7 @@ def find_parts(
     if not common or joints["pelvis"] not in common or joints["pelvis"] not in to_head:
         raise RetargetError(
             f"the arms and the head do not descend from the pelvis {joint_names[joints['pelvis']]!r}; "
-            "name the right joints with `names`"
+            "hang them from it in the exporter, or give its name to the joint that they hang from"
         )
     chest = common[0]
     spine = common[: common.index(joints["pelvis"])]
@@ -176,8 +176,8 @@ def _named_joints(joint_names: Sequence[str], parents: np.ndarray, names: dict[s
     if missing:
         wanted = "; ".join(f"{part} (expected {' or '.join(map(repr, best_accepted[part]))})" for part in missing)
         raise RetargetError(
-            f"the skeleton lacks a joint for: {wanted}. It has: {', '.join(joint_names)}. Rename the joint, or say "
-            f"which one it is with names={{{missing[0]!r}: ...}}"
+            f"the skeleton lacks a joint for: {wanted}. It has: {', '.join(joint_names)}. Rename the joint "
+            "in the exporter or in the file"
         )
     return best
 
