@@ -102,6 +102,8 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
     add("--keep", action="store_true", help="also write the decoded frames of each case (.npz)")
     add("--one", help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
+    if options.only_strangers and options.strangers is None:
+        parser.error("--only-strangers needs --strangers FOLDER, the folder that holds them")
     options.presets = options.presets or ["draft" if options.server else "live"]
     options.jobs = options.jobs or (1 if options.server else os.cpu_count() or 1)
     return options
