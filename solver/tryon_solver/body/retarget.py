@@ -26,6 +26,7 @@ from tryon_solver.body.trunk_line import trunk_correction
 
 ARM_CLEARANCE_DEGREES = 18.0  # below 17 our upper arm and trunk cross at the armpit
 SHORTEST_BONE = 0.01  # m, a direction is not read off anything shorter
+LONGEST_JUMP, FASTEST_JUMP = 1.0, 30.0  # m from frame to frame and m/s: beyond both nobody moves, a marker was lost
 
 
 def retarget(
@@ -42,11 +43,13 @@ def retarget(
     would dig into the trunk is turned out as a whole, since a thinner actor's arms hang closer than ours can.
     0 turns nothing out.
     `give`: how deep [m] the trunk may lie in thighs and shins before it is bent up again; infinity bends nothing up.
-    `names`: see skeletons.find_parts. Raises RetargetError naming a missing joint.
+    `names`: see skeletons.find_parts.
+    Raises RetargetError naming a missing joint, or the frame in which the whole body jumps elsewhere.
     """
     parts = find_parts(clip.joint_names, clip.parents, names)
     clip, _ = with_standing_rest(clip, parts)
     source = _Source(clip, parts)
+    _refuse_jumps(source)
     rest = {name: model.rest_joints[k] for k, name in enumerate(model.joint_names)}
     _refuse_other_rigs(rest)
     turns = _trunk(source, rest)
@@ -134,6 +137,18 @@ def _axes(clip: BvhClip, parts: SkeletonParts) -> np.ndarray:
     if not upward.any() or width < SHORTEST_BONE or abs(left @ upward) > width:
         raise RetargetError("the rest pose does not stand upright; export it in a T or A pose")
     return np.stack([level / width, upward, np.cross(level / width, upward)])
+
+
+def _refuse_jumps(source: _Source) -> None:
+    """A body that is elsewhere in the next frame would tear its clothes off, not wear them."""
+    moved = np.linalg.norm(np.diff(source.positions[:, source.parts.joints["pelvis"]], axis=0), axis=1)
+    jumps = np.flatnonzero((moved > LONGEST_JUMP) & (moved > FASTEST_JUMP * source.clip.dt))
+    if jumps.size:
+        first = int(jumps[0])
+        raise RetargetError(
+            f"from frame {first + 1} to frame {first + 2} the pelvis jumps {moved[first]:.3g} m in "
+            f"{source.clip.dt:.3g} s; cut the motion there, or mend the frame"
+        )
 
 
 def _trunk(source: _Source, rest: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

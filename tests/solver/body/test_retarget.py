@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -343,6 +344,19 @@ def test_limb_without_length_is_refused(body: BodyModel) -> None:
     assert text.count("OFFSET 28.0000 0.0000 0.0000") == 1
     with pytest.raises(RetargetError, match=r"'LeftArm' and 'LeftForeArm' are at one place"):
         retarget(parse_bvh(text.replace("OFFSET 28.0000 0.0000 0.0000", "OFFSET 0 0 0")), body)
+
+
+def test_a_body_that_is_elsewhere_in_the_next_frame_is_refused_by_the_frame(body: BodyModel) -> None:
+    clip = read(DEMO_MOTIONS / "squat.bvh")
+    away = clip.positions.copy()
+    away[40:, 0, 0] += 2.0
+    with pytest.raises(RetargetError, match=r"from frame 40 to frame 41 the pelvis jumps 2 m in 0\.0167 s"):
+        retarget(replace(clip, positions=away), body)
+    leap = clip.positions.copy()
+    leap[40:, 0, 0] += 0.9
+    assert retarget(replace(clip, positions=leap), body).frame_count == clip.frame_count
+    slow = replace(clip, positions=away[[0, 39, 40]], rotations=clip.rotations[[0, 39, 40]], dt=0.1)
+    assert retarget(slow, body).frame_count == 3
 
 
 def test_other_rig_is_refused_by_its_missing_joint(finger: BodyModel) -> None:
