@@ -373,7 +373,7 @@ class Session:
                 f"The server plays the motion {self.motion!r}.",
                 "Send set_motion with null first.",
             )
-        pose = viewer.poses.check(message, self._topology.joint_names, (SUBJECT,), self._topology.followable)
+        pose = viewer.poses.check(message, self._topology.joint_names, (SUBJECT,), self._topology.followable, now)
         if not self._seats.may_pose(client, now):
             raise ProtocolError(
                 "pose_source_taken",
@@ -382,7 +382,7 @@ class Session:
                 "Wait until that client has left the session.",
             )
         self._last_pose_used = now
-        return [Order(viewer.poses.take(message, pose)), *self._status_if_changed(now)]
+        return [Order(viewer.poses.take(message, pose, now)), *self._status_if_changed(now)]
 
     def _set_motion(self, client: int, viewer: Viewer, message: SetMotionMessage, now: float) -> list[Action]:
         if self._motions == (OWN_MOTION,) and message.motion != OWN_MOTION:

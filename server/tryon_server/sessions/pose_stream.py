@@ -21,9 +21,9 @@ from tryon_protocol import (
     validate_tracked_pose,
 )
 from tryon_server.sessions.commands import UsePose, UseTrackedPose
+from tryon_server.sessions.pose_clock import CLIENTS_MAX, PoseClock, Stamp
 from tryon_server.sessions.smoothing import PlaceFilter, Smoothing, TurnFilter
 
-LATEST_POSE = 1e11  # s, three thousand years: no clock shows more, and a pose of such a time would refuse all after it
 NONE = "none"
 
 
@@ -40,25 +40,27 @@ class PoseStream:
         self._smoothing = smoothing
         self._skeleton: Skeleton | None = None
         self._announced = 0
-        self._last: tuple[int, float, str] | None = None
+        self._clock = PoseClock()
         self._begin()
 
     def announce(self, message: SkeletonMessage, subjects: Sequence[str]) -> None:
         """Take a skeleton; the poses of its convention refer to it from now on. Raises ProtocolError."""
         self._skeleton = validate_skeleton(message, subjects)
         self._announced += 1
+        self._clock.expect_restart()
         self._begin()
 
     def check(
-        self, message: PoseMessage, joint_names: Sequence[str], subjects: Sequence[str], followable: bool
+        self, message: PoseMessage, joint_names: Sequence[str], subjects: Sequence[str], followable: bool, now: float
     ) -> TrackedPose:
-        """The pose's arrays, checked. Changes nothing.
+        """The pose's arrays, checked. Changes nothing but what is known of a clock that seems to have restarted.
 
         Args:
             message: the pose.
             joint_names: of the session's body.
             subjects: bodies of the session.
             followable: whether that body can follow trackers.
+            now: when it arrived [s].
 
         Raises:
             ProtocolError: the pose can't be used.
@@ -68,21 +70,22 @@ class PoseStream:
             pose = TrackedPose(root, None, rotations, np.ones(len(joint_names), dtype=bool))
         else:
             pose = self._check_tracked(message, subjects, followable)
-        self._check_order(message)
+        self._clock.check(_stamp(message, now))
         return pose
 
-    def take(self, message: PoseMessage, pose: TrackedPose) -> UsePose | UseTrackedPose:
-        """The checked pose as a command, filtered."""
-        dt = message.t - self._last[1] if self._last else np.inf
-        if not self._goes_on(message):
+    def take(self, message: PoseMessage, pose: TrackedPose, now: float) -> UsePose | UseTrackedPose:
+        """The checked pose, which arrived at ``now`` [s], as a command, filtered."""
+        goes_on = self._goes_on(message)
+        dt = self._clock.take(_stamp(message, now))
+        if not goes_on or np.isinf(dt):
             self._begin()
         self._key = (message.convention, message.clock, message.frame)
-        self._last = (message.seq, message.t, message.clock)
         smoothing = message.smoothing or (NONE if message.convention == POSE_CONVENTION else "")
         pose = self._held(pose)
         if smoothing != NONE:
             pose = self._smoothed(pose, dt)
-        stream = self._client if message.clock == POSE_CLOCK else -self._client  # another clock, another stream
+        stream = self._client + CLIENTS_MAX * self._clock.restarts  # another clock, another stream
+        stream = stream if message.clock == POSE_CLOCK else -stream
         if message.convention == POSE_CONVENTION:
             assert pose.root is not None
             assert pose.rotations is not None
@@ -92,7 +95,8 @@ class PoseStream:
 
     def _goes_on(self, message: PoseMessage) -> bool:
         """Whether a pose belongs to the ones before it."""
-        silence = message.t - self._last[1] if self._last else np.inf
+        last = self._clock.last
+        silence = message.t - last.t if last is not None else np.inf
         key = (message.convention, message.clock, message.frame)
         return key == self._key and silence < self._smoothing.forget_seconds
 
@@ -135,17 +139,6 @@ class PoseStream:
                 )
         return pose
 
-    def _check_order(self, message: PoseMessage) -> None:
-        if abs(message.t) > LATEST_POSE:
-            raise _unusable("$.t", f"No clock shows {message.t} s.", "Send the seconds of a steady clock.")
-        if self._last is None:
-            return
-        seq, t, clock = self._last
-        if message.seq <= seq:
-            raise _unusable("$.seq", f"Pose {message.seq} came after pose {seq}.", "Number poses upwards.")
-        if message.clock == clock and message.t <= t:
-            raise _unusable("$.t", f"A pose of {message.t} s came after one of {t} s.", "Send times of a steady clock.")
-
     # Holding and filtering ----------------------------------------------------------------------------------------
 
     def _held(self, pose: TrackedPose) -> TrackedPose:
@@ -180,6 +173,10 @@ class PoseStream:
             rotations=self._turns.next(pose.rotations, dt) if pose.rotations is not None else None,
             tracked=pose.tracked,
         )
+
+
+def _stamp(message: PoseMessage, now: float) -> Stamp:
+    return Stamp(message.seq, message.t, message.clock, now)
 
 
 def _unusable(place: str, message: str, remedy: str) -> ProtocolError:
