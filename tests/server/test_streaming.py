@@ -17,14 +17,17 @@ from tryon_client import connect
 from tryon_protocol import (
     ErrorMessage,
     GoodbyeMessage,
+    HelloMessage,
     PauseMessage,
     PlayMessage,
+    PoseMessage,
     ProtocolError,
     SetFabricMessage,
     SetMotionMessage,
     StatusMessage,
     Topology,
     decode_server,
+    encode,
 )
 
 REST = [(0.0, 0.0, 0.0, 1.0)] * 3
@@ -93,6 +96,40 @@ def test_poses_of_a_client_are_solved_for_and_bad_ones_are_answered(live):
             newest = await stream.send_pose((0.05, 0.0, 0.0), REST, t=1.3)
             frame = await until(stream, lambda event: getattr(event, "pose_seq", 0) == newest)
             assert frame.root[0] <= 0.05
+
+    run(scenario())
+
+
+@pytest.mark.parametrize("code", [1000, 1001, None])
+def test_poses_of_a_client_that_closed_its_connection_give_way_at_once_and_of_one_that_broke_do_not(live, code):
+    """``code`` of the close frame; None: the connection is cut off without any."""
+
+    async def scenario():
+        session = live.open(motion=None)
+        async with connect(live.stream_url(session)) as stream:
+            await until(stream, lambda event: isinstance(event, Topology))
+            async with raw(live, session) as websocket:
+                await websocket.send(encode(HelloMessage(versions=(1,), client="test")))
+                pose = PoseMessage(
+                    subject="wearer",
+                    convention="model-local",
+                    frame="session",
+                    t=1.0,
+                    seq=7,
+                    root=(0.0, 0.0, 0.0),
+                    rotations=tuple(REST),
+                )
+                await websocket.send(encode(pose))
+                await until(stream, lambda event: getattr(event, "pose_seq", 0) == pose.seq)
+                if code is None:
+                    websocket.transport.abort()
+                else:
+                    await websocket.close(code)
+            newest = await stream.send_pose((0.05, 0.0, 0.0), REST, t=1.0)
+            answer = await until(
+                stream, lambda event: isinstance(event, ErrorMessage) or getattr(event, "pose_seq", 0) == newest
+            )
+            assert getattr(answer, "code", None) == ("pose_source_taken" if code is None else None)
 
     run(scenario())
 

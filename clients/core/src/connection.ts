@@ -55,6 +55,7 @@ export interface ConnectionOptions {
 
 const DEFAULTS: ConnectionOptions = { client: "tryon web", silenceMs: 12_000, pingMs: 3_000 };
 const NORMAL = 1000;
+const COMING_BACK = 4000; // closed so, the connection's seat in the session is kept for a while
 
 /**
  * One lasting connection to a session: greets, acknowledges, asks for what is missing, notices silence, and comes back
@@ -216,7 +217,7 @@ export class Connection {
   /** The link is down, whoever ended it: come back later, unless the server said that this is the end. */
   private lost(reason: string): void {
     const { farewell, fatal } = this;
-    this.drop(NORMAL, "");
+    this.drop(COMING_BACK, "");
     if (fatal) {
       this.listener.link({ state: "closed", reason: fatal.message });
     } else if (farewell && typeof farewell.retry_after !== "number") {

@@ -138,9 +138,9 @@ class Session:
         self._viewers[client] = Viewer(now, self._rules.messages_per_second, poses)
         return []
 
-    def disconnect(self, client: int, now: float) -> list[Action]:
-        """A connection ended, for whatever reason."""
-        return self._leave(client, now, for_good=False)
+    def disconnect(self, client: int, now: float, left: bool = False) -> list[Action]:
+        """A connection ended; unless the client closed it in good order (``left``) it may come back to its seat."""
+        return self._leave(client, now, for_good=left)
 
     def receive(self, client: int, data: bytes, now: float) -> list[Action]:
         """A binary message arrived."""

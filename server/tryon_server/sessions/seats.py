@@ -45,7 +45,7 @@ class Seats:
         return seat.token, replaced
 
     def leave(self, client: int, now: float, for_good: bool) -> None:
-        """A connection ended; unless it said goodbye, its seat is kept for ``RESUME_SECONDS``."""
+        """A connection ended; unless the client left in good order, its seat is kept for ``RESUME_SECONDS``."""
         seat = self._by_client.pop(client, None)
         if seat is None:
             return

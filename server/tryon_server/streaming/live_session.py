@@ -67,10 +67,10 @@ class LiveSession:
         """A text message arrived."""
         self._carry_out(self.machine.receive_text(client, self.now))
 
-    def disconnect(self, client: int) -> None:
-        """A connection has ended."""
+    def disconnect(self, client: int, left: bool = False) -> None:
+        """A connection has ended; ``left``: the client closed it in good order."""
         self._outboxes.pop(client, None)
-        self._carry_out(self.machine.disconnect(client, self.now))
+        self._carry_out(self.machine.disconnect(client, self.now, left))
 
     def end(self, reason: str, retry_after: float | None = None) -> None:
         """End the session; clients are told why, and after how long [s] to come back if at all."""

@@ -12,6 +12,7 @@ from tryon_server.streaming.live_session import LiveSession
 from tryon_server.streaming.outbox import Closing, Outbox
 
 CLOSE_SECONDS = 5.0  # a client that reads nothing is cut off this long after its connection was to be closed
+LEFT = (1000, 1001, 1005)  # close codes of a client that leaves: done, page left, none given (RFC 6455 section 7.4.1)
 
 
 async def serve_client(websocket: WebSocket, session: LiveSession) -> None:
@@ -21,15 +22,19 @@ async def serve_client(websocket: WebSocket, session: LiveSession) -> None:
     sending = asyncio.create_task(_send(websocket, outbox))
     receiving = asyncio.create_task(_receive(websocket, session, client))
     closing = asyncio.create_task(outbox.closing.wait())
+    left = False
     try:
         await asyncio.wait({sending, receiving, closing}, return_when=asyncio.FIRST_COMPLETED)
         if closing.done() and not receiving.done():
             await asyncio.wait({sending}, timeout=CLOSE_SECONDS)
+        elif not receiving.done():  # a frame found the connection closed: how, the reading side is told
+            await asyncio.wait({receiving}, timeout=CLOSE_SECONDS)
+        left = receiving.done() and receiving.exception() is None and receiving.result()
     finally:
         for task in (sending, receiving, closing):
             task.cancel()
         await asyncio.gather(sending, receiving, closing, return_exceptions=True)
-        session.disconnect(client)
+        session.disconnect(client, left)
 
 
 async def _send(websocket: WebSocket, outbox: Outbox) -> None:
@@ -39,11 +44,15 @@ async def _send(websocket: WebSocket, outbox: Outbox) -> None:
         await websocket.close(item.code, _shortened(item.reason))
 
 
-async def _receive(websocket: WebSocket, session: LiveSession, client: int) -> None:
+async def _receive(websocket: WebSocket, session: LiveSession, client: int) -> bool:
+    """Hands on what the client sends until the connection ends; returns whether the client itself closed it.
+
+    A connection that broke has no reason; its code is 1005 as well.
+    """
     while True:
         message = await websocket.receive()
         if message["type"] == "websocket.disconnect":
-            return
+            return message.get("code") in LEFT and message.get("reason") is not None
         if message.get("bytes") is not None:
             session.receive(client, message["bytes"])
         else:

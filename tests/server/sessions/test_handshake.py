@@ -196,6 +196,18 @@ def test_pose_right_waits_for_a_lost_client_and_then_goes_to_another():
     assert [command.stream for command in driver.ordered(UsePose)] == [1, 2]
 
 
+def test_pose_right_is_free_at_once_when_its_client_closed_the_connection_in_good_order():
+    driver = Driver(motion=None)
+    driver.dressed()
+    driver.connect(1)
+    driver.connect(2)
+    driver.say(1, pose(1))
+    driver.leave(1, in_good_order=True)
+    driver.say(2, pose(1))
+    assert driver.errors(2) == []
+    assert [command.stream for command in driver.ordered(UsePose)] == [1, 2]
+
+
 def test_choosing_a_motion_frees_the_pose_right():
     driver = Driver(motion=None)
     driver.dressed()

@@ -50,8 +50,8 @@ class Driver:
     def say_text(self, client: int) -> None:
         self._note(self.session.receive_text(client, self.now))
 
-    def leave(self, client: int) -> None:
-        self._note(self.session.disconnect(client, self.now))
+    def leave(self, client: int, in_good_order: bool = False) -> None:
+        self._note(self.session.disconnect(client, self.now, in_good_order))
 
     def simulation(self, event) -> None:
         self._note(self.session.simulated(event, self.now))
