@@ -25,6 +25,7 @@ class Convention:
         rotations: whether they hold rotations.
         frames: what `frame` may be.
         needs_rest: whether the skeleton must tell parents and rest positions.
+        fewest: number of joints that a skeleton must have at least, whatever their names.
     """
 
     known: tuple[str, ...] = ()
@@ -33,6 +34,7 @@ class Convention:
     rotations: bool = True
     frames: tuple[str, ...] = (POSE_FRAME,)
     needs_rest: bool = False
+    fewest: int = 1
 
 
 _FINGERS = tuple(
@@ -78,5 +80,5 @@ CONVENTIONS: dict[str, Convention] = {
         frames=(POSE_FRAME, IMAGE_FRAME),
     ),
     "smpl": Convention(known=SMPL_JOINTS, required=SMPL_JOINTS, positions=False),
-    "bvh": Convention(positions=False, needs_rest=True),
+    "bvh": Convention(positions=False, needs_rest=True, fewest=14),  # pelvis, head, three of each limb
 }

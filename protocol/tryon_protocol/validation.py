@@ -106,6 +106,9 @@ def validate_skeleton(message: SkeletonMessage, subjects: Sequence[str]) -> Skel
     missing = [name for name in convention.required if name not in seen]
     if missing:
         raise _crooked("$.joint_names", f"The joint {missing[0]!r} is missing.", f"Send all of: {', '.join(missing)}.")
+    if len(names) < convention.fewest:
+        what = f"A human of {message.convention!r} has {convention.fewest} joints or more, not {len(names)}."
+        raise _crooked("$.joint_names", what, "Send pelvis, head, and three joints of each arm and leg.")
     for field in ("parents", "rest_positions", "rest_rotations"):
         count = len(getattr(message, field))
         needed = convention.needs_rest and field != "rest_rotations"

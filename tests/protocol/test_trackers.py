@@ -22,6 +22,7 @@ from tryon_protocol import (
 NAMES = CONVENTIONS["webxr"].required
 K = len(NAMES)
 HERE = ((0.0, 1.0, 0.0),) * K
+JOINTS = tuple(f"joint {k}" for k in range(14))
 STILL = ((0.0, 0.0, 0.0, 1.0),) * K
 
 
@@ -99,7 +100,8 @@ def test_the_conventions_have_as_many_joints_as_their_sources_say() -> None:
         ({"rest_positions": HERE[1:]}, "invalid_skeleton", "$.rest_positions", f"{K - 1} entries"),
         ({"rest_positions": ((math.inf, 0.0, 0.0), *HERE[1:])}, "invalid_pose", "$.rest_positions[0]", "'hips'"),
         ({"rest_rotations": ((0.0,) * 4, *STILL[1:])}, "invalid_pose", "$.rest_rotations[0]", "'hips'"),
-        ({"convention": "bvh", "joint_names": ("Hips",)}, "invalid_skeleton", "$.parents", "0 entries"),
+        ({"convention": "bvh", "joint_names": ("Hips", "Head")}, "invalid_skeleton", "$.joint_names", "14 joints"),
+        ({"convention": "bvh", "joint_names": JOINTS}, "invalid_skeleton", "$.parents", "0 entries"),
     ],
 )
 def test_a_skeleton_that_is_wrong_says_where(changes: dict[str, object], code: str, place: str, said: str) -> None:

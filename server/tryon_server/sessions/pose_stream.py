@@ -21,6 +21,7 @@ from tryon_protocol import (
     validate_tracked_pose,
 )
 from tryon_server.sessions.commands import UsePose, UseTrackedPose
+from tryon_server.sessions.measures import Measures
 from tryon_server.sessions.pose_clock import CLIENTS_MAX, PoseClock, Stamp
 from tryon_server.sessions.smoothing import PlaceFilter, Smoothing, TurnFilter
 
@@ -39,6 +40,7 @@ class PoseStream:
         self._client = client
         self._smoothing = smoothing
         self._skeleton: Skeleton | None = None
+        self._measures: Measures | None = None
         self._announced = 0
         self._clock = PoseClock()
         self._begin()
@@ -46,6 +48,7 @@ class PoseStream:
     def announce(self, message: SkeletonMessage, subjects: Sequence[str]) -> None:
         """Take a skeleton; the poses of its convention refer to it from now on. Raises ProtocolError."""
         self._skeleton = validate_skeleton(message, subjects)
+        self._measures = Measures(self._skeleton)
         self._announced += 1
         self._clock.expect_restart()
         self._begin()
@@ -117,8 +120,8 @@ class PoseStream:
             raise ProtocolError(
                 "unsupported_convention", "$.convention", f"{message.convention!r} {why}.", f"Send {', '.join(known)}."
             )
-        skeleton = self._skeleton
-        if skeleton is None or skeleton.convention != message.convention:
+        skeleton, measures = self._skeleton, self._measures
+        if skeleton is None or measures is None or skeleton.convention != message.convention:
             raise ProtocolError(
                 "unexpected_message",
                 "$.convention",
@@ -126,6 +129,7 @@ class PoseStream:
                 "Send `skeleton` before the first pose.",
             )
         pose = validate_tracked_pose(message, skeleton, subjects)
+        measures.check(pose)
         held = self._seen.tracked if self._seen is not None and self._goes_on(message) else False
         seen = pose.tracked | held
         required = CONVENTIONS[skeleton.convention].required or skeleton.joint_names

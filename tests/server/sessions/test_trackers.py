@@ -37,7 +37,7 @@ def tracked(seq: int, height: float = 1.0, t: float | None = None, **changes) ->
         "frame": "session",
         "t": seq / RATE if t is None else t,
         "seq": seq,
-        "positions": tuple((0.1 * k, height, 0.0) for k in range(K)),
+        "positions": tuple((0.3 * k, height, 0.0) for k in range(K)),
         "rotations": STILL,
     }
     return PoseMessage(**(values | changes))
@@ -92,6 +92,19 @@ def test_bad_poses_are_told_once_a_second_and_good_ones_go_on():
     assert driver.closed == {}
 
 
+@pytest.mark.parametrize("factor", [0.0, 100.0])
+def test_poses_in_another_unit_or_of_nobody_are_refused_and_good_ones_go_on(factor):
+    driver = streaming()
+    driver.say(1, skeleton())
+    places = factor * np.array(tracked(1).positions)
+    driver.say(1, tracked(1, positions=tuple(map(tuple, places.tolist()))))
+    assert driver.errors(1) == ["invalid_pose"]
+    assert driver.last(1, ErrorMessage).place.startswith("$.positions[")
+    assert driver.ordered(UseTrackedPose) == []
+    driver.say(1, tracked(2))
+    assert [command.seq for command in driver.ordered(UseTrackedPose)] == [2]
+
+
 def test_a_joint_that_was_never_seen_is_named_and_one_that_is_lost_is_carried_along():
     driver = streaming()
     driver.say(1, skeleton())
@@ -100,7 +113,7 @@ def test_a_joint_that_was_never_seen_is_named_and_one_that_is_lost_is_carried_al
     error = driver.last(1, ErrorMessage)
     assert (error.place, NAMES[3] in error.message) == ("$.confidence[3]", True)
     driver.say(1, tracked(2, smoothing="none"))
-    gone = tuple((math.nan,) * 3 if k == 3 else (0.1 * k, 1.25, 0.0) for k in range(K))
+    gone = tuple((math.nan,) * 3 if k == 3 else (0.3 * k, 1.25, 0.0) for k in range(K))
     driver.say(1, tracked(3, positions=gone, confidence=lost, smoothing="none"))
     last = driver.ordered(UseTrackedPose)[-1]
     assert last.seq == 3
