@@ -24,6 +24,7 @@ from tryon_solver.body.mesh_sequence import MeshSequence, make_sequence
 from tryon_solver.contact.crossings import CrossingSearch
 from tryon_solver.files.convention import GLTF, Convention, Told, find_for_body
 from tryon_solver.files.gltf import parse_glb
+from tryon_solver.files.jumps import refuse_jumps
 from tryon_solver.files.npz_frames import FRAME_KEYS, read_npz, refuse_rate
 from tryon_solver.files.obj import Polygon, parse_frame, parse_obj, refuse_other_polygons
 from tryon_solver.files.raw_mesh import MeshFileError
@@ -263,10 +264,14 @@ def _limit(name: str, frames: int, vertices: int) -> None:
 
 
 def make_body(raw: RawFrames) -> MeshBody:
-    """Repair, coarsen and divide a moving mesh into parts. Raises MeshFileError when no unit or axis fits."""
+    """Repair, coarsen and divide a moving mesh into parts.
+
+    Raises MeshFileError when no unit or axis fits, or when it jumps.
+    """
     convention = find_for_body(raw.frames[0], raw.told, raw.name)
     notes = [f"units and axes: {convention.describe()}", *raw.notes]
     frames = convention.apply(raw.frames).astype(np.float32)
+    refuse_jumps(frames, np.unique(raw.faces), raw.dt, raw.place)
     weights, faces = _welded(frames, raw.faces)
     x = weights @ frames[0].astype(np.float64)
     parts = turned_alike(faces)[1].max() + 1
