@@ -83,6 +83,7 @@ class GltfScene:
             part.append(np.full(len(primitive.faces), k))
             start += len(primitive.positions)
         count = sum(len(f) for f in faces)
+        bare = np.array([primitive.uv is None for primitive in self.primitives])[np.concatenate(part)]
         return RawMesh(
             vertices=self.positions(0.0),
             faces=np.vstack(faces).astype(np.int32),
@@ -93,6 +94,7 @@ class GltfScene:
             origin_of_face=np.arange(count, dtype=np.int32),
             origin_word="triangle",
             name=self.name,
+            without_uv=np.flatnonzero(bare & ~bare.all()),
         )
 
     def positions(self, time: float) -> np.ndarray:

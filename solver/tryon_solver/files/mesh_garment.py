@@ -77,7 +77,15 @@ def make_garment(raw: RawMesh, convention: Convention) -> MeshGarment:
         uv = np.where(flipped[:, None, None], uv[:, ::-1], uv)
     _refuse_slivers(raw, kept, x, faces)
     shape = find_rest_shape(x, faces, uv, convention.unit, convention.metres_per_unit)
-    notes.append(f"rest shape: {shape.told}")
+    if len(raw.without_uv):
+        what = "polygons" if raw.origin_word == "line" else "triangles"
+        count = len(np.unique(raw.origin_of_face[raw.without_uv]))
+        notes.append(
+            f"rest shape: the shape it comes in, as {count} of its {what} have no texture coordinates "
+            f"({raw.places(raw.without_uv)}); give them some, and the others' may be its pattern"
+        )
+    else:
+        notes.append(f"rest shape: {shape.told}")
     place_of = np.full(joined.max() + 1, -1)
     place_of[ids] = np.arange(len(ids))
     stitches = place_of[joined[raw.lines]].reshape(-1, 2)

@@ -114,7 +114,8 @@ def parse_obj(text: str, name: str = "mesh.obj") -> RawMesh:
     if not reader.faces:
         raise MeshFileError("it has no polygons", name, "Export the mesh itself, not a curve or an empty object")
     corner_uv = np.array(reader.corner_uv, np.int64)
-    has_uv = bool(reader.uv) and bool((corner_uv >= 0).all())
+    bare = (corner_uv < 0).any(axis=1)
+    has_uv = not bare.any()
     return RawMesh(
         vertices=np.array(reader.vertices, np.float64).reshape(-1, 3),
         faces=np.array(reader.faces, np.int32),
@@ -125,6 +126,7 @@ def parse_obj(text: str, name: str = "mesh.obj") -> RawMesh:
         origin_of_face=np.array(reader.origin, np.int32),
         origin_word="line",
         name=name,
+        without_uv=np.flatnonzero(bare & ~bare.all()),
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -26,6 +26,7 @@ class RawMesh:
     origin_of_face: np.ndarray  # (F,) int32, the line or the number of the polygon in the file
     origin_word: str  # what origin_of_face counts: "line" or "triangle"
     name: str  # of the file, for messages
+    without_uv: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))  # faces that have none; others have
 
     def place(self, face: int) -> str:
         """Where a triangle is in the file."""

@@ -23,8 +23,10 @@ def boundary_vertices(faces: np.ndarray) -> np.ndarray:
 def weld_coincident(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """(V,) the vertex each one becomes: those on open edges that lie within WELD of each other are one.
 
-    `vertices` (V, 3) m. Vertices of one triangle are never joined.
+    `vertices` (V, 3) m. Vertices of one triangle are never joined. A triangle and its copy on the same vertices, as
+    double-sided exports have them, count as one: an edge that only they have is open.
     """
+    faces = faces[~twins(faces)]
     open_ids = boundary_vertices(faces)
     pairs = open_ids[cKDTree(vertices[open_ids]).query_pairs(WELD, output_type="ndarray")].reshape(-1, 2)
     if len(pairs):

@@ -117,6 +117,34 @@ def test_triangles_are_turned_alike_and_twins_left_out():
     assert len(np.unique(np.sign(np.cross(b - a, c - a)[:, 2]))) == 1
 
 
+def halves(reversed_too):
+    """The grid cut in two at x = 0.1, each half with vertices of its own, and each face reversed on the same ones."""
+    left, right = [0, 1, 3, 4, 6, 7], [1, 2, 4, 5, 7, 8]
+    quads = [[0, 1, 3, 2], [2, 3, 5, 4]]
+    cells = quads + (np.array(quads) + 6).tolist()
+    return GRID[left + right], cells + [cell[::-1] for cell in cells] * reversed_too
+
+
+@pytest.mark.parametrize("reversed_too", [False, True])
+def test_seams_are_welded_where_each_face_is_there_twice(reversed_too):
+    garment = make_garment(obj(*halves(reversed_too)), METRES)
+    assert (len(garment.x), len(garment.garment.faces)) == (9, 8)
+    assert any(note.startswith("3 vertices that coincide") for note in garment.notes)
+
+
+def test_a_polygon_without_texture_coordinates_is_named():
+    lines = ["v {} {} {}".format(*v) for v in GRID] + ["vt {} {}".format(*v[:2]) for v in GRID]
+    cells = [" ".join(f"{v + 1}/{v + 1}" for v in cell) for cell in CELLS]
+    cells[2] = " ".join(str(v + 1) for v in CELLS[2])
+    garment = make_garment(parse_obj("\n".join(lines + [f"f {cell}" for cell in cells]), "cloth.obj"), METRES)
+    (note,) = [note for note in garment.notes if note.startswith("rest shape")]
+    assert "1 of its polygons have no texture coordinates (cloth.obj, line 21)" in note
+    whole = make_garment(obj(GRID, CELLS, GRID[:, :2]), METRES)
+    assert not any("no texture coordinates" in note for note in whole.notes)
+    bare = make_garment(obj(GRID, CELLS), METRES)
+    assert any("as the file has no texture coordinates" in note for note in bare.notes)
+
+
 def test_vertices_inside_a_layer_are_not_welded_to_another():
     """Two sheets that touch in their middles stay two: only open edges are joined."""
     above = GRID + np.array([0, 0, 0.05])
