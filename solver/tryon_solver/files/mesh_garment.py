@@ -79,9 +79,9 @@ def make_garment(raw: RawMesh, convention: Convention) -> MeshGarment:
     shape = find_rest_shape(x, faces, uv, convention.unit, convention.metres_per_unit)
     if len(raw.without_uv):
         what = "polygons" if raw.origin_word == "line" else "triangles"
-        count = len(np.unique(raw.origin_of_face[raw.without_uv]))
+        bare = len(np.unique(raw.origin_of_face[raw.without_uv]))
         notes.append(
-            f"rest shape: the shape it comes in, as {count} of its {what} have no texture coordinates "
+            f"rest shape: the shape it comes in, as {bare} of its {what} have no texture coordinates "
             f"({raw.places(raw.without_uv)}); give them some, and the others' may be its pattern"
         )
     else:
