@@ -60,14 +60,25 @@ class Told:
     source: str = "as told"
 
 
+def refuse_unknown(told: Told, name: str) -> None:
+    """Raises MeshFileError when a unit or an axis is told that is none of those that are known."""
+    if told.unit is not None and told.unit not in UNITS:
+        remedy = f"Say one of {', '.join(UNITS)} with --units"
+        raise MeshFileError(f"{told.unit!r} is no unit that is known", name, remedy)
+    if told.up is not None and told.up not in AXES:
+        remedy = "Turn it so that y or z is up, and say which with --up"
+        raise MeshFileError(f"{told.up!r} can't be up, only {' or '.join(AXES)} can", name, remedy)
+
+
 GLTF = Told("m", "y", "as glTF prescribes")
 
 
 def find_for_body(vertices: np.ndarray, told: Told, name: str) -> Convention:
     """Unit and up of a human body from its vertices (V, 3) in file units.
 
-    Raises MeshFileError when the evidence does not decide.
+    Raises MeshFileError when the evidence does not decide, or what is told is not known.
     """
+    refuse_unknown(told, name)
     extent = np.ptp(vertices, axis=0)
     largest = float(extent.max())
     up, why_up = (told.up, told.source) if told.up else _up_of_body(vertices, name)
@@ -122,8 +133,9 @@ def find_for_garment(
 
     `vertices` (V, 3) in file units, `faces` (F, 3); `skin` (B, 3) m the body's vertices in the pose it comes in; `body`
     the convention of the body's own file, tried first. Raises MeshFileError when no reading, or more than one, puts the
-    garment on the body.
+    garment on the body, or what is told is not known.
     """
+    refuse_unknown(told, name)
     near = cKDTree(skin)
     readings: list[tuple[Convention, float]] = []
     tried: list[str] = []

@@ -177,7 +177,9 @@ def parse_glb(content: bytes, name: str = "mesh.glb") -> GltfScene:
     """Read a .glb. Raises MeshFileError naming what of it can't be read."""
     try:
         return _Parser(content, name).scene()
-    except (KeyError, IndexError, TypeError, ValueError, struct.error) as error:
+    except (
+        KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError, RecursionError, struct.error
+    ) as error:
         if isinstance(error, MeshFileError):
             raise
         raise MeshFileError(f"it is not a sound glTF file ({error!r})", name, AGAIN) from error

@@ -273,6 +273,8 @@ def make_body(raw: RawFrames) -> MeshBody:
     frames = convention.apply(raw.frames).astype(np.float32)
     refuse_jumps(frames, np.unique(raw.faces), raw.dt, raw.place)
     weights, faces = _welded(frames, raw.faces)
+    if not len(faces):
+        raise MeshFileError("none of its triangles has three corners", raw.name, "Export the mesh itself, with faces")
     x = weights @ frames[0].astype(np.float64)
     parts = turned_alike(faces)[1].max() + 1
     if parts > 1:

@@ -45,6 +45,20 @@ def test_a_unit_that_is_told_but_can_not_be_is_refused():
         find_for_body(100 * x, Told("m", None), "body.obj")
 
 
+@pytest.mark.parametrize(
+    ("told", "words", "option"),
+    [(Told("furlong"), "'furlong' is no unit", "--units"), (Told(up="x"), "'x' can't be up", "--up")],
+)
+def test_what_is_told_must_be_known(told, words, option):
+    x = default_body().rest_vertices
+    faces = default_body().faces
+    with pytest.raises(MeshFileError, match=words) as caught:
+        find_for_body(x, told, "body.obj")
+    assert option in caught.value.remedy
+    with pytest.raises(MeshFileError, match=words):
+        find_for_garment(x, faces, x, told, None, "shirt.obj")
+
+
 @pytest.mark.parametrize("up", AXES)
 @pytest.mark.parametrize("unit", UNITS)
 def test_a_garment_is_read_by_where_its_body_is(strangers, unit, up):

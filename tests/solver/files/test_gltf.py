@@ -65,6 +65,11 @@ def triangle(**changes):
     return glb(document | changes, points.tobytes())
 
 
+def deep():
+    text = b"[" * 200_000
+    return struct.pack("<4sIIII", b"glTF", 2, 20 + len(text), len(text), 0x4E4F534A) + text
+
+
 def test_nodes_place_their_meshes():
     mesh = parse_glb(triangle()).raw_mesh()
     np.testing.assert_allclose(mesh.vertices, [[0, 0, 5], [0, 2, 5], [-2, 0, 5]], atol=1e-6)
@@ -81,6 +86,9 @@ def test_nodes_place_their_meshes():
         (triangle(nodes=[]), "no triangles"),
         (triangle(accessors=[{"bufferView": 0, "componentType": 5126, "count": 9, "type": "VEC3"}]), "in the middle"),
         (triangle(meshes=[]), "not a sound glTF file"),
+        (glb([]), "not a sound glTF file"),
+        (glb("").replace(b'""  ', b"[" * 4), "not a sound glTF file"),
+        (deep(), "not a sound glTF file"),
     ],
 )
 def test_what_can_not_be_read_is_named(content, words):

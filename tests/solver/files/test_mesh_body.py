@@ -127,6 +127,12 @@ def test_a_folder_without_frames_says_so(tmp_path):
         read_frames(tmp_path)
 
 
+def test_triangles_that_are_all_points_are_refused(tmp_path):
+    path = saved(tmp_path / "i.npz", vertices=FRAMES, faces=np.zeros((5, 3), int))
+    with pytest.raises(MeshFileError, match="none of its triangles has three corners"):
+        make_body(read_frames(path))
+
+
 def test_a_surface_inside_out_and_in_parts_is_turned_and_counted(tmp_path):
     """The body turned inside out, and a ball of its own beside it, as eyes and teeth are."""
     ball = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]]) * 0.02 + [0.0, 1.6, 0.3]
