@@ -91,3 +91,15 @@ def test_readings_are_kept_beside_the_garments_of_older_databases(tmp_path):
     again = SqlGarments(open_database(url))
     assert again.all() == [plain, mesh]
     assert again.get("mesh") == mesh
+
+
+def test_what_nobody_thought_of_is_told_as_itself_and_not_as_too_much(monkeypatch):
+    def breaks(*_):
+        raise ZeroDivisionError("division by zero")
+
+    monkeypatch.setattr("tryon_solver.files.garment_file.read_garment", breaks)
+    reply = check_garment(b"v 0 0 0\n", "m", "y")
+    assert reply.problem is not None
+    assert (reply.status, reply.problem.code, reply.problem.place) == (422, "garment.mesh", "the mesh")
+    assert reply.problem.message == "it can't be read (ZeroDivisionError: division by zero)"
+    assert reply.problem.remedy

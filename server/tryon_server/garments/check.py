@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import sys
+import traceback
 
 import msgspec
 
@@ -62,6 +63,12 @@ def check_mesh(content: bytes, units: str | None, up: str | None) -> CheckReply:
         return _refused("garment.mesh", "the mesh", str(error), "Mend it and upload it again", 422)
     except BodyError as error:
         return _refused("body.unusable", "body", str(error), "Then upload it again", 503)
+    except MemoryError:
+        raise  # told by the parent as what it is
+    except Exception as error:
+        print(traceback.format_exc(), file=sys.stderr)
+        message = f"it can't be read ({type(error).__name__}: {error})"
+        return _refused("garment.mesh", "the mesh", message, "Export it again and upload that", 422)
     sides = sewn.panel_of_face[hinges[:, 4:]]
     seams = {tuple(sorted(pair)) for pair in sides[sides[:, 0] != sides[:, 1]].tolist()}
     facts = PatternFacts(
