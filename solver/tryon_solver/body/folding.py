@@ -1,13 +1,15 @@
-"""Hips that a motion bends further than flesh gives way are bent less.
+"""Hips that a motion bends further than flesh gives way are bent less; arms keep their hands out of the thighs.
 
 Retargeting by rotation keeps the actor's angles and our proportions. Where a leaner or longer actor's belly just meets
 the thighs, ours goes through them, and his shoulder beside the knee ends up in ours. No body can do it, and cloth
 between has no place. So everything above the legs is turned backwards about the hips, by the smallest angle with which
 no point of the trunk and of the roots of the arms lies deeper than `GIVE` inside a thigh or a shin. Legs stay where
-they are. Ours.
+they are. Likewise an arm whose hand passes the actor's hip is led by ours further out, where that frees it. Ours.
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 
@@ -19,36 +21,65 @@ GIVE = 0.04  # m, how deep flesh may lie inside flesh: each side's skin gives wa
 MOST_UNFOLDED = np.radians(45.0)  # rad; what then still digs in does so from elsewhere than the front
 ANGLES = 16  # tried up to there
 EVEN = 0.15  # s on either side over which straightening comes and goes
+HAND_GIVE = 0.0  # m, the same of forearms and hands, which an actor keeps beside his body
+MOST_ABDUCTED = np.radians(20.0)  # rad
 CLEAR_AT_REST = 0.03  # m outside a leg at rest: flesh that is next to the leg anyway is not asked
 LEAST_POINTS = 200  # of the trunk are looked at
 RINGS = 8  # along a limb, in which its thickness is measured
 NEAR_HIP = 0.25  # share of the thigh, from the hip, that is the crease and no obstacle
 
+ARM = ("upper_arm", "upper_arm_twist", "forearm", "forearm_twist", "hand", "fingers")
 LEG = ("thigh", "thigh_twist", "shin", "shin_twist", "foot", "toes")
 SHOULDER = ("clavicle", "shoulder", "upper_arm")
 TRUNK = (*(f"spine_{k}" for k in range(1, 6)), *(f"{side}_{part}" for side in SIDES for part in SHOULDER))
 
 
 def unfolded(model: BodyModel, world: np.ndarray, dt: float, give: float = GIVE) -> np.ndarray:
-    """World rotations (T, J, 4) of all joints in frames `dt` s apart, with the hips bent less where they fold too far.
+    """World rotations (T, J, 4) of all joints in frames `dt` s apart, with the hips bent less where they fold too far,
+    and arms led further out where forearm or hand would pass through a thigh or a shin.
 
     `give` [m]: how deep the trunk may lie in a leg; infinity leaves everything as it is.
     """
     if not np.isfinite(give):
         return world
-    flesh = _Flesh(model)
+    world = _turned_free(_Flesh(model, TRUNK), bent_up, MOST_UNFOLDED, world, dt, give)
+    for side in SIDES:
+        hand = tuple(f"{side}_{part}" for part in ("forearm", "forearm_twist", "hand", "fingers"))
+
+        def led_out(model: BodyModel, world: np.ndarray, angle: np.ndarray, side: str = side) -> np.ndarray:
+            return abducted(model, world, angle, side)
+
+        world = _turned_free(_Flesh(model, hand, near_hip=0.0), led_out, MOST_ABDUCTED, world, dt, min(give, HAND_GIVE))
+    return world
+
+
+def _turned_free(
+    flesh: _Flesh,
+    turned: Callable[[BodyModel, np.ndarray, np.ndarray], np.ndarray],
+    most: float,
+    world: np.ndarray,
+    dt: float,
+    give: float,
+) -> np.ndarray:
+    """`world` with each frame `turned` by the smallest angle up to `most` that brings the flesh up to `give` m."""
     over = np.flatnonzero(flesh.depth(world) > give)
     if not len(over):
         return world
-    angles = np.linspace(0.0, MOST_UNFOLDED, ANGLES)
-    depth = np.stack([flesh.depth(bent_up(model, world[over], np.full(len(over), a))) for a in angles])
+    angles = np.linspace(0.0, most, ANGLES)
+    depth = np.stack([flesh.depth(turned(flesh.model, world[over], np.full(len(over), a))) for a in angles])
     wanted = np.zeros(len(world))
     wanted[over] = [_first_below(angles, depth[:, k], give) for k in range(len(over))]
-    return bent_up(model, world, evened(wanted, max(1, round(EVEN / dt))))
+    return turned(flesh.model, world, evened(wanted, max(1, round(EVEN / dt))))
 
 
 def _first_below(angles: np.ndarray, depth: np.ndarray, give: float) -> float:
-    """The smallest angle at which the depth has come down to `give`, or the one at which it is least."""
+    """The smallest angle at which the depth has come down to `give`, or the one at which it is least.
+
+    Nothing is turned through other flesh: angles count as far as the depth does not grow.
+    """
+    grows = np.flatnonzero(np.diff(depth) > 0)
+    if len(grows):
+        angles, depth = angles[: grows[0] + 1], depth[: grows[0] + 1]
     enough = np.flatnonzero(depth <= give)
     if not len(enough):
         return float(angles[np.argmin(depth)])
@@ -80,20 +111,33 @@ def bent_up(model: BodyModel, world: np.ndarray, angle: np.ndarray) -> np.ndarra
     return turned
 
 
-class _Flesh:
-    """Points of the trunk, and the legs as tapered rods."""
+def abducted(model: BodyModel, world: np.ndarray, angle: np.ndarray, side: str) -> np.ndarray:
+    """World rotations (T, J, 4) with one arm turned away from the trunk by `angle` (T,) rad, about the chest's forward
+    axis."""
+    outward = 1.0 if side == SIDES[0] else -1.0
+    chest = world[:, model.index_of["spine_5"]]
+    forward = quaternions.rotate(chest, np.broadcast_to([0.0, 0.0, 1.0], (len(world), 3)))
+    out = quaternions.from_axis_angle(forward, outward * angle)
+    arm = [model.index_of[f"{side}_{part}"] for part in ARM]
+    turned = world.copy()
+    turned[:, arm] = quaternions.multiply(out[:, None], world[:, arm])
+    return turned
 
-    def __init__(self, model: BodyModel) -> None:
+
+class _Flesh:
+    """Points of the skin of some joints, and the legs as tapered rods."""
+
+    def __init__(self, model: BodyModel, joints: tuple[str, ...], near_hip: float = NEAR_HIP) -> None:
         self.model = model
         index = model.index_of
         strongest = model.skin_joints[np.arange(len(model.rest_vertices)), model.skin_weights.argmax(1)]
         self.rods = []
         for side in SIDES:
-            for top, end, first in (("thigh", "shin", NEAR_HIP), ("shin", "foot", 0.0)):
+            for top, end, first in (("thigh", "shin", near_hip), ("shin", "foot", 0.0)):
                 ends = index[f"{side}_{top}"], index[f"{side}_{end}"]
                 own = np.isin(strongest, [index[f"{side}_{top}"], index[f"{side}_{top}_twist"]])
                 self.rods.append((*ends, first, self._thickness(own, *ends)))
-        upper = np.flatnonzero(np.isin(strongest, [index[name] for name in TRUNK]))
+        upper = np.flatnonzero(np.isin(strongest, [index[name] for name in joints]))
         outside = np.ones(len(upper), bool)
         rest = model.rest_vertices[upper]
         for rod in self.rods:

@@ -42,7 +42,8 @@ def retarget(
     `arm_clearance_degrees`: smallest angle between a hanging upper arm and the trunk, seen from the front; an arm that
     would dig into the trunk is turned out as a whole, since a thinner actor's arms hang closer than ours can.
     0 turns nothing out.
-    `give`: how deep [m] the trunk may lie in thighs and shins before it is bent up again; infinity bends nothing up.
+    `give`: how deep [m] the trunk may lie in thighs and shins before it is bent up again (folding.py, which leads hands
+    clear of them, too); infinity leaves both as they are.
     `names`: see skeletons.find_parts.
     Raises RetargetError naming a missing joint, or the frame in which the whole body jumps elsewhere.
     """

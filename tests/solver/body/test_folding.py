@@ -9,7 +9,7 @@ from pinched_skin import PinchedSkin
 
 from tryon_solver.body import BodyModel, BvhClip, parse_bvh, quaternions, retarget, skin
 from tryon_solver.body.feet import world_tracks
-from tryon_solver.body.folding import GIVE, LEG, evened, unfolded
+from tryon_solver.body.folding import ARM, GIVE, LEG, MOST_ABDUCTED, evened, unfolded
 from tryon_solver.body.motion import Motion
 
 FRAMES = 121
@@ -94,3 +94,36 @@ def test_captured_motions_fold_no_deeper(body: BodyModel) -> None:
         clip = parse_bvh(path.read_text(), name=path.stem)
         assert depth(body, retarget(clip, body, give=np.inf), frame) > GIVE + MEASURED, path.name
         assert depth(body, retarget(clip, body), frame) < GIVE + MEASURED, path.name
+
+
+def swung_arm(body: BodyModel, degrees: float) -> BvhClip:
+    """Our own skeleton: its left arm, swung, comes down by up to `degrees` from our rest pose's, and goes up again."""
+    rotations = np.tile(quaternions.IDENTITY, (FRAMES, body.joint_count, 1))
+    down = np.radians(degrees) * 0.5 * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, FRAMES)))
+    swing = quaternions.from_axis_angle(np.array([1.0, 0.0, 0.0]), np.full(FRAMES, np.radians(30.0)))
+    lowered = quaternions.from_axis_angle(np.array([0.0, 0.0, -1.0]), down)
+    rotations[:, body.index_of["left_upper_arm"]] = quaternions.multiply(swing, lowered)
+    offsets = body.rest_joints.copy()
+    offsets[1:] -= body.rest_joints[body.parents[1:]]
+    positions = np.tile(offsets, (FRAMES, 1, 1))
+    return BvhClip(body.joint_names, body.parents, offsets, {}, positions, rotations, 1 / 60)
+
+
+def test_a_hand_in_the_thigh_is_led_out_of_it(body: BodyModel) -> None:
+    clip = swung_arm(body, 50.0)
+    plain, led = (retarget(clip, body, 0.0, give=give) for give in (np.inf, GIVE))
+    assert depth(body, led, FOLDED) < depth(body, plain, FOLDED) - MEASURED
+    (before, turned), (after, turned_less) = world_tracks(body, plain), world_tracks(body, led)
+    arm = np.array([name in {f"left_{part}" for part in ARM} for name in body.joint_names])
+    np.testing.assert_allclose(after[:, ~arm], before[:, ~arm], atol=1e-9)
+    out = quaternions.multiply(turned_less[:, arm], quaternions.conjugate(turned[:, arm]))
+    angle = quaternions.angle_of(out).max(axis=1)
+    assert np.radians(1.0) < angle.max() <= MOST_ABDUCTED + 1e-6
+    assert angle[[0, -1]].max() < 1e-6
+    assert np.abs(np.diff(angle)).max() < np.radians(2.0)
+
+
+def test_a_hand_beside_the_thigh_is_left_there(body: BodyModel) -> None:
+    clip = swung_arm(body, 10.0)
+    plain, led = (retarget(clip, body, 0.0, give=give) for give in (np.inf, GIVE))
+    np.testing.assert_array_equal(led.rotations, plain.rotations)
