@@ -46,6 +46,16 @@ def order(tmp_path):
     )
 
 
+@pytest.mark.parametrize(("name", "called"), [("Grandmother's skirt", "Grandmother's skirt"), (None, "5ab1e5")])
+def test_a_mesh_that_can_not_be_worn_is_named_as_its_owner_names_it(order, tmp_path, name, called):
+    """Uploads lie in files that are named by what is in them."""
+    path = tmp_path / "5ab1e5"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n")
+    with pytest.raises(ProblemError) as caught:
+        production.build_drape(replace(order, pattern=path, garment_name=name), lambda *_: None)
+    assert caught.value.problem.message.startswith(f"{called}, line 4: ")
+
+
 def test_another_size_is_another_garment(order):
     """In the wardrobe, too: what hung there in the pattern's own size is not taken for it."""
     own, small = (production.build_drape(replace(order, size=size), lambda *_: None) for size in (1.0, 0.9))

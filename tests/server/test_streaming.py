@@ -262,7 +262,7 @@ def test_garment_that_cannot_be_dressed_says_so_and_another_fabric_is_dressed_an
     async def scenario():
         async with connect(live.stream_url(session_id)) as stream:
             status = await until(stream, lambda event: isinstance(event, StatusMessage) and event.state == "failed")
-            assert "Enlarge the pieces" in status.detail
+            assert status.detail == "a seam of 'tube' stayed open. Enlarge the pieces."
             await stream.send(SetFabricMessage(fabric="cotton"))
             assert (await take_frames(stream, 3))[-1].topology_id == 1
             await stream.send(SetFabricMessage(fabric="denim"))

@@ -33,6 +33,7 @@ class DrapeOrder:
         preset: named accuracy: ``draft``, ``live``, ``fit``, or ``auto`` to choose by the device.
         device: ``cpu``, ``cuda:0``, ...
         edge_length: length of the mesh's edges [m]; None for the preset's.
+        garment_name: what its owner calls the garment; None for the name of its file.
         size: of a sewing pattern, over its own; None for the one that fits, which is looked for by trying some on.
         body: file of the body; None for the default body.
         wardrobe: folder where dressed garments are kept for the next time; None to dress anew.
@@ -50,6 +51,7 @@ class DrapeOrder:
     reading: MeshReading = MeshReading()
     body_reading: MeshReading = MeshReading()
     size: float | None = 1.0
+    garment_name: str | None = None
 
 
 @dataclass(frozen=True)

@@ -192,7 +192,7 @@ def build_mesh_drape(
         progress("Reading the garment", None)
         garment = read_garment(
             order.pattern.read_bytes(),
-            order.pattern.name,
+            order.garment_name or order.pattern.name,
             body.rest_vertices,
             told,
             None if moving is None else moving.convention,

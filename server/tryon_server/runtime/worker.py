@@ -176,7 +176,8 @@ class Worker:
             announcement = self._publisher.dress(drape)
         except (ProblemError, ProtocolError) as error:
             fault = error.problem if isinstance(error, ProblemError) else error
-            self._fail(f"{fault.place}: {fault.message}" if fault.place else fault.message, fault.remedy)
+            what = f"{fault.message.rstrip('.')}."
+            self._fail(f"{fault.place}: {what}" if fault.place else what, fault.remedy)
         except Exception as error:
             logger.exception("dressing failed")
             self._fail(f"Dressing failed: {error!r}.", COARSER)

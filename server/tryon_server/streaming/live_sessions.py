@@ -210,6 +210,7 @@ class LiveSessions:
                 wardrobe=self._settings.data_dir / "dressed",
                 reading=MeshReading(garment.units, garment.up),
                 size=record.size,
+                garment_name=garment.name,
                 body=None if body is None else self._bodies.path(body),
                 body_reading=MeshReading() if body is None else MeshReading(body.units, body.up, body.fps),
             ),

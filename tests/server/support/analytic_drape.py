@@ -120,7 +120,7 @@ class WavingSheet:
 def build(order, progress) -> WavingSheet:
     progress("Sewing", 0.5)
     if order.fabric == "tight":
-        raise problem_error("garment.unfit", "The seam between front and back stayed open.", "Enlarge the pieces.")
+        raise problem_error("garment.unfit", f"a seam of {order.garment_name!r} stayed open", "Enlarge the pieces.")
     return WavingSheet(order.fabric)
 
 
