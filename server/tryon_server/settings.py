@@ -37,6 +37,8 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         upload_check_seconds: longest time that checking an uploaded motion or body may take [s].
         upload_check_bytes: most address space that checking one may use [bytes].
         max_sessions: sessions that may live at once; each is one process.
+        session_memory_bytes: most memory of its own that a session's process may take; beyond it the session is ended,
+            so that the others live on [bytes]. Looked after on Linux only.
         session_grace_seconds: how long a session lives on with nobody watching [s].
         max_viewers: most clients of one session.
         frames_per_second: most frames published per second of wall time [1/s].
@@ -66,6 +68,7 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     upload_check_seconds: Positive = 120.0
     upload_check_bytes: Count = 8 * 2**30
     max_sessions: Count = 8
+    session_memory_bytes: Count = 6 * 2**30
     session_grace_seconds: Positive = 60.0
     max_viewers: Count = 16
     frames_per_second: Positive = 60.0

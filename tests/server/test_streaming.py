@@ -12,6 +12,7 @@ import time
 import numpy as np
 import pytest
 import websockets
+from live_server import LiveServer
 
 from tryon_client import connect
 from tryon_protocol import (
@@ -256,6 +257,30 @@ def test_simulation_that_ends_by_itself_is_told_too(live):
     run(scenario())
 
 
+@pytest.mark.skipif(not os.path.exists("/proc/self/statm"), reason="only Linux tells what a process has taken")
+def test_a_simulation_that_takes_too_much_memory_is_ended_and_the_others_go_on(tmp_path):
+    server = LiveServer(tmp_path, session_memory_bytes=2**30)
+    try:
+        modest, greedy = server.open(), server.open(fabric="greedy")
+
+        async def scenario():
+            async with connect(server.stream_url(modest)) as other:
+                await take_frames(other, 3)
+                async with connect(server.stream_url(greedy)) as stream:
+                    with pytest.raises(ProtocolError) as error:
+                        await take_frames(stream, 10_000)
+                assert error.value.code == "simulation_failed"
+                assert "more memory than the 1 GiB" in error.value.message
+                assert error.value.remedy
+                assert len(await take_frames(other, 20)) == 20
+
+        run(scenario())
+        ended = server.http.get(f"/api/sessions/{greedy}").json()
+        assert (ended["state"], "memory" in ended["detail"]) == ("closed", True)
+    finally:
+        server.stop()
+
+
 def test_garment_that_cannot_be_dressed_says_so_and_another_fabric_is_dressed_anew(live):
     session_id = live.open(fabric="tight")
 
@@ -352,8 +377,6 @@ def test_deleted_session_says_goodbye(live):
 
 
 def test_stopping_server_closes_with_1001_and_tells_when_to_come_back(tmp_path):
-    from live_server import LiveServer
-
     server = LiveServer(tmp_path)
     session_id = server.open()
 

@@ -24,7 +24,8 @@ def local_runtime(settings: Settings) -> Runtime:
         remedy = f"Choose one of: {', '.join(catalogue.presets)}"
         raise problem_error("preset.unknown", f"there is no preset {settings.preset!r}", remedy, place="preset")
     load_body(None)
-    return Runtime(placement=LocalProcesses(Workshop()), catalogue=catalogue, devices=list_devices)
+    placement = LocalProcesses(Workshop(), settings.session_memory_bytes)
+    return Runtime(placement=placement, catalogue=catalogue, devices=list_devices)
 
 
 def load_catalogue() -> Catalogue:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import logging
 import multiprocessing
 import threading
+import time
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 
 from tryon_server.runtime.entry import run
 from tryon_server.runtime.mailbox import Mailbox
+from tryon_server.runtime.memory import own_bytes
 from tryon_server.runtime.order import WorkOrder, Workshop
 from tryon_server.sessions.commands import Command
 from tryon_server.sessions.events import Event, Gone, PhaseChanged
@@ -18,17 +20,20 @@ from tryon_server.sessions.events import Event, Gone, PhaseChanged
 logger = logging.getLogger(__name__)
 
 END_SECONDS = 2.0  # a process that has closed its pipe and has not ended after this long is killed
+LOOK_SECONDS = 0.1  # between looks at a process's memory: the fastest takes some 0.3 GB in the meantime
 
 
 class LocalProcesses:
     """One process per simulation on this machine.
 
     Args:
-        workshop: what the processes work with .
+        workshop: what the processes work with.
+        memory_bytes: most memory of its own that each may take; one that takes more is ended.
     """
 
-    def __init__(self, workshop: Workshop) -> None:
+    def __init__(self, workshop: Workshop, memory_bytes: int) -> None:
         self._workshop = workshop
+        self._memory_bytes = memory_bytes
         self._context = multiprocessing.get_context("spawn")  # a forked child would inherit threads and GPU contexts
         self._processes: set[LocalProcess] = set()
         self._warming: LocalProcess | None = None
@@ -58,7 +63,7 @@ class LocalProcesses:
             target=run, args=(there, order, self._workshop), name="tryon simulation", daemon=True
         )
         with self._lock:
-            simulation = LocalProcess(process, here, there, on_event, self._forget)
+            simulation = LocalProcess(process, here, there, on_event, self._forget, self._memory_bytes)
             self._processes.add(simulation)
         return simulation
 
@@ -106,12 +111,15 @@ class LocalProcess:
         there: Connection,
         on_event: Callable[[Event], None],
         on_end: Callable[[LocalProcess], None],
+        memory_bytes: int,
     ) -> None:
         self._process = process
         self._here = here
         self._there = there
         self._on_event = on_event
         self._on_end = on_end
+        self._memory_bytes = memory_bytes
+        self._looked = 0.0
         self._mailbox = Mailbox()
         self._lock = threading.Lock()
         self._launched = False
@@ -142,17 +150,19 @@ class LocalProcess:
         self._reader.join()
 
     def _read(self) -> None:
+        greedy = False
         try:
             if self._launch():
                 self._writer.start()
-                while True:
-                    self._tell(self._here.recv())
+                while not (greedy := self._takes_too_much()):
+                    if self._here.poll(LOOK_SECONDS):
+                        self._tell(self._here.recv())
         except (EOFError, OSError) as error:
             logger.debug("a simulation's pipe has closed: %r", error)
         except Exception:
             logger.exception("a simulation could not be started or read")
         finally:
-            self._finish()
+            self._finish(greedy)
 
     def _launch(self) -> bool:
         with self._lock:
@@ -166,10 +176,22 @@ class LocalProcess:
         if not self._stopping:
             self._on_event(event)
 
-    def _finish(self) -> None:
+    def _takes_too_much(self) -> bool:
+        """Whether the process, if it was not looked at just now, has taken more memory than it may."""
+        now = time.monotonic()
+        if self._process.pid is None or now - self._looked < LOOK_SECONDS:
+            return False
+        self._looked = now
+        return own_bytes(self._process.pid) > self._memory_bytes
+
+    def _finish(self, greedy: bool) -> None:
         self._mailbox.close()
         how = "it could not be started"
-        if self._launched:
+        if greedy:
+            self._process.kill()
+            self._process.join()
+            how = f"its process took more memory than the {self._memory_bytes / 2**30:.3g} GiB that a session may take"
+        elif self._launched:
             self._process.join(END_SECONDS)
             if self._process.is_alive():  # it has closed its pipe and hangs
                 self._process.kill()

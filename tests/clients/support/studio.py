@@ -100,9 +100,10 @@ def serve(port: int, folder: Path, web: Path, workshop: str) -> None:
     from tryon_server.settings import Settings
     from tryon_server.streaming.server import Server, listen
 
-    def runtime(_settings: Settings) -> Runtime:
+    def runtime(settings: Settings) -> Runtime:
+        works = Workshop(f"{workshop}:build", f"{workshop}:load_motion")
         return Runtime(
-            placement=LocalProcesses(Workshop(f"{workshop}:build", f"{workshop}:load_motion")),
+            placement=LocalProcesses(works, settings.session_memory_bytes),
             catalogue=Catalogue(
                 motions=(MotionEntry("walk", 4.0), MotionEntry("turn", 4.0)),
                 fabrics=tuple(FabricEntry(name, 0.2, 5e-4, 1.1, colour) for name, colour in FABRICS.items()),

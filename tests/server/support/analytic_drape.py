@@ -1,8 +1,8 @@
 """A drape without a solver: a waving sheet on a body of three joints. It takes no time and can be told to misbehave.
 
 The name of the fabric says how: ``cotton`` behaves, ``tight`` can't be dressed, ``nan`` yields a NaN after ten steps,
-``failing`` raises in every step, ``crash`` ends the process after ten steps, ``slow`` takes 0.2 s a step,
-``denim`` is out of bounds, ``resting`` is asleep.
+``failing`` raises in every step, ``crash`` ends the process after ten steps, ``greedy`` takes 32 MB
+more in each step, ``slow`` takes 0.2 s a step, ``denim`` is out of bounds, ``resting`` is asleep.
 """
 
 from __future__ import annotations
@@ -83,6 +83,7 @@ class WavingSheet:
         self.pose = Pose(root=np.zeros(3), rotations=np.tile([0.0, 0.0, 0.0, 1.0], (3, 1)))
         self.origin = np.zeros(3)
         self.current, self.t, self.steps = self.pose, 0.0, 0
+        self.hoard: list[np.ndarray] = []
 
     own_motion = None
 
@@ -97,6 +98,8 @@ class WavingSheet:
             raise RuntimeError("the step diverged")
         if self.behaviour == "crash" and self.steps > 10:
             os._exit(7)
+        if self.behaviour == "greedy":
+            self.hoard.append(np.ones(4_000_000))
         if self.behaviour == "slow":
             time.sleep(0.2)
         self.current, self.t = pose, t

@@ -16,7 +16,7 @@ from tryon_server.runtime.order import Workshop
 from tryon_server.settings import Settings
 from tryon_server.streaming.server import Server, listen
 
-FABRICS = ("cotton", "denim", "tight", "nan", "failing", "crash", "slow")
+FABRICS = ("cotton", "denim", "tight", "nan", "failing", "crash", "greedy", "slow")
 CATALOGUE = Catalogue(
     motions=(MotionEntry("sway", 1.0),),
     fabrics=tuple(FabricEntry(name, 0.2, 5e-4, 1.1, (0.5, 0.5, 0.5)) for name in FABRICS),
@@ -24,9 +24,10 @@ CATALOGUE = Catalogue(
 )
 
 
-def analytic_runtime(_settings: Settings) -> Runtime:
+def analytic_runtime(settings: Settings) -> Runtime:
+    workshop = Workshop("analytic_drape:build", "analytic_drape:load_motion")
     return Runtime(
-        placement=LocalProcesses(Workshop("analytic_drape:build", "analytic_drape:load_motion")),
+        placement=LocalProcesses(workshop, settings.session_memory_bytes),
         catalogue=CATALOGUE,
         devices=lambda: (Device("cpu", "the test's processor", 2**30),),
     )
