@@ -42,8 +42,8 @@ def reference_steps(case: ContactScene, count: int) -> Iterator[ReferenceStep]:
 
 
 def simulation_at(case: ContactScene, motion: Motion, settings: Settings, device: str = "cpu") -> Simulation:
-    """The solver in the reference's state."""
-    sim = build(case.scene, settings, device, motion.pose)
+    """The solver in the reference's state. The scene's own start need not be free of the body in that pose."""
+    sim = build(case.scene, settings, device, motion.pose, tangled=True)
     sim.state.x.assign(motion.x.astype(np.float32))
     sim.state.v.assign(motion.v.astype(np.float32))
     return sim
