@@ -44,7 +44,7 @@ class Start:
 
     def ready(self, settings: Settings, device: str) -> Simulation:
         """A simulation in this state."""
-        sim = build(self.scene, settings, device, self.stances[0])
+        sim = build(self.scene, settings, device, self.stances[0], tangled=True)
         sim.state.x.assign(self.x)
         sim.state.v.assign(self.v)
         return sim

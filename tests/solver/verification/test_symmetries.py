@@ -66,7 +66,7 @@ def steps(case, matrix, place, start=None, origin=None, first=0, count=STEPS):
     """Positions after each step, seen back through the matrix, of the scene led on from `start` (x, v) at `first`."""
     place = np.asarray(place, np.float64)
     viewed = seen(case, matrix, place)
-    sim = build(viewed.scene, CONVERGED, "cpu", viewed.pose_at(first))
+    sim = build(viewed.scene, CONVERGED, "cpu", viewed.pose_at(first), tangled=True)
     if start is not None:
         x, v = start
         sim.state.x.assign((x @ matrix.T + place).astype(np.float32))
