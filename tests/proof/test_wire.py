@@ -17,6 +17,8 @@ from tryon_server.runtime.drape import Outfit
 class Held:
     """A drape whose state is set by hand."""
 
+    own_motion = None  # its body stands as poses say
+
     def __init__(self):
         garment, self.cloth = tube()
         vertices, faces = icosphere(0.1, 3)
