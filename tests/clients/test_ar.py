@@ -94,7 +94,7 @@ def test_the_clips_body_drives_the_garment_in_ar_and_the_page_takes_over_again(c
     png = page.locator("#stage").screenshot(style=".top, .bar, .readout, .notice { visibility: hidden }")
     image = decode(page, png).astype(int)
     red = (image[..., 0] > 60) & (image[..., 0] > 1.8 * image[..., 1]) & (image[..., 0] > 1.8 * image[..., 2])
-    assert red.mean() > 0.005, "the garment is not to be seen"
+    assert red.mean() > 0.002, "the garment is not to be seen"  # nothing else on the stage is red
 
     before = figure(page, "frames")
     page.dispatch_event("#ar", "click")  # IWER puts the headset's picture over the page

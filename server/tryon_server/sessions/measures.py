@@ -17,7 +17,6 @@ SMPL_STATURE = 1.7  # m, of who sends no rest pose
 REST_SHARE = 0.05  # of the stature: a shorter bone of a rest pose says nothing
 # Bones by their ends, as shares of the stature: Winter, Biomechanics and Motor Control of Human Movement, figure 4.1.
 UPPER_ARM, FOREARM, THIGH, SHIN = 0.186, 0.146, 0.245, 0.246
-EYES_TO_WRIST = (0.02, 0.5)  # a hand at the visor, and one held down
 Bones = dict[tuple[str, str], tuple[float, float]]
 
 
@@ -35,8 +34,7 @@ BONES: dict[str, Bones] = {
         ("{}-arm-upper", "{}-arm-lower", "{}-hand-wrist"), ("{}-upper-leg", "{}-lower-leg", "{}-foot-ankle")
     ),
     "mediapipe": _limbs(("{}_shoulder", "{}_elbow", "{}_wrist"), ("{}_hip", "{}_knee", "{}_ankle")),
-    "head-hands": {("viewer", f"{side}-hand-wrist"): EYES_TO_WRIST for side in ("left", "right")},
-}
+}  # not of "head-hands": controllers may lie on a table
 
 
 class Measures:
@@ -50,7 +48,7 @@ class Measures:
         shares = np.array([bones[pair] for pair in present]).reshape(-1, 2)
         self._shortest, self._longest = shares[:, 0] * STATURES[0], shares[:, 1] * STATURES[1]
         rest = skeleton.rest_positions
-        if rest is not None and skeleton.convention != "head-hands":
+        if rest is not None:
             own = self._lengths(rest)
             told = own > REST_SHARE * STATURES[0]
             self._shortest, self._longest = (np.where(told, own, of) for of in (self._shortest, self._longest))

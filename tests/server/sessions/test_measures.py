@@ -22,7 +22,6 @@ STANDING = {  # a person of 1.7 m, arms hanging
         "left-arm-lower": (0.2, 1.1, 0.0),
         "left-hand-wrist": (0.2, 0.86, 0.0),
     },
-    "head-hands": {"viewer": (0.0, 1.6, 0.1), "left-hand-wrist": (0.2, 0.86, 0.0)},
 }
 
 
@@ -95,3 +94,10 @@ def test_a_root_in_centimetres_is_refused(rest_height):
     measures.check(TrackedPose(np.array([9e3, 0.99 * limit, 0.0]), None, None, seen))
     with pytest.raises(ProtocolError, match="pelvis"):
         measures.check(TrackedPose(np.array([0.0, 91.0, 0.0]), None, None, seen))
+
+
+def test_controllers_laid_aside_are_no_fault_of_the_head():
+    names = ("viewer", "left-hand-wrist", "right-hand-wrist")
+    places = np.array([[3.0, 1.6, 0.0], [0.2, 0.7, 0.0], [0.3, 0.7, 0.0]])
+    seen = np.ones(3, dtype=bool)
+    Measures(Skeleton("head-hands", names, None, None, None)).check(TrackedPose(None, places, None, seen))
