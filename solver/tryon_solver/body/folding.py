@@ -49,7 +49,8 @@ def unfolded(model: BodyModel, world: np.ndarray, dt: float, give: float = GIVE)
         def led_out(model: BodyModel, world: np.ndarray, angle: np.ndarray, side: str = side) -> np.ndarray:
             return abducted(model, world, angle, side)
 
-        world = _turned_free(_Flesh(model, hand, near_hip=0.0), led_out, MOST_ABDUCTED, world, dt, min(give, HAND_GIVE))
+        flesh = _Flesh(model, hand, near_hip=0.0)
+        world = _turned_free(flesh, led_out, MOST_ABDUCTED, world, dt, min(give, HAND_GIVE), through=False)
     return world
 
 
@@ -60,32 +61,38 @@ def _turned_free(
     world: np.ndarray,
     dt: float,
     give: float,
+    through: bool = True,
 ) -> np.ndarray:
-    """`world` with each frame `turned` by the smallest angle up to `most` that brings the flesh up to `give` m."""
+    """`world` with each frame `turned` by the smallest angle up to `most` that brings the flesh up to `give` m.
+
+    Without `through` it is not turned through other flesh: only as far as it gets less deep.
+    """
     over = np.flatnonzero(flesh.depth(world) > give)
     if not len(over):
         return world
     angles = np.linspace(0.0, most, ANGLES)
     depth = np.stack([flesh.depth(turned(flesh.model, world[over], np.full(len(over), a))) for a in angles])
     wanted = np.zeros(len(world))
-    wanted[over] = [_first_below(angles, depth[:, k], give) for k in range(len(over))]
+    for k, frame in enumerate(over):
+        end = len(angles) if through else _lowest(depth[:, k]) + 1
+        wanted[frame] = _first_below(angles[:end], depth[:end, k], give)
     return turned(flesh.model, world, evened(wanted, max(1, round(EVEN / dt))))
 
 
 def _first_below(angles: np.ndarray, depth: np.ndarray, give: float) -> float:
-    """The smallest angle at which the depth has come down to `give`, or the one at which it is least.
-
-    Nothing is turned through other flesh: angles count as far as the depth does not grow.
-    """
-    grows = np.flatnonzero(np.diff(depth) > 0)
-    if len(grows):
-        angles, depth = angles[: grows[0] + 1], depth[: grows[0] + 1]
+    """The smallest angle at which the depth has come down to `give`, or the one at which it is least."""
     enough = np.flatnonzero(depth <= give)
     if not len(enough):
         return float(angles[np.argmin(depth)])
     k = int(enough[0])
     share = (depth[k - 1] - give) / (depth[k - 1] - depth[k])
     return float(angles[k - 1] + share * (angles[k] - angles[k - 1]))
+
+
+def _lowest(depth: np.ndarray) -> int:
+    """Where the depth stops to fall for the first time."""
+    grows = np.flatnonzero(np.diff(depth) > 0)
+    return int(grows[0]) if len(grows) else len(depth) - 1
 
 
 def evened(wanted: np.ndarray, reach: int) -> np.ndarray:

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 wp.set_module_options({"enable_backward": False})
 
+
 @wp.kernel
 def travel_kernel(direction: wp.array(dtype=wp.vec3), travel_out: wp.array(dtype=wp.float32)):
     i = wp.tid()
@@ -195,7 +196,7 @@ def correct_penetration(sim: Simulation) -> None:
 def baked(sim: Simulation) -> tuple[object, ...]:
     """What `iterate` hands to kernels by value and may differ between steps, and where the arrays are that grow."""
     lists, pairs = sim.candidates, sim.pairs
-    return sim.dt, id(sim.settings), lists.ids.ptr, lists.capacity, pairs.ids.ptr, pairs.capacity
+    return sim.dt, lists.ids.ptr, lists.capacity, pairs.ids.ptr, pairs.capacity
 
 
 def iterate(sim: Simulation) -> None:
