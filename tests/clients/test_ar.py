@@ -58,6 +58,14 @@ def wait_for_tracking(page, tracking: str, poses: int = 20) -> None:
     )
 
 
+def share_of_red(page) -> float:
+    """Of the stage's picture; nothing on it is red but the garment."""
+    png = page.locator("#stage").screenshot(style=".top, .bar, .readout, .notice { visibility: hidden }")
+    image = decode(page, png).astype(int)
+    red = (image[..., 0] > 60) & (image[..., 0] > 1.8 * image[..., 1]) & (image[..., 0] > 1.8 * image[..., 2])
+    return float(red.mean())
+
+
 def test_the_clips_body_drives_the_garment_in_ar_and_the_page_takes_over_again(chromium, mannequin):
     from mannequin import tracked_clip
 
@@ -91,10 +99,14 @@ def test_the_clips_body_drives_the_garment_in_ar_and_the_page_takes_over_again(c
     assert draws[hidden[0] + 1]["colour"]
     assert draws[hidden[0] + 1]["depth"]
 
-    png = page.locator("#stage").screenshot(style=".top, .bar, .readout, .notice { visibility: hidden }")
-    image = decode(page, png).astype(int)
-    red = (image[..., 0] > 60) & (image[..., 0] > 1.8 * image[..., 1]) & (image[..., 0] > 1.8 * image[..., 2])
-    assert red.mean() > 0.002, "the garment is not to be seen"  # nothing else on the stage is red
+    # How much of it is to be seen changes with the squat: at its most over a two-hundredth of the picture.
+    shares = []
+    for _ in range(12):
+        wait_for_frames(page, 3)
+        shares.append(share_of_red(page))
+        if shares[-1] > 0.005:
+            break
+    assert max(shares) > 0.005, f"the garment is not to be seen: {shares}"
 
     before = figure(page, "frames")
     page.dispatch_event("#ar", "click")  # IWER puts the headset's picture over the page

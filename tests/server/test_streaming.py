@@ -126,6 +126,9 @@ def test_poses_of_a_client_that_closed_its_connection_give_way_at_once_and_of_on
                     websocket.transport.abort()
                 else:
                     await websocket.close(code)
+            # The server hears of the end a little later than this test.
+            while live.http.get(f"/api/sessions/{session}").json()["viewers"] > 1:
+                await asyncio.sleep(0.02)
             newest = await stream.send_pose((0.05, 0.0, 0.0), REST, t=1.0)
             answer = await until(
                 stream, lambda event: isinstance(event, ErrorMessage) or getattr(event, "pose_seq", 0) == newest

@@ -99,6 +99,11 @@ class Uploads(Generic[Record]):
                 self._blobs.put(content)
         return known
 
+    def _added(self, content: bytes, told: Telling, record: Callable[[str, str, UploadReply], Record]) -> Record:
+        """The file as it is known, or checked and stored as the `record` of its key, its digest and what was found."""
+        key, digest = _key(content, told)
+        return self._known(key, content) or self._keep(record(key, digest, self._check(content, told)), content)
+
     def _check(self, content: bytes, told: Telling) -> UploadReply:
         logger.info("checking the %s %r", self._kind, told.name)
         arguments = [str(self._limits.seconds), str(self._limits.address_space), msgspec.json.encode(told).decode()]
@@ -130,22 +135,20 @@ class MotionUploads(Uploads[MotionRecord]):
             ProblemError: 422, it is no motion that the default body can follow, or the name is unfit.
         """
         told = Telling(kind="motion", name=checked_name("motion", name), units=units)
-        key, digest = _key(content, told)
-        known = self._known(key, content)
-        if known is not None:
-            return known
-        facts = self._check(content, told).motion
-        assert facts is not None
-        record = MotionRecord(
-            id=_id(told.name, key),
-            name=told.name,
-            key=key,
-            digest=digest,
-            created=time.time(),
-            facts=facts,
-            units=units,
-        )
-        return self._keep(record, content)
+
+        def record(key: str, digest: str, found: UploadReply) -> MotionRecord:
+            assert found.motion is not None
+            return MotionRecord(
+                id=_id(told.name, key),
+                name=told.name,
+                key=key,
+                digest=digest,
+                created=time.time(),
+                facts=found.motion,
+                units=units,
+            )
+
+        return self._added(content, told, record)
 
 
 class BodyUploads(Uploads[BodyRecord]):
@@ -172,24 +175,22 @@ class BodyUploads(Uploads[BodyRecord]):
             ProblemError: 422, it is no body that can be worn on, or the name is unfit.
         """
         told = Telling(kind="body", name=checked_name("body", name), units=units, up=up, fps=fps)
-        key, digest = _key(content, told)
-        known = self._known(key, content)
-        if known is not None:
-            return known
-        facts = self._check(content, told).body
-        assert facts is not None
-        record = BodyRecord(
-            id=_id(told.name, key),
-            name=told.name,
-            key=key,
-            digest=digest,
-            created=time.time(),
-            facts=facts,
-            units=units,
-            up=up,
-            fps=fps,
-        )
-        return self._keep(record, content)
+
+        def record(key: str, digest: str, found: UploadReply) -> BodyRecord:
+            assert found.body is not None
+            return BodyRecord(
+                id=_id(told.name, key),
+                name=told.name,
+                key=key,
+                digest=digest,
+                created=time.time(),
+                facts=found.body,
+                units=units,
+                up=up,
+                fps=fps,
+            )
+
+        return self._added(content, told, record)
 
 
 def checked_name(kind: str, name: str) -> str:
