@@ -173,6 +173,9 @@ def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser])
     simulate.add_argument("--body-up", choices=AXES, help="axis that is up in it (default: found, and told)")
     simulate.add_argument("--body-fps", type=_positive, metavar="FPS", help="frames a second (default: told, or 30)")
     simulate.add_argument(
+        "--body-animation", metavar="NAME", help="which animation of a .glb with several (default the first, told)"
+    )
+    simulate.add_argument(
         "--motion",
         metavar="FILE.bvh|NAME",
         help=f"BVH file, or a motion that comes with tryon: {MOTIONS} (default: the body stands still)",
@@ -341,7 +344,7 @@ def run_simulate(options: argparse.Namespace) -> int:
         edge_length=options.edge_length,
         body=None if options.body == "default" else Path(options.body),
         reading=MeshReading(options.units, options.up),
-        body_reading=MeshReading(options.body_units, options.body_up, options.body_fps),
+        body_reading=MeshReading(options.body_units, options.body_up, options.body_fps, options.body_animation),
         size=options.size,
     )
     with ProgressBar() as bar:

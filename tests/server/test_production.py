@@ -56,6 +56,20 @@ def test_a_mesh_that_can_not_be_worn_is_named_as_its_owner_names_it(order, tmp_p
     assert caught.value.problem.message.startswith(f"{called}, line 4: ")
 
 
+@pytest.mark.parametrize(("name", "called"), [("Grandmother", "Grandmother"), (None, "5ab1e5")])
+@pytest.mark.parametrize("hurt", [False, True])
+def test_a_body_that_can_not_be_worn_on_is_named_as_its_owner_names_it(order, tmp_path, name, called, hurt):
+    path = tmp_path / "5ab1e5"
+    vertices = np.zeros((2, 3, 3))
+    vertices[1, 2] = np.nan if hurt else 0.0
+    with path.open("wb") as file:
+        np.savez(file, vertices=vertices, faces=[[0, 1, 2]])
+    with pytest.raises(ProblemError) as caught:
+        production.build_drape(replace(order, body=path, body_name=name), lambda *_: None)
+    assert caught.value.problem.message.startswith(f"{called}: ")
+    assert "5ab1e5" not in caught.value.problem.message.replace(called, "")
+
+
 def test_another_size_is_another_garment(order):
     """In the wardrobe, too: what hung there in the pattern's own size is not taken for it."""
     own, small = (production.build_drape(replace(order, size=size), lambda *_: None) for size in (1.0, 0.9))

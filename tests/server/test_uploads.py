@@ -5,7 +5,11 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import io
+import json
 import runpy
+import struct
+import tempfile
+import time
 import zipfile
 from pathlib import Path
 
@@ -236,6 +240,43 @@ def test_a_glb_with_a_skin_that_is_open_says_so(live, tmp_path):
     assert any("it is not closed: 1 holes are filled" in note for note in body["notes"])
     assert body["seconds"] == pytest.approx(0.2, abs=0.05)
     live.http.delete(f"/api/bodies/{body['id']}")
+
+
+def animated(names: tuple[str, ...]) -> bytes:
+    """The squat with so many animations, all the same but for their names."""
+    script = runpy.run_path(str(ROOT / "scripts" / "make_strangers.py"))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "squat.glb"
+        script["write_squat"](path, default_body(), 0.1)
+        content = path.read_bytes()
+    size = int.from_bytes(content[12:16], "little")
+    document = json.loads(content[20 : 20 + size])
+    document["animations"] = [document["animations"][0] | {"name": name} for name in names]
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    rest = content[20 + size :]
+    return struct.pack("<4sIIII", b"glTF", 2, 20 + len(text) + len(rest), len(text), 0x4E4F534A) + text + rest
+
+
+def test_one_of_several_animations_is_chosen_by_name_and_goes_with_the_body_into_a_session(live):
+    content = animated(("idle", "squat"))
+    first = post(live, "bodies", content, "Actor").json()
+    assert any("'idle' is read, the first; animation names another" in note for note in first["notes"])
+    told = post(live, "bodies", content, "Actor", animation="squat").json()
+    assert told["id"] != first["id"]
+    assert any("'squat' is read, as told" in note for note in told["notes"])
+    wrong = refused(post(live, "bodies", content, animation="fly"), 422, "body.unusable")
+    assert "no animation 'fly'" in wrong["message"]
+    assert wrong["remedy"] == "Say one of: 'idle', 'squat'"
+    session = live.http.post("/api/sessions", json={"garment": "tube", "body": told["id"], "fabric": "tight"}).json()
+    deadline = time.monotonic() + 20.0
+    while (reply := live.http.get(f"/api/sessions/{session['id']}").json())["state"] != "failed":
+        assert time.monotonic() < deadline, reply
+        time.sleep(0.05)
+    assert reply["detail"] == "a seam of 'tube' stayed open on 'Actor'; animation is squat. Enlarge the pieces."
+    live.http.delete(f"/api/sessions/{session['id']}")
+    for body in (first, told):
+        assert live.http.delete(f"/api/bodies/{body['id']}").status_code == 204
 
 
 def test_a_body_that_passes_through_itself_says_so(live):

@@ -53,11 +53,14 @@ async def upload_body(
     fps: Annotated[
         float | None, Query(gt=0, le=1000, description="frames a second, where the file does not say; 30 without it")
     ] = None,
+    animation: Annotated[
+        str | None, Query(min_length=1, max_length=200, description="of a .glb with several, by name; the first, told")
+    ] = None,
 ) -> BodyReply:
     """Check an animated mesh and keep it, to open sessions with. The same file twice is the same body."""
     content = await request.body()
     loop = asyncio.get_running_loop()
-    body = await loop.run_in_executor(services.checkers, services.bodies.add, content, name, units, up, fps)
+    body = await loop.run_in_executor(services.checkers, services.bodies.add, content, name, units, up, fps, animation)
     response.headers["Location"] = f"{PATH}/{body.id}"
     return _reply(body)
 

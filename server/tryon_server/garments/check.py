@@ -10,6 +10,7 @@ import traceback
 import msgspec
 
 from tryon_server.problems import Problem
+from tryon_server.wording import as_parameters
 
 CHECK_EDGE_LENGTH = 0.03  # [m] triangles coarse enough to be quick, fine enough to meet every seam and dart
 CORRECT_IT = "Correct this place in the pattern file and upload it again"
@@ -57,8 +58,7 @@ def check_mesh(content: bytes, units: str | None, up: str | None) -> CheckReply:
         sewn, _ = garment.sewn()
         hinges = sewn.hinges()
     except MeshFileError as error:
-        remedy = error.remedy.replace("--units", "units").replace("--up", "up")
-        return _refused("garment.mesh", error.place, error.message, remedy, 422)
+        return _refused("garment.mesh", error.place, as_parameters(error.message), as_parameters(error.remedy), 422)
     except GarmentError as error:
         return _refused("garment.mesh", "the mesh", str(error), "Mend it and upload it again", 422)
     except BodyError as error:
@@ -77,7 +77,7 @@ def check_mesh(content: bytes, units: str | None, up: str | None) -> CheckReply:
         vertex_count=sewn.vertex_count,
         triangle_count=len(sewn.faces),
         area=float(sewn.signed_areas().sum()),
-        notes=garment.notes,
+        notes=tuple(as_parameters(note) for note in garment.notes),
     )
     return CheckReply(facts=facts)
 

@@ -26,7 +26,7 @@ class MotionRecord(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class BodyRecord(msgspec.Struct, frozen=True, kw_only=True):
-    """A stored body: as ``MotionRecord``; ``up`` and ``fps`` are told like ``units``."""
+    """A stored body: as ``MotionRecord``; ``up``, ``fps`` and ``animation`` are told like ``units``."""
 
     id: str
     name: str
@@ -37,6 +37,7 @@ class BodyRecord(msgspec.Struct, frozen=True, kw_only=True):
     units: str | None = None
     up: str | None = None
     fps: float | None = None
+    animation: str | None = None
 
 
 Record = TypeVar("Record", MotionRecord, BodyRecord)

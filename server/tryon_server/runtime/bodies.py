@@ -31,9 +31,10 @@ def moves_itself(path: Path | None) -> bool:
         return False
 
 
-def load_moving_mesh(path: Path | None, reading: MeshReading) -> MeshBody | None:
+def load_moving_mesh(path: Path | None, reading: MeshReading, name: str | None = None) -> MeshBody | None:
     """The moving mesh in this file or folder, or a human's that stands but has to be mended, or read in a unit of its
-    own; None when it is another kind of body. A file without an ending, such as an upload, is a mesh.
+    own; None when it is another kind of body. A file without an ending, such as an upload, is a mesh. `name` is what
+    its owner calls it, None for its file's.
 
     Raises:
         ProblemError: it is one and can't be used.
@@ -41,9 +42,9 @@ def load_moving_mesh(path: Path | None, reading: MeshReading) -> MeshBody | None
     if path is None or not path.exists():
         return None
     try:
-        if (path.suffix or path.is_dir()) and not is_moving_mesh(path):
+        if reading.animation is None and (path.suffix or path.is_dir()) and not is_moving_mesh(path):
             return _standing_mesh(path, reading)
-        return read_mesh_body(path, Told(reading.units, reading.up), reading.fps)
+        return read_mesh_body(path, Told(reading.units, reading.up), reading.fps, reading.animation, name)
     except MeshFileError as error:
         raise problem_error(
             "body.unusable", f"{error.place}: {error.message}", error.remedy, place="body", status=422

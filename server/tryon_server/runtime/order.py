@@ -16,11 +16,13 @@ class MeshReading:
         units: ``m``, ``cm``, ``mm``, ``in`` or ``ft``.
         up: the axis that is up, ``y`` or ``z``.
         fps: frames a second of a sequence.
+        animation: which one of a .glb is played, by name.
     """
 
     units: str | None = None
     up: str | None = None
     fps: float | None = None
+    animation: str | None = None
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,7 @@ class DrapeOrder:
         device: ``cpu``, ``cuda:0``, ...
         edge_length: length of the mesh's edges [m]; None for the preset's.
         garment_name: what its owner calls the garment; None for the name of its file.
+        body_name: what its owner calls the body; None for the name of its file.
         size: of a sewing pattern, over its own; None for the one that fits, which is looked for by trying some on.
         body: file of the body; None for the default body.
         wardrobe: folder where dressed garments are kept for the next time; None to dress anew.
@@ -52,6 +55,7 @@ class DrapeOrder:
     body_reading: MeshReading = MeshReading()
     size: float | None = 1.0
     garment_name: str | None = None
+    body_name: str | None = None
 
 
 @dataclass(frozen=True)

@@ -133,7 +133,7 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
     fabric = _named(FABRICS, "fabric", order.fabric)
     settings = PRESETS[preset]
     progress("Reading the body", None)
-    moving = load_moving_mesh(order.body, order.body_reading)
+    moving = load_moving_mesh(order.body, order.body_reading, order.body_name)
     body: WornBody = load_body(order.body) if moving is None else moving.sequence
     if is_mesh_file(order.pattern):
         if order.size not in (None, 1.0):

@@ -27,6 +27,7 @@ from tryon_server.runtime.publishing import Publisher
 from tryon_server.runtime.sources import MotionSource, Move, PoseSource, SequenceSource, StillSource, StreamSource
 from tryon_server.sessions.commands import AllowFrame, Command, FollowMotion, Run, UsePose, UseTrackedPose, WearFabric
 from tryon_server.sessions.events import Event, PhaseChanged, Reported, Troubled
+from tryon_server.wording import as_parameters, in_parameters
 from tryon_solver.body.pose import Pose
 from tryon_solver.body.tracking import TrackingError
 
@@ -175,7 +176,7 @@ class Worker:
             drape = self._build(order, self._progress)
             announcement = self._publisher.dress(drape)
         except (ProblemError, ProtocolError) as error:
-            fault = error.problem if isinstance(error, ProblemError) else error
+            fault = in_parameters(error.problem) if isinstance(error, ProblemError) else error
             what = f"{fault.message.rstrip('.')}."
             self._fail(f"{fault.place}: {what}" if fault.place else what, fault.remedy)
         except Exception as error:
@@ -189,7 +190,8 @@ class Worker:
             self._tell(announcement)
             outfit = drape.outfit
             said = f"Dressed; {outfit.fit}" if outfit.fit else "Dressed"
-            self._tell(PhaseChanged("ready", said, None, outfit.fit, outfit.fitting_size, outfit.notes))
+            notes = tuple(as_parameters(note) for note in outfit.notes)
+            self._tell(PhaseChanged("ready", said, None, outfit.fit, outfit.fitting_size, notes))
             self._last_look = self._clock()
 
     def say(self, what: str) -> None:

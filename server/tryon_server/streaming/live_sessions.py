@@ -201,6 +201,7 @@ class LiveSessions:
             await asyncio.gather(*self._notes, return_exceptions=True)
 
     def _work_order(self, record: SessionRecord, garment: GarmentRecord, body: BodyRecord | None = None) -> WorkOrder:
+        told = MeshReading() if body is None else MeshReading(body.units, body.up, body.fps, body.animation)
         return WorkOrder(
             drape=DrapeOrder(
                 pattern=self._garments.pattern_path(garment),
@@ -212,7 +213,8 @@ class LiveSessions:
                 size=record.size,
                 garment_name=garment.name,
                 body=None if body is None else self._bodies.path(body),
-                body_reading=MeshReading() if body is None else MeshReading(body.units, body.up, body.fps),
+                body_reading=told,
+                body_name=None if body is None else body.name,
             ),
             motion=record.motion,
             frames_per_second=self._settings.frames_per_second,

@@ -15,9 +15,7 @@ import msgspec
 
 from tryon_server.findings import BodyFacts, MotionFacts
 from tryon_server.problems import Problem, ProblemError, problem_error
-
-NAMES = (("--body-units", "units"), ("--body-up", "up"), ("--body-fps", "fps"))  # options of a command -> parameters
-MORE_NAMES = (("--motion-units", "units"), ("--units", "units"), ("--up", "up"))
+from tryon_server.wording import as_parameters, in_parameters
 
 
 class Telling(msgspec.Struct, frozen=True, kw_only=True):
@@ -28,6 +26,7 @@ class Telling(msgspec.Struct, frozen=True, kw_only=True):
     units: str | None = None
     up: str | None = None
     fps: float | None = None
+    animation: str | None = None
 
 
 class UploadReply(msgspec.Struct, frozen=True, kw_only=True):
@@ -46,7 +45,7 @@ def check(content: bytes, told: Telling) -> UploadReply:
             return UploadReply(motion=check_motion(content, told))
         return UploadReply(body=check_body(content, told))
     except ProblemError as error:
-        return UploadReply(problem=_as_parameters(error.problem), status=error.status)
+        return UploadReply(problem=in_parameters(error.problem), status=error.status)
     except MemoryError:
         raise  # told by the parent as what it is
     except Exception as error:
@@ -79,7 +78,7 @@ def check_body(content: bytes, told: Telling) -> BodyFacts:
         path = Path(folder) / "body"  # without an ending, as it is kept: what it is is found in it
         path.write_bytes(content)
         try:
-            body = load_moving_mesh(path, MeshReading(told.units, told.up, told.fps))
+            body = load_moving_mesh(path, MeshReading(told.units, told.up, told.fps, told.animation))
         except ProblemError as error:
             message = error.problem.message.removeprefix("body: ").removeprefix("body, ").replace("body/", "")
             raise ProblemError(msgspec.structs.replace(error.problem, message=message), error.status) from error
@@ -89,19 +88,8 @@ def check_body(content: bytes, told: Telling) -> BodyFacts:
         seconds=sequence.duration,
         frame_count=sequence.frame_count,
         vertex_count=sequence.vertex_count,
-        notes=tuple(_renamed(note) for note in body.notes),
+        notes=tuple(as_parameters(note) for note in body.notes),
     )
-
-
-def _as_parameters(problem: Problem) -> Problem:
-    """With the options of the command as the parameters of the request."""
-    return msgspec.structs.replace(problem, message=_renamed(problem.message), remedy=_renamed(problem.remedy))
-
-
-def _renamed(text: str) -> str:
-    for option, parameter in NAMES + MORE_NAMES:
-        text = text.replace(option, parameter)
-    return text
 
 
 def main() -> None:

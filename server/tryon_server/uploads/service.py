@@ -161,6 +161,7 @@ class BodyUploads(Uploads[BodyRecord]):
         units: str | None = None,
         up: str | None = None,
         fps: float | None = None,
+        animation: str | None = None,
     ) -> BodyRecord:
         """Check a body that is a mesh and store it; the same file twice is the same body.
 
@@ -170,11 +171,12 @@ class BodyUploads(Uploads[BodyRecord]):
             units: what its lengths are in; None to find it out.
             up: axis that is up in it; None to find it out.
             fps: frames a second, where the file does not say; None to find it out.
+            animation: which one of a .glb, by name; None for the first.
 
         Raises:
             ProblemError: 422, it is no body that can be worn on, or the name is unfit.
         """
-        told = Telling(kind="body", name=checked_name("body", name), units=units, up=up, fps=fps)
+        told = Telling(kind="body", name=checked_name("body", name), units=units, up=up, fps=fps, animation=animation)
 
         def record(key: str, digest: str, found: UploadReply) -> BodyRecord:
             assert found.body is not None
@@ -188,6 +190,7 @@ class BodyUploads(Uploads[BodyRecord]):
                 units=units,
                 up=up,
                 fps=fps,
+                animation=animation,
             )
 
         return self._added(content, told, record)

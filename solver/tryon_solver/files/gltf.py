@@ -3,7 +3,7 @@
 Read is what a garment or a body needs: triangles with positions, texture coordinates and skin weights, the tree of
 nodes, skins, animations of translation, rotation and scale, morph targets. Not read: sparse accessors, compressed
 meshes (Draco, meshopt) and files that keep their data elsewhere; each is named with its remedy. Khronos Group, glTF 2.0
-Specification, sections 3.6 (accessors), 3.7 (skins, morph targets) and 3.11 (interpolation).
+Specification, sections 3.6 (accessors) and 3.7 (skins, morph targets); animations are in gltf_animation.py.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from tryon_solver.body import quaternions
+from tryon_solver.files.gltf_animation import Channel, Choice, choose
 from tryon_solver.files.raw_mesh import MeshFileError, RawMesh
 from tryon_solver.geometry.text_check import RENAME_IT, find_unencodable
 
@@ -44,15 +45,6 @@ class _Primitive:
 
 
 @dataclass
-class _Channel:
-    node: int
-    path: str
-    times: np.ndarray  # (K,) s
-    values: np.ndarray  # (K, width); cubic splines as (K, 3, width): tangent, value, tangent
-    interpolation: str
-
-
-@dataclass
 class GltfScene:
     """What a .glb shows; sampled at any time by `positions`."""
 
@@ -64,15 +56,28 @@ class GltfScene:
     matrices: dict[int, np.ndarray]  # of nodes that give one instead
     primitives: list[_Primitive] = field(default_factory=list)
     skins: list[tuple[list[int], np.ndarray]] = field(default_factory=list)  # joint nodes, inverse bind matrices
-    channels: list[_Channel] = field(default_factory=list)
+    animation: Choice | None = None
+    channels: list[Channel] = field(default_factory=list)  # of the animation that is played
+
+    @property
+    def begins(self) -> float:
+        """Time of the first key [s]; 0 without an animation."""
+        return min((float(channel.times[0]) for channel in self.channels), default=0.0)
 
     @property
     def duration(self) -> float:
-        """Time of the last key [s]; 0 without an animation."""
-        return max((float(channel.times[-1]) for channel in self.channels), default=0.0)
+        """From the first key to the last [s]; 0 without an animation."""
+        return max((float(channel.times[-1]) for channel in self.channels), default=0.0) - self.begins
+
+    def notes(self) -> tuple[str, ...]:
+        """What there is to say about its animations, for people."""
+        said = [self.animation.describe()] if self.animation else []
+        if self.channels and self.begins > 0:
+            said.append(f"its first key is at {self.begins:.2f} s: it begins there")
+        return tuple(filter(None, said))
 
     def raw_mesh(self) -> RawMesh:
-        """All triangles, as they are at the beginning."""
+        """All triangles, as they are at the first key."""
         faces, uv, part, start = [], [], [], 0
         has_uv = all(primitive.uv is not None for primitive in self.primitives)
         for k, primitive in enumerate(self.primitives):
@@ -85,7 +90,7 @@ class GltfScene:
         count = sum(len(f) for f in faces)
         bare = np.array([primitive.uv is None for primitive in self.primitives])[np.concatenate(part)]
         return RawMesh(
-            vertices=self.positions(0.0),
+            vertices=self.positions(self.begins),
             faces=np.vstack(faces).astype(np.int32),
             uv=np.vstack(uv).astype(np.float64) if has_uv else None,
             lines=np.empty((0, 2), np.int32),
@@ -95,10 +100,11 @@ class GltfScene:
             origin_word="triangle",
             name=self.name,
             without_uv=np.flatnonzero(bare & ~bare.all()),
+            notes=self.notes(),
         )
 
     def positions(self, time: float) -> np.ndarray:
-        """(V, 3) vertices of all triangles in the scene at `time` s, in the file's metres."""
+        """(V, 3) vertices of all triangles in the scene at `time` s of its keys, in the file's metres."""
         local, morphs = self._local(time)
         world = np.empty((len(self.parents), 4, 4))
         for node in self._order():
@@ -135,7 +141,7 @@ class GltfScene:
         morphs: dict[int, np.ndarray] = {}
         animated = set()
         for channel in self.channels:
-            value = _sampled(channel, time)
+            value = channel.at(time)
             if channel.path == "weights":
                 morphs[channel.node] = value
                 continue
@@ -150,33 +156,13 @@ class GltfScene:
         return local, morphs
 
 
-def _sampled(channel: _Channel, time: float) -> np.ndarray:
-    times, values = channel.times, channel.values
-    k = int(np.clip(np.searchsorted(times, time, side="right") - 1, 0, len(times) - 1))
-    cubic = channel.interpolation == "CUBICSPLINE"
-    here = values[k, 1] if cubic else values[k]
-    if k + 1 >= len(times) or time <= times[0] or channel.interpolation == "STEP":
-        return here
-    step = times[k + 1] - times[k]
-    s = (time - times[k]) / step
-    if cubic:
-        after = values[k + 1, 1]
-        out, into = values[k, 2], values[k + 1, 0]
-        return (
-            (2 * s**3 - 3 * s**2 + 1) * here
-            + step * (s**3 - 2 * s**2 + s) * out
-            + (3 * s**2 - 2 * s**3) * after
-            + step * (s**3 - s**2) * into
-        )
-    if channel.path == "rotation":
-        return quaternions.slerp(here, values[k + 1], s)
-    return (1 - s) * here + s * values[k + 1]
+def parse_glb(content: bytes, name: str = "mesh.glb", animation: str | None = None) -> GltfScene:
+    """Read a .glb; `animation` is the name of the one to read, None for the first.
 
-
-def parse_glb(content: bytes, name: str = "mesh.glb") -> GltfScene:
-    """Read a .glb. Raises MeshFileError naming what of it can't be read."""
+    Raises MeshFileError naming what of it can't be read.
+    """
     try:
-        return _Parser(content, name).scene()
+        return _Parser(content, name).scene(animation)
     except (
         KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError, RecursionError, struct.error
     ) as error:
@@ -207,7 +193,7 @@ class _Parser:
         if needed:
             raise MeshFileError(f"it needs the extension {min(needed)}, which is not read", name, AGAIN)
 
-    def scene(self) -> GltfScene:
+    def scene(self, animation: str | None) -> GltfScene:
         document = self.document
         nodes = document.get("nodes", [])
         parents = [-1] * len(nodes)
@@ -245,9 +231,14 @@ class _Parser:
                         self.refuse_unfit(scene, scene.primitives[-1])
         if not scene.primitives:
             raise MeshFileError("it has no triangles", self.name, AGAIN)
-        for animation in document.get("animations", [])[:1]:
-            scene.channels += [self.channel(animation, channel) for channel in animation["channels"]]
-        self.refuse_unfit_channels(scene)
+        animations = document.get("animations", [])
+        scene.animation = choose(animations, [self.moves(one) for one in animations], animation, self.name)
+        if scene.animation is not None:
+            played = animations[scene.animation.played]
+            place = f"animation {scene.animation.played}"
+            channels = [channel for channel in played["channels"] if "node" in channel["target"]]  # others move nothing
+            scene.channels = [self.channel(played, channel, place) for channel in channels]
+            self.refuse_unfit_channels(scene, place)
         return scene
 
     def fault(self, message: str, place: str) -> MeshFileError:
@@ -281,12 +272,23 @@ class _Parser:
         wrong = np.flatnonzero(((primitive.joints < 0) | (primitive.joints >= joint_count)).any(axis=1))
         if len(wrong):
             self.refuse_beyond(primitive.joints[wrong[0]], joint_count, f"{place}, JOINTS_0[{wrong[0]}]", "joint")
+        total = primitive.weights.sum(axis=1)
+        shown = np.unique(primitive.faces)
+        bare = shown[total[shown] <= 0]
+        if len(bare):
+            raise MeshFileError(
+                f"{len(bare)} of its {count} vertices hang on no joint, their weights are all 0; the first is vertex "
+                f"{bare[0]}",
+                f"{self.name}, {place}, WEIGHTS_0[{bare[0]}]",
+                "Give every vertex of the skin a weight, or take what no joint moves out of the skinned mesh",
+            )
+        primitive.weights = primitive.weights / np.where(total > 0, total, 1.0)[:, None]
 
-    def refuse_unfit_channels(self, scene: GltfScene) -> None:
+    def refuse_unfit_channels(self, scene: GltfScene, animation: str) -> None:
         """Raises MeshFileError when an animation moves what is not there, or not as it can be moved."""
         morphs = {primitive.node: len(primitive.targets) for primitive in scene.primitives}
         for k, channel in enumerate(scene.channels):
-            place = f"animation 0, channel {k}"
+            place = f"{animation}, channel {k}"
             self.refuse_beyond(np.array([channel.node]), len(scene.parents), place, "node")
             widths = {"translation": 3, "rotation": 4, "scale": 3, "weights": morphs.get(channel.node)}
             if channel.path not in widths:
@@ -294,8 +296,10 @@ class _Parser:
             width, found = widths[channel.path], channel.values.shape[-1]
             if width is not None and width != found:
                 raise self.fault(f"a {channel.path} of {width} numbers is animated by {found}", place)
-            if not len(channel.times) or (np.diff(channel.times) < 0).any():
-                raise self.fault("its times go back from key to key", place)
+            if (key := channel.key_out_of_order()) is not None:
+                before, here = channel.times[key - 1], channel.times[key]
+                message = f"key {key} is at {here:g} s and key {key - 1} before it at {before:g} s: times must increase"
+                raise self.fault(message, f"{animation}, sampler {channel.sampler}")
 
     def primitive(self, primitive: dict[str, Any], mesh: dict[str, Any], node: dict[str, Any], k: int) -> _Primitive:
         attributes = primitive["attributes"]
@@ -310,7 +314,6 @@ class _Parser:
             sets = [n for n in range(4) if f"JOINTS_{n}" in attributes]
             joints = np.hstack([self.accessor(attributes[f"JOINTS_{n}"]) for n in sets]).astype(np.int64)
             weights = np.hstack([self.accessor(attributes[f"WEIGHTS_{n}"]) for n in sets])
-            weights = weights / np.maximum(weights.sum(axis=1, keepdims=True), 1e-12)
         targets = [self.accessor(t["POSITION"]) for t in primitive.get("targets", ()) if "POSITION" in t]
         return _Primitive(
             node=k,
@@ -325,13 +328,25 @@ class _Parser:
             rest_morph=np.array(node.get("weights") or mesh.get("weights") or [0.0] * len(targets), np.float64),
         )
 
-    def channel(self, animation: dict[str, Any], channel: dict[str, Any]) -> _Channel:
-        sampler = animation["samplers"][channel["sampler"]]
+    def moves(self, animation: dict[str, Any]) -> bool:
+        """Whether any node has more than one key."""
+        inputs = [
+            animation["samplers"][channel["sampler"]]["input"]
+            for channel in animation["channels"]
+            if "node" in channel["target"]
+        ]
+        return any(self.document["accessors"][index]["count"] > 1 for index in inputs)
+
+    def channel(self, animation: dict[str, Any], channel: dict[str, Any], place: str) -> Channel:
+        index, target = channel["sampler"], channel["target"]
+        sampler = animation["samplers"][index]
         times = self.accessor(sampler["input"]).ravel()
         values = self.accessor(sampler["output"])
+        if not len(times):
+            raise self.fault("it has no keys", f"{place}, sampler {index}")
         interpolation = sampler.get("interpolation", "LINEAR")
         values = values.reshape(len(times), 3, -1) if interpolation == "CUBICSPLINE" else values.reshape(len(times), -1)
-        return _Channel(channel["target"]["node"], channel["target"]["path"], times, values, interpolation)
+        return Channel(target["node"], target["path"], index, times, values, interpolation)
 
     def accessor(self, index: int) -> np.ndarray:
         """(count, width) float64."""

@@ -103,36 +103,52 @@ def kind_of(path: Path) -> str:
         return ".npz" if any(name.endswith(".npy") for name in archive.namelist()) else ".zip"
 
 
-def read_mesh_body(path: Path, told: Told = Told(), fps: float | None = None) -> MeshBody:  # noqa: B008
+def read_mesh_body(
+    path: Path,
+    told: Told = Told(),  # noqa: B008
+    fps: float | None = None,
+    animation: str | None = None,
+    name: str | None = None,
+) -> MeshBody:
     """Read a moving mesh and make it a body.
 
-    `told` what is known of its unit and axes; `fps` frames a second, where the file does not say. Raises MeshFileError
-    or BodyError.
+    `told` what is known of its unit and axes; `fps` frames a second, where the file does not say; `animation` of a
+    .glb, by name, the first without that; `name` what its owner calls it, None for its file's. Raises MeshFileError or
+    BodyError.
     """
-    return make_body(read_frames(path, told, fps))
+    return make_body(read_frames(path, told, fps, animation, name))
 
 
-def read_frames(path: Path, told: Told = Told(), fps: float | None = None) -> RawFrames:  # noqa: B008
-    """The moving mesh of a file or folder as it is. Raises MeshFileError."""
+def read_frames(
+    path: Path,
+    told: Told = Told(),  # noqa: B008
+    fps: float | None = None,
+    animation: str | None = None,
+    name: str | None = None,
+) -> RawFrames:
+    """The moving mesh of a file or folder as it is; as `read_mesh_body`. Raises MeshFileError."""
     kind = kind_of(path)
+    name = name or path.name
     if fps is not None:
-        refuse_rate(fps, f"{path.name}, --body-fps", "Say how many frames a second were recorded")
+        refuse_rate(fps, f"{name}, --body-fps", "Say how many frames a second were recorded")
+    if animation is not None and kind != ".glb":
+        raise MeshFileError("only a .glb has animations to choose from", name, "Leave --body-animation out")
     if kind == "folder":
         files = _frame_files(path)
         if not files:
-            raise MeshFileError("the folder holds no .obj frames", path.name, "Export into it one .obj file a frame")
-        raw = _read_objs(path.name, [(f"{path.name}/{file.name}", file.read_bytes) for file in files], told, fps)
+            raise MeshFileError("the folder holds no .obj frames", name, "Export into it one .obj file a frame")
+        raw = _read_objs(name, [(f"{name}/{file.name}", file.read_bytes) for file in files], told, fps)
     elif kind == ".zip":
-        raw = _read_zip(path, told, fps)
+        raw = _read_zip(path, name, told, fps)
     elif kind == ".npz":
-        raw = _read_npz(path, told, fps)
+        raw = _read_npz(path, name, told, fps)
     elif kind == ".obj":
-        mesh = parse_obj(path.read_text(errors="replace"), path.name)
-        _limit(path.name, 1, len(mesh.vertices))
+        mesh = parse_obj(path.read_text(errors="replace"), name)
+        _limit(name, 1, len(mesh.vertices))
         frames = mesh.vertices[None].astype(np.float32)
-        raw = RawFrames(frames, mesh.faces, GLB_DT, told, path.name, (STANDS,))
+        raw = RawFrames(frames, mesh.faces, GLB_DT, told, name, (STANDS,))
     else:
-        raw = _read_glb(path, told)
+        raw = _read_glb(path, name, told, animation)
     if not raw.faces.size:
         raise MeshFileError("it has no triangles", raw.name, "Export the mesh itself, with its faces")
     if raw.faces.min() < 0 or raw.faces.max() >= raw.frames.shape[1]:
@@ -171,7 +187,7 @@ def _read_objs(
     return RawFrames(frames, first.faces, 1 / rate, told, name, tuple(notes), tuple(file for file, _ in files))
 
 
-def _read_zip(path: Path, told: Told, fps: float | None) -> RawFrames:
+def _read_zip(path: Path, name: str, told: Told, fps: float | None) -> RawFrames:
     """OBJ frames in an archive, read without unpacking it to the disk."""
     try:
         with zipfile.ZipFile(path) as archive:
@@ -180,25 +196,25 @@ def _read_zip(path: Path, told: Told, fps: float | None) -> RawFrames:
                 place = PurePosixPath(entry.filename.replace("\\", "/"))
                 if place.is_absolute() or ".." in place.parts or ":" in place.parts[0]:
                     raise MeshFileError(
-                        f"its entry {entry.filename!r} leads out of the archive", path.name, "Pack the frames alone"
+                        f"its entry {entry.filename!r} leads out of the archive", name, "Pack the frames alone"
                     )
             frames = [e for e in entries if e.filename.lower().endswith(".obj") and "__MACOSX" not in e.filename]
             if not frames:
-                raise MeshFileError("it holds no .obj frames", path.name, "Pack a folder of .obj files, one a frame")
+                raise MeshFileError("it holds no .obj frames", name, "Pack a folder of .obj files, one a frame")
             size = sum(entry.file_size for entry in frames)
             if size > UNPACKED_MAX:
                 raise MeshFileError(
                     f"its frames have {size / 2**20:.0f} MiB when they are unpacked, more than "
                     f"{UNPACKED_MAX / 2**20:.0f}",
-                    path.name,
+                    name,
                     "Export fewer frames, or write an .npz",
                 )
             frames.sort(key=lambda entry: _by_number(entry.filename))
-            files = [(f"{path.name}/{entry.filename}", partial(archive.read, entry)) for entry in frames]
-            return _read_objs(path.name, files, told, fps)
+            files = [(f"{name}/{entry.filename}", partial(archive.read, entry)) for entry in frames]
+            return _read_objs(name, files, told, fps)
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
         remedy = "Pack it again, without a password"
-        raise MeshFileError(f"it can't be unpacked ({error})", path.name, remedy) from error
+        raise MeshFileError(f"it can't be unpacked ({error})", name, remedy) from error
 
 
 def _frame_files(folder: Path) -> list[Path]:
@@ -229,9 +245,9 @@ def _by_number(name: str) -> tuple[str, int, str]:
     return (stem[: match.start()], int(match.group()), name) if match else (stem, -1, name)
 
 
-def _read_npz(path: Path, told: Told, fps: float | None) -> RawFrames:
-    held = read_npz(path, BYTES_MAX, rate_told=fps is not None)
-    _limit(path.name, *held.frames.shape[:2])
+def _read_npz(path: Path, name: str, told: Told, fps: float | None) -> RawFrames:
+    held = read_npz(path, name, BYTES_MAX, rate_told=fps is not None)
+    _limit(name, *held.frames.shape[:2])
     unit, up = told.unit or held.unit, told.up or held.up
     source = "as the file says" if (unit, up) != (told.unit, told.up) else told.source
     said = "as told" if fps else "as the file says" if held.dt else "as nothing says otherwise; --body-fps does"
@@ -239,19 +255,22 @@ def _read_npz(path: Path, told: Told, fps: float | None) -> RawFrames:
     note = f"{len(held.frames)} frames, {1 / dt:g} a second ({said})"
     with np.errstate(over="ignore"):  # what is too large for a float32 is told as not finite
         frames = held.frames.astype(np.float32)
-    return RawFrames(frames, held.faces, dt, Told(unit, up, source), path.name, (note,))
+    return RawFrames(frames, held.faces, dt, Told(unit, up, source), name, (note,))
 
 
-def _read_glb(path: Path, told: Told) -> RawFrames:
-    scene = parse_glb(path.read_bytes(), path.name)
+def _read_glb(path: Path, name: str, told: Told, animation: str | None) -> RawFrames:
+    scene = parse_glb(path.read_bytes(), name, animation)
     raw = scene.raw_mesh()
     count = int(np.ceil(scene.duration / GLB_DT - 1e-6)) + 1
-    _limit(path.name, count, len(raw.vertices))
-    frames = np.stack([scene.positions(k * GLB_DT).astype(np.float32) for k in range(count)])
+    _limit(name, count, len(raw.vertices))
+    frames = np.stack([scene.positions(scene.begins + k * GLB_DT).astype(np.float32) for k in range(count)])
     if told.unit is None and told.up is None:
         told = GLTF
     note = f"an animation of {scene.duration:.2f} s, sampled every 1/{1 / GLB_DT:.0f} s" if count > 1 else STANDS
-    return RawFrames(frames, raw.faces, GLB_DT, told, path.name, (note,))
+    choice = scene.animation
+    offered = "; --body-animation names another" if choice and len(choice.names) > 1 and not choice.told else ""
+    said = [f"{text}{offered}" if k == 0 else text for k, text in enumerate(scene.notes())]
+    return RawFrames(frames, raw.faces, GLB_DT, told, name, (note, *said))
 
 
 def _limit(name: str, frames: int, vertices: int) -> None:

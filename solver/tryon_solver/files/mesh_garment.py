@@ -51,7 +51,7 @@ def make_garment(raw: RawMesh, convention: Convention) -> MeshGarment:
     """Prepare a file's mesh. Raises MeshFileError naming the triangles that stand in the way."""
     refuse_large(raw)
     used = np.unique(raw.faces)
-    notes = [f"units and axes: {convention.describe()}"]
+    notes = [f"units and axes: {convention.describe()}", *raw.notes]
     placed = convention.apply(raw.vertices)
     joined = weld_coincident(placed, raw.faces)
     faces, kept = joined[raw.faces], np.arange(len(raw.faces))

@@ -34,9 +34,9 @@ class NpzFrames:
     up: str | None
 
 
-def read_npz(path: Path, bytes_max: int, rate_told: bool) -> NpzFrames:
-    """Read it. `bytes_max` to unpack; with `rate_told` its own fps and dt are not looked at. Raises MeshFileError."""
-    name = path.name
+def read_npz(path: Path, name: str, bytes_max: int, rate_told: bool) -> NpzFrames:
+    """Read the file, called `name` in what is said of it. `bytes_max` to unpack; with `rate_told` its own fps and dt
+    are not looked at. Raises MeshFileError."""
     try:
         with zipfile.ZipFile(path) as archive:
             size = sum(entry.file_size for entry in archive.infolist())

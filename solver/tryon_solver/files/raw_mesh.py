@@ -27,6 +27,7 @@ class RawMesh:
     origin_word: str  # what origin_of_face counts: "line" or "triangle"
     name: str  # of the file, for messages
     without_uv: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))  # faces that have none; others have
+    notes: tuple[str, ...] = ()  # what the format's reader found, for people
 
     def place(self, face: int) -> str:
         """Where a triangle is in the file."""

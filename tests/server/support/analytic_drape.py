@@ -123,7 +123,8 @@ class WavingSheet:
 def build(order, progress) -> WavingSheet:
     progress("Sewing", 0.5)
     if order.fabric == "tight":
-        raise problem_error("garment.unfit", f"a seam of {order.garment_name!r} stayed open", "Enlarge the pieces.")
+        on = f" on {order.body_name!r}; --body-animation is {order.body_reading.animation}" if order.body_name else ""
+        raise problem_error("garment.unfit", f"a seam of {order.garment_name!r} stayed open{on}", "Enlarge the pieces.")
     return WavingSheet(order.fabric)
 
 

@@ -1,10 +1,10 @@
 """Reading .glb: the squat that the script writes with bones rolled any way, against our own skinning; broken files."""
 
-import json
 import struct
 
 import numpy as np
 import pytest
+from small_glb import glb, skinned
 
 from tryon_solver.body import default_body
 from tryon_solver.body.pose import skin
@@ -43,13 +43,6 @@ def test_between_keys_bones_turn(squat):
         for x in (scene.positions(1.5), scene.positions(1.5 + 1 / 60))
     ]
     np.testing.assert_allclose(lengths[1], lengths[0], rtol=0.02)
-
-
-def glb(document, blob=b""):
-    text = json.dumps(document).encode()
-    text += b" " * (-len(text) % 4)
-    body = struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(blob), 0x004E4942) + blob
-    return struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body
 
 
 def triangle(**changes):
@@ -95,35 +88,6 @@ def test_what_can_not_be_read_is_named(content, words):
     with pytest.raises(MeshFileError, match=words) as caught:
         parse_glb(content, "a.glb")
     assert caught.value.place == "a.glb"
-
-
-def skinned(joint=0, skin=0, node=1, path="translation", bone=1):
-    """A triangle on one bone, its last vertex on `joint`, that an animation moves."""
-    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float32)
-    joints = np.array([[0, 0, 0, 0], [0, 0, 0, 0], [joint, 0, 0, 0]], np.uint8)
-    weights = np.tile(np.array([1, 0, 0, 0], np.float32), (3, 1))
-    times, places = np.array([0, 1], np.float32), np.array([[0, 0, 0], [0, 0, 4]], np.float32)
-    kinds = [(5126, "VEC3"), (5121, "VEC4"), (5126, "VEC4"), (5126, "SCALAR"), (5126, "VEC3")]
-    blob, views, accessors = b"", [], []
-    for array, (component, kind) in zip((points, joints, weights, times, places), kinds, strict=True):
-        views.append({"buffer": 0, "byteOffset": len(blob), "byteLength": array.nbytes})
-        accessors.append({"bufferView": len(accessors), "componentType": component, "count": len(array), "type": kind})
-        blob += array.tobytes()
-    attributes = {"POSITION": 0, "JOINTS_0": 1, "WEIGHTS_0": 2}
-    channel = {"sampler": 0, "target": {"node": node, "path": path}}
-    return glb(
-        {
-            "asset": {"version": "2.0"},
-            "buffers": [{"byteLength": len(blob)}],
-            "bufferViews": views,
-            "accessors": accessors,
-            "meshes": [{"name": "cloak", "primitives": [{"attributes": attributes}]}],
-            "skins": [{"joints": [bone]}],
-            "nodes": [{"mesh": 0, "skin": skin}, {}],
-            "animations": [{"channels": [channel], "samplers": [{"input": 3, "output": 4}]}],
-        },
-        blob,
-    )
 
 
 def test_a_skin_and_animation_that_fit_are_read():

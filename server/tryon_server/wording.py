@@ -1,0 +1,31 @@
+"""The same advice for the command line and for the REST side: options of a command as parameters of a request."""
+
+from __future__ import annotations
+
+import msgspec
+
+from tryon_server.problems import Problem
+
+PARAMETERS = {  # longer options first: shorter ones are parts of them
+    "--body-units": "units",
+    "--body-up": "up",
+    "--body-fps": "fps",
+    "--body-animation": "animation",
+    "--motion-units": "units",
+    "--units": "units",
+    "--up": "up",
+}
+
+
+def as_parameters(text: str) -> str:
+    """The text with the parameters of an upload in place of the command's options."""
+    for option, parameter in PARAMETERS.items():
+        text = text.replace(option, parameter)
+    return text
+
+
+def in_parameters(problem: Problem) -> Problem:
+    """The problem in words for who uploads."""
+    return msgspec.structs.replace(
+        problem, message=as_parameters(problem.message), remedy=as_parameters(problem.remedy)
+    )
