@@ -23,6 +23,7 @@ if TYPE_CHECKING:  # read when a command needs them: `tryon --help` starts at on
 BAD_INPUT = 2
 UNITS = ("m", "cm", "mm", "in", "ft")
 AXES = ("y", "z")
+BODY_AXES = ("y", "z", "x")
 BVH_UNITS = ("m", "dm", "asf", "in", "cm", "mm")  # as the solver's UNITS of BVH files; asf: CMU's
 FABRICS = "cotton_jersey, cotton_poplin, wool_twill, denim or silk_charmeuse"  # as the solver has them
 MOTIONS = "walk, jumping_jack, squat or turn"  # as demo/motions has them
@@ -170,7 +171,7 @@ def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser])
         "or a mesh (.obj, .ply, .stl, .glb), which stands still: closed, in metres, Y up, or a human's as it comes",
     )
     simulate.add_argument("--body-units", choices=UNITS, help="unit of a moving mesh (default: found, and told)")
-    simulate.add_argument("--body-up", choices=AXES, help="axis that is up in it (default: found, and told)")
+    simulate.add_argument("--body-up", choices=BODY_AXES, help="axis that is up in it (default: found, and told)")
     simulate.add_argument("--body-fps", type=_positive, metavar="FPS", help="frames a second (default: told, or 30)")
     simulate.add_argument(
         "--body-animation", metavar="NAME", help="which animation of a .glb with several (default the first, told)"

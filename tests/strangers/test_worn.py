@@ -113,6 +113,19 @@ def test_a_standing_mesh_is_mended_and_read_in_its_unit(brought, tmp_path):
     np.testing.assert_allclose(body.sequence.rest_vertices[: len(ours)], ours, atol=1e-5)
 
 
+def test_a_standing_mesh_inside_out_is_told_too(tmp_path):
+    ours = default_body()
+
+    def written(faces):
+        text = ["v {} {} {}".format(*v) for v in ours.rest_vertices] + ["f {} {} {}".format(*f) for f in faces + 1]
+        (tmp_path / "stands.obj").write_text("\n".join(text))
+        return tmp_path / "stands.obj"
+
+    body = load_moving_mesh(written(ours.faces[:, ::-1]), MeshReading())
+    assert any(note.startswith("it is inside out") for note in body.notes)
+    assert load_moving_mesh(written(ours.faces), MeshReading()) is None
+
+
 def test_a_motion_besides_a_moving_mesh_is_refused(brought):
     with pytest.raises(ProblemError, match="brings its motion"):
         simulate(order(brought / "skirt.obj", brought / "walk"), "walk", SECONDS, 30.0, tell_nobody)
@@ -133,7 +146,7 @@ def test_a_wrong_unit_is_answered_with_the_right_one(brought):
         simulate(
             order(brought / "skirt.obj", brought / "walk", body_reading=reading), None, SECONDS, 30.0, tell_nobody
         )
-    assert "--units" in caught.value.problem.remedy
+    assert "--body-units" in caught.value.problem.remedy
 
 
 def test_a_garment_that_lies_elsewhere_is_refused(brought, tmp_path):

@@ -9,7 +9,7 @@ from fastapi import APIRouter, Query, Request, Response
 
 from tryon_server.api.access import ServicesDep
 from tryon_server.api.faults import ERROR_REPLIES
-from tryon_server.api.garments import Units, Up
+from tryon_server.api.garments import BodyUp, Units
 from tryon_server.api.models import BodyReply
 from tryon_server.persistence import BodyRecord
 
@@ -49,7 +49,7 @@ async def upload_body(
     services: ServicesDep,
     name: Annotated[str, Query(description="what to call it")] = "uploaded body",
     units: Annotated[Units | None, Query(description="its unit; found out, and told, without it")] = None,
-    up: Annotated[Up | None, Query(description="axis that is up in it; found out, and told, without it")] = None,
+    up: Annotated[BodyUp | None, Query(description="axis that is up in it; found out, and told, without it")] = None,
     fps: Annotated[
         float | None, Query(gt=0, le=1000, description="frames a second, where the file does not say; 30 without it")
     ] = None,

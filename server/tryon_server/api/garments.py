@@ -13,6 +13,7 @@ from tryon_server.api.models import GarmentReply
 
 Units = Literal["m", "cm", "mm", "in", "ft"]
 Up = Literal["y", "z"]
+BodyUp = Literal["y", "z", "x"]
 
 PATH = "/api/garments"
 router = APIRouter(prefix=PATH, tags=["garments"], responses=ERROR_REPLIES)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -61,12 +62,15 @@ def _standing_mesh(path: Path, reading: MeshReading) -> MeshBody | None:
     if reading.units is not None or reading.up is not None:
         return read_mesh_body(path, told)
     try:
-        still_body(path)
+        inside_out = _closed_mesh(path).volume < 0
     except ProblemError as plain:
         try:
             return read_mesh_body(path, told)
         except (MeshFileError, BodyError):
             raise plain from None
+    if inside_out:  # which is told, if it is a human's
+        with contextlib.suppress(MeshFileError, BodyError):
+            return read_mesh_body(path, told)
     return None
 
 
@@ -109,6 +113,14 @@ def _check_size(path: Path) -> None:
 
 def still_body(path: Path) -> BodyModel:
     """A closed mesh as a body of one joint. Raises ProblemError when it can't be read or is not a closed surface."""
+    mesh = _closed_mesh(path)
+    if mesh.volume < 0:
+        mesh.invert()
+    return one_joint_body(np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int32))
+
+
+def _closed_mesh(path: Path) -> Any:
+    """The file's triangles as trimesh has them. Raises ProblemError when they are not a closed surface."""
     import trimesh  # slow to load, and only mesh files need it
 
     try:
@@ -119,12 +131,10 @@ def still_body(path: Path) -> BodyModel:
         raise _unfit(path, "it holds no triangles", "Give a .npz body or a closed mesh file")
     if not mesh.is_watertight or not mesh.is_winding_consistent:
         raise _unfit(path, "its surface is not closed", "Close its holes and orient its faces alike")
-    if mesh.volume < 0:
-        mesh.invert()
     extent = float(mesh.extents.max())
     if not SIZE_RANGE[0] <= extent <= SIZE_RANGE[1]:
         raise _unfit(path, f"it is {extent:g} m large", "Export it in metres")
-    return one_joint_body(np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int32))
+    return mesh
 
 
 def one_joint_body(vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int32]) -> BodyModel:

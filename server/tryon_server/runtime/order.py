@@ -14,7 +14,7 @@ class MeshReading:
 
     Attributes:
         units: ``m``, ``cm``, ``mm``, ``in`` or ``ft``.
-        up: the axis that is up, ``y`` or ``z``.
+        up: the axis that is up, ``y`` or ``z``, of a body ``x`` too.
         fps: frames a second of a sequence.
         animation: which one of a .glb is played, by name.
     """

@@ -6,16 +6,19 @@ itself the file is refused with the question to be answered, never guessed.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import cKDTree
 
+from tryon_solver.files.facing import toes, unlikeness
 from tryon_solver.files.raw_mesh import MeshFileError
 
 UNITS: dict[str, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 """Metres in one unit."""
 AXES = ("y", "z")
+BODY_AXES = (*AXES, "x")
+FORWARDS = ((0, 1), (-1, 0), (0, -1), (1, 0))  # along x and z: what none to three quarter turns bring to +Z
 
 HUMAN = (1.0, 2.3)  # m, largest extent of a body: its height, or its span with the arms out; no two units fit both
 FLAT = 0.75  # a body is less deep than this share of its other extents
@@ -24,6 +27,7 @@ ON_FLOOR = 0.06  # share of the extent by which the lowest point may miss zero a
 GARMENT_AREA = (0.1, 12.0)  # m^2 of fabric
 GARMENT_REACH = 0.45  # m, from the skin to a garment's furthest vertex, but for a few
 REACHING = 0.98  # share of the vertices that must be so near
+MUCH_LIKER = 0.5  # sides are alike along an axis rather than x when they differ by less than this share as much
 CLEARLY_NEARER = 0.5  # one reading is taken when its median distance to the skin is below this share of the others'
 
 
@@ -34,17 +38,27 @@ class Convention:
     unit: str
     up: str
     because: str
+    turns: int = 0  # quarter turns about the upward axis, of a body that has X up
 
     @property
     def metres_per_unit(self) -> float:
         return UNITS[self.unit]
 
     def apply(self, vertices: np.ndarray) -> np.ndarray:
-        """(..., 3) m, Y up, from the file's units and axes. Z up: x stays, z becomes y, y becomes -z."""
+        """(..., 3) m, Y up, from the file's units and axes.
+
+        Z up: x stays, z becomes y, y becomes -z. X up: x becomes y, y becomes -x, z stays, as COLLADA has it; then the
+        quarter turns, z to x.
+        """
         placed = np.asarray(vertices, np.float64) * UNITS[self.unit]
+        x, y, z = placed[..., 0], placed[..., 1], placed[..., 2]
         if self.up == "z":
-            placed = np.stack([placed[..., 0], placed[..., 2], -placed[..., 1]], axis=-1)
-        return placed
+            y, z = z, -y
+        elif self.up == "x":
+            x, y = -y, x
+            for _ in range(self.turns):
+                x, z = z, -x
+        return np.stack([x, y, z], axis=-1)
 
     def describe(self) -> str:
         """For people."""
@@ -60,14 +74,17 @@ class Told:
     source: str = "as told"
 
 
-def refuse_unknown(told: Told, name: str) -> None:
-    """Raises MeshFileError when a unit or an axis is told that is none of those that are known."""
+def refuse_unknown(told: Told, axes: tuple[str, ...], options: str, name: str) -> None:
+    """Raises MeshFileError when a unit or an axis is told that is none of those that are known, `axes` of the latter.
+
+    `options` is how those begin that tell it.
+    """
     if told.unit is not None and told.unit not in UNITS:
-        remedy = f"Say one of {', '.join(UNITS)} with --units"
+        remedy = f"Say one of {', '.join(UNITS)} with {options}units"
         raise MeshFileError(f"{told.unit!r} is no unit that is known", name, remedy)
-    if told.up is not None and told.up not in AXES:
-        remedy = "Turn it so that y or z is up, and say which with --up"
-        raise MeshFileError(f"{told.up!r} can't be up, only {' or '.join(AXES)} can", name, remedy)
+    if told.up is not None and told.up not in axes:
+        remedy = f"Turn it so that y or z is up, and say which with {options}up"
+        raise MeshFileError(f"{told.up!r} can't be up, only {' or '.join(axes)} can", name, remedy)
 
 
 GLTF = Told("m", "y", "as glTF prescribes")
@@ -78,10 +95,13 @@ def find_for_body(vertices: np.ndarray, told: Told, name: str) -> Convention:
 
     Raises MeshFileError when the evidence does not decide, or what is told is not known.
     """
-    refuse_unknown(told, name)
+    refuse_unknown(told, BODY_AXES, "--body-", name)
     extent = np.ptp(vertices, axis=0)
     largest = float(extent.max())
     up, why_up = (told.up, told.source) if told.up else _up_of_body(vertices, name)
+    turns = 0
+    if up == "x":
+        turns, why_up = _turns_of_body(vertices, told.unit or "m", why_up, name)
     fitting = [unit for unit, size in UNITS.items() if HUMAN[0] <= largest * size <= HUMAN[1]]
     if told.unit is not None:
         size = largest * UNITS[told.unit]
@@ -90,9 +110,9 @@ def find_for_body(vertices: np.ndarray, told: Told, name: str) -> Convention:
             raise MeshFileError(
                 f"in {told.unit} ({told.source}) the body's largest extent is {size:.3g} m, no human's{others}",
                 name,
-                f"Say the unit with --units ({', '.join(UNITS)}), or scale the export",
+                f"Say the unit with --body-units ({', '.join(UNITS)}), or scale the export",
             )
-        return Convention(told.unit, up, f"unit {told.source}, {size:.2f} m large; up {why_up}")
+        return Convention(told.unit, up, f"unit {told.source}, {size:.2f} m large; up {why_up}", turns)
     if len(fitting) != 1:
         raise MeshFileError(
             f"the body's largest extent is {largest:.4g} units, which is a human's {HUMAN[0]} to {HUMAN[1]} m in no "
@@ -101,29 +121,45 @@ def find_for_body(vertices: np.ndarray, told: Told, name: str) -> Convention:
             f"Scale the export to the size of a human in one of: {', '.join(UNITS)}",
         )
     unit = fitting[0]
-    return Convention(unit, up, f"its largest extent, {largest:.4g} units, is {largest * UNITS[unit]:.2f} m; {why_up}")
+    because = f"its largest extent, {largest:.4g} units, is {largest * UNITS[unit]:.2f} m; {why_up}"
+    return Convention(unit, up, because, turns)
 
 
 def _up_of_body(vertices: np.ndarray, name: str) -> tuple[str, str]:
     """The axis along which the body stands, and the evidence."""
-    low, high = vertices.min(axis=0), vertices.max(axis=0)
-    extent = high - low
-    y, z = extent[1], extent[2]
+    low, extent = vertices.min(axis=0), np.ptp(vertices, axis=0)
+    deep = int(extent.argmin())
+    others = [k for k in range(3) if k != deep]
     votes: list[tuple[str, str]] = []
-    if min(y, z) < FLAT * max(y, z) and min(y, z) < FLAT * extent[0]:
-        deep, stands = ("z", "y") if z < y else ("y", "z")
-        votes.append((stands, f"it is least deep along {deep}"))
-    if max(y, z) > TALL * min(y, z) and max(y, z) > TALL * extent[0]:
-        stands = "y" if y > z else "z"
-        votes.append((stands, f"it is tallest along {stands}"))
-    on_floor = [axis for axis, k in (("y", 1), ("z", 2)) if abs(low[k]) < ON_FLOOR * max(extent[k], 1e-12)]
+    flat = extent[deep] < FLAT * extent[others].min()
+    if flat and deep != 0:
+        side = others[1]  # x is the first of them
+        if unlikeness(vertices, side) < MUCH_LIKER * unlikeness(vertices, 0):
+            votes.append(("x", f"its two sides along {'xyz'[side]} are alike"))
+    tallest = int(extent.argmax())
+    if extent[tallest] > TALL * np.delete(extent, tallest).max():
+        votes.append(("xyz"[tallest], f"it is tallest along {'xyz'[tallest]}"))
+    on_floor = ["xyz"[k] for k in range(3) if abs(low[k]) < ON_FLOOR * max(extent[k], 1e-12)]
     if len(on_floor) == 1:
         votes.append((on_floor[0], f"it stands on {on_floor[0]} = 0"))
+    if flat and deep != 0 and "x" not in [axis for axis, _ in votes]:  # where x is not its height it is its width
+        votes.insert(0, ("y" if deep == 2 else "z", f"it is least deep along {'xyz'[deep]}"))
     axes = {axis for axis, _ in votes}
     if len(axes) != 1:
         why = "; ".join(reason for _, reason in votes) or "its extents say nothing"
-        raise MeshFileError(f"which axis is up can't be told ({why})", name, "Say it with --up y or --up z")
+        raise MeshFileError(f"which axis is up can't be told ({why})", name, "Say it with --body-up y, z or x")
     return votes[0][0], ", ".join(reason for _, reason in votes)
+
+
+def _turns_of_body(vertices: np.ndarray, unit: str, why: str, name: str) -> tuple[int, str]:
+    """How often to turn a body that has X up, and the evidence: nothing prescribes which way it faces."""
+    forwards = toes(Convention(unit, "x", "").apply(vertices))
+    if forwards is None:
+        raise MeshFileError(
+            f"X is up ({why}), and its feet don't tell which way it faces", name, "Turn it so that y or z is up"
+        )
+    turns = FORWARDS.index(tuple(forwards[[0, 2]].astype(int)))
+    return turns, f"{why}; it faces where its toes point"
 
 
 def find_for_garment(
@@ -135,13 +171,14 @@ def find_for_garment(
     the convention of the body's own file, tried first. Raises MeshFileError when no reading, or more than one, puts the
     garment on the body, or what is told is not known.
     """
-    refuse_unknown(told, name)
+    as_body = body is not None and body.up == "x" and told.up in (None, "x")
+    refuse_unknown(told, BODY_AXES if as_body else AXES, "--", name)
     near = cKDTree(skin)
     readings: list[tuple[Convention, float]] = []
     tried: list[str] = []
     for unit in (told.unit,) if told.unit else UNITS:
-        for up in (told.up,) if told.up else AXES:
-            reading = Convention(unit, up, told.source)
+        for up in (told.up,) if told.up else (*AXES, "x") if as_body else AXES:
+            reading = Convention(unit, up, told.source, body.turns if body is not None and up == "x" else 0)
             placed = reading.apply(vertices)
             corners = placed[faces]
             area = 0.5 * np.linalg.norm(
@@ -162,7 +199,7 @@ def find_for_garment(
         )
     for reading, distance in readings:
         if body is not None and (reading.unit, reading.up) == (body.unit, body.up):
-            return Convention(reading.unit, reading.up, f"as its body's; {1e3 * distance:.0f} mm from the skin")
+            return replace(reading, because=f"as its body's; {1e3 * distance:.0f} mm from the skin")
     readings.sort(key=lambda pair: pair[1])
     best, distance = readings[0]
     if len(readings) > 1 and distance > CLEARLY_NEARER * readings[1][1]:
@@ -171,4 +208,4 @@ def find_for_garment(
             f"its unit and axis can't be told: {names} put it on the body", name, "Say them with --units and --up"
         )
     why = told.source if told.unit and told.up else "it lies on the body only so"
-    return Convention(best.unit, best.up, f"{why}; {1e3 * distance:.0f} mm from the skin")
+    return replace(best, because=f"{why}; {1e3 * distance:.0f} mm from the skin")

@@ -18,6 +18,7 @@ import numpy as np
 from tryon_solver.body import quaternions
 from tryon_solver.files.gltf_animation import Channel, Choice, choose
 from tryon_solver.files.raw_mesh import MeshFileError, RawMesh
+from tryon_solver.files.sides import side_of
 from tryon_solver.geometry.text_check import RENAME_IT, find_unencodable
 
 COMPONENTS = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
@@ -50,6 +51,7 @@ class GltfScene:
 
     name: str
     parents: list[int]
+    node_names: list[str]
     translations: np.ndarray  # (N, 3)
     rotations: np.ndarray  # (N, 4)
     scales: np.ndarray  # (N, 3)
@@ -106,10 +108,7 @@ class GltfScene:
     def positions(self, time: float) -> np.ndarray:
         """(V, 3) vertices of all triangles in the scene at `time` s of its keys, in the file's metres."""
         local, morphs = self._local(time)
-        world = np.empty((len(self.parents), 4, 4))
-        for node in self._order():
-            parent = self.parents[node]
-            world[node] = local[node] if parent < 0 else world[parent] @ local[node]
+        world = self._world(local)
         parts = []
         for primitive in self.primitives:
             points = primitive.positions
@@ -125,6 +124,23 @@ class GltfScene:
             blended = np.einsum("vk,vkxy->vxy", primitive.weights, bones[primitive.joints])
             parts.append(np.einsum("vxy,vy->vx", blended[:, :3, :3], points) + blended[:, :3, 3])
         return np.vstack(parts)
+
+    def leftward(self) -> np.ndarray | None:
+        """(3,) from the middle of the skins' joints that are named right to that of those named left, at the first key;
+        None where there are none of either."""
+        places = self._world(self._local(self.begins)[0])[:, :3, 3]
+        joints = sorted({joint for joints, _ in self.skins for joint in joints})
+        sides = [side_of(self.node_names[joint]) for joint in joints]
+        left, right = ([joint for joint, of in zip(joints, sides) if of == side] for side in ("left", "right"))
+        return places[left].mean(axis=0) - places[right].mean(axis=0) if left and right else None
+
+    def _world(self, local: np.ndarray) -> np.ndarray:
+        """(N, 4, 4) of all nodes, from those relative to their parents."""
+        world = np.empty((len(self.parents), 4, 4))
+        for node in self._order():
+            parent = self.parents[node]
+            world[node] = local[node] if parent < 0 else world[parent] @ local[node]
+        return world
 
     def _order(self) -> list[int]:
         """Nodes with parents before children."""
@@ -203,6 +219,7 @@ class _Parser:
         scene = GltfScene(
             name=self.name,
             parents=parents,
+            node_names=[str(node.get("name", "")) for node in nodes],
             translations=np.array([n.get("translation", [0, 0, 0]) for n in nodes], np.float64).reshape(-1, 3),
             rotations=np.array([n.get("rotation", [0, 0, 0, 1]) for n in nodes], np.float64).reshape(-1, 4),
             scales=np.array([n.get("scale", [1, 1, 1]) for n in nodes], np.float64).reshape(-1, 3),

@@ -28,6 +28,7 @@ from tryon_solver.files.jumps import refuse_jumps
 from tryon_solver.files.npz_frames import FRAME_KEYS, read_npz, refuse_rate
 from tryon_solver.files.obj import Polygon, parse_frame, parse_obj, refuse_other_polygons
 from tryon_solver.files.raw_mesh import MeshFileError
+from tryon_solver.files.sides import sides_told
 from tryon_solver.geometry.boundary_loops import boundary_loops
 from tryon_solver.geometry.surface_repair import crowded_edges, turned_alike, twins, weld_coincident
 
@@ -60,6 +61,7 @@ class RawFrames:
     name: str
     notes: tuple[str, ...]
     files: tuple[str, ...] = ()  # of the frames, where each is a file
+    leftward: np.ndarray | None = None  # (3,) from joints named right to those named left; None where none are
 
     def place(self, frame: int) -> str:
         """Where a frame is."""
@@ -270,7 +272,7 @@ def _read_glb(path: Path, name: str, told: Told, animation: str | None) -> RawFr
     choice = scene.animation
     offered = "; --body-animation names another" if choice and len(choice.names) > 1 and not choice.told else ""
     said = [f"{text}{offered}" if k == 0 else text for k, text in enumerate(scene.notes())]
-    return RawFrames(frames, raw.faces, GLB_DT, told, name, (note, *said))
+    return RawFrames(frames, raw.faces, GLB_DT, told, name, (note, *said), leftward=scene.leftward())
 
 
 def _limit(name: str, frames: int, vertices: int) -> None:
@@ -287,13 +289,14 @@ def make_body(raw: RawFrames) -> MeshBody:
 
     Raises MeshFileError when no unit or axis fits, or when it jumps.
     """
-    convention = find_for_body(raw.frames[0], raw.told, raw.name)
+    used = np.unique(raw.faces[_three_corners(raw.faces)])
+    if not len(used):
+        raise MeshFileError("none of its triangles has three corners", raw.name, "Export the mesh itself, with faces")
+    convention = find_for_body(raw.frames[0][used], raw.told, raw.name)
     notes = [f"units and axes: {convention.describe()}", *raw.notes]
     frames = convention.apply(raw.frames).astype(np.float32)
-    refuse_jumps(frames, np.unique(raw.faces), raw.dt, raw.place)
-    weights, faces = _welded(frames, raw.faces)
-    if not len(faces):
-        raise MeshFileError("none of its triangles has three corners", raw.name, "Export the mesh itself, with faces")
+    refuse_jumps(frames, used, raw.dt, raw.place)
+    weights, faces, turned = _welded(frames, raw.faces)
     x = weights @ frames[0].astype(np.float64)
     parts = turned_alike(faces)[1].max() + 1
     if parts > 1:
@@ -302,7 +305,9 @@ def make_body(raw: RawFrames) -> MeshBody:
     if holes:
         notes.append(f"it is not closed: {holes} holes are filled, so that no cloth slips in")
     x = weights @ frames[0].astype(np.float64)
-    faces = _outward(x, faces)
+    inwards = _face_inwards(x, faces)
+    faces = np.where(inwards[:, None], faces[:, ::-1], faces)
+    notes += sides_told(turned ^ inwards[: len(turned)], frames[0][used], raw.leftward, convention)
     if weights.shape[0] > ENOUGH * VERTICES:
         if len(crowded_edges(faces)):
             notes.append("more than two triangles meet at some of its edges: it is left as fine as it is")
@@ -320,8 +325,11 @@ def make_body(raw: RawFrames) -> MeshBody:
     return MeshBody(make_sequence(moved, faces, raw.dt), convention, tuple(notes))
 
 
-def _welded(frames: np.ndarray, faces: np.ndarray) -> tuple[sp.csr_matrix, np.ndarray]:
-    """Coincident vertices joined, doubled and flat triangles left out, all turned alike: weights (B, V) and faces."""
+def _welded(frames: np.ndarray, faces: np.ndarray) -> tuple[sp.csr_matrix, np.ndarray, np.ndarray]:
+    """Coincident vertices joined, doubled and flat triangles left out, all turned alike.
+
+    Returns weights (B, V), faces (F, 3), and which of them (F,) were turned.
+    """
     joined = weld_coincident(frames[0].astype(np.float64), faces)
     first = np.unique(joined, return_index=True)[1]
     apart = np.zeros(len(joined), bool)
@@ -331,7 +339,7 @@ def _welded(frames: np.ndarray, faces: np.ndarray) -> tuple[sp.csr_matrix, np.nd
         joined = joined.copy()
         joined[apart] = joined.max() + 1 + np.arange(apart.sum())
     merged = joined[faces]
-    merged = merged[[len(set(face)) == 3 for face in merged.tolist()]]
+    merged = merged[_three_corners(merged)]
     merged = merged[~twins(merged)]
     flipped, _, _ = turned_alike(merged)
     merged[flipped] = merged[flipped][:, ::-1]
@@ -339,7 +347,12 @@ def _welded(frames: np.ndarray, faces: np.ndarray) -> tuple[sp.csr_matrix, np.nd
     first = np.unique(joined, return_index=True)[1]
     rows = np.arange(len(used))
     weights = sp.coo_matrix((np.ones(len(used)), (rows, first[used])), shape=(len(used), len(joined))).tocsr()
-    return weights, faces.reshape(-1, 3).astype(np.int32)
+    return weights, faces.reshape(-1, 3).astype(np.int32), flipped
+
+
+def _three_corners(faces: np.ndarray) -> np.ndarray:
+    """(F,) which triangles have three different vertices."""
+    return (faces != np.roll(faces, 1, axis=1)).all(axis=1)
 
 
 def _closed(weights: sp.csr_matrix, faces: np.ndarray, x: np.ndarray) -> tuple[sp.csr_matrix, np.ndarray, int]:
@@ -356,12 +369,12 @@ def _closed(weights: sp.csr_matrix, faces: np.ndarray, x: np.ndarray) -> tuple[s
     return sp.vstack(rows).tocsr(), np.vstack(fans).astype(np.int32), len(loops)
 
 
-def _outward(x: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Every part turned so that its volume is positive."""
+def _face_inwards(x: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """(F,) which triangles are of a part whose signed volume is negative."""
     _, part, _ = turned_alike(faces)
-    a, b, c = (x[faces[:, k]] for k in range(3))
+    a, b, c = (x[faces[:, k]] - x.mean(axis=0) for k in range(3))
     volume = np.bincount(part, np.einsum("fd,fd->f", a, np.cross(b, c)))
-    return np.where((volume[part] < 0)[:, None], faces[:, ::-1], faces)
+    return volume[part] < 0
 
 
 def _coarser(weights: sp.csr_matrix, faces: np.ndarray, x: np.ndarray) -> tuple[sp.csr_matrix, np.ndarray]:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tryon_solver.files.convention import AXES, UNITS
+from tryon_solver.files.convention import BODY_AXES, UNITS
 from tryon_solver.files.raw_mesh import MeshFileError
 
 FRAME_KEYS = (("vertices", "faces"), ("body", "body_faces"))  # the second is what tryon simulate writes
@@ -65,7 +65,7 @@ def read_npz(path: Path, name: str, bytes_max: int, rate_told: bool) -> NpzFrame
         faces,
         None if rate_told else _interval(arrays, name),
         _word(arrays, "units", tuple(UNITS), name),
-        _word(arrays, "up", AXES, name),
+        _word(arrays, "up", BODY_AXES, name),
     )
 
 

@@ -4,23 +4,79 @@ import numpy as np
 import pytest
 
 from tryon_solver.body import default_body
-from tryon_solver.files.convention import AXES, UNITS, Told, find_for_body, find_for_garment
+from tryon_solver.body.pose import skin
+from tryon_solver.files.convention import AXES, BODY_AXES, UNITS, Convention, Told, find_for_body, find_for_garment
 from tryon_solver.files.raw_mesh import MeshFileError
 
 
 def written(x, unit, up):
     """Our metres, Y up, as a file of that unit and axis has them."""
-    turned = x if up == "y" else np.stack([x[:, 0], -x[:, 2], x[:, 1]], axis=1)
+    turned = {"y": x, "z": np.stack([x[:, 0], -x[:, 2], x[:, 1]], axis=1), "x": x[:, [1, 2, 0]]}[up]
     return turned / UNITS[unit]
 
 
-@pytest.mark.parametrize("up", AXES)
+@pytest.mark.parametrize("up", BODY_AXES)
 @pytest.mark.parametrize("unit", UNITS)
 def test_a_body_is_read_back_from_any_unit_and_axis(unit, up):
     x = default_body().rest_vertices
     found = find_for_body(written(x, unit, up), Told(), "body.obj")
     assert (found.unit, found.up) == (unit, up)
     np.testing.assert_allclose(found.apply(written(x, unit, up)), x, atol=1e-9)
+
+
+ABOUT = [np.linalg.matrix_power([[0, 0, 1], [0, 1, 0], [-1, 0, 0]], k) for k in range(4)]  # quarter turns
+
+
+@pytest.mark.parametrize("turn", ABOUT)
+@pytest.mark.parametrize("lifted", [0.0, -0.9])
+@pytest.mark.parametrize("told", [Told(), Told(up="x")])
+def test_a_body_with_x_up_faces_where_its_toes_point(turn, lifted, told):
+    """Whether it stands on x = 0 or has its middle there, and whichever way round it is."""
+    x = default_body().rest_vertices
+    strange = np.add(x @ turn.T, [0.0, lifted, 0.0])
+    found = find_for_body(written(strange, "cm", "x"), told, "body.obj")
+    assert (found.unit, found.up) == ("cm", "x")
+    assert "it faces where its toes point" in found.because
+    np.testing.assert_allclose(found.apply(written(strange, "cm", "x")), np.add(x, [0.0, lifted, 0.0]), atol=1e-9)
+
+
+def test_a_body_with_x_up_whose_feet_do_not_tell_where_it_faces_is_refused():
+    x = default_body().rest_vertices
+    without_feet = x[x[:, 1] > 0.2]
+    with pytest.raises(MeshFileError, match=r"X is up .* feet don't tell which way it faces") as caught:
+        find_for_body(written(without_feet, "m", "x"), Told(), "body.obj")
+    assert caught.value.remedy == "Turn it so that y or z is up"
+
+
+def test_what_is_up_does_not_hang_on_arms(strangers):
+    """Arms out as far as the body is tall, or down, on the floor or not: y is not taken for x."""
+    body = default_body()
+    motion = strangers.motion_from_rest(body, "squat", 1.0)
+    for x in (skin(body, motion.pose(k)) for k in (0, 20, 29)):
+        for up in AXES:
+            assert find_for_body(written(x - [0.0, 0.9, 0.0], "m", up), Told(), "body.obj").up == up
+
+
+def test_a_garment_with_x_up_is_read_as_its_body_is_and_by_itself_refused(strangers):
+    """Front and back of a skirt are alike: nothing but its body says how it is turned."""
+    x, _, quads, *_ = strangers.skirt()
+    skin_of = default_body().rest_vertices
+    body = find_for_body(written(skin_of, "cm", "x"), Told(), "body.obj")
+    for told in (Told(), Told(up="x")):
+        found = find_for_garment(written(x, "cm", "x"), quads[:, :3], skin_of, told, body, "skirt.obj")
+        assert (found.unit, found.up, found.turns) == ("cm", "x", body.turns)
+        np.testing.assert_allclose(found.apply(written(x, "cm", "x")), x, atol=1e-9)
+    with pytest.raises(MeshFileError, match="not where the body is"):
+        find_for_garment(written(x, "cm", "x"), quads[:, :3], skin_of, Told(), None, "skirt.obj")
+    with pytest.raises(MeshFileError, match="'x' can't be up, only y or z can"):
+        find_for_garment(written(x, "cm", "x"), quads[:, :3], skin_of, Told(up="x"), None, "skirt.obj")
+
+
+@pytest.mark.parametrize("turns", range(4))
+def test_no_reading_mirrors(turns):
+    for up in BODY_AXES:
+        axes = Convention("m", up, "in a test", turns).apply(np.eye(3))
+        assert np.linalg.det(axes) == pytest.approx(1.0)
 
 
 def test_a_body_of_no_size_is_asked_about():
@@ -35,7 +91,7 @@ def test_a_body_whose_axes_contradict_is_asked_about():
     x = rng.uniform(-0.8, 0.8, (500, 3))
     with pytest.raises(MeshFileError, match="which axis is up") as caught:
         find_for_body(x, Told(), "body.obj")
-    assert "--up" in caught.value.remedy
+    assert "--body-up" in caught.value.remedy
     assert find_for_body(x, Told(up="z", source="as told"), "body.obj").up == "z"
 
 
@@ -47,16 +103,17 @@ def test_a_unit_that_is_told_but_can_not_be_is_refused():
 
 @pytest.mark.parametrize(
     ("told", "words", "option"),
-    [(Told("furlong"), "'furlong' is no unit", "--units"), (Told(up="x"), "'x' can't be up", "--up")],
+    [(Told("furlong"), "'furlong' is no unit", "units"), (Told(up="w"), "'w' can't be up", "up")],
 )
 def test_what_is_told_must_be_known(told, words, option):
     x = default_body().rest_vertices
     faces = default_body().faces
     with pytest.raises(MeshFileError, match=words) as caught:
         find_for_body(x, told, "body.obj")
-    assert option in caught.value.remedy
-    with pytest.raises(MeshFileError, match=words):
+    assert f"--body-{option}" in caught.value.remedy
+    with pytest.raises(MeshFileError, match=words) as caught:
         find_for_garment(x, faces, x, told, None, "shirt.obj")
+    assert f"--{option}" in caught.value.remedy
 
 
 @pytest.mark.parametrize("up", AXES)

@@ -1,12 +1,16 @@
 """Moving meshes from files: frames of an .npz, what is said of them, and how a surface is mended."""
 
+import json
+
 import numpy as np
 import pytest
+from small_glb import glb
 
 from tryon_solver.body import default_body
-from tryon_solver.files.convention import Told
+from tryon_solver.files.convention import Convention, Told
 from tryon_solver.files.mesh_body import is_moving_mesh, make_body, read_frames
 from tryon_solver.files.raw_mesh import MeshFileError
+from tryon_solver.files.sides import side_of, sides_told
 
 BODY = default_body()
 FRAMES = np.stack([np.add(BODY.rest_vertices, [0.0, 0.0, 0.02 * k]) for k in range(4)])
@@ -67,7 +71,7 @@ def test_frames_a_second_that_are_told_win_and_those_that_are_assumed_are_said(t
         ({"vertices": FRAMES, "faces": BODY.faces, "dt": 2.0}, "dt: 0.5 frames a second are not within 1 and 1000"),
         ({"vertices": FRAMES, "faces": BODY.faces, "units": "furlong"}, "units: it is 'furlong', which is none of m"),
         ({"vertices": FRAMES, "faces": BODY.faces, "units": 100}, "units: it is int64"),
-        ({"vertices": FRAMES, "faces": BODY.faces, "up": "x"}, "up: it is 'x', which is none of y, z"),
+        ({"vertices": FRAMES, "faces": BODY.faces, "up": "w"}, "up: it is 'w', which is none of y, z, x"),
         ({"vertices": np.where(FRAMES > 1.7, np.nan, FRAMES), "faces": BODY.faces}, "frame 0 has a position"),
     ],
 )
@@ -145,6 +149,89 @@ def test_a_surface_inside_out_and_in_parts_is_turned_and_counted(tmp_path):
     a, b, c = (x[body.sequence.faces[:, k]] for k in range(3))
     volume = np.einsum("fd,fd->", a, np.cross(b, c)) / 6
     assert 0.04 < volume < 0.12
+
+
+def inside_out(note):
+    return note.startswith("it is inside out, its triangles face inwards as those of a mirrored export do")
+
+
+def volume(sequence):
+    a, b, c = (sequence.rest_vertices[sequence.faces[:, k]] for k in range(3))
+    return float(np.einsum("fd,fd->", a, np.cross(b, c)) / 6)
+
+
+@pytest.mark.parametrize(("mirror", "reverse", "told"), [(1, False, 0), (1, True, 1), (-1, False, 1), (-1, True, 0)])
+def test_a_body_inside_out_is_turned_over_and_told(tmp_path, mirror, reverse, told):
+    """Mirrored with its faces turned it is a body like another; nothing but its face normals gives it away."""
+    faces = BODY.faces[:, ::-1] if reverse else BODY.faces
+    path = saved(tmp_path / "j.npz", vertices=FRAMES * [mirror, 1, 1], faces=faces)
+    body = make_body(read_frames(path))
+    assert sum(inside_out(note) for note in body.notes) == told
+    assert volume(body.sequence) == pytest.approx(volume(make_body(read_frames(saved_plain(tmp_path))).sequence))
+
+
+def saved_plain(folder):
+    return saved(folder / "plain.npz", vertices=FRAMES, faces=BODY.faces)
+
+
+def test_a_few_triangles_that_face_inwards_are_counted(tmp_path):
+    faces = BODY.faces.copy()
+    faces[100:107] = faces[100:107, ::-1]
+    body = make_body(read_frames(saved(tmp_path / "k.npz", vertices=FRAMES, faces=faces)))
+    assert f"7 of its {len(faces)} triangles faced inwards: they are turned over" in body.notes
+    assert not any(inside_out(note) for note in body.notes)
+
+
+@pytest.fixture(scope="module")
+def squat(strangers, tmp_path_factory):
+    path = tmp_path_factory.mktemp("glb") / "squat.glb"
+    strangers.write_squat(path, BODY, 0.1)
+    return path.read_bytes()
+
+
+def rewritten(content, change):
+    """The .glb with its document changed."""
+    size = int.from_bytes(content[12:16], "little")
+    document = json.loads(content[20 : 20 + size])
+    change(document)
+    return glb(document, content[28 + size :])
+
+
+def mirror(document):
+    children = {child for node in document["nodes"] for child in node.get("children", ())}
+    roots = [k for k in range(len(document["nodes"])) if k not in children]
+    document["nodes"].append({"scale": [-1, 1, 1], "children": roots})
+
+
+def swap_names(document):
+    for node in document["nodes"]:
+        name = node.get("name", "")
+        node["name"] = name.replace("left", "?").replace("right", "left").replace("?", "right")
+
+
+@pytest.mark.parametrize(("change", "swapped"), [(lambda _: None, False), (mirror, True), (swap_names, True)])
+def test_a_rig_whose_left_is_right_is_told(squat, tmp_path, change, swapped):
+    path = tmp_path / "squat.glb"
+    path.write_bytes(rewritten(squat, change))
+    raw = read_frames(path)
+    metres = Convention("m", "y", "in a test")
+    notes = sides_told(np.zeros(5, bool), raw.frames[0], raw.leftward, metres)
+    assert [note.startswith("its joints named left are on its right") for note in notes] == [True] * swapped
+    about = [[-1, 1, -1]]  # who faces backwards has left and right where they belong
+    assert len(sides_told(np.zeros(5, bool), raw.frames[0] * about, raw.leftward * about[0], metres)) == swapped
+    assert sides_told(np.zeros(5, bool), raw.frames[0][:9], raw.leftward, metres) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "side"),
+    [
+        ("LeftArm", "left"), ("mixamorig:RightFoot", "right"), ("thigh.L", "left"), ("Bip01 R Thigh", "right"),
+        ("l_hip", "left"), ("upperarm_r", "right"), ("lShldr", "left"), ("rfemur", None), ("Spine", None),
+        ("pelvis", None), ("Head", None), ("J_Bip_L_UpperArm", "left"), ("LeftRight", None),
+    ],
+)  # fmt: skip
+def test_sides_are_read_from_the_names_of_joints(name, side):
+    assert side_of(name) == side
 
 
 def test_a_folder_with_a_body_of_ours_is_no_moving_mesh(tmp_path):
