@@ -38,6 +38,7 @@ class Outfit:
         fit: what there is to say about its fit, a sentence for people; "" where it fits.
         fitting_size: the size of its pattern that would fit, over its own; None where no other one would fit better.
         notes: how garment and body were read from files that say little, and what was mended, for people.
+        size: in which its pattern is worn, over its own; None for a mesh.
     """
 
     vertex_count: int
@@ -49,6 +50,7 @@ class Outfit:
     fit: str = ""
     fitting_size: float | None = None
     notes: tuple[str, ...] = ()
+    size: float | None = None
 
 
 class StepFacts(Protocol):

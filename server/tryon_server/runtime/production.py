@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -25,7 +24,7 @@ from tryon_solver.dressing.dress import Dressed, dress
 from tryon_solver.dressing.dress_mesh import dress_mesh
 from tryon_solver.dressing.fit import DressingError
 from tryon_solver.dressing.opening import Opening
-from tryon_solver.dressing.to_fit import dress_to_fit
+from tryon_solver.dressing.to_fit import Fitted, dress_to_fit
 from tryon_solver.files.convention import Told
 from tryon_solver.files.garment_file import is_mesh, read_garment
 from tryon_solver.files.mesh_body import MeshBody
@@ -54,6 +53,7 @@ STAGES = {
     "freeing": "Freeing the garment of the body and of itself",
     "sewing": "Sewing the seams",
     "settling": "Letting the garment settle",
+    "as before": "Dressing as before",
     "dressed": "Dressed",
 }
 
@@ -74,9 +74,10 @@ class SolverDrape:
         body: BodyModel,
         notes: tuple[str, ...] = (),
         opening: Opening | None = None,
+        size: float | None = None,
     ) -> None:
-        """`pose` is the stance in which it was dressed; `body` the body as told to clients; `notes` as in Outfit;
-        `opening` the one by which the garment hangs, where it hangs by one."""
+        """`pose` is the stance in which it was dressed; `body` the body as told to clients; `notes` and `size` as in
+        Outfit; `opening` the one by which the garment hangs, where it hangs by one."""
         self.simulation = simulation
         self._dressed_at = simulation.state.time
         garment = simulation.scene.garment
@@ -89,8 +90,9 @@ class SolverDrape:
             panel_names=panel_names,
             body=body,
             fit=fit,
-            fitting_size=opening.fitting_size if opening is not None and fit and opening.body_girth else None,
+            fitting_size=None if opening is None else opening.advised_size,
             notes=notes,
+            size=size,
         )
         self.pose = pose
         self.notes = (*notes, f"fit: {fit}") if fit else notes
@@ -136,33 +138,31 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
     moving = load_moving_mesh(order.body, order.body_reading, order.body_name)
     body: WornBody = load_body(order.body) if moving is None else moving.sequence
     if is_mesh_file(order.pattern):
-        if order.size not in (None, 1.0):
+        if order.size != 1.0:
             message = "a garment that is a mesh is worn in the size it comes in"
-            raise problem_error("size.of_mesh", message, "Leave the size at 1", place="size", status=422)
+            raise problem_error("size.of_mesh", message, "Leave the size out", place="size", status=422)
         return build_mesh_drape(order, body, moving, fabric, settings, device, progress)
     notes: tuple[str, ...] = ()
-    worn_size = order.size or 1.0
     try:
         progress("Meshing the pattern", None)
         edge_length = order.edge_length or EDGE_LENGTHS[preset]
         pattern = load_pattern(order.pattern)
         check_wearable(pattern)
         check_grid(GRID, min(fabric.thickness, settings.body_offset))
+
+        def put_on(size: float) -> Dressed:
+            panels = mesh_in_size(pattern, edge_length, size)
+            tell = _worded(progress, size if order.size is None else None)
+            if order.wardrobe is None or not isinstance(body, BodyModel):
+                return dress(panels, body, fabric, settings, device, LIVE, progress=tell)
+            key = wardrobe_key(order.pattern.read_bytes(), body, (fabric, settings, edge_length, size))
+            return _dress_as_before(panels, body, fabric, settings, device, tell, Wardrobe(order.wardrobe), key)
+
         if order.size is None:
-            fitted = dress_to_fit(
-                lambda size: mesh_in_size(pattern, edge_length, size),
-                lambda panels: dress(panels, body, fabric, settings, device, LIVE, progress=_worded(progress)),
-                body,
-            )
-            dressed, notes = fitted.dressed, (f"garment: {fitted.describe()}",)
-            worn_size = fitted.size
-        elif order.wardrobe is None or not isinstance(body, BodyModel):
-            panels = mesh_in_size(pattern, edge_length, order.size)
-            dressed = dress(panels, body, fabric, settings, device, LIVE, progress=_worded(progress))
+            fitted = dress_to_fit(put_on, mesh_in_size(pattern, edge_length, 1.0), body)
+            notes = (f"garment: {fitted.describe()}",)
         else:
-            panels = mesh_in_size(pattern, edge_length, order.size)
-            key = wardrobe_key(order.pattern.read_bytes(), body, (fabric, settings, edge_length, order.size))
-            dressed = _dress_as_before(panels, body, fabric, settings, device, progress, Wardrobe(order.wardrobe), key)
+            fitted = Fitted(put_on(order.size), order.size)
     except PatternError as error:
         raise problem_error("pattern.invalid", error.message, error.remedy, place=error.place, status=422) from error
     except (PlacementError, DressingError) as error:
@@ -171,10 +171,9 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
     except GarmentError as error:
         message = f"the garment can't be put on: {error}"
         raise problem_error("garment.unfit", message, TRY_ANOTHER, place="garment", status=422) from error
-    opening = dressed.upper_opening()
-    if opening is not None:
-        opening = replace(opening, size=worn_size)
-    return _drape(dressed.simulation, dressed.pose, dressed.panels.panel_names, body, moving, notes, opening)
+    dressed, opening = fitted.dressed, fitted.upper_opening()
+    names, size = dressed.panels.panel_names, fitted.size
+    return _drape(dressed.simulation, dressed.pose, names, body, moving, notes, opening, size)
 
 
 def build_mesh_drape(
@@ -217,13 +216,14 @@ def _drape(
     moving: MeshBody | None,
     garment_notes: tuple[str, ...],
     opening: Opening | None = None,
+    size: float | None = None,
 ) -> SolverDrape:
     """The drape of a dressed garment, with what was found out about body and garment."""
     notes = list(garment_notes)
     if moving is not None:
         notes = [*(f"body: {note}" for note in moving.notes), *notes]
     shown = body if isinstance(body, BodyModel) else one_joint_body(body.rest_vertices, body.faces)
-    drape = SolverDrape(simulation, pose, piece_names, shown, tuple(notes), opening)
+    drape = SolverDrape(simulation, pose, piece_names, shown, tuple(notes), opening, size)
     drape.own_motion = None if moving is None else moving.sequence
     return drape
 
@@ -242,7 +242,7 @@ def _dress_as_before(
     fabric: Fabric,
     settings: Settings,
     device: str,
-    progress: Progress,
+    tell: Callable[[str, float], None],
     wardrobe: Wardrobe,
     key: str,
 ) -> Dressed:
@@ -251,11 +251,11 @@ def _dress_as_before(
     count = welded.vertex_count
     hung = wardrobe.recall(key, count + len(body.rest_vertices))
     if hung is None:
-        dressed = dress(panels, body, fabric, settings, device, LIVE, progress=_worded(progress))
+        dressed = dress(panels, body, fabric, settings, device, LIVE, progress=tell)
         simulation = dressed.simulation
         wardrobe.keep(key, np.vstack([simulation.cloth_positions(), simulation.body_positions()]))
         return dressed
-    progress("Dressing as before", None)
+    tell("as before", 1.0)
     garment = Garment(welded.vertex_of_corner, welded.uv_corners, welded.panel_of_face, welded.vertex_count)
     pose = Pose.rest(body)
     cloth, surface = np.split(hung.astype(np.float64), [count])
@@ -276,6 +276,7 @@ def _named(known: Mapping[str, Named], kind: str, name: str) -> Named:
     return known[name]
 
 
-def _worded(progress: Progress) -> Callable[[str, float], None]:
-    """The solver's names of its stages in words for people."""
-    return lambda stage, share: progress(STAGES.get(stage, stage.capitalize()), share)
+def _worded(progress: Progress, tried: float | None = None) -> Callable[[str, float], None]:
+    """The solver's names of its stages in words for people, with the size `tried` on where one is looked for."""
+    where = "" if tried is None else f" in size {tried:g}"
+    return lambda stage, share: progress(f"{STAGES.get(stage, stage.capitalize())}{where}", share)

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from tryon_solver.body.on_device import WornBody
-from tryon_solver.dressing.fit import CrumpledError, check_rest, close_seams
-from tryon_solver.dressing.opening import Opening, upper_opening
+from tryon_solver.dressing.fit import CrumpledError, TightError, check_rest, close_seams, with_opening
+from tryon_solver.dressing.opening import Opening, opening_as_drawn, upper_opening
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.placement import place_around
@@ -81,11 +81,14 @@ def dress(
     clearance = settings.body_offset + 0.5 * fabric.thickness + settings.d_hat
     x_start = place_around(panels, surface, body.faces, clearance)
     joined = weld(panels)
-    x_sewn, sewn_surface = sew(panels, joined, x_start, body, pose, fabric, settings, device, progress)
-    garment = Garment(joined.vertex_of_corner, joined.uv_corners, joined.panel_of_face, joined.vertex_count)
-    simulation = build(Scene(garment, x_sewn, body, fabric, effects), settings, device, pose, sewn_surface)
-    settle(simulation, pose, settle_seconds, progress)
-    check_rest(simulation, joined, panels)
+    try:
+        x_sewn, sewn_surface = sew(panels, joined, x_start, body, pose, fabric, settings, device, progress)
+        garment = Garment(joined.vertex_of_corner, joined.uv_corners, joined.panel_of_face, joined.vertex_count)
+        simulation = build(Scene(garment, x_sewn, body, fabric, effects), settings, device, pose, sewn_surface)
+        settle(simulation, pose, settle_seconds, progress)
+        check_rest(simulation, joined, panels)
+    except TightError as error:
+        raise with_opening(error, opening_as_drawn(panels, surface, body.faces)) from error
     progress("dressed", 1.0)
     return Dressed(simulation, joined, panels, pose)
 

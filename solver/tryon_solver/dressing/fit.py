@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tryon_solver.advice import allowed, percent
+from tryon_solver.dressing.opening import WORTH_SAYING, Opening
 from tryon_solver.geometry.located_error import LocatedError
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.weld import WeldedMesh
@@ -15,6 +16,7 @@ CLOSED = 2e-3  # m, a seam further open than this can't be welded
 GAPING = 10e-3  # m, a seam further open than tightness alone would explain
 MOST_STRETCH = 1.1  # times the fabric's limit, at rest on a still body
 MOST_SQUEEZED = 10e-3  # m that a garment at rest may press the skin in
+TAUT = 0.5  # of the stretch that a fabric bears: one that is stretched by less is not what makes a garment tight
 
 
 class DressingError(LocatedError):
@@ -27,6 +29,10 @@ class CrumpledError(DressingError):
 
 class TightError(DressingError):
     """The garment is too small for this body."""
+
+
+class CrowdedError(DressingError):
+    """The garment is held by what lies in its way, not by tightness: its fabric is hardly stretched."""
 
 
 def close_seams(
@@ -70,7 +76,7 @@ def close_seams(
 def check_rest(simulation: Simulation, joined: WeldedMesh, panels: PanelMesh) -> None:
     """The garment has come to rest: is it free of the body and of itself, and within what its fabric can bear?
 
-    Raises TightError naming the piece where it is not.
+    Raises TightError naming the piece where it is not; CrowdedError where its fabric is hardly stretched.
     """
     fabric, report = simulation.scene.fabric, simulation.reported
     stretch = simulation.stretches()
@@ -84,19 +90,37 @@ def check_rest(simulation: Simulation, joined: WeldedMesh, panels: PanelMesh) ->
             looser(float(stretch[worst]), [name]),
         )
     if report.body_lag > MOST_SQUEEZED:
-        raise TightError(
-            f"the garment presses the skin in by {1e3 * report.body_lag:.0f} mm; it is stretched most, by "
-            f"{percent(float(stretch[worst]))}, in {name}: it is too tight for this body",
-            f"panels.{name}",
-            looser(float(stretch[worst]), [name]),
+        what = f"the garment presses the skin in by {1e3 * report.body_lag:.0f} mm"
+    elif report.retries or report.overlapping:
+        what = (
+            "the garment finds no place to rest: somewhere it stays pressed closer to the body or to itself than its "
+            "thickness"
         )
-    if report.retries or report.overlapping:
-        raise TightError(
-            f"the garment finds no place to rest: somewhere it stays pressed closer to the body or to itself than its "
-            f"thickness; it is stretched most, by {percent(float(stretch[worst]))}, in {name}",
+    else:
+        return
+    pulled = float(stretch[worst])
+    what += f"; it is stretched most, by {percent(pulled)}, in {name}: {allowed(fabric)}"
+    if pulled - 1 < TAUT * (fabric.strain_limit - 1):
+        raise CrowdedError(
+            f"{what}, so that it is not too tight: more fabric lies there than there is place for, or it is caught",
             f"panels.{name}",
-            looser(float(stretch[worst]), [name]),
+            "Choose a thinner fabric or another size, or draw less fabric where the garment lies on itself",
         )
+    raise TightError(f"{what}; it is too tight for this body", f"panels.{name}", looser(pulled, [name]))
+
+
+def with_opening(error: TightError, opening: Opening | None) -> TightError:
+    """The same, where `opening`, as the pattern draws it, is too wide at once: no size mends both."""
+    if opening is None or opening.too_wide < WORTH_SAYING or not opening.body_girth:
+        return error
+    around = " and ".join(opening.pieces)
+    return TightError(
+        f"{error.message}; its opening of {around}, though, is {100 * opening.too_wide:.1f} cm too wide: narrow in one "
+        "place and wide in another, it fits in no size",
+        error.place,
+        f"Widen the pattern where it is too tight and narrow its opening of {around}; in a larger size it may go on, "
+        "but slips",
+    )
 
 
 def looser(stretch: float, names: list[str]) -> str:

@@ -16,6 +16,7 @@ from tryon_solver.geometry.boundary_loops import boundary_loops
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.seams import face_edges
+from tryon_solver.geometry.size import SIZE_MIN
 from tryon_solver.geometry.weld import weld
 
 WORTH_SAYING = 0.01  # m, an opening wider than the body by less is held by its friction
@@ -33,6 +34,7 @@ class Opening:
     rests_at: float | None  # height below, at which the body is as wide as the opening; None: it falls off
     lowest: float  # height of the garment's lowest point
     size: float = 1.0  # in which the pattern is worn, over its own
+    too_small: float = 0.0  # the largest smaller size that is known not to go on; 0: none is
 
     @property
     def too_wide(self) -> float:
@@ -41,8 +43,15 @@ class Opening:
 
     @property
     def fitting_size(self) -> float:
-        """The size, over that of the pattern, whose opening is as wide as the body is now at this height."""
+        """The size, over that of the pattern, whose opening is as wide as the body is now at this height; 0 where no
+        body is."""
         return self.size * self.body_girth / self.girth
+
+    @property
+    def advised_size(self) -> float | None:
+        """The size to wear instead; None for an opening that holds, and where no other size is known to help."""
+        smallest = max(self.too_small, SIZE_MIN)
+        return self.fitting_size if self.advice and round(self.fitting_size, 2) > smallest else None
 
     @property
     def advice(self) -> str:
@@ -57,8 +66,16 @@ class Opening:
         return (
             f"the opening of {' and '.join(self.pieces)} is {100 * self.too_wide:.1f} cm too wide at a height of "
             f"{self.height:.2f} m ({100 * self.girth:.1f} cm, the body {100 * self.body_girth:.1f} cm): {where} when "
-            f"the body moves; size {self.fitting_size:.2f} fits there"
+            f"the body moves; {self._what_fits()}"
         )
+
+    def _what_fits(self) -> str:
+        if self.fitting_size < SIZE_MIN:
+            return f"no size of this pattern fits there, not even {SIZE_MIN:g}: narrow the opening in the pattern"
+        fits = f"size {self.fitting_size:.2f} fits there"
+        if round(self.fitting_size, 2) > self.too_small:
+            return fits
+        return f"{fits}, but in size {self.too_small:g} it can't be put on: narrow the opening in the pattern"
 
 
 def upper_opening(

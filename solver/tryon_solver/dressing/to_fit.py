@@ -1,25 +1,36 @@
 """In which size a pattern fits its wearer: smaller where its opening would slip, larger where it is too tight. Ours.
 
 The opening that a garment hangs by is measured where the pattern places it (opening.py), which says what size to begin
-with. Then sizes are worn: what can't be put on because it is too tight, or crumples where it is sewn, is tried larger,
-and what hangs by an opening that is still too wide in the size in which that opening fits. A garment may be too wide
-above and too narrow below at once; then the smallest size that can be put on is worn, and its fit says what is too
-wide.
+with. Then sizes are worn. After one that can't be put on comes the nearest of the steps `LARGER` apart that was not
+tried and is not known to be too small; after one that hangs by an opening that is still too wide, the size in which
+that opening fits. What is worn in the end was put on in that very size. A garment may be too wide above and too narrow
+below at once; then the smallest size that went on is worn, and its fit says what is too wide and why nothing smaller
+helps.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from tryon_solver.body.on_device import WornBody
 from tryon_solver.dressing.dress import Dressed
-from tryon_solver.dressing.fit import CrumpledError, DressingError, TightError
+from tryon_solver.dressing.fit import CrowdedError, CrumpledError, DressingError, TightError
 from tryon_solver.dressing.opening import Opening, opening_as_drawn
 from tryon_solver.geometry.panel_mesh import PanelMesh
+from tryon_solver.geometry.placement import PlacementError
+from tryon_solver.geometry.size import SIZE_MAX, SIZE_MIN
 
-LARGER = 1.1  # the next size of a garment that can't be put on
+LARGER = 1.1  # from one step to the next
+STEPS = range(-7, 8)  # of the pattern's own size, which is step 0
+SAME = 0.025  # sizes that differ by less are not both tried
 MOST_TRIES = 5
+OWN = 1.0
+
+
+class NoSizeError(DressingError):
+    """In none of the sizes that were tried can the garment be put on."""
 
 
 @dataclass(frozen=True)
@@ -28,58 +39,95 @@ class Fitted:
 
     dressed: Dressed
     size: float
-    others: tuple[str, ...]
+    others: tuple[str, ...] = ()
+    too_small: float = 0.0  # the largest smaller size that is known not to go on; 0: none is
 
     def upper_opening(self) -> Opening | None:
         """As that of a dressed garment, which knows nothing of its size."""
         opening = self.dressed.upper_opening()
-        return None if opening is None else replace(opening, size=self.size)
+        return None if opening is None else replace(opening, size=self.size, too_small=self.too_small)
 
     def describe(self) -> str:
         """In which size it is worn and why, for people."""
         return "; ".join([f"size {self.size:g}", *self.others])
 
 
-def dress_to_fit(
-    mesh: Callable[[float], PanelMesh], put_on: Callable[[PanelMesh], Dressed], body: WornBody
-) -> Fitted:
-    """Dress the pattern that `mesh` cuts in any size, with `put_on`, in its own size or one that fits the body.
+def dress_to_fit(put_on: Callable[[float], Dressed], own: PanelMesh, body: WornBody) -> Fitted:
+    """Dress a pattern, which `put_on` does in any size, in its own size or one that fits the body.
 
-    Raises what `mesh` and `put_on` raise; of what is tried larger the last, if no size that was tried can be put on.
+    `own` is the pattern in its own size, to be measured.
+
+    Raises NoSizeError when no size that was tried can be put on, at once what no size mends in the pattern's own size
+    (a piece that finds no place, the body between the sides of a seam), and what `put_on` raises besides.
     """
-    return search(mesh, put_on, opening_as_drawn(mesh(1.0), body.surface(body.start()), body.faces))
+    return search(put_on, opening_as_drawn(own, body.surface(body.start()), body.faces))
 
 
-def search(
-    mesh: Callable[[float], PanelMesh], put_on: Callable[[PanelMesh], Dressed], drawn: Opening | None
-) -> Fitted:
+def search(put_on: Callable[[float], Dressed], drawn: Opening | None) -> Fitted:
     """As `dress_to_fit`, with the opening of the pattern's own size as it is drawn."""
-    size, too_small = 1.0, 0.0
+    size, too_small = OWN, 0.0
     others: list[str] = []
+    refused: dict[float, DressingError | PlacementError] = {}
     worn: Fitted | None = None
-    refused: DressingError | None = None
-    if drawn is not None and drawn.advice:
-        others.append(f"in size 1, {drawn.advice}")
-        size = round(drawn.fitting_size, 2)
+    if drawn is not None and drawn.advice and drawn.fitting_size:
+        others.append(f"in size 1, as drawn, {drawn.advice}")
+        size = min(max(round(drawn.fitting_size, 2), SIZE_MIN), SIZE_MAX)
     for _ in range(MOST_TRIES):
         try:
-            dressed = put_on(mesh(size))
-        except (TightError, CrumpledError) as error:
+            dressed = put_on(size)
+        except (DressingError, PlacementError) as error:
+            sized = isinstance(error, TightError | CrumpledError | CrowdedError)
+            if worn is None and size == OWN and not sized:
+                raise
             others.append(f"in size {size:g}, {error.message}")
+            refused[size] = error
+            if isinstance(error, TightError):
+                too_small = max(too_small, size)
             if worn is not None:
-                return Fitted(worn.dressed, worn.size, tuple(others))
-            refused, too_small, size = error, size, round(LARGER * size, 2)
+                break
+            following = _nearest_step(size if isinstance(error, TightError) else OWN, too_small, list(refused))
+            if following is None:
+                break
+            size = following
             continue
-        worn = Fitted(dressed, size, tuple(others))
+        worn = Fitted(dressed, size)
         opening = worn.upper_opening()
-        if opening is None or not opening.advice:
-            return worn
-        smaller = round(opening.fitting_size, 2)
-        if not too_small < smaller < size:
-            return worn
+        if opening is None or not opening.advice or not opening.fitting_size:
+            break
+        smaller = max(round(opening.fitting_size, 2), SIZE_MIN)
+        if not too_small < smaller < size or smaller in refused:
+            break
         others.append(f"in size {size:g}, {opening.advice}")
         size = smaller
-    if worn is not None:
-        return worn
-    assert refused is not None
-    raise refused
+    if worn is None:
+        raise _none_goes_on(refused)
+    told = [said for said in others if not said.startswith(f"in size {worn.size:g}, ")]
+    return replace(worn, others=tuple(told), too_small=max((s for s in refused if s < worn.size), default=0.0))
+
+
+def _nearest_step(size: float, too_small: float, tried: list[float]) -> float | None:
+    """The untried step nearest to `size`, the larger of two, that is not known to be too small; None without one."""
+    steps = [round(LARGER**k, 2) for k in STEPS]
+    left = [
+        step
+        for step in steps
+        if too_small < step and SIZE_MIN <= step <= SIZE_MAX and all(abs(step / t - 1) > SAME for t in tried)
+    ]
+    return min(left, key=lambda step: (round(abs(math.log(step / size)) / math.log(LARGER)), -step), default=None)
+
+
+def _none_goes_on(refused: dict[float, DressingError | PlacementError]) -> NoSizeError:
+    """What to say when each of these sizes was refused: the one nearest the pattern's own says where it lies."""
+    nearest = min(refused, key=lambda size: abs(math.log(size)))
+    sizes = sorted(refused)
+    why = "; ".join(f"in size {size:g}, {refused[size].message}" for size in sizes)
+    remedy = "Change the pattern there"
+    if all(isinstance(error, TightError) for error in refused.values()) and sizes[-1] < SIZE_MAX:
+        remedy += f", or tell a size larger than {sizes[-1]:g}, or another fabric or body"
+    else:
+        remedy += ", or choose another fabric, a finer preset or another body"
+    return NoSizeError(
+        f"it goes on in none of the sizes {', '.join(f'{size:g}' for size in sizes)}: {why}",
+        refused[nearest].place,
+        remedy,
+    )

@@ -58,8 +58,8 @@ def worn_pattern(case: Case, body: BodyModel, wardrobe: Path, tell: Tell) -> Wor
             return mesh_in_size(pattern, case.edge, size)
         return mesh_with_vertices(pattern, case.vertices, size)
 
-    def put_on(panels: PanelMesh) -> Dressed:
-        return dress(panels, body, fabric, settings, case.device)
+    def put_on(size: float) -> Dressed:
+        return dress(mesh(size), body, fabric, settings, case.device)
 
     choices = fabric, settings, case.device, case.edge, case.vertices, case.size
     kept = wardrobe / f"{wardrobe_key(path.read_bytes(), body, choices)}.npz"
@@ -68,8 +68,8 @@ def worn_pattern(case: Case, body: BodyModel, wardrobe: Path, tell: Tell) -> Wor
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not kept.exists():
             begun = time.perf_counter()
-            sized = Fitted(put_on(mesh(case.size)), case.size, ()) if case.size else None
-            fitted = sized or dress_to_fit(mesh, put_on, body)
+            sized = Fitted(put_on(case.size), case.size) if case.size else None
+            fitted = sized or dress_to_fit(put_on, mesh(1.0), body)
             hang_up(kept, fitted, time.perf_counter() - begun)
     state = np.load(kept)
     size, fit, seconds = float(state["size"]), str(state["fit"]), float(state["seconds"])

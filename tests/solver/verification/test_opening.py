@@ -1,5 +1,7 @@
 """The opening that a garment hangs by, against a body whose girths are known: a cone that widens downwards."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -106,6 +108,22 @@ def test_what_is_wider_than_all_of_the_body_falls_off():
     opening = upper_opening(garment, x, ("band",), body, body_faces)
     assert opening.rests_at is None
     assert "falls off" in opening.advice
+
+
+def test_a_size_is_advised_unless_it_is_known_not_to_help():
+    body, body_faces = cone()
+    garment, x = skirt(1.1, 0.6, CHORDS * radius(0.8))
+    opening = upper_opening(garment, x, ("band",), body, body_faces)
+    fits = opening.fitting_size
+    assert opening.advised_size == fits
+    assert opening.advice.endswith(f"size {fits:.2f} fits there")
+    tight = replace(opening, too_small=0.95)
+    assert tight.advised_size is None
+    assert tight.advice.endswith("but in size 0.95 it can't be put on: narrow the opening in the pattern")
+    tiny = replace(opening, size=0.6)
+    assert tiny.advised_size is None
+    assert tiny.advice.endswith("no size of this pattern fits there, not even 0.5: narrow the opening in the pattern")
+    assert replace(opening, girth=0.9 * opening.body_girth).advised_size is None
 
 
 def test_a_long_one_that_slips_is_trodden_on():

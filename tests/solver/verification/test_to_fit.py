@@ -7,9 +7,11 @@ import pytest
 
 from tryon_solver.body.model import default_body
 from tryon_solver.dressing.dress import dress
-from tryon_solver.dressing.fit import CrumpledError, DressingError, TightError
-from tryon_solver.dressing.to_fit import LARGER, MOST_TRIES, dress_to_fit, search
+from tryon_solver.dressing.fit import CrowdedError, CrumpledError, DressingError, TightError
+from tryon_solver.dressing.opening import Opening
+from tryon_solver.dressing.to_fit import LARGER, MOST_TRIES, NoSizeError, dress_to_fit, search
 from tryon_solver.geometry.pattern import load_pattern
+from tryon_solver.geometry.placement import PlacementError
 from tryon_solver.geometry.size import mesh_in_size
 from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.settings import PRESETS
@@ -24,6 +26,7 @@ class Waist:
     cut: float
     right: float
     size: float = 1.0
+    too_small: float = 0.0
 
     @property
     def fitting_size(self):
@@ -58,7 +61,7 @@ class Shop:
         return Hung(size, self.waist)
 
     def fit(self, drawn=None):
-        return search(lambda size: size, self.put_on, drawn)
+        return search(self.put_on, drawn)
 
 
 def test_what_fits_in_its_own_size_is_worn_in_it():
@@ -80,14 +83,15 @@ def test_a_wide_waist_is_worn_in_the_size_that_fits_it():
 def test_sizes_are_told_over_the_patterns_own():
     """0.85 is worn by what the drawing says, and still wide: the size said to fit is no share of that one."""
     fitted = Shop(0.5, waist=0.8).fit(Waist(1.0, 0.85))
-    assert fitted.describe() == "size 0.8; in size 1, size 0.85 fits the waist; in size 0.85, size 0.80 fits the waist"
+    as_drawn = "in size 1, as drawn, size 0.85 fits the waist"
+    assert fitted.describe() == f"size 0.8; {as_drawn}; in size 0.85, size 0.80 fits the waist"
 
 
 def test_a_waist_drawn_too_wide_is_not_worn_first():
     shop = Shop(0.9, waist=0.92)
     fitted = shop.fit(Waist(1.0, 0.92))
     assert (fitted.size, shop.tried) == (0.92, [0.92])
-    assert fitted.describe() == "size 0.92; in size 1, size 0.92 fits the waist"
+    assert fitted.describe() == "size 0.92; in size 1, as drawn, size 0.92 fits the waist"
 
 
 def test_what_is_too_tight_is_worn_larger():
@@ -106,25 +110,77 @@ def test_what_is_wide_above_and_tight_below_is_worn_as_small_as_it_can_be_put_on
 
 def test_a_size_known_to_be_too_tight_is_not_tried_again():
     shop = Shop(1.05, waist=0.92)
-    assert shop.fit(Waist(1.0, 0.92)).size == pytest.approx(1.11)
-    assert shop.tried == [0.92, 1.01, 1.11]
+    assert shop.fit(Waist(1.0, 0.92)).size == 1.1
+    assert shop.tried == [0.92, 1.0, 1.1], "the pattern's own size among them"
 
 
-def test_what_is_too_tight_in_every_size_is_refused():
+def test_what_is_too_tight_in_every_size_is_refused_with_all_that_were_tried():
     shop = Shop(5.0)
-    with pytest.raises(TightError, match="too tight"):
+    with pytest.raises(NoSizeError) as caught:
         shop.fit()
+    assert shop.tried == [1.0, 1.1, 1.21, 1.33, 1.46]
     assert len(shop.tried) == MOST_TRIES
+    assert caught.value.message.startswith("it goes on in none of the sizes 1, 1.1, 1.21, 1.33, 1.46: in size 1, too t")
+    assert caught.value.place == "panels.front"
+    assert "larger than 1.46" in caught.value.remedy
 
 
-def test_what_is_crumpled_is_worn_larger():
+@pytest.mark.parametrize("kind", [CrumpledError, CrowdedError])
+@pytest.mark.parametrize(("goes_on", "tried"), [(1.1, [1.0, 1.1]), (0.91, [1.0, 1.1, 0.91])])
+def test_what_is_crumpled_is_worn_larger_or_smaller(kind, goes_on, tried):
+    sizes = []
+
     def put_on(size):
-        if size == 1.0:
-            raise CrumpledError("crumpled", "garment", "smoother")
+        sizes.append(size)
+        if size != goes_on:
+            raise kind("crumpled", "garment", "smoother")
         return Hung(size, 0.0)
 
-    fitted = search(lambda size: size, put_on, None)
-    assert fitted.describe() == "size 1.1; in size 1, crumpled"
+    fitted = search(put_on, None)
+    assert (fitted.size, fitted.dressed.size, sizes) == (goes_on, goes_on, tried)
+    assert fitted.describe().startswith(f"size {goes_on:g}; in size 1, crumpled")
+
+
+def test_what_crumples_in_its_own_size_and_is_tight_below_ends_in_a_size_that_was_tried():
+    """As a godet skirt does: its waist asks for 0.92, its hem for more."""
+    sizes = []
+
+    def put_on(size):
+        sizes.append(size)
+        if size < 1.0:
+            raise TightError("too tight", "panels.hem", "larger")
+        if size == 1.0:
+            raise CrumpledError("crumpled", "garment", "smoother")
+        return Hung(size, 0.92)
+
+    fitted = search(put_on, Waist(1.0, 0.92))
+    assert (fitted.size, fitted.dressed.size, sizes) == (1.1, 1.1, [0.92, 1.0, 1.1])
+    assert fitted.upper_opening().too_small == 1.0, "so that no smaller size is advised"
+    assert "in size 0.92, too tight; in size 1, crumpled" in fitted.describe()
+
+
+def test_a_waist_that_lies_below_the_body_says_no_size_to_begin_with():
+    shop = Shop(0.5)
+    below = Opening(("band",), -0.2, 0.8, 0.0, None, -0.5)
+    assert (shop.fit(below).size, shop.tried) == (1.0, [1.0])
+
+
+def test_a_waist_that_no_size_fits_is_worn_in_the_smallest_there_is():
+    shop = Shop(0.3, waist=0.2)
+    assert (shop.fit(Waist(1.0, 0.2)).size, shop.tried) == (0.5, [0.5])
+
+
+@pytest.mark.parametrize("kind", [DressingError, PlacementError])
+def test_what_is_misplaced_in_a_smaller_size_may_go_on_in_its_own(kind):
+    sizes = []
+
+    def put_on(size):
+        sizes.append(size)
+        if size < 1.0:
+            raise kind("the body is between its sides", "panels.front", "move it")
+        return Hung(size, 0.92)
+
+    assert (search(put_on, Waist(1.0, 0.92)).size, sizes) == (1.0, [0.92, 1.0])
 
 
 def test_what_is_wrong_in_any_size_is_refused_at_once():
@@ -134,8 +190,8 @@ def test_what_is_wrong_in_any_size_is_refused_at_once():
         tried.append(size)
         raise DressingError("the body is between its sides", "garment", "move it")
 
-    with pytest.raises(DressingError, match="between its sides"):
-        search(lambda size: size, put_on, None)
+    with pytest.raises(DressingError, match=r"^garment: the body is between its sides"):
+        search(put_on, None)
     assert tried == [1.0]
 
 
@@ -144,14 +200,15 @@ def test_a_skirt_cut_too_wide_is_worn_in_the_size_that_holds():
     skirt, body, sizes = load_pattern(SKIRT), default_body(), []
 
     def cut(size):
-        sizes.append(size)
         return mesh_in_size(skirt, 0.05, 1.25 * size)
 
-    def put_on(panels):
-        return dress(panels, body, FABRICS["cotton_jersey"], PRESETS["draft"], settle_seconds=0.3)
+    def put_on(size):
+        sizes.append(size)
+        return dress(cut(size), body, FABRICS["cotton_jersey"], PRESETS["draft"], settle_seconds=0.3)
 
-    fitted = dress_to_fit(cut, put_on, body)
+    fitted = dress_to_fit(put_on, cut(1.0), body)
     assert 0.7 < fitted.size < 0.9
-    assert sizes[0] == 1.0  # to measure; it is not worn
+    assert sizes[-1] == fitted.size
+    assert 1.0 not in sizes, "it is measured in its own size, not worn"
     assert "too wide" in fitted.describe()
     assert fitted.dressed.upper_opening().advice == ""
