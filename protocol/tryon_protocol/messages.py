@@ -308,6 +308,10 @@ class StatusMessage(Message, tag="status", frozen=True, kw_only=True):
         tuple[str, ...],
         Meta(description="for people: how garment and body were read from files that say little, and what was mended"),
     ] = ()
+    worn_size: Annotated[
+        float | None,
+        Meta(description="size in which the dressed pattern is worn, over its own; null: not dressed, or a mesh"),
+    ] = None
 
 
 class ReportMessage(Message, tag="report", frozen=True, kw_only=True):

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from asking import refused
 
 from tryon_server.garments.check import check_garment
 from tryon_server.persistence.garments import GarmentRecord, SqlGarments
@@ -54,6 +55,13 @@ def test_what_is_told_is_checked_and_is_part_of_the_garment(live, skirt):
     unknown = live.http.post("/api/garments", params={"name": "skirt", "units": "ell"}, content=skirt)
     assert unknown.status_code == 422
     assert "units" in unknown.json()["place"]
+
+
+@pytest.mark.parametrize("size", [0.9, "fit"])
+def test_a_session_does_not_size_a_mesh(live, skirt, size):
+    garment = live.http.post("/api/garments", params={"name": "skirt"}, content=skirt).json()["id"]
+    body = refused(live.http.post("/api/sessions", json={"garment": garment, "size": size}), 422, "size.of_mesh")
+    assert (body["place"], body["remedy"]) == ("size", "Leave the size out")
 
 
 def test_a_broken_mesh_is_refused_with_its_line(live, skirt):

@@ -70,6 +70,25 @@ def test_a_body_that_can_not_be_worn_on_is_named_as_its_owner_names_it(order, tm
     assert "5ab1e5" not in caught.value.problem.message.replace(called, "")
 
 
+@pytest.mark.parametrize("size", [0.9, None])
+def test_a_mesh_has_no_sizes_not_even_one_to_be_found(order, tmp_path, size):
+    path = tmp_path / "5ab1e5"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    with pytest.raises(ProblemError, match="worn in the size it comes in") as caught:
+        production.build_drape(replace(order, pattern=path, size=size), lambda *_: None)
+    assert (caught.value.problem.place, caught.value.problem.remedy) == ("size", "Leave the size out")
+
+
+def test_a_size_that_is_looked_for_is_told_as_it_is_tried_and_hung_up_for_the_next_time(order, monkeypatch):
+    told = []
+    drape = production.build_drape(replace(order, size=None), lambda stage, _: told.append(stage))
+    assert drape.outfit.size == 1.0
+    assert "Sewing the seams in size 1" in told
+    assert drape.notes[0].startswith("garment: size 1")
+    monkeypatch.setattr(production, "dress", lambda *_, **__: pytest.fail("it was dressed again"))
+    assert production.build_drape(order, lambda *_: None).outfit.size == 1.0
+
+
 def test_another_size_is_another_garment(order):
     """In the wardrobe, too: what hung there in the pattern's own size is not taken for it."""
     own, small = (production.build_drape(replace(order, size=size), lambda *_: None) for size in (1.0, 0.9))

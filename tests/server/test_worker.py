@@ -97,14 +97,15 @@ def test_what_there_is_to_say_of_the_fit_is_told_with_being_ready():
     def wide(order, progress):
         drape = analytic_drape.build(order, progress)
         notes = ("body: it is not closed",)
-        drape.outfit = replace(drape.outfit, fit="the waist is 7 cm too wide", fitting_size=0.9, notes=notes)
+        drape.outfit = replace(drape.outfit, fit="the waist is 7 cm too wide", fitting_size=0.9, notes=notes, size=0.95)
         return drape
 
-    assert of(work([], until=1.0), PhaseChanged)[-1] == PhaseChanged("ready", "Dressed")
+    assert of(work([], until=1.0), PhaseChanged)[-1] == PhaseChanged("ready", "Dressed", worn_size=1.0)
     told = of(work([], until=1.0, build=wide), PhaseChanged)[-1]
     assert told.detail == "Dressed; the waist is 7 cm too wide"
     assert (told.fit, told.fitting_size) == ("the waist is 7 cm too wide", 0.9)
     assert told.notes == ("body: it is not closed",)
+    assert told.worn_size == 0.95
 
 
 def test_does_nothing_until_it_is_to_run_and_stops_when_it_is_to_hold():

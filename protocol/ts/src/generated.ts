@@ -270,6 +270,8 @@ export interface StatusMessage {
   fitting_size?: number | null;
   /** for people: how garment and body were read from files that say little, and what was mended. Default: [] */
   notes?: readonly string[];
+  /** size in which the dressed pattern is worn, over its own; null: not dressed, or a mesh. Default: null */
+  worn_size?: number | null;
 }
 
 /** What the solver did for one published frame. Sent at most a few times a second, the newest wins. */

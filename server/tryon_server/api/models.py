@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidatorFunctionWrapHandler,
+    field_validator,
+)
+from pydantic_core import PydanticCustomError
 
 Name = Annotated[str, Field(pattern="^[^\\x00]*$")]  # a database's text can't hold the character 0
+
+Size = Annotated[float, Field(ge=0.5, le=2.0)] | Literal["fit"]
 
 
 class Model(BaseModel):
@@ -104,13 +114,22 @@ class SessionRequest(Model):
     motion: Name | None = Field(None, description="name of a motion; null: a client streams the poses")
     fabric: Name | None = Field(None, description="name of a fabric; null: the first of GET /api/fabrics")
     preset: Name | None = Field(None, description="draft, live, fit or auto; null: the server's choice")
-    size: float = Field(1.0, ge=0.5, le=2.0, description="of a sewing pattern, over its own")
+    size: Size = Field(1.0, description="of a sewing pattern, over its own; fit: the one that fits, by trying some on")
     body: Name | None = Field(None, description="id of an uploaded body, which brings its motion; null: the default")
+
+    @field_validator("size", mode="wrap")
+    @classmethod
+    def _is_a_size(cls, value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
+        """One fault of one field, where a choice of two types would tell two of none."""
+        try:
+            return handler(value)
+        except ValidationError as error:
+            raise PydanticCustomError("size", 'a size is a number from 0.5 to 2, or "fit"') from error
 
 
 class SessionReply(Model):
-    """A session. ``stream`` is the path of its websocket; ``state``, ``detail``, ``fit``, ``fitting_size`` and
-    ``notes`` as in the protocol's status."""
+    """A session. ``stream`` is the path of its websocket; ``state``, ``detail``, ``fit``, ``fitting_size``,
+    ``notes`` and ``worn_size`` as in the protocol's status."""
 
     id: str
     garment: str
@@ -118,12 +137,15 @@ class SessionReply(Model):
     fabric: str
     preset: str
     created: float
-    size: float
+    size: Size = Field(description="as it was asked for; the size that fit stands for is in worn_size")
     body: str | None
     state: str
     detail: str
     fit: str
-    fitting_size: float | None
+    fitting_size: float | None = Field(description="the size that fit advises; null: none")
     notes: list[str]
+    worn_size: float | None = Field(
+        description="of the pattern, over its own; null: it is not dressed yet or not any more, or a mesh"
+    )
     viewers: int
     stream: str

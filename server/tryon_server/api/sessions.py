@@ -119,6 +119,7 @@ def _reply(record: SessionRecord, services: Services) -> SessionReply:
         fit=status.fit,
         fitting_size=status.fitting_size,
         notes=list(status.notes),
+        worn_size=status.worn_size,
         viewers=0 if live is None else live.machine.viewer_count,
         stream=f"/api/sessions/{record.id}/stream",
     )

@@ -2,11 +2,12 @@
 
 from tryon_server.persistence.blobs import BlobStore, FileBlobs
 from tryon_server.persistence.garments import GarmentRecord, GarmentStore, SqlGarments
-from tryon_server.persistence.sessions import SessionRecord, SessionStore, SqlSessions
+from tryon_server.persistence.sessions import FIT, SessionRecord, SessionStore, Size, SqlSessions
 from tryon_server.persistence.tables import open_database
 from tryon_server.persistence.uploads import BodyRecord, MotionRecord, SqlUploads, UploadStore, digest_in_use
 
 __all__ = [
+    "FIT",
     "BlobStore",
     "BodyRecord",
     "FileBlobs",
@@ -15,6 +16,7 @@ __all__ = [
     "MotionRecord",
     "SessionRecord",
     "SessionStore",
+    "Size",
     "SqlGarments",
     "SqlSessions",
     "SqlUploads",

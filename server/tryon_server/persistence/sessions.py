@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Literal, Protocol
 
 import msgspec
 from sqlalchemy import ColumnElement, Engine, select
 
 from tryon_server.persistence import tables
 
+FIT: Literal["fit"] = "fit"  # the size that fits, which is looked for by trying some on
+Size = float | Literal["fit"]
+
 
 class SessionRecord(msgspec.Struct, frozen=True, kw_only=True):
     """A session as opened. Times in s since 1970; ``ended`` and ``ending`` are None while it lives.
 
-    ``size`` is that of the pattern over its own; ``body`` the id of an uploaded body, None for the default one.
+    ``size`` is that of the pattern over its own, as it was asked for: a number, or ``fit`` for the one that fits;
+    ``body`` the id of an uploaded body, None for the default one.
     """
 
     id: str
@@ -24,7 +28,7 @@ class SessionRecord(msgspec.Struct, frozen=True, kw_only=True):
     created: float
     ended: float | None = None
     ending: str | None = None
-    size: float = 1.0
+    size: Size = 1.0
     body: str | None = None
 
 

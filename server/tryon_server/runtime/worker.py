@@ -191,7 +191,8 @@ class Worker:
             outfit = drape.outfit
             said = f"Dressed; {outfit.fit}" if outfit.fit else "Dressed"
             notes = tuple(as_parameters(note) for note in outfit.notes)
-            self._tell(PhaseChanged("ready", said, None, outfit.fit, outfit.fitting_size, notes))
+            worn = (outfit.fit, outfit.fitting_size, notes, outfit.size)
+            self._tell(PhaseChanged("ready", said, None, *worn))
             self._last_look = self._clock()
 
     def say(self, what: str) -> None:

@@ -15,7 +15,7 @@ class PhaseChanged:
     """What the simulation is doing: ``detail`` in a sentence for people, ``progress`` 0 to 1 when known.
 
     Of a dressed garment: ``fit``, what there is to say about it, ``fitting_size``, the size that would fit if another
-    one does, and ``notes``, how garment and body were read.
+    one does, ``notes``, how garment and body were read, and ``worn_size``, that of its pattern.
     """
 
     phase: Phase
@@ -24,6 +24,7 @@ class PhaseChanged:
     fit: str = ""
     fitting_size: float | None = None
     notes: tuple[str, ...] = ()
+    worn_size: float | None = None
 
 
 @dataclass(frozen=True)

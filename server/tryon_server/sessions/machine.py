@@ -273,6 +273,7 @@ class Session:
             fit=self._phase.fit,
             fitting_size=self._phase.fitting_size,
             notes=self._phase.notes,
+            worn_size=self._phase.worn_size,
         )
 
     def _state(self, now: float) -> tuple[SessionState, str]:

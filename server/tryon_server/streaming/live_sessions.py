@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 
 from tryon_server.garments.service import GarmentService
-from tryon_server.persistence import BodyRecord, GarmentRecord, MotionRecord, SessionRecord, SessionStore
+from tryon_server.persistence import FIT, BodyRecord, GarmentRecord, MotionRecord, SessionRecord, SessionStore, Size
 from tryon_server.problems import ProblemError, problem_error
 from tryon_server.runtime.interface import Catalogue, Placement
 from tryon_server.runtime.order import DrapeOrder, MeshReading, WorkOrder
@@ -33,14 +33,15 @@ UNWATCHED_SECONDS = 10.0  # a session that nobody has watched for this long may 
 class Opening:
     """What somebody asks a new session to be; None leaves the choice to the server, a motion of None means a stream.
 
-    ``size`` is that of a sewing pattern over its own; a ``body`` that was uploaded moves by itself.
+    ``size`` is that of a sewing pattern over its own, or ``fit`` for the one that fits; a ``body`` that was uploaded
+    moves by itself.
     """
 
     garment: str
     motion: str | None
     fabric: str | None
     preset: str | None
-    size: float = 1.0
+    size: Size = 1.0
     body: str | None = None
 
 
@@ -96,7 +97,7 @@ class LiveSessions:
             _one_of("motion", motion, (*self._rules.motions, *self._files))
         if opening.size != 1.0 and garment.notes:
             message = f"{garment.id!r} is a mesh, which is worn in the size it comes in"
-            raise problem_error("size.of_mesh", message, "Leave the size at 1", place="size", status=422)
+            raise problem_error("size.of_mesh", message, "Leave the size out", place="size", status=422)
         fabric = opening.fabric or self._rules.fabrics[0]
         _one_of("fabric", fabric, self._rules.fabrics)
         preset = opening.preset or self._settings.preset
@@ -210,7 +211,7 @@ class LiveSessions:
                 device=self._settings.device,
                 wardrobe=self._settings.data_dir / "dressed",
                 reading=MeshReading(garment.units, garment.up),
-                size=record.size,
+                size=None if record.size == FIT else record.size,
                 garment_name=garment.name,
                 body=None if body is None else self._bodies.path(body),
                 body_reading=told,

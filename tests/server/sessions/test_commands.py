@@ -252,15 +252,17 @@ def test_what_there_is_to_say_of_fit_and_files_is_in_the_status_as_long_as_it_is
     driver = Driver()
     driver.connect(1)
     driver.dressed()
-    driver.simulation(PhaseChanged("ready", "Dressed; wide", None, "the waist is wide", 0.9, ("body: it is open",)))
+    worn = ("the waist is wide", 0.9, ("body: it is open",), 0.95)
+    driver.simulation(PhaseChanged("ready", "Dressed; wide", None, *worn))
     driver.wait(0.1)
     status = driver.last(1, StatusMessage)
     assert (status.state, status.fit, status.fitting_size) == ("running", "the waist is wide", 0.9)
-    assert status.notes == ("body: it is open",)
+    assert (status.notes, status.worn_size) == (("body: it is open",), 0.95)
     driver.connect(2)
     assert driver.last(2, StatusMessage).fit == "the waist is wide"
     driver.simulation(PhaseChanged("dressing", "Sewing the seams", 0.5))
-    assert (driver.last(1, StatusMessage).fit, driver.last(1, StatusMessage).notes) == ("", ())
+    status = driver.last(1, StatusMessage)
+    assert (status.fit, status.notes, status.worn_size) == ("", (), None)
 
 
 @pytest.mark.parametrize("motion", [None, "walk", "squat"])

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import time
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from tryon_solver.body.motion import Motion
 from tryon_solver.body.pose import Pose, skin
 
 SIDE = 12
+FITTING_SIZE = 0.93  # what a size that is looked for comes to
 
 
 def small_body() -> BodyModel:
@@ -125,7 +126,9 @@ def build(order, progress) -> WavingSheet:
     if order.fabric == "tight":
         on = f" on {order.body_name!r}; --body-animation is {order.body_reading.animation}" if order.body_name else ""
         raise problem_error("garment.unfit", f"a seam of {order.garment_name!r} stayed open{on}", "Enlarge the pieces.")
-    return WavingSheet(order.fabric)
+    sheet = WavingSheet(order.fabric)
+    sheet.outfit = replace(sheet.outfit, size=FITTING_SIZE if order.size is None else order.size)
+    return sheet
 
 
 def sway_at(t: float) -> float:
