@@ -30,7 +30,15 @@ from tryon_solver.files.obj import Polygon, parse_frame, parse_obj, refuse_other
 from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.files.sides import sides_told
 from tryon_solver.geometry.boundary_loops import boundary_loops
-from tryon_solver.geometry.surface_repair import crowded_edges, turned_alike, twins, weld_coincident
+from tryon_solver.geometry.surface_repair import (
+    crowded_edges,
+    hanging_on_none,
+    three_corners,
+    turned_alike,
+    twins,
+    usual_gap,
+    weld_coincident,
+)
 
 VERTICES = 5_000  # of the collision surface
 ENOUGH = 1.2  # times that many are left as they are
@@ -44,6 +52,7 @@ USUAL_FPS = 30.0  # of a folder of frames, when nobody says
 SAME_THROUGHOUT = 1e-3  # m, vertices welded in the first frame stay so close in all
 STANDS = "it stands still"
 GAPS_LISTED = 4
+TOLD_GAP = 1e-6  # m, vertices that are joined over less are taken as equal
 LOOKED_AT = 12  # frames in which crossings are counted
 REMESH_ROUNDS = 4
 
@@ -289,15 +298,24 @@ def make_body(raw: RawFrames) -> MeshBody:
 
     Raises MeshFileError when no unit or axis fits, or when it jumps.
     """
-    used = np.unique(raw.faces[_three_corners(raw.faces)])
+    used = np.unique(raw.faces[three_corners(raw.faces)])
     if not len(used):
         raise MeshFileError("none of its triangles has three corners", raw.name, "Export the mesh itself, with faces")
     convention = find_for_body(raw.frames[0][used], raw.told, raw.name)
     notes = [f"units and axes: {convention.describe()}", *raw.notes]
     frames = convention.apply(raw.frames).astype(np.float32)
     refuse_jumps(frames, used, raw.dt, raw.place)
-    weights, faces, turned = _welded(frames, raw.faces)
+    weights, faces, turned, moved_by = _welded(frames, raw.faces)
     x = weights @ frames[0].astype(np.float64)
+    if 2 * len(hanging_on_none(faces)) > len(faces):
+        raise MeshFileError(
+            f"{len(hanging_on_none(faces))} of its {len(faces)} triangles hang on no other: their corners lie "
+            f"{1e3 * usual_gap(x, faces):.2g} mm from the next ones, too far to be one",
+            raw.name,
+            "Merge its vertices by distance before exporting it",
+        )
+    if moved_by > TOLD_GAP:
+        notes.append(f"vertices that nearly coincide were joined, which moves some by up to {1e3 * moved_by:.2g} mm")
     parts = turned_alike(faces)[1].max() + 1
     if parts > 1:
         notes.append(f"it consists of {parts} separate parts")
@@ -325,10 +343,10 @@ def make_body(raw: RawFrames) -> MeshBody:
     return MeshBody(make_sequence(moved, faces, raw.dt), convention, tuple(notes))
 
 
-def _welded(frames: np.ndarray, faces: np.ndarray) -> tuple[sp.csr_matrix, np.ndarray, np.ndarray]:
+def _welded(frames: np.ndarray, faces: np.ndarray) -> tuple[sp.csr_matrix, np.ndarray, np.ndarray, float]:
     """Coincident vertices joined, doubled and flat triangles left out, all turned alike.
 
-    Returns weights (B, V), faces (F, 3), and which of them (F,) were turned.
+    Returns weights (B, V), faces (F, 3), which of them (F,) were turned, and how far [m] a vertex was moved.
     """
     joined = weld_coincident(frames[0].astype(np.float64), faces)
     first = np.unique(joined, return_index=True)[1]
@@ -339,7 +357,7 @@ def _welded(frames: np.ndarray, faces: np.ndarray) -> tuple[sp.csr_matrix, np.nd
         joined = joined.copy()
         joined[apart] = joined.max() + 1 + np.arange(apart.sum())
     merged = joined[faces]
-    merged = merged[_three_corners(merged)]
+    merged = merged[three_corners(merged)]
     merged = merged[~twins(merged)]
     flipped, _, _ = turned_alike(merged)
     merged[flipped] = merged[flipped][:, ::-1]
@@ -347,12 +365,8 @@ def _welded(frames: np.ndarray, faces: np.ndarray) -> tuple[sp.csr_matrix, np.nd
     first = np.unique(joined, return_index=True)[1]
     rows = np.arange(len(used))
     weights = sp.coo_matrix((np.ones(len(used)), (rows, first[used])), shape=(len(used), len(joined))).tocsr()
-    return weights, faces.reshape(-1, 3).astype(np.int32), flipped
-
-
-def _three_corners(faces: np.ndarray) -> np.ndarray:
-    """(F,) which triangles have three different vertices."""
-    return (faces != np.roll(faces, 1, axis=1)).all(axis=1)
+    moved = np.linalg.norm(frames[0] - frames[0][first[joined]], axis=1).max()
+    return weights, faces.reshape(-1, 3).astype(np.int32), flipped, float(moved)
 
 
 def _closed(weights: sp.csr_matrix, faces: np.ndarray, x: np.ndarray) -> tuple[sp.csr_matrix, np.ndarray, int]:

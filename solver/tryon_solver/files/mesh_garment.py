@@ -11,9 +11,18 @@ from tryon_solver.files.raw_mesh import MeshFileError, RawMesh
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.rest_shape import find_rest_shape
 from tryon_solver.geometry.seams import merge
-from tryon_solver.geometry.surface_repair import crowded_edges, turned_alike, twins, weld_coincident
+from tryon_solver.geometry.surface_repair import (
+    crowded_edges,
+    hanging_on_none,
+    three_corners,
+    turned_alike,
+    twins,
+    usual_gap,
+    weld_coincident,
+)
 
 VERTICES_MAX = 50_000
+TOLD_GAP = 1e-6  # m, vertices that are joined over less are taken as equal
 SLIVER = 1e-9  # m^2, a triangle smaller than this has no shape
 
 
@@ -55,16 +64,20 @@ def make_garment(raw: RawMesh, convention: Convention) -> MeshGarment:
     placed = convention.apply(raw.vertices)
     joined = weld_coincident(placed, raw.faces)
     faces, kept = joined[raw.faces], np.arange(len(raw.faces))
-    kept = kept[[len(set(face)) == 3 for face in faces.tolist()]]
+    kept = kept[three_corners(faces)]
     kept = kept[~twins(faces[kept])]
     if len(kept) < len(faces):
         notes.append(f"{len(faces) - len(kept)} triangles were doubled or without area and are left out")
     ids, faces = np.unique(faces[kept], return_inverse=True)
     faces = faces.reshape(-1, 3).astype(np.int32)
     count = np.bincount(joined, minlength=joined.max() + 1)
-    x = np.stack([np.bincount(joined, placed[:, k]) / count for k in range(3)], axis=1)[ids]
+    middles = np.stack([np.bincount(joined, placed[:, k]) / count for k in range(3)], axis=1)
+    x = middles[ids]
     if len(ids) < len(used):
-        notes.append(f"{len(used) - len(ids)} vertices that coincide along seams were joined with their twins")
+        moved = float(np.linalg.norm(middles[joined[used]] - placed[used], axis=1).max())
+        by = f", which moves some by up to {1e3 * moved:.2g} mm" if moved > TOLD_GAP else ""
+        notes.append(f"{len(used) - len(ids)} vertices that coincide along seams were joined with their twins{by}")
+    _refuse_loose(raw, kept, x, faces)
     _refuse_crowded(raw, kept, faces)
     flipped, _, torn = turned_alike(faces)
     if len(torn):
@@ -107,7 +120,20 @@ def refuse_large(raw: RawMesh) -> None:
     used = np.unique(raw.faces)
     if len(used) > VERTICES_MAX and len(np.unique(raw.vertices[used], axis=0)) > VERTICES_MAX:
         raise MeshFileError(
-            f"it has {len(used)} vertices, more than {VERTICES_MAX}", raw.name, "Decimate it before exporting it"
+            f"it has {len(used)} vertices, more than {VERTICES_MAX}",
+            raw.name,
+            "Merge vertices that coincide, or decimate it, before exporting it",
+        )
+
+
+def _refuse_loose(raw: RawMesh, kept: np.ndarray, x: np.ndarray, faces: np.ndarray) -> None:
+    loose = hanging_on_none(faces)
+    if 2 * len(loose) > len(faces) > 1:
+        raise MeshFileError(
+            f"{len(loose)} of its {len(faces)} triangles hang on no other: their corners lie "
+            f"{1e3 * usual_gap(x, faces):.2g} mm from the next ones, too far to be one",
+            raw.places(kept[loose]),
+            "Merge its vertices by distance before exporting it",
         )
 
 

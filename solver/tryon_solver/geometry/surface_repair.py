@@ -12,6 +12,8 @@ from scipy.spatial import cKDTree
 from tryon_solver.geometry.seams import merge
 
 WELD = 1e-4  # m, vertices on open edges nearer than this are one: exporters split them along seams of the texture
+ALONG = 0.05  # share of an open edge's length by which both its ends may miss those of another that is the same edge
+ALONG_MOST = 5e-4  # m, and no further than this: less than fabrics are thick
 
 
 def boundary_vertices(faces: np.ndarray) -> np.ndarray:
@@ -21,7 +23,8 @@ def boundary_vertices(faces: np.ndarray) -> np.ndarray:
 
 
 def weld_coincident(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """(V,) the vertex each one becomes: those on open edges that lie within WELD of each other are one.
+    """(V,) the vertex each one becomes: those on open edges that lie within WELD of each other are one, and then the
+    ends of open edges that lie along each other, within ALONG of their length and ALONG_MOST.
 
     `vertices` (V, 3) m. Vertices of one triangle are never joined. A triangle and its copy on the same vertices, as
     double-sided exports have them, count as one: an edge that only they have is open.
@@ -29,11 +32,59 @@ def weld_coincident(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     faces = faces[~twins(faces)]
     open_ids = boundary_vertices(faces)
     pairs = open_ids[cKDTree(vertices[open_ids]).query_pairs(WELD, output_type="ndarray")].reshape(-1, 2)
-    if len(pairs):
-        sides = {tuple(edge) for edge in _edges(faces)[0].tolist()}
-        apart = [tuple(pair) not in sides for pair in np.sort(pairs, axis=1).tolist()]
-        pairs = pairs[apart]
-    return merge(len(vertices), pairs.astype(np.int32))
+    joined = merge(len(vertices), _of_no_edge(pairs, faces))
+    count = np.bincount(joined)
+    middles = np.stack([np.bincount(joined, vertices[:, k]) / count for k in range(3)], axis=1)
+    merged = joined[faces]
+    merged = merged[three_corners(merged)]
+    merged = merged[~twins(merged)]
+    return merge(len(middles), _of_no_edge(_along(middles, merged), merged))[joined]
+
+
+def _along(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """(K, 2) pairs of ends of open edges that lie along each other."""
+    edges, counts = _edges(faces)
+    edges = edges[counts == 1]
+    ends = vertices[edges]
+    within = np.minimum(ALONG * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), ALONG_MOST)
+    if not len(edges):
+        return np.empty((0, 2), np.int64)
+    near = cKDTree(ends.mean(axis=1)).query_pairs(float(within.max()), output_type="ndarray").reshape(-1, 2)
+    one, other = near.T
+    allowed = np.minimum(within[one], within[other])
+    pairs = []
+    for turned in (ends, ends[:, ::-1]):
+        alike = np.linalg.norm(ends[one] - turned[other], axis=2).max(axis=1) <= allowed
+        ids = edges if turned is ends else edges[:, ::-1]
+        pairs.append(np.stack([edges[one[alike]], ids[other[alike]]], axis=-1).reshape(-1, 2))
+    found = np.vstack(pairs)
+    return found[found[:, 0] != found[:, 1]]
+
+
+def _of_no_edge(pairs: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Those pairs of vertices that no triangle joins, int32."""
+    if not len(pairs):
+        return pairs.astype(np.int32)
+    sides = {tuple(edge) for edge in _edges(faces)[0].tolist()}
+    apart = [tuple(pair) not in sides for pair in np.sort(pairs, axis=1).tolist()]
+    return pairs[apart].astype(np.int32)
+
+
+def three_corners(faces: np.ndarray) -> np.ndarray:
+    """(F,) which triangles have three different vertices."""
+    return (faces != np.roll(faces, 1, axis=1)).all(axis=1)
+
+
+def hanging_on_none(faces: np.ndarray) -> np.ndarray:
+    """Triangles, sorted, that share no side with another."""
+    _, where, counts = np.unique(_sides(faces), axis=0, return_inverse=True, return_counts=True)
+    return np.flatnonzero((counts[where.reshape(-1, 3)] == 1).all(axis=1))
+
+
+def usual_gap(vertices: np.ndarray, faces: np.ndarray) -> float:
+    """Median distance [m] from a corner of these triangles to the next vertex."""
+    used = vertices[np.unique(faces)]
+    return float(np.median(cKDTree(used).query(used, k=2)[0][:, 1]))
 
 
 def crowded_edges(faces: np.ndarray) -> np.ndarray:
@@ -42,7 +93,7 @@ def crowded_edges(faces: np.ndarray) -> np.ndarray:
     crowded = {tuple(edge) for edge in edges[counts > 2].tolist()}
     if not crowded:
         return np.empty(0, np.int64)
-    sides = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    sides = _sides(faces)
     hit = np.array([tuple(side) in crowded for side in sides.tolist()])
     return np.unique(np.flatnonzero(hit) // 3)
 
@@ -108,5 +159,9 @@ def neighbours(faces: np.ndarray) -> np.ndarray:
 
 
 def _edges(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    sides = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    return np.unique(sides, axis=0, return_counts=True)
+    return np.unique(_sides(faces), axis=0, return_counts=True)
+
+
+def _sides(faces: np.ndarray) -> np.ndarray:
+    """(3 F, 2) side by side of each triangle, smaller vertex first."""
+    return np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)

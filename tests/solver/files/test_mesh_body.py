@@ -174,6 +174,24 @@ def saved_plain(folder):
     return saved(folder / "plain.npz", vertices=FRAMES, faces=BODY.faces)
 
 
+def test_a_body_whose_corners_nearly_coincide_is_one_surface(tmp_path):
+    moved = FRAMES[:, BODY.faces.ravel()] + np.random.default_rng(3).normal(0.0, 2e-5, (3 * len(BODY.faces), 3))
+    path = saved(tmp_path / "l.npz", vertices=moved, faces=np.arange(3 * len(BODY.faces)).reshape(-1, 3))
+    body = make_body(read_frames(path))
+    assert len(body.sequence.rest_vertices) == BODY.vertex_count
+    assert len(body.sequence.faces) == len(BODY.faces)
+    assert any(note.startswith("vertices that nearly coincide were joined, which moves") for note in body.notes)
+    assert not any("not closed" in note or "parts" in note for note in body.notes)
+
+
+def test_a_body_that_falls_apart_is_refused(tmp_path):
+    moved = FRAMES[:, BODY.faces.ravel()] + np.random.default_rng(3).normal(0.0, 1e-3, (3 * len(BODY.faces), 3))
+    path = saved(tmp_path / "m.npz", vertices=moved, faces=np.arange(3 * len(BODY.faces)).reshape(-1, 3))
+    with pytest.raises(MeshFileError, match=r"triangles hang on no other: their corners lie 1\.?\d* mm") as caught:
+        make_body(read_frames(path))
+    assert caught.value.remedy == "Merge its vertices by distance before exporting it"
+
+
 def test_a_few_triangles_that_face_inwards_are_counted(tmp_path):
     faces = BODY.faces.copy()
     faces[100:107] = faces[100:107, ::-1]

@@ -1,7 +1,10 @@
 """From a stranger's mesh to a garment: welding, turning, rest shapes, stitches, and what is refused."""
 
+import re
+
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from tryon_solver.body import default_body
 from tryon_solver.files.convention import Convention, Told
@@ -130,6 +133,52 @@ def test_seams_are_welded_where_each_face_is_there_twice(reversed_too):
     garment = make_garment(obj(*halves(reversed_too)), METRES)
     assert (len(garment.x), len(garment.garment.faces)) == (9, 8)
     assert any(note.startswith("3 vertices that coincide") for note in garment.notes)
+
+
+def soup(vertices, cells, apart):
+    """Every corner of every triangle a vertex of its own, each moved anyhow by about `apart` m along each axis."""
+    triangles = np.array([[cell[0], *cell[k : k + 2]] for cell in cells for k in range(1, len(cell) - 1)])
+    corners = vertices[triangles].reshape(-1, 3)
+    moved = corners + np.random.default_rng(7).normal(0.0, apart, corners.shape)
+    return moved, np.arange(len(corners)).reshape(-1, 3)
+
+
+def test_corners_that_nearly_coincide_are_joined_along_their_edges(strangers):
+    """An exporter that rounds or quantises leaves copies of a corner some hundredths of a millimetre apart."""
+    x, _, cells, *_ = strangers.skirt()
+    moved, faces = soup(x, cells.tolist(), 3e-5)
+    garment = make_garment(obj(moved, faces), METRES)
+    assert len(garment.x) == len(x) - (strangers.ROWS + 1), "one side seam is doubled in the file"
+    place = cKDTree(x).query(garment.x)[0]
+    assert place.max() < 1.5e-4
+    (note,) = [note for note in garment.notes if "joined with their twins" in note]
+    assert re.search(r"moves some by up to 0\.1\d? mm", note), note
+    whole = make_garment(obj(x, cells), METRES)
+    assert not any("moves some" in note for note in whole.notes)
+
+
+@pytest.mark.parametrize(
+    ("cell", "apart", "joined"), [(0.1, 7e-5, True), (0.1, 1e-3, False), (0.004, 3e-5, True), (0.004, 2e-4, False)]
+)
+def test_how_near_is_near_enough_depends_on_the_edges(cell, apart, joined):
+    """Half a millimetre at most, and not more than a twentieth of an edge."""
+    moved, faces = soup(GRID * (cell / 0.1), CELLS, apart)
+    if joined:
+        assert len(make_garment(obj(moved, faces), METRES).x) == 9
+        return
+    with pytest.raises(MeshFileError, match=r"of its 8 triangles hang on no other: .* lie [\d.]+ mm from") as caught:
+        make_garment(obj(moved, faces), METRES)
+    assert caught.value.place.startswith("cloth.obj, lines")
+    assert "Merge" in caught.value.remedy
+
+
+def test_two_layers_with_the_same_edges_a_millimetre_apart_stay_two():
+    both = np.vstack([GRID, GRID + [0, 0, 1e-3]])
+    assert len(make_garment(obj(both, [*CELLS, *(np.array(CELLS) + 9).tolist()]), METRES).x) == 18
+
+
+def test_one_triangle_is_a_garment():
+    assert len(make_garment(obj(GRID, [[0, 1, 3]]), METRES).x) == 3
 
 
 def test_a_polygon_without_texture_coordinates_is_named():
