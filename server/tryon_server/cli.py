@@ -159,7 +159,7 @@ def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser])
         help="size of a sewing pattern over its own, 0.5 to 2 (default 1); fit: the one that fits the body, by trying",
     )
     simulate.add_argument(
-        "--edge-length", type=_positive, metavar="METRES", help="length of the mesh's edges (default the preset's)"
+        "--edge-length", type=_positive, metavar="METRES", help="of a sewing pattern's mesh (default the preset's)"
     )
     simulate.add_argument(
         "--body",

@@ -48,14 +48,14 @@ test("motions and bodies are sent with what was told about them", async () => {
   const { api, asked } = answering(201, "{}");
   await api.uploadMotion(new Blob(["HIERARCHY"]), "my dance", "mm");
   await api.uploadMotion(new Blob(["HIERARCHY"]), "my dance");
-  await api.uploadBody(new Blob(["PK"]), "actor", { units: "cm", up: "z", fps: 24 });
+  await api.uploadBody(new Blob(["PK"]), "actor", { units: "cm", up: "x", fps: 24, animation: "walk 2" });
   await api.removeBody("actor-1");
   assert.deepEqual(
     asked.map(({ url, method }) => `${method} ${url}`),
     [
       "POST http://example.test/try/api/motions?name=my+dance&units=mm",
       "POST http://example.test/try/api/motions?name=my+dance",
-      "POST http://example.test/try/api/bodies?name=actor&units=cm&up=z&fps=24",
+      "POST http://example.test/try/api/bodies?name=actor&units=cm&up=x&fps=24&animation=walk+2",
       "DELETE http://example.test/try/api/bodies/actor-1",
     ],
   );

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 from pathlib import Path
 
 import numpy as np
@@ -73,6 +74,30 @@ def test_a_broken_mesh_is_refused_with_its_line(live, skirt):
     assert reply.json()["code"] == "garment.mesh"
     assert reply.json()["place"].endswith(f"line {at + 1}")
     assert "no vertex 99999" in reply.json()["message"]
+
+
+def through_itself(content: bytes) -> bytes:
+    """The skirt with the middle of its front's lower half pushed back, through the back."""
+    lines = content.decode().splitlines()
+    placed = [k for k, line in enumerate(lines) if line.startswith("v ")]
+    for k in placed[: len(placed) // 2]:
+        x, y, z = map(float, lines[k].split()[1:])
+        share = max(0.0, (95.0 - z) / 33.0) * max(0.0, 1.0 - abs(x) / 12.0)
+        lines[k] = f"v {x} {y + 60.0 * share:.6f} {z}"
+    return "\n".join(lines).encode()
+
+
+def test_a_mesh_that_passes_through_itself_says_so_when_it_is_uploaded(live, skirt):
+    garment = live.http.post("/api/garments", params={"name": "tangled"}, content=through_itself(skirt)).json()
+    (note,) = [note for note in garment["notes"] if "crossings of itself" in note]
+    found = re.match(r"it comes with (\d+) crossings of itself \(the mesh, lines ([\d, ]+) and \d+ more\): ", note)
+    assert found is not None, note
+    assert int(found[1]) > 10
+    lines = through_itself(skirt).decode().splitlines()
+    assert all(lines[int(number) - 1].startswith("f ") for number in found[2].split(", "))
+    assert "drawn apart when it is put on, or it is refused" in note
+    clean = live.http.post("/api/garments", params={"name": "skirt"}, content=skirt).json()
+    assert not any("crossings" in note for note in clean["notes"])
 
 
 def test_patterns_have_no_notes(live):

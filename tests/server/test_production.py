@@ -46,13 +46,22 @@ def order(tmp_path):
     )
 
 
+def test_a_mesh_keeps_its_own_edges(order, tmp_path):
+    (tmp_path / "skirt.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    with pytest.raises(ProblemError, match="simulated with the edges it comes with") as caught:
+        production.build_drape(replace(order, pattern=tmp_path / "skirt.obj"), lambda *_: None)
+    problem = caught.value.problem
+    assert (problem.code, problem.place) == ("edge_length.of_mesh", "edge_length")
+    assert problem.remedy == "Leave the edge length out, or remesh the garment before"
+
+
 @pytest.mark.parametrize(("name", "called"), [("Grandmother's skirt", "Grandmother's skirt"), (None, "5ab1e5")])
 def test_a_mesh_that_can_not_be_worn_is_named_as_its_owner_names_it(order, tmp_path, name, called):
     """Uploads lie in files that are named by what is in them."""
     path = tmp_path / "5ab1e5"
     path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n")
     with pytest.raises(ProblemError) as caught:
-        production.build_drape(replace(order, pattern=path, garment_name=name), lambda *_: None)
+        production.build_drape(replace(order, pattern=path, garment_name=name, edge_length=None), lambda *_: None)
     assert caught.value.problem.message.startswith(f"{called}, line 4: ")
 
 

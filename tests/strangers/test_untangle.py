@@ -8,6 +8,10 @@ from small_scenes import icosphere, rigid_body
 
 from tryon_solver.body.pose import Pose
 from tryon_solver.dressing.untangle import TangledError, untangle
+from tryon_solver.files.convention import Convention
+from tryon_solver.files.mesh_garment import make_garment
+from tryon_solver.files.obj import parse_obj
+from tryon_solver.files.self_crossing import crossing_notes
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.scene import BodyContact, Scene, SelfContact
@@ -78,6 +82,17 @@ def test_sheets_that_pass_through_each_other_are_drawn_apart(second):
     report = sim.advance(None, 1 / 30)
     assert report.retries == 0
     assert not crossed(garment, sim.cloth_positions())
+
+
+def test_what_is_told_of_a_file_is_what_is_found_when_it_is_put_on():
+    garment, x = sheets(bubble(0.02))
+    text = ["v {} {} {}".format(*v) for v in x] + ["f {} {} {}".format(*face) for face in garment.faces + 1]
+    mesh = make_garment(parse_obj("\n".join(text), "two.obj"), Convention("m", "y", "in a test"))
+    (note,) = crossing_notes(mesh)
+    scene = Scene(mesh.garment, mesh.x, None, FABRICS["cotton_jersey"], (SelfContact(),))
+    freed = untangle(build(scene, PRESETS["draft"], tangled=True))
+    assert note.startswith(f"it comes with {freed.crossed_itself} crossings of itself (two.obj, lines ")
+    assert f"came with {freed.crossed_itself} crossings of itself" in freed.describe()
 
 
 def test_sheets_that_cross_from_side_to_side_are_refused_by_triangle():

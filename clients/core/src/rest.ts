@@ -16,10 +16,15 @@ export interface MeshReading {
   readonly up: "y" | "z" | null;
 }
 
-/** How a body's frames are to be read: `fps` where the file does not say. */
-export interface BodyReading extends MeshReading {
+/** How a body's frames are to be read: `fps` where the file does not say, `animation` of a .glb by its name. */
+export interface BodyReading {
+  readonly units: MeshReading["units"];
+  readonly up: MeshReading["up"] | "x";
   readonly fps: number | null;
+  readonly animation: string | null;
 }
+
+const UNTOLD: BodyReading = { units: null, up: null, fps: null, animation: null };
 
 /** What a BVH file's lengths are in; asf: CMU's unit. */
 export type MotionUnits = "m" | "dm" | "asf" | "in" | "cm" | "mm";
@@ -150,11 +155,12 @@ export class Api {
   }
 
   /** Sends an animated mesh; the server makes it ready to be worn on. */
-  uploadBody(content: Blob, name: string, reading: BodyReading = { units: null, up: null, fps: null }): Promise<Body> {
+  uploadBody(content: Blob, name: string, reading: BodyReading = UNTOLD): Promise<Body> {
     const query = new URLSearchParams({ name });
     if (reading.units) query.set("units", reading.units);
     if (reading.up) query.set("up", reading.up);
     if (reading.fps) query.set("fps", String(reading.fps));
+    if (reading.animation) query.set("animation", reading.animation);
     return this.ask("POST", `api/bodies?${query.toString()}`, content);
   }
 

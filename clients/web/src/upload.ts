@@ -44,11 +44,9 @@ export class Upload {
 
   constructor(taker: Taker) {
     const picker = (label: string, input: string, add: (file: File) => Promise<void>) => new Picker(label, byId(input, HTMLInputElement), add);
-    this.garments = picker("upload", "pattern-file", (file) => taker.garment(file, meshReading("mesh")));
+    this.garments = picker("upload", "pattern-file", (file) => taker.garment(file, meshReading()));
     this.motions = picker("upload-motion", "motion-file", (file) => taker.motion(file, chosen("motion-units") as MotionUnits | null));
-    this.bodies = picker("upload-body", "body-file", (file) =>
-      taker.body(file, { ...meshReading("body"), fps: byId("body-fps", HTMLInputElement).valueAsNumber || null }),
-    );
+    this.bodies = picker("upload-body", "body-file", (file) => taker.body(file, bodyReading()));
     window.addEventListener("dragenter", (event) => this.entered(event, 1));
     window.addEventListener("dragleave", (event) => this.entered(event, -1));
     window.addEventListener("dragover", (event) => event.preventDefault());
@@ -77,9 +75,16 @@ export class Upload {
   }
 }
 
-/** The unit and axis chosen for a garment's mesh or a body. */
-function meshReading(of: "mesh" | "body"): MeshReading {
-  return { units: chosen(`${of}-units`), up: chosen(`${of}-up`) } as MeshReading;
+/** The unit and axis chosen for a garment's mesh. */
+function meshReading(): MeshReading {
+  return { units: chosen("mesh-units"), up: chosen("mesh-up") } as MeshReading;
+}
+
+/** What is chosen for a body. */
+function bodyReading(): BodyReading {
+  const fps = byId("body-fps", HTMLInputElement).valueAsNumber || null;
+  const animation = byId("body-animation", HTMLInputElement).value.trim() || null;
+  return { units: chosen("body-units"), up: chosen("body-up"), fps, animation } as BodyReading;
 }
 
 /** What is selected; null for the first choice, which leaves it to the server. */

@@ -51,12 +51,14 @@ def check_mesh(content: bytes, units: str | None, up: str | None) -> CheckReply:
     from tryon_solver.files.convention import Told
     from tryon_solver.files.garment_file import read_garment
     from tryon_solver.files.raw_mesh import MeshFileError
+    from tryon_solver.files.self_crossing import crossing_notes
     from tryon_solver.geometry.garment import GarmentError
 
     try:
         garment = read_garment(content, "the mesh", default_body().rest_vertices, Told(units, up))
         sewn, _ = garment.sewn()
         hinges = sewn.hinges()
+        notes = (*garment.notes, *crossing_notes(garment))
     except MeshFileError as error:
         return _refused("garment.mesh", error.place, as_parameters(error.message), as_parameters(error.remedy), 422)
     except GarmentError as error:
@@ -77,7 +79,7 @@ def check_mesh(content: bytes, units: str | None, up: str | None) -> CheckReply:
         vertex_count=sewn.vertex_count,
         triangle_count=len(sewn.faces),
         area=float(sewn.signed_areas().sum()),
-        notes=tuple(as_parameters(note) for note in garment.notes),
+        notes=tuple(as_parameters(note) for note in notes),
     )
     return CheckReply(facts=facts)
 
@@ -122,11 +124,14 @@ def main() -> None:
     """Entry of the child: arguments are the limits in seconds and in bytes, then unit and axis or nothing for each."""
     for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ[name] = "1"  # each thread of a BLAS reserves address space
+    os.environ["CUDA_VISIBLE_DEVICES"] = ""  # so does each device
     from tryon_server.garments.limited import apply_limits
 
     apply_limits(float(sys.argv[1]), int(sys.argv[2]))
     units, up = (told or None for told in sys.argv[3:5])
-    sys.stdout.buffer.write(msgspec.json.encode(check_garment(sys.stdin.buffer.read(), units, up)))
+    output, sys.stdout = sys.stdout, sys.stderr  # Warp says hello where it can
+    reply = check_garment(sys.stdin.buffer.read(), units, up)
+    output.buffer.write(msgspec.json.encode(reply))
 
 
 if __name__ == "__main__":

@@ -188,7 +188,7 @@ def _check_size(seconds: float, fps: float, vertices: int) -> int:
             "seconds",
             f"{seconds:g} s are {seconds * fps:.3g} frames, which take {size / 2**30:.3g} GiB of memory or more, "
             f"over the limit of {MOST_BYTES / 2**30:g} GiB",
-            f"Record less than {longest:.0f} s at once, or give a smaller --fps or a longer --edge-length",
+            f"Record less than {longest:.0f} s at once, or give a smaller --fps, or a pattern a longer --edge-length",
         )
     return round(seconds * fps) + 1
 

@@ -134,13 +134,13 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
     preset = choose_preset(order.preset, device)
     fabric = _named(FABRICS, "fabric", order.fabric)
     settings = PRESETS[preset]
+    garment_is_mesh = is_mesh_file(order.pattern)
+    if garment_is_mesh:
+        _refuse_for_mesh(order)
     progress("Reading the body", None)
     moving = load_moving_mesh(order.body, order.body_reading, order.body_name)
     body: WornBody = load_body(order.body) if moving is None else moving.sequence
-    if is_mesh_file(order.pattern):
-        if order.size != 1.0:
-            message = "a garment that is a mesh is worn in the size it comes in"
-            raise problem_error("size.of_mesh", message, "Leave the size out", place="size", status=422)
+    if garment_is_mesh:
         return build_mesh_drape(order, body, moving, fabric, settings, device, progress)
     notes: tuple[str, ...] = ()
     try:
@@ -174,6 +174,17 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
     dressed, opening = fitted.dressed, fitted.upper_opening()
     names, size = dressed.panels.panel_names, fitted.size
     return _drape(dressed.simulation, dressed.pose, names, body, moving, notes, opening, size)
+
+
+def _refuse_for_mesh(order: DrapeOrder) -> None:
+    """Raises ProblemError when something is ordered that only a sewing pattern can have."""
+    if order.size != 1.0:
+        message = "a garment that is a mesh is worn in the size it comes in"
+        raise problem_error("size.of_mesh", message, "Leave the size out", place="size", status=422)
+    if order.edge_length is not None:
+        message = "a garment that is a mesh is simulated with the edges it comes with"
+        remedy = "Leave the edge length out, or remesh the garment before"
+        raise problem_error("edge_length.of_mesh", message, remedy, place="edge_length", status=422)
 
 
 def build_mesh_drape(
