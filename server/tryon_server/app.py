@@ -21,6 +21,7 @@ from tryon_server.garments.service import GarmentService
 from tryon_server.persistence import (
     BodyRecord,
     FileBlobs,
+    KeptFiles,
     MotionRecord,
     SessionStore,
     SqlGarments,
@@ -88,7 +89,7 @@ def create_app(
 
 def prepare(
     settings: Settings, patterns: Path = BUILT_IN_PATTERNS
-) -> tuple[GarmentService, MotionUploads, BodyUploads, SessionStore]:
+) -> tuple[GarmentService, MotionUploads, BodyUploads, KeptFiles, SessionStore]:
     """Open the database and have the built-in garments in it; takes a while the first time, next to nothing afterwards.
 
     Raises:
@@ -96,18 +97,17 @@ def prepare(
     """
     database = open_database(settings.effective_database_url())
     limits = Limits(seconds=settings.pattern_check_seconds, address_space=settings.pattern_check_bytes)
-    blobs = FileBlobs(settings.data_dir / "blobs")
-    garment_service = GarmentService(SqlGarments(database), blobs, limits)
+    files = KeptFiles(FileBlobs(settings.data_dir / "blobs"), partial(digest_in_use, database))
+    garment_service = GarmentService(SqlGarments(database), files, limits)
     garment_service.add_built_in(patterns)
-    still_used = partial(digest_in_use, database)
     limits = Limits(seconds=settings.upload_check_seconds, address_space=settings.upload_check_bytes)
-    motion_uploads = MotionUploads("motion", SqlUploads(database, MotionRecord), blobs, limits, still_used)
-    body_uploads = BodyUploads("body", SqlUploads(database, BodyRecord), blobs, limits, still_used)
-    return garment_service, motion_uploads, body_uploads, SqlSessions(database)
+    motion_uploads = MotionUploads("motion", SqlUploads(database, MotionRecord), files, limits)
+    body_uploads = BodyUploads("body", SqlUploads(database, BodyRecord), files, limits)
+    return garment_service, motion_uploads, body_uploads, files, SqlSessions(database)
 
 
 def _start(settings: Settings, runtime: Runtime, patterns: Path, server: str) -> Services:
-    garment_service, motion_uploads, body_uploads, session_store = prepare(settings, patterns)
+    garment_service, motion_uploads, body_uploads, files, session_store = prepare(settings, patterns)
     session_store.end_all_open(time.time(), "The server was restarted")
     live = LiveSessions(
         settings,
@@ -116,6 +116,7 @@ def _start(settings: Settings, runtime: Runtime, patterns: Path, server: str) ->
         garment_service,
         motion_uploads,
         body_uploads,
+        files,
         session_store,
         server,
     )

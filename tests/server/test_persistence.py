@@ -10,6 +10,7 @@ from tryon_server.garments.limited import Limits, Work, run_limited
 from tryon_server.persistence import (
     FileBlobs,
     GarmentRecord,
+    KeptFiles,
     SessionRecord,
     SqlGarments,
     SqlSessions,
@@ -44,6 +45,34 @@ def test_garments_come_back_oldest_first_and_are_replaced_by_id(stores):
     assert [(entry.id, entry.area) for entry in stores.garments.all()] == [("a", 0.5), ("b", 0.75)]
     assert stores.garments.get("a") == garment("a")
     assert stores.garments.get("c") is None
+
+
+def test_a_garment_is_forgotten_with_how_it_was_read(stores):
+    read = msgspec.structs.replace(garment("mesh"), units="cm", notes=("cm, Z up",))
+    stores.garments.add(read)
+    stores.garments.remove("mesh")
+    stores.garments.remove("never was")
+    assert stores.garments.get("mesh") is None
+    stores.garments.add(garment("mesh"))
+    assert stores.garments.get("mesh").notes == ()
+
+
+def test_a_file_stays_until_the_last_one_lets_go(tmp_path):
+    recorded: set[str] = set()
+    files = KeptFiles(FileBlobs(tmp_path / "blobs"), recorded.__contains__)
+    one, two = files.put(b"one"), files.put(b"two")
+    recorded.update((one, two))
+    files.hold("first", one)
+    files.hold("second", one)
+    files.hold("second", two)
+    recorded.discard(one)
+    for still, who in ((True, "nobody"), (True, "first"), (False, "second")):
+        files.let_go(who)
+        files.forget(one)
+        assert (tmp_path / "blobs" / one[:2] / one).exists() is still
+    assert files.path(two).read_bytes() == b"two", "a record names it"
+    with pytest.raises(KeyError):
+        files.path(one)
 
 
 def test_session_keeps_its_first_ending_and_a_restart_ends_the_rest(stores):

@@ -67,9 +67,7 @@ async def upload_body(
 
 @router.delete("/{body_id}", status_code=204)
 async def remove_body(body_id: str, services: ServicesDep) -> None:
-    """Remove a body that no session has."""
-    await asyncio.to_thread(services.bodies.get, body_id)
-    services.sessions.withdraw_body(body_id)
+    """Remove a body. A session that has it goes on with it to its end."""
     await asyncio.to_thread(services.bodies.remove, body_id)
 
 

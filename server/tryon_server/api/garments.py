@@ -1,15 +1,18 @@
-"""Garments: list, look up, upload."""
+"""Garments: list, look up, upload, remove."""
 
 from __future__ import annotations
 
 import asyncio
 from typing import Annotated, Literal
 
+import msgspec
 from fastapi import APIRouter, Query, Request, Response
 
 from tryon_server.api.access import ServicesDep
 from tryon_server.api.faults import ERROR_REPLIES
 from tryon_server.api.models import GarmentReply
+from tryon_server.persistence import GarmentRecord
+from tryon_server.services import Services
 
 Units = Literal["m", "cm", "mm", "in", "ft"]
 Up = Literal["y", "z"]
@@ -35,13 +38,13 @@ PATTERN_BODY = {
 @router.get("")
 def list_garments(services: ServicesDep) -> list[GarmentReply]:
     """Every garment, those that came with the server first."""
-    return [GarmentReply.model_validate(garment) for garment in services.garments.all()]
+    return [_reply(garment, services) for garment in services.garments.all()]
 
 
 @router.get("/{garment_id}")
 def get_garment(garment_id: str, services: ServicesDep) -> GarmentReply:
     """One garment."""
-    return GarmentReply.model_validate(services.garments.get(garment_id))
+    return _reply(services.garments.get(garment_id), services)
 
 
 @router.post("", status_code=201, openapi_extra=PATTERN_BODY)
@@ -58,4 +61,16 @@ async def upload_garment(
     loop = asyncio.get_running_loop()
     garment = await loop.run_in_executor(services.checkers, services.garments.add, content, name, units, up)
     response.headers["Location"] = f"/api/garments/{garment.id}"
-    return GarmentReply.model_validate(garment)
+    return _reply(garment, services)
+
+
+@router.delete("/{garment_id}", status_code=204)
+async def remove_garment(garment_id: str, services: ServicesDep) -> None:
+    """Remove an uploaded garment. A session that has it goes on with it to its end, in other fabrics, too."""
+    await asyncio.to_thread(services.garments.remove, garment_id)
+
+
+def _reply(garment: GarmentRecord, services: Services) -> GarmentReply:
+    known = msgspec.structs.asdict(garment)
+    fields = {name: known[name] for name in GarmentReply.model_fields if name in known}
+    return GarmentReply(**fields, built_in=services.garments.is_built_in(garment.id))

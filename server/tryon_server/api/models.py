@@ -54,6 +54,7 @@ class GarmentReply(Model):
     area: float = Field(description="of fabric, m^2")
     created: float
     notes: list[str] = Field(description="of a mesh: units, axes and rest shape as found, and what was mended")
+    built_in: bool = Field(description="it came with the server and can't be removed")
 
 
 class MotionFindings(Model):

@@ -61,7 +61,7 @@ async def upload_motion(
 
 @router.delete("/{motion_id}", status_code=204)
 async def remove_motion(motion_id: str, services: ServicesDep) -> None:
-    """Remove an uploaded motion that no session plays."""
+    """Remove an uploaded motion. A session that plays it goes on, but none can choose it any more."""
     await asyncio.to_thread(services.motions.get, motion_id)
     services.sessions.withdraw_motion(motion_id)
     await asyncio.to_thread(services.motions.remove, motion_id)

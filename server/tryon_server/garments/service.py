@@ -11,7 +11,7 @@ import msgspec
 
 from tryon_server.garments.check import CheckReply, PatternFacts
 from tryon_server.garments.limited import Limits, Work, run_limited
-from tryon_server.persistence import BlobStore, GarmentRecord, GarmentStore
+from tryon_server.persistence import GarmentRecord, GarmentStore, KeptFiles
 from tryon_server.problems import ProblemError, problem_error
 
 logger = logging.getLogger(__name__)
@@ -28,10 +28,11 @@ FIRST = "tshirt"  # of the built-in garments, listed before the others: what a d
 class GarmentService:
     """Checks and stores patterns. Blocking: call it from a worker thread. Safe to call from several threads."""
 
-    def __init__(self, garments: GarmentStore, blobs: BlobStore, limits: Limits) -> None:
+    def __init__(self, garments: GarmentStore, files: KeptFiles, limits: Limits) -> None:
         self._garments = garments
-        self._blobs = blobs
+        self._files = files
         self._limits = limits
+        self._built_in: set[str] = set()
 
     def add(self, content: bytes, name: str, units: str | None = None, up: str | None = None) -> GarmentRecord:
         """Check a garment's file and store it; the same file twice is the same garment.
@@ -62,7 +63,31 @@ class GarmentService:
         """Have every pattern of ``folder`` as a garment named by its file; unchanged files are not checked again."""
         for path in sorted(folder.glob("*.json"), key=lambda path: (path.stem != FIRST, path.stem)):
             content = path.read_bytes()
+            self._built_in.add(path.stem)
             self._store(path.stem, path.stem.replace("_", " "), content)
+
+    def is_built_in(self, garment_id: str) -> bool:
+        """Whether the garment came with the server."""
+        return garment_id in self._built_in
+
+    def remove(self, garment_id: str) -> None:
+        """Forget an uploaded garment. A session that has it keeps its file until it ends.
+
+        Raises:
+            ProblemError: 404 there is none, 409 it came with the server.
+        """
+        garment = self.get(garment_id)
+        if self.is_built_in(garment_id):
+            raise problem_error(
+                "garment.built_in",
+                f"the garment {garment_id!r} came with the server",
+                "Remove only garments that were uploaded",
+                place="garment",
+                status=409,
+            )
+        with self._files.storing:
+            self._garments.remove(garment_id)
+            self._files.forget(garment.digest)
 
     def get(self, garment_id: str) -> GarmentRecord:
         """The garment with this id. Raises ProblemError 404."""
@@ -80,7 +105,7 @@ class GarmentService:
     def pattern_path(self, garment: GarmentRecord) -> Path:
         """The file with the garment's pattern. Raises ProblemError 410 when it was removed from the data folder."""
         try:
-            return self._blobs.path(garment.digest)
+            return self._files.path(garment.digest)
         except KeyError as error:
             raise problem_error(
                 "garment.lost",
@@ -97,23 +122,26 @@ class GarmentService:
     def _store(
         self, garment_id: str, name: str, content: bytes, units: str | None = None, up: str | None = None
     ) -> GarmentRecord:
-        known = self._garments.get(garment_id)
         digest = hashlib.sha256(content).hexdigest()
-        if known is not None and known.digest == digest:
-            self._blobs.put(content)
-            return known
+        with self._files.storing:
+            known = self._garments.get(garment_id)
+            if known is not None and known.digest == digest:
+                self._files.put(content)
+                return known
         logger.info("checking the garment %r", name)
         facts = self._check(content, units, up)
         record = GarmentRecord(
             id=garment_id,
             name=name,
-            digest=self._blobs.put(content),
+            digest=digest,
             created=time.time(),
             units=units,
             up=up,
             **msgspec.structs.asdict(facts),
         )
-        self._garments.add(record)
+        with self._files.storing:
+            self._files.put(content)
+            self._garments.add(record)
         return record
 
     def _check(self, content: bytes, units: str | None, up: str | None) -> PatternFacts:

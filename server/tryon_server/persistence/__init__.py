@@ -2,6 +2,7 @@
 
 from tryon_server.persistence.blobs import BlobStore, FileBlobs
 from tryon_server.persistence.garments import GarmentRecord, GarmentStore, SqlGarments
+from tryon_server.persistence.kept_files import KeptFiles
 from tryon_server.persistence.sessions import FIT, SessionRecord, SessionStore, Size, SqlSessions
 from tryon_server.persistence.tables import open_database
 from tryon_server.persistence.uploads import BodyRecord, MotionRecord, SqlUploads, UploadStore, digest_in_use
@@ -13,6 +14,7 @@ __all__ = [
     "FileBlobs",
     "GarmentRecord",
     "GarmentStore",
+    "KeptFiles",
     "MotionRecord",
     "SessionRecord",
     "SessionStore",

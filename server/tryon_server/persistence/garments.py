@@ -45,6 +45,9 @@ class GarmentStore(Protocol):
     def all(self) -> list[GarmentRecord]:
         """Every garment, oldest first."""
 
+    def remove(self, garment_id: str) -> None:
+        """Forget the garment with this id, if it is there."""
+
 
 READING = ("units", "up", "notes")  # kept aside, as one text: only a mesh has them
 WHOLE = select(tables.garments, tables.readings.c.reading).outerjoin(
@@ -88,6 +91,11 @@ class SqlGarments:
         query = WHOLE.order_by(tables.garments.c.created, tables.garments.c.id)
         with self._engine.connect() as connection:
             return [_record(row) for row in connection.execute(query).mappings()]
+
+    def remove(self, garment_id: str) -> None:
+        with self._engine.begin() as connection:
+            connection.execute(tables.readings.delete().where(tables.readings.c.garment == garment_id))
+            connection.execute(tables.garments.delete().where(tables.garments.c.id == garment_id))
 
 
 def _record(row: RowMapping) -> GarmentRecord:

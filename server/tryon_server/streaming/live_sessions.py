@@ -11,7 +11,16 @@ from functools import partial
 from pathlib import Path
 
 from tryon_server.garments.service import GarmentService
-from tryon_server.persistence import FIT, BodyRecord, GarmentRecord, MotionRecord, SessionRecord, SessionStore, Size
+from tryon_server.persistence import (
+    FIT,
+    BodyRecord,
+    GarmentRecord,
+    KeptFiles,
+    MotionRecord,
+    SessionRecord,
+    SessionStore,
+    Size,
+)
 from tryon_server.problems import ProblemError, problem_error
 from tryon_server.runtime.interface import Catalogue, Placement
 from tryon_server.runtime.order import DrapeOrder, MeshReading, WorkOrder
@@ -45,6 +54,14 @@ class Opening:
     body: str | None = None
 
 
+@dataclass(frozen=True)
+class _Motion:
+    """An uploaded motion that sessions can play."""
+
+    digest: str
+    file: MotionFile
+
+
 class LiveSessions:
     """The sessions that live now. To be used from one event loop."""
 
@@ -56,6 +73,7 @@ class LiveSessions:
         garments: GarmentService,
         motions: MotionUploads,
         bodies: BodyUploads,
+        files: KeptFiles,
         store: SessionStore,
         server: str,
     ) -> None:
@@ -64,10 +82,11 @@ class LiveSessions:
         self._placement = placement
         self._garments = garments
         self._bodies = bodies
+        self._files = files
         self._store = store
-        self._files = {motion.id: _file_of(motions, motion) for motion in motions.all() if _is_there(motions, motion)}
+        there = (motion for motion in motions.all() if _is_there(motions, motion))
+        self._motions = {motion.id: _Motion(motion.digest, _file_of(motions, motion)) for motion in there}
         self._live: dict[str, LiveSession] = {}
-        self._worn: dict[str, str | None] = {}  # the body of each
         self._notes: set[asyncio.Task[None]] = set()
         self._closing = False
         self._rules = Rules(
@@ -94,7 +113,7 @@ class LiveSessions:
         if body is not None:
             motion = _own(motion)
         elif motion is not None:
-            _one_of("motion", motion, (*self._rules.motions, *self._files))
+            _one_of("motion", motion, (*self._rules.motions, *self._motions))
         if opening.size != 1.0 and garment.notes:
             message = f"{garment.id!r} is a mesh, which is worn in the size it comes in"
             raise problem_error("size.of_mesh", message, "Leave the size out", place="size", status=422)
@@ -112,24 +131,29 @@ class LiveSessions:
             size=opening.size,
             body=opening.body,
         )
-        order = self._work_order(record, garment, body)
-        await asyncio.to_thread(self._store.add, record)
+        for kept in (garment, body, self._motions.get(motion or "")):
+            if kept is not None:
+                self._files.hold(record.id, kept.digest)
         try:
+            order = self._work_order(record, garment, body)
+            await asyncio.to_thread(self._store.add, record)
             self._make_room()
         except ProblemError as error:
-            await asyncio.to_thread(self._store.end, record.id, time.time(), error.problem.message)
+            await self._note_end(record.id, error.problem.message)
             raise
         return self._start(record, order)
 
     def _start(self, record: SessionRecord, order: WorkOrder) -> LiveSession:
         new_token = partial(secrets.token_urlsafe, 24)
         now = time.monotonic()
-        machine = Session(record.id, self._rules, record.motion, record.fabric, new_token, now, tuple(self._files))
+        machine = Session(record.id, self._rules, record.motion, record.fabric, new_token, now, tuple(self._motions))
         live = LiveSession(
-            machine, lambda on_event: self._placement.place(order, on_event), self._ended, self._complete
+            machine,
+            lambda on_event: self._placement.place(order, on_event),
+            self._ended,
+            partial(self._complete, record.id),
         )
         self._live[record.id] = live
-        self._worn[record.id] = record.body
         return live
 
     def warm(self) -> None:
@@ -148,27 +172,22 @@ class LiveSessions:
 
     def offer_motion(self, motion: MotionRecord, path: Path) -> None:
         """A motion has been uploaded: all sessions can play it."""
-        self._files[motion.id] = MotionFile(str(path), motion.units)
+        self._motions[motion.id] = _Motion(motion.digest, MotionFile(str(path), motion.units))
         for live in self.all():
             live.machine.offer_motion(motion.id)
 
     def withdraw_motion(self, motion_id: str) -> None:
-        """An uploaded motion is to be removed. Raises ProblemError 409 while a session plays it."""
-        for live in self.all():
-            _refuse_in_use("motion", motion_id, live.machine.motion, live)
-        self._files.pop(motion_id, None)
+        """An uploaded motion is to be removed: none can choose it any more; a session that plays it goes on."""
+        self._motions.pop(motion_id, None)
         for live in self.all():
             live.machine.withdraw_motion(motion_id)
 
-    def withdraw_body(self, body_id: str) -> None:
-        """An uploaded body is to be removed. Raises ProblemError 409 while a session has it."""
-        for live in self.all():
-            _refuse_in_use("body", body_id, self._worn.get(live.machine.id), live)
-
-    def _complete(self, command: Command) -> Command:
-        """The command with where an uploaded motion's file is."""
-        if isinstance(command, FollowMotion) and command.motion is not None:
-            return replace(command, file=self._files.get(command.motion))
+    def _complete(self, session_id: str, command: Command) -> Command:
+        """The command with where an uploaded motion's file is, which the session keeps to its end."""
+        if isinstance(command, FollowMotion) and command.motion in self._motions:
+            motion = self._motions[command.motion]
+            self._files.hold(session_id, motion.digest)
+            return replace(command, file=motion.file)
         return command
 
     def get(self, session_id: str) -> LiveSession | None:
@@ -220,7 +239,7 @@ class LiveSessions:
             motion=record.motion,
             frames_per_second=self._settings.frames_per_second,
             keyframe_seconds=self._settings.keyframe_seconds,
-            motion_file=self._files.get(record.motion) if record.motion is not None else None,
+            motion_file=self._motions[record.motion].file if record.motion in self._motions else None,
         )
 
     def _make_room(self) -> None:
@@ -243,7 +262,6 @@ class LiveSessions:
     def _ended(self, live: LiveSession, reason: str) -> None:
         session_id = live.machine.id
         self._live.pop(session_id, None)
-        self._worn.pop(session_id, None)
         note = asyncio.get_running_loop().create_task(self._note_end(session_id, reason))
         self._notes.add(note)
         note.add_done_callback(self._notes.discard)
@@ -251,6 +269,7 @@ class LiveSessions:
     async def _note_end(self, session_id: str, reason: str) -> None:
         logger.info("session %s has ended: %s", session_id, reason)
         await asyncio.to_thread(self._store.end, session_id, time.time(), reason)
+        await asyncio.to_thread(self._files.let_go, session_id)
 
 
 def _own(motion: str | None) -> str:
@@ -273,17 +292,6 @@ def _is_there(motions: MotionUploads, motion: MotionRecord) -> bool:
     except ProblemError as error:
         logger.warning("%s", error)
         return False
-
-
-def _refuse_in_use(kind: str, upload_id: str, used: str | None, live: LiveSession) -> None:
-    if used == upload_id:
-        raise problem_error(
-            f"{kind}.in_use",
-            f"the session {live.machine.id} has the {kind} {upload_id!r}",
-            "End the session first, or have it do something else",
-            place=kind,
-            status=409,
-        )
 
 
 def _one_of(kind: str, name: str, known: tuple[str, ...]) -> None:

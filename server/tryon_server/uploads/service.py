@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import logging
 import re
-import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -14,7 +13,7 @@ from typing import Generic
 import msgspec
 
 from tryon_server.garments.limited import Limits, Work, run_limited
-from tryon_server.persistence import BlobStore, BodyRecord, MotionRecord, UploadStore
+from tryon_server.persistence import BodyRecord, KeptFiles, MotionRecord, UploadStore
 from tryon_server.persistence.uploads import Record
 from tryon_server.problems import ProblemError, problem_error
 from tryon_server.uploads.check import Telling, UploadReply
@@ -33,25 +32,21 @@ class Uploads(Generic[Record]):
     Args:
         kind: ``motion`` or ``body``.
         records: where what is known of them is kept.
-        blobs: where the files are kept.
+        files: where the files are kept.
         limits: what checking one may use.
-        still_used: whether anything else has the file of this digest.
     """
 
     def __init__(
         self,
         kind: str,
         records: UploadStore[Record],
-        blobs: BlobStore,
+        files: KeptFiles,
         limits: Limits,
-        still_used: Callable[[str], bool],
     ) -> None:
         self._kind = kind
         self._records: UploadStore[Record] = records
-        self._blobs = blobs
+        self._files = files
         self._limits = limits
-        self._still_used = still_used
-        self._storing = threading.Lock()  # a file must not be removed while it is stored anew
 
     def get(self, upload_id: str) -> Record:
         """The one with this id. Raises ProblemError 404."""
@@ -73,7 +68,7 @@ class Uploads(Generic[Record]):
     def path(self, record: Record) -> Path:
         """Its file. Raises ProblemError 410 when it was removed from the data folder."""
         try:
-            return self._blobs.path(record.digest)
+            return self._files.path(record.digest)
         except KeyError as error:
             raise problem_error(
                 f"{self._kind}.lost",
@@ -84,19 +79,18 @@ class Uploads(Generic[Record]):
             ) from error
 
     def remove(self, upload_id: str) -> None:
-        """Forget one, and its file if nothing else has it. Raises ProblemError 404."""
+        """Forget one. A session that has it keeps its file until it ends. Raises ProblemError 404."""
         record = self.get(upload_id)
-        with self._storing:
+        with self._files.storing:
             self._records.remove(upload_id)
-            if not self._still_used(record.digest):
-                self._blobs.remove(record.digest)
+            self._files.forget(record.digest)
 
     def _known(self, key: str, content: bytes) -> Record | None:
         """The one that was stored from the same file with the same told about it."""
-        with self._storing:
+        with self._files.storing:
             known = self._records.by_key(key)
             if known is not None:
-                self._blobs.put(content)
+                self._files.put(content)
         return known
 
     def _added(self, content: bytes, told: Telling, record: Callable[[str, str, UploadReply], Record]) -> Record:
@@ -115,8 +109,8 @@ class Uploads(Generic[Record]):
         return reply
 
     def _keep(self, record: Record, content: bytes) -> Record:
-        with self._storing:
-            self._blobs.put(content)
+        with self._files.storing:
+            self._files.put(content)
             return self._records.add(record)
 
 
