@@ -5,11 +5,13 @@ from __future__ import annotations
 import io
 import json
 from pathlib import Path
-from urllib.request import urlopen
+from urllib.request import Request, urlopen
 
 import numpy as np
 import pytest
 from browser import open_page, wait_for_frames, wait_for_state
+from dress_form import FITTING_SIZE
+from studio import pattern
 
 from tryon_solver.body import default_body
 
@@ -124,6 +126,90 @@ def test_another_size_is_sewn_and_what_does_not_fit_is_said_with_the_size_that_d
     page.fill("#size", "300")
     page.wait_for_timeout(1200)
     assert session(page, studio)["size"] == 0.8, "300 % is no size"
+    assert page.inner_text("#sizes .hint") == "50 to 200"
+
+
+def test_the_size_that_fits_is_looked_for_and_shown(page, studio):
+    page.click("#size-fit:has-text('Find the size that fits')")
+    page.wait_for_function(f"() => document.querySelector('#size').value === '{round(100 * FITTING_SIZE)}'")
+    wait_for_state(page, "running")
+    now = session(page, studio)
+    assert (now["size"], now["worn_size"]) == ("fit", FITTING_SIZE)
+    page.wait_for_selector("#size-fit[aria-pressed='true']:has-text('Worn in the size that fits')")
+    page.fill("#size", "100")
+    page.wait_for_selector("#size-fit[aria-pressed='false']")
+    wait_for_state(page, "running")
+    assert session(page, studio)["worn_size"] == 1.0
+
+
+def remove(page, group: str, name: str, sure: bool = True) -> None:
+    """Press the button that removes a choice, and say whether one is sure."""
+    asked = []
+
+    def answer(dialog) -> None:
+        asked.append(dialog.message)
+        dialog.accept() if sure else dialog.dismiss()
+
+    page.once("dialog", answer)
+    page.locator(f"#{group} label", has_text=name).locator("button.remove").click()
+    page.wait_for_timeout(300)
+    assert len(asked) == 1
+    assert name in asked[0]
+
+
+def names(page, group: str) -> str:
+    return page.inner_text(f"#{group}")
+
+
+def test_a_garment_that_was_added_can_be_removed_after_one_is_asked(page, studio):
+    assert page.locator("#garments button.remove").count() == 0, "what came with the server stays"
+    choose(page, "#pattern-file", "old_rag.json", json.dumps(pattern(63.0)).encode())
+    page.wait_for_selector("#garments label:has-text('Old rag') input:checked", state="attached")
+    wait_for_state(page, "running")
+    remove(page, "garments", "Old rag", sure=False)
+    assert "Old rag" in names(page, "garments")
+    remove(page, "garments", "Old rag")
+    page.wait_for_selector("#notice-title:has-text('Old rag is removed')")
+    assert "Old rag" not in names(page, "garments")
+    page.wait_for_selector("#garments input[value='tshirt']:checked", state="attached")
+    wait_for_state(page, "running")
+    assert session(page, studio)["garment"] == "tshirt", "something else is worn instead"
+
+
+def test_a_motion_and_a_body_that_were_added_can_be_removed(page, studio):
+    choose(page, "#motion-file", "long_gone.bvh", WALK.read_bytes() + b"\n")
+    page.wait_for_selector("#notice-title:has-text('How long_gone.bvh was read')")
+    assert page.locator("#motions label", has_text="Long gone").locator("input").is_checked()
+    remove(page, "motions", "Long gone")
+    page.wait_for_function("() => document.querySelector('#motions input:checked')?.value === 'walk'")
+    assert "Long gone" not in names(page, "motions")
+    choose(page, "#body-file", "ghost.npz", moving_body())
+    page.wait_for_selector("#notice-title:has-text('How ghost.npz was read')", timeout=120_000)
+    page.click("#notice-close")
+    wait_for_state(page, "running")
+    label = page.locator("#bodies label:has(:checked)")
+    called = label.locator("b").inner_text()
+    remove(page, "bodies", called)
+    page.wait_for_function("() => !document.querySelector('#bodies input:checked[value*=\"-\"]')")
+    wait_for_state(page, "running")
+    now = session(page, studio)
+    assert (now["body"], now["motion"]) == (None, "walk")
+
+
+def test_what_somebody_else_removed_is_not_offered_for_long(page, studio):
+    choose(page, "#pattern-file", "shared.json", json.dumps(pattern(64.0)).encode())
+    page.wait_for_selector("#garments label:has-text('Shared') input:checked", state="attached")
+    wait_for_state(page, "running")
+    garment, before = session(page, studio)["garment"], page.url
+    page.locator("#garments label", has_text="T-shirt").click()
+    page.wait_for_function("before => location.href !== before", arg=before)
+    wait_for_state(page, "running")
+    urlopen(Request(f"{studio.url}api/garments/{garment}", method="DELETE")).close()
+    page.locator("#garments label", has_text="Shared").locator("input").check(force=True)
+    page.wait_for_selector("#notice-title:has-text('could not be started')")
+    page.wait_for_function("() => !document.querySelector('#garments').innerText.includes('Shared')")
+    page.click("#notice-close")
+    assert session(page, studio)["garment"] == "tshirt"
 
 
 def test_what_is_dropped_is_told_apart_by_its_ending(page):

@@ -15,6 +15,7 @@ export {
   type MotionUnits,
   type SessionInfo,
   type SessionWish,
+  type Size,
 } from "./rest.ts";
 export { Wearer, type Tracking, type TrackedFrame } from "./wearer.ts";
 export type { FrameFigures } from "./worker_messages.ts";

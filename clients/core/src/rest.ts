@@ -8,6 +8,8 @@ export interface Garment {
   readonly area: number;
   /** of a mesh: unit, axes and rest shape as they were found, and what was mended; empty for a pattern */
   readonly notes: readonly string[];
+  /** it came with the server and can't be removed */
+  readonly built_in: boolean;
 }
 
 /** How a mesh is to be read; null: found out by the server, which says so or asks. */
@@ -71,14 +73,16 @@ export interface Fabric {
   readonly colour: readonly [number, number, number];
 }
 
+/** Of a sewing pattern, over its own; "fit": the one that fits, which the server looks for by trying some on. */
+export type Size = number | "fit";
+
 /** What a session is to be; null lets the server choose. */
 export interface SessionWish {
   readonly garment: string;
   readonly motion: string | null;
   readonly fabric: string | null;
   readonly preset: string | null;
-  /** of a sewing pattern, over its own */
-  readonly size: number;
+  readonly size: Size;
   /** id of an uploaded body, which brings its motion; null: the default one */
   readonly body: string | null;
 }
@@ -89,7 +93,10 @@ export interface SessionInfo {
   readonly motion: string | null;
   readonly fabric: string;
   readonly preset: string;
-  readonly size: number;
+  /** as it was asked for */
+  readonly size: Size;
+  /** in which it is worn; null: not dressed, or a mesh */
+  readonly worn_size: number | null;
   readonly body: string | null;
   readonly state: string;
   readonly detail: string;
@@ -137,6 +144,10 @@ export class Api {
     if (reading.units) query.set("units", reading.units);
     if (reading.up) query.set("up", reading.up);
     return this.ask("POST", `api/garments?${query.toString()}`, content);
+  }
+
+  async removeGarment(id: string): Promise<void> {
+    await this.ask("DELETE", `api/garments/${encodeURIComponent(id)}`);
   }
 
   /** Sends a BVH file; the server checks that the default body can follow it. */

@@ -1,14 +1,13 @@
-import type { SessionWish } from "@tryon/core";
+import type { SessionWish, Size } from "@tryon/core";
 
-import { byId, make, RadioGroup } from "./dom.ts";
+import { byId, make, RadioGroup, setText } from "./dom.ts";
 import { colourOf, DYES, lookOf, swatchTexture } from "./fabrics.ts";
 import type { Catalogue } from "./fitting.ts";
 
 /** What a person may choose. */
 export interface Chosen {
   garment(id: string): void;
-  /** over the pattern's own */
-  size(size: number): void;
+  size(size: Size): void;
   /** null: the default one */
   body(id: string | null): void;
   motion(name: string): void;
@@ -16,7 +15,11 @@ export interface Chosen {
   /** `undefined`: the fabric's own colour */
   colour(colour: string | undefined): void;
   preset(name: string | null): void;
+  /** an upload is to be removed; `called` is its name */
+  remove(kind: UploadKind, id: string, called: string): void;
 }
+
+export type UploadKind = "garment" | "motion" | "body";
 
 const OWN = "own";
 const AUTO = "auto";
@@ -33,23 +36,36 @@ const PRESETS = [
 export class Choices {
   private readonly garments: RadioGroup;
   private readonly size = byId("size", HTMLInputElement);
+  private readonly fit = byId("size-fit", HTMLButtonElement);
   private readonly bodies: RadioGroup;
   private readonly motions: RadioGroup;
   private readonly fabrics: RadioGroup;
   private readonly colours: RadioGroup;
   private readonly presets: RadioGroup;
   private offered = "";
+  private wished: Size = 1;
+  private worn: number | null = null;
+  /** what stands in the field of the size was written by a person and is not yet worn */
+  private typed = false;
 
   constructor(chosen: Chosen) {
-    const group = (id: string, take: (value: string) => void) => new RadioGroup(byId(id, HTMLFieldSetElement), id, take);
-    this.garments = group("garments", (id) => chosen.garment(id));
-    this.bodies = group("bodies", (id) => chosen.body(id === DEFAULT ? null : id));
+    const group = (id: string, take: (value: string) => void, kind?: UploadKind) =>
+      new RadioGroup(byId(id, HTMLFieldSetElement), id, take, (value, called) => kind && chosen.remove(kind, value, called));
+    this.garments = group("garments", (id) => chosen.garment(id), "garment");
+    this.bodies = group("bodies", (id) => chosen.body(id === DEFAULT ? null : id), "body");
     let timer = 0;
     this.size.addEventListener("input", () => {
+      this.typed = true;
       window.clearTimeout(timer); // of several steps in a row the last one counts: each is a garment to be sewn
       if (this.size.checkValidity() && this.size.value) timer = window.setTimeout(() => chosen.size(this.size.valueAsNumber / 100), SIZE_WAITS_MS);
     });
-    this.motions = group("motions", (name) => chosen.motion(name));
+    this.fit.addEventListener("click", () => {
+      window.clearTimeout(timer);
+      this.typed = false;
+      this.showSize();
+      chosen.size("fit");
+    });
+    this.motions = group("motions", (name) => chosen.motion(name), "motion");
     this.fabrics = group("fabrics", (name) => chosen.fabric(name));
     this.colours = group("colours", (value) => chosen.colour(value === OWN ? undefined : value));
     this.presets = group("presets", (value) => chosen.preset(value === AUTO ? null : value));
@@ -70,26 +86,35 @@ export class Choices {
   /** Shows what there is and what is chosen. */
   show({ garments, motions, bodies, fabrics }: Catalogue, wish: SessionWish): void {
     const mesh = (garments.find(({ id }) => id === wish.garment)?.notes.length ?? 0) > 0;
-    this.size.disabled = mesh;
+    this.size.disabled = this.fit.disabled = mesh;
     byId("sizes").title = mesh ? "A mesh is worn in the size it comes in" : "Over the pattern's own size";
-    this.size.value = String(Math.round(100 * wish.size));
+    if (wish.size !== this.wished) this.typed = false;
+    this.wished = wish.size;
+    if (!this.typed) this.showSize();
     const offered = JSON.stringify([garments, motions, bodies, fabrics]);
     if (offered !== this.offered) {
       this.offered = offered;
       this.garments.offer(
-        garments.map(({ id, name, panel_count, area }) => ({
+        garments.map(({ id, name, panel_count, area, built_in }) => ({
           value: id,
+          ...(built_in ? {} : { removable: sentence(name) }),
           content: [make("span", {}, make("b", {}, sentence(name)), make("small", {}, `${panel_count} pieces, ${area.toFixed(2)} m² of fabric`))],
         })),
         wish.garment,
       );
       this.motions.offer(
-        motions.map(({ name, title, found }) => ({ value: name, title: found?.notes.join("; ") ?? "", content: [sentence(title)] })),
+        motions.map(({ name, title, found }) => ({
+          value: name,
+          title: found?.notes.join("; ") ?? "",
+          content: [sentence(title)],
+          ...(found ? { removable: sentence(title) } : {}),
+        })),
         wish.motion ?? undefined,
       );
       const own = bodies.map(({ id, name, seconds, notes }) => ({
         value: id,
         title: notes.join("; "),
+        removable: sentence(name),
         content: [make("span", {}, make("b", {}, sentence(name)), make("small", {}, seconds > 0 ? `moves by itself, ${seconds.toFixed(1)} s` : "stands still"))],
       }));
       const usual = { value: DEFAULT, content: [make("span", {}, make("b", {}, "Default"), make("small", {}, "moves as chosen above"))] };
@@ -110,6 +135,20 @@ export class Choices {
     this.motions.select(wish.motion ?? undefined);
     this.fabrics.select(wish.fabric ?? undefined);
     this.presets.select(wish.preset ?? AUTO);
+  }
+
+  /** Shows the size in which the garment is worn, where it was the server that chose it. */
+  wornIn(size: number | null): void {
+    this.worn = size;
+    if (this.wished === "fit" && !this.typed) this.showSize();
+  }
+
+  private showSize(): void {
+    const size = this.wished === "fit" ? this.worn : this.wished;
+    this.size.value = size === null ? "" : String(Math.round(100 * size));
+    const fits = this.wished === "fit";
+    this.fit.ariaPressed = String(fits);
+    setText(this.fit, fits ? (this.worn === null ? "Looking for the size that fits" : "Worn in the size that fits") : "Find the size that fits");
   }
 }
 

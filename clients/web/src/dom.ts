@@ -32,17 +32,23 @@ export interface Option {
   readonly value: string;
   readonly content: readonly (Node | string)[];
   readonly title?: string;
+  /** what it is called, where it can be removed */
+  readonly removable?: string;
 }
 
 /** A group of radio buttons: the browser gives it keys, focus and names for screen readers. */
 export class RadioGroup {
   private readonly list: HTMLElement;
 
-  /** @param host fieldset whose last element takes the choices */
+  /**
+   * @param host fieldset whose last element takes the choices
+   * @param remove told of the choice that is to be removed, and what it is called
+   */
   constructor(
     private readonly host: HTMLFieldSetElement,
     private readonly name: string,
     private readonly chosen: (value: string) => void,
+    private readonly remove: (value: string, name: string) => void = () => undefined,
   ) {
     this.list = host.lastElementChild as HTMLElement;
     this.list.addEventListener("change", (event) => this.chosen((event.target as HTMLInputElement).value));
@@ -55,9 +61,18 @@ export class RadioGroup {
       ...options.map((option) => {
         const input = make("input", { type: "radio", name: this.name, value: option.value });
         input.checked = option.value === selected;
-        return make("label", option.title === undefined ? {} : { title: option.title }, input, ...option.content);
+        const parts = [input, ...option.content, ...this.removal(option)];
+        return make("label", option.title === undefined ? {} : { title: option.title }, ...parts);
       }),
     );
+  }
+
+  /** The button that removes a choice, where it can be removed. */
+  private removal({ value, removable }: Option): HTMLElement[] {
+    if (removable === undefined) return [];
+    const button = make("button", { type: "button", class: "remove", title: `Remove ${removable}`, "aria-label": `Remove ${removable}` }, "×");
+    button.addEventListener("click", () => this.remove(value, removable));
+    return [button];
   }
 
   /** Marks a choice without telling `chosen`. An unknown value marks none. */

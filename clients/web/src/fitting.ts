@@ -12,9 +12,11 @@ import {
   type MotionUnits,
   type SessionInfo,
   type SessionWish,
+  type Size,
 } from "@tryon/core";
 import type { ErrorMessage, ReportMessage, StatusMessage, WelcomeMessage } from "@tryon/protocol";
 
+import type { UploadKind } from "./choices.ts";
 import type { Notice } from "./notice.ts";
 
 /** Who shows what a fitting does. */
@@ -73,14 +75,12 @@ export class Fitting {
       this.enter(joined);
       return;
     }
-    const { garments, motions } = this.catalogue;
-    const garment = garments.find(({ id }) => /t[-_ ]?shirt/i.test(id)) ?? garments.at(0);
+    const garment = usualGarment(this.catalogue);
     if (!garment) {
       this.view.busy("No garment yet: add a sewing pattern or a mesh");
       return;
     }
-    const motion = motions.find(({ name }) => name === "walk") ?? motions.at(0);
-    await this.open({ ...this.wish, garment: garment.id, motion: motion?.name ?? null });
+    await this.open({ ...this.wish, garment: garment.id, motion: usualMotion(this.catalogue)?.name ?? null });
   }
 
   /** Wears another garment, in its own size. */
@@ -88,8 +88,8 @@ export class Fitting {
     return this.open({ ...this.wish, garment, size: 1 });
   }
 
-  /** Wears the garment in this size over its own. */
-  async wearSize(size: number): Promise<void> {
+  /** Wears the garment in this size. */
+  async wearSize(size: Size): Promise<void> {
     if (size !== this.wish.size) await this.open({ ...this.wish, size });
   }
 
@@ -176,13 +176,36 @@ export class Fitting {
     }
   }
 
+  /** Removes an upload from the server. What this page wears, plays or stands as gives way to the default. */
+  async remove(kind: UploadKind, id: string, called: string): Promise<void> {
+    const { api, catalogue } = this;
+    try {
+      if (kind === "garment") await api.removeGarment(id);
+      else if (kind === "motion") await api.removeMotion(id);
+      else await api.removeBody(id);
+    } catch (error) {
+      if (!(error instanceof RequestError && error.status === 404)) {
+        this.refused(`${called} can't be removed`, error);
+        return;
+      } // somebody else has removed it
+    }
+    const { garment, motion, body } = this.wish;
+    catalogue.garments = catalogue.garments.filter((known) => kind !== "garment" || known.id !== id);
+    catalogue.motions = catalogue.motions.filter((known) => kind !== "motion" || known.name !== id);
+    catalogue.bodies = catalogue.bodies.filter((known) => kind !== "body" || known.id !== id);
+    this.view.choices(catalogue, this.wish);
+    const [firstGarment, firstMotion] = [usualGarment(catalogue), usualMotion(catalogue)];
+    if (kind === "motion" && this.motionBefore === id) this.motionBefore = firstMotion?.name ?? null;
+    if (kind === "garment" && garment === id && firstGarment) await this.wear(firstGarment.id);
+    else if (kind === "motion" && motion === id && firstMotion) await this.move(firstMotion.name);
+    else if (kind === "body" && body === id) await this.standAs(null);
+    this.view.notice({ title: `${called} is removed`, message: "", calm: true });
+  }
+
   private async loadCatalogue(): Promise<void> {
     for (;;) {
       try {
-        const { api } = this;
-        const [garments, motions, bodies, fabrics] = await Promise.all([api.garments(), api.motions(), api.bodies(), api.fabrics()]);
-        Object.assign(this.catalogue, { garments, motions, bodies, fabrics });
-        this.view.choices(this.catalogue, this.wish);
+        await this.readCatalogue();
         return;
       } catch (error) {
         if (!(error instanceof RequestError)) throw error;
@@ -190,6 +213,20 @@ export class Fitting {
         await new Promise((resolve) => setTimeout(resolve, RETRY_MS));
       }
     }
+  }
+
+  private async readCatalogue(): Promise<void> {
+    const { api } = this;
+    const [garments, motions, bodies, fabrics] = await Promise.all([api.garments(), api.motions(), api.bodies(), api.fabrics()]);
+    Object.assign(this.catalogue, { garments, motions, bodies, fabrics });
+    this.view.choices(this.catalogue, this.wish);
+  }
+
+  /** Offers what there is by now; without an answer, what there was. */
+  private async readAgain(): Promise<void> {
+    await this.readCatalogue().catch((error: unknown) => {
+      if (!(error instanceof RequestError)) throw error;
+    });
   }
 
   private async find(id: string): Promise<SessionInfo | undefined> {
@@ -222,6 +259,7 @@ export class Fitting {
       if (turn !== this.opening) return;
       this.view.choices(this.catalogue, this.wish);
       this.refused("That could not be started", error);
+      if (error instanceof RequestError && error.status === 404) void this.readAgain(); // somebody has removed it
       if (!this.client) this.view.busy("Not started");
     }
   }
@@ -280,6 +318,15 @@ export class Fitting {
     if (!(error instanceof RequestError)) throw error;
     this.view.notice({ title, message: error.message, place: error.place, remedy: error.remedy });
   }
+}
+
+/** What most people want to see first. */
+function usualGarment({ garments }: Catalogue): Garment | undefined {
+  return garments.find(({ id }) => /t[-_ ]?shirt/i.test(id)) ?? garments.at(0);
+}
+
+function usualMotion({ motions }: Catalogue): Motion | undefined {
+  return motions.find(({ name }) => name === "walk") ?? motions.at(0);
 }
 
 function refuseLarge(file: File, remedy: string): void {

@@ -60,6 +60,9 @@ class Studio implements FittingView {
         this.dress();
       },
       preset: (name) => void this.fitting.detail(name),
+      remove: (kind, id, called) => {
+        if (confirm(`Remove ${called} from the server? Nobody can choose it any more.`)) void this.fitting.remove(kind, id, called);
+      },
     });
     this.ar = new Ar(this.stage, this.figure, {
       client: () => this.fitting.client,
@@ -143,6 +146,7 @@ class Studio implements FittingView {
   status(...[status]: Parameters<FittingView["status"]>): void {
     this.statusLine.setStatus(status);
     this.fit.show(status);
+    this.panel.wornIn(status.worn_size ?? null);
     this.view.dataset.state = status.state;
     if (status.state === "preparing" || status.state === "dressing") this.advice.hide(); // it was of what is taken off
     this.showPlaying(status.playing, status.playing ? "Pause" : "Play");

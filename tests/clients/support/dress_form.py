@@ -21,6 +21,7 @@ AROUND = 48
 ROWS = 24
 JOINTS = ("hips", "chest", "head")
 SECONDS = 4.0
+FITTING_SIZE = 0.93  # what a size that is looked for comes to
 ADVICE = "the fabric is stretched by up to 35 %; try a larger size"
 
 
@@ -130,7 +131,9 @@ def build(order, progress) -> Tunic:
     if order.fabric == "tight":
         raise problem_error("garment.undressable", "the seam between front and back stayed open", "Enlarge the pieces")
     tunic = Tunic(ADVICE if order.fabric == "denim" else "")
-    if order.size > 1.0:
+    size = FITTING_SIZE if order.size is None else order.size
+    tunic.outfit = replace(tunic.outfit, size=size)
+    if size > 1.0:
         tunic.outfit = replace(tunic.outfit, fit="the waist is 9.1 cm too wide", fitting_size=0.8)
     if order.body is not None:
         tunic.outfit = replace(tunic.outfit, notes=("body: it is not closed: 2 holes are filled",))
