@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 class ContactTerm:
     """A force that acts within contact pairs besides the barrier, such as friction.
 
-    `prepare(pairs, x, x_before, x_start, dt)` freezes what is lagged: for one iteration at x, which the last one
+    `prepare(pairs, state, x, x_before, dt)` freezes what is lagged: for one iteration at x, which the last one
     reached from x_before, or with None in its place for a model that holds away from x as well;
-    `add_gradient(pairs, x, x_start, gradient_out)`; `add_product(pairs, p, product_out)`;
+    `add_gradient(pairs, state, x, gradient_out)`; `add_product(pairs, p, product_out)`;
     `add_diagonal(pairs, blocks_out)`; `tangential(pairs)` (size,) float64 N/m, its stiffness across the normal.
     """
 
-    prepare: Callable[[ContactPairs, wp.array, wp.array | None, wp.array, float], None]
-    add_gradient: Callable[[ContactPairs, wp.array, wp.array, wp.array], None]
+    prepare: Callable[[ContactPairs, State, wp.array, wp.array | None, float], None]
+    add_gradient: Callable[[ContactPairs, State, wp.array, wp.array], None]
     add_product: Callable[[ContactPairs, wp.array, wp.array], None]
     add_diagonal: Callable[[ContactPairs, wp.array], None]
     tangential: Callable[[ContactPairs], np.ndarray]

@@ -42,7 +42,7 @@ class Settings:
     correction_tolerance: float = 1e-4
     """The correction stops when its largest Newton move falls below this times dt [m/s * s].
 
-    A tenth of friction's `eps_v`: what sticks creeps at less than that, and a looser stop leaves its force unbuilt.
+    Friction's `eps_v`: what sticks creeps at less than that, and a looser stop leaves its force unbuilt.
     """
     contact_passes: int = 1
     """How often a step makes the contact proxy, solves and corrects, at most; each time from where the last one ended.

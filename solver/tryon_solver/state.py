@@ -19,6 +19,7 @@ class State:
     """
 
     x: wp.array  # (A,) vec3 m, current positions; x[N:] is the collision surface
+    remainder: wp.array  # (A,) vec3 m, what rounding left out of x in the correction; friction's slip is that fine
     x_start: wp.array  # (A,) vec3 m, committed positions at the start of the step, before the body moved
     x_feasible: wp.array  # (A,) vec3 m, intersection-free: carried along with the body; where contact is linearised
     x_hat: wp.array  # (N,) vec3 m, inertial prediction

@@ -162,7 +162,7 @@ def contact_gradient(sim: Simulation, friction: bool) -> np.ndarray:
     out = wp.zeros(sim.all_count, dtype=wp.vec3, device=sim.device)
     if friction:
         for term in sim.stages.contact:
-            term.prepare(sim.pairs, sim.state.x, None, sim.state.x_start, sim.dt)
+            term.prepare(sim.pairs, sim.state, sim.state.x, None, sim.dt)
         add_contact_gradient(sim, sim.state.x, sim.state.x, out)
     elif sim.pairs.size:
         pairs.add_gradient(sim.pairs, sim.state.x, sim.state.x, out)

@@ -31,6 +31,7 @@ from tryon_solver.contact.pairs import ContactPairs
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.plan import ContactTerm, Contribution
 from tryon_solver.scene import Friction
+from tryon_solver.state import State
 
 wp.set_module_options({"enable_backward": False})
 
@@ -39,11 +40,18 @@ DEEPEST = 0.1  # share of the gap now that the one before is taken for at least:
 
 
 @wp.func
-def slip(v: wp.vec4i, w: wp.vec4, n: wp.vec3, x: wp.array(dtype=wp.vec3), x_start: wp.array(dtype=wp.vec3)) -> wp.vec3:
-    """u = (I - n n^T) sum_i lam_i (x_i - x_start_i) [m]."""
+def slip(
+    v: wp.vec4i,
+    w: wp.vec4,
+    n: wp.vec3,
+    x: wp.array(dtype=wp.vec3),
+    remainder: wp.array(dtype=wp.vec3),
+    x_start: wp.array(dtype=wp.vec3),
+) -> wp.vec3:
+    """u = (I - n n^T) sum_i lam_i (x_i - x_start_i) [m], of x with its remainder."""
     u = wp.vec3()
     for k in range(4):
-        u += w[k] * (x[v[k]] - x_start[v[k]])
+        u += w[k] * ((x[v[k]] - x_start[v[k]]) + remainder[v[k]])
     return u - wp.dot(u, n) * n
 
 
@@ -81,6 +89,7 @@ def prepare_kernel(
     iterating: int,
     x: wp.array(dtype=wp.vec3),
     x_before: wp.array(dtype=wp.vec3),
+    remainder: wp.array(dtype=wp.vec3),
     x_start: wp.array(dtype=wp.vec3),
     weight_out: wp.array(dtype=wp.float32),
     along_out: wp.array(dtype=wp.vec4),
@@ -90,7 +99,7 @@ def prepare_kernel(
     if c >= counters[0]:
         return
     v = ids[c]
-    u = slip(v, lam[c], normal[c], x, x_start)
+    u = slip(v, lam[c], normal[c], x, remainder, x_start)
     y = wp.length(u)
     mu = mu_self
     for k in range(4):
@@ -110,7 +119,7 @@ def prepare_kernel(
     if not settled or y == 0.0:
         return
     stiffness = 2.0 * coulomb * wp.max(1.0 - y / static_slip, 0.0) / static_slip
-    before = slip(v, lam[c], normal[c], x_before, x_start)
+    before = slip(v, lam[c], normal[c], x_before, remainder, x_start)
     if wp.dot(u, before) < 0.0:
         y_before = wp.length(before)
         stiffness = coulomb * (f1(y, static_slip) + f1(y_before, static_slip)) / (y + y_before)
@@ -133,6 +142,7 @@ def add_gradient_kernel(
     normal: wp.array(dtype=wp.vec3),
     weight: wp.array(dtype=wp.float32),
     x: wp.array(dtype=wp.vec3),
+    remainder: wp.array(dtype=wp.vec3),
     x_start: wp.array(dtype=wp.vec3),
     gradient_out: wp.array(dtype=wp.vec3),
 ):
@@ -141,7 +151,7 @@ def add_gradient_kernel(
         return
     v = ids[c]
     w = lam[c]
-    f = weight[c] * slip(v, w, normal[c], x, x_start)
+    f = weight[c] * slip(v, w, normal[c], x, remainder, x_start)
     for k in range(4):
         wp.atomic_add(gradient_out, v[k], w[k] * f)
 
@@ -213,7 +223,7 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
     cloth_count = context.scene.garment.vertex_count
     held = FrictionWeights.allocate(1024, device)
 
-    def prepare(pairs: ContactPairs, x: wp.array, x_before: wp.array | None, x_start: wp.array, dt: float) -> None:
+    def prepare(pairs: ContactPairs, state: State, x: wp.array, x_before: wp.array | None, dt: float) -> None:
         if len(held.weight) < pairs.capacity:
             held.__dict__.update(FrictionWeights.allocate(pairs.capacity, device).__dict__)
         wp.launch(
@@ -233,17 +243,18 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
                 int(x_before is not None),
                 x,
                 x if x_before is None else x_before,
-                x_start,
+                state.remainder,
+                state.x_start,
             ],
             [held.weight, held.along],
             device=device,
         )
 
-    def add_gradient(pairs: ContactPairs, x: wp.array, x_start: wp.array, gradient: wp.array) -> None:
+    def add_gradient(pairs: ContactPairs, state: State, x: wp.array, gradient: wp.array) -> None:
         wp.launch(
             add_gradient_kernel,
             pairs.size,
-            [pairs.counters, pairs.ids, pairs.lam, pairs.normal, held.weight, x, x_start],
+            [pairs.counters, pairs.ids, pairs.lam, pairs.normal, held.weight, x, state.remainder, state.x_start],
             [gradient],
             device=device,
         )

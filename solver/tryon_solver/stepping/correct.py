@@ -40,6 +40,26 @@ def travel_kernel(direction: wp.array(dtype=wp.vec3), travel_out: wp.array(dtype
     travel_out[i] = wp.length(direction[i])
 
 
+@wp.kernel
+def move_kernel(
+    direction: wp.array(dtype=wp.vec3),
+    alpha: wp.array(dtype=wp.float32),
+    x_out: wp.array(dtype=wp.vec3),
+    remainder_out: wp.array(dtype=wp.vec3),
+    moved_out: wp.array(dtype=wp.vec3),
+):
+    """x + remainder += alpha direction; the remainder is what x is rounded by (Knuth's sum of two and its error)."""
+    i = wp.tid()
+    before = x_out[i]
+    moved = alpha[i] * direction[i]
+    added = moved + remainder_out[i]
+    x = before + added
+    came = x - before
+    x_out[i] = x
+    remainder_out[i] = (before - (x - came)) + (added - came)
+    moved_out[i] = moved
+
+
 def take(sim: Simulation, direction: wp.array) -> None:
     """Move x by `direction`, as far as it is proven free of contact; searches further for it where it must."""
     work = sim.work
@@ -56,13 +76,10 @@ def take_within_region(sim: Simulation, direction: wp.array) -> None:
     work.alpha.fill_(1.0)
     if sim.touching:
         prove_free(sim, direction)
-    wp.copy(work.total, state.x)
-    wp.launch(
-        bounds.move_kernel, sim.all_count, [state.x, direction, work.alpha], [state.x], device=sim.device
-    )
+    moved = [state.x, state.remainder, work.total]
+    wp.launch(move_kernel, sim.all_count, [direction, work.alpha], moved, device=sim.device)
     if sim.touching:
         follow(sim, near=True)
-    subtract(state.x, work.total, work.total)
 
 
 def prove_free(sim: Simulation, direction: wp.array) -> None:
@@ -131,7 +148,7 @@ def look_around(sim: Simulation, near: bool) -> None:
     state, work = sim.state, sim.work
     pairs.collect(sim.pairs, sim.candidates, sim.contact, state.x, near and bool(sim.touching))
     for term in sim.stages.contact:
-        term.prepare(sim.pairs, state.x, sim.x_searched, state.x_start, sim.dt)
+        term.prepare(sim.pairs, state, state.x, sim.x_searched, sim.dt)
     wp.copy(sim.x_searched, state.x)
     elastic_gradient(sim, state.x, work.gradient, correcting=True)
     add_contact_gradient(sim, state.x, state.x, work.gradient)
@@ -143,6 +160,11 @@ def imbalance(sim: Simulation) -> float:
     return pcg.preconditioned_norm_sq(sim.cg, sim.work.blocks, sim.work.gradient)
 
 
+def start_at_feasible(sim: Simulation) -> None:
+    wp.copy(sim.state.x, sim.state.x_feasible)
+    sim.state.remainder.zero_()
+
+
 def choose_start(sim: Simulation) -> None:
     """From the trial in x to the feasible start: the trial as far as it is free, or x_feasible if that is nearer.
 
@@ -151,14 +173,14 @@ def choose_start(sim: Simulation) -> None:
     """
     state, work = sim.state, sim.work
     wp.copy(work.total, state.x)
-    wp.copy(state.x, state.x_feasible)
+    start_at_feasible(sim)
     subtract(work.total, state.x_feasible, sim.to_trial)
     look_around(sim, near=False)
     standing = imbalance(sim)
     take(sim, sim.to_trial)
     look_around(sim, near=True)
     if imbalance(sim) > standing:
-        wp.copy(state.x, state.x_feasible)
+        start_at_feasible(sim)
         if sim.touching:
             follow(sim, near=False)
         look_around(sim, near=False)
@@ -258,6 +280,7 @@ def go_back(sim: Simulation, x: wp.array) -> bool:
     """Put cloth and surface to x (A,) and search there anew; is that state sound, by the check of a commit?"""
     state, work = sim.state, sim.work
     wp.copy(state.x, x)
+    state.remainder.zero_()
     if not is_finite(state.x, work.hits):
         return False
     work.direction.zero_()

@@ -119,7 +119,7 @@ def add_contact_gradient(sim: Simulation, x_ref: wp.array, x: wp.array, gradient
         return
     contact_pairs.add_gradient(sim.pairs, x_ref, x, gradient_out)
     for term in sim.stages.contact:
-        term.add_gradient(sim.pairs, x, sim.state.x_start, gradient_out)
+        term.add_gradient(sim.pairs, sim.state, x, gradient_out)
 
 
 def system_product(sim: Simulation, p: wp.array, product_out: wp.array) -> None:

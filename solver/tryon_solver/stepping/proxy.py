@@ -33,6 +33,7 @@ def coast_kernel(
 def build_contact_proxy(sim: Simulation) -> None:
     """Find the pairs at x_feasible, freeze their model for the step, and set the gradient at the current trial."""
     state, work = sim.state, sim.work
+    state.remainder.zero_()
     if sim.touching:
         if not sim.listed:
             work.direction.zero_()
@@ -42,7 +43,7 @@ def build_contact_proxy(sim: Simulation) -> None:
         wp.copy(work.total, state.x_feasible)
         wp.launch(coast_kernel, sim.cloth_count, [state.x_start, state.v, sim.dt], [work.total], device=sim.device)
         for term in sim.stages.contact:
-            term.prepare(sim.pairs, work.total, None, state.x_start, sim.dt)
+            term.prepare(sim.pairs, state, work.total, None, sim.dt)
     invert_diagonal_blocks(sim)
     work.direction.zero_()
     project_locally(sim)
