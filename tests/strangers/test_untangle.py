@@ -68,8 +68,13 @@ def test_sheets_that_pass_through_each_other_are_drawn_apart(second):
     garment, x = sheets(second)
     assert crossed(garment, x)
     sim = build(Scene(garment, x, None, FABRICS["cotton_jersey"], (SelfContact(),)), PRESETS["draft"], tangled=True)
-    freed = untangle(sim)
+    told: list[float] = []
+    freed = untangle(sim, told.append)
     assert freed.crossed_itself > 10
+    assert len(told) > 3
+    assert told == sorted(told)
+    assert told[0] == 0.0
+    assert 0.3 < told[-1] < 1.0
     assert not crossed(garment, sim.cloth_positions())
     # what could be freed is moved by what it had gone through and little more, and not torn
     assert freed.largest_move < 0.03

@@ -80,9 +80,9 @@ class CrossingSearch:
 
     def find(self, x: np.ndarray) -> np.ndarray:
         """(K, 2) indices of edge and triangle, sorted, for positions x (A, 3) float32 m."""
-        corners = x.astype(np.float32)[self.faces]
-        self._lower.assign(corners.min(axis=1))
-        self._upper.assign(corners.max(axis=1))
+        a, b, c = (x.astype(np.float32)[self.faces[:, k]] for k in range(3))
+        self._lower.assign(np.minimum(np.minimum(a, b), c))  # many times faster than a reduction over three
+        self._upper.assign(np.maximum(np.maximum(a, b), c))
         if self._bvh is None:
             self._bvh = wp.Bvh(self._lower, self._upper)
         else:

@@ -63,7 +63,7 @@ def dress_mesh(
         x, freed, surface = garment.x, None, None
     sewn, _ = garment.sewn()
     simulation = build(Scene(sewn, x, body, fabric, effects), settings, device, pose, surface, tangled=True)
-    again = _untangled(simulation, garment)
+    again = _untangled(simulation, garment, progress)
     freed = freed or again
     settle(simulation, pose, settle_seconds, progress)
     progress("dressed", 1.0)
@@ -75,9 +75,9 @@ def dress_mesh(
     return DressedMesh(simulation, pose, garment.piece_names, freed, (*garment.notes, freed.describe(), rest))
 
 
-def _untangled(simulation: Simulation, garment: MeshGarment) -> Freed:
+def _untangled(simulation: Simulation, garment: MeshGarment, progress: Progress) -> Freed:
     try:
-        return untangle(simulation)
+        return untangle(simulation, lambda share: progress("freeing", share))
     except TangledError as error:
         raise MeshFileError(
             f"the garment can't be freed: {error}",
@@ -100,7 +100,7 @@ def _sew(
     effects = (BodyContact(), SelfContact(), StrainLimit(), AirDrag(SEWING_DRAG), stitches)
     slow = replace(settings, largest_step=min(settings.largest_step, 1 / 60))
     simulation = build(Scene(garment.garment, garment.x, body, fabric, effects), slow, device, pose, tangled=True)
-    freed = _untangled(simulation, garment)
+    freed = _untangled(simulation, garment, progress)
     share = next(c for c in simulation.plan.contributions if c.name == "sewing").values["share"]
     frames = round((SEWING_SECONDS + CLOSING_SECONDS) / slow.largest_step)
     for k in range(frames):

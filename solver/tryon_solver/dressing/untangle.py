@@ -9,6 +9,7 @@ apart. What can't be freed so is refused, with its triangles named.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -65,10 +66,13 @@ class Freed:
         )
 
 
-def untangle(sim: Simulation) -> Freed:
-    """Make the simulation's state free of contact; its clock stands. Raises TangledError."""
+def untangle(sim: Simulation, tell: Callable[[float], None] = lambda _share: None) -> Freed:
+    """Make the simulation's state free of contact; its clock stands. `tell` is told the share that is done.
+
+    Raises TangledError.
+    """
     tangle = _Tangle(sim)
-    return tangle.free()
+    return tangle.free(tell)
 
 
 class _Tangle:
@@ -94,13 +98,16 @@ class _Tangle:
         if sim.scene.body is not None and "body" in sim.plan.touches:
             self.dent = Dent(self.x, self.n, self.faces, self.edges, sim.scene.body.faces + self.n, group, sim)
 
-    def free(self) -> Freed:
+    def free(self, tell: Callable[[float], None]) -> Freed:
         crossed_itself, crossed_body = self.crossing_counts()
+        most, left = max(1, crossed_itself + crossed_body), crossed_itself + crossed_body
         if self.dent:
             self.dent.make_room(self.x)
         too_close, rounds, stalled, best = None, 0, 0, np.inf
         while rounds < ROUNDS and stalled < PATIENCE:
-            while rounds < ROUNDS and any(self.crossing_counts()):
+            while rounds < ROUNDS and any(counts := self.crossing_counts()):
+                left = min(left, sum(counts))
+                tell(max(rounds / ROUNDS, 1.0 - left / most))
                 if self.itself is not None:
                     self.draw_apart()
                 if self.dent:
