@@ -43,18 +43,22 @@ def z_up_centimetres(x: np.ndarray) -> np.ndarray:
 # -- the skirt ---------------------------------------------------------------------------------------------------------
 
 
-def skirt() -> tuple[np.ndarray, np.ndarray, np.ndarray, list[tuple[str, np.ndarray]], np.ndarray]:
-    """Vertices (V, 3) m, texture coordinates (V, 2) m, quads (Q, 4), (name, quads) by piece, stitches (S, 2)."""
+def skirt(finer: int = 1) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[tuple[str, np.ndarray]], np.ndarray]:
+    """Vertices (V, 3) m, texture coordinates (V, 2) m, quads (Q, 4), (name, quads) by piece, stitches (S, 2).
+
+    `finer` times as many columns and rows.
+    """
+    columns, rows = finer * COLUMNS, finer * ROWS
     slant = np.hypot(WAIST - HEM, HEM_RADIUS - WAIST_RADIUS)
     sine = (HEM_RADIUS - WAIST_RADIUS) / slant
     from_apex = WAIST_RADIUS / sine
     vertices, uv, pieces, quads = [], [], [], []
     for k, name in enumerate(("front", "back")):
-        share = np.linspace(0.0, 1.0, ROWS + 1)
+        share = np.linspace(0.0, 1.0, rows + 1)
         radius = WAIST_RADIUS + share * (HEM_RADIUS - WAIST_RADIUS)
         height = WAIST + share * (HEM - WAIST)
         # the front from the left side (angle 0, the doubled seam) to the right (pi, the open one); the back from there
-        angle = np.linspace(0.0, np.pi, COLUMNS + 1)[None] - np.outer(OPENING / radius, np.linspace(0, 1, COLUMNS + 1))
+        angle = np.linspace(0.0, np.pi, columns + 1)[None] - np.outer(OPENING / radius, np.linspace(0, 1, columns + 1))
         turn = angle if k == 0 else -angle
         x = np.stack(
             [
@@ -68,21 +72,21 @@ def skirt() -> tuple[np.ndarray, np.ndarray, np.ndarray, list[tuple[str, np.ndar
         flat = angle * sine
         uv.append(np.stack([along[:, None] * np.sin(flat), -along[:, None] * np.cos(flat)], axis=-1).reshape(-1, 2))
         vertices.append(x.reshape(-1, 3))
-        start = k * (ROWS + 1) * (COLUMNS + 1)
-        i, j = np.meshgrid(np.arange(ROWS), np.arange(COLUMNS), indexing="ij")
-        at = start + i * (COLUMNS + 1) + j
-        cells = np.stack([at, at + 1, at + COLUMNS + 2, at + COLUMNS + 1], axis=-1).reshape(-1, 4)
+        start = k * (rows + 1) * (columns + 1)
+        i, j = np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij")
+        at = start + i * (columns + 1) + j
+        cells = np.stack([at, at + 1, at + columns + 2, at + columns + 1], axis=-1).reshape(-1, 4)
         if k == 1:
             cells = cells[:, ::-1]
         quads.append(cells)
         pieces.append((name, cells))
-    right = np.arange(ROWS + 1) * (COLUMNS + 1) + COLUMNS
-    stitches = np.stack([right, right + (ROWS + 1) * (COLUMNS + 1)], axis=1)
+    right = np.arange(rows + 1) * (columns + 1) + columns
+    stitches = np.stack([right, right + (rows + 1) * (columns + 1)], axis=1)
     return np.vstack(vertices), np.vstack(uv), np.vstack(quads), pieces, stitches
 
 
-def write_skirt(path: Path) -> None:
-    x, uv, _, pieces, stitches = skirt()
+def write_skirt(path: Path, finer: int = 1) -> None:
+    x, uv, _, pieces, stitches = skirt(finer)
     lines = ["# Some DCC program 4.2", "mtllib skirt.mtl"]
     lines += ["v {:.6f} {:.6f} {:.6f}".format(*p) for p in z_up_centimetres(x)]
     lines += ["vt {:.6f} {:.6f}".format(*p) for p in uv]
@@ -276,11 +280,11 @@ class Glb:
             file.write(struct.pack("<II", len(self.blob), 0x004E4942) + bytes(self.blob))
 
 
-def write_all(folder: Path, seconds: float = 4.0) -> None:
-    """Write all four into `folder`; motions are `seconds` long."""
+def write_all(folder: Path, seconds: float = 4.0, finer: int = 1) -> None:
+    """Write all four into `folder`; motions are `seconds` long, the skirt `finer` times as fine."""
     body = default_body()
     folder.mkdir(parents=True, exist_ok=True)
-    write_skirt(folder / "skirt.obj")
+    write_skirt(folder / "skirt.obj", finer)
     write_top(folder / "top.glb", body)
     write_walk(folder / "walk", body, seconds)
     write_squat(folder / "squat.glb", body, seconds)
@@ -290,8 +294,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seconds", type=float, default=4.0, help="length of the motions (default 4)")
+    parser.add_argument("--finer", type=int, default=1, metavar="N", help="the skirt with N times the rows and columns")
     options = parser.parse_args()
-    write_all(options.folder, options.seconds)
+    write_all(options.folder, options.seconds, options.finer)
     print(f"wrote {options.folder}")
 
 

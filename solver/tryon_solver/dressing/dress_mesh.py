@@ -28,6 +28,9 @@ from tryon_solver.settings import Settings
 from tryon_solver.simulation import Simulation, build
 from tryon_solver.stepping.correct import proven_free
 
+DRAWN_PER_SECOND = 0.05  # m/s at which the ends of a stitch near each other; a pattern's pieces come from further off
+SOONEST = 0.2  # s, in which even a seam that is nearly closed is drawn together
+
 
 @dataclass(frozen=True)
 class DressedMesh:
@@ -75,6 +78,13 @@ def dress_mesh(
     return DressedMesh(simulation, pose, garment.piece_names, freed, (*garment.notes, freed.describe(), rest))
 
 
+def sewing_seconds(garment: MeshGarment) -> float:
+    """How long [s] the stitches of a garment take to be drawn to nothing: by the widest, where it lies."""
+    ends = garment.x[garment.stitches]
+    widest = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max(initial=0.0))
+    return min(max(widest / DRAWN_PER_SECOND, SOONEST), SEWING_SECONDS)
+
+
 def _untangled(simulation: Simulation, garment: MeshGarment, progress: Progress) -> Freed:
     try:
         return untangle(simulation, lambda share: progress("freeing", share))
@@ -102,11 +112,12 @@ def _sew(
     simulation = build(Scene(garment.garment, garment.x, body, fabric, effects), slow, device, pose, tangled=True)
     freed = _untangled(simulation, garment, progress)
     share = next(c for c in simulation.plan.contributions if c.name == "sewing").values["share"]
-    frames = round((SEWING_SECONDS + CLOSING_SECONDS) / slow.largest_step)
+    seconds = sewing_seconds(garment)
+    frames = round((seconds + CLOSING_SECONDS) / slow.largest_step)
     for k in range(frames):
         progress("sewing", k / frames)
         time = (k + 1) * slow.largest_step
-        share.fill_(max(0.0, 1.0 - time / SEWING_SECONDS))
+        share.fill_(max(0.0, 1.0 - time / seconds))
         simulation.advance(pose, time)
     x = simulation.cloth_positions().astype(np.float64)
     _, merged = garment.sewn()

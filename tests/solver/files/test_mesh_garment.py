@@ -1,12 +1,14 @@
 """From a stranger's mesh to a garment: welding, turning, rest shapes, stitches, and what is refused."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
 from tryon_solver.body import default_body
+from tryon_solver.dressing.dress_mesh import sewing_seconds
 from tryon_solver.files.convention import Convention, Told
 from tryon_solver.files.garment_file import is_mesh, read_garment
 from tryon_solver.files.gltf import parse_glb
@@ -50,6 +52,14 @@ def test_the_skirt_is_welded_on_one_side_and_stitched_on_the_other(strangers, sk
     assert sewn.vertex_count == len(skirt.x) - rows
     assert len(np.unique(merged)) == sewn.vertex_count
     assert skirt.piece_names == ("front", "back")
+
+
+def test_seams_are_drawn_together_in_a_time_that_depends_on_how_far_they_are_open(strangers, skirt):
+    assert sewing_seconds(skirt) == pytest.approx(2 * strangers.OPENING / 0.05, rel=0.01)
+    for factor, seconds in ((0.1, 0.2), (3.0, 3 * 0.24), (100.0, 1.2)):
+        x = skirt.x.copy()
+        x[skirt.stitches[:, 1]] += (factor - 1) * (x[skirt.stitches[:, 1]] - x[skirt.stitches[:, 0]])
+        assert sewing_seconds(replace(skirt, x=x)) == pytest.approx(seconds, rel=0.01)
 
 
 def test_the_skirts_rest_shape_is_its_pattern(skirt):
