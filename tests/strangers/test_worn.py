@@ -122,8 +122,22 @@ def test_a_standing_mesh_inside_out_is_told_too(tmp_path):
         return tmp_path / "stands.obj"
 
     body = load_moving_mesh(written(ours.faces[:, ::-1]), MeshReading())
+    assert body is not None
     assert any(note.startswith("it is inside out") for note in body.notes)
     assert load_moving_mesh(written(ours.faces), MeshReading()) is None
+
+
+@pytest.mark.parametrize(("up", "axes"), [("Z", [2, 0, 1]), ("X", [1, 2, 0])])
+def test_a_closed_standing_mesh_with_another_axis_up_is_stood_up(tmp_path, up, axes):
+    """It is closed and in metres: nothing but its shape says that it does not stand along Y."""
+    ours = default_body()
+    x = ours.rest_vertices[:, axes]
+    text = ["v {} {} {}".format(*v) for v in x] + ["f {} {} {}".format(*f) for f in ours.faces + 1]
+    (tmp_path / "stands.obj").write_text("\n".join(text))
+    body = load_moving_mesh(tmp_path / "stands.obj", MeshReading())
+    assert body is not None
+    assert body.notes[0].startswith(f"units and axes: m, {up} up")
+    assert np.ptp(body.sequence.rest_vertices[:, 1]) == pytest.approx(np.ptp(ours.rest_vertices[:, 1]), rel=1e-3)
 
 
 def test_a_motion_besides_a_moving_mesh_is_refused(brought):

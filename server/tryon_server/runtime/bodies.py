@@ -13,7 +13,8 @@ import numpy.typing as npt
 from tryon_server.problems import ProblemError, problem_error
 from tryon_server.runtime.order import MeshReading
 from tryon_solver.body.model import BodyError, BodyModel, default_body
-from tryon_solver.files.convention import Told
+from tryon_solver.files.convention import Told, find_for_body
+from tryon_solver.files.facing import toes
 from tryon_solver.files.mesh_body import MeshBody, is_moving_mesh, read_mesh_body
 from tryon_solver.files.raw_mesh import MeshFileError
 
@@ -62,16 +63,25 @@ def _standing_mesh(path: Path, reading: MeshReading) -> MeshBody | None:
     if reading.units is not None or reading.up is not None:
         return read_mesh_body(path, told)
     try:
-        inside_out = _closed_mesh(path).volume < 0
+        mesh = _closed_mesh(path)
     except ProblemError as plain:
         try:
             return read_mesh_body(path, told)
         except (MeshFileError, BodyError):
             raise plain from None
-    if inside_out:  # which is told, if it is a human's
+    if mesh.volume < 0 or _lies(np.asarray(mesh.vertices, np.float64), path.name):  # which is told, if it is a human's
         with contextlib.suppress(MeshFileError, BodyError):
             return read_mesh_body(path, told)
     return None
+
+
+def _lies(vertices: npt.NDArray[np.float64], name: str) -> bool:
+    """Whether these are a human's, (V, 3), that does not stand along Y in metres but, with its feet, another way."""
+    try:
+        found = find_for_body(vertices, Told(), name)
+    except MeshFileError:
+        return False
+    return (found.unit, found.up) != ("m", "y") and toes(found.apply(vertices)) is not None
 
 
 def load_body(path: Path | None) -> BodyModel:

@@ -13,6 +13,7 @@ from tryon_solver.geometry.rest_shape import find_rest_shape
 from tryon_solver.geometry.seams import merge
 from tryon_solver.geometry.surface_repair import (
     crowded_edges,
+    gaping,
     hanging_on_none,
     three_corners,
     turned_alike,
@@ -111,6 +112,7 @@ def make_garment(raw: RawMesh, convention: Convention) -> MeshGarment:
     if group is not None:
         notes.append(f"{len(stitches)} stitch lines are sewn")
         _refuse_folding_stitches(raw, kept, group[faces])
+    notes += _left_open(raw, kept, x, faces, group)
     garment = Garment(faces, shape.uv_corners, shape.panel_of_face, len(x), group, shape.spline_corners)
     return MeshGarment(x, garment, stitches, _piece_names(raw, kept, shape.panel_of_face), raw, kept, tuple(notes))
 
@@ -124,6 +126,23 @@ def refuse_large(raw: RawMesh) -> None:
             raw.name,
             "Merge vertices that coincide, or decimate it, before exporting it",
         )
+
+
+def _left_open(
+    raw: RawMesh, kept: np.ndarray, x: np.ndarray, faces: np.ndarray, group: np.ndarray | None
+) -> list[str]:
+    """A note where edges lie so close along each other that they may be meant to be a seam."""
+    pairs = gaping(x, faces)
+    if group is not None:
+        pairs = pairs[group[pairs[:, 0]] != group[pairs[:, 1]]]
+    if not len(pairs):
+        return []
+    gap = float(np.linalg.norm(x[pairs[:, 0]] - x[pairs[:, 1]], axis=1).max())
+    there = np.flatnonzero(np.isin(faces, pairs).sum(axis=1) >= 2)
+    return [
+        f"{len(np.unique(pairs))} vertices of open edges lie up to {1e3 * gap:.2g} mm from others along them and are "
+        f"left open ({raw.places(kept[there])}); merge them, or sew them with l lines, if they are a seam"
+    ]
 
 
 def _refuse_loose(raw: RawMesh, kept: np.ndarray, x: np.ndarray, faces: np.ndarray) -> None:

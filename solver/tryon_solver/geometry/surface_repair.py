@@ -14,6 +14,7 @@ from tryon_solver.geometry.seams import merge
 WELD = 1e-4  # m, vertices on open edges nearer than this are one: exporters split them along seams of the texture
 ALONG = 0.05  # share of an open edge's length by which both its ends may miss those of another that is the same edge
 ALONG_MOST = 5e-4  # m, and no further than this: less than fabrics are thick
+GAPING = 0.3, 5e-3  # as these two, of edges that may be meant to be one and are not joined
 
 
 def boundary_vertices(faces: np.ndarray) -> np.ndarray:
@@ -38,15 +39,20 @@ def weld_coincident(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     merged = joined[faces]
     merged = merged[three_corners(merged)]
     merged = merged[~twins(merged)]
-    return merge(len(middles), _of_no_edge(_along(middles, merged), merged))[joined]
+    return merge(len(middles), _of_no_edge(_along(middles, merged, ALONG, ALONG_MOST), merged))[joined]
 
 
-def _along(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """(K, 2) pairs of ends of open edges that lie along each other."""
+def gaping(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """(K, 2) pairs of vertices, ends of open edges that lie along each other too far apart to be welded."""
+    return _of_no_edge(_along(vertices, faces, *GAPING), faces)
+
+
+def _along(vertices: np.ndarray, faces: np.ndarray, share: float, most: float) -> np.ndarray:
+    """(K, 2) pairs of ends of open edges that lie along each other, within a share of their length and `most` m."""
     edges, counts = _edges(faces)
     edges = edges[counts == 1]
     ends = vertices[edges]
-    within = np.minimum(ALONG * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), ALONG_MOST)
+    within = np.minimum(share * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), most)
     if not len(edges):
         return np.empty((0, 2), np.int64)
     near = cKDTree(ends.mean(axis=1)).query_pairs(float(within.max()), output_type="ndarray").reshape(-1, 2)

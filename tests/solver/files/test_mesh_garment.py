@@ -187,6 +187,20 @@ def test_two_layers_with_the_same_edges_a_millimetre_apart_stay_two():
     assert len(make_garment(obj(both, [*CELLS, *(np.array(CELLS) + 9).tolist()]), METRES).x) == 18
 
 
+@pytest.mark.parametrize(("gap", "sewn", "told"), [(2e-3, False, True), (2e-3, True, False), (2e-2, False, False)])
+def test_a_seam_that_gapes_by_a_little_is_told(gap, sewn, told):
+    """It is not welded, and falls open when it is worn: stitch lines would sew it."""
+    x, cells = halves(False)
+    x = np.where(np.arange(12)[:, None] < 6, x, x + [gap, 0, 0])
+    garment = make_garment(obj(x, cells, None, [(1, 6), (3, 8), (5, 10)] * sewn), METRES)
+    assert len(garment.x) == 12
+    notes = [note for note in garment.notes if "left open" in note]
+    assert len(notes) == told
+    if told:
+        assert notes[0].startswith("6 vertices of open edges lie up to 2 mm from others along them and are left open")
+        assert "cloth.obj, lines 13, 14, 15, 16" in notes[0]
+
+
 def test_one_triangle_is_a_garment():
     assert len(make_garment(obj(GRID, [[0, 1, 3]]), METRES).x) == 3
 
