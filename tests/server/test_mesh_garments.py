@@ -131,8 +131,28 @@ def test_what_nobody_thought_of_is_told_as_itself_and_not_as_too_much(monkeypatc
         raise ZeroDivisionError("division by zero")
 
     monkeypatch.setattr("tryon_solver.files.garment_file.read_garment", breaks)
-    reply = check_garment(b"v 0 0 0\n", "m", "y")
+    monkeypatch.setattr("tryon_solver.geometry.pattern.parse_pattern_bytes", breaks)
+    for content in (b"v 0 0 0\n", b"{}"):
+        reply = check_garment(content, "m", "y")
+        assert reply.problem is not None
+        assert (reply.status, reply.problem.code) == (500, "server.fault")
+        assert "(ZeroDivisionError: division by zero): this is a fault of the server's" in reply.problem.message
+        assert "Report it" in reply.problem.remedy
+        assert "in breaks" in reply.trace
+
+
+@pytest.mark.parametrize(
+    ("content", "says", "remedy"),
+    [
+        (b"HIERARCHY\nROOT Hips\n", "a motion (BVH)", "Upload it as a motion"),
+        (b"PK\x03\x04rest", "an archive", "unpack"),
+        (b"Kaydara FBX Binary  \x00", "an .fbx file", ".glb"),
+        (b"\n<?xml version='1.0'?><svg/>", "(XML)", "specification JSON"),
+    ],
+)
+def test_a_file_of_another_kind_is_called_by_its_name(content, says, remedy):
+    reply = check_garment(content, None, None)
     assert reply.problem is not None
-    assert (reply.status, reply.problem.code, reply.problem.place) == (422, "garment.mesh", "the mesh")
-    assert reply.problem.message == "it can't be read (ZeroDivisionError: division by zero)"
-    assert reply.problem.remedy
+    assert (reply.status, reply.problem.code, reply.problem.place) == (400, "pattern.not_json", "garment")
+    assert says in reply.problem.message
+    assert remedy in reply.problem.remedy

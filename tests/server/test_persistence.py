@@ -1,12 +1,15 @@
 """Stores keep what they are given, whatever was there before."""
 
 import hashlib
+import os
 from dataclasses import dataclass
 
 import msgspec
 import pytest
 
-from tryon_server.garments.limited import Limits, Work, run_limited
+from tryon_server.garments.check import CheckReply
+from tryon_server.garments.limited import Limits, Work, run_limited, unforeseen
+from tryon_server.garments.service import GarmentService
 from tryon_server.persistence import (
     FileBlobs,
     GarmentRecord,
@@ -120,8 +123,47 @@ def test_child_that_breaks_down_or_stays_too_long_is_a_clear_error(monkeypatch):
 
     limits = Limits(seconds=0.2, address_space=2**30)
     work = Work("checking the pattern", "pattern.too_complex", "Use fewer edges")
-    with pytest.raises(ProblemError, match="broke down"):
+    with pytest.raises(ProblemError, match="ended with status 1"):
         run_limited("this_module_does_not_exist", [], b"", limits, work)
     monkeypatch.setattr(limited, "STARTUP_SECONDS", 0.0)
     with pytest.raises(ProblemError, match=r"more than 0\.2 s"):
         run_limited("http.server", ["0"], b"", limits, work)
+
+
+ENDS = {
+    "raise SystemExit(limited.OUT_OF_MEMORY)": (422, "more than 1.0 GiB"),
+    "limited.run_child(lambda: (_ for _ in ()).throw(MemoryError()))": (422, "more than 1.0 GiB"),
+    "os.kill(os.getpid(), signal.SIGXCPU)": (422, "more than 30 s"),
+    "os.kill(os.getpid(), signal.SIGSEGV)": (422, "broke down"),
+    "raise ZeroDivisionError('a slip of ours')": (500, "a fault of the server's"),
+}
+
+
+@pytest.mark.parametrize("ends", ENDS)
+def test_how_a_child_ended_is_told_as_what_it_was_and_logged(tmp_path, monkeypatch, caplog, ends):
+    head = "import os, signal\nimport tryon_server.garments.limited as limited\n"
+    (tmp_path / "odd_child.py").write_text(f"{head}{ends}\n")
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}")
+    work = Work("checking the pattern", "pattern.too_complex", "Use fewer edges")
+    status, says = ENDS[ends]
+    with pytest.raises(ProblemError, match=says) as caught:
+        run_limited("odd_child", [], b"", Limits(seconds=30.0, address_space=2**30), work)
+    assert caught.value.status == status
+    assert caught.value.problem.code == ("server.fault" if status == 500 else "pattern.too_complex")
+    assert ("a slip of ours" in caplog.text) == (status == 500)
+
+
+def test_the_traceback_of_a_check_that_nobody_thought_of_is_in_the_log(tmp_path, monkeypatch, caplog):
+    def fails(*_) -> bytes:
+        fault = unforeseen("checking the garment", "KeyError: 'x'")
+        return msgspec.json.encode(CheckReply(problem=fault.problem, status=fault.status, trace="in breaks, line 7"))
+
+    monkeypatch.setattr("tryon_server.garments.service.run_limited", fails)
+    garments = SqlGarments(open_database(f"sqlite:///{tmp_path}/tryon.sqlite3"))
+    files = KeptFiles(FileBlobs(tmp_path / "blobs"), lambda _: False)
+    service = GarmentService(garments, files, Limits(seconds=1.0, address_space=2**30))
+    with pytest.raises(ProblemError, match="a fault of the server's") as caught:
+        service.add(b"{}", "odd")
+    assert caught.value.status == 500
+    assert "in breaks, line 7" in caplog.text
+    assert service.all() == []

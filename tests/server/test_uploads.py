@@ -343,9 +343,10 @@ def test_what_nobody_thought_of_is_told_as_itself_and_not_as_too_much(monkeypatc
     reply = check(b"PK", Telling(kind="body", name="odd"))
     assert reply.body is None
     assert reply.problem is not None
-    assert (reply.status, reply.problem.code, reply.problem.place) == (422, "body.unusable", "body")
-    assert reply.problem.message == "it can't be read (ZeroDivisionError: division by zero)"
-    assert reply.problem.remedy
+    assert (reply.status, reply.problem.code) == (500, "server.fault")
+    assert reply.problem.message.startswith("checking the body failed (ZeroDivisionError: division by zero): this is")
+    assert "Report it" in reply.problem.remedy
+    assert "in breaks" in reply.trace
 
     def fills(*_):
         raise MemoryError

@@ -20,7 +20,7 @@ LINGER_SECONDS = 30.0  # how long the rest of a refused body is read and thrown 
 logger = logging.getLogger(__name__)
 
 ERROR_REPLIES: dict[int | str, dict[str, Any]] = {
-    status: {"model": ProblemReply} for status in (400, 403, 404, 409, 410, 413, 422, 503)
+    status: {"model": ProblemReply} for status in (400, 403, 404, 409, 410, 413, 422, 500, 503)
 }
 
 

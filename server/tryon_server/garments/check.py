@@ -9,10 +9,19 @@ import traceback
 
 import msgspec
 
+from tryon_server.garments.limited import apply_limits, run_child, unforeseen
 from tryon_server.problems import Problem
 from tryon_server.wording import as_parameters
 
 CHECK_EDGE_LENGTH = 0.03  # [m] triangles coarse enough to be quick, fine enough to meet every seam and dart
+OTHER_FILES = (  # what is likely to be sent here by mistake: how it begins, what it is and what to do with it
+    (b"HIERARCHY", ("a motion (BVH)", "Upload it as a motion")),
+    (b"PK\x03\x04", ("an archive (.zip, .npz)", "Upload a body as a body; unpack a garment and upload its file")),
+    (b"Kaydara FBX", ("an .fbx file", "Export it as .obj or .glb and upload that")),
+    (b"solid", ("an .stl file", "Export it as .obj or .glb and upload that")),
+    (b"ply", ("a .ply file", "Export it as .obj or .glb and upload that")),
+    (b"<", ("a drawing or a page (XML)", "Upload the specification JSON that belongs to it")),
+)
 CORRECT_IT = "Correct this place in the pattern file and upload it again"
 
 
@@ -31,22 +40,32 @@ class PatternFacts(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class CheckReply(msgspec.Struct, frozen=True, kw_only=True):
-    """Either facts or a problem with the HTTP status that fits."""
+    """Either facts or a problem with the HTTP status that fits; ``trace`` is the traceback of one nobody thought of."""
 
     facts: PatternFacts | None = None
     problem: Problem | None = None
     status: int = 200
+    trace: str = ""
 
 
 def check_garment(content: bytes, units: str | None, up: str | None) -> CheckReply:
-    """Read a pattern or a mesh, which is of ``units`` and has ``up`` upwards where that is told; never raises."""
+    """Read a pattern or a mesh, which is of ``units`` and has ``up`` upwards where that is told.
+
+    Never raises on account of the content, MemoryError excepted.
+    """
     from tryon_solver.files.garment_file import is_mesh
 
-    return check_mesh(content, units, up) if is_mesh(content) else check_pattern(content)
+    try:
+        return check_mesh(content, units, up) if is_mesh(content) else check_pattern(content)
+    except MemoryError:
+        raise  # told by the parent as what it is
+    except Exception as error:
+        fault = unforeseen("checking the garment", f"{type(error).__name__}: {error}")
+        return CheckReply(problem=fault.problem, status=fault.status, trace=traceback.format_exc())
 
 
 def check_mesh(content: bytes, units: str | None, up: str | None) -> CheckReply:
-    """Read a mesh garment as it lies on the default body; never raises on account of its content."""
+    """Read a mesh garment as it lies on the default body; what is wrong with it is told."""
     from tryon_solver.body.model import BodyError, default_body
     from tryon_solver.files.convention import Told
     from tryon_solver.files.garment_file import read_garment
@@ -65,12 +84,6 @@ def check_mesh(content: bytes, units: str | None, up: str | None) -> CheckReply:
         return _refused("garment.mesh", "the mesh", str(error), "Mend it and upload it again", 422)
     except BodyError as error:
         return _refused("body.unusable", "body", str(error), "Then upload it again", 503)
-    except MemoryError:
-        raise  # told by the parent as what it is
-    except Exception as error:
-        print(traceback.format_exc(), file=sys.stderr)
-        message = f"it can't be read ({type(error).__name__}: {error})"
-        return _refused("garment.mesh", "the mesh", message, "Export it again and upload that", 422)
     sides = sewn.panel_of_face[hinges[:, 4:]]
     seams = {tuple(sorted(pair)) for pair in sides[sides[:, 0] != sides[:, 1]].tolist()}
     facts = PatternFacts(
@@ -85,7 +98,7 @@ def check_mesh(content: bytes, units: str | None, up: str | None) -> CheckReply:
 
 
 def check_pattern(content: bytes) -> CheckReply:
-    """Parse and mesh a pattern file; never raises on account of its content."""
+    """Parse and mesh a pattern file; what is wrong with it is told."""
     from tryon_solver.geometry.pattern import NotJsonError, PatternError, parse_pattern_bytes
 
     try:
@@ -97,6 +110,9 @@ def check_pattern(content: bytes) -> CheckReply:
         check_wearable(pattern)
         mesh = mesh_pattern(pattern, CHECK_EDGE_LENGTH)
     except NotJsonError as error:
+        kind = next((told for begins, told in OTHER_FILES if content.lstrip().startswith(begins)), None)
+        if kind is not None:
+            return _refused("pattern.not_json", "garment", f"it is {kind[0]}, not a garment", kind[1], 400)
         return _refused("pattern.not_json", error.place, error.message, error.remedy, 400)
     except PatternError as error:
         place = "panels" if error.place == "edge_length" else error.place  # the check's own length is not at fault
@@ -125,8 +141,6 @@ def main() -> None:
     for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ[name] = "1"  # each thread of a BLAS reserves address space
     os.environ["CUDA_VISIBLE_DEVICES"] = ""  # so does each device
-    from tryon_server.garments.limited import apply_limits
-
     apply_limits(float(sys.argv[1]), int(sys.argv[2]))
     units, up = (told or None for told in sys.argv[3:5])
     output, sys.stdout = sys.stdout, sys.stderr  # Warp says hello where it can
@@ -135,4 +149,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_child(main)

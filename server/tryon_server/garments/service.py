@@ -148,6 +148,8 @@ class GarmentService:
         arguments = [str(self._limits.seconds), str(self._limits.address_space), units or "", up or ""]
         reply_json = run_limited("tryon_server.garments.check", arguments, content, self._limits, WORK)
         reply = msgspec.json.decode(reply_json, type=CheckReply)
+        if reply.trace:
+            logger.error("a garment could not be checked; this is a fault of ours\n%s", reply.trace)
         if reply.facts is None:
             assert reply.problem is not None
             raise ProblemError(reply.problem, reply.status)

@@ -14,7 +14,8 @@ from pathlib import Path
 import msgspec
 
 from tryon_server.findings import BodyFacts, MotionFacts
-from tryon_server.problems import Problem, ProblemError, problem_error
+from tryon_server.garments.limited import apply_limits, run_child, unforeseen
+from tryon_server.problems import Problem, ProblemError
 from tryon_server.wording import as_parameters, in_parameters
 
 
@@ -30,12 +31,13 @@ class Telling(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class UploadReply(msgspec.Struct, frozen=True, kw_only=True):
-    """Either facts or a problem with the HTTP status that fits."""
+    """Either facts or a problem with the HTTP status that fits; ``trace`` is the traceback of one nobody thought of."""
 
     motion: MotionFacts | None = None
     body: BodyFacts | None = None
     problem: Problem | None = None
     status: int = 200
+    trace: str = ""
 
 
 def check(content: bytes, told: Telling) -> UploadReply:
@@ -49,16 +51,8 @@ def check(content: bytes, told: Telling) -> UploadReply:
     except MemoryError:
         raise  # told by the parent as what it is
     except Exception as error:
-        print(traceback.format_exc(), file=sys.stderr)
-        why = f"{type(error).__name__}: {error}"
-        refused = problem_error(
-            f"{told.kind}.unusable",
-            f"it can't be read ({why})",
-            "Export it again, with another program if that does not help",
-            place=told.kind,
-            status=422,
-        )
-        return UploadReply(problem=refused.problem, status=refused.status)
+        fault = unforeseen(f"checking the {told.kind}", f"{type(error).__name__}: {error}")
+        return UploadReply(problem=fault.problem, status=fault.status, trace=traceback.format_exc())
 
 
 def check_motion(content: bytes, told: Telling) -> MotionFacts:
@@ -97,8 +91,6 @@ def main() -> None:
     for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ[name] = "1"  # each thread of a BLAS reserves address space
     os.environ["CUDA_VISIBLE_DEVICES"] = ""  # so does each device
-    from tryon_server.garments.limited import apply_limits
-
     apply_limits(float(sys.argv[1]), int(sys.argv[2]))
     told = msgspec.json.decode(sys.argv[3], type=Telling)
     output, sys.stdout = sys.stdout, sys.stderr  # Warp says hello where it can
@@ -107,4 +99,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_child(main)

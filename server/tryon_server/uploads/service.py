@@ -104,6 +104,8 @@ class Uploads(Generic[Record]):
         work = Work(f"checking the {self._kind}", f"{self._kind}.too_complex", REMEDIES[self._kind])
         reply_json = run_limited("tryon_server.uploads.check", arguments, content, self._limits, work)
         reply = msgspec.json.decode(reply_json, type=UploadReply)
+        if reply.trace:
+            logger.error("a %s could not be checked; this is a fault of ours\n%s", self._kind, reply.trace)
         if reply.problem is not None:
             raise ProblemError(reply.problem, reply.status)
         return reply
