@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import msgspec
 
 from tryon_server.problems import Problem
@@ -15,12 +17,18 @@ PARAMETERS = {  # longer options first: shorter ones are parts of them
     "--units": "units",
     "--up": "up",
 }
+PRESETS = (  # a session's mesh is as fine as its preset
+    (re.compile(r"\ba (shorter|smaller) edge length( than [0-9.e-]+ m)?"), "a finer preset"),
+    (re.compile(r"\ba (longer|larger) edge length"), "a coarser preset"),
+)
 
 
 def as_parameters(text: str) -> str:
-    """The text with the parameters of an upload in place of the command's options."""
+    """The text with the parameters of an upload or a session in place of the command's options."""
     for option, parameter in PARAMETERS.items():
         text = text.replace(option, parameter)
+    for choice, preset in PRESETS:
+        text = choice.sub(preset, text)
     return text
 
 

@@ -7,12 +7,14 @@ import re
 from pathlib import Path
 
 import numpy as np
+import patterns
 import pytest
 from asking import refused
 
 from tryon_server.garments.check import check_garment
 from tryon_server.persistence.garments import GarmentRecord, SqlGarments
 from tryon_server.persistence.tables import open_database
+from tryon_server.wording import as_parameters
 
 SCRIPT = Path(__file__).resolve().parents[2] / "scripts" / "make_strangers.py"
 
@@ -124,6 +126,29 @@ def test_readings_are_kept_beside_the_garments_of_older_databases(tmp_path):
     again = SqlGarments(open_database(url))
     assert again.all() == [plain, mesh]
     assert again.get("mesh") == mesh
+
+
+def wedge(tip: float) -> bytes:
+    """A tube of two trapezia whose upper edges are so long [cm]."""
+    drawn = patterns.tube(45.0, 20.0)
+    for piece in drawn["pattern"]["panels"].values():
+        piece["vertices"] = [[0, 0], [45, 0], [22.5 + tip / 2, 20], [22.5 - tip / 2, 20]]
+    return patterns.as_bytes(drawn)
+
+
+def test_a_pattern_is_checked_with_triangles_as_fine_as_a_session_has_them():
+    """Six millimetres are too narrow for the check's first mesh; a tenth of one is for any."""
+    assert check_garment(wedge(0.6), None, None).facts is not None
+    reply = check_garment(wedge(0.01), None, None)
+    assert reply.problem is not None
+    assert "edge length" not in reply.problem.remedy, "nobody who uploads can choose one"
+    assert reply.problem.remedy
+
+
+def test_a_session_is_told_of_presets_where_the_command_has_an_edge_length():
+    assert as_parameters("Use a shorter edge length, or a pattern that lies smoother there").startswith("Use a finer p")
+    assert as_parameters("use a smaller edge length than 0.017 m") == "use a finer preset"
+    assert as_parameters("choose a longer edge length or another fabric") == "choose a coarser preset or another fabric"
 
 
 def test_what_nobody_thought_of_is_told_as_itself_and_not_as_too_much(monkeypatch):

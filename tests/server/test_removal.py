@@ -88,6 +88,14 @@ def test_a_garment_that_came_with_the_server_stays(live):
     refused(live.http.delete("/api/garments/tube", headers={"origin": "http://evil.example"}), 403, "origin.refused")
 
 
+def test_a_motion_that_came_with_the_server_is_there_and_stays(live):
+    listed = live.http.get("/api/motions").json()[0]
+    assert live.http.get("/api/motions/sway").json() == listed
+    body = refused(live.http.delete("/api/motions/sway"), 409, "motion.built_in")
+    assert body["place"] == "motion"
+    assert live.http.get("/api/motions").json()[0] == listed
+
+
 def test_a_motion_that_is_removed_is_played_on_by_who_plays_it_and_by_nobody_else(live):
     motion = post(live, "motions", WALK)["name"]
     session, late = live.open(motion=motion), live.open()

@@ -11,6 +11,8 @@ from tryon_server.api.access import ServicesDep
 from tryon_server.api.faults import ERROR_REPLIES
 from tryon_server.api.models import MotionFindings, MotionReply
 from tryon_server.persistence import MotionRecord
+from tryon_server.problems import problem_error
+from tryon_server.services import Services
 
 BvhUnits = Literal["m", "dm", "asf", "in", "cm", "mm"]
 
@@ -29,17 +31,13 @@ BVH_BODY = {
 @router.get("")
 def list_motions(services: ServicesDep) -> list[MotionReply]:
     """The motions that the server can play, those that came with it first."""
-    built_in = [
-        MotionReply(name=motion.name, seconds=motion.seconds, title=motion.name, found=None)
-        for motion in services.runtime.catalogue.motions
-    ]
-    return [*built_in, *(_reply(motion) for motion in services.motions.all())]
+    return [*_built_in(services).values(), *(_reply(motion) for motion in services.motions.all())]
 
 
 @router.get("/{motion_id}")
 def get_motion(motion_id: str, services: ServicesDep) -> MotionReply:
-    """One uploaded motion."""
-    return _reply(services.motions.get(motion_id))
+    """One motion."""
+    return _built_in(services).get(motion_id) or _reply(services.motions.get(motion_id))
 
 
 @router.post("", status_code=201, openapi_extra=BVH_BODY)
@@ -62,9 +60,25 @@ async def upload_motion(
 @router.delete("/{motion_id}", status_code=204)
 async def remove_motion(motion_id: str, services: ServicesDep) -> None:
     """Remove an uploaded motion. A session that plays it goes on, but none can choose it any more."""
+    if motion_id in _built_in(services):
+        raise problem_error(
+            "motion.built_in",
+            f"the motion {motion_id!r} came with the server",
+            "Remove only motions that were uploaded",
+            place="motion",
+            status=409,
+        )
     await asyncio.to_thread(services.motions.get, motion_id)
     services.sessions.withdraw_motion(motion_id)
     await asyncio.to_thread(services.motions.remove, motion_id)
+
+
+def _built_in(services: Services) -> dict[str, MotionReply]:
+    """The motions that came with the server, by name."""
+    return {
+        motion.name: MotionReply(name=motion.name, seconds=motion.seconds, title=motion.name, found=None)
+        for motion in services.runtime.catalogue.motions
+    }
 
 
 def _reply(motion: MotionRecord) -> MotionReply:

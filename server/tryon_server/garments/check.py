@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 import os
+import re
 import sys
 import traceback
+from typing import TYPE_CHECKING
 
 import msgspec
 
@@ -13,7 +15,13 @@ from tryon_server.garments.limited import apply_limits, run_child, unforeseen
 from tryon_server.problems import Problem
 from tryon_server.wording import as_parameters
 
+if TYPE_CHECKING:
+    from tryon_solver.geometry.panel_mesh import PanelMesh
+    from tryon_solver.geometry.pattern import Pattern
+
 CHECK_EDGE_LENGTH = 0.03  # [m] triangles coarse enough to be quick, fine enough to meet every seam and dart
+FINER_EDGE_LENGTH = 0.0085  # [m] as the preset live has it
+AN_EDGE_LENGTH = re.compile(r"Use a (smaller|larger) edge length(, or | or )|, or use a smaller edge length than \S+ m")
 OTHER_FILES = (  # what is likely to be sent here by mistake: how it begins, what it is and what to do with it
     (b"HIERARCHY", ("a motion (BVH)", "Upload it as a motion")),
     (b"PK\x03\x04", ("an archive (.zip, .npz)", "Upload a body as a body; unpack a garment and upload its file")),
@@ -104,11 +112,10 @@ def check_pattern(content: bytes) -> CheckReply:
     try:
         pattern = parse_pattern_bytes(content)
         # slow to load: only for what is a pattern
-        from tryon_solver.geometry.panel_mesh import mesh_pattern
         from tryon_solver.geometry.wearable import check_wearable
 
         check_wearable(pattern)
-        mesh = mesh_pattern(pattern, CHECK_EDGE_LENGTH)
+        mesh = _meshed(pattern)
     except NotJsonError as error:
         kind = next((told for begins, told in OTHER_FILES if content.lstrip().startswith(begins)), None)
         if kind is not None:
@@ -116,7 +123,8 @@ def check_pattern(content: bytes) -> CheckReply:
         return _refused("pattern.not_json", error.place, error.message, error.remedy, 400)
     except PatternError as error:
         place = "panels" if error.place == "edge_length" else error.place  # the check's own length is not at fault
-        return _refused("pattern.invalid", place, error.message, error.remedy, 422)
+        remedy = AN_EDGE_LENGTH.sub("", error.remedy)
+        return _refused("pattern.invalid", place, error.message, remedy[:1].upper() + remedy[1:], 422)
     corners = mesh.uv[mesh.faces]
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = float(abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]).sum() / 2)
@@ -130,6 +138,20 @@ def check_pattern(content: bytes) -> CheckReply:
         area=area,
     )
     return CheckReply(facts=facts)
+
+
+def _meshed(pattern: Pattern) -> PanelMesh:
+    """With coarse triangles; what is too narrow for them, with those of a session. Raises PatternError."""
+    from tryon_solver.geometry.panel_mesh import mesh_pattern
+    from tryon_solver.geometry.pattern import PatternError
+
+    try:
+        return mesh_pattern(pattern, CHECK_EDGE_LENGTH)
+    except PatternError as coarse:
+        try:
+            return mesh_pattern(pattern, FINER_EDGE_LENGTH)
+        except PatternError as fine:
+            raise coarse if fine.place == "edge_length" else fine from None  # too large to be meshed so finely
 
 
 def _refused(code: str, place: str, message: str, remedy: str, status: int) -> CheckReply:

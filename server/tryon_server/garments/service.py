@@ -20,7 +20,7 @@ MAX_NAME_LENGTH = 200
 WORK = Work(
     "checking the file",
     "pattern.too_complex",
-    "Give the panels the size of a garment (check units_in_meter) and fewer edges, and upload it again",
+    "Give panels the size of a garment (check units_in_meter) and fewer edges, a mesh fewer vertices",
 )
 FIRST = "tshirt"  # of the built-in garments, listed before the others: what a demo opens with
 

@@ -144,7 +144,7 @@ class _Plan:
                 raise PatternError(
                     f"the piece is too narrow at edge {side.edge} for an edge length of {self.edge_length:g} m",
                     f"panels.{panel.name}.edges[{side.edge}]",
-                    "Use a smaller edge length or a wider piece",
+                    "Use a smaller edge length, or widen the piece",
                 )
             for changed in {side, self.partner.get(side, side)}:
                 self.segments[changed] = count
@@ -199,7 +199,7 @@ def _mesh_piece(plan: _Plan, index: int) -> _Piece:
         try:
             points, faces = triangulate(boundary, plan.edge_length)
         except TriangulationError as error:
-            raise PatternError(str(error), f"panels.{name}", "Use a smaller edge length or a wider piece") from error
+            raise PatternError(str(error), f"panels.{name}", "Use a smaller edge length, or widen the piece") from error
         plan.done[index] = _Piece(points, faces, along)
     return plan.done[index]
 
