@@ -36,11 +36,12 @@ SLIDES = ("strip above mu",)
 
 @dataclass(frozen=True)
 class Figures:
-    """Of one scene: RMS distances [m] from the reference, largest over the steps that did not end in another balance,
-    and at the end; the force on the body against the weight, None where nothing is at rest."""
+    """Of one scene: RMS distances [m] from the reference, over all steps that did not end in another balance and in the
+    worst of these, and at the end; the force on the body against the weight, None where nothing is at rest."""
 
     name: str
     vertices: int
+    live_all: float
     live: float
     passes: float
     elsewhere: tuple[int, int]  # steps in another balance, at `live` and with contact passes
@@ -53,7 +54,7 @@ class Figures:
     def broken(self) -> list[str]:
         """What is over its limit."""
         over = {
-            f"one step {1e3 * self.live:.3f} mm": self.live > ONE_STEP,
+            f"worst step {1e3 * self.live:.3f} mm": self.live > ONE_STEP,
             f"with contact passes {1e3 * self.passes:.4f} mm": self.passes > PASSES,
             f"drape {1e3 * self.drape:.3f} mm": self.drape > DRAPE,
             f"force off the weight by {100 * (self.force or 0):.2f} %": self.force is not None and self.force > FORCE,
@@ -64,7 +65,8 @@ class Figures:
         """Of the table."""
         force = "slides" if self.force is None else f"{100 * self.force:.3f} %"
         return (
-            f"| {self.name} | {self.vertices} | {1e3 * self.live:.4f} | {1e3 * self.passes:.4f} | "
+            f"| {self.name} | {self.vertices} | {1e3 * self.live_all:.4f} / {1e3 * self.live:.4f} | "
+            f"{1e3 * self.passes:.4f} | "
             f"{self.elsewhere[0]}, {self.elsewhere[1]} of {self.steps} | "
             f"{1e3 * self.drape:.4f} | {force} | {1e3 * self.speed:.2f} |"
         )
@@ -91,7 +93,8 @@ def measured(key: str, case: ContactScene, count: int) -> Figures:
     if key not in SLIDES:
         force = float(np.linalg.norm(force_on_body(sim) + np.array([0, weight, 0])) / weight)
     drape = rms(sim.cloth_positions() - step.after.x[:n])
-    largest = max(errors[ONE_STEP]), max(errors[PASSES])
+    live = float(np.sqrt(np.mean(np.square(errors[ONE_STEP]))))
+    largest = live, max(errors[ONE_STEP]), max(errors[PASSES])
     others = elsewhere[ONE_STEP], elsewhere[PASSES]
     return Figures(case.name, n, *largest, others, count, drape, force, rms(step.after.v))
 
@@ -105,8 +108,8 @@ def main() -> int:
     columns = (
         "scene",
         "vertices",
-        "one step, live [mm]",
-        "one step, contact passes [mm]",
+        "one step, live: all, worst [mm]",
+        "one step, contact passes: worst [mm]",
         "in another balance",
         "drape [mm]",
         "force off the weight",
