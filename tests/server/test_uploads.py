@@ -22,6 +22,7 @@ from live_server import LiveServer
 from tryon_client import connect
 from tryon_protocol import SetMotionMessage, StatusMessage
 from tryon_server.uploads.check import Telling, check
+from tryon_server.uploads.service import _key
 from tryon_solver.body import default_body
 from tryon_solver.body.pose import Pose, skin
 
@@ -230,6 +231,16 @@ def test_a_glb_with_a_skin_that_is_open_says_so(live, tmp_path):
     live.http.delete(f"/api/bodies/{body['id']}")
 
 
+@pytest.mark.parametrize("told", [{}, {"up": "x"}])
+def test_a_body_may_have_x_up_a_garment_by_itself_may_not(live, told):
+    vertices, faces = frames(2)
+    body = post(live, "bodies", npz(vertices[..., [1, 2, 0]], faces), "lying", **told).json()
+    assert body["notes"][0].startswith("units and axes: m, X up")
+    assert "it faces where its toes point" in body["notes"][0]
+    live.http.delete(f"/api/bodies/{body['id']}")
+    assert refused(post(live, "garments", b"v 0 0 0", up="x"), 422, "request.invalid")["place"] == "up"
+
+
 def animated(names: tuple[str, ...]) -> bytes:
     """The squat with so many animations, all the same but for their names."""
     script = runpy.run_path(str(ROOT / "scripts" / "make_strangers.py"))
@@ -333,6 +344,15 @@ def test_a_body_that_can_not_be_worn_on_is_refused_and_the_server_goes_on(live, 
     assert "--" not in body["remedy"], "options of the command mean nothing here"
     assert live.http.get("/api/bodies").json() == []
     assert live.http.get("/api/health").json()["status"] == "ok"
+
+
+def test_a_file_that_is_kept_already_is_known_again():
+    """Its key is of what was told when it was stored, before animations could be."""
+    told = b'{"kind":"body","name":"","units":"cm","up":null,"fps":null}'
+    key, digest = _key(b"content", Telling(kind="body", name="any", units="cm"))
+    assert key == hashlib.sha256(b"content" + told).hexdigest()
+    assert digest == hashlib.sha256(b"content").hexdigest()
+    assert _key(b"content", Telling(kind="body", name="any", units="cm", animation="walk"))[0] != key
 
 
 def test_what_nobody_thought_of_is_told_as_itself_and_not_as_too_much(monkeypatch):

@@ -203,7 +203,10 @@ def checked_name(kind: str, name: str) -> str:
 
 def _key(content: bytes, told: Telling) -> tuple[str, str]:
     """The hash of a file with what was told about it, and that of the file alone."""
-    said = msgspec.json.encode(msgspec.structs.replace(told, name=""))
+    fields = msgspec.structs.asdict(msgspec.structs.replace(told, name=""))
+    if told.animation is None:  # the keys of files that are kept already know no animation
+        del fields["animation"]
+    said = msgspec.json.encode(fields)
     digest = hashlib.sha256(content)
     alone = digest.hexdigest()
     digest.update(said)
