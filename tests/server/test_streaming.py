@@ -138,6 +138,30 @@ def test_poses_of_a_client_that_closed_its_connection_give_way_at_once_and_of_on
     run(scenario())
 
 
+def test_the_cloth_goes_on_while_no_poses_come_and_frames_with_it(live):
+    session = live.open(motion=None)
+
+    async def scenario():
+        async with connect(live.stream_url(session)) as stream:
+            await until(stream, lambda event: isinstance(event, Topology))
+            for k in range(20):
+                await stream.send_pose((0.005 * k, 0.0, 0.0), REST, t=1.0 + 0.02 * k)
+                await asyncio.sleep(0.02)
+            following = lambda event: isinstance(event, StatusMessage) and event.state == "running"  # noqa: E731
+            await until(stream, following)
+            await until(stream, lambda event: isinstance(event, StatusMessage) and event.state == "waiting")
+            return await take_frames(stream, 30)
+
+    frames = run(scenario())
+    moments = np.array([frame.t_sim for frame in frames])
+    assert (np.diff(moments) > 0).all()
+    assert moments[-1] - moments[0] > 0.4, "time goes on for the cloth"
+    assert np.abs(frames[-1].cloth - frames[0].cloth).max() > 1e-3
+    assert all(frame.pose_seq == 20 for frame in frames)
+    np.testing.assert_allclose([frame.root for frame in frames], [frames[0].root] * len(frames), atol=1e-9)
+    live.http.delete(f"/api/sessions/{session}")
+
+
 def test_a_wearer_who_appears_far_away_is_seen_there_at_once(live):
     """Ten kilometres from the session's origin, with cloth and body where the wearer is and nothing on the way."""
 
