@@ -130,6 +130,28 @@ def test_the_unit_of_a_motion_is_found_and_can_be_told_where_that_is_wrong(live)
     assert "units (m, dm" in unknown["remedy"]
 
 
+def tilted(text: str, degrees: float) -> str:
+    """The same motion below a joint that tilts all of it to the side."""
+    skeleton, motion = text.split("MOTION\n")
+    joints = skeleton.removeprefix("HIERARCHY\n").replace("ROOT", "JOINT", 1)
+    head = "HIERARCHY\nROOT scene\n{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n"
+    said, *frames = (line for line in motion.splitlines() if line.strip())
+    rate, *frames = frames
+    turned = [f"{degrees} 0 0 {frame}" for frame in frames]
+    return "\n".join([head + joints + "}", "MOTION", said, rate, *turned]) + "\n"
+
+
+def test_a_motion_that_leans_as_a_whole_is_told_to_be_tilted(live):
+    notes = {}
+    for degrees in (0.0, 25.0):
+        reply = post(live, "motions", tilted(WALK, degrees))
+        assert reply.status_code == 201, reply.text
+        notes[degrees] = " ".join(reply.json()["found"]["notes"])
+        live.http.delete(reply.headers["location"])
+    assert "lean from Y by 25 degrees as one: it was tilted in its export" in notes[25.0]
+    assert "lean" not in notes[0.0]
+
+
 def lines_until(count: int) -> str:
     return "\n".join(WALK.splitlines()[:count])
 

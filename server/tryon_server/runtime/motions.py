@@ -13,10 +13,11 @@ from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion, MotionError
 from tryon_solver.body.retarget import retarget
 from tryon_solver.body.skeletons import RetargetError, SkeletonParts, find_parts
-from tryon_solver.body.standing_rest import upward_axis, with_standing_rest
+from tryon_solver.body.standing_rest import tilt, upward_axis, with_standing_rest
 
 MOTION_FOLDER = Path(__file__).parent.parent / "demo" / "motions"
 AGAIN = "Export the motion again, or choose another"
+TILTED = "legs and trunk lean from {up} by {degrees:.0f} degrees as one: it was tilted in its export, and is played so"
 NAMED_MAX = 8  # joints without a use that are told by name
 UNIT_WORDS = {unit: word for unit, units in UNITS.items() for known, word in KNOWN_UNITS if known == units}
 
@@ -105,10 +106,12 @@ def _facts(clip: BvhClip, parts: SkeletonParts, word: str, units: str, rest: str
     unused = tuple(name for name in names if name not in used)
     seconds = (clip.frame_count - 1) * clip.dt
     up = upward_axis(clip, parts)
+    tilted = 0.0 if rest else tilt(clip, parts)  # relative to a frame of its own it is upright
     listed = ", ".join(unused[:NAMED_MAX]) + (f" and {len(unused) - NAMED_MAX} more" if unused[NAMED_MAX:] else "")
     said = [
         units,
         f"up: {up}, from feet to shoulders in its poses",
+        *([TILTED.format(up=up, degrees=tilted)] if tilted else []),
         f"{clip.frame_count} frames, {1 / clip.dt:.4g} a second, {seconds:.2f} s",
         f"{len(used)} of its {len(names)} joints move the body{f', not {listed}' if unused else ''}",
         *([rest] if rest else []),

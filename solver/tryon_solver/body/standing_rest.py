@@ -18,6 +18,8 @@ from tryon_solver.body.skeletons import SIDES, SkeletonParts
 LEG_SPREAD = 50.0  # degrees from straight down that a leg may point in a rest pose; CMU's spread legs have 20
 TRUNK_LEAN = 30.0  # degrees from upright
 FRAMES_LOOKED_AT = 200
+TILTED = 10.0  # degrees
+ALIKE = 20.0  # degrees; the legs of CMU's skeletons lean to the front and their trunks to the back, by 14 together
 
 
 def with_standing_rest(clip: BvhClip, parts: SkeletonParts) -> tuple[BvhClip, str]:
@@ -46,6 +48,24 @@ def upward_axis(clip: BvhClip, parts: SkeletonParts) -> str:
     up = _nearest_axis(np.median([_directions(x, parts)[0] for x in positions], axis=0))
     axis = int(np.abs(up).argmax())
     return ("-" if up[axis] < 0 else "") + "XYZ"[axis]
+
+
+def tilt(clip: BvhClip, parts: SkeletonParts) -> float:
+    """Degrees by which the whole person is tilted from the file's upward axis in most poses; 0 where it can't be told.
+
+    Told by legs and trunk that lean by over `TILTED` and differ by less than `ALIKE`: who bends or sits leans the trunk
+    or the legs, who runs has the trunk upright, and nobody stands leaning as a whole. It is the exporter's tilt then.
+    """
+    looked_at = np.unique(np.linspace(0, clip.frame_count - 1, FRAMES_LOOKED_AT).round().astype(int))
+    positions, _ = replace(clip, positions=clip.positions[looked_at], rotations=clip.rotations[looked_at]).world()
+    up = _nearest_axis(np.median([_directions(x, parts)[0] for x in positions], axis=0))
+    at = {name: positions[:, joint] for name, joint in parts.joints.items()}
+    hips, feet = at["left_thigh"] + at["right_thigh"], at["left_foot"] + at["right_foot"]
+    legs = np.median(hips - feet, axis=0)
+    trunk = np.median(at["left_upper_arm"] + at["right_upper_arm"] - hips, axis=0)
+    if _angle(legs, trunk) > ALIKE or min(_angle(legs, up), _angle(trunk, up)) < TILTED:
+        return 0.0
+    return _angle(legs / np.linalg.norm(legs) + trunk / np.linalg.norm(trunk), up)
 
 
 def _relative_to(

@@ -13,7 +13,7 @@ from tryon_solver.body import BodyModel, BvhClip, BvhError, parse_bvh, quaternio
 from tryon_solver.body.bvh import find_units
 from tryon_solver.body.feet import world_tracks
 from tryon_solver.body.skeletons import find_parts
-from tryon_solver.body.standing_rest import with_standing_rest
+from tryon_solver.body.standing_rest import tilt, with_standing_rest
 
 LIMBS = (("upper_arm", "forearm"), ("forearm", "hand"), ("thigh", "shin"), ("shin", "foot"))
 CLIPS = sorted(DEMO_MOTIONS.glob("*.bvh")) + shared_clips()
@@ -101,6 +101,22 @@ def test_a_rest_pose_that_stands_is_left_alone() -> None:
     same, note = with_standing_rest(clip, find_parts(clip.joint_names, clip.parents))
     assert same is clip
     assert note == ""
+
+
+@pytest.mark.parametrize("path", CLIPS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("axis", [(1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0)])
+def test_a_tilt_of_the_export_is_told_from_a_person_who_bends(path: Path, axis: tuple[float, ...]) -> None:
+    """Nobody stands leaning as a whole; who squats, bends or touches the toes is not called tilted."""
+    clip = parse_bvh(path.read_text())
+    parts = find_parts(clip.joint_names, clip.parents)
+    assert tilt(clip, parts) == 0.0
+    if not path.stem.startswith(("walk", "turn", "twist", "jump")):
+        return  # whose trunk leans by itself: a tilt that is added may straighten it
+    turn = quaternions.from_axis_angle(np.array(axis), np.radians(30.0))
+    positions, rotations = clip.positions.copy(), clip.rotations.copy()
+    positions[:, 0] = quaternions.rotate(turn, positions[:, 0])
+    rotations[:, 0] = quaternions.multiply(np.broadcast_to(turn, rotations[:, 0].shape), rotations[:, 0])
+    assert tilt(replace(clip, positions=positions, rotations=rotations), parts) == pytest.approx(30.0, abs=5.0)
 
 
 def test_a_heap_of_bones_is_replaced_by_a_frame_and_said() -> None:
