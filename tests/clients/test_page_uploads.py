@@ -109,6 +109,7 @@ def test_a_body_that_can_not_be_read_leaves_everything_as_it_was(page, studio):
     page.click("#notice-close")
     assert session(page, studio)["id"] == before
     wait_for_state(page, "running")
+    page.wait_for_selector("#status-text:has-text('Live')")
 
 
 def test_another_size_is_sewn_and_what_does_not_fit_is_said_with_the_size_that_does(page, studio):

@@ -21,8 +21,8 @@ import type { Notice } from "./notice.ts";
 
 /** Who shows what a fitting does. */
 export interface FittingView {
-  /** the page is busy before there is a link to speak of */
-  busy(sentence: string): void;
+  /** the page is busy with something of which neither link nor session tell; null: it is done */
+  busy(sentence: string | null): void;
   link(link: Link): void;
   /** a connection begins: what was announced on an earlier one is forgotten */
   welcomed(welcome: WelcomeMessage): void;
@@ -45,6 +45,7 @@ export interface Catalogue {
 /** Largest file that is sent to the server at all [bytes]. */
 const LARGEST_FILE = 256 * 2 ** 20;
 const RETRY_MS = 1_500;
+const NO_GARMENT = "No garment yet: add a sewing pattern or a mesh";
 
 /**
  * One fitting: what is worn, by which motion, in which session. Motion and fabric change within a session; another
@@ -77,7 +78,7 @@ export class Fitting {
     }
     const garment = usualGarment(this.catalogue);
     if (!garment) {
-      this.view.busy("No garment yet: add a sewing pattern or a mesh");
+      this.view.busy(NO_GARMENT);
       return;
     }
     await this.open({ ...this.wish, garment: garment.id, motion: usualMotion(this.catalogue)?.name ?? null });
@@ -137,42 +138,46 @@ export class Fitting {
   }
 
   /** Sends a garment's file to the server and wears it. What is worn stays on when the server refuses it. */
-  async add(file: File, reading: MeshReading): Promise<void> {
-    try {
-      refuseLarge(file, "Choose a pattern's JSON file, or a mesh of at most 50,000 vertices.");
+  add(file: File, reading: MeshReading): Promise<void> {
+    return this.take(file, "can't be worn", "Choose a pattern's JSON file, or a mesh of at most 50,000 vertices.", async () => {
       const garment = await this.api.uploadGarment(file, file.name.replace(/\.(json|obj|glb)$/i, ""), reading);
       this.catalogue.garments = [...this.catalogue.garments.filter(({ id }) => id !== garment.id), garment];
       await this.wear(garment.id);
-      if (garment.notes.length) this.view.notice({ title: `How ${file.name} was read`, message: garment.notes.join("; "), told: true });
-    } catch (error) {
-      this.refused(`${file.name} can't be worn`, error);
-    }
+      return garment.notes;
+    });
   }
 
   /** Sends a motion's file to the server and plays it. */
-  async addMotion(file: File, units: MotionUnits | null): Promise<void> {
-    try {
-      refuseLarge(file, "Cut it into shorter motions.");
+  addMotion(file: File, units: MotionUnits | null): Promise<void> {
+    return this.take(file, "can't be played", "Cut it into shorter motions.", async () => {
       const motion = await this.api.uploadMotion(file, file.name.replace(/\.bvh$/i, ""), units);
       this.catalogue.motions = [...this.catalogue.motions.filter(({ name }) => name !== motion.name), motion];
       await this.move(motion.name);
-      this.view.notice({ title: `How ${file.name} was read`, message: motion.found?.notes.join("; ") ?? "", told: true });
-    } catch (error) {
-      this.refused(`${file.name} can't be played`, error);
-    }
+      return motion.found?.notes ?? [];
+    });
   }
 
   /** Sends an animated mesh to the server and puts the garment on it. */
-  async addBody(file: File, reading: BodyReading): Promise<void> {
-    try {
-      refuseLarge(file, "Export fewer frames, or a coarser mesh.");
-      this.view.busy(`Reading ${file.name}`);
+  addBody(file: File, reading: BodyReading): Promise<void> {
+    return this.take(file, "can't wear anything", "Export fewer frames, or a coarser mesh.", async () => {
       const body = await this.api.uploadBody(file, file.name.replace(/\.(npz|glb|zip)$/i, ""), reading);
       this.catalogue.bodies = [...this.catalogue.bodies.filter(({ id }) => id !== body.id), body];
       await this.standAs(body.id);
-      this.view.notice({ title: `How ${file.name} was read`, message: body.notes.join("; "), told: true });
+      return body.notes;
+    });
+  }
+
+  /** Sends a file, saying so meanwhile, and says how it was read; `refusal` says what it is not good for otherwise. */
+  private async take(file: File, refusal: string, smaller: string, send: () => Promise<readonly string[]>): Promise<void> {
+    try {
+      refuseLarge(file, smaller);
+      this.view.busy(`Reading ${file.name}`);
+      const notes = await send();
+      if (notes.length) this.view.notice({ title: `How ${file.name} was read`, message: notes.join("; "), told: true });
     } catch (error) {
-      this.refused(`${file.name} can't wear anything`, error);
+      this.refused(`${file.name} ${refusal}`, error);
+    } finally {
+      this.view.busy(this.client ? null : this.catalogue.garments.length ? "Not started" : NO_GARMENT);
     }
   }
 

@@ -128,7 +128,7 @@ class Studio implements FittingView {
 
   // FittingView ----------------------------------------------------------------------------------------------------
 
-  busy(sentence: string): void {
+  busy(sentence: string | null): void {
     this.statusLine.setBusy(sentence);
   }
 

@@ -28,9 +28,11 @@ export class StatusLine {
     this.show(describe(status));
   }
 
-  /** Something the page itself is doing, until the link or the server has something to say. */
-  setBusy(sentence: string): void {
-    this.show(sentence);
+  /** Something the page itself is doing, until the link or the server has something to say; null: it is done. */
+  setBusy(sentence: string | null): void {
+    if (sentence !== null) this.show(sentence);
+    else if (this.status) this.show(describe(this.status));
+    else this.show(describeLink(this.link));
   }
 
   private show(sentence: string): void {
