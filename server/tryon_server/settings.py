@@ -39,7 +39,7 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         max_sessions: sessions that may live at once; each is one process.
         session_memory_bytes: most memory of its own that a session's process may take; beyond it the session is ended,
             so that the others live on [bytes]. Looked after on Linux only.
-        session_grace_seconds: how long a session lives on with nobody watching [s].
+        session_grace_seconds: how long a session lives on with nobody watching or asking for it [s].
         max_viewers: most clients of one session.
         frames_per_second: most frames published per second of wall time [1/s].
         keyframe_seconds: a frame that needs no other is published at least this often [s].

@@ -138,6 +138,19 @@ def test_poses_of_a_client_that_closed_its_connection_give_way_at_once_and_of_on
     run(scenario())
 
 
+def test_a_session_that_is_asked_for_does_not_end_for_want_of_a_connection(tmp_path):
+    """Who looks for a size over REST waits for minutes without a websocket."""
+    server = LiveServer(tmp_path, session_grace_seconds=1.5)
+    session = server.open()
+    for _ in range(10):
+        time.sleep(0.3)
+        assert server.http.get(f"/api/sessions/{session}").json()["state"] != "closed"
+    time.sleep(2.5)
+    ended = server.http.get(f"/api/sessions/{session}").json()
+    assert (ended["state"], ended["detail"]) == ("closed", "Nobody was watching any more")
+    server.stop()
+
+
 def test_the_cloth_goes_on_while_no_poses_come_and_frames_with_it(live):
     session = live.open(motion=None)
 

@@ -44,7 +44,10 @@ async def open_session(request: Request, response: Response, services: ServicesD
 
 @router.get("/{session_id}")
 async def get_session(session_id: str, services: ServicesDep) -> SessionReply:
-    """A session, live or ended."""
+    """A session, live or ended. One that is asked for now and then lives on without a connection, too."""
+    live = services.sessions.get(session_id)
+    if live is not None:
+        live.machine.asked_for(live.now)
     return _reply(await services.sessions.record(session_id), services)
 
 

@@ -74,7 +74,7 @@ class Rules:
         credit: most frames that travel unacknowledged to one client.
         max_viewers: most connections of one session.
         messages_per_second: most messages per second from one client, on average.
-        grace_seconds: how long a session lives on without a connection [s].
+        grace_seconds: how long a session lives on without a connection, and without being asked for [s].
         smoothing: settings of the filter between a tracker and the physics.
     """
 
@@ -223,6 +223,10 @@ class Session:
         elif self.unwatched_seconds(now) > self._rules.grace_seconds:
             return [*actions, *self.end("Nobody was watching any more", None)]
         return [*actions, *self._status_if_changed(now), *self._flow.orders()]
+
+    def asked_for(self, now: float) -> None:
+        """Somebody without a connection asked how the session stands: it is waited for, and does not end for now."""
+        self._watched_until = now
 
     def offer_motion(self, name: str) -> None:
         """A motion has been uploaded. Clients that are there already can ask for it, too."""
