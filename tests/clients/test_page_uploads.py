@@ -137,7 +137,14 @@ def test_the_size_that_fits_is_looked_for_and_shown(page, studio):
     now = session(page, studio)
     assert (now["size"], now["worn_size"]) == ("fit", FITTING_SIZE)
     page.wait_for_selector("#size-fit[aria-pressed='true']:has-text('Worn in the size that fits')")
+    page.locator("#fabrics label", has_text="Tight").click()
+    page.wait_for_selector("#size-fit:has-text('No size that fits was found')")
+    page.locator("#fabrics label", has_text="Cotton").click()
+    page.wait_for_selector("#size-fit:has-text('Worn in the size that fits')")
+    page.click("#notice-close")
+    before = page.url
     page.fill("#size", "100")
+    page.wait_for_function("before => location.href !== before", arg=before)
     page.wait_for_selector("#size-fit[aria-pressed='false']")
     wait_for_state(page, "running")
     assert session(page, studio)["worn_size"] == 1.0

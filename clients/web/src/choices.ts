@@ -45,6 +45,7 @@ export class Choices {
   private offered = "";
   private wished: Size = 1;
   private worn: number | null = null;
+  private failed = false;
   /** what stands in the field of the size was written by a person and is not yet worn */
   private typed = false;
 
@@ -137,9 +138,10 @@ export class Choices {
     this.presets.select(wish.preset ?? AUTO);
   }
 
-  /** Shows the size in which the garment is worn, where it was the server that chose it. */
-  wornIn(size: number | null): void {
+  /** Shows the size in which the garment is worn, where it was the server that chose it, or that none was found. */
+  wornIn(size: number | null, failed: boolean): void {
     this.worn = size;
+    this.failed = failed;
     if (this.wished === "fit" && !this.typed) this.showSize();
   }
 
@@ -148,7 +150,8 @@ export class Choices {
     this.size.value = size === null ? "" : String(Math.round(100 * size));
     const fits = this.wished === "fit";
     this.fit.ariaPressed = String(fits);
-    setText(this.fit, fits ? (this.worn === null ? "Looking for the size that fits" : "Worn in the size that fits") : "Find the size that fits");
+    const found = this.worn !== null ? "Worn in the size that fits" : this.failed ? "No size that fits was found" : "Looking for the size that fits";
+    setText(this.fit, fits ? found : "Find the size that fits");
   }
 }
 

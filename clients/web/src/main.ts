@@ -146,7 +146,7 @@ class Studio implements FittingView {
   status(...[status]: Parameters<FittingView["status"]>): void {
     this.statusLine.setStatus(status);
     this.fit.show(status);
-    this.panel.wornIn(status.worn_size ?? null);
+    this.panel.wornIn(status.worn_size ?? null, status.state === "failed");
     this.view.dataset.state = status.state;
     if (status.state === "preparing" || status.state === "dressing") this.advice.hide(); // it was of what is taken off
     this.showPlaying(status.playing, status.playing ? "Pause" : "Play");
