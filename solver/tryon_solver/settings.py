@@ -39,10 +39,10 @@ class Settings:
     correction_pcg_iterations: int = 60
     correction_pcg_tolerance: float = 1e-2
     """Relative residual at which the correction's conjugate gradients stop."""
-    correction_tolerance: float = 1e-4
+    correction_tolerance: float = 3e-5
     """The correction stops when its largest Newton move falls below this times dt [m/s * s].
 
-    Friction's `eps_v`: what sticks creeps at less than that, and a looser stop leaves its force unbuilt.
+    A third of friction's `eps_v`: what sticks creeps at less than that, and a looser stop leaves its force unbuilt.
     """
     contact_passes: int = 1
     """How often a step makes the contact proxy, solves and corrects, at most; each time from where the last one ended.
