@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -23,7 +23,7 @@ from tryon_solver.geometry.pattern import load_pattern
 from tryon_solver.geometry.size import mesh_in_size, mesh_with_vertices
 from tryon_solver.geometry.weld import weld
 from tryon_solver.materials.fabric import FABRICS
-from tryon_solver.scene import WORN, Scene
+from tryon_solver.scene import WORN, Effect, Scene
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import Simulation, build
 
@@ -51,7 +51,8 @@ def worn_pattern(case: Case, body: BodyModel, wardrobe: Path, tell: Tell) -> Wor
     path = PATTERNS / f"{case.garment}.json"
     path = path if path.is_file() else Path(case.garment)
     pattern, fabric = load_pattern(path), FABRICS[case.fabric]
-    settings = replace(PRESETS[case.preset], **dict(case.settings))  # type: ignore[arg-type]
+    own = dict(case.settings)
+    settings = replace(PRESETS[case.preset], **{k: v for k, v in own.items() if "." not in k})  # type: ignore[arg-type]
 
     def mesh(size: float) -> PanelMesh:
         if case.edge:
@@ -77,9 +78,21 @@ def worn_pattern(case: Case, body: BodyModel, wardrobe: Path, tell: Tell) -> Wor
     panels = mesh(size)
     joined = weld(panels)
     garment = Garment(joined.vertex_of_corner, joined.uv_corners, joined.panel_of_face, joined.vertex_count)
-    scene = Scene(garment, state["cloth"].astype(np.float64), body, fabric, WORN)
+    scene = Scene(garment, state["cloth"].astype(np.float64), body, fabric, effects_with(own))
     simulation = build(scene, settings, case.device, Pose.rest(body), state["surface"].astype(np.float64))
     return Worn(simulation, SolverDrape(simulation, Pose.rest(body), panels.panel_names, body), size, fit, seconds)
+
+
+def effects_with(own: Mapping[str, float | int | str]) -> tuple[Effect, ...]:
+    """What is worn, with the values that are set as `Friction.eps_v`; names without a dot are none of an effect's."""
+    effects = {type(effect).__name__: effect for effect in WORN}
+    for name, value in own.items():
+        kind, dot, field = name.partition(".")
+        if dot and kind not in effects:
+            raise ValueError(f"{name}: there is no effect {kind}; the effects are {', '.join(effects)}")
+        if dot:
+            effects[kind] = replace(effects[kind], **{field: value})  # type: ignore[arg-type]
+    return tuple(effects.values())
 
 
 def hang_up(path: Path, fitted: Fitted, seconds: float) -> None:
