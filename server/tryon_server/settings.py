@@ -44,10 +44,11 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         frames_per_second: most frames published per second of wall time [1/s].
         keyframe_seconds: a frame that needs no other is published at least this often [s].
         messages_per_second: most messages accepted from one client per second, on average [1/s].
-        smoothing_place_cutoff: of the filter of trackers' poses, for a joint at rest [Hz]; sessions/smoothing.py.
-        smoothing_place_gain: what a joint's speed adds to that [Hz per m/s].
-        smoothing_turn_cutoff: the same for a joint's turn at rest [Hz].
-        smoothing_turn_gain: what the speed of turning adds to that [Hz per rad/s].
+        smoothing_place_unrest: speed that the filter of trackers' poses (sessions/smoothing.py) leaves of noise in the
+            place of a joint at rest [m/s].
+        smoothing_place_gain: cutoff that a joint's speed adds [Hz per m/s].
+        smoothing_turn_unrest: speed that it leaves of noise in the turn of a joint at rest [rad/s].
+        smoothing_turn_gain: cutoff that the speed of turning adds [Hz per rad/s].
         smoothing_speed_cutoff: of the speeds themselves [Hz].
         warm: whether the server compiles the solver's kernels at start rather than for the first session.
     """
@@ -74,9 +75,9 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     frames_per_second: Positive = 60.0
     keyframe_seconds: Positive = 1.0
     messages_per_second: Positive = 240.0
-    smoothing_place_cutoff: Positive = DEFAULT_SMOOTHING.place_cutoff
+    smoothing_place_unrest: Positive = DEFAULT_SMOOTHING.place_unrest
     smoothing_place_gain: Positive = DEFAULT_SMOOTHING.place_gain
-    smoothing_turn_cutoff: Positive = DEFAULT_SMOOTHING.turn_cutoff
+    smoothing_turn_unrest: Positive = DEFAULT_SMOOTHING.turn_unrest
     smoothing_turn_gain: Positive = DEFAULT_SMOOTHING.turn_gain
     smoothing_speed_cutoff: Positive = DEFAULT_SMOOTHING.speed_cutoff
     warm: bool = True
@@ -84,9 +85,9 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     def smoothing(self) -> Smoothing:
         """The filter of trackers' poses."""
         return Smoothing(
-            place_cutoff=self.smoothing_place_cutoff,
+            place_unrest=self.smoothing_place_unrest,
             place_gain=self.smoothing_place_gain,
-            turn_cutoff=self.smoothing_turn_cutoff,
+            turn_unrest=self.smoothing_turn_unrest,
             turn_gain=self.smoothing_turn_gain,
             speed_cutoff=self.smoothing_speed_cutoff,
         )
