@@ -43,6 +43,8 @@ class Workspace:
     residual: wp.array  # (A,) vec3 N
     preconditioned: wp.array  # (A,) vec3 m
     total: wp.array  # (A,) vec3 m
+    least: wp.array  # (A,) vec3 m, where the correction was nearest to balance
+    least_remainder: wp.array  # (A,) vec3 m, with what rounding left out there
     blocks: wp.array  # (A,) mat33 m/N, inverse diagonal blocks
     diagonal: wp.array  # (A,) float32 N/m, inertia, drag and the skin's hold: what is not in the stiffness rows
     alpha: wp.array  # (A,) float32, fraction of a displacement each vertex may take
@@ -65,6 +67,8 @@ class Workspace:
             residual=vectors(all_count),
             preconditioned=vectors(all_count),
             total=vectors(all_count),
+            least=vectors(all_count),
+            least_remainder=vectors(all_count),
             blocks=wp.zeros(all_count, dtype=wp.mat33, device=device),
             diagonal=wp.zeros(all_count, dtype=wp.float32, device=device),
             alpha=wp.zeros(all_count, dtype=wp.float32, device=device),

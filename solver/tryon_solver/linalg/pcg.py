@@ -20,7 +20,8 @@ class ConjugateGradients:
     preconditioned: wp.array
     direction: wp.array
     product: wp.array
-    scalars: wp.array  # (5,) float32: <r, z>, the one before, <p, A p>, where <r, z> is small enough, their ratio b
+    scalars: wp.array  # (6,) float32: <r, z>, the one before, <p, A p>, where <r, z> is small enough, their ratio b,
+    # and the first <r, z>, <g, D^-1 g>
     left: wp.array  # (2,) int32: iterations left, 1 while there is more to do
 
     @staticmethod
@@ -33,9 +34,14 @@ class ConjugateGradients:
             vectors(),
             vectors(),
             vectors(),
-            wp.zeros(5, dtype=wp.float32, device=device),
+            wp.zeros(6, dtype=wp.float32, device=device),
             wp.zeros(2, dtype=wp.int32, device=device),
         )
+
+    @property
+    def first(self) -> wp.array:
+        """(1,) <g, D^-1 g> of the gradient solved for last."""
+        return self.scalars[5:6]
 
 
 @wp.kernel
@@ -62,6 +68,7 @@ def begin_kernel(
 ):
     scalars[1] = scalars[0]
     scalars[3] = tolerance * tolerance * scalars[0]
+    scalars[5] = scalars[0]
     left_out[0] = at_most
     left_out[1] = wp.where(scalars[0] > 0.0 and at_most > 0, 1, 0)
 

@@ -60,6 +60,20 @@ def move_kernel(
     moved_out[i] = moved
 
 
+@wp.kernel
+def keep_kernel(
+    wanted: wp.array(dtype=wp.int32),
+    x: wp.array(dtype=wp.vec3),
+    remainder: wp.array(dtype=wp.vec3),
+    x_out: wp.array(dtype=wp.vec3),
+    remainder_out: wp.array(dtype=wp.vec3),
+):
+    i = wp.tid()
+    if wanted[0] == 1:
+        x_out[i] = x[i]
+        remainder_out[i] = remainder[i]
+
+
 def take(sim: Simulation, direction: wp.array) -> None:
     """Move x by `direction`, as far as it is proven free of contact; searches further for it where it must."""
     work = sim.work
@@ -190,7 +204,8 @@ def correct_penetration(sim: Simulation) -> None:
     """From x_feasible and the trial in x by Newton iterations; leaves a feasible x.
 
     Newton's steps are not searched along: one that overshoots is mended by the next. The budget's last has none, so it
-    is not taken when it is much longer than the one before.
+    is not taken when it is much longer than the one before. A fold that snaps takes several, the first of them uphill:
+    where the budget ends among these, x is where an iteration began nearest to balance, and the next step has the snap.
     """
     progress = sim.progress
     choose_start(sim)
@@ -208,11 +223,22 @@ def correct_penetration(sim: Simulation) -> None:
             progress.resume()
         else:
             break
+    if outcome.strayed:
+        go_back_to_least(sim)
     if sim.touching:
         sim.pairs.read_size()
     sim.counters.newton_iterations += outcome.iterations
     if outcome.iterations:
         sim.counters.residual = outcome.moved / sim.dt
+
+
+def go_back_to_least(sim: Simulation) -> None:
+    """Put x to the iterate that was nearest to balance; like all of them it is feasible."""
+    state, work = sim.state, sim.work
+    wp.copy(state.x, work.least)
+    wp.copy(state.remainder, work.least_remainder)
+    if sim.touching:
+        follow(sim, near=False)
 
 
 def baked(sim: Simulation) -> tuple[object, ...]:
@@ -245,7 +271,8 @@ def iterate(sim: Simulation) -> None:
 
 
 def find_direction(sim: Simulation) -> None:
-    """Newton's direction at x as looked around; the budget's last is dropped if it overshoots."""
+    """Newton's direction at x as looked around; the budget's last is dropped if it overshoots. Keeps the x that is
+    nearest to balance."""
     work, settings = sim.work, sim.settings
     pcg.solve(
         sim.cg,
@@ -257,7 +284,15 @@ def find_direction(sim: Simulation) -> None:
         settings.correction_pcg_tolerance,
     )
     find_largest(work.direction, sim.progress.length)
-    sim.progress.judge_direction()
+    sim.progress.judge_direction(sim.cg.first)
+    kept = [work.least, work.least_remainder]
+    wp.launch(
+        keep_kernel,
+        sim.all_count,
+        [sim.progress.least_yet, sim.state.x, sim.state.remainder],
+        kept,
+        device=sim.device,
+    )
 
 
 def verify_commit(sim: Simulation) -> None:

@@ -12,6 +12,7 @@ from tryon_solver.contact.pairs import ContactPairs
 wp.set_module_options({"enable_backward": False})
 
 OVERSHOT = wp.constant(2.0)  # so many times as long as the step before it
+STRAYED = 4.0  # a spent budget that ends so many times as far from balance as it once was has strayed
 
 # Places in `state`. Each of the first four is a condition of the loop, 0 or 1.
 GOING_ON = wp.constant(0)  # another iteration
@@ -24,12 +25,15 @@ LEAVING = wp.constant(6)  # vertices that the direction takes out of the region
 FOUND = wp.constant(7)  # iterations whose direction was found
 WANTS_SEARCH = wp.constant(8)
 WANTS_ROOM = wp.constant(9)
-PLACES = 10
+LEAST_YET = wp.constant(10)  # 1 if the iteration began nearer to balance than all before it
+PLACES = 11
 
-# Places in `lengths` [m].
+# Places in `lengths` [m], the last two [J]: <g, D^-1 g>, how far from balance.
 LENGTH = wp.constant(0)  # of the direction's longest vector
 MOVED = wp.constant(1)  # largest move of a vertex in this iteration
 BEFORE = wp.constant(2)  # that of the one before
+LEAST = wp.constant(3)  # of all iterations where they began
+LATEST = wp.constant(4)  # of the last one
 
 
 @wp.kernel
@@ -44,10 +48,19 @@ def begin_kernel(
     state[SEARCHES] = searches
     lengths[MOVED] = 0.0
     lengths[BEFORE] = wp.inf
+    lengths[LEAST] = wp.inf
+    lengths[LATEST] = 0.0
 
 
 @wp.kernel
-def judge_direction_kernel(state: wp.array(dtype=wp.int32), lengths: wp.array(dtype=wp.float32)):
+def judge_direction_kernel(
+    imbalance: wp.array(dtype=wp.float32), state: wp.array(dtype=wp.int32), lengths: wp.array(dtype=wp.float32)
+):
+    lengths[LATEST] = imbalance[0]
+    state[LEAST_YET] = 0
+    if imbalance[0] < lengths[LEAST]:
+        lengths[LEAST] = imbalance[0]
+        state[LEAST_YET] = 1
     state[NO_DIRECTION] = 0
     state[FOUND] = state[FOUND] + 1
     state[LEFT] = state[LEFT] - 1
@@ -90,17 +103,19 @@ def resume_kernel(searches: int, state: wp.array(dtype=wp.int32)):
 
 @dataclass(frozen=True)
 class Outcome:
-    """Why the loop ended, after how many iterations, and the largest move in the last that moved [m]."""
+    """Why the loop ended, after how many iterations, the largest move in the last that moved [m], and whether the
+    budget was spent by an iteration that began STRAYED times as far from balance as another."""
 
     wants_search: bool
     wants_room: bool
     iterations: int
     moved: float
+    strayed: bool
 
 
 @dataclass(frozen=True)
 class Progress:
-    """`state` (PLACES,) int32 and `lengths` (3,) float32 m, by the places above."""
+    """`state` (PLACES,) int32 and `lengths` (5,) float32, by the places above."""
 
     state: wp.array
     lengths: wp.array
@@ -108,7 +123,7 @@ class Progress:
     @staticmethod
     def allocate(device: str) -> Progress:
         return Progress(
-            wp.zeros(PLACES, dtype=wp.int32, device=device), wp.zeros(3, dtype=wp.float32, device=device)
+            wp.zeros(PLACES, dtype=wp.int32, device=device), wp.zeros(5, dtype=wp.float32, device=device)
         )
 
     @property
@@ -139,9 +154,15 @@ class Progress:
         """Launch `find` if the direction is still to be found."""
         wp.capture_if(self.state[1:2], find)
 
-    def judge_direction(self) -> None:
-        """The direction is found, its length known: drop the budget's last if it overshoots."""
-        self._launch(judge_direction_kernel, [], [self.state, self.lengths])
+    def judge_direction(self, imbalance: wp.array) -> None:
+        """The direction is found, its length known, and `imbalance` (1,) [J] where it begins: drop the budget's last if
+        it overshoots."""
+        self._launch(judge_direction_kernel, [imbalance], [self.state, self.lengths])
+
+    @property
+    def least_yet(self) -> wp.array:
+        """(1,) int32: did the iteration begin nearer to balance than all before it?"""
+        return self.state[10:11]
 
     def if_free_to_move(self, move: Callable[[], None]) -> None:
         """Launch `move` if the direction can be taken; else the loop ends, for a search where there is one left."""
@@ -171,7 +192,8 @@ class Progress:
     def read(self) -> Outcome:
         """Waits for the device."""
         state, lengths = self.state.numpy(), self.lengths.numpy()
-        return Outcome(bool(state[8]), bool(state[9]), int(state[7]), float(lengths[1]))
+        strayed = bool(state[4] == 0 and lengths[4] > STRAYED * lengths[3])
+        return Outcome(bool(state[8]), bool(state[9]), int(state[7]), float(lengths[1]), strayed)
 
     def _launch(self, kernel: wp.Kernel, inputs: list[object], outputs: list[wp.array]) -> None:
         wp.launch(kernel, 1, inputs, outputs, device=self.state.device)

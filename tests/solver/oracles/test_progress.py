@@ -31,8 +31,10 @@ class Script:
     pairs: ContactPairs
     events: list = field(default_factory=list)
 
-    def play(self, budget, searches, lengths, moves, shortest=1e-6, leaving=(), crowded=()):
+    def play(self, budget, searches, lengths, moves, shortest=1e-6, leaving=(), crowded=(), imbalances=None):
         self.lengths, self.moves, self.shortest, self.crowded = lengths, moves, shortest, crowded
+        self.imbalances = imbalances or [1.0] * len(lengths)
+        self.least = []
         progress = self.progress
         progress.begin(budget, searches)
         self.done = 0
@@ -55,7 +57,9 @@ class Script:
 
     def find(self):
         self.progress.length.fill_(self.lengths[self.done])
-        self.progress.judge_direction()
+        imbalance = wp.array([self.imbalances[self.done]], dtype=wp.float32, device=self.progress.state.device)
+        self.progress.judge_direction(imbalance)
+        self.least.append(int(self.progress.least_yet.numpy()[0]))
         self.events.append("direction")
 
     def move(self):
@@ -120,6 +124,19 @@ def test_without_a_search_left_it_moves_as_far_as_it_can(script):
     script.play(2, 0, [1, 1], [0.5, 0.5], leaving=(0, 1))
     assert "search" not in script.events
     assert script.events.count("move") == 2
+
+
+def test_a_budget_that_ends_far_from_balance_has_strayed(script):
+    def play(imbalances, moves, budget):
+        return script.play(budget, 0, [1] * budget, moves, imbalances=imbalances)
+
+    assert play([9, 1, 2, 5], [0.5] * 4, 4).strayed
+    assert script.least == [1, 1, 0, 0]
+    assert not play([9, 1, 2, 3], [0.5] * 4, 4).strayed
+    assert not play([9, 5, 2, 1], [0.5] * 4, 4).strayed
+    assert script.least == [1, 1, 1, 1]
+    assert not play([1, 9, 9], [0.5, 1e-7, 0.5], 3).strayed, "it came to rest before the budget was spent"
+    assert not play([9], [0.5], 1).strayed
 
 
 def test_it_asks_for_room_and_goes_on(script):
