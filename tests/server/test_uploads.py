@@ -436,7 +436,7 @@ def test_what_was_uploaded_survives_a_restart_and_a_lost_file_is_told(tmp_path):
 # Size -----------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("size", [0.4, 2.1, -1, "large", None])
+@pytest.mark.parametrize("size", [0.4, 2.1, -1, "large", "1", True, None])
 def test_a_size_that_is_none_is_refused(live, size):
     body = refused(live.http.post("/api/sessions", json={"garment": "tube", "size": size}), 422, "request.invalid")
     assert body["place"] == "size"

@@ -122,10 +122,13 @@ class SessionRequest(Model):
     @classmethod
     def _is_a_size(cls, value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
         """One fault of one field, where a choice of two types would tell two of none."""
+        fault = PydanticCustomError("size", 'a size is a number from 0.5 to 2, or "fit"')
+        if isinstance(value, bool) or (isinstance(value, str) and value != "fit"):
+            raise fault
         try:
             return handler(value)
         except ValidationError as error:
-            raise PydanticCustomError("size", 'a size is a number from 0.5 to 2, or "fit"') from error
+            raise fault from error
 
 
 class SessionReply(Model):
