@@ -143,13 +143,16 @@ def tilted(text: str, degrees: float) -> str:
 
 def test_a_motion_that_leans_as_a_whole_is_told_to_be_tilted(live):
     notes = {}
-    for degrees in (0.0, 25.0):
+    for degrees in (0.0, 25.0, 90.0):
         reply = post(live, "motions", tilted(WALK, degrees))
         assert reply.status_code == 201, reply.text
         notes[degrees] = " ".join(reply.json()["found"]["notes"])
         live.http.delete(reply.headers["location"])
     assert "lean from Y by 25 degrees as one: it was tilted in its export" in notes[25.0]
     assert "lean" not in notes[0.0]
+    assert "up: -X, from feet to shoulders in its poses" in notes[90.0]
+    assert "its rest pose stands along Y, its poses along -X: up is the poses'" in notes[90.0]
+    assert "lean" not in notes[90.0]
 
 
 def lines_until(count: int) -> str:

@@ -105,12 +105,12 @@ def _facts(clip: BvhClip, parts: SkeletonParts, word: str, units: str, rest: str
     used = set(mapped.values())
     unused = tuple(name for name in names if name not in used)
     seconds = (clip.frame_count - 1) * clip.dt
-    up = upward_axis(clip, parts)
-    tilted = 0.0 if rest else tilt(clip, parts)  # relative to a frame of its own it is upright
+    up, told_by = upward_axis(clip, parts)
+    tilted = tilt(clip, parts)
     listed = ", ".join(unused[:NAMED_MAX]) + (f" and {len(unused) - NAMED_MAX} more" if unused[NAMED_MAX:] else "")
     said = [
         units,
-        f"up: {up}, from feet to shoulders in its poses",
+        f"up: {up}, {told_by}",
         *([TILTED.format(up=up, degrees=tilted)] if tilted else []),
         f"{clip.frame_count} frames, {1 / clip.dt:.4g} a second, {seconds:.2f} s",
         f"{len(used)} of its {len(names)} joints move the body{f', not {listed}' if unused else ''}",

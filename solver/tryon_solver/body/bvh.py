@@ -164,9 +164,12 @@ def _read(text: str, units_per_metre: float, name: str) -> BvhClip:
 
 
 def _numbered(text: str) -> Iterator[tuple[int, list[str]]]:
-    """(line number, words) of every line that is not blank."""
+    """(line number, words) of every line that is not blank; a brace that ends a line counts as a line."""
     for number, line in enumerate(text.splitlines(), start=1):
         words = line.split()
+        if len(words) > 1 and words[-1] == "{":  # the brace of a joint on the joint's own line
+            yield number, words[:-1]
+            words = words[-1:]
         if words:
             yield number, words
 
@@ -257,10 +260,10 @@ def _channels(words: list[str], line: int) -> list[str]:
 
 def _parse_motion(lines: Iterator[tuple[int, list[str]]], channel_count: int) -> tuple[np.ndarray, float]:
     """Channel values (T, channels) and the frame time [s]."""
-    frames, line = _header(lines, "Frames:", ["FRAMES:"])
+    frames, line = _header(lines, "Frames:", ["FRAMES", ":"])
     if frames < 1 or frames != int(frames):
         raise BvhError(f"'Frames:' says {frames:g}; a motion has at least one whole frame", line)
-    dt, line = _header(lines, "Frame Time:", ["FRAME", "TIME:"])
+    dt, line = _header(lines, "Frame Time:", ["FRAME", "TIME", ":"])
     if not SHORTEST_FRAME <= dt <= LONGEST_FRAME:
         raise BvhError(
             f"'Frame Time:' says {dt:g} s; a motion has {SHORTEST_FRAME:g} to {LONGEST_FRAME:g} s, 0.016667 for 60 Hz",
@@ -277,6 +280,7 @@ def _parse_motion(lines: Iterator[tuple[int, list[str]]], channel_count: int) ->
 def _header(lines: Iterator[tuple[int, list[str]]], written: str, keywords: list[str]) -> tuple[float, int | None]:
     """The number that a line of the header gives, and that line."""
     number, words = next(lines, (None, []))
+    words = " ".join(words).replace(":", " : ").split()  # "Frames:50" as well
     if [word.upper() for word in words[: len(keywords)]] != keywords:
         raise BvhError(f"expected '{written}' and a number after MOTION", number)
     return _numbers(words[len(keywords) :], number, written, 1)[0], number

@@ -4,8 +4,8 @@ Every part of the body is turned as its counterpart is turned away from its own 
 takes our rest direction of the limb to the source's: `W_ours = W_source C`, `C d_ours = d_source`. So T, A and
 legs-spread rest poses all serve, limbs and trunk point where the source's point, and our own bone lengths stay. The
 head needs no such correction, since rest poses agree on where ahead is; where a file's does not stand at all, one of
-its frames is taken for it (standing_rest.py). Hips that then fold our belly deep into our thighs are bent less
-(folding.py).
+its frames is taken for it, and where it stands along another axis than the poses, it is turned (standing_rest.py).
+Hips that then fold our belly deep into our thighs are bent less (folding.py).
 """
 
 from __future__ import annotations

@@ -2,7 +2,9 @@
 
 Retargeting compares each part with how it stands in the source's rest pose. A skeleton whose bones are rolled any way
 has, with all its channels zero, a heap of bones instead: its zero says nothing. Then the frame in which the body stands
-most upright is taken for the rest pose, and everything is told relative to that. Ours.
+most upright is taken for the rest pose, and everything is told relative to that. A rest pose that stands, but along
+another axis than the poses (converters keep a Y-up skeleton and turn its root to Z up), is turned upright as a whole.
+Ours.
 """
 
 from __future__ import annotations
@@ -19,20 +21,25 @@ LEG_SPREAD = 50.0  # degrees from straight down that a leg may point in a rest p
 TRUNK_LEAN = 30.0  # degrees from upright
 FRAMES_LOOKED_AT = 200
 TILTED = 10.0  # degrees
+STANDING_SHARE = 0.05  # of the poses: so many that stand along the rest pose's axis say that it is up
+FLOOR = (-0.05, 0.25)  # m, heights of the lowest joint over a clip whose floor is at zero: toes, or who lies on it
 ALIKE = 20.0  # degrees; the legs of CMU's skeletons lean to the front and their trunks to the back, by 14 together
 
 
 def with_standing_rest(clip: BvhClip, parts: SkeletonParts) -> tuple[BvhClip, str]:
     """The clip relative to a rest pose in which it stands, and what was done, for people; "" where nothing was."""
     rest = clip.rest_positions()
-    up, left = _directions(rest, parts)
-    if _stands(rest, parts, _nearest_axis(up)) and abs(_nearest_axis(up) @ _nearest_axis(left)) < 0.5:
-        return clip, ""
-    positions, rotations = clip.world()
-    looked_at = np.unique(np.linspace(0, clip.frame_count - 1, FRAMES_LOOKED_AT).round().astype(int))
-    upward = _nearest_axis(np.median([_directions(positions[k], parts)[0] for k in looked_at], axis=0))
-    leans = [_lean(positions[k], parts, upward) for k in looked_at]
+    own = _own_axis(rest, parts)
+    looked_at, positions = _looked_at(clip)
+    upward = _upward(positions, parts, own)
+    if own is not None:
+        if upward @ own > 0.5:
+            return clip, ""
+        told = f"its rest pose stands along {_axis_name(own)}, its poses along {_axis_name(upward)}: up is the poses'"
+        return _rest_turned(clip, _turn_upright(rest, parts, own, upward)), told
+    leans = [_lean(x, parts, upward) for x in positions]
     frame = int(looked_at[int(np.argmin(leans))])
+    positions, rotations = clip.world()
     _, left = _directions(positions[frame], parts)
     left = left - (left @ upward) * upward
     left /= np.linalg.norm(left)
@@ -41,13 +48,63 @@ def with_standing_rest(clip: BvhClip, parts: SkeletonParts) -> tuple[BvhClip, st
     return turned, f"with all channels zero it does not stand: its frame {frame + 1} is taken for its rest pose"
 
 
-def upward_axis(clip: BvhClip, parts: SkeletonParts) -> str:
-    """The axis of the file that is up in most of its poses: "Y", "-Z", ..."""
-    looked_at = np.unique(np.linspace(0, clip.frame_count - 1, FRAMES_LOOKED_AT).round().astype(int))
-    positions, _ = replace(clip, positions=clip.positions[looked_at], rotations=clip.rotations[looked_at]).world()
-    up = _nearest_axis(np.median([_directions(x, parts)[0] for x in positions], axis=0))
-    axis = int(np.abs(up).argmax())
-    return ("-" if up[axis] < 0 else "") + "XYZ"[axis]
+def upward_axis(clip: BvhClip, parts: SkeletonParts) -> tuple[str, str]:
+    """The axis of the file that is played as up: "Y", "-Z", ...; and by what it is told, for people."""
+    _, positions = _looked_at(clip)
+    up = _upward(positions, parts, _own_axis(clip.rest_positions(), parts))
+    poses = _upward(positions, parts, None)
+    if up @ poses > 0.5:
+        return _axis_name(up), "from feet to shoulders in its poses"
+    lies = f"in its poses the person lies along {_axis_name(poses)}"
+    return _axis_name(up), f"from feet to shoulders in its rest pose: {lies}"
+
+
+def _upward(positions: np.ndarray, parts: SkeletonParts, own: np.ndarray | None) -> np.ndarray:
+    """(3,): the coordinate axis that is up, of poses (T, J, 3) m whose rest pose stands along `own` (None: nowhere).
+
+    It is the one along which most poses are up, from feet to shoulders. That is not the rest pose's where root or
+    converter turn the person, but neither is it where somebody lies all along. The floor tells the two apart where it
+    is at zero along one of both axes; else it is the rest pose's if the person ever stands along it.
+    """
+    poses = _nearest_axis(np.median([_directions(x, parts)[0] for x in positions], axis=0))
+    if own is None or poses @ own > 0.5:
+        return poses
+    on_own, on_poses = (FLOOR[0] <= float((positions @ axis).min()) <= FLOOR[1] for axis in (own, poses))
+    if on_own != on_poses:
+        return own if on_own else poses
+    standing = np.mean([_stands(x, parts, own) for x in positions])
+    return own if standing >= STANDING_SHARE else poses
+
+
+def _own_axis(rest: np.ndarray, parts: SkeletonParts) -> np.ndarray | None:
+    """The axis along which a rest pose (J, 3) m stands; None where it does not."""
+    up, left = (_nearest_axis(direction) for direction in _directions(rest, parts))
+    return up if _stands(rest, parts, up) and abs(up @ left) < 0.5 else None
+
+
+def _looked_at(clip: BvhClip) -> tuple[np.ndarray, np.ndarray]:
+    """Up to `FRAMES_LOOKED_AT` frames (T,), spread over the clip, and their joints (T, J, 3) m."""
+    frames = np.unique(np.linspace(0, clip.frame_count - 1, FRAMES_LOOKED_AT).round().astype(int))
+    return frames, replace(clip, positions=clip.positions[frames], rotations=clip.rotations[frames]).world()[0]
+
+
+def _turn_upright(rest: np.ndarray, parts: SkeletonParts, own: np.ndarray, upward: np.ndarray) -> np.ndarray:
+    """(4,): the shortest turn from `own` to `upward`; a body upside down goes on facing where it faces."""
+    if own @ upward > -0.5:
+        return quaternions.between(own, upward)
+    ahead = np.cross(_nearest_axis(_directions(rest, parts)[1]), own)
+    return quaternions.from_axis_angle(ahead, np.pi)
+
+
+def _rest_turned(clip: BvhClip, turn: np.ndarray) -> BvhClip:
+    """The same motion on the rest pose turned as a whole by `turn` (4,): W' = W turn^-1 for every joint."""
+    rotations = quaternions.multiply(clip.rotations, quaternions.conjugate(turn))
+    rotations[:, 1:] = quaternions.multiply(turn, rotations[:, 1:])
+    positions = quaternions.rotate(turn, clip.positions)
+    positions[:, 0] = clip.positions[:, 0]
+    tips = {joint: quaternions.rotate(turn, tip) for joint, tip in clip.end_sites.items()}
+    offsets = quaternions.rotate(turn, clip.offsets)
+    return replace(clip, offsets=offsets, end_sites=tips, positions=positions, rotations=rotations)
 
 
 def tilt(clip: BvhClip, parts: SkeletonParts) -> float:
@@ -55,10 +112,13 @@ def tilt(clip: BvhClip, parts: SkeletonParts) -> float:
 
     Told by legs and trunk that lean by over `TILTED` and differ by less than `ALIKE`: who bends or sits leans the trunk
     or the legs, who runs has the trunk upright, and nobody stands leaning as a whole. It is the exporter's tilt then.
+    0 also where a frame is taken for the rest pose, since relative to that the person is upright, and for who lies.
     """
-    looked_at = np.unique(np.linspace(0, clip.frame_count - 1, FRAMES_LOOKED_AT).round().astype(int))
-    positions, _ = replace(clip, positions=clip.positions[looked_at], rotations=clip.rotations[looked_at]).world()
-    up = _nearest_axis(np.median([_directions(x, parts)[0] for x in positions], axis=0))
+    _, positions = _looked_at(clip)
+    own = _own_axis(clip.rest_positions(), parts)
+    up = _upward(positions, parts, None)
+    if own is None or _upward(positions, parts, own) @ up < 0.5:
+        return 0.0
     at = {name: positions[:, joint] for name, joint in parts.joints.items()}
     hips, feet = at["left_thigh"] + at["right_thigh"], at["left_foot"] + at["right_foot"]
     legs = np.median(hips - feet, axis=0)
@@ -102,6 +162,11 @@ def _directions(x: np.ndarray, parts: SkeletonParts) -> tuple[np.ndarray, np.nda
 def _nearest_axis(direction: np.ndarray) -> np.ndarray:
     axis = int(np.abs(direction).argmax())
     return np.eye(3)[axis] * (1.0 if direction[axis] >= 0 else -1.0)
+
+
+def _axis_name(axis: np.ndarray) -> str:
+    index = int(np.abs(axis).argmax())
+    return ("-" if axis[index] < 0 else "") + "XYZ"[index]
 
 
 def _angles(x: np.ndarray, parts: SkeletonParts, up: np.ndarray) -> tuple[float, list[float]]:

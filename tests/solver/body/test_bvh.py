@@ -71,6 +71,26 @@ def test_lower_case_keywords_and_windows_line_ends_are_read() -> None:
     assert parse_bvh(text).frame_count == 2
 
 
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("Frames: 2", "Frames:2"),
+        ("Frames: 2", "Frames : 2"),
+        ("Frame Time: 0.016667", "Frame Time:0.016667"),
+        ("JOINT Elbow\n\t{", "JOINT Elbow {"),
+        ("ROOT Base\n{", "ROOT Base {"),
+        ("End Site\n\t\t{", "End Site {"),
+    ],
+)
+def test_blanks_and_line_ends_that_tell_nothing_are_not_asked_for(old: str, new: str) -> None:
+    assert ARM.count(old) == 1
+    clip, same = parse_bvh(ARM.replace(old, new)), parse_bvh(ARM)
+    assert clip.joint_names == same.joint_names
+    assert clip.dt == same.dt
+    np.testing.assert_array_equal(clip.positions, same.positions)
+    np.testing.assert_array_equal(clip.rotations, same.rotations)
+
+
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "latin-1"])
 def test_a_file_of_any_editor_is_read(encoding: str) -> None:
     """With a byte order mark or without; letters beyond ASCII in names may be of any code page."""

@@ -1,0 +1,94 @@
+"""Which way is up where a file's rest pose and its poses say different things."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from body_cases import DEMO_MOTIONS
+
+from tryon_solver.body import BodyModel, BvhClip, parse_bvh, quaternions, retarget
+from tryon_solver.body.skeletons import find_parts
+from tryon_solver.body.standing_rest import tilt, upward_axis, with_standing_rest
+
+X, Y, Z = np.eye(3)
+TURNS = {"Z": (X, 90.0), "-Z": (X, -90.0), "X": (Z, -90.0), "-X": (Z, 90.0), "-Y": (Z, 180.0)}
+
+
+def turned_by_its_root(
+    clip: BvhClip, axis: np.ndarray, degrees: float, moved: tuple[float, ...] = (0, 0, 0)
+) -> BvhClip:
+    """The clip turned as a whole through the channels of its root, and moved [m]: its rest pose stays as it is."""
+    turn = quaternions.from_axis_angle(axis, np.radians(degrees))
+    positions, rotations = clip.positions.copy(), clip.rotations.copy()
+    positions[:, 0] = quaternions.rotate(turn, positions[:, 0]) + moved
+    rotations[:, 0] = quaternions.multiply(turn, rotations[:, 0])
+    return replace(clip, positions=positions, rotations=rotations)
+
+
+def demo(name: str) -> BvhClip:
+    return parse_bvh((DEMO_MOTIONS / f"{name}.bvh").read_text())
+
+
+@pytest.mark.parametrize("up", TURNS)
+@pytest.mark.parametrize("moved", [(0.0, 0.0, 0.0), (7.0, 7.0, 7.0)])
+def test_poses_of_another_up_axis_than_the_rest_pose_are_played_standing(
+    body: BodyModel, up: str, moved: tuple[float, ...]
+) -> None:
+    """What converters of SMPL write: a skeleton that stands along Y, turned to Z up by its root in every frame."""
+    clip = demo("walk")
+    other = turned_by_its_root(clip, *TURNS[up], moved)
+    parts = find_parts(clip.joint_names, clip.parents)
+    assert upward_axis(other, parts) == (up, "from feet to shoulders in its poses")
+    _, told = with_standing_rest(other, parts)
+    assert told == f"its rest pose stands along Y, its poses along {up}: up is the poses'"
+    one, same = retarget(clip, body), retarget(other, body)
+    np.testing.assert_allclose(one.roots, same.roots, atol=1e-9)
+    np.testing.assert_allclose(quaternions.to_matrix(one.rotations), quaternions.to_matrix(same.rotations), atol=1e-9)
+
+
+def test_turning_the_rest_pose_leaves_every_joint_and_tip_where_it_is() -> None:
+    other = turned_by_its_root(demo("squat"), X, 90.0)
+    stood, _ = with_standing_rest(other, find_parts(other.joint_names, other.parents))
+    assert stood is not other
+    (before, turns), (after, turned) = other.world(), stood.world()
+    np.testing.assert_allclose(after, before, atol=1e-12)
+    for joint, tip in other.end_sites.items():
+        there = quaternions.rotate(turned[:, joint], stood.end_sites[joint])
+        np.testing.assert_allclose(there, quaternions.rotate(turns[:, joint], tip), atol=1e-12)
+
+
+def test_a_tilt_is_told_of_poses_of_another_up_axis_too() -> None:
+    other = turned_by_its_root(demo("walk"), X, 90.0 + 30.0)
+    assert tilt(other, find_parts(other.joint_names, other.parents)) == pytest.approx(30.0, abs=5.0)
+
+
+def test_who_lies_on_the_floor_all_along_goes_on_lying() -> None:
+    """The floor, at zero along the axis of the rest pose and not along the poses', says that nobody stands here."""
+    clip = turned_by_its_root(demo("turn"), X, 90.0)
+    parts = find_parts(clip.joint_names, clip.parents)
+    lowest = clip.world()[0][..., 1].min()
+    lying = replace(clip, positions=clip.positions.copy())
+    lying.positions[:, 0] += [0.0, 0.1 - lowest, -0.9]
+    assert with_standing_rest(lying, parts) == (lying, "")
+    assert upward_axis(lying, parts) == (
+        "Y",
+        "from feet to shoulders in its rest pose: in its poses the person lies along Z",
+    )
+    assert tilt(lying, parts) == 0.0
+
+
+def test_who_lies_and_then_gets_up_is_not_turned() -> None:
+    """Without a floor at zero: who ever stands along the rest pose's axis has it for up."""
+    clip = demo("turn")
+    lying = turned_by_its_root(clip, X, 90.0, (0.0, 5.0, 5.0))
+    standing = turned_by_its_root(clip, X, 0.0, (0.0, 5.0, 5.0))
+    for stands, axis in ((0.0, "Z"), (0.2, "Y")):
+        first = round(clip.frame_count * (1.0 - stands))
+        both = replace(
+            clip,
+            positions=np.concatenate([lying.positions[:first], standing.positions[first:]]),
+            rotations=np.concatenate([lying.rotations[:first], standing.rotations[first:]]),
+        )
+        assert upward_axis(both, find_parts(clip.joint_names, clip.parents))[0] == axis
