@@ -14,9 +14,9 @@ from tryon_server.problems import ProblemError, problem_error
 from tryon_server.runtime.order import MeshReading
 from tryon_solver.body.model import BodyError, BodyModel, default_body
 from tryon_solver.files.convention import Told, find_for_body
-from tryon_solver.files.facing import toes
 from tryon_solver.files.mesh_body import MeshBody, is_moving_mesh, read_mesh_body
 from tryon_solver.files.raw_mesh import MeshFileError
+from tryon_solver.files.standing import facing, find_stand, stands_on_its_head
 
 BODY_FILE = "body.npz"
 BYTES_MAX = 64 * 2**20  # of a body's file, and of what is packed in an .npz: 30 times the default body's
@@ -55,6 +55,15 @@ def load_moving_mesh(path: Path | None, reading: MeshReading, name: str | None =
         raise problem_error("body.unusable", str(error), "Export it again", place="body", status=422) from error
 
 
+def stood_for_patterns(body: MeshBody) -> MeshBody:
+    """The moving mesh where patterns expect a body. Raises ProblemError when it does not stand."""
+    try:
+        return body.for_patterns()
+    except MeshFileError as error:
+        message = f"{error.place}: {error.message}"
+        raise problem_error("body.unusable", message, error.remedy, place="body", status=422) from error
+
+
 def _standing_mesh(path: Path, reading: MeshReading) -> MeshBody | None:
     """A mesh that stands and is no closed surface in metres as it is, where it is a human's; None for other bodies."""
     if path.suffix.lower() not in (".obj", ".glb"):
@@ -69,19 +78,26 @@ def _standing_mesh(path: Path, reading: MeshReading) -> MeshBody | None:
             return read_mesh_body(path, told)
         except (MeshFileError, BodyError):
             raise plain from None
-    if mesh.volume < 0 or _lies(np.asarray(mesh.vertices, np.float64), path.name):  # which is told, if it is a human's
+    lies = _lies(np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces), path.name)
+    if mesh.volume < 0 or lies:  # which is told, if it is a human's
         with contextlib.suppress(MeshFileError, BodyError):
             return read_mesh_body(path, told)
     return None
 
 
-def _lies(vertices: npt.NDArray[np.float64], name: str) -> bool:
-    """Whether these are a human's, (V, 3), that does not stand along Y in metres but, with its feet, another way."""
+def _lies(vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int_], name: str) -> bool:
+    """Whether these are a human's, (V, 3) with faces (F, 3), that does not stand along Y in metres but, with its feet,
+    another way, or not where patterns expect a body."""
     try:
         found = find_for_body(vertices, Told(), name)
+        x = found.apply(vertices)
+        if stands_on_its_head(x, faces):
+            return True
+        if facing(x, faces) is None:
+            return False
+        return (found.unit, found.up) != ("m", "y") or bool(find_stand(x, faces, name).notes)
     except MeshFileError:
         return False
-    return (found.unit, found.up) != ("m", "y") and toes(found.apply(vertices)) is not None
 
 
 def load_body(path: Path | None) -> BodyModel:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from tryon_protocol import GRID, check_grid
 from tryon_server.problems import problem_error
-from tryon_server.runtime.bodies import load_body, load_moving_mesh, one_joint_body
+from tryon_server.runtime.bodies import load_body, load_moving_mesh, one_joint_body, stood_for_patterns
 from tryon_server.runtime.devices import AUTOMATIC, choose_device
 from tryon_server.runtime.drape import Outfit, Progress
 from tryon_server.runtime.order import DrapeOrder
@@ -139,6 +139,8 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
         _refuse_for_mesh(order)
     progress("Reading the body", None)
     moving = load_moving_mesh(order.body, order.body_reading, order.body_name)
+    if moving is not None and not garment_is_mesh:
+        moving = stood_for_patterns(moving)
     body: WornBody = load_body(order.body) if moving is None else moving.sequence
     if garment_is_mesh:
         return build_mesh_drape(order, body, moving, fabric, settings, device, progress)

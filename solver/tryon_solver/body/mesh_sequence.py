@@ -14,7 +14,7 @@ explains their motion best and fitting the parts (Kabsch 1976), as smooth skinni
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -80,6 +80,19 @@ class MeshSequence:
         if loop and t > self.duration:
             raise BodyError(f"the sequence lasts {self.duration:.2f} s and has no motion for {t:.2f} s; ask for less")
         return Moment(float(np.clip(t, 0.0, self.duration)), np.zeros(3))
+
+    def put(self, turn: np.ndarray, shift: np.ndarray) -> MeshSequence:
+        """The same elsewhere: x goes to `turn` x + `shift`, a rotation (3, 3) and (3,) m, in every frame."""
+        whole = Rotation.from_matrix(turn)
+        flat = whole * Rotation.from_quat(self.rotations.reshape(-1, 4)) * whole.inv()
+        return replace(
+            self,
+            rest_vertices=self.rest_vertices @ turn.T + shift,
+            centres=self.centres @ turn.T + shift,
+            rotations=quaternions.continuous(flat.as_quat().reshape(self.rotations.shape)),
+            places=self.places @ turn.T + shift,
+            corrections=(self.corrections @ turn.T).astype(np.float32),
+        )
 
     def start(self) -> Moment:
         """The first frame."""

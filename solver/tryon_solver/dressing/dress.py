@@ -18,7 +18,7 @@ from tryon_solver.dressing.fit import CrumpledError, TightError, check_rest, clo
 from tryon_solver.dressing.opening import Opening, opening_as_drawn, upper_opening
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.panel_mesh import PanelMesh
-from tryon_solver.geometry.placement import place_around
+from tryon_solver.geometry.placement import PlacementError, place_around
 from tryon_solver.geometry.weld import WeldedMesh, weld
 from tryon_solver.materials.fabric import Fabric
 from tryon_solver.scene import WORN, AirDrag, BodyContact, Effect, Scene, SelfContact, Sewing, StrainLimit
@@ -79,7 +79,13 @@ def dress(
     surface = body.surface(pose)
     progress("placing", 0.0)
     clearance = settings.body_offset + 0.5 * fabric.thickness + settings.d_hat
-    x_start = place_around(panels, surface, body.faces, clearance)
+    try:
+        x_start = place_around(panels, surface, body.faces, clearance)
+    except PlacementError:
+        raise
+    except (ValueError, IndexError, ZeroDivisionError) as error:  # of numbers that no standing body has
+        remedy = "Give a body that stands upright on y = 0 over x = z = 0, faces +Z and holds its arms away from itself"
+        raise PlacementError(f"the pieces find no place around this body ({error})", "body", remedy) from error
     joined = weld(panels)
     try:
         x_sewn, sewn_surface = sew(panels, joined, x_start, body, pose, fabric, settings, device, progress)

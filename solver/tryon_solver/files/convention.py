@@ -39,6 +39,7 @@ class Convention:
     up: str
     because: str
     turns: int = 0  # quarter turns about the upward axis, of a body that has X up
+    over: bool = False  # the axis points down: half a turn about z follows
 
     @property
     def metres_per_unit(self) -> float:
@@ -48,7 +49,7 @@ class Convention:
         """(..., 3) m, Y up, from the file's units and axes.
 
         Z up: x stays, z becomes y, y becomes -z. X up: x becomes y, y becomes -x, z stays, as COLLADA has it; then the
-        quarter turns, z to x.
+        quarter turns, z to x; then, where the axis points down, half a turn about z.
         """
         placed = np.asarray(vertices, np.float64) * UNITS[self.unit]
         x, y, z = placed[..., 0], placed[..., 1], placed[..., 2]
@@ -58,11 +59,13 @@ class Convention:
             x, y = -y, x
             for _ in range(self.turns):
                 x, z = z, -x
+        if self.over:
+            x, y = -x, -y
         return np.stack([x, y, z], axis=-1)
 
     def describe(self) -> str:
         """For people."""
-        return f"{self.unit}, {self.up.upper()} up ({self.because})"
+        return f"{self.unit}, {self.up.upper()} {'down' if self.over else 'up'} ({self.because})"
 
 
 @dataclass(frozen=True)
@@ -178,7 +181,9 @@ def find_for_garment(
     tried: list[str] = []
     for unit in (told.unit,) if told.unit else UNITS:
         for up in (told.up,) if told.up else (*AXES, "x") if as_body else AXES:
-            reading = Convention(unit, up, told.source, body.turns if body is not None and up == "x" else 0)
+            turns = body.turns if body is not None and up == "x" else 0
+            over = body is not None and body.over
+            reading = Convention(unit, up, told.source, turns, over)
             placed = reading.apply(vertices)
             corners = placed[faces]
             area = 0.5 * np.linalg.norm(

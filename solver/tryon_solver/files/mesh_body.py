@@ -11,7 +11,7 @@ import re
 import zipfile
 import zlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path, PurePosixPath
 
@@ -29,6 +29,7 @@ from tryon_solver.files.npz_frames import FRAME_KEYS, read_npz, refuse_rate
 from tryon_solver.files.obj import Polygon, parse_frame, parse_obj, refuse_other_polygons
 from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.files.sides import sides_told
+from tryon_solver.files.standing import find_stand, stands_on_its_head
 from tryon_solver.geometry.boundary_loops import boundary_loops
 from tryon_solver.geometry.surface_repair import (
     crowded_edges,
@@ -84,6 +85,16 @@ class MeshBody:
     sequence: MeshSequence
     convention: Convention
     notes: tuple[str, ...]
+    name: str = "body"
+
+    def for_patterns(self) -> MeshBody:
+        """The same body where patterns expect one, which is told: patterns come without a place, meshes with theirs.
+
+        Raises MeshFileError when it does not stand in its first frame.
+        """
+        stand = find_stand(self.sequence.rest_vertices, self.sequence.faces, self.name)
+        notes = (*self.notes, *stand.notes)
+        return replace(self, sequence=self.sequence.put(stand.turn, stand.shift), notes=notes)
 
 
 def is_moving_mesh(path: Path) -> bool:
@@ -302,10 +313,16 @@ def make_body(raw: RawFrames) -> MeshBody:
     if not len(used):
         raise MeshFileError("none of its triangles has three corners", raw.name, "Export the mesh itself, with faces")
     convention = find_for_body(raw.frames[0][used], raw.told, raw.name)
-    notes = [f"units and axes: {convention.describe()}", *raw.notes]
     frames = convention.apply(raw.frames).astype(np.float32)
     refuse_jumps(frames, used, raw.dt, raw.place)
     weights, faces, turned, moved_by = _welded(frames, raw.faces)
+    over = stands_on_its_head(weights @ frames[0].astype(np.float64), faces)
+    if over:
+        convention = replace(convention, over=True)
+        frames = convention.apply(raw.frames).astype(np.float32)
+    notes = [f"units and axes: {convention.describe()}", *raw.notes]
+    if over:
+        notes.insert(1, "its feet were above its head: it was turned over")
     x = weights @ frames[0].astype(np.float64)
     if 2 * len(hanging_on_none(faces)) > len(faces):
         raise MeshFileError(
@@ -340,7 +357,7 @@ def make_body(raw: RawFrames) -> MeshBody:
             notes.append(f"its {before} vertices were remeshed to {weights.shape[0]}")
     moved = np.stack([weights @ frame.astype(np.float64) for frame in frames]).astype(np.float32)
     notes += _crossings(moved, faces)
-    return MeshBody(make_sequence(moved, faces, raw.dt), convention, tuple(notes))
+    return MeshBody(make_sequence(moved, faces, raw.dt), convention, tuple(notes), raw.name)
 
 
 def _welded(frames: np.ndarray, faces: np.ndarray) -> tuple[sp.csr_matrix, np.ndarray, np.ndarray, float]:

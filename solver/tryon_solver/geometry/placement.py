@@ -14,7 +14,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from tryon_solver.geometry.body_parts import find_arm, find_trunk
+from tryon_solver.geometry.body_parts import FEWEST_VERTICES, find_arm, find_trunk
 from tryon_solver.geometry.located_error import LocatedError
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.proximity import Points, Surface
@@ -44,6 +44,13 @@ def place_around(
     body = Surface(np.asarray(body_vertices, dtype=np.float64), body_faces)
     trunk = find_trunk(body.vertices, body.faces)
     sides = [arm_side(mesh, index, trunk) for index in range(len(mesh.panel_names))]
+    for index, side in enumerate(sides):
+        if side and np.count_nonzero(trunk.arms(body.vertices, side)) < FEWEST_VERTICES:
+            raise PlacementError(
+                f"{mesh.panel_names[index]} belongs on an arm, and the body has none on that side",
+                f"panels.{mesh.panel_names[index]}",
+                "Give a body that stands upright on y = 0 over x = z = 0, faces +Z and holds its arms away from itself",
+            )
     arms = {
         side: find_arm(body.vertices, trunk, side, mesh.placed[np.array(sides)[mesh.panel_of_vertex] == side])
         for side in set(sides) - {0}

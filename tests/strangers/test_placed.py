@@ -1,0 +1,90 @@
+"""Patterns are worn where they belong by bodies that stand elsewhere, look elsewhere or have their head down."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tryon_solver.dressing.dress as dressing
+from tryon_server.problems import ProblemError
+from tryon_server.runtime.bodies import load_moving_mesh
+from tryon_server.runtime.offline import simulate
+from tryon_server.runtime.order import DrapeOrder, MeshReading
+from tryon_solver.body import default_body
+
+PATTERNS = Path(__file__).resolve().parents[2] / "server" / "tryon_server" / "demo" / "patterns"
+BODY = default_body()
+REST = BODY.rest_vertices
+FACING_X = np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]])
+
+
+def tell_nobody(_what, _share):
+    pass
+
+
+def order(garment, body):
+    return DrapeOrder(PATTERNS / garment, "cotton_jersey", "draft", "cpu", body=body, edge_length=0.03)
+
+
+def saved(path, frames):
+    np.savez(path, vertices=frames.astype(np.float32), faces=BODY.faces, fps=30.0)
+    return path
+
+
+@pytest.fixture(scope="module")
+def usual(tmp_path_factory):
+    """The same body where it belongs."""
+    path = saved(tmp_path_factory.mktemp("usual") / "u.npz", REST[None])
+    recording = simulate(order("tshirt.json", path), None, 0.1, 30.0, tell_nobody)
+    assert not any("patterns" in note or "turned over" in note for note in recording.notes)
+    return recording
+
+
+@pytest.mark.parametrize(
+    ("strange", "told"),
+    [
+        (REST - [0.0, 0.9, 0.0], "stood on the floor: raised by 0.90 m"),
+        (REST @ FACING_X.T + [5.0, 0.0, 0.0], "turned by 90° about the vertical, to face +Z"),
+        (REST * [-1.0, -1.0, 1.0], "its feet were above its head: it was turned over"),
+    ],
+    ids=["pelvis", "aside", "upside_down"],
+)
+def test_a_shirt_is_worn_on_the_trunk(tmp_path, usual, strange, told):
+    """As on the same body where it belongs; which is what was wrong with it, told."""
+    recording = simulate(order("tshirt.json", saved(tmp_path / "b.npz", strange[None])), None, 0.1, 30.0, tell_nobody)
+    assert any(told in note for note in recording.notes), recording.notes
+    # the body is left 2 cm before the middle, or put over it
+    np.testing.assert_allclose(recording.body[0], usual.body[0], atol=0.03)
+    np.testing.assert_allclose(recording.cloth[-1].mean(axis=0), usual.cloth[-1].mean(axis=0), atol=0.05)
+    assert np.ptp(recording.cloth[-1], axis=0) == pytest.approx(np.ptp(usual.cloth[-1], axis=0), abs=0.1)
+
+
+def test_a_body_that_lies_is_refused_for_a_pattern(tmp_path):
+    path = tmp_path / "b.npz"
+    lying = REST[:, [0, 2, 1]] * [1.0, 1.0, -1.0]
+    np.savez(path, vertices=lying[None].astype(np.float32), faces=BODY.faces, fps=30.0, units="m", up="y")
+    with pytest.raises(ProblemError, match="does not stand") as caught:
+        simulate(order("tshirt.json", path), None, 0.1, 30.0, tell_nobody)
+    assert caught.value.problem.place == "body"
+
+
+@pytest.mark.parametrize("error", [ValueError("zero-size array"), IndexError("out of bounds")])
+def test_geometry_that_fails_in_placing_is_a_refusal(tmp_path, monkeypatch, error):
+    def fails(*_):
+        raise error
+
+    monkeypatch.setattr(dressing, "place_around", fails)
+    with pytest.raises(ProblemError, match="can't be put on: the pieces find no place around this body") as caught:
+        simulate(order("tshirt.json", saved(tmp_path / "b.npz", REST[None])), None, 0.1, 30.0, tell_nobody)
+    assert caught.value.problem.code == "garment.unfit"
+    assert caught.value.problem.remedy
+
+
+@pytest.mark.parametrize(("placed", "read"), [(REST, False), (REST - [0.0, 0.9, 0.0], True), (REST @ FACING_X.T, True)])
+def test_a_closed_mesh_that_stands_elsewhere_is_placed_too(tmp_path, placed, read):
+    text = ["v {} {} {}".format(*v) for v in placed] + ["f {} {} {}".format(*f) for f in BODY.faces + 1]
+    (tmp_path / "stands.obj").write_text("\n".join(text))
+    body = load_moving_mesh(tmp_path / "stands.obj", MeshReading())
+    assert (body is not None) == read
+    if body is not None:
+        np.testing.assert_allclose(body.for_patterns().sequence.rest_vertices, REST, atol=0.03)
