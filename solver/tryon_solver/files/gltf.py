@@ -26,6 +26,7 @@ WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 TRIANGLES = 4
 JSON_CHUNK, BIN_CHUNK = 0x4E4F534A, 0x004E4942
 READ_EXTENSIONS = {"KHR_materials_unlit", "KHR_texture_transform", "KHR_mesh_quantization"}
+LISTED = 3  # names of meshes that are left out
 AGAIN = "Export it again as a plain .glb: one file, no compression, triangles"
 
 
@@ -60,6 +61,7 @@ class GltfScene:
     skins: list[tuple[list[int], np.ndarray]] = field(default_factory=list)  # joint nodes, inverse bind matrices
     animation: Choice | None = None
     channels: list[Channel] = field(default_factory=list)  # of the animation that is played
+    left_out: tuple[str, ...] = ()  # names of nodes with meshes that its scene does not show
 
     @property
     def begins(self) -> float:
@@ -76,6 +78,10 @@ class GltfScene:
         said = [self.animation.describe()] if self.animation else []
         if self.channels and self.begins > 0:
             said.append(f"its first key is at {self.begins:.2f} s: it begins there")
+        if self.left_out:
+            names = ", ".join(repr(name) for name in self.left_out[:LISTED])
+            more = f" and {len(self.left_out) - LISTED} more" if len(self.left_out) > LISTED else ""
+            said.append(f"its scene does not show the meshes of {names}{more}: they are left out")
         return tuple(filter(None, said))
 
     def raw_mesh(self) -> RawMesh:
@@ -209,6 +215,20 @@ class _Parser:
         if needed:
             raise MeshFileError(f"it needs the extension {min(needed)}, which is not read", name, AGAIN)
 
+    def shown(self) -> set[int]:
+        """The nodes of the scene that the file shows, the first where it names none; all where it has no scenes."""
+        nodes, scenes = self.document.get("nodes", []), self.document.get("scenes", [])
+        if not scenes:
+            return set(range(len(nodes)))
+        found: set[int] = set()
+        ahead = list(scenes[self.document.get("scene", 0)].get("nodes", ()))
+        while ahead:
+            node = ahead.pop()
+            if node not in found:
+                found.add(node)
+                ahead += nodes[node].get("children", ())
+        return found
+
     def scene(self, animation: str | None) -> GltfScene:
         document = self.document
         nodes = document.get("nodes", [])
@@ -239,15 +259,20 @@ class _Parser:
             if len(inverse) != count:
                 raise self.fault(f"it has {len(inverse)} bind matrices for {count} joints", f"skin {len(scene.skins)}")
             scene.skins.append((joints, inverse))
+        shown = self.shown()
+        scene.left_out = tuple(
+            str(node.get("name", f"node {k}")) for k, node in enumerate(nodes) if "mesh" in node and k not in shown
+        )
         for k, node in enumerate(nodes):
-            if "mesh" in node:
+            if "mesh" in node and k in shown:
                 mesh = document["meshes"][node["mesh"]]
                 for primitive in mesh["primitives"]:
                     if primitive.get("mode", TRIANGLES) == TRIANGLES:
                         scene.primitives.append(self.primitive(primitive, mesh, node, k))
                         self.refuse_unfit(scene, scene.primitives[-1])
         if not scene.primitives:
-            raise MeshFileError("it has no triangles", self.name, AGAIN)
+            where = " in the scene that it shows" if scene.left_out else ""
+            raise MeshFileError(f"it has no triangles{where}", self.name, AGAIN)
         animations = document.get("animations", [])
         scene.animation = choose(animations, [self.moves(one) for one in animations], animation, self.name)
         if scene.animation is not None:

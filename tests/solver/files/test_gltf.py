@@ -69,9 +69,32 @@ def test_nodes_place_their_meshes():
     assert mesh.faces.tolist() == [[0, 1, 2]]
 
 
+ELSEWHERE = [{"mesh": 0, "name": "Cube", "translation": [0, 0, 9]}, {"children": [2]}, {"mesh": 0}]
+
+
+@pytest.mark.parametrize(
+    ("scenes", "depths"),
+    [
+        ({"scenes": [{"nodes": [0]}, {"nodes": [1]}], "scene": 1}, [0]),
+        ({"scenes": [{"nodes": [1]}, {"nodes": [0]}]}, [0]),
+        ({"scenes": [{"nodes": [0, 1]}], "scene": 0}, [9, 0]),
+        ({}, [9, 0]),
+    ],
+)
+def test_only_the_scene_that_is_shown_is_read(scenes, depths):
+    """With all that hangs on its nodes; everything where a file has no scenes."""
+    mesh = parse_glb(triangle(nodes=ELSEWHERE, **scenes)).raw_mesh()
+    assert mesh.vertices[:, 2].tolist() == np.repeat(depths, 3).tolist()
+    left_out = "its scene does not show the meshes of 'Cube': they are left out"
+    assert mesh.notes == ((left_out,) if len(depths) == 1 else ())
+
+
 @pytest.mark.parametrize(
     ("content", "words"),
     [
+        (triangle(scenes=[{}]), "no triangles in the scene that it shows"),
+        (triangle(scenes=[{"nodes": [7]}]), "not a sound glTF file"),
+        (triangle(scenes=[{"nodes": [0]}], scene=3), "not a sound glTF file"),
         (b"PK\x03\x04", "does not begin as a .glb does"),
         (triangle()[:-8], "bytes"),
         (triangle(extensionsRequired=["KHR_draco_mesh_compression"]), "KHR_draco_mesh_compression"),
