@@ -223,7 +223,7 @@ def correct_penetration(sim: Simulation) -> None:
             progress.resume()
         else:
             break
-    if outcome.strayed:
+    if outcome.strayed and sim.settings.contact_passes == 1:  # else the next pass goes on with the snap
         go_back_to_least(sim)
     if sim.touching:
         sim.pairs.read_size()
