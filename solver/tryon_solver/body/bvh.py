@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import codecs
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
@@ -36,6 +37,7 @@ KNOWN_UNITS = (
 UNITS = {"m": 1.0, "dm": 10.0, "asf": 17.72, "in": 39.37, "cm": 100.0, "mm": 1000.0}
 """Units per metre, by the names that a user tells them by; those of `KNOWN_UNITS`."""
 BYTE_ORDER_MARK = "\ufeff"  # what some editors begin UTF-8 with
+BRACES = re.compile("([{}])")
 AXES = {"X": 0, "Y": 1, "Z": 2}
 
 
@@ -164,14 +166,11 @@ def _read(text: str, units_per_metre: float, name: str) -> BvhClip:
 
 
 def _numbered(text: str) -> Iterator[tuple[int, list[str]]]:
-    """(line number, words) of every line that is not blank; a brace that ends a line counts as a line."""
+    """(line number, words) of every line that is not blank; a brace, blanks around it or not, counts as a line."""
     for number, line in enumerate(text.splitlines(), start=1):
-        words = line.split()
-        if len(words) > 1 and words[-1] == "{":  # the brace of a joint on the joint's own line
-            yield number, words[:-1]
-            words = words[-1:]
-        if words:
-            yield number, words
+        for part in BRACES.split(line):
+            if words := part.split():
+                yield number, words
 
 
 def _parse_hierarchy(lines: Iterator[tuple[int, list[str]]]) -> list[_Joint]:
@@ -203,7 +202,7 @@ def _parse_hierarchy(lines: Iterator[tuple[int, list[str]]]) -> list[_Joint]:
                 raise BvhError(f"a second joint named {joint_name!r}; names must be unique", number)
             joints.append(_Joint(joint_name, -1 if inside is None else inside, number))
             announced, in_end_site = len(joints) - 1, False
-        elif keyword == "END":
+        elif keyword in ("END", "ENDSITE"):
             if not open_braces or open_braces[-1] is None:
                 raise BvhError("End Site outside of a joint", number)
             announced, in_end_site = open_braces[-1], True
@@ -260,10 +259,10 @@ def _channels(words: list[str], line: int) -> list[str]:
 
 def _parse_motion(lines: Iterator[tuple[int, list[str]]], channel_count: int) -> tuple[np.ndarray, float]:
     """Channel values (T, channels) and the frame time [s]."""
-    frames, line = _header(lines, "Frames:", ["FRAMES", ":"])
+    frames, line = _header(lines, "Frames:")
     if frames < 1 or frames != int(frames):
         raise BvhError(f"'Frames:' says {frames:g}; a motion has at least one whole frame", line)
-    dt, line = _header(lines, "Frame Time:", ["FRAME", "TIME", ":"])
+    dt, line = _header(lines, "Frame Time:")
     if not SHORTEST_FRAME <= dt <= LONGEST_FRAME:
         raise BvhError(
             f"'Frame Time:' says {dt:g} s; a motion has {SHORTEST_FRAME:g} to {LONGEST_FRAME:g} s, 0.016667 for 60 Hz",
@@ -277,13 +276,13 @@ def _parse_motion(lines: Iterator[tuple[int, list[str]]], channel_count: int) ->
     return np.array(rows).reshape(len(rows), channel_count), dt
 
 
-def _header(lines: Iterator[tuple[int, list[str]]], written: str, keywords: list[str]) -> tuple[float, int | None]:
-    """The number that a line of the header gives, and that line."""
+def _header(lines: Iterator[tuple[int, list[str]]], written: str) -> tuple[float, int | None]:
+    """The number that a line of the header gives after what is `written` before it, blanks or not, and that line."""
     number, words = next(lines, (None, []))
-    words = " ".join(words).replace(":", " : ").split()  # "Frames:50" as well
-    if [word.upper() for word in words[: len(keywords)]] != keywords:
+    before, colon, value = " ".join(words).partition(":")
+    if "".join(before.split()).upper() + colon != "".join(written.split()).upper():
         raise BvhError(f"expected '{written}' and a number after MOTION", number)
-    return _numbers(words[len(keywords) :], number, written, 1)[0], number
+    return _numbers(value.split(), number, written, 1)[0], number
 
 
 def _numbers(words: list[str], line: int | None, what: str, count: int) -> list[float]:

@@ -77,9 +77,18 @@ def test_lower_case_keywords_and_windows_line_ends_are_read() -> None:
         ("Frames: 2", "Frames:2"),
         ("Frames: 2", "Frames : 2"),
         ("Frame Time: 0.016667", "Frame Time:0.016667"),
+        ("Frame Time: 0.016667", "FrameTime: 0.016667"),
+        ("Frame Time: 0.016667", "\tFrame\t Time\t:\t0.016667 \t"),
         ("JOINT Elbow\n\t{", "JOINT Elbow {"),
         ("ROOT Base\n{", "ROOT Base {"),
         ("End Site\n\t\t{", "End Site {"),
+        ("ROOT Base\n{", "ROOT Base{"),
+        ("JOINT Elbow\n\t{", "JOINT Elbow{"),
+        ("End Site\n\t\t{", "EndSite{"),
+        ("{\n\tOFFSET 0 0 0", "{OFFSET 0 0 0"),
+        ("OFFSET 0 60 0\n\t\t}\n\t}\n}", "OFFSET 0 60 0}}}"),
+        ("\t\t}\n\t}\n}\nMOTION", "} } }MOTION"),
+        ("100 200 300 90 0 0 90 90 0\n", "100\t200 300\t90  0 0 90 90 0 \t \r\n \r\n"),
     ],
 )
 def test_blanks_and_line_ends_that_tell_nothing_are_not_asked_for(old: str, new: str) -> None:
