@@ -6,6 +6,7 @@ import json
 import socket
 import subprocess
 import sys
+from typing import get_args
 
 import numpy as np
 import patterns
@@ -13,9 +14,13 @@ import pytest
 import trimesh
 
 from tryon_server import cli
+from tryon_server.api.garments import Units
+from tryon_server.api.motions import BvhUnits
 from tryon_server.cli import address_of, main
 from tryon_server.runtime import offline
 from tryon_server.runtime.local import load_catalogue
+from tryon_solver.body import bvh
+from tryon_solver.files import convention
 
 
 @pytest.fixture(scope="module")
@@ -193,6 +198,12 @@ def test_help_lists_every_fabric_motion_and_preset(capsys):
         assert f"{', '.join(others)} or {last}" in text
     assert set(cli.PRESETS.replace(" or ", ", ").split(", ")) == set(catalogue.presets)
     assert cli.PRESETS in text
+
+
+def test_files_have_the_same_units_wherever_they_are_told():
+    assert cli.UNITS == get_args(Units) == tuple(convention.UNITS)
+    assert cli.BVH_UNITS == get_args(BvhUnits) == tuple(bvh.UNITS)
+    assert set(cli.UNITS) < set(cli.BVH_UNITS)
 
 
 def test_devices_names_the_processor(capsys):

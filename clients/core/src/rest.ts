@@ -29,7 +29,7 @@ export interface BodyReading {
 const UNTOLD: BodyReading = { units: null, up: null, fps: null, animation: null };
 
 /** What a BVH file's lengths are in; asf: CMU's unit. */
-export type MotionUnits = "m" | "dm" | "asf" | "in" | "cm" | "mm";
+export type MotionUnits = "m" | "dm" | "asf" | "in" | "ft" | "cm" | "mm";
 
 export interface Motion {
   /** what sessions call it */

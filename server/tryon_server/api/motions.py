@@ -14,7 +14,7 @@ from tryon_server.persistence import MotionRecord
 from tryon_server.problems import problem_error
 from tryon_server.services import Services
 
-BvhUnits = Literal["m", "dm", "asf", "in", "cm", "mm"]
+BvhUnits = Literal["m", "dm", "asf", "in", "ft", "cm", "mm"]
 
 PATH = "/api/motions"
 router = APIRouter(prefix=PATH, tags=["motions"], responses=ERROR_REPLIES)

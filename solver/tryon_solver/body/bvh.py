@@ -28,13 +28,14 @@ FRAMES_MEASURED = 100
 SHORTEST_FRAME, LONGEST_FRAME = 1e-3, 1.0  # s, from high-speed cameras to key poses
 KNOWN_UNITS = (
     (1.0, "metres"),
+    (1 / 0.3048, "feet"),
     (10.0, "decimetres"),
     (17.72, "CMU's ASF units"),
     (39.37, "inches"),
     (100.0, "centimetres"),
     (1000.0, "millimetres"),
 )
-UNITS = {"m": 1.0, "dm": 10.0, "asf": 17.72, "in": 39.37, "cm": 100.0, "mm": 1000.0}
+UNITS = {"m": 1.0, "dm": 10.0, "asf": 17.72, "in": 39.37, "ft": 1 / 0.3048, "cm": 100.0, "mm": 1000.0}
 """Units per metre, by the names that a user tells them by; those of `KNOWN_UNITS`."""
 BYTE_ORDER_MARK = "\ufeff"  # what some editors begin UTF-8 with
 BRACES = re.compile("([{}])")

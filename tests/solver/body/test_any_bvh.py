@@ -134,7 +134,8 @@ def test_a_heap_of_bones_is_replaced_by_a_frame_and_said() -> None:
 
 
 @pytest.mark.parametrize(
-    ("units", "name"), [(1.0, "metres"), (39.37, "inches"), (1000.0, "millimetres"), (17.72, "ASF")]
+    ("units", "name"),
+    [(1.0, "metres"), (39.37, "inches"), (1 / 0.3048, "feet"), (1000.0, "millimetres"), (17.72, "ASF")],
 )
 def test_units_are_found_from_the_poses(units: float, name: str) -> None:
     text = (DEMO_MOTIONS / "walk.bvh").read_text()
