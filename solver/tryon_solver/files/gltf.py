@@ -8,6 +8,7 @@ Specification, sections 3.6 (accessors) and 3.7 (skins, morph targets); animatio
 
 from __future__ import annotations
 
+import graphlib
 import json
 import struct
 from dataclasses import dataclass, field
@@ -232,6 +233,7 @@ class _Parser:
     def scene(self, animation: str | None) -> GltfScene:
         document = self.document
         nodes = document.get("nodes", [])
+        self.refuse_cycle(nodes)
         parents = [-1] * len(nodes)
         for k, node in enumerate(nodes):
             for child in node.get("children", ()):
@@ -285,6 +287,19 @@ class _Parser:
 
     def fault(self, message: str, place: str) -> MeshFileError:
         return MeshFileError(message, f"{self.name}, {place}", AGAIN)
+
+    def refuse_cycle(self, nodes: list[dict[str, Any]]) -> None:
+        """Raises MeshFileError when a node hangs from itself, by others or at once."""
+        try:
+            graphlib.TopologicalSorter({k: node.get("children", ()) for k, node in enumerate(nodes)}).prepare()
+        except graphlib.CycleError as error:
+            around = error.args[1][::-1]  # from parent to child
+            names = " > ".join(repr(nodes[k].get("name", f"node {k}")) for k in around)
+            raise MeshFileError(
+                f"its nodes hang from each other in a circle: {names}",
+                f"{self.name}, node {around[0]}",
+                "Take the first of them out of the children of the one before it, and export it again",
+            ) from error
 
     def refuse_beyond(self, ids: np.ndarray, count: int, place: str, what: str) -> None:
         """Raises MeshFileError when one of these ids is none of 0 to count - 1."""

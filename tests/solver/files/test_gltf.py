@@ -1,5 +1,6 @@
 """Reading .glb: the squat that the script writes with bones rolled any way, against our own skinning; broken files."""
 
+import itertools
 import struct
 
 import numpy as np
@@ -133,6 +134,26 @@ def test_a_skin_or_animation_that_does_not_fit_is_named(content, place, words):
         parse_glb(content, "a.glb")
     assert caught.value.place == place
     assert caught.value.remedy
+
+
+@pytest.mark.parametrize(
+    ("children", "within"), [([[1], [2], [1]], {1, 2}), ([[1, 2], [1], []], {1}), ([[1], [2], [0]], {0, 1, 2})]
+)
+def test_nodes_that_hang_from_each_other_in_a_circle_are_named(children, within):
+    """From parent to child; also where a node beside the circle has the last word on whose child one is."""
+    names = ["root", "hips", "thigh"]
+    nodes = [{"name": name, "children": below} for name, below in zip(names, children)]
+    for order in ([0, 1, 2], [1, 2, 0]):
+        place = [order.index(k) for k in range(3)]
+        mixed = [{**nodes[k], "mesh": 0, "children": [place[child] for child in children[k]]} for k in order]
+        with pytest.raises(MeshFileError, match="hang from each other in a circle: '") as caught:
+            parse_glb(triangle(nodes=mixed), "a.glb")
+        told = [names.index(name.strip("'")) for name in caught.value.message.partition(": ")[2].split(" > ")]
+        assert set(told) == within
+        assert told[0] == told[-1]
+        assert all(child in children[parent] for parent, child in itertools.pairwise(told))
+        assert caught.value.place == f"a.glb, node {place[told[0]]}"
+        assert "children" in caught.value.remedy
 
 
 def test_a_name_that_is_no_text_is_refused():
