@@ -56,6 +56,8 @@ def upward_axis(clip: BvhClip, parts: SkeletonParts) -> tuple[str, str]:
     if up @ poses > 0.5:
         return _axis_name(up), "from feet to shoulders in its poses"
     lies = f"in its poses the person lies along {_axis_name(poses)}"
+    if up @ poses < -0.5:
+        lies = "in most of its poses the person is upside down"
     return _axis_name(up), f"from feet to shoulders in its rest pose: {lies}"
 
 
@@ -64,7 +66,8 @@ def _upward(positions: np.ndarray, parts: SkeletonParts, own: np.ndarray | None)
 
     It is the one along which most poses are up, from feet to shoulders. That is not the rest pose's where root or
     converter turn the person, but neither is it where somebody lies all along. The floor tells the two apart where it
-    is at zero along one of both axes; else it is the rest pose's if the person ever stands along it.
+    is at zero along one of both axes; else it is the rest pose's if the person ever stands along it, or stands on the
+    hands.
     """
     poses = _nearest_axis(np.median([_directions(x, parts)[0] for x in positions], axis=0))
     if own is None or poses @ own > 0.5:
@@ -73,7 +76,16 @@ def _upward(positions: np.ndarray, parts: SkeletonParts, own: np.ndarray | None)
     if on_own != on_poses:
         return own if on_own else poses
     standing = np.mean([_stands(x, parts, own) for x in positions])
-    return own if standing >= STANDING_SHARE else poses
+    return own if standing >= STANDING_SHARE or _on_hands(positions, parts, own) else poses
+
+
+def _on_hands(positions: np.ndarray, parts: SkeletonParts, up: np.ndarray) -> bool:
+    """Whether most of these poses (T, J, 3) m are upside down along `up`, on the hands: of a person who is turned over
+    by the file hang, or swing, hands beside the hips, above the head."""
+    over = np.array([_directions(x, parts)[0] @ up < 0.0 for x in positions])
+    at = {name: positions[:, joint] @ up for name, joint in parts.joints.items()}
+    below = np.minimum(at["left_hand"], at["right_hand"]) < at["head"]
+    return bool(np.mean(over & below) > 0.5)
 
 
 def _own_axis(rest: np.ndarray, parts: SkeletonParts) -> np.ndarray | None:

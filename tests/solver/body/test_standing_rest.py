@@ -79,6 +79,34 @@ def test_who_lies_on_the_floor_all_along_goes_on_lying() -> None:
     assert tilt(lying, parts) == 0.0
 
 
+@pytest.mark.parametrize("height", [None, 7.0])
+@pytest.mark.parametrize("standing", [0.0, 0.2])
+def test_a_handstand_stays_one(body: BodyModel, height: float | None, standing: float) -> None:
+    """All along or only at first, with the floor at zero or elsewhere: who is on the hands was not turned by a file."""
+    clip = demo("jumping_jack")
+    parts = find_parts(clip.joint_names, clip.parents)
+    joints = clip.world()[0][..., 1]
+    hands = joints[:, [parts.joints["left_hand"], parts.joints["right_hand"]]]
+    raised = np.flatnonzero(hands.min(axis=1) > joints[:, parts.joints["head"]] + 0.1)[:20]
+    upright = np.flatnonzero(hands.max(axis=1) < joints[:, parts.joints["head"]])[: round(standing * 25)]
+    up = replace(clip, positions=clip.positions[raised], rotations=clip.rotations[raised])
+    over = turned_by_its_root(up, X, 180.0, (0.0, joints[raised].max() if height is None else height, 0.0))
+    after = clip.positions[upright].copy()
+    after[:, 0] = over.positions[-1, 0]
+    both = replace(
+        over,
+        positions=np.concatenate([over.positions, after]),
+        rotations=np.concatenate([over.rotations, clip.rotations[upright]]),
+    )
+    assert with_standing_rest(both, parts) == (both, "")
+    told = "from feet to shoulders in its rest pose: in most of its poses the person is upside down"
+    assert upward_axis(both, parts) == ("Y", told)
+    assert tilt(both, parts) == 0.0
+    played = retarget(both, body)
+    world = quaternions.rotate(played.rotations[: len(raised), 0], np.broadcast_to(Y, (len(raised), 3)))
+    assert (world[:, 1] < -0.7).all()
+
+
 def test_who_lies_and_then_gets_up_is_not_turned() -> None:
     """Without a floor at zero: who ever stands along the rest pose's axis has it for up."""
     clip = demo("turn")
