@@ -155,6 +155,14 @@ def test_a_motion_that_leans_as_a_whole_is_told_to_be_tilted(live):
     assert "lean" not in notes[90.0]
 
 
+def test_a_motion_whose_left_is_named_right_is_told(live):
+    swapped = WALK.replace("Left", "?").replace("Right", "Left").replace("?", "Right")
+    found = post(live, "motions", swapped).json()["found"]
+    assert any("its joints named left, as 'LeftArm', are on its right" in note for note in found["notes"])
+    assert found["joints_mapped"]["left_forearm"] == "RightForeArm"
+    assert not any("named left" in note for note in post(live, "motions", WALK).json()["found"]["notes"])
+
+
 def lines_until(count: int) -> str:
     return "\n".join(WALK.splitlines()[:count])
 

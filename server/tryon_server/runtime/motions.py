@@ -11,6 +11,7 @@ from tryon_server.sessions.commands import MotionFile
 from tryon_solver.body.bvh import KNOWN_UNITS, UNITS, BvhClip, BvhError, BvhUnitError, decode_bvh, find_units, parse_bvh
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion, MotionError
+from tryon_solver.body.own_sides import with_own_sides
 from tryon_solver.body.retarget import retarget
 from tryon_solver.body.skeletons import RetargetError, SkeletonParts, find_parts
 from tryon_solver.body.standing_rest import tilt, upward_axis, with_standing_rest
@@ -81,8 +82,9 @@ def read_clip(content: bytes, name: str, units: str | None, body: BodyModel) -> 
             per_metre, word, how = UNITS[units], UNIT_WORDS[units], "as told"
         clip = parse_bvh(text, per_metre, Path(name).stem)
         parts = find_parts(clip.joint_names, clip.parents)
-        _, rest = with_standing_rest(clip, parts)
-        facts = _facts(clip, parts, word, f"units: {word}, {how}", rest)
+        standing, rest = with_standing_rest(clip, parts)
+        own, sides = with_own_sides(standing, parts)
+        facts = _facts(clip, own, word, f"units: {word}, {how}", (rest, sides))
         return retarget(clip, body), facts
     except BvhError as error:
         message = str(error)
@@ -96,7 +98,7 @@ def read_clip(content: bytes, name: str, units: str | None, body: BodyModel) -> 
         raise _unfit(name, str(error), "motion", AGAIN) from error
 
 
-def _facts(clip: BvhClip, parts: SkeletonParts, word: str, units: str, rest: str) -> MotionFacts:
+def _facts(clip: BvhClip, parts: SkeletonParts, word: str, units: str, mended: tuple[str, ...]) -> MotionFacts:
     names = clip.joint_names
     mapped = {part: names[joint] for part, joint in parts.joints.items()}
     mapped |= {f"{side}_clavicle": names[joint] for side, joint in parts.clavicles.items()}
@@ -114,7 +116,7 @@ def _facts(clip: BvhClip, parts: SkeletonParts, word: str, units: str, rest: str
         *([TILTED.format(up=up, degrees=tilted)] if tilted else []),
         f"{clip.frame_count} frames, {1 / clip.dt:.4g} a second, {seconds:.2f} s",
         f"{len(used)} of its {len(names)} joints move the body{f', not {listed}' if unused else ''}",
-        *([rest] if rest else []),
+        *filter(None, mended),
     ]
     return MotionFacts(
         seconds=seconds,

@@ -5,6 +5,7 @@ takes our rest direction of the limb to the source's: `W_ours = W_source C`, `C 
 legs-spread rest poses all serve, limbs and trunk point where the source's point, and our own bone lengths stay. The
 head needs no such correction, since rest poses agree on where ahead is; where a file's does not stand at all, one of
 its frames is taken for it, and where it stands along another axis than the poses, it is turned (standing_rest.py).
+Sides that names have the wrong way round are swapped (own_sides.py).
 Hips that then fold our belly deep into our thighs are bent less (folding.py).
 """
 
@@ -20,6 +21,7 @@ from tryon_solver.body.feet import foot_correction, lowest_sole_point
 from tryon_solver.body.folding import GIVE, unfolded
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion, ease
+from tryon_solver.body.own_sides import with_own_sides
 from tryon_solver.body.skeletons import SIDES, RetargetError, SkeletonParts, find_parts
 from tryon_solver.body.standing_rest import with_standing_rest
 from tryon_solver.body.trunk_line import trunk_correction
@@ -49,6 +51,7 @@ def retarget(
     """
     parts = find_parts(clip.joint_names, clip.parents, names)
     clip, _ = with_standing_rest(clip, parts)
+    parts, _ = with_own_sides(clip, parts)
     source = _Source(clip, parts)
     _refuse_jumps(source)
     rest = {name: model.rest_joints[k] for k, name in enumerate(model.joint_names)}

@@ -30,7 +30,7 @@ def with_standing_rest(clip: BvhClip, parts: SkeletonParts) -> tuple[BvhClip, st
     """The clip relative to a rest pose in which it stands, and what was done, for people; "" where nothing was."""
     rest = clip.rest_positions()
     own = _own_axis(rest, parts)
-    looked_at, positions = _looked_at(clip)
+    frames, positions = looked_at(clip)
     upward = _upward(positions, parts, own)
     if own is not None:
         if upward @ own > 0.5:
@@ -38,7 +38,7 @@ def with_standing_rest(clip: BvhClip, parts: SkeletonParts) -> tuple[BvhClip, st
         told = f"its rest pose stands along {_axis_name(own)}, its poses along {_axis_name(upward)}: up is the poses'"
         return _rest_turned(clip, _turn_upright(rest, parts, own, upward)), told
     leans = [_lean(x, parts, upward) for x in positions]
-    frame = int(looked_at[int(np.argmin(leans))])
+    frame = int(frames[int(np.argmin(leans))])
     positions, rotations = clip.world()
     _, left = _directions(positions[frame], parts)
     left = left - (left @ upward) * upward
@@ -50,7 +50,7 @@ def with_standing_rest(clip: BvhClip, parts: SkeletonParts) -> tuple[BvhClip, st
 
 def upward_axis(clip: BvhClip, parts: SkeletonParts) -> tuple[str, str]:
     """The axis of the file that is played as up: "Y", "-Z", ...; and by what it is told, for people."""
-    _, positions = _looked_at(clip)
+    _, positions = looked_at(clip)
     up = _upward(positions, parts, _own_axis(clip.rest_positions(), parts))
     poses = _upward(positions, parts, None)
     if up @ poses > 0.5:
@@ -94,7 +94,7 @@ def _own_axis(rest: np.ndarray, parts: SkeletonParts) -> np.ndarray | None:
     return up if _stands(rest, parts, up) and abs(up @ left) < 0.5 else None
 
 
-def _looked_at(clip: BvhClip) -> tuple[np.ndarray, np.ndarray]:
+def looked_at(clip: BvhClip) -> tuple[np.ndarray, np.ndarray]:
     """Up to `FRAMES_LOOKED_AT` frames (T,), spread over the clip, and their joints (T, J, 3) m."""
     frames = np.unique(np.linspace(0, clip.frame_count - 1, FRAMES_LOOKED_AT).round().astype(int))
     return frames, replace(clip, positions=clip.positions[frames], rotations=clip.rotations[frames]).world()[0]
@@ -126,7 +126,7 @@ def tilt(clip: BvhClip, parts: SkeletonParts) -> float:
     or the legs, who runs has the trunk upright, and nobody stands leaning as a whole. It is the exporter's tilt then.
     0 also where a frame is taken for the rest pose, since relative to that the person is upright, and for who lies.
     """
-    _, positions = _looked_at(clip)
+    _, positions = looked_at(clip)
     own = _own_axis(clip.rest_positions(), parts)
     up = _upward(positions, parts, None)
     if own is None or _upward(positions, parts, own) @ up < 0.5:
