@@ -27,6 +27,7 @@ ERROR_CODES = frozenset(
         "unsupported_convention",
         "unsupported_frame",
         "unsupported_version",
+        "upside_down",
         "cloth_too_large",
         "wrong_shape",
     }

@@ -296,3 +296,31 @@ def test_a_body_that_can_not_follow_a_tracker_says_so_once_a_second_and_the_loop
     assert [event.code for event in told] == ["invalid_skeleton"] * 2
     assert "model-local" in told[0].message
     assert [event for event in connection.events if isinstance(event, FrameReady)]
+
+
+@pytest.mark.parametrize(
+    ("turned", "told"),
+    [
+        ([(0.0, 6.0, 180.0)], [3.0]),
+        ([(0.0, 1.5, 180.0), (1.5, 6.0, 0.0)], []),
+        ([(0.0, 1.5, 180.0), (1.5, 2.0, 20.0), (2.0, 6.0, 160.0)], [5.0]),
+        ([(0.0, 2.5, 180.0), (2.5, 3.0, 0.0), (3.0, 6.0, 180.0)], [3.0]),
+        ([(0.0, 6.0, 95.0)], []),
+    ],
+)
+def test_a_body_upside_down_for_long_is_told_once_and_followed(turned, told):
+    """A tracker that is turned over; not who turns a cartwheel, nor who lies."""
+    poses = []
+    for k in range(1, 360):
+        t = k / 60
+        degrees = next(angle for begins, ends, angle in turned if begins <= t < ends)
+        turn = np.deg2rad(degrees / 2)
+        rotations = np.vstack([[[np.sin(turn), 0.0, 0.0, np.cos(turn)]], REST[1:]])
+        poses.append((1.0 + t, UsePose(1, k, 50.0 + t, np.array([0.0, 1.0, 0.0]), rotations)))
+    connection = work([(0.5, allow(10_000)), (0.5, Run(True)), *poses], until=8.0, motion=None)
+    assert [event.code for event in of(connection, Troubled)] == ["upside_down"] * len(told)
+    times = [time for time, event in zip(connection.times, connection.events) if isinstance(event, Troubled)]
+    assert times == pytest.approx(told, abs=0.3)
+    assert frames(connection)[-1].pose_seq == 359
+    if turned[-1][2] == 180.0:
+        assert abs(frames(connection)[-1].rotations[0] @ [1.0, 0.0, 0.0, 0.0]) > 0.999, "as it was sent"
