@@ -29,7 +29,7 @@ from tryon_solver.files.npz_frames import FRAME_KEYS, read_npz, refuse_rate
 from tryon_solver.files.obj import Polygon, parse_frame, parse_obj, refuse_other_polygons
 from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.files.sides import sides_told
-from tryon_solver.files.standing import find_stand, stands_on_its_head
+from tryon_solver.files.standing import find_stand, stands, stands_on_its_head
 from tryon_solver.geometry.boundary_loops import boundary_loops
 from tryon_solver.geometry.surface_repair import (
     crowded_edges,
@@ -316,7 +316,7 @@ def make_body(raw: RawFrames) -> MeshBody:
     frames = convention.apply(raw.frames).astype(np.float32)
     refuse_jumps(frames, used, raw.dt, raw.place)
     weights, faces, turned, moved_by = _welded(frames, raw.faces)
-    over = stands_on_its_head(weights @ frames[0].astype(np.float64), faces)
+    over = _upside_down(frames, weights, faces)
     if over:
         convention = replace(convention, over=True)
         frames = convention.apply(raw.frames).astype(np.float32)
@@ -358,6 +358,15 @@ def make_body(raw: RawFrames) -> MeshBody:
     moved = np.stack([weights @ frame.astype(np.float64) for frame in frames]).astype(np.float32)
     notes += _crossings(moved, faces)
     return MeshBody(make_sequence(moved, faces, raw.dt), convention, tuple(notes), raw.name)
+
+
+def _upside_down(frames: np.ndarray, weights: sp.csr_matrix, faces: np.ndarray) -> bool:
+    """Whether the file has the person upside down: on the head at first, and later never on the feet, as after a
+    handstand."""
+    if not stands_on_its_head(weights @ frames[0].astype(np.float64), faces):
+        return False
+    chosen = np.unique(np.linspace(0, len(frames) - 1, LOOKED_AT).astype(int))[1:]
+    return not any(stands(weights @ frames[k].astype(np.float64), faces) for k in chosen)
 
 
 def _welded(frames: np.ndarray, faces: np.ndarray) -> tuple[sp.csr_matrix, np.ndarray, np.ndarray, float]:

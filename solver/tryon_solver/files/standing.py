@@ -28,6 +28,7 @@ TALLEST = 1.6  # a body that stands is no more than so many times as broad or de
 WAIST = (0.52, 0.64)  # shares of the height: the middle of the trunk there, beside which arms hang, goes over x = z = 0
 NEAR_FLOOR = 0.02  # m, what is so near to where it should be is left there
 NEAR_MIDDLE = 0.06  # m, the same of the middle, which a step moves
+OVER = np.array([-1.0, -1.0, 1.0])  # half a turn about z
 UNDER_FLOOR = 0.1  # m, a body without feet that tell, which can't be put elsewhere, is no further below
 ASIDE = 0.3  # m, nor further aside than this
 
@@ -67,9 +68,14 @@ def feet(x: np.ndarray, faces: np.ndarray) -> np.ndarray:
     return np.array(found).reshape(-1, 3)
 
 
+def stands(x: np.ndarray, faces: np.ndarray) -> bool:
+    """Whether x (V, 3) m, Y up, with faces (F, 3), has two feet that point alike below, and not above."""
+    return _are_pair(feet(x, faces)) and not _are_pair(feet(x * OVER, faces))
+
+
 def stands_on_its_head(x: np.ndarray, faces: np.ndarray) -> bool:
     """Whether x (V, 3) m, Y up, with faces (F, 3), has two feet that point alike above, and not below."""
-    return _are_pair(feet(x * [-1.0, -1.0, 1.0], faces)) and not _are_pair(feet(x, faces))
+    return stands(x * OVER, faces)
 
 
 def facing(x: np.ndarray, faces: np.ndarray) -> np.ndarray | None:
@@ -97,7 +103,7 @@ def find_stand(x: np.ndarray, faces: np.ndarray, name: str) -> Stand:
     """What puts the body x (V, 3) m, Y up, with faces (F, 3), as it is dressed, where patterns expect it.
 
     A body without feet that tell, as a tailor's dummy, is left as it is, which is said. Raises MeshFileError when it
-    does not stand, or has no such feet and is clearly elsewhere.
+    does not stand, or not on its feet, or has no such feet and is clearly elsewhere.
     """
     extent = np.ptp(x, axis=0)
     if extent[[0, 2]].max() > TALLEST * extent[1]:
@@ -106,6 +112,12 @@ def find_stand(x: np.ndarray, faces: np.ndarray, name: str) -> Stand:
             name,
             "A pattern is put on a body that stands in its first frame: begin with one, or say which axis is up with "
             "--body-up",
+        )
+    if stands_on_its_head(x, faces):
+        raise MeshFileError(
+            "its feet are above its head in its first frame, and below in later ones",
+            name,
+            "A pattern is put on a body that stands in its first frame: begin with one",
         )
     forwards = facing(x, faces)
     if forwards is None:

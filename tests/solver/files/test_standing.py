@@ -1,5 +1,7 @@
 """A stranger's body is put where patterns expect one, wherever it stands and whichever way it looks."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -100,6 +102,21 @@ def test_a_body_upside_down_is_turned_over_with_what_lies_on_it(strangers):
     assert (found.unit, found.up, found.over) == ("m", "y", True)
     np.testing.assert_allclose(found.apply(REST * over), REST, atol=1e-12)
     assert not make_body(raw(frames)).convention.over
+
+
+def test_a_body_that_begins_in_a_handstand_is_not_turned_over(strangers):
+    """Later frames stand: nobody is turned over in the middle of a file. A pattern needs a first frame that stands."""
+    frames = walk(strangers)[:6].copy()
+    turning = np.linspace(np.pi, 0.0, 6)
+    for k, angle in enumerate(turning):
+        c, s = np.cos(angle), np.sin(angle)
+        middle = np.array([0.0, 0.9, 0.0])
+        frames[k] = (frames[k] - middle) @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]).T + middle
+    body = make_body(replace(raw(frames), dt=0.3))
+    assert not body.convention.over
+    np.testing.assert_allclose(body.sequence.rest_vertices, frames[0], atol=1e-5)
+    with pytest.raises(MeshFileError, match="its feet are above its head in its first frame, and below in later ones"):
+        body.for_patterns()
 
 
 def test_for_patterns_every_frame_goes_along_and_between_them_too(strangers):
