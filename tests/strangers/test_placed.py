@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 import tryon_solver.dressing.dress as dressing
+import tryon_solver.dressing.dress_mesh as dressing_mesh
 from tryon_server.problems import ProblemError
 from tryon_server.runtime.bodies import load_moving_mesh
 from tryon_server.runtime.offline import simulate
 from tryon_server.runtime.order import DrapeOrder, MeshReading
 from tryon_solver.body import default_body
+from tryon_solver.dressing.fit import TightError
 
 PATTERNS = Path(__file__).resolve().parents[2] / "server" / "tryon_server" / "demo" / "patterns"
 BODY = default_body()
@@ -78,6 +80,42 @@ def test_geometry_that_fails_in_placing_is_a_refusal(tmp_path, monkeypatch, erro
         simulate(order("tshirt.json", saved(tmp_path / "b.npz", REST[None])), None, 0.1, 30.0, tell_nobody)
     assert caught.value.problem.code == "garment.unfit"
     assert caught.value.problem.remedy
+
+
+@pytest.mark.parametrize("error", [ValueError("zero-size array"), KeyError(3), RuntimeError("Factor is singular")])
+@pytest.mark.parametrize("tight", [False, True])
+def test_what_fails_in_sewing_is_a_refusal(tmp_path, monkeypatch, tight, error):
+    """Or in looking for what to say of a garment that is too tight."""
+
+    def fails(*_, **__):
+        raise error
+
+    def is_tight(*_, **__):
+        raise TightError("it is too tight", "panels.front", "Enlarge it")
+
+    monkeypatch.setattr(dressing, "sew", is_tight if tight else fails)
+    monkeypatch.setattr(dressing, "opening_as_drawn", fails)
+    with pytest.raises(ProblemError, match="can't be put on: the pieces can't be sewn on this body") as caught:
+        simulate(order("tshirt.json", saved(tmp_path / "b.npz", REST[None])), None, 0.1, 30.0, tell_nobody)
+    problem = caught.value.problem
+    assert problem.code == "garment.unfit"
+    assert str(error) in problem.message
+    assert "edge length" in problem.remedy
+
+
+def test_what_fails_in_sewing_a_mesh_is_a_refusal(tmp_path, monkeypatch):
+    def fails(*_, **__):
+        raise RuntimeError("Factor is singular")
+
+    monkeypatch.setattr(dressing_mesh, "build", fails)
+    corners = (REST[BODY.faces][..., 1] > 0.95).all(axis=1) & (REST[BODY.faces][..., 1] < 1.2).all(axis=1)
+    belt = BODY.faces[corners]
+    text = ["v {} {} {}".format(*v) for v in 1.03 * REST] + ["f {} {} {}".format(*f) for f in belt + 1]
+    (tmp_path / "belt.obj").write_text("\n".join(text))
+    worn = DrapeOrder(tmp_path / "belt.obj", "cotton_jersey", "draft", "cpu")
+    with pytest.raises(ProblemError, match="can't be put on: it can't be freed and sewn on this body") as caught:
+        simulate(worn, None, 0.1, 30.0, tell_nobody)
+    assert caught.value.problem.code == "garment.unfit"
 
 
 @pytest.mark.parametrize(("placed", "read"), [(REST, False), (REST - [0.0, 0.9, 0.0], True), (REST @ FACING_X.T, True)])

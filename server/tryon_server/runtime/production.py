@@ -214,6 +214,9 @@ def build_mesh_drape(
     except MeshFileError as error:
         message = f"{error.place}: {error.message}"
         raise problem_error("garment.mesh", message, error.remedy, place="garment", status=422) from error
+    except DressingError as error:
+        message = f"the garment can't be put on: {error.message}"
+        raise problem_error("garment.unfit", message, error.remedy, place=error.place, status=422) from error
     except GarmentError as error:
         message = f"the garment can't be put on: {error}"
         raise problem_error("garment.unfit", message, TRY_ANOTHER_MESH, place="garment", status=422) from error

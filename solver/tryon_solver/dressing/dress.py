@@ -14,7 +14,14 @@ from typing import Any
 import numpy as np
 
 from tryon_solver.body.on_device import WornBody
-from tryon_solver.dressing.fit import CrumpledError, TightError, check_rest, close_seams, with_opening
+from tryon_solver.dressing.fit import (
+    CrumpledError,
+    TightError,
+    check_rest,
+    close_seams,
+    unforeseen_refused,
+    with_opening,
+)
 from tryon_solver.dressing.opening import Opening, opening_as_drawn, upper_opening
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.panel_mesh import PanelMesh
@@ -87,14 +94,15 @@ def dress(
         remedy = "Give a body that stands upright on y = 0 over x = z = 0, faces +Z and holds its arms away from itself"
         raise PlacementError(f"the pieces find no place around this body ({error})", "body", remedy) from error
     joined = weld(panels)
-    try:
-        x_sewn, sewn_surface = sew(panels, joined, x_start, body, pose, fabric, settings, device, progress)
-        garment = Garment(joined.vertex_of_corner, joined.uv_corners, joined.panel_of_face, joined.vertex_count)
-        simulation = build(Scene(garment, x_sewn, body, fabric, effects), settings, device, pose, sewn_surface)
-        settle(simulation, pose, settle_seconds, progress)
-        check_rest(simulation, joined, panels)
-    except TightError as error:
-        raise with_opening(error, opening_as_drawn(panels, surface, body.faces)) from error
+    with unforeseen_refused("the pieces can't be sewn on this body"):
+        try:
+            x_sewn, sewn_surface = sew(panels, joined, x_start, body, pose, fabric, settings, device, progress)
+            garment = Garment(joined.vertex_of_corner, joined.uv_corners, joined.panel_of_face, joined.vertex_count)
+            simulation = build(Scene(garment, x_sewn, body, fabric, effects), settings, device, pose, sewn_surface)
+            settle(simulation, pose, settle_seconds, progress)
+            check_rest(simulation, joined, panels)
+        except TightError as error:
+            raise with_opening(error, opening_as_drawn(panels, surface, body.faces)) from error
     progress("dressed", 1.0)
     return Dressed(simulation, joined, panels, pose)
 

@@ -18,7 +18,7 @@ from tryon_solver.dressing.dress import (
     settle,
     tell_nobody,
 )
-from tryon_solver.dressing.fit import CLOSED
+from tryon_solver.dressing.fit import CLOSED, unforeseen_refused
 from tryon_solver.dressing.untangle import Freed, TangledError, untangle
 from tryon_solver.files.mesh_garment import MeshGarment
 from tryon_solver.files.raw_mesh import MeshFileError
@@ -56,9 +56,23 @@ def dress_mesh(
 ) -> DressedMesh:
     """Put the garment on the body where it lies, with the body in `pose`, and let it settle.
 
-    Raises MeshFileError naming triangles that can't be freed or sewn, or GarmentError.
+    Raises MeshFileError naming triangles that can't be freed or sewn, or GarmentError or DressingError.
     """
-    settings = settings or Settings()
+    with unforeseen_refused("it can't be freed and sewn on this body"):
+        return _dressed(garment, body, pose, fabric, settings or Settings(), device, effects, settle_seconds, progress)
+
+
+def _dressed(
+    garment: MeshGarment,
+    body: WornBody,
+    pose: Any,
+    fabric: Fabric,
+    settings: Settings,
+    device: str,
+    effects: tuple[Effect, ...],
+    settle_seconds: float,
+    progress: Progress,
+) -> DressedMesh:
     progress("freeing", 0.0)
     if len(garment.stitches):
         x, freed, surface = _sew(garment, body, pose, fabric, settings, device, progress)

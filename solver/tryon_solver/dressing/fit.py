@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
+
 import numpy as np
 
 from tryon_solver.advice import allowed, percent
 from tryon_solver.dressing.opening import WORTH_SAYING, Opening
+from tryon_solver.geometry.garment import GarmentError
 from tryon_solver.geometry.located_error import LocatedError
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.weld import WeldedMesh
@@ -33,6 +37,21 @@ class TightError(DressingError):
 
 class CrowdedError(DressingError):
     """The garment is held by what lies in its way, not by tightness: its fabric is hardly stretched."""
+
+
+@contextlib.contextmanager
+def unforeseen_refused(what: str) -> Iterator[None]:
+    """Whatever fails within, of numbers that no garment and no standing body has, as a DressingError of `what`."""
+    try:
+        yield
+    except (LocatedError, GarmentError):
+        raise
+    except (ValueError, LookupError, ArithmeticError, RuntimeError) as error:
+        raise DressingError(
+            f"{what} ({type(error).__name__}: {error})",
+            "garment",
+            "Try another edge length, fabric or body; if it fails with each, report it with garment and body",
+        ) from error
 
 
 def close_seams(
