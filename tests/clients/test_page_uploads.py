@@ -59,6 +59,10 @@ def test_a_motion_is_played_and_the_page_says_how_it_was_read(page, studio):
     now = session(page, studio)
     assert now["motion"].startswith("my_dance-")
     assert now["id"] == before, "another motion needs no other session"
+    choose(page, "#motion-file", "my_show.bvh", WALK.read_bytes())
+    page.wait_for_selector("#notice-title:has-text('How my_show.bvh was read')")
+    assert page.inner_text("#notice-message").startswith("It is here already and keeps its name, my_dance")
+    page.click("#notice-close")
     page.locator("#motions label", has_text="Walk").click()
     page.wait_for_function("() => document.querySelector('#motions input:checked').value === 'walk'")
 

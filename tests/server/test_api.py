@@ -44,7 +44,10 @@ def test_uploaded_garment_is_stored_by_content(live):
     assert garment["area"] == pytest.approx(2 * 0.6 * 0.4, rel=1e-6)
     assert reply.headers["location"] == f"/api/garments/{garment['id']}"
     assert live.http.get(reply.headers["location"]).json() == garment
-    assert upload(live, patterns.tube(height=40.0), "another name").json() == garment
+    assert garment["kept_as"] is None
+    again = upload(live, patterns.tube(height=40.0), "another name").json()
+    assert again == {**garment, "kept_as": garment["name"]}
+    assert upload(live, patterns.tube(height=40.0), f" {garment['name']} ").json() == garment
     assert [entry["id"] for entry in live.http.get("/api/garments").json()].count(garment["id"]) == 1
 
 

@@ -100,7 +100,9 @@ def test_a_motion_is_kept_by_content_and_says_how_it_was_read(live):
     assert any("centimetres" in note for note in found["notes"])
     assert reply.headers["location"] == f"/api/motions/{motion['name']}"
     assert live.http.get(reply.headers["location"]).json() == motion
-    assert post(live, "motions", WALK, "another name").json() == motion
+    assert motion["kept_as"] is None
+    assert post(live, "motions", WALK, "another name").json() == {**motion, "kept_as": "My walk"}
+    assert post(live, "motions", WALK, "My walk").json() == motion
     listed = [entry["name"] for entry in live.http.get("/api/motions").json()]
     assert listed[0] == "sway"
     assert listed.count(motion["name"]) == 1
@@ -231,7 +233,7 @@ def test_a_body_is_kept_and_wears_a_garment_as_it_moves(live):
     assert (body["frame_count"], body["seconds"]) == (3, pytest.approx(2 / 24))
     assert any(note.startswith("units and axes: m, Y up") for note in body["notes"])
     assert live.http.get(reply.headers["location"]).json() == body
-    assert post(live, "bodies", content, "again").json() == body
+    assert post(live, "bodies", content, "again").json() == {**body, "kept_as": body["name"]}
     assert live.http.get("/api/bodies").json() == [body]
     session = live.http.post("/api/sessions", json={"garment": "tube", "body": body["id"], "size": 1.25}).json()
     assert (session["body"], session["motion"], session["size"]) == (body["id"], "own", 1.25)

@@ -10,6 +10,8 @@ export interface Garment {
   readonly notes: readonly string[];
   /** it came with the server and can't be removed */
   readonly built_in: boolean;
+  /** of an upload: the name under which the same file is kept already, where another was told */
+  readonly kept_as: string | null;
 }
 
 /** How a mesh is to be read; null: found out by the server, which says so or asks. */
@@ -39,6 +41,8 @@ export interface Motion {
   readonly title: string;
   /** of an uploaded motion: what was found out about its file */
   readonly found: MotionFindings | null;
+  /** of an upload: the name under which the same file is kept already, where another was told */
+  readonly kept_as: string | null;
 }
 
 export interface MotionFindings {
@@ -62,6 +66,8 @@ export interface Body {
   readonly vertex_count: number;
   /** how it was read, what was mended, whether it passes through itself */
   readonly notes: readonly string[];
+  /** of an upload: the name under which the same file is kept already, where another was told */
+  readonly kept_as: string | null;
 }
 
 export interface Fabric {

@@ -143,7 +143,7 @@ export class Fitting {
       const garment = await this.api.uploadGarment(file, file.name.replace(/\.(json|obj|glb)$/i, ""), reading);
       this.catalogue.garments = [...this.catalogue.garments.filter(({ id }) => id !== garment.id), garment];
       await this.wear(garment.id);
-      return garment.notes;
+      return [...keptAs(garment.kept_as), ...garment.notes];
     });
   }
 
@@ -153,7 +153,7 @@ export class Fitting {
       const motion = await this.api.uploadMotion(file, file.name.replace(/\.bvh$/i, ""), units);
       this.catalogue.motions = [...this.catalogue.motions.filter(({ name }) => name !== motion.name), motion];
       await this.move(motion.name);
-      return motion.found?.notes ?? [];
+      return [...keptAs(motion.kept_as), ...(motion.found?.notes ?? [])];
     });
   }
 
@@ -163,7 +163,7 @@ export class Fitting {
       const body = await this.api.uploadBody(file, file.name.replace(/\.(npz|glb|zip)$/i, ""), reading);
       this.catalogue.bodies = [...this.catalogue.bodies.filter(({ id }) => id !== body.id), body];
       await this.standAs(body.id);
-      return body.notes;
+      return [...keptAs(body.kept_as), ...body.notes];
     });
   }
 
@@ -332,6 +332,11 @@ function usualGarment({ garments }: Catalogue): Garment | undefined {
 
 function usualMotion({ motions }: Catalogue): Motion | undefined {
   return motions.find(({ name }) => name === "walk") ?? motions.at(0);
+}
+
+/** What there is to say of a file that was there already under another name. */
+function keptAs(name: string | null): string[] {
+  return name === null ? [] : [`it is here already and keeps its name, ${name}`];
 }
 
 function refuseLarge(file: File, remedy: string): void {

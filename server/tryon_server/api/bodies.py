@@ -10,7 +10,7 @@ from fastapi import APIRouter, Query, Request, Response
 from tryon_server.api.access import ServicesDep
 from tryon_server.api.faults import ERROR_REPLIES
 from tryon_server.api.garments import BodyUp, Units
-from tryon_server.api.models import BodyReply
+from tryon_server.api.models import BodyReply, kept_as
 from tryon_server.persistence import BodyRecord
 
 PATH = "/api/bodies"
@@ -57,12 +57,12 @@ async def upload_body(
         str | None, Query(min_length=1, max_length=200, description="of a .glb with several, by name; the first, told")
     ] = None,
 ) -> BodyReply:
-    """Check an animated mesh and keep it, to open sessions with. The same file twice is the same body."""
+    """Check an animated mesh and keep it, to open sessions with. The same file twice is the same body, of its first name."""
     content = await request.body()
     loop = asyncio.get_running_loop()
     body = await loop.run_in_executor(services.checkers, services.bodies.add, content, name, units, up, fps, animation)
     response.headers["Location"] = f"{PATH}/{body.id}"
-    return _reply(body)
+    return _reply(body, kept_as(body.name, name))
 
 
 @router.delete("/{body_id}", status_code=204)
@@ -71,7 +71,7 @@ async def remove_body(body_id: str, services: ServicesDep) -> None:
     await asyncio.to_thread(services.bodies.remove, body_id)
 
 
-def _reply(body: BodyRecord) -> BodyReply:
+def _reply(body: BodyRecord, known_as: str | None = None) -> BodyReply:
     return BodyReply(
         id=body.id,
         name=body.name,
@@ -80,4 +80,5 @@ def _reply(body: BodyRecord) -> BodyReply:
         vertex_count=body.facts.vertex_count,
         created=body.created,
         notes=list(body.facts.notes),
+        kept_as=known_as,
     )

@@ -10,7 +10,7 @@ from fastapi import APIRouter, Query, Request, Response
 
 from tryon_server.api.access import ServicesDep
 from tryon_server.api.faults import ERROR_REPLIES
-from tryon_server.api.models import GarmentReply
+from tryon_server.api.models import GarmentReply, kept_as
 from tryon_server.persistence import GarmentRecord
 from tryon_server.services import Services
 
@@ -56,12 +56,12 @@ async def upload_garment(
     units: Annotated[Units | None, Query(description="unit of a mesh; found out, and told, without it")] = None,
     up: Annotated[Up | None, Query(description="axis that is up in a mesh; found out, and told, without it")] = None,
 ) -> GarmentReply:
-    """Check a sewing pattern or a mesh and keep it. The same file twice is the same garment."""
+    """Check a sewing pattern or a mesh and keep it. The same file twice is the same garment, of its first name."""
     content = await request.body()
     loop = asyncio.get_running_loop()
     garment = await loop.run_in_executor(services.checkers, services.garments.add, content, name, units, up)
     response.headers["Location"] = f"/api/garments/{garment.id}"
-    return _reply(garment, services)
+    return _reply(garment, services, kept_as(garment.name, name))
 
 
 @router.delete("/{garment_id}", status_code=204)
@@ -70,7 +70,7 @@ async def remove_garment(garment_id: str, services: ServicesDep) -> None:
     await asyncio.to_thread(services.garments.remove, garment_id)
 
 
-def _reply(garment: GarmentRecord, services: Services) -> GarmentReply:
+def _reply(garment: GarmentRecord, services: Services, known_as: str | None = None) -> GarmentReply:
     known = msgspec.structs.asdict(garment)
     fields = {name: known[name] for name in GarmentReply.model_fields if name in known}
-    return GarmentReply(**fields, built_in=services.garments.is_built_in(garment.id))
+    return GarmentReply(**fields, built_in=services.garments.is_built_in(garment.id), kept_as=known_as)

@@ -16,6 +16,11 @@ from pydantic_core import PydanticCustomError
 
 Name = Annotated[str, Field(pattern="^[^\\x00]*$")]  # a database's text can't hold the character 0
 
+KeptAs = Annotated[
+    str | None,
+    Field(description="of an upload: the name under which the same file is kept already, where another was told"),
+]
+
 Size = Annotated[float, Field(ge=0.5, le=2.0)] | Literal["fit"]
 
 
@@ -55,6 +60,7 @@ class GarmentReply(Model):
     created: float
     notes: list[str] = Field(description="of a mesh: units, axes and rest shape as found, and what was mended")
     built_in: bool = Field(description="it came with the server and can't be removed")
+    kept_as: KeptAs = None
 
 
 class MotionFindings(Model):
@@ -76,6 +82,7 @@ class MotionReply(Model):
     seconds: float
     title: str
     found: MotionFindings | None = Field(description="of an uploaded motion; null: it came with the server")
+    kept_as: KeptAs = None
 
 
 class BodyReply(Model):
@@ -88,6 +95,12 @@ class BodyReply(Model):
     vertex_count: int = Field(description="of its surface, after repair and remeshing")
     created: float
     notes: list[str] = Field(description="how it was read, what was mended, whether it passes through itself")
+    kept_as: KeptAs = None
+
+
+def kept_as(known: str, told: str) -> str | None:
+    """What an upload's reply says of the name that it was told: None where it is the one that is `known`."""
+    return None if known == told.strip() else known
 
 
 class FabricReply(Model):

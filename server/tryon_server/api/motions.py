@@ -9,7 +9,7 @@ from fastapi import APIRouter, Query, Request, Response
 
 from tryon_server.api.access import ServicesDep
 from tryon_server.api.faults import ERROR_REPLIES
-from tryon_server.api.models import MotionFindings, MotionReply
+from tryon_server.api.models import MotionFindings, MotionReply, kept_as
 from tryon_server.persistence import MotionRecord
 from tryon_server.problems import problem_error
 from tryon_server.services import Services
@@ -48,13 +48,16 @@ async def upload_motion(
     name: Annotated[str, Query(description="what to call it")] = "uploaded motion",
     units: Annotated[BvhUnits | None, Query(description="its unit; found out, and told, without it")] = None,
 ) -> MotionReply:
-    """Check a BVH file and keep it: every session can play it from then on. The same file twice is the same motion."""
+    """Check a BVH file and keep it: every session can play it from then on.
+
+    The same file twice is the same motion, of its first name.
+    """
     content = await request.body()
     loop = asyncio.get_running_loop()
     motion = await loop.run_in_executor(services.checkers, services.motions.add, content, name, units)
     services.sessions.offer_motion(motion, services.motions.path(motion))
     response.headers["Location"] = f"{PATH}/{motion.id}"
-    return _reply(motion)
+    return _reply(motion, kept_as(motion.name, name))
 
 
 @router.delete("/{motion_id}", status_code=204)
@@ -81,6 +84,8 @@ def _built_in(services: Services) -> dict[str, MotionReply]:
     }
 
 
-def _reply(motion: MotionRecord) -> MotionReply:
+def _reply(motion: MotionRecord, known_as: str | None = None) -> MotionReply:
     found = MotionFindings.model_validate(motion.facts)
-    return MotionReply(name=motion.id, seconds=motion.facts.seconds, title=motion.name, found=found)
+    return MotionReply(
+        name=motion.id, seconds=motion.facts.seconds, title=motion.name, found=found, kept_as=known_as
+    )
