@@ -57,7 +57,10 @@ async def upload_body(
         str | None, Query(min_length=1, max_length=200, description="of a .glb with several, by name; the first, told")
     ] = None,
 ) -> BodyReply:
-    """Check an animated mesh and keep it, to open sessions with. The same file twice is the same body, of its first name."""
+    """Check an animated mesh and keep it, to open sessions with.
+
+    The same file twice is the same body, of its first name.
+    """
     content = await request.body()
     loop = asyncio.get_running_loop()
     body = await loop.run_in_executor(services.checkers, services.bodies.add, content, name, units, up, fps, animation)
