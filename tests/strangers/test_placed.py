@@ -118,6 +118,27 @@ def test_what_fails_in_sewing_a_mesh_is_a_refusal(tmp_path, monkeypatch):
     assert caught.value.problem.code == "garment.unfit"
 
 
+def test_half_a_person_is_what_is_wrong_not_the_garment(tmp_path, monkeypatch):
+    def is_tight(*_, **__):
+        raise TightError("it is too tight", "panels.front", "Enlarge it")
+
+    def cut(name, height, shift):
+        used, faces = np.unique(BODY.faces[(REST[BODY.faces][..., 1] > height).all(axis=1)], return_inverse=True)
+        half = (REST[used] + shift)[None].astype(np.float32)
+        np.savez(tmp_path / name, vertices=half, faces=faces.reshape(-1, 3), fps=30.0)
+        return order("tshirt.json", tmp_path / name)
+
+    monkeypatch.setattr(dressing, "sew", is_tight)
+    with pytest.raises(ProblemError, match="of the body, it is cut off: below it ends in an open rim") as caught:
+        simulate(cut("half.npz", 0.85, [0.0, 0.0, 0.0]), None, 0.1, 30.0, tell_nobody)
+    problem = caught.value.problem
+    assert problem.message.endswith("where legs and feet should be; as it is, it is too tight")
+    assert problem.place == "body"
+    assert "from head to feet" in problem.remedy
+    with pytest.raises(ProblemError, match="where legs and feet should be; its feet don't tell which way it faces"):
+        simulate(cut("aside.npz", 0.5, [2.0, 0.0, 0.0]), None, 0.1, 30.0, tell_nobody)
+
+
 @pytest.mark.parametrize(("placed", "read"), [(REST, False), (REST - [0.0, 0.9, 0.0], True), (REST @ FACING_X.T, True)])
 def test_a_closed_mesh_that_stands_elsewhere_is_placed_too(tmp_path, placed, read):
     text = ["v {} {} {}".format(*v) for v in placed] + ["f {} {} {}".format(*f) for f in BODY.faces + 1]

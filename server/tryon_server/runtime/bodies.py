@@ -60,7 +60,7 @@ def stood_for_patterns(body: MeshBody) -> MeshBody:
     try:
         return body.for_patterns()
     except MeshFileError as error:
-        message = f"{error.place}: {error.message}"
+        message = f"{error.place}: {'; '.join(filter(None, (body.cut_off, error.message)))}"
         raise problem_error("body.unusable", message, error.remedy, place="body", status=422) from error
 
 

@@ -57,6 +57,7 @@ STAGES = {
     "dressed": "Dressed",
 }
 
+A_WHOLE_BODY = "Export all of the person, from head to feet: by the height is told where a pattern belongs on a body"
 TRY_ANOTHER_MESH = "Remesh the garment with longer edges, or choose a thinner fabric."
 TRY_ANOTHER = "Correct the pattern, or choose a longer edge length or another fabric."
 
@@ -168,8 +169,11 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
     except PatternError as error:
         raise problem_error("pattern.invalid", error.message, error.remedy, place=error.place, status=422) from error
     except (PlacementError, DressingError) as error:
-        message = f"the garment can't be put on: {error.message}"
-        raise problem_error("garment.unfit", message, error.remedy, place=error.place, status=422) from error
+        message, remedy, place = error.message, error.remedy, error.place
+        if moving is not None and moving.cut_off:
+            message, remedy, place = f"of the body, {moving.cut_off}; as it is, {message}", A_WHOLE_BODY, "body"
+        message = f"the garment can't be put on: {message}"
+        raise problem_error("garment.unfit", message, remedy, place=place, status=422) from error
     except GarmentError as error:
         message = f"the garment can't be put on: {error}"
         raise problem_error("garment.unfit", message, TRY_ANOTHER, place="garment", status=422) from error

@@ -113,7 +113,7 @@ def find_for_body(vertices: np.ndarray, told: Told, name: str) -> Convention:
             raise MeshFileError(
                 f"in {told.unit} ({told.source}) the body's largest extent is {size:.3g} m, no human's{others}",
                 name,
-                f"Say the unit with --body-units ({', '.join(UNITS)}), or scale the export",
+                f"Say the unit with --body-units ({', '.join(UNITS)}), scale the export, or export all of the person",
             )
         return Convention(told.unit, up, f"unit {told.source}, {size:.2f} m large; up {why_up}", turns)
     if len(fitting) != 1:
@@ -121,7 +121,7 @@ def find_for_body(vertices: np.ndarray, told: Told, name: str) -> Convention:
             f"the body's largest extent is {largest:.4g} units, which is a human's {HUMAN[0]} to {HUMAN[1]} m in no "
             "unit we know",
             name,
-            f"Scale the export to the size of a human in one of: {', '.join(UNITS)}",
+            f"Scale the export to the size of a human in one of: {', '.join(UNITS)}; or export all of the person",
         )
     unit = fitting[0]
     because = f"its largest extent, {largest:.4g} units, is {largest * UNITS[unit]:.2f} m; {why_up}"

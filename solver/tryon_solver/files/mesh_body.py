@@ -23,6 +23,7 @@ from tryon_solver.body.making.remesh import remesh
 from tryon_solver.body.mesh_sequence import MeshSequence, make_sequence
 from tryon_solver.contact.crossings import CrossingSearch
 from tryon_solver.files.convention import GLTF, Convention, Told, find_for_body
+from tryon_solver.files.cut_off import cut_off
 from tryon_solver.files.gltf import parse_glb
 from tryon_solver.files.jumps import refuse_jumps
 from tryon_solver.files.npz_frames import FRAME_KEYS, read_npz, refuse_rate
@@ -86,6 +87,7 @@ class MeshBody:
     convention: Convention
     notes: tuple[str, ...]
     name: str = "body"
+    cut_off: str = ""  # what there is to say of a person who is not there as a whole
 
     def for_patterns(self) -> MeshBody:
         """The same body where patterns expect one, which is told: patterns come without a place, meshes with theirs.
@@ -333,6 +335,8 @@ def make_body(raw: RawFrames) -> MeshBody:
         )
     if moved_by > TOLD_GAP:
         notes.append(f"vertices that nearly coincide were joined, which moves some by up to {1e3 * moved_by:.2g} mm")
+    if half := cut_off(x, faces):
+        notes.append(half)
     parts = turned_alike(faces)[1].max() + 1
     if parts > 1:
         notes.append(f"it consists of {parts} separate parts")
@@ -357,7 +361,7 @@ def make_body(raw: RawFrames) -> MeshBody:
             notes.append(f"its {before} vertices were remeshed to {weights.shape[0]}")
     moved = np.stack([weights @ frame.astype(np.float64) for frame in frames]).astype(np.float32)
     notes += _crossings(moved, faces)
-    return MeshBody(make_sequence(moved, faces, raw.dt), convention, tuple(notes), raw.name)
+    return MeshBody(make_sequence(moved, faces, raw.dt), convention, tuple(notes), raw.name, half)
 
 
 def _upside_down(frames: np.ndarray, weights: sp.csr_matrix, faces: np.ndarray) -> bool:
