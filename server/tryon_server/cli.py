@@ -24,6 +24,7 @@ BAD_INPUT = 2
 UNITS = ("m", "cm", "mm", "in", "ft")
 AXES = ("y", "z")
 BODY_AXES = ("y", "z", "x")
+FACINGS = ("x", "-x", "y", "-y", "z", "-z")
 BVH_UNITS = ("m", "dm", "asf", "in", "ft", "cm", "mm")  # as the solver's UNITS of BVH files; asf: CMU's
 FABRICS = "cotton_jersey, cotton_poplin, wool_twill, denim or silk_charmeuse"  # as the solver has them
 MOTIONS = "walk, jumping_jack, squat or turn"  # as demo/motions has them
@@ -172,6 +173,11 @@ def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser])
     )
     simulate.add_argument("--body-units", choices=UNITS, help="unit of a moving mesh (default: found, and told)")
     simulate.add_argument("--body-up", choices=BODY_AXES, help="axis that is up in it (default: found, and told)")
+    simulate.add_argument(
+        "--body-facing",
+        choices=FACINGS,
+        help="axis that it faces along in its file, --body-facing=-y for one below 0 (default: found, and told)",
+    )
     simulate.add_argument("--body-fps", type=_positive, metavar="FPS", help="frames a second (default: told, or 30)")
     simulate.add_argument(
         "--body-animation", metavar="NAME", help="which animation of a .glb with several (default the first, told)"
@@ -345,7 +351,9 @@ def run_simulate(options: argparse.Namespace) -> int:
         edge_length=options.edge_length,
         body=None if options.body == "default" else Path(options.body),
         reading=MeshReading(options.units, options.up),
-        body_reading=MeshReading(options.body_units, options.body_up, options.body_fps, options.body_animation),
+        body_reading=MeshReading(
+            options.body_units, options.body_up, options.body_fps, options.body_animation, options.body_facing
+        ),
         size=options.size,
     )
     with ProgressBar() as bar:

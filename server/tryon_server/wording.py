@@ -13,6 +13,7 @@ PARAMETERS = {  # longer options first: shorter ones are parts of them
     "--body-up": "up",
     "--body-fps": "fps",
     "--body-animation": "animation",
+    "--body-facing": "facing",
     "--motion-units": "units",
     "--units": "units",
     "--up": "up",

@@ -48,7 +48,7 @@ test("motions and bodies are sent with what was told about them", async () => {
   const { api, asked } = answering(201, "{}");
   await api.uploadMotion(new Blob(["HIERARCHY"]), "my dance", "mm");
   await api.uploadMotion(new Blob(["HIERARCHY"]), "my dance");
-  await api.uploadBody(new Blob(["PK"]), "actor", { units: "cm", up: "x", fps: 24, animation: "walk 2" });
+  await api.uploadBody(new Blob(["PK"]), "actor", { units: "cm", up: "x", fps: 24, animation: "walk 2", facing: "-y" });
   await api.removeBody("actor-1");
   await api.removeMotion("my_dance-1");
   await api.removeGarment("p1");
@@ -57,7 +57,7 @@ test("motions and bodies are sent with what was told about them", async () => {
     [
       "POST http://example.test/try/api/motions?name=my+dance&units=mm",
       "POST http://example.test/try/api/motions?name=my+dance",
-      "POST http://example.test/try/api/bodies?name=actor&units=cm&up=x&fps=24&animation=walk+2",
+      "POST http://example.test/try/api/bodies?name=actor&units=cm&up=x&fps=24&animation=walk+2&facing=-y",
       "DELETE http://example.test/try/api/bodies/actor-1",
       "DELETE http://example.test/try/api/motions/my_dance-1",
       "DELETE http://example.test/try/api/garments/p1",

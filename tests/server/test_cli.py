@@ -14,11 +14,13 @@ import pytest
 import trimesh
 
 from tryon_server import cli
-from tryon_server.api.garments import Units
+from tryon_server.api.garments import BodyFacing, BodyUp, Units, Up
 from tryon_server.api.motions import BvhUnits
 from tryon_server.cli import address_of, main
+from tryon_server.problems import problem_error
 from tryon_server.runtime import offline
 from tryon_server.runtime.local import load_catalogue
+from tryon_server.runtime.order import MeshReading
 from tryon_solver.body import bvh
 from tryon_solver.files import convention
 
@@ -200,10 +202,26 @@ def test_help_lists_every_fabric_motion_and_preset(capsys):
     assert cli.PRESETS in text
 
 
-def test_files_have_the_same_units_wherever_they_are_told():
+def test_files_have_the_same_units_and_axes_wherever_they_are_told():
     assert cli.UNITS == get_args(Units) == tuple(convention.UNITS)
     assert cli.BVH_UNITS == get_args(BvhUnits) == tuple(bvh.UNITS)
     assert set(cli.UNITS) < set(cli.BVH_UNITS)
+    assert cli.AXES == get_args(Up) == convention.AXES
+    assert cli.BODY_AXES == get_args(BodyUp) == convention.BODY_AXES
+    assert cli.FACINGS == get_args(BodyFacing) == tuple(convention.FACINGS)
+
+
+def test_what_is_told_of_a_body_goes_into_the_order(folder, monkeypatch):
+    taken = []
+
+    def take(order, *_, **__):
+        taken.append(order.body_reading)
+        raise problem_error("test.enough", "that is enough", "Nothing")
+
+    monkeypatch.setattr(offline, "simulate", take)
+    told = ["--body-units=cm", "--body-up=z", "--body-fps=24", "--body-animation=walk", "--body-facing=-y"]
+    assert main(["simulate", "--garment", "g.json", "--out", str(folder / "o.npz"), *told]) == cli.BAD_INPUT
+    assert taken == [MeshReading("cm", "z", 24.0, "walk", "-y")]
 
 
 def test_devices_names_the_processor(capsys):

@@ -272,7 +272,16 @@ def test_a_body_may_have_x_up_a_garment_by_itself_may_not(live, told):
     body = post(live, "bodies", npz(vertices[..., [1, 2, 0]], faces), "lying", **told).json()
     assert body["notes"][0].startswith("units and axes: m, X up")
     assert "it faces where its toes point" in body["notes"][0]
-    live.http.delete(f"/api/bodies/{body['id']}")
+    faced = post(live, "bodies", npz(vertices[..., [1, 2, 0]], faces), "lying", facing="-y", **told).json()
+    assert faced["id"] != body["id"]
+    assert "it faces along -y, as told" in faced["notes"][0]
+    along_up = post(live, "bodies", npz(vertices[..., [1, 2, 0]], faces), facing="x", **told)
+    wrong = refused(along_up, 422, "body.unusable")
+    assert "it can't face along x, as told: x is up" in wrong["message"]
+    assert wrong["remedy"] == "Say another axis with facing, or which one is up with up"
+    assert refused(post(live, "bodies", b"", facing="w"), 422, "request.invalid")["place"] == "facing"
+    for one in (body, faced):
+        live.http.delete(f"/api/bodies/{one['id']}")
     assert refused(post(live, "garments", b"v 0 0 0", up="x"), 422, "request.invalid")["place"] == "up"
 
 
@@ -296,7 +305,7 @@ def test_one_of_several_animations_is_chosen_by_name_and_goes_with_the_body_into
     content = animated(("idle", "squat"))
     first = post(live, "bodies", content, "Actor").json()
     assert any("'idle' is read, the first; animation names another" in note for note in first["notes"])
-    told = post(live, "bodies", content, "Actor", animation="squat").json()
+    told = post(live, "bodies", content, "Actor", animation="squat", facing="z").json()
     assert told["id"] != first["id"]
     assert any("'squat' is read, as told" in note for note in told["notes"])
     wrong = refused(post(live, "bodies", content, animation="fly"), 422, "body.unusable")
@@ -307,7 +316,7 @@ def test_one_of_several_animations_is_chosen_by_name_and_goes_with_the_body_into
     while (reply := live.http.get(f"/api/sessions/{session['id']}").json())["state"] != "failed":
         assert time.monotonic() < deadline, reply
         time.sleep(0.05)
-    assert reply["detail"] == "a seam of 'tube' stayed open on 'Actor'; animation is squat. Enlarge the pieces."
+    assert "stayed open on 'Actor'; animation is squat, facing is z. Enlarge the pieces." in reply["detail"]
     live.http.delete(f"/api/sessions/{session['id']}")
     for body in (first, told):
         assert live.http.delete(f"/api/bodies/{body['id']}").status_code == 204
@@ -382,12 +391,13 @@ def test_a_body_that_can_not_be_worn_on_is_refused_and_the_server_goes_on(live, 
 
 
 def test_a_file_that_is_kept_already_is_known_again():
-    """Its key is of what was told when it was stored, before animations could be."""
+    """Its key is of what was told when it was stored, before animations and facings could be."""
     told = b'{"kind":"body","name":"","units":"cm","up":null,"fps":null}'
     key, digest = _key(b"content", Telling(kind="body", name="any", units="cm"))
     assert key == hashlib.sha256(b"content" + told).hexdigest()
     assert digest == hashlib.sha256(b"content").hexdigest()
     assert _key(b"content", Telling(kind="body", name="any", units="cm", animation="walk"))[0] != key
+    assert _key(b"content", Telling(kind="body", name="any", units="cm", facing="-z"))[0] != key
 
 
 def test_what_nobody_thought_of_is_told_as_itself_and_not_as_too_much(monkeypatch):

@@ -20,15 +20,17 @@ export interface MeshReading {
   readonly up: "y" | "z" | null;
 }
 
-/** How a body's frames are to be read: `fps` where the file does not say, `animation` of a .glb by its name. */
+/** How a body's frames are to be read: `fps` where the file does not say, `animation` of a .glb by its name, `facing` the
+ * axis of the file that it faces along. */
 export interface BodyReading {
   readonly units: MeshReading["units"];
   readonly up: MeshReading["up"] | "x";
   readonly fps: number | null;
   readonly animation: string | null;
+  readonly facing: "x" | "-x" | "y" | "-y" | "z" | "-z" | null;
 }
 
-const UNTOLD: BodyReading = { units: null, up: null, fps: null, animation: null };
+const UNTOLD: BodyReading = { units: null, up: null, fps: null, animation: null, facing: null };
 
 /** What a BVH file's lengths are in; asf: CMU's unit. */
 export type MotionUnits = "m" | "dm" | "asf" | "in" | "ft" | "cm" | "mm";
@@ -178,6 +180,7 @@ export class Api {
     if (reading.up) query.set("up", reading.up);
     if (reading.fps) query.set("fps", String(reading.fps));
     if (reading.animation) query.set("animation", reading.animation);
+    if (reading.facing) query.set("facing", reading.facing);
     return this.ask("POST", `api/bodies?${query.toString()}`, content);
   }
 

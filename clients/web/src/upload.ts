@@ -84,7 +84,7 @@ function meshReading(): MeshReading {
 function bodyReading(): BodyReading {
   const fps = byId("body-fps", HTMLInputElement).valueAsNumber || null;
   const animation = byId("body-animation", HTMLInputElement).value.trim() || null;
-  return { units: chosen("body-units"), up: chosen("body-up"), fps, animation } as BodyReading;
+  return { units: chosen("body-units"), up: chosen("body-up"), fps, animation, facing: chosen("body-facing") } as BodyReading;
 }
 
 /** What is selected; null for the first choice, which leaves it to the server. */

@@ -9,7 +9,7 @@ from fastapi import APIRouter, Query, Request, Response
 
 from tryon_server.api.access import ServicesDep
 from tryon_server.api.faults import ERROR_REPLIES
-from tryon_server.api.garments import BodyUp, Units
+from tryon_server.api.garments import BodyFacing, BodyUp, Units
 from tryon_server.api.models import BodyReply, kept_as
 from tryon_server.persistence import BodyRecord
 
@@ -56,6 +56,9 @@ async def upload_body(
     animation: Annotated[
         str | None, Query(min_length=1, max_length=200, description="of a .glb with several, by name; the first, told")
     ] = None,
+    facing: Annotated[
+        BodyFacing | None, Query(description="axis of its file that it faces along; found out, and told, without it")
+    ] = None,
 ) -> BodyReply:
     """Check an animated mesh and keep it, to open sessions with.
 
@@ -63,7 +66,8 @@ async def upload_body(
     """
     content = await request.body()
     loop = asyncio.get_running_loop()
-    body = await loop.run_in_executor(services.checkers, services.bodies.add, content, name, units, up, fps, animation)
+    told = (name, units, up, fps, animation, facing)
+    body = await loop.run_in_executor(services.checkers, services.bodies.add, content, *told)
     response.headers["Location"] = f"{PATH}/{body.id}"
     return _reply(body, kept_as(body.name, name))
 

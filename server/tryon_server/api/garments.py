@@ -17,6 +17,7 @@ from tryon_server.services import Services
 Units = Literal["m", "cm", "mm", "in", "ft"]
 Up = Literal["y", "z"]
 BodyUp = Literal["y", "z", "x"]
+BodyFacing = Literal["x", "-x", "y", "-y", "z", "-z"]
 
 PATH = "/api/garments"
 router = APIRouter(prefix=PATH, tags=["garments"], responses=ERROR_REPLIES)

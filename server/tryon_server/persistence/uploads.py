@@ -26,7 +26,7 @@ class MotionRecord(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class BodyRecord(msgspec.Struct, frozen=True, kw_only=True):
-    """A stored body: as ``MotionRecord``; ``up``, ``fps`` and ``animation`` are told like ``units``."""
+    """A stored body: as ``MotionRecord``; ``up``, ``fps``, ``animation`` and ``facing`` are told like ``units``."""
 
     id: str
     name: str
@@ -38,6 +38,7 @@ class BodyRecord(msgspec.Struct, frozen=True, kw_only=True):
     up: str | None = None
     fps: float | None = None
     animation: str | None = None
+    facing: str | None = None
 
 
 Record = TypeVar("Record", MotionRecord, BodyRecord)

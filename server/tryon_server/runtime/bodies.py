@@ -46,7 +46,7 @@ def load_moving_mesh(path: Path | None, reading: MeshReading, name: str | None =
     try:
         if reading.animation is None and (path.suffix or path.is_dir()) and not is_moving_mesh(path):
             return _standing_mesh(path, reading)
-        return read_mesh_body(path, Told(reading.units, reading.up), reading.fps, reading.animation, name)
+        return read_mesh_body(path, _told(reading), reading.fps, reading.animation, name)
     except MeshFileError as error:
         raise problem_error(
             "body.unusable", f"{error.place}: {error.message}", error.remedy, place="body", status=422
@@ -68,8 +68,8 @@ def _standing_mesh(path: Path, reading: MeshReading) -> MeshBody | None:
     """A mesh that stands and is no closed surface in metres as it is, where it is a human's; None for other bodies."""
     if path.suffix.lower() not in (".obj", ".glb"):
         return None
-    told = Told(reading.units, reading.up)
-    if reading.units is not None or reading.up is not None:
+    told = _told(reading)
+    if told != Told():
         return read_mesh_body(path, told)
     try:
         mesh = _closed_mesh(path)
@@ -83,6 +83,10 @@ def _standing_mesh(path: Path, reading: MeshReading) -> MeshBody | None:
         with contextlib.suppress(MeshFileError, BodyError):
             return read_mesh_body(path, told)
     return None
+
+
+def _told(reading: MeshReading) -> Told:
+    return Told(reading.units, reading.up, facing=reading.facing)
 
 
 def _lies(vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int_], name: str) -> bool:

@@ -17,12 +17,14 @@ class MeshReading:
         up: the axis that is up, ``y`` or ``z``, of a body ``x`` too.
         fps: frames a second of a sequence.
         animation: which one of a .glb is played, by name.
+        facing: the axis of its file that a body faces along: ``x``, ``-x``, ``y``, ``-y``, ``z`` or ``-z``.
     """
 
     units: str | None = None
     up: str | None = None
     fps: float | None = None
     animation: str | None = None
+    facing: str | None = None
 
 
 @dataclass(frozen=True)

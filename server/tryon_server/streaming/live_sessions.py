@@ -221,7 +221,9 @@ class LiveSessions:
             await asyncio.gather(*self._notes, return_exceptions=True)
 
     def _work_order(self, record: SessionRecord, garment: GarmentRecord, body: BodyRecord | None = None) -> WorkOrder:
-        told = MeshReading() if body is None else MeshReading(body.units, body.up, body.fps, body.animation)
+        told = MeshReading()
+        if body is not None:
+            told = MeshReading(body.units, body.up, body.fps, body.animation, body.facing)
         return WorkOrder(
             drape=DrapeOrder(
                 pattern=self._garments.pattern_path(garment),

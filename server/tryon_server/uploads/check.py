@@ -28,6 +28,7 @@ class Telling(msgspec.Struct, frozen=True, kw_only=True):
     up: str | None = None
     fps: float | None = None
     animation: str | None = None
+    facing: str | None = None
 
 
 class UploadReply(msgspec.Struct, frozen=True, kw_only=True):
@@ -72,7 +73,7 @@ def check_body(content: bytes, told: Telling) -> BodyFacts:
         path = Path(folder) / "body"  # without an ending, as it is kept: what it is is found in it
         path.write_bytes(content)
         try:
-            body = load_moving_mesh(path, MeshReading(told.units, told.up, told.fps, told.animation))
+            body = load_moving_mesh(path, MeshReading(told.units, told.up, told.fps, told.animation, told.facing))
         except ProblemError as error:
             message = error.problem.message.removeprefix("body: ").removeprefix("body, ").replace("body/", "")
             raise ProblemError(msgspec.structs.replace(error.problem, message=message), error.status) from error

@@ -158,6 +158,7 @@ class BodyUploads(Uploads[BodyRecord]):
         up: str | None = None,
         fps: float | None = None,
         animation: str | None = None,
+        facing: str | None = None,
     ) -> BodyRecord:
         """Check a body that is a mesh and store it; the same file twice is the same body.
 
@@ -168,11 +169,20 @@ class BodyUploads(Uploads[BodyRecord]):
             up: axis that is up in it; None to find it out.
             fps: frames a second, where the file does not say; None to find it out.
             animation: which one of a .glb, by name; None for the first.
+            facing: axis of the file that it faces along; None to find it out.
 
         Raises:
             ProblemError: 422, it is no body that can be worn on, or the name is unfit.
         """
-        told = Telling(kind="body", name=checked_name("body", name), units=units, up=up, fps=fps, animation=animation)
+        told = Telling(
+            kind="body",
+            name=checked_name("body", name),
+            units=units,
+            up=up,
+            fps=fps,
+            animation=animation,
+            facing=facing,
+        )
 
         def record(key: str, digest: str, found: UploadReply) -> BodyRecord:
             assert found.body is not None
@@ -187,6 +197,7 @@ class BodyUploads(Uploads[BodyRecord]):
                 up=up,
                 fps=fps,
                 animation=animation,
+                facing=facing,
             )
 
         return self._added(content, told, record)
@@ -204,8 +215,9 @@ def checked_name(kind: str, name: str) -> str:
 def _key(content: bytes, told: Telling) -> tuple[str, str]:
     """The hash of a file with what was told about it, and that of the file alone."""
     fields = msgspec.structs.asdict(msgspec.structs.replace(told, name=""))
-    if told.animation is None:  # the keys of files that are kept already know no animation
-        del fields["animation"]
+    for later in ("animation", "facing"):  # the keys of files that are kept already know neither
+        if fields[later] is None:
+            del fields[later]
     said = msgspec.json.encode(fields)
     digest = hashlib.sha256(content)
     alone = digest.hexdigest()

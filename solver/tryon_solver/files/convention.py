@@ -18,6 +18,14 @@ UNITS: dict[str, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft"
 """Metres in one unit."""
 AXES = ("y", "z")
 BODY_AXES = (*AXES, "x")
+FACINGS = {  # of a body, along its file's axes
+    "x": (1.0, 0.0, 0.0),
+    "-x": (-1.0, 0.0, 0.0),
+    "y": (0.0, 1.0, 0.0),
+    "-y": (0.0, -1.0, 0.0),
+    "z": (0.0, 0.0, 1.0),
+    "-z": (0.0, 0.0, -1.0),
+}
 FORWARDS = ((0, 1), (-1, 0), (0, -1), (1, 0))  # along x and z: what none to three quarter turns bring to +Z
 
 HUMAN = (1.0, 2.3)  # m, largest extent of a body: its height, or its span with the arms out; no two units fit both
@@ -63,6 +71,10 @@ class Convention:
             x, y = -x, -y
         return np.stack([x, y, z], axis=-1)
 
+    def direction(self, axis: str) -> np.ndarray:
+        """(3,) the unit vector, Y up, of one of `FACINGS` in the file's axes."""
+        return self.apply(np.array(FACINGS[axis])) / UNITS[self.unit]
+
     def describe(self) -> str:
         """For people."""
         return f"{self.unit}, {self.up.upper()} {'down' if self.over else 'up'} ({self.because})"
@@ -70,11 +82,15 @@ class Convention:
 
 @dataclass(frozen=True)
 class Told:
-    """What is known before the vertices are looked at: by the user or by the format; None where nothing is."""
+    """What is known before the vertices are looked at: by the user or by the format; None where nothing is.
+
+    `facing`: the axis of its file, one of `FACINGS`, that a body faces along.
+    """
 
     unit: str | None = None
     up: str | None = None
     source: str = "as told"
+    facing: str | None = None
 
 
 def refuse_unknown(told: Told, axes: tuple[str, ...], options: str, name: str) -> None:
@@ -99,12 +115,21 @@ def find_for_body(vertices: np.ndarray, told: Told, name: str) -> Convention:
     Raises MeshFileError when the evidence does not decide, or what is told is not known.
     """
     refuse_unknown(told, BODY_AXES, "--body-", name)
+    if told.facing is not None and told.facing not in FACINGS:
+        remedy = f"Say one of {', '.join(FACINGS)} with --body-facing"
+        raise MeshFileError(f"{told.facing!r} is no axis to face along", name, remedy)
     extent = np.ptp(vertices, axis=0)
     largest = float(extent.max())
     up, why_up = (told.up, told.source) if told.up else _up_of_body(vertices, name)
+    if told.facing is not None and told.facing.lstrip("-") == up:
+        raise MeshFileError(
+            f"it can't face along {told.facing}, as told: {up} is up ({why_up})",
+            name,
+            "Say another axis with --body-facing, or which one is up with --body-up",
+        )
     turns = 0
     if up == "x":
-        turns, why_up = _turns_of_body(vertices, told.unit or "m", why_up, name)
+        turns, why_up = _turns_of_body(vertices, told, why_up, name)
     fitting = [unit for unit, size in UNITS.items() if HUMAN[0] <= largest * size <= HUMAN[1]]
     if told.unit is not None:
         size = largest * UNITS[told.unit]
@@ -154,15 +179,18 @@ def _up_of_body(vertices: np.ndarray, name: str) -> tuple[str, str]:
     return votes[0][0], ", ".join(reason for _, reason in votes)
 
 
-def _turns_of_body(vertices: np.ndarray, unit: str, why: str, name: str) -> tuple[int, str]:
+def _turns_of_body(vertices: np.ndarray, told: Told, why: str, name: str) -> tuple[int, str]:
     """How often to turn a body that has X up, and the evidence: nothing prescribes which way it faces."""
-    forwards = toes(Convention(unit, "x", "").apply(vertices))
+    reading = Convention(told.unit or "m", "x", "")
+    forwards = reading.direction(told.facing) if told.facing else toes(reading.apply(vertices))
     if forwards is None:
         raise MeshFileError(
-            f"X is up ({why}), and its feet don't tell which way it faces", name, "Turn it so that y or z is up"
+            f"X is up ({why}), and its feet don't tell which way it faces",
+            name,
+            "Say it with --body-facing, or turn it so that y or z is up",
         )
-    turns = FORWARDS.index(tuple(forwards[[0, 2]].astype(int)))
-    return turns, f"{why}; it faces where its toes point"
+    turns = FORWARDS.index(tuple(forwards[[0, 2]].round().astype(int)))
+    return turns, f"{why}; it faces {'along ' + told.facing + ', as told' if told.facing else 'where its toes point'}"
 
 
 def find_for_garment(

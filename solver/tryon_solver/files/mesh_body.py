@@ -88,13 +88,14 @@ class MeshBody:
     notes: tuple[str, ...]
     name: str = "body"
     cut_off: str = ""  # what there is to say of a person who is not there as a whole
+    facing: np.ndarray | None = None  # (3,) the level unit vector that it faces along, where that was told
 
     def for_patterns(self) -> MeshBody:
         """The same body where patterns expect one, which is told: patterns come without a place, meshes with theirs.
 
         Raises MeshFileError when it does not stand in its first frame.
         """
-        stand = find_stand(self.sequence.rest_vertices, self.sequence.faces, self.name)
+        stand = find_stand(self.sequence.rest_vertices, self.sequence.faces, self.name, self.facing)
         notes = (*self.notes, *stand.notes)
         return replace(self, sequence=self.sequence.put(stand.turn, stand.shift), notes=notes)
 
@@ -136,9 +137,9 @@ def read_mesh_body(
 ) -> MeshBody:
     """Read a moving mesh and make it a body.
 
-    `told` what is known of its unit and axes; `fps` frames a second, where the file does not say; `animation` of a
-    .glb, by name, the first without that; `name` what its owner calls it, None for its file's. Raises MeshFileError or
-    BodyError.
+    `told` what is known of its unit, axes and facing; `fps` frames a second, where the file does not say; `animation`
+    of a .glb, by name, the first without that; `name` what its owner calls it, None for its file's. Raises
+    MeshFileError or BodyError.
     """
     return make_body(read_frames(path, told, fps, animation, name))
 
@@ -279,7 +280,7 @@ def _read_npz(path: Path, name: str, told: Told, fps: float | None) -> RawFrames
     note = f"{len(held.frames)} frames, {1 / dt:g} a second ({said})"
     with np.errstate(over="ignore"):  # what is too large for a float32 is told as not finite
         frames = held.frames.astype(np.float32)
-    return RawFrames(frames, held.faces, dt, Told(unit, up, source), name, (note,))
+    return RawFrames(frames, held.faces, dt, Told(unit, up, source, told.facing), name, (note,))
 
 
 def _read_glb(path: Path, name: str, told: Told, animation: str | None) -> RawFrames:
@@ -289,7 +290,7 @@ def _read_glb(path: Path, name: str, told: Told, animation: str | None) -> RawFr
     _limit(name, count, len(raw.vertices))
     frames = np.stack([scene.positions(scene.begins + k * GLB_DT).astype(np.float32) for k in range(count)])
     if told.unit is None and told.up is None:
-        told = GLTF
+        told = replace(GLTF, facing=told.facing)
     note = f"an animation of {scene.duration:.2f} s, sampled every 1/{1 / GLB_DT:.0f} s" if count > 1 else STANDS
     choice = scene.animation
     offered = "; --body-animation names another" if choice and len(choice.names) > 1 and not choice.told else ""
@@ -346,7 +347,8 @@ def make_body(raw: RawFrames) -> MeshBody:
     x = weights @ frames[0].astype(np.float64)
     inwards = _face_inwards(x, faces)
     faces = np.where(inwards[:, None], faces[:, ::-1], faces)
-    notes += sides_told(turned ^ inwards[: len(turned)], frames[0][used], raw.leftward, convention)
+    ahead = convention.direction(raw.told.facing) if raw.told.facing else None
+    notes += sides_told(turned ^ inwards[: len(turned)], frames[0][used], raw.leftward, convention, ahead)
     if weights.shape[0] > ENOUGH * VERTICES:
         if len(crowded_edges(faces)):
             notes.append("more than two triangles meet at some of its edges: it is left as fine as it is")
@@ -361,7 +363,7 @@ def make_body(raw: RawFrames) -> MeshBody:
             notes.append(f"its {before} vertices were remeshed to {weights.shape[0]}")
     moved = np.stack([weights @ frame.astype(np.float64) for frame in frames]).astype(np.float32)
     notes += _crossings(moved, faces)
-    return MeshBody(make_sequence(moved, faces, raw.dt), convention, tuple(notes), raw.name, half)
+    return MeshBody(make_sequence(moved, faces, raw.dt), convention, tuple(notes), raw.name, half, ahead)
 
 
 def _upside_down(frames: np.ndarray, weights: sp.csr_matrix, faces: np.ndarray) -> bool:

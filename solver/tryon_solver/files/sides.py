@@ -24,11 +24,16 @@ def side_of(joint: str) -> str | None:
 
 
 def sides_told(
-    turned: np.ndarray, x: np.ndarray, leftward: np.ndarray | None, convention: Convention
+    turned: np.ndarray,
+    x: np.ndarray,
+    leftward: np.ndarray | None,
+    convention: Convention,
+    facing: np.ndarray | None = None,
 ) -> list[str]:
     """What there is to say about a body of which the triangles `turned` (F,) faced inwards.
 
-    `x` (V, 3) m its vertices; `leftward` (3,), in the file's units and axes, from its right joints to its left ones.
+    `x` (V, 3) m its vertices; `leftward` (3,), in the file's units and axes, from its right joints to its left ones;
+    `facing` (3,) where it faces, if that is told: else its toes do.
     """
     notes = []
     if 2 * np.count_nonzero(turned) > len(turned):
@@ -38,7 +43,7 @@ def sides_told(
         )
     elif turned.any():
         notes.append(f"{np.count_nonzero(turned)} of its {len(turned)} triangles faced inwards: they are turned over")
-    forwards = None if leftward is None else toes(x)
+    forwards = None if leftward is None else toes(x) if facing is None else facing
     if leftward is not None and forwards is not None:
         way = float(convention.apply(leftward) @ np.cross([0.0, 1.0, 0.0], forwards))
         if way < -APART:

@@ -99,8 +99,10 @@ def facing(x: np.ndarray, faces: np.ndarray) -> np.ndarray | None:
     return forwards
 
 
-def find_stand(x: np.ndarray, faces: np.ndarray, name: str) -> Stand:
+def find_stand(x: np.ndarray, faces: np.ndarray, name: str, told: np.ndarray | None = None) -> Stand:
     """What puts the body x (V, 3) m, Y up, with faces (F, 3), as it is dressed, where patterns expect it.
+
+    `told` (3,) the level unit vector that it faces along, where that is known.
 
     A body without feet that tell, as a tailor's dummy, is left as it is, which is said. Raises MeshFileError when it
     does not stand, or not on its feet, or has no such feet and is clearly elsewhere.
@@ -119,7 +121,7 @@ def find_stand(x: np.ndarray, faces: np.ndarray, name: str) -> Stand:
             name,
             "A pattern is put on a body that stands in its first frame: begin with one",
         )
-    forwards = facing(x, faces)
+    forwards = facing(x, faces) if told is None else told
     if forwards is None:
         middle, low = _middle(_trunk(x, faces)), float(x[:, 1].min())
         if low < -UNDER_FLOOR or np.hypot(middle[0], middle[2]) > ASIDE:
@@ -128,14 +130,15 @@ def find_stand(x: np.ndarray, faces: np.ndarray, name: str) -> Stand:
                 f"expect a body: its lowest point is at y = {low:.2f} m, its middle at x = {middle[0]:.2f}, "
                 f"z = {middle[2]:.2f} m",
                 name,
-                "Move it there, facing +Z, before exporting it",
+                "Say which way it faces with --body-facing, or move it there, facing +Z, before exporting it",
             )
         note = (
             "its feet don't tell which way it faces: it is left where it is, taken to face +Z and to stand on y = 0 "
-            "over x = z = 0, where patterns expect a body"
+            "over x = z = 0, where patterns expect a body; --body-facing says otherwise"
         )
         return Stand(0.0, np.zeros(3), (note,))
     notes = []
+    how = "" if told is None else " (as told)"
     found = float(np.arctan2(forwards[0], forwards[2]))  # from +Z towards +X
     quarter = np.pi / 2 * round(found / (np.pi / 2))
     if abs(found - quarter) < SQUARE:
@@ -143,7 +146,7 @@ def find_stand(x: np.ndarray, faces: np.ndarray, name: str) -> Stand:
     stand = Stand(-found, np.zeros(3), ())
     turned = x @ stand.turn.T
     if found:
-        notes.append(f"turned by {abs(np.rad2deg(found)):.0f}° about the vertical, to face +Z")
+        notes.append(f"turned by {abs(np.rad2deg(found)):.0f}° about the vertical, to face +Z{how}")
     middle = _middle(_trunk(turned, faces))
     shift = -np.array([middle[0], turned[:, 1].min(), middle[2]])
     if abs(shift[1]) < NEAR_FLOOR:

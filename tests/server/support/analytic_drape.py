@@ -124,7 +124,9 @@ class WavingSheet:
 def build(order, progress) -> WavingSheet:
     progress("Sewing", 0.5)
     if order.fabric == "tight":
-        on = f" on {order.body_name!r}; --body-animation is {order.body_reading.animation}" if order.body_name else ""
+        told = order.body_reading
+        on = f" on {order.body_name!r}; --body-animation is {told.animation}, --body-facing is {told.facing}"
+        on = on if order.body_name else ""
         raise problem_error("garment.unfit", f"a seam of {order.garment_name!r} stayed open{on}", "Enlarge the pieces.")
     sheet = WavingSheet(order.fabric)
     sheet.outfit = replace(sheet.outfit, size=FITTING_SIZE if order.size is None else order.size)

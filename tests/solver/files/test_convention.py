@@ -5,7 +5,16 @@ import pytest
 
 from tryon_solver.body import default_body
 from tryon_solver.body.pose import skin
-from tryon_solver.files.convention import AXES, BODY_AXES, UNITS, Convention, Told, find_for_body, find_for_garment
+from tryon_solver.files.convention import (
+    AXES,
+    BODY_AXES,
+    FACINGS,
+    UNITS,
+    Convention,
+    Told,
+    find_for_body,
+    find_for_garment,
+)
 from tryon_solver.files.raw_mesh import MeshFileError
 
 
@@ -45,7 +54,27 @@ def test_a_body_with_x_up_whose_feet_do_not_tell_where_it_faces_is_refused():
     without_feet = x[x[:, 1] > 0.2]
     with pytest.raises(MeshFileError, match=r"X is up .* feet don't tell which way it faces") as caught:
         find_for_body(written(without_feet, "m", "x"), Told(), "body.obj")
-    assert caught.value.remedy == "Turn it so that y or z is up"
+    assert caught.value.remedy == "Say it with --body-facing, or turn it so that y or z is up"
+
+
+@pytest.mark.parametrize("turn", ABOUT)
+def test_a_body_faces_where_it_is_told_to(turn):
+    """With X up its toes are not asked then; along the upward axis nobody faces."""
+    x = default_body().rest_vertices
+    without_feet = x[x[:, 1] > 0.2]
+    strange = written(without_feet @ turn.T, "m", "x")
+    ahead = written(np.array([[0.0, 0.0, 1.0]]) @ turn.T, "m", "x")[0]
+    told = next(name for name, axis in FACINGS.items() if np.array_equal(axis, ahead))
+    found = find_for_body(strange, Told(facing=told), "body.obj")
+    np.testing.assert_allclose(found.apply(strange), without_feet, atol=1e-9)
+    np.testing.assert_allclose(found.direction(told), [0.0, 0.0, 1.0], atol=1e-9)
+    for up, axis in (("y", "-y"), ("z", "z"), ("x", "x")):
+        with pytest.raises(MeshFileError, match=f"it can't face along {axis}, as told: {up} is up") as caught:
+            find_for_body(written(x, "m", up), Told(facing=axis), "body.obj")
+        assert "--body-facing" in caught.value.remedy
+    with pytest.raises(MeshFileError, match="'w' is no axis to face along") as caught:
+        find_for_body(x, Told(facing="w"), "body.obj")
+    assert "--body-facing" in caught.value.remedy
 
 
 def test_what_is_up_does_not_hang_on_arms(strangers):

@@ -83,6 +83,28 @@ def test_a_body_without_feet_is_left_and_told_or_refused_where_it_is_clearly_els
         assert bad.value.remedy
 
 
+@pytest.mark.parametrize("degrees", [0, 90, 180, -90])
+def test_a_facing_that_is_told_wins_over_what_is_found(degrees):
+    """Without feet that tell the body is then put like another; with feet that would tell otherwise, it is believed."""
+    ahead = about_y(degrees)[:, 2]
+    x, faces = without_legs()
+    stand = find_stand(x @ about_y(degrees).T + [1.0, -0.9, 0.0], faces, "a.npz", ahead)
+    np.testing.assert_allclose(stand.turn @ ahead, [0.0, 0.0, 1.0], atol=1e-9)
+    assert any("to face +Z (as told)" in note for note in stand.notes) == (degrees != 0)
+    assert any("moved by" in note for note in stand.notes)
+    np.testing.assert_allclose(find_stand(REST, BODY.faces, "a.npz", ahead).turn @ ahead, [0.0, 0.0, 1.0], atol=1e-9)
+
+
+def test_a_facing_is_told_in_the_axes_of_the_file():
+    x, faces = without_legs()
+    strange = 100 * (x @ about_y(90).T)[:, [0, 2, 1]] * [1.0, -1.0, 1.0]  # cm, Z up, facing +X
+    told = Told("cm", "z", facing="x")
+    body = make_body(RawFrames(strange[None].astype(np.float32), faces, 1 / 30, told, "a.npz", ())).for_patterns()
+    assert "turned by 90° about the vertical, to face +Z (as told)" in " ".join(body.notes)
+    own = body.sequence.rest_vertices[: len(x)]
+    np.testing.assert_allclose(own - own.mean(axis=0), x - x.mean(axis=0), atol=1e-4)
+
+
 def raw(frames):
     return RawFrames(frames.astype(np.float32), BODY.faces, 1 / 30, Told(), "a.npz", ())
 
