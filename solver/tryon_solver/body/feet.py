@@ -11,6 +11,7 @@ from tryon_solver.body.motion import Motion
 UP = np.array([0.0, 1.0, 0.0])
 STANDING_SPEED = 0.1  # m/s, an ankle slower than this
 STANDING_HEIGHT = 0.03  # m, and no higher than this above its lowest place, stands
+ON_HANDS = 0.5  # m; who bends down or turns a cartwheel has hands and feet on one floor
 CLEARLY_FLATTER = np.radians(5.0)  # rad
 
 
@@ -57,16 +58,23 @@ def _frame_turn(up_a: np.ndarray, ahead_a: np.ndarray, up_b: np.ndarray, ahead_b
     return quaternions.multiply(quaternions.from_axis_angle(up_b, angle), tilt)
 
 
-def lowest_sole_point(model: BodyModel, motion: Motion) -> float:
-    """Height [m] of the lowest point of the feet over the whole motion.
-
-    Each foot vertex is carried by the joint that has most of it, which at the sole is all of it.
-    """
-    feet = [k for k, name in enumerate(model.joint_names) if name.endswith(("_foot", "_toes"))]
-    strongest = model.skin_joints[:, 0]
+def floor_height(model: BodyModel, motion: Motion) -> float:
+    """Height [m] of the floor: the lowest point of the feet over the whole motion, or of the hands where they are so
+    far below it that the person is on the hands all along."""
     positions, turns = world_tracks(model, motion)
+    soles = _lowest_point(model, positions, turns, ("_foot", "_toes"))
+    hands = _lowest_point(model, positions, turns, ("_hand", "_fingers"))
+    return hands if hands < soles - ON_HANDS else soles
+
+
+def _lowest_point(model: BodyModel, positions: np.ndarray, turns: np.ndarray, ends: tuple[str, ...]) -> float:
+    """Height [m] of the lowest point of the skin on the joints whose names end so, over joint tracks (T, J, 3 and 4).
+
+    Each vertex is carried by the joint that has most of it, which at the sole is all of it.
+    """
+    strongest = model.skin_joints[:, 0]
     lowest = np.inf
-    for joint in feet:
+    for joint in (k for k, name in enumerate(model.joint_names) if name.endswith(ends)):
         points = model.rest_vertices[strongest == joint] - model.rest_joints[joint]
         matrices = quaternions.to_matrix(turns[:, joint])
         heights = positions[:, joint, 1, None] + matrices[:, 1] @ points.T

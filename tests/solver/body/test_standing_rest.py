@@ -9,6 +9,7 @@ import pytest
 from body_cases import DEMO_MOTIONS
 
 from tryon_solver.body import BodyModel, BvhClip, parse_bvh, quaternions, retarget
+from tryon_solver.body.pose import skin
 from tryon_solver.body.skeletons import find_parts
 from tryon_solver.body.standing_rest import tilt, upward_axis, with_standing_rest
 
@@ -105,6 +106,9 @@ def test_a_handstand_stays_one(body: BodyModel, height: float | None, standing: 
     played = retarget(both, body)
     world = quaternions.rotate(played.rotations[: len(raised), 0], np.broadcast_to(Y, (len(raised), 3)))
     assert (world[:, 1] < -0.7).all()
+    if standing == 0.0:
+        lowest = min(skin(body, played.pose(k))[:, 1].min() for k in range(played.frame_count))
+        assert lowest == pytest.approx(0.0, abs=0.02), "on the floor, by the hands"
 
 
 def test_who_lies_and_then_gets_up_is_not_turned() -> None:
