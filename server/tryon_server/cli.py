@@ -191,6 +191,11 @@ def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser])
         "--motion-units", choices=BVH_UNITS, help="unit of a BVH file's lengths (default: found, and told)"
     )
     simulate.add_argument(
+        "--motion-facing",
+        choices=FACINGS,
+        help="axis of its file that the person faces along in a BVH's first frame (default: found by knees and toes)",
+    )
+    simulate.add_argument(
         "--seconds", type=_positive, metavar="S", help="how long to record (default the motion's length; it repeats)"
     )
     simulate.add_argument("--fps", type=_positive, default=60.0, help="frames per second (default 60)")
@@ -358,7 +363,13 @@ def run_simulate(options: argparse.Namespace) -> int:
     )
     with ProgressBar() as bar:
         recording = simulate(
-            order, options.motion, options.seconds, options.fps, bar.show, motion_units=options.motion_units
+            order,
+            options.motion,
+            options.seconds,
+            options.fps,
+            bar.show,
+            motion_units=options.motion_units,
+            motion_facing=options.motion_facing,
         )
     for note in recording.notes:
         print(note)

@@ -15,6 +15,7 @@ PARAMETERS = {  # longer options first: shorter ones are parts of them
     "--body-animation": "animation",
     "--body-facing": "facing",
     "--motion-units": "units",
+    "--motion-facing": "facing",
     "--units": "units",
     "--up": "up",
 }

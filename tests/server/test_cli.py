@@ -211,17 +211,18 @@ def test_files_have_the_same_units_and_axes_wherever_they_are_told():
     assert cli.FACINGS == get_args(BodyFacing) == tuple(convention.FACINGS)
 
 
-def test_what_is_told_of_a_body_goes_into_the_order(folder, monkeypatch):
+def test_what_is_told_of_a_body_and_a_motion_is_passed_on(folder, monkeypatch):
     taken = []
 
-    def take(order, *_, **__):
-        taken.append(order.body_reading)
+    def take(order, *_, **how):
+        taken.append((order.body_reading, how["motion_units"], how["motion_facing"]))
         raise problem_error("test.enough", "that is enough", "Nothing")
 
     monkeypatch.setattr(offline, "simulate", take)
     told = ["--body-units=cm", "--body-up=z", "--body-fps=24", "--body-animation=walk", "--body-facing=-y"]
+    told += ["--motion-units=ft", "--motion-facing=-z"]
     assert main(["simulate", "--garment", "g.json", "--out", str(folder / "o.npz"), *told]) == cli.BAD_INPUT
-    assert taken == [MeshReading("cm", "z", 24.0, "walk", "-y")]
+    assert taken == [(MeshReading("cm", "z", 24.0, "walk", "-y"), "ft", "-z")]
 
 
 def test_devices_names_the_processor(capsys):

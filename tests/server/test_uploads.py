@@ -163,6 +163,12 @@ def test_a_motion_whose_left_is_named_right_is_told(live):
     assert any("its joints named left, as 'LeftArm', are on its right" in note for note in found["notes"])
     assert found["joints_mapped"]["left_forearm"] == "RightForeArm"
     assert not any("named left" in note for note in post(live, "motions", WALK).json()["found"]["notes"])
+    told = post(live, "motions", WALK, facing="-z").json()["found"]
+    assert any("are on its right, as it faces along -z" in note for note in told["notes"])
+    assert told["joints_mapped"]["left_forearm"] == "RightForeArm"
+    wrong = refused(post(live, "motions", WALK, facing="y"), 422, "motion.invalid")
+    assert "Say one of these with facing" in wrong["message"]
+    assert refused(post(live, "motions", WALK, facing="up"), 422, "request.invalid")["place"] == "facing"
 
 
 def lines_until(count: int) -> str:

@@ -12,6 +12,7 @@ export {
   type Garment,
   type MeshReading,
   type Motion,
+  type MotionReading,
   type MotionUnits,
   type SessionInfo,
   type SessionWish,

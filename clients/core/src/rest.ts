@@ -27,13 +27,22 @@ export interface BodyReading {
   readonly up: MeshReading["up"] | "x";
   readonly fps: number | null;
   readonly animation: string | null;
-  readonly facing: "x" | "-x" | "y" | "-y" | "z" | "-z" | null;
+  readonly facing: Facing | null;
 }
+
+/** An axis of a file along which a person faces. */
+export type Facing = "x" | "-x" | "y" | "-y" | "z" | "-z";
 
 const UNTOLD: BodyReading = { units: null, up: null, fps: null, animation: null, facing: null };
 
 /** What a BVH file's lengths are in; asf: CMU's unit. */
 export type MotionUnits = "m" | "dm" | "asf" | "in" | "ft" | "cm" | "mm";
+
+/** How a BVH file is to be read; `facing` is told of its first frame. */
+export interface MotionReading {
+  readonly units: MotionUnits | null;
+  readonly facing: Facing | null;
+}
 
 export interface Motion {
   /** what sessions call it */
@@ -159,9 +168,10 @@ export class Api {
   }
 
   /** Sends a BVH file; the server checks that the default body can follow it. */
-  uploadMotion(content: Blob, name: string, units: MotionUnits | null = null): Promise<Motion> {
+  uploadMotion(content: Blob, name: string, reading: MotionReading = { units: null, facing: null }): Promise<Motion> {
     const query = new URLSearchParams({ name });
-    if (units) query.set("units", units);
+    if (reading.units) query.set("units", reading.units);
+    if (reading.facing) query.set("facing", reading.facing);
     return this.ask("POST", `api/motions?${query.toString()}`, content);
   }
 

@@ -9,7 +9,7 @@ import {
   type Link,
   type MeshReading,
   type Motion,
-  type MotionUnits,
+  type MotionReading,
   type SessionInfo,
   type SessionWish,
   type Size,
@@ -148,9 +148,9 @@ export class Fitting {
   }
 
   /** Sends a motion's file to the server and plays it. */
-  addMotion(file: File, units: MotionUnits | null): Promise<void> {
+  addMotion(file: File, reading: MotionReading): Promise<void> {
     return this.take(file, "can't be played", "Cut it into shorter motions.", async () => {
-      const motion = await this.api.uploadMotion(file, file.name.replace(/\.bvh$/i, ""), units);
+      const motion = await this.api.uploadMotion(file, file.name.replace(/\.bvh$/i, ""), reading);
       this.catalogue.motions = [...this.catalogue.motions.filter(({ name }) => name !== motion.name), motion];
       await this.move(motion.name);
       return [...keptAs(motion.kept_as), ...(motion.found?.notes ?? [])];

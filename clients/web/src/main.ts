@@ -73,7 +73,7 @@ class Studio implements FittingView {
     });
     new Upload({
       garment: (file, reading) => this.fitting.add(file, reading),
-      motion: (file, units) => this.fitting.addMotion(file, units),
+      motion: (file, reading) => this.fitting.addMotion(file, reading),
       body: (file, reading) => this.fitting.addBody(file, reading),
     });
     this.play.addEventListener("click", () => this.fitting.togglePlay());

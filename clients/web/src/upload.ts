@@ -1,11 +1,11 @@
-import type { BodyReading, MeshReading, MotionUnits } from "@tryon/core";
+import type { BodyReading, MeshReading, MotionReading } from "@tryon/core";
 
 import { byId } from "./dom.ts";
 
 /** Who takes the files, each with how it is to be read. */
 export interface Taker {
   garment(file: File, reading: MeshReading): Promise<void>;
-  motion(file: File, units: MotionUnits | null): Promise<void>;
+  motion(file: File, reading: MotionReading): Promise<void>;
   body(file: File, reading: BodyReading): Promise<void>;
 }
 
@@ -45,7 +45,7 @@ export class Upload {
   constructor(taker: Taker) {
     const picker = (label: string, input: string, add: (file: File) => Promise<void>) => new Picker(label, byId(input, HTMLInputElement), add);
     this.garments = picker("upload", "pattern-file", (file) => taker.garment(file, meshReading()));
-    this.motions = picker("upload-motion", "motion-file", (file) => taker.motion(file, chosen("motion-units") as MotionUnits | null));
+    this.motions = picker("upload-motion", "motion-file", (file) => taker.motion(file, motionReading()));
     this.bodies = picker("upload-body", "body-file", (file) => taker.body(file, bodyReading()));
     window.addEventListener("dragenter", (event) => this.entered(event, 1));
     window.addEventListener("dragleave", (event) => this.entered(event, -1));
@@ -78,6 +78,11 @@ export class Upload {
 /** The unit and axis chosen for a garment's mesh. */
 function meshReading(): MeshReading {
   return { units: chosen("mesh-units"), up: chosen("mesh-up") } as MeshReading;
+}
+
+/** The unit and facing chosen for a motion. */
+function motionReading(): MotionReading {
+  return { units: chosen("motion-units"), facing: chosen("motion-facing") } as MotionReading;
 }
 
 /** What is chosen for a body. */

@@ -9,6 +9,7 @@ from fastapi import APIRouter, Query, Request, Response
 
 from tryon_server.api.access import ServicesDep
 from tryon_server.api.faults import ERROR_REPLIES
+from tryon_server.api.garments import BodyFacing
 from tryon_server.api.models import MotionFindings, MotionReply, kept_as
 from tryon_server.persistence import MotionRecord
 from tryon_server.problems import problem_error
@@ -47,6 +48,9 @@ async def upload_motion(
     services: ServicesDep,
     name: Annotated[str, Query(description="what to call it")] = "uploaded motion",
     units: Annotated[BvhUnits | None, Query(description="its unit; found out, and told, without it")] = None,
+    facing: Annotated[
+        BodyFacing | None, Query(description="axis of its file that the person faces along in its first frame")
+    ] = None,
 ) -> MotionReply:
     """Check a BVH file and keep it: every session can play it from then on.
 
@@ -54,7 +58,7 @@ async def upload_motion(
     """
     content = await request.body()
     loop = asyncio.get_running_loop()
-    motion = await loop.run_in_executor(services.checkers, services.motions.add, content, name, units)
+    motion = await loop.run_in_executor(services.checkers, services.motions.add, content, name, units, facing)
     services.sessions.offer_motion(motion, services.motions.path(motion))
     response.headers["Location"] = f"{PATH}/{motion.id}"
     return _reply(motion, kept_as(motion.name, name))

@@ -14,7 +14,7 @@ from tryon_server.persistence import tables
 
 class MotionRecord(msgspec.Struct, frozen=True, kw_only=True):
     """A stored motion. ``digest`` is the sha256 of its file, ``key`` that of the file and what was told about it;
-    ``units`` as told, None where nothing was; ``created`` in s since 1970."""
+    ``units`` and ``facing`` as told, None where nothing was; ``created`` in s since 1970."""
 
     id: str
     name: str
@@ -23,10 +23,11 @@ class MotionRecord(msgspec.Struct, frozen=True, kw_only=True):
     created: float
     facts: MotionFacts
     units: str | None = None
+    facing: str | None = None
 
 
 class BodyRecord(msgspec.Struct, frozen=True, kw_only=True):
-    """A stored body: as ``MotionRecord``; ``up``, ``fps``, ``animation`` and ``facing`` are told like ``units``."""
+    """A stored body: as ``MotionRecord``; ``up``, ``fps`` and ``animation`` are told likewise."""
 
     id: str
     name: str

@@ -11,7 +11,7 @@ from tryon_server.sessions.commands import MotionFile
 from tryon_solver.body.bvh import KNOWN_UNITS, UNITS, BvhClip, BvhError, BvhUnitError, decode_bvh, find_units, parse_bvh
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion, MotionError
-from tryon_solver.body.own_sides import with_own_sides
+from tryon_solver.body.own_sides import with_own_sides, with_told_facing
 from tryon_solver.body.retarget import retarget
 from tryon_solver.body.skeletons import RetargetError, SkeletonParts, find_parts
 from tryon_solver.body.standing_rest import tilt, upward_axis, with_standing_rest
@@ -39,10 +39,12 @@ def load_motion(name: str, body: BodyModel, file: MotionFile | None = None) -> M
         raise problem_error(
             "motion.lost", f"the file of the motion {name!r} is no longer there", "Upload it again", place="motion"
         ) from error
-    return read_clip(content, name, file.units, body)[0]
+    return read_clip(content, name, file.units, body, file.facing)[0]
 
 
-def read_motion(name: str, body: BodyModel, units: str | None = None) -> tuple[Motion, MotionFacts]:
+def read_motion(
+    name: str, body: BodyModel, units: str | None = None, facing: str | None = None
+) -> tuple[Motion, MotionFacts]:
     """The motion of this name, or in this BVH file, for this body; and what was found out about the file.
 
     Raises:
@@ -58,10 +60,12 @@ def read_motion(name: str, body: BodyModel, units: str | None = None) -> tuple[M
         raise problem_error(
             "motion.unknown", f"there is no motion {name!r}", f"Give a BVH file or one of: {known}", place="motion"
         ) from error
-    return read_clip(content, path.name, units, body)
+    return read_clip(content, path.name, units, body, facing)
 
 
-def read_clip(content: bytes, name: str, units: str | None, body: BodyModel) -> tuple[Motion, MotionFacts]:
+def read_clip(
+    content: bytes, name: str, units: str | None, body: BodyModel, facing: str | None = None
+) -> tuple[Motion, MotionFacts]:
     """The motion that a BVH file holds, and what was found out about it.
 
     Args:
@@ -69,6 +73,7 @@ def read_clip(content: bytes, name: str, units: str | None, body: BodyModel) -> 
         name: what to call it.
         units: what its lengths are in, a name of `tryon_solver.body.bvh.UNITS`; None to find it out.
         body: who is to move.
+        facing: the axis of the file along which the person faces in the first frame; None to find it out.
 
     Raises:
         ProblemError: it is no motion for this body; its place is the line, where one is at fault.
@@ -83,9 +88,9 @@ def read_clip(content: bytes, name: str, units: str | None, body: BodyModel) -> 
         clip = parse_bvh(text, per_metre, Path(name).stem)
         parts = find_parts(clip.joint_names, clip.parents)
         standing, rest = with_standing_rest(clip, parts)
-        own, sides = with_own_sides(standing, parts)
+        own, sides = with_told_facing(clip, parts, facing) if facing else with_own_sides(standing, parts)
         facts = _facts(clip, own, word, f"units: {word}, {how}", (rest, sides))
-        return retarget(clip, body), facts
+        return retarget(clip, body, facing=facing), facts
     except BvhError as error:
         message = str(error)
         place = "motion" if error.line is None else f"line {error.line}"

@@ -99,6 +99,7 @@ def simulate(
     fps: float,
     progress: Progress,
     motion_units: str | None = None,
+    motion_facing: str | None = None,
 ) -> Recording:
     """Dress the garment and record it.
 
@@ -109,6 +110,7 @@ def simulate(
         fps: frames per second, 1/``fps`` s apart.
         progress: told what is being done.
         motion_units: what the lengths in a BVH file are in; None to find it out.
+        motion_facing: axis of it that the person faces along in its first frame; None to find it out.
 
     Raises:
         ProblemError: something does not fit; names the place and the remedy.
@@ -124,7 +126,8 @@ def simulate(
     played: Motion | None = None
     found: tuple[str, ...] = ()
     if motion is not None:
-        played, facts = read_motion(motion, load_body(order.body), motion_units)  # what is wrong is said at once
+        body = load_body(order.body)
+        played, facts = read_motion(motion, body, motion_units, motion_facing)  # what is wrong is said at once
         found = facts.notes
     with kernel_news(lambda what: progress(what, None)):
         drape = build_drape(order, progress)

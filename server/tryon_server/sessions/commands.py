@@ -47,10 +47,12 @@ class Run:
 
 @dataclass(frozen=True)
 class MotionFile:
-    """Where the file of an uploaded motion is, and in which unit it is to be read; None for the one found."""
+    """Where the file of an uploaded motion is, in which unit it is to be read, and which axis the person faces along in
+    its first frame; None for what is found."""
 
     path: str
     units: str | None
+    facing: str | None = None
 
 
 @dataclass(frozen=True)

@@ -172,7 +172,7 @@ class LiveSessions:
 
     def offer_motion(self, motion: MotionRecord, path: Path) -> None:
         """A motion has been uploaded: all sessions can play it."""
-        self._motions[motion.id] = _Motion(motion.digest, MotionFile(str(path), motion.units))
+        self._motions[motion.id] = _Motion(motion.digest, MotionFile(str(path), motion.units, motion.facing))
         for live in self.all():
             live.machine.offer_motion(motion.id)
 
@@ -284,7 +284,7 @@ def _own(motion: str | None) -> str:
 
 
 def _file_of(motions: MotionUploads, motion: MotionRecord) -> MotionFile:
-    return MotionFile(str(motions.path(motion)), motion.units)
+    return MotionFile(str(motions.path(motion)), motion.units, motion.facing)
 
 
 def _is_there(motions: MotionUploads, motion: MotionRecord) -> bool:

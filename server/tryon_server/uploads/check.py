@@ -61,7 +61,7 @@ def check_motion(content: bytes, told: Telling) -> MotionFacts:
     from tryon_server.runtime.bodies import load_body
     from tryon_server.runtime.motions import read_clip
 
-    return read_clip(content, told.name, told.units, load_body(None))[1]
+    return read_clip(content, told.name, told.units, load_body(None), told.facing)[1]
 
 
 def check_body(content: bytes, told: Telling) -> BodyFacts:

@@ -119,18 +119,21 @@ class Uploads(Generic[Record]):
 class MotionUploads(Uploads[MotionRecord]):
     """Uploaded motions."""
 
-    def add(self, content: bytes, name: str, units: str | None = None) -> MotionRecord:
+    def add(
+        self, content: bytes, name: str, units: str | None = None, facing: str | None = None
+    ) -> MotionRecord:
         """Check a BVH file and store it; the same file twice is the same motion.
 
         Args:
             content: the file.
             name: what to call it.
             units: what its lengths are in; None to find it out.
+            facing: axis of the file that the person faces along in its first frame; None to find it out.
 
         Raises:
             ProblemError: 422, it is no motion that the default body can follow, or the name is unfit.
         """
-        told = Telling(kind="motion", name=checked_name("motion", name), units=units)
+        told = Telling(kind="motion", name=checked_name("motion", name), units=units, facing=facing)
 
         def record(key: str, digest: str, found: UploadReply) -> MotionRecord:
             assert found.motion is not None
@@ -142,6 +145,7 @@ class MotionUploads(Uploads[MotionRecord]):
                 created=time.time(),
                 facts=found.motion,
                 units=units,
+                facing=facing,
             )
 
         return self._added(content, told, record)

@@ -7,14 +7,24 @@ else the person would be turned round, walk backwards and have its feet wrung. O
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from tryon_solver.body.bvh import BvhClip
-from tryon_solver.body.skeletons import SIDES, SkeletonParts
+from tryon_solver.body.skeletons import SIDES, RetargetError, SkeletonParts
 from tryon_solver.body.standing_rest import looked_at
 
+FACINGS = {  # of a body, along its file's axes
+    "x": (1.0, 0.0, 0.0),
+    "-x": (-1.0, 0.0, 0.0),
+    "y": (0.0, 1.0, 0.0),
+    "-y": (0.0, -1.0, 0.0),
+    "z": (0.0, 0.0, 1.0),
+    "-z": (0.0, 0.0, -1.0),
+}
+FACES = 0.5  # cosine, beyond which somebody faces along an axis
 BENT = 0.05  # of a leg's length by which a knee is off the line from hip to ankle at least
 BENT_POSES = 5  # so many at least tell
 ALIKE = 0.9  # share of the bent knees that bend the same way: they bend one way only
@@ -34,6 +44,27 @@ def with_own_sides(clip: BvhClip, parts: SkeletonParts) -> tuple[SkeletonParts, 
     return _swapped(parts), (
         f"its joints named left, as {name!r}, are on its right, by how {told}: it was mirrored, or they are named the "
         "wrong way round; they move the right side"
+    )
+
+
+def with_told_facing(clip: BvhClip, parts: SkeletonParts, facing: str) -> tuple[SkeletonParts, str]:
+    """The same where it is told which axis of the file, one of `FACINGS`, the person faces along in the first frame of
+    `clip`, as it is in the file. Raises RetargetError when that is none that the sides can tell."""
+    first = replace(clip, positions=clip.positions[:1], rotations=clip.rotations[:1]).world()[0][0]
+    ahead = _ahead({name: first[joint] for name, joint in parts.joints.items()})
+    along = float(ahead @ np.array(FACINGS[facing]))
+    if abs(along) < FACES:
+        found = max(FACINGS, key=lambda axis: float(ahead @ np.array(FACINGS[axis])))
+        raise RetargetError(
+            f"in its first frame it can't face along {facing}, as told: by the names of its joints it faces along "
+            f"{found}, or the other way if they are the wrong way round. Say one of these with --motion-facing"
+        )
+    name = clip.joint_names[parts.joints["left_upper_arm"]]
+    if along > 0.0:
+        return parts, f"it faces along {facing} in its first frame, as told and by the names of its joints"
+    return _swapped(parts), (
+        f"its joints named left, as {name!r}, are on its right, as it faces along {facing} in its first frame, as "
+        "told: they move the right side"
     )
 
 
@@ -60,15 +91,20 @@ def _toes(clip: BvhClip, parts: SkeletonParts) -> int:
     """The same of the toes in the rest pose, or of the tips of feet without toes."""
     rest = clip.rest_positions()
     at = {name: rest[joint] for name, joint in parts.joints.items()}
-    left = at["left_thigh"] - at["right_thigh"] + at["left_upper_arm"] - at["right_upper_arm"]
-    up = at["left_upper_arm"] + at["right_upper_arm"] - at["left_foot"] - at["right_foot"]
-    ahead = _unit(np.cross(left, up))
+    ahead = _ahead(at)
     ways = []
     for side in SIDES:
         foot = parts.joints[f"{side}_foot"]
         toes = at[f"{side}_toes"] - at[f"{side}_foot"] if f"{side}_toes" in at else clip.end_sites.get(foot)
         ways.append(0.0 if toes is None else float(_unit(toes) @ ahead))
     return int(min(ways) > POINTING) - int(max(ways) < -POINTING)
+
+
+def _ahead(at: Mapping[str, np.ndarray]) -> np.ndarray:
+    """(3,) unit: where a body with these joints (3,) m faces, by its sides."""
+    left = at["left_thigh"] - at["right_thigh"] + at["left_upper_arm"] - at["right_upper_arm"]
+    up = at["left_upper_arm"] + at["right_upper_arm"] - at["left_foot"] - at["right_foot"]
+    return _unit(np.cross(left, up))
 
 
 def _swapped(parts: SkeletonParts) -> SkeletonParts:

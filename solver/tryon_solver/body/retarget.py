@@ -21,7 +21,7 @@ from tryon_solver.body.feet import floor_height, foot_correction
 from tryon_solver.body.folding import GIVE, unfolded
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion, ease
-from tryon_solver.body.own_sides import with_own_sides
+from tryon_solver.body.own_sides import with_own_sides, with_told_facing
 from tryon_solver.body.skeletons import SIDES, RetargetError, SkeletonParts, find_parts
 from tryon_solver.body.standing_rest import with_standing_rest
 from tryon_solver.body.trunk_line import trunk_correction
@@ -37,6 +37,7 @@ def retarget(
     arm_clearance_degrees: float = ARM_CLEARANCE_DEGREES,
     names: Mapping[str, str] | None = None,
     give: float = GIVE,
+    facing: str | None = None,
 ) -> Motion:
     """The clip as a motion of `model`, which must have the joints that scripts/make_body.py gives it.
 
@@ -48,11 +49,14 @@ def retarget(
     `give`: how deep [m] the trunk may lie in thighs and shins before it is bent up again (folding.py, which leads hands
     clear of them, too); infinity leaves both as they are.
     `names`: see skeletons.find_parts.
+    `facing`: the axis of the file that the person faces along in the first frame, "-z" for one; None to go by knees and
+    toes.
     Raises RetargetError naming a missing joint, or the frame in which the whole body jumps elsewhere.
     """
     parts = find_parts(clip.joint_names, clip.parents, names)
+    told = None if facing is None else with_told_facing(clip, parts, facing)
     clip, _ = with_standing_rest(clip, parts)
-    parts, _ = with_own_sides(clip, parts)
+    parts, _ = told or with_own_sides(clip, parts)
     source = _Source(clip, parts)
     _refuse_jumps(source)
     rest = {name: model.rest_joints[k] for k, name in enumerate(model.joint_names)}

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
+from tryon_solver.body.own_sides import FACINGS
 from tryon_solver.files.facing import toes, unlikeness
 from tryon_solver.files.raw_mesh import MeshFileError
 
@@ -18,14 +19,6 @@ UNITS: dict[str, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft"
 """Metres in one unit."""
 AXES = ("y", "z")
 BODY_AXES = (*AXES, "x")
-FACINGS = {  # of a body, along its file's axes
-    "x": (1.0, 0.0, 0.0),
-    "-x": (-1.0, 0.0, 0.0),
-    "y": (0.0, 1.0, 0.0),
-    "-y": (0.0, -1.0, 0.0),
-    "z": (0.0, 0.0, 1.0),
-    "-z": (0.0, 0.0, -1.0),
-}
 FORWARDS = ((0, 1), (-1, 0), (0, -1), (1, 0))  # along x and z: what none to three quarter turns bring to +Z
 
 HUMAN = (1.0, 2.3)  # m, largest extent of a body: its height, or its span with the arms out; no two units fit both

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from body_cases import DEMO_MOTIONS, shared_clips
 
-from tryon_solver.body import BodyModel, BvhClip, parse_bvh, quaternions, retarget
+from tryon_solver.body import BodyModel, BvhClip, RetargetError, parse_bvh, quaternions, retarget
 from tryon_solver.body.feet import world_tracks
-from tryon_solver.body.own_sides import with_own_sides
+from tryon_solver.body.own_sides import with_own_sides, with_told_facing
 from tryon_solver.body.skeletons import find_parts
 from tryon_solver.body.standing_rest import with_standing_rest
 
@@ -69,6 +69,24 @@ def test_a_mirrored_body_goes_on_facing_ahead(body: BodyModel, rotations: bool) 
             b = ours[:, body.index_of[f"{side}_{far}"]] - ours[:, body.index_of[f"{side}_{near}"]]
             cosine = (a * b).sum(axis=1) / np.linalg.norm(a, axis=1) / np.linalg.norm(b, axis=1)
             assert cosine.min() > np.cos(np.radians(3.0 if far != "toes" else 30.0)), (side, far)
+
+
+def test_a_facing_that_is_told_decides(body: BodyModel) -> None:
+    """Also where knees and toes tell otherwise; told along a side of the body it is refused."""
+    clip = demo("squat")  # faces +Z
+    parts = find_parts(clip.joint_names, clip.parents)
+    assert with_told_facing(clip, parts, "z")[0] == parts
+    swapped, said = with_told_facing(clip, parts, "-z")
+    assert swapped.joints["left_hand"] == parts.joints["right_hand"]
+    assert swapped.clavicles == {"left": parts.clavicles["right"], "right": parts.clavicles["left"]}
+    assert said.startswith("its joints named left, as 'LeftArm', are on its right, as it faces along -z")
+    for axis in ("x", "-x", "y"):
+        with pytest.raises(RetargetError, match=f"can't face along {axis}, as told: .* it faces along z, or the other"):
+            with_told_facing(clip, parts, axis)
+    same, told = retarget(clip, body), retarget(misnamed(clip), body, facing="z")
+    np.testing.assert_allclose(told.roots, same.roots, atol=1e-9)
+    back = retarget(clip, body, facing="-z")
+    assert np.abs(back.rotations - same.rotations).max() > 0.1
 
 
 def test_knees_alone_tell_where_there_are_no_toes() -> None:
