@@ -11,7 +11,7 @@ import pytest
 from case import Case, LiveCase, case_of
 from frame_figures import FrameFigures
 from table import markdown
-from verdict import broken_by_frames, broken_by_share, late
+from verdict import broken_by_frames, broken_by_share, broken_by_weight, late
 
 PROOF = Path(__file__).parent
 CASE = Case("skirt", "walk", "cotton_jersey", "draft", "cpu", 0.04, 30.0, 0.2, 0.1, 0.0, 0.1, 2)
@@ -80,6 +80,15 @@ def test_two_late_frames_in_fifty_break_the_limit_of_a_run():
 
 def test_a_lag_that_is_no_number_is_late():
     assert late(lagging([np.nan, 0, 0]), 3)["late_frames"] == 1
+
+
+def test_the_weight_must_be_borne_on_average():
+    """A single frame may be off; a number that is none, and a mean that is off, may not."""
+    assert list(broken_by_weight([0.9, 1.1, 1.002, 1.0])) == []
+    assert list(broken_by_weight([])) == []
+    (off,) = broken_by_weight([1.02] * 30)
+    assert off.value == pytest.approx(0.02)
+    assert list(broken_by_weight([1.0, np.nan]))
 
 
 def test_hem_must_move():

@@ -22,7 +22,9 @@ LATE_SHARE = {  # of a motion's frames in which unpinched skin may be further th
 STRETCH_MOST = 1.02  # of the fabric's limit, for 99.9 % of the triangles
 STRETCH_ANY = 1.10  # of the fabric's limit, for every triangle
 SLID = 0.1  # m along the bones: an opening that has slid further than this no longer sits where it was put on
-WEIGHT = 0.01  # share of the garment's weight by which the contact force on the body may differ from it at rest
+# Share of the garment's weight by which the contact force on the body, as a mean over its time at rest, may differ from
+# it: the mean of what bears a garment is its weight, whatever the momentary force; that is told.
+WEIGHT = 0.01
 HEM_TRAVEL = 10e-3  # m relative to the pelvis, in the walk
 TREMBLING = 1e-3  # m/s
 WIRE = 0.501 * GRID  # m along each axis: rounding to the grid, and float64 of positions of some metres

@@ -17,7 +17,7 @@ from frame_figures import FrameFigures, FrameMeter
 from over_time import trembling
 from pinched_skin import PinchedSkin
 from timeline import Timeline
-from verdict import broken_by_frames, broken_by_share, figures_of_frames, hem_travel, late
+from verdict import broken_by_frames, broken_by_share, broken_by_weight, figures_of_frames, hem_travel, late
 from wire import Wire
 from worn_pattern import worn_pattern
 
@@ -147,7 +147,6 @@ def judged(case: Case, timeline: Timeline, played: Played, strain_limit: float) 
     hem = hem_travel(figures[timeline.first_moving : timeline.last_moving + 1])
     shaken = trembling(np.array(played.simulated), case.fps) if played.simulated else None
     shaken_decoded = trembling(np.array(played.decoded), case.fps) if played.decoded else None
-    off = max((abs(f - 1) for f in played.force), default=None)
     behind = late(figures, timeline.last_moving - timeline.first_moving + 1)
     allowed = limits.late_share(stem(case.motion))
     swings = stem(case.motion) == "walk" and timeline.moving >= SHORTEST_SWING
@@ -158,7 +157,7 @@ def judged(case: Case, timeline: Timeline, played: Played, strain_limit: float) 
         *limits.over("decoded against asked pose", numbers, played.pose_error, limits.POSE),
         *limits.run_under("hem travel [m]", hem["hem_travel_median"] if swings else None, limits.HEM_TRAVEL),
         *limits.run_over("trembling [m/s]", shaken, limits.TREMBLING),
-        *limits.run_over("contact force against weight", off, limits.WEIGHT),
+        *broken_by_weight(played.force),
     ]
     result["series"] |= {"retries": played.retries, "force": played.force, "solver_ms": played.solver_ms}
     return {
@@ -171,7 +170,7 @@ def judged(case: Case, timeline: Timeline, played: Played, strain_limit: float) 
         "trembling_decoded": shaken_decoded,
         "speed_at_rest": speed_at_end(played.simulated, case.fps),
         "force_over_weight": float(np.mean(played.force)) if played.force else None,
-        "force_off_most": off,
+        "force_off_most": max((abs(f - 1) for f in played.force), default=None),
         "simulated_over_wall": 1e3 * len(played.solver_ms) / case.fps / max(sum(played.solver_ms), 1e-9),
         "void_steps": sum(played.retries),
         "wire_error": max(played.wire_error, default=math.nan),

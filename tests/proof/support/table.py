@@ -30,7 +30,7 @@ COLUMNS = (
     "hem travel [mm]",
     "trembling, state (decoded) [mm/s]",
     "speed at rest [mm/s]",
-    "force/weight (worst off by)",
+    "force/weight, mean (worst frame off by)",
     "void steps",
     "simulated/wall",
     "ms a frame",
@@ -52,7 +52,8 @@ LIMITS = "; ".join(
         f"{1e3 * limits.SLID:g} mm",
         f"hem travel over {1e3 * limits.HEM_TRAVEL:g} mm in the walk (its median vertex)",
         f"trembling {1e3 * limits.TREMBLING:g} mm/s",
-        f"contact force within {limits.WEIGHT:.0%} of the weight in every frame at rest",
+        f"contact force within {limits.WEIGHT:.0%} of the weight, as a mean over the last half second; of single "
+        "frames it is told",
         "a void step breaks no limit",
         "skin in skin: where pinched skin lags, how deep one part's lies in another; cloth between has a place only "
         "where one of the two lags by at least half of that.",

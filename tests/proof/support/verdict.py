@@ -72,6 +72,12 @@ def broken_by_share(late_share: float, late_allowed: float | None) -> Iterable[B
         yield from limits.run_over("share of frames with skin to surface over 10 mm", late_share, late_allowed)
 
 
+def broken_by_weight(force: list[float]) -> Iterable[Broken]:
+    """`force` on the body over the garment's weight, frame by frame at rest: its mean must be the weight."""
+    off = abs(float(np.mean(force)) - 1) if force else None
+    return limits.run_over("contact force off the weight", off, limits.WEIGHT)
+
+
 def late(figures: Sequence[FrameFigures], motion_frames: int) -> dict[str, float]:
     """Frames in which unpinched skin is over LAG_MAX from the surface, and their share of the motion's own frames."""
     count = sum(not f.lag_max <= limits.LAG_MAX for f in figures)
