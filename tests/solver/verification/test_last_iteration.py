@@ -7,7 +7,7 @@ from small_scenes import STILL, fabric, icosphere, rigid_body, sheet
 from tryon_solver.scene import WORN, Scene
 from tryon_solver.settings import Settings
 from tryon_solver.simulation import build
-from tryon_solver.stepping import correct
+from tryon_solver.stepping import correct, progress
 
 DT = 1 / 60
 
@@ -36,3 +36,18 @@ def test_an_overshooting_last_step_is_not_taken(iterations, calm, monkeypatch):
     assert len(calls) == iterations
     moved = np.linalg.norm(sim.cloth_positions() - before, axis=1).max()
     assert (0 < moved < 0.02) == calm
+
+
+@pytest.mark.parametrize(("passes", "goes_back"), [(1, True), (3, False)])
+def test_only_the_last_word_goes_back(passes, goes_back, monkeypatch):
+    """A budget that ends astray: with more contact passes to come, the next goes on from there."""
+    garment, x = sheet(11, 11, 0.4, 0.4)
+    ball, faces = icosphere(0.17, 2)
+    scene = Scene(garment, x + np.array([0, 0.174, 0]), rigid_body(ball, faces), fabric(), WORN)
+    sim = build(scene, Settings(correction_iterations=1, contact_passes=passes), "cpu", STILL)
+    went_back = []
+    monkeypatch.setattr(progress, "STRAYED", 0.0)
+    monkeypatch.setattr(correct, "go_back_to_least", lambda sim: went_back.append(sim.state.x.numpy()))
+    for k in range(5):
+        sim.advance(STILL, (k + 1) * DT)
+    assert bool(went_back) == goes_back
