@@ -19,7 +19,8 @@ demo: $(VENV)/.runtime $(BODY) $(WEB)
 ## make test     run all tests (Python, TypeScript, browser); installs Chromium where it may
 test: $(VENV)/.dev $(BODY) $(WEB) chromium
 	npm test --silent
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2 --dist loadfile --ignore tests/server --ignore tests/clients
+	$(BIN)/python -m pytest tests/server tests/clients
 
 PROOF :=
 ## make proof    all there is to show, frame by frame: a table in build/proof (meant to take under an hour on two cores)
