@@ -171,6 +171,7 @@ class Simulation:
         self.cg = ConjugateGradients.allocate(self.all_count, device)
         self.progress = Progress.allocate(device)
         self.correction = KeptLoop()
+        self.went_back = False  # did the last correction end where it had been nearest to balance?
         faces = scene.garment.faces.ravel()
         order = np.argsort(faces, kind="stable")
         start = np.searchsorted(faces[order], np.arange(self.cloth_count + 1))

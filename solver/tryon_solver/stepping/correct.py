@@ -206,6 +206,8 @@ def correct_penetration(sim: Simulation) -> None:
     Newton's steps are not searched along: one that overshoots is mended by the next. The budget's last has none, so it
     is not taken when it is much longer than the one before. A fold that snaps takes several, the first of them uphill:
     where the budget ends among these, x is where an iteration began nearest to balance, and the next step has the snap.
+    Never twice in a row: a step that only finds back to where it began would be found again by all that follow, and the
+    garment would stand frozen.
     """
     progress = sim.progress
     choose_start(sim)
@@ -223,7 +225,9 @@ def correct_penetration(sim: Simulation) -> None:
             progress.resume()
         else:
             break
-    if outcome.strayed and sim.settings.contact_passes == 1:  # else the next pass goes on with the snap
+    once = sim.settings.contact_passes == 1 and not sim.went_back  # with more passes the next goes on with the snap
+    sim.went_back = outcome.strayed and once
+    if sim.went_back:
         go_back_to_least(sim)
     if sim.touching:
         sim.pairs.read_size()
