@@ -7,7 +7,6 @@ weights of the file's own vertices, so that the surface moves as the file's does
 
 from __future__ import annotations
 
-import re
 import zipfile
 import zlib
 from collections.abc import Callable, Sequence
@@ -27,6 +26,7 @@ from tryon_solver.files.cut_off import cut_off
 from tryon_solver.files.gltf import parse_glb
 from tryon_solver.files.jumps import refuse_jumps
 from tryon_solver.files.npz_frames import FRAME_KEYS, read_npz, refuse_rate
+from tryon_solver.files.numbering import frame_numbers, gaps
 from tryon_solver.files.obj import Polygon, parse_frame, parse_obj, refuse_other_polygons
 from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.files.sides import sides_told
@@ -53,7 +53,6 @@ GLB_DT = 1 / 60  # s, a skinned animation is sampled so often
 USUAL_FPS = 30.0  # of a folder of frames, when nobody says
 SAME_THROUGHOUT = 1e-3  # m, vertices welded in the first frame stay so close in all
 STANDS = "it stands still"
-GAPS_LISTED = 4
 TOLD_GAP = 1e-6  # m, vertices that are joined over less are taken as equal
 LOOKED_AT = 12  # frames in which crossings are counted
 REMESH_ROUNDS = 4
@@ -187,7 +186,10 @@ def read_frames(
 def _read_objs(
     name: str, files: Sequence[tuple[str, Callable[[], bytes]]], told: Told, fps: float | None
 ) -> RawFrames:
-    """A frame a file, in this order, each as its name and what reads it."""
+    """A frame a file, each as its name and what reads it, in the order of the numbers in their names."""
+    numbers = frame_numbers([file for file, _ in files], name)
+    order = sorted(range(len(files)), key=numbers.__getitem__)
+    files = [files[k] for k in order]
     _limit(name, len(files), 0)
     first = parse_obj(files[0][1]().decode(errors="replace"), files[0][0])
     _limit(name, len(files), len(first.vertices))
@@ -208,7 +210,7 @@ def _read_objs(
         frames[k] = positions
     said = "as told" if fps else "as nothing says otherwise; --body-fps does"
     rate = fps or USUAL_FPS
-    notes = [f"{len(files)} frames, {rate:g} a second ({said})", *_gaps([file for file, _ in files])]
+    notes = [f"{len(files)} frames, {rate:g} a second ({said})", *gaps(sorted(numbers))]
     return RawFrames(frames, first.faces, 1 / rate, told, name, tuple(notes), tuple(file for file, _ in files))
 
 
@@ -234,7 +236,7 @@ def _read_zip(path: Path, name: str, told: Told, fps: float | None) -> RawFrames
                     name,
                     "Export fewer frames, or write an .npz",
                 )
-            frames.sort(key=lambda entry: _by_number(entry.filename))
+            frames.sort(key=lambda entry: entry.filename)
             files = [(f"{name}/{entry.filename}", partial(archive.read, entry)) for entry in frames]
             return _read_objs(name, files, told, fps)
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
@@ -243,31 +245,9 @@ def _read_zip(path: Path, name: str, told: Told, fps: float | None) -> RawFrames
 
 
 def _frame_files(folder: Path) -> list[Path]:
-    """The .obj files in a folder, in the order of their numbers; what macOS puts beside them ("._1.obj") is none."""
+    """The .obj files in a folder; what macOS puts beside them ("._1.obj") is none."""
     found = [file for file in folder.iterdir() if file.suffix.lower() == ".obj" and not file.name.startswith("._")]
-    return sorted(found, key=lambda file: _by_number(file.name))
-
-
-def _gaps(files: Sequence[str]) -> list[str]:
-    """A note when the numbers of the frames do not go on by the same step."""
-    keys = [_by_number(file) for file in files]
-    if len({stem for stem, _, _ in keys}) > 1 or len(keys) < 3:
-        return []
-    numbers = np.array([number for _, number, _ in keys])
-    steps = np.diff(numbers)
-    wide = np.flatnonzero(steps > steps.min())
-    if not len(wide):
-        return []
-    listed = ", ".join(f"{numbers[k + 1]} follows {numbers[k]}" for k in wide[:GAPS_LISTED])
-    more = f" and {len(wide) - GAPS_LISTED} more" if len(wide) > GAPS_LISTED else ""
-    return [f"its numbering has gaps ({listed}{more}): the frames are taken as evenly spaced, gaps are left out"]
-
-
-def _by_number(name: str) -> tuple[str, int, str]:
-    """frame_2 before frame_10."""
-    stem = name.rpartition(".")[0]
-    match = re.search(r"(\d+)$", stem)
-    return (stem[: match.start()], int(match.group()), name) if match else (stem, -1, name)
+    return sorted(found)
 
 
 def _read_npz(path: Path, name: str, told: Told, fps: float | None) -> RawFrames:
