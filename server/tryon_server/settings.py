@@ -50,6 +50,11 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         smoothing_turn_unrest: speed that it leaves of noise in the turn of a joint at rest [rad/s].
         smoothing_turn_gain: cutoff that the speed of turning adds [Hz per rad/s].
         smoothing_speed_cutoff: of the speeds themselves [Hz].
+        smoothing_place_speed_max: no joint is so quick: a sample that asks for more is held back until two more agree
+            with it [m/s].
+        smoothing_turn_speed_max: the same for turns [rad/s].
+        smoothing_place_lag: noise keeps a joint of somebody who walks no farther behind than this [m].
+        smoothing_turn_lag: and its turn no farther than this [rad].
         warm: whether the server compiles the solver's kernels at start rather than for the first session.
     """
 
@@ -80,6 +85,10 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     smoothing_turn_unrest: Positive = DEFAULT_SMOOTHING.turn_unrest
     smoothing_turn_gain: Positive = DEFAULT_SMOOTHING.turn_gain
     smoothing_speed_cutoff: Positive = DEFAULT_SMOOTHING.speed_cutoff
+    smoothing_place_speed_max: Positive = DEFAULT_SMOOTHING.place_speed_max
+    smoothing_turn_speed_max: Positive = DEFAULT_SMOOTHING.turn_speed_max
+    smoothing_place_lag: Positive = DEFAULT_SMOOTHING.place_lag
+    smoothing_turn_lag: Positive = DEFAULT_SMOOTHING.turn_lag
     warm: bool = True
 
     def smoothing(self) -> Smoothing:
@@ -90,6 +99,10 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
             turn_unrest=self.smoothing_turn_unrest,
             turn_gain=self.smoothing_turn_gain,
             speed_cutoff=self.smoothing_speed_cutoff,
+            place_speed_max=self.smoothing_place_speed_max,
+            turn_speed_max=self.smoothing_turn_speed_max,
+            place_lag=self.smoothing_place_lag,
+            turn_lag=self.smoothing_turn_lag,
         )
 
     def effective_database_url(self) -> str:
