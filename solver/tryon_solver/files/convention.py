@@ -6,10 +6,9 @@ itself the file is refused with the question to be answered, never guessed.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from tryon_solver.body.own_sides import FACINGS
 from tryon_solver.files.facing import toes, unlikeness
@@ -25,11 +24,7 @@ HUMAN = (1.0, 2.3)  # m, largest extent of a body: its height, or its span with 
 FLAT = 0.75  # a body is less deep than this share of its other extents
 TALL = 1.3  # a body whose height is over this many times its other extents stands along that axis
 ON_FLOOR = 0.06  # share of the extent by which the lowest point may miss zero and still be said to stand on it
-GARMENT_AREA = (0.1, 12.0)  # m^2 of fabric
-GARMENT_REACH = 0.45  # m, from the skin to a garment's furthest vertex, but for a few
-REACHING = 0.98  # share of the vertices that must be so near
 MUCH_LIKER = 0.5  # sides are alike along an axis rather than x when they differ by less than this share as much
-CLEARLY_NEARER = 0.5  # one reading is taken when its median distance to the skin is below this share of the others'
 
 
 @dataclass(frozen=True)
@@ -184,54 +179,3 @@ def _turns_of_body(vertices: np.ndarray, told: Told, why: str, name: str) -> tup
         )
     turns = FORWARDS.index(tuple(forwards[[0, 2]].round().astype(int)))
     return turns, f"{why}; it faces {'along ' + told.facing + ', as told' if told.facing else 'where its toes point'}"
-
-
-def find_for_garment(
-    vertices: np.ndarray, faces: np.ndarray, skin: np.ndarray, told: Told, body: Convention | None, name: str
-) -> Convention:
-    """Unit and up of a garment that lies where the body is.
-
-    `vertices` (V, 3) in file units, `faces` (F, 3); `skin` (B, 3) m the body's vertices in the pose it comes in; `body`
-    the convention of the body's own file, tried first. Raises MeshFileError when no reading, or more than one, puts the
-    garment on the body, or what is told is not known.
-    """
-    as_body = body is not None and body.up == "x" and told.up in (None, "x")
-    refuse_unknown(told, BODY_AXES if as_body else AXES, "--", name)
-    near = cKDTree(skin)
-    readings: list[tuple[Convention, float]] = []
-    tried: list[str] = []
-    for unit in (told.unit,) if told.unit else UNITS:
-        for up in (told.up,) if told.up else (*AXES, "x") if as_body else AXES:
-            turns = body.turns if body is not None and up == "x" else 0
-            over = body is not None and body.over
-            reading = Convention(unit, up, told.source, turns, over)
-            placed = reading.apply(vertices)
-            corners = placed[faces]
-            area = 0.5 * np.linalg.norm(
-                np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
-            )
-            distance = near.query(placed, distance_upper_bound=GARMENT_REACH)[0]
-            reaching = float(np.isfinite(distance).mean())
-            tried.append(f"{unit}, {up.upper()} up: {area.sum():.3g} m^2, {100 * reaching:.0f} % of it at the body")
-            if GARMENT_AREA[0] <= area.sum() <= GARMENT_AREA[1] and reaching >= REACHING:
-                readings.append((reading, float(np.median(distance))))
-    if not readings:
-        few = tried if len(tried) <= 2 else [f"none of {', '.join(UNITS)} with Y or Z up does"]
-        raise MeshFileError(
-            f"the garment is not where the body is ({'; '.join(few)})",
-            name,
-            "Export it worn, in the place and pose of its body, together with that body; or say its unit and axis with "
-            "--units and --up",
-        )
-    for reading, distance in readings:
-        if body is not None and (reading.unit, reading.up) == (body.unit, body.up):
-            return replace(reading, because=f"as its body's; {1e3 * distance:.0f} mm from the skin")
-    readings.sort(key=lambda pair: pair[1])
-    best, distance = readings[0]
-    if len(readings) > 1 and distance > CLEARLY_NEARER * readings[1][1]:
-        names = " and ".join(f"{reading.unit}, {reading.up.upper()} up" for reading, _ in readings)
-        raise MeshFileError(
-            f"its unit and axis can't be told: {names} put it on the body", name, "Say them with --units and --up"
-        )
-    why = told.source if told.unit and told.up else "it lies on the body only so"
-    return replace(best, because=f"{why}; {1e3 * distance:.0f} mm from the skin")

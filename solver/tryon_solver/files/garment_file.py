@@ -6,7 +6,8 @@ import re
 
 import numpy as np
 
-from tryon_solver.files.convention import GLTF, Convention, Told, find_for_garment
+from tryon_solver.files.convention import GLTF, Convention, Told
+from tryon_solver.files.garment_convention import find_for_garment
 from tryon_solver.files.gltf import parse_glb
 from tryon_solver.files.mesh_garment import MeshGarment, make_garment, refuse_large
 from tryon_solver.files.obj import parse_obj

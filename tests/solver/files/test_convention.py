@@ -13,8 +13,8 @@ from tryon_solver.files.convention import (
     Convention,
     Told,
     find_for_body,
-    find_for_garment,
 )
+from tryon_solver.files.garment_convention import find_for_garment
 from tryon_solver.files.raw_mesh import MeshFileError
 
 

@@ -8,7 +8,8 @@ import pytest
 from tryon_solver.body import default_body
 from tryon_solver.body.mesh_sequence import make_sequence
 from tryon_solver.body.pose import skin
-from tryon_solver.files.convention import Convention, Told, find_for_garment
+from tryon_solver.files.convention import Convention, Told
+from tryon_solver.files.garment_convention import find_for_garment
 from tryon_solver.files.mesh_body import RawFrames, make_body
 from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.files.standing import facing, find_stand, stands_on_its_head
