@@ -24,6 +24,7 @@ from tryon_solver.contact.crossings import CrossingSearch
 from tryon_solver.files.convention import GLTF, Convention, Told, find_for_body
 from tryon_solver.files.cut_off import cut_off
 from tryon_solver.files.gltf import parse_glb
+from tryon_solver.files.holes import fill_holes
 from tryon_solver.files.jumps import refuse_jumps
 from tryon_solver.files.npz_frames import FRAME_KEYS, read_npz, refuse_rate
 from tryon_solver.files.numbering import frame_numbers, gaps
@@ -31,7 +32,6 @@ from tryon_solver.files.obj import Polygon, parse_frame, parse_obj, refuse_other
 from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.files.sides import sides_told
 from tryon_solver.files.standing import find_stand, stands, stands_on_its_head
-from tryon_solver.geometry.boundary_loops import boundary_loops
 from tryon_solver.geometry.surface_repair import (
     crowded_edges,
     hanging_on_none,
@@ -321,9 +321,8 @@ def make_body(raw: RawFrames) -> MeshBody:
     parts = turned_alike(faces)[1].max() + 1
     if parts > 1:
         notes.append(f"it consists of {parts} separate parts")
-    weights, faces, holes = _closed(weights, faces, x)
-    if holes:
-        notes.append(f"it is not closed: {holes} holes are filled, so that no cloth slips in")
+    weights, faces, mended = fill_holes(weights, faces, x)
+    notes += mended
     x = weights @ frames[0].astype(np.float64)
     inwards = _face_inwards(x, faces)
     faces = np.where(inwards[:, None], faces[:, ::-1], faces)
@@ -379,20 +378,6 @@ def _welded(frames: np.ndarray, faces: np.ndarray) -> tuple[sp.csr_matrix, np.nd
     weights = sp.coo_matrix((np.ones(len(used)), (rows, first[used])), shape=(len(used), len(joined))).tocsr()
     moved = np.linalg.norm(frames[0] - frames[0][first[joined]], axis=1).max()
     return weights, faces.reshape(-1, 3).astype(np.int32), flipped, float(moved)
-
-
-def _closed(weights: sp.csr_matrix, faces: np.ndarray, x: np.ndarray) -> tuple[sp.csr_matrix, np.ndarray, int]:
-    """Each hole filled with a fan around the mean of its rim; x (B, 3) m only says which holes are points."""
-    if len(crowded_edges(faces)):
-        return weights, faces, 0
-    loops = [loop for loop in boundary_loops(faces) if np.ptp(x[loop], axis=0).max() > 0]
-    rows, fans = [weights], [faces]
-    for k, loop in enumerate(loops):
-        centre = weights.shape[0] + k
-        rows.append(sp.csr_matrix(weights[loop].mean(axis=0)))
-        around = np.roll(loop, -1)
-        fans.append(np.stack([around, loop, np.full(len(loop), centre)], axis=1))
-    return sp.vstack(rows).tocsr(), np.vstack(fans).astype(np.int32), len(loops)
 
 
 def _face_inwards(x: np.ndarray, faces: np.ndarray) -> np.ndarray:
