@@ -73,6 +73,7 @@ the .npz file holds, in metres and seconds:
   notes                                 JSON text: units, axes, repairs: what was found in mesh files, and done"""
 
 
+FASTEST_POSES = 1000.0  # a second, of a simulated tracker: over ten times a headset's
 HEADSET_HELP = """\
 Be a headset without a head: open a session on a running server, stream a motion as a body tracker would see it, with
 its rate, latency, noise and losses, and say how old the garment's frames are when they are there. The defaults are
@@ -224,7 +225,7 @@ def _add_headset_sim(commands: argparse._SubParsersAction[argparse.ArgumentParse
         default="webxr",
         help="joints of WebXR body tracking, which the server retargets and filters (default), or of its own body",
     )
-    headset.add_argument("--rate", type=_positive, default=72.0, metavar="HZ", help="poses a second (default 72)")
+    headset.add_argument("--rate", type=_pose_rate, default=72.0, metavar="HZ", help="poses a second (default 72)")
     for option, default, what in (
         ("--latency-ms", 45.0, "from a pose's capture to its sending"),
         ("--noise-mm", 3.0, "of each joint's place, standard deviation along each axis"),
@@ -236,7 +237,11 @@ def _add_headset_sim(commands: argparse._SubParsersAction[argparse.ArgumentParse
     ):
         unit = option.rpartition("-")[2].upper()
         headset.add_argument(
-            option, type=_not_negative, default=default, metavar=unit, help=f"{what} (default {default:g})"
+            option,
+            type=_percent if unit == "PERCENT" else _not_negative,
+            default=default,
+            metavar=unit,
+            help=f"{what} (default {default:g})",
         )
     headset.add_argument("--seed", type=int, default=0, help="of the random numbers (default 0)")
     headset.set_defaults(run=run_headset_sim)
@@ -265,6 +270,20 @@ def _not_negative(text: str) -> float:
     value = float(text)
     if not 0 <= value < float("inf"):
         raise argparse.ArgumentTypeError(f"{text} is not a number of 0 or more")
+    return value
+
+
+def _percent(text: str) -> float:
+    value = float(text)
+    if not 0 <= value <= 100:
+        raise argparse.ArgumentTypeError(f"{text} is not a number from 0 to 100")
+    return value
+
+
+def _pose_rate(text: str) -> float:
+    value = float(text)
+    if not 1 <= value <= FASTEST_POSES:
+        raise argparse.ArgumentTypeError(f"{text} is not a number from 1 to {FASTEST_POSES:g}")
     return value
 
 

@@ -255,3 +255,18 @@ def test_serve_refuses_a_preset_or_device_that_no_session_could_have(tmp_path, c
 )
 def test_address_can_be_opened_on_this_machine(host, url):
     assert address_of(host, 8000) == url
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "says"),
+    [
+        ("--lost-percent", "150", "from 0 to 100"),
+        ("--lost-percent", "nan", "from 0 to 100"),
+        ("--rate", "1e9", "from 1 to 1000"),
+        ("--rate", "0.5", "from 1 to 1000"),
+    ],
+)
+def test_a_tracker_that_can_not_be_is_refused_with_the_range(capsys, option, value, says):
+    with pytest.raises(SystemExit):
+        main(["headset-sim", option, value])
+    assert f"{value} is not a number {says}" in capsys.readouterr().err

@@ -173,6 +173,10 @@ def test_what_nobody_thought_of_is_told_as_itself_and_not_as_too_much(monkeypatc
         (b"PK\x03\x04rest", "an archive", "unpack"),
         (b"Kaydara FBX Binary  \x00", "an .fbx file", ".glb"),
         (b"\n<?xml version='1.0'?><svg/>", "(XML)", "specification JSON"),
+        (b"", "the file is empty", "an .obj: text with lines 'v x y z'"),
+        (b" \n", "the file is empty", "an .obj: text with lines 'v x y z'"),
+        (bytes(range(256)) * 4, "neither JSON nor OBJ nor GLB", "'f 1 2 3'"),
+        (b"hello\n", "neither JSON nor OBJ nor GLB", "'f 1 2 3'"),
     ],
 )
 def test_a_file_of_another_kind_is_called_by_its_name(content, says, remedy):

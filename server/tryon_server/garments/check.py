@@ -30,6 +30,10 @@ OTHER_FILES = (  # what is likely to be sent here by mistake: how it begins, wha
     (b"ply", ("a .ply file", "Export it as .obj or .glb and upload that")),
     (b"<", ("a drawing or a page (XML)", "Upload the specification JSON that belongs to it")),
 )
+A_MESH = (
+    "Upload a pattern's specification JSON, a .glb, or an .obj: text with lines 'v x y z' of its vertices and "
+    "'f 1 2 3' of its polygons"
+)
 CORRECT_IT = "Correct this place in the pattern file and upload it again"
 
 
@@ -120,6 +124,10 @@ def check_pattern(content: bytes) -> CheckReply:
         kind = next((told for begins, told in OTHER_FILES if content.lstrip().startswith(begins)), None)
         if kind is not None:
             return _refused("pattern.not_json", "garment", f"it is {kind[0]}, not a garment", kind[1], 400)
+        if content.lstrip()[:1] not in (b"{", b"["):
+            what = "is empty" if not content.strip() else "is neither JSON nor OBJ nor GLB"
+            message = f"the file {what}: no garment, as JSON or a mesh"
+            return _refused("pattern.not_json", "garment", message, A_MESH, 400)
         return _refused("pattern.not_json", error.place, error.message, error.remedy, 400)
     except PatternError as error:
         place = "panels" if error.place == "edge_length" else error.place  # the check's own length is not at fault

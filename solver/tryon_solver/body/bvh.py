@@ -25,6 +25,7 @@ SMALLEST, LARGEST = 0.5, 3.0  # m, plausible extent of a human skeleton in its r
 HUMAN = (1.15, 2.3)  # m, largest extent of a human's joints in a tall pose: height, arm span, arms up
 TALL_SHARE = 90.0  # per cent of the poses are no larger than a tall one
 FRAMES_MEASURED = 100
+MOST_TURNED = 360e3  # degrees: a thousand turns, of rotations that are written on without being taken back
 SHORTEST_FRAME, LONGEST_FRAME = 1e-3, 1.0  # s, from high-speed cameras to key poses
 KNOWN_UNITS = (
     (1.0, "metres"),
@@ -146,7 +147,7 @@ def parse_bvh(text: str, units_per_metre: float | None = CENTIMETRES, name: str 
 def _read(text: str, units_per_metre: float, name: str) -> BvhClip:
     lines = _numbered(text.removeprefix(BYTE_ORDER_MARK))
     joints = _parse_hierarchy(lines)
-    values, dt = _parse_motion(lines, sum(len(joint.channels) for joint in joints))
+    values, dt = _parse_motion(lines, [channel for joint in joints for channel in joint.channels])
     parents = np.array([joint.parent for joint in joints], dtype=np.int32)
     offsets = np.array([joint.offset for joint in joints]) / units_per_metre
     end_sites = {k: np.array(joint.end) / units_per_metre for k, joint in enumerate(joints) if joint.end is not None}
@@ -258,7 +259,7 @@ def _channels(words: list[str], line: int) -> list[str]:
     return names
 
 
-def _parse_motion(lines: Iterator[tuple[int, list[str]]], channel_count: int) -> tuple[np.ndarray, float]:
+def _parse_motion(lines: Iterator[tuple[int, list[str]]], channels: list[str]) -> tuple[np.ndarray, float]:
     """Channel values (T, channels) and the frame time [s]."""
     frames, line = _header(lines, "Frames:")
     if frames < 1 or frames != int(frames):
@@ -269,12 +270,22 @@ def _parse_motion(lines: Iterator[tuple[int, list[str]]], channel_count: int) ->
             f"'Frame Time:' says {dt:g} s; a motion has {SHORTEST_FRAME:g} to {LONGEST_FRAME:g} s, 0.016667 for 60 Hz",
             line,
         )
-    rows = [_numbers(words, number, f"frame {k + 1}", channel_count) for k, (number, words) in enumerate(lines)]
+    rows = []
+    for k, (number, words) in enumerate(lines):
+        row = _numbers(words, number, f"frame {k + 1}", len(channels))
+        for column, (value, channel) in enumerate(zip(row, channels, strict=True)):
+            if channel.endswith("rotation") and abs(value) > MOST_TURNED:
+                raise BvhError(
+                    f"value {column + 1} of frame {k + 1} turns a joint by {value:.3g} degrees, more than "
+                    f"{MOST_TURNED:.0f}",
+                    number,
+                )
+        rows.append(row)
     if len(rows) != int(frames):
         raise BvhError(
             f"'Frames:' promises {int(frames)} frames, the file holds {len(rows)}: it is cut short or miscounted"
         )
-    return np.array(rows).reshape(len(rows), channel_count), dt
+    return np.array(rows).reshape(len(rows), len(channels)), dt
 
 
 def _header(lines: Iterator[tuple[int, list[str]]], written: str) -> tuple[float, int | None]:

@@ -32,6 +32,7 @@ from tryon_solver.files.obj import Polygon, parse_frame, parse_obj, refuse_other
 from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.files.sides import sides_told
 from tryon_solver.files.standing import find_stand, stands, stands_on_its_head
+from tryon_solver.files.surroundings import refuse_surroundings
 from tryon_solver.geometry.surface_repair import (
     crowded_edges,
     hanging_on_none,
@@ -56,6 +57,7 @@ STANDS = "it stands still"
 TOLD_GAP = 1e-6  # m, vertices that are joined over less are taken as equal
 LOOKED_AT = 12  # frames in which crossings are counted
 REMESH_ROUNDS = 4
+THICK = 2e-3  # m, twice the volume over the area; of a human's body it is about 70 mm
 
 Frame = Callable[[int], np.ndarray]
 
@@ -266,6 +268,7 @@ def _read_npz(path: Path, name: str, told: Told, fps: float | None) -> RawFrames
 def _read_glb(path: Path, name: str, told: Told, animation: str | None) -> RawFrames:
     scene = parse_glb(path.read_bytes(), name, animation)
     raw = scene.raw_mesh()
+    refuse_surroundings(raw)
     count = int(np.ceil(scene.duration / GLB_DT - 1e-6)) + 1
     _limit(name, count, len(raw.vertices))
     frames = np.stack([scene.positions(scene.begins + k * GLB_DT).astype(np.float32) for k in range(count)])
@@ -326,6 +329,7 @@ def make_body(raw: RawFrames) -> MeshBody:
     x = weights @ frames[0].astype(np.float64)
     inwards = _face_inwards(x, faces)
     faces = np.where(inwards[:, None], faces[:, ::-1], faces)
+    _refuse_flat(x, faces, raw.name)
     ahead = convention.direction(raw.told.facing) if raw.told.facing else None
     notes += sides_told(turned ^ inwards[: len(turned)], frames[0][used], raw.leftward, convention, ahead)
     if weights.shape[0] > ENOUGH * VERTICES:
@@ -386,6 +390,19 @@ def _face_inwards(x: np.ndarray, faces: np.ndarray) -> np.ndarray:
     a, b, c = (x[faces[:, k]] - x.mean(axis=0) for k in range(3))
     volume = np.bincount(part, np.einsum("fd,fd->f", a, np.cross(b, c)))
     return volume[part] < 0
+
+
+def _refuse_flat(x: np.ndarray, faces: np.ndarray, name: str) -> None:
+    """Raises MeshFileError for what is no body: a sheet, front and back of which lie on each other."""
+    a, b, c = (x[faces[:, k]] - x.mean(axis=0) for k in range(3))
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+    volume = np.einsum("fd,fd->", a, np.cross(b, c)) / 6
+    if 2 * volume < THICK * area:
+        raise MeshFileError(
+            f"it encloses no room: {1e3 * volume:.2g} litres within {area:.2f} m^2",
+            name,
+            "Export the body as a surface that goes around it, not a sheet or a flattened one",
+        )
 
 
 def _coarser(weights: sp.csr_matrix, faces: np.ndarray, x: np.ndarray) -> tuple[sp.csr_matrix, np.ndarray]:

@@ -209,3 +209,11 @@ def test_written_demo_motion_reads_back_upright() -> None:
     assert clip.name == "squat"
     assert (positions[:, names["Head"], 1] > positions[:, names["Hips"], 1]).all()
     assert np.ptp(positions[:, names["LeftFoot"]], axis=0).max() < 1e-4, "a squatting foot must stay where it is"
+
+
+@pytest.mark.parametrize("turn", ["1e300", "-4e5"])
+def test_a_turn_that_nobody_makes_is_refused_by_its_line(turn) -> None:
+    with pytest.raises(BvhError, match=r"value 8 of frame 2 turns a joint by .* degrees, more than 360000") as caught:
+        parse_bvh(ARM.replace("90 90 0\n", f"90 {turn} 0\n"))
+    assert "line 20" in str(caught.value)
+    parse_bvh(ARM.replace("100 200 300 90", "4e5 200 300 3600"), units_per_metre=100.0)

@@ -256,3 +256,12 @@ def test_a_folder_with_a_body_of_ours_is_no_moving_mesh(tmp_path):
     assert not is_moving_mesh(tmp_path)
     BODY.save(tmp_path / "body.npz")
     assert not is_moving_mesh(tmp_path / "body.npz")
+
+
+@pytest.mark.parametrize("axis", [0, 2])
+def test_a_body_that_encloses_no_room_is_refused(tmp_path, axis):
+    flat = FRAMES * [axis != 0, 1.0, axis != 2]
+    path = saved(tmp_path / "flat.npz", vertices=flat, faces=BODY.faces)
+    with pytest.raises(MeshFileError, match="it encloses no room") as caught:
+        make_body(read_frames(path, Told("m", "y")))
+    assert "around it" in caught.value.remedy
