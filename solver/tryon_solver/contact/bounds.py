@@ -20,9 +20,9 @@ from tryon_solver.linalg.device_loop import HITS, NUMBER, Passes
 wp.set_module_options({"enable_backward": False})
 
 KEPT_GAP = 0.1  # share of a pair's gap above xi that one move may not use up, so that the next barrier step can act
-LEAST = 0.55  # of xi: what a pair under xi does not come under, above the share at which a commit is void
-CREEP = 0.02  # share of a pair's distance above that which one move may use up, where the pair is at or under xi
-PARTING = 1.0e-5  # share of its distance that it may use up anywhere: at none at all, it could not part either
+CREEP = 0.02  # share of its distance that a pair at or under xi may lose in one move, so that it can slide
+LEAST = 0.52  # of xi: down to here, above the share at which a commit is void
+PARTING = 1.0e-5  # share of its distance that it may lose even there: with none at all, it could not part either
 SHORTEN = 0.98  # of a found time of impact, so that rounding of the shortened path can't land under the floor
 MOST_PASSES = 60
 
@@ -85,7 +85,7 @@ def shorten_kernel(
     x3 = x[v[3]]
     d = wp.length(stencil_vector(stencil_weights(kind[c], x0, x1, x2, x3), x0, x1, x2, x3))
     # a pair already at or under xi may part; were it let come closer without end, its commits would be void for ever
-    floor = d - wp.max(CREEP * (d - LEAST * xi), PARTING * d)
+    floor = wp.max((1.0 - CREEP) * d, wp.min(LEAST * xi, (1.0 - PARTING) * d))
     if d > xi:
         floor = wp.min(xi + KEPT_GAP * (d - xi), floor)
     if d - closer >= floor:
