@@ -20,7 +20,7 @@ def upload(live, pattern, name: str = "my tube"):
 def test_health_and_catalogue(live):
     assert live.http.get("/api/health").json()["status"] == "ok"
     (sway,) = live.http.get("/api/motions").json()
-    assert sway == {"name": "sway", "seconds": 1.0, "title": "sway", "found": None}
+    assert sway == {"name": "sway", "seconds": 1.0, "title": "sway", "found": None, "kept_as": None}
     fabrics = live.http.get("/api/fabrics").json()
     assert fabrics[0]["name"] == "cotton"
     assert set(fabrics[0]) == {"name", "areal_density", "thickness", "strain_limit", "colour"}
