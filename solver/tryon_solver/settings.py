@@ -36,6 +36,11 @@ class Settings:
     """Spacing of the spline grid, in mean edge lengths."""
     correction_iterations: int = 12
     """Newton iterations of the penetration correction, at most."""
+    correction_extensions: int = 3
+    """How often that budget is given once more in a step where it ends in the middle of a snap, at most."""
+    correction_unsettled: float = 0.05
+    """A budget that came hardly nearer to balance ended too early where moves longer than this times dt are to come
+    [m/s * s]."""
     correction_pcg_iterations: int = 60
     correction_pcg_tolerance: float = 1e-2
     """Relative residual at which the correction's conjugate gradients stop."""
@@ -90,6 +95,7 @@ class Settings:
             "coarse_spacing",
             "correction_pcg_tolerance",
             "correction_tolerance",
+            "correction_unsettled",
             "d_hat",
             "body_offset",
             "pressure_stiffness",
@@ -119,7 +125,7 @@ class Settings:
             value = getattr(self, name)
             if not (isinstance(value, int) and value >= 1):
                 raise ValueError(f"settings.{name} must be a whole number of at least 1, not {value!r}")
-        for name in ("reduced_iterations", "smoothing_sweeps", "deflection_passes"):
+        for name in ("reduced_iterations", "smoothing_sweeps", "deflection_passes", "correction_extensions"):
             value = getattr(self, name)
             if not (isinstance(value, int) and value >= 0):
                 raise ValueError(f"settings.{name} must be a whole number of at least 0, not {value!r}")

@@ -14,9 +14,10 @@ semidefinite, with T = I - n n^T and t = u/|u|:
 The first bounds the potential from above, and iterated alone it leaves the static regime ever so slowly: along t the
 force of what slides does not grow any more. So in the correction c is f1', zero beyond e. A slip that an iteration
 turned round (u . u_before < 0) has passed the static regime, where f1' knows nothing of the resistance in between:
-there c is the slope of the chord, (f1(y) + f1(y_before))/(y + y_before). Of the pair's normal forces at this iterate
-and the last the smaller counts, and where they differ by more than SETTLED the secant stays: a pair that fell deep into
-its barrier for one iteration would throw the cloth.
+there c is the slope of the chord, (f1(y) + f1(y_before))/(y + y_before). A slip beyond e that an iteration shortened is
+on its way back to it, and c = 0 would send it past again and again: there the secant stays, which shortens it steadily.
+Of the pair's normal forces at this iterate and the last the smaller counts, and where they differ by more than SETTLED
+the secant stays: a pair that fell deep into its barrier for one iteration would throw the cloth.
 """
 
 from __future__ import annotations
@@ -120,8 +121,11 @@ def prepare_kernel(
         return
     stiffness = 2.0 * coulomb * wp.max(1.0 - y / static_slip, 0.0) / static_slip
     before = slip(v, lam[c], normal[c], x_before, remainder, x_start)
-    if wp.dot(u, before) < 0.0:
-        y_before = wp.length(before)
+    y_before = wp.length(before)
+    turned = wp.dot(u, before) < 0.0
+    if not turned and y > static_slip and y < y_before:
+        return
+    if turned:
         stiffness = coulomb * (f1(y, static_slip) + f1(y_before, static_slip)) / (y + y_before)
     t = u / y
     along_out[c] = wp.vec4(t[0], t[1], t[2], stiffness - weight)

@@ -205,13 +205,16 @@ def correct_penetration(sim: Simulation) -> None:
 
     Newton's steps are not searched along: one that overshoots is mended by the next. The budget's last has none, so it
     is not taken when it is much longer than the one before. A fold that snaps takes several, the first of them uphill:
-    where the budget ends among these, x is where an iteration began nearest to balance, and the next step has the snap.
-    Never twice in a row: a step that only finds back to where it began would be found again by all that follow, and the
-    garment would stand frozen.
+    where the budget ends among these it is extended. Where that is spent as well, x is where an iteration began nearest
+    to balance, and the next step has the snap. Never twice in a row: a step that only finds back to where it began
+    would be found again by all that follow, and the garment would stand frozen. With more contact passes the next pass
+    goes on with a snap: nothing is extended and nothing goes back.
     """
-    progress = sim.progress
+    progress, settings = sim.progress, sim.settings
     choose_start(sim)
-    progress.begin(sim.settings.correction_iterations, sim.settings.searches - sim.searches)
+    once = settings.contact_passes == 1
+    extensions = settings.correction_extensions if once else 0
+    progress.begin(settings.correction_iterations, extensions, settings.searches - sim.searches)
     while True:
         sim.correction.run(progress.going_on, lambda: iterate(sim), key=baked(sim))
         outcome = progress.read()
@@ -225,8 +228,7 @@ def correct_penetration(sim: Simulation) -> None:
             progress.resume()
         else:
             break
-    once = sim.settings.contact_passes == 1 and not sim.went_back  # with more passes the next goes on with the snap
-    sim.went_back = outcome.strayed and once
+    sim.went_back = outcome.strayed and once and not sim.went_back
     if sim.went_back:
         go_back_to_least(sim)
     if sim.touching:
@@ -288,7 +290,7 @@ def find_direction(sim: Simulation) -> None:
         settings.correction_pcg_tolerance,
     )
     find_largest(work.direction, sim.progress.length)
-    sim.progress.judge_direction(sim.cg.first)
+    sim.progress.judge_direction(sim.cg.first, settings.correction_unsettled * sim.dt)
     kept = [work.least, work.least_remainder]
     wp.launch(
         keep_kernel,

@@ -12,7 +12,8 @@ from tryon_solver.contact.pairs import ContactPairs
 wp.set_module_options({"enable_backward": False})
 
 OVERSHOT = wp.constant(2.0)  # so many times as long as the step before it
-STRAYED = 4.0  # a spent budget that ends so many times as far from balance as it once was has strayed
+ASTRAY = wp.constant(4.0)  # so many times as far from balance as an iteration before
+HARDLY_NEARER = wp.constant(0.1)  # more than this share as far from balance as the first
 
 # Places in `state`. Each of the first four is a condition of the loop, 0 or 1.
 GOING_ON = wp.constant(0)  # another iteration
@@ -26,37 +27,50 @@ FOUND = wp.constant(7)  # iterations whose direction was found
 WANTS_SEARCH = wp.constant(8)
 WANTS_ROOM = wp.constant(9)
 LEAST_YET = wp.constant(10)  # 1 if the iteration began nearer to balance than all before it
-PLACES = 11
+BUDGET = wp.constant(11)  # iterations that an extension adds
+EXTENSIONS = wp.constant(12)  # left
+STRAYED = wp.constant(13)  # 1 if the budget's last iteration begins in the middle of something
+PLACES = 14
 
-# Places in `lengths` [m], the last two [J]: <g, D^-1 g>, how far from balance.
+# Places in `lengths` [m], the last three [J]: <g, D^-1 g>, how far from balance.
 LENGTH = wp.constant(0)  # of the direction's longest vector
 MOVED = wp.constant(1)  # largest move of a vertex in this iteration
 BEFORE = wp.constant(2)  # that of the one before
 LEAST = wp.constant(3)  # of all iterations where they began
-LATEST = wp.constant(4)  # of the last one
+FIRST = wp.constant(4)  # of the first one
 
 
 @wp.kernel
 def begin_kernel(
-    at_most: int, searches: int, state: wp.array(dtype=wp.int32), lengths: wp.array(dtype=wp.float32)
+    at_most: int,
+    extensions: int,
+    searches: int,
+    state: wp.array(dtype=wp.int32),
+    lengths: wp.array(dtype=wp.float32),
 ):
     for k in range(PLACES):
         state[k] = 0
     state[GOING_ON] = wp.where(at_most > 0, 1, 0)
     state[NO_DIRECTION] = 1
     state[LEFT] = at_most
+    state[BUDGET] = at_most
+    state[EXTENSIONS] = extensions
     state[SEARCHES] = searches
     lengths[MOVED] = 0.0
     lengths[BEFORE] = wp.inf
     lengths[LEAST] = wp.inf
-    lengths[LATEST] = 0.0
+    lengths[FIRST] = 0.0
 
 
 @wp.kernel
 def judge_direction_kernel(
-    imbalance: wp.array(dtype=wp.float32), state: wp.array(dtype=wp.int32), lengths: wp.array(dtype=wp.float32)
+    imbalance: wp.array(dtype=wp.float32),
+    unsettled: float,
+    state: wp.array(dtype=wp.int32),
+    lengths: wp.array(dtype=wp.float32),
 ):
-    lengths[LATEST] = imbalance[0]
+    if state[FOUND] == 0:
+        lengths[FIRST] = imbalance[0]
     state[LEAST_YET] = 0
     if imbalance[0] < lengths[LEAST]:
         lengths[LEAST] = imbalance[0]
@@ -64,6 +78,14 @@ def judge_direction_kernel(
     state[NO_DIRECTION] = 0
     state[FOUND] = state[FOUND] + 1
     state[LEFT] = state[LEFT] - 1
+    if state[LEFT] == 0:
+        astray = imbalance[0] > ASTRAY * lengths[LEAST]
+        stuck = lengths[LENGTH] > unsettled and imbalance[0] > HARDLY_NEARER * lengths[FIRST]
+        state[STRAYED] = wp.where(state[FOUND] > 1 and (astray or stuck), 1, 0)
+        if state[STRAYED] == 1 and state[EXTENSIONS] > 0:
+            state[STRAYED] = 0
+            state[EXTENSIONS] = state[EXTENSIONS] - 1
+            state[LEFT] = state[BUDGET]
     if state[LEFT] == 0 and lengths[LENGTH] > OVERSHOT * lengths[BEFORE]:
         state[GOING_ON] = 0
 
@@ -104,7 +126,8 @@ def resume_kernel(searches: int, state: wp.array(dtype=wp.int32)):
 @dataclass(frozen=True)
 class Outcome:
     """Why the loop ended, after how many iterations, the largest move in the last that moved [m], and whether the
-    budget was spent by an iteration that began STRAYED times as far from balance as another."""
+    budget was spent in the middle of something: its last iteration began ASTRAY times as far from balance as another,
+    or HARDLY_NEARER to it than the first and with long moves to come."""
 
     wants_search: bool
     wants_room: bool
@@ -146,18 +169,18 @@ class Progress:
         """Where to put the largest move [m]."""
         return self.lengths[1:2]
 
-    def begin(self, at_most: int, searches: int) -> None:
-        """A budget of iterations and of further searches."""
-        self._launch(begin_kernel, [at_most, searches], [self.state, self.lengths])
+    def begin(self, at_most: int, extensions: int, searches: int) -> None:
+        """A budget of iterations, how often it is given again to a strayed one, and one of further searches."""
+        self._launch(begin_kernel, [at_most, extensions, searches], [self.state, self.lengths])
 
     def unless_directed(self, find: Callable[[], None]) -> None:
         """Launch `find` if the direction is still to be found."""
         wp.capture_if(self.state[1:2], find)
 
-    def judge_direction(self, imbalance: wp.array) -> None:
-        """The direction is found, its length known, and `imbalance` (1,) [J] where it begins: drop the budget's last if
-        it overshoots."""
-        self._launch(judge_direction_kernel, [imbalance], [self.state, self.lengths])
+    def judge_direction(self, imbalance: wp.array, unsettled: float) -> None:
+        """The direction is found, its length known, and `imbalance` (1,) [J] where it begins: extend a budget that ends
+        in the middle of something, by `unsettled` [m] too, or drop its last if it overshoots."""
+        self._launch(judge_direction_kernel, [imbalance, unsettled], [self.state, self.lengths])
 
     @property
     def least_yet(self) -> wp.array:
@@ -192,8 +215,7 @@ class Progress:
     def read(self) -> Outcome:
         """Waits for the device."""
         state, lengths = self.state.numpy(), self.lengths.numpy()
-        strayed = bool(state[4] == 0 and lengths[4] > STRAYED * lengths[3])
-        return Outcome(bool(state[8]), bool(state[9]), int(state[7]), float(lengths[1]), strayed)
+        return Outcome(bool(state[8]), bool(state[9]), int(state[7]), float(lengths[1]), bool(state[13]))
 
     def _launch(self, kernel: wp.Kernel, inputs: list[object], outputs: list[wp.array]) -> None:
         wp.launch(kernel, 1, inputs, outputs, device=self.state.device)

@@ -31,12 +31,13 @@ class Script:
     pairs: ContactPairs
     events: list = field(default_factory=list)
 
-    def play(self, budget, searches, lengths, moves, shortest=1e-6, leaving=(), crowded=(), imbalances=None):
+    def play(self, budget, searches, lengths, moves, shortest=1e-6, leaving=(), crowded=(), imbalances=None, more=0, unsettled=2.0):
         self.lengths, self.moves, self.shortest, self.crowded = lengths, moves, shortest, crowded
+        self.unsettled = unsettled
         self.imbalances = imbalances or [1.0] * len(lengths)
         self.least = []
         progress = self.progress
-        progress.begin(budget, searches)
+        progress.begin(budget, more, searches)
         self.done = 0
         while True:
             while int(progress.going_on.numpy()[0]):
@@ -58,7 +59,7 @@ class Script:
     def find(self):
         self.progress.length.fill_(self.lengths[self.done])
         imbalance = wp.array([self.imbalances[self.done]], dtype=wp.float32, device=self.progress.state.device)
-        self.progress.judge_direction(imbalance)
+        self.progress.judge_direction(imbalance, self.unsettled)
         self.least.append(int(self.progress.least_yet.numpy()[0]))
         self.events.append("direction")
 
@@ -137,6 +138,34 @@ def test_a_budget_that_ends_far_from_balance_has_strayed(script):
     assert script.least == [1, 1, 1, 1]
     assert not play([1, 9, 9], [0.5, 1e-7, 0.5], 3).strayed, "it came to rest before the budget was spent"
     assert not play([9], [0.5], 1).strayed
+
+
+def test_a_budget_that_has_strayed_is_extended_and_its_last_direction_taken(script):
+    def play(imbalances, more):
+        n = len(imbalances)
+        lengths = [1.0, 1.0, 9.0, *[0.1] * (n - 3)]
+        return script.play(3, 0, lengths, [0.5] * n, imbalances=imbalances, more=more, unsettled=10.0)
+
+    outcome = play([9, 1, 5, 4, 3, 2, 1, 1, 1], more=2)
+    assert (outcome.iterations, outcome.strayed) == (6, False)
+    assert script.events == [*ONE * 5, "direction", "move"]
+    script.events.clear()
+    outcome = play([9, 1, 5, 4, 3, 6, 1, 1, 1, 1, 1, 1], more=2)
+    assert (outcome.iterations, outcome.strayed) == (9, False)
+    outcome = play([9, 1, 5, 4, 3, 6, 1, 1, 6, 1, 1, 1], more=2)
+    assert (outcome.iterations, outcome.strayed) == (9, True)
+    outcome = play([9, 1, 3, 9, 9, 9], more=2)
+    assert (outcome.iterations, outcome.strayed) == (3, False)
+
+
+def test_a_budget_that_came_hardly_nearer_and_has_far_to_go_has_strayed(script):
+    def play(imbalances, lengths):
+        outcome = script.play(3, 0, lengths, [1.0] * 3, imbalances=imbalances, unsettled=0.4)
+        return outcome.strayed
+
+    assert play([9, 3, 1], [1.0, 1.0, 0.5])
+    assert not play([9, 3, 1], [1.0, 1.0, 0.3]), "nothing moves far"
+    assert not play([9, 3, 0.8], [1.0, 1.0, 0.5]), "ten times nearer"
 
 
 def test_it_asks_for_room_and_goes_on(script):
