@@ -24,7 +24,8 @@ from tryon_server.runtime.kernel_news import kernel_news
 from tryon_server.runtime.meter import Meter
 from tryon_server.runtime.order import WorkOrder
 from tryon_server.runtime.publishing import Publisher
-from tryon_server.runtime.sources import MotionSource, Move, PoseSource, SequenceSource, StillSource, StreamSource
+from tryon_server.runtime.sources import MotionSource, Move, PoseSource, SequenceSource, StillSource
+from tryon_server.runtime.stream_source import StreamSource
 from tryon_server.runtime.upside_down import UPSIDE_DOWN_SECONDS, UpsideDown
 from tryon_server.sessions.commands import AllowFrame, Command, FollowMotion, Run, UsePose, UseTrackedPose, WearFabric
 from tryon_server.sessions.events import Event, PhaseChanged, Reported, Troubled
