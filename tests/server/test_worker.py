@@ -247,6 +247,21 @@ def test_frames_of_a_solver_that_can_not_keep_up_tell_the_time_of_the_pose_they_
     assert max(frame.t_published - frame.t_sim for frame in begun if frame.t_published > 20.0) < 4.0
 
 
+def test_a_paused_stream_goes_on_from_the_pose_and_the_time_it_stood_at():
+    """Poses come all along. Nothing is simulated for five seconds; then the way to the wearer is gone unhurried."""
+    poses = [(1.0 + 0.02 * k, pose_command(k + 1, 500.0 + 0.02 * k, 0.004 * k)) for k in range(700)]
+    held = [(5.0, Run(False)), (10.0, Run(True))]
+    connection = work([(0.0, allow(10_000)), (0.0, Run(True)), *poses, *held], until=15.0, motion=None)
+    followed = [frame for frame in frames(connection) if frame.pose_seq]
+    assert not [frame for frame in followed if 5.1 < frame.t_published < 9.9]
+    assert (np.diff([frame.t_sim for frame in followed]) >= 0.0).all()
+    for frame in followed:
+        if frame.t_sim >= 500.0:
+            assert frame.root[0] == pytest.approx(0.2 * (frame.t_sim - 500.0), abs=1e-6)
+    assert np.abs(np.diff([frame.root[0] for frame in followed])).max() < 0.05
+    assert followed[-1].t_published - (followed[-1].t_sim - 499.0) < 0.1
+
+
 def test_without_poses_the_cloth_settles_and_then_nothing_is_solved():
     connection = work([(0.0, allow(1000)), (0.0, Run(True)), (0.5, pose_command(1, 0.0, 0.0))], until=20.0, motion=None)
     when = [t for t, event in zip(connection.times, connection.events) if isinstance(event, FrameReady)]
