@@ -192,6 +192,18 @@ def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser])
         "--motion-units", choices=BVH_UNITS, help="unit of a BVH file's lengths (default: found, and told)"
     )
     simulate.add_argument(
+        "--motion-up",
+        choices=FACINGS,
+        help="axis that is up in a BVH file, --motion-up=-y for one below 0 (default: found by the poses, and told)",
+    )
+    simulate.add_argument(
+        "--motion-joint",
+        action="append",
+        metavar="PART=NAME",
+        help="which joint of a BVH file is a part of the body, where names don't tell: pelvis, head, or, with left_ or "
+        "right_ before it, upper_arm, forearm, hand, thigh, shin, foot, toes; once for each",
+    )
+    simulate.add_argument(
         "--motion-facing",
         choices=FACINGS,
         help="axis of its file that the person faces along in a BVH's first frame (default: found by knees and toes)",
@@ -366,6 +378,8 @@ def run_simulate(options: argparse.Namespace) -> int:
     from tryon_server.runtime.local import load_catalogue
     from tryon_server.runtime.offline import simulate
     from tryon_server.runtime.order import DrapeOrder, MeshReading
+    from tryon_server.sessions.commands import MotionReading
+    from tryon_server.wording import joints_told
 
     order = DrapeOrder(
         pattern=options.garment,
@@ -387,8 +401,12 @@ def run_simulate(options: argparse.Namespace) -> int:
             options.seconds,
             options.fps,
             bar.show,
-            motion_units=options.motion_units,
-            motion_facing=options.motion_facing,
+            motion_reading=MotionReading(
+                options.motion_units,
+                options.motion_up,
+                options.motion_facing,
+                joints_told(options.motion_joint, "--motion-joint"),
+            ),
         )
     for note in recording.notes:
         print(note)

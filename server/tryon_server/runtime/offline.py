@@ -21,6 +21,7 @@ from tryon_server.runtime.motions import read_motion
 from tryon_server.runtime.order import DrapeOrder
 from tryon_server.runtime.production import SolverDrape, build_drape
 from tryon_server.runtime.sources import approach_seconds, leap_towards, moved
+from tryon_server.sessions.commands import MotionReading
 from tryon_solver.body.motion import Motion, blend_in
 
 LOWEST_FPS = 11.0  # the solver bridges at most 0.1 s at a time
@@ -98,8 +99,7 @@ def simulate(
     seconds: float | None,
     fps: float,
     progress: Progress,
-    motion_units: str | None = None,
-    motion_facing: str | None = None,
+    motion_reading: MotionReading = MotionReading(),  # noqa: B008
 ) -> Recording:
     """Dress the garment and record it.
 
@@ -109,8 +109,7 @@ def simulate(
         seconds: how long to record; None for the motion's length. A motion that is shorter begins again.
         fps: frames per second, 1/``fps`` s apart.
         progress: told what is being done.
-        motion_units: what the lengths in a BVH file are in; None to find it out.
-        motion_facing: axis of it that the person faces along in its first frame; None to find it out.
+        motion_reading: what is told about a BVH file.
 
     Raises:
         ProblemError: something does not fit; names the place and the remedy.
@@ -127,7 +126,7 @@ def simulate(
     found: tuple[str, ...] = ()
     if motion is not None:
         body = load_body(order.body)
-        played, facts = read_motion(motion, body, motion_units, motion_facing)  # what is wrong is said at once
+        played, facts = read_motion(motion, body, motion_reading)  # what is wrong is said at once
         found = facts.notes
     with kernel_news(lambda what: progress(what, None)):
         drape = build_drape(order, progress)
