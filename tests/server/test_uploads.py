@@ -113,10 +113,12 @@ def test_a_motion_is_kept_by_content_and_says_how_it_was_read(live):
 
 
 def test_the_unit_of_a_motion_is_found_and_can_be_told_where_that_is_wrong(live):
-    """A child of 90 cm is taken for a grown-up in inches, unless it is told."""
-    child = scaled(WALK, 0.55)
+    """A child of 70 cm is taken for a grown-up in inches, which is said, unless it is told."""
+    child = scaled(WALK, 0.42)
     taken = post(live, "motions", child).json()["found"]
-    assert taken["units"] != "centimetres"
+    assert taken["units"] == "inches"
+    said = "it could also be 0.61 m in centimetres: units tells"
+    assert any(note.endswith(said) for note in taken["notes"])
     told = post(live, "motions", child, units="cm").json()
     assert told["found"]["units"] == "centimetres"
     assert any("as told" in note for note in told["found"]["notes"])

@@ -86,8 +86,7 @@ def read_clip(
         text = decode_bvh(content)
         units, facing, up = reading.units, reading.facing, reading.up
         if units is None:
-            per_metre, word = find_units(text)
-            how = "in which its tall poses are a human's"
+            per_metre, word, how = find_units(text, reading.joints)
         else:
             per_metre, word, how = UNITS[units], UNIT_WORDS[units], "as told"
         clip = parse_bvh(text, per_metre, Path(name).stem)

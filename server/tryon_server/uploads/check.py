@@ -64,7 +64,8 @@ def check_motion(content: bytes, told: Telling) -> MotionFacts:
     from tryon_server.sessions.commands import MotionReading
 
     reading = MotionReading(told.units, told.up, told.facing, told.joints)
-    return read_clip(content, told.name, load_body(None), reading)[1]
+    facts = read_clip(content, told.name, load_body(None), reading)[1]
+    return msgspec.structs.replace(facts, notes=tuple(as_parameters(note) for note in facts.notes))
 
 
 def check_body(content: bytes, told: Telling) -> BodyFacts:
