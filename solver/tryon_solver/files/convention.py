@@ -145,12 +145,12 @@ def find_for_body(vertices: np.ndarray, told: Told, name: str) -> Convention:
             name,
             f"Scale the export to the size of a human in one of: {', '.join(UNITS)}; or export all of the person",
         )
-    unit, *others = fitting
+    unit, others = fitting[0], tuple(fitting[1:])
     because = f"its largest extent, {largest:.4g} units, is {largest * UNITS[unit]:.2f} m"
     if others:
         sizes = " or ".join(f"{largest * UNITS[other]:.2f} m in {other}" for other in others)
         because += f", and could also be {sizes}: --body-units tells"
-    return Convention(unit, up, f"{because}; {why_up}", turns, others=tuple(others))
+    return Convention(unit, up, f"{because}; {why_up}", turns, others=others)
 
 
 def _within(size: float, limits: tuple[float, float]) -> bool:
