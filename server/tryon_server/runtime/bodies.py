@@ -14,6 +14,7 @@ from tryon_server.problems import ProblemError, problem_error
 from tryon_server.runtime.order import MeshReading
 from tryon_solver.body.model import BodyError, BodyModel, default_body
 from tryon_solver.files.convention import Told, find_for_body
+from tryon_solver.files.cut_off import missing_ends
 from tryon_solver.files.mesh_body import MeshBody, is_moving_mesh, read_mesh_body
 from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.files.standing import facing, find_stand, stands_on_its_head
@@ -78,10 +79,13 @@ def _standing_mesh(path: Path, reading: MeshReading) -> MeshBody | None:
             return read_mesh_body(path, told)
         except (MeshFileError, BodyError):
             raise plain from None
-    lies = _lies(np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces), path.name)
-    if mesh.volume < 0 or lies:  # which is told, if it is a human's
-        with contextlib.suppress(MeshFileError, BodyError):
-            return read_mesh_body(path, told)
+    x, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces)
+    if missing_ends(x, faces):
+        told = Told("m", "y", "as a closed mesh is read")
+    elif mesh.volume >= 0 and not _lies(x, faces, path.name):
+        return None
+    with contextlib.suppress(MeshFileError, BodyError):  # what is no human's is taken as it is
+        return read_mesh_body(path, told)
     return None
 
 

@@ -145,12 +145,12 @@ def find_for_body(vertices: np.ndarray, told: Told, name: str) -> Convention:
             name,
             f"Scale the export to the size of a human in one of: {', '.join(UNITS)}; or export all of the person",
         )
-    unit, others = fitting[0], tuple(fitting[1:])
+    unit, also = fitting[0], tuple(fitting[1:])
     because = f"its largest extent, {largest:.4g} units, is {largest * UNITS[unit]:.2f} m"
-    if others:
-        sizes = " or ".join(f"{largest * UNITS[other]:.2f} m in {other}" for other in others)
+    if also:
+        sizes = " or ".join(f"{largest * UNITS[other]:.2f} m in {other}" for other in also)
         because += f", and could also be {sizes}: --body-units tells"
-    return Convention(unit, up, f"{because}; {why_up}", turns, others=others)
+    return Convention(unit, up, f"{because}; {why_up}", turns, others=also)
 
 
 def _within(size: float, limits: tuple[float, float]) -> bool:
@@ -169,7 +169,9 @@ def _up_of_body(vertices: np.ndarray, name: str) -> tuple[str, str]:
         if unlikeness(vertices, side) < MUCH_LIKER * unlikeness(vertices, 0):
             votes.append(("x", f"its two sides along {'xyz'[side]} are alike"))
     tallest = int(extent.argmax())
-    if extent[tallest] > TALL * np.delete(extent, tallest).max():
+    unlike = [unlikeness(vertices, k) for k in range(3)] if tallest == 0 else [1.0, 0.0, 0.0]
+    wide = unlike[0] < MUCH_LIKER * min(unlike[1:])  # half a person's arms, which are left and right
+    if extent[tallest] > TALL * np.delete(extent, tallest).max() and not wide:
         votes.append(("xyz"[tallest], f"it is tallest along {'xyz'[tallest]}"))
     on_floor = ["xyz"[k] for k in range(3) if abs(low[k]) < ON_FLOOR * max(extent[k], 1e-12)]
     if len(on_floor) == 1:

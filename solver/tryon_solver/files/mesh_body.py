@@ -21,8 +21,8 @@ from tryon_solver.body.making.closest import closest_points
 from tryon_solver.body.making.remesh import remesh
 from tryon_solver.body.mesh_sequence import MeshSequence, make_sequence
 from tryon_solver.contact.crossings import CrossingSearch
-from tryon_solver.files.convention import GLTF, Convention, Told, find_for_body
-from tryon_solver.files.cut_off import cut_off
+from tryon_solver.files.convention import GLTF, USUAL_UNITS, Convention, Told, find_for_body
+from tryon_solver.files.cut_off import describe, missing_ends, stand_of_half
 from tryon_solver.files.gltf import parse_glb
 from tryon_solver.files.holes import fill_holes
 from tryon_solver.files.jumps import refuse_jumps
@@ -54,6 +54,7 @@ GLB_DT = 1 / 60  # s, a skinned animation is sampled so often
 USUAL_FPS = 30.0  # of a folder of frames, when nobody says
 SAME_THROUGHOUT = 1e-3  # m, vertices welded in the first frame stay so close in all
 STANDS = "it stands still"
+HALF = "as half a person is not as tall as a grown-up, unless --body-units says otherwise"
 TOLD_GAP = 1e-6  # m, vertices that are joined over less are taken as equal
 LOOKED_AT = 12  # frames in which crossings are counted
 REMESH_ROUNDS = 4
@@ -90,13 +91,18 @@ class MeshBody:
     name: str = "body"
     cut_off: str = ""  # what there is to say of a person who is not there as a whole
     facing: np.ndarray | None = None  # (3,) the level unit vector that it faces along, where that was told
+    lacks: frozenset[str] = frozenset()  # of cut_off.ENDS: what of a person is not there
 
     def for_patterns(self) -> MeshBody:
         """The same body where patterns expect one, which is told: patterns come without a place, meshes with theirs.
 
-        Raises MeshFileError when it does not stand in its first frame.
+        Raises MeshFileError when it does not stand in its first frame, unless it has no legs to stand on.
         """
-        stand = find_stand(self.sequence.rest_vertices, self.sequence.faces, self.name, self.facing)
+        x = self.sequence.rest_vertices
+        if "legs" in self.lacks:
+            stand = stand_of_half(x, self.sequence.faces, self.lacks, self.facing)
+        else:
+            stand = find_stand(x, self.sequence.faces, self.name, self.facing)
         notes = (*self.notes, *stand.notes)
         return replace(self, sequence=self.sequence.put(stand.turn, stand.shift), notes=notes)
 
@@ -319,7 +325,11 @@ def make_body(raw: RawFrames) -> MeshBody:
         )
     if moved_by > TOLD_GAP:
         notes.append(f"vertices that nearly coincide were joined, which moves some by up to {1e3 * moved_by:.2g} mm")
-    if half := cut_off(x, faces):
+    lacks = missing_ends(x, faces)
+    half = describe(lacks)
+    if lacks:
+        if raw.told.unit is None and convention.unit not in USUAL_UNITS and convention.others:
+            return make_body(replace(raw, told=replace(raw.told, unit=convention.others[0], source=HALF)))
         notes.append(half)
     parts = turned_alike(faces)[1].max() + 1
     if parts > 1:
@@ -346,7 +356,8 @@ def make_body(raw: RawFrames) -> MeshBody:
             notes.append(f"its {before} vertices were remeshed to {weights.shape[0]}")
     moved = np.stack([weights @ frame.astype(np.float64) for frame in frames]).astype(np.float32)
     notes += _crossings(moved, faces)
-    return MeshBody(make_sequence(moved, faces, raw.dt), convention, tuple(notes), raw.name, half, ahead)
+    sequence = make_sequence(moved, faces, raw.dt)
+    return MeshBody(sequence, convention, tuple(notes), raw.name, half, ahead, frozenset(lacks))
 
 
 def _upside_down(frames: np.ndarray, weights: sp.csr_matrix, faces: np.ndarray) -> bool:
