@@ -193,7 +193,7 @@ def _bvh(skeleton: SourceSkeleton, model: BodyModel) -> Reader:
     try:
         parts = find_parts(skeleton.joint_names, np.array(skeleton.parents))
     except RetargetError as error:
-        raise TrackingError(str(error)) from error
+        raise TrackingError(f"{error}. Name its joints as one of the usual rigs does") from error
     joints = dict(parts.joints)
     joints["chest"] = parts.spine[-1] if parts.spine else joints["pelvis"]
     joints |= {f"{side}_clavicle": joint for side, joint in parts.clavicles.items()}
