@@ -139,8 +139,8 @@ def test_half_a_person_is_what_is_wrong_not_the_garment(tmp_path, monkeypatch):
 
 
 def torso() -> str:
-    """An OBJ file of the trunk alone, capped at neck, hips and shoulders, standing on the floor."""
-    middle = (REST[:, 1] > 0.85) & (REST[:, 1] < 1.47) & (np.abs(REST[:, 0]) < 0.2)
+    """An OBJ file of trunk and arms alone, capped at neck and hips, standing on the floor."""
+    middle = (REST[:, 1] > 0.85) & (REST[:, 1] < 1.47)
     used, faces = np.unique(BODY.faces[middle[BODY.faces].all(axis=1)], return_inverse=True)
     x, faces = REST[used] - [0.0, 0.85, 0.0], faces.reshape(-1, 3)
     for loop in boundary_loops(faces):

@@ -107,7 +107,7 @@ def _told_joints(joint_names: Sequence[str], names: dict[str, str]) -> dict[str,
 def _wanted(part: str, named: Named, joint_names: Sequence[str]) -> str:
     if part in named.twice:
         return f"one of {', '.join(repr(joint_names[joint]) for joint in named.twice[part])}: it can't be told which"
-    return f"expected {named.expected[part]!r}, or a name of another usual rig"
+    return f"expected {named.expected[part]!r}"
 
 
 def _pelvis(
