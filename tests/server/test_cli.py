@@ -35,6 +35,7 @@ def folder(tmp_path_factory):
     capsule.apply_translation([0, 0.75, 0])
     capsule.export(folder / "capsule.obj")
     capsule.update_faces(np.arange(len(capsule.faces)) > 5)
+    capsule.apply_scale(0.5)  # no size of a person, whose holes would be filled
     capsule.export(folder / "open.obj")
     (folder / "tube.json").write_bytes(patterns.as_bytes(patterns.tube(60.0, 40.0)))
     stitch_to_nowhere = patterns.tube()

@@ -131,8 +131,11 @@ def find_units(text: str, names: Mapping[str, str] | None = None) -> FoundUnits:
             f"in none of {known}; export it in one of these"
         )
     because = f"in which its bones measure {size / fitting[0][0]:.2f} m from ankle to head"
-    if fitting[1:]:
-        others = " or ".join(f"{size / per_metre:.2f} m in {name}" for per_metre, name in fitting[1:])
+    also = fitting[1:]
+    if fitting[0][1] in USUAL_UNITS and _within(size / fitting[0][0], GROWN):
+        also = [unit for unit in also if unit[1] in USUAL_UNITS]  # an infant in feet is not worth a word
+    if also:
+        others = " or ".join(f"{size / per_metre:.2f} m in {name}" for per_metre, name in also)
         because += f"; it could also be {others}: --motion-units tells"
     return FoundUnits(*fitting[0], because)
 

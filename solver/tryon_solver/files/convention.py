@@ -146,6 +146,8 @@ def find_for_body(vertices: np.ndarray, told: Told, name: str) -> Convention:
             f"Scale the export to the size of a human in one of: {', '.join(UNITS)}; or export all of the person",
         )
     unit, also = fitting[0], tuple(fitting[1:])
+    if unit in USUAL_UNITS and _within(largest * UNITS[unit], GROWN):
+        also = tuple(other for other in also if other in USUAL_UNITS)  # an infant in feet is not worth a word
     because = f"its largest extent, {largest:.4g} units, is {largest * UNITS[unit]:.2f} m"
     if also:
         sizes = " or ".join(f"{largest * UNITS[other]:.2f} m in {other}" for other in also)

@@ -86,9 +86,9 @@ def stand_of_half(x: np.ndarray, faces: np.ndarray, lacks: frozenset[str], told:
     middle, high = trunk_middle(turned, faces), float(turned[:, 1].max())
     belongs, what = (NECK, "a neck") if "head" in lacks else (CROWN, "the top of a head")
     shift = np.array([-middle[0], belongs - high, -middle[2]])
-    way = "taken to face +Z" if told is None else "it faces +Z, as told"
+    way = "taken to face +Z" if told is None else "it faces +Z (as told)"
     if angle:
-        way = f"turned by {abs(np.rad2deg(angle)):.0f}° about the vertical, to face +Z, as told"
+        way = f"turned by {abs(np.rad2deg(angle)):.0f}° about the vertical, to face +Z (as told)"
     notes = [f"it has no legs to stand on: {way}" + (", --body-facing says otherwise" if told is None else "")]
     if abs(shift[1]) < IN_PLACE:
         shift[1] = 0.0

@@ -165,7 +165,7 @@ def test_a_torso_faces_where_it_is_told_to():
     turned = np.add(x, [1.0, 0.0, 1.0])[:, [2, 1, 0]] * [1.0, 1.0, -1.0]  # +Z is +X now
     placed = read(turned, faces, Told(facing="x")).for_patterns()
     np.testing.assert_allclose(placed.sequence.rest_vertices.max(axis=0), x.max(axis=0), atol=0.05)
-    assert "turned by 90° about the vertical, to face +Z, as told; moved by 1.4" in placed.notes[-1]
+    assert "turned by 90° about the vertical, to face +Z (as told); moved by 1.4" in placed.notes[-1]
 
 
 def test_arms_held_out_do_not_make_half_a_person_lie():
