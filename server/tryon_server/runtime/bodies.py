@@ -56,13 +56,10 @@ def load_moving_mesh(path: Path | None, reading: MeshReading, name: str | None =
         raise problem_error("body.unusable", str(error), "Export it again", place="body", status=422) from error
 
 
-def stood_for_patterns(body: MeshBody) -> MeshBody:
-    """The moving mesh where patterns expect a body. Raises ProblemError when it does not stand."""
-    try:
-        return body.for_patterns()
-    except MeshFileError as error:
-        message = f"{error.place}: {'; '.join(filter(None, (body.cut_off, error.message)))}"
-        raise problem_error("body.unusable", message, error.remedy, place="body", status=422) from error
+def does_not_stand(body: MeshBody, error: MeshFileError) -> ProblemError:
+    """What there is to say of a moving mesh that stands in no frame in which a pattern could be put on."""
+    message = f"{error.place}: {'; '.join(filter(None, (body.cut_off, error.message)))}"
+    return problem_error("body.unusable", message, error.remedy, place="body", status=422)
 
 
 def _standing_mesh(path: Path, reading: MeshReading) -> MeshBody | None:

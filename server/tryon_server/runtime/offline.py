@@ -22,6 +22,7 @@ from tryon_server.runtime.order import DrapeOrder
 from tryon_server.runtime.production import SolverDrape, build_drape
 from tryon_server.runtime.sources import approach_seconds, leap_towards, moved
 from tryon_server.sessions.commands import MotionReading
+from tryon_solver.body.lead_back import LeadBack
 from tryon_solver.body.motion import Motion, blend_in
 
 LOWEST_FPS = 11.0  # the solver bridges at most 0.1 s at a time
@@ -135,7 +136,9 @@ def simulate(
             seconds = own.duration if seconds is None else seconds
             if seconds > own.duration + 1e-9:
                 raise _out_of_range("seconds", f"the body's frames last {own.duration:.2f} s", "Ask for no more")
-            return _record(drape, 0.0, own.sample, seconds, fps, progress)
+            back = LeadBack(own, own.dressed_at)
+            _lead(drape, back.sample, back.duration, fps, progress)
+            return _record(drape, back.duration, own.sample, seconds, fps, progress)
         if played is None:
             seconds = STILL_SECONDS if seconds is None else seconds
             return _record(drape, 0.0, lambda _t: drape.pose, seconds, fps, progress)
@@ -145,13 +148,20 @@ def simulate(
         drape.leap(leap)
         start = moved(drape.pose, leap)
         lead = blend_in(start, played, approach_seconds(start, played.pose(0)))
-        steps = math.ceil(lead.duration * fps)
-        for k in range(1, steps + 1):
-            progress("Moving into the first pose", k / steps)
-            t = lead.duration * k / steps
-            _advance(drape, lead.sample(t), t)
+        _lead(drape, lead.sample, lead.duration, fps, progress)
         recording = _record(drape, lead.duration, lambda t: played.sample(t, loop=loop), seconds, fps, progress)
         return replace(recording, notes=(*(f"motion: {note}" for note in found), *recording.notes))
+
+
+def _lead(
+    drape: SolverDrape, pose_at: Callable[[float], Any], seconds: float, fps: float, progress: Progress
+) -> None:
+    """Take the drape, as it was dressed, into the pose in which the recording begins, ``seconds`` s later."""
+    steps = math.ceil(seconds * fps)
+    for k in range(1, steps + 1):
+        progress("Moving into the first pose", k / steps)
+        t = seconds * k / steps
+        _advance(drape, pose_at(t), t)
 
 
 def _record(

@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tryon_server.runtime.drape import Stance
+from tryon_solver.body.lead_back import LeadBack
 from tryon_solver.body.mesh_sequence import MeshSequence
 from tryon_solver.body.motion import Motion, blend_in
 from tryon_solver.body.pose import Pose
@@ -100,16 +101,23 @@ class Pace:
 
 
 class SequenceSource:
-    """Plays a body's own frames to their end and back again: nothing says how their end leads to their beginning."""
+    """Plays a body's own frames to their end and back again: nothing says how their end leads to their beginning.
 
-    def __init__(self, sequence: MeshSequence) -> None:
+    A body that was dressed later in them, at ``start`` s, is led to the first one before. The clock is the frames':
+    below 0 on that way.
+    """
+
+    def __init__(self, sequence: MeshSequence, start: float = 0.0) -> None:
         self._sequence = sequence
+        self._lead = LeadBack(sequence, start)
         self._pace = Pace()
-        self._t = 0.0
+        self._t = -self._lead.duration
 
     def next(self, elapsed: float, cost: float = 0.0) -> Move | None:  # noqa: ARG002
         dt = self._pace.take(elapsed)
         self._t += dt
+        if self._t < 0.0:
+            return Move(self._lead.sample(self._t + self._lead.duration), dt, self._t, 0)
         duration = self._sequence.duration
         there = duration - abs(self._t % (2.0 * duration) - duration)
         return Move(self._sequence.sample(there), dt, self._t, 0)

@@ -31,7 +31,7 @@ from tryon_solver.files.numbering import frame_numbers, gaps
 from tryon_solver.files.obj import Polygon, parse_frame, parse_obj, refuse_other_polygons
 from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.files.sides import sides_told
-from tryon_solver.files.standing import find_stand, stands, stands_on_its_head
+from tryon_solver.files.standing import Stand, find_stand, stands, stands_on_its_head
 from tryon_solver.files.surroundings import refuse_surroundings
 from tryon_solver.geometry.surface_repair import (
     crowded_edges,
@@ -93,18 +93,24 @@ class MeshBody:
     facing: np.ndarray | None = None  # (3,) the level unit vector that it faces along, where that was told
     lacks: frozenset[str] = frozenset()  # of cut_off.ENDS: what of a person is not there
 
-    def for_patterns(self) -> MeshBody:
+    def for_patterns(self, frame: int = 0) -> MeshBody:
         """The same body where patterns expect one, which is told: patterns come without a place, meshes with theirs.
 
-        Raises MeshFileError when it does not stand in its first frame, unless it has no legs to stand on.
+        They are put on in that `frame`. Raises MeshFileError when it does not stand there, unless it has no legs to
+        stand on.
         """
-        x = self.sequence.rest_vertices
+        sequence = self.sequence
+        time = frame * sequence.dt
+        x = sequence.rest_vertices if frame == 0 else sequence.surface(sequence.sample(time))
+        stand = self.stand(x)
+        put = replace(sequence.put(stand.turn, stand.shift), dressed_at=time)
+        return replace(self, sequence=put, notes=(*self.notes, *stand.notes))
+
+    def stand(self, x: np.ndarray) -> Stand:
+        """What puts it, at x (V, 3) m of one of its frames, where patterns expect a body. As `find_stand`."""
         if "legs" in self.lacks:
-            stand = stand_of_half(x, self.sequence.faces, self.lacks, self.facing)
-        else:
-            stand = find_stand(x, self.sequence.faces, self.name, self.facing)
-        notes = (*self.notes, *stand.notes)
-        return replace(self, sequence=self.sequence.put(stand.turn, stand.shift), notes=notes)
+            return stand_of_half(x, self.sequence.faces, self.lacks, self.facing)
+        return find_stand(x, self.sequence.faces, self.name, self.facing)
 
 
 def is_moving_mesh(path: Path) -> bool:
