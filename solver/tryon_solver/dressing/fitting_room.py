@@ -100,10 +100,10 @@ class FittingRoom:
 
     def _refusal(self, error: DressingError | PlacementError, held: Held) -> StanceError:
         frames = 1 if self._read is None else self._read.sequence.frame_count
-        message = f"{error.message}. The likely cause is not the size but how the body is held: {held.describe()}"
+        message = f"the likely cause is how the body is held, not the size: {held.describe()}"
         if frames > 1:
-            message += f"; in none of its {frames} frames is it held fit for dressing"
-        return StanceError(message, "body", A_POSE_FRAME if frames > 1 else A_POSE)
+            message += f", and in none of its {frames} frames that were looked at is it held fit for dressing"
+        return StanceError(f"{message}; as it is, {error.message}", "body", A_POSE_FRAME if frames > 1 else A_POSE)
 
     def _now(self) -> Held:
         if self._held is None:
