@@ -3,8 +3,8 @@
 In the first, if the garment goes on there: the motion begins with it. A person who is recorded in mid-motion, though,
 often begins with the arms on the trunk, crossed, or in a stride, and what is then said of the garment, that it is too
 tight, is not what is wrong. So where it is refused in a stance that is not fit for dressing (stance.py), the first
-frame that is, or the one that is most, takes its place; the body is led back from there through its own frames
-(body/lead_back.py). Where no frame is, the refusal says that it is the pose. Ours.
+frame that is as open as an A pose, or else the most open one that is fit, takes its place; the body is led back from
+there through its own frames (body/lead_back.py). Where no frame is, the refusal says that it is the pose. Ours.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ from tryon_solver.files.mesh_body import MeshBody
 from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.geometry.placement import PlacementError
 
-GOOD = 0.5  # of the strain that dressing takes: who looks for a frame takes the first with no more
+GOOD = 0.5  # of the strain that dressing takes: with no more it is not the stance that a garment is refused for
+OPEN = 0.15  # the rank of a frame than which none better is looked for
 FIT = 1.0
 BETTER = 0.5  # of the strain of before: for less it is not worth trying again
 LOOK_EVERY = 0.1  # s, frames are looked at so far apart
@@ -123,11 +124,12 @@ class FittingRoom:
         self._looked = True
         chosen: tuple[float, int] | None = None
         for frame, held in self._others(read):
-            if chosen is None or held.strain_to_choose < chosen[0]:
-                chosen = held.strain_to_choose, frame
-            if chosen[0] <= GOOD:
-                break
-        if chosen is None or chosen[0] > min(FIT, BETTER * strain):
+            fit = held.strain_to_choose <= min(FIT, BETTER * strain)
+            if fit and (chosen is None or held.rank < chosen[0]):
+                chosen = held.rank, frame
+                if held.rank <= OPEN:
+                    break
+        if chosen is None:
             return False
         frame, count = chosen[1], read.sequence.frame_count
         self._stand_in(read, frame)

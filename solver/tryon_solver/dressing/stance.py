@@ -22,12 +22,14 @@ from tryon_solver.geometry.body_parts import FEWEST_VERTICES, Points, find_trunk
 from tryon_solver.geometry.panel_mesh import PanelMesh
 
 NEAR = 0.04  # m, skin that has other skin so near before it is crowded
+ROOM = 0.12  # m, skin that has none so near has all the room that pieces need
 ALONG = 0.3  # m along the surface, beyond which skin is other skin
 HELD_TOGETHER = 0.03  # m between parts of a surface (hair, a jacket) that are taken to hang together
-AHEAD = 0.25  # m before or behind the trunk's middle, which trunk and legs of who stands upright do not reach
+AHEAD = 0.3  # m before or behind the trunk's middle, which nothing of who stands in an A pose reaches
 SAMPLES = 1200  # of the skin's vertices are asked what is before them
 CROWDED_MOST = 0.02  # share of the covered skin; none of it is in an A pose
-AHEAD_MOST = 0.08  # share of the whole skin: less than 1 % in an A pose, 20 % of who sits
+AHEAD_MOST = 0.06  # share of the whole skin; less than 1 % of it in an A pose, 27 % of who sits
+CLOSE_OPEN = 0.04  # share of the covered skin with less than ROOM, which tells open stances from more open ones
 UNEVEN_MOST = 0.5  # by so much of both an arm has more vertices than the other, where the trunk is taken for one
 LABEL_OF_SLEEVES = "arm"  # GarmentCode's
 
@@ -52,6 +54,7 @@ class Held:
     """How a body is held, for a garment."""
 
     crowded: float  # share of the covered skin that has other skin within NEAR before it
+    close: float  # the same within ROOM
     ahead: float  # share of the whole skin that is more than AHEAD before or behind the trunk's middle
     uneven: float  # (left - right) / (left + right) of the arms' vertices, absolute; infinite where an arm is not found
     sleeves: bool  # whether the garment has some
@@ -65,6 +68,11 @@ class Held:
     def strain_to_choose(self) -> float:
         """The same for who has the choice: the arms are to be found and held alike, whatever the garment."""
         return max(self.strain, self.uneven / UNEVEN_MOST)
+
+    @property
+    def rank(self) -> float:
+        """Of several stances that dressing takes, the one to be dressed in is that with the lowest; 0 in an A pose."""
+        return max(self.strain_to_choose, self.close / CLOSE_OPEN)
 
     @property
     def _armless(self) -> float:
@@ -103,25 +111,29 @@ class Skin:
         arms = [np.count_nonzero(trunk.arms(x, side)) for side in (1, -1)]
         uneven = abs(arms[0] - arms[1]) / sum(arms) if min(arms) >= FEWEST_VERTICES else np.inf
         here = (height > covered.low) & (height < covered.high)
-        crowded = self._crowded(x) & here[self._samples]
-        of = float(areas[self._samples][here[self._samples]].sum())
+        room = self._room(x)[here[self._samples]]
+        area = areas[self._samples][here[self._samples]]
+        of = float(area.sum()) or 1.0
         return Held(
-            crowded=float(areas[self._samples][crowded].sum()) / of if of else 0.0,
+            crowded=float(area[room < NEAR].sum()) / of,
+            close=float(area[room < ROOM].sum()) / of,
             ahead=float(areas[np.abs(x[:, 2]) > AHEAD].sum() / areas.sum()),
             uneven=float(uneven),
             sleeves=covered.sleeves,
         )
 
-    def _crowded(self, x: Points) -> NDArray[np.bool_]:
-        """(S,) which samples have other skin within NEAR on their outer side."""
-        near = cKDTree(x).query_ball_point(x[self._samples], NEAR)
+    def _room(self, x: Points) -> NDArray[np.float64]:
+        """(S,) m, how far the nearest other skin on the outer side of each sample is; infinite beyond ROOM."""
+        near = cKDTree(x).query_ball_point(x[self._samples], ROOM)
         mine = np.repeat(np.arange(len(near)), [len(found) for found in near])
         theirs = np.concatenate([np.asarray(found, np.intp) for found in near])
+        other = ~self._same[mine, theirs]
+        mine, theirs = mine[other], theirs[other]
         towards = x[theirs] - x[self._samples[mine]]
         before = np.einsum("kd,kd->k", towards, self._normals(x)[self._samples[mine]]) > 0
-        crowded = np.zeros(len(self._samples), bool)
-        crowded[mine[before & ~self._same[mine, theirs]]] = True
-        return crowded
+        room = np.full(len(self._samples), np.inf)
+        np.minimum.at(room, mine[before], np.linalg.norm(towards[before], axis=1))
+        return room
 
     def _normals(self, x: Points) -> Points:
         """(B, 3) m^2, outwards, twice the area of the faces around a vertex."""
