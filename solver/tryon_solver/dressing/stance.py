@@ -36,7 +36,7 @@ LABEL_OF_SLEEVES = "arm"  # GarmentCode's
 
 @dataclass(frozen=True)
 class Covered:
-    """What a pattern goes around: heights above the soles [m], and whether any of it are sleeves."""
+    """What a pattern goes around: heights above y = 0 [m], and whether any of it are sleeves."""
 
     low: float
     high: float
@@ -104,13 +104,12 @@ class Skin:
     faces: NDArray[np.int32]  # (F, 3), turning outwards
 
     def held(self, x: Points, covered: Covered) -> Held:
-        """How it is held at x (B, 3) m: facing +Z, its trunk over x = z = 0."""
-        height = x[:, 1] - x[:, 1].min()
+        """How it is held at x (B, 3) m, where patterns expect it: on y = 0, facing +Z, its trunk over x = z = 0."""
         areas = np.linalg.norm(self._normals(x), axis=1)
         trunk = find_trunk(x, self.faces)
         arms = [np.count_nonzero(trunk.arms(x, side)) for side in (1, -1)]
         uneven = abs(arms[0] - arms[1]) / sum(arms) if min(arms) >= FEWEST_VERTICES else np.inf
-        here = (height > covered.low) & (height < covered.high)
+        here = (x[:, 1] > covered.low) & (x[:, 1] < covered.high)
         room = self._room(x)[here[self._samples]]
         area = areas[self._samples][here[self._samples]]
         of = float(area.sum()) or 1.0
