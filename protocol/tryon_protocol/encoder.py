@@ -88,7 +88,7 @@ class FrameEncoder:
             body: (B,3) m simulated body surface.
             root: (3,) m position of joint 0 in the session's frame.
             rotations: (J,4) local quaternions x, y, z, w of the pose the state was solved for; sent as float32.
-            t_sim: s, simulated time. t_published: s, the server's steady clock now.
+            t_sim: s, time of the pose, on the poses' clock. t_published: s, the server's steady clock now.
             pose_seq: number of the client's pose; 0 when the server plays a motion.
             space_origin: m, where the origin of `cloth` and `body` lies in the session's frame.
 

@@ -36,9 +36,9 @@ class FrameHeader:
     """The fixed part of a frame.
 
     seq: number of the frame in its session, 1 or more, growing. base_seq: frame the difference is to; 0: stands alone.
-    pose_seq: newest client pose the frame was solved for; 0: a motion the server plays.
+    pose_seq: client pose that the body goes to, or is at; 0: none yet, or a motion the server plays.
     origin: (3) grid units that RAW and KEY positions are relative to.
-    t_sim: s, simulated time, on the poses' clock. t_published: s, the server's steady clock when the frame was encoded.
+    t_sim: s, time of the pose shown, on the poses' clock. t_published: s, the server's steady clock at the encoding.
     cloth_vertices: N. joints: J. cloth_bytes: size of the cloth block. offset_count: body vertices with an offset.
     """
 

@@ -318,7 +318,7 @@ class ReportMessage(Message, tag="report", frozen=True, kw_only=True):
     """What the solver did for one published frame. Sent at most a few times a second, the newest wins."""
 
     seq: Annotated[U32, Meta(description="the frame this speaks of")]
-    t_sim: Annotated[float, Meta(description="s, simulated time of that frame")]
+    t_sim: Annotated[float, Meta(description="s, time of the pose that frame shows, poses' clock")]
     iterations: Annotated[int, Meta(ge=0, description="outer iterations of the last step")]
     residual: Annotated[float, Meta(description="relative residual at the end of the last step, dimensionless")]
     min_gap: Annotated[

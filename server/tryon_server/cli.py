@@ -51,8 +51,9 @@ dressing into the motion, come before frame 0.
 A garment may be a mesh (.obj, .glb) that lies on its body: coincident vertices along seams are welded, l lines of an
 OBJ are sewn, and where it touches or crosses the body or itself it is freed first, or refused with its triangles named.
 Its rest shape is its texture coordinates where they are a pattern in metres or in the file's unit, else the shape it
-comes in. A body may be a moving mesh; the garment must lie on its first frame. Units and the upward axis of mesh files
-are found from their contents and told; where that can't be, they are asked for."""
+comes in. A body may be a moving mesh; a garment that is a mesh must lie on its first frame, a pattern is put on there
+or, where it is refused, in a later frame in which the body is held openly, which is told. Units and the upward axis of
+mesh files are found from their contents and told; where that can't be, they are asked for."""
 
 SIMULATE_EXAMPLES = """\
 examples:
@@ -190,6 +191,18 @@ def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser])
     )
     simulate.add_argument(
         "--motion-units", choices=BVH_UNITS, help="unit of a BVH file's lengths (default: found, and told)"
+    )
+    simulate.add_argument(
+        "--motion-up",
+        choices=FACINGS,
+        help="axis that is up in a BVH file, --motion-up=-y for one below 0 (default: found by the poses, and told)",
+    )
+    simulate.add_argument(
+        "--motion-joint",
+        action="append",
+        metavar="PART=NAME",
+        help="which joint of a BVH file is a part of the body, where names don't tell: pelvis, head, or, with left_ or "
+        "right_ before it, upper_arm, forearm, hand, thigh, shin, foot, toes; once for each",
     )
     simulate.add_argument(
         "--motion-facing",
@@ -366,6 +379,8 @@ def run_simulate(options: argparse.Namespace) -> int:
     from tryon_server.runtime.local import load_catalogue
     from tryon_server.runtime.offline import simulate
     from tryon_server.runtime.order import DrapeOrder, MeshReading
+    from tryon_server.sessions.commands import MotionReading
+    from tryon_server.wording import joints_told
 
     order = DrapeOrder(
         pattern=options.garment,
@@ -387,8 +402,12 @@ def run_simulate(options: argparse.Namespace) -> int:
             options.seconds,
             options.fps,
             bar.show,
-            motion_units=options.motion_units,
-            motion_facing=options.motion_facing,
+            motion_reading=MotionReading(
+                options.motion_units,
+                options.motion_up,
+                options.motion_facing,
+                joints_told(options.motion_joint, "--motion-joint"),
+            ),
         )
     for note in recording.notes:
         print(note)

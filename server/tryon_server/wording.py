@@ -1,12 +1,14 @@
-"""The same advice for the command line and for the REST side: options of a command as parameters of a request."""
+"""What the command line and the REST side have in common: advice, options of the one as parameters of the other; and
+what both read of text."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 import msgspec
 
-from tryon_server.problems import Problem
+from tryon_server.problems import Problem, problem_error
 
 PARAMETERS = {  # longer options first: shorter ones are parts of them
     "--body-units": "units",
@@ -15,6 +17,8 @@ PARAMETERS = {  # longer options first: shorter ones are parts of them
     "--body-animation": "animation",
     "--body-facing": "facing",
     "--motion-units": "units",
+    "--motion-up": "up",
+    "--motion-joint ": "joint=",
     "--motion-facing": "facing",
     "--units": "units",
     "--up": "up",
@@ -32,6 +36,22 @@ def as_parameters(text: str) -> str:
     for choice, preset in PRESETS:
         text = choice.sub(preset, text)
     return text
+
+
+def joints_told(told: Sequence[str] | None, place: str) -> dict[str, str] | None:
+    """Part of the body -> joint of a file, of a PART=NAME each; None where nothing is told.
+
+    `place` is where it was told. Raises ProblemError 422 for what is no such pair, or tells of a part twice.
+    """
+    joints: dict[str, str] = {}
+    for text in told or ():
+        part, _, name = (word.strip() for word in text.partition("="))
+        if not (part and name) or part in joints:
+            why = f"{part} is told twice" if part in joints else f"{text!r} is not PART=NAME"
+            remedy = "Say PART=NAME, such as left_forearm=LeftElbow, once of each part"
+            raise problem_error("motion.joint", why, remedy, place=place, status=422)
+        joints[part] = name
+    return joints or None
 
 
 def in_parameters(problem: Problem) -> Problem:

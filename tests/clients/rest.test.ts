@@ -46,7 +46,7 @@ test("a mesh is sent with the unit and axis that were told, and nothing where no
 
 test("motions and bodies are sent with what was told about them", async () => {
   const { api, asked } = answering(201, "{}");
-  await api.uploadMotion(new Blob(["HIERARCHY"]), "my dance", { units: "mm", facing: "-z" });
+  await api.uploadMotion(new Blob(["HIERARCHY"]), "my dance", { units: "mm", up: "-y", facing: "-z", joints: ["head=Top of it", "pelvis=Root"] });
   await api.uploadMotion(new Blob(["HIERARCHY"]), "my dance");
   await api.uploadBody(new Blob(["PK"]), "actor", { units: "cm", up: "x", fps: 24, animation: "walk 2", facing: "-y" });
   await api.removeBody("actor-1");
@@ -55,7 +55,7 @@ test("motions and bodies are sent with what was told about them", async () => {
   assert.deepEqual(
     asked.map(({ url, method }) => `${method} ${url}`),
     [
-      "POST http://example.test/try/api/motions?name=my+dance&units=mm&facing=-z",
+      "POST http://example.test/try/api/motions?name=my+dance&units=mm&up=-y&facing=-z&joint=head%3DTop+of+it&joint=pelvis%3DRoot",
       "POST http://example.test/try/api/motions?name=my+dance",
       "POST http://example.test/try/api/bodies?name=actor&units=cm&up=x&fps=24&animation=walk+2&facing=-y",
       "DELETE http://example.test/try/api/bodies/actor-1",

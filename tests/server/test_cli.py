@@ -21,6 +21,7 @@ from tryon_server.problems import problem_error
 from tryon_server.runtime import offline
 from tryon_server.runtime.local import load_catalogue
 from tryon_server.runtime.order import MeshReading
+from tryon_server.sessions.commands import MotionReading
 from tryon_solver.body import bvh
 from tryon_solver.files import convention
 
@@ -34,6 +35,7 @@ def folder(tmp_path_factory):
     capsule.apply_translation([0, 0.75, 0])
     capsule.export(folder / "capsule.obj")
     capsule.update_faces(np.arange(len(capsule.faces)) > 5)
+    capsule.apply_scale(0.5)  # no size of a person, whose holes would be filled
     capsule.export(folder / "open.obj")
     (folder / "tube.json").write_bytes(patterns.as_bytes(patterns.tube(60.0, 40.0)))
     stitch_to_nowhere = patterns.tube()
@@ -215,14 +217,25 @@ def test_what_is_told_of_a_body_and_a_motion_is_passed_on(folder, monkeypatch):
     taken = []
 
     def take(order, *_, **how):
-        taken.append((order.body_reading, how["motion_units"], how["motion_facing"]))
+        taken.append((order.body_reading, how["motion_reading"]))
         raise problem_error("test.enough", "that is enough", "Nothing")
 
     monkeypatch.setattr(offline, "simulate", take)
     told = ["--body-units=cm", "--body-up=z", "--body-fps=24", "--body-animation=walk", "--body-facing=-y"]
-    told += ["--motion-units=ft", "--motion-facing=-z"]
+    told += ["--motion-units=ft", "--motion-up=-y", "--motion-facing=-z"]
+    told += ["--motion-joint", "left_hand=Left Paw", "--motion-joint=head=Skull"]
     assert main(["simulate", "--garment", "g.json", "--out", str(folder / "o.npz"), *told]) == cli.BAD_INPUT
-    assert taken == [(MeshReading("cm", "z", 24.0, "walk", "-y"), "ft", "-z")]
+    reading = MotionReading("ft", "-y", "-z", {"left_hand": "Left Paw", "head": "Skull"})
+    assert taken == [(MeshReading("cm", "z", 24.0, "walk", "-y"), reading)]
+
+
+@pytest.mark.parametrize("told", [["head"], ["head="], ["head=A", "head=B"]])
+def test_a_joint_that_is_not_told_as_a_pair_is_refused(folder, capsys, told):
+    joints = [word for pair in told for word in ("--motion-joint", pair)]
+    assert main(["simulate", "--garment", "g.json", "--out", str(folder / "o.npz"), *joints]) == cli.BAD_INPUT
+    said = capsys.readouterr().err
+    assert "--motion-joint" in said
+    assert "PART=NAME, such as left_forearm=LeftElbow" in said
 
 
 def test_devices_names_the_processor(capsys):

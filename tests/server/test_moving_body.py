@@ -17,6 +17,7 @@ from tryon_server.runtime.sources import LONGEST_MOVE, SequenceSource
 from tryon_server.runtime.worker import Worker
 from tryon_server.sessions.commands import AllowFrame, FollowMotion, Run
 from tryon_server.sessions.events import FrameReady, Reported, TopologyReady, Troubled
+from tryon_solver.body.lead_back import RAMP, LeadBack
 from tryon_solver.body.mesh_sequence import MeshSequence, make_sequence
 from tryon_solver.body.pose import Pose, skin
 
@@ -114,9 +115,29 @@ def test_one_frame_stands_still():
 
 
 def test_it_moves_by_itself_whatever_it_is_told():
+    """And goes on with it where it is."""
     decoded, events = frames_of(bowing(), 2.0, (0.5, FollowMotion(None)), (1.0, FollowMotion("walk")))
     assert not any(isinstance(event, Troubled) for event in events)
     assert decoded[-1].t_published > 1.9
+    assert decoded[-1].t_sim == pytest.approx(1.9, abs=0.1)
+
+
+def test_a_body_dressed_in_a_later_frame_is_led_to_its_first_one_through_its_own():
+    """Backwards, from rest to rest, never faster than it is; then its frames are played."""
+    sequence = replace(bowing(), dressed_at=0.7)
+    decoded, _ = frames_of(sequence, 2.5)
+    assert decoded[0].t_sim == 0.0, "as it was dressed"
+    times = [frame.t_sim for frame in decoded[1:]]
+    assert times == sorted(times)
+    assert times[0] == pytest.approx(-(0.7 + RAMP), abs=0.05)
+    lead, length = LeadBack(sequence, 0.7), sequence.duration
+    for frame in decoded[1:]:
+        moment = sequence.sample(length - abs(frame.t_sim % (2 * length) - length))
+        if frame.t_sim < 0:
+            moment = lead.sample(frame.t_sim + lead.duration)
+        np.testing.assert_allclose(frame.body, sequence.surface(moment), atol=GRID / 2 + 1e-5)
+    np.testing.assert_allclose(decoded[0].body, sequence.surface(sequence.sample(0.7)), atol=GRID / 2 + 1e-5)
+    assert times[-1] > 1.2, "to its end"
 
 
 def test_the_sequence_is_played_at_its_own_pace():

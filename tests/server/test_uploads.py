@@ -113,10 +113,12 @@ def test_a_motion_is_kept_by_content_and_says_how_it_was_read(live):
 
 
 def test_the_unit_of_a_motion_is_found_and_can_be_told_where_that_is_wrong(live):
-    """A child of 90 cm is taken for a grown-up in inches, unless it is told."""
-    child = scaled(WALK, 0.55)
+    """A child of 70 cm is taken for a grown-up in inches, which is said, unless it is told."""
+    child = scaled(WALK, 0.42)
     taken = post(live, "motions", child).json()["found"]
-    assert taken["units"] != "centimetres"
+    assert taken["units"] == "inches"
+    said = "it could also be 0.61 m in centimetres: units tells"
+    assert any(note.endswith(said) for note in taken["notes"])
     told = post(live, "motions", child, units="cm").json()
     assert told["found"]["units"] == "centimetres"
     assert any("as told" in note for note in told["found"]["notes"])
@@ -206,7 +208,34 @@ def test_a_motion_of_no_human_names_the_joints_that_are_missing(live):
         dog = WALK.replace("Left", "Port").replace("left", "port")
     body = refused(post(live, "motions", dog), 422, "motion.invalid")
     assert "lacks a joint" in body["message"]
-    assert body["message"].endswith("Rename the joint in the exporter or in the file")
+    assert "It has: Hips, " in body["message"]
+    assert "with joint=left_upper_arm=NAME" in body["remedy"]
+
+
+def test_joints_whose_names_do_not_tell_can_be_told(live):
+    odd = WALK.replace("LeftForeArm", "Gizmo 1").replace("RightHand\n", "Paw\n")
+    unknown = refused(post(live, "motions", odd), 422, "motion.invalid")
+    assert "lacks a joint for: left_forearm (expected 'LeftForeArm'" in unknown["message"]
+    wanted = "Say which joints of the file these are with joint=left_forearm=NAME joint=right_hand=NAME, or rename them"
+    assert unknown["remedy"].startswith(wanted)
+    told = post(live, "motions", odd, joint=["left_forearm=Gizmo 1", "right_hand=Paw"]).json()
+    assert told["found"]["joints_mapped"]["left_forearm"] == "Gizmo 1"
+    assert "joints, as told: left_forearm is Gizmo 1, right_hand is Paw" in told["found"]["notes"]
+    wrong = refused(post(live, "motions", odd, joint=["left_forearm=Gadget"]), 422, "motion.invalid")
+    assert "left_forearm is told to be 'Gadget', which is no joint" in wrong["message"]
+    assert "joint=left_forearm=NAME" in wrong["remedy"]
+    tail = refused(post(live, "motions", odd, joint="tail=Paw"), 422, "motion.invalid")
+    assert "no part is called 'tail'; parts are pelvis, head, left_upper_arm" in tail["message"]
+    for bad in ("head", ["head=A", "head=B"]):
+        assert refused(post(live, "motions", WALK, joint=bad), 422, "motion.joint")["place"] == "joint"
+    assert refused(post(live, "motions", WALK, joint=["a=b"] * 17), 422, "request.invalid")["place"] == "joint"
+
+
+def test_the_axis_that_is_up_in_a_motion_can_be_told(live):
+    told = post(live, "motions", tilted(WALK, 90.0), up="y").json()["found"]
+    assert told["up"] == "Y"
+    assert "up: Y, as told" in told["notes"]
+    assert refused(post(live, "motions", WALK, up="w"), 422, "request.invalid")["place"] == "up"
 
 
 def test_a_motion_uploaded_meanwhile_can_be_chosen_in_a_session(live):
@@ -404,6 +433,7 @@ def test_a_file_that_is_kept_already_is_known_again():
     assert digest == hashlib.sha256(b"content").hexdigest()
     assert _key(b"content", Telling(kind="body", name="any", units="cm", animation="walk"))[0] != key
     assert _key(b"content", Telling(kind="body", name="any", units="cm", facing="-z"))[0] != key
+    assert _key(b"content", Telling(kind="body", name="any", units="cm", joints={"head": "Top"}))[0] != key
 
 
 def test_what_nobody_thought_of_is_told_as_itself_and_not_as_too_much(monkeypatch):

@@ -11,7 +11,7 @@ import pytest
 
 from tryon_protocol import FrameDecoder, Skeleton, Topology, TrackedPose, decode_server
 from tryon_server.runtime.order import DrapeOrder, WorkOrder
-from tryon_server.runtime.sources import LONGEST_STEP
+from tryon_server.runtime.stream_source import LONGEST_STEP
 from tryon_server.runtime.worker import FAILURES_IN_A_ROW, Worker
 from tryon_server.sessions.commands import AllowFrame, FollowMotion, Run, UsePose, UseTrackedPose, WearFabric
 from tryon_server.sessions.events import FrameReady, PhaseChanged, Reported, TopologyReady, Troubled
@@ -194,14 +194,15 @@ def test_streamed_poses_are_followed_and_named_in_the_frames():
 
 
 class SlowSheet(analytic_drape.WavingSheet):
-    """Takes 0.05 s for each step of at most 1/30 s, or of as much as it may."""
+    """Takes `cost` s for each step of at most 1/30 s, or of as much as it may."""
 
     clock: ScriptedConnection
+    cost = 0.05
     longest = 0.0
 
     def advance(self, pose, t, longest_step=0.0):
         self.longest = max(self.longest, longest_step)
-        self.clock.now += 0.05 * np.ceil((t - self.t) / max(1 / 30, longest_step) - 1e-9)
+        self.clock.now += self.cost * np.ceil((t - self.t) / max(1 / 30, longest_step) - 1e-9)
         return super().advance(pose, t, longest_step)
 
 
@@ -224,6 +225,41 @@ def test_frames_of_a_slow_solver_are_of_the_newest_pose_there_was():
     for frame in followed:
         if frame.t_published > 5.0:
             assert frame.root[0] == pytest.approx(0.1 * (frame.t_sim - 1.0), abs=1e-6), "where the wearer was then"
+
+
+def test_frames_of_a_solver_that_can_not_keep_up_tell_the_time_of_the_pose_they_show():
+    """Six times slower than the wall. A client that has the poses finds the body where the wearer was at that time."""
+    sheet = SlowSheet("cotton")
+    sheet.cost = 0.2
+    poses = [(1.0 + 0.02 * k, pose_command(k + 1, 1.0 + 0.02 * k, 0.002 * k)) for k in range(1950)]
+    connection = ScriptedConnection([(0.0, allow(10_000)), (0.0, Run(True)), *poses], 40.0)
+    sheet.clock = connection
+    order = WorkOrder(DrapeOrder(Path("pattern.json"), "cotton", "draft", "cpu"), None, 50.0, 1.0)
+    with pytest.raises(LetGoError):
+        Worker(connection, order, lambda *_: sheet, analytic_drape.load_motion, lambda: connection.now).run()
+    followed = [frame for frame in frames(connection) if frame.pose_seq]
+    assert (np.diff([frame.t_sim for frame in followed]) > 0.0).all()
+    begun = [frame for frame in followed if frame.t_sim >= 1.0]
+    assert len(begun) > 100
+    for frame in begun:
+        assert frame.root[0] == pytest.approx(0.1 * (frame.t_sim - 1.0), abs=1e-6)
+        assert frame.t_sim <= 1.0 + 0.02 * (frame.pose_seq - 1) + 1e-9
+    assert max(frame.t_published - frame.t_sim for frame in begun if frame.t_published > 20.0) < 4.0
+
+
+def test_a_paused_stream_goes_on_from_the_pose_and_the_time_it_stood_at():
+    """Poses come all along. Nothing is simulated for five seconds; then the way to the wearer is gone unhurried."""
+    poses = [(1.0 + 0.02 * k, pose_command(k + 1, 500.0 + 0.02 * k, 0.004 * k)) for k in range(700)]
+    held = [(5.0, Run(False)), (10.0, Run(True))]
+    connection = work([(0.0, allow(10_000)), (0.0, Run(True)), *poses, *held], until=15.0, motion=None)
+    followed = [frame for frame in frames(connection) if frame.pose_seq]
+    assert not [frame for frame in followed if 5.1 < frame.t_published < 9.9]
+    assert (np.diff([frame.t_sim for frame in followed]) >= 0.0).all()
+    for frame in followed:
+        if frame.t_sim >= 500.0:
+            assert frame.root[0] == pytest.approx(0.2 * (frame.t_sim - 500.0), abs=1e-6)
+    assert np.abs(np.diff([frame.root[0] for frame in followed])).max() < 0.05
+    assert followed[-1].t_published - (followed[-1].t_sim - 499.0) < 0.1
 
 
 def test_without_poses_the_cloth_settles_and_then_nothing_is_solved():

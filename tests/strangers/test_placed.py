@@ -13,6 +13,7 @@ from tryon_server.runtime.offline import simulate
 from tryon_server.runtime.order import DrapeOrder, MeshReading
 from tryon_solver.body import default_body
 from tryon_solver.dressing.fit import TightError
+from tryon_solver.geometry.boundary_loops import boundary_loops
 
 PATTERNS = Path(__file__).resolve().parents[2] / "server" / "tryon_server" / "demo" / "patterns"
 BODY = default_body()
@@ -135,8 +136,33 @@ def test_half_a_person_is_what_is_wrong_not_the_garment(tmp_path, monkeypatch):
     assert problem.message.endswith("where legs and feet should be; as it is, it is too tight")
     assert problem.place == "body"
     assert "from head to feet" in problem.remedy
-    with pytest.raises(ProblemError, match="where legs and feet should be; its feet don't tell which way it faces"):
-        simulate(cut("aside.npz", 0.5, [2.0, 0.0, 0.0]), None, 0.1, 30.0, tell_nobody)
+
+
+def torso() -> str:
+    """An OBJ file of trunk and arms alone, capped at neck and hips, standing on the floor."""
+    middle = (REST[:, 1] > 0.85) & (REST[:, 1] < 1.47)
+    used, faces = np.unique(BODY.faces[middle[BODY.faces].all(axis=1)], return_inverse=True)
+    x, faces = REST[used] - [0.0, 0.85, 0.0], faces.reshape(-1, 3)
+    for loop in boundary_loops(faces):
+        centre = x[loop].mean(axis=0)
+        normal = np.linalg.svd(x[loop] - centre)[2][2]
+        x[loop] -= np.outer((x[loop] - centre) @ normal, normal)
+        faces = np.vstack([faces, np.stack([np.roll(loop, -1), loop, np.full(len(loop), len(x))], axis=1)])
+        x = np.vstack([x, centre])
+    lines = ["v {} {} {}".format(*v) for v in x] + ["f {} {} {}".format(*f) for f in faces + 1]
+    return "\n".join(lines)
+
+
+def test_a_mannequins_torso_wears_a_shirt_and_is_told_to_be_one(tmp_path, usual):
+    (tmp_path / "torso.obj").write_text(torso())
+    recording = simulate(order("tshirt.json", tmp_path / "torso.obj"), None, 0.1, 30.0, tell_nobody)
+    notes = " ".join(recording.notes)
+    assert "above it ends in a flat cap" in notes
+    assert "where legs and feet should be" in notes
+    assert "raised by 0.86 m, its upper end to where patterns expect a neck" in notes
+    # around the chest, as on the whole body
+    assert recording.cloth[-1][:, 1].max() == pytest.approx(usual.cloth[-1][:, 1].max(), abs=0.1)
+    assert abs(recording.cloth[-1][:, [0, 2]].mean(axis=0)).max() < 0.1
 
 
 @pytest.mark.parametrize(("placed", "read"), [(REST, False), (REST - [0.0, 0.9, 0.0], True), (REST @ FACING_X.T, True)])

@@ -30,7 +30,7 @@ export interface BodyReading {
   readonly facing: Facing | null;
 }
 
-/** An axis of a file along which a person faces. */
+/** An axis of a file: along which a person faces, or of a motion which is up. */
 export type Facing = "x" | "-x" | "y" | "-y" | "z" | "-z";
 
 const UNTOLD: BodyReading = { units: null, up: null, fps: null, animation: null, facing: null };
@@ -38,11 +38,15 @@ const UNTOLD: BodyReading = { units: null, up: null, fps: null, animation: null,
 /** What a BVH file's lengths are in; asf: CMU's unit. */
 export type MotionUnits = "m" | "dm" | "asf" | "in" | "ft" | "cm" | "mm";
 
-/** How a BVH file is to be read; `facing` is told of its first frame. */
+/** How a BVH file is to be read; `facing` is told of its first frame, `joints` as PART=NAME, where names don't tell. */
 export interface MotionReading {
   readonly units: MotionUnits | null;
+  readonly up: Facing | null;
   readonly facing: Facing | null;
+  readonly joints: readonly string[];
 }
+
+const UNREAD: MotionReading = { units: null, up: null, facing: null, joints: [] };
 
 export interface Motion {
   /** what sessions call it */
@@ -168,10 +172,12 @@ export class Api {
   }
 
   /** Sends a BVH file; the server checks that the default body can follow it. */
-  uploadMotion(content: Blob, name: string, reading: MotionReading = { units: null, facing: null }): Promise<Motion> {
+  uploadMotion(content: Blob, name: string, reading: MotionReading = UNREAD): Promise<Motion> {
     const query = new URLSearchParams({ name });
     if (reading.units) query.set("units", reading.units);
+    if (reading.up) query.set("up", reading.up);
     if (reading.facing) query.set("facing", reading.facing);
+    for (const joint of reading.joints) query.append("joint", joint);
     return this.ask("POST", `api/motions?${query.toString()}`, content);
   }
 

@@ -17,7 +17,7 @@ class Recording:
     """Frames of one topology, kept in memory until `save`.
 
     The file's arrays, for T frames: cloth (T,N,3) float64 m, cloth_faces (F,3) int32, body (T,B,3) float64 m,
-    body_faces (F',3) int32, t (T,) float64 s simulated time, t_published (T,) float64 s server's clock, seq (T,) and
+    body_faces (F',3) int32, t (T,) float64 s of the pose, t_published (T,) float64 s server's clock, seq (T,) and
     pose_seq (T,) int64, root (T,3) float64 m, rotations (T,J,4) float32 x, y, z, w.
     """
 

@@ -80,9 +80,10 @@ function meshReading(): MeshReading {
   return { units: chosen("mesh-units"), up: chosen("mesh-up") } as MeshReading;
 }
 
-/** The unit and facing chosen for a motion. */
+/** What is chosen for a motion. */
 function motionReading(): MotionReading {
-  return { units: chosen("motion-units"), facing: chosen("motion-facing") } as MotionReading;
+  const joints = byId("motion-joints", HTMLInputElement).value.split(",").map((joint) => joint.trim());
+  return { units: chosen("motion-units"), up: chosen("motion-up"), facing: chosen("motion-facing"), joints: joints.filter(Boolean) } as MotionReading;
 }
 
 /** What is chosen for a body. */

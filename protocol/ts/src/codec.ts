@@ -16,7 +16,7 @@ const FOLLOW_BEYOND = 8;
  */
 export interface DecodedFrame {
   seq: number;
-  /** newest client pose it was solved for; 0: the server plays a motion */
+  /** client pose that the body goes to, or is at; 0: none yet, or the server plays a motion */
   poseSeq: number;
   topologyId: number;
   /** s, simulated time, poses' clock */

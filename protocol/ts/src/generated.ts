@@ -279,7 +279,7 @@ export interface ReportMessage {
   type: "report";
   /** the frame this speaks of */
   seq: number;
-  /** s, simulated time of that frame */
+  /** s, time of the pose that frame shows, poses' clock */
   t_sim: number;
   /** outer iterations of the last step */
   iterations: number;

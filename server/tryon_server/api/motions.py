@@ -6,6 +6,7 @@ import asyncio
 from typing import Annotated, Literal
 
 from fastapi import APIRouter, Query, Request, Response
+from pydantic import StringConstraints
 
 from tryon_server.api.access import ServicesDep
 from tryon_server.api.faults import ERROR_REPLIES
@@ -14,8 +15,17 @@ from tryon_server.api.models import MotionFindings, MotionReply, kept_as
 from tryon_server.persistence import MotionRecord
 from tryon_server.problems import problem_error
 from tryon_server.services import Services
+from tryon_server.sessions.commands import MotionReading
+from tryon_server.wording import joints_told
 
 BvhUnits = Literal["m", "dm", "asf", "in", "ft", "cm", "mm"]
+
+JointTold = Annotated[str, StringConstraints(min_length=3, max_length=300)]
+JOINT_HELP = (
+    "PART=NAME: which joint of it is a part of the body, where its names don't tell; pelvis, head, or, with left_ or "
+    "right_ before it, upper_arm, forearm, hand, thigh, shin, foot, toes; once for each"
+)
+PARTS_MAX = 16
 
 PATH = "/api/motions"
 router = APIRouter(prefix=PATH, tags=["motions"], responses=ERROR_REPLIES)
@@ -48,17 +58,25 @@ async def upload_motion(
     services: ServicesDep,
     name: Annotated[str, Query(description="what to call it")] = "uploaded motion",
     units: Annotated[BvhUnits | None, Query(description="its unit; found out, and told, without it")] = None,
+    up: Annotated[
+        BodyFacing | None, Query(description="axis that is up in it; found out by its poses, and told, without it")
+    ] = None,
     facing: Annotated[
         BodyFacing | None, Query(description="axis of its file that the person faces along in its first frame")
+    ] = None,
+    joint: Annotated[
+        list[JointTold] | None,
+        Query(description=JOINT_HELP, max_length=PARTS_MAX),
     ] = None,
 ) -> MotionReply:
     """Check a BVH file and keep it: every session can play it from then on.
 
     The same file twice is the same motion, of its first name.
     """
+    reading = MotionReading(units, up, facing, joints_told(joint, "joint"))
     content = await request.body()
     loop = asyncio.get_running_loop()
-    motion = await loop.run_in_executor(services.checkers, services.motions.add, content, name, units, facing)
+    motion = await loop.run_in_executor(services.checkers, services.motions.add, content, name, reading)
     services.sessions.offer_motion(motion, services.motions.path(motion))
     response.headers["Location"] = f"{PATH}/{motion.id}"
     return _reply(motion, kept_as(motion.name, name))

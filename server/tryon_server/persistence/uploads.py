@@ -14,7 +14,7 @@ from tryon_server.persistence import tables
 
 class MotionRecord(msgspec.Struct, frozen=True, kw_only=True):
     """A stored motion. ``digest`` is the sha256 of its file, ``key`` that of the file and what was told about it;
-    ``units`` and ``facing`` as told, None where nothing was; ``created`` in s since 1970."""
+    ``units``, ``up``, ``facing`` and ``joints`` as told, None where nothing was; ``created`` in s since 1970."""
 
     id: str
     name: str
@@ -23,7 +23,9 @@ class MotionRecord(msgspec.Struct, frozen=True, kw_only=True):
     created: float
     facts: MotionFacts
     units: str | None = None
+    up: str | None = None
     facing: str | None = None
+    joints: dict[str, str] | None = None
 
 
 class BodyRecord(msgspec.Struct, frozen=True, kw_only=True):

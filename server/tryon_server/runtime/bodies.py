@@ -14,6 +14,7 @@ from tryon_server.problems import ProblemError, problem_error
 from tryon_server.runtime.order import MeshReading
 from tryon_solver.body.model import BodyError, BodyModel, default_body
 from tryon_solver.files.convention import Told, find_for_body
+from tryon_solver.files.cut_off import missing_ends
 from tryon_solver.files.mesh_body import MeshBody, is_moving_mesh, read_mesh_body
 from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.files.standing import facing, find_stand, stands_on_its_head
@@ -55,13 +56,10 @@ def load_moving_mesh(path: Path | None, reading: MeshReading, name: str | None =
         raise problem_error("body.unusable", str(error), "Export it again", place="body", status=422) from error
 
 
-def stood_for_patterns(body: MeshBody) -> MeshBody:
-    """The moving mesh where patterns expect a body. Raises ProblemError when it does not stand."""
-    try:
-        return body.for_patterns()
-    except MeshFileError as error:
-        message = f"{error.place}: {'; '.join(filter(None, (body.cut_off, error.message)))}"
-        raise problem_error("body.unusable", message, error.remedy, place="body", status=422) from error
+def does_not_stand(body: MeshBody, error: MeshFileError) -> ProblemError:
+    """What there is to say of a moving mesh that stands in no frame in which a pattern could be put on."""
+    message = f"{error.place}: {'; '.join(filter(None, (body.cut_off, error.message)))}"
+    return problem_error("body.unusable", message, error.remedy, place="body", status=422)
 
 
 def _standing_mesh(path: Path, reading: MeshReading) -> MeshBody | None:
@@ -78,10 +76,13 @@ def _standing_mesh(path: Path, reading: MeshReading) -> MeshBody | None:
             return read_mesh_body(path, told)
         except (MeshFileError, BodyError):
             raise plain from None
-    lies = _lies(np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces), path.name)
-    if mesh.volume < 0 or lies:  # which is told, if it is a human's
-        with contextlib.suppress(MeshFileError, BodyError):
-            return read_mesh_body(path, told)
+    x, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces)
+    if missing_ends(x, faces):
+        told = Told("m", "y", "as a closed mesh is read")
+    elif mesh.volume >= 0 and not _lies(x, faces, path.name):
+        return None
+    with contextlib.suppress(MeshFileError, BodyError):  # what is no human's is taken as it is
+        return read_mesh_body(path, told)
     return None
 
 

@@ -7,13 +7,13 @@ from pathlib import Path
 from tryon_server.findings import MotionFacts
 from tryon_server.problems import ProblemError, problem_error
 from tryon_server.runtime.interface import MotionEntry
-from tryon_server.sessions.commands import MotionFile
+from tryon_server.sessions.commands import MotionFile, MotionReading
 from tryon_solver.body.bvh import KNOWN_UNITS, UNITS, BvhClip, BvhError, BvhUnitError, decode_bvh, find_units, parse_bvh
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion, MotionError
 from tryon_solver.body.own_sides import with_own_sides, with_told_facing
 from tryon_solver.body.retarget import retarget
-from tryon_solver.body.skeletons import RetargetError, SkeletonParts, find_parts
+from tryon_solver.body.skeletons import RetargetError, SkeletonParts, UnnamedError, find_parts
 from tryon_solver.body.standing_rest import tilt, upward_axis, with_standing_rest
 
 MOTION_FOLDER = Path(__file__).parent.parent / "demo" / "motions"
@@ -39,11 +39,13 @@ def load_motion(name: str, body: BodyModel, file: MotionFile | None = None) -> M
         raise problem_error(
             "motion.lost", f"the file of the motion {name!r} is no longer there", "Upload it again", place="motion"
         ) from error
-    return read_clip(content, name, file.units, body, file.facing)[0]
+    return read_clip(content, name, body, file.reading)[0]
 
 
 def read_motion(
-    name: str, body: BodyModel, units: str | None = None, facing: str | None = None
+    name: str,
+    body: BodyModel,
+    reading: MotionReading = MotionReading(),  # noqa: B008
 ) -> tuple[Motion, MotionFacts]:
     """The motion of this name, or in this BVH file, for this body; and what was found out about the file.
 
@@ -60,50 +62,64 @@ def read_motion(
         raise problem_error(
             "motion.unknown", f"there is no motion {name!r}", f"Give a BVH file or one of: {known}", place="motion"
         ) from error
-    return read_clip(content, path.name, units, body, facing)
+    return read_clip(content, path.name, body, reading)
 
 
 def read_clip(
-    content: bytes, name: str, units: str | None, body: BodyModel, facing: str | None = None
+    content: bytes,
+    name: str,
+    body: BodyModel,
+    reading: MotionReading = MotionReading(),  # noqa: B008
 ) -> tuple[Motion, MotionFacts]:
     """The motion that a BVH file holds, and what was found out about it.
 
     Args:
         content: what the file holds.
         name: what to call it.
-        units: what its lengths are in, a name of `tryon_solver.body.bvh.UNITS`; None to find it out.
         body: who is to move.
-        facing: the axis of the file along which the person faces in the first frame; None to find it out.
+        reading: what is told about it.
 
     Raises:
         ProblemError: it is no motion for this body; its place is the line, where one is at fault.
     """
     try:
         text = decode_bvh(content)
+        units, facing, up = reading.units, reading.facing, reading.up
         if units is None:
-            per_metre, word = find_units(text)
-            how = "in which its tall poses are a human's"
+            per_metre, word, how = find_units(text, reading.joints)
         else:
             per_metre, word, how = UNITS[units], UNIT_WORDS[units], "as told"
         clip = parse_bvh(text, per_metre, Path(name).stem)
-        parts = find_parts(clip.joint_names, clip.parents)
-        standing, rest = with_standing_rest(clip, parts)
+        parts = find_parts(clip.joint_names, clip.parents, reading.joints)
+        standing, rest = with_standing_rest(clip, parts, up)
         own, sides = with_told_facing(clip, parts, facing) if facing else with_own_sides(standing, parts)
-        facts = _facts(clip, own, word, f"units: {word}, {how}", (rest, sides))
-        return retarget(clip, body, facing=facing), facts
+        facts = _facts(clip, own, word, f"units: {word}, {how}", (rest, sides, _joints_told(reading)), up)
+        return retarget(clip, body, names=reading.joints, facing=facing, up=up), facts
     except BvhError as error:
         message = str(error)
         place = "motion" if error.line is None else f"line {error.line}"
         remedy = AGAIN if error.line is None else "Mend the line, or export the motion again"
         if isinstance(error, BvhUnitError):
             remedy = f"Say its unit with --motion-units ({', '.join(UNITS)})"
-            remedy += ", or mend the file and try again" if units is None else ", or leave it out to have it found"
+            told = reading.units is not None
+            remedy += ", or leave it out to have it found" if told else ", or mend the file and try again"
         raise _unfit(name, message.removeprefix(f"{place}: "), place, remedy) from error
+    except UnnamedError as error:
+        asked = " ".join(f"--motion-joint {part}=NAME" for part in error.parts or ("PART",))
+        remedy = f"Say which joints of the file these are with {asked}, or rename them in the file"
+        raise _unfit(name, str(error), "motion", remedy) from error
     except (RetargetError, MotionError) as error:
         raise _unfit(name, str(error), "motion", AGAIN) from error
 
 
-def _facts(clip: BvhClip, parts: SkeletonParts, word: str, units: str, mended: tuple[str, ...]) -> MotionFacts:
+def _joints_told(reading: MotionReading) -> str:
+    told = ", ".join(f"{part} is {joint}" for part, joint in (reading.joints or {}).items())
+    return f"joints, as told: {told}" if told else ""
+
+
+def _facts(
+    clip: BvhClip, parts: SkeletonParts, word: str, units: str, mended: tuple[str, ...], up_told: str | None
+) -> MotionFacts:
     names = clip.joint_names
     mapped = {part: names[joint] for part, joint in parts.joints.items()}
     mapped |= {f"{side}_clavicle": names[joint] for side, joint in parts.clavicles.items()}
@@ -112,8 +128,8 @@ def _facts(clip: BvhClip, parts: SkeletonParts, word: str, units: str, mended: t
     used = set(mapped.values())
     unused = tuple(name for name in names if name not in used)
     seconds = (clip.frame_count - 1) * clip.dt
-    up, told_by = upward_axis(clip, parts)
-    tilted = tilt(clip, parts)
+    up, told_by = upward_axis(clip, parts, up_told)
+    tilted = tilt(clip, parts, up_told)
     listed = ", ".join(unused[:NAMED_MAX]) + (f" and {len(unused) - NAMED_MAX} more" if unused[NAMED_MAX:] else "")
     said = [
         units,

@@ -21,6 +21,8 @@ from tryon_server.runtime.motions import read_motion
 from tryon_server.runtime.order import DrapeOrder
 from tryon_server.runtime.production import SolverDrape, build_drape
 from tryon_server.runtime.sources import approach_seconds, leap_towards, moved
+from tryon_server.sessions.commands import MotionReading
+from tryon_solver.body.lead_back import LeadBack
 from tryon_solver.body.motion import Motion, blend_in
 
 LOWEST_FPS = 11.0  # the solver bridges at most 0.1 s at a time
@@ -98,8 +100,7 @@ def simulate(
     seconds: float | None,
     fps: float,
     progress: Progress,
-    motion_units: str | None = None,
-    motion_facing: str | None = None,
+    motion_reading: MotionReading = MotionReading(),  # noqa: B008
 ) -> Recording:
     """Dress the garment and record it.
 
@@ -109,8 +110,7 @@ def simulate(
         seconds: how long to record; None for the motion's length. A motion that is shorter begins again.
         fps: frames per second, 1/``fps`` s apart.
         progress: told what is being done.
-        motion_units: what the lengths in a BVH file are in; None to find it out.
-        motion_facing: axis of it that the person faces along in its first frame; None to find it out.
+        motion_reading: what is told about a BVH file.
 
     Raises:
         ProblemError: something does not fit; names the place and the remedy.
@@ -127,7 +127,7 @@ def simulate(
     found: tuple[str, ...] = ()
     if motion is not None:
         body = load_body(order.body)
-        played, facts = read_motion(motion, body, motion_units, motion_facing)  # what is wrong is said at once
+        played, facts = read_motion(motion, body, motion_reading)  # what is wrong is said at once
         found = facts.notes
     with kernel_news(lambda what: progress(what, None)):
         drape = build_drape(order, progress)
@@ -136,7 +136,9 @@ def simulate(
             seconds = own.duration if seconds is None else seconds
             if seconds > own.duration + 1e-9:
                 raise _out_of_range("seconds", f"the body's frames last {own.duration:.2f} s", "Ask for no more")
-            return _record(drape, 0.0, own.sample, seconds, fps, progress)
+            back = LeadBack(own, own.dressed_at)
+            _lead(drape, back.sample, back.duration, fps, progress)
+            return _record(drape, back.duration, own.sample, seconds, fps, progress)
         if played is None:
             seconds = STILL_SECONDS if seconds is None else seconds
             return _record(drape, 0.0, lambda _t: drape.pose, seconds, fps, progress)
@@ -146,13 +148,20 @@ def simulate(
         drape.leap(leap)
         start = moved(drape.pose, leap)
         lead = blend_in(start, played, approach_seconds(start, played.pose(0)))
-        steps = math.ceil(lead.duration * fps)
-        for k in range(1, steps + 1):
-            progress("Moving into the first pose", k / steps)
-            t = lead.duration * k / steps
-            _advance(drape, lead.sample(t), t)
+        _lead(drape, lead.sample, lead.duration, fps, progress)
         recording = _record(drape, lead.duration, lambda t: played.sample(t, loop=loop), seconds, fps, progress)
         return replace(recording, notes=(*(f"motion: {note}" for note in found), *recording.notes))
+
+
+def _lead(
+    drape: SolverDrape, pose_at: Callable[[float], Any], seconds: float, fps: float, progress: Progress
+) -> None:
+    """Take the drape, as it was dressed, into the pose in which the recording begins, ``seconds`` s later."""
+    steps = math.ceil(seconds * fps)
+    for k in range(1, steps + 1):
+        progress("Moving into the first pose", k / steps)
+        t = seconds * k / steps
+        _advance(drape, pose_at(t), t)
 
 
 def _record(

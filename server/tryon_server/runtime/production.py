@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from tryon_protocol import GRID, check_grid
 from tryon_server.problems import problem_error
-from tryon_server.runtime.bodies import load_body, load_moving_mesh, one_joint_body, stood_for_patterns
+from tryon_server.runtime.bodies import does_not_stand, load_body, load_moving_mesh, one_joint_body
 from tryon_server.runtime.devices import AUTOMATIC, choose_device
 from tryon_server.runtime.drape import Outfit, Progress
 from tryon_server.runtime.order import DrapeOrder
@@ -23,8 +23,10 @@ from tryon_solver.body.pose import Pose
 from tryon_solver.dressing.dress import Dressed, dress
 from tryon_solver.dressing.dress_mesh import dress_mesh
 from tryon_solver.dressing.fit import DressingError
+from tryon_solver.dressing.fitting_room import FittingRoom
 from tryon_solver.dressing.opening import Opening
-from tryon_solver.dressing.to_fit import Fitted, dress_to_fit
+from tryon_solver.dressing.stance import Covered
+from tryon_solver.dressing.to_fit import OWN, Fitted, dress_to_fit
 from tryon_solver.files.convention import Told
 from tryon_solver.files.garment_file import is_mesh, read_garment
 from tryon_solver.files.mesh_body import MeshBody
@@ -49,6 +51,7 @@ FARTHEST = 8.0
 """Where the solver's origin is moved along [m]: a root this far from it along an axis. METHOD.md section 13."""
 
 STAGES = {
+    "looking": "Looking for a frame to dress in",
     "placing": "Placing the pieces around the body",
     "freeing": "Freeing the garment of the body and of itself",
     "sewing": "Sewing the seams",
@@ -140,8 +143,6 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
         _refuse_for_mesh(order)
     progress("Reading the body", None)
     moving = load_moving_mesh(order.body, order.body_reading, order.body_name)
-    if moving is not None and not garment_is_mesh:
-        moving = stood_for_patterns(moving)
     body: WornBody = load_body(order.body) if moving is None else moving.sequence
     if garment_is_mesh:
         return build_mesh_drape(order, body, moving, fabric, settings, device, progress)
@@ -153,19 +154,31 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
         check_wearable(pattern)
         check_grid(GRID, min(fabric.thickness, settings.body_offset))
 
+        own = mesh_in_size(pattern, edge_length, order.size or OWN)
+        room = FittingRoom(body, Covered.by(own), moving, _worded(progress))
+
         def put_on(size: float) -> Dressed:
-            panels = mesh_in_size(pattern, edge_length, size)
+            panels = own if size == (order.size or OWN) else mesh_in_size(pattern, edge_length, size)
             tell = _worded(progress, size if order.size is None else None)
-            if order.wardrobe is None or not isinstance(body, BodyModel):
-                return dress(panels, body, fabric, settings, device, LIVE, progress=tell)
-            key = wardrobe_key(order.pattern.read_bytes(), body, (fabric, settings, edge_length, size))
-            return _dress_as_before(panels, body, fabric, settings, device, tell, Wardrobe(order.wardrobe), key)
+
+            def wear(body: WornBody) -> Dressed:
+                if order.wardrobe is None or not isinstance(body, BodyModel):
+                    return dress(panels, body, fabric, settings, device, LIVE, progress=tell)
+                key = wardrobe_key(order.pattern.read_bytes(), body, (fabric, settings, edge_length, size))
+                return _dress_as_before(panels, body, fabric, settings, device, tell, Wardrobe(order.wardrobe), key)
+
+            return room.put_on(wear)
 
         if order.size is None:
-            fitted = dress_to_fit(put_on, mesh_in_size(pattern, edge_length, 1.0), body)
+            room.look_ahead()
+            fitted = dress_to_fit(put_on, own, room.body)
             notes = (f"garment: {fitted.describe()}",)
         else:
             fitted = Fitted(put_on(order.size), order.size)
+        body, moving = room.body, room.moving
+    except MeshFileError as error:
+        assert moving is not None
+        raise does_not_stand(moving, error) from error
     except PatternError as error:
         raise problem_error("pattern.invalid", error.message, error.remedy, place=error.place, status=422) from error
     except (PlacementError, DressingError) as error:
@@ -178,6 +191,8 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
         message = f"the garment can't be put on: {error}"
         raise problem_error("garment.unfit", message, TRY_ANOTHER, place="garment", status=422) from error
     dressed, opening = fitted.dressed, fitted.upper_opening()
+    if room.note:
+        notes = (f"body: {room.note}", *notes)
     names, size = dressed.panels.panel_names, fitted.size
     return _drape(dressed.simulation, dressed.pose, names, body, moving, notes, opening, size)
 

@@ -24,11 +24,13 @@ from tryon_server.runtime.kernel_news import kernel_news
 from tryon_server.runtime.meter import Meter
 from tryon_server.runtime.order import WorkOrder
 from tryon_server.runtime.publishing import Publisher
-from tryon_server.runtime.sources import MotionSource, Move, PoseSource, SequenceSource, StillSource, StreamSource
+from tryon_server.runtime.sources import MotionSource, Move, PoseSource, SequenceSource, StillSource
+from tryon_server.runtime.stream_source import StreamSource
 from tryon_server.runtime.upside_down import UPSIDE_DOWN_SECONDS, UpsideDown
 from tryon_server.sessions.commands import AllowFrame, Command, FollowMotion, Run, UsePose, UseTrackedPose, WearFabric
 from tryon_server.sessions.events import Event, PhaseChanged, Reported, Troubled
 from tryon_server.wording import as_parameters, in_parameters
+from tryon_solver.body.mesh_sequence import Moment
 from tryon_solver.body.pose import Pose
 from tryon_solver.body.tracking import TrackingError
 
@@ -162,7 +164,12 @@ class Worker:
             return
         own = self._drape.own_motion
         if own is not None or not isinstance(self._pose, Pose):
-            self._source = SequenceSource(own) if own is not None and own.duration > 0 else StillSource(self._pose)
+            if isinstance(self._source, SequenceSource):
+                return  # which goes on, whatever is chosen
+            if own is not None and own.duration > 0 and isinstance(self._pose, Moment):
+                self._source = SequenceSource(own, self._pose.time)
+            else:
+                self._source = StillSource(self._pose)
             return
         if self._motion is None:
             self._source = StreamSource(self._pose)

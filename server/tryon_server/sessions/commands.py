@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,13 +47,28 @@ class Run:
 
 
 @dataclass(frozen=True)
+class MotionReading:
+    """What is told about a BVH file; None is to be found out.
+
+    Attributes:
+        units: ``m``, ``dm``, ``asf`` (CMU's), ``in``, ``ft``, ``cm`` or ``mm``.
+        up: the axis of the file that is up: ``y``, ``-z``, ...
+        facing: the axis of the file that the person faces along in its first frame.
+        joints: part of the body -> joint of the file, where names alone don't tell.
+    """
+
+    units: str | None = None
+    up: str | None = None
+    facing: str | None = None
+    joints: Mapping[str, str] | None = None
+
+
+@dataclass(frozen=True)
 class MotionFile:
-    """Where the file of an uploaded motion is, in which unit it is to be read, and which axis the person faces along in
-    its first frame; None for what is found."""
+    """Where the file of an uploaded motion is, and how it is to be read."""
 
     path: str
-    units: str | None
-    facing: str | None = None
+    reading: MotionReading = MotionReading()
 
 
 @dataclass(frozen=True)

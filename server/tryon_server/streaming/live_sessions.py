@@ -25,7 +25,7 @@ from tryon_server.problems import ProblemError, problem_error
 from tryon_server.runtime.interface import Catalogue, Placement
 from tryon_server.runtime.order import DrapeOrder, MeshReading, WorkOrder
 from tryon_server.sessions import OWN_MOTION, Rules, Session
-from tryon_server.sessions.commands import Command, FollowMotion, MotionFile
+from tryon_server.sessions.commands import Command, FollowMotion, MotionFile, MotionReading
 from tryon_server.settings import Settings
 from tryon_server.streaming.live_session import LiveSession
 from tryon_server.uploads.service import BodyUploads, MotionUploads
@@ -172,7 +172,7 @@ class LiveSessions:
 
     def offer_motion(self, motion: MotionRecord, path: Path) -> None:
         """A motion has been uploaded: all sessions can play it."""
-        self._motions[motion.id] = _Motion(motion.digest, MotionFile(str(path), motion.units, motion.facing))
+        self._motions[motion.id] = _Motion(motion.digest, _file_at(path, motion))
         for live in self.all():
             live.machine.offer_motion(motion.id)
 
@@ -284,7 +284,11 @@ def _own(motion: str | None) -> str:
 
 
 def _file_of(motions: MotionUploads, motion: MotionRecord) -> MotionFile:
-    return MotionFile(str(motions.path(motion)), motion.units, motion.facing)
+    return _file_at(motions.path(motion), motion)
+
+
+def _file_at(path: Path, motion: MotionRecord) -> MotionFile:
+    return MotionFile(str(path), MotionReading(motion.units, motion.up, motion.facing, motion.joints))
 
 
 def _is_there(motions: MotionUploads, motion: MotionRecord) -> bool:

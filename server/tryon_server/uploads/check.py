@@ -29,6 +29,7 @@ class Telling(msgspec.Struct, frozen=True, kw_only=True):
     fps: float | None = None
     animation: str | None = None
     facing: str | None = None
+    joints: dict[str, str] | None = None
 
 
 class UploadReply(msgspec.Struct, frozen=True, kw_only=True):
@@ -60,8 +61,11 @@ def check_motion(content: bytes, told: Telling) -> MotionFacts:
     """Read a BVH file and have the default body do what it says. Raises ProblemError."""
     from tryon_server.runtime.bodies import load_body
     from tryon_server.runtime.motions import read_clip
+    from tryon_server.sessions.commands import MotionReading
 
-    return read_clip(content, told.name, told.units, load_body(None), told.facing)[1]
+    reading = MotionReading(told.units, told.up, told.facing, told.joints)
+    facts = read_clip(content, told.name, load_body(None), reading)[1]
+    return msgspec.structs.replace(facts, notes=tuple(as_parameters(note) for note in facts.notes))
 
 
 def check_body(content: bytes, told: Telling) -> BodyFacts:

@@ -16,6 +16,7 @@ from tryon_server.garments.limited import Limits, Work, run_limited
 from tryon_server.persistence import BodyRecord, KeptFiles, MotionRecord, UploadStore
 from tryon_server.persistence.uploads import Record
 from tryon_server.problems import ProblemError, problem_error
+from tryon_server.sessions.commands import MotionReading
 from tryon_server.uploads.check import Telling, UploadReply
 
 logger = logging.getLogger(__name__)
@@ -119,21 +120,25 @@ class Uploads(Generic[Record]):
 class MotionUploads(Uploads[MotionRecord]):
     """Uploaded motions."""
 
-    def add(
-        self, content: bytes, name: str, units: str | None = None, facing: str | None = None
-    ) -> MotionRecord:
+    def add(self, content: bytes, name: str, reading: MotionReading = MotionReading()) -> MotionRecord:  # noqa: B008
         """Check a BVH file and store it; the same file twice is the same motion.
 
         Args:
             content: the file.
             name: what to call it.
-            units: what its lengths are in; None to find it out.
-            facing: axis of the file that the person faces along in its first frame; None to find it out.
+            reading: what is told about it.
 
         Raises:
             ProblemError: 422, it is no motion that the default body can follow, or the name is unfit.
         """
-        told = Telling(kind="motion", name=checked_name("motion", name), units=units, facing=facing)
+        told = Telling(
+            kind="motion",
+            name=checked_name("motion", name),
+            units=reading.units,
+            up=reading.up,
+            facing=reading.facing,
+            joints=dict(reading.joints) if reading.joints else None,
+        )
 
         def record(key: str, digest: str, found: UploadReply) -> MotionRecord:
             assert found.motion is not None
@@ -144,8 +149,10 @@ class MotionUploads(Uploads[MotionRecord]):
                 digest=digest,
                 created=time.time(),
                 facts=found.motion,
-                units=units,
-                facing=facing,
+                units=told.units,
+                up=told.up,
+                facing=told.facing,
+                joints=told.joints,
             )
 
         return self._added(content, told, record)
@@ -219,7 +226,7 @@ def checked_name(kind: str, name: str) -> str:
 def _key(content: bytes, told: Telling) -> tuple[str, str]:
     """The hash of a file with what was told about it, and that of the file alone."""
     fields = msgspec.structs.asdict(msgspec.structs.replace(told, name=""))
-    for later in ("animation", "facing"):  # the keys of files that are kept already know neither
+    for later in ("animation", "facing", "joints"):  # the keys of files that are kept already know none of them
         if fields[later] is None:
             del fields[later]
     said = msgspec.json.encode(fields)

@@ -4,7 +4,7 @@ A joint turns by the product of its rotation channels in the order written, `R =
 Xrotation" means Rz Ry Rx), degrees. Position channels replace the joint's OFFSET, axis by axis. With all channels zero
 the skeleton stands in its rest pose, and every joint's rotation is relative to that. BVH has no unit: centimetres
 unless told otherwise, and a skeleton that comes out no size of a human is refused rather than guessed at; `find_units`
-finds the one unit in which its poses are a human's.
+finds the unit in which its bones are a human's.
 Format: M. Meredith and S. Maddock, "Motion capture file formats explained", University of Sheffield, CS-01-11.
 """
 
@@ -13,17 +13,22 @@ from __future__ import annotations
 import codecs
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from tryon_solver.body import quaternions
+from tryon_solver.body.skeletons import SIDES, RetargetError, SkeletonParts, find_parts
 
 CENTIMETRES = 100.0  # units per metre
 SMALLEST, LARGEST = 0.5, 3.0  # m, plausible extent of a human skeleton in its rest pose
 HUMAN = (1.15, 2.3)  # m, largest extent of a human's joints in a tall pose: height, arm span, arms up
 TALL_SHARE = 90.0  # per cent of the poses are no larger than a tall one
+ANYBODY = (0.45, 2.0)  # m, from ankle to head along the bones, of people 0.55 to 2.35 m tall: 0.85 of the height
+GROWN = (1.0, 1.75)  # m, the same of people 1.2 to 2.05 m tall; no two units fit both
+TOLD = (0.25, 3.0)  # m, the same of what is still believed where the unit is told
 FRAMES_MEASURED = 100
 MOST_TURNED = 360e3  # degrees: a thousand turns, of rotations that are written on without being taken back
 SHORTEST_FRAME, LONGEST_FRAME = 1e-3, 1.0  # s, from high-speed cameras to key poses
@@ -36,6 +41,7 @@ KNOWN_UNITS = (
     (100.0, "centimetres"),
     (1000.0, "millimetres"),
 )
+USUAL_UNITS = ("centimetres", "metres", "millimetres")  # of two that fit somebody small or very tall
 UNITS = {"m": 1.0, "dm": 10.0, "asf": 17.72, "in": 39.37, "ft": 1 / 0.3048, "cm": 100.0, "mm": 1000.0}
 """Units per metre, by the names that a user tells them by; those of `KNOWN_UNITS`."""
 BYTE_ORDER_MARK = "\ufeff"  # what some editors begin UTF-8 with
@@ -89,23 +95,79 @@ class BvhClip:
         return positions, rotations
 
 
-def find_units(text: str) -> tuple[float, str]:
-    """Units per metre of a BVH file's text, and their name: those in which its tall poses are a human's.
+class FoundUnits(NamedTuple):
+    """Units per metre of a BVH file, their name, and how they were found, for people."""
 
-    Poses are looked at, not the rest pose, which may be a heap of bones. Raises BvhError when no unit fits.
+    per_metre: float
+    name: str
+    because: str
+
+
+def find_units(text: str, names: Mapping[str, str] | None = None) -> FoundUnits:
+    """The units of a BVH file's text: those in which its bones make a human's height.
+
+    Bones are looked at, not poses, in which a person may crouch, lie, hold the arms up or stand far from a scene's
+    root. Of several units that fit it is the one in which the person is grown up, there being one at most; if there is
+    none, one of `USUAL_UNITS`, else the one in which the person is largest; the others are told. `names`: as of
+    find_parts. Where the joints' names are not understood the largest extent of a tall pose says it.
+    Raises BvhUnitError when no unit fits, RetargetError when none fits and the names are not understood.
     """
     clip = _read(text, 1.0, "clip")
+    try:
+        size = _bone_height(clip, find_parts(clip.joint_names, clip.parents, names))
+    except RetargetError:
+        fitting = _fitting(_tall_extent(clip), HUMAN)
+        if len(fitting) != 1:
+            raise
+        return FoundUnits(*fitting[0], "in which its tall poses are a human's")
+    fitting = sorted(
+        _fitting(size, ANYBODY),
+        key=lambda unit: (not _within(size / unit[0], GROWN), unit[1] not in USUAL_UNITS, unit[0]),
+    )
+    if not fitting:
+        known = ", ".join(name for _, name in KNOWN_UNITS)
+        raise BvhUnitError(
+            f"from ankle to head its bones measure {size:.4g} units, which is a human's {ANYBODY[0]} to {ANYBODY[1]} m "
+            f"in none of {known}; export it in one of these"
+        )
+    because = f"in which its bones measure {size / fitting[0][0]:.2f} m from ankle to head"
+    also = fitting[1:]
+    if fitting[0][1] in USUAL_UNITS and _within(size / fitting[0][0], GROWN):
+        also = [unit for unit in also if unit[1] in USUAL_UNITS]  # an infant in feet is not worth a word
+    if also:
+        others = " or ".join(f"{size / per_metre:.2f} m in {name}" for per_metre, name in also)
+        because += f"; it could also be {others}: --motion-units tells"
+    return FoundUnits(*fitting[0], because)
+
+
+def _fitting(size: float, limits: tuple[float, float]) -> list[tuple[float, str]]:
+    return [(units, name) for units, name in KNOWN_UNITS if _within(size / units, limits)]
+
+
+def _within(size: float, limits: tuple[float, float]) -> bool:
+    return limits[0] <= size <= limits[1]
+
+
+def _tall_extent(clip: BvhClip) -> float:
+    """The largest extent of the joints in a tall pose."""
     frames = np.unique(np.linspace(0, clip.frame_count - 1, FRAMES_MEASURED).round().astype(int))
     positions, _ = replace(clip, positions=clip.positions[frames], rotations=clip.rotations[frames]).world()
-    size = float(np.percentile(np.ptp(positions, axis=1).max(axis=1), TALL_SHARE))
-    fitting = [(units, name) for units, name in KNOWN_UNITS if HUMAN[0] <= size / units <= HUMAN[1]]
-    if len(fitting) != 1:
-        names = ", ".join(name for _, name in KNOWN_UNITS)
-        raise BvhUnitError(
-            f"its tall poses measure {size:.4g} units, which is a human's {HUMAN[0]} to {HUMAN[1]} m in "
-            f"{'none' if not fitting else 'more than one'} of {names}; export it in one of these"
-        )
-    return fitting[0]
+    return float(np.percentile(np.ptp(positions, axis=1).max(axis=1), TALL_SHARE))
+
+
+def _bone_height(clip: BvhClip, parts: SkeletonParts) -> float:
+    """Length along the bones from ankle to hip and from pelvis to head; the offsets that positions replace don't
+    count."""
+    lengths = np.median(np.linalg.norm(clip.positions, axis=2), axis=0)
+
+    def between(above: str, below: str) -> float:
+        joint, length = parts.joints[below], 0.0
+        while joint != parts.joints[above]:
+            length += float(lengths[joint])
+            joint = int(clip.parents[joint])
+        return length
+
+    return 0.5 * sum(between(f"{side}_thigh", f"{side}_foot") for side in SIDES) + between("pelvis", "head")
 
 
 def decode_bvh(content: bytes) -> str:
@@ -133,10 +195,10 @@ def parse_bvh(text: str, units_per_metre: float | None = CENTIMETRES, name: str 
     """Read a BVH file's text. Raises BvhError naming the line and the remedy.
 
     `units_per_metre`: 100 when the file is in centimetres (the usual), 1 for metres, 39.37 for inches; None for those
-    of `find_units`.
+    of `find_units`, which may raise RetargetError.
     """
     if units_per_metre is None:
-        return _read(text, find_units(text)[0], name)
+        return _read(text, find_units(text).per_metre, name)
     if not (math.isfinite(units_per_metre) and units_per_metre > 0.0):
         raise BvhError(f"units_per_metre is {units_per_metre}; give a positive number, 100 for centimetres")
     clip = _read(text, units_per_metre, name)
@@ -313,14 +375,20 @@ def _numbers(words: list[str], line: int | None, what: str, count: int) -> list[
 
 
 def _refuse_implausible_size(clip: BvhClip, units_per_metre: float) -> None:
-    """The largest extent of the rest pose (height, or arm span in a T pose) must be that of a human."""
-    joints = clip.rest_positions()
-    tips = [joints[joint] + tip for joint, tip in clip.end_sites.items()]
-    height = float(np.ptp(np.concatenate([joints, *(tip[None] for tip in tips)]), axis=0).max())
-    if SMALLEST <= height <= LARGEST:
+    """Its bones must make about a human; where its names are not understood the largest extent of the rest pose
+    (height, or arm span in a T pose) must."""
+    try:
+        height, limits = _bone_height(clip, find_parts(clip.joint_names, clip.parents)), TOLD
+        usual, tall = ANYBODY, "tall from ankle to head"
+    except RetargetError:
+        joints = clip.rest_positions()
+        tips = [joints[joint] + tip for joint, tip in clip.end_sites.items()]
+        height = float(np.ptp(np.concatenate([joints, *(tip[None] for tip in tips)]), axis=0).max())
+        limits, usual, tall = (SMALLEST, LARGEST), (1.2, 2.3), "tall"
+    if _within(height, limits):
         return
-    fitting = [unit for units, unit in KNOWN_UNITS if 1.2 <= height * units_per_metre / units <= 2.3]
+    fitting = [unit for _, unit in _fitting(height * units_per_metre, usual)]
     raise BvhUnitError(
-        f"at {units_per_metre:g} units per metre the skeleton {clip.name!r} is {height:.3g} m tall, not a human's "
-        f"{SMALLEST} to {LARGEST} m; it would be one in {' or '.join(fitting) or 'no unit that is usual'}"
+        f"at {units_per_metre:g} units per metre the skeleton {clip.name!r} is {height:.3g} m {tall}, not a human's "
+        f"{limits[0]} to {limits[1]} m; it would be one in {' or '.join(fitting) or 'no unit that is usual'}"
     )

@@ -56,6 +56,7 @@ class MeshSequence:
     rotations: np.ndarray  # (T, J, 4) float64, unit quaternions x y z w from rest
     places: np.ndarray  # (T, J, 3) float64 m, where the middles are
     corrections: np.ndarray  # (T, B, 3) float32 m, d above
+    dressed_at: float = 0.0  # s, of the frame in which a garment is put on
 
     @property
     def vertex_count(self) -> int:
@@ -95,8 +96,8 @@ class MeshSequence:
         )
 
     def start(self) -> Moment:
-        """The first frame."""
-        return Moment(0.0, np.zeros(3))
+        """The frame in which a garment is put on: the first, unless another was chosen (dressing/fitting_room.py)."""
+        return Moment(self.dressed_at, np.zeros(3))
 
     def around(self, time: float) -> tuple[int, int, float]:
         """The frames before and after a time [s], and the share of the way between them."""

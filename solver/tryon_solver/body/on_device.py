@@ -57,7 +57,7 @@ class WornBody(Protocol):
         """(B, K) float32, how much with each; rows sum to 1"""
 
     def start(self) -> Any:
-        """The stance it comes in: the rest pose, or the first frame."""
+        """The stance in which a garment is put on: the rest pose, or a frame: the first if nothing is against it."""
 
     def surface(self, stance: Any) -> np.ndarray:
         """(B, 3) float64 m: its vertices at the stance."""

@@ -14,16 +14,9 @@ import numpy as np
 
 from tryon_solver.body.bvh import BvhClip
 from tryon_solver.body.skeletons import SIDES, RetargetError, SkeletonParts
-from tryon_solver.body.standing_rest import looked_at
+from tryon_solver.body.standing_rest import FILE_AXES, looked_at
 
-FACINGS = {  # of a body, along its file's axes
-    "x": (1.0, 0.0, 0.0),
-    "-x": (-1.0, 0.0, 0.0),
-    "y": (0.0, 1.0, 0.0),
-    "-y": (0.0, -1.0, 0.0),
-    "z": (0.0, 0.0, 1.0),
-    "-z": (0.0, 0.0, -1.0),
-}
+FACINGS = FILE_AXES  # of a body
 FACES = 0.5  # cosine, beyond which somebody faces along an axis
 BENT = 0.05  # of a leg's length by which a knee is off the line from hip to ankle at least
 BENT_POSES = 5  # so many at least tell

@@ -38,6 +38,7 @@ def retarget(
     names: Mapping[str, str] | None = None,
     give: float = GIVE,
     facing: str | None = None,
+    up: str | None = None,
 ) -> Motion:
     """The clip as a motion of `model`, which must have the joints that scripts/make_body.py gives it.
 
@@ -51,11 +52,12 @@ def retarget(
     `names`: see skeletons.find_parts.
     `facing`: the axis of the file that the person faces along in the first frame, "-z" for one; None to go by knees and
     toes.
+    `up`: the axis of the file that is up, one of standing_rest.FILE_AXES; None to find it out.
     Raises RetargetError naming a missing joint, or the frame in which the whole body jumps elsewhere.
     """
     parts = find_parts(clip.joint_names, clip.parents, names)
     told = None if facing is None else with_told_facing(clip, parts, facing)
-    clip, _ = with_standing_rest(clip, parts)
+    clip, _ = with_standing_rest(clip, parts, up)
     parts, _ = told or with_own_sides(clip, parts)
     source = _Source(clip, parts)
     _refuse_jumps(source)

@@ -17,6 +17,15 @@ from tryon_solver.body import quaternions
 from tryon_solver.body.bvh import BvhClip
 from tryon_solver.body.skeletons import SIDES, SkeletonParts
 
+FILE_AXES = {
+    "x": (1.0, 0.0, 0.0),
+    "-x": (-1.0, 0.0, 0.0),
+    "y": (0.0, 1.0, 0.0),
+    "-y": (0.0, -1.0, 0.0),
+    "z": (0.0, 0.0, 1.0),
+    "-z": (0.0, 0.0, -1.0),
+}
+"""By the names that a user tells them by."""
 LEG_SPREAD = 50.0  # degrees from straight down that a leg may point in a rest pose; CMU's spread legs have 20
 TRUNK_LEAN = 30.0  # degrees from upright
 FRAMES_LOOKED_AT = 200
@@ -26,16 +35,21 @@ FLOOR = (-0.05, 0.25)  # m, heights of the lowest joint over a clip whose floor 
 ALIKE = 20.0  # degrees; the legs of CMU's skeletons lean to the front and their trunks to the back, by 14 together
 
 
-def with_standing_rest(clip: BvhClip, parts: SkeletonParts) -> tuple[BvhClip, str]:
-    """The clip relative to a rest pose in which it stands, and what was done, for people; "" where nothing was."""
+def with_standing_rest(clip: BvhClip, parts: SkeletonParts, up: str | None = None) -> tuple[BvhClip, str]:
+    """The clip relative to a rest pose in which it stands, and what was done, for people; "" where nothing was.
+
+    `up`: the axis of the file that is up, one of `FILE_AXES`; None to find it out.
+    """
     rest = clip.rest_positions()
     own = _own_axis(rest, parts)
     frames, positions = looked_at(clip)
-    upward = _upward(positions, parts, own)
+    upward = _upward(positions, parts, own) if up is None else np.array(FILE_AXES[up])
     if own is not None:
         if upward @ own > 0.5:
             return clip, ""
-        told = f"its rest pose stands along {_axis_name(own)}, its poses along {_axis_name(upward)}: up is the poses'"
+        whose = "its poses along" if up is None else "up is as told,"
+        told = f"its rest pose stands along {_axis_name(own)}, {whose} {_axis_name(upward)}"
+        told += ": up is the poses'" if up is None else ": it was turned upright"
         return _rest_turned(clip, _turn_upright(rest, parts, own, upward)), told
     leans = [_lean(x, parts, upward) for x in positions]
     frame = int(frames[int(np.argmin(leans))])
@@ -48,8 +62,13 @@ def with_standing_rest(clip: BvhClip, parts: SkeletonParts) -> tuple[BvhClip, st
     return turned, f"with all channels zero it does not stand: its frame {frame + 1} is taken for its rest pose"
 
 
-def upward_axis(clip: BvhClip, parts: SkeletonParts) -> tuple[str, str]:
-    """The axis of the file that is played as up: "Y", "-Z", ...; and by what it is told, for people."""
+def upward_axis(clip: BvhClip, parts: SkeletonParts, up_told: str | None = None) -> tuple[str, str]:
+    """The axis of the file that is played as up: "Y", "-Z", ...; and by what it is told, for people.
+
+    `up_told`: as of `with_standing_rest`.
+    """
+    if up_told is not None:
+        return up_told.upper(), "as told"
     _, positions = looked_at(clip)
     up = _upward(positions, parts, _own_axis(clip.rest_positions(), parts))
     poses = _upward(positions, parts, None)
@@ -119,17 +138,19 @@ def _rest_turned(clip: BvhClip, turn: np.ndarray) -> BvhClip:
     return replace(clip, offsets=offsets, end_sites=tips, positions=positions, rotations=rotations)
 
 
-def tilt(clip: BvhClip, parts: SkeletonParts) -> float:
+def tilt(clip: BvhClip, parts: SkeletonParts, up_told: str | None = None) -> float:
     """Degrees by which the whole person is tilted from the file's upward axis in most poses; 0 where it can't be told.
 
     Told by legs and trunk that lean by over `TILTED` and differ by less than `ALIKE`: who bends or sits leans the trunk
     or the legs, who runs has the trunk upright, and nobody stands leaning as a whole. It is the exporter's tilt then.
     0 also where a frame is taken for the rest pose, since relative to that the person is upright, and for who lies.
+    `up_told`: as of `with_standing_rest`.
     """
     _, positions = looked_at(clip)
     own = _own_axis(clip.rest_positions(), parts)
     up = _upward(positions, parts, None)
-    if own is None or _upward(positions, parts, own) @ up < 0.5:
+    played = _upward(positions, parts, own) if up_told is None else np.array(FILE_AXES[up_told])
+    if own is None or played @ up < 0.5:
         return 0.0
     at = {name: positions[:, joint] for name, joint in parts.joints.items()}
     hips, feet = at["left_thigh"] + at["right_thigh"], at["left_foot"] + at["right_foot"]

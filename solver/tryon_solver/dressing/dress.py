@@ -76,7 +76,7 @@ def dress(
     settle_seconds: float = 1.0,
     progress: Progress = tell_nobody,
 ) -> Dressed:
-    """Put the garment on the body as it stands first (its rest pose, or its first frame) and let it settle.
+    """Put the garment on the body in the stance for that (its rest pose, or a frame) and let it settle.
 
     `progress(stage, share)` is called as it goes, share from 0 to 1. Raises PlacementError, GarmentError or
     DressingError with advice.

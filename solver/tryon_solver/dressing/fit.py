@@ -35,6 +35,10 @@ class TightError(DressingError):
     """The garment is too small for this body."""
 
 
+class StanceError(DressingError):
+    """The body is held so that the garment does not go on, in any size: arms on the trunk, legs together, a seat."""
+
+
 class CrowdedError(DressingError):
     """The garment is held by what lies in its way, not by tightness: its fabric is hardly stretched."""
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 from tryon_solver.body.on_device import WornBody
 from tryon_solver.dressing.dress import Dressed
-from tryon_solver.dressing.fit import CrowdedError, CrumpledError, DressingError, TightError
+from tryon_solver.dressing.fit import CrowdedError, CrumpledError, DressingError, StanceError, TightError
 from tryon_solver.dressing.opening import Opening, opening_as_drawn
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.placement import PlacementError
@@ -57,8 +57,9 @@ def dress_to_fit(put_on: Callable[[float], Dressed], own: PanelMesh, body: WornB
 
     `own` is the pattern in its own size, to be measured.
 
-    Raises NoSizeError when no size that was tried can be put on, at once what no size mends in the pattern's own size
-    (a piece that finds no place, the body between the sides of a seam), and what `put_on` raises besides.
+    Raises NoSizeError when no size that was tried can be put on, at once what no size mends (a stance not fit for
+    dressing; in the pattern's own size a piece that finds no place, the body between the sides of a seam), and what
+    `put_on` raises besides.
     """
     return search(put_on, opening_as_drawn(own, body.surface(body.start()), body.faces))
 
@@ -77,7 +78,7 @@ def search(put_on: Callable[[float], Dressed], drawn: Opening | None) -> Fitted:
             dressed = put_on(size)
         except (DressingError, PlacementError) as error:
             sized = isinstance(error, TightError | CrumpledError | CrowdedError)
-            if worn is None and size == OWN and not sized:
+            if worn is None and (isinstance(error, StanceError) or (size == OWN and not sized)):
                 raise
             others.append(f"in size {size:g}, {error.message}")
             refused[size] = error

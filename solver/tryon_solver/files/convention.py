@@ -20,7 +20,10 @@ AXES = ("y", "z")
 BODY_AXES = (*AXES, "x")
 FORWARDS = ((0, 1), (-1, 0), (0, -1), (1, 0))  # along x and z: what none to three quarter turns bring to +Z
 
-HUMAN = (1.0, 2.3)  # m, largest extent of a body: its height, or its span with the arms out; no two units fit both
+HUMAN = (0.5, 2.3)  # m, largest extent of a body: its height, or its span with the arms out
+GROWN = (1.0, 2.1)  # m, the same of nearly all; no two units fit both
+TOLD = (0.3, 3.0)  # m, the same of what is still believed where its owner says the unit
+USUAL_UNITS = ("m", "cm", "mm")  # of two that fit somebody small or very tall
 FLAT = 0.75  # a body is less deep than this share of its other extents
 TALL = 1.3  # a body whose height is over this many times its other extents stands along that axis
 ON_FLOOR = 0.06  # share of the extent by which the lowest point may miss zero and still be said to stand on it
@@ -36,6 +39,7 @@ class Convention:
     because: str
     turns: int = 0  # quarter turns about the upward axis, of a body that has X up
     over: bool = False  # the axis points down: half a turn about z follows
+    others: tuple[str, ...] = ()  # units in which it would be a human's, too, the likelier first
 
     @property
     def metres_per_unit(self) -> float:
@@ -100,7 +104,9 @@ GLTF = Told("m", "y", "as glTF prescribes")
 def find_for_body(vertices: np.ndarray, told: Told, name: str) -> Convention:
     """Unit and up of a human body from its vertices (V, 3) in file units.
 
-    Raises MeshFileError when the evidence does not decide, or what is told is not known.
+    Of several units in which it is a human's it is the one in which it is grown up; if there is none, one of
+    `USUAL_UNITS`; the others are told. Raises MeshFileError when the evidence does not decide, or what is told is not
+    known.
     """
     refuse_unknown(told, BODY_AXES, "--body-", name)
     if told.facing is not None and told.facing not in FACINGS:
@@ -118,10 +124,13 @@ def find_for_body(vertices: np.ndarray, told: Told, name: str) -> Convention:
     turns = 0
     if up == "x":
         turns, why_up = _turns_of_body(vertices, told, why_up, name)
-    fitting = [unit for unit, size in UNITS.items() if HUMAN[0] <= largest * size <= HUMAN[1]]
+    fitting = sorted(
+        (unit for unit, size in UNITS.items() if _within(largest * size, HUMAN)),
+        key=lambda unit: (not _within(largest * UNITS[unit], GROWN), unit not in USUAL_UNITS, -UNITS[unit]),
+    )
     if told.unit is not None:
         size = largest * UNITS[told.unit]
-        if told.unit not in fitting:
+        if not _within(size, TOLD if told.source == Told().source else HUMAN):
             others = f"; in {fitting[0]} it would be {largest * UNITS[fitting[0]]:.2f} m" if fitting else ""
             raise MeshFileError(
                 f"in {told.unit} ({told.source}) the body's largest extent is {size:.3g} m, no human's{others}",
@@ -129,16 +138,25 @@ def find_for_body(vertices: np.ndarray, told: Told, name: str) -> Convention:
                 f"Say the unit with --body-units ({', '.join(UNITS)}), scale the export, or export all of the person",
             )
         return Convention(told.unit, up, f"unit {told.source}, {size:.2f} m large; up {why_up}", turns)
-    if len(fitting) != 1:
+    if not fitting:
         raise MeshFileError(
             f"the body's largest extent is {largest:.4g} units, which is a human's {HUMAN[0]} to {HUMAN[1]} m in no "
             "unit we know",
             name,
             f"Scale the export to the size of a human in one of: {', '.join(UNITS)}; or export all of the person",
         )
-    unit = fitting[0]
-    because = f"its largest extent, {largest:.4g} units, is {largest * UNITS[unit]:.2f} m; {why_up}"
-    return Convention(unit, up, because, turns)
+    unit, also = fitting[0], tuple(fitting[1:])
+    if unit in USUAL_UNITS and _within(largest * UNITS[unit], GROWN):
+        also = tuple(other for other in also if other in USUAL_UNITS)  # an infant in feet is not worth a word
+    because = f"its largest extent, {largest:.4g} units, is {largest * UNITS[unit]:.2f} m"
+    if also:
+        sizes = " or ".join(f"{largest * UNITS[other]:.2f} m in {other}" for other in also)
+        because += f", and could also be {sizes}: --body-units tells"
+    return Convention(unit, up, f"{because}; {why_up}", turns, others=also)
+
+
+def _within(size: float, limits: tuple[float, float]) -> bool:
+    return limits[0] <= size <= limits[1]
 
 
 def _up_of_body(vertices: np.ndarray, name: str) -> tuple[str, str]:
@@ -153,7 +171,9 @@ def _up_of_body(vertices: np.ndarray, name: str) -> tuple[str, str]:
         if unlikeness(vertices, side) < MUCH_LIKER * unlikeness(vertices, 0):
             votes.append(("x", f"its two sides along {'xyz'[side]} are alike"))
     tallest = int(extent.argmax())
-    if extent[tallest] > TALL * np.delete(extent, tallest).max():
+    unlike = [unlikeness(vertices, k) for k in range(3)] if tallest == 0 else [1.0, 0.0, 0.0]
+    wide = unlike[0] < MUCH_LIKER * min(unlike[1:])  # half a person's arms, which are left and right
+    if extent[tallest] > TALL * np.delete(extent, tallest).max() and not wide:
         votes.append(("xyz"[tallest], f"it is tallest along {'xyz'[tallest]}"))
     on_floor = ["xyz"[k] for k in range(3) if abs(low[k]) < ON_FLOOR * max(extent[k], 1e-12)]
     if len(on_floor) == 1:

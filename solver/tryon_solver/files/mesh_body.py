@@ -21,8 +21,8 @@ from tryon_solver.body.making.closest import closest_points
 from tryon_solver.body.making.remesh import remesh
 from tryon_solver.body.mesh_sequence import MeshSequence, make_sequence
 from tryon_solver.contact.crossings import CrossingSearch
-from tryon_solver.files.convention import GLTF, Convention, Told, find_for_body
-from tryon_solver.files.cut_off import cut_off
+from tryon_solver.files.convention import GLTF, USUAL_UNITS, Convention, Told, find_for_body
+from tryon_solver.files.cut_off import describe, missing_ends, stand_of_half
 from tryon_solver.files.gltf import parse_glb
 from tryon_solver.files.holes import fill_holes
 from tryon_solver.files.jumps import refuse_jumps
@@ -31,7 +31,7 @@ from tryon_solver.files.numbering import frame_numbers, gaps
 from tryon_solver.files.obj import Polygon, parse_frame, parse_obj, refuse_other_polygons
 from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.files.sides import sides_told
-from tryon_solver.files.standing import find_stand, stands, stands_on_its_head
+from tryon_solver.files.standing import Stand, find_stand, stands, stands_on_its_head
 from tryon_solver.files.surroundings import refuse_surroundings
 from tryon_solver.geometry.surface_repair import (
     crowded_edges,
@@ -54,6 +54,7 @@ GLB_DT = 1 / 60  # s, a skinned animation is sampled so often
 USUAL_FPS = 30.0  # of a folder of frames, when nobody says
 SAME_THROUGHOUT = 1e-3  # m, vertices welded in the first frame stay so close in all
 STANDS = "it stands still"
+HALF = "as half a person is not as tall as a grown-up, unless --body-units says otherwise"
 TOLD_GAP = 1e-6  # m, vertices that are joined over less are taken as equal
 LOOKED_AT = 12  # frames in which crossings are counted
 REMESH_ROUNDS = 4
@@ -90,15 +91,26 @@ class MeshBody:
     name: str = "body"
     cut_off: str = ""  # what there is to say of a person who is not there as a whole
     facing: np.ndarray | None = None  # (3,) the level unit vector that it faces along, where that was told
+    lacks: frozenset[str] = frozenset()  # of cut_off.ENDS: what of a person is not there
 
-    def for_patterns(self) -> MeshBody:
+    def for_patterns(self, frame: int = 0) -> MeshBody:
         """The same body where patterns expect one, which is told: patterns come without a place, meshes with theirs.
 
-        Raises MeshFileError when it does not stand in its first frame.
+        They are put on in that `frame`. Raises MeshFileError when it does not stand there, unless it has no legs to
+        stand on.
         """
-        stand = find_stand(self.sequence.rest_vertices, self.sequence.faces, self.name, self.facing)
-        notes = (*self.notes, *stand.notes)
-        return replace(self, sequence=self.sequence.put(stand.turn, stand.shift), notes=notes)
+        sequence = self.sequence
+        time = frame * sequence.dt
+        x = sequence.rest_vertices if frame == 0 else sequence.surface(sequence.sample(time))
+        stand = self.stand(x)
+        put = replace(sequence.put(stand.turn, stand.shift), dressed_at=time)
+        return replace(self, sequence=put, notes=(*self.notes, *stand.notes))
+
+    def stand(self, x: np.ndarray) -> Stand:
+        """What puts it, at x (V, 3) m of one of its frames, where patterns expect a body. As `find_stand`."""
+        if "legs" in self.lacks:
+            return stand_of_half(x, self.sequence.faces, self.lacks, self.facing)
+        return find_stand(x, self.sequence.faces, self.name, self.facing)
 
 
 def is_moving_mesh(path: Path) -> bool:
@@ -319,7 +331,11 @@ def make_body(raw: RawFrames) -> MeshBody:
         )
     if moved_by > TOLD_GAP:
         notes.append(f"vertices that nearly coincide were joined, which moves some by up to {1e3 * moved_by:.2g} mm")
-    if half := cut_off(x, faces):
+    lacks = missing_ends(x, faces)
+    half = describe(lacks)
+    if lacks:
+        if raw.told.unit is None and convention.unit not in USUAL_UNITS and convention.others:
+            return make_body(replace(raw, told=replace(raw.told, unit=convention.others[0], source=HALF)))
         notes.append(half)
     parts = turned_alike(faces)[1].max() + 1
     if parts > 1:
@@ -346,7 +362,8 @@ def make_body(raw: RawFrames) -> MeshBody:
             notes.append(f"its {before} vertices were remeshed to {weights.shape[0]}")
     moved = np.stack([weights @ frame.astype(np.float64) for frame in frames]).astype(np.float32)
     notes += _crossings(moved, faces)
-    return MeshBody(make_sequence(moved, faces, raw.dt), convention, tuple(notes), raw.name, half, ahead)
+    sequence = make_sequence(moved, faces, raw.dt)
+    return MeshBody(sequence, convention, tuple(notes), raw.name, half, ahead, frozenset(lacks))
 
 
 def _upside_down(frames: np.ndarray, weights: sp.csr_matrix, faces: np.ndarray) -> bool:

@@ -123,7 +123,7 @@ def find_stand(x: np.ndarray, faces: np.ndarray, name: str, told: np.ndarray | N
         )
     forwards = facing(x, faces) if told is None else told
     if forwards is None:
-        middle, low = _middle(_trunk(x, faces)), float(x[:, 1].min())
+        middle, low = trunk_middle(x, faces), float(x[:, 1].min())
         if low < -UNDER_FLOOR or np.hypot(middle[0], middle[2]) > ASIDE:
             raise MeshFileError(
                 "its feet don't tell which way it faces, and it does not stand on y = 0 over x = z = 0, where patterns "
@@ -147,7 +147,7 @@ def find_stand(x: np.ndarray, faces: np.ndarray, name: str, told: np.ndarray | N
     turned = x @ stand.turn.T
     if found:
         notes.append(f"turned by {abs(np.rad2deg(found)):.0f}° about the vertical, to face +Z{how}")
-    middle = _middle(_trunk(turned, faces))
+    middle = trunk_middle(turned, faces)
     shift = -np.array([middle[0], turned[:, 1].min(), middle[2]])
     if abs(shift[1]) < NEAR_FLOOR:
         shift[1] = 0.0
@@ -161,6 +161,11 @@ def find_stand(x: np.ndarray, faces: np.ndarray, name: str, told: np.ndarray | N
     if notes:
         notes[0] = f"put where patterns expect a body: {notes[0]}"
     return Stand(-found, shift, tuple(notes))
+
+
+def trunk_middle(x: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """(3,) m: the middle of the trunk at the waist of x (V, 3) m, Y up, with faces (F, 3)."""
+    return _middle(_trunk(x, faces))
 
 
 def _trunk(x: np.ndarray, faces: np.ndarray) -> np.ndarray:

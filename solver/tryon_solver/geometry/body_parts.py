@@ -15,6 +15,8 @@ Points = NDArray[np.float64]
 # Levels, as shares of the height, from the hips to above the shoulders of a standing person. Raised a little, as a
 # tracked person's are at rest, the arms end above the lowest.
 LOWEST_LEVEL, HIGHEST_LEVEL, LEVELS = 0.5, 0.88, 39
+# A body whose lowest point is so high, as a share of its highest, has no legs; its levels are counted from y = 0.
+WITHOUT_LEGS = 0.25
 # Where a section of the trunk is wider than the one below by this factor, the arms have joined it.
 ARMS_JOINED = 1.4
 # An arm begins where the body is wider than the trunk by this factor.
@@ -105,17 +107,19 @@ def find_trunk(vertices: Points, faces: NDArray[np.int32]) -> Trunk:
 
     Going up from the hips, the sections' part nearest the middle is the trunk, until it suddenly widens: the armpit.
     """
-    low, high = vertices[:, 1].min(), vertices[:, 1].max()
+    lowest, high = vertices[:, 1].min(), vertices[:, 1].max()
+    low = 0.0 if lowest > WITHOUT_LEGS * high else lowest
     middle = float((vertices[:, 0].min() + vertices[:, 0].max()) / 2)
     levels = (np.linspace(LOWEST_LEVEL, HIGHEST_LEVEL, LEVELS) * (high - low) + low).tolist()
+    hips, levels = levels[0], [level for level in levels if level > lowest]
     widest = 0.0
     previous = np.inf
     for below, level in zip([low, *levels], levels):
         half_width = _trunk_half_width(vertices, faces, level, middle)
         if half_width > ARMS_JOINED * previous:
-            return Trunk(middle, widest, below, levels[0])
+            return Trunk(middle, widest, below, hips)
         widest, previous = max(widest, half_width), half_width
-    return Trunk(middle, np.inf, levels[-1], levels[0])
+    return Trunk(middle, np.inf, levels[-1], hips)
 
 
 def _trunk_half_width(vertices: Points, faces: NDArray[np.int32], level: float, middle: float) -> float:

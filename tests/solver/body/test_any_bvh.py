@@ -140,11 +140,12 @@ def test_a_heap_of_bones_is_replaced_by_a_frame_and_said() -> None:
 def test_units_are_found_from_the_poses(units: float, name: str) -> None:
     text = (DEMO_MOTIONS / "walk.bvh").read_text()
     clip = parse_bvh(text)
-    assert find_units(text) == (100.0, "centimetres")
+    assert find_units(text)[:2] == (100.0, "centimetres")
     scaled = scaled_text(text, units / 100.0)
-    found, said = find_units(scaled)
-    assert found == units
-    assert name in said
+    found = find_units(scaled)
+    assert found.per_metre == units
+    assert name in found.name
+    assert found.because.startswith("in which its bones measure 1.46 m from ankle to head")
     np.testing.assert_allclose(parse_bvh(scaled, None).positions, clip.positions, atol=2e-3)
 
 
@@ -152,6 +153,43 @@ def test_a_skeleton_of_no_size_is_refused() -> None:
     text = scaled_text((DEMO_MOTIONS / "walk.bvh").read_text(), 0.003)
     with pytest.raises(BvhError, match="in none of"):
         parse_bvh(text, None)
+
+
+@pytest.mark.parametrize(
+    ("tall", "taken", "otherwise"),
+    [
+        (0.62, "inches", "0.53 m in centimetres"),  # as likely a grown-up of 1.59 m
+        (0.85, "centimetres", "1.86 m in inches"),
+        (1.20, "centimetres", ""),
+        (2.30, "centimetres", ""),
+    ],
+)
+def test_a_child_is_no_giant_and_where_two_units_fit_the_other_is_told(tall: float, taken: str, otherwise: str) -> None:
+    """Of somebody `tall` m from head to foot, in a file in centimetres."""
+    found = find_units(scaled_text((DEMO_MOTIONS / "walk.bvh").read_text(), tall / 1.70))
+    assert found.name == taken
+    assert ("it could also be" in found.because) == bool(otherwise)
+    assert otherwise in found.because
+    assert not otherwise or found.because.endswith(": --motion-units tells")
+
+
+@pytest.mark.parametrize(("units", "name"), [(1.0, "metres"), (1000.0, "millimetres")])
+def test_a_child_in_metres_or_millimetres_is_read(units: float, name: str) -> None:
+    text = scaled_text((DEMO_MOTIONS / "walk.bvh").read_text(), 0.5 * units / 100.0)
+    assert find_units(text)[:2] == (units, name)
+    assert np.ptp(parse_bvh(text, None).rest_positions(), axis=0).max() == pytest.approx(0.85, abs=0.06)
+
+
+def test_the_unit_does_not_hang_on_where_the_scene_has_its_root() -> None:
+    """The Bandai Namco data set: a joint at the origin carries hips that walk about, and start 4 m away."""
+    text = (DEMO_MOTIONS / "walk.bvh").read_text()
+    head, motion = text.removeprefix("HIERARCHY\n").split("MOTION\n")
+    scene = "HIERARCHY\nROOT joint_Root\n{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n"
+    lines = motion.splitlines()
+    moved = [" ".join(["0 0 0 400", *line.split()[1:]]) for line in lines[2:]]
+    text = "\n".join([scene + head.replace("ROOT", "JOINT", 1) + "}", "MOTION", *lines[:2], *moved])
+    assert find_units(text)[:2] == (100.0, "centimetres")
+    assert parse_bvh(text, None).positions[0, 1, 0] == pytest.approx(4.0)
 
 
 def scaled_text(text: str, factor: float) -> str:

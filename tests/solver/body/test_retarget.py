@@ -332,7 +332,12 @@ def test_odd_name_can_be_told(body: BodyModel) -> None:
 
 
 @pytest.mark.parametrize(
-    ("names", "message"), [({"tail": "Hips"}, "no part is called 'tail'"), ({"head": "Skull"}, "no joint 'Skull'")]
+    ("names", "message"),
+    [
+        ({"tail": "Hips"}, "no part is called 'tail'"),
+        ({"head": "Skull"}, "head is told to be 'Skull', which is no joint"),
+        ({"left_hand": "LeftHand", "right_hand": "LeftHand"}, "told to be left_hand and right_hand, which are not one"),
+    ],
 )
 def test_wrong_names_are_refused(body: BodyModel, names: dict[str, str], message: str) -> None:
     with pytest.raises(RetargetError, match=message):

@@ -49,6 +49,32 @@ def test_poses_of_another_up_axis_than_the_rest_pose_are_played_standing(
     np.testing.assert_allclose(quaternions.to_matrix(one.rotations), quaternions.to_matrix(same.rotations), atol=1e-9)
 
 
+@pytest.mark.parametrize("up", TURNS)
+def test_what_is_told_to_be_up_is_not_doubted(body: BodyModel, up: str) -> None:
+    """Poses that lie along Y are played standing when Y is told not to be up, whatever poses and floor say."""
+    clip = demo("walk")
+    other = turned_by_its_root(clip, *TURNS[up], (7.0, 7.0, 7.0))
+    parts = find_parts(clip.joint_names, clip.parents)
+    told = up.lower()
+    assert upward_axis(other, parts, told) == (up, "as told")
+    same, as_found = retarget(other, body, up=told), retarget(other, body)
+    np.testing.assert_array_equal(same.rotations, as_found.rotations)
+    lying = retarget(other, body, up="y")  # the rest pose's axis: now the same poses lie
+    assert with_standing_rest(other, parts, "y") == (other, "")
+    trunk = quaternions.rotate(lying.rotations[:, 0], np.broadcast_to([0.0, 1.0, 0.0], (len(lying.roots), 3)))
+    assert np.abs(trunk[:, 1]).max() < 0.5 if up != "-Y" else trunk[:, 1].max() < -0.5
+    assert tilt(other, parts, "y") == 0.0
+
+
+def test_a_rest_pose_is_turned_to_what_is_told_to_be_up() -> None:
+    clip = demo("walk")
+    parts = find_parts(clip.joint_names, clip.parents)
+    turned, told = with_standing_rest(clip, parts, "z")
+    assert told == "its rest pose stands along Y, up is as told, Z: it was turned upright"
+    assert np.ptp(turned.rest_positions()[:, 2]) == pytest.approx(np.ptp(clip.rest_positions()[:, 1]))
+    np.testing.assert_allclose(turned.world()[0], clip.world()[0], atol=1e-12)
+
+
 def test_turning_the_rest_pose_leaves_every_joint_and_tip_where_it_is() -> None:
     other = turned_by_its_root(demo("squat"), X, 90.0)
     stood, _ = with_standing_rest(other, find_parts(other.joint_names, other.parents))

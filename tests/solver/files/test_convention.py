@@ -111,7 +111,38 @@ def test_no_reading_mirrors(turns):
 def test_a_body_of_no_size_is_asked_about():
     x = default_body().rest_vertices
     with pytest.raises(MeshFileError, match="in no unit we know"):
-        find_for_body(x * 12.0, Told(), "body.obj")
+        find_for_body(x * 8.0, Told(), "body.obj")
+
+
+@pytest.mark.parametrize(
+    ("tall", "taken", "otherwise"),
+    [
+        (0.60, "in", "0.60 m in cm"),  # as likely a grown-up of 1.52 m
+        (0.85, "cm", "2.16 m in in"),
+        (1.20, "cm", ""),
+        (2.25, "cm", ""),
+    ],
+)
+def test_a_child_is_no_giant_and_where_two_units_fit_the_other_is_told(tall, taken, otherwise):
+    """Of somebody so tall, in a file in centimetres."""
+    x = default_body().rest_vertices
+    x = x * (100 * tall / np.ptp(x[:, 1]))
+    found = find_for_body(x, Told(), "body.obj")
+    assert found.unit == taken
+    said = f", and could also be {otherwise}: --body-units tells" if otherwise else " m; "
+    assert said in found.because
+    assert found.others == (("cm",) if taken == "in" else ("in",) if otherwise else ())
+    told = find_for_body(x, Told("cm"), "body.obj")
+    assert (told.unit, told.others) == ("cm", ())
+
+
+def test_a_child_in_metres_is_read_and_what_its_owner_tells_is_believed_further():
+    x = default_body().rest_vertices
+    assert find_for_body(0.5 * x, Told(), "body.obj").unit == "m"
+    doll = 0.2 * x
+    assert find_for_body(doll, Told("m"), "doll.obj").unit == "m"
+    with pytest.raises(MeshFileError, match=r"in m \(as glTF prescribes\).*0\.344 m, no human's"):
+        find_for_body(doll, Told("m", "y", "as glTF prescribes"), "doll.glb")
 
 
 def test_a_body_whose_axes_contradict_is_asked_about():

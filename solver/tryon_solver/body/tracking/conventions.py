@@ -16,6 +16,7 @@ from tryon_solver.body.model import BodyModel
 from tryon_solver.body.skeletons import RetargetError, find_parts
 from tryon_solver.body.tracking.frames import frame, matrix_to_quaternion
 from tryon_solver.body.tracking.observation import SIDES, Observation, Sample, SourceSkeleton, TrackingError
+from tryon_solver.body.tracking.stature import Stature, average_place
 from tryon_solver.body.trunk_line import trunk_correction
 
 Reader = Callable[[Sample], Observation]
@@ -63,33 +64,13 @@ SMPL_SIDED = {
     "{side}_toes": "{side}_foot",
 }
 SMPL_MIDDLE = {"pelvis": "pelvis", "chest": "spine3", "head": "head"}
-# The parent of each of SMPL's 24 joints, in SMPL's order, and a T pose for trackers that send none: ours, since only
-# directions and the length of the legs are read off it.
+# The parent of each of SMPL's 24 joints, in SMPL's order.
 SMPL_JOINTS = (
     "pelvis", "left_hip", "right_hip", "spine1", "left_knee", "right_knee", "spine2", "left_ankle", "right_ankle",
     "spine3", "left_foot", "right_foot", "neck", "left_collar", "right_collar", "head", "left_shoulder",
     "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist", "left_hand", "right_hand",
 )  # fmt: skip
 SMPL_PARENTS = (-1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21)
-SMPL_T_POSE_LEFT = {
-    "hip": (0.08, 0.86, 0.0),
-    "knee": (0.08, 0.48, 0.0),
-    "ankle": (0.08, 0.08, 0.0),
-    "foot": (0.08, 0.03, 0.13),
-    "collar": (0.08, 1.4, 0.0),
-    "shoulder": (0.18, 1.4, 0.0),
-    "elbow": (0.44, 1.4, 0.0),
-    "wrist": (0.68, 1.4, 0.0),
-    "hand": (0.76, 1.4, 0.0),
-}
-SMPL_T_POSE_MIDDLE = {
-    "pelvis": (0.0, 0.92, 0.0),
-    "spine1": (0.0, 1.02, 0.0),
-    "spine2": (0.0, 1.15, 0.0),
-    "spine3": (0.0, 1.25, 0.0),
-    "neck": (0.0, 1.46, 0.0),
-    "head": (0.0, 1.56, 0.0),
-}
 
 
 def read_with(skeleton: SourceSkeleton, model: BodyModel) -> Reader:
@@ -198,10 +179,11 @@ def _smpl(skeleton: SourceSkeleton, model: BodyModel) -> Reader:
     order = {name: k for k, name in enumerate(skeleton.joint_names)}
     places = tuple(-1 if parents[name] < 0 else order[SMPL_JOINTS[parents[name]]] for name in skeleton.joint_names)
     rest = skeleton.rest_positions
-    if rest is None:
-        rest = np.array([_t_pose(name) for name in skeleton.joint_names])
     joints = _present(sided(SMPL_SIDED) | SMPL_MIDDLE, skeleton.joint_names)
-    return _local(joints, places, rest, model)
+    if rest is not None:
+        return _local(joints, places, rest, model)
+    rest = np.array([average_place(name) for name in skeleton.joint_names])
+    return _local(joints, places, rest, model, Stature())
 
 
 def _bvh(skeleton: SourceSkeleton, model: BodyModel) -> Reader:
@@ -211,15 +193,23 @@ def _bvh(skeleton: SourceSkeleton, model: BodyModel) -> Reader:
     try:
         parts = find_parts(skeleton.joint_names, np.array(skeleton.parents))
     except RetargetError as error:
-        raise TrackingError(str(error)) from error
+        raise TrackingError(f"{error}. Name its joints as one of the usual rigs does") from error
     joints = dict(parts.joints)
     joints["chest"] = parts.spine[-1] if parts.spine else joints["pelvis"]
     joints |= {f"{side}_clavicle": joint for side, joint in parts.clavicles.items()}
     return _local(joints, skeleton.parents, skeleton.rest_positions, model)
 
 
-def _local(joints: Mapping[str, int], parents: tuple[int, ...], rest: np.ndarray, model: BodyModel) -> Reader:
-    """Rotations relative to the parent and to a rest pose without turns; forward kinematics makes the points."""
+def _local(
+    joints: Mapping[str, int],
+    parents: tuple[int, ...],
+    rest: np.ndarray,
+    model: BodyModel,
+    stature: Stature | None = None,
+) -> Reader:
+    """Rotations relative to the parent and to a rest pose without turns; forward kinematics makes the points. With
+    `stature` the rest pose is an average person's: how tall this one is is found on the way, and only heights are
+    scaled."""
     levels = _levels(parents)
     offsets = np.array([rest[k] - rest[parent] if parent >= 0 else np.zeros(3) for k, parent in enumerate(parents)])
     rest_points = _points(joints, rest)
@@ -228,6 +218,8 @@ def _local(joints: Mapping[str, int], parents: tuple[int, ...], rest: np.ndarray
     trunk = [part for part in ("pelvis", *TURNS_ONLY) if part in joints]
     to_trunk = trunk_correction(ours, rest_points)
     above = np.array(parents)
+    soles = [joints[f"{side}_{part}"] for side in SIDES for part in ("foot", "toes") if f"{side}_{part}" in joints]
+    standing = rest[parents.index(-1), 1]
 
     def read(sample: Sample) -> Observation:
         assert sample.rotations is not None
@@ -237,6 +229,11 @@ def _local(joints: Mapping[str, int], parents: tuple[int, ...], rest: np.ndarray
         for level in levels:
             places[level] = places[above[level]] + quaternions.rotate(turns[above[level]], offsets[level])
             turns[level] = quaternions.multiply(turns[above[level]], turns[level])
+        if stature is not None:
+            height = float(sample.root[1])
+            drop = height - float((places[soles, 1] - rest[soles, 1]).min())
+            size = stature.size(height, drop, standing)
+            places += sample.root * ([1.0 / stride, 1.0 / size, 1.0 / stride] - np.ones(3))
         told = {part: turns[joint] for part, joint in joints.items()}
         told |= {part: quaternions.multiply(told[part], to_trunk) for part in trunk}
         return Observation(
@@ -276,14 +273,6 @@ def leg_length(points: Mapping[str, np.ndarray]) -> float:
 
 def _points(joints: Mapping[str, int], positions: np.ndarray) -> dict[str, np.ndarray]:
     return {part: positions[joint] for part, joint in joints.items()}
-
-
-def _t_pose(name: str) -> tuple[float, float, float]:
-    side, _, joint = name.partition("_")
-    if side not in SIDES:
-        return SMPL_T_POSE_MIDDLE[name]
-    x, y, z = SMPL_T_POSE_LEFT[joint]
-    return (x if side == "left" else -x, y, z)
 
 
 READERS: dict[str, Callable[[SourceSkeleton, BodyModel], Reader]] = {
