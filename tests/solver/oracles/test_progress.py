@@ -24,20 +24,20 @@ class Script:
     """Plays the correction's loop with directions and moves of given lengths [m], the host in the loop.
 
     `leaving`, `crowded`: the iterations whose direction leaves the region, or after which there are too many pairs,
-    until the host has helped.
+    until the host has helped. `more`: `extensions` of the budget (0) and the length from which on it is `unsettled` (2).
     """
 
     progress: Progress
     pairs: ContactPairs
     events: list = field(default_factory=list)
 
-    def play(self, budget, searches, lengths, moves, shortest=1e-6, leaving=(), crowded=(), imbalances=None, more=0, unsettled=2.0):
+    def play(self, budget, searches, lengths, moves, shortest=1e-6, leaving=(), crowded=(), imbalances=None, **more):
         self.lengths, self.moves, self.shortest, self.crowded = lengths, moves, shortest, crowded
-        self.unsettled = unsettled
+        self.unsettled = more.get("unsettled", 2.0)
         self.imbalances = imbalances or [1.0] * len(lengths)
         self.least = []
         progress = self.progress
-        progress.begin(budget, more, searches)
+        progress.begin(budget, more.get("extensions", 0), searches)
         self.done = 0
         while True:
             while int(progress.going_on.numpy()[0]):
@@ -144,7 +144,7 @@ def test_a_budget_that_has_strayed_is_extended_and_its_last_direction_taken(scri
     def play(imbalances, more):
         n = len(imbalances)
         lengths = [1.0, 1.0, 9.0, *[0.1] * (n - 3)]
-        return script.play(3, 0, lengths, [0.5] * n, imbalances=imbalances, more=more, unsettled=10.0)
+        return script.play(3, 0, lengths, [0.5] * n, imbalances=imbalances, extensions=more, unsettled=10.0)
 
     outcome = play([9, 1, 5, 4, 3, 2, 1, 1, 1], more=2)
     assert (outcome.iterations, outcome.strayed) == (6, False)
