@@ -24,7 +24,7 @@ class Script:
     """Plays the correction's loop with directions and moves of given lengths [m], the host in the loop.
 
     `leaving`, `crowded`: the iterations whose direction leaves the region, or after which there are too many pairs,
-    until the host has helped. `more`: `extensions` of the budget (0) and the length from which on it is `unsettled` (2).
+    until the host has helped. `more`: `extensions` (0), and the length from which a direction is `unsettled` (2).
     """
 
     progress: Progress
