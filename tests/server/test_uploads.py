@@ -6,6 +6,7 @@ import asyncio
 import hashlib
 import io
 import json
+import re
 import runpy
 import struct
 import tempfile
@@ -132,6 +133,30 @@ def test_the_unit_of_a_motion_is_found_and_can_be_told_where_that_is_wrong(live)
     assert "leave it out" in wrong["remedy"]
     unknown = refused(post(live, "motions", scaled(WALK, 31.0)), 422, "motion.invalid")
     assert "units (m, dm" in unknown["remedy"]
+
+
+def test_a_calibration_pose_ahead_of_a_motion_is_told_and_a_jump_within_refused(live):
+    head, motion = WALK.split("Frame Time:")
+    rate, *frames = motion.strip().splitlines()
+    frames = frames[:30]
+    values = frames[0].split()
+    zero = " ".join([*values[:3], *("0" for _ in values[3:])])
+
+    def with_frames(lines: list[str]) -> str:
+        count = re.sub(r"Frames:\s*\d+", f"Frames: {len(lines)}", head)
+        return f"{count}Frame Time: {rate.strip()}\n" + "\n".join(lines) + "\n"
+
+    reply = post(live, "motions", with_frames([zero, *frames]))
+    assert reply.status_code == 201, reply.text
+    found = reply.json()["found"]
+    (note,) = [note for note in found["notes"] if "calibration" in note]
+    assert note.startswith("its first frame is a pose apart")
+    assert note.endswith("it begins with frame 2")
+    assert found["frame_count"] == 30
+    live.http.delete(reply.headers["location"])
+    wrong = refused(post(live, "motions", with_frames([*frames, zero, *frames])), 422, "motion.invalid")
+    assert "from frame 30 to frame 31 the joint 'RightHand' jumps" in wrong["message"]
+    assert "cut the motion there, or mend the frame" in wrong["message"]
 
 
 def tilted(text: str, degrees: float) -> str:

@@ -12,6 +12,7 @@ from tryon_solver.body.bvh import KNOWN_UNITS, UNITS, BvhClip, BvhError, BvhUnit
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion, MotionError
 from tryon_solver.body.own_sides import with_own_sides, with_told_facing
+from tryon_solver.body.pose_jumps import find_start
 from tryon_solver.body.retarget import retarget
 from tryon_solver.body.skeletons import RetargetError, SkeletonParts, UnnamedError, find_parts
 from tryon_solver.body.standing_rest import tilt, upward_axis, with_standing_rest
@@ -91,9 +92,11 @@ def read_clip(
             per_metre, word, how = UNITS[units], UNIT_WORDS[units], "as told"
         clip = parse_bvh(text, per_metre, Path(name).stem)
         parts = find_parts(clip.joint_names, clip.parents, reading.joints)
-        standing, rest = with_standing_rest(clip, parts, up)
+        start, left_out = find_start(clip, parts)
+        standing, rest = with_standing_rest(clip, parts, up, start)
         own, sides = with_told_facing(clip, parts, facing) if facing else with_own_sides(standing, parts)
-        facts = _facts(clip, own, word, f"units: {word}, {how}", (rest, sides, _joints_told(reading)), up)
+        mended = (left_out, rest, sides, _joints_told(reading))
+        facts = _facts(clip.since(start), own, word, f"units: {word}, {how}", mended, up)
         return retarget(clip, body, names=reading.joints, facing=facing, up=up), facts
     except BvhError as error:
         message = str(error)

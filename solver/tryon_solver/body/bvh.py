@@ -78,6 +78,12 @@ class BvhClip:
     def frame_count(self) -> int:
         return len(self.rotations)
 
+    def since(self, frame: int) -> BvhClip:
+        """The clip from a frame on."""
+        if frame == 0:
+            return self
+        return replace(self, positions=self.positions[frame:], rotations=self.rotations[frame:])
+
     def rest_positions(self) -> np.ndarray:
         """(J, 3) m: the joints in the rest pose, the root at its OFFSET."""
         placed = self.offsets.copy()

@@ -12,7 +12,10 @@ from tryon_solver.body.pose import Pose
 SHORTEST_FADE = 0.4  # s, a loop's closing error is spread over at least this much of its end
 FADE_SPEED = 0.75  # m/s, and over so much that it moves the root no faster than this on average
 FADE_TURN = np.radians(120.0)  # rad/s, nor any joint faster than this, unless the clip is too short
-VELOCITY_ONSET = 0.3  # s before a motion begins during which a blend takes up the motion's velocity
+VELOCITY_ONSET = 0.3  # s before a motion begins during which a blend takes up the motion's velocity, or shorter:
+ONSET_TURN = 1.5  # rad, by which no joint is turned back for that; at more a limb would whirl to get up its speed
+ONSET_STEP = 0.5  # m, nor the root moved back; both leave whoever turns below 18 rad/s and runs below 6 m/s as they are
+ONSET_SHARE = 0.2731  # of the velocity times the onset that a blend is moved back by at most: max (1 - x) ease(x)
 
 
 class MotionError(ValueError):
@@ -93,8 +96,8 @@ def blend_in(pose_from: Pose, motion: Motion, seconds: float) -> Motion:
 
     Used to lead a body from the pose in which its garment was dressed into a motion: play the result, then `motion`.
     Positions and joint rotations ease from one pose to the other; over the last 0.3 s the velocity of `motion`'s first
-    frames fades in, so that nothing jerks at the seam. Frames are `motion.dt` apart, or a little less so that they
-    divide `seconds`.
+    frames fades in, so that nothing jerks at the seam; over less where that would turn a joint or move the root far
+    back. Frames are `motion.dt` apart, or a little less so that they divide `seconds`.
     """
     if not (np.isfinite(seconds) and seconds > 0.0):
         raise MotionError(f"a blend takes a positive time in seconds, got {seconds}")
@@ -109,7 +112,12 @@ def blend_in(pose_from: Pose, motion: Motion, seconds: float) -> Motion:
     length = np.linalg.norm(step[:, :3], axis=1, keepdims=True)
     axes = np.where(length > 1e-12, step[:, :3] / np.where(length > 1e-12, length, 1.0), [1.0, 0.0, 0.0])
 
-    onset = min(VELOCITY_ONSET, seconds)
+    onset = min(
+        VELOCITY_ONSET,
+        seconds,
+        ONSET_TURN / max(ONSET_SHARE * float(turn_speed.max()), 1e-9),
+        ONSET_STEP / max(ONSET_SHARE * float(np.linalg.norm(root_velocity)), 1e-9),
+    )
     roots, rotations = [], []
     for t in times:
         pose = Pose.interpolate(pose_from, target, float(ease(t / seconds)))

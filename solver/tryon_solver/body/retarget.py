@@ -22,13 +22,13 @@ from tryon_solver.body.folding import GIVE, unfolded
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion, ease
 from tryon_solver.body.own_sides import with_own_sides, with_told_facing
+from tryon_solver.body.pose_jumps import find_start, refuse_jumps
 from tryon_solver.body.skeletons import SIDES, RetargetError, SkeletonParts, find_parts
 from tryon_solver.body.standing_rest import with_standing_rest
 from tryon_solver.body.trunk_line import trunk_correction
 
 ARM_CLEARANCE_DEGREES = 18.0  # below 17 our upper arm and trunk cross at the armpit
 SHORTEST_BONE = 0.01  # m, a direction is not read off anything shorter
-LONGEST_JUMP, FASTEST_JUMP = 1.0, 30.0  # m from frame to frame and m/s: beyond both nobody moves, a marker was lost
 
 
 def retarget(
@@ -53,14 +53,16 @@ def retarget(
     `facing`: the axis of the file that the person faces along in the first frame, "-z" for one; None to go by knees and
     toes.
     `up`: the axis of the file that is up, one of standing_rest.FILE_AXES; None to find it out.
-    Raises RetargetError naming a missing joint, or the frame in which the whole body jumps elsewhere.
+    A pose for calibration ahead of the motion is left out (pose_jumps.py): the motion has no frame of it.
+    Raises RetargetError naming a missing joint, or the frames between which the whole body or a limb jumps elsewhere.
     """
     parts = find_parts(clip.joint_names, clip.parents, names)
     told = None if facing is None else with_told_facing(clip, parts, facing)
-    clip, _ = with_standing_rest(clip, parts, up)
+    start, _ = find_start(clip, parts)
+    refuse_jumps(clip, parts, start)
+    clip, _ = with_standing_rest(clip, parts, up, start)
     parts, _ = told or with_own_sides(clip, parts)
     source = _Source(clip, parts)
-    _refuse_jumps(source)
     rest = {name: model.rest_joints[k] for k, name in enumerate(model.joint_names)}
     _refuse_other_rigs(rest)
     turns = _trunk(source, rest)
@@ -148,18 +150,6 @@ def _axes(clip: BvhClip, parts: SkeletonParts) -> np.ndarray:
     if not upward.any() or width < SHORTEST_BONE or abs(left @ upward) > width:
         raise RetargetError("the rest pose does not stand upright; export it in a T or A pose")
     return np.stack([level / width, upward, np.cross(level / width, upward)])
-
-
-def _refuse_jumps(source: _Source) -> None:
-    """A body that is elsewhere in the next frame would tear its clothes off, not wear them."""
-    moved = np.linalg.norm(np.diff(source.positions[:, source.parts.joints["pelvis"]], axis=0), axis=1)
-    jumps = np.flatnonzero((moved > LONGEST_JUMP) & (moved > FASTEST_JUMP * source.clip.dt))
-    if jumps.size:
-        first = int(jumps[0])
-        raise RetargetError(
-            f"from frame {first + 1} to frame {first + 2} the pelvis jumps {moved[first]:.3g} m in "
-            f"{source.clip.dt:.3g} s; cut the motion there, or mend the frame"
-        )
 
 
 def _trunk(source: _Source, rest: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

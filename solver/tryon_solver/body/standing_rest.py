@@ -35,31 +35,37 @@ FLOOR = (-0.05, 0.25)  # m, heights of the lowest joint over a clip whose floor 
 ALIKE = 20.0  # degrees; the legs of CMU's skeletons lean to the front and their trunks to the back, by 14 together
 
 
-def with_standing_rest(clip: BvhClip, parts: SkeletonParts, up: str | None = None) -> tuple[BvhClip, str]:
+def with_standing_rest(
+    clip: BvhClip, parts: SkeletonParts, up: str | None = None, start: int = 0
+) -> tuple[BvhClip, str]:
     """The clip relative to a rest pose in which it stands, and what was done, for people; "" where nothing was.
 
     `up`: the axis of the file that is up, one of `FILE_AXES`; None to find it out.
+    `start`: the frame with which the motion begins, and the clip that is returned; the pose before it may be taken for
+    the rest pose, but does not tell up.
     """
     rest = clip.rest_positions()
     own = _own_axis(rest, parts)
-    frames, positions = looked_at(clip)
+    begun = clip.since(start)
+    frames, positions = looked_at(begun)
     upward = _upward(positions, parts, own) if up is None else np.array(FILE_AXES[up])
     if own is not None:
         if upward @ own > 0.5:
-            return clip, ""
+            return begun, ""
         whose = "its poses along" if up is None else "up is as told,"
         told = f"its rest pose stands along {_axis_name(own)}, {whose} {_axis_name(upward)}"
         told += ": up is the poses'" if up is None else ": it was turned upright"
-        return _rest_turned(clip, _turn_upright(rest, parts, own, upward)), told
-    leans = [_lean(x, parts, upward) for x in positions]
-    frame = int(frames[int(np.argmin(leans))])
+        return _rest_turned(begun, _turn_upright(rest, parts, own, upward)), told
+    frames = np.concatenate([np.zeros(min(start, 1), dtype=frames.dtype), frames + start])
     positions, rotations = clip.world()
+    frame = int(frames[int(np.argmin([_lean(x, parts, upward) for x in positions[frames]]))])
     _, left = _directions(positions[frame], parts)
     left = left - (left @ upward) * upward
     left /= np.linalg.norm(left)
     axes = np.stack([left, upward, np.cross(left, upward)])  # to x left, y up, z ahead
     turned = _relative_to(clip, positions, rotations, frame, axes)
-    return turned, f"with all channels zero it does not stand: its frame {frame + 1} is taken for its rest pose"
+    told = f"with all channels zero it does not stand: its frame {frame + 1} is taken for its rest pose"
+    return turned.since(start), told
 
 
 def upward_axis(clip: BvhClip, parts: SkeletonParts, up_told: str | None = None) -> tuple[str, str]:

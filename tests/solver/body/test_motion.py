@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from body_cases import DEMO_MOTIONS
 
-from tryon_solver.body import BodyModel, Motion, MotionError, Pose, blend_in, quaternions
+from tryon_solver.body import BodyModel, Motion, MotionError, Pose, blend_in, parse_bvh, quaternions, retarget
+from tryon_solver.body import motion as motion_module
 
 X_AXIS = np.array([1.0, 0.0, 0.0])
 
@@ -88,6 +90,42 @@ def test_blend_starts_at_rest_and_takes_up_the_velocity_of_the_motion() -> None:
     assert abs(turning[0]) < 0.02
     np.testing.assert_allclose(speeds[-1], [0.0, 0.0, 2.0], atol=0.05)
     assert turning[-1] == pytest.approx(np.pi, rel=0.05)
+
+
+def begun(speed: float, turning: float) -> Motion:
+    """Three joints, the root under way at `speed` [m/s] and one joint turning at `turning` [rad/s] from the start."""
+    t = np.arange(30) / 60.0
+    rotations = np.tile(quaternions.IDENTITY, (30, 3, 1))
+    rotations[:, 1] = quaternions.from_axis_angle(X_AXIS, turning * t)
+    return Motion(np.stack([0 * t, 0 * t + 1.0, speed * t], axis=1), rotations, 1.0 / 60.0, "begun")
+
+
+@pytest.mark.parametrize(("speed", "turning"), [(0.0, 75.0), (0.0, 185.0), (40.0, 0.0), (60.0, 100.0)])
+def test_no_limb_whirls_and_no_body_is_thrown_back_to_take_up_a_velocity(speed: float, turning: float) -> None:
+    motion = begun(speed, turning)
+    blend = blend_in(motion.pose(0), motion, 1.0)
+    turned = quaternions.angle_of(blend.rotations[:, 1])
+    assert turned.max() < 1.5 + 1e-6
+    assert np.linalg.norm(blend.roots - motion.roots[0], axis=1).max() < 0.5 + 1e-6
+    assert np.abs(np.diff(turned)).max() <= 1.05 * turning * blend.dt
+    np.testing.assert_allclose(blend.roots[-1], motion.roots[0], atol=1e-12)
+    np.testing.assert_allclose(blend.rotations[-1], motion.rotations[0], atol=1e-12)
+
+
+def test_ordinary_motions_are_entered_over_the_whole_onset(body: BodyModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither the demo's motions nor a fast run reaches a limit: without any they are entered as exactly."""
+    motions = [retarget(parse_bvh(path.read_text()), body) for path in sorted(DEMO_MOTIONS.glob("*.bvh"))]
+    assert len(motions) >= 3
+    cases = [(Pose.rest(body), motion) for motion in motions]
+    run = begun(6.0, 15.0)
+    cases.append((run.pose(0), run))
+    limited = [blend_in(pose, motion, 1.0) for pose, motion in cases]
+    monkeypatch.setattr(motion_module, "ONSET_TURN", np.inf)
+    monkeypatch.setattr(motion_module, "ONSET_STEP", np.inf)
+    for (pose, motion), entered in zip(cases, limited):
+        free = blend_in(pose, motion, 1.0)
+        np.testing.assert_array_equal(entered.roots, free.roots)
+        np.testing.assert_array_equal(entered.rotations, free.rotations)
 
 
 @pytest.mark.parametrize("seconds", [0.0, -1.0, float("nan")])

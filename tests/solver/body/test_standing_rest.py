@@ -124,6 +124,7 @@ def test_a_handstand_stays_one(body: BodyModel, height: float | None, standing: 
         over,
         positions=np.concatenate([over.positions, after]),
         rotations=np.concatenate([over.rotations, clip.rotations[upright]]),
+        dt=0.1,  # time to come down in
     )
     assert with_standing_rest(both, parts) == (both, "")
     told = "from feet to shoulders in its rest pose: in most of its poses the person is upside down"
