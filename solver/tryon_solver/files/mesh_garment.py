@@ -100,6 +100,7 @@ def make_garment(raw: RawMesh, convention: Convention) -> MeshGarment:
         )
     else:
         notes.append(f"rest shape: {shape.told}")
+        notes += [f"rest shape: {it.told} ({raw.places(kept[it.faces])}); {it.remedy}" for it in shape.doubts]
     place_of = np.full(joined.max() + 1, -1)
     place_of[ids] = np.arange(len(ids))
     stitches = place_of[joined[raw.lines]].reshape(-1, 2)

@@ -1,23 +1,36 @@
 """The rest shape of a mesh garment: its pattern, where texture coordinates are one, or else the shape it comes in.
 
 Texture coordinates are a pattern when, in metres or in the file's unit, they have the size of the surface in space:
-cloth hardly stretches, so a flat piece has nearly the lengths of the same piece worn.
+cloth hardly stretches, so a flat piece has nearly the lengths of the same piece worn. A few triangles that are far from
+that in a pattern (a seam of the texture that was not split, a stray coordinate) rest as they come, the others in it.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tryon_solver.geometry.surface_repair import connected_faces, neighbours
 
 SAME_SIZE = (0.8, 1.25)  # median length in the pattern over that in space
-SPREAD = (0.5, 2.0)  # nearly all lengths are within this
+SAME_LENGTH = 0.03  # by how much that may miss 1 untold
+SPREAD = (0.5, 2.0)  # nearly all lengths are within this; gathers and what is stretched, too
 NEARLY_ALL = (2.0, 98.0)  # per cent
+FAR = (0.25, 4.0)  # a triangle whose longest side is outside this, or its height below, is none of the pattern's
+FEW = 0.05  # share of the triangles that may be so
 SAME_PLACE = 1e-6  # m, in the pattern: sides that lie on each other are no seam
 SMOOTHING = 20  # rounds in which the direction a triangle faces is averaged with its neighbours'
 SMALLEST_CHART = 12  # triangles; smaller patches join a neighbour
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """Triangles `faces` (K,) of which something is told, and what could be done about them."""
+
+    told: str
+    faces: np.ndarray
+    remedy: str
 
 
 @dataclass(frozen=True)
@@ -25,13 +38,15 @@ class RestShape:
     """Pattern coordinates of a mesh garment.
 
     `uv_corners` (F, 3, 2) m, each triangle counter-clockwise; `panel_of_face` (F,) int32 the piece or patch;
-    `spline_corners` (F, 3, 2) m where the subspace lays its splines, None for uv_corners; `told` in words.
+    `spline_corners` (F, 3, 2) m where the subspace lays its splines, None for uv_corners; `told` in words; `doubts`
+    of single triangles.
     """
 
     uv_corners: np.ndarray
     panel_of_face: np.ndarray
     spline_corners: np.ndarray | None
     told: str
+    doubts: tuple[Doubt, ...] = ()
 
 
 def find_rest_shape(x: np.ndarray, faces: np.ndarray, uv: np.ndarray | None, unit: str, unit_size: float) -> RestShape:
@@ -47,18 +62,45 @@ def find_rest_shape(x: np.ndarray, faces: np.ndarray, uv: np.ndarray | None, uni
     ratio = in_pattern / np.maximum(in_space, 1e-12)
     median = float(np.median(ratio))
     readings = {"metres": 1.0, unit: unit_size} if unit != "m" else {"metres": 1.0}
+    doubts: tuple[Doubt, ...] = ()
     for name, size in readings.items():
-        low, high = np.percentile(ratio * size, NEARLY_ALL)
-        if SAME_SIZE[0] <= median * size <= SAME_SIZE[1] and low >= SPREAD[0] and high <= SPREAD[1]:
-            if (np.abs(_signed_areas(uv)) > 0).all():
-                return _from_pattern(faces, uv * size, name)
-            return from_shape(x, faces, "the shape it comes in, as its texture coordinates leave triangles no area")
+        if not SAME_SIZE[0] <= median * size <= SAME_SIZE[1]:
+            continue
+        longest = size * in_pattern.max(axis=1) / in_space.max(axis=1)
+        height = np.abs(_signed_areas(size * uv)) / np.maximum(_areas(corners) * longest, 1e-30)
+        far = _outside(longest, FAR) | (height < FAR[0])
+        doubts = _doubts_of_far(longest, far)
+        if far.mean() > FEW:
+            continue
+        low, high = np.percentile(ratio[~far] * size, NEARLY_ALL)
+        if low >= SPREAD[0] and high <= SPREAD[1]:
+            return _from_pattern(x, faces, uv * size, far, median * size, name, longest)
     low, high = np.percentile(ratio, NEARLY_ALL)
     why = f"its texture coordinates have {low:.2g} to {high:.2g} times its lengths in metres and are no pattern"
-    return from_shape(x, faces, f"the shape it comes in, as {why}")
+    return replace(from_shape(x, faces, f"the shape it comes in, as {why}"), doubts=doubts)
 
 
-def _from_pattern(faces: np.ndarray, uv: np.ndarray, name: str) -> RestShape:
+def _doubts_of_far(longest: np.ndarray, far: np.ndarray) -> tuple[Doubt, ...]:
+    """What is told of triangles `far` (F,) bool, whose longest sides are `longest` (F,) times those in space."""
+    if not far.any():
+        return ()
+    low, high = float(longest[far].min()), float(longest[far].max())
+    how = [f"up to {high:.0f} times as long"] * (high > FAR[1]) + [f"only {low:.2g} times as long"] * (low < FAR[0])
+    there = "in its texture coordinates"
+    what = f"{' or '.join(how)} {there} as where they lie" if how else f"almost without width {there}"
+    remedy = "split the texture along its seams there, or mend its coordinates"
+    return (Doubt(f"{far.sum()} of its {len(far)} triangles are {what}", np.flatnonzero(far), remedy),)
+
+
+def _outside(values: np.ndarray, limits: tuple[float, float]) -> np.ndarray:
+    return (values < limits[0]) | (values > limits[1])
+
+
+def _from_pattern(
+    x: np.ndarray, faces: np.ndarray, uv: np.ndarray, far: np.ndarray, scale: float, name: str, longest: np.ndarray
+) -> RestShape:
+    """Rest in the pattern uv (F, 3, 2) m, but for those `far` (F,) bool from it: these rest as they come, `scale` times
+    as large, as the others are, in patches of their own. `longest` (F,) as in _doubts_of_far."""
     pairs = neighbours(faces)
     first, second, side, other = pairs.T
     a = np.stack([uv[first, side], uv[first, (side + 1) % 3]], axis=1)
@@ -68,10 +110,29 @@ def _from_pattern(faces: np.ndarray, uv: np.ndarray, name: str) -> RestShape:
     sign = np.sign(_signed_areas(uv))
     # mirrored halves may lie on each other: what is folded along a side is two pieces
     joined = (np.abs(a - b).max(axis=(1, 2)) < SAME_PLACE) & (sign[first] == sign[second])
-    piece = connected_faces(len(faces), pairs[joined, :2])
+    joined &= ~far[first] & ~far[second]
+    pieces, piece = np.unique(connected_faces(len(faces), pairs[joined, :2])[~far], return_inverse=True)
+    told = f"the pattern in its texture coordinates, in {name}; {len(pieces)} pieces"
+    if abs(scale - 1.0) > SAME_LENGTH:
+        told += f"; its lengths are {scale:.2f} times those of the shape it comes in"
+    panel = np.zeros(len(faces), np.int32)
+    panel[~far] = piece
     turned = np.where((sign < 0)[:, None, None], uv * [-1.0, 1.0], uv)
-    told = f"the pattern in its texture coordinates, in {name}; {piece.max() + 1} pieces"
-    return RestShape(turned, piece.astype(np.int32), None, told)
+    odd = ~far & _outside(longest, SPREAD)
+    doubts = tuple(replace(doubt, told=f"{doubt.told}, and rest as they lie") for doubt in _doubts_of_far(longest, far))
+    if odd.any():
+        low, high = float(longest[odd].min()), float(longest[odd].max())
+        odd_told = f"{odd.sum()} of its triangles are {low:.2g} to {high:.2g} times as long in its pattern as they lie"
+        remedy = "mend its coordinates there if they are not gathered or stretched so"
+        doubts += (Doubt(odd_told, np.flatnonzero(odd), remedy),)
+    if not far.any():
+        return RestShape(turned, panel, None, told, doubts)
+    patches = from_shape(x, faces[far], "")
+    turned[far] = scale * patches.uv_corners
+    panel[far] = len(pieces) + patches.panel_of_face
+    spline = turned.copy()
+    spline[far] = patches.spline_corners
+    return RestShape(turned, panel, spline, told, doubts)
 
 
 def from_shape(x: np.ndarray, faces: np.ndarray, told: str) -> RestShape:
@@ -121,6 +182,11 @@ def _charts(x: np.ndarray, faces: np.ndarray, normal: np.ndarray) -> tuple[np.nd
 def _patches(facing: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     alike = facing[pairs[:, 0]] == facing[pairs[:, 1]]
     return connected_faces(len(facing), pairs[alike])
+
+
+def _areas(corners: np.ndarray) -> np.ndarray:
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    return 0.5 * np.linalg.norm(np.cross(a, b), axis=1)
 
 
 def _signed_areas(uv: np.ndarray) -> np.ndarray:
