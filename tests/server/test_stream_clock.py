@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tryon_server.runtime.sources import APPROACH_SPEED_MAX, LONGEST_MOVE, NEARBY, Move
+from tryon_server.runtime.sources import APPROACH_SPEED_MAX, APPROACH_TURN_MAX, LONGEST_MOVE, NEARBY, Move
 from tryon_server.runtime.stream_source import CATCH_UP, LARGEST_LAG, LONGEST_STEP, STALL_SECONDS, StreamSource
 from tryon_solver.body.pose import Pose
 
@@ -31,7 +31,7 @@ def turn_of(pose: Pose) -> float:
 
 
 def walks(t: float) -> Pose:
-    return posed(0.1 * t, 0.2 * t % 1.0)
+    return posed(0.1 * t, 0.2 * abs(t % 10.0 - 5.0))
 
 
 def sways(t: float) -> Pose:
@@ -257,3 +257,16 @@ def test_a_leap_puts_nobody_back_in_time(cost):
     assert sum(bool(frame.move.leap.any()) for frame in session.shown) == 1
     for frame in session.shown:
         assert frame.move.dt <= max(LONGEST_MOVE, min(CATCH_UP * cost, LONGEST_STEP)) + 1e-9
+
+
+@pytest.mark.parametrize("cost", [0.02, 0.07])
+def test_a_pose_that_nobody_comes_to_in_the_time_is_led_to_unhurried(cost):
+    """The tracker has found the wearer again, who squats now: 1.9 rad and 0.5 m from one pose to the next."""
+    session = play(lambda t: posed(0.5 * (t > 10.0), 0.2 * np.sin(t) + 1.9 * (t > 10.0)), lambda _: cost, rate=30.0)
+    check_clock(session)
+    moves = [frame.move for frame in session.shown]
+    for one, other in itertools.pairwise(moves):
+        assert abs(turn_of(other.pose) - turn_of(one.pose)) <= APPROACH_TURN_MAX * other.dt + 0.02
+        assert abs(other.pose.root[0] - one.pose.root[0]) <= APPROACH_SPEED_MAX * other.dt + 1e-6
+    assert moves[-1].pose.root[0] == pytest.approx(0.5)
+    assert cost > LONGEST_MOVE or ages(session, 18.0).max() < 0.15

@@ -62,11 +62,16 @@ class PoseSource(Protocol):
         when nothing is to be done."""
 
 
-def unhurried_seconds(start: Pose, goal: Pose) -> float:
-    """How long the body takes from ``start`` to ``goal`` at the speeds of a way that nobody recorded [s]."""
+def way(start: Pose, goal: Pose) -> tuple[float, float]:
+    """How far the root goes [m], and how far the joint turns that turns most [rad]."""
     distance = float(np.linalg.norm(np.asarray(goal.root) - np.asarray(start.root)))
     cosines = np.abs(np.sum(np.asarray(start.rotations) * np.asarray(goal.rotations), axis=1))
-    turn = 2.0 * math.acos(min(1.0, float(cosines.min())))
+    return distance, 2.0 * math.acos(min(1.0, float(cosines.min())))
+
+
+def unhurried_seconds(start: Pose, goal: Pose) -> float:
+    """How long the body takes from ``start`` to ``goal`` at the speeds of a way that nobody recorded [s]."""
+    distance, turn = way(start, goal)
     return max(distance / APPROACH_SPEED_MAX, turn / APPROACH_TURN_MAX)
 
 

@@ -5,8 +5,9 @@ Where the body is on a leg says both its pose and the time that is told of it, s
 it shows.
 
 - A leg is gone in the time in which it was tracked. Ways that nobody tracked are gone unhurried: to the first pose of a
-  sender, over a gap in the stream, and to the newest pose past all between, which are left out, where the body is more
-  than ``LARGEST_LAG`` behind. They are straight, and what was tracked slowly is gone over more quickly.
+  sender, over a gap in the stream, to a pose that nobody can have come to in the time (the tracker has found the wearer
+  again), and to the newest pose past all between, which are left out, where the body is more than ``LARGEST_LAG``
+  behind. They are straight, and what was tracked slowly is gone over more quickly.
 - A body that is behind catches up at ``CATCH_UP`` simulated seconds per second at most. A move may be so much longer
   than the solver takes for one, up to ``LONGEST_STEP``, each a single step. So a solver that takes c s for a move of
   c s ends up c s behind the newest pose: while it is farther behind, each move gains c s.
@@ -33,6 +34,7 @@ from tryon_server.runtime.sources import (
     leap_towards,
     moved,
     unhurried_seconds,
+    way,
 )
 from tryon_solver.body.pose import Pose
 
@@ -42,6 +44,12 @@ STALL_SECONDS = 0.25  # without a pose for this long the stream's body stands st
 CATCH_UP = 2.0  # a body that is behind catches up at no more than this many simulated seconds per second
 LARGEST_LAG = 1.0  # [s] behind the newest pose: one farther behind leaves out what it missed
 RUN_SPEED_MAX = 12.0  # [m/s] no wearer runs faster: a stream whose root does has begun to measure from elsewhere
+TURN_SPEED_MAX = 30.0  # [rad/s] no joint turns faster,
+BURST, LASTING_TURN_SPEED = (
+    1.0,
+    6.0,
+)  # [rad], [rad/s] and for longer than a burst none so fast: dropped poses hide speed
+SHORTEST_INTERVAL = 0.01  # [s] times of capture may be off by so much, and a speed over less says nothing
 
 
 @dataclass(frozen=True)
@@ -59,6 +67,14 @@ class Leg:
     t: float
     pose: Pose
     seconds: float
+
+
+def impossible(start: Pose, goal: Pose, seconds: float) -> bool:
+    """Whether nobody gets from one pose to the other in that time."""
+    distance, turn = way(start, goal)
+    longest = max(seconds, SHORTEST_INTERVAL)
+    furthest = min(TURN_SPEED_MAX * longest, BURST + LASTING_TURN_SPEED * longest)
+    return distance > RUN_SPEED_MAX * longest or turn > furthest
 
 
 class StreamSource:
@@ -104,8 +120,11 @@ class StreamSource:
             self._legs = deque([self._legs[0]] if self._legs else [])
         t_before, before = (self._legs[-1].t, self._legs[-1].pose) if self._legs else (self._t, self._pose)
         seconds = t - t_before
-        if late or seconds > STALL_SECONDS:
-            seconds = min(seconds, max(LONGEST_MOVE, unhurried_seconds(before, pose)))
+        unhurried = max(LONGEST_MOVE, unhurried_seconds(before, pose))
+        if impossible(before, pose, seconds):
+            seconds = unhurried
+        elif late or seconds > STALL_SECONDS:
+            seconds = min(seconds, unhurried)
         self._legs.append(Leg(seq, t, pose, seconds))
 
     def next(self, elapsed: float, cost: float = 0.0) -> Move | None:
