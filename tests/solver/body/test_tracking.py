@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from body_cases import DEMO_MOTIONS
@@ -238,3 +240,29 @@ def test_what_can_not_be_followed_says_why(body: BodyModel, finger: BodyModel) -
         Tracker(body, looped)
     with pytest.raises(TrackingError, match="kinect"):
         Tracker(body, SourceSkeleton("kinect", "session", ("a",)))
+
+
+@pytest.mark.parametrize(
+    ("to", "told"),
+    [
+        (np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]), "trunk points up along .Z"),  # Z up
+        (np.diag([-1.0, 1.0, -1.0]), "left side is on the side of -X"),  # facing -Z
+        (np.diag([-1.0, 1.0, 1.0]), "left side is on the side of -X"),  # mirrored
+        (np.diag([1.0, -1.0, -1.0]), "trunk points up along -Y"),
+        (np.zeros((3, 3)), "trunk points up along nothing"),
+    ],
+)
+def test_a_rest_pose_that_does_not_stand_as_it_must_is_refused(body: BodyModel, to: np.ndarray, told: str) -> None:
+    clip = parse_bvh((DEMO_MOTIONS / "walk.bvh").read_text())
+    parents, rest = tuple(int(parent) for parent in clip.parents), clip.rest_positions()
+    Tracker(body, SourceSkeleton("bvh", "session", clip.joint_names, parents, rest))
+    with pytest.raises(TrackingError, match=told):
+        Tracker(body, SourceSkeleton("bvh", "session", clip.joint_names, parents, rest @ to.T))
+    watched, _ = webxr(body, Motion(np.zeros((1, 3)), np.tile(body_rest(body), (1, 1, 1)), 1.0), 0)
+    assert watched.rest_positions is not None
+    with pytest.raises(TrackingError, match=told):
+        Tracker(body, replace(watched, rest_positions=watched.rest_positions @ to.T))
+
+
+def body_rest(body: BodyModel) -> np.ndarray:
+    return np.tile(quaternions.IDENTITY, (body.joint_count, 1))

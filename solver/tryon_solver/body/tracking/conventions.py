@@ -51,6 +51,7 @@ MEDIAPIPE_SIDED = {
     "{side}_foot": "{side}_ankle",
     "{side}_toes": "{side}_foot_index",
 }
+STRAIGHT = 0.7  # cosine of the angle by which a rest pose may be off the axes
 NOSE_FROM_EARS = np.array([0.0, -0.02, 0.1])  # m, of a head that looks ahead, from the middle between the ears
 
 SMPL_SIDED = {
@@ -98,6 +99,8 @@ def _webxr(skeleton: SourceSkeleton, _model: BodyModel) -> Reader:
     viewer = _present({VIEWER: VIEWER}, skeleton.joint_names).get(VIEWER)
     axes_at_rest = skeleton.rest_rotations
     rest = _points(joints, skeleton.rest_positions) if skeleton.rest_positions is not None else None
+    if rest is not None:
+        refuse_crooked_rest(rest)
     knuckles = {f"{side}_{finger}" for side in SIDES for finger in ("index", "little")}
     turning = {part: joint for part, joint in joints.items() if part not in knuckles and part != "waist"}
 
@@ -181,6 +184,7 @@ def _smpl(skeleton: SourceSkeleton, model: BodyModel) -> Reader:
     rest = skeleton.rest_positions
     joints = _present(sided(SMPL_SIDED) | SMPL_MIDDLE, skeleton.joint_names)
     if rest is not None:
+        refuse_crooked_rest(_points(joints, rest))
         return _local(joints, places, rest, model)
     rest = np.array([average_place(name) for name in skeleton.joint_names])
     return _local(joints, places, rest, model, Stature())
@@ -197,6 +201,7 @@ def _bvh(skeleton: SourceSkeleton, model: BodyModel) -> Reader:
     joints = dict(parts.joints)
     joints["chest"] = parts.spine[-1] if parts.spine else joints["pelvis"]
     joints |= {f"{side}_clavicle": joint for side, joint in parts.clavicles.items()}
+    refuse_crooked_rest(_points(joints, skeleton.rest_positions))
     return _local(joints, skeleton.parents, skeleton.rest_positions, model)
 
 
@@ -244,6 +249,25 @@ def _local(
         )
 
     return read
+
+
+def refuse_crooked_rest(points: Mapping[str, np.ndarray]) -> None:
+    """Raises TrackingError when a rest pose that was told, its parts' places (3,) m, is not upright with Y up and
+    facing +Z, as every length and turn is read relative to it. What lacks hips or shoulders is not looked at."""
+    hips, shoulders = ([f"{side}_{part}" for side in SIDES] for part in ("thigh", "upper_arm"))
+    if not all(part in points for part in (*hips, *shoulders)):
+        return
+    up = sum(points[part] for part in shoulders) - sum(points[part] for part in hips)
+    left = points[hips[0]] - points[hips[1]] + points[shoulders[0]] - points[shoulders[1]]
+    for what, direction, axis in (("trunk points up along", up, 1), ("left side is on the side of", left, 0)):
+        length = float(np.linalg.norm(direction))
+        if direction[axis] <= STRAIGHT * length:
+            at = int(np.abs(direction).argmax())
+            along = "nothing" if length == 0.0 else ("-" if direction[at] < 0.0 else "+") + "XYZ"[at]
+            raise TrackingError(
+                f"rest_positions: the {what} {along}, not +{'XYZ'[axis]}; send the rest pose upright, Y up, facing +Z, "
+                "and the poses in the same axes"
+            )
 
 
 def _levels(parents: tuple[int, ...]) -> list[np.ndarray]:
