@@ -146,7 +146,9 @@ def find_for_body(vertices: np.ndarray, told: Told, name: str) -> Convention:
             f"Scale the export to the size of a human in one of: {', '.join(UNITS)}; or export all of the person",
         )
     unit, also = fitting[0], tuple(fitting[1:])
-    if unit in USUAL_UNITS and _within(largest * UNITS[unit], GROWN):
+    if not _within(largest * UNITS[unit], GROWN):  # a figure may be larger or smaller than people
+        also += tuple(u for u in USUAL_UNITS if u not in fitting and _within(largest * UNITS[u], TOLD))
+    elif unit in USUAL_UNITS:
         also = tuple(other for other in also if other in USUAL_UNITS)  # an infant in feet is not worth a word
     because = f"its largest extent, {largest:.4g} units, is {largest * UNITS[unit]:.2f} m"
     if also:

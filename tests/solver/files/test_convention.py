@@ -198,3 +198,12 @@ def test_a_told_unit_is_not_doubted_but_checked(strangers):
     assert "as told" in found.because
     with pytest.raises(MeshFileError, match="not where the body is"):
         find_for_garment(100 * x, quads[:, :3], skin, Told("m", "y"), None, "skirt.obj")
+
+
+def test_a_figure_too_large_for_people_says_that_it_could_be_one():
+    """A giant of 2.72 m: a child of 0.83 m in feet, which is told with what else it may be."""
+    rest = default_body().rest_vertices
+    x = rest * (2.72 / np.ptp(rest, axis=0).max())
+    found = find_for_body(x, Told(up="y"), "giant.obj")
+    assert found.unit == "ft"
+    assert "2.72 m in m: --body-units tells" in found.describe()

@@ -257,7 +257,7 @@ def refuse_crooked_rest(points: Mapping[str, np.ndarray]) -> None:
     hips, shoulders = ([f"{side}_{part}" for side in SIDES] for part in ("thigh", "upper_arm"))
     if not all(part in points for part in (*hips, *shoulders)):
         return
-    up = sum(points[part] for part in shoulders) - sum(points[part] for part in hips)
+    up = points[shoulders[0]] + points[shoulders[1]] - points[hips[0]] - points[hips[1]]
     left = points[hips[0]] - points[hips[1]] + points[shoulders[0]] - points[shoulders[1]]
     for what, direction, axis in (("trunk points up along", up, 1), ("left side is on the side of", left, 0)):
         length = float(np.linalg.norm(direction))
