@@ -159,6 +159,37 @@ def test_a_calibration_pose_ahead_of_a_motion_is_told_and_a_jump_within_refused(
     assert "cut the motion there, or mend the frame" in wrong["message"]
 
 
+def without_legs(text: str) -> str:
+    """The same motion of a person who ends at the hips."""
+    skeleton, motion = text.split("MOTION\n")
+    kept, dropped, column, depth, leg = [], set(), 0, 0, None
+    for line in skeleton.splitlines():
+        words = line.split()
+        if words[:1] == ["JOINT"] and words[1].endswith("UpLeg"):
+            leg = depth
+        if words[:1] == ["CHANNELS"]:
+            here = range(column, column + int(words[1]))
+            column = here.stop
+            dropped |= set(here) if leg is not None else set()
+        depth += (words == ["{"]) - (words == ["}"])
+        if leg is None:
+            kept.append(line)
+        elif words == ["}"] and depth == leg:
+            leg = None
+    said, rate, *frames = motion.strip().splitlines()
+    rows = [" ".join(v for k, v in enumerate(frame.split()) if k not in dropped) for frame in frames]
+    return "\n".join([*kept, "MOTION", said, rate, *rows]) + "\n"
+
+
+def test_a_person_without_legs_lacks_legs_and_no_unit(live):
+    """In centimetres, whose extent without legs would be one in other units."""
+    wrong = refused(post(live, "motions", without_legs(WALK)), 422, "motion.invalid")
+    assert "left_thigh" in wrong["message"]
+    assert "units" not in wrong["message"]
+    told = refused(post(live, "motions", without_legs(WALK), units="mm"), 422, "motion.invalid")
+    assert "not a human's" in told["message"]
+
+
 def tilted(text: str, degrees: float) -> str:
     """The same motion below a joint that tilts all of it to the side."""
     skeleton, motion = text.split("MOTION\n")
@@ -181,6 +212,9 @@ def test_a_motion_that_leans_as_a_whole_is_told_to_be_tilted(live):
     assert "lean" not in notes[0.0]
     assert "up: -X, from feet to shoulders in its poses" in notes[90.0]
     assert "its rest pose stands along Y, its poses along -X: up is the poses'" in notes[90.0]
+    assert "the person is played standing" in notes[90.0]
+    assert "if it lies, with Y up, up=y tells" in notes[90.0]
+    assert "is played" not in notes[0.0].replace("and is played so", "")
     assert "lean" not in notes[90.0]
 
 

@@ -15,7 +15,7 @@ from tryon_solver.body.own_sides import with_own_sides, with_told_facing
 from tryon_solver.body.pose_jumps import find_start
 from tryon_solver.body.retarget import retarget
 from tryon_solver.body.skeletons import RetargetError, SkeletonParts, UnnamedError, find_parts
-from tryon_solver.body.standing_rest import tilt, upward_axis, with_standing_rest
+from tryon_solver.body.standing_rest import lying_or_standing, tilt, upward_axis, with_standing_rest
 
 MOTION_FOLDER = Path(__file__).parent.parent / "demo" / "motions"
 AGAIN = "Export the motion again, or choose another"
@@ -87,10 +87,10 @@ def read_clip(
         text = decode_bvh(content)
         units, facing, up = reading.units, reading.facing, reading.up
         if units is None:
-            per_metre, word, how = find_units(text, reading.joints)
+            found = find_units(text, reading.joints)
+            clip, word, how = parse_bvh(text, found, Path(name).stem), found.name, found.because
         else:
-            per_metre, word, how = UNITS[units], UNIT_WORDS[units], "as told"
-        clip = parse_bvh(text, per_metre, Path(name).stem)
+            clip, word, how = parse_bvh(text, UNITS[units], Path(name).stem), UNIT_WORDS[units], "as told"
         parts = find_parts(clip.joint_names, clip.parents, reading.joints)
         start, left_out = find_start(clip, parts)
         standing, rest = with_standing_rest(clip, parts, up, start)
@@ -137,6 +137,7 @@ def _facts(
     said = [
         units,
         f"up: {up}, {told_by}",
+        *filter(None, [lying_or_standing(clip, parts, up_told)]),
         *([TILTED.format(up=up, degrees=tilted)] if tilted else []),
         f"{clip.frame_count} frames, {1 / clip.dt:.4g} a second, {seconds:.2f} s",
         f"{len(used)} of its {len(names)} joints move the body{f', not {listed}' if unused else ''}",

@@ -197,14 +197,16 @@ class _Joint:
     end: list[float] | None = None
 
 
-def parse_bvh(text: str, units_per_metre: float | None = CENTIMETRES, name: str = "clip") -> BvhClip:
+def parse_bvh(text: str, units_per_metre: float | FoundUnits | None = CENTIMETRES, name: str = "clip") -> BvhClip:
     """Read a BVH file's text. Raises BvhError naming the line and the remedy.
 
-    `units_per_metre`: 100 when the file is in centimetres (the usual), 1 for metres, 39.37 for inches; None for those
-    of `find_units`, which may raise RetargetError.
+    `units_per_metre`: 100 when the file is in centimetres (the usual), 1 for metres, 39.37 for inches; what
+    `find_units` found, which is not doubted; None to have it do so, which may raise RetargetError.
     """
     if units_per_metre is None:
-        return _read(text, find_units(text).per_metre, name)
+        units_per_metre = find_units(text)
+    if isinstance(units_per_metre, FoundUnits):
+        return _read(text, units_per_metre.per_metre, name)
     if not (math.isfinite(units_per_metre) and units_per_metre > 0.0):
         raise BvhError(f"units_per_metre is {units_per_metre}; give a positive number, 100 for centimetres")
     clip = _read(text, units_per_metre, name)

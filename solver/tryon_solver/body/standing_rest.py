@@ -32,6 +32,7 @@ FRAMES_LOOKED_AT = 200
 TILTED = 10.0  # degrees
 STANDING_SHARE = 0.05  # of the poses: so many that stand along the rest pose's axis say that it is up
 FLOOR = (-0.05, 0.25)  # m, heights of the lowest joint over a clip whose floor is at zero: toes, or who lies on it
+STEADY, UNSTEADY = 0.05, 0.15  # m, up and down of the lowest joint in nine tenths of the poses: on a floor, on none
 ALIKE = 20.0  # degrees; the legs of CMU's skeletons lean to the front and their trunks to the back, by 14 together
 
 
@@ -86,22 +87,58 @@ def upward_axis(clip: BvhClip, parts: SkeletonParts, up_told: str | None = None)
     return _axis_name(up), f"from feet to shoulders in its rest pose: {lies}"
 
 
+def lying_or_standing(clip: BvhClip, parts: SkeletonParts, up_told: str | None = None) -> str:
+    """How a clip is played whose poses stand along an axis across the rest pose's, by what, and what tells otherwise.
+
+    For people; "" for any other clip, and where it is told. `up_told`: as of `with_standing_rest`.
+    """
+    _, positions = looked_at(clip)
+    own, poses = _own_axis(clip.rest_positions(), parts), _upward(positions, parts, None)
+    if up_told is not None or own is None or abs(own @ poses) > 0.5:
+        return ""
+    up, because = _reading(positions, parts, own)
+    played, other, otherwise = ("lying", poses, "stands") if up @ own > 0.5 else ("standing", own, "lies")
+    return (
+        f"the person is played {played}, {because}; if it {otherwise}, with {_axis_name(other)} up, "
+        f"--motion-up={_axis_name(other).lower()} tells"
+    )
+
+
 def _upward(positions: np.ndarray, parts: SkeletonParts, own: np.ndarray | None) -> np.ndarray:
-    """(3,): the coordinate axis that is up, of poses (T, J, 3) m whose rest pose stands along `own` (None: nowhere).
+    """(3,): the coordinate axis that is up, of poses (T, J, 3) m whose rest pose stands along `own` (None: nowhere)."""
+    return _reading(positions, parts, own)[0]
+
+
+def _reading(positions: np.ndarray, parts: SkeletonParts, own: np.ndarray | None) -> tuple[np.ndarray, str]:
+    """The same, and by what it is told where the poses stand along another axis than the rest pose.
 
     It is the one along which most poses are up, from feet to shoulders. That is not the rest pose's where root or
     converter turn the person, but neither is it where somebody lies all along. The floor tells the two apart where it
     is at zero along one of both axes; else it is the rest pose's if the person ever stands along it, or stands on the
-    hands.
+    hands, or is lowest at one height along it and not along the poses' axis: a floor is lain on all the time, but the
+    feet of who lies move to and fro. Else it is the poses'.
     """
     poses = _nearest_axis(np.median([_directions(x, parts)[0] for x in positions], axis=0))
     if own is None or poses @ own > 0.5:
-        return poses
-    on_own, on_poses = (FLOOR[0] <= float((positions @ axis).min()) <= FLOOR[1] for axis in (own, poses))
+        return poses, "from feet to shoulders in its poses"
+    lowest_own, lowest_poses = ((positions @ axis).min(axis=1) for axis in (own, poses))
+    on_own, on_poses = (FLOOR[0] <= float(lowest.min()) <= FLOOR[1] for lowest in (lowest_own, lowest_poses))
     if on_own != on_poses:
-        return own if on_own else poses
-    standing = np.mean([_stands(x, parts, own) for x in positions])
-    return own if standing >= STANDING_SHARE or _on_hands(positions, parts, own) else poses
+        axis = own if on_own else poses
+        return axis, f"since the floor is at zero along {_axis_name(axis)}"
+    if np.mean([_stands(x, parts, own) for x in positions]) >= STANDING_SHARE:
+        return own, f"since it also stands, along {_axis_name(own)}"
+    upside_down = poses @ own < -0.5
+    if upside_down and _on_hands(positions, parts, own):
+        return own, "since it is on the hands"
+    if not upside_down and _travel(lowest_own) < STEADY and _travel(lowest_poses) > UNSTEADY:
+        return own, f"since its lowest joint stays at one height along {_axis_name(own)}"
+    return poses, "as if its root turned it to another upward axis"
+
+
+def _travel(heights: np.ndarray) -> float:
+    low, high = np.percentile(heights, (5.0, 95.0))
+    return float(high - low)
 
 
 def _on_hands(positions: np.ndarray, parts: SkeletonParts, up: np.ndarray) -> bool:

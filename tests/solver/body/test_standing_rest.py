@@ -10,8 +10,8 @@ from body_cases import DEMO_MOTIONS
 
 from tryon_solver.body import BodyModel, BvhClip, parse_bvh, quaternions, retarget
 from tryon_solver.body.pose import skin
-from tryon_solver.body.skeletons import find_parts
-from tryon_solver.body.standing_rest import tilt, upward_axis, with_standing_rest
+from tryon_solver.body.skeletons import SkeletonParts, find_parts
+from tryon_solver.body.standing_rest import lying_or_standing, tilt, upward_axis, with_standing_rest
 
 X, Y, Z = np.eye(3)
 TURNS = {"Z": (X, 90.0), "-Z": (X, -90.0), "X": (Z, -90.0), "-X": (Z, 90.0), "-Y": (Z, 180.0)}
@@ -104,6 +104,62 @@ def test_who_lies_on_the_floor_all_along_goes_on_lying() -> None:
         "from feet to shoulders in its rest pose: in its poses the person lies along Z",
     )
     assert tilt(lying, parts) == 0.0
+
+
+def lying_on_the_back(name: str, at: float) -> tuple[BvhClip, SkeletonParts]:
+    """A demo motion done on the back, its root held; lowest `at` m above zero along both Y and the axis to the head."""
+    clip = demo(name)
+    turn = quaternions.from_axis_angle(X, np.radians(-90.0))
+    positions, rotations = clip.positions.copy(), clip.rotations.copy()
+    positions[:, 0] = 0.0
+    rotations[:, 0] = quaternions.multiply(turn, rotations[:, 0])
+    clip = replace(clip, positions=positions, rotations=rotations)
+    joints = clip.world()[0]
+    positions[:, 0] += [0.0, at - joints[..., 1].min(), -at - joints[..., 2].max()]
+    return replace(clip, positions=positions), find_parts(clip.joint_names, clip.parents)
+
+
+@pytest.mark.parametrize("at", [0.05, 0.6])
+def test_who_lies_with_moving_legs_is_told_by_the_height_that_stays(body: BodyModel, at: float) -> None:
+    """With the floor at zero along both axes, or along neither: on the back, on the ground or on a bed."""
+    clip, parts = lying_on_the_back("squat", at)
+    assert upward_axis(clip, parts)[0] == "Y"
+    assert lying_or_standing(clip, parts) == (
+        "the person is played lying, since its lowest joint stays at one height along Y; "
+        "if it stands, with -Z up, --motion-up=-z tells"
+    )
+    assert lying_or_standing(clip, parts, "y") == ""
+    played = retarget(clip, body)
+    trunk = quaternions.rotate(played.rotations[:, 0], np.broadcast_to(Y, (played.frame_count, 3)))
+    assert np.abs(trunk[:, 1]).max() < 0.7
+
+
+def test_what_is_assumed_of_who_lies_or_stands_is_told_where_nothing_decides() -> None:
+    """On the back or turned by its root, a jumping jack touches both a floor and the plane of its back all along."""
+    clip, parts = lying_on_the_back("jumping_jack", 0.05)
+    assert upward_axis(clip, parts)[0] == "-Z"
+    assert lying_or_standing(clip, parts) == (
+        "the person is played standing, as if its root turned it to another upward axis; "
+        "if it lies, with Y up, --motion-up=y tells"
+    )
+    clip = demo("walk")
+    assert lying_or_standing(clip, parts) == ""
+    told = lying_or_standing(turned_by_its_root(clip, X, 90.0), parts)
+    assert told.startswith("the person is played standing, since the floor is at zero along Z")
+
+
+@pytest.mark.parametrize("name", ["walk", "turn", "squat", "jumping_jack"])
+@pytest.mark.parametrize("up", [up for up in TURNS if up != "-Y"])
+@pytest.mark.parametrize("floors", [(0.05, 0.05), (5.0, 5.0)])
+def test_who_is_turned_to_another_up_axis_goes_on_standing(name: str, up: str, floors: tuple[float, float]) -> None:
+    """With the floor at zero along both axes, or along neither."""
+    clip = turned_by_its_root(demo(name), *TURNS[up])
+    axis = TURNS[up][1] / 90.0 * np.cross(TURNS[up][0], Y)
+    joints = clip.world()[0]
+    moved = (floors[0] - (joints @ axis).min()) * axis + (floors[1] - joints[..., 1].min()) * Y
+    clip.positions[:, 0] += moved
+    parts = find_parts(clip.joint_names, clip.parents)
+    assert upward_axis(clip, parts) == (up, "from feet to shoulders in its poses")
 
 
 @pytest.mark.parametrize("height", [None, 7.0])
