@@ -23,6 +23,7 @@ if TYPE_CHECKING:  # read when a command needs them: `tryon --help` starts at on
 BAD_INPUT = 2
 UNITS = ("m", "cm", "mm", "in", "ft")
 AXES = ("y", "z")
+REST_SHAPES = ("pattern", "shape")
 BODY_AXES = ("y", "z", "x")
 FACINGS = ("x", "-x", "y", "-y", "z", "-z")
 BVH_UNITS = ("m", "dm", "asf", "in", "ft", "cm", "mm")  # as the solver's UNITS of BVH files; asf: CMU's
@@ -51,7 +52,7 @@ dressing into the motion, come before frame 0.
 A garment may be a mesh (.obj, .glb) that lies on its body: coincident vertices along seams are welded, l lines of an
 OBJ are sewn, and where it touches or crosses the body or itself it is freed first, or refused with its triangles named.
 Its rest shape is its texture coordinates where they are a pattern in metres or in the file's unit, else the shape it
-comes in. A body may be a moving mesh; a garment that is a mesh must lie on its first frame, a pattern is put on there
+comes in; --rest-shape tells. A body may be a moving mesh; a garment that is a mesh must lie on its first frame, a pattern is put on there
 or, where it is refused, in a later frame in which the body is held openly, which is told. Units and the upward axis of
 mesh files are found from their contents and told; where that can't be, they are asked for."""
 
@@ -153,6 +154,12 @@ def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser])
     )
     simulate.add_argument("--units", choices=UNITS, help="unit of the garment's mesh (default: found, and told)")
     simulate.add_argument("--up", choices=AXES, help="axis that is up in the garment's mesh (default: found, and told)")
+    simulate.add_argument(
+        "--rest-shape",
+        choices=REST_SHAPES,
+        help="what the garment's mesh rests in: its texture coordinates as its pattern, or the shape it comes in "
+        "(default: found, and told)",
+    )
     simulate.add_argument("--fabric", metavar="NAME", help=f"{FABRICS} (default the first)")
     simulate.add_argument(
         "--size",
@@ -389,7 +396,7 @@ def run_simulate(options: argparse.Namespace) -> int:
         device=options.device,
         edge_length=options.edge_length,
         body=None if options.body == "default" else Path(options.body),
-        reading=MeshReading(options.units, options.up),
+        reading=MeshReading(options.units, options.up, rest_shape=options.rest_shape),
         body_reading=MeshReading(
             options.body_units, options.body_up, options.body_fps, options.body_animation, options.body_facing
         ),

@@ -20,6 +20,8 @@ PARAMETERS = {  # longer options first: shorter ones are parts of them
     "--motion-up": "up",
     "--motion-joint ": "joint=",
     "--motion-facing": "facing",
+    "--rest-shape ": "rest_shape=",
+    "--rest-shape": "rest_shape",
     "--units": "units",
     "--up": "up",
 }

@@ -32,15 +32,15 @@ test("a session is asked for with what was wished, and its stream lies beside th
   assert.equal(api.streamUrl(session), "ws://example.test/try/api/sessions/a%20b/stream");
 });
 
-test("a mesh is sent with the unit and axis that were told, and nothing where none was", async () => {
+test("a mesh is sent with the unit, axis and rest shape that were told, and nothing where none was", async () => {
   const { api, asked } = answering(201, JSON.stringify({ id: "p1", notes: ["units and axes: cm, Z up"] }));
   const mesh = new Blob(["v 0 0 0"]);
-  const garment = await api.uploadGarment(mesh, "skirt", { units: "cm", up: null });
+  const garment = await api.uploadGarment(mesh, "skirt", { units: "cm", up: null, restShape: "shape" });
   await api.uploadGarment(mesh, "skirt");
   assert.deepEqual(garment.notes, ["units and axes: cm, Z up"]);
   assert.deepEqual(
     asked.map(({ url }) => url),
-    ["http://example.test/try/api/garments?name=skirt&units=cm", "http://example.test/try/api/garments?name=skirt"],
+    ["http://example.test/try/api/garments?name=skirt&units=cm&rest_shape=shape", "http://example.test/try/api/garments?name=skirt"],
   );
 });
 

@@ -14,7 +14,7 @@ import pytest
 import trimesh
 
 from tryon_server import cli
-from tryon_server.api.garments import BodyFacing, BodyUp, Units, Up
+from tryon_server.api.garments import BodyFacing, BodyUp, RestShape, Units, Up
 from tryon_server.api.motions import BvhUnits
 from tryon_server.cli import address_of, main
 from tryon_server.problems import problem_error
@@ -24,6 +24,7 @@ from tryon_server.runtime.order import MeshReading
 from tryon_server.sessions.commands import MotionReading
 from tryon_solver.body import bvh
 from tryon_solver.files import convention
+from tryon_solver.geometry import rest_shape
 
 
 @pytest.fixture(scope="module")
@@ -209,24 +210,27 @@ def test_files_have_the_same_units_and_axes_wherever_they_are_told():
     assert cli.BVH_UNITS == get_args(BvhUnits) == tuple(bvh.UNITS)
     assert set(cli.UNITS) < set(cli.BVH_UNITS)
     assert cli.AXES == get_args(Up) == convention.AXES
+    assert cli.REST_SHAPES == get_args(RestShape) == rest_shape.REST_SHAPES
     assert cli.BODY_AXES == get_args(BodyUp) == convention.BODY_AXES
     assert cli.FACINGS == get_args(BodyFacing) == tuple(convention.FACINGS)
 
 
-def test_what_is_told_of_a_body_and_a_motion_is_passed_on(folder, monkeypatch):
+def test_what_is_told_of_a_garment_a_body_and_a_motion_is_passed_on(folder, monkeypatch):
     taken = []
 
     def take(order, *_, **how):
-        taken.append((order.body_reading, how["motion_reading"]))
+        taken.append((order.reading, order.body_reading, how["motion_reading"]))
         raise problem_error("test.enough", "that is enough", "Nothing")
 
     monkeypatch.setattr(offline, "simulate", take)
-    told = ["--body-units=cm", "--body-up=z", "--body-fps=24", "--body-animation=walk", "--body-facing=-y"]
+    told = ["--units=mm", "--up=y", "--rest-shape=shape"]
+    told += ["--body-units=cm", "--body-up=z", "--body-fps=24", "--body-animation=walk", "--body-facing=-y"]
     told += ["--motion-units=ft", "--motion-up=-y", "--motion-facing=-z"]
     told += ["--motion-joint", "left_hand=Left Paw", "--motion-joint=head=Skull"]
     assert main(["simulate", "--garment", "g.json", "--out", str(folder / "o.npz"), *told]) == cli.BAD_INPUT
     reading = MotionReading("ft", "-y", "-z", {"left_hand": "Left Paw", "head": "Skull"})
-    assert taken == [(MeshReading("cm", "z", 24.0, "walk", "-y"), reading)]
+    garment = MeshReading("mm", "y", rest_shape="shape")
+    assert taken == [(garment, MeshReading("cm", "z", 24.0, "walk", "-y"), reading)]
 
 
 @pytest.mark.parametrize("told", [["head"], ["head="], ["head=A", "head=B"]])

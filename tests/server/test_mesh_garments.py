@@ -60,6 +60,28 @@ def test_what_is_told_is_checked_and_is_part_of_the_garment(live, skirt):
     assert "units" in unknown.json()["place"]
 
 
+def test_a_meshs_rest_shape_may_be_told(live, skirt):
+    """The skirt's texture coordinates are its pattern, of the size it is worn in, unless its owner says otherwise."""
+
+    def post(**told):
+        return live.http.post("/api/garments", params={"name": "skirt", **told}, content=skirt)
+
+    found, told = post(), post(rest_shape="shape")
+    assert told.status_code == 201, told.text
+    assert told.json()["id"] != found.json()["id"]
+    assert any(note.startswith("rest shape: the pattern in its") for note in found.json()["notes"])
+    assert "rest shape: the shape it comes in, as told" in told.json()["notes"]
+    as_pattern = post(rest_shape="pattern").json()["notes"]
+    pattern = "rest shape: the pattern in its texture coordinates, in metres, as told"
+    assert any(note.startswith(pattern) for note in as_pattern)
+    assert post(rest_shape="crumpled").status_code == 422
+    bare = re.sub(rb"/\d+", b"", skirt)
+    refused = live.http.post("/api/garments", params={"name": "bare", "rest_shape": "pattern"}, content=bare)
+    assert refused.status_code == 422
+    assert "no texture coordinates" in refused.json()["message"]
+    assert "leave out rest_shape" in refused.json()["remedy"]
+
+
 @pytest.mark.parametrize("size", [0.9, "fit"])
 def test_a_session_does_not_size_a_mesh(live, skirt, size):
     garment = live.http.post("/api/garments", params={"name": "skirt"}, content=skirt).json()["id"]

@@ -51,13 +51,14 @@ def test_garments_come_back_oldest_first_and_are_replaced_by_id(stores):
 
 
 def test_a_garment_is_forgotten_with_how_it_was_read(stores):
-    read = msgspec.structs.replace(garment("mesh"), units="cm", notes=("cm, Z up",))
+    read = msgspec.structs.replace(garment("mesh"), units="cm", rest_shape="shape", notes=("cm, Z up",))
     stores.garments.add(read)
+    assert stores.garments.get("mesh") == read
     stores.garments.remove("mesh")
     stores.garments.remove("never was")
     assert stores.garments.get("mesh") is None
     stores.garments.add(garment("mesh"))
-    assert stores.garments.get("mesh").notes == ()
+    assert stores.garments.get("mesh") == garment("mesh")
 
 
 def test_a_file_stays_until_the_last_one_lets_go(tmp_path):

@@ -18,6 +18,8 @@ export interface Garment {
 export interface MeshReading {
   readonly units: "m" | "cm" | "mm" | "in" | "ft" | null;
   readonly up: "y" | "z" | null;
+  /** what it rests in: its texture coordinates as its pattern, or the shape it comes in */
+  readonly restShape: "pattern" | "shape" | null;
 }
 
 /** How a body's frames are to be read: `fps` where the file does not say, `animation` of a .glb by its name, `facing` the
@@ -160,10 +162,11 @@ export class Api {
   }
 
   /** Sends a sewing pattern, or a mesh; the server checks that it can be sewn or worn. */
-  uploadGarment(content: Blob, name: string, reading: MeshReading = { units: null, up: null }): Promise<Garment> {
+  uploadGarment(content: Blob, name: string, reading: MeshReading = { units: null, up: null, restShape: null }): Promise<Garment> {
     const query = new URLSearchParams({ name });
     if (reading.units) query.set("units", reading.units);
     if (reading.up) query.set("up", reading.up);
+    if (reading.restShape) query.set("rest_shape", reading.restShape);
     return this.ask("POST", `api/garments?${query.toString()}`, content);
   }
 

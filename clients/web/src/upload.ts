@@ -75,9 +75,9 @@ export class Upload {
   }
 }
 
-/** The unit and axis chosen for a garment's mesh. */
+/** The unit, axis and rest shape chosen for a garment's mesh. */
 function meshReading(): MeshReading {
-  return { units: chosen("mesh-units"), up: chosen("mesh-up") } as MeshReading;
+  return { units: chosen("mesh-units"), up: chosen("mesh-up"), restShape: chosen("mesh-rest") } as MeshReading;
 }
 
 /** What is chosen for a motion. */

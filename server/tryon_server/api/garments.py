@@ -16,12 +16,17 @@ from tryon_server.services import Services
 
 Units = Literal["m", "cm", "mm", "in", "ft"]
 Up = Literal["y", "z"]
+RestShape = Literal["pattern", "shape"]
 BodyUp = Literal["y", "z", "x"]
 BodyFacing = Literal["x", "-x", "y", "-y", "z", "-z"]
 
 PATH = "/api/garments"
 router = APIRouter(prefix=PATH, tags=["garments"], responses=ERROR_REPLIES)
 
+REST_SHAPE = (
+    "what a mesh rests in: its texture coordinates as its pattern, or the shape it comes in; found out, and told, "
+    "without it"
+)
 PATTERN_BODY = {
     "requestBody": {
         "required": True,
@@ -56,11 +61,13 @@ async def upload_garment(
     name: Annotated[str, Query(description="what to call it")] = "uploaded garment",
     units: Annotated[Units | None, Query(description="unit of a mesh; found out, and told, without it")] = None,
     up: Annotated[Up | None, Query(description="axis that is up in a mesh; found out, and told, without it")] = None,
+    rest_shape: Annotated[RestShape | None, Query(description=REST_SHAPE)] = None,
 ) -> GarmentReply:
     """Check a sewing pattern or a mesh and keep it. The same file twice is the same garment, of its first name."""
     content = await request.body()
     loop = asyncio.get_running_loop()
-    garment = await loop.run_in_executor(services.checkers, services.garments.add, content, name, units, up)
+    add = services.garments.add
+    garment = await loop.run_in_executor(services.checkers, add, content, name, units, up, rest_shape)
     response.headers["Location"] = f"/api/garments/{garment.id}"
     return _reply(garment, services, kept_as(garment.name, name))
 

@@ -60,15 +60,18 @@ class CheckReply(msgspec.Struct, frozen=True, kw_only=True):
     trace: str = ""
 
 
-def check_garment(content: bytes, units: str | None, up: str | None) -> CheckReply:
-    """Read a pattern or a mesh, which is of ``units`` and has ``up`` upwards where that is told.
+def check_garment(
+    content: bytes, units: str | None, up: str | None, rest_shape: str | None = None
+) -> CheckReply:
+    """Read a pattern or a mesh, which is of ``units``, has ``up`` upwards and rests in ``rest_shape`` where that is
+    told.
 
     Never raises on account of the content, MemoryError excepted.
     """
     from tryon_solver.files.garment_file import is_mesh
 
     try:
-        return check_mesh(content, units, up) if is_mesh(content) else check_pattern(content)
+        return check_mesh(content, units, up, rest_shape) if is_mesh(content) else check_pattern(content)
     except MemoryError:
         raise  # told by the parent as what it is
     except Exception as error:
@@ -76,7 +79,7 @@ def check_garment(content: bytes, units: str | None, up: str | None) -> CheckRep
         return CheckReply(problem=fault.problem, status=fault.status, trace=traceback.format_exc())
 
 
-def check_mesh(content: bytes, units: str | None, up: str | None) -> CheckReply:
+def check_mesh(content: bytes, units: str | None, up: str | None, rest_shape: str | None = None) -> CheckReply:
     """Read a mesh garment as it lies on the default body; what is wrong with it is told."""
     from tryon_solver.body.model import BodyError, default_body
     from tryon_solver.files.convention import Told
@@ -86,7 +89,8 @@ def check_mesh(content: bytes, units: str | None, up: str | None) -> CheckReply:
     from tryon_solver.geometry.garment import GarmentError
 
     try:
-        garment = read_garment(content, "the mesh", default_body().rest_vertices, Told(units, up))
+        skin = default_body().rest_vertices
+        garment = read_garment(content, "the mesh", skin, Told(units, up), None, rest_shape)
         sewn, _ = garment.sewn()
         hinges = sewn.hinges()
         notes = (*garment.notes, *crossing_notes(garment))
@@ -167,14 +171,15 @@ def _refused(code: str, place: str, message: str, remedy: str, status: int) -> C
 
 
 def main() -> None:
-    """Entry of the child: arguments are the limits in seconds and in bytes, then unit and axis or nothing for each."""
+    """Entry of the child: arguments are the limits in seconds and in bytes, then unit, axis and rest shape, each empty
+    where it is not told."""
     for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ[name] = "1"  # each thread of a BLAS reserves address space
     os.environ["CUDA_VISIBLE_DEVICES"] = ""  # so does each device
     apply_limits(float(sys.argv[1]), int(sys.argv[2]))
-    units, up = (told or None for told in sys.argv[3:5])
+    units, up, rest_shape = (told or None for told in sys.argv[3:6])
     output, sys.stdout = sys.stdout, sys.stderr  # Warp says hello where it can
-    reply = check_garment(sys.stdin.buffer.read(), units, up)
+    reply = check_garment(sys.stdin.buffer.read(), units, up, rest_shape)
     output.buffer.write(msgspec.json.encode(reply))
 
 

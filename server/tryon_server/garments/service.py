@@ -34,7 +34,14 @@ class GarmentService:
         self._limits = limits
         self._built_in: set[str] = set()
 
-    def add(self, content: bytes, name: str, units: str | None = None, up: str | None = None) -> GarmentRecord:
+    def add(
+        self,
+        content: bytes,
+        name: str,
+        units: str | None = None,
+        up: str | None = None,
+        rest_shape: str | None = None,
+    ) -> GarmentRecord:
         """Check a garment's file and store it; the same file twice is the same garment.
 
         Args:
@@ -42,6 +49,7 @@ class GarmentService:
             name: what to call it.
             units: unit of a mesh; None to find it out.
             up: axis that is up in it; None to find it out.
+            rest_shape: ``pattern`` or ``shape``, what it rests in; None to find it out.
 
         Raises:
             ProblemError: 400 not JSON, 422 not a garment that can be sewn or worn, or the name is unfit.
@@ -55,9 +63,9 @@ class GarmentService:
                 place="name",
                 status=422,
             )
-        told = f"{units or ''} {up or ''}".strip().encode()
+        told = f"{units or ''} {up or ''} {rest_shape or ''}".strip().encode()
         digest = hashlib.sha256(content + told).hexdigest()
-        return self._store(f"p{digest[:32]}", name, content, units, up)
+        return self._store(f"p{digest[:32]}", name, content, units, up, rest_shape)
 
     def add_built_in(self, folder: Path) -> None:
         """Have every pattern of ``folder`` as a garment named by its file; unchanged files are not checked again."""
@@ -120,7 +128,13 @@ class GarmentService:
         return self._garments.all()
 
     def _store(
-        self, garment_id: str, name: str, content: bytes, units: str | None = None, up: str | None = None
+        self,
+        garment_id: str,
+        name: str,
+        content: bytes,
+        units: str | None = None,
+        up: str | None = None,
+        rest_shape: str | None = None,
     ) -> GarmentRecord:
         digest = hashlib.sha256(content).hexdigest()
         with self._files.storing:
@@ -129,7 +143,7 @@ class GarmentService:
                 self._files.put(content)
                 return known
         logger.info("checking the garment %r", name)
-        facts = self._check(content, units, up)
+        facts = self._check(content, units, up, rest_shape)
         record = GarmentRecord(
             id=garment_id,
             name=name,
@@ -137,6 +151,7 @@ class GarmentService:
             created=time.time(),
             units=units,
             up=up,
+            rest_shape=rest_shape,
             **msgspec.structs.asdict(facts),
         )
         with self._files.storing:
@@ -144,8 +159,9 @@ class GarmentService:
             self._garments.add(record)
         return record
 
-    def _check(self, content: bytes, units: str | None, up: str | None) -> PatternFacts:
-        arguments = [str(self._limits.seconds), str(self._limits.address_space), units or "", up or ""]
+    def _check(self, content: bytes, *told: str | None) -> PatternFacts:
+        limits = str(self._limits.seconds), str(self._limits.address_space)
+        arguments = [*limits, *(what or "" for what in told)]
         reply_json = run_limited("tryon_server.garments.check", arguments, content, self._limits, WORK)
         reply = msgspec.json.decode(reply_json, type=CheckReply)
         if reply.trace:

@@ -16,7 +16,8 @@ class GarmentRecord(msgspec.Struct, frozen=True, kw_only=True):
     """A stored garment. ``digest`` is the sha256 of its pattern file; ``area`` in m^2; ``created`` in s since 1970.
 
     The counts of vertices and triangles are those of the mesh made when the pattern was checked. Of a garment that is a
-    mesh: ``units`` and ``up`` as told by who uploaded it, None where nothing was; ``notes`` what was found out.
+    mesh: ``units``, ``up`` and ``rest_shape`` as told by who uploaded it, None where nothing was; ``notes`` what was
+    found out.
     """
 
     id: str
@@ -30,6 +31,7 @@ class GarmentRecord(msgspec.Struct, frozen=True, kw_only=True):
     created: float
     units: str | None = None
     up: str | None = None
+    rest_shape: str | None = None
     notes: tuple[str, ...] = ()
 
 
@@ -49,7 +51,7 @@ class GarmentStore(Protocol):
         """Forget the garment with this id, if it is there."""
 
 
-READING = ("units", "up", "notes")  # kept aside, as one text: only a mesh has them
+READING = ("units", "up", "rest_shape", "notes")  # kept aside, as one text: only a mesh has them
 WHOLE = select(tables.garments, tables.readings.c.reading).outerjoin(
     tables.readings, tables.readings.c.garment == tables.garments.c.id
 )

@@ -30,7 +30,7 @@ readings = Table(  # how a garment that is a mesh is read
     "readings",
     metadata,
     Column("garment", String(64), primary_key=True),
-    Column("reading", Text, nullable=False),  # JSON: units, up, notes
+    Column("reading", Text, nullable=False),  # JSON: units, up, rest_shape, notes
 )
 
 uploads = Table(  # motions and bodies

@@ -18,6 +18,7 @@ class MeshReading:
         fps: frames a second of a sequence.
         animation: which one of a .glb is played, by name.
         facing: the axis of its file that a body faces along: ``x``, ``-x``, ``y``, ``-y``, ``z`` or ``-z``.
+        rest_shape: of a garment: ``pattern``, its texture coordinates, or ``shape``, the one it comes in.
     """
 
     units: str | None = None
@@ -25,6 +26,7 @@ class MeshReading:
     fps: float | None = None
     animation: str | None = None
     facing: str | None = None
+    rest_shape: str | None = None
 
 
 @dataclass(frozen=True)

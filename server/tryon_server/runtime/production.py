@@ -227,6 +227,7 @@ def build_mesh_drape(
             body.rest_vertices,
             told,
             None if moving is None else moving.convention,
+            order.reading.rest_shape,
         )
         check_grid(GRID, min(fabric.thickness, settings.body_offset))
         dressed = dress_mesh(garment, body, body.start(), fabric, settings, device, LIVE, progress=_worded(progress))

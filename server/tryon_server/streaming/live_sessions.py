@@ -231,7 +231,7 @@ class LiveSessions:
                 preset=record.preset,
                 device=self._settings.device,
                 wardrobe=self._settings.data_dir / "dressed",
-                reading=MeshReading(garment.units, garment.up),
+                reading=MeshReading(garment.units, garment.up, rest_shape=garment.rest_shape),
                 size=None if record.size == FIT else record.size,
                 garment_name=garment.name,
                 body=None if body is None else self._bodies.path(body),

@@ -24,12 +24,17 @@ def is_mesh(content: bytes) -> bool:
 
 
 def read_garment(
-    content: bytes, name: str, skin: np.ndarray, told: Told, body: Convention | None = None
+    content: bytes,
+    name: str,
+    skin: np.ndarray,
+    told: Told,
+    body: Convention | None = None,
+    rest_shape: str | None = None,
 ) -> MeshGarment:
     """A mesh garment that lies on the body whose vertices `skin` (B, 3) m are.
 
-    `told` what is known of unit and axes; `body` the convention of the body's own file. Raises MeshFileError or
-    GarmentError.
+    `told` what is known of unit and axes; `body` the convention of the body's own file; `rest_shape` as make_garment
+    has it. Raises MeshFileError or GarmentError.
     """
     if content.startswith(GLB_MAGIC):
         raw = parse_glb(content, name).raw_mesh()
@@ -38,4 +43,5 @@ def read_garment(
     else:
         raw = parse_obj(content.decode("utf-8", errors="replace"), name)
     refuse_large(raw)
-    return make_garment(raw, find_for_garment(raw.vertices, raw.faces, skin, told, body, raw.name))
+    convention = find_for_garment(raw.vertices, raw.faces, skin, told, body, raw.name)
+    return make_garment(raw, convention, rest_shape)

@@ -9,7 +9,7 @@ import numpy as np
 from tryon_solver.files.convention import Convention
 from tryon_solver.files.raw_mesh import MeshFileError, RawMesh
 from tryon_solver.geometry.garment import Garment
-from tryon_solver.geometry.rest_shape import find_rest_shape
+from tryon_solver.geometry.rest_shape import REST_SHAPES, find_rest_shape
 from tryon_solver.geometry.seams import merge
 from tryon_solver.geometry.surface_repair import (
     crowded_edges,
@@ -57,8 +57,14 @@ class MeshGarment:
         )
 
 
-def make_garment(raw: RawMesh, convention: Convention) -> MeshGarment:
-    """Prepare a file's mesh. Raises MeshFileError naming the triangles that stand in the way."""
+def make_garment(raw: RawMesh, convention: Convention, rest_shape: str | None = None) -> MeshGarment:
+    """Prepare a file's mesh, which rests in what `rest_shape` of REST_SHAPES tells; None to find it out.
+
+    Raises MeshFileError naming the triangles that stand in the way.
+    """
+    if rest_shape not in (None, *REST_SHAPES):
+        remedy = f"Say one of {', '.join(REST_SHAPES)} with --rest-shape"
+        raise MeshFileError(f"{rest_shape!r} is no rest shape that is known", raw.name, remedy)
     refuse_large(raw)
     used = np.unique(raw.faces)
     notes = [f"units and axes: {convention.describe()}", *raw.notes]
@@ -90,8 +96,15 @@ def make_garment(raw: RawMesh, convention: Convention) -> MeshGarment:
     if uv is not None:
         uv = np.where(flipped[:, None, None], uv[:, ::-1], uv)
     _refuse_slivers(raw, kept, x, faces)
-    shape = find_rest_shape(x, faces, uv, convention.unit, convention.metres_per_unit)
-    if len(raw.without_uv):
+    shape = find_rest_shape(x, faces, uv, convention.unit, convention.metres_per_unit, rest_shape)
+    if rest_shape == "pattern" and shape.no_pattern:
+        odd = np.concatenate([raw.without_uv, *(kept[doubt.faces] for doubt in shape.doubts)]).astype(np.int64)
+        raise MeshFileError(
+            f"its texture coordinates are told to be its pattern, but {shape.no_pattern}",
+            raw.places(odd) if len(odd) else raw.name,
+            "Mend its texture coordinates, or leave out --rest-shape",
+        )
+    if len(raw.without_uv) and rest_shape is None:
         what = "polygons" if raw.origin_word == "line" else "triangles"
         bare = len(np.unique(raw.origin_of_face[raw.without_uv]))
         notes.append(

@@ -13,6 +13,9 @@ import numpy as np
 
 from tryon_solver.geometry.surface_repair import connected_faces, neighbours
 
+REST_SHAPES = ("pattern", "shape")
+"""Which may be told."""
+
 SAME_SIZE = (0.8, 1.25)  # median length in the pattern over that in space
 SAME_LENGTH = 0.03  # by how much that may miss 1 untold
 SPREAD = (0.5, 2.0)  # nearly all lengths are within this; gathers and what is stretched, too
@@ -39,7 +42,8 @@ class RestShape:
 
     `uv_corners` (F, 3, 2) m, each triangle counter-clockwise; `panel_of_face` (F,) int32 the piece or patch;
     `spline_corners` (F, 3, 2) m where the subspace lays its splines, None for uv_corners; `told` in words; `doubts`
-    of single triangles.
+    of single triangles; `no_pattern` why its texture coordinates are not taken as one, empty where they are or need not
+    be.
     """
 
     uv_corners: np.ndarray
@@ -47,37 +51,53 @@ class RestShape:
     spline_corners: np.ndarray | None
     told: str
     doubts: tuple[Doubt, ...] = ()
+    no_pattern: str = ""
 
 
-def find_rest_shape(x: np.ndarray, faces: np.ndarray, uv: np.ndarray | None, unit: str, unit_size: float) -> RestShape:
+def find_rest_shape(
+    x: np.ndarray, faces: np.ndarray, uv: np.ndarray | None, unit: str, unit_size: float, told: str | None = None
+) -> RestShape:
     """The rest shape of the surface x (V, 3) m with faces (F, 3).
 
-    `uv` (F, 3, 2) texture coordinates or None; `unit` and `unit_size` m are the file's.
+    `uv` (F, 3, 2) texture coordinates or None; `unit` and `unit_size` m are the file's; `told` which of REST_SHAPES it
+    is, None to find it out. Texture coordinates that are told to be a pattern need not have the size it is worn in, but
+    some are none all the same: see RestShape.no_pattern.
     """
+    if told == "shape":
+        return from_shape(x, faces, "the shape it comes in, as told")
     if uv is None:
-        return from_shape(x, faces, "the shape it comes in, as the file has no texture coordinates")
+        return _no_pattern(x, faces, "the file has no texture coordinates")
     corners = x[faces]
     in_space = np.linalg.norm(corners[:, [1, 2, 0]] - corners, axis=2)
     in_pattern = np.linalg.norm(uv[:, [1, 2, 0]] - uv, axis=2)
     ratio = in_pattern / np.maximum(in_space, 1e-12)
     median = float(np.median(ratio))
     readings = {"metres": 1.0, unit: unit_size} if unit != "m" else {"metres": 1.0}
-    doubts: tuple[Doubt, ...] = ()
-    for name, size in readings.items():
-        if not SAME_SIZE[0] <= median * size <= SAME_SIZE[1]:
-            continue
-        longest = size * in_pattern.max(axis=1) / in_space.max(axis=1)
-        height = np.abs(_signed_areas(size * uv)) / np.maximum(_areas(corners) * longest, 1e-30)
-        far = _outside(longest, FAR) | (height < FAR[0])
-        doubts = _doubts_of_far(longest, far)
-        if far.mean() > FEW:
-            continue
-        low, high = np.percentile(ratio[~far] * size, NEARLY_ALL)
-        if low >= SPREAD[0] and high <= SPREAD[1]:
-            return _from_pattern(x, faces, uv * size, far, median * size, name, longest)
+    name, size = min(readings.items(), key=lambda item: abs(np.log(max(item[1] * median, 1e-300))))
+    scale = median * size
     low, high = np.percentile(ratio, NEARLY_ALL)
     why = f"its texture coordinates have {low:.2g} to {high:.2g} times its lengths in metres and are no pattern"
-    return replace(from_shape(x, faces, f"the shape it comes in, as {why}"), doubts=doubts)
+    if not SPREAD[0] <= scale <= SPREAD[1]:
+        return _no_pattern(x, faces, why)
+    longest = size * in_pattern.max(axis=1) / in_space.max(axis=1)
+    height = np.abs(_signed_areas(size * uv)) / np.maximum(_areas(corners) * longest, 1e-30)
+    far = _outside(longest, FAR) | (height < FAR[0])
+    same = SAME_SIZE[0] <= scale <= SAME_SIZE[1]
+    if far.mean() > FEW:
+        return _no_pattern(x, faces, why, _doubts_of_far(longest, far) if same or told else ())
+    low, high = np.percentile(ratio[~far] * size, NEARLY_ALL)
+    if not told and not (same and low >= SPREAD[0] and high <= SPREAD[1]):
+        return _no_pattern(x, faces, f"{why}; --rest-shape pattern if they are one")
+    shape = _from_pattern(x, faces, uv * size, far, scale, longest)
+    words = f"the pattern in its texture coordinates, in {name}{', as told' if told else ''}; {shape.told}"
+    if abs(scale - 1.0) > SAME_LENGTH:
+        words += f"; its lengths are {scale:.2f} times those of the shape it comes in"
+        words += "" if told else ", --rest-shape shape if it is no pattern"
+    return replace(shape, told=words)
+
+
+def _no_pattern(x: np.ndarray, faces: np.ndarray, why: str, doubts: tuple[Doubt, ...] = ()) -> RestShape:
+    return replace(from_shape(x, faces, f"the shape it comes in, as {why}"), no_pattern=why, doubts=doubts)
 
 
 def _doubts_of_far(longest: np.ndarray, far: np.ndarray) -> tuple[Doubt, ...]:
@@ -97,10 +117,10 @@ def _outside(values: np.ndarray, limits: tuple[float, float]) -> np.ndarray:
 
 
 def _from_pattern(
-    x: np.ndarray, faces: np.ndarray, uv: np.ndarray, far: np.ndarray, scale: float, name: str, longest: np.ndarray
+    x: np.ndarray, faces: np.ndarray, uv: np.ndarray, far: np.ndarray, scale: float, longest: np.ndarray
 ) -> RestShape:
     """Rest in the pattern uv (F, 3, 2) m, but for those `far` (F,) bool from it: these rest as they come, `scale` times
-    as large, as the others are, in patches of their own. `longest` (F,) as in _doubts_of_far."""
+    as large, as the others are, in patches of their own. `longest` (F,) as in _doubts_of_far; told is of pieces."""
     pairs = neighbours(faces)
     first, second, side, other = pairs.T
     a = np.stack([uv[first, side], uv[first, (side + 1) % 3]], axis=1)
@@ -112,9 +132,7 @@ def _from_pattern(
     joined = (np.abs(a - b).max(axis=(1, 2)) < SAME_PLACE) & (sign[first] == sign[second])
     joined &= ~far[first] & ~far[second]
     pieces, piece = np.unique(connected_faces(len(faces), pairs[joined, :2])[~far], return_inverse=True)
-    told = f"the pattern in its texture coordinates, in {name}; {len(pieces)} pieces"
-    if abs(scale - 1.0) > SAME_LENGTH:
-        told += f"; its lengths are {scale:.2f} times those of the shape it comes in"
+    told = f"{len(pieces)} pieces"
     panel = np.zeros(len(faces), np.int32)
     panel[~far] = piece
     turned = np.where((sign < 0)[:, None, None], uv * [-1.0, 1.0], uv)

@@ -7,7 +7,7 @@ import pytest
 
 from tryon_solver.files.convention import Convention
 from tryon_solver.files.mesh_garment import make_garment
-from tryon_solver.files.raw_mesh import RawMesh
+from tryon_solver.files.raw_mesh import MeshFileError, RawMesh
 from tryon_solver.subspace.basis import spline_basis
 
 METRES = Convention("m", "y", "in a test")
@@ -36,7 +36,7 @@ def tube(split=True):
     return x[:, :-1].reshape(-1, 3), faces, of_corners * [-1.0, 1.0]
 
 
-def made(x, faces, uv, convention=METRES):
+def made(x, faces, uv, convention=METRES, rest_shape=None):
     count = len(faces)
     raw = RawMesh(
         name="tube.obj",
@@ -49,7 +49,7 @@ def made(x, faces, uv, convention=METRES):
         origin_of_face=1 + np.arange(count),
         origin_word="triangle",
     )
-    return make_garment(raw, convention)
+    return make_garment(raw, convention, rest_shape)
 
 
 def told(garment):
@@ -172,3 +172,32 @@ def test_strays_are_found_in_the_files_own_unit():
     assert first.endswith("in cm; 1 pieces")
     assert "6 of its" in second
     np.testing.assert_allclose(lengths(garment.garment.uv_corners), lengths(x[faces]), rtol=1e-3)
+
+
+def test_what_a_garment_rests_in_may_be_told():
+    x, faces, uv = tube()
+    (note,) = told(made(x, faces, 0.8 * uv))
+    assert note.endswith("those of the shape it comes in, --rest-shape shape if it is no pattern")
+    garment = made(x, faces, 0.8 * uv, rest_shape="shape")
+    assert told(garment) == ["rest shape: the shape it comes in, as told"]
+    np.testing.assert_allclose(lengths(garment.garment.uv_corners), lengths(x[faces]))
+    (note,) = told(made(x, faces, 0.7 * uv))
+    assert note.endswith("are no pattern; --rest-shape pattern if they are one")
+    garment = made(x, faces, 0.7 * uv, rest_shape="pattern")
+    (note,) = told(garment)
+    assert note.startswith("rest shape: the pattern in its texture coordinates, in metres, as told; 1 pieces; ")
+    np.testing.assert_allclose(garment.garment.uv_corners, 0.7 * uv)
+
+
+def test_what_is_told_to_be_a_pattern_and_is_none_is_refused():
+    x, faces, uv = tube()
+    high = x[faces][:, :, 1].max(axis=1) > 0.9 * HEIGHT
+    strayed = np.where(high[:, None, None], 30.0 * uv, uv)
+    for wrong in (None, 5.0 * uv, 0.0 * uv, strayed):
+        with pytest.raises(MeshFileError, match="told to be its pattern, but") as caught:
+            made(x, faces, wrong, rest_shape="pattern")
+        assert "--rest-shape" in caught.value.remedy
+    assert caught.value.place.startswith(f"tube.obj, triangles {np.flatnonzero(high)[0] + 1}, ")
+    with pytest.raises(MeshFileError, match="'crumpled' is no rest shape") as caught:
+        made(x, faces, uv, rest_shape="crumpled")
+    assert "pattern, shape" in caught.value.remedy
