@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import re
+import time
 from pathlib import Path
 
 import numpy as np
@@ -74,12 +75,24 @@ def test_a_meshs_rest_shape_may_be_told(live, skirt):
     as_pattern = post(rest_shape="pattern").json()["notes"]
     pattern = "rest shape: the pattern in its texture coordinates, in metres, as told"
     assert any(note.startswith(pattern) for note in as_pattern)
-    assert post(rest_shape="crumpled").status_code == 422
+    assert refused(post(rest_shape="crumpled"), 422, "request.invalid")["place"] == "rest_shape"
     bare = re.sub(rb"/\d+", b"", skirt)
-    refused = live.http.post("/api/garments", params={"name": "bare", "rest_shape": "pattern"}, content=bare)
-    assert refused.status_code == 422
-    assert "no texture coordinates" in refused.json()["message"]
-    assert "leave out rest_shape" in refused.json()["remedy"]
+    reply = live.http.post("/api/garments", params={"name": "bare", "rest_shape": "pattern"}, content=bare)
+    problem = refused(reply, 422, "garment.mesh")
+    assert "no texture coordinates" in problem["message"]
+    assert "leave out rest_shape" in problem["remedy"]
+
+
+def test_the_rest_shape_told_of_a_mesh_goes_with_it_into_a_session(live, skirt):
+    params = {"name": "skirt", "rest_shape": "shape"}
+    garment = live.http.post("/api/garments", params=params, content=skirt).json()["id"]
+    session = live.http.post("/api/sessions", json={"garment": garment, "fabric": "tight"}).json()
+    deadline = time.monotonic() + 20.0
+    while (reply := live.http.get(f"/api/sessions/{session['id']}").json())["state"] != "failed":
+        assert time.monotonic() < deadline, reply
+        time.sleep(0.05)
+    assert "stayed open; it rests in its shape. Enlarge" in reply["detail"]
+    live.http.delete(f"/api/sessions/{session['id']}")
 
 
 @pytest.mark.parametrize("size", [0.9, "fit"])

@@ -127,6 +127,7 @@ def build(order, progress) -> WavingSheet:
         told = order.body_reading
         on = f" on {order.body_name!r}; --body-animation is {told.animation}, --body-facing is {told.facing}"
         on = on if order.body_name else ""
+        on += f"; it rests in its {order.reading.rest_shape}" if order.reading.rest_shape else ""
         raise problem_error("garment.unfit", f"a seam of {order.garment_name!r} stayed open{on}", "Enlarge the pieces.")
     sheet = WavingSheet(order.fabric)
     sheet.outfit = replace(sheet.outfit, size=FITTING_SIZE if order.size is None else order.size)
