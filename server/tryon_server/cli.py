@@ -52,9 +52,9 @@ dressing into the motion, come before frame 0.
 A garment may be a mesh (.obj, .glb) that lies on its body: coincident vertices along seams are welded, l lines of an
 OBJ are sewn, and where it touches or crosses the body or itself it is freed first, or refused with its triangles named.
 Its rest shape is its texture coordinates where they are a pattern in metres or in the file's unit, else the shape it
-comes in; --rest-shape tells. A body may be a moving mesh; a garment that is a mesh must lie on its first frame, a pattern is put on there
-or, where it is refused, in a later frame in which the body is held openly, which is told. Units and the upward axis of
-mesh files are found from their contents and told; where that can't be, they are asked for."""
+comes in; --rest-shape tells. A body may be a moving mesh; a garment that is a mesh must lie on its first frame, a
+pattern is put on there or, where it is refused, in a later frame in which the body is held openly, which is told. Units
+and the upward axis of mesh files are found from their contents and told; where that can't be, they are asked for."""
 
 SIMULATE_EXAMPLES = """\
 examples:
