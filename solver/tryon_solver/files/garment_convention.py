@@ -88,7 +88,7 @@ def find_for_garment(
         both = told.unit and told.up
         few = "; ".join(_tried(reading) for reading in readings)
         why = few if len(readings) <= 2 else f"none of {', '.join(UNITS)} with Y or Z up does"
-        remedy = "Export it worn, in the place and pose of its body, together with that body"
+        remedy = "Export it worn, alone, in the place and pose of its body, which comes in a file of its own"
         other = "; or say another unit and axis" if both else "; or say its unit and axis with --units and --up"
         raise MeshFileError(f"the garment is not where the body is ({why})", name, remedy + other)
     for reading in worn:

@@ -5,14 +5,18 @@ from __future__ import annotations
 import re
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from tryon_solver.files.convention import GLTF, Convention, Told
 from tryon_solver.files.garment_convention import find_for_garment
 from tryon_solver.files.gltf import parse_glb
 from tryon_solver.files.mesh_garment import MeshGarment, make_garment, refuse_large
 from tryon_solver.files.obj import parse_obj
+from tryon_solver.files.raw_mesh import MeshFileError, RawMesh
 
 GLB_MAGIC = b"glTF"
+SKIN = 1e-3  # m, a vertex so near one of the body's is the body's own
+ALL_SKIN = 0.8  # of the body's vertices that a mesh has where it holds the body itself: a suit leaves head or hands
 OBJ_LINE = re.compile(rb"(?m)^[ \t]*v[ \t]+[-+.0-9]")
 
 
@@ -44,4 +48,23 @@ def read_garment(
         raw = parse_obj(content.decode("utf-8", errors="replace"), name)
     refuse_large(raw)
     convention = find_for_garment(raw.vertices, raw.faces, skin, told, body, raw.name)
+    _refuse_body(raw, convention.apply(raw.vertices), skin)
     return make_garment(raw, convention, rest_shape)
+
+
+def _refuse_body(raw: RawMesh, placed: np.ndarray, skin: np.ndarray) -> None:
+    """Raises MeshFileError for a mesh whose vertices `placed` (V, 3) m hold those of the body, `skin` (B, 3) m, too."""
+    used = np.unique(raw.faces)
+    if (cKDTree(placed[used]).query(skin, distance_upper_bound=SKIN)[0] < SKIN).mean() < ALL_SKIN:
+        return
+    on_skin = cKDTree(skin).query(placed, distance_upper_bound=SKIN)[0] < SKIN
+    bodies = [
+        name
+        for part, name in enumerate(raw.part_names)
+        if name and on_skin[raw.faces[raw.part_of_face == part]].mean() > ALL_SKIN
+    ]
+    raise MeshFileError(
+        "it holds the body that it is worn by" + (f": {', '.join(map(repr, bodies))}" if bodies else ""),
+        raw.name,
+        "Export the garment alone, where and in the pose in which it is worn; the body comes in a file of its own",
+    )

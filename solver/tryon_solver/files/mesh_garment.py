@@ -23,6 +23,7 @@ from tryon_solver.geometry.surface_repair import (
 )
 
 VERTICES_MAX = 50_000
+PARTS_NAMED = 8  # in a note
 TOLD_GAP = 1e-6  # m, vertices that are joined over less are taken as equal
 SLIVER = 1e-9  # m^2, a triangle smaller than this has no shape
 
@@ -68,6 +69,10 @@ def make_garment(raw: RawMesh, convention: Convention, rest_shape: str | None = 
     refuse_large(raw)
     used = np.unique(raw.faces)
     notes = [f"units and axes: {convention.describe()}", *raw.notes]
+    parts = [repr(raw.part_names[k]) for k in np.unique(raw.part_of_face) if raw.part_names and raw.part_names[k]]
+    if len(parts) > 1:
+        more = f" and {len(parts) - PARTS_NAMED} more" if len(parts) > PARTS_NAMED else ""
+        notes.append(f"its parts are taken as one garment: {', '.join(parts[:PARTS_NAMED])}{more}")
     placed = convention.apply(raw.vertices)
     joined = weld_coincident(placed, raw.faces)
     faces, kept = joined[raw.faces], np.arange(len(raw.faces))

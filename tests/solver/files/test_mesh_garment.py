@@ -182,6 +182,33 @@ def test_how_near_is_near_enough_depends_on_the_edges(cell, apart, joined):
     assert "Merge" in caught.value.remedy
 
 
+def test_a_file_that_holds_the_body_too_is_refused_by_the_bodys_name(strangers):
+    body = default_body()
+    x, _, quads, *_ = strangers.skirt()
+    text = ["o skirt", *("v {} {} {}".format(*p) for p in x)]
+    text += ["f " + " ".join(str(k + 1) for k in cell) for cell in quads]
+    person = ["o Person", *("v {} {} {}".format(*p) for p in body.rest_vertices)]
+    person += ["f {} {} {}".format(*face) for face in body.faces + len(x) + 1]
+    with pytest.raises(MeshFileError, match="holds the body that it is worn by: 'Person'") as caught:
+        read_garment("\n".join(text + person).encode(), "scene.obj", body.rest_vertices, Told("m", "y"))
+    assert "Export the garment alone" in caught.value.remedy
+    alone = read_garment("\n".join(text).encode(), "skirt.obj", body.rest_vertices, Told("m", "y"))
+    assert not any("taken as one" in note for note in alone.notes)
+
+
+def test_a_suit_on_the_skin_is_none_of_the_body():
+    """What is copied from the body from ankles to neck, and lies on it, is a garment."""
+    body = default_body()
+    inside = (body.rest_vertices[:, 1] > 0.12) & (body.rest_vertices[:, 1] < 1.40)
+    faces = body.faces[inside[body.faces].all(axis=1)]
+    text = ["v {} {} {}".format(*p) for p in body.rest_vertices] + ["f {} {} {}".format(*face + 1) for face in faces]
+    assert len(read_garment("\n".join(text).encode(), "suit.obj", body.rest_vertices, Told("m", "y")).x) > 1000
+
+
+def test_objects_taken_as_one_garment_are_named(skirt):
+    assert "its parts are taken as one garment: 'front', 'back'" in skirt.notes
+
+
 def test_two_layers_with_the_same_edges_a_millimetre_apart_stay_two():
     both = np.vstack([GRID, GRID + [0, 0, 1e-3]])
     assert len(make_garment(obj(both, [*CELLS, *(np.array(CELLS) + 9).tolist()]), METRES).x) == 18
