@@ -22,9 +22,10 @@ from tryon_solver.contact import bounds, candidates, pairs
 from tryon_solver.contact.deflect import deflect
 from tryon_solver.contact.verify import is_finite, violations
 from tryon_solver.linalg import pcg
+from tryon_solver.linalg.as_one import move_as_one
 from tryon_solver.linalg.vectors import find_largest, subtract
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
-from tryon_solver.stepping.newton import hessian_product, linearise
+from tryon_solver.stepping.newton import hessian_product, linearise, outer_product
 from tryon_solver.stepping.search import follow, search_around, search_further
 
 if TYPE_CHECKING:
@@ -289,6 +290,7 @@ def find_direction(sim: Simulation) -> None:
         settings.correction_pcg_iterations,
         settings.correction_pcg_tolerance,
     )
+    move_as_one(sim.cg, lambda p, product: outer_product(sim, p, product), sim.cloth_count, work.direction)
     find_largest(work.direction, sim.progress.length)
     sim.progress.judge_direction(sim.cg.first, settings.correction_unsettled * sim.dt)
     kept = [work.least, work.least_remainder]

@@ -35,6 +35,14 @@ def add_constant_diagonal_kernel(
     blocks[i] = blocks[i] + total * wp.identity(n=3, dtype=wp.float32)
 
 
+@wp.kernel
+def scale_kernel(
+    diagonal: wp.array(dtype=wp.float32), p: wp.array(dtype=wp.vec3), product_out: wp.array(dtype=wp.vec3)
+):
+    i = wp.tid()
+    product_out[i] = diagonal[i] * p[i]
+
+
 def linearise(sim: Simulation) -> None:
     """Sum the Hessian at x and invert its diagonal blocks."""
     rows, work = sim.hessian_rows, sim.work
@@ -74,6 +82,17 @@ def hessian_product(sim: Simulation, p: wp.array, product_out: wp.array) -> None
         device=sim.device,
     )
     add_product(sim.constant_stiffness, p, product_out)
+    add_contact_product(sim, p, product_out)
+
+
+def outer_product(sim: Simulation, p: wp.array, product_out: wp.array) -> None:
+    """`hessian_product` without the cloth's inner stiffness [N], which a move as one leaves alone but for rounding."""
+    wp.launch(scale_kernel, sim.all_count, [sim.work.diagonal, p], [product_out], device=sim.device)
+    add_contact_product(sim, p, product_out)
+
+
+def add_contact_product(sim: Simulation, p: wp.array, product_out: wp.array) -> None:
+    """product += contact p [N]."""
     if sim.pairs.size:
         contact_pairs.add_product(sim.pairs, p, product_out)
         for term in sim.stages.contact:

@@ -13,7 +13,7 @@ wp.set_module_options({"enable_backward": False})
 
 OVERSHOT = wp.constant(2.0)  # so many times as long as the step before it
 ASTRAY = wp.constant(4.0)  # so many times as far from balance as an iteration before
-HARDLY_NEARER = wp.constant(0.1)  # more than this share as far from balance as the first
+HARDLY_NEARER = wp.constant(0.1)  # more than this share as far from balance as at first
 
 # Places in `state`. Each of the first four is a condition of the loop, 0 or 1.
 GOING_ON = wp.constant(0)  # another iteration
@@ -26,7 +26,7 @@ LEAVING = wp.constant(6)  # vertices that the direction takes out of the region
 FOUND = wp.constant(7)  # iterations whose direction was found
 WANTS_SEARCH = wp.constant(8)
 WANTS_ROOM = wp.constant(9)
-LEAST_YET = wp.constant(10)  # 1 if the iteration began nearer to balance than all before it
+LEAST_YET = wp.constant(10)  # 1 if the iteration began nearer to balance than all before it; the first never
 BUDGET = wp.constant(11)  # iterations that an extension adds
 EXTENSIONS = wp.constant(12)  # left
 STRAYED = wp.constant(13)  # 1 if the budget's last iteration begins in the middle of something
@@ -36,8 +36,8 @@ PLACES = 14
 LENGTH = wp.constant(0)  # of the direction's longest vector
 MOVED = wp.constant(1)  # largest move of a vertex in this iteration
 BEFORE = wp.constant(2)  # that of the one before
-LEAST = wp.constant(3)  # of all iterations where they began
-FIRST = wp.constant(4)  # of the first one
+LEAST = wp.constant(3)  # of all iterations where they began, but the first
+FIRST = wp.constant(4)  # the larger of the first two
 
 
 @wp.kernel
@@ -69,10 +69,10 @@ def judge_direction_kernel(
     state: wp.array(dtype=wp.int32),
     lengths: wp.array(dtype=wp.float32),
 ):
-    if state[FOUND] == 0:
-        lengths[FIRST] = imbalance[0]
+    if state[FOUND] < 2:
+        lengths[FIRST] = wp.max(lengths[FIRST], imbalance[0])
     state[LEAST_YET] = 0
-    if imbalance[0] < lengths[LEAST]:
+    if state[FOUND] > 0 and imbalance[0] < lengths[LEAST]:
         lengths[LEAST] = imbalance[0]
         state[LEAST_YET] = 1
     state[NO_DIRECTION] = 0
@@ -80,8 +80,8 @@ def judge_direction_kernel(
     state[LEFT] = state[LEFT] - 1
     if state[LEFT] == 0:
         astray = imbalance[0] > ASTRAY * lengths[LEAST]
-        stuck = lengths[LENGTH] > unsettled and imbalance[0] > HARDLY_NEARER * lengths[FIRST]
-        state[STRAYED] = wp.where(state[FOUND] > 1 and (astray or stuck), 1, 0)
+        stuck = state[FOUND] > 2 and lengths[LENGTH] > unsettled and imbalance[0] > HARDLY_NEARER * lengths[FIRST]
+        state[STRAYED] = wp.where(astray or stuck, 1, 0)
         if state[STRAYED] == 1 and state[EXTENSIONS] > 0:
             state[STRAYED] = 0
             state[EXTENSIONS] = state[EXTENSIONS] - 1
@@ -127,7 +127,10 @@ def resume_kernel(searches: int, state: wp.array(dtype=wp.int32)):
 class Outcome:
     """Why the loop ended, after how many iterations, the largest move in the last that moved [m], and whether the
     budget was spent in the middle of something: its last iteration began ASTRAY times as far from balance as another,
-    or HARDLY_NEARER to it than the first and with long moves to come."""
+    or HARDLY_NEARER to it than the first ones and with long moves to come.
+
+    Where the first began does not count: forces may balance there though the cloth has not yet gone where its inertia
+    takes it, and who went back there would stop in mid-air."""
 
     wants_search: bool
     wants_room: bool

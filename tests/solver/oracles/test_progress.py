@@ -132,12 +132,13 @@ def test_a_budget_that_ends_far_from_balance_has_strayed(script):
         return script.play(budget, 0, [1] * budget, moves, imbalances=imbalances)
 
     assert play([9, 1, 2, 5], [0.5] * 4, 4).strayed
-    assert script.least == [1, 1, 0, 0]
+    assert script.least == [0, 1, 0, 0]
     assert not play([9, 1, 2, 3], [0.5] * 4, 4).strayed
     assert not play([9, 5, 2, 1], [0.5] * 4, 4).strayed
-    assert script.least == [1, 1, 1, 1]
+    assert script.least == [0, 1, 1, 1]
     assert not play([1, 9, 9], [0.5, 1e-7, 0.5], 3).strayed, "it came to rest before the budget was spent"
     assert not play([9], [0.5], 1).strayed
+    assert not play([0.1, 9, 8, 7], [0.5] * 4, 4).strayed, "where it began does not count"
 
 
 def test_a_budget_that_has_strayed_is_extended_and_its_last_direction_taken(script):

@@ -61,11 +61,10 @@ def loose_sheet():
     return scene((StrainLimit(),))
 
 
-@pytest.fixture(params=[loose_sheet, sewn_tube])
-def strained(request):
+def strained(scene_of, preset="live"):
     """Cloth stretched unevenly, spinning and drifting: inner forces only."""
-    drape = request.param()
-    sim = build(drape)
+    drape = scene_of()
+    sim = build(drape, PRESETS[preset])
     x = drape.x_start
     centre = x.mean(0)
     pulled = centre + (x - centre) * (1.05 + 0.3 * (x[:, :1] - centre[0]))
@@ -75,24 +74,32 @@ def strained(request):
     return sim
 
 
-def test_inner_forces_conserve_momentum(strained):
-    """Every inner force has its counterforce: sum m v stays, whatever the solve's budget leaves undone."""
-    sim = strained
+@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize("scene_of", [loose_sheet, sewn_tube])
+def test_inner_forces_conserve_momentum(scene_of, preset):
+    """Every inner force has its counterforce: sum m v stays, whatever the solve's budget leaves undone.
+
+    But for moves that are cut where nobody has looked for contact: at `draft`, which looks again twice a step, the tube,
+    which may touch itself, is thrown into waves of a third of its length and loses a hundredth.
+    """
+    limit = 2e-2 if (scene_of, preset) == (sewn_tube, "draft") else 3e-4
+    sim = strained(scene_of, preset)
     mass = sim.mass[:, None]
     first = (mass * sim.state.v.numpy()).sum(0)
     scale = (mass * np.abs(sim.state.v.numpy())).sum()
     moved = sim.state.v.numpy().copy()
     for k in range(20):
-        sim.advance(None, (k + 1) / 60)
+        sim.advance(None, (k + 1) / 30)
     momentum = (mass * sim.state.v.numpy()).sum(0)
     assert np.abs(sim.state.v.numpy() - moved).max() > 0.5  # they did exchange momentum
     print(f"momentum lost over twenty steps: {np.abs(momentum - first).max() / scale:.1e} of sum m |v|")
-    np.testing.assert_allclose(momentum, first, rtol=0, atol=3e-4 * scale)
+    np.testing.assert_allclose(momentum, first, rtol=0, atol=limit * scale)
 
 
-def test_angular_momentum_decays_as_implicit_euler_says(strained):
+@pytest.mark.parametrize("scene_of", [loose_sheet, sewn_tube])
+def test_angular_momentum_decays_as_implicit_euler_says(scene_of):
     """L_{n+1} = L_n + dt sum m v_{n+1} x v_n for any inner force without torque about x_{n+1}."""
-    sim = strained
+    sim = strained(scene_of)
     mass = sim.mass[:, None]
 
     def angular():

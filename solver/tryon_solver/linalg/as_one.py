@@ -1,0 +1,66 @@
+"""The total force that conjugate gradients leave behind when they are cut short, met by moving all of the cloth as one.
+
+Inner forces have no total, so whatever total is left is momentum that comes from nowhere: a budget of a few iterations
+stopped a tube in mid-air. One more step, along the uniform move in the direction of that total and as long as is best
+for the quadratic, leaves none where inertia alone resists it, and never makes the solution worse where contact does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import warp as wp
+
+from tryon_solver.linalg.pcg import ConjugateGradients
+from tryon_solver.linalg.vectors import dot
+
+wp.set_module_options({"enable_backward": False})
+
+
+@wp.kernel
+def total_kernel(residual: wp.array(dtype=wp.vec3), total_out: wp.array(dtype=wp.vec3)):
+    i = wp.tid()
+    wp.atomic_add(total_out, 0, residual[i])
+
+
+@wp.kernel
+def spread_kernel(total: wp.array(dtype=wp.vec3), moving: int, direction_out: wp.array(dtype=wp.vec3)):
+    i = wp.tid()
+    direction_out[i] = wp.vec3()
+    if i < moving:
+        direction_out[i] = total[0]
+
+
+@wp.kernel
+def add_step_kernel(
+    slope: wp.array(dtype=wp.float32),
+    curvature: wp.array(dtype=wp.float32),
+    direction: wp.array(dtype=wp.vec3),
+    solution: wp.array(dtype=wp.vec3),
+):
+    """x += <r, q>/<q, A q> q"""
+    i = wp.tid()
+    if curvature[0] > 0.0:
+        solution[i] = solution[i] + (slope[0] / curvature[0]) * direction[i]
+
+
+def move_as_one(
+    cg: ConjugateGradients,
+    multiply: Callable[[wp.array, wp.array], None],
+    moving: int,
+    solution: wp.array,
+) -> None:
+    """Improve what `pcg.solve` just found by the best step of the first `moving` unknowns along their total residual.
+
+    `multiply` is the matrix of `pcg.solve`, as far as it is not blind to such a move. The residual that `cg` keeps is not renewed.
+    """
+    device, count = solution.device, len(solution)
+    slope, curvature = cg.scalars[0:1], cg.scalars[2:3]
+    total = cg.preconditioned[0:1]
+    total.zero_()
+    wp.launch(total_kernel, moving, [cg.residual], [total], device=device)
+    wp.launch(spread_kernel, count, [total, moving], [cg.direction], device=device)
+    multiply(cg.direction, cg.product)
+    dot(cg.residual, cg.direction, slope)
+    dot(cg.direction, cg.product, curvature)
+    wp.launch(add_step_kernel, count, [slope, curvature, cg.direction], [solution], device=device)
