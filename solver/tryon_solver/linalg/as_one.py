@@ -52,7 +52,8 @@ def move_as_one(
 ) -> None:
     """Improve what `pcg.solve` just found by the best step of the first `moving` unknowns along their total residual.
 
-    `multiply` is the matrix of `pcg.solve`, as far as it is not blind to such a move. The residual that `cg` keeps is not renewed.
+    `multiply` is the matrix of `pcg.solve`, as far as it is not blind to such a move. The residual that `cg` keeps is
+    not renewed.
     """
     device, count = solution.device, len(solution)
     slope, curvature = cg.scalars[0:1], cg.scalars[2:3]

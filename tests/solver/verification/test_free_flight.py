@@ -79,8 +79,8 @@ def strained(scene_of, preset="live"):
 def test_inner_forces_conserve_momentum(scene_of, preset):
     """Every inner force has its counterforce: sum m v stays, whatever the solve's budget leaves undone.
 
-    But for moves that are cut where nobody has looked for contact: at `draft`, which looks again twice a step, the tube,
-    which may touch itself, is thrown into waves of a third of its length and loses a hundredth.
+    But for moves that are cut where nobody has looked for contact: at `draft`, which looks again twice a step, the
+    tube, which may touch itself, is thrown into waves and loses a hundredth.
     """
     limit = 2e-2 if (scene_of, preset) == (sewn_tube, "draft") else 3e-4
     sim = strained(scene_of, preset)
