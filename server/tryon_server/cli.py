@@ -8,6 +8,7 @@ import contextlib
 import datetime
 import logging
 import os
+import ssl
 import sys
 from collections.abc import Sequence
 from importlib.metadata import version
@@ -435,7 +436,6 @@ def run_simulate(options: argparse.Namespace) -> int:
 def run_headset_sim(options: argparse.Namespace) -> int:
     """Replay a motion as a tracker sees it, and print the ages."""
     import math
-    import ssl
 
     import numpy as np
     import websockets
@@ -460,8 +460,8 @@ def run_headset_sim(options: argparse.Namespace) -> int:
     motion = load_motion(options.motion, load_body(None))
     poses = [motion.sample(k / errors.rate, loop=True) for k in range(max(2, round(options.seconds * errors.rate)))]
     roots, rotations = np.array([pose.root for pose in poses]), np.array([pose.rotations for pose in poses])
+    trust = _trusted(options.authority)
     try:
-        trust = ssl.create_default_context(cafile=options.authority) if options.authority else None
         opened = contextlib.nullcontext(options.url)
         with opened if options.url else session(options.server, options.garment, options.preset, trust) as url:
             print(f"{options.motion} at {errors.rate:g} Hz for {options.seconds:g} s into {url}", flush=True)
@@ -470,6 +470,18 @@ def run_headset_sim(options: argparse.Namespace) -> int:
         raise problem_error("headset.failed", str(error), "See whether the server runs, and its log") from error
     print(outcome.text())
     return 0 if outcome.ages.count else 1
+
+
+def _trusted(authority: Path | None) -> ssl.SSLContext | None:
+    """What to trust besides: the certificate in that file. Raises ProblemError where there is none."""
+    if authority is None:
+        return None
+    try:
+        return ssl.create_default_context(cafile=authority)
+    except OSError as error:  # SSLError, of a file that holds no certificate, is one
+        what = f"--authority {authority} holds no certificate that can be read ({error.strerror or error})"
+        remedy = "Give the authority.pem that `tryon serve --tls` names"
+        raise problem_error("headset.authority", what, remedy) from error
 
 
 def _check_writable(path: Path) -> None:

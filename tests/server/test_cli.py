@@ -287,3 +287,14 @@ def test_a_tracker_that_can_not_be_is_refused_with_the_range(capsys, option, val
     with pytest.raises(SystemExit):
         main(["headset-sim", option, value])
     assert f"{value} is not a number {says}" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("content", [None, b"", b"no certificate"])
+def test_a_certificate_to_trust_that_is_none_is_named(tmp_path, capsys, content):
+    authority = tmp_path / "authority.pem"
+    if content is not None:
+        authority.write_bytes(content)
+    assert main(["headset-sim", "--authority", str(authority)]) == 2
+    said = capsys.readouterr().err
+    assert str(authority) in said
+    assert "tryon serve --tls" in said
