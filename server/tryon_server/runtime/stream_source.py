@@ -44,11 +44,9 @@ STALL_SECONDS = 0.25  # without a pose for this long the stream's body stands st
 CATCH_UP = 2.0  # a body that is behind catches up at no more than this many simulated seconds per second
 LARGEST_LAG = 1.0  # [s] behind the newest pose: one farther behind leaves out what it missed
 RUN_SPEED_MAX = 12.0  # [m/s] no wearer runs faster: a stream whose root does has begun to measure from elsewhere
-TURN_SPEED_MAX = 30.0  # [rad/s] no joint turns faster,
-BURST, LASTING_TURN_SPEED = (
-    1.0,
-    6.0,
-)  # [rad], [rad/s] and for longer than a burst none so fast: dropped poses hide speed
+TURN_SPEED_MAX = 30.0  # [rad/s] no joint turns faster
+BURST = 1.0  # [rad] and none farther so fast:
+LASTING_TURN_SPEED = 6.0  # [rad/s] what it adds to a burst; poses that were passed over would hide a leap else
 SHORTEST_INTERVAL = 0.01  # [s] times of capture may be off by so much, and a speed over less says nothing
 
 
