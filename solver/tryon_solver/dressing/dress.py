@@ -20,6 +20,7 @@ from tryon_solver.dressing.fit import (
     check_rest,
     close_seams,
     unforeseen_refused,
+    weld_blocked,
     with_opening,
 )
 from tryon_solver.dressing.opening import Opening, opening_as_drawn, upper_opening
@@ -179,11 +180,8 @@ def _sew_in(
         share.fill_(max(0.0, 1.0 - time / seconds))
         simulation.advance(pose, time)
     x = simulation.cloth_positions().astype(np.float64)
-    x_welded = close_seams(panels, joined, fabric, simulation.stretches(), x)
+    stretches = simulation.stretches()
+    x_welded = close_seams(panels, joined, fabric, stretches, x)
     if not proven_free(simulation, x_welded[joined.welded_of_vertex] - x):
-        raise CrumpledError(
-            "the closed seams could not be welded without touching other fabric: it is crumpled where it is sewn",
-            "garment",
-            "Use a shorter edge length, or a pattern that lies smoother there",
-        )
+        raise weld_blocked(panels, joined, fabric, stretches, x)
     return x_welded, simulation.body_positions().astype(np.float64)

@@ -35,6 +35,10 @@ class TightError(DressingError):
     """The garment is too small for this body."""
 
 
+class TautSeamError(CrumpledError, TightError):
+    """Both: the seams are all but closed, and their fabric, stretched as far as it bears, lies on other fabric."""
+
+
 class StanceError(DressingError):
     """The body is held so that the garment does not go on, in any size: arms on the trunk, legs together, a seat."""
 
@@ -69,17 +73,13 @@ def close_seams(
     TightError where that is further than the fabric bears.
     """
     mean = joined.mean_of_vertices(x)
-    gap = np.linalg.norm(x - mean[joined.welded_of_vertex], axis=1)
-    worst = int(np.argmax(gap))
-    if gap[worst] <= CLOSED:
+    open_by, pieces, pulled = _widest_seam(panels, joined, stretch, x)
+    if open_by <= CLOSED:
         return mean
-    a, b = next((s for s in panels.stitches if worst in s), (worst, worst))
-    pieces = sorted({int(panels.panel_of_vertex[v]) for v in (a, b)})
     names = [panels.panel_names[piece] for piece in pieces]
-    what = f"the seam between {' and '.join(names)} stays {2e3 * gap[worst]:.1f} mm open"
+    what = f"the seam between {' and '.join(names)} stays {2e3 * open_by:.1f} mm open"
     if len(names) == 1:
-        what = f"the seam of {names[0]} with itself stays {2e3 * gap[worst]:.1f} mm open"
-    pulled = float(stretch[np.isin(panels.panel_of_face, pieces)].max())
+        what = f"the seam of {names[0]} with itself stays {2e3 * open_by:.1f} mm open"
     if pulled < fabric.strain_limit:
         raise DressingError(
             f"{what}: the body is between its sides, or its pieces start on the wrong side of each other",
@@ -87,13 +87,42 @@ def close_seams(
             "Move the pieces so that what is sewn faces each other around the body, or enlarge them",
         )
     cause = "the garment is too tight for this body"
-    if gap[worst] > GAPING:
+    if open_by > GAPING:
         cause += ", or its pieces start on the wrong sides of each other or of a limb"
     raise TightError(
         f"{what}, though the fabric is stretched by {percent(pulled)} there: {allowed(fabric)}; {cause}",
         f"panels.{names[0]}",
         looser(pulled, names),
     )
+
+
+def weld_blocked(
+    panels: PanelMesh, joined: WeldedMesh, fabric: Fabric, stretch: np.ndarray, x: np.ndarray
+) -> CrumpledError:
+    """Why seams that are closed, to what welding moves them by, can't be moved by that; arguments as close_seams()."""
+    what = "the closed seams could not be welded without touching other fabric"
+    open_by, pieces, pulled = _widest_seam(panels, joined, stretch, x)
+    if pulled < fabric.strain_limit:
+        remedy = "Use a shorter edge length, or a pattern that lies smoother there"
+        return CrumpledError(f"{what}: it is crumpled where it is sewn", "garment", remedy)
+    names = [panels.panel_names[piece] for piece in pieces]
+    return TautSeamError(
+        f"{what}; the widest, of {' and '.join(names)}, stays {2e3 * open_by:.1f} mm open, though the fabric is "
+        f"stretched by {percent(pulled)} there: {allowed(fabric)}; the garment is too tight for this body",
+        f"panels.{names[0]}",
+        looser(pulled, names),
+    )
+
+
+def _widest_seam(
+    panels: PanelMesh, joined: WeldedMesh, stretch: np.ndarray, x: np.ndarray
+) -> tuple[float, list[int], float]:
+    """How far [m] a side of the widest seam is from where it is welded, its pieces, and how far they are stretched."""
+    gap = np.linalg.norm(x - joined.mean_of_vertices(x)[joined.welded_of_vertex], axis=1)
+    worst = int(np.argmax(gap))
+    a, b = next((s for s in panels.stitches if worst in s), (worst, worst))
+    pieces = sorted({int(panels.panel_of_vertex[v]) for v in (a, b)})
+    return float(gap[worst]), pieces, float(stretch[np.isin(panels.panel_of_face, pieces)].max())
 
 
 def check_rest(simulation: Simulation, joined: WeldedMesh, panels: PanelMesh) -> None:
