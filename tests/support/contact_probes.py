@@ -37,9 +37,11 @@ def exact_distance_kernel(kind: int, x: wp.array2d(dtype=wp.vec3d), d_out: wp.ar
 
 
 @wp.kernel
-def barrier_kernel(g: wp.array(dtype=wp.float32), g_hat: float, out: wp.array(dtype=wp.vec3)):
+def barrier_kernel(g: wp.array(dtype=wp.float32), g_hat: float, floor: float, out: wp.array(dtype=wp.vec3)):
     i = wp.tid()
-    out[i] = wp.vec3(barrier(g[i], g_hat), barrier_gradient(g[i], g_hat), barrier_curvature(g[i], g_hat))
+    out[i] = wp.vec3(
+        barrier(g[i], g_hat, floor), barrier_gradient(g[i], g_hat, floor), barrier_curvature(g[i], g_hat, floor)
+    )
 
 
 @wp.kernel
@@ -83,11 +85,11 @@ def verifier_distances(kind: int, stencils: np.ndarray) -> np.ndarray:
     return d.numpy()
 
 
-def solver_barrier(g: np.ndarray, g_hat: float) -> np.ndarray:
+def solver_barrier(g: np.ndarray, g_hat: float, floor: float = 0.0) -> np.ndarray:
     """(G, 3): b, b', b'' at gaps g (G,)."""
     out = wp.full(len(g), wp.vec3(np.nan, np.nan, np.nan), dtype=wp.vec3, device="cpu")
     gaps = wp.array(g, dtype=wp.float32, device="cpu")
-    wp.launch(barrier_kernel, len(g), [gaps, g_hat], [out], device="cpu")
+    wp.launch(barrier_kernel, len(g), [gaps, g_hat, floor], [out], device="cpu")
     return out.numpy().astype(np.float64)
 
 

@@ -22,7 +22,7 @@ from tryon_solver.contact.distances import stencil_vector, stencil_weights
 
 wp.set_module_options({"enable_backward": False})
 
-GAP_FLOOR = 0.1  # of xi, or of the activation distance if that is less: the smallest gap that the barrier sees
+GAP_FLOOR = 0.03  # of xi, or of the activation distance if that is less: below it the barrier's force grows linearly
 
 
 @dataclass
@@ -30,9 +30,9 @@ class ContactPairs:
     """Pairs within reach at `x_ref`, one entry each.
 
     `ids` vec4i; `lam` vec4 weights; `normal` vec3 unit; `slope` e kappa b' [N], <= 0; `curvature` e kappa b'' [N/m];
-    `energy` [J]; `gap` vec2: g and the activation distance g_hat [m]. `counters` (2,) int32: how many, and how many of
-    them at d <= xi. Here `size`, what launches cover, and `overlapping` are the same; in a graph, which can't be read
-    from, `size` is the capacity.
+    `energy` [J]; `gap` vec3: g, the activation distance g_hat and the barrier's floor [m]. `counters` (2,) int32: how
+    many, and how many of them at d <= xi. Here `size`, what launches cover, and `overlapping` are the same; in a graph,
+    which can't be read from, `size` is the capacity.
     """
 
     ids: wp.array
@@ -60,7 +60,7 @@ class ContactPairs:
             zeros(wp.float32),
             zeros(wp.float32),
             zeros(wp.float32),
-            zeros(wp.vec2),
+            zeros(wp.vec3),
             wp.zeros(2, dtype=wp.int32, device=device),
             wp.zeros(2, dtype=wp.float32, device=device),
             capacity,
@@ -114,7 +114,7 @@ def collect_kernel(
     slope_out: wp.array(dtype=wp.float32),
     curvature_out: wp.array(dtype=wp.float32),
     energy_out: wp.array(dtype=wp.float32),
-    gap_out: wp.array(dtype=wp.vec2),
+    gap_out: wp.array(dtype=wp.vec3),
     counters_out: wp.array(dtype=wp.int32),
     smallest_gap_out: wp.array(dtype=wp.float32),
 ):
@@ -161,20 +161,19 @@ def collect_kernel(
     slot = wp.atomic_add(counters_out, 0, 1)
     if slot >= ids_out.shape[0]:
         return
-    g = wp.max(g, GAP_FLOOR * wp.min(xi, g_hat))
+    floor = GAP_FLOOR * wp.min(xi, g_hat)
     # a patch of cloth meets several stencils: a quarter of its vertices' area goes to each
     kappa = 0.25 * model.pressure_stiffness * cloth_area / cloth_vertices
     e = float(1.0)
     if kind == 1:
         e = mollifier(wp.length_sq(wp.cross(x1 - x0, x3 - x2)), eps)
-    b = barrier(g, g_hat)
     ids_out[slot] = v
     lam_out[slot] = lam
     normal_out[slot] = wp.normalize(difference)
-    slope_out[slot] = e * kappa * barrier_gradient(g, g_hat)
-    curvature_out[slot] = e * kappa * barrier_curvature(g, g_hat)
-    energy_out[slot] = e * kappa * b
-    gap_out[slot] = wp.vec2(g, g_hat)
+    slope_out[slot] = e * kappa * barrier_gradient(g, g_hat, floor)
+    curvature_out[slot] = e * kappa * barrier_curvature(g, g_hat, floor)
+    energy_out[slot] = e * kappa * barrier(g, g_hat, floor)
+    gap_out[slot] = wp.vec3(g, g_hat, floor)
 
 
 @wp.kernel

@@ -37,7 +37,6 @@ from tryon_solver.state import State
 wp.set_module_options({"enable_backward": False})
 
 SETTLED = 0.5  # share that the normal force of a pair keeps, or kept, from an iteration to the next to be relied on
-DEEPEST = 0.1  # share of the gap now that the one before is taken for at least: at zero the barrier has no force
 
 
 @wp.func
@@ -66,13 +65,13 @@ def f1(y: float, e: float) -> float:
 
 @wp.func
 def force_before(
-    v: wp.vec4i, w: wp.vec4, n: wp.vec3, gap: wp.vec2, x: wp.array(dtype=wp.vec3), x_before: wp.array(dtype=wp.vec3)
+    v: wp.vec4i, w: wp.vec4, n: wp.vec3, gap: wp.vec3, x: wp.array(dtype=wp.vec3), x_before: wp.array(dtype=wp.vec3)
 ) -> float:
     """Contact force at x_before over that at x [-]."""
     g = gap[0]
     for k in range(4):
         g += w[k] * wp.dot(n, x_before[v[k]] - x[v[k]])
-    return barrier_gradient(wp.max(g, DEEPEST * gap[0]), gap[1]) / barrier_gradient(gap[0], gap[1])
+    return barrier_gradient(g, gap[1], gap[2]) / barrier_gradient(gap[0], gap[1], gap[2])
 
 
 @wp.kernel
@@ -82,7 +81,7 @@ def prepare_kernel(
     lam: wp.array(dtype=wp.vec4),
     normal: wp.array(dtype=wp.vec3),
     slope: wp.array(dtype=wp.float32),
-    gap: wp.array(dtype=wp.vec2),
+    gap: wp.array(dtype=wp.vec3),
     cloth_count: int,
     mu_body: float,
     mu_self: float,

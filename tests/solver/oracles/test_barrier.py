@@ -62,6 +62,20 @@ def test_grows_without_bound_and_joins_smoothly():
     np.testing.assert_allclose(found[-1] / [G_HAT**2, G_HAT, 1.0], 0, atol=1e-3)
 
 
+def test_its_force_grows_on_below_the_floor():
+    """By the tangent at the floor, through zero and beyond; above it nothing changes."""
+    floor = 0.03 * G_HAT
+    above = np.array([floor, 1.5 * floor, 0.5 * G_HAT])
+    np.testing.assert_array_equal(solver_barrier(above, G_HAT, floor), solver_barrier(above, G_HAT))
+    under = np.array([0.999 * floor, 0.5 * floor, 0.0, -floor, -20 * floor])
+    b, slope, curvature = closed_forms(np.array([floor]), G_HAT)[0].astype(float)
+    off = under - floor
+    found = solver_barrier(under, G_HAT, floor)
+    np.testing.assert_allclose(found[:, 0], b + slope * off + 0.5 * curvature * off**2, rtol=1e-5)
+    np.testing.assert_allclose(found[:, 1], slope + curvature * off, rtol=1e-5)
+    np.testing.assert_allclose(found[:, 2], curvature, rtol=1e-5)
+
+
 def test_mollifier_is_the_oracles(rng):
     """Edges of 2 cm at angles around the threshold, sin^2 = 1e-3."""
     first, second = rng.standard_normal((2, 300, 3))
