@@ -6,12 +6,12 @@ With g = d - xi the gap above the thickness offset and g_hat the activation dist
     b'(g) = -2 (g - g_hat) ln(g/g_hat) - (g - g_hat)^2 / g                        [m], <= 0
     b''(g) = -2 ln(g/g_hat) - 4 (g - g_hat)/g + (g - g_hat)^2 / g^2               [-], >= 0
 
-The potential of a pair is kappa b(g), kappa in N/m. Below a small `floor` it is the second-order expansion about it, for
-g at or under zero too: rounding can put a pair there, and its force must go on growing, or a load that is larger than
-the force at the floor has no balance. Sources: Li et al. 2020 (IPC), equation 6; thickness offset after Li et al. 2021
-(Codimensional IPC), section 4; the expansion is ours.
-"""
+The potential of a pair is kappa b(g), kappa in N/m. Below a small `floor` it is the second-order expansion about it,
+for g at or under zero too: rounding can put a pair there, and its force must go on growing, or a load that is larger
+than the force at the floor has no balance. Sources: Li et al. 2020 (IPC), equation 6; thickness offset after Li et
+al. 2021 (Codimensional IPC), section 4; the expansion is ours.
 
+"""
 from __future__ import annotations
 
 import warp as wp
