@@ -20,6 +20,7 @@ import warp as wp
 
 from tryon_solver.contact import bounds, candidates, pairs
 from tryon_solver.contact.deflect import deflect
+from tryon_solver.contact.parting import part
 from tryon_solver.contact.verify import is_finite, violations
 from tryon_solver.linalg import pcg
 from tryon_solver.linalg.as_one import move_as_one
@@ -98,9 +99,13 @@ def take_within_region(sim: Simulation, direction: wp.array) -> None:
 
 
 def prove_free(sim: Simulation, direction: wp.array) -> None:
-    """Turn `direction` aside where it closes gaps, then set `alpha` so that what is left of it is free of contact."""
+    """Turn `direction` aside where it closes gaps, then set `alpha` so that what is left of it is free of contact.
+
+    `alpha` is one to begin with.
+    """
     state, work, settings, sizes = sim.state, sim.work, sim.settings, sim.contact.sizes
     list_near(sim, direction, settled=False)
+    part(sim.candidates, sim.cloth_count, sizes, state.x, direction, work.alpha)
     deflect(
         sim.candidates,
         True,
