@@ -38,6 +38,7 @@ from tryon_solver.scene import Scene
 from tryon_solver.settings import Settings
 from tryon_solver.state import State, Workspace, positions
 from tryon_solver.step import advance
+from tryon_solver.stepping.hold import Holding
 from tryon_solver.stepping.progress import Progress
 from tryon_solver.stepping.start import refuse_touching_start
 from tryon_solver.subspace.basis import explicit_inverse, reduced_matrix, spline_basis
@@ -170,6 +171,7 @@ class Simulation:
         self.largest_out = wp.zeros(1, dtype=wp.float32, device=device)
         self.cg = ConjugateGradients.allocate(self.all_count, device)
         self.progress = Progress.allocate(device)
+        self.holding = Holding.allocate(self.all_count, device)
         self.correction = KeptLoop()
         self.went_back = False  # did the last correction end where it had been nearest to balance?
         faces = scene.garment.faces.ravel()

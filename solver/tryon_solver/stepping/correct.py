@@ -20,7 +20,6 @@ import warp as wp
 
 from tryon_solver.contact import bounds, candidates, pairs
 from tryon_solver.contact.deflect import deflect
-from tryon_solver.contact.parting import part
 from tryon_solver.contact.verify import is_finite, violations
 from tryon_solver.linalg import pcg
 from tryon_solver.linalg.as_one import move_as_one
@@ -99,13 +98,9 @@ def take_within_region(sim: Simulation, direction: wp.array) -> None:
 
 
 def prove_free(sim: Simulation, direction: wp.array) -> None:
-    """Turn `direction` aside where it closes gaps, then set `alpha` so that what is left of it is free of contact.
-
-    `alpha` is one to begin with.
-    """
+    """Turn `direction` aside where it closes gaps, then set `alpha` so that what is left of it is free of contact."""
     state, work, settings, sizes = sim.state, sim.work, sim.settings, sim.contact.sizes
     list_near(sim, direction, settled=False)
-    part(sim.candidates, sim.cloth_count, sizes, state.x, direction, work.alpha)
     deflect(
         sim.candidates,
         True,
@@ -120,6 +115,7 @@ def prove_free(sim: Simulation, direction: wp.array) -> None:
     )
     list_near(sim, direction, settled=True)
     bounds.stay_in_region(state.x, direction, sim.region, work.alpha)
+    wp.copy(sim.holding.allowed, work.alpha)
     bounds.shorten(
         sim.candidates,
         True,
@@ -217,6 +213,7 @@ def correct_penetration(sim: Simulation) -> None:
     goes on with a snap: nothing is extended and nothing goes back.
     """
     progress, settings = sim.progress, sim.settings
+    sim.holding.release()
     choose_start(sim)
     once = settings.contact_passes == 1
     extensions = settings.correction_extensions if once else 0
@@ -270,7 +267,9 @@ def iterate(sim: Simulation) -> None:
         bounds.count_leaving(state.x, work.direction, work.alpha, sim.region, progress.leaving)
 
     def move() -> None:
+        wp.copy(sim.holding.wanted, work.direction)
         take_within_region(sim, work.direction)
+        sim.holding.measure(work.total)
         find_largest(work.total, progress.moved)
         progress.judge_move(sim.settings.correction_tolerance * sim.dt)
         progress.if_going_on(look)

@@ -44,7 +44,7 @@ def scale_kernel(
 
 
 def linearise(sim: Simulation) -> None:
-    """Sum the Hessian at x and invert its diagonal blocks."""
+    """Sum the Hessian at x, with what vertices are held by, and invert its diagonal blocks."""
     rows, work = sim.hessian_rows, sim.work
     rows.blocks.zero_()
     for add_hessian in sim.stages.add_hessian:
@@ -68,16 +68,17 @@ def linearise(sim: Simulation) -> None:
         contact_pairs.add_diagonal(sim.pairs, work.blocks)
         for term in sim.stages.contact:
             term.add_diagonal(sim.pairs, work.blocks)
+    sim.holding.add(work.diagonal, work.blocks)
     wp.launch(invert_blocks_kernel, sim.all_count, [], [work.blocks], device=sim.device)
 
 
 def hessian_product(sim: Simulation, p: wp.array, product_out: wp.array) -> None:
-    """product = (Hessian + contact) p over cloth and collision surface [N]."""
+    """product = (Hessian + contact + what vertices are held by) p over cloth and collision surface [N]."""
     rows = sim.hessian_rows
     wp.launch(
         block_ell.multiply_kernel,
         sim.all_count,
-        [rows.columns, rows.blocks, sim.work.diagonal, p],
+        [rows.columns, rows.blocks, sim.holding.diagonal, p],
         [product_out],
         device=sim.device,
     )
@@ -86,7 +87,8 @@ def hessian_product(sim: Simulation, p: wp.array, product_out: wp.array) -> None
 
 
 def outer_product(sim: Simulation, p: wp.array, product_out: wp.array) -> None:
-    """`hessian_product` without the cloth's inner stiffness [N], which a move as one leaves alone but for rounding."""
+    """`hessian_product` without the cloth's inner stiffness [N], which a move as one leaves alone but for rounding, and
+    without what holds vertices."""
     wp.launch(scale_kernel, sim.all_count, [sim.work.diagonal, p], [product_out], device=sim.device)
     add_contact_product(sim, p, product_out)
 

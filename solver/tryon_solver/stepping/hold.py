@@ -1,0 +1,103 @@
+"""Vertices that contact stops are held in the correction's next directions, so that all others know of it.
+
+A direction is found for the barrier's quadratic model. In a knot, an armpit that closes on a sleeve, it parts every
+pair by micrometres and slides the same edges past each other by millimetres, where their normals are others; deflection
+turns it aside and the bounds shorten it, vertex by vertex. What is left of it is no direction of descent any more: the
+neighbours went where these vertices were expected to come along. Iterated, that drives a knot uphill.
+
+So a vertex that went only the share s of its way, s = m.p/|p|^2 of its direction p and its move m, as far as contact
+had a say in that (the region's border, where the candidates end, stops nobody for good), gets a stiffness
+
+    lambda = (1/max(s, LEAST_SHARE) - 1) d,   d the mean of its diagonal block's diagonal,
+
+in the next direction's matrix, or KEPT of the last one's where that is more: Levenberg-Marquardt's damping (Levenberg
+1944, Marquardt 1963), of those vertices alone. The gradient is untouched, and so is the balance that is found. Ours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import warp as wp
+
+wp.set_module_options({"enable_backward": False})
+
+LEAST_SHARE = 0.1  # of its way: what went less is held as firmly as what went this
+FREE_SHARE = 0.9  # of its way: what went more is free
+KEPT = 0.3  # of a vertex's stiffness from direction to direction
+
+
+@wp.kernel
+def measure_kernel(
+    wanted: wp.array(dtype=wp.vec3),
+    allowed: wp.array(dtype=wp.float32),
+    moved: wp.array(dtype=wp.vec3),
+    share_out: wp.array(dtype=wp.float32),
+):
+    i = wp.tid()
+    p = wanted[i]
+    all_of_it = allowed[i] * wp.length_sq(p)
+    share_out[i] = 1.0
+    if all_of_it > 0.0:
+        share_out[i] = wp.dot(moved[i], p) / all_of_it
+
+
+@wp.kernel
+def add_kernel(
+    diagonal: wp.array(dtype=wp.float32),
+    share: wp.array(dtype=wp.float32),
+    stiffness: wp.array(dtype=wp.float32),
+    blocks: wp.array(dtype=wp.mat33),
+    diagonal_out: wp.array(dtype=wp.float32),
+):
+    i = wp.tid()
+    held = KEPT * stiffness[i]
+    if share[i] < FREE_SHARE:
+        own = wp.trace(blocks[i]) / 3.0
+        held = wp.max(held, (1.0 / wp.max(share[i], LEAST_SHARE) - 1.0) * own)
+    stiffness[i] = held
+    blocks[i] = blocks[i] + held * wp.identity(n=3, dtype=wp.float32)
+    diagonal_out[i] = diagonal[i] + held
+
+
+@dataclass(frozen=True)
+class Holding:
+    """Of A vertices: `wanted` vec3 m, the direction; `allowed` float32, the share of it that lies within the region;
+    `share` float32 of that that they went; `stiffness` float32 N/m by which they are held; `diagonal` float32 N/m, the
+    Newton matrix's own with it."""
+
+    wanted: wp.array
+    allowed: wp.array
+    share: wp.array
+    stiffness: wp.array
+    diagonal: wp.array
+
+    @staticmethod
+    def allocate(count: int, device: str) -> Holding:
+        """Nothing held."""
+        return Holding(
+            wp.zeros(count, dtype=wp.vec3, device=device),
+            wp.full(count, 1.0, dtype=wp.float32, device=device),
+            wp.full(count, 1.0, dtype=wp.float32, device=device),
+            wp.zeros(count, dtype=wp.float32, device=device),
+            wp.zeros(count, dtype=wp.float32, device=device),
+        )
+
+    def release(self) -> None:
+        """Hold nothing."""
+        self.share.fill_(1.0)
+        self.stiffness.zero_()
+
+    def measure(self, moved: wp.array) -> None:
+        """Take note of what `moved` (A,) m has of the way wanted."""
+        wp.launch(measure_kernel, len(moved), [self.wanted, self.allowed, moved], [self.share], device=moved.device)
+
+    def add(self, diagonal: wp.array, blocks: wp.array) -> None:
+        """Add what vertices are to be held by to the blocks (A,) and, in a copy, to the diagonal (A,) [N/m]."""
+        wp.launch(
+            add_kernel,
+            len(diagonal),
+            [diagonal, self.share],
+            [self.stiffness, blocks, self.diagonal],
+            device=diagonal.device,
+        )
