@@ -6,11 +6,11 @@ turns it aside and the bounds shorten it, vertex by vertex. What is left of it i
 neighbours went where these vertices were expected to come along. Iterated, that drives a knot uphill.
 
 So a vertex that went only the share s of its way, s = m.p/|p|^2 of its direction p and its move m, as far as contact
-had a say in that (the region's border, where the candidates end, stops nobody for good), gets a stiffness
+had a say in that (the region's border, where the candidates end, stops nobody for good), gets where s < FREE_SHARE
 
     lambda = (1/max(s, LEAST_SHARE) - 1) d,   d the mean of its diagonal block's diagonal,
 
-in the next direction's matrix, or KEPT of the last one's where that is more: Levenberg-Marquardt's damping (Levenberg
+as a stiffness in the next direction's matrix, or KEPT of the last one's where that is more: Levenberg-Marquardt's damping (Levenberg
 1944, Marquardt 1963), of those vertices alone. The gradient is untouched, and so is the balance that is found. Ours.
 """
 
@@ -23,7 +23,7 @@ import warp as wp
 wp.set_module_options({"enable_backward": False})
 
 LEAST_SHARE = 0.1  # of its way: what went less is held as firmly as what went this
-FREE_SHARE = 0.9  # of its way: what went more is free
+FREE_SHARE = 0.5  # of its way: what went as much is free
 KEPT = 0.3  # of a vertex's stiffness from direction to direction
 
 

@@ -43,19 +43,19 @@ def added(holding):
 
 
 def test_what_went_less_of_its_way_is_held_more_firmly():
-    _, stiffness = held_after([1.0, 0.95, 1.4, 0.5, 0.2, LEAST_SHARE, 0.0, -3.0])
+    _, stiffness = held_after([1.0, 0.55, 1.4, 0.4, 0.2, LEAST_SHARE, 0.0, -3.0])
     most = OWN * (1 / LEAST_SHARE - 1)
-    np.testing.assert_allclose(stiffness, [0, 0, 0, OWN, 4 * OWN, most, most, most], rtol=1e-4)
+    np.testing.assert_allclose(stiffness, [0, 0, 0, 1.5 * OWN, 4 * OWN, most, most, most], rtol=1e-4)
 
 
 def test_what_the_region_cuts_is_not_held():
     """Its border is where the candidates end, no contact."""
-    _, stiffness = held_after([0.5, 0.25, 0.0], allowed=[0.5, 0.5, 0.0])
-    np.testing.assert_allclose(stiffness, [0, OWN, 0], rtol=1e-4)
+    _, stiffness = held_after([0.5, 0.1, 0.0], allowed=[0.5, 0.5, 0.0])
+    np.testing.assert_allclose(stiffness, [0, 4 * OWN, 0], rtol=1e-4)
 
 
 def test_what_is_free_again_is_let_go_by_and_by():
-    holding, first = held_after([0.5, 0.2])
+    holding, first = held_after([0.4, 0.2])
     holding.measure(holding.wanted)
     np.testing.assert_allclose(added(holding), KEPT * first, rtol=1e-4)
     np.testing.assert_allclose(added(holding), KEPT**2 * first, rtol=1e-4)
