@@ -10,8 +10,9 @@ had a say in that (the region's border, where the candidates end, stops nobody f
 
     lambda = (1/max(s, LEAST_SHARE) - 1) d,   d the mean of its diagonal block's diagonal,
 
-as a stiffness in the next direction's matrix, or KEPT of the last one's where that is more: Levenberg-Marquardt's damping (Levenberg
-1944, Marquardt 1963), of those vertices alone. The gradient is untouched, and so is the balance that is found. Ours.
+as a stiffness in the next direction's matrix, or KEPT of the last one's where that is more: Levenberg-Marquardt's
+damping (Levenberg 1944, Marquardt 1963), of those vertices alone. The gradient is untouched, and so is the balance that
+is found. Ours.
 """
 
 from __future__ import annotations
