@@ -31,7 +31,7 @@ def prepared(slip, before):
         wp.array([[1.0, -1.0, 0.0, 0.0]], dtype=wp.vec4, device="cpu"),
         wp.array([[0.0, 1.0, 0.0]], dtype=wp.vec3, device="cpu"),
         wp.array([-0.8], dtype=wp.float32, device="cpu"),
-        wp.array([[1e-3, 2e-3]], dtype=wp.vec2, device="cpu"),
+        wp.array([[1e-3, 2e-3, 5e-5]], dtype=wp.vec3, device="cpu"),
         4,
         np.nan,
         0.5,
