@@ -1,6 +1,6 @@
 """glTF 2.0 in its binary form (.glb): meshes, and skinned or rigid animation, by numpy alone.
 
-Read is what a garment or a body needs: triangles with positions, texture coordinates and skin weights, the tree of
+Read is what a garment or a body needs: triangles, also in strips and fans, with positions, texture coordinates and skin weights, the tree of
 nodes, skins, animations of translation, rotation and scale, morph targets. Not read: sparse accessors, compressed
 meshes (Draco, meshopt) and files that keep their data elsewhere; each is named with its remedy. Khronos Group, glTF 2.0
 Specification, sections 3.6 (accessors) and 3.7 (skins, morph targets); animations are in gltf_animation.py.
@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import graphlib
 import json
+import re
 import struct
 from dataclasses import dataclass, field
 from typing import Any
@@ -18,15 +19,16 @@ import numpy as np
 
 from tryon_solver.body import quaternions
 from tryon_solver.files.gltf_animation import Channel, Choice, choose
+from tryon_solver.files.gltf_primitives import MODES, as_triangles
 from tryon_solver.files.raw_mesh import MeshFileError, RawMesh
 from tryon_solver.files.sides import side_of
 from tryon_solver.geometry.text_check import RENAME_IT, find_unencodable
 
 COMPONENTS = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
-TRIANGLES = 4
 JSON_CHUNK, BIN_CHUNK = 0x4E4F534A, 0x004E4942
-READ_EXTENSIONS = {"KHR_materials_unlit", "KHR_texture_transform", "KHR_mesh_quantization"}
+READ_EXTENSIONS = {"KHR_mesh_quantization", "KHR_animation_pointer"}  # the latter's channels move no node
+LOOKS = re.compile(r"_(materials?|techniques|textures?|lights?|packing|xmp|audio)(_|$)|^VRMC?(_|$)")  # not the shape
 LISTED = 3  # names of meshes that are left out
 AGAIN = "Export it again as a plain .glb: one file, no compression, triangles"
 
@@ -63,6 +65,7 @@ class GltfScene:
     animation: Choice | None = None
     channels: list[Channel] = field(default_factory=list)  # of the animation that is played
     left_out: tuple[str, ...] = ()  # names of nodes with meshes that its scene does not show
+    no_surface: int = 0  # primitives that are points or lines
 
     @property
     def begins(self) -> float:
@@ -83,6 +86,8 @@ class GltfScene:
             names = ", ".join(repr(name) for name in self.left_out[:LISTED])
             more = f" and {len(self.left_out) - LISTED} more" if len(self.left_out) > LISTED else ""
             said.append(f"its scene does not show the meshes of {names}{more}: they are left out")
+        if self.no_surface:
+            said.append(f"it holds points or lines beside its triangles ({self.no_surface} sets): they are left out")
         return tuple(filter(None, said))
 
     def raw_mesh(self) -> RawMesh:
@@ -131,6 +136,18 @@ class GltfScene:
             blended = np.einsum("vk,vkxy->vxy", primitive.weights, bones[primitive.joints])
             parts.append(np.einsum("vxy,vy->vx", blended[:, :3, :3], points) + blended[:, :3, 3])
         return np.vstack(parts)
+
+    def carriers(self) -> set[int]:
+        """The nodes that triangles move with: those that show them, or the bones of their skins, and what these hang
+        from."""
+        found: set[int] = set()
+        for primitive in self.primitives:
+            bones = () if primitive.skin is None else self.skins[primitive.skin][0]
+            for node in (primitive.node, *bones):
+                while node >= 0 and node not in found:
+                    found.add(node)
+                    node = self.parents[node]
+        return found
 
     def leftward(self) -> np.ndarray | None:
         """(3,) from the middle of the skins' joints that are named right to that of those named left, at the first key;
@@ -213,6 +230,7 @@ class _Parser:
             raise MeshFileError(found[1], found[0], RENAME_IT)
         self.blob = chunks.get(BIN_CHUNK, b"")
         needed = set(self.document.get("extensionsRequired", ())) - READ_EXTENSIONS
+        needed = {extension for extension in needed if not LOOKS.search(extension)}
         if needed:
             raise MeshFileError(f"it needs the extension {min(needed)}, which is not read", name, AGAIN)
 
@@ -269,14 +287,17 @@ class _Parser:
             if "mesh" in node and k in shown:
                 mesh = document["meshes"][node["mesh"]]
                 for primitive in mesh["primitives"]:
-                    if primitive.get("mode", TRIANGLES) == TRIANGLES:
+                    if primitive.get("mode", MODES["triangles"]) in MODES.values():
                         scene.primitives.append(self.primitive(primitive, mesh, node, k))
                         self.refuse_unfit(scene, scene.primitives[-1])
+                    else:
+                        scene.no_surface += 1
         if not scene.primitives:
             where = " in the scene that it shows" if scene.left_out else ""
             raise MeshFileError(f"it has no triangles{where}", self.name, AGAIN)
         animations = document.get("animations", [])
-        scene.animation = choose(animations, [self.moves(one) for one in animations], animation, self.name)
+        carriers = scene.carriers()
+        scene.animation = choose(animations, lambda k: self.moves(animations[k], carriers, k), animation, self.name)
         if scene.animation is not None:
             played = animations[scene.animation.played]
             place = f"animation {scene.animation.played}"
@@ -362,9 +383,10 @@ class _Parser:
         attributes = primitive["attributes"]
         positions = self.accessor(attributes["POSITION"])
         if "indices" in primitive:
-            faces = self.accessor(primitive["indices"]).astype(np.int64).reshape(-1, 3)
+            corners = self.accessor(primitive["indices"]).astype(np.int64).ravel()
         else:
-            faces = np.arange(len(positions)).reshape(-1, 3)
+            corners = np.arange(len(positions))
+        faces = as_triangles(corners, primitive.get("mode", MODES["triangles"]))
         skin = node.get("skin") if "JOINTS_0" in attributes else None
         joints = weights = None
         if skin is not None:
@@ -385,14 +407,15 @@ class _Parser:
             rest_morph=np.array(node.get("weights") or mesh.get("weights") or [0.0] * len(targets), np.float64),
         )
 
-    def moves(self, animation: dict[str, Any]) -> bool:
-        """Whether any node has more than one key."""
-        inputs = [
-            animation["samplers"][channel["sampler"]]["input"]
-            for channel in animation["channels"]
-            if "node" in channel["target"]
-        ]
-        return any(self.document["accessors"][index]["count"] > 1 for index in inputs)
+    def moves(self, animation: dict[str, Any], carriers: set[int], k: int) -> bool:
+        """Whether animation k changes any of the nodes that carry triangles."""
+        for channel in animation["channels"]:
+            keys = self.document["accessors"][animation["samplers"][channel["sampler"]]["input"]]["count"]
+            if channel["target"].get("node") not in carriers or keys < 2:
+                continue
+            if self.channel(animation, channel, f"animation {k}").changes():
+                return True
+        return False
 
     def channel(self, animation: dict[str, Any], channel: dict[str, Any], place: str) -> Channel:
         index, target = channel["sampler"], channel["target"]

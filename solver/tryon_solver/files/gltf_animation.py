@@ -6,7 +6,7 @@ last after the last) and appendix C (interpolation).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +16,7 @@ from tryon_solver.body import quaternions
 from tryon_solver.files.raw_mesh import MeshFileError
 
 NAMES_LISTED = 12
+STILL = 1e-6  # share of its largest number, or of 1, by which a value may vary and move nothing: rounding
 
 
 @dataclass
@@ -52,6 +53,16 @@ class Channel:
             return quaternions.slerp(here, values[k + 1], s)
         return (1 - s) * here + s * values[k + 1]
 
+    def changes(self) -> bool:
+        """Whether its value is not the same throughout."""
+        cubic = self.interpolation == "CUBICSPLINE"
+        values = self.values[:, 1] if cubic else self.values
+        if self.path == "rotation":  # a quaternion and its negative are one rotation
+            values = values * np.where(values @ values[0] < 0, -1.0, 1.0)[:, None]
+        allowed = STILL * max(1.0, float(np.abs(values).max(initial=0.0)))
+        slopes = self.values[:, [0, 2]] * float(np.ptp(self.times)) if cubic else np.zeros(1)
+        return bool((np.ptp(values, axis=0) > allowed).any() or (np.abs(slopes) > allowed).any())
+
     def key_out_of_order(self) -> int | None:
         """The first key that is not later than the one before it."""
         wrong = np.flatnonzero(np.diff(self.times) <= 0)
@@ -75,16 +86,17 @@ class Choice:
 
 
 def choose(
-    animations: Sequence[dict[str, Any]], moves: Sequence[bool], wanted: str | None, name: str
+    animations: Sequence[dict[str, Any]], moves: Callable[[int], bool], wanted: str | None, name: str
 ) -> Choice | None:
     """The animation called `wanted`, without that the first that moves anything; None where there is none.
 
-    `animations` as the document has them, and whether each `moves` anything; `name` of the file. Raises MeshFileError
+    `animations` as the document has them; `moves` says whether one of these, by its number, moves anything; `name` of
+    the file. Raises MeshFileError
     when there is none so called.
     """
     names = _names(animations)
     if wanted is None:
-        return Choice(names, list(moves).index(True) if any(moves) else 0, told=False) if names else None
+        return Choice(names, next(filter(moves, range(len(names))), 0), told=False) if names else None
     if wanted in names:
         return Choice(names, names.index(wanted), told=True)
     remedy = f"Say one of: {listed(names)}" if names else "Leave --body-animation out"

@@ -59,6 +59,60 @@ def triangle(**changes):
     return glb(document | changes, points.tobytes())
 
 
+def sheet(*modes, indices=None):
+    """Five points in a zigzag that climbs, listed as they are or by `indices`, as primitives of these modes."""
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, 2, 0]], np.float32)
+    ids = np.array([0, 1, 2, 3, 4] if indices is None else indices, np.uint16)
+    primitives = [{"attributes": {"POSITION": 0}, "indices": 1, "mode": mode} for mode in modes]
+    document = {
+        "asset": {"version": "2.0"},
+        "buffers": [{"byteLength": points.nbytes + ids.nbytes}],
+        "bufferViews": [
+            {"buffer": 0, "byteLength": points.nbytes},
+            {"buffer": 0, "byteOffset": points.nbytes, "byteLength": ids.nbytes},
+        ],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 5, "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5123, "count": len(ids), "type": "SCALAR"},
+        ],
+        "meshes": [{"primitives": primitives}],
+        "nodes": [{"mesh": 0}],
+    }
+    return glb(document, points.tobytes() + ids.tobytes())
+
+
+STRIP, FAN, TRIANGLES, LINES = 5, 6, 4, 1
+
+
+def test_strips_are_taken_as_the_triangles_they_are_all_turned_alike():
+    mesh = parse_glb(sheet(STRIP)).raw_mesh()
+    assert mesh.faces.tolist() == [[0, 1, 2], [1, 3, 2], [2, 3, 4]]
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    assert (np.cross(b - a, c - a)[:, 2] > 0).all()
+    joined = parse_glb(sheet(STRIP, indices=[0, 1, 2, 2, 2, 3, 4])).raw_mesh()
+    assert joined.faces.tolist() == [[0, 1, 2], [2, 3, 4]]
+
+
+def test_fans_are_taken_and_a_strip_beside_triangles_is_not_dropped():
+    assert parse_glb(sheet(FAN, indices=[0, 1, 3, 2])).raw_mesh().faces.tolist() == [[1, 3, 0], [3, 2, 0]]
+    both = parse_glb(sheet(TRIANGLES, STRIP, indices=[0, 1, 2])).raw_mesh()
+    assert both.faces.tolist() == [[0, 1, 2], [5, 6, 7]]
+    assert both.notes == ()
+
+
+def test_points_and_lines_beside_triangles_are_told():
+    mesh = parse_glb(sheet(TRIANGLES, LINES, indices=[0, 1, 2])).raw_mesh()
+    assert mesh.notes == ("it holds points or lines beside its triangles (1 sets): they are left out",)
+
+
+@pytest.mark.parametrize(
+    "extension",
+    ["EXT_texture_webp", "KHR_texture_basisu", "KHR_materials_clearcoat", "KHR_lights_punctual", "KHR_xmp_json_ld"],
+)
+def test_what_a_file_needs_for_its_looks_alone_is_not_missed(extension):
+    assert len(parse_glb(triangle(extensionsRequired=[extension, "KHR_mesh_quantization"])).raw_mesh().faces) == 1
+
+
 def deep():
     text = b"[" * 200_000
     return struct.pack("<4sIIII", b"glTF", 2, 20 + len(text), len(text), 0x4E4F534A) + text
@@ -99,6 +153,7 @@ def test_only_the_scene_that_is_shown_is_read(scenes, depths):
         (b"PK\x03\x04", "does not begin as a .glb does"),
         (triangle()[:-8], "bytes"),
         (triangle(extensionsRequired=["KHR_draco_mesh_compression"]), "KHR_draco_mesh_compression"),
+        (triangle(extensionsRequired=["EXT_texture_webp", "EXT_mesh_gpu_instancing"]), "EXT_mesh_gpu_instancing"),
         (triangle(buffers=[{"byteLength": 36, "uri": "a.bin"}]), "another file"),
         (triangle(nodes=[]), "no triangles"),
         (triangle(accessors=[{"bufferView": 0, "componentType": 5126, "count": 9, "type": "VEC3"}]), "in the middle"),

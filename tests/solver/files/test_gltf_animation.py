@@ -1,10 +1,13 @@
 """Animations of a .glb: which one is read, from when on, and keys that can't be followed."""
 
+import json
+
 import numpy as np
 import pytest
-from small_glb import skinned
+from small_glb import glb, skinned
 
 from tryon_solver.files.gltf import parse_glb
+from tryon_solver.files.gltf_animation import Channel
 from tryon_solver.files.mesh_body import is_moving_mesh, read_frames
 from tryon_solver.files.raw_mesh import MeshFileError
 
@@ -12,6 +15,7 @@ IDLE = ((0.0, 1.0), (0.0, 1.0))
 JUMP = ((0.0, 0.5), (0.0, 3.0))
 NONE = ((), ())
 POSE = ((0.0,), (2.0,))
+HELD = ((0.0, 0.5, 1.0), (2.0, 2.0, 2.0))
 LATE = ((2.0, 3.0), (1.0, 5.0))
 
 
@@ -40,13 +44,42 @@ def test_an_animation_is_read_by_its_name(tmp_path):
     assert raw.notes[1] == "it has 2 animations ('idle', 'jump'); 'jump' is read, as told"
 
 
-@pytest.mark.parametrize("first", [NONE, POSE])
+@pytest.mark.parametrize("first", [NONE, POSE, HELD])
 def test_an_animation_that_moves_nothing_is_passed_over_and_told(tmp_path, first):
     path = written(tmp_path / "a.glb", first, JUMP, names=("TPose", "jump"))
     assert is_moving_mesh(path)
     raw = read_frames(path)
     assert height(raw, -1) == pytest.approx(3.0)
     assert "'jump' is read, the first that moves anything; --body-animation" in raw.notes[1]
+
+
+def test_what_moves_beside_the_mesh_moves_nothing_of_it():
+    """The first animation moves a camera, say, the second the bone."""
+    content = skinned(lifts=(IDLE, JUMP), names=("camera", "jump"))
+    document, blob = json.loads(content[20:].split(b"BIN\0")[0][:-4]), content.split(b"BIN\0", 1)[1]
+    document["nodes"].append({})
+    document["animations"][0]["channels"][0]["target"]["node"] = 2
+    scene = parse_glb(glb(document, blob))
+    assert scene.animation.played == 1
+    document["nodes"][2]["children"] = [1]
+    assert parse_glb(glb(document, blob)).animation.played == 0, "what the bone hangs from"
+
+
+@pytest.mark.parametrize(
+    ("path", "interpolation", "values", "moves"),
+    [
+        ("translation", "LINEAR", [[100.0, 0, 0], [100.0 + 1e-5, 0, 0]], False),
+        ("translation", "LINEAR", [[0, 0, 0], [0, 1e-3, 0]], True),
+        ("rotation", "LINEAR", [[0, 0.6, 0, 0.8], [0, -0.6, 0, -0.8]], False),
+        ("rotation", "LINEAR", [[0, 0.6, 0, 0.8], [0, 0.8, 0, 0.6]], True),
+        ("weights", "STEP", [[0.0], [0.0]], False),
+        ("scale", "CUBICSPLINE", [[[0.0], [1.0], [0.0]], [[0.0], [1.0], [0.0]]], False),
+        ("scale", "CUBICSPLINE", [[[0.0], [1.0], [2.0]], [[0.0], [1.0], [0.0]]], True),
+    ],
+)
+def test_a_channel_changes_when_its_value_does(path, interpolation, values, moves):
+    channel = Channel(0, path, 0, np.array([0.0, 1.0]), np.array(values, float), interpolation)
+    assert channel.changes() == moves
 
 
 def test_animations_without_a_name_of_their_own_go_by_their_number(tmp_path):
