@@ -1,9 +1,10 @@
 """glTF 2.0 in its binary form (.glb): meshes, and skinned or rigid animation, by numpy alone.
 
-Read is what a garment or a body needs: triangles, also in strips and fans, with positions, texture coordinates and skin weights, the tree of
-nodes, skins, animations of translation, rotation and scale, morph targets. Not read: sparse accessors, compressed
-meshes (Draco, meshopt) and files that keep their data elsewhere; each is named with its remedy. Khronos Group, glTF 2.0
-Specification, sections 3.6 (accessors) and 3.7 (skins, morph targets); animations are in gltf_animation.py.
+Read is what a garment or a body needs: triangles, also in strips and fans, with positions, texture coordinates and skin
+weights, the tree of nodes, skins, animations of translation, rotation and scale, morph targets. Not read: sparse
+accessors, compressed meshes (Draco, meshopt) and files that keep their data elsewhere; each is named with its remedy.
+Khronos Group, glTF 2.0 Specification, sections 3.6 (accessors) and 3.7 (skins, morph targets); animations are in
+gltf_animation.py.
 """
 
 from __future__ import annotations
