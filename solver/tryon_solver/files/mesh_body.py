@@ -184,7 +184,7 @@ def read_frames(
         mesh = parse_obj(path.read_text(errors="replace"), name)
         _limit(name, 1, len(mesh.vertices))
         frames = mesh.vertices[None].astype(np.float32)
-        raw = RawFrames(frames, mesh.faces, GLB_DT, told, name, (STANDS,))
+        raw = RawFrames(frames, mesh.faces, GLB_DT, told, name, (STANDS, *mesh.notes))
     else:
         raw = _read_glb(path, name, told, animation)
     if not raw.faces.size:
@@ -224,7 +224,7 @@ def _read_objs(
         frames[k] = positions
     said = "as told" if fps else "as nothing says otherwise; --body-fps does"
     rate = fps or USUAL_FPS
-    notes = [f"{len(files)} frames, {rate:g} a second ({said})", *gaps(sorted(numbers))]
+    notes = [f"{len(files)} frames, {rate:g} a second ({said})", *gaps(sorted(numbers)), *first.notes]
     return RawFrames(frames, first.faces, 1 / rate, told, name, tuple(notes), tuple(file for file, _ in files))
 
 

@@ -9,10 +9,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from tryon_solver.files.polygon import cut
 from tryon_solver.files.raw_mesh import MeshFileError, RawMesh
 
 FLOATS = "Write plain numbers: an exporter that uses the decimal comma or leaves a field empty has to be set otherwise"
-EQUAL = 1e-6  # diagonals whose lengths differ by less than this share are equally long
+LISTED = 8  # lines in a note
 NOWHERE = "Export the file again; every f and l must refer to v and vt lines of the same file"
 
 
@@ -30,6 +31,7 @@ class _Reader:
         self.lines: list[tuple[int, int]] = []
         self.parts: dict[str, int] = {}
         self.part = ""
+        self.unsound: list[int] = []  # lines of polygons that can't be filled with triangles
 
     def fault(self, number: int, message: str, remedy: str) -> MeshFileError:
         return MeshFileError(message, f"{self.name}, line {number}", remedy)
@@ -72,24 +74,16 @@ class _Reader:
             raise self.fault(number, f"a polygon has at least 3 corners, this one has {len(words)}", NOWHERE)
         corners = [self.corner(word, number) for word in words]
         part = self.parts.setdefault(self.part, len(self.parts))
-        for triangle in self.cut(corners):
-            self.faces.append(tuple(corner[0] for corner in triangle))  # type: ignore[arg-type]
-            self.corner_uv.append(tuple(corner[1] for corner in triangle))  # type: ignore[arg-type]
+        once = [corner for k, corner in enumerate(corners) if corner[0] != corners[k - 1][0]]
+        corners = once if len(once) >= 3 else corners
+        triangles, sound = cut([self.vertices[vertex] for vertex, _ in corners], [vertex for vertex, _ in corners])
+        if not sound:
+            self.unsound.append(number)
+        for triangle in triangles:
+            self.faces.append(tuple(corners[k][0] for k in triangle))  # type: ignore[arg-type]
+            self.corner_uv.append(tuple(corners[k][1] for k in triangle))  # type: ignore[arg-type]
             self.part_of_face.append(part)
             self.origin.append(number)
-
-    def cut(self, corners: list[tuple[int, int]]) -> list[list[tuple[int, int]]]:
-        """Triangles: a fan around the corner of the smallest number, or a quadrilateral's shorter diagonal.
-
-        So both copies of a polygon that was exported double-sided are cut alike.
-        """
-        start = min(range(len(corners)), key=lambda k: corners[k][0])
-        corners = corners[start:] + corners[:start]
-        if len(corners) == 4:
-            a, b, c, d = (self.vertices[corner[0]] for corner in corners)
-            if math.dist(b, d) < (1.0 - EQUAL) * math.dist(a, c):
-                corners = corners[1:] + corners[:1]
-        return [[corners[0], corners[k], corners[k + 1]] for k in range(1, len(corners) - 1)]
 
 
 def parse_obj(text: str, name: str = "mesh.obj") -> RawMesh:
@@ -127,6 +121,19 @@ def parse_obj(text: str, name: str = "mesh.obj") -> RawMesh:
         origin_word="line",
         name=name,
         without_uv=np.flatnonzero(bare & ~bare.all()),
+        notes=_notes(reader),
+    )
+
+
+def _notes(reader: _Reader) -> tuple[str, ...]:
+    """What was found in the polygons, for people."""
+    if not (lines := reader.unsound):
+        return ()
+    more = f" and {len(lines) - LISTED} more" if len(lines) > LISTED else ""
+    where = f"line{'s' if len(lines) > 1 else ''} {', '.join(map(str, lines[:LISTED]))}{more}"
+    return (
+        f"{len(lines)} of its polygons cross or cover themselves, or have no area ({reader.name}, {where}): the "
+        "triangles that they are cut into overlap; mend them, or cut them into triangles before exporting",
     )
 
 
