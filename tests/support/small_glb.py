@@ -19,6 +19,27 @@ def glb(document: object, blob: bytes = b"") -> bytes:
     return struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body
 
 
+def plain(vertices: np.ndarray, faces: np.ndarray) -> bytes:
+    """A mesh of vertices (V, 3) and faces (F, 3), as they are."""
+    points, ids = vertices.astype(np.float32), faces.astype(np.uint32)
+    blob = points.tobytes() + ids.tobytes()
+    document = {
+        "asset": {"version": "2.0"},
+        "buffers": [{"byteLength": len(blob)}],
+        "bufferViews": [
+            {"buffer": 0, "byteLength": points.nbytes},
+            {"buffer": 0, "byteOffset": points.nbytes, "byteLength": ids.nbytes},
+        ],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": len(points), "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5125, "count": ids.size, "type": "SCALAR"},
+        ],
+        "meshes": [{"name": "cloak", "primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "nodes": [{"mesh": 0}],
+    }
+    return glb(document, blob)
+
+
 def skinned(
     joint: int = 0,
     skin: int = 0,

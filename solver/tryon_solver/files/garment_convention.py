@@ -2,6 +2,8 @@
 
 Three things are evidence: where it lies, how much fabric it is, and whether its openings go around the body. Nearness
 alone is none between two readings: a wide skirt in metres, read in feet, is a narrow one between the shins, and nearer.
+What its owner tells is not doubted. What a format prescribes is, where the other axis would have it worn: exporters
+forget to turn what they write.
 """
 
 from __future__ import annotations
@@ -11,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
+from tryon_solver.files.around import goes_through, longest, within
 from tryon_solver.files.convention import AXES, BODY_AXES, UNITS, Convention, Told, refuse_unknown
 from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.geometry.boundary_loops import boundary_loops
@@ -22,7 +25,6 @@ TOLD_AREA = (0.002, 60.0)  # m^2, where the unit is told: a wristband, a bridal 
 GARMENT_REACH = 0.45  # m, from the skin to a garment's furthest vertex, but for a few
 REACHING = 0.98  # share of the vertices that must be so near
 WIDE_REACHING = 0.5  # share of them that must be, of a garment whose openings go around the body: of a gown
-OPENINGS = 24  # the longest are looked at, the others are holes in it
 LOOKED_AT = 256  # vertices of each
 AROUND = 0.7  # openings go around the body when the skin nearest to so many of their vertices is within them
 CLEARLY_NEARER = 0.5  # one reading is taken when its median distance to the skin is below this share of the others'
@@ -76,21 +78,32 @@ def find_for_garment(
     refuse_unknown(told, BODY_AXES if as_body else AXES, "--", name)
     near = cKDTree(skin)
     loops = _openings(vertices, faces)
+    over = body is not None and body.over
     readings = []
     for unit in (told.unit,) if told.unit else UNITS:
         for up in (told.up,) if told.up else (*AXES, "x") if as_body else AXES:
             turns = body.turns if body is not None and up == "x" else 0
-            over = body is not None and body.over
             convention = Convention(unit, up, told.source, turns, over)
             readings.append(_read(convention, vertices, faces, loops, skin, near))
+    if told.unit and told.up and told.source != Told().source:
+        turned = replace(readings[0].convention, up="z" if told.up == "y" else "y")
+        other = _read(turned, vertices, faces, loops, skin, near)
+        if _worn_rather(other, readings[0], vertices, loops, skin):
+            raise _turned(readings[0], other, name)
     worn = [reading for reading in readings if reading.worn(told)]
     if not worn:
         both = told.unit and told.up
         few = "; ".join(_tried(reading) for reading in readings)
         why = few if len(readings) <= 2 else f"none of {', '.join(UNITS)} with Y or Z up does"
         remedy = "Export it worn, alone, in the place and pose of its body, which comes in a file of its own"
-        other = "; or say another unit and axis" if both else "; or say its unit and axis with --units and --up"
-        raise MeshFileError(f"the garment is not where the body is ({why})", name, remedy + other)
+        ask = "; or say its unit and axis with --units and --up"
+        if both:
+            also = [Convention(unit, up, "", 0, over) for unit in UNITS for up in AXES]
+            fits = [_read(convention, vertices, faces, loops, skin, near) for convention in also]
+            fits = [reading for reading in fits if reading.worn(Told())]
+            named = " or ".join(reading.name for reading in _decide(fits)[0]) if fits else ""
+            ask = "; or say another unit and axis" + (f", it is worn in {named}" if named else "")
+        raise MeshFileError(f"the garment is not where the body is ({why})", name, remedy + ask)
     for reading in worn:
         if body is not None and (reading.convention.unit, reading.convention.up) == (body.unit, body.up):
             return replace(reading.convention, because=f"as its body's; {1e3 * reading.distance:.0f} mm from the skin")
@@ -106,6 +119,34 @@ def find_for_garment(
     chosen = left[0]
     why = told.source if told.unit and told.up else why
     return replace(chosen.convention, because=f"{why}; {1e3 * chosen.distance:.0f} mm from the skin")
+
+
+def _worn_rather(
+    other: Reading, prescribed: Reading, vertices: np.ndarray, loops: list[np.ndarray], skin: np.ndarray
+) -> bool:
+    """Whether a garment is worn by the body with the `other` axis up, and not as its format has it."""
+
+    def held(reading: Reading) -> bool:
+        placed = reading.convention.apply(vertices)
+        return any(goes_through(skin, placed[loop]) for loop in loops)
+
+    unit_told = Told(unit=other.convention.unit)
+    if not other.worn(unit_told):
+        return False
+    if not prescribed.worn(unit_told):
+        return prescribed.reaching < WIDE_REACHING or held(other)
+    return held(other) and (other.distance <= CLEARLY_NEARER * prescribed.distance or not held(prescribed))
+
+
+def _turned(prescribed: Reading, other: Reading, name: str) -> MeshFileError:
+    unit, up = prescribed.convention.unit, prescribed.convention.up
+    return MeshFileError(
+        f"read {prescribed.convention.because}, {prescribed.name}, it is not worn by the body, and with "
+        f"{other.convention.up.upper()} up it is ({_placed(prescribed)}; {_placed(other)})",
+        name,
+        f"Say --units {unit} and --up {other.convention.up}, or export it turned as its format has it; where it is "
+        f"meant so, say --units {unit} and --up {up}",
+    )
 
 
 def _decide(worn: list[Reading]) -> tuple[list[Reading], str]:
@@ -128,6 +169,10 @@ def _tried(reading: Reading) -> str:
     return f"{reading.name}: {reading.area:.3g} m^2, {100 * reading.reaching:.0f} % of it at the body"
 
 
+def _placed(reading: Reading) -> str:
+    return f"{reading.name}: {100 * reading.reaching:.0f} % of it at the body, {1e3 * reading.distance:.0f} mm from it"
+
+
 def _read(
     convention: Convention,
     vertices: np.ndarray,
@@ -140,17 +185,17 @@ def _read(
     corners = placed[faces]
     area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     distance, closest = near.query(placed)
-    within = []
+    around = []
     for loop in loops:
         some = loop[np.linspace(0, len(loop) - 1, min(len(loop), LOOKED_AT)).astype(int)]
-        within.append(_within(skin[closest[some]], placed[loop]))
+        around.append(within(skin[closest[some]], placed[loop]))
     return Reading(
         convention,
         float(area.sum()),
         float(np.median(distance)),
         float(distance.min()),
         float((distance <= GARMENT_REACH).mean()),
-        float(np.concatenate(within).mean()) if within else 0.0,
+        float(np.concatenate(around).mean()) if around else 0.0,
     )
 
 
@@ -166,23 +211,4 @@ def _openings(vertices: np.ndarray, faces: np.ndarray) -> list[np.ndarray]:
     welded = welded[~twins(welded)]
     if len(crowded_edges(welded)):
         return []
-    loops = [first[loop] for loop in boundary_loops(welded)]
-    steps = [(vertices[loop] - vertices[np.roll(loop, 1)]) / size for loop in loops]
-    lengths = [float(np.linalg.norm(step, axis=1).sum()) for step in steps]
-    return [loops[k] for k in np.argsort(lengths)[::-1][:OPENINGS]]
-
-
-def _within(points: np.ndarray, loop: np.ndarray) -> np.ndarray:
-    """(P,) which points lie within a loop (L, 3), seen along the loop's area vector: by the parity of the crossings of
-    a ray with it (Shimrat, Algorithm 112, CACM 5 (1962) 434)."""
-    middle = loop.mean(axis=0)
-    size = max(float(np.abs(loop - middle).max()), np.finfo(float).tiny)
-    spokes = (loop - middle) / size
-    normal = np.cross(spokes, np.roll(spokes, -1, axis=0)).sum(axis=0)
-    along = np.linalg.svd(np.outer(normal, normal))[0][:, 1:]
-    (x, y), (a, b) = ((points - middle) / size @ along).T, (spokes @ along).T
-    c, d = np.roll(a, -1), np.roll(b, -1)
-    over = (b[None] > y[:, None]) != (d[None] > y[:, None])
-    run = np.where(b == d, 1.0, d - b)
-    beyond = x[:, None] < a + (y[:, None] - b) * (c - a) / run
-    return (over & beyond).sum(axis=1) % 2 == 1
+    return longest([first[loop] for loop in boundary_loops(welded)], vertices / size)

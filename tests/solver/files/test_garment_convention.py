@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+from small_glb import plain
 
 from tryon_solver.body import default_body
-from tryon_solver.files.convention import AXES, UNITS, Told
+from tryon_solver.files.around import goes_through
+from tryon_solver.files.convention import AXES, GLTF, UNITS, Told
 from tryon_solver.files.garment_convention import find_for_garment
+from tryon_solver.files.garment_file import GOES_AROUND_NOTHING, read_garment
 from tryon_solver.files.raw_mesh import MeshFileError
 
 SKIN = default_body().rest_vertices
@@ -86,3 +89,85 @@ def test_told_and_nowhere_near_is_refused_and_not_asked_for_again():
         assert "say another unit and axis" in caught.value.remedy
     with pytest.raises(MeshFileError, match="0 % of it at the body"):
         find_for_garment(x + [3.0, 0, 0], faces, SKIN, Told("m", "y"), None, "g.obj")
+    with pytest.raises(MeshFileError) as caught:
+        find_for_garment(100 * x, faces, SKIN, GLTF, None, "g.glb")
+    assert "say another unit and axis, it is worn in cm, Y up" in caught.value.remedy
+
+
+def off_the_skin(kept, out=0.008):
+    """(V, 3) m and (F, 3): the skin of the vertices `kept` (B,), so far off the body."""
+    body = default_body()
+    corners = SKIN[body.faces]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal = np.stack([np.bincount(body.faces.ravel(), across[:, k].repeat(3)) for k in range(3)], axis=1)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    ids, faces = np.unique(body.faces[kept[body.faces].all(axis=1)], return_inverse=True)
+    return (SKIN + out * normal)[ids], faces.reshape(-1, 3)
+
+
+WIDE, HEIGHT, DEEP = SKIN.T
+WORN = {
+    "trousers": off_the_skin((HEIGHT > 0.08) & (HEIGHT < 1.0) & (np.abs(WIDE) < 0.28)),
+    "tights": off_the_skin((HEIGHT < 1.0) & (np.abs(WIDE) < 0.28)),
+    "a sock": off_the_skin((HEIGHT < 0.2) & (WIDE > 0)),
+    "ankle socks": off_the_skin(HEIGHT < 0.12),
+    "a hat": off_the_skin(HEIGHT > 1.6),
+    "an open vest": off_the_skin(
+        (HEIGHT < 1.4) & (HEIGHT > 1.0) & (np.abs(WIDE) < 0.2) & ~((DEEP > 0.05) & (np.abs(WIDE) < 0.05))
+    ),
+    "a cape": off_the_skin((HEIGHT < 1.42) & (HEIGHT > 0.8) & (DEEP < 0), 0.03),
+    "a dress": tube(*DRESS),
+    "a maxi dress": tube(*MAXI_DRESS),
+    "a gown": tube(*GOWN),
+    "a band": tube(*BAND),
+}
+
+
+@pytest.mark.parametrize("what", WORN)
+def test_a_glb_whose_exporter_forgot_to_turn_it_is_refused_with_the_axis_that_has_it_worn(what):
+    x, faces = WORN[what]
+    assert find_for_garment(x, faces, SKIN, GLTF, None, "g.glb").up == "y"
+    turned = written(x, "m", "z")
+    with pytest.raises(MeshFileError, match=r"as glTF prescribes, m, Y up, it is not worn.*with Z up it is") as caught:
+        find_for_garment(turned, faces, SKIN, GLTF, None, "g.glb")
+    assert caught.value.remedy.startswith("Say --units m and --up z")
+    assert find_for_garment(turned, faces, SKIN, Told("m", "z"), None, "g.glb").up == "z"
+
+
+@pytest.mark.parametrize("slit", [1, 10, 20])
+def test_a_glb_that_no_other_axis_would_have_worn_is_taken(slit):
+    x, faces = tube(*GOWN, slit=slit)
+    assert find_for_garment(x, faces, SKIN, GLTF, None, "g.glb").up == "y"
+
+
+def towel(height):
+    """(V, 3) m and (F, 3): flat, before the chest."""
+    i, j = np.divmod(np.arange(24 * 30), 30)
+    x = np.stack([0.018 * (i - 11.5), height + 0.016 * j, 0 * i + 0.16], axis=1)
+    k = np.flatnonzero((i < 23) & (j < 29))
+    return x, np.concatenate([np.stack([k, k + 30, k + 31], axis=1), np.stack([k, k + 31, k + 1], axis=1)])
+
+
+def test_what_goes_around_nothing_is_taken_and_told():
+    for content in (plain(*towel(0.9)), plain(*towel(0.1))):
+        assert read_garment(content, "towel.glb", SKIN, Told()).notes[-1] == GOES_AROUND_NOTHING
+    for what in ("a dress", "trousers", "a hat", "a sock"):
+        assert GOES_AROUND_NOTHING not in read_garment(plain(*WORN[what]), "g.glb", SKIN, Told()).notes
+    x, faces = WORN["trousers"]
+    told = read_garment(plain(written(x, "m", "z"), faces), "g.glb", SKIN, Told("m", "y"))
+    assert GOES_AROUND_NOTHING not in told.notes, "the feet are in its legs, and what is told is not doubted"
+    x, faces = WORN["tights"]
+    assert GOES_AROUND_NOTHING in read_garment(plain(written(x, "m", "z"), faces), "g.glb", SKIN, Told("m", "y")).notes
+
+
+@pytest.mark.parametrize(
+    ("shift", "through"), [((0, 0, 0), True), ((0, 0.62, 0), True), ((0.6, -0.4, 0), False), ((0, 0, 0.6), False)]
+)
+def test_a_loop_goes_around_the_body_only_where_there_is_body_on_both_sides_of_it(shift, through):
+    angle = np.linspace(0, 2 * np.pi, 60, endpoint=False)
+    ring = np.stack([0.2 * np.cos(angle), 0 * angle + 1.05, 0.02 + 0.2 * np.sin(angle)], axis=1)
+    assert goes_through(SKIN, ring + shift) == through
+    before_the_toes = np.stack([0.2 * np.cos(angle), 0.1 + 0.2 * np.sin(angle), 0 * angle + 0.3], axis=1)
+    assert not goes_through(SKIN, before_the_toes)
+    assert not goes_through(SKIN, ring - [0, 1.1, 0]), "under the soles"
+    assert not goes_through(SKIN, np.zeros((3, 3)))
