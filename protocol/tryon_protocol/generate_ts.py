@@ -70,7 +70,11 @@ def _constants() -> Iterator[str]:
         "GRID": grid.GRID,
     }
     yield "\n".join(f"export const {name} = {json.dumps(value)};" for name, value in values.items())
-    names = {"WEBXR_JOINTS": conventions.WEBXR_JOINTS, "MEDIAPIPE_JOINTS": conventions.MEDIAPIPE_JOINTS}
+    names = {
+        "WEBXR_JOINTS": conventions.WEBXR_JOINTS,
+        "WEBXR_REQUIRED": conventions.CONVENTIONS["webxr"].required,
+        "MEDIAPIPE_JOINTS": conventions.MEDIAPIPE_JOINTS,
+    }
     yield "\n".join(f"export const {name}: readonly string[] = {json.dumps(value)};" for name, value in names.items())
     codecs = ", ".join(f"{codec.name}: {codec.value}" for codec in frames.Codec)
     yield f"export const Codec = {{ {codecs} }} as const;"

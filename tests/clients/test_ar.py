@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from pathlib import Path
 
@@ -9,6 +10,8 @@ import numpy as np
 import pytest
 from browser import decode, figure, open_page, wait_for_frames, wait_for_state
 from studio import ROOT, Studio
+
+from tryon_solver.body import default_body
 
 pytestmark = pytest.mark.browser
 
@@ -130,6 +133,33 @@ def test_without_body_tracking_head_and_hands_are_followed(chromium, mannequin):
         "() => Math.abs(tryon.readout.rootX - 0.7) < 0.15 && Math.abs(tryon.readout.rootZ + 0.3) < 0.25"
     )
     page.wait_for_function("() => Math.abs(tryon.readout.rootY - 0.9) < 0.1")  # it stands under the head
+    assert page.faults == []
+    page.context.close()
+
+
+def test_a_body_that_moves_by_itself_is_no_body_for_ar_and_the_page_says_so(chromium, mannequin):
+    """Its poses would be refused for ever."""
+    headset = "window.headsetClip = null;" + HEADSET.read_text()
+    page = open_page(chromium, mannequin.url, scripts=[IWER.read_text(), headset])
+    wait_for_state(page, "running")
+    body, held = default_body(), io.BytesIO()
+    np.savez_compressed(held, vertices=np.stack([body.rest_vertices] * 2), faces=body.faces, fps=2.0)
+    actor = {"name": "actor.npz", "mimeType": "application/octet-stream", "buffer": held.getvalue()}
+    page.set_input_files("#body-file", files=[actor])
+    page.wait_for_selector("#notice-title:has-text('How actor.npz was read')", timeout=120_000)
+    page.click("#notice-close")
+    page.click("#ar")
+    page.wait_for_selector("#notice-title:has-text('AR needs a body that can be posed')")
+    assert "default body" in page.inner_text("#notice-remedy")
+    page.click("#notice-close")
+    assert page.get_attribute("#ar", "aria-pressed") != "true"
+    assert page.evaluate("document.getElementById('view').dataset.poses") is None
+    page.locator("#bodies label", has_text="Default").click()
+    wait_for_state(page, "running")
+    page.click("#ar")
+    page.wait_for_selector("#ar[aria-pressed='true']")
+    wait_for_tracking(page, "head and hands")
+    assert page.locator("#notice").is_hidden()
     assert page.faults == []
     page.context.close()
 

@@ -45,7 +45,8 @@ test("a tracked body is announced once and then sent joint by joint", () => {
 
 test("a joint that is lost has no confidence, and nothing of it is a number that counts", () => {
   const wearer = new Wearer<string>("wearer");
-  const [skeleton, pose] = wearer.read(bodyFrame(["left-hand-wrist"]), [], "floor", 1) as [SkeletonMessage, PoseMessage];
+  const [skeleton] = wearer.read(bodyFrame(), [], "floor", 0.9) as [SkeletonMessage, PoseMessage];
+  const [pose] = wearer.read(bodyFrame(["left-hand-wrist"]), [], "floor", 1) as [PoseMessage];
   const lost = skeleton.joint_names.indexOf("left-hand-wrist");
   assert.equal(pose.confidence?.[lost], 0);
   assert.equal(pose.confidence[skeleton.joint_names.indexOf("hips")], 1);
@@ -75,6 +76,63 @@ test("a hand around a controller has its back outward: +X of a right grip, -X of
     assert.ok(Math.abs(back[0] - outward) < 1e-12 && Math.abs(back[1]) < 1e-12 && Math.abs(back[2]) < 1e-12, String(back));
   }
 });
+
+test("a body that lacks a joint which must be seen once is head and hands till it is seen, and again after a silence", () => {
+  const wearer = new Wearer<string>("wearer");
+  const lacking = bodyFrame(["left-hand-wrist"]);
+  const sent = (frame: TrackedFrame<string>, t: number) => wearer.read(frame, [], "floor", t).map((message) => `${message.type} ${message.convention}`);
+  assert.deepEqual(sent(lacking, 1), ["skeleton head-hands", "pose head-hands"]);
+  assert.equal(wearer.tracking, "head and hands");
+  assert.deepEqual(sent(bodyFrame(), 1.02), ["skeleton webxr", "pose webxr"]);
+  assert.deepEqual(sent(lacking, 1.04), ["pose webxr"]);
+  assert.equal(wearer.tracking, "body");
+  assert.deepEqual(sent(lacking, 1.54), ["skeleton head-hands", "pose head-hands"]);
+  assert.deepEqual(sent(bodyFrame(["hips"]), 1.56), ["pose head-hands"]);
+});
+
+test("a place that is guessed is none: of a hand that hand is not seen, of the head nothing is", () => {
+  const wearer = new Wearer<string>("wearer");
+  const guessed = (name: string, frame: TrackedFrame<string>): TrackedFrame<string> => {
+    const marked = (space: string) => {
+      const posed = frame.getPose(space, "floor");
+      return posed && { ...posed, emulatedPosition: space === name };
+    };
+    return { ...frame, getPose: marked, getViewerPose: () => marked("viewer") };
+  };
+  const frame = frameOf({ viewer: [0, 1.6, 0], wrist: [0.2, 1, 0], grip: [0.3, 1, 0] }, null);
+  const hands = [
+    { handedness: "left", hand: { get: () => "wrist" } },
+    { handedness: "right", gripSpace: "grip" },
+  ];
+  for (const [name, confidence] of [["nobody's", [1, 1, 1]], ["wrist", [1, 0, 1]], ["grip", [1, 1, 0]]] as const) {
+    assert.deepEqual(poseIn(wearer.read(guessed(name, frame), hands, "floor", 1)).confidence, confidence);
+  }
+  assert.deepEqual(wearer.read(guessed("viewer", frame), hands, "floor", 2), []);
+  assert.deepEqual(wearer.read(guessed("viewer", bodyFrame()), hands, "floor", 2), []);
+  assert.equal(wearer.tracking, "nothing");
+});
+
+test("the wrist of a hand around a controller is where a Quest's own hand has it beside its grip", () => {
+  // of IWER's hands (configs/hand/relaxed, left): the grip's and the wrist's axes and places
+  const grip = { x: [-0.00053, -0.86486, -0.50201], y: [-0.27411, -0.48265, 0.83181], z: [-0.9617, 0.13805, -0.23681], at: [-0.02879, 0.00171, 0.04537] };
+  const wrist = { x: [0.9617, -0.13805, 0.23681], y: [0.00053, 0.86486, 0.50201], z: [-0.27411, -0.48265, 0.83181], at: [-0.04914, 0.00215, 0.11702] };
+  const [x, y, z] = grip.at;
+  const held = { transform: { position: { x, y, z }, orientation: quaternionOf(grip) } };
+  const frame: TrackedFrame<string> = { body: null, getPose: () => held, getViewerPose: () => held };
+  const pose = poseIn(new Wearer<string>("wearer").read(frame, [{ handedness: "left", gripSpace: "grip" }], "floor", 1));
+  const turn = quaternionOf(wrist);
+  const [a, b, c, d] = pose.rotations![1];
+  assert.ok(Math.abs(a * turn.x + b * turn.y + c * turn.z + d * turn.w) > 0.9999, String(pose.rotations![1]));
+  const off = Math.hypot(...pose.positions![1].map((value, axis) => value - wrist.at[axis]));
+  assert.ok(off < 0.005, `${off} m`);
+});
+
+/** Of axes that are a rotation's columns. */
+function quaternionOf({ x, y, z }: { x: number[]; y: number[]; z: number[] }) {
+  const w = 0.5 * Math.sqrt(Math.max(1 + x[0] + y[1] + z[2], 0));
+  const k = 0.25 / w;
+  return { x: k * (y[2] - z[1]), y: k * (z[0] - x[2]), z: k * (x[1] - y[0]), w };
+}
 
 test("nothing is sent while nothing is tracked", () => {
   const wearer = new Wearer<string>("wearer");

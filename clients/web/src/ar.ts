@@ -10,6 +10,8 @@ export interface ArHost {
   client(): Client | undefined;
   /** whose body the session takes poses for */
   subject(): string | undefined;
+  /** whether the body can follow a wearer; where it can't, the page says so */
+  followable(): boolean;
   /** from now on the body follows the wearer, or again what it followed before */
   follow(wearer: boolean): void;
   /** a picture was drawn in the headset */
@@ -54,6 +56,7 @@ export class Ar {
       await this.session.end();
       return;
     }
+    if (!this.host.followable()) return;
     this.button.disabled = true;
     try {
       await this.enter(await navigator.xr!.requestSession("immersive-ar", FEATURES));

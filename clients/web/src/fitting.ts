@@ -45,6 +45,8 @@ export interface Catalogue {
 /** Largest file that is sent to the server at all [bytes]. */
 const LARGEST_FILE = 256 * 2 ** 20;
 const RETRY_MS = 1_500;
+/** codes of what is told of poses that are followed all the same */
+const TOLD: ReadonlySet<string> = new Set(["upside_down", "lying", "off_floor"]);
 const NO_GARMENT = "No garment yet: add a sewing pattern or a mesh";
 
 /**
@@ -99,6 +101,11 @@ export class Fitting {
     const { motions } = this.catalogue;
     const motion = motions.find(({ name }) => name === this.wish.motion) ?? motions.at(0);
     return this.open({ ...this.wish, body, motion: body === null ? (motion?.name ?? null) : null });
+  }
+
+  /** Whether an uploaded body is worn, which has a motion of its own and takes no poses. */
+  get movesByItself(): boolean {
+    return this.wish.body !== null;
   }
 
   /** Simulates with another detail; null lets the server choose. */
@@ -313,6 +320,10 @@ export class Fitting {
   private fault(error: ErrorMessage): void {
     if (error.code === "unknown_session") {
       void this.open(this.wish); // the server was restarted: it has forgotten the session, the page has not
+      return;
+    }
+    if (TOLD.has(error.code)) {
+      this.view.notice({ title: "How the body is tracked", message: error.message, remedy: error.remedy, told: true });
       return;
     }
     const place = error.place === "$" ? "" : error.place;

@@ -8,7 +8,7 @@ import { colourOf, lookOf } from "./fabrics.ts";
 import { Figure } from "./figure.ts";
 import { FitCard } from "./fit.ts";
 import { Fitting, type FittingView } from "./fitting.ts";
-import { NoticeBoard } from "./notice.ts";
+import { NoticeBoard, type Notice } from "./notice.ts";
 import { Readout, type Figures } from "./readout.ts";
 import { Stage } from "./stage.ts";
 import { StatusLine } from "./status.ts";
@@ -25,6 +25,11 @@ declare global {
 }
 
 const REFRESH_MS = 250;
+const NOT_POSED: Notice = {
+  title: "AR needs a body that can be posed",
+  message: "This body is an animated mesh: it moves by itself and can't follow you.",
+  remedy: "Choose the default body, then enter AR.",
+};
 
 /** The page's parts, and how they are connected. */
 class Studio implements FittingView {
@@ -67,6 +72,10 @@ class Studio implements FittingView {
     this.ar = new Ar(this.stage, this.figure, {
       client: () => this.fitting.client,
       subject: () => this.subject,
+      followable: () => {
+        if (this.fitting.movesByItself) this.board.show(NOT_POSED);
+        return !this.fitting.movesByItself;
+      },
       follow: (wearer) => this.fitting.followWearer(wearer),
       drawn: () => this.noteDrawn(steadyNow()),
       failed: (why) => this.board.show({ title: "AR could not be entered", message: why }),
