@@ -1,19 +1,36 @@
-"""Whether a stream's poses have the body upside down for longer than a handstand takes: a tracker that is turned."""
+"""Whether a stream's poses have the body upside down, lying or off the floor for longer than people do: in other axes,
+or from another origin, than a session's. It may be meant all the same, so it is told, and the poses are followed."""
 
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
+from tryon_protocol import ProtocolError
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.pose import Pose, world_from_joint
 
-UPSIDE_DOWN_SECONDS = 2.0  # on the sender's clock: who does a cartwheel, or dives, is the right way up again by then
 LOOK_SECONDS = 0.2  # between looks
 UPSIDE_DOWN = 0.3  # of the body's height by which its highest joint is below its lowest one: who only lies is not
+LYING = 0.2  # of the body's height by which these two, and the highest one and the root, differ at most
+SUNK = 0.4  # m under the floor: the feet of a child of 1 m, whose hips are where they were tracked, are less
+AFLOAT = 0.5  # m over it: chairs are lower, and so are the feet of a giant
+Z_UP_FLOOR = 0.3  # m from z = 0 to the lowest joint along z, of a body that stands where Z is up
+# On the sender's clock: who does a cartwheel, or dives, is the right way up again by then, who jumps is down again.
+SECONDS = {"upside_down": 2.0, "z_up": 2.0, "off_floor": 3.0, "lying": 10.0}
+ROOT = "Send the root where it is over the floor y = 0: in root-relative poses it isn't"
+LOCAL_FLOOR = "Ask WebXR for the space 'local-floor': in 'local' the origin is where the head was"
+FLOORS = {  # what puts a convention's poses on the floor
+    "smpl": ROOT,
+    "bvh": ROOT,
+    "webxr": LOCAL_FLOOR,
+    "head-hands": LOCAL_FLOOR,
+    "mediapipe": "Send world landmarks in the frame 'mediapipe-world', or places in a room whose floor is y = 0",
+}
 
 
-class UpsideDown:
-    """Looks at the poses of one body, and says once for every sender that they are upside down for too long."""
+class Posture:
+    """Looks at the poses of one body, and says of every sender, once each, what lasts for too long."""
 
     def __init__(self, body: BodyModel) -> None:
         heights = body.rest_joints[:, 1]
@@ -21,17 +38,59 @@ class UpsideDown:
         self._top, self._bottom = int(heights.argmax()), int(heights.argmin())
         self._height = float(np.ptp(heights))
         self._stream: int | None = None
-        self._next_look, self._since, self._said = -np.inf, np.inf, False
+        self._next_look = -np.inf
+        self._since: dict[str, float] = {}
+        self._said: set[str] = set()
 
-    def told(self, stream: int, t: float, pose: Pose) -> bool:
-        """Whether it is to be told at this pose, of the time t [s] on its sender's clock; ``stream`` is the sender."""
+    def told(self, stream: int, t: float, pose: Pose, convention: str) -> ProtocolError | None:
+        """What is to be told at this pose, of the time t [s] on its sender's clock.
+
+        ``stream`` is the sender. With a ``convention`` of the body's own joints, which `FLOORS` does not name, a pose
+        may only not be upside down for long: its sender knows the body.
+        """
         if stream != self._stream:
-            self._stream, self._next_look, self._since, self._said = stream, t, np.inf, False
-        if self._said or t < self._next_look:
-            return False
+            self._stream, self._next_look, self._since, self._said = stream, t, {}, set()
+        if t < self._next_look:
+            return None
         self._next_look = t + LOOK_SECONDS
-        joints = world_from_joint(self._body, pose)[:, 1, 3]
-        over = joints[self._bottom] - joints[self._top] > UPSIDE_DOWN * self._height > 0.0
-        self._since = min(self._since, t) if over else np.inf
-        self._said = t - self._since >= UPSIDE_DOWN_SECONDS
-        return self._said
+        joints = world_from_joint(self._body, pose)[:, :3, 3]
+        lowest = float(joints[:, 1].min() - self._body.rest_joints[self._bottom, 1])
+        states = self._states(joints, lowest, convention in FLOORS)
+        self._since = {state: self._since.get(state, t) for state in states}
+        for state in states:
+            if state not in self._said and t - self._since[state] >= SECONDS[state]:
+                self._said |= {state, "lying"} if state == "z_up" else {state}
+                return _fault(state, lowest, convention)
+        return None
+
+    def _states(self, joints: npt.NDArray[np.float64], lowest: float, tracked: bool) -> list[str]:
+        """In which of the states of `SECONDS` joints at these places (J, 3) [m] are, the one that says most first."""
+        up = joints[self._top] - joints[self._bottom]
+        if up[1] < -UPSIDE_DOWN * self._height:
+            return ["upside_down"]
+        if not tracked:
+            return []
+        trunk = joints[self._top] - joints[0]
+        if abs(up[1]) < LYING * self._height and abs(trunk[1]) < LYING * self._height:
+            stands = up[2] > (1.0 - LYING) * self._height and abs(joints[:, 2].min()) < Z_UP_FLOOR
+            return ["z_up", "lying"] if stands else ["lying"]
+        return [] if -SUNK <= lowest <= AFLOAT else ["off_floor"]
+
+
+def _fault(state: str, lowest: float, convention: str) -> ProtocolError:
+    lasts = f"for {SECONDS[state]:g} s"
+    match state:
+        case "upside_down":
+            what = f"The body has been upside down {lasts}, feet above the head; it is followed."
+            remedy = "Send Y up, or put the tracker upright; who stands on the hands need do nothing."
+            return ProtocolError("upside_down", "$", what, remedy)
+        case "off_floor":
+            way = "under" if lowest < 0.0 else "over"
+            what = f"The body's lowest joint has been {abs(lowest):.2g} m {way} the floor {lasts}; it is followed."
+            remedy = f"{FLOORS[convention]}; who is {way} the floor need do nothing."
+            return ProtocolError("off_floor", "$", what, remedy)
+    how = "along +Z with the feet at z = 0, as who stands where Z is up" if state == "z_up" else "level"
+    what = f"The body has been lying {lasts}, {how}; it is followed."
+    return ProtocolError(
+        "lying", "$", what, "Send Y up: of a place where Z is up, (x, z, -y); who lies need do nothing."
+    )

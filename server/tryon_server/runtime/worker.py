@@ -16,17 +16,17 @@ from multiprocessing.connection import Connection
 
 import numpy as np
 
-from tryon_protocol import ProtocolError, ReportMessage
+from tryon_protocol import POSE_CONVENTION, ProtocolError, ReportMessage
 from tryon_server.problems import ProblemError
 from tryon_server.runtime.drape import BuildDrape, Drape, LoadMotion, Stance, StepFacts
 from tryon_server.runtime.followers import Follower
 from tryon_server.runtime.kernel_news import kernel_news
 from tryon_server.runtime.meter import Meter
 from tryon_server.runtime.order import WorkOrder
+from tryon_server.runtime.posture import Posture
 from tryon_server.runtime.publishing import Publisher
 from tryon_server.runtime.sources import MotionSource, Move, PoseSource, SequenceSource, StillSource
 from tryon_server.runtime.stream_source import StreamSource
-from tryon_server.runtime.upside_down import UPSIDE_DOWN_SECONDS, UpsideDown
 from tryon_server.sessions.commands import AllowFrame, Command, FollowMotion, Run, UsePose, UseTrackedPose, WearFabric
 from tryon_server.sessions.events import Event, PhaseChanged, Reported, Troubled
 from tryon_server.wording import as_parameters, in_parameters
@@ -82,7 +82,7 @@ class Worker:
         self._drape: Drape | None = None
         self._source: PoseSource | None = None
         self._follower: Follower | None = None
-        self._upside_down: UpsideDown | None = None
+        self._posture: Posture | None = None
         self._complained = -math.inf
         self._pose: Stance | None = None
         self._simulated = 0.0
@@ -135,13 +135,11 @@ class Worker:
         if not isinstance(self._source, StreamSource):
             return
         self._source.take(command.stream, command.seq, command.t_capture, pose)
-        if self._upside_down is not None and self._upside_down.told(command.stream, command.t_capture, pose):
-            self._trouble(
-                "upside_down",
-                "$",
-                f"The body has been upside down for {UPSIDE_DOWN_SECONDS:g} s, feet above the head; it is followed.",
-                "Send Y up, or put the tracker upright; who stands on the hands need do nothing.",
-            )
+        convention = command.skeleton.convention if isinstance(command, UseTrackedPose) else POSE_CONVENTION
+        if self._posture is not None:
+            odd = self._posture.told(command.stream, command.t_capture, pose, convention)
+            if odd is not None:
+                self._trouble(odd.code, odd.place, odd.message, odd.remedy)
 
     def _track(self, command: UseTrackedPose) -> None:
         """Use a tracker's pose; one that can't be followed is told once a second."""
@@ -202,7 +200,7 @@ class Worker:
         else:
             self._drape, self._pose = drape, drape.pose
             self._follower = Follower(drape.outfit.body)
-            self._upside_down = UpsideDown(drape.outfit.body)
+            self._posture = Posture(drape.outfit.body)
             self._simulated, self._failures, self._cost = 0.0, 0, 0.0
             self._follow()
             self._tell(announcement)

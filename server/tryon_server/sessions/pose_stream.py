@@ -47,8 +47,9 @@ class PoseStream:
 
     def announce(self, message: SkeletonMessage, subjects: Sequence[str]) -> None:
         """Take a skeleton; the poses of its convention refer to it from now on. Raises ProtocolError."""
-        self._skeleton = validate_skeleton(message, subjects)
-        self._measures = Measures(self._skeleton)
+        skeleton = validate_skeleton(message, subjects)
+        self._measures = Measures(skeleton)
+        self._skeleton = skeleton
         self._announced += 1
         self._clock.expect_restart()
         self._begin()
@@ -129,7 +130,7 @@ class PoseStream:
                 "Send `skeleton` before the first pose.",
             )
         pose = validate_tracked_pose(message, skeleton, subjects)
-        measures.check(pose)
+        measures.check(pose, message.frame)
         held = self._seen.tracked if self._seen is not None and self._goes_on(message) else False
         seen = pose.tracked | held
         required = CONVENTIONS[skeleton.convention].required or skeleton.joint_names

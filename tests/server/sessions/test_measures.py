@@ -101,3 +101,61 @@ def test_controllers_laid_aside_are_no_fault_of_the_head():
     places = np.array([[3.0, 1.6, 0.0], [0.2, 0.7, 0.0], [0.3, 0.7, 0.0]])
     seen = np.ones(3, dtype=bool)
     Measures(Skeleton("head-hands", names, None, None, None)).check(TrackedPose(None, places, None, seen))
+
+
+def rig(convention: str) -> tuple[tuple[str, ...], np.ndarray]:
+    """Names and rest places (K, 3) [m] of a person of 1.7 m; of `bvh` from toes to head, by names of its own."""
+    if convention != "bvh":
+        names, places = person("mediapipe" if convention == "smpl" else convention)
+        return names, places
+    return ("Hips", "Head", "Toe"), np.array([[0.0, 0.95, 0.0], [0.0, 1.55, 0.0], [0.1, 0.02, 0.1]])
+
+
+@pytest.mark.parametrize("convention", [*STANDING, "smpl", "bvh"])
+@pytest.mark.parametrize(
+    ("factor", "unit"),
+    [(100.0, "centimetres"), (39.37, "inches"), (1000.0, "millimetres"), (3.2808, "feet"), (0.2, None), (1e6, None)],
+)
+def test_a_rest_pose_of_nobody_is_refused_with_the_unit_in_which_it_is_somebody(convention, factor, unit):
+    names, rest = rig(convention)
+    with pytest.raises(ProtocolError) as caught:
+        Measures(Skeleton(convention, names, None, factor * rest, None))
+    fault = caught.value
+    assert (fault.code, fault.place) == ("invalid_skeleton", "$.rest_positions")
+    assert "Send metres" in fault.remedy
+    assert unit is None or f"in {unit} " in fault.remedy
+
+
+@pytest.mark.parametrize("convention", [*STANDING, "smpl", "bvh"])
+@pytest.mark.parametrize("stature", [0.7, 1.0, 1.7, 2.6])
+def test_a_rest_pose_of_a_child_and_of_a_giant_is_taken(convention, stature):
+    names, rest = rig(convention)
+    Measures(Skeleton(convention, names, None, stature / 1.7 * rest, None))
+
+
+@pytest.mark.parametrize(("height", "refused"), [(1.6, False), (12.0, False), (63.0, True), (160.0, True)])
+def test_a_head_in_centimetres_or_inches_is_refused(height, refused):
+    pose = TrackedPose(None, np.array([[0.0, height, 0.0]]), None, np.ones(1, dtype=bool))
+    measures = Measures(Skeleton("head-hands", ("viewer",), None, None, None))
+    if not refused:
+        measures.check(pose)
+        return
+    with pytest.raises(ProtocolError, match="viewer") as caught:
+        measures.check(pose)
+    assert caught.value.place == "$.positions[0]"
+    assert "metres" in caught.value.remedy
+
+
+def test_landmarks_of_the_picture_are_no_world_landmarks():
+    names, places = person("mediapipe")
+    hips = places[[names.index("left_hip"), names.index("right_hip")]].mean(axis=0)
+    world = (places - hips) * [1.0, -1.0, -1.0]
+    seen = np.ones(len(names), dtype=bool)
+    measures = Measures(Skeleton("mediapipe", names, None, None, None))
+    noise = np.random.default_rng(3).normal(0.0, 0.03, world.shape)
+    measures.check(TrackedPose(None, world + noise, None, seen), "mediapipe-world")
+    measures.check(TrackedPose(None, places, None, seen), "session")
+    picture = 0.5 * world + [0.5, 0.55, 0.0]
+    with pytest.raises(ProtocolError, match="pose_world_landmarks") as caught:
+        measures.check(TrackedPose(None, picture, None, seen), "mediapipe-world")
+    assert caught.value.place == f"$.positions[{names.index('left_hip')}]"

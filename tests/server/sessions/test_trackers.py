@@ -105,6 +105,31 @@ def test_poses_in_another_unit_or_of_nobody_are_refused_and_good_ones_go_on(fact
     assert [command.seq for command in driver.ordered(UseTrackedPose)] == [2]
 
 
+def test_a_rest_pose_in_centimetres_is_refused_and_the_skeleton_before_stays():
+    driver = streaming()
+    driver.say(1, skeleton())
+    x = np.arange(K)[:, None]
+    rest = 100.0 * x * [0.2, 0.0, 0.0]
+    driver.say(1, skeleton(rest_positions=tuple(map(tuple, rest.tolist()))))
+    error = driver.last(1, ErrorMessage)
+    assert (error.code, error.place) == ("invalid_skeleton", "$.rest_positions")
+    assert "centimetres" in error.remedy
+    driver.say(1, tracked(1))
+    assert driver.ordered(UseTrackedPose)[-1].skeleton.rest_positions is None
+
+
+def test_landmarks_of_a_picture_are_refused_by_what_to_send():
+    driver = streaming()
+    names = CONVENTIONS["mediapipe"].required
+    driver.say(1, skeleton(convention="mediapipe", joint_names=names))
+    picture = tuple((0.5 + 0.05 * k, 0.4, 0.0) for k in range(len(names)))
+    bent = {"convention": "mediapipe", "frame": "mediapipe-world", "positions": picture, "rotations": ()}
+    driver.say(1, tracked(1, **bent))
+    error = driver.last(1, ErrorMessage)
+    assert (error.code, "pose_world_landmarks" in error.remedy) == ("invalid_pose", True)
+    assert driver.ordered(UseTrackedPose) == []
+
+
 def test_a_joint_that_was_never_seen_is_named_and_one_that_is_lost_is_carried_along():
     driver = streaming()
     driver.say(1, skeleton())
