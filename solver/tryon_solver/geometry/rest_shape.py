@@ -1,7 +1,8 @@
 """The rest shape of a mesh garment: its pattern, where texture coordinates are one, or else the shape it comes in.
 
 Texture coordinates are a pattern when, in metres or in the file's unit, they have the size of the surface in space:
-cloth hardly stretches, so a flat piece has nearly the lengths of the same piece worn. A few triangles that are far from
+cloth hardly stretches, so a flat piece has nearly the lengths of the same piece worn, in all directions (distortion.py:
+what a texture's square is filled with may have a garment's size by chance). A few triangles that are far from
 that in a pattern (a seam of the texture that was not split, a stray coordinate) rest as they come, the others in it.
 """
 
@@ -11,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tryon_solver.geometry.distortion import measure
 from tryon_solver.geometry.surface_repair import connected_faces, neighbours
 
 REST_SHAPES = ("pattern", "shape")
@@ -88,11 +90,19 @@ def find_rest_shape(
     low, high = np.percentile(ratio[~far] * size, NEARLY_ALL)
     if not told and not (same and low >= SPREAD[0] and high <= SPREAD[1]):
         return _no_pattern(x, faces, f"{why}; --rest-shape pattern if they are one")
+    distortion = measure(corners[~far], uv[~far])
+    if not told and distortion.is_texture(scale):
+        why = f"its texture coordinates {distortion.describe()} and have {scale:.2f} times its lengths in {name}"
+        return _no_pattern(x, faces, f"{why}, as a texture's do and no pattern's; --rest-shape pattern if they are one")
     shape = _from_pattern(x, faces, uv * size, far, scale, longest)
     words = f"the pattern in its texture coordinates, in {name}{', as told' if told else ''}; {shape.told}"
+    doubtful = []
     if abs(scale - 1.0) > SAME_LENGTH:
-        words += f"; its lengths are {scale:.2f} times those of the shape it comes in"
-        words += "" if told else ", --rest-shape shape if it is no pattern"
+        doubtful.append(f"its lengths are {scale:.2f} times those of the shape it comes in")
+    if distortion.uneven:
+        doubtful.append(f"its coordinates {distortion.describe()}")
+    words = "; ".join([words, *doubtful])
+    words += ", --rest-shape shape if it is no pattern" if doubtful and not told else ""
     return replace(shape, told=words)
 
 

@@ -164,6 +164,69 @@ def test_a_pattern_of_another_size_than_it_is_worn_in_is_told(scale):
         assert float(found[1]) == pytest.approx(scale, abs=0.006)
 
 
+def in_unit_square(uv):
+    """The same charts as a packer leaves them: from 0 to 1, whatever their size."""
+    uv = uv - uv.min(axis=(0, 1))
+    return uv / uv.max()
+
+
+def test_a_texture_that_fills_the_unit_square_is_no_pattern_for_being_as_large_as_one():
+    """A tube of 1.16 m around, its texture from 0 to 1: 0.86 times its lengths."""
+    x, faces, uv = tube()
+    x = x * 1.16 / np.ptp(uv[..., 0])
+    (note,) = told(made(x, faces, in_unit_square(uv)))
+    assert "the shape it comes in, as its texture coordinates fill the unit square and have 0.86 times its" in note
+    assert note.endswith("--rest-shape pattern if they are one")
+    garment = made(x, faces, in_unit_square(uv), rest_shape="pattern")
+    np.testing.assert_allclose(lengths(garment.garment.uv_corners), lengths(x[faces]) / 1.16, rtol=1e-2)
+
+
+def test_a_pattern_in_metres_is_one_also_where_it_happens_to_fill_the_unit_square():
+    x, faces, uv = tube()
+    size = 1.0 / np.ptp(uv[..., 0])
+    for worn in (1.0, 1.06):  # the cloth is 6 % longer there than in its pattern
+        (note,) = told(made(worn * size * x, faces, in_unit_square(uv)))
+        assert "the pattern in its texture coordinates, in metres" in note
+        assert ("0.94 times" in note) == (worn > 1)
+
+
+@pytest.mark.parametrize(("stretch", "taken"), [(1.05, True), (1.25, False), (1.4, False)])
+def test_a_texture_stretched_over_its_square_is_no_pattern(stretch, taken):
+    x, faces, uv = tube()
+    uv = in_unit_square(uv) * [1 / stretch, stretch]
+    x = x / np.ptp(uv[..., 0])
+    scale = np.median(lengths(x[faces]) / np.linalg.norm(uv[:, [1, 2, 0]] - uv, axis=2))
+    (note,) = told(made(x / scale, faces, uv))
+    assert ("the pattern in its" in note) == taken
+    if not taken:
+        assert f"lengthen it {stretch**2:.2f} times more one way than the other" in note
+
+
+def test_charts_in_sizes_of_their_own_are_a_textures():
+    """The lower third is drawn half as large again as the rest."""
+    x, faces, uv = tube()
+    low = x[faces][:, :, 1].max(axis=1) < HEIGHT / 3 + 1e-9
+    uv = uv - uv.min(axis=(0, 1))
+    uv[low] *= 1.5
+    uv[~low] += [0.0, 0.2]
+    (note,) = told(made(x, faces, 0.5 * uv + [2.0, 1.0]))
+    assert "are no pattern" in note, "half the size"
+    (note,) = told(made(0.5 * x, faces, 0.5 * uv))
+    assert "lengthen some of it 1.50 times more than the rest" in note
+    assert "the shape it comes in" in note
+
+
+def test_a_pattern_worn_stretched_around_is_taken_and_told():
+    """A tight knit that is 1.2 times as wide worn as drawn, in coordinates that no texture has."""
+    x, faces, uv = tube()
+    (note,) = told(made(x, faces, uv * [1 / 1.2, 1.0]))
+    assert "the pattern in its texture coordinates, in metres" in note
+    assert "its coordinates lengthen it 1.20 times more one way than the other, --rest-shape shape if" in note
+    (note,) = told(made(x, faces, uv * [1.3, 0.8]))
+    assert "the shape it comes in" in note
+    assert "1.63 times more one way" in note
+
+
 def test_strays_are_found_in_the_files_own_unit():
     x, faces, uv = tube()
     uv[faces == 300] = [50.0, 50.0]
