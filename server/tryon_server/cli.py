@@ -27,6 +27,7 @@ from tryon_server.problems import ProblemError, problem_error
 
 if TYPE_CHECKING:  # read when a command needs them: `tryon --help` starts at once
     from tryon_server.certificate import Certificate
+    from tryon_server.sessions.commands import MotionReading
     from tryon_server.settings import Settings
 
 BAD_INPUT = 2
@@ -146,26 +147,7 @@ def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser])
         metavar="FILE.bvh|NAME",
         help=f"BVH file, or a motion that comes with tryon: {MOTIONS} (default: the body stands still)",
     )
-    simulate.add_argument(
-        "--motion-units", choices=BVH_UNITS, help="unit of a BVH file's lengths (default: found, and told)"
-    )
-    simulate.add_argument(
-        "--motion-up",
-        choices=FACINGS,
-        help="axis that is up in a BVH file, --motion-up=-y for one below 0 (default: found by the poses, and told)",
-    )
-    simulate.add_argument(
-        "--motion-joint",
-        action="append",
-        metavar="PART=NAME",
-        help="which joint of a BVH file is a part of the body, where names don't tell: pelvis, head, or, with left_ or "
-        "right_ before it, upper_arm, forearm, hand, thigh, shin, foot, toes; once for each",
-    )
-    simulate.add_argument(
-        "--motion-facing",
-        choices=FACINGS,
-        help="axis of its file that the person faces along in a BVH's first frame (default: found by knees and toes)",
-    )
+    _add_motion_reading(simulate)
     simulate.add_argument(
         "--seconds", type=_positive, metavar="S", help="how long to record (default the motion's length; it repeats)"
     )
@@ -188,6 +170,7 @@ def _add_headset_sim(commands: argparse._SubParsersAction[argparse.ArgumentParse
     headset.add_argument(
         "--motion", default="walk", metavar="FILE.bvh|NAME", help=f"what the wearer does: {MOTIONS} (default walk)"
     )
+    _add_motion_reading(headset)
     headset.add_argument("--seconds", type=_positive, default=10.0, metavar="S", help="how long (default 10)")
     headset.add_argument(
         "--convention",
@@ -215,6 +198,30 @@ def _add_headset_sim(commands: argparse._SubParsersAction[argparse.ArgumentParse
         )
     headset.add_argument("--seed", type=int, default=0, help="of the random numbers (default 0)")
     headset.set_defaults(run=run_headset_sim)
+
+
+def _add_motion_reading(command: argparse.ArgumentParser) -> None:
+    """What tells of a BVH file what it doesn't tell itself."""
+    command.add_argument(
+        "--motion-units", choices=BVH_UNITS, help="unit of a BVH file's lengths (default: found, and told)"
+    )
+    command.add_argument(
+        "--motion-up",
+        choices=FACINGS,
+        help="axis that is up in a BVH file, --motion-up=-y for one below 0 (default: found by the poses, and told)",
+    )
+    command.add_argument(
+        "--motion-joint",
+        action="append",
+        metavar="PART=NAME",
+        help="which joint of a BVH file is a part of the body, where names don't tell: pelvis, head, or, with left_ or "
+        "right_ before it, upper_arm, forearm, hand, thigh, shin, foot, toes; once for each",
+    )
+    command.add_argument(
+        "--motion-facing",
+        choices=FACINGS,
+        help="axis of its file that the person faces along in a BVH's first frame (default: found by knees and toes)",
+    )
 
 
 def _command(
@@ -336,8 +343,6 @@ def run_simulate(options: argparse.Namespace) -> int:
     from tryon_server.runtime.local import load_catalogue
     from tryon_server.runtime.offline import simulate
     from tryon_server.runtime.order import DrapeOrder, MeshReading
-    from tryon_server.sessions.commands import MotionReading
-    from tryon_server.wording import joints_told
 
     order = DrapeOrder(
         pattern=options.garment,
@@ -359,12 +364,7 @@ def run_simulate(options: argparse.Namespace) -> int:
             options.seconds,
             options.fps,
             bar.show,
-            motion_reading=MotionReading(
-                options.motion_units,
-                options.motion_up,
-                options.motion_facing,
-                joints_told(options.motion_joint, "--motion-joint"),
-            ),
+            motion_reading=_motion_reading(options),
         )
     for note in recording.notes:
         print(note)
@@ -382,6 +382,15 @@ def run_simulate(options: argparse.Namespace) -> int:
     return 0
 
 
+def _motion_reading(options: argparse.Namespace) -> MotionReading:
+    """What `_add_motion_reading` was told."""
+    from tryon_server.sessions.commands import MotionReading
+    from tryon_server.wording import joints_told
+
+    joints = joints_told(options.motion_joint, "--motion-joint")
+    return MotionReading(options.motion_units, options.motion_up, options.motion_facing, joints)
+
+
 def run_headset_sim(options: argparse.Namespace) -> int:
     """Replay a motion as a tracker sees it, and print the ages."""
     import math
@@ -393,7 +402,7 @@ def run_headset_sim(options: argparse.Namespace) -> int:
     from tryon_client.simulated_tracker import TrackerErrors
     from tryon_protocol import ProtocolError
     from tryon_server.runtime.bodies import load_body
-    from tryon_server.runtime.motions import load_motion
+    from tryon_server.runtime.motions import read_motion
 
     errors = TrackerErrors(
         rate=options.rate,
@@ -406,7 +415,9 @@ def run_headset_sim(options: argparse.Namespace) -> int:
         outage_seconds=1e-3 * options.outage_ms,
         seed=options.seed,
     )
-    motion = load_motion(options.motion, load_body(None))
+    motion, facts = read_motion(options.motion, load_body(None), _motion_reading(options))
+    for note in facts.notes:
+        print(f"motion: {note}", flush=True)
     poses = [motion.sample(k / errors.rate, loop=True) for k in range(max(2, round(options.seconds * errors.rate)))]
     roots, rotations = np.array([pose.root for pose in poses]), np.array([pose.rotations for pose in poses])
     trust = _trusted(options.authority)

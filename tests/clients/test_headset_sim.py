@@ -155,6 +155,8 @@ def test_the_command_streams_a_motion_and_prints_the_ages(server, capsys, conven
     assert 150 < int(found[1]) < 180
     assert int(found[2]) > 10
     assert "the server objected" not in out
+    assert "motion: units: centimetres" in out
+    assert "motion: up: Y" in out
     row = re.search(r"capture to decoded frame((?: +[\d.]+){4})", out)
     assert row, out
     ages = [float(value) for value in row[1].split()]
@@ -168,6 +170,8 @@ def test_the_command_streams_a_motion_and_prints_the_ages(server, capsys, conven
         (["--server", "http://127.0.0.1:9"], "doesn't answer"),
         (["--server", "nowhere"], "no http or https address"),
         (["--motion", "moonwalk"], "moonwalk"),
+        (["--motion-units", "mm"], "not a human's"),
+        (["--motion-joint", "head=Nobody"], "Nobody"),
         (["--garment", "armour"], "armour"),
     ],
 )
@@ -177,3 +181,11 @@ def test_what_is_wrong_is_said_in_one_line(server, capsys, options, said):
     err = capsys.readouterr().err
     assert said in err
     assert err.count("\n") == 1
+
+
+def test_a_motion_is_read_as_it_is_told_and_what_was_found_is_told(capsys):
+    nowhere = ["--server", "http://127.0.0.1:9"]
+    assert main(["headset-sim", *nowhere, "--motion-units", "cm", "--motion-up", "x", "--motion-facing", "z"]) == 2
+    out = capsys.readouterr().out
+    for note in ("units: centimetres, as told", "up: X, as told"):
+        assert f"motion: {note}" in out
