@@ -115,3 +115,99 @@ def test_a_limb_that_is_elsewhere_in_the_next_frame_is_refused_by_frame_and_join
         retarget(calibrated(glitch, 3), body)
     slow = replace(glitch, dt=0.1)
     assert retarget(slow, body).frame_count == clip.frame_count
+
+
+RATES = (10.0, 24.0, 30.0, 60.0, 120.0)
+
+
+def resampled(clip: BvhClip, fps: float) -> BvhClip:
+    """The same motion at another rate."""
+    times = np.arange(0.0, (clip.frame_count - 1) * clip.dt, 1.0 / fps) / clip.dt
+    first = np.minimum(times.astype(int), clip.frame_count - 2)
+    share = (times - first)[:, None, None]
+    turns = quaternions.slerp(clip.rotations[first], clip.rotations[first + 1], share[..., 0])
+    places = (1.0 - share) * clip.positions[first] + share * clip.positions[first + 1]
+    return replace(clip, positions=places, rotations=turns, dt=1.0 / fps)
+
+
+def leaping(clip: BvhClip, frames: slice, metres: float) -> BvhClip:
+    positions = clip.positions.copy()
+    positions[frames, 0, 0] += metres
+    return replace(clip, positions=positions)
+
+
+def turned(clip: BvhClip, degrees: np.ndarray) -> BvhClip:
+    """The clip turned about the vertical by degrees (T,)."""
+    turns = quaternions.from_axis_angle(np.array([0.0, 1.0, 0.0]), np.radians(degrees))
+    rotations = clip.rotations.copy()
+    rotations[:, 0] = quaternions.multiply(turns, rotations[:, 0])
+    return replace(clip, rotations=rotations)
+
+
+@pytest.mark.parametrize("fps", RATES)
+@pytest.mark.parametrize("name", ["walk", "squat"])
+@pytest.mark.parametrize("count", [1, 1000], ids=["one frame", "to the end"])
+def test_a_person_who_is_elsewhere_in_the_next_frame_is_refused_at_any_rate(name: str, fps: float, count: int) -> None:
+    clip, parts = demo(name)
+    clip = resampled(clip, fps)
+    refuse_jumps(clip, parts)
+    at = clip.frame_count // 2
+    with pytest.raises(RetargetError, match=rf"from frame {at} to frame {at + 1} the pelvis jumps 1\.[12]\d* m in "):
+        refuse_jumps(leaping(clip, slice(at, at + count), 1.2), parts)
+
+
+@pytest.mark.parametrize("fps", RATES)
+@pytest.mark.parametrize("name", ["walk", "squat"])
+@pytest.mark.parametrize("count", [1, 1000], ids=["one frame", "to the end"])
+def test_a_person_who_is_turned_round_in_the_next_frame_is_refused_at_any_rate(
+    name: str, fps: float, count: int
+) -> None:
+    clip, parts = demo(name)
+    clip = resampled(clip, fps)
+    at = clip.frame_count // 2
+    degrees = np.zeros(clip.frame_count)
+    degrees[at : at + count] = 180.0
+    with pytest.raises(RetargetError, match=rf"from frame {at} to frame {at + 1} the trunk turns by 1[78]\d degrees"):
+        refuse_jumps(turned(clip, degrees), parts)
+
+
+@pytest.mark.parametrize("fps", RATES)
+def test_who_spins_or_sets_off_as_fast_as_people_can_is_played(fps: float) -> None:
+    """A skater's five turns a second, taken up in a second; twelve metres a second, in three."""
+    clip, parts = demo("squat")
+    clip = resampled(clip, fps)
+    time = np.arange(clip.frame_count) * clip.dt
+    spin = np.where(time < 1.0, 900.0 * time**2, 900.0 + 1800.0 * (time - 1.0))
+    assert find_start(turned(clip, spin), parts) == (0, "")
+    refuse_jumps(turned(clip, spin), parts)
+    positions = clip.positions.copy()
+    positions[:, 0, 2] += np.where(time < 3.0, 2.0 * time**2, 18.0 + 12.0 * (time - 3.0))
+    refuse_jumps(replace(clip, positions=positions), parts)
+
+
+@pytest.mark.parametrize("fps", RATES)
+@pytest.mark.parametrize("path", shared_clips(), ids=lambda path: path.stem)
+def test_captured_motions_jump_nowhere_at_any_rate(path, fps: float) -> None:
+    clip = resampled(parse_bvh(path.read_text(), None), fps)
+    parts = find_parts(clip.joint_names, clip.parents)
+    assert find_start(clip, parts) == (0, "")
+    refuse_jumps(clip, parts)
+
+
+def test_a_pose_that_is_held_too_long_to_be_left_out_is_refused_at_low_rates_too() -> None:
+    """At 24 frames a second its hands come down at less than 30 m/s, as they do in no motion out of a standstill."""
+    clip, parts = demo("walk")
+    long = calibrated(resampled(clip, 24.0), 36)
+    assert find_start(long, parts) == (0, "")
+    with pytest.raises(RetargetError, match=r"from frame 36 to frame 37 the joint '\w+' jumps .* m/s; cut the motion"):
+        refuse_jumps(long, parts)
+
+
+def test_a_limb_that_is_elsewhere_for_one_frame_is_refused_at_low_rates_too() -> None:
+    clip, parts = demo("walk")
+    slow = resampled(clip, 24.0)
+    arm = slow.joint_names.index("LeftArm")
+    rotations = slow.rotations.copy()
+    rotations[12, arm] = quaternions.from_axis_angle(Z_AXIS, np.pi / 2)
+    with pytest.raises(RetargetError, match="from frame 12 to frame 13 the joint 'LeftHand' jumps"):
+        refuse_jumps(replace(slow, rotations=rotations), parts)
