@@ -1,4 +1,8 @@
-"""Bodies: the default one, one that was made with the project's script, a moving mesh, or a closed mesh that stands."""
+"""Bodies: the default one, one that was made with the project's script, a moving mesh, or a mesh that stands.
+
+What a mesh that stands holds is found as of a moving one, its unit, its axes and what is to be mended, where it is a
+human's; else it is a closed surface in metres, Y up.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +19,16 @@ from tryon_server.runtime.order import MeshReading
 from tryon_solver.body.model import BodyError, BodyModel, default_body
 from tryon_solver.files.convention import Told, find_for_body
 from tryon_solver.files.cut_off import missing_ends
-from tryon_solver.files.mesh_body import MeshBody, is_moving_mesh, read_mesh_body
+from tryon_solver.files.mesh_body import (
+    MeshBody,
+    is_moving_mesh,
+    kind_of,
+    make_body,
+    read_mesh_body,
+    refuse_foreign,
+    still_frames,
+)
+from tryon_solver.files.npz_frames import read_npz
 from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.files.standing import facing, find_stand, stands_on_its_head
 
@@ -23,6 +36,10 @@ BODY_FILE = "body.npz"
 BYTES_MAX = 64 * 2**20  # of a body's file, and of what is packed in an .npz: 30 times the default body's
 VERTICES_MAX = 100_000  # of a body: 20 times the default's; the solver looks at each of them in every step
 COARSER = "Reduce it to about 10,000 vertices"
+BODY_KEY = "rest_vertices"  # what an .npz of a body of ours holds, and none of a moving mesh
+PLAIN_KINDS = (".ply", ".stl", ".off")  # meshes that stand and hold nothing but their triangles
+MESH_KINDS = (".obj", ".glb", *PLAIN_KINDS)  # of bodies that stand
+AS_IT_IS = "units and axes: m, Y up (as a closed surface is read that says nothing else; --body-units and --body-up do)"
 SIZE_RANGE = (0.05, 5.0)  # [m] extent of a body; a mesh outside of it was drawn in another unit
 
 
@@ -45,8 +62,12 @@ def load_moving_mesh(path: Path | None, reading: MeshReading, name: str | None =
     if path is None or not path.exists():
         return None
     try:
-        if reading.animation is None and (path.suffix or path.is_dir()) and not is_moving_mesh(path):
-            return _standing_mesh(path, reading)
+        refuse_foreign(path, name or path.name)
+        kind = kind_of(path)
+        if kind in PLAIN_KINDS and not path.suffix:
+            return _read_standing(path, kind, _told(reading), name)
+        if reading.animation is None and (path.suffix or path.is_dir()) and not _has_frames(path):
+            return _standing_mesh(path, kind, reading)
         return read_mesh_body(path, _told(reading), reading.fps, reading.animation, name)
     except MeshFileError as error:
         raise problem_error(
@@ -62,18 +83,26 @@ def does_not_stand(body: MeshBody, error: MeshFileError) -> ProblemError:
     return problem_error("body.unusable", message, error.remedy, place="body", status=422)
 
 
-def _standing_mesh(path: Path, reading: MeshReading) -> MeshBody | None:
+def _has_frames(path: Path) -> bool:
+    """Whether this is a moving mesh, or was meant to be: an .npz that is no body of ours."""
+    if path.suffix.lower() == ".npz":
+        with zipfile.ZipFile(path) as archive:
+            return f"{BODY_KEY}.npy" not in archive.namelist()
+    return is_moving_mesh(path)
+
+
+def _standing_mesh(path: Path, kind: str, reading: MeshReading) -> MeshBody | None:
     """A mesh that stands and is no closed surface in metres as it is, where it is a human's; None for other bodies."""
-    if path.suffix.lower() not in (".obj", ".glb"):
+    if kind not in MESH_KINDS:
         return None
     told = _told(reading)
     if told != Told():
-        return read_mesh_body(path, told)
+        return _read_standing(path, kind, told)
     try:
         mesh = _closed_mesh(path)
     except ProblemError as plain:
         try:
-            return read_mesh_body(path, told)
+            return _read_standing(path, kind, told)
         except (MeshFileError, BodyError):
             raise plain from None
     x, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces)
@@ -82,8 +111,21 @@ def _standing_mesh(path: Path, reading: MeshReading) -> MeshBody | None:
     elif mesh.volume >= 0 and not _lies(x, faces, path.name):
         return None
     with contextlib.suppress(MeshFileError, BodyError):  # what is no human's is taken as it is
-        return read_mesh_body(path, told)
+        return _read_standing(path, kind, told)
     return None
+
+
+def _read_standing(path: Path, kind: str, told: Told, name: str | None = None) -> MeshBody:
+    """A mesh that stands, as a moving one of one frame. Raises MeshFileError, BodyError or ProblemError."""
+    if kind not in PLAIN_KINDS:
+        return read_mesh_body(path, told, name=name)
+    mesh = _triangles(path, kind)
+    return make_body(still_frames(np.asarray(mesh.vertices), np.asarray(mesh.faces), told, name or path.name))
+
+
+def how_read(path: Path | None) -> tuple[str, ...]:
+    """What there is to say of a body that `load_body` read: of a mesh that was taken as it is."""
+    return (AS_IT_IS,) if path is not None and path.is_file() and path.suffix.lower() in MESH_KINDS else ()
 
 
 def _told(reading: MeshReading) -> Told:
@@ -122,12 +164,24 @@ def load_body(path: Path | None) -> BodyModel:
                 raise _unfit(path, why, "Export into it one .obj file a frame")
             path = path / BODY_FILE
         _check_size(path)
+        _refuse_unread(path)
         body = BodyModel.load(path) if path.suffix == ".npz" else still_body(path)
+    except MeshFileError as error:
+        message = f"{error.place}: {error.message}"
+        raise problem_error("body.unusable", message, error.remedy, place="body", status=422) from error
     except BodyError as error:
         raise problem_error("body.unusable", str(error), "Then try again", place="body", status=422) from error
     if len(body.rest_vertices) > VERTICES_MAX:
         raise _unfit(path, f"it has {len(body.rest_vertices)} vertices, more than {VERTICES_MAX}", COARSER)
     return body
+
+
+def _refuse_unread(path: Path) -> None:
+    """Raises MeshFileError for what is known to be no body. What is missing or no archive is told by its reader."""
+    with contextlib.suppress(OSError, zipfile.BadZipFile):
+        refuse_foreign(path, path.name)
+        if path.suffix == ".npz" and _has_frames(path):
+            read_npz(path, path.name, BYTES_MAX, rate_told=False)
 
 
 def _check_size(path: Path) -> None:
@@ -150,16 +204,24 @@ def still_body(path: Path) -> BodyModel:
     return one_joint_body(np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int32))
 
 
-def _closed_mesh(path: Path) -> Any:
-    """The file's triangles as trimesh has them. Raises ProblemError when they are not a closed surface."""
+def _triangles(path: Path, kind: str = "") -> Any:
+    """The file's triangles as trimesh has them, of the `kind` that its ending says or else this. Raises ProblemError
+    when it holds none."""
     import trimesh  # slow to load, and only mesh files need it
 
+    _check_size(path)
     try:
-        mesh = trimesh.load_mesh(path, process=True)
+        mesh = trimesh.load_mesh(path, file_type=kind.removeprefix(".") or None, process=True)
     except Exception as error:
         raise _unfit(path, f"it can't be read as a mesh ({error})", "Give a .npz body or a closed mesh file") from error
     if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
         raise _unfit(path, "it holds no triangles", "Give a .npz body or a closed mesh file")
+    return mesh
+
+
+def _closed_mesh(path: Path) -> Any:
+    """The same where it is a closed surface of a size that metres can mean. Raises ProblemError where it is not."""
+    mesh = _triangles(path)
     if not mesh.is_watertight or not mesh.is_winding_consistent:
         raise _unfit(path, "its surface is not closed", "Close its holes and orient its faces alike")
     extent = float(mesh.extents.max())

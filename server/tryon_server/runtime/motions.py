@@ -16,6 +16,7 @@ from tryon_solver.body.pose_jumps import find_start
 from tryon_solver.body.retarget import retarget
 from tryon_solver.body.skeletons import RetargetError, SkeletonParts, UnnamedError, find_parts
 from tryon_solver.body.standing_rest import lying_or_standing, tilt, upward_axis, with_standing_rest
+from tryon_solver.files.foreign import LOOKED_AT, no_motion
 
 MOTION_FOLDER = Path(__file__).parent.parent / "demo" / "motions"
 AGAIN = "Export the motion again, or choose another"
@@ -83,6 +84,9 @@ def read_clip(
     Raises:
         ProblemError: it is no motion for this body; its place is the line, where one is at fault.
     """
+    foreign = no_motion(content[:LOOKED_AT], name)
+    if foreign is not None:
+        raise _unfit(name, foreign[0], "motion", foreign[1])
     try:
         text = decode_bvh(content)
         units, facing, up = reading.units, reading.facing, reading.up

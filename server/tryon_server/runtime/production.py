@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from tryon_protocol import GRID, check_grid
 from tryon_server.problems import problem_error
-from tryon_server.runtime.bodies import does_not_stand, load_body, load_moving_mesh, one_joint_body
+from tryon_server.runtime.bodies import does_not_stand, how_read, load_body, load_moving_mesh, one_joint_body
 from tryon_server.runtime.devices import AUTOMATIC, choose_device
 from tryon_server.runtime.drape import Outfit, Progress
 from tryon_server.runtime.order import DrapeOrder
@@ -194,7 +194,7 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
     if room.note:
         notes = (f"body: {room.note}", *notes)
     names, size = dressed.panels.panel_names, fitted.size
-    return _drape(dressed.simulation, dressed.pose, names, body, moving, notes, opening, size)
+    return _drape(dressed.simulation, dressed.pose, names, body, moving, how_read(order.body), notes, opening, size)
 
 
 def _refuse_for_mesh(order: DrapeOrder) -> None:
@@ -241,7 +241,7 @@ def build_mesh_drape(
         message = f"the garment can't be put on: {error}"
         raise problem_error("garment.unfit", message, TRY_ANOTHER_MESH, place="garment", status=422) from error
     notes = tuple(f"garment: {note}" for note in dressed.notes)
-    return _drape(dressed.simulation, dressed.pose, dressed.piece_names, body, moving, notes)
+    return _drape(dressed.simulation, dressed.pose, dressed.piece_names, body, moving, how_read(order.body), notes)
 
 
 def _drape(
@@ -250,14 +250,14 @@ def _drape(
     piece_names: tuple[str, ...],
     body: WornBody,
     moving: MeshBody | None,
+    standing_notes: tuple[str, ...],
     garment_notes: tuple[str, ...],
     opening: Opening | None = None,
     size: float | None = None,
 ) -> SolverDrape:
     """The drape of a dressed garment, with what was found out about body and garment."""
-    notes = list(garment_notes)
-    if moving is not None:
-        notes = [*(f"body: {note}" for note in moving.notes), *notes]
+    told = standing_notes if moving is None else moving.notes
+    notes = [*(f"body: {note}" for note in told), *garment_notes]
     shown = body if isinstance(body, BodyModel) else one_joint_body(body.rest_vertices, body.faces)
     drape = SolverDrape(simulation, pose, piece_names, shown, tuple(notes), opening, size)
     drape.own_motion = None if moving is None else moving.sequence

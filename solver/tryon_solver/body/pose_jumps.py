@@ -83,7 +83,7 @@ def refuse_jumps(clip: BvhClip, parts: SkeletonParts, start: int = 0) -> None:
     if not jumps.size:
         return
     first = int(jumps[0])
-    what = _said(clip, parts, steps, first, bool(pelvis[first]), bool(turns[first]))
+    what = _said(clip, parts, steps, first, bool(pelvis[first] and not joints[first]), bool(turns[first]))
     raise RetargetError(f"from frame {first + 1} to frame {first + 2} {what}; cut the motion there, or mend the frame")
 
 

@@ -1,8 +1,8 @@
 """glTF 2.0 in its binary form (.glb): meshes, and skinned or rigid animation, by numpy alone.
 
 Read is what a garment or a body needs: triangles, also in strips and fans, with positions, texture coordinates and skin
-weights, the tree of nodes, skins, animations of translation, rotation and scale, morph targets. Not read: sparse
-accessors, compressed meshes (Draco, meshopt) and files that keep their data elsewhere; each is named with its remedy.
+weights, the tree of nodes, skins, animations of translation, rotation and scale, morph targets, sparse or not. Not
+read: compressed meshes (Draco, meshopt) and files that keep their data elsewhere; each is named with its remedy.
 Khronos Group, glTF 2.0 Specification, sections 3.6 (accessors) and 3.7 (skins, morph targets); animations are in
 gltf_animation.py.
 """
@@ -382,6 +382,8 @@ class _Parser:
 
     def primitive(self, primitive: dict[str, Any], mesh: dict[str, Any], node: dict[str, Any], k: int) -> _Primitive:
         attributes = primitive["attributes"]
+        if not self.document["accessors"][attributes["POSITION"]].keys() & {"bufferView", "sparse"}:
+            raise self.fault("its positions are not there, or compressed", f"mesh {mesh.get('name', k)!r}")
         positions = self.accessor(attributes["POSITION"])
         if "indices" in primitive:
             corners = self.accessor(primitive["indices"]).astype(np.int64).ravel()
@@ -430,23 +432,37 @@ class _Parser:
         return Channel(target["node"], target["path"], index, times, values, interpolation)
 
     def accessor(self, index: int) -> np.ndarray:
-        """(count, width) float64."""
+        """(count, width) float64: what its view holds, zeros where it has none, with what a sparse one puts in place
+        of some."""
         accessor = self.document["accessors"][index]
-        if "sparse" in accessor or "bufferView" not in accessor:
-            raise MeshFileError("it has a sparse accessor, which is not read", self.name, AGAIN)
-        view = self.document["bufferViews"][accessor["bufferView"]]
+        component, width, count = accessor["componentType"], WIDTHS[accessor["type"]], accessor["count"]
+        kind: np.dtype[Any] = np.dtype(COMPONENTS[component])
+        if count > len(self.blob):  # of vertices, each of which takes bytes somewhere
+            raise MeshFileError("it ends in the middle of its data", self.name, "Copy or export it again")
+        values = np.zeros((count, width), kind)
+        if "bufferView" in accessor:
+            values = self.rows(accessor, component, width, count)
+        if "sparse" in accessor:
+            sparse = accessor["sparse"]
+            rows = self.rows(sparse["indices"], sparse["indices"]["componentType"], 1, sparse["count"])[:, 0]
+            self.refuse_beyond(rows.astype(np.int64), count, f"accessor {index}, sparse", "row")
+            values = values.copy()
+            values[rows] = self.rows(sparse["values"], component, width, sparse["count"])
+        numbers = values.astype(np.float64)
+        if accessor.get("normalized") and kind.kind in "iu":
+            numbers = np.maximum(numbers / np.iinfo(kind).max, -1.0)
+        if not np.isfinite(numbers).all():
+            raise MeshFileError("it holds a number that is not finite", self.name, AGAIN)
+        return numbers
+
+    def rows(self, held: dict[str, Any], component: int, width: int, count: int) -> np.ndarray:
+        """(count, width) as the buffer has them, of the view and the offset that `held` says."""
+        view = self.document["bufferViews"][held["bufferView"]]
         if "uri" in self.document["buffers"][view["buffer"]]:
             raise MeshFileError("it keeps its data in another file", self.name, AGAIN)
-        kind = np.dtype(COMPONENTS[accessor["componentType"]]).newbyteorder("<")
-        width, count = WIDTHS[accessor["type"]], accessor["count"]
+        kind = np.dtype(COMPONENTS[component]).newbyteorder("<")
         stride = view.get("byteStride") or kind.itemsize * width
-        start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
-        if start + (count - 1) * stride + kind.itemsize * width > len(self.blob):
+        start = view.get("byteOffset", 0) + held.get("byteOffset", 0)
+        if count and start + (count - 1) * stride + kind.itemsize * width > len(self.blob):
             raise MeshFileError("it ends in the middle of its data", self.name, "Copy or export it again")
-        rows = np.ndarray((count, width), kind, self.blob, start, (stride, kind.itemsize))
-        values = rows.astype(np.float64)
-        if accessor.get("normalized") and kind.kind in "iu":
-            values = np.maximum(values / np.iinfo(kind).max, -1.0)
-        if not np.isfinite(values).all():
-            raise MeshFileError("it holds a number that is not finite", self.name, AGAIN)
-        return values
+        return np.ndarray((count, width), kind, self.blob, start, (stride, kind.itemsize))

@@ -23,6 +23,8 @@ from tryon_solver.body.mesh_sequence import MeshSequence, make_sequence
 from tryon_solver.contact.crossings import CrossingSearch
 from tryon_solver.files.convention import GLTF, USUAL_UNITS, Convention, Told, find_for_body
 from tryon_solver.files.cut_off import describe, missing_ends, stand_of_half
+from tryon_solver.files.foreign import LOOKED_AT as TELLING_BYTES
+from tryon_solver.files.foreign import no_body
 from tryon_solver.files.gltf import parse_glb
 from tryon_solver.files.holes import fill_holes
 from tryon_solver.files.jumps import refuse_jumps
@@ -126,19 +128,37 @@ def is_moving_mesh(path: Path) -> bool:
 
 
 def kind_of(path: Path) -> str:
-    """".npz", ".zip", ".glb", ".obj", another ending, or "folder": by its name, without an ending by its content."""
+    """".npz", ".zip", ".glb", ".obj", ".ply", ".stl", another ending, or "folder".
+
+    By its name, without an ending by its content.
+    """
     if path.is_dir():
         return "folder"
     if path.suffix:
         return path.suffix.lower()
     with path.open("rb") as file:
-        start = file.read(4)
-    if start == b"glTF":
+        start = file.read(TELLING_BYTES)
+    if start.startswith(b"glTF"):
         return ".glb"
+    if start.startswith((b"ply\n", b"ply\r")):
+        return ".ply"
+    triangles = int.from_bytes(start[80:84], "little")  # of a binary STL
+    if (start.startswith(b"solid") and b"facet" in start) or path.stat().st_size == 84 + 50 * triangles > 84:
+        return ".stl"
     if start[:2] != b"PK":
         return ".obj"
     with zipfile.ZipFile(path) as archive:
         return ".npz" if any(name.endswith(".npy") for name in archive.namelist()) else ".zip"
+
+
+def refuse_foreign(path: Path, name: str) -> None:
+    """Raises MeshFileError for a file of a kind that is known and not read, called `name` by its owner."""
+    if path.is_dir():
+        return
+    with path.open("rb") as file:
+        why = no_body(file.read(TELLING_BYTES), path.name)
+    if why is not None:
+        raise MeshFileError(why[0], name, why[1])
 
 
 def read_mesh_body(
@@ -165,8 +185,9 @@ def read_frames(
     name: str | None = None,
 ) -> RawFrames:
     """The moving mesh of a file or folder as it is; as `read_mesh_body`. Raises MeshFileError."""
-    kind = kind_of(path)
     name = name or path.name
+    refuse_foreign(path, name)
+    kind = kind_of(path)
     if fps is not None:
         refuse_rate(fps, f"{name}, --body-fps", "Say how many frames a second were recorded")
     if animation is not None and kind != ".glb":
@@ -182,11 +203,22 @@ def read_frames(
         raw = _read_npz(path, name, told, fps)
     elif kind == ".obj":
         mesh = parse_obj(path.read_text(errors="replace"), name)
-        _limit(name, 1, len(mesh.vertices))
-        frames = mesh.vertices[None].astype(np.float32)
-        raw = RawFrames(frames, mesh.faces, GLB_DT, told, name, (STANDS, *mesh.notes))
+        return still_frames(mesh.vertices, mesh.faces, told, name, mesh.notes)
     else:
         raw = _read_glb(path, name, told, animation)
+    return _sound(raw)
+
+
+def still_frames(
+    vertices: np.ndarray, faces: np.ndarray, told: Told, name: str, notes: tuple[str, ...] = ()
+) -> RawFrames:
+    """A mesh that stands still, (V, 3) in the file's units with faces (F, 3). Raises MeshFileError."""
+    _limit(name, 1, len(vertices))
+    return _sound(RawFrames(vertices[None].astype(np.float32), faces, GLB_DT, told, name, (STANDS, *notes)))
+
+
+def _sound(raw: RawFrames) -> RawFrames:
+    """The same. Raises MeshFileError where its triangles or positions are none."""
     if not raw.faces.size:
         raise MeshFileError("it has no triangles", raw.name, "Export the mesh itself, with its faces")
     if raw.faces.min() < 0 or raw.faces.max() >= raw.frames.shape[1]:

@@ -16,6 +16,10 @@ from tryon_solver.files.raw_mesh import MeshFileError
 
 FRAME_KEYS = (("vertices", "faces"), ("body", "body_faces"))  # the second is what tryon simulate writes
 RATES = (1.0, 1000.0)  # frames a second, slowest and fastest that can be meant
+FPS_KEYS = ("fps", "mocap_framerate", "mocap_frame_rate", "framerate", "frame_rate")  # the second as AMASS has it
+PARAMETER_KEYS = {"poses", "betas", "trans", "pose_body", "root_orient", "body_pose", "global_orient", "transl"}
+MODEL_KEYS = {"v_template", "shapedirs"}  # of SMPL's own files
+NAMED_MAX = 12  # keys that are told
 SAME_RATE = 1e-3  # share by which fps and 1/dt may differ
 OWN_RATE = "Write fps, frames a second, or dt, seconds between them, as one number; or say it with --body-fps"
 
@@ -46,12 +50,8 @@ def read_npz(path: Path, name: str, bytes_max: int, rate_told: bool) -> NpzFrame
             keys = set(held.files)
             names = next((pair for pair in FRAME_KEYS if set(pair) <= keys), None)
             if names is None:
-                raise MeshFileError(
-                    f"it holds {', '.join(sorted(keys)) or 'nothing'}",
-                    name,
-                    "Give it vertices (frames, V, 3) and faces (F, 3), and fps or dt",
-                )
-            wanted = {*names, "fps", "dt", "units", "up"} & keys
+                raise MeshFileError(*_without_mesh(keys, name))
+            wanted = {*names, *FPS_KEYS, "dt", "units", "up"} & keys
             arrays = {key: np.asarray(held[key]) for key in wanted}
     except MeshFileError:
         raise
@@ -67,6 +67,19 @@ def read_npz(path: Path, name: str, bytes_max: int, rate_told: bool) -> NpzFrame
         _word(arrays, "units", tuple(UNITS), name),
         _word(arrays, "up", BODY_AXES, name),
     )
+
+
+def _without_mesh(keys: set[str], name: str) -> tuple[str, str, str]:
+    """What there is to say of an archive that holds these and no mesh: message, place and remedy."""
+    more = f" and {len(keys) - NAMED_MAX} more" if len(keys) > NAMED_MAX else ""
+    holds = f"it holds {', '.join(sorted(keys)[:NAMED_MAX]) or 'nothing'}{more}"
+    needed = "vertices (frames, V, 3), faces (F, 3), and fps or dt"
+    if keys & MODEL_KEYS:
+        return f"{holds}: a body model such as SMPL, not a mesh that moves", name, f"Pose it, and write {needed}"
+    if keys & PARAMETER_KEYS:
+        what = f"{holds}: the parameters of a body model such as SMPL, as AMASS has them, not a mesh"
+        return what, name, f"Run the body model with them, and write what comes out as {needed}"
+    return holds, name, f"Give it {needed}"
 
 
 def refuse_rate(fps: float, place: str, remedy: str) -> None:
@@ -106,22 +119,24 @@ def _surface(arrays: Mapping[str, np.ndarray], names: tuple[str, str], name: str
 
 
 def _interval(arrays: Mapping[str, np.ndarray], name: str) -> float | None:
-    """Seconds between frames, by ``dt`` or ``fps``."""
-    rates = {}
-    for key in ("fps", "dt"):
+    """Seconds between frames, by ``dt`` or ``fps``, or what else that is called."""
+    rates: dict[str, float] = {}
+    for key in (*FPS_KEYS, "dt"):
         if key in arrays:
             value = _number(arrays[key], f"{name}, {key}")
             if value <= 0:
                 raise MeshFileError(f"it is {value:g}, which must be more than 0", f"{name}, {key}", OWN_RATE)
-            rates[key] = value if key == "fps" else 1 / value
+            rates[key] = 1 / value if key == "dt" else value
             refuse_rate(rates[key], f"{name}, {key}", OWN_RATE)
-    if len(rates) == 2 and abs(rates["fps"] / rates["dt"] - 1) > SAME_RATE:
-        raise MeshFileError(
-            f"they contradict each other: {rates['fps']:g} a second and {rates['dt']:g}",
-            f"{name}, fps and dt",
-            "Leave out the one that is wrong, or say it with --body-fps",
-        )
-    return 1 / next(iter(rates.values())) if rates else None
+    (first, rate), *others = rates.items() or [("", 0.0)]
+    for key, other in others:
+        if abs(rate / other - 1) > SAME_RATE:
+            raise MeshFileError(
+                f"they contradict each other: {rate:g} a second and {other:g}",
+                f"{name}, {first} and {key}",
+                "Leave out the one that is wrong, or say it with --body-fps",
+            )
+    return 1 / rate if rates else None
 
 
 def _number(array: np.ndarray, place: str) -> float:

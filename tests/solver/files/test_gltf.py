@@ -217,3 +217,53 @@ def test_a_name_that_is_no_text_is_refused():
         parse_glb(content, "a.glb")
     assert caught.value.place == "nodes[0].name"
     str(caught.value).encode()
+
+
+def morphed(target: dict, blob: bytes = b"") -> bytes:
+    """A triangle with a shape key whose accessor is `target`; `blob` is what lies behind the triangle's 36 bytes."""
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float32)
+    own = {"componentType": 5126, "count": 3, "type": "VEC3"}
+    document = {
+        "asset": {"version": "2.0"},
+        "buffers": [{"byteLength": points.nbytes + len(blob)}],
+        "bufferViews": [
+            {"buffer": 0, "byteLength": points.nbytes},
+            {"buffer": 0, "byteOffset": points.nbytes, "byteLength": len(blob)},
+        ],
+        "accessors": [{"bufferView": 0, **own}, {**own, **target}],
+        "meshes": [{"name": "face", "primitives": [{"attributes": {"POSITION": 0}, "targets": [{"POSITION": 1}]}]}],
+        "nodes": [{"mesh": 0, "weights": [0.5]}],
+    }
+    return glb(document, points.tobytes() + blob)
+
+
+MOVED = struct.pack("<HH3f", 2, 0, 0.0, 0.0, 4.0)  # vertex 2 goes along z; the second number fills up to four bytes
+SPARSE = {
+    "count": 1,
+    "indices": {"bufferView": 1, "componentType": 5123},
+    "values": {"bufferView": 1, "byteOffset": 4},
+}
+
+
+def test_a_shape_key_that_says_only_what_it_moves_is_read():
+    """As exporters write them: a sparse accessor on nothing, one on a view of its own, and one that moves nothing."""
+    moved = parse_glb(morphed({"sparse": SPARSE}, MOVED)).positions(0.0)
+    np.testing.assert_allclose(moved, [[0, 0, 0], [1, 0, 0], [0, 1, 2]])
+    onto = parse_glb(morphed({"bufferView": 0, "sparse": SPARSE}, MOVED)).positions(0.0)
+    np.testing.assert_allclose(onto, [[0, 0, 0], [1.5, 0, 0], [0, 1, 2]])
+    np.testing.assert_allclose(parse_glb(morphed({})).positions(0.0), [[0, 0, 0], [1, 0, 0], [0, 1, 0]])
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (morphed({"sparse": SPARSE}, struct.pack("<HH3f", 3, 0, 0.0, 0.0, 4.0)), "row 3, a row that is not there"),
+        (morphed({"sparse": SPARSE}, MOVED[:-4]), "in the middle of its data"),
+        (morphed({"sparse": {**SPARSE, "count": 9}}, MOVED), "in the middle of its data"),
+        (morphed({"count": 10**12}), "in the middle of its data"),
+        (triangle(accessors=[{"componentType": 5126, "count": 3, "type": "VEC3"}]), "positions are not there"),
+    ],
+)
+def test_a_sparse_accessor_that_does_not_fit_is_named(content, words):
+    with pytest.raises(MeshFileError, match=words):
+        parse_glb(content, "a.glb")

@@ -81,6 +81,35 @@ def test_what_is_wrong_with_an_npz_is_said(tmp_path, arrays, words):
     assert caught.value.remedy
 
 
+@pytest.mark.parametrize("key", ["mocap_framerate", "mocap_frame_rate", "framerate", "frame_rate"])
+def test_the_rate_goes_by_the_name_that_amass_gives_it_too(tmp_path, key):
+    path = saved(tmp_path / "i.npz", vertices=FRAMES, faces=BODY.faces, **{key: 120.0})
+    raw = read_frames(path)
+    assert raw.dt == pytest.approx(1 / 120)
+    assert "120 a second (as the file says)" in raw.notes[0]
+    both = saved(tmp_path / "j.npz", vertices=FRAMES, faces=BODY.faces, fps=60, **{key: 120.0})
+    with pytest.raises(MeshFileError, match=f"fps and {key}: they contradict each other: 60 a second and 120"):
+        read_frames(both)
+
+
+@pytest.mark.parametrize(
+    ("arrays", "words"),
+    [
+        (
+            {"poses": np.zeros((9, 156)), "betas": np.zeros(16), "trans": np.zeros((9, 3)), "mocap_framerate": 120.0},
+            "it holds betas, mocap_framerate, poses, trans: the parameters of a body model such as SMPL, as AMASS has",
+        ),
+        ({"v_template": FRAMES[0], "f": BODY.faces, "shapedirs": np.zeros(1)}, "a body model such as SMPL, not a mesh"),
+        ({"verts": FRAMES, "f": BODY.faces}, "it holds f, verts"),
+        ({f"k{k:02}": np.zeros(1) for k in range(20)}, "k10, k11 and 8 more"),
+    ],
+)
+def test_an_npz_without_a_mesh_says_what_it_holds_and_what_is_needed(tmp_path, arrays, words):
+    with pytest.raises(MeshFileError, match=words) as caught:
+        read_frames(saved(tmp_path / "k.npz", **arrays))
+    assert "vertices (frames, V, 3), faces (F, 3), and fps or dt" in caught.value.remedy
+
+
 def test_capitals_do_not_matter_and_fps_and_dt_may_agree(tmp_path):
     path = saved(tmp_path / "g.npz", vertices=FRAMES, faces=BODY.faces, units="CM", up=b"Z", fps=24, dt=0.041667)
     raw = read_frames(path)
