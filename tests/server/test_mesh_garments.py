@@ -137,6 +137,29 @@ def test_a_mesh_that_passes_through_itself_says_so_when_it_is_uploaded(live, ski
     assert not any("crossings" in note for note in clean["notes"])
 
 
+def moved(content: bytes, along: float) -> bytes:
+    """The skirt so far [cm] from the default body, as it lies on somebody who stands there."""
+    lines = content.decode().splitlines()
+    for k, line in enumerate(lines):
+        if line.startswith("v "):
+            x, y, z = map(float, line.split()[1:])
+            lines[k] = f"v {x + along} {y} {z}"
+    return "\n".join(lines).encode()
+
+
+def test_a_mesh_that_lies_on_another_body_than_the_default_one_is_kept_and_told(live, skirt):
+    """A session with a body of its own wears it; that of the default one says why it can't."""
+    garment = live.http.post("/api/garments", params={"name": "elsewhere"}, content=moved(skirt, 300.0)).json()
+    assert garment["notes"][-1].startswith("on the default body it can't be worn: the garment is not where the body is")
+    assert "a body of your own that it lies on" in garment["notes"][-1]
+    assert garment["notes"][0].startswith("units and axes: cm, Y up (0.5"), "the first unit that suits a garment"
+    assert (garment["vertex_count"], garment["panel_count"]) == (1296, 2)
+    worn = live.http.post("/api/garments", params={"name": "skirt"}, content=skirt).json()
+    assert worn["notes"][-1].startswith("it was read as it lies on the default body")
+    told = live.http.post("/api/garments", params={"name": "a", "units": "m"}, content=moved(skirt, 300.0))
+    assert "not where the body is" in refused(told, 422, "garment.mesh")["message"], "no garment has 5000 m^2"
+
+
 def test_patterns_have_no_notes(live):
     assert live.http.get("/api/garments/tube").json()["notes"] == []
 

@@ -31,7 +31,7 @@ PATTERN_BODY = {
     "requestBody": {
         "required": True,
         "description": "pattern specification JSON as GarmentCode writes it; or a mesh, .obj or .glb, that lies on the "
-        "default body in its rest pose",
+        "default body in its rest pose, or on a body of your own as it begins",
         "content": {
             "application/json": {"schema": {"type": "object"}},
             "model/gltf-binary": {"schema": {"type": "string", "format": "binary"}},

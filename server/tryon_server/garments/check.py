@@ -34,6 +34,8 @@ A_MESH = (
     "Upload a pattern's specification JSON, a .glb, or an .obj: text with lines 'v x y z' of its vertices and "
     "'f 1 2 3' of its polygons"
 )
+ON_DEFAULT_BODY = "it was read as it lies on the default body: a session with another body reads it anew, by that"
+ON_ANOTHER_BODY = "It is kept for a body of your own that it lies on: a session with that reads it anew, by that"
 CORRECT_IT = "Correct this place in the pattern file and upload it again"
 
 
@@ -80,20 +82,29 @@ def check_garment(
 
 
 def check_mesh(content: bytes, units: str | None, up: str | None, rest_shape: str | None = None) -> CheckReply:
-    """Read a mesh garment as it lies on the default body; what is wrong with it is told."""
+    """Read a mesh garment as it lies on the default body, or else as it may lie on another; what is wrong with it is
+    told."""
     from tryon_solver.body.model import BodyError, default_body
     from tryon_solver.files.convention import Told
-    from tryon_solver.files.garment_file import read_garment
+    from tryon_solver.files.garment_convention import NotOnBodyError
+    from tryon_solver.files.garment_file import read_garment, read_without_body
     from tryon_solver.files.raw_mesh import MeshFileError
     from tryon_solver.files.self_crossing import crossing_notes
     from tryon_solver.geometry.garment import GarmentError
 
     try:
         skin = default_body().rest_vertices
-        garment = read_garment(content, "the mesh", skin, Told(units, up), None, rest_shape)
+        told = Told(units, up)
+        try:
+            garment, where = read_garment(content, "the mesh", skin, told, None, rest_shape), ON_DEFAULT_BODY
+        except NotOnBodyError as error:
+            alone = read_without_body(content, "the mesh", told, rest_shape)
+            if alone is None:
+                raise
+            garment, where = alone, f"on the default body it can't be worn: {error.message}. {ON_ANOTHER_BODY}"
         sewn, _ = garment.sewn()
         hinges = sewn.hinges()
-        notes = (*garment.notes, *crossing_notes(garment))
+        notes = (*garment.notes, *crossing_notes(garment), where)
     except MeshFileError as error:
         return _refused("garment.mesh", error.place, as_parameters(error.message), as_parameters(error.remedy), 422)
     except GarmentError as error:

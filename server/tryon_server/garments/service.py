@@ -45,7 +45,7 @@ class GarmentService:
         """Check a garment's file and store it; the same file twice is the same garment.
 
         Args:
-            content: a sewing pattern, or a mesh that lies on the default body.
+            content: a sewing pattern, or a mesh that lies on the default body or on one that was uploaded.
             name: what to call it.
             units: unit of a mesh; None to find it out.
             up: axis that is up in it; None to find it out.

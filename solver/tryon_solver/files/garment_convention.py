@@ -30,6 +30,10 @@ AROUND = 0.7  # openings go around the body when the skin nearest to so many of 
 CLEARLY_NEARER = 0.5  # one reading is taken when its median distance to the skin is below this share of the others'
 
 
+class NotOnBodyError(MeshFileError):
+    """A garment that no reading puts on this body; another body may wear it."""
+
+
 @dataclass(frozen=True)
 class Reading:
     """One way to read a garment: `area` m^2 of fabric, `distance` m its median one to the skin, `nearest` m its
@@ -71,8 +75,8 @@ def find_for_garment(
     """Unit and up of a garment that lies where the body is.
 
     `vertices` (V, 3) in file units, `faces` (F, 3); `skin` (B, 3) m the body's vertices in the pose it comes in; `body`
-    the convention of the body's own file, tried first. Raises MeshFileError when no reading, or more than one, puts the
-    garment on the body, or what is told is not known.
+    the convention of the body's own file, tried first. Raises NotOnBodyError when no reading puts the garment on the
+    body, and MeshFileError when more than one does, or what is told is not known.
     """
     as_body = body is not None and body.up == "x" and told.up in (None, "x")
     refuse_unknown(told, BODY_AXES if as_body else AXES, "--", name)
@@ -103,7 +107,7 @@ def find_for_garment(
             fits = [reading for reading in fits if reading.worn(Told())]
             named = " or ".join(reading.name for reading in _decide(fits)[0]) if fits else ""
             ask = "; or say another unit and axis" + (f", it is worn in {named}" if named else "")
-        raise MeshFileError(f"the garment is not where the body is ({why})", name, remedy + ask)
+        raise NotOnBodyError(f"the garment is not where the body is ({why})", name, remedy + ask)
     for reading in worn:
         if body is not None and (reading.convention.unit, reading.convention.up) == (body.unit, body.up):
             return replace(reading.convention, because=f"as its body's; {1e3 * reading.distance:.0f} mm from the skin")
@@ -119,6 +123,21 @@ def find_for_garment(
     chosen = left[0]
     why = told.source if told.unit and told.up else why
     return replace(chosen.convention, because=f"{why}; {1e3 * chosen.distance:.0f} mm from the skin")
+
+
+def find_by_size(vertices: np.ndarray, faces: np.ndarray, told: Told) -> Convention | None:
+    """Unit and up of a garment whose body is not there: by what is told, or the first unit in which it has a garment's
+    fabric, and Y; None where it has so much in no such unit.
+
+    `vertices` (V, 3) in file units, `faces` (F, 3).
+    """
+    corners = vertices[faces]
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum()
+    low, high = TOLD_AREA if told.unit else GARMENT_AREA
+    for unit in (told.unit,) if told.unit else UNITS:
+        if low <= area * UNITS[unit] ** 2 <= high:
+            return Convention(unit, told.up or "y", f"{area * UNITS[unit] ** 2:.3g} m^2 of fabric")
+    return None
 
 
 def _worn_rather(

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from tryon_solver.files.around import goes_through, longest
 from tryon_solver.files.convention import GLTF, Convention, Told
-from tryon_solver.files.garment_convention import find_for_garment
+from tryon_solver.files.garment_convention import find_by_size, find_for_garment
 from tryon_solver.files.gltf import parse_glb
 from tryon_solver.files.mesh_garment import MeshGarment, make_garment, refuse_large
 from tryon_solver.files.obj import parse_obj
@@ -47,17 +47,28 @@ def read_garment(
     `told` what is known of unit and axes; `body` the convention of the body's own file; `rest_shape` as make_garment
     has it. Raises MeshFileError or GarmentError.
     """
-    if content.startswith(GLB_MAGIC):
-        raw = parse_glb(content, name).raw_mesh()
-        if told.unit is None and told.up is None:
-            told = GLTF
-    else:
-        raw = parse_obj(content.decode("utf-8", errors="replace"), name)
+    raw, told = _read(content, name, told)
     refuse_large(raw)
     convention = find_for_garment(raw.vertices, raw.faces, skin, told, body, raw.name)
     _refuse_body(raw, convention.apply(raw.vertices), skin)
     garment = make_garment(raw, convention, rest_shape)
     return garment if _held(garment, skin) else replace(garment, notes=(*garment.notes, GOES_AROUND_NOTHING))
+
+
+def read_without_body(content: bytes, name: str, told: Told, rest_shape: str | None = None) -> MeshGarment | None:
+    """The same of a garment that lies on a body which is not there, as far as it can be told; None where not even a
+    unit can. Raises MeshFileError or GarmentError."""
+    raw, told = _read(content, name, told)
+    convention = find_by_size(raw.vertices, raw.faces, told)
+    return None if convention is None else make_garment(raw, convention, rest_shape)
+
+
+def _read(content: bytes, name: str, told: Told) -> tuple[RawMesh, Told]:
+    """The file's mesh, and what is known of its unit and axes."""
+    if not content.startswith(GLB_MAGIC):
+        return parse_obj(content.decode("utf-8", errors="replace"), name), told
+    raw = parse_glb(content, name).raw_mesh()
+    return raw, GLTF if told.unit is None and told.up is None else told
 
 
 def _held(garment: MeshGarment, skin: np.ndarray) -> bool:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tryon_solver.files.closed import without_thickness
 from tryon_solver.files.convention import Convention
 from tryon_solver.files.raw_mesh import MeshFileError, RawMesh
 from tryon_solver.geometry.garment import Garment
@@ -91,7 +92,7 @@ def make_garment(raw: RawMesh, convention: Convention, rest_shape: str | None = 
         notes.append(f"{len(used) - len(ids)} vertices that coincide along seams were joined with their twins{by}")
     _refuse_loose(raw, kept, x, faces)
     _refuse_crowded(raw, kept, faces)
-    flipped, _, torn = turned_alike(faces)
+    flipped, part, torn = turned_alike(faces)
     if len(torn):
         raise MeshFileError(
             "the surface has one side only: its triangles can't be turned alike", raw.places(kept[torn]), "Cut it there"
@@ -101,6 +102,9 @@ def make_garment(raw: RawMesh, convention: Convention, rest_shape: str | None = 
     if uv is not None:
         uv = np.where(flipped[:, None, None], uv[:, ::-1], uv)
     _refuse_slivers(raw, kept, x, faces)
+    remain, thick = without_thickness(raw, kept, x, faces, part)
+    if thick:
+        return make_garment(raw.only(kept[remain], thick), convention, rest_shape)
     shape = find_rest_shape(x, faces, uv, convention.unit, convention.metres_per_unit, rest_shape)
     if rest_shape == "pattern" and shape.no_pattern:
         odd = np.concatenate([raw.without_uv, *(kept[doubt.faces] for doubt in shape.doubts)]).astype(np.int64)

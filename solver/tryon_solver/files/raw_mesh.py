@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -28,6 +28,21 @@ class RawMesh:
     name: str  # of the file, for messages
     without_uv: np.ndarray = field(default_factory=lambda: np.empty(0, np.int64))  # faces that have none; others have
     notes: tuple[str, ...] = ()  # what the format's reader found, for people
+
+    def only(self, faces: np.ndarray, note: str) -> RawMesh:
+        """These triangles, sorted, and the lines between their corners alone; with a note of why."""
+        bare = np.zeros(len(self.faces), bool)
+        bare[self.without_uv] = True
+        return replace(
+            self,
+            faces=self.faces[faces],
+            uv=None if self.uv is None else self.uv[faces],
+            lines=self.lines[np.isin(self.lines, self.faces[faces]).all(axis=1)],
+            part_of_face=self.part_of_face[faces],
+            origin_of_face=self.origin_of_face[faces],
+            without_uv=np.flatnonzero(bare[faces]),
+            notes=(*self.notes, note),
+        )
 
     def place(self, face: int) -> str:
         """Where a triangle is in the file."""

@@ -23,6 +23,12 @@ def boundary_vertices(faces: np.ndarray) -> np.ndarray:
     return np.unique(edges[counts == 1])
 
 
+def open_edges(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(K, 2) the edges that only one triangle has, smaller vertex first, and (K,) that triangle."""
+    edges, first, counts = np.unique(_sides(faces), axis=0, return_index=True, return_counts=True)
+    return edges[counts == 1], first[counts == 1] // 3
+
+
 def weld_coincident(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """(V,) the vertex each one becomes: those on open edges that lie within WELD of each other are one, and then the
     ends of open edges that lie along each other, within ALONG of their length and ALONG_MOST.
