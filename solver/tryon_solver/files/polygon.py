@@ -11,12 +11,14 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Sequence
+from itertools import product
 
 Point = tuple[float, float, float]
 Triangle = tuple[int, int, int]
 
 EQUAL = 1e-6  # diagonals whose lengths differ by less than this share are equally long
 FLAT = 1e-6  # twice a triangle's area over its longest side squared, or over its polygon's: with less it has none
+STRAIGHT = (1e-2, 1e-4, FLAT)  # the same of corners that are no ears, and go to none as long as there are others
 
 
 def cut(points: Sequence[Point], names: Sequence[int]) -> tuple[list[Triangle], bool]:
@@ -44,10 +46,10 @@ def _halves(points: Sequence[Point]) -> tuple[list[Triangle], bool]:
     ways: list[list[Triangle]] = [[(0, 1, 2), (0, 2, 3)], [(1, 2, 3), (1, 3, 0)]]
     if math.dist(points[1], points[3]) < (1.0 - EQUAL) * math.dist(points[0], points[2]):
         ways.reverse()
-    for way in ways:
+    for least, way in product(STRAIGHT, ways):
         (x, y, z), (u, v, w) = (_normal(points[a], points[b], points[c]) for a, b, c in way)
         i, j, k = x + u, y + v, z + w
-        if min(x * i + y * j + z * k, u * i + v * j + w * k) > FLAT * (i * i + j * j + k * k):
+        if min(x * i + y * j + z * k, u * i + v * j + w * k) > least * (i * i + j * j + k * k):
             return way, True
     return ways[0], False
 
@@ -95,18 +97,17 @@ class _Ears:
         self.held_by: dict[int, list[int]] = {}  # corners that are no ears as long as this one is in their triangle
         for k in range(count):
             self.turn[k] = self.turned(k)
-        for k in range(count):
-            self.offer(k)
+        self.flat = STRAIGHT[0]
 
     def turned(self, k: int) -> float:
         return self.sign * _bulge(self.view[self.before[k]], self.view[k], self.view[self.after[k]])
 
     def offer(self, k: int) -> None:
         """Put a corner among those that may be ears."""
-        if self.turn[k] <= FLAT:
+        if self.turn[k] <= self.flat:
             return
         a, b = self.before[k], self.after[k]
-        beside_flat = abs(self.turn[a]) <= FLAT or abs(self.turn[b]) <= FLAT
+        beside_flat = abs(self.turn[a]) <= self.flat or abs(self.turn[b]) <= self.flat
         heapq.heappush(self.queue, (not beside_flat, -self.roundness(a, k, b), k, a, b))
 
     def roundness(self, a: int, b: int, c: int) -> float:
@@ -121,7 +122,7 @@ class _Ears:
         j = self.after[self.after[k]]
         while j != self.before[k]:
             p = self.view[j]
-            if self.turn[j] <= FLAT and p not in (a, b, c):
+            if self.turn[j] <= self.flat and p not in (a, b, c):
                 sides = self.sign * _side(a, b, p), self.sign * _side(b, c, p), self.sign * _side(c, a, p)
                 if min(sides) >= 0:
                     return j
@@ -132,9 +133,18 @@ class _Ears:
         found: list[Triangle] = []
         left = len(self.points)
         here = 0
-        while left > 3 and self.queue:
+        levels = iter(STRAIGHT)
+        while left > 3:
+            if not self.queue:
+                if (flat := next(levels, None)) is None:
+                    break
+                self.flat = flat
+                for k, after in enumerate(self.after):
+                    if after >= 0:
+                        self.offer(k)
+                continue
             _, _, k, a, b = heapq.heappop(self.queue)
-            if (self.before[k], self.after[k]) != (a, b) or self.turn[k] <= FLAT:
+            if (self.before[k], self.after[k]) != (a, b) or self.turn[k] <= self.flat:
                 continue
             if (holder := self.holder(k)) is not None:
                 self.held_by.setdefault(holder, []).append(k)

@@ -38,6 +38,21 @@ def test_triangles_fill_a_polygon_and_none_is_turned_over_or_flat(polygon):
             assert each.sum() == pytest.approx(whole)
 
 
+@pytest.mark.parametrize("steps", [2, 20])
+def test_corners_on_straight_sides_leave_no_slivers_though_they_are_rounded(steps):
+    """An exporter writes six digits: what is straight is bent a little, in or out."""
+    u = np.linspace(0, 1, steps, endpoint=False)
+    sides = [(u, 0 * u), (0 * u + 1, u), (1 - u, 0 * u + 1), (0 * u, 1 - u)]
+    square = np.concatenate([np.column_stack([x, y, 0 * x]) for x, y in sides])
+    rounded = (square + np.random.default_rng(2).normal(0, 3e-7, square.shape)).tolist()
+    triangles, sound = cut(rounded, range(len(rounded)))
+    whole, each = areas(rounded, triangles)
+    assert sound
+    assert each.min() > 0.1 * whole / steps**2
+    quad = [(0.0, 0.0, 0.0), (1.0, -1e-6, 0.0), (2.0, 0.0, 0.0), (1.0, 3.0, 0.0)]
+    assert areas(quad, cut(quad, range(4))[0])[1].min() > 1.0
+
+
 def test_both_copies_of_a_polygon_are_cut_alike():
     rng = np.random.default_rng(5)
     for _ in range(200):
