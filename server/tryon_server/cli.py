@@ -368,16 +368,15 @@ def run_simulate(options: argparse.Namespace) -> int:
         )
     for note in recording.notes:
         print(note)
-    glb = options.glb
-    if options.out.suffix.lower() == ".glb":
-        glb = options.out
-    else:
-        recording.save(options.out)
-    if glb is not None:
-        recording.save_glb(glb)
+    paths = list(dict.fromkeys(filter(None, (options.out, options.glb))))
+    for path in paths:
+        if path == options.glb or path.suffix.lower() == ".glb":
+            recording.save_glb(path)
+        else:
+            recording.save(path)
     for line in recording.advice():
         print(line)
-    written = " and ".join(str(path) for path in dict.fromkeys((options.out, glb)) if path is not None)
+    written = " and ".join(map(str, paths))
     print(f"wrote {written}: {len(recording.cloth)} frames, {recording.cloth.shape[1]} vertices")
     return 0
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import socket
 import subprocess
 import sys
@@ -13,7 +14,7 @@ import patterns
 import pytest
 import trimesh
 
-from tryon_server import cli
+from tryon_server import cli, unused
 from tryon_server.api.garments import BodyFacing, BodyUp, RestShape, Units, Up
 from tryon_server.api.motions import BvhUnits
 from tryon_server.cli import address_of, main
@@ -22,7 +23,7 @@ from tryon_server.runtime import offline
 from tryon_server.runtime.local import load_catalogue
 from tryon_server.runtime.order import MeshReading
 from tryon_server.sessions.commands import MotionReading
-from tryon_solver.body import bvh
+from tryon_solver.body import bvh, default_body
 from tryon_solver.files import convention
 from tryon_solver.geometry import rest_shape
 
@@ -231,6 +232,54 @@ def test_what_is_told_of_a_garment_a_body_and_a_motion_is_passed_on(folder, monk
     reading = MotionReading("ft", "-y", "-z", {"left_hand": "Left Paw", "head": "Skull"})
     garment = MeshReading("mm", "y", rest_shape="shape")
     assert taken == [(garment, MeshReading("cm", "z", 24.0, "walk", "-y"), reading)]
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (["--units=cm"], ["--units says nothing here: the garment is a sewing pattern", "Leave it out, or give"]),
+        (["--up=z", "--rest-shape=shape"], ["--up, --rest-shape say nothing here", "Leave them out"]),
+        (["--body=default", "--body-up=z"], ["--body-up says nothing here: the body is the default one"]),
+        (["--body=default", "--body-units=cm", "--body-facing=z"], ["--body-units, --body-facing say nothing here"]),
+        (["--body={}/model.npz", "--body-up=z"], ["--body-up says nothing here: the body is a model"]),
+        (["--body-fps=24"], ["--body-fps says nothing here: the body is a mesh that stands still"]),
+        (["--body-animation=walk"], ["--body-animation says nothing here: the body is a mesh that stands still"]),
+        (["--body={}/moving.npz", "--body-animation=walk"], ["--body-animation says nothing", "a file of frames"]),
+        (["--body={}/one.glb", "--body-fps=24"], ["--body-fps says nothing here: the body is a .glb, whose animation"]),
+        (["--motion-units=cm"], ["--motion-units says nothing here: there is no --motion", "or give a --motion"]),
+        (["--motion-joint=head=Top"], ["--motion-joint says nothing here"]),
+        (["--motion=walk"], ["the body is a mesh that stands still: it has no joints", "Leave --motion out"]),
+        (["--body={}/moving.npz", "--motion=walk"], ["the body is a moving mesh, which brings its motion"]),
+    ],
+)
+def test_what_is_told_and_says_nothing_is_refused_by_its_option(folder, capsys, options, says):
+    body = default_body()
+    if not (folder / "model.npz").exists():
+        body.save(folder / "model.npz")
+        np.savez(folder / "moving.npz", vertices=np.stack([body.rest_vertices] * 2), faces=body.faces, fps=30)
+        trimesh.Trimesh(body.rest_vertices, body.faces, process=False).export(folder / "one.glb")
+    assert main(simulate(folder, *(option.format(folder) for option in options))) == cli.BAD_INPUT
+    said = capsys.readouterr().err
+    for part in says:
+        assert part in said
+
+
+def test_every_option_that_tells_of_a_file_is_in_the_table(capsys):
+    """With the kinds that it says something of, so that none is ignored in silence."""
+    with pytest.raises(SystemExit):
+        main(["simulate", "--help"])
+    known = {unused.option(subject, what) for subject, told in unused.USES.items() for what in told}
+    offered = set(re.findall(r"--(?:body|motion)-\w+|--(?:units|up|rest-shape)\b", capsys.readouterr().out))
+    assert offered == known
+
+
+def test_a_scene_and_a_file_of_frames_are_both_written_where_both_are_scenes(folder, monkeypatch):
+    written = []
+    monkeypatch.setattr(offline.Recording, "save_glb", lambda _, path: written.append(path))
+    empty, faces = np.zeros((5, 0, 3), np.float32), np.zeros((0, 3), np.int32)
+    monkeypatch.setattr(offline, "simulate", lambda *_, **__: offline.Recording(empty, faces, empty, faces, 0.5, ()))
+    assert main(simulate(folder, "--out", str(folder / "a.glb"), "--glb", str(folder / "b.glb"))) == 0
+    assert written == [folder / "a.glb", folder / "b.glb"]
 
 
 @pytest.mark.parametrize("told", [["head"], ["head="], ["head=A", "head=B"]])

@@ -7,12 +7,14 @@ import os
 import re
 import sys
 import traceback
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import msgspec
 
 from tryon_server.garments.limited import apply_limits, run_child, unforeseen
 from tryon_server.problems import Problem
+from tryon_server.unused import note_unused
 from tryon_server.wording import as_parameters
 
 if TYPE_CHECKING:
@@ -73,12 +75,22 @@ def check_garment(
     from tryon_solver.files.garment_file import is_mesh
 
     try:
-        return check_mesh(content, units, up, rest_shape) if is_mesh(content) else check_pattern(content)
+        if is_mesh(content):
+            return check_mesh(content, units, up, rest_shape)
+        return _noted(check_pattern(content), {"units": units, "up": up, "rest_shape": rest_shape})
     except MemoryError:
         raise  # told by the parent as what it is
     except Exception as error:
         fault = unforeseen("checking the garment", f"{type(error).__name__}: {error}")
         return CheckReply(problem=fault.problem, status=fault.status, trace=traceback.format_exc())
+
+
+def _noted(reply: CheckReply, told: Mapping[str, str | None]) -> CheckReply:
+    """The reply to a pattern with a note of what was told that only a mesh has a use for."""
+    if reply.facts is None:
+        return reply
+    notes = (*reply.facts.notes, *map(as_parameters, note_unused("garment", "pattern", told)))
+    return msgspec.structs.replace(reply, facts=msgspec.structs.replace(reply.facts, notes=notes))
 
 
 def check_mesh(content: bytes, units: str | None, up: str | None, rest_shape: str | None = None) -> CheckReply:

@@ -51,6 +51,22 @@ def moves_itself(path: Path | None) -> bool:
         return False
 
 
+def kind_of_body(path: Path | None) -> str | None:
+    """``default``, ``model``, ``frames``, ``glb`` or ``mesh`` (one that stands); None for what its reader is left to
+    tell."""
+    if path is None:
+        return "default"
+    with contextlib.suppress(MeshFileError, OSError, zipfile.BadZipFile):
+        kind = kind_of(path)
+        if kind in MESH_KINDS:
+            return "glb" if kind == ".glb" else "mesh"
+        if is_moving_mesh(path):
+            return "frames"
+        if kind == "folder" or (kind == ".npz" and not _has_frames(path)):
+            return "model"
+    return None
+
+
 def load_moving_mesh(path: Path | None, reading: MeshReading, name: str | None = None) -> MeshBody | None:
     """The moving mesh in this file or folder, or a human's that stands but has to be mended, or read in a unit of its
     own; None when it is another kind of body. A file without an ending, such as an upload, is a mesh. `name` is what

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tryon_server.problems import ProblemError, problem_error
-from tryon_server.runtime.bodies import load_body, moves_itself
+from tryon_server.runtime.bodies import kind_of_body, load_body, moves_itself
 from tryon_server.runtime.drape import Drape, Progress
 from tryon_server.runtime.kernel_news import kernel_news
 from tryon_server.runtime.motions import read_motion
@@ -22,13 +22,16 @@ from tryon_server.runtime.order import DrapeOrder
 from tryon_server.runtime.production import SolverDrape, build_drape
 from tryon_server.runtime.sources import approach_seconds, leap_towards, moved
 from tryon_server.sessions.commands import MotionReading
+from tryon_server.unused import refuse_unused
 from tryon_solver.body.lead_back import LeadBack
 from tryon_solver.body.motion import Motion, blend_in
+from tryon_solver.files.garment_file import is_mesh
 
 LOWEST_FPS = 11.0  # the solver bridges at most 0.1 s at a time
 MOST_BYTES = 4 * 2**30  # a recording is held in memory until it is written
 REPORT_BYTES = 2000  # of one frame's report, about
 COORDINATES_BYTES = 12  # of a vertex in a frame: three float32
+STILL = ("mesh", "glb")  # kinds of bodies that no motion moves
 STILL_SECONDS = 2.0  # how long a body without a motion is simulated when nobody says how long
 
 
@@ -117,17 +120,18 @@ def simulate(
     """
     if fps < LOWEST_FPS:
         raise _out_of_range("fps", f"{fps:g} frames per second are too few", f"Give at least {LOWEST_FPS:g}")
-    if motion is not None and moves_itself(order.body):
-        raise problem_error(
-            "motion.two", "the body is a moving mesh, which brings its motion", "Leave --motion out", place="motion"
-        )
+    _refuse_what_has_no_use(order, motion, motion_reading)
     if seconds is not None:
         _check_size(seconds, fps, 0)
     played: Motion | None = None
     found: tuple[str, ...] = ()
     if motion is not None:
-        body = load_body(order.body)
+        still = kind_of_body(order.body) in STILL
+        body = load_body(None if still else order.body)
         played, facts = read_motion(motion, body, motion_reading)  # what is wrong is said at once
+        if still:
+            why = "the body is a mesh that stands still: it has no joints that a motion could move"
+            raise problem_error("motion.of_mesh", why, "Leave --motion out, or --body", place="motion")
         found = facts.notes
     with kernel_news(lambda what: progress(what, None)):
         drape = build_drape(order, progress)
@@ -151,6 +155,26 @@ def simulate(
         _lead(drape, lead.sample, lead.duration, fps, progress)
         recording = _record(drape, lead.duration, lambda t: played.sample(t, loop=loop), seconds, fps, progress)
         return replace(recording, notes=(*(f"motion: {note}" for note in found), *recording.notes))
+
+
+def _refuse_what_has_no_use(order: DrapeOrder, motion: str | None, motion_reading: MotionReading) -> None:
+    """Raises ProblemError for a motion or an option that garment or body have no use for."""
+    if motion is not None and moves_itself(order.body):
+        raise problem_error(
+            "motion.two", "the body is a moving mesh, which brings its motion", "Leave --motion out", place="motion"
+        )
+    refuse_unused("garment", _kind_of_garment(order.pattern), vars(order.reading))
+    refuse_unused("body", kind_of_body(order.body), vars(order.body_reading))
+    refuse_unused("motion", "none" if motion is None else "file", vars(motion_reading))
+
+
+def _kind_of_garment(path: Path) -> str | None:
+    """``mesh`` or ``pattern``; None for what is left to be told by who reads it next."""
+    try:
+        content = path.read_bytes()
+    except OSError:
+        return None
+    return "mesh" if is_mesh(content) else "pattern" if content.lstrip()[:1] == b"{" else None
 
 
 def _lead(

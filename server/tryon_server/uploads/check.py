@@ -16,6 +16,7 @@ import msgspec
 from tryon_server.findings import BodyFacts, MotionFacts
 from tryon_server.garments.limited import apply_limits, run_child, unforeseen
 from tryon_server.problems import Problem, ProblemError
+from tryon_server.unused import note_unused
 from tryon_server.wording import as_parameters, in_parameters
 
 
@@ -70,7 +71,7 @@ def check_motion(content: bytes, told: Telling) -> MotionFacts:
 
 def check_body(content: bytes, told: Telling) -> BodyFacts:
     """Read a body that is a mesh and make it ready to be worn on. Raises ProblemError."""
-    from tryon_server.runtime.bodies import load_moving_mesh
+    from tryon_server.runtime.bodies import kind_of_body, load_moving_mesh
     from tryon_server.runtime.order import MeshReading
 
     with tempfile.TemporaryDirectory() as folder:
@@ -81,13 +82,14 @@ def check_body(content: bytes, told: Telling) -> BodyFacts:
         except ProblemError as error:
             message = error.problem.message.removeprefix("body: ").removeprefix("body, ").replace("body/", "")
             raise ProblemError(msgspec.structs.replace(error.problem, message=message), error.status) from error
+        unused = note_unused("body", kind_of_body(path), {"fps": told.fps})
     assert body is not None
     sequence = body.sequence
     return BodyFacts(
         seconds=sequence.duration,
         frame_count=sequence.frame_count,
         vertex_count=sequence.vertex_count,
-        notes=tuple(as_parameters(note) for note in body.notes),
+        notes=tuple(as_parameters(note) for note in (*body.notes, *unused)),
     )
 
 
