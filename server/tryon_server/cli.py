@@ -401,7 +401,7 @@ def run_headset_sim(options: argparse.Namespace) -> int:
     from tryon_client.simulated_tracker import TrackerErrors
     from tryon_protocol import ProtocolError
     from tryon_server.runtime.bodies import load_body
-    from tryon_server.runtime.motions import read_motion
+    from tryon_server.runtime.motions import closing_note, read_motion
 
     errors = TrackerErrors(
         rate=options.rate,
@@ -415,7 +415,8 @@ def run_headset_sim(options: argparse.Namespace) -> int:
         seed=options.seed,
     )
     motion, facts = read_motion(options.motion, load_body(None), _motion_reading(options))
-    for note in facts.notes:
+    repeats = options.seconds > motion.duration
+    for note in (*facts.notes, *filter(None, [closing_note(motion) if repeats else ""])):
         print(f"motion: {note}", flush=True)
     poses = [motion.sample(k / errors.rate, loop=True) for k in range(max(2, round(options.seconds * errors.rate)))]
     roots, rotations = np.array([pose.root for pose in poses]), np.array([pose.rotations for pose in poses])

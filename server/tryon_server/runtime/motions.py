@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 from tryon_server.findings import MotionFacts
@@ -21,6 +22,7 @@ from tryon_solver.files.foreign import LOOKED_AT, no_motion
 MOTION_FOLDER = Path(__file__).parent.parent / "demo" / "motions"
 AGAIN = "Export the motion again, or choose another"
 TILTED = "legs and trunk lean from {up} by {degrees:.0f} degrees as one: it was tilted in its export, and is played so"
+CLOSED = (0.01, 3.0)  # m and degrees by which a motion that is repeated may miss its start without a word
 NAMED_MAX = 8  # joints without a use that are told by name
 UNIT_WORDS = {unit: word for unit, units in UNITS.items() for known, word in KNOWN_UNITS if known == units}
 
@@ -117,6 +119,19 @@ def read_clip(
         raise _unfit(name, str(error), "motion", remedy) from error
     except (RetargetError, MotionError) as error:
         raise _unfit(name, str(error), "motion", AGAIN) from error
+
+
+def closing_note(motion: Motion) -> str:
+    """What there is to say of a motion that is repeated and does not end as it began, for people; "" where it does."""
+    metres, turn = motion.closing_error()
+    degrees = math.degrees(turn)
+    if motion.duration == 0 or (metres < CLOSED[0] and degrees < CLOSED[1]):
+        return ""
+    far = f"{metres:.2f} m" if metres >= 1 else f"{100 * metres:.0f} cm"
+    return (
+        f"where it repeats, its end is {far} and, at one joint, {degrees:.0f} degrees from its start: this is spread "
+        f"over its last {motion.fade():.2f} s"
+    )
 
 
 def _joints_told(reading: MotionReading) -> str:

@@ -17,7 +17,7 @@ from tryon_server.problems import ProblemError, problem_error
 from tryon_server.runtime.bodies import kind_of_body, load_body, moves_itself
 from tryon_server.runtime.drape import Drape, Progress
 from tryon_server.runtime.kernel_news import kernel_news
-from tryon_server.runtime.motions import read_motion
+from tryon_server.runtime.motions import closing_note, read_motion
 from tryon_server.runtime.order import DrapeOrder
 from tryon_server.runtime.production import SolverDrape, build_drape
 from tryon_server.runtime.sources import approach_seconds, leap_towards, moved
@@ -148,6 +148,8 @@ def simulate(
             return _record(drape, 0.0, lambda _t: drape.pose, seconds, fps, progress)
         seconds = played.duration if seconds is None else seconds
         loop = seconds > played.duration + 1e-9
+        if loop:
+            found = (*found, *filter(None, [closing_note(played)]))
         leap = leap_towards(drape.pose, played.pose(0))
         drape.leap(leap)
         start = moved(drape.pose, leap)

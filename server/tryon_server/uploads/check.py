@@ -61,12 +61,13 @@ def check(content: bytes, told: Telling) -> UploadReply:
 def check_motion(content: bytes, told: Telling) -> MotionFacts:
     """Read a BVH file and have the default body do what it says. Raises ProblemError."""
     from tryon_server.runtime.bodies import load_body
-    from tryon_server.runtime.motions import read_clip
+    from tryon_server.runtime.motions import closing_note, read_clip
     from tryon_server.sessions.commands import MotionReading
 
     reading = MotionReading(told.units, told.up, told.facing, told.joints)
-    facts = read_clip(content, told.name, load_body(None), reading)[1]
-    return msgspec.structs.replace(facts, notes=tuple(as_parameters(note) for note in facts.notes))
+    motion, facts = read_clip(content, told.name, load_body(None), reading)
+    notes = (*facts.notes, *filter(None, [closing_note(motion)]))  # a session repeats it
+    return msgspec.structs.replace(facts, notes=tuple(as_parameters(note) for note in notes))
 
 
 def check_body(content: bytes, told: Telling) -> BodyFacts:

@@ -73,9 +73,13 @@ class Motion:
 
     def fade(self) -> float:
         """Time [s] at the end of a loop over which its closing error is spread, at most the whole duration."""
-        step = float(np.linalg.norm(self.roots[0] - self.roots[-1]))
-        turn = float(quaternions.angle_of(self._closing_turns()).max())
+        step, turn = self.closing_error()
         return min(self.duration, max(SHORTEST_FADE, step / FADE_SPEED, turn / FADE_TURN))
+
+    def closing_error(self) -> tuple[float, float]:
+        """How far the root is from where it began when the motion ends [m], and the joint furthest turned [rad]."""
+        turns = quaternions.angle_of(self._closing_turns())
+        return float(np.linalg.norm(self.roots[0] - self.roots[-1])), float(turns.max())
 
     def _closing_turns(self) -> np.ndarray:
         return quaternions.multiply(quaternions.conjugate(self.rotations[-1]), self.rotations[0])
