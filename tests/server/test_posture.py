@@ -13,7 +13,7 @@ from tryon_solver.body import BodyModel, Pose, default_body
 
 RATE = 20
 STANDING = 0.93  # m, of a root of SMPL's average person over the floor
-X = np.array([1.0, 0.0, 0.0])
+X, Y = np.eye(3)[:2]
 REST = np.array([0.0, 0.0, 0.0, 1.0])
 
 
@@ -27,10 +27,12 @@ def about(axis: np.ndarray, degrees: float) -> np.ndarray:
     return np.append(np.sin(half) * axis, np.cos(half))
 
 
-def smpl(root, turn=REST) -> tuple[Skeleton, TrackedPose]:
+def smpl(root, turn=REST, bend: float = 0.0) -> tuple[Skeleton, TrackedPose]:
+    """Thighs are bent forward by so many degrees."""
     names = CONVENTIONS["smpl"].known
     turns = np.tile(REST, (len(names), 1))
     turns[0] = turn
+    turns[[names.index("left_hip"), names.index("right_hip")]] = about(X, -bend)
     seen = np.ones(len(names), dtype=bool)
     return Skeleton("smpl", names, None, None, None), TrackedPose(np.array(root, dtype=float), None, turns, seen)
 
@@ -60,12 +62,13 @@ def told(body: BodyModel, phases, stream: int = 1, posture: Posture | None = Non
         (smpl([0.3, 0.0, -0.2]), "off_floor", "off_floor", ["under the floor", "root-relative"]),  # about its root
         (smpl([0.3, 2.2, -0.2]), "off_floor", "off_floor", ["over the floor"]),
         (smpl([1.1, -0.4, STANDING], about(X, 90.0)), "lying", "z_up", ["Z is up", "(x, z, -y)"]),  # AMASS
+        (smpl([1.1, 0.3, STANDING], about(X, 130.0), 40.0), "lying", "z_up", ["Z is up"]),  # bent forward
         (smpl([1.1, 0.1, -2.0], about(X, -90.0)), "lying", "lying", ["Y up", "who lies need do nothing"]),
         (smpl([0.0, 0.0, 0.0], about(X, 90.0)), "lying", "lying", ["Y up"]),  # Z up, and about its root
         (smpl([0.0, STANDING, 0.0], about(X, 180.0)), "upside_down", "upside_down", ["Y up"]),
         (head(0.0), "off_floor", "off_floor", ["local-floor"]),  # WebXR's space `local`
     ],
-    ids=["root-relative", "afloat", "z-up", "lies", "z-up-root-relative", "y-down", "local"],
+    ids=["root-relative", "afloat", "z-up", "z-up-bent", "lies", "z-up-root-relative", "y-down", "local"],
 )
 def test_other_axes_and_origins_are_told_once_by_name_with_what_mends_them(body, tracker, code, seconds, words):
     ((said, when, text),) = told(body, [(15.0, tracker)])
@@ -87,12 +90,14 @@ def test_another_sender_is_told_for_itself(body):
         [(20.0, smpl([0.0, STANDING, 0.0]))],
         [(20.0, head(1.62))],
         [(20.0, head(0.78))],  # sits on the floor
+        [(20.0, smpl([0.0, 0.1, 0.85], about(Y, 180.0), 90.0))],  # the same, feet ahead at z = 0
+        [(20.0, smpl([0.0, STANDING, 0.0], about(X, 70.0), 70.0))],  # bent forward
         [(3.0, smpl([0.0, STANDING, 0.0])), (1.0, smpl([0.0, 2.0, 0.0])), (5.0, smpl([0.0, STANDING, 0.0]))],  # leaps
         [(20.0, smpl([0.0, 1.3, 0.0]))],  # stands on a chair
         [(9.0, smpl([0.0, 0.12, -0.4], about(X, -90.0))), (9.0, smpl([0.0, STANDING, 0.0]))],  # lies for a while
         [(1.0, smpl([0.0, STANDING, 0.0], about(X, angle))) for angle in (0.0, 90.0, 180.0, 270.0)],  # a cartwheel
     ],
-    ids=["stands", "head", "sits", "leaps", "chair", "lies", "cartwheel"],
+    ids=["stands", "head", "sits", "sits-legs-ahead", "bent", "leaps", "chair", "lies", "cartwheel"],
 )
 def test_what_people_do_is_not_told(body, phases):
     assert told(body, phases) == []

@@ -15,7 +15,10 @@ UPSIDE_DOWN = 0.3  # of the body's height by which its highest joint is below it
 LYING = 0.2  # of the body's height by which these two, and the highest one and the root, differ at most
 SUNK = 0.4  # m under the floor: the feet of a child of 1 m, whose hips are where they were tracked, are less
 AFLOAT = 0.5  # m over it: chairs are lower, and so are the feet of a giant
-Z_UP_FLOOR = 0.3  # m from z = 0 to the lowest joint along z, of a body that stands where Z is up
+# A body on its feet where Z is up: a foot is the lowest joint along z, near z = 0 [m]; along z it extends by this share
+# of its height at least, head and feet differ by no more in y, and the trunk points up in y by no more than this of it.
+Z_UP_FLOOR, Z_UP_FOOT = 0.3, 0.2
+Z_UP_LEAST, Z_UP_LEVEL, Z_UP_TRUNK = 0.5, 0.4, 0.3
 # On the sender's clock: who does a cartwheel, or dives, is the right way up again by then, who jumps is down again.
 SECONDS = {"upside_down": 2.0, "z_up": 2.0, "off_floor": 3.0, "lying": 10.0}
 ROOT = "Send the root where it is over the floor y = 0: in root-relative poses it isn't"
@@ -71,9 +74,13 @@ class Posture:
         if not tracked:
             return []
         trunk = joints[self._top] - joints[0]
-        if abs(up[1]) < LYING * self._height and abs(trunk[1]) < LYING * self._height:
-            stands = up[2] > (1.0 - LYING) * self._height and abs(joints[:, 2].min()) < Z_UP_FLOOR
-            return ["z_up", "lying"] if stands else ["lying"]
+        lies = abs(up[1]) < LYING * self._height and abs(trunk[1]) < LYING * self._height
+        z = joints[:, 2]
+        stands = abs(up[1]) < Z_UP_LEVEL * self._height and np.ptp(z) > Z_UP_LEAST * self._height
+        stands = stands and abs(z.min()) < Z_UP_FLOOR and z[self._bottom] - z.min() < Z_UP_FOOT
+        stands = stands and trunk[1] < Z_UP_TRUNK * self._height
+        if stands or lies:
+            return [state for state, is_so in (("z_up", stands), ("lying", lies)) if is_so]
         return [] if -SUNK <= lowest <= AFLOAT else ["off_floor"]
 
 
