@@ -103,10 +103,11 @@ def find_for_garment(
         ask = "; or say its unit and axis with --units and --up"
         if both:
             also = [Convention(unit, up, "", 0, over) for unit in UNITS for up in AXES]
-            fits = [_read(convention, vertices, faces, loops, skin, near) for convention in also]
-            fits = [reading for reading in fits if reading.worn(Told())]
-            named = " or ".join(reading.name for reading in _decide(fits)[0]) if fits else ""
-            ask = "; or say another unit and axis" + (f", it is worn in {named}" if named else "")
+            better = [_read(convention, vertices, faces, loops, skin, near) for convention in also]
+            better = [reading for reading in better if reading.worn(Told())]
+            fits = [reading.convention for reading in (_decide(better)[0] if better else [])]
+            named = " or ".join(f"--units {fit.unit} and --up {fit.up}" for fit in fits)
+            ask = "; or say another unit and axis" + (f": it is worn with {named}" if named else "")
         raise NotOnBodyError(f"the garment is not where the body is ({why})", name, remedy + ask)
     for reading in worn:
         if body is not None and (reading.convention.unit, reading.convention.up) == (body.unit, body.up):

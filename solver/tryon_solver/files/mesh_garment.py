@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +26,9 @@ from tryon_solver.geometry.surface_repair import (
 
 VERTICES_MAX = 50_000
 PARTS_NAMED = 8  # in a note
+PERSON = re.compile(
+    r"(?<![a-zA-Z])(?i:body|avatar|skin|head|face|eyes?|eyeballs?|hair|teeth|person|human|mannequin|character)(?![a-z])"
+)  # what exporters call a person's parts: open at the neck, say, they are not known by their shape
 TOLD_GAP = 1e-6  # m, vertices that are joined over less are taken as equal
 SLIVER = 1e-9  # m^2, a triangle smaller than this has no shape
 
@@ -73,7 +77,10 @@ def make_garment(raw: RawMesh, convention: Convention, rest_shape: str | None = 
     parts = [repr(raw.part_names[k]) for k in np.unique(raw.part_of_face) if raw.part_names and raw.part_names[k]]
     if len(parts) > 1:
         more = f" and {len(parts) - PARTS_NAMED} more" if len(parts) > PARTS_NAMED else ""
+        person = [part for part in parts if PERSON.search(part)]
         notes.append(f"its parts are taken as one garment: {', '.join(parts[:PARTS_NAMED])}{more}")
+        if person:
+            notes[-1] += f"; where {', '.join(person[:PARTS_NAMED])} is the person, leave that out of the export"
     placed = convention.apply(raw.vertices)
     joined = weld_coincident(placed, raw.faces)
     faces, kept = joined[raw.faces], np.arange(len(raw.faces))

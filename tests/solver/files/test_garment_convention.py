@@ -71,7 +71,7 @@ def test_told_and_nowhere_near_is_refused_and_not_asked_for_again():
         find_for_garment(x + [3.0, 0, 0], faces, SKIN, Told("m", "y"), None, "g.obj")
     with pytest.raises(MeshFileError) as caught:
         find_for_garment(100 * x, faces, SKIN, GLTF, None, "g.glb")
-    assert "say another unit and axis, it is worn in cm, Y up" in caught.value.remedy
+    assert "say another unit and axis: it is worn with --units cm and --up y" in caught.value.remedy
 
 
 @pytest.mark.parametrize("what", WORN)

@@ -209,6 +209,19 @@ def test_objects_taken_as_one_garment_are_named(skirt):
     assert "its parts are taken as one garment: 'front', 'back'" in skirt.notes
 
 
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [("Body", True), ("CC_Base_Body.001", True), ("BodyMesh", True), ("body_skin", True), ("bodysuit", False),
+     ("skinny_jeans", False), ("Somebody", False), ("hairband", False)],
+)  # fmt: skip
+def test_a_part_that_is_called_as_a_person_is_is_asked_about(name, told):
+    """Open at the neck, as many are, it has no shape that a garment could not have."""
+    lines = ["v {} {} {}".format(*v) for v in GRID] + ["o dress", "f 1 2 5 4", f"o {name}", "f 2 3 6 5"]
+    (note,) = [note for note in make_garment(parse_obj("\n".join(lines)), METRES).notes if "taken as one" in note]
+    assert note.startswith(f"its parts are taken as one garment: 'dress', '{name}'")
+    assert note.endswith(f"; where '{name}' is the person, leave that out of the export") == told
+
+
 def test_two_layers_with_the_same_edges_a_millimetre_apart_stay_two():
     both = np.vstack([GRID, GRID + [0, 0, 1e-3]])
     assert len(make_garment(obj(both, [*CELLS, *(np.array(CELLS) + 9).tolist()]), METRES).x) == 18
