@@ -153,7 +153,7 @@ class Worker:
                 self._complained = now
                 why = str(error)
                 self._trouble(
-                    "invalid_skeleton", "$.joint_names", why[:1].upper() + why[1:] + ".", "Send `skeleton` anew."
+                    "invalid_skeleton", f"$.{error.field}", why[:1].upper() + why[1:] + ".", "Send `skeleton` anew."
                 )
 
     def _follow(self) -> None:

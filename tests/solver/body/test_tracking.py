@@ -236,8 +236,9 @@ def test_what_can_not_be_followed_says_why(body: BodyModel, finger: BodyModel) -
     clip = parse_bvh((DEMO_MOTIONS / "walk.bvh").read_text())
     loop = (-1, 2, 1, *(int(parent) for parent in clip.parents[3:]))
     looped = SourceSkeleton("bvh", "session", clip.joint_names, loop, clip.rest_positions())
-    with pytest.raises(TrackingError, match="ancestor"):
+    with pytest.raises(TrackingError, match="ancestor") as caught:
         Tracker(body, looped)
+    assert caught.value.field == "parents"
     with pytest.raises(TrackingError, match="kinect"):
         Tracker(body, SourceSkeleton("kinect", "session", ("a",)))
 
@@ -256,8 +257,9 @@ def test_a_rest_pose_that_does_not_stand_as_it_must_is_refused(body: BodyModel, 
     clip = parse_bvh((DEMO_MOTIONS / "walk.bvh").read_text())
     parents, rest = tuple(int(parent) for parent in clip.parents), clip.rest_positions()
     Tracker(body, SourceSkeleton("bvh", "session", clip.joint_names, parents, rest))
-    with pytest.raises(TrackingError, match=told):
+    with pytest.raises(TrackingError, match=told) as caught:
         Tracker(body, SourceSkeleton("bvh", "session", clip.joint_names, parents, rest @ to.T))
+    assert caught.value.field == "rest_positions"
     watched, _ = webxr(body, Motion(np.zeros((1, 3)), np.tile(body_rest(body), (1, 1, 1)), 1.0), 0)
     assert watched.rest_positions is not None
     with pytest.raises(TrackingError, match=told):

@@ -265,8 +265,9 @@ def refuse_crooked_rest(points: Mapping[str, np.ndarray]) -> None:
             at = int(np.abs(direction).argmax())
             along = "nothing" if length == 0.0 else ("-" if direction[at] < 0.0 else "+") + "XYZ"[at]
             raise TrackingError(
-                f"rest_positions: the {what} {along}, not +{'XYZ'[axis]}; send the rest pose upright, Y up, facing +Z, "
-                "and the poses in the same axes"
+                f"the {what} {along}, not +{'XYZ'[axis]}; send the rest pose upright, Y up, facing +Z, and the poses in "
+                "the same axes",
+                "rest_positions",
             )
 
 
@@ -278,7 +279,7 @@ def _levels(parents: tuple[int, ...]) -> list[np.ndarray]:
         while parents[at] >= 0:
             at, steps = parents[at], steps + 1
             if steps > len(parents):
-                raise TrackingError(f"parents: joint {joint} is its own ancestor; list a tree")
+                raise TrackingError(f"joint {joint} is its own ancestor; list a tree", "parents")
         depth.append(steps)
     return [np.flatnonzero(np.array(depth) == d) for d in range(1, max(depth) + 1)]
 
@@ -291,7 +292,7 @@ def leg_length(points: Mapping[str, np.ndarray]) -> float:
         for a, b in (("thigh", "shin"), ("shin", "foot"))
     ]
     if min(lengths) < 0.01:
-        raise TrackingError("rest_positions: a thigh or shin is shorter than 1 cm; send metres")
+        raise TrackingError("a thigh or shin is shorter than 1 cm; send metres", "rest_positions")
     return 0.5 * float(np.sum(lengths))
 
 

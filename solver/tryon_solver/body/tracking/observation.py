@@ -17,7 +17,12 @@ LIMB_PARTS = {"arm": ("upper_arm", "forearm", "hand"), "leg": ("thigh", "shin", 
 
 
 class TrackingError(ValueError):
-    """A tracker whose poses can't be followed; the message names the joint or field and the remedy."""
+    """A tracker whose poses can't be followed; the message names the joint and the remedy, `field` what of the skeleton
+    is at fault."""
+
+    def __init__(self, message: str, field: str = "joint_names") -> None:
+        super().__init__(message)
+        self.field = field
 
 
 @dataclass(frozen=True)
