@@ -265,8 +265,8 @@ def refuse_crooked_rest(points: Mapping[str, np.ndarray]) -> None:
             at = int(np.abs(direction).argmax())
             along = "nothing" if length == 0.0 else ("-" if direction[at] < 0.0 else "+") + "XYZ"[at]
             raise TrackingError(
-                f"the {what} {along}, not +{'XYZ'[axis]}; send the rest pose upright, Y up, facing +Z, and the poses in "
-                "the same axes",
+                f"the {what} {along}, not +{'XYZ'[axis]}; send the rest pose upright, Y up, facing +Z, and the poses "
+                "in the same axes",
                 "rest_positions",
             )
 
