@@ -120,6 +120,9 @@ class _Shells:
         if size[other] < ALIKE * size[one] or size[one] + size[other] < NEARLY_ALL * self.areas.sum():
             return None
         # what has nothing behind it is a rim where it lies between the shells, else a fold of one of them
+        corners_in = [np.isin(self.faces, self.faces[label == k]).all(axis=1) for k in (one, other)]
+        for k, mine, others in ((one, *corners_in), (other, *corners_in[::-1])):
+            label[mine & ~others] = k
         shell = np.isin(label, (one, other))
         loose = connected_faces(len(self.faces), pairs[~shell[pairs].any(axis=1)])
         touching = {int(k): set[int]() for k in np.unique(loose[~shell])}
