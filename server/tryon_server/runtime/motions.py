@@ -15,6 +15,7 @@ from tryon_solver.body.motion import Motion, MotionError
 from tryon_solver.body.own_sides import with_own_sides, with_told_facing
 from tryon_solver.body.pose_jumps import find_start
 from tryon_solver.body.retarget import retarget
+from tryon_solver.body.root_unit import with_root_unit
 from tryon_solver.body.skeletons import RetargetError, SkeletonParts, UnnamedError, find_parts
 from tryon_solver.body.standing_rest import lying_or_standing, tilt, upward_axis, with_standing_rest
 from tryon_solver.files.foreign import LOOKED_AT, no_motion
@@ -98,10 +99,11 @@ def read_clip(
         else:
             clip, word, how = parse_bvh(text, UNITS[units], Path(name).stem), UNIT_WORDS[units], "as told"
         parts = find_parts(clip.joint_names, clip.parents, reading.joints)
+        clip, root = with_root_unit(clip, parts, up)
         start, left_out = find_start(clip, parts)
         standing, rest = with_standing_rest(clip, parts, up, start)
         own, sides = with_told_facing(clip, parts, facing) if facing else with_own_sides(standing, parts)
-        mended = (left_out, rest, sides, _joints_told(reading))
+        mended = (clip.skeleton, root, left_out, rest, sides, _joints_told(reading))
         facts = _facts(clip.since(start), own, word, f"units: {word}, {how}", mended, up)
         return retarget(clip, body, names=reading.joints, facing=facing, up=up), facts
     except BvhError as error:

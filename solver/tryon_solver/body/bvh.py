@@ -30,6 +30,7 @@ ANYBODY = (0.45, 2.0)  # m, from ankle to head along the bones, of people 0.55 t
 GROWN = (1.0, 1.75)  # m, the same of people 1.2 to 2.05 m tall; no two units fit both
 TOLD = (0.25, 3.0)  # m, the same of what is still believed where the unit is told
 FRAMES_MEASURED = 100
+BONE_OFF = 3.0  # times that a bone is as long by its position channels as by its OFFSET: then these say it
 MOST_TURNED = 360e3  # degrees: a thousand turns, of rotations that are written on without being taken back
 SHORTEST_FRAME, LONGEST_FRAME = 1e-3, 1.0  # s, from high-speed cameras to key poses
 KNOWN_UNITS = (
@@ -73,6 +74,7 @@ class BvhClip:
     rotations: np.ndarray  # (T, J, 4) unit quaternions, each joint relative to its parent
     dt: float  # s
     name: str = "clip"
+    skeleton: str = ""  # what was done about bones whose OFFSETs are not their lengths, for people
 
     @property
     def frame_count(self) -> int:
@@ -234,7 +236,34 @@ def _read(text: str, units_per_metre: float, name: str) -> BvhClip:
             else:
                 turn = quaternions.from_axis_angle(np.eye(3)[axis], np.radians(track))
                 rotations[:, index] = quaternions.multiply(rotations[:, index], turn)
-    return BvhClip(tuple(joint.name for joint in joints), parents, offsets, end_sites, positions, rotations, dt, name)
+    offsets, skeleton = _channel_bones(joints, offsets, positions)
+    names = tuple(joint.name for joint in joints)
+    return BvhClip(names, parents, offsets, end_sites, positions, rotations, dt, name, skeleton)
+
+
+def _channel_bones(joints: list[_Joint], offsets: np.ndarray, positions: np.ndarray) -> tuple[np.ndarray, str]:
+    """The bones (J, 3) m, where OFFSETs are zeros or far from what position channels put in their place, and a note.
+
+    Since each joint's place is relative to its parent, a bone's is the same in every frame, and in the rest pose: the
+    median. Raises BvhError where no bone has a length.
+    """
+    bones = np.median(positions, axis=0)
+    told, lengths = np.linalg.norm(offsets, axis=1), np.linalg.norm(bones, axis=1)
+    placed = np.array([sum(channel.endswith("position") for channel in joint.channels) == 3 for joint in joints])
+    other = placed & (lengths > 0) & ((lengths > BONE_OFF * told) | (told > BONE_OFF * lengths))
+    parents = [joint.parent for joint in joints]
+    for joint, parent in enumerate(parents):  # those that carry all others hold no bone's length, but where it all is
+        if parents.count(parent) > 1:
+            break
+        other[joint] = False
+    if other.any():
+        offsets = np.where(other[:, None], bones, offsets)
+    if len(joints) > 1 and not offsets[1:].any():
+        raise BvhError("all OFFSETs are 0, so no bone has a length; export the skeleton with them", joints[1].line)
+    if not other.any():
+        return offsets, ""
+    how = "are 0" if not told[other].any() else f"are over {BONE_OFF:g} times off"
+    return offsets, f"{other.sum()} of its OFFSETs {how}: these bones are as long as their position channels say"
 
 
 def _numbered(text: str) -> Iterator[tuple[int, list[str]]]:

@@ -20,9 +20,9 @@ JOINT_SPEED_MAX = 30.0  # m/s about the pelvis: feet that kick and hands that th
 JOINT_JUMP = 0.2  # m from frame to frame: less is noise at a high frame rate, and whirls nobody's limbs
 ODD_START = 10.0  # m/s that nobody has out of a standstill within a frame ...
 ODD_RATIO = 4.0  # ... to lose so much of it in the next one again
-ODD_LIMB = 0.5  # m, the same in the midst of a motion; less is a blow, or one frame of a limb that shakes
+ODD_LIMB, ODD_LIMB_SPEED = 0.5, 18.0  # m and m/s, the same in the midst of a motion: less is a blow
 ODD_LEAP, ODD_LEAP_SPEED = 0.3, 8.0  # m and m/s of the pelvis, which no muscle gives and takes within a frame
-ODD_TURN, ODD_TURN_SPEED = 45.0, 1000.0  # degrees and degrees/s of the trunk; who spins faster does so for long
+ODD_TURN, ODD_TURN_SPEED = 45.0, 2000.0  # degrees and degrees/s of the trunk: a skater's 1800 take a second to reach
 START = 0.25  # s before and after a step that tell how fast it is by itself
 STANDSTILL = 1e-4  # m from frame to frame
 HELD_MAX = 1.0  # s that a calibration pose is held
@@ -136,7 +136,7 @@ def _jumps(steps: _Steps, first: int | None) -> tuple[np.ndarray, np.ndarray, np
     """
     furthest, dt = steps.furthest, steps.dt
     joints = (furthest > JOINT_JUMP) & (furthest > JOINT_SPEED_MAX * dt)
-    joints |= _lonely(furthest, steps.joints_over_two, dt, ODD_LIMB, ODD_START)
+    joints |= _lonely(furthest, steps.joints_over_two, dt, ODD_LIMB, ODD_LIMB_SPEED)
     if first is not None:
         joints[first] |= _lonely(furthest, steps.joints_over_two, dt, JOINT_JUMP, ODD_START)[first]
     pelvis = (steps.pelvis > LONGEST_JUMP) & (steps.pelvis > FASTEST_JUMP * dt)

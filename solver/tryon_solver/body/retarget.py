@@ -23,6 +23,7 @@ from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion, ease
 from tryon_solver.body.own_sides import with_own_sides, with_told_facing
 from tryon_solver.body.pose_jumps import find_start, refuse_jumps
+from tryon_solver.body.root_unit import with_root_unit
 from tryon_solver.body.skeletons import SIDES, RetargetError, SkeletonParts, find_parts
 from tryon_solver.body.standing_rest import with_standing_rest
 from tryon_solver.body.trunk_line import trunk_correction
@@ -53,11 +54,13 @@ def retarget(
     `facing`: the axis of the file that the person faces along in the first frame, "-z" for one; None to go by knees and
     toes.
     `up`: the axis of the file that is up, one of standing_rest.FILE_AXES; None to find it out.
+    Positions of a root in another unit than the bones are mended (root_unit.py).
     A pose for calibration ahead of the motion is left out (pose_jumps.py): the motion has no frame of it.
     Raises RetargetError naming a missing joint, or the frames between which the whole body or a limb jumps elsewhere.
     """
     parts = find_parts(clip.joint_names, clip.parents, names)
     told = None if facing is None else with_told_facing(clip, parts, facing)
+    clip, _ = with_root_unit(clip, parts, up)
     start, _ = find_start(clip, parts)
     refuse_jumps(clip, parts, start)
     clip, _ = with_standing_rest(clip, parts, up, start)

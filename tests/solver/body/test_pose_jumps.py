@@ -156,7 +156,7 @@ def test_a_person_who_is_elsewhere_in_the_next_frame_is_refused_at_any_rate(name
         refuse_jumps(leaping(clip, slice(at, at + count), 1.2), parts)
 
 
-@pytest.mark.parametrize("fps", RATES)
+@pytest.mark.parametrize("fps", [12.0, *RATES[1:]])  # half a turn in a tenth of a second is no faster than a skater
 @pytest.mark.parametrize("name", ["walk", "squat"])
 @pytest.mark.parametrize("count", [1, 1000], ids=["one frame", "to the end"])
 def test_a_person_who_is_turned_round_in_the_next_frame_is_refused_at_any_rate(
