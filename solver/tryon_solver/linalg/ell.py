@@ -112,21 +112,6 @@ def add_difference_kernel(
 
 
 @wp.kernel
-def add_product_kernel(
-    columns: wp.array2d(dtype=wp.int32),
-    weights: wp.array2d(dtype=wp.float32),
-    x: wp.array(dtype=wp.vec3),
-    y_out: wp.array(dtype=wp.vec3),
-):
-    """y += S x"""
-    row = wp.tid()
-    total = wp.vec3()
-    for k in range(columns.shape[1]):
-        total += weights[row, k] * x[columns[row, k]]
-    y_out[row] = y_out[row] + total
-
-
-@wp.kernel
 def add_rate_kernel(
     columns: wp.array2d(dtype=wp.int32),
     weights: wp.array2d(dtype=wp.float32),
@@ -142,11 +127,6 @@ def add_rate_kernel(
         j = columns[row, k]
         total += weights[row, k] * (x[j] - x_start[j])
     y_out[row] = y_out[row] + scale * total
-
-
-def add_product(matrix: EllMatrix, x: wp.array, y_out: wp.array) -> None:
-    """y += S x."""
-    wp.launch(add_product_kernel, matrix.row_count, [matrix.columns, matrix.weights, x], [y_out], device=x.device)
 
 
 def multiply(matrix: EllMatrix, x: wp.array, y_out: wp.array) -> None:

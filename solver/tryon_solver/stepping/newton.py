@@ -13,7 +13,7 @@ import warp as wp
 
 from tryon_solver.contact import pairs as contact_pairs
 from tryon_solver.linalg import block_ell
-from tryon_solver.linalg.ell import add_product
+from tryon_solver.linalg.ell import add_difference
 from tryon_solver.stepping.gradient import invert_blocks_kernel
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def hessian_product(sim: Simulation, p: wp.array, product_out: wp.array) -> None
         [product_out],
         device=sim.device,
     )
-    add_product(sim.constant_stiffness, p, product_out)
+    add_difference(sim.constant_stiffness, p, product_out)
     add_contact_product(sim, p, product_out)
 
 

@@ -80,6 +80,16 @@ def late(ask: Ask) -> list[Sent]:
     return found
 
 
+def elsewhere(place: tuple[float, float, float]) -> Stream:
+    """The same sway `place` m from where the garment was put on, and from 0.6 of the time on a stand."""
+
+    def poses(ask: Ask) -> list[Sent]:
+        seen = [(t, swaying(min(t, 0.6 * ask.seconds))) for t in frames(ask)]
+        return [Sent(t, t, Pose(pose.root + place, pose.rotations)) for t, pose in seen]
+
+    return poses
+
+
 def suddenly(pose: Pose, begin: float = 0.4, end: float = 0.6) -> Stream:
     """Another pose from one frame to the next, and back later; `begin`, `end` as shares of the time."""
 
@@ -145,6 +155,14 @@ SCENES = (
     HardScene("noise_drifting", "a body that stands, told with a drift", tracked("tshirt", drifting, rests=False)),
     HardScene(
         "noise_quantised", "a slow sway told in steps of 5 mm", tracked("tshirt", quantised, rests=False)
+    ),
+    *(
+        HardScene(
+            f"tracked_at_{name}",
+            f"a sway {name} from the origin, told in float64: figures as at 0 m",
+            tracked("tshirt", elsewhere((far, 0.0, -far)), 0.6),
+        )
+        for name, far in (("0m", 0.0), ("100m", 100.0), ("10km", 10_000.0))
     ),
     HardScene("dropouts", "no poses for 0.1 to 2 s", tracked("tshirt", gaps, rests=False), seconds=6.0),
     HardScene("latency_spikes", "poses of a quarter of a second at once", tracked("tshirt", late, rests=False)),
