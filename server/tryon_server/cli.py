@@ -131,7 +131,7 @@ def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser])
         ".glb); "
         "or a mesh (.obj, .ply, .stl, .glb), which stands still: closed, in metres, Y up, or a human's as it comes",
     )
-    simulate.add_argument("--body-units", choices=UNITS, help="unit of a moving mesh (default: found, and told)")
+    simulate.add_argument("--body-units", choices=UNITS, help="unit of a body's mesh (default: found, and told)")
     simulate.add_argument("--body-up", choices=BODY_AXES, help="axis that is up in it (default: found, and told)")
     simulate.add_argument(
         "--body-facing",

@@ -25,7 +25,8 @@ OBJ are sewn, and where it touches or crosses the body or itself it is freed fir
 Its rest shape is its texture coordinates where they are a pattern in metres or in the file's unit, else the shape it
 comes in; --rest-shape tells. A body may be a moving mesh; a garment that is a mesh must lie on its first frame, a
 pattern is put on there or, where it is refused, in a later frame in which the body is held openly, which is told. Units
-and the upward axis of mesh files are found from their contents and told; where that can't be, they are asked for."""
+and the upward axis of mesh files are found from their contents and told; where that can't be, they are asked for.
+An option that says nothing of what is given is refused."""
 
 SIMULATE_EXAMPLES = """\
 examples:

@@ -20,7 +20,7 @@ MESH_BODY = {
     "requestBody": {
         "required": True,
         "description": "a human as an animated mesh: an .npz of vertices (frames x V x 3), faces (F x 3) and fps or "
-        "dt; an animated .glb; or a .zip of .obj frames",
+        "dt; an animated .glb; or a .zip of .obj frames; or one that stands still: .obj, .glb, .ply or .stl",
         "content": {
             "application/octet-stream": {"schema": {"type": "string", "format": "binary"}},
             "model/gltf-binary": {"schema": {"type": "string", "format": "binary"}},
