@@ -8,7 +8,7 @@ WEB := server/tryon_server/web/.built
 WEB_SOURCES := $(shell find protocol/ts clients/core clients/web -name '*.ts' -not -path '*/node_modules/*' -o -name '*.css' \
 	-not -path '*/node_modules/*' -o -name '*.html' -not -path '*/node_modules/*' -o -name '*.mjs' -not -path '*/node_modules/*')
 
-.PHONY: help demo test check chromium proof hard reference lock
+.PHONY: help demo test check chromium proof hard hard-page reference lock
 help:
 	@grep -hE '^## ' $(MAKEFILE_LIST) | sed 's/## //'
 
@@ -29,10 +29,15 @@ proof: $(VENV)/.dev $(BODY)
 	$(BIN)/python tests/proof --whole $(PROOF)
 
 HARD :=
-## make hard     play and judge every hard case: a table in build/hard, 1 when a limit was broken (an hour)
-# HARD='--scenes needle corner --seconds 2' and other options: .venv/bin/python tests/hard_cases --help
+PRESET := live
+## make hard     play and judge every hard case: a table in build/hard/live, 1 when a limit was broken (an hour)
+# PRESET=draft or fit; HARD='--scenes needle corner --seconds 2' and others: .venv/bin/python tests/hard_cases --help
 hard: $(VENV)/.dev $(BODY)
-	$(BIN)/python tests/hard_cases $(HARD)
+	$(BIN)/python tests/hard_cases --preset $(PRESET) --out build/hard/$(PRESET) $(HARD)
+
+## make hard-page  docs/hard_cases.md: all runs in build/hard side by side, with the worst of each figure
+hard-page: $(VENV)/.dev
+	$(BIN)/python tests/hard_cases --document docs/hard_cases.md --of $(wildcard build/hard/*)
 
 REFERENCE = $(BIN)/python tests/reference && TRYON_FRAMES=300 $(BIN)/python -m pytest -q tests/solver/verification/test_determinism.py
 ## make reference hold contact scenes to full Newton in float64, two long runs to each other: part of the proof

@@ -23,10 +23,14 @@ sys.path[:0] = [str(ROOT / folder) for folder in OURS]  # this checkout is judge
 
 from process_pool import Tasks  # noqa: E402
 
+RUN = "run.json"  # what a run leaves for the document
+
 
 def main(arguments: list[str] | None = None) -> int:
     """The command line; returns the exit status."""
     options = parsed(arguments)
+    if options.document:
+        return write_document(options)
     from harness.table import holds, markdown, verdict_of
     from scenes import SCENES, named
 
@@ -53,8 +57,10 @@ def main(arguments: list[str] | None = None) -> int:
     commands = {scene.name: command(scene.name, options) for scene in chosen}
     found = Tasks(options.out, options.jobs, options.longest).run(commands, told)
     results = [{"name": s.name, "stresses": s.stresses, "broken": [], **found[s.name]} for s in chosen]
-    text = markdown(results, about(options, time.monotonic() - begun))
-    (options.out / "table.md").write_text(text)
+    told_with = about(options, time.monotonic() - begun)
+    (options.out / "table.md").write_text(markdown(results, told_with))
+    name = f"{options.preset}, {'GPU' if 'cuda' in options.device else 'CPU'}"
+    (options.out / RUN).write_text(json.dumps({"name": name, "about": told_with, "results": results}, indent=1))
     failing = [r["name"] for r in results if not holds(r)]
     print(f"{len(results) - len(failing)} of {len(results)} cases hold; {options.out / 'table.md'}")
     if failing:
@@ -76,8 +82,27 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
     add("--jobs", type=int, default=os.cpu_count() or 1, help="cases at once (as many as there are processors)")
     add("--longest", type=float, default=900.0, metavar="S", help="wall time after which a case has failed [s]")
     add("--out", type=Path, default=ROOT / "build" / "hard")
+    add("--document", type=Path, metavar="FILE", help="play nothing; write what the --of folders hold, side by side")
+    add("--of", type=Path, nargs="+", default=[], metavar="FOLDER", help="where earlier runs wrote to (--out)")
     add("--one", help=argparse.SUPPRESS)
-    return parser.parse_args(arguments)
+    options = parser.parse_args(arguments)
+    if bool(options.document) != bool(options.of):
+        parser.error("--document FILE and --of FOLDER ... belong together: the page, and what is in it")
+    return options
+
+
+def write_document(options: argparse.Namespace) -> int:
+    """Earlier runs beside each other in one page; 1 when a case failed in any of them."""
+    from harness.document import document
+    from harness.table import holds
+
+    missing = [str(folder) for folder in options.of if not (folder / RUN).exists()]
+    if missing:
+        print(f"no run has ended in {', '.join(missing)}: {RUN} is not there", file=sys.stderr)
+        return 2
+    runs = [json.loads((folder / RUN).read_text()) for folder in options.of]
+    options.document.write_text(document(runs))
+    return 0 if all(holds(r) for run in runs for r in run["results"]) else 1
 
 
 def chosen_by(names: list[str], name: str) -> bool:

@@ -75,3 +75,39 @@ def test_a_broken_limit_ends_in_status_one_with_case_frame_and_figure(command_li
     assert command_line.main(["--scenes", "needle", "--out", str(tmp_path)]) == 1
     assert "failing: needle" in capsys.readouterr().out
     assert line in (tmp_path / "table.md").read_text()
+
+
+def result(name, **figures):
+    measured = {"vertices": 100, "frames": 10, "asked": 5, "moves": 20, "unclean": 0, "not_free": 0, "void": 0}
+    more = {"worn": None, "strain_limit": 1.1, "broken": [], "stresses": f"what {name} stresses", "failure": ""}
+    return {"name": name, **measured, **more, **figures}
+
+
+def test_runs_stand_beside_each_other_with_the_worst_of_each_figure(command_line, tmp_path):
+    broken = [{"line": "trembling [m/s]: 0.002 against 0.001, over the run"}]
+    live = [result("needle", trembling=2e-3, stretch_max=1.21, broken=broken), result("corner", trembling=1e-4)]
+    draft = [result("needle", trembling=3e-4), {"name": "knot", "failure": "ended with status 3", "broken": []}]
+    folders = []
+    for name, results in (("live, CPU", live), ("draft, GPU", draft)):
+        folders.append(tmp_path / name.split(",")[0])
+        folders[-1].mkdir()
+        run = {"name": name, "about": {"commit": f"of {name}"}, "results": results}
+        (folders[-1] / command_line.RUN).write_text(json.dumps(run))
+    page = tmp_path / "page.md"
+    assert command_line.main(["--document", str(page), "--of", *map(str, folders)]) == 1
+    lines = page.read_text().splitlines()
+    assert "- **live, CPU**: 1 of 2 cases hold" in lines
+    assert "| needle | what needle stresses | 1 limits broken | held |" in lines
+    assert "| corner | what corner stresses | held | – |" in lines
+    assert "| knot |  | – | FAILED |" in lines
+    assert "| trembling [mm/s] | 2.00 (needle) | 0.30 (needle) |" in lines
+    assert "| stretch over limit, max | 1.100 (needle) | 0.000 |" in lines
+    assert "  - BROKEN: trembling [m/s]: 0.002 against 0.001, over the run" in lines
+    assert "  - FAILED: ended with status 3" in lines
+
+
+def test_a_document_of_no_run_names_the_folder(command_line, tmp_path, capsys):
+    assert command_line.main(["--document", str(tmp_path / "page.md"), "--of", str(tmp_path / "none")]) == 2
+    assert "no run has ended in" in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        command_line.main(["--document", str(tmp_path / "page.md")])

@@ -78,19 +78,24 @@ def markdown(results: Sequence[Mapping[str, Any]], about: Mapping[str, str]) -> 
         "",
     ]
     for result in results:
-        lines.append(f"- **{result['name']}**: {result.get('stresses', '')}")
-        if result.get("failure"):
-            lines.append(f"  - FAILED: {result['failure']}")
-        if "refused" in result and not result.get("failure"):
-            lines.append(f"  - refused by name: {result['refused']}")
-        lines += [f"  - BROKEN: {broken['line']}" for broken in result.get("broken", ())]
-        lines += [f"  - stated: {s['line']} ({s['reason']})" for s in result.get("stated", ())]
-        if result.get("noise"):
-            speed, motion = result["noise"]
-            moved = f"cloth on it {1e3 * motion:.3f} mm above 5 Hz"
-            lines.append(f"  - under noise: surface {1e3 * speed:.1f} mm/s RMS, {moved}")
-        lines += [f"  - advice: {text}" for text in result.get("advice", ())]
+        lines += [f"- **{result['name']}**: {result.get('stresses', '')}", *said_of(result)]
     return "\n".join(lines) + "\n"
+
+
+def said_of(result: Mapping[str, Any]) -> list[str]:
+    """What there is to say of a case beside its figures: what it broke, refused, stated and advised."""
+    lines = []
+    if result.get("failure"):
+        lines.append(f"  - FAILED: {result['failure']}")
+    if "refused" in result and not result.get("failure"):
+        lines.append(f"  - refused by name: {result['refused']}")
+    lines += [f"  - BROKEN: {broken['line']}" for broken in result.get("broken", ())]
+    lines += [f"  - stated: {s['line']} ({s['reason']})" for s in result.get("stated", ())]
+    if result.get("noise"):
+        speed, motion = result["noise"]
+        moved = f"cloth on it {1e3 * motion:.3f} mm above 5 Hz"
+        lines.append(f"  - under noise: surface {1e3 * speed:.1f} mm/s RMS, {moved}")
+    return lines + [f"  - advice: {text}" for text in result.get("advice", ())]
 
 
 def row(result: Mapping[str, Any]) -> str:
