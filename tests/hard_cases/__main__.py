@@ -13,6 +13,7 @@ import platform
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -31,10 +32,12 @@ def main(arguments: list[str] | None = None) -> int:
     options = parsed(arguments)
     if options.document:
         return write_document(options)
+    from harness.baseline import TELLING
     from harness.table import holds, markdown, verdict_of
     from scenes import SCENES, named
 
-    chosen = [scene for scene in SCENES if chosen_by(options.scenes, scene.name)]
+    names = options.scenes or (TELLING if options.solver != "ours" else [])
+    chosen = [scene for scene in SCENES if chosen_by(names, scene.name)]
     if options.list:
         print("\n".join(f"{scene.name:40s} {scene.stresses}" for scene in chosen))
         return 0
@@ -59,7 +62,8 @@ def main(arguments: list[str] | None = None) -> int:
     results = [{"name": s.name, "stresses": s.stresses, "broken": [], **found[s.name]} for s in chosen]
     told_with = about(options, time.monotonic() - begun)
     (options.out / "table.md").write_text(markdown(results, told_with))
-    name = f"{options.preset}, {'GPU' if 'cuda' in options.device else 'CPU'}"
+    made = options.preset if options.solver == "ours" else options.solver
+    name = f"{made}, {'GPU' if 'cuda' in options.device else 'CPU'}"
     (options.out / RUN).write_text(json.dumps({"name": name, "about": told_with, "results": results}, indent=1))
     failing = [r["name"] for r in results if not holds(r)]
     print(f"{len(results) - len(failing)} of {len(results)} cases hold; {options.out / 'table.md'}")
@@ -78,6 +82,8 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
     add("--vertices", type=int, metavar="N", help="about so many cloth vertices (each case's own, mostly 1,000)")
     add("--preset", default="live", choices=("draft", "live", "fit"), help="settings the cases start from (live)")
     add("--device", default="cpu", help="cpu, cuda:0, ... (cpu)")
+    others = "by which solver: ours, or of the telling cases xpbd or chebyshev (ours)"
+    add("--solver", default="ours", choices=("ours", "xpbd", "chebyshev"), help=others)
     add("--every", type=int, default=2, metavar="K", help="IPC Toolkit is asked about each K-th frame (2)")
     add("--jobs", type=int, default=os.cpu_count() or 1, help="cases at once (as many as there are processors)")
     add("--longest", type=float, default=900.0, metavar="S", help="wall time after which a case has failed [s]")
@@ -105,7 +111,7 @@ def write_document(options: argparse.Namespace) -> int:
     return 0 if all(holds(r) for run in runs for r in run["results"]) else 1
 
 
-def chosen_by(names: list[str], name: str) -> bool:
+def chosen_by(names: Sequence[str], name: str) -> bool:
     """Is the case meant by any of these names or beginnings of names?"""
     return not names or any(name.startswith(beginning) for beginning in names)
 
@@ -113,7 +119,7 @@ def chosen_by(names: list[str], name: str) -> bool:
 def command(name: str, options: argparse.Namespace) -> list[str]:
     """What runs one case in a process of its own."""
     words = [sys.executable, str(HERE), "--one", name, "--out", str(options.out), "--preset", options.preset]
-    words += ["--device", options.device, "--every", str(options.every)]
+    words += ["--device", options.device, "--every", str(options.every), "--solver", options.solver]
     for option in ("seconds", "vertices"):
         value = getattr(options, option)
         words += [] if value is None else [f"--{option}", str(value)]
@@ -134,7 +140,7 @@ def one(scene: Any, options: argparse.Namespace) -> int:
     seconds = scene.seconds if options.seconds is None else options.seconds
     vertices = options.vertices or scene.vertices
     ask = Ask(vertices, PRESETS[options.preset], options.device, seconds)
-    result = run_one(scene, ask, options.every, lambda text: print(text, flush=True))
+    result = run_one(scene, ask, options.every, lambda text: print(text, flush=True), options.solver)
     (options.out / f"{scene.name}.json").write_text(json.dumps(result, indent=1))
     return 0
 
