@@ -2,7 +2,9 @@
 
 A quadrilateral is cut along its shorter diagonal, or along the other where that lies outside of it. What has more
 corners loses one ear after another (Meisters, "Polygons have ears", Amer. Math. Monthly 82 (1975) 648), the roundest
-first; a corner on a straight side is no ear, and those beside one go first, so that no triangle without area is left.
+first; a corner on a straight side is no ear, and those beside one go first. Text is rounded, so straight sides are bent
+a little, and a triangle on three corners of one can be left: its longest edge is flipped then (Lawson, "Transforming
+triangulations", Discrete Math. 3 (1972) 365), so that none without area remains where the polygon can do without.
 Both copies of a polygon that is there double-sided, in whichever sense and from whichever corner on, are cut alike.
 """
 
@@ -117,14 +119,15 @@ class _Ears:
         return (short + middle - long) / long
 
     def holder(self, k: int) -> int | None:
-        """A corner within the triangle of this one and its neighbours."""
+        """A corner within the triangle of this one and its neighbours, or so near that what is left would be flat."""
         a, b, c = (self.view[j] for j in (self.before[k], k, self.after[k]))
+        near = -self.flat * max(math.dist(a, b), math.dist(b, c), math.dist(c, a)) ** 2
         j = self.after[self.after[k]]
         while j != self.before[k]:
             p = self.view[j]
             if self.turn[j] <= self.flat and p not in (a, b, c):
                 sides = self.sign * _side(a, b, p), self.sign * _side(b, c, p), self.sign * _side(c, a, p)
-                if min(sides) >= 0:
+                if min(sides) >= near:
                     return j
             j = self.after[j]
         return None
@@ -160,10 +163,34 @@ class _Ears:
             for j in sorted(again | {self.before[a], self.after[b]}):  # a neighbour's may be flat now, or no longer
                 if self.after[j] >= 0:
                     self.offer(j)
-        sound = left == 3
+        filled = left == 3
         k = self.after[here]
         while left >= 3:
             found.append((here, k, self.after[k]))
-            sound = sound and self.sign * _bulge(*(self.view[j] for j in found[-1])) > FLAT
             k, left = self.after[k], left - 1
-        return found, sound
+        if filled:
+            self.unflatten(found)
+        return found, filled and min(map(self.bulge, found)) > FLAT
+
+    def bulge(self, triangle: Triangle) -> float:
+        return self.sign * _bulge(*(self.view[j] for j in triangle))
+
+    def unflatten(self, found: list[Triangle]) -> None:
+        """Flip the longest edge of each triangle that is as good as flat, where that leaves none so flat."""
+        owner = {(t[i], t[i - 2]): n for n, t in enumerate(found) for i in range(3)}
+        waiting = [n for n, t in enumerate(found) if self.bulge(t) <= STRAIGHT[0]]
+        while waiting:
+            n = waiting.pop()
+            i = max(range(3), key=lambda j: math.dist(self.points[found[n][j]], self.points[found[n][j - 2]]))
+            a, b, k = found[n][i], found[n][i - 2], found[n][i - 1]
+            if (m := owner.get((b, a))) is None:
+                continue
+            (c,) = set(found[m]) - {a, b}
+            halves: tuple[Triangle, Triangle] = ((a, c, k), (c, b, k))
+            if min(map(self.bulge, halves)) <= max(0.0, min(self.bulge(found[n]), self.bulge(found[m]))):
+                continue
+            del owner[a, b], owner[b, a]
+            for where, half in zip((n, m), halves):
+                found[where] = half
+                owner |= {(half[j], half[j - 2]): where for j in range(3)}
+            waiting = [n for n, t in enumerate(found) if self.bulge(t) <= STRAIGHT[0]]

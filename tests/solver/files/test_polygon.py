@@ -53,6 +53,50 @@ def test_corners_on_straight_sides_leave_no_slivers_though_they_are_rounded(step
     assert areas(quad, cut(quad, range(4))[0])[1].min() > 1.0
 
 
+def _comb(teeth, depth):
+    back = [(0, 0), (2 * teeth - 1, 0)]
+    for k in range(teeth - 1, -1, -1):
+        gap = [(2 * k, 1), (2 * k - 1, 1)] if k else []
+        back += [(2 * k + 1, depth + 1), (2 * k, depth + 1), *gap]
+    return back
+
+
+def _with_corners_on_its_sides(corners, steps):
+    """`steps` edges along each unit of a side."""
+    ends = np.array(corners, float)
+    sides = []
+    for a, b in zip(ends, np.roll(ends, -1, axis=0)):
+        count = steps * int(np.abs(b - a).max())
+        sides.append(a + (b - a) * np.arange(count)[:, None] / count)
+    return np.concatenate(sides)
+
+
+LETTERS = {
+    "L": [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)],
+    "T": [(0, 0), (1, 0), (1, 1), (2, 1), (2, 2), (-1, 2), (-1, 1), (0, 1)],
+    "U": _comb(2, 1),
+    "comb": _comb(3, 2),
+}
+
+
+@pytest.mark.parametrize("steps", [1, 2])
+@pytest.mark.parametrize("letter", LETTERS)
+def test_concave_polygons_of_a_file_leave_no_triangle_without_area(letter, steps):
+    """Sheared, turned in space, in metres of six decimals: the corners on their sides are bent in and out."""
+    rng = np.random.default_rng(4)
+    outline = _with_corners_on_its_sides(LETTERS[letter], steps)
+    for _ in range(500):
+        sheared = 0.03 * outline @ (np.eye(2) + rng.normal(0, 0.15, (2, 2)))
+        turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        lies = (np.column_stack([sheared, 0 * sheared[:, 0]]) @ turn + rng.normal(size=3)).round(6)
+        points = np.roll(lies, int(rng.integers(len(lies))), axis=0).tolist()
+        triangles, sound = cut(points, range(len(points)))
+        whole, each = areas(points, triangles)
+        assert sound
+        assert each.min() > 0.1 * whole / len(points)
+        assert each.sum() == pytest.approx(whole)
+
+
 def test_both_copies_of_a_polygon_are_cut_alike():
     rng = np.random.default_rng(5)
     for _ in range(200):
