@@ -97,3 +97,30 @@ def test_an_fbx_is_named_as_one(tmp_path):
     assert (reply.problem.code, reply.status) == ("motion.invalid", 422)
     assert "it is an FBX file" in reply.problem.message
     assert reply.problem.remedy.startswith("Convert it to BVH")
+
+
+def test_an_upload_is_called_by_its_name_and_never_by_where_it_was_put(monkeypatch):
+    axes = "".join(f"property float {axis}\n" for axis in "xyz")
+    points = f"ply\nformat ascii 1.0\nelement vertex 1\n{axes}end_header\n0 0 0\n"
+    reply = check(points.encode(), Telling(kind="body", name="points.ply"))
+    assert reply.problem is not None
+    assert reply.problem.message == "points.ply is no body: it holds no triangles"
+
+    for error in (OSError, ZeroDivisionError):  # one that is told as the file's fault, and one nobody thought of
+        def breaks(path, *_, error=error, **__):
+            raise error(f"odd: '{path}'")
+
+        monkeypatch.setattr("tryon_server.runtime.bodies.kind_of", breaks)
+        reply = check(b"", Telling(kind="body", name="points.ply"))
+        assert reply.problem is not None
+        assert "odd: 'points.ply'" in reply.problem.message
+
+
+@pytest.mark.parametrize(("ending", "without"), [("obj", 0), ("ply", 0), ("stl", 0), ("ply", 1)])
+def test_two_persons_in_one_file_are_refused_by_its_name(tmp_path, ending, without):
+    path = tmp_path / f"couple.{ending}"
+    both = np.concatenate([BODY.rest_vertices, BODY.rest_vertices + [0.8, 0.0, 0.0]])
+    faces = np.vstack([BODY.faces[without:], BODY.faces + BODY.vertex_count])
+    trimesh.Trimesh(both, faces, process=False).export(path)
+    with pytest.raises(ProblemError, match=f"couple.{ending}: it holds 2 persons"):
+        load_moving_mesh(path, MeshReading())

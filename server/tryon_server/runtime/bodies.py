@@ -29,6 +29,7 @@ from tryon_solver.files.mesh_body import (
     still_frames,
 )
 from tryon_solver.files.npz_frames import read_npz
+from tryon_solver.files.persons import SeveralError, refuse_several
 from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.files.standing import facing, find_stand, stands_on_its_head
 
@@ -83,14 +84,15 @@ def load_moving_mesh(path: Path | None, reading: MeshReading, name: str | None =
         if kind in PLAIN_KINDS and not path.suffix:
             return _read_standing(path, kind, _told(reading), name)
         if reading.animation is None and (path.suffix or path.is_dir()) and not _has_frames(path):
-            return _standing_mesh(path, kind, reading)
+            return _standing_mesh(path, kind, reading, name)
         return read_mesh_body(path, _told(reading), reading.fps, reading.animation, name)
     except MeshFileError as error:
         raise problem_error(
             "body.unusable", f"{error.place}: {error.message}", error.remedy, place="body", status=422
         ) from error
     except (BodyError, OSError, zipfile.BadZipFile) as error:
-        raise problem_error("body.unusable", str(error), "Export it again", place="body", status=422) from error
+        why = _called(str(error), path, name)
+        raise problem_error("body.unusable", why, "Export it again", place="body", status=422) from error
 
 
 def does_not_stand(body: MeshBody, error: MeshFileError) -> ProblemError:
@@ -107,27 +109,31 @@ def _has_frames(path: Path) -> bool:
     return is_moving_mesh(path)
 
 
-def _standing_mesh(path: Path, kind: str, reading: MeshReading) -> MeshBody | None:
+def _standing_mesh(path: Path, kind: str, reading: MeshReading, name: str | None) -> MeshBody | None:
     """A mesh that stands and is no closed surface in metres as it is, where it is a human's; None for other bodies."""
     if kind not in MESH_KINDS:
         return None
     told = _told(reading)
     if told != Told():
-        return _read_standing(path, kind, told)
+        return _read_standing(path, kind, told, name)
     try:
-        mesh = _closed_mesh(path)
+        mesh = _closed_mesh(path, name)
     except ProblemError as plain:
         try:
-            return _read_standing(path, kind, told)
+            return _read_standing(path, kind, told, name)
+        except SeveralError:
+            raise
         except (MeshFileError, BodyError):
             raise plain from None
     x, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces)
     if missing_ends(x, faces):
         told = Told("m", "y", "as a closed mesh is read")
-    elif mesh.volume >= 0 and not _lies(x, faces, path.name):
-        return None
+    else:
+        refuse_several(_upright(x, path.name), faces, name or path.name)
+        if mesh.volume >= 0 and not _lies(x, faces, path.name):
+            return None
     with contextlib.suppress(MeshFileError, BodyError):  # what is no human's is taken as it is
-        return _read_standing(path, kind, told)
+        return _read_standing(path, kind, told, name)
     return None
 
 
@@ -135,7 +141,7 @@ def _read_standing(path: Path, kind: str, told: Told, name: str | None = None) -
     """A mesh that stands, as a moving one of one frame. Raises MeshFileError, BodyError or ProblemError."""
     if kind not in PLAIN_KINDS:
         return read_mesh_body(path, told, name=name)
-    mesh = _triangles(path, kind)
+    mesh = _triangles(path, kind, name)
     return make_body(still_frames(np.asarray(mesh.vertices), np.asarray(mesh.faces), told, name or path.name))
 
 
@@ -146,6 +152,14 @@ def how_read(path: Path | None) -> tuple[str, ...]:
 
 def _told(reading: MeshReading) -> Told:
     return Told(reading.units, reading.up, facing=reading.facing)
+
+
+def _upright(vertices: npt.NDArray[np.float64], name: str) -> npt.NDArray[np.float64]:
+    """The same (V, 3) in metres, Y up, where they are as large as a human; else as they are."""
+    try:
+        return find_for_body(vertices, Told(), name).apply(vertices)
+    except MeshFileError:
+        return vertices
 
 
 def _lies(vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int_], name: str) -> bool:
@@ -200,7 +214,7 @@ def _refuse_unread(path: Path) -> None:
             read_npz(path, path.name, BYTES_MAX, rate_told=False)
 
 
-def _check_size(path: Path) -> None:
+def _check_size(path: Path, name: str | None = None) -> None:
     """Look at how much there is to read before it is read. What is missing or no archive is told by its reader."""
     size = 0
     with contextlib.suppress(OSError):
@@ -209,7 +223,8 @@ def _check_size(path: Path) -> None:
         with contextlib.suppress(OSError, zipfile.BadZipFile), zipfile.ZipFile(path) as archive:
             size = max(size, sum(entry.file_size for entry in archive.infolist()))
     if size > BYTES_MAX:
-        raise _unfit(path, f"it has {size / 2**20:.0f} MiB to read, more than {BYTES_MAX / 2**20:.0f}", COARSER)
+        why = f"it has {size / 2**20:.0f} MiB to read, more than {BYTES_MAX / 2**20:.0f}"
+        raise _unfit(name or path, why, COARSER)
 
 
 def still_body(path: Path) -> BodyModel:
@@ -220,29 +235,30 @@ def still_body(path: Path) -> BodyModel:
     return one_joint_body(np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int32))
 
 
-def _triangles(path: Path, kind: str = "") -> Any:
+def _triangles(path: Path, kind: str = "", name: str | None = None) -> Any:
     """The file's triangles as trimesh has them, of the `kind` that its ending says or else this. Raises ProblemError
-    when it holds none."""
+    when it holds none, with the `name` that its owner calls it."""
     import trimesh  # slow to load, and only mesh files need it
 
-    _check_size(path)
+    _check_size(path, name)
     try:
         mesh = trimesh.load_mesh(path, file_type=kind.removeprefix(".") or None, process=True)
     except Exception as error:
-        raise _unfit(path, f"it can't be read as a mesh ({error})", "Give a .npz body or a closed mesh file") from error
+        why = f"it can't be read as a mesh ({_called(str(error), path, name)})"
+        raise _unfit(name or path, why, "Give a .npz body or a closed mesh file") from error
     if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
-        raise _unfit(path, "it holds no triangles", "Give a .npz body or a closed mesh file")
+        raise _unfit(name or path, "it holds no triangles", "Give a .npz body or a closed mesh file")
     return mesh
 
 
-def _closed_mesh(path: Path) -> Any:
+def _closed_mesh(path: Path, name: str | None = None) -> Any:
     """The same where it is a closed surface of a size that metres can mean. Raises ProblemError where it is not."""
-    mesh = _triangles(path)
+    mesh = _triangles(path, name=name)
     if not mesh.is_watertight or not mesh.is_winding_consistent:
-        raise _unfit(path, "its surface is not closed", "Close its holes and orient its faces alike")
+        raise _unfit(name or path, "its surface is not closed", "Close its holes and orient its faces alike")
     extent = float(mesh.extents.max())
     if not SIZE_RANGE[0] <= extent <= SIZE_RANGE[1]:
-        raise _unfit(path, f"it is {extent:g} m large", "Export it in metres")
+        raise _unfit(name or path, f"it is {extent:g} m large", "Export it in metres")
     return mesh
 
 
@@ -259,5 +275,10 @@ def one_joint_body(vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int3
     )
 
 
-def _unfit(path: Path, why: str, remedy: str) -> ProblemError:
-    return problem_error("body.unusable", f"{path} is no body: {why}", remedy, place="body", status=422)
+def _called(text: str, path: Path, name: str | None) -> str:
+    """The text with the `name` that its owner gave the file instead of where a server keeps it."""
+    return text if name is None else text.replace(str(path), name)
+
+
+def _unfit(name: str | Path, why: str, remedy: str) -> ProblemError:
+    return problem_error("body.unusable", f"{name} is no body: {why}", remedy, place="body", status=422)

@@ -45,17 +45,21 @@ class UploadReply(msgspec.Struct, frozen=True, kw_only=True):
 
 def check(content: bytes, told: Telling) -> UploadReply:
     """Read a file as what it is said to be; never raises on account of its content."""
-    try:
-        if told.kind == "motion":
-            return UploadReply(motion=check_motion(content, told))
-        return UploadReply(body=check_body(content, told))
-    except ProblemError as error:
-        return UploadReply(problem=in_parameters(error.problem), status=error.status)
-    except MemoryError:
-        raise  # told by the parent as what it is
-    except Exception as error:
-        fault = unforeseen(f"checking the {told.kind}", f"{type(error).__name__}: {error}")
-        return UploadReply(problem=fault.problem, status=fault.status, trace=traceback.format_exc())
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "body"  # without an ending, as it is kept: what it is is found in it
+        try:
+            if told.kind == "motion":
+                return UploadReply(motion=check_motion(content, told))
+            path.write_bytes(content)
+            return UploadReply(body=check_body(path, told))
+        except ProblemError as error:
+            return UploadReply(problem=in_parameters(error.problem), status=error.status)
+        except MemoryError:
+            raise  # told by the parent as what it is
+        except Exception as error:
+            why = f"{type(error).__name__}: {error}".replace(str(path), told.name)
+            fault = unforeseen(f"checking the {told.kind}", why)
+            return UploadReply(problem=fault.problem, status=fault.status, trace=traceback.format_exc())
 
 
 def check_motion(content: bytes, told: Telling) -> MotionFacts:
@@ -70,20 +74,14 @@ def check_motion(content: bytes, told: Telling) -> MotionFacts:
     return msgspec.structs.replace(facts, notes=tuple(as_parameters(note) for note in notes))
 
 
-def check_body(content: bytes, told: Telling) -> BodyFacts:
+def check_body(path: Path, told: Telling) -> BodyFacts:
     """Read a body that is a mesh and make it ready to be worn on. Raises ProblemError."""
     from tryon_server.runtime.bodies import kind_of_body, load_moving_mesh
     from tryon_server.runtime.order import MeshReading
 
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "body"  # without an ending, as it is kept: what it is is found in it
-        path.write_bytes(content)
-        try:
-            body = load_moving_mesh(path, MeshReading(told.units, told.up, told.fps, told.animation, told.facing))
-        except ProblemError as error:
-            message = error.problem.message.removeprefix("body: ").removeprefix("body, ").replace("body/", "")
-            raise ProblemError(msgspec.structs.replace(error.problem, message=message), error.status) from error
-        unused = note_unused("body", kind_of_body(path), {"fps": told.fps})
+    reading = MeshReading(told.units, told.up, told.fps, told.animation, told.facing)
+    body = load_moving_mesh(path, reading, told.name)
+    unused = note_unused("body", kind_of_body(path), {"fps": told.fps})
     assert body is not None
     sequence = body.sequence
     return BodyFacts(

@@ -31,6 +31,7 @@ from tryon_solver.files.jumps import refuse_jumps
 from tryon_solver.files.npz_frames import FRAME_KEYS, read_npz, refuse_rate
 from tryon_solver.files.numbering import frame_numbers, gaps
 from tryon_solver.files.obj import Polygon, parse_frame, parse_obj, refuse_other_polygons
+from tryon_solver.files.persons import refuse_several
 from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.files.sides import sides_told
 from tryon_solver.files.standing import Stand, find_stand, stands, stands_on_its_head
@@ -271,7 +272,7 @@ def _read_zip(path: Path, name: str, told: Told, fps: float | None) -> RawFrames
                     raise MeshFileError(
                         f"its entry {entry.filename!r} leads out of the archive", name, "Pack the frames alone"
                     )
-            frames = [e for e in entries if e.filename.lower().endswith(".obj") and "__MACOSX" not in e.filename]
+            frames = [entry for entry in entries if _is_frame(PurePosixPath(entry.filename.replace("\\", "/")))]
             if not frames:
                 raise MeshFileError("it holds no .obj frames", name, "Pack a folder of .obj files, one a frame")
             size = sum(entry.file_size for entry in frames)
@@ -291,9 +292,13 @@ def _read_zip(path: Path, name: str, told: Told, fps: float | None) -> RawFrames
 
 
 def _frame_files(folder: Path) -> list[Path]:
-    """The .obj files in a folder; what macOS puts beside them ("._1.obj") is none."""
-    found = [file for file in folder.iterdir() if file.suffix.lower() == ".obj" and not file.name.startswith("._")]
-    return sorted(found)
+    """The .obj files in a folder."""
+    return sorted(file for file in folder.iterdir() if _is_frame(PurePosixPath(file.name)))
+
+
+def _is_frame(file: PurePosixPath) -> bool:
+    """Whether this is an .obj file; hidden ones, and what macOS puts beside each ("._1.obj", "__MACOSX"), are not."""
+    return file.suffix.lower() == ".obj" and not file.name.startswith(".") and "__MACOSX" not in file.parts
 
 
 def _read_npz(path: Path, name: str, told: Told, fps: float | None) -> RawFrames:
@@ -369,8 +374,11 @@ def make_body(raw: RawFrames) -> MeshBody:
         if raw.told.unit is None and convention.unit not in USUAL_UNITS and convention.others:
             return make_body(replace(raw, told=replace(raw.told, unit=convention.others[0], source=HALF)))
         notes.append(half)
-    parts = turned_alike(faces)[1].max() + 1
+    part = turned_alike(faces)[1]
+    parts = part.max() + 1
     if parts > 1:
+        if not lacks:
+            refuse_several(x, faces, raw.name)
         notes.append(f"it consists of {parts} separate parts")
     weights, faces, mended = fill_holes(weights, faces, x)
     notes += mended
@@ -379,7 +387,7 @@ def make_body(raw: RawFrames) -> MeshBody:
     faces = np.where(inwards[:, None], faces[:, ::-1], faces)
     _refuse_flat(x, faces, raw.name)
     ahead = convention.direction(raw.told.facing) if raw.told.facing else None
-    notes += sides_told(turned ^ inwards[: len(turned)], frames[0][used], raw.leftward, convention, ahead)
+    notes += sides_told(turned ^ inwards[: len(turned)], part, frames[0][used], raw.leftward, convention, ahead)
     if weights.shape[0] > ENOUGH * VERTICES:
         if len(crowded_edges(faces)):
             notes.append("more than two triangles meet at some of its edges: it is left as fine as it is")

@@ -98,12 +98,12 @@ def _surface(arrays: Mapping[str, np.ndarray], names: tuple[str, str], name: str
         raise MeshFileError(
             f"they are {faces.dtype}, no whole numbers", f"{name}, {names[1]}", "Write them as int32: ids from 0"
         )
-    if frames.ndim == 2:
-        frames = frames[None]
-    if frames.ndim != 3 or frames.shape[2] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
+    if frames.ndim not in (2, 3) or frames.shape[-1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
         raise MeshFileError(
             f"vertices are {frames.shape} and faces {faces.shape}", name, "They must be (frames, V, 3) and (F, 3)"
         )
+    if frames.ndim == 2:
+        frames = frames[None]
     if not len(frames):
         raise MeshFileError("there are no frames", f"{name}, {names[0]}", "Export at least one frame")
     wrong = np.argwhere((faces < 0) | (faces >= frames.shape[1]))

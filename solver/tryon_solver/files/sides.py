@@ -10,6 +10,7 @@ import numpy as np
 from tryon_solver.files.convention import Convention
 from tryon_solver.files.facing import toes
 
+NEARLY_ALL = 0.9  # of a part's triangles
 APART = 0.05  # m, joints of the two sides are so far from each other at least
 SIDES = {  # "LeftArm", "mixamorig:leftFoot"; "thigh.L", "Bip01 L Thigh", "l_hip", "upperarm_l"; "lShldr"
     side: re.compile(rf"(?i:{side})|(?<![A-Za-z])(?i:{side[0]})(?![A-Za-z])|^{side[0]}(?=[A-Z])")
@@ -25,6 +26,7 @@ def side_of(joint: str) -> str | None:
 
 def sides_told(
     turned: np.ndarray,
+    part: np.ndarray,
     x: np.ndarray,
     leftward: np.ndarray | None,
     convention: Convention,
@@ -32,11 +34,15 @@ def sides_told(
 ) -> list[str]:
     """What there is to say about a body of which the triangles `turned` (F,) faced inwards.
 
+    `part` (F,) which of its parts each is of: one is inside out where nearly all of its triangles are; mirroring turns
+    all of them, never some.
+
     `x` (V, 3) m its vertices; `leftward` (3,), in the file's units and axes, from its right joints to its left ones;
     `facing` (3,) where it faces, if that is told: else its toes do.
     """
     notes = []
-    if 2 * np.count_nonzero(turned) > len(turned):
+    share = np.bincount(part, turned) / np.bincount(part)
+    if 2 * np.count_nonzero(turned & (share[part] > NEARLY_ALL)) > len(turned):
         notes.append(
             "it is inside out, its triangles face inwards as those of a mirrored export do: they are turned over; if "
             "it is mirrored its left is its right"

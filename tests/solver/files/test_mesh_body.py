@@ -1,6 +1,8 @@
 """Moving meshes from files: frames of an .npz, what is said of them, and how a surface is mended."""
 
 import json
+import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -52,6 +54,7 @@ def test_frames_a_second_that_are_told_win_and_those_that_are_assumed_are_said(t
     [
         ({"vertices": FRAMES}, "it holds vertices"),
         ({"vertices": FRAMES[..., :2], "faces": BODY.faces}, "vertices are"),
+        ({"vertices": FRAMES.reshape(4, -1), "faces": BODY.faces}, rf"vertices are \(4, {3 * BODY.vertex_count}\) and"),
         ({"vertices": FRAMES, "faces": BODY.faces + 1}, "a vertex that is not there"),
         ({"vertices": FRAMES, "faces": np.where(BODY.faces == 7, -1, BODY.faces)}, r"faces\[\d+\]: .*refers to -1"),
         ({"vertices": FRAMES, "faces": BODY.faces.astype(np.int64) + 2**32}, "a vertex that is not there"),
@@ -138,6 +141,25 @@ def test_frames_in_capitals_are_read_in_the_order_of_their_numbers_and_gaps_are_
     np.testing.assert_array_equal(raw.frames[:, 0, 2], [0, 1, 10])
     assert "numbering has gaps (10 follows 1)" in raw.notes[1]
     assert raw.place(2) == f"{tmp_path.name}/F10.OBJ"
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_what_computers_put_beside_frames_is_skipped(tmp_path, packed):
+    junk = ("._f_1.obj", ".DS_Store", "Thumbs.db", "__MACOSX/._f_1.obj", "__MACOSX/f_1.obj")
+    frame_file(tmp_path / "f_1.obj", 0.0)
+    frame_file(tmp_path / "f_2.obj", 1.0)
+    path = tmp_path
+    (tmp_path / "__MACOSX").mkdir()
+    for name in junk:
+        (tmp_path / name).write_bytes(b"\x00\x05\x16\x07")
+    if packed:
+        path = tmp_path / "frames.zip"
+        with zipfile.ZipFile(path, "w") as archive:
+            for name in (*junk, "f_1.obj", "f_2.obj"):
+                archive.write(tmp_path / name, f"take/{name}")
+    raw = read_frames(path)
+    assert [Path(file).name for file in raw.files] == ["f_1.obj", "f_2.obj"]
+    assert not any("gaps" in note for note in raw.notes)
 
 
 def test_frames_by_the_same_step_have_no_gaps(tmp_path):
@@ -229,6 +251,14 @@ def test_a_few_triangles_that_face_inwards_are_counted(tmp_path):
     assert not any(inside_out(note) for note in body.notes)
 
 
+def test_triangles_turned_at_random_are_counted_and_not_told_to_be_mirrored(tmp_path):
+    turned = np.random.default_rng(5).random(len(BODY.faces)) < 0.55
+    faces = np.where(turned[:, None], BODY.faces[:, ::-1], BODY.faces)
+    body = make_body(read_frames(saved(tmp_path / "n.npz", vertices=FRAMES, faces=faces)))
+    assert f"{turned.sum()} of its {len(faces)} triangles faced inwards: they are turned over" in body.notes
+    assert not any(inside_out(note) for note in body.notes)
+
+
 @pytest.fixture(scope="module")
 def squat(strangers, tmp_path_factory):
     path = tmp_path_factory.mktemp("glb") / "squat.glb"
@@ -262,11 +292,12 @@ def test_a_rig_whose_left_is_right_is_told(squat, tmp_path, change, swapped):
     path.write_bytes(rewritten(squat, change))
     raw = read_frames(path)
     metres = Convention("m", "y", "in a test")
-    notes = sides_told(np.zeros(5, bool), raw.frames[0], raw.leftward, metres)
+    unturned = np.zeros(5, bool), np.zeros(5, int)
+    notes = sides_told(*unturned, raw.frames[0], raw.leftward, metres)
     assert [note.startswith("its joints named left are on its right") for note in notes] == [True] * swapped
     about = [[-1, 1, -1]]  # who faces backwards has left and right where they belong
-    assert len(sides_told(np.zeros(5, bool), raw.frames[0] * about, raw.leftward * about[0], metres)) == swapped
-    assert sides_told(np.zeros(5, bool), raw.frames[0][:9], raw.leftward, metres) == []
+    assert len(sides_told(*unturned, raw.frames[0] * about, raw.leftward * about[0], metres)) == swapped
+    assert sides_told(*unturned, raw.frames[0][:9], raw.leftward, metres) == []
 
 
 @pytest.mark.parametrize(
