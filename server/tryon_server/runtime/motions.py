@@ -10,6 +10,7 @@ from tryon_server.problems import ProblemError, problem_error
 from tryon_server.runtime.interface import MotionEntry
 from tryon_server.sessions.commands import MotionFile, MotionReading
 from tryon_solver.body.bvh import KNOWN_UNITS, UNITS, BvhClip, BvhError, BvhUnitError, decode_bvh, find_units, parse_bvh
+from tryon_solver.body.feet import floor
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion, MotionError
 from tryon_solver.body.own_sides import with_own_sides, with_told_facing
@@ -18,6 +19,7 @@ from tryon_solver.body.retarget import retarget
 from tryon_solver.body.root_unit import with_root_unit
 from tryon_solver.body.skeletons import RetargetError, SkeletonParts, UnnamedError, find_parts
 from tryon_solver.body.standing_rest import lying_or_standing, tilt, upward_axis, with_standing_rest
+from tryon_solver.body.stillness import stillness
 from tryon_solver.files.foreign import LOOKED_AT, no_motion
 
 MOTION_FOLDER = Path(__file__).parent.parent / "demo" / "motions"
@@ -103,9 +105,11 @@ def read_clip(
         start, left_out = find_start(clip, parts)
         standing, rest = with_standing_rest(clip, parts, up, start)
         own, sides = with_told_facing(clip, parts, facing) if facing else with_own_sides(standing, parts)
-        mended = (clip.skeleton, root, left_out, rest, sides, _joints_told(reading))
-        facts = _facts(clip.since(start), own, word, f"units: {word}, {how}", mended, up)
-        return retarget(clip, body, names=reading.joints, facing=facing, up=up), facts
+        motion = retarget(clip, body, names=reading.joints, facing=facing, up=up)
+        begun = clip.since(start)
+        mended = (clip.skeleton, root, left_out, rest, sides, stillness(begun, parts), floor(body, motion)[1])
+        said = (*mended, _joints_told(reading))
+        return motion, _facts(begun, own, word, f"units: {word}, {how}", said, up)
     except BvhError as error:
         message = str(error)
         place = "motion" if error.line is None else f"line {error.line}"

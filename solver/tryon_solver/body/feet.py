@@ -12,6 +12,8 @@ UP = np.array([0.0, 1.0, 0.0])
 STANDING_SPEED = 0.1  # m/s, an ankle slower than this
 STANDING_HEIGHT = 0.03  # m, and no higher than this above its lowest place, stands
 ON_HANDS = 0.5  # m; who bends down or turns a cartwheel has hands and feet on one floor
+SUNK = 0.05  # m that knees, seat or elbows may be below the feet, of a person whose limbs are not as long as ours
+FEET, HANDS = ("_foot", "_toes"), ("_hand", "_fingers")
 CLEARLY_FLATTER = np.radians(5.0)  # rad
 
 
@@ -58,28 +60,48 @@ def _frame_turn(up_a: np.ndarray, ahead_a: np.ndarray, up_b: np.ndarray, ahead_b
     return quaternions.multiply(quaternions.from_axis_angle(up_b, angle), tilt)
 
 
-def floor_height(model: BodyModel, motion: Motion) -> float:
-    """Height [m] of the floor: the lowest point of the feet over the whole motion, or of the hands where they are so
-    far below it that the person is on the hands all along."""
+def floor(model: BodyModel, motion: Motion) -> tuple[float, str]:
+    """Height [m] of the floor, and what there is to say of it, for people; "" where feet or hands stand on it.
+
+    It is the lowest point of the feet over the whole motion, or of the hands where they are so far below it that the
+    person is on the hands all along. Where another part is more than `SUNK` below that, as the head of who is upside
+    down with the arms along the trunk, it is the lowest point of the whole skin.
+    """
     positions, turns = world_tracks(model, motion)
-    soles = _lowest_point(model, positions, turns, ("_foot", "_toes"))
-    hands = _lowest_point(model, positions, turns, ("_hand", "_fingers"))
-    return hands if hands < soles - ON_HANDS else soles
+    soles, _ = _lowest_point(model, positions, turns, FEET)
+    hands, _ = _lowest_point(model, positions, turns, HANDS)
+    stood_on = hands if hands < soles - ON_HANDS else soles
+    others = tuple(name for name in model.joint_names if not name.endswith(FEET + HANDS))
+    lowest, part = _lowest_point(model, positions, turns, others)
+    if lowest > stood_on - SUNK:
+        return stood_on, ""
+    word = "trunk" if part.startswith("spine") else part.removesuffix("_twist").replace("_", " ").rstrip(" 123")
+    what = "feet" if stood_on == soles else "hands"
+    below = f"{stood_on - lowest:.2f} m below its {what}"
+    return min(lowest, hands), f"the floor is under its lowest part, the {word}, {below}"
 
 
-def _lowest_point(model: BodyModel, positions: np.ndarray, turns: np.ndarray, ends: tuple[str, ...]) -> float:
-    """Height [m] of the lowest point of the skin on the joints whose names end so, over joint tracks (T, J, 3 and 4).
+def _lowest_point(
+    model: BodyModel, positions: np.ndarray, turns: np.ndarray, ends: tuple[str, ...]
+) -> tuple[float, str]:
+    """Height [m] of the lowest point of the skin on the joints whose names end so, over joint tracks (T, J, 3 and 4),
+    and the name of its joint.
 
     Each vertex is carried by the joint that has most of it, which at the sole is all of it.
     """
     strongest = model.skin_joints[:, 0]
-    lowest = np.inf
-    for joint in (k for k, name in enumerate(model.joint_names) if name.endswith(ends)):
+    lowest, lowest_name = np.inf, ""
+    for joint, name in enumerate(model.joint_names):
         points = model.rest_vertices[strongest == joint] - model.rest_joints[joint]
-        matrices = quaternions.to_matrix(turns[:, joint])
-        heights = positions[:, joint, 1, None] + matrices[:, 1] @ points.T
-        lowest = min(lowest, float(heights.min()))
-    return lowest
+        if not name.endswith(ends) or not len(points):
+            continue
+        reach = float(np.linalg.norm(points, axis=1).max())
+        near = positions[:, joint, 1] - reach < lowest
+        if near.any():
+            matrices = quaternions.to_matrix(turns[near, joint])
+            height = float((positions[near, joint, 1, None] + matrices[:, 1] @ points.T).min())
+            lowest, lowest_name = min((lowest, lowest_name), (height, name))
+    return lowest, lowest_name
 
 
 def world_tracks(model: BodyModel, motion: Motion) -> tuple[np.ndarray, np.ndarray]:

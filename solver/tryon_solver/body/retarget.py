@@ -17,7 +17,7 @@ import numpy as np
 
 from tryon_solver.body import quaternions
 from tryon_solver.body.bvh import BvhClip
-from tryon_solver.body.feet import floor_height, foot_correction
+from tryon_solver.body.feet import floor, foot_correction
 from tryon_solver.body.folding import GIVE, unfolded
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion, ease
@@ -44,7 +44,7 @@ def retarget(
     """The clip as a motion of `model`, which must have the joints that scripts/make_body.py gives it.
 
     The motion starts above the origin and stands on y = 0: the lowest point of the soles over the whole clip is there,
-    or of the hands where it is all of a handstand.
+    or of the hands where it is all of a handstand, or of the whole body where it is well below these (feet.floor).
     `arm_clearance_degrees`: smallest angle between a hanging upper arm and the trunk, seen from the front; an arm that
     would dig into the trunk is turned out as a whole, since a thinner actor's arms hang closer than ours can.
     0 turns nothing out.
@@ -79,7 +79,7 @@ def retarget(
     local[:, 1:] = quaternions.multiply(quaternions.conjugate(world[:, model.parents[1:]]), world[:, 1:])
     roots = _roots(source, rest, world[:, 0])
     motion = Motion(roots, quaternions.continuous(quaternions.normalise(local)), clip.dt, clip.name)
-    roots[:, 1] -= floor_height(model, motion)
+    roots[:, 1] -= floor(model, motion)[0]
     return Motion(roots, motion.rotations, clip.dt, clip.name)
 
 

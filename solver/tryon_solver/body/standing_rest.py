@@ -88,16 +88,17 @@ def upward_axis(clip: BvhClip, parts: SkeletonParts, up_told: str | None = None)
 
 
 def lying_or_standing(clip: BvhClip, parts: SkeletonParts, up_told: str | None = None) -> str:
-    """How a clip is played whose poses stand along an axis across the rest pose's, by what, and what tells otherwise.
+    """How a clip is played whose poses stand along another axis than the rest pose, by what, and what tells otherwise.
 
     For people; "" for any other clip, and where it is told. `up_told`: as of `with_standing_rest`.
     """
     _, positions = looked_at(clip)
     own, poses = _own_axis(clip.rest_positions(), parts), _upward(positions, parts, None)
-    if up_told is not None or own is None or abs(own @ poses) > 0.5:
+    if up_told is not None or own is None or own @ poses > 0.5:
         return ""
     up, because = _reading(positions, parts, own)
-    played, other, otherwise = ("lying", poses, "stands") if up @ own > 0.5 else ("standing", own, "lies")
+    odd, is_odd = ("upside down", "is upside down") if own @ poses < -0.5 else ("lying", "lies")
+    played, other, otherwise = (odd, poses, "stands") if up @ own > 0.5 else ("standing", own, is_odd)
     return (
         f"the person is played {played}, {because}; if it {otherwise}, with {_axis_name(other)} up, "
         f"--motion-up={_axis_name(other).lower()} tells"

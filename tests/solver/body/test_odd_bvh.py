@@ -12,7 +12,9 @@ from tryon_solver.body import BodyModel, BvhClip, parse_bvh, retarget
 from tryon_solver.body.bvh import BvhError
 from tryon_solver.body.root_unit import with_root_unit
 from tryon_solver.body.skeletons import find_parts
+from tryon_solver.body.stillness import stillness
 
+RADIANS = np.pi / 180.0
 WALK = (DEMO_MOTIONS / "walk.bvh").read_text()
 
 
@@ -107,3 +109,38 @@ def test_the_root_of_people_goes_as_far_as_their_feet_say(path) -> None:
     level = clip.positions.copy()
     level[:, 0, [0, 2]] = level[0, 0, [0, 2]]
     assert with_root_unit(replace(clip, positions=level), parts)[1] == ""
+
+
+def recast(lengths: float, angles: float) -> BvhClip:
+    """The walk with the places and angles of its frames times these."""
+    head, motion = WALK.split("MOTION\n")
+    count, rate, *frames = motion.strip().splitlines()
+    rows = np.array([[float(word) for word in frame.split()] for frame in frames])
+    rows *= np.repeat([lengths, angles], [3, rows.shape[1] - 3])
+    return parse_bvh("\n".join([f"{head}MOTION", count, rate, *(" ".join(map(str, row)) for row in rows)]))
+
+
+@pytest.mark.parametrize(
+    ("clip", "told"),
+    [
+        (recast(1.0, RADIANS), "although the body moves by 2.57 m: are its angles in radians? BVH has degrees"),
+        (recast(0.0, RADIANS), "0.87 degrees: are its angles in radians? BVH has degrees"),
+        (recast(0.0, 0.0), "nothing moves: its 421 frames are all alike"),
+        (recast(1.0, 0.0), "nothing moves but its root"),
+        (recast(0.0, 1.0), ""),
+    ],
+    ids=["radians", "treadmill-radians", "zeros", "slides", "treadmill"],
+)
+def test_joints_that_do_not_turn_are_told(clip: BvhClip, told: str) -> None:
+    said = stillness(clip, find_parts(clip.joint_names, clip.parents))
+    assert said.endswith(told)
+    assert bool(said) == bool(told)
+
+
+@pytest.mark.parametrize("path", [*sorted(DEMO_MOTIONS.glob("*.bvh")), *shared_clips()], ids=lambda path: path.stem)
+def test_the_joints_of_people_turn(path) -> None:
+    clip = parse_bvh(path.read_text(), None)
+    parts = find_parts(clip.joint_names, clip.parents)
+    assert stillness(clip, parts) == ""
+    one = replace(clip, positions=clip.positions[:1], rotations=clip.rotations[:1])
+    assert stillness(one, parts) == "", "a pose is no motion"

@@ -9,6 +9,7 @@ import pytest
 from body_cases import DEMO_MOTIONS
 
 from tryon_solver.body import BodyModel, BvhClip, parse_bvh, quaternions, retarget
+from tryon_solver.body.feet import floor
 from tryon_solver.body.pose import skin
 from tryon_solver.body.skeletons import SkeletonParts, find_parts
 from tryon_solver.body.standing_rest import lying_or_standing, tilt, upward_axis, with_standing_rest
@@ -186,12 +187,31 @@ def test_a_handstand_stays_one(body: BodyModel, height: float | None, standing: 
     told = "from feet to shoulders in its rest pose: in most of its poses the person is upside down"
     assert upward_axis(both, parts) == ("Y", told)
     assert tilt(both, parts) == 0.0
+    told = lying_or_standing(both, parts)
+    assert told.startswith("the person is played upside down, since ")
+    assert told.endswith("; if it stands, with -Y up, --motion-up=-y tells")
     played = retarget(both, body)
     world = quaternions.rotate(played.rotations[: len(raised), 0], np.broadcast_to(Y, (len(raised), 3)))
     assert (world[:, 1] < -0.7).all()
     if standing == 0.0:
         lowest = min(skin(body, played.pose(k))[:, 1].min() for k in range(played.frame_count))
         assert lowest == pytest.approx(0.0, abs=0.02), "on the floor, by the hands"
+
+
+def test_who_is_upside_down_with_the_arms_along_the_trunk_has_the_head_on_the_floor(body: BodyModel) -> None:
+    """Where it is told that the file means it; else it is played standing, which is told with what tells otherwise."""
+    over = turned_by_its_root(demo("walk"), X, 180.0)
+    parts = find_parts(over.joint_names, over.parents)
+    assert lying_or_standing(over, parts) == (
+        "the person is played standing, since the floor is at zero along -Y; "
+        "if it is upside down, with Y up, --motion-up=y tells"
+    )
+    assert lying_or_standing(over, parts, "y") == ""
+    played = retarget(over, body, up="y")
+    lowest = min(skin(body, played.pose(k))[:, 1].min() for k in range(0, played.frame_count, 10))
+    assert lowest == pytest.approx(0.0, abs=0.02)
+    assert floor(body, played)[1] == "the floor is under its lowest part, the head, 0.67 m below its hands"
+    assert floor(body, retarget(over, body))[1] == ""
 
 
 def test_who_lies_and_then_gets_up_is_not_turned() -> None:
