@@ -4,6 +4,7 @@ from __future__ import annotations
 
 ERROR_CODES = frozenset(
     {
+        "contorted",
         "invalid_ack",
         "invalid_field",
         "invalid_pose",

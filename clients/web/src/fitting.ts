@@ -46,7 +46,7 @@ export interface Catalogue {
 const LARGEST_FILE = 256 * 2 ** 20;
 const RETRY_MS = 1_500;
 /** codes of what is told of poses that are followed all the same */
-const TOLD: ReadonlySet<string> = new Set(["upside_down", "lying", "off_floor"]);
+const TOLD: ReadonlySet<string> = new Set(["upside_down", "lying", "off_floor", "contorted"]);
 const NO_GARMENT = "No garment yet: add a sewing pattern or a mesh";
 
 /**

@@ -23,7 +23,7 @@ from tryon_server.runtime.followers import Follower
 from tryon_server.runtime.kernel_news import kernel_news
 from tryon_server.runtime.meter import Meter
 from tryon_server.runtime.order import WorkOrder
-from tryon_server.runtime.posture import Posture
+from tryon_server.runtime.posture import Posture, local_turns
 from tryon_server.runtime.publishing import Publisher
 from tryon_server.runtime.sources import MotionSource, Move, PoseSource, SequenceSource, StillSource
 from tryon_server.runtime.stream_source import StreamSource
@@ -135,9 +135,11 @@ class Worker:
         if not isinstance(self._source, StreamSource):
             return
         self._source.take(command.stream, command.seq, command.t_capture, pose)
-        convention = command.skeleton.convention if isinstance(command, UseTrackedPose) else POSE_CONVENTION
+        convention, sent = POSE_CONVENTION, pose.rotations
+        if isinstance(command, UseTrackedPose):
+            convention, sent = command.skeleton.convention, local_turns(command)
         if self._posture is not None:
-            odd = self._posture.told(command.stream, command.t_capture, pose, convention)
+            odd = self._posture.told(command.stream, command.t_capture, pose, convention, sent)
             if odd is not None:
                 self._trouble(odd.code, odd.place, odd.message, odd.remedy)
 
