@@ -22,6 +22,7 @@ PARAMETERS = {  # longer options first: shorter ones are parts of them
     "--motion-facing": "facing",
     "--rest-shape ": "rest_shape=",
     "--rest-shape": "rest_shape",
+    "--size": "size",
     "--units": "units",
     "--up": "up",
 }

@@ -20,6 +20,8 @@ from tryon_server.runtime.publishing import Publisher
 from tryon_server.runtime.sources import Move
 from tryon_server.runtime.wardrobe import CAPACITY, Wardrobe, wardrobe_key
 from tryon_server.sessions.commands import AllowFrame
+from tryon_server.wording import in_parameters
+from tryon_solver.body.model import default_body
 from tryon_solver.body.pose import Pose
 from tryon_solver.dressing import dress as dressing
 from tryon_solver.dressing.fit import DressingError
@@ -161,6 +163,26 @@ def test_a_piece_that_does_not_fit_is_named_with_what_to_do_about_it(order, monk
         "garment.unfit", "panels.back", "Move it away from the body",
     )  # fmt: skip
     assert "finds no place" in problem.message
+
+
+@pytest.mark.parametrize("ending", ["ply", "npz"])
+@pytest.mark.parametrize(("scale", "size", "told"), [(0.6, 1.0, True), (0.6, 1.1, False), (0.9, 1.0, False)])
+def test_a_garment_refused_by_a_child_says_that_it_is_one(order, monkeypatch, tmp_path, scale, size, told, ending):
+    def too_wide(*_, **__):
+        raise DressingError("the seam stays open", "panels.back", "Move it")
+
+    monkeypatch.setattr(production, "dress", too_wide)
+    grown_up, path = default_body(), tmp_path / f"child.{ending}"
+    if ending == "ply":
+        trimesh.Trimesh(scale * grown_up.rest_vertices, grown_up.faces, process=False).export(path)
+    else:
+        np.savez(path, vertices=scale * grown_up.rest_vertices[None], faces=grown_up.faces, units="m")
+    with pytest.raises(ProblemError) as caught:
+        production.build_drape(replace(order, body=path, size=size), lambda *_: None)
+    tall = "; the body stands 1.03 m tall, and patterns are mostly drawn for about 1.72 m"
+    assert caught.value.problem.message == f"the garment can't be put on: the seam stays open{tall if told else ''}"
+    said = in_parameters(caught.value.problem).remedy
+    assert said == ("Move it; or say size fit, which looks for a size that fits this body" if told else "Move it")
 
 
 def published(drape, poses):

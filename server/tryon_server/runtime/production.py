@@ -22,15 +22,16 @@ from tryon_solver.body.on_device import WornBody
 from tryon_solver.body.pose import Pose
 from tryon_solver.dressing.dress import Dressed, dress
 from tryon_solver.dressing.dress_mesh import dress_mesh
-from tryon_solver.dressing.fit import DressingError
+from tryon_solver.dressing.fit import DressingError, StanceError
 from tryon_solver.dressing.fitting_room import FittingRoom
 from tryon_solver.dressing.opening import Opening
 from tryon_solver.dressing.stance import Covered
-from tryon_solver.dressing.to_fit import OWN, Fitted, dress_to_fit
+from tryon_solver.dressing.to_fit import OWN, TRY_SIZES, Fitted, dress_to_fit, told_by_height
 from tryon_solver.files.convention import Told
 from tryon_solver.files.garment_file import is_mesh, read_garment
 from tryon_solver.files.mesh_body import MeshBody
 from tryon_solver.files.raw_mesh import MeshFileError
+from tryon_solver.files.standing import facing
 from tryon_solver.geometry.garment import Garment, GarmentError
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.pattern import PatternError, load_pattern
@@ -185,6 +186,8 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
         message, remedy, place = error.message, error.remedy, error.place
         if moving is not None and moving.cut_off:
             message, remedy, place = f"of the body, {moving.cut_off}; as it is, {message}", A_WHOLE_BODY, "body"
+        elif order.size == OWN and not isinstance(error, StanceError) and (height := _other_height(room)):
+            message, remedy = f"{message}; {height}", f"{remedy}; or {TRY_SIZES}"
         message = f"the garment can't be put on: {message}"
         raise problem_error("garment.unfit", message, remedy, place=place, status=422) from error
     except GarmentError as error:
@@ -195,6 +198,13 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
         notes = (f"body: {room.note}", *notes)
     names, size = dressed.panels.panel_names, fitted.size
     return _drape(dressed.simulation, dressed.pose, names, body, moving, how_read(order.body), notes, opening, size)
+
+
+def _other_height(room: FittingRoom) -> str:
+    """What there is to say of the height of who is in that room; "" for what is no person: has no feet, and was not
+    read as one."""
+    x, faces = room.body.surface(room.body.start()), np.asarray(room.body.faces)
+    return told_by_height(x) if room.moving is not None or facing(x, faces) is not None else ""
 
 
 def _refuse_for_mesh(order: DrapeOrder) -> None:

@@ -14,10 +14,13 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from tryon_solver.body.on_device import WornBody
 from tryon_solver.dressing.dress import Dressed
 from tryon_solver.dressing.fit import CrowdedError, CrumpledError, DressingError, StanceError, TightError
 from tryon_solver.dressing.opening import Opening, opening_as_drawn
+from tryon_solver.files.cut_off import CROWN
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.placement import PlacementError
 from tryon_solver.geometry.size import SIZE_MAX, SIZE_MIN
@@ -27,6 +30,10 @@ STEPS = range(-7, 8)  # of the pattern's own size, which is step 0
 SAME = 0.025  # sizes that differ by less are not both tried
 MOST_TRIES = 5
 OWN = 1.0
+OTHER_HEIGHT = 0.15  # share by which a body is taller or shorter than whom patterns are drawn for
+
+
+TRY_SIZES = "say --size fit, which looks for a size that fits this body"
 
 
 class NoSizeError(DressingError):
@@ -62,6 +69,15 @@ def dress_to_fit(put_on: Callable[[float], Dressed], own: PanelMesh, body: WornB
     `put_on` raises besides.
     """
     return search(put_on, opening_as_drawn(own, body.surface(body.start()), body.faces))
+
+
+def told_by_height(x: np.ndarray) -> str:
+    """What there is to say of the height of x (V, 3) m, who stands along y, where a pattern in its own size was
+    refused; "" where it is about the one that patterns are drawn for."""
+    height = float(np.ptp(x[:, 1]))
+    if abs(height / CROWN - 1.0) <= OTHER_HEIGHT:
+        return ""
+    return f"the body stands {height:.2f} m tall, and patterns are mostly drawn for about {CROWN:.2f} m"
 
 
 def search(put_on: Callable[[float], Dressed], drawn: Opening | None) -> Fitted:
