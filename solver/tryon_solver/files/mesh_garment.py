@@ -10,6 +10,7 @@ import numpy as np
 from tryon_solver.files.closed import without_thickness
 from tryon_solver.files.convention import Convention
 from tryon_solver.files.raw_mesh import MeshFileError, RawMesh
+from tryon_solver.files.split_seams import with_even_seams
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.rest_shape import REST_SHAPES, find_rest_shape
 from tryon_solver.geometry.seams import merge
@@ -23,6 +24,7 @@ from tryon_solver.geometry.surface_repair import (
     usual_gap,
     weld_coincident,
 )
+from tryon_solver.geometry.uneven_seams import beside_edges
 
 VERTICES_MAX = 50_000
 PARTS_NAMED = 8  # in a note
@@ -72,6 +74,8 @@ def make_garment(raw: RawMesh, convention: Convention, rest_shape: str | None = 
         remedy = f"Say one of {', '.join(REST_SHAPES)} with --rest-shape"
         raise MeshFileError(f"{rest_shape!r} is no rest shape that is known", raw.name, remedy)
     refuse_large(raw)
+    placed = convention.apply(raw.vertices)
+    raw = with_even_seams(raw, placed)
     used = np.unique(raw.faces)
     notes = [f"units and axes: {convention.describe()}", *raw.notes]
     parts = [repr(raw.part_names[k]) for k in np.unique(raw.part_of_face) if raw.part_names and raw.part_names[k]]
@@ -81,7 +85,6 @@ def make_garment(raw: RawMesh, convention: Convention, rest_shape: str | None = 
         notes.append(f"its parts are taken as one garment: {', '.join(parts[:PARTS_NAMED])}{more}")
         if person:
             notes[-1] += f"; where {', '.join(person[:PARTS_NAMED])} is the person, leave that out of the export"
-    placed = convention.apply(raw.vertices)
     joined = weld_coincident(placed, raw.faces)
     faces, kept = joined[raw.faces], np.arange(len(raw.faces))
     kept = kept[three_corners(faces)]
@@ -165,12 +168,18 @@ def _left_open(
     pairs = gaping(x, faces)
     if group is not None:
         pairs = pairs[group[pairs[:, 0]] != group[pairs[:, 1]]]
-    if not len(pairs):
+    beside, off = beside_edges(x, faces)
+    if group is not None:
+        alone = np.bincount(group)[group[beside]] == 1
+        beside, off = beside[alone], off[alone]
+    off = off[~np.isin(beside, pairs)]
+    open_ids = np.union1d(pairs, beside)
+    if not len(open_ids):
         return []
-    gap = float(np.linalg.norm(x[pairs[:, 0]] - x[pairs[:, 1]], axis=1).max())
-    there = np.flatnonzero(np.isin(faces, pairs).sum(axis=1) >= 2)
+    gap = float(max(*np.linalg.norm(x[pairs[:, 0]] - x[pairs[:, 1]], axis=1), *off, 0.0, 0.0))
+    there = np.flatnonzero(np.isin(faces, open_ids).sum(axis=1) >= 2)
     return [
-        f"{len(np.unique(pairs))} vertices of open edges lie up to {1e3 * gap:.2g} mm from others along them and are "
+        f"{len(open_ids)} vertices of open edges lie up to {1e3 * gap:.2g} mm from others along them and are "
         f"left open ({raw.places(kept[there])}); merge them, or sew them with l lines, if they are a seam"
     ]
 
