@@ -245,17 +245,23 @@ def _channel_bones(joints: list[_Joint], offsets: np.ndarray, positions: np.ndar
     """The bones (J, 3) m, where OFFSETs are zeros or far from what position channels put in their place, and a note.
 
     Since each joint's place is relative to its parent, a bone's is the same in every frame, and in the rest pose: the
-    median. Raises BvhError where no bone has a length.
+    median. Where all of them are 0 in every frame, as if they were added to the OFFSETs, these are put into `positions`
+    (T, J, 3) m. Raises BvhError where no bone has a length.
     """
     bones = np.median(positions, axis=0)
     told, lengths = np.linalg.norm(offsets, axis=1), np.linalg.norm(bones, axis=1)
     placed = np.array([sum(channel.endswith("position") for channel in joint.channels) == 3 for joint in joints])
-    other = placed & (lengths > 0) & ((lengths > BONE_OFF * told) | (told > BONE_OFF * lengths))
     parents = [joint.parent for joint in joints]
     for joint, parent in enumerate(parents):  # those that carry all others hold no bone's length, but where it all is
         if parents.count(parent) > 1:
             break
-        other[joint] = False
+        placed[joint] = False
+    known = placed & (told > 0)
+    if known.any() and not positions[:, known].any():
+        positions[:, known] = offsets[known]
+        said = f"the position channels of {known.sum()} joints are all 0, which would put each on its parent"
+        return offsets, f"{said}: their OFFSETs are taken"
+    other = placed & (lengths > 0) & ((lengths > BONE_OFF * told) | (told > BONE_OFF * lengths))
     if other.any():
         offsets = np.where(other[:, None], bones, offsets)
     if len(joints) > 1 and not offsets[1:].any():

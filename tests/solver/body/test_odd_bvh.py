@@ -9,7 +9,7 @@ import pytest
 from body_cases import DEMO_MOTIONS, shared_clips
 
 from tryon_solver.body import BodyModel, BvhClip, parse_bvh, retarget
-from tryon_solver.body.bvh import BvhError
+from tryon_solver.body.bvh import BvhError, find_units
 from tryon_solver.body.root_unit import with_root_unit
 from tryon_solver.body.skeletons import find_parts
 from tryon_solver.body.stillness import stillness
@@ -18,8 +18,11 @@ RADIANS = np.pi / 180.0
 WALK = (DEMO_MOTIONS / "walk.bvh").read_text()
 
 
-def six_channels(factor: float, before: str = "", after: str = "") -> str:
-    """The walk with position channels in every joint and `factor` times the OFFSETs, below a joint that is `before`."""
+def six_channels(factor: float, before: str = "", after: str = "", placed: bool = True) -> str:
+    """The walk with position channels in every joint and `factor` times the OFFSETs, below a joint that is `before`.
+
+    Without `placed` these channels are 0.
+    """
     skeleton, motion = WALK.split("MOTION\n")
     lines, bones, in_end = [], [], False
     for line in skeleton.splitlines():
@@ -36,7 +39,8 @@ def six_channels(factor: float, before: str = "", after: str = "") -> str:
     for frame in frames:
         values = frame.split()
         turns = [values[k : k + 3] for k in range(6, len(values), 3)]
-        rows.append(" ".join([*values[:6], *(word for bone, turn in zip(bones[1:], turns) for word in bone + turn)]))
+        places = bones[1:] if placed else [["0"] * 3] * len(turns)
+        rows.append(" ".join([*values[:6], *(word for place, turn in zip(places, turns) for word in place + turn)]))
     hierarchy = "\n".join(lines)
     if before:
         hierarchy = hierarchy.replace("HIERARCHY\nROOT", f"HIERARCHY\n{before}\nJOINT") + after
@@ -51,6 +55,16 @@ def test_bones_are_as_long_as_position_channels_say(body: BodyModel, factor: flo
     wanted, got = retarget(parse_bvh(WALK), body), retarget(clip, body)
     np.testing.assert_allclose(got.roots, wanted.roots, atol=1e-6)
     np.testing.assert_allclose(got.rotations, wanted.rotations, atol=1e-6)
+
+
+def test_position_channels_that_are_all_0_leave_the_bones_as_long_as_their_offsets() -> None:
+    text = six_channels(1.0, placed=False)
+    assert find_units(text)[:2] == (100.0, "centimetres")
+    clip = parse_bvh(text, None)
+    assert clip.skeleton == (
+        "the position channels of 23 joints are all 0, which would put each on its parent: their OFFSETs are taken"
+    )
+    np.testing.assert_array_equal(clip.positions, parse_bvh(WALK).positions)
 
 
 def test_a_joint_that_only_carries_the_person_about_is_no_bone() -> None:
