@@ -360,3 +360,11 @@ def test_a_body_upside_down_for_long_is_told_once_and_followed(turned, told):
     assert frames(connection)[-1].pose_seq == 359
     if turned[-1][2] == 180.0:
         assert abs(frames(connection)[-1].rotations[0] @ [1.0, 0.0, 0.0, 0.0]) > 0.999, "as it was sent"
+
+
+def test_quaternions_that_begin_with_w_are_told_once_and_followed():
+    w_first = np.tile([1.0, 0.0, 0.0, 0.0], (3, 1))
+    poses = [(1.0 + k / 60, UsePose(1, k, 50.0 + k / 60, np.array([0.0, 1.0, 0.0]), w_first)) for k in range(1, 360)]
+    connection = work([(0.5, allow(10_000)), (0.5, Run(True)), *poses], until=8.0, motion=None)
+    assert [event.code for event in of(connection, Troubled)] == ["contorted"]
+    assert frames(connection)[-1].pose_seq == 359

@@ -21,6 +21,7 @@ STARTS = (
     (b"Vocaloid Motion Data", "VMD"),
     (b"glTF", "glTF"),
     (b"\x93NUMPY", "NumPy array"),
+    (b"\x1f\x8b", "gzip-compressed"),
 )
 """What files of a kind begin with."""
 ENDINGS = {
@@ -53,6 +54,7 @@ BODY_REMEDIES = {
     "VMD": "It is a motion without a surface: convert it to BVH, and give that as the motion",
     "NumPy array": "Write an .npz of vertices (frames, V, 3), faces (F, 3) and fps with numpy.savez",
     "Python pickle": "Write an .npz of vertices (frames, V, 3), faces (F, 3) and fps with numpy.savez",
+    "gzip-compressed": "Unpack it, and give the file that is in it",
 }
 BODY_REMEDY = "Export it as a .glb with its animation, as .obj frames, or as an .npz of vertices, faces and fps"
 MOTION_REMEDIES = {
@@ -60,6 +62,7 @@ MOTION_REMEDIES = {
     "NumPy archive": "Give an .npz of vertices, faces and fps as the body, which then moves by itself; or convert the "
     "poses of SMPL, as AMASS has them, to BVH",
     "zip archive": "Unpack it, and give the BVH file that is in it",
+    "gzip-compressed": "Unpack it, and give the BVH file that is in it",
     "Python pickle": "Convert the poses of SMPL that it may hold to BVH",
 }
 MOTION_REMEDY = "Convert it to BVH"

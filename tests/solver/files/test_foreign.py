@@ -24,6 +24,7 @@ FBX = b"Kaydara FBX Binary  \x00\x1a\x00" + b"\x00" * 40
         (b"\x80\x04", "a.pkl", "a Python pickle file", "numpy.savez"),
         (b"\x93NUMPY\x01", "a", "a NumPy array file", "numpy.savez"),
         (b"anything", "a.c3d", "a C3D file", "markers"),
+        (b"\x1f\x8b\x08\x08", "a.obj.gz", "a gzip-compressed file", "Unpack it"),
     ],
 )
 def test_what_is_no_body_says_what_it_is(tmp_path, start, name, what, remedy):
@@ -45,6 +46,7 @@ def test_what_is_no_body_says_what_it_is(tmp_path, start, name, what, remedy):
         (b"{}", "a.gltf", "a glTF file", "as the body"),
         (b"PK\x03\x04" + b"\x00" * 26 + b"poses.npy", "a.npz", "a NumPy archive file", "poses of SMPL.* to BVH"),
         (b"PK\x03\x04" + b"\x00" * 26 + b"walk.bvh", "a.bvh", "a zip archive file", "Unpack it"),
+        (b"\x1f\x8b\x08\x08", "walk.bvh.gz", "a gzip-compressed file", "Unpack it"),
         (b":ASF-FORMAT\n", "a", "an ASF file", "Convert it to BVH"),
     ],
 )
