@@ -172,7 +172,7 @@ def _turned(prescribed: Reading, other: Reading, name: str) -> MeshFileError:
 def _decide(worn: list[Reading]) -> tuple[list[Reading], str]:
     """The readings that the evidence leaves, and what that was."""
     if len(worn) == 1:
-        return worn, "it lies on the body only so"
+        return worn, "it is near the body only so"
     left = [reading for reading in worn if reading.goes_around] or worn
     if len(left) == 1:
         return left, "its openings go around the body only so"

@@ -8,22 +8,17 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from tryon_solver.files.around import goes_through, longest
 from tryon_solver.files.convention import GLTF, Convention, Told
 from tryon_solver.files.garment_convention import find_by_size, find_for_garment
 from tryon_solver.files.gltf import parse_glb
+from tryon_solver.files.held import held_notes
 from tryon_solver.files.mesh_garment import MeshGarment, make_garment, refuse_large
 from tryon_solver.files.obj import parse_obj
 from tryon_solver.files.raw_mesh import MeshFileError, RawMesh
-from tryon_solver.geometry.boundary_loops import boundary_loops
 
 GLB_MAGIC = b"glTF"
 SKIN = 1e-3  # m, a vertex so near one of the body's is the body's own
 ALL_SKIN = 0.8  # of the body's vertices that a mesh has where it holds the body itself: a suit leaves head or hands
-GOES_AROUND_NOTHING = (
-    "none of its openings goes around the trunk, the head or a limb: nothing but friction holds it, and it falls where "
-    "it does not lie on the body"
-)
 OBJ_LINE = re.compile(rb"(?m)^[ \t]*v[ \t]+[-+.0-9]")
 
 
@@ -52,7 +47,7 @@ def read_garment(
     convention = find_for_garment(raw.vertices, raw.faces, skin, told, body, raw.name)
     _refuse_body(raw, convention.apply(raw.vertices), skin)
     garment = make_garment(raw, convention, rest_shape)
-    return garment if _held(garment, skin) else replace(garment, notes=(*garment.notes, GOES_AROUND_NOTHING))
+    return replace(garment, notes=(*garment.notes, *held_notes(garment, skin)))
 
 
 def read_without_body(content: bytes, name: str, told: Told, rest_shape: str | None = None) -> MeshGarment | None:
@@ -69,14 +64,6 @@ def _read(content: bytes, name: str, told: Told) -> tuple[RawMesh, Told]:
         return parse_obj(content.decode("utf-8", errors="replace"), name), told
     raw = parse_glb(content, name).raw_mesh()
     return raw, GLTF if told.unit is None and told.up is None else told
-
-
-def _held(garment: MeshGarment, skin: np.ndarray) -> bool:
-    """Whether a part of the body whose vertices are `skin` (B, 3) m goes through one of the garment's openings."""
-    sewn, merged = garment.sewn()
-    count = np.bincount(merged)
-    x = np.stack([np.bincount(merged, garment.x[:, k]) / count for k in range(3)], axis=1)
-    return any(goes_through(skin, x[loop]) for loop in longest(boundary_loops(sewn.faces), x))
 
 
 def _refuse_body(raw: RawMesh, placed: np.ndarray, skin: np.ndarray) -> None:

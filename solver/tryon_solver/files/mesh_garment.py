@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from tryon_solver.files.closed import without_thickness
 from tryon_solver.files.convention import Convention
@@ -89,6 +90,10 @@ def make_garment(raw: RawMesh, convention: Convention, rest_shape: str | None = 
     faces, kept = joined[raw.faces], np.arange(len(raw.faces))
     kept = kept[three_corners(faces)]
     kept = kept[~twins(faces[kept])]
+    again = _there_again(placed, raw.faces[kept])
+    if again.any():
+        told = f"{again.sum()} triangles lie exactly on others: what is there twice is taken once"
+        return make_garment(raw.only(kept[~again], f"{told} ({raw.places(kept[again])})"), convention, rest_shape)
     if len(kept) < len(faces):
         notes.append(f"{len(faces) - len(kept)} triangles were doubled or without area and are left out")
     ids, faces = np.unique(faces[kept], return_inverse=True)
@@ -159,6 +164,13 @@ def refuse_large(raw: RawMesh) -> None:
             raw.name,
             "Merge vertices that coincide, or decimate it, before exporting it",
         )
+
+
+def _there_again(placed: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """(F,) which triangles lie with their corners on those of an earlier one, whether or not vertices are joined."""
+    same = merge(len(placed), cKDTree(placed).query_pairs(TOLD_GAP, output_type="ndarray"))
+    corners = same[faces]
+    return twins(corners) & three_corners(corners)
 
 
 def _left_open(

@@ -8,7 +8,8 @@ from small_glb import plain
 from tryon_solver.files.around import goes_through
 from tryon_solver.files.convention import AXES, GLTF, UNITS, Told
 from tryon_solver.files.garment_convention import find_for_garment
-from tryon_solver.files.garment_file import GOES_AROUND_NOTHING, read_garment
+from tryon_solver.files.garment_file import read_garment
+from tryon_solver.files.held import GOES_AROUND_NOTHING
 from tryon_solver.files.raw_mesh import MeshFileError
 
 
