@@ -37,7 +37,7 @@ hard: $(VENV)/.dev $(BODY)
 
 ## make hard-page  docs/hard_cases.md: all runs in build/hard side by side, with the worst of each figure
 hard-page: $(VENV)/.dev
-	$(BIN)/python tests/hard_cases --document docs/hard_cases.md --of $(wildcard build/hard/*)
+	$(BIN)/python tests/hard_cases --document docs/hard_cases.md --of $(dir $(wildcard build/hard/*/run.json))
 
 REFERENCE = $(BIN)/python tests/reference && TRYON_FRAMES=300 $(BIN)/python -m pytest -q tests/solver/verification/test_determinism.py
 ## make reference hold contact scenes to full Newton in float64, two long runs to each other: part of the proof

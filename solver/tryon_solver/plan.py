@@ -44,9 +44,10 @@ class Contribution:
     dynamics' constant matrix; `add_velocity_gradient` and `add_velocity_gradient_in_correction` likewise.
     `add_hessian` adds a positive semidefinite Hessian over pairs of vertices that share a triangle; `constant` says
     that `stiffness` is exactly the Hessian, so that nothing has to be added. `stiffness` (N, N) float64 N/m enters
-    projective dynamics' constant matrix; `rate_stiffness` (N, N) float64 N s/m, over dt, the correction's;
-    `diagonal(dt)` (N,) float64 N/m enters both beside the inertia; `touches` names the surfaces the cloth may touch:
-    "cloth", "body"; `sleep` says when nothing is to be done at all.
+    projective dynamics' constant matrix; `rate_stiffness` (N, N) float64 N s/m, over dt, the correction's. Rows of all
+    three must sum to zero, as those of inner forces do: the correction multiplies by differences. What holds the cloth
+    to a place is `diagonal(dt)` (N,) float64 N/m, which enters both beside the inertia; `touches` names the surfaces
+    the cloth may touch: "cloth", "body"; `sleep` says when nothing is to be done at all.
     """
 
     name: str

@@ -31,8 +31,6 @@ SAME = 0.025  # sizes that differ by less are not both tried
 MOST_TRIES = 5
 OWN = 1.0
 OTHER_HEIGHT = 0.15  # share by which a body is taller or shorter than whom patterns are drawn for
-
-
 TRY_SIZES = "say --size fit, which looks for a size that fits this body"
 
 

@@ -20,7 +20,8 @@ def within(points: np.ndarray, loop: np.ndarray) -> np.ndarray:
     middle = loop.mean(axis=0)
     size = max(float(np.abs(loop - middle).max()), np.finfo(float).tiny)
     spokes = (loop - middle) / size
-    along = np.linalg.svd(np.outer(*[_area_vector(spokes)] * 2))[0][:, 1:]
+    normal = _area_vector(spokes)
+    along = np.linalg.svd(np.outer(normal, normal))[0][:, 1:]
     (x, y), (a, b) = ((points - middle) / size @ along).T, (spokes @ along).T
     c, d = np.roll(a, -1), np.roll(b, -1)
     over = (b[None] > y[:, None]) != (d[None] > y[:, None])

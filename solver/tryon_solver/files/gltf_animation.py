@@ -91,8 +91,7 @@ def choose(
     """The animation called `wanted`, without that the first that moves anything; None where there is none.
 
     `animations` as the document has them; `moves` says whether one of these, by its number, moves anything; `name` of
-    the file. Raises MeshFileError
-    when there is none so called.
+    the file. Raises MeshFileError when there is none so called.
     """
     names = _names(animations)
     if wanted is None:

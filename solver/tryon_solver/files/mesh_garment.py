@@ -188,7 +188,8 @@ def _left_open(
     open_ids = np.union1d(pairs, beside)
     if not len(open_ids):
         return []
-    gap = float(max(*np.linalg.norm(x[pairs[:, 0]] - x[pairs[:, 1]], axis=1), *off, 0.0, 0.0))
+    gaps = np.linalg.norm(x[pairs[:, 0]] - x[pairs[:, 1]], axis=1)
+    gap = float(np.concatenate([gaps, off]).max(initial=0.0))
     there = np.flatnonzero(np.isin(faces, open_ids).sum(axis=1) >= 2)
     return [
         f"{len(open_ids)} vertices of open edges lie up to {1e3 * gap:.2g} mm from others along them and are "

@@ -207,11 +207,11 @@ def correct_penetration(sim: Simulation) -> None:
 
     Newton's steps are not searched along: one that overshoots is mended by the next, and what contact stopped in one is
     held in the next (hold.py). The budget's last has none, so it is not taken when it is much longer than the one
-    before. A fold that snaps takes several, the first of them uphill:
-    where the budget ends among these it is extended. Where that is spent as well, x is where an iteration began nearest
-    to balance, and the next step has the snap. Never twice in a row: a step that only finds back to where it began
-    would be found again by all that follow, and the garment would stand frozen. With more contact passes the next pass
-    goes on with a snap: nothing is extended and nothing goes back.
+    before. A fold that snaps takes several, the first of them uphill: where the budget ends among these it is extended.
+    Where that is spent as well, x is where an iteration began nearest to balance, and the next step has the snap. Never
+    twice in a row: a step that only finds back to where it began would be found again by all that follow, and the
+    garment would stand frozen. With more contact passes the next pass goes on with a snap: nothing is extended and
+    nothing goes back.
     """
     progress, settings = sim.progress, sim.settings
     sim.holding.release()
