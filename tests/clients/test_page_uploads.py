@@ -229,7 +229,7 @@ def test_what_somebody_else_removed_is_not_offered_for_long(page, studio):
     page.wait_for_function("before => location.href !== before", arg=before)
     wait_for_state(page, "running")
     urlopen(Request(f"{studio.url}api/garments/{garment}", method="DELETE")).close()
-    page.locator("#garments label", has_text="Shared").locator("input").check(force=True)
+    page.locator("#garments label", has_text="Shared").click()
     page.wait_for_selector("#notice-title:has-text('could not be started')")
     page.wait_for_function("() => !document.querySelector('#garments').innerText.includes('Shared')")
     page.click("#notice-close")
