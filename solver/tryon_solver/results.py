@@ -25,7 +25,7 @@ class StepReport:
     body_lag: float  # m, largest distance from the tracked skin to the collision surface
     pairs: int  # contact pairs at the end
     overlapping: int  # pairs found at or under their thickness offset
-    retries: int  # steps made void by verification: the garment was carried along and nothing else
+    retries: int  # steps made void, by verification or led astray: the garment was carried along, nothing else
     debt: float  # s, time a gap in the poses left to be simulated
     gap_offset: float = 0.0  # m, that pair's offset: its surfaces are min_gap + gap_offset apart, always above 0
     reverts: int = 0  # of these, steps whose carried state failed too: cloth and surface stayed where they were

@@ -44,6 +44,10 @@ class Settings:
     correction_pcg_iterations: int = 60
     correction_pcg_tolerance: float = 1e-2
     """Relative residual at which the correction's conjugate gradients stop."""
+    second_iterations: int = 24
+    """Newton iterations of a correction that is done again, because the first one led astray; 0: none is."""
+    second_pcg_iterations: int = 120
+    """Conjugate gradients of each of these, at most."""
     correction_tolerance: float = 3e-5
     """The correction stops when its largest Newton move falls below this times dt [m/s * s].
 
@@ -115,6 +119,7 @@ class Settings:
             "outer_iterations",
             "correction_iterations",
             "correction_pcg_iterations",
+            "second_pcg_iterations",
             "contact_passes",
             "history",
             "most_substeps",
@@ -125,7 +130,14 @@ class Settings:
             value = getattr(self, name)
             if not (isinstance(value, int) and value >= 1):
                 raise ValueError(f"settings.{name} must be a whole number of at least 1, not {value!r}")
-        for name in ("reduced_iterations", "smoothing_sweeps", "deflection_passes", "correction_extensions"):
+        optional = (
+            "reduced_iterations",
+            "smoothing_sweeps",
+            "deflection_passes",
+            "correction_extensions",
+            "second_iterations",
+        )
+        for name in optional:
             value = getattr(self, name)
             if not (isinstance(value, int) and value >= 0):
                 raise ValueError(f"settings.{name} must be a whole number of at least 0, not {value!r}")
@@ -139,6 +151,8 @@ PRESETS: dict[str, Settings] = {
         outer_iterations=2,
         correction_iterations=3,
         correction_pcg_iterations=12,
+        second_iterations=12,
+        second_pcg_iterations=60,
         substep_travel=16e-3,
         searches=2,
         deflection_passes=8,

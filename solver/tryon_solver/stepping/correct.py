@@ -26,6 +26,7 @@ from tryon_solver.linalg.as_one import move_as_one
 from tryon_solver.linalg.vectors import find_largest, subtract
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
 from tryon_solver.stepping.newton import hessian_product, linearise, outer_product
+from tryon_solver.stepping.progress import Budget, Outcome
 from tryon_solver.stepping.search import follow, search_around, search_further
 
 if TYPE_CHECKING:
@@ -33,6 +34,10 @@ if TYPE_CHECKING:
 
 
 wp.set_module_options({"enable_backward": False})
+
+LED_ASTRAY = 10.0  # so many times as far from balance as where the first iteration began
+SHARES = (1 / 4, 1 / 16, 1 / 64)  # of a direction that leads astray whole
+HARMLESS = 0.1  # m/s: what the garment's energy at this speed can do
 
 
 @wp.kernel
@@ -59,6 +64,25 @@ def move_kernel(
     x_out[i] = x
     remainder_out[i] = (before - (x - came)) + (added - came)
     moved_out[i] = moved
+
+
+@wp.kernel
+def shorten_kernel(share: float, direction: wp.array(dtype=wp.vec3)):
+    i = wp.tid()
+    direction[i] = share * direction[i]
+
+
+@wp.kernel
+def trust_kernel(
+    beside: float,
+    trial: wp.array(dtype=wp.float32),
+    length: wp.array(dtype=wp.float32),
+    direction: wp.array(dtype=wp.vec3),
+):
+    i = wp.tid()
+    farthest = 2.0 * trial[0] + beside
+    if length[0] > farthest:
+        direction[i] = (farthest / length[0]) * direction[i]
 
 
 @wp.kernel
@@ -191,6 +215,7 @@ def choose_start(sim: Simulation) -> None:
     wp.copy(work.total, state.x)
     start_at_feasible(sim)
     subtract(work.total, state.x_feasible, sim.to_trial)
+    find_largest(sim.to_trial, sim.progress.trial)
     look_around(sim, near=False)
     standing = imbalance(sim)
     take(sim, sim.to_trial)
@@ -212,15 +237,77 @@ def correct_penetration(sim: Simulation) -> None:
     twice in a row: a step that only finds back to where it began would be found again by all that follow, and the
     garment would stand frozen. With more contact passes the next pass goes on with a snap: nothing is extended and
     nothing goes back.
+
+    Conjugate gradients that are cut short in a blow lead astray, each direction further than the one before: then all
+    of it is done again from x_feasible with the second budget. If that leads astray, too, x is where an iteration began
+    nearest to balance; and where all but the first began astray, a little of the first one's way, or the step is void:
+    the garment is carried along and nothing else, for what it would do instead tears it.
     """
-    progress, settings = sim.progress, sim.settings
+    settings = sim.settings
     sim.holding.release()
     choose_start(sim)
     once = settings.contact_passes == 1
-    extensions = settings.correction_extensions if once else 0
-    progress.begin(settings.correction_iterations, extensions, settings.searches - sim.searches)
+    outcome = iterate_newton(sim, sim.budget, once)
+    if once and settings.second_iterations and led_astray(sim, outcome.began, outcome.last):
+        start_again(sim)
+        outcome = iterate_newton(sim, sim.second_budget, extensible=False)
+    if once:
+        leave_off(sim, outcome)
+    if sim.touching:
+        sim.pairs.read_size()
+    if outcome.iterations:
+        sim.counters.residual = outcome.moved / sim.dt
+
+
+def leave_off(sim: Simulation, outcome: Outcome) -> None:
+    """Stay where the iterations ended, or go back: to the nearest to balance, or if that is astray, near x_feasible."""
+    several = outcome.iterations > 1  # else none but the first began anywhere
+    lost = several and led_astray(sim, outcome.began, outcome.least)
+    astray = led_astray(sim, outcome.began, outcome.last)
+    sim.went_back = not lost and (astray or (outcome.strayed and not sim.went_back))
+    if lost:
+        go_a_little(sim, outcome.began)
+    elif sim.went_back:
+        go_back_to_least(sim)
+
+
+def go_a_little(sim: Simulation, began: float) -> None:
+    """From x_feasible along Newton's direction, shortened until it does not lead astray; else the step is void."""
+    for share in SHARES:
+        start_again(sim)
+        find_direction(sim, sim.second_budget)
+        wp.launch(shorten_kernel, sim.all_count, [share], [sim.work.direction], device=sim.device)
+        take(sim, sim.work.direction)
+        look_around(sim, near=True)
+        if not led_astray(sim, began, imbalance(sim)):
+            return
+    start_again(sim)
+    sim.counters.retries += 1
+
+
+def led_astray(sim: Simulation, began: float, now: float) -> bool:
+    """Is an imbalance [J] larger than where the first iteration began by far, and by more than is harmless?"""
+    harmless = 0.5 * float(sim.mass.sum()) * HARMLESS**2
+    return now > max(LED_ASTRAY * began, harmless)
+
+
+def start_again(sim: Simulation) -> None:
+    """At x_feasible, as if nothing had been corrected: nothing is held, and searching is free again."""
+    sim.holding.release()
+    start_at_feasible(sim)
+    if sim.touching:
+        sim.searches = 0
+        follow(sim, near=False)
+    look_around(sim, near=False)
+
+
+def iterate_newton(sim: Simulation, budget: Budget, extensible: bool) -> Outcome:
+    """Newton iterations from x as looked around, until nothing moves or the budget is spent."""
+    progress, settings = sim.progress, sim.settings
+    extensions = settings.correction_extensions if extensible else 0
+    progress.begin(budget.iterations, extensions, settings.searches - sim.searches)
     while True:
-        sim.correction.run(progress.going_on, lambda: iterate(sim), key=baked(sim))
+        budget.loop.run(progress.going_on, lambda: iterate(sim, budget), key=baked(sim))
         outcome = progress.read()
         if sim.touching:
             sim.candidates.size_near_list()
@@ -232,14 +319,8 @@ def correct_penetration(sim: Simulation) -> None:
             progress.resume()
         else:
             break
-    sim.went_back = outcome.strayed and once and not sim.went_back
-    if sim.went_back:
-        go_back_to_least(sim)
-    if sim.touching:
-        sim.pairs.read_size()
     sim.counters.newton_iterations += outcome.iterations
-    if outcome.iterations:
-        sim.counters.residual = outcome.moved / sim.dt
+    return outcome
 
 
 def go_back_to_least(sim: Simulation) -> None:
@@ -257,12 +338,12 @@ def baked(sim: Simulation) -> tuple[object, ...]:
     return sim.dt, lists.ids.ptr, lists.capacity, pairs.ids.ptr, pairs.capacity
 
 
-def iterate(sim: Simulation) -> None:
+def iterate(sim: Simulation, budget: Budget) -> None:
     """One Newton iteration, for the device to repeat: a direction, unless there is one, and, where it leads within the
     region or there is no searching left, the move and a look around."""
     state, work, progress = sim.state, sim.work, sim.progress
     sim.pairs.cover_in_graph()
-    progress.unless_directed(lambda: find_direction(sim))
+    progress.unless_directed(lambda: find_direction(sim, budget))
     if sim.touching:
         work.alpha.fill_(1.0)
         bounds.count_leaving(state.x, work.direction, work.alpha, sim.region, progress.leaving)
@@ -282,7 +363,7 @@ def iterate(sim: Simulation) -> None:
     progress.if_free_to_move(move)
 
 
-def find_direction(sim: Simulation) -> None:
+def find_direction(sim: Simulation, budget: Budget) -> None:
     """Newton's direction at x as looked around; the budget's last is dropped if it overshoots. Keeps the x that is
     nearest to balance."""
     work, settings = sim.work, sim.settings
@@ -292,11 +373,13 @@ def find_direction(sim: Simulation) -> None:
         work.blocks,
         work.gradient,
         work.direction,
-        settings.correction_pcg_iterations,
+        budget.pcg_iterations,
         settings.correction_pcg_tolerance,
     )
     move_as_one(sim.cg, lambda p, product: outer_product(sim, p, product), sim.cloth_count, work.direction)
     find_largest(work.direction, sim.progress.length)
+    trusted = [budget.trusted * sim.dt, sim.progress.trial, sim.progress.length]
+    wp.launch(trust_kernel, sim.all_count, trusted, [work.direction], device=sim.device)
     sim.progress.judge_direction(sim.cg.first, settings.correction_unsettled * sim.dt)
     kept = [work.least, work.least_remainder]
     wp.launch(

@@ -8,11 +8,14 @@ from dataclasses import dataclass
 import warp as wp
 
 from tryon_solver.contact.pairs import ContactPairs
+from tryon_solver.linalg.device_loop import KeptLoop
 
 wp.set_module_options({"enable_backward": False})
 
 OVERSHOT = wp.constant(2.0)  # so many times as long as the step before it
 ASTRAY = wp.constant(4.0)  # so many times as far from balance as an iteration before
+TRUSTED = 5.0  # m/s: what a direction may be longer than twice the way to the trial
+TRUSTED_AGAIN = 1.0  # m/s, of a correction that is done again
 HARDLY_NEARER = wp.constant(0.1)  # more than this share as far from balance as at first
 
 # Places in `state`. Each of the first four is a condition of the loop, 0 or 1.
@@ -32,12 +35,16 @@ EXTENSIONS = wp.constant(12)  # left
 STRAYED = wp.constant(13)  # 1 if the budget's last iteration begins in the middle of something
 PLACES = 14
 
-# Places in `lengths` [m], the last three [J]: <g, D^-1 g>, how far from balance.
+# Places in `lengths` [m], from the fourth on [J]: <g, D^-1 g>, how far from balance.
 LENGTH = wp.constant(0)  # of the direction's longest vector
 MOVED = wp.constant(1)  # largest move of a vertex in this iteration
 BEFORE = wp.constant(2)  # that of the one before
 LEAST = wp.constant(3)  # of all iterations where they began, but the first
 FIRST = wp.constant(4)  # the larger of the first two
+BEGAN = wp.constant(5)  # of the first
+LAST = wp.constant(6)  # of the last
+TRIAL = wp.constant(7)  # way to the trial, of the vertex that goes farthest [m]
+LENGTHS = 8
 
 
 @wp.kernel
@@ -60,6 +67,8 @@ def begin_kernel(
     lengths[BEFORE] = wp.inf
     lengths[LEAST] = wp.inf
     lengths[FIRST] = 0.0
+    lengths[BEGAN] = 0.0
+    lengths[LAST] = 0.0
 
 
 @wp.kernel
@@ -69,6 +78,9 @@ def judge_direction_kernel(
     state: wp.array(dtype=wp.int32),
     lengths: wp.array(dtype=wp.float32),
 ):
+    lengths[LAST] = imbalance[0]
+    if state[FOUND] == 0:
+        lengths[BEGAN] = imbalance[0]
     if state[FOUND] < 2:
         lengths[FIRST] = wp.max(lengths[FIRST], imbalance[0])
     state[LEAST_YET] = 0
@@ -123,11 +135,24 @@ def resume_kernel(searches: int, state: wp.array(dtype=wp.int32)):
     state[SEARCHES] = state[SEARCHES] - searches
 
 
+class Budget:
+    """How many Newton iterations a correction has, and conjugate gradients each; its loop is one graph on a GPU.
+
+    A direction is cut to what moves at `trusted` m/s beside twice the way to the trial: longer ones are absurd, and
+    searching along them takes minutes.
+    """
+
+    def __init__(self, iterations: int, pcg_iterations: int, trusted: float) -> None:
+        self.iterations, self.pcg_iterations, self.trusted = iterations, pcg_iterations, trusted
+        self.loop = KeptLoop()
+
+
 @dataclass(frozen=True)
 class Outcome:
     """Why the loop ended, after how many iterations, the largest move in the last that moved [m], and whether the
     budget was spent in the middle of something: its last iteration began ASTRAY times as far from balance as another,
-    or HARDLY_NEARER to it than the first ones and with long moves to come.
+    or HARDLY_NEARER to it than the first ones and with long moves to come; and how far from balance [J] the nearest
+    began, the first, and the last.
 
     Where the first began does not count: forces may balance there though the cloth has not yet gone where its inertia
     takes it, and who went back there would stop in mid-air."""
@@ -137,11 +162,14 @@ class Outcome:
     iterations: int
     moved: float
     strayed: bool
+    least: float
+    began: float
+    last: float
 
 
 @dataclass(frozen=True)
 class Progress:
-    """`state` (PLACES,) int32 and `lengths` (5,) float32, by the places above."""
+    """`state` (PLACES,) int32 and `lengths` (LENGTHS,) float32, by the places above."""
 
     state: wp.array
     lengths: wp.array
@@ -149,7 +177,7 @@ class Progress:
     @staticmethod
     def allocate(device: str) -> Progress:
         return Progress(
-            wp.zeros(PLACES, dtype=wp.int32, device=device), wp.zeros(5, dtype=wp.float32, device=device)
+            wp.zeros(PLACES, dtype=wp.int32, device=device), wp.zeros(LENGTHS, dtype=wp.float32, device=device)
         )
 
     @property
@@ -161,6 +189,11 @@ class Progress:
     def leaving(self) -> wp.array:
         """Where to count the vertices that the direction takes out of the region."""
         return self.state[6:7]
+
+    @property
+    def trial(self) -> wp.array:
+        """(1,) where to put the longest way to the trial [m]."""
+        return self.lengths[7:8]
 
     @property
     def length(self) -> wp.array:
@@ -218,7 +251,9 @@ class Progress:
     def read(self) -> Outcome:
         """Waits for the device."""
         state, lengths = self.state.numpy(), self.lengths.numpy()
-        return Outcome(bool(state[8]), bool(state[9]), int(state[7]), float(lengths[1]), bool(state[13]))
+        least, _, began, last = map(float, lengths[3:7])
+        moved, strayed = float(lengths[1]), bool(state[13])
+        return Outcome(bool(state[8]), bool(state[9]), int(state[7]), moved, strayed, least, began, last)
 
     def _launch(self, kernel: wp.Kernel, inputs: list[object], outputs: list[wp.array]) -> None:
         wp.launch(kernel, 1, inputs, outputs, device=self.state.device)
