@@ -24,6 +24,7 @@ CREEP = 0.02  # share of its distance that a pair at or under xi may lose in one
 LEAST = 0.52  # of xi: down to here, above the share at which a commit is void
 PARTING = 1.0e-5  # share of its distance that it may lose even there: with none at all, it could not part either
 SHORTEN = 0.98  # of a found time of impact, so that rounding of the shortened path can't land under the floor
+BORDER = 1.0e-2  # share of its budget, squared, by which a vertex outside of its region still counts as on its border
 MOST_PASSES = 60
 
 
@@ -124,13 +125,13 @@ def stay_kernel(
     there = here + displacement[i]
     alpha_out[i] = 1.0
     if wp.length_sq(there) > budget[i] * budget[i]:
-        # |here + t p| = budget for the larger t
+        # |here + t p| = budget for the larger t, or |here| where a move ended on the border and rounding put it outside
         a = wp.length_sq(displacement[i])
         b = wp.dot(here, displacement[i])
         c = wp.length_sq(here) - budget[i] * budget[i]
         t = float(0.0)
-        if a > 0.0 and c < 0.0:
-            t = wp.clamp((wp.sqrt(b * b - a * c) - b) / a, 0.0, 1.0)
+        if a > 0.0 and c < BORDER * budget[i] * budget[i]:
+            t = wp.clamp((wp.sqrt(b * b - a * wp.min(c, 0.0)) - b) / a, 0.0, 1.0)
         alpha_out[i] = t
 
 

@@ -6,7 +6,8 @@ turns it aside and the bounds shorten it, vertex by vertex. What is left of it i
 neighbours went where these vertices were expected to come along. Iterated, that drives a knot uphill.
 
 So a vertex that went only the share s of its way, s = m.p/|p|^2 of its direction p and its move m, as far as contact
-had a say in that (the region's border, where the candidates end, stops nobody for good), gets where s < FREE_SHARE
+had a say in that (the region's border, where the candidates end, stops nobody for good), gets where s < FREE_SHARE and
+|p| > LEAST_WAY
 
     lambda = (1/max(s, LEAST_SHARE) - 1) d,   d the mean of its diagonal block's diagonal,
 
@@ -25,6 +26,7 @@ wp.set_module_options({"enable_backward": False})
 
 LEAST_SHARE = 0.1  # of its way: what went less is held as firmly as what went this
 FREE_SHARE = 0.5  # of its way: what went as much is free
+LEAST_WAY = 1.0e-6  # m: who wants to go less far is not stopped, whatever pushes it; such a way's sign is rounding's
 KEPT = 0.3  # of a vertex's stiffness from direction to direction
 
 
@@ -37,10 +39,9 @@ def measure_kernel(
 ):
     i = wp.tid()
     p = wanted[i]
-    all_of_it = allowed[i] * wp.length_sq(p)
     share_out[i] = 1.0
-    if all_of_it > 0.0:
-        share_out[i] = wp.dot(moved[i], p) / all_of_it
+    if allowed[i] > 0.0 and wp.length(p) > LEAST_WAY:
+        share_out[i] = wp.dot(moved[i], p) / (allowed[i] * wp.length_sq(p))
 
 
 @wp.kernel

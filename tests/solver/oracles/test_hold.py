@@ -54,6 +54,16 @@ def test_what_the_region_cuts_is_not_held():
     np.testing.assert_allclose(stiffness, [0, 4 * OWN, 0], rtol=1e-4)
 
 
+def test_what_wants_to_go_nowhere_is_not_held():
+    """A vertex that contact pushes by a millimetre off a place it hardly leaves by itself: which way that is says
+    rounding, and held or not must not hang on it."""
+    holding = Holding.allocate(4, "cpu")
+    holding.wanted.assign(vectors([[9e-7, 0, 0], [-9e-7, 0, 0], [2e-6, 0, 0], [-2e-6, 0, 0]]))
+    holding.measure(vectors(np.tile([1e-3, 0, 0], (4, 1))))
+    most = OWN * (1 / LEAST_SHARE - 1)
+    np.testing.assert_allclose(added(holding), [0, 0, 0, most], rtol=1e-4)
+
+
 def test_what_is_free_again_is_let_go_by_and_by():
     holding, first = held_after([0.4, 0.2])
     holding.measure(holding.wanted)

@@ -9,6 +9,7 @@ from tangles import Tangle
 
 from tryon_solver import step
 from tryon_solver.contact import bounds
+from tryon_solver.contact.candidates import Region
 from tryon_solver.contact.verify import SAFE_SHARE, violations
 from tryon_solver.scene import Gravity, Scene
 from tryon_solver.simulation import build
@@ -119,6 +120,27 @@ def test_moves_too_small_for_float32_add_up_in_the_remainder(tangle):
     expected = started.astype(np.float64) + total
     assert np.abs(x - expected).max() > 2e-8
     np.testing.assert_allclose(x + sim.state.remainder.numpy(), expected, rtol=0, atol=1e-12)
+
+
+def test_vertex_on_the_border_of_its_region_may_cross_it():
+    """A move that ended there is a rounding inside or outside: which of them must not decide whether it moves."""
+    count, budget = 200, 2e-3
+    rng = np.random.default_rng(3)
+    outwards = rng.standard_normal((count, 3))
+    outwards /= np.linalg.norm(outwards, axis=1, keepdims=True)
+    anchor = np.tile(np.float32([1.3, 0.9, -1.1]), (count, 1))
+    region = Region.allocate(count, "cpu")
+    region.anchor.assign(anchor)
+    region.budget.fill_(budget)
+    alpha = wp.zeros(count, dtype=wp.float32, device="cpu")
+    for far, way, expected in ((1.0, -3.0, 2 / 3), (1.0, 1.0, 0.0), (0.5, 1.0, 0.5), (1.1, -3.0, 0.0)):
+        x = (anchor + far * budget * outwards).astype(np.float32)
+        away = np.linalg.norm(x.astype(np.float64) - anchor, axis=1)
+        assert far != 1.0 or 0.2 < (away > budget).mean() < 0.8, "rounding puts none on one side"
+        motion = wp.array((way * budget * outwards).astype(np.float32), dtype=wp.vec3, device="cpu")
+        alpha.fill_(np.nan)
+        bounds.stay_in_region(wp.array(x, dtype=wp.vec3, device="cpu"), motion, region, alpha)
+        np.testing.assert_allclose(alpha.numpy(), expected, atol=1e-3)
 
 
 def test_verification_counts_what_is_too_close(tangle):
