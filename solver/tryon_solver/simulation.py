@@ -22,9 +22,8 @@ from tryon_solver.contact.pairs import ContactModel, ContactPairs, ContactParame
 from tryon_solver.contact.surfaces import Surface
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.effects.registry import bind
-from tryon_solver.geometry.garment import Garment, GarmentError
+from tryon_solver.geometry.altitudes import refuse_slivers, self_reach
 from tryon_solver.linalg.block_ell import BlockRows
-from tryon_solver.linalg.device_loop import KeptLoop
 from tryon_solver.linalg.ell import EllMatrix, on_pattern, set_sum
 from tryon_solver.linalg.pcg import ConjugateGradients
 from tryon_solver.linalg.vectors import find_largest, move_origin
@@ -39,7 +38,7 @@ from tryon_solver.settings import Settings
 from tryon_solver.state import State, Workspace, positions
 from tryon_solver.step import advance
 from tryon_solver.stepping.hold import Holding
-from tryon_solver.stepping.progress import Progress
+from tryon_solver.stepping.progress import TRUSTED, TRUSTED_AGAIN, Budget, Progress
 from tryon_solver.stepping.start import refuse_touching_start
 from tryon_solver.subspace.basis import explicit_inverse, reduced_matrix, spline_basis
 from tryon_solver.subspace.contact_coarse import ContactCoarseLevel
@@ -48,7 +47,6 @@ from tryon_solver.subspace.search import ReducedSearch
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-SMALLEST_ALTITUDE_SHARE = 0.4  # a thickness above this share of a triangle's altitude would touch itself at rest
 
 
 @dataclass(frozen=True)
@@ -172,7 +170,9 @@ class Simulation:
         self.cg = ConjugateGradients.allocate(self.all_count, device)
         self.progress = Progress.allocate(device)
         self.holding = Holding.allocate(self.all_count, device)
-        self.correction = KeptLoop()
+        settings = self.settings
+        self.budget = Budget(settings.correction_iterations, settings.correction_pcg_iterations, TRUSTED)
+        self.second_budget = Budget(settings.second_iterations, settings.second_pcg_iterations, TRUSTED_AGAIN)
         self.went_back = False  # did the last correction end where it had been nearest to balance?
         faces = scene.garment.faces.ravel()
         order = np.argsort(faces, kind="stable")
@@ -211,6 +211,7 @@ class Simulation:
         scene, settings, device = self.scene, self.settings, self.device
         garment = scene.garment
         xi_self = scene.fabric.thickness
+        refuse_slivers(garment)
         sizes = ContactSizes()
         sizes.xi_self = xi_self
         sizes.xi_body = settings.body_offset + 0.5 * xi_self
@@ -467,22 +468,3 @@ def bind_plan(scene: Scene, settings: Settings, device: str, mass: np.ndarray, a
         *(bind(effect, context) for effect in scene.effects),
     ]
     return StepPlan(tuple(c for c in bound if c is not None))
-
-
-def self_reach(garment: Garment, xi: float) -> np.ndarray:
-    """(N,) m: distance at which cloth begins to feel cloth near each vertex, half the smallest altitude around it.
-
-    A fine mesh would touch itself flat at rest otherwise. Raises GarmentError, naming the triangle, when the thickness
-    itself is too large for it.
-    """
-    sides = np.linalg.norm(garment.uv_corners[:, [1, 2, 0]] - garment.uv_corners, axis=2)
-    altitude = 2 * garment.signed_areas() / sides.max(axis=1)
-    worst = int(np.argmin(altitude))
-    if xi >= SMALLEST_ALTITUDE_SHARE * altitude[worst]:
-        raise GarmentError(
-            f"triangle {worst} is only {1e3 * altitude[worst]:.2f} mm high, too thin for a fabric "
-            f"{1e3 * xi:.2f} mm thick; use a longer edge length or a thinner fabric"
-        )
-    around = np.full(garment.vertex_count, np.inf)
-    np.minimum.at(around, garment.faces.ravel(), np.repeat(altitude, 3))
-    return 0.5 * around

@@ -14,8 +14,10 @@ from typing import Any
 import numpy as np
 
 from tryon_solver.body.on_device import WornBody
+from tryon_solver.dressing.collar import slips_off
 from tryon_solver.dressing.fit import (
     CrumpledError,
+    DressingError,
     TightError,
     check_rest,
     close_seams,
@@ -102,8 +104,12 @@ def dress(
             simulation = build(Scene(garment, x_sewn, body, fabric, effects), settings, device, pose, sewn_surface)
             settle(simulation, pose, settle_seconds, progress)
             check_rest(simulation, joined, panels)
-        except TightError as error:
-            raise with_opening(error, opening_as_drawn(panels, surface, body.faces)) from error
+        except DressingError as error:
+            if too_large := slips_off(panels, surface, body.faces):
+                raise too_large from error
+            if isinstance(error, TightError):
+                raise with_opening(error, opening_as_drawn(panels, surface, body.faces)) from error
+            raise
     progress("dressed", 1.0)
     return Dressed(simulation, joined, panels, pose)
 

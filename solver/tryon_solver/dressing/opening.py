@@ -87,43 +87,56 @@ def upper_opening(
     the trunk.
     """
     trunk = find_trunk(body, body_faces)
-    loops = [loop for loop in boundary_loops(garment.faces) if _is_around(x[loop], trunk.middle)]
+    loops = [loop for loop in boundary_loops(garment.faces) if is_around(x[loop], trunk.middle)]
     if x[:, 1].max() > trunk.armpit or not loops:
         return None
     loop = max(loops, key=lambda ids: x[ids, 1].mean())
     height, soles = float(x[loop, 1].mean()), float(body[:, 1].min())
-    sides = np.sort(np.column_stack([loop, np.roll(loop, -1)]), axis=1)
-    edges, lengths, faces = _rest_edges(garment)
-    mine = np.isin(_keys(edges, garment.vertex_count), _keys(sides, garment.vertex_count))
-    girth = float(lengths[mine].sum())
+    girth, faces = rest_girth(garment, loop)
     at_height = body_girth(body, body_faces, trunk, height)
     levels = np.arange(height - LEVELS, soles, -LEVELS)
     wide = (level for level in levels.tolist() if body_girth(body, body_faces, trunk, level) >= girth)
     rests_at = next((level - soles for level in wide), None)
-    pieces = tuple(panel_names[k] for k in np.unique(garment.panel_of_face[faces[mine]]))
+    pieces = tuple(panel_names[k] for k in np.unique(garment.panel_of_face[faces]))
     lowest = float(x[:, 1].min()) - soles
     return Opening(pieces, height - soles, girth, at_height, rests_at, lowest)
 
 
 def opening_as_drawn(panels: PanelMesh, body: np.ndarray, body_faces: np.ndarray) -> Opening | None:
     """The opening of a garment that is not yet put on, where its pattern places it on the body; else as above."""
+    garment, x = as_drawn(panels)
+    return upper_opening(garment, x, panels.panel_names, body, body_faces)
+
+
+def as_drawn(panels: PanelMesh) -> tuple[Garment, np.ndarray]:
+    """The garment as it will be sewn, and where its pattern places it: x (N, 3) m."""
     joined = weld(panels)
     garment = Garment(joined.vertex_of_corner, joined.uv_corners, joined.panel_of_face, joined.vertex_count)
-    return upper_opening(garment, joined.mean_of_vertices(panels.placed), panels.panel_names, body, body_faces)
+    return garment, joined.mean_of_vertices(panels.placed)
 
 
-def body_girth(body: np.ndarray, faces: np.ndarray, trunk: Trunk, height: float) -> float:
-    """Length [m] of the convex outline of the body's section at the height [m], arms left out; 0 without a section."""
+def rest_girth(garment: Garment, loop: np.ndarray) -> tuple[float, np.ndarray]:
+    """Length [m] of a boundary loop, its vertices in order, in the pattern, and the faces along it."""
+    sides = np.sort(np.column_stack([loop, np.roll(loop, -1)]), axis=1)
+    edges, lengths, faces = _rest_edges(garment)
+    mine = np.isin(_keys(edges, garment.vertex_count), _keys(sides, garment.vertex_count))
+    return float(lengths[mine].sum()), faces[mine]
+
+
+def body_girth(body: np.ndarray, faces: np.ndarray, trunk: Trunk, height: float, arms: bool = False) -> float:
+    """Length [m] of the convex outline of the body's section at the height [m]; 0 without a section. Without `arms`
+    they are left out."""
     edges = np.unique(np.sort(face_edges(faces), axis=1), axis=0)
     a, b = body[edges[:, 0]], body[edges[:, 1]]
     crossing = (a[:, 1] > height) != (b[:, 1] > height)
     a, b = a[crossing], b[crossing]
     points = a + ((height - a[:, 1]) / (b[:, 1] - a[:, 1]))[:, None] * (b - a)
-    points = points[~trunk.arms(points, 1) & ~trunk.arms(points, -1)]
+    if not arms:
+        points = points[~trunk.arms(points, 1) & ~trunk.arms(points, -1)]
     return float(ConvexHull(points[:, [0, 2]]).area) if len(points) > 2 else 0.0
 
 
-def _is_around(loop: np.ndarray, middle: float) -> bool:
+def is_around(loop: np.ndarray, middle: float) -> bool:
     """Whether the loop (L, 3) m reaches to both sides of the trunk's middle, as none around a leg does."""
     return bool(loop[:, 0].min() < middle < loop[:, 0].max())
 

@@ -1,0 +1,51 @@
+"""How flat a garment's triangles are: what that leaves for contact, and what no float32 can bend."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tryon_solver.geometry.garment import Garment, GarmentError
+
+SMALLEST_ALTITUDE_SHARE = 0.4  # a thickness above this share of a triangle's altitude would touch itself at rest
+LARGEST_ASPECT = 1e3  # longest side over altitude
+
+
+def altitudes(garment: Garment) -> tuple[np.ndarray, np.ndarray]:
+    """(F,) m: each triangle's smallest altitude in the pattern, and its longest side."""
+    sides = np.linalg.norm(garment.uv_corners[:, [1, 2, 0]] - garment.uv_corners, axis=2).max(axis=1)
+    return 2 * garment.signed_areas() / sides, sides
+
+
+def refuse_slivers(garment: Garment) -> None:
+    """Raise GarmentError, naming the triangle, where one is flatter than LARGEST_ASPECT.
+
+    A hinge's stiffness grows with the inverse cube of the altitudes beside it, while its vertices' mass shrinks with
+    them: at an aspect of 1e4 their ratio is beyond float32. At 500 cloth
+    still falls, lies and rests as any other.
+    """
+    altitude, side = altitudes(garment)
+    worst = int(np.argmax(side / altitude))
+    if side[worst] > LARGEST_ASPECT * altitude[worst]:
+        raise GarmentError(
+            f"triangle {worst} is {1e3 * side[worst]:.3g} mm long and only {1e3 * altitude[worst]:.2g} mm high, "
+            f"{side[worst] / altitude[worst]:.0f} times as long as high; {LARGEST_ASPECT:.0f} times is what can be "
+            "simulated: remesh the garment there"
+        )
+
+
+def self_reach(garment: Garment, xi: float) -> np.ndarray:
+    """(N,) m: distance at which cloth begins to feel cloth near each vertex, half the smallest altitude around it.
+
+    A fine mesh would touch itself flat at rest otherwise. Raises GarmentError, naming the triangle, when the thickness
+    itself is too large for it.
+    """
+    altitude, _ = altitudes(garment)
+    worst = int(np.argmin(altitude))
+    if xi >= SMALLEST_ALTITUDE_SHARE * altitude[worst]:
+        raise GarmentError(
+            f"triangle {worst} is only {1e3 * altitude[worst]:.2f} mm high, too thin for a fabric "
+            f"{1e3 * xi:.2f} mm thick; use a longer edge length or a thinner fabric"
+        )
+    around = np.full(garment.vertex_count, np.inf)
+    np.minimum.at(around, garment.faces.ravel(), np.repeat(altitude, 3))
+    return 0.5 * around
