@@ -8,7 +8,7 @@ WEB := server/tryon_server/web/.built
 WEB_SOURCES := $(shell find protocol/ts clients/core clients/web -name '*.ts' -not -path '*/node_modules/*' -o -name '*.css' \
 	-not -path '*/node_modules/*' -o -name '*.html' -not -path '*/node_modules/*' -o -name '*.mjs' -not -path '*/node_modules/*')
 
-.PHONY: help demo test check chromium proof hard hard-page reference lock
+.PHONY: help demo test check chromium proof hard hard-peers hard-page reference precision lock
 help:
 	@grep -hE '^## ' $(MAKEFILE_LIST) | sed 's/## //'
 
@@ -35,14 +35,27 @@ PRESET := live
 hard: $(VENV)/.dev $(BODY)
 	$(BIN)/python tests/hard_cases --preset $(PRESET) --out build/hard/$(PRESET) $(HARD)
 
-## make hard-page  docs/hard_cases.md: all runs in build/hard side by side, with the worst of each figure
+PEERS := ours xpbd chebyshev vbd style3d
+## make hard-peers  ten telling cases by other solvers, small: figures and pictures in docs/hard (two hours; gets Newton)
+hard-peers: $(VENV)/.dev $(BODY)
+	$(BIN)/python -m pip install --quiet --no-build-isolation -e '.[peers]'
+	for solver in $(PEERS); do $(BIN)/python tests/hard_cases --solver $$solver --telling --vertices 300 --seconds 2.5 \
+	--frames --longest 1800 --out build/hard/peers/$$solver || [ $$? = 1 ] || exit; done
+	$(BIN)/python tests/hard_cases --compare docs/hard --of $(PEERS:%=build/hard/peers/%)
+
+## make hard-page  docs/hard_cases.md: all runs in build/hard side by side, with the worst of each figure, and docs/hard
 hard-page: $(VENV)/.dev
-	$(BIN)/python tests/hard_cases --document docs/hard_cases.md --of $(dir $(wildcard build/hard/*/run.json))
+	$(BIN)/python tests/hard_cases --document docs/hard_cases.md --of $(dir $(wildcard build/hard/*/run.json)) \
+	--beside docs/hard/peers.json
 
 REFERENCE = $(BIN)/python tests/reference && TRYON_FRAMES=300 $(BIN)/python -m pytest -q tests/solver/verification/test_determinism.py
 ## make reference hold contact scenes to full Newton in float64, two long runs to each other: part of the proof
 reference: $(VENV)/.dev
 	$(REFERENCE)
+
+## make precision steps in float32 held to the same steps in float64: a table in build/precision.md
+precision: $(VENV)/.dev $(BODY)
+	$(BIN)/python tests/precision
 
 ## make check    lint, types, layering, generated files
 check: $(VENV)/.dev node_modules/.built

@@ -7,6 +7,7 @@ which case broke which limit in which frame. `--list` names the cases. Needs wha
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import json
 import os
 import platform
@@ -19,8 +20,8 @@ from typing import Any
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-OURS = ("tests/hard_cases", "tests/proof/support", "tests/support", "solver", "server", "protocol", "clients/python")
-sys.path[:0] = [str(ROOT / folder) for folder in OURS]  # this checkout is judged, whatever is installed
+SOURCES = ("tests/hard_cases", "tests/proof/support", "tests/support", "solver", "server", "protocol", "clients/python")
+sys.path[:0] = [str(ROOT / folder) for folder in SOURCES]  # this checkout is judged, whatever is installed
 
 from process_pool import Tasks  # noqa: E402
 
@@ -32,17 +33,23 @@ def main(arguments: list[str] | None = None) -> int:
     options = parsed(arguments)
     if options.document:
         return write_document(options)
-    from harness.baseline import TELLING
+    if options.compare:
+        return write_comparison(options)
+    from harness.others import OURS, PEERS, TELLING
     from harness.table import holds, markdown, verdict_of
     from scenes import SCENES, named
 
-    names = options.scenes or (TELLING if options.solver != "ours" else [])
-    chosen = [scene for scene in SCENES if chosen_by(names, scene.name)]
+    names = options.scenes or (TELLING if options.telling or options.solver != OURS else [])
+    chosen = [scene for scene in SCENES if chosen_by(names, scene.name, scene.apart)]
     if options.list:
-        print("\n".join(f"{scene.name:40s} {scene.stresses}" for scene in chosen))
+        asked = [scene for scene in SCENES if not names or scene in chosen]
+        print("\n".join(f"{scene.name:40s} {scene.stresses}{' (only by name)' * scene.apart}" for scene in asked))
         return 0
     if not chosen:
         print(f"no case is called {' or '.join(options.scenes)}; --list names them all", file=sys.stderr)
+        return 2
+    if options.solver in PEERS and importlib.util.find_spec("newton") is None:
+        print(f"--solver {options.solver} is Newton's, which is not installed: pip install '.[peers]'", file=sys.stderr)
         return 2
     options.out.mkdir(parents=True, exist_ok=True)
     if options.one:
@@ -62,9 +69,10 @@ def main(arguments: list[str] | None = None) -> int:
     results = [{"name": s.name, "stresses": s.stresses, "broken": [], **found[s.name]} for s in chosen]
     told_with = about(options, time.monotonic() - begun)
     (options.out / "table.md").write_text(markdown(results, told_with))
-    made = options.preset if options.solver == "ours" else options.solver
+    made = options.preset if options.solver == OURS else options.solver
     name = f"{made}, {'GPU' if 'cuda' in options.device else 'CPU'}"
-    (options.out / RUN).write_text(json.dumps({"name": name, "about": told_with, "results": results}, indent=1))
+    run = {"name": name, "solver": options.solver, "about": told_with, "results": results}
+    (options.out / RUN).write_text(json.dumps(run, indent=1))
     failing = [r["name"] for r in results if not holds(r)]
     print(f"{len(results) - len(failing)} of {len(results)} cases hold; {options.out / 'table.md'}")
     if failing:
@@ -82,44 +90,73 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
     add("--vertices", type=int, metavar="N", help="about so many cloth vertices (each case's own, mostly 1,000)")
     add("--preset", default="live", choices=("draft", "live", "fit"), help="settings the cases start from (live)")
     add("--device", default="cpu", help="cpu, cuda:0, ... (cpu)")
-    others = "by which solver: ours, or of the telling cases xpbd or chebyshev (ours)"
-    add("--solver", default="ours", choices=("ours", "xpbd", "chebyshev"), help=others)
+    others = "by which solver: ours, or of the telling cases xpbd, chebyshev, or Newton's vbd or style3d (ours)"
+    add("--solver", default="ours", choices=("ours", "xpbd", "chebyshev", "vbd", "style3d"), help=others)
+    add("--telling", action="store_true", help="the ten cases that other solvers can be given, whichever solver it is")
+    add("--frames", action="store_true", help="keep what is seen, too, for pictures: NAME.npz beside NAME.json")
     add("--every", type=int, default=2, metavar="K", help="IPC Toolkit is asked about each K-th frame (2)")
     add("--jobs", type=int, default=os.cpu_count() or 1, help="cases at once (as many as there are processors)")
     add("--longest", type=float, default=900.0, metavar="S", help="wall time after which a case has failed [s]")
     add("--out", type=Path, default=ROOT / "build" / "hard")
     add("--document", type=Path, metavar="FILE", help="play nothing; write what the --of folders hold, side by side")
+    add("--compare", type=Path, metavar="FOLDER", help="play nothing; solvers of --of beside each other, drawn")
     add("--of", type=Path, nargs="+", default=[], metavar="FOLDER", help="where earlier runs wrote to (--out)")
+    add("--beside", type=Path, metavar="FILE", help="what --compare wrote (peers.json), as a part of --document")
     add("--one", help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
-    if bool(options.document) != bool(options.of):
-        parser.error("--document FILE and --of FOLDER ... belong together: the page, and what is in it")
+    if bool(options.document) + bool(options.compare) != bool(options.of):
+        parser.error("--of FOLDER ... says what is in a page or a comparison: give it with --document or --compare")
+    if options.beside and not options.document:
+        parser.error("--beside FILE is a part of a page: give --document, too")
     return options
 
 
 def write_document(options: argparse.Namespace) -> int:
     """Earlier runs beside each other in one page; 1 when a case failed in any of them."""
+    from harness.comparison import section, way
     from harness.document import document
     from harness.table import holds
 
-    missing = [str(folder) for folder in options.of if not (folder / RUN).exists()]
-    if missing:
-        print(f"no run has ended in {', '.join(missing)}: {RUN} is not there", file=sys.stderr)
+    runs = ended(options.of)
+    if runs is None:
         return 2
-    runs = [json.loads((folder / RUN).read_text()) for folder in options.of]
-    options.document.write_text(document(runs))
+    page, beside = options.document, options.beside
+    others = section(json.loads(beside.read_text()), way(page, beside.parent)) if beside else []
+    page.write_text(document(runs, others))
     return 0 if all(holds(r) for run in runs for r in run["results"]) else 1
 
 
-def chosen_by(names: Sequence[str], name: str) -> bool:
-    """Is the case meant by any of these names or beginnings of names?"""
-    return not names or any(name.startswith(beginning) for beginning in names)
+def write_comparison(options: argparse.Namespace) -> int:
+    """The telling cases of earlier runs by several solvers: a file of figures and pictures."""
+    from harness.comparison import compare
+
+    runs = ended(options.of)
+    if runs is None:
+        return 2
+    by_solver = {run["solver"]: run for run in runs}
+    compare(by_solver, dict(zip(by_solver, options.of)), options.compare)
+    return 0
+
+
+def ended(folders: Sequence[Path]) -> list[dict[str, Any]] | None:
+    """What the runs left in these folders; None, and said, where one has not ended."""
+    missing = [str(folder) for folder in folders if not (folder / RUN).exists()]
+    if missing:
+        print(f"no run has ended in {', '.join(missing)}: {RUN} is not there", file=sys.stderr)
+        return None
+    return [json.loads((folder / RUN).read_text()) for folder in folders]
+
+
+def chosen_by(names: Sequence[str], name: str, apart: bool) -> bool:
+    """Is the case meant by any of these names or beginnings of names? One apart only by all of its own."""
+    return name in names if apart else not names or any(name.startswith(beginning) for beginning in names)
 
 
 def command(name: str, options: argparse.Namespace) -> list[str]:
     """What runs one case in a process of its own."""
     words = [sys.executable, str(HERE), "--one", name, "--out", str(options.out), "--preset", options.preset]
     words += ["--device", options.device, "--every", str(options.every), "--solver", options.solver]
+    words += ["--frames"] if options.frames else []
     for option in ("seconds", "vertices"):
         value = getattr(options, option)
         words += [] if value is None else [f"--{option}", str(value)]
@@ -140,7 +177,8 @@ def one(scene: Any, options: argparse.Namespace) -> int:
     seconds = scene.seconds if options.seconds is None else options.seconds
     vertices = options.vertices or scene.vertices
     ask = Ask(vertices, PRESETS[options.preset], options.device, seconds)
-    result = run_one(scene, ask, options.every, lambda text: print(text, flush=True), options.solver)
+    frames = options.out / f"{scene.name}.npz" if options.frames else None
+    result = run_one(scene, ask, options.every, lambda text: print(text, flush=True), options.solver, frames)
     (options.out / f"{scene.name}.json").write_text(json.dumps(result, indent=1))
     return 0
 

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from harness.baseline import TELLING, ByBaseline
+from harness.baseline import ByBaseline
 from harness.one import run_one
+from harness.others import TELLING
 from harness.scene import Ask
 from scenes import SCENES, named
 

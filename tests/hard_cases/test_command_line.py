@@ -1,24 +1,13 @@
 """`python tests/hard_cases`: what it lists, what it writes, and the status it ends with."""
 
-import importlib.util
 import json
 import sys
-from pathlib import Path
 
 import pytest
+from harness.others import TELLING
 from process_pool import Tasks
+from sample_runs import result
 from scenes import SCENES
-
-FOLDER = Path(__file__).resolve().parent
-
-
-@pytest.fixture(scope="module")
-def command_line():
-    """The command line as a module."""
-    spec = importlib.util.spec_from_file_location("hard_cases_main", FOLDER / "__main__.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def saying(words, status=0, file=None, text="{}"):
@@ -57,6 +46,18 @@ def test_a_name_that_no_case_has_is_told(command_line, capsys):
     assert "no case is called nothing_of_the_kind" in capsys.readouterr().err
 
 
+def test_newton_is_asked_for_by_name_where_it_is_not_installed(command_line, capsys, monkeypatch):
+    monkeypatch.setattr(command_line.importlib.util, "find_spec", lambda _name: None)
+    assert command_line.main(["--solver", "vbd"]) == 2
+    assert "pip install '.[peers]'" in capsys.readouterr().err
+
+
+def test_the_telling_cases_are_listed(command_line, capsys):
+    assert command_line.main(["--list", "--telling"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert sorted(line.split()[0] for line in lines) == sorted(TELLING)
+
+
 def test_a_case_runs_in_a_process_of_its_own_and_is_written_down(command_line, tmp_path, capsys):
     chosen = ["--scenes", "unreferenced", "--out", str(tmp_path), "--vertices", "60", "--seconds", "0.1"]
     assert command_line.main(chosen) == 0
@@ -77,15 +78,10 @@ def test_a_broken_limit_ends_in_status_one_with_case_frame_and_figure(command_li
     assert line in (tmp_path / "table.md").read_text()
 
 
-def result(name, **figures):
-    measured = {"vertices": 100, "frames": 10, "asked": 5, "moves": 20, "unclean": 0, "not_free": 0, "void": 0}
-    more = {"worn": None, "strain_limit": 1.1, "broken": [], "stresses": f"what {name} stresses", "failure": ""}
-    return {"name": name, **measured, **more, **figures}
-
-
 def test_runs_stand_beside_each_other_with_the_worst_of_each_figure(command_line, tmp_path):
     broken = [{"line": "trembling [m/s]: 0.002 against 0.001, over the run"}]
-    live = [result("needle", trembling=2e-3, stretch_max=1.21, broken=broken), result("corner", trembling=1e-4)]
+    far = result("at_10km", trembling=0.1, stated=[{"limit": "trembling [m/s]", "line": "", "reason": "so far"}])
+    live = [result("needle", trembling=2e-3, stretch_max=1.21, broken=broken), result("corner", trembling=1e-4), far]
     draft = [result("needle", trembling=3e-4), {"name": "knot", "failure": "ended with status 3", "broken": []}]
     folders = []
     for name, results in (("live, CPU", live), ("draft, GPU", draft)):
@@ -96,12 +92,12 @@ def test_runs_stand_beside_each_other_with_the_worst_of_each_figure(command_line
     page = tmp_path / "page.md"
     assert command_line.main(["--document", str(page), "--of", *map(str, folders)]) == 1
     lines = page.read_text().splitlines()
-    assert "- **live, CPU**: 1 of 2 cases hold" in lines
-    assert "| needle | what needle stresses | 1 limits broken | held |" in lines
+    assert "- **live, CPU**: 2 of 3 cases hold" in lines
+    assert "| needle | what needle stresses | **trembling** | held |" in lines
     assert "| corner | what corner stresses | held | – |" in lines
     assert "| knot |  | – | FAILED |" in lines
     assert "| trembling [mm/s] | 2.00 (needle) | 0.30 (needle) |" in lines
-    assert "| stretch over limit, max | 1.100 (needle) | 0.000 |" in lines
+    assert "| stretch over limit, max | 1.100 (needle) | – |" in lines
     assert "  - BROKEN: trembling [m/s]: 0.002 against 0.001, over the run" in lines
     assert "  - FAILED: ended with status 3" in lines
 

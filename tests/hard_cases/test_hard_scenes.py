@@ -18,7 +18,7 @@ def test_short_window_of_a_hard_case(name):
     assert result["asked"] == result["frames"] + 1
 
 
-@pytest.mark.parametrize("name", ["slivers_refused", "unreferenced_vertex"])
+@pytest.mark.parametrize("name", ["slivers_refused", "slivers_thinner_than_fabric", "unreferenced_vertex"])
 def test_what_cannot_be_simulated_is_refused_by_name(name):
     result = run_one(named(name), Ask(VERTICES, seconds=0.1), tell=lambda _text: None)
     assert result["failure"] == ""

@@ -4,23 +4,36 @@ figure."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from harness.table import COLUMNS, LIMITS, holds, row, said_of, verdict_of
 
 Result = Mapping[str, Any]
 
-WORST: tuple[tuple[str, Callable[[Result], float | None], str], ...] = (
-    ("crossing frames", lambda r: r.get("unclean"), "{:.0f}"),
-    ("colliding sub-steps", lambda r: r.get("not_free"), "{:.0f}"),
-    ("energy without work [%]", lambda r: scaled(r, "growth", 100), "{:.2f}"),
-    ("stretch over limit, 99.9 %", lambda r: over_limit(r, "stretch_most"), "{:.3f}"),
-    ("stretch over limit, max", lambda r: over_limit(r, "stretch_max"), "{:.3f}"),
-    ("lag at the end [mm]", lambda r: scaled(r, "lag_end", 1e3), "{:.1f}"),
-    ("trembling [mm/s]", lambda r: scaled(r, "trembling", 1e3), "{:.2f}"),
-    ("in the last safe state [s]", lambda r: r.get("frozen"), "{:.2f}"),
+
+class Figure(NamedTuple):
+    """One of which more is worse."""
+
+    name: str
+    value: Callable[[Result], float | None]
+    form: str
+    limit: str = "-"  # how the limit on it begins; a case that only states it is left out
+
+
+WORST = (
+    Figure("crossing frames", lambda r: r.get("unclean"), "{:.0f}"),
+    Figure("colliding sub-steps", lambda r: r.get("not_free"), "{:.0f}"),
+    Figure("energy without work [%]", lambda r: scaled(r, "growth", 100), "{:.2f}", "energy"),
+    Figure("stretch over limit, 99.9 %", lambda r: over_limit(r, "stretch_most"), "{:.3f}", "stretch, 99.9"),
+    Figure("stretch over limit, max", lambda r: over_limit(r, "stretch_max"), "{:.3f}", "stretch, max"),
+    Figure("lag at the end [mm]", lambda r: scaled(r, "lag_end", 1e3), "{:.1f}"),
+    Figure("trembling [mm/s]", lambda r: scaled(r, "trembling", 1e3), "{:.2f}", "trembling"),
+    Figure("all motion at rest [mm/s]", lambda r: scaled(r, "restless", 1e3), "{:.2f}"),
+    Figure("fastest vertex on waking [m/s]", lambda r: r.get("waking"), "{:.3f}"),
+    Figure("surface under noise [mm/s]", lambda r: None if not r.get("noise") else 1e3 * r["noise"][0], "{:.1f}"),
+    Figure("cloth on it under noise [mm]", lambda r: None if not r.get("noise") else 1e3 * r["noise"][1], "{:.3f}"),
+    Figure("in the last safe state [s]", lambda r: r.get("frozen"), "{:.2f}"),
 )
-"""Figures of which more is worse: name, value in a result, form."""
 
 
 def scaled(result: Result, name: str, scale: float) -> float | None:
@@ -34,8 +47,8 @@ def over_limit(result: Result, name: str) -> float | None:
     return None if value is None or not limit else value / limit
 
 
-def document(runs: Sequence[Mapping[str, Any]]) -> str:
-    """The whole page; a run is what its `run.json` holds: `name`, `about`, `results`."""
+def document(runs: Sequence[Mapping[str, Any]], beside: Sequence[str] = ()) -> str:
+    """The whole page; a run is what its `run.json` holds: `name`, `about`, `results`. `beside`: its part on others."""
     said = "Written by `make hard-page` of what `make hard` left; METHOD.md section 19 says how each figure is judged."
     lines = ["# Hard cases", "", said, ""]
     for run in runs:
@@ -43,7 +56,7 @@ def document(runs: Sequence[Mapping[str, Any]]) -> str:
         lines.append(f"- **{run['name']}**: {held} of {len(run['results'])} cases hold")
         lines += [f"  - {name}: {value}" for name, value in run["about"].items()]
     lines += ["", LIMITS, "", "## Which hold", "", *verdicts(runs), "", "## The worst of each figure", ""]
-    lines += ["Over all cases, also those in which a figure is stated and not judged:", "", *worst(runs), ""]
+    lines += ["Over all cases but those in which the figure is stated and not judged:", "", *worst(runs), "", *beside]
     for run in runs:
         lines += [f"## Figures: {run['name']}", "", "| " + " | ".join(COLUMNS) + " |", "|" + "---|" * len(COLUMNS)]
         lines += [*(row(result) for result in run["results"]), ""]
@@ -69,8 +82,11 @@ def verdicts(runs: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def short(result: Result) -> str:
-    """The verdict without the reason of a failure, which is told below."""
-    return "FAILED" if result.get("failure") else verdict_of(result)
+    """The verdict with what was broken, without where and by how much, which is told below."""
+    if result.get("failure"):
+        return "FAILED"
+    names = [broken["line"].partition(":")[0].partition(" [")[0].partition(" (")[0] for broken in result["broken"]]
+    return f"**{'; '.join(names)}**" if names else verdict_of(result)
 
 
 def worst(runs: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -79,11 +95,18 @@ def worst(runs: Sequence[Mapping[str, Any]]) -> list[str]:
         "| figure | " + " | ".join(run["name"] for run in runs) + " |",
         "|---|" + "---|" * len(runs),
     ]
-    for name, value_of, form in WORST:
+    for figure in WORST:
         cells = []
         for run in runs:
-            found = [(value, r["name"]) for r in run["results"] if (value := value_of(r)) is not None]
-            value, case = max(found, default=(0.0, "–"))
-            cells.append(f"{form.format(value)} ({case})" if value else form.format(0.0))
-        lines.append(f"| {name} | " + " | ".join(cells) + " |")
+            judged = [r for r in run["results"] if not stated(r, figure.limit)]
+            found = [(value, r["name"]) for r in judged if (value := figure.value(r)) is not None]
+            value, case = max(found, default=(None, ""))
+            told = "–" if value is None else figure.form.format(value)
+            cells.append(f"{told} ({case})" if value else told)
+        lines.append(f"| {figure.name} | " + " | ".join(cells) + " |")
     return lines
+
+
+def stated(result: Result, limit: str) -> bool:
+    """Does the case only state the figure that a limit of such a beginning is on?"""
+    return any(s["limit"].startswith(limit) for s in result.get("stated", ()))

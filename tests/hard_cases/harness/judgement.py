@@ -13,10 +13,13 @@ from scipy.signal import butter, sosfiltfilt
 from scipy.spatial import cKDTree
 
 from harness.recording import Recording
+from harness.rest import fastest_on_waking, moved_asleep, restless
 
 GROWTH = 0.01  # of the energy at play, by which the energy may grow beyond the work done
 CREEPING = 0.01  # m/s: moving at this speed is always at play
 FROZEN = 0.5  # s: so long a garment may stay in its last safe state
+QUIET = 1e-3  # m/s RMS of all motion, where the case says from when on
+WAKING = 0.1  # m/s of the fastest vertex in the first frame after sleep
 CATCHING_UP = 0.5  # s after the stop within which the surface is back at the skin
 TOLD_LAG = 1e-4  # m by which a reported lag may differ from the true one
 NOISE_SPEED = 10e-3  # m/s RMS of the surface of a body that stands, told by a noisy tracker
@@ -74,7 +77,7 @@ def under_noise(record: Recording) -> tuple[float, float] | None:
     return tuple(float(np.sqrt((v**2).sum(-1).mean())) for v in (speed, apart))  # type: ignore[return-value]
 
 
-def figures(record: Recording, stops: float, rests: bool) -> dict[str, Any]:
+def figures(record: Recording, stops: float, rests: bool, quiet: float | None) -> dict[str, Any]:
     """What the table shows."""
     grown, frame = growth(record)
     kinetic = np.array(record.kinetic)
@@ -97,20 +100,28 @@ def figures(record: Recording, stops: float, rests: bool) -> dict[str, Any]:
         "frozen": longest_frozen(record)[0],
         "min_gap": min(record.min_gap, default=None),
         "trembling": shaken(record, stops) if rests else None,
+        "restless": restless(record, quiet),
+        "asleep": sum(record.asleep) * record.dt,
+        "waking": fastest_on_waking(record),
         "speed_at_end": float(np.sqrt(2 * kinetic[-1] / record.total_mass)),
         "worn": all(record.worn) if record.worn else None,
         "slid": max(record.slid, default=None),
         "ms": float(np.median(record.ms)) if record.ms else None,
+        "cpu_ms": float(np.median(record.cpu_ms)) if record.cpu_ms else None,
         "noise": under_noise(record),
     }
 
 
-def broken(record: Recording, stops: float, rests: bool = True, squeezed: bool = False) -> list[Broken]:
+def broken(
+    record: Recording, stops: float, rests: bool = True, squeezed: bool = False, quiet: float | None = None
+) -> list[Broken]:
     """Every limit that was not kept, the first and the worst frame named."""
-    return list(_broken(record, stops, rests, squeezed))
+    return list(_broken(record, stops, rests, squeezed, quiet))
 
 
-def _broken(record: Recording, stops: float, rests: bool, squeezed: bool) -> Iterator[Broken]:
+def _broken(
+    record: Recording, stops: float, rests: bool, squeezed: bool, quiet: float | None
+) -> Iterator[Broken]:
     numbers = range(len(record.cloth))
     stepped = range(1, len(record.lag) + 1)
     asked = [k for k, _ in record.verdicts]
@@ -145,6 +156,9 @@ def _broken(record: Recording, stops: float, rests: bool, squeezed: bool) -> Ite
     yield from limits.over("void steps that the advice keeps quiet about", stepped, unsaid, 0)
     if rests:
         yield from limits.run_over("trembling [m/s]", shaken(record, stops), limits.TREMBLING)
+    yield from limits.run_over("all motion at rest [m/s]", restless(record, quiet), QUIET)
+    yield from limits.run_over("fastest vertex on waking [m/s]", fastest_on_waking(record), WAKING)
+    yield from limits.over("asleep, and yet it moved or worked", stepped, moved_asleep(record), 0)
     shaking = under_noise(record)
     if shaking is not None:
         yield from limits.run_over("speed of the surface under noise [m/s]", shaking[0], NOISE_SPEED)
@@ -155,12 +169,17 @@ def _broken(record: Recording, stops: float, rests: bool, squeezed: bool) -> Ite
 
 
 def judged(
-    record: Recording, stops: float, rests: bool, squeezed: bool, stated: Mapping[str, str]
+    record: Recording,
+    stops: float,
+    rests: bool,
+    squeezed: bool,
+    stated: Mapping[str, str],
+    quiet: float | None = None,
 ) -> dict[str, Any]:
     """Figures and broken limits, ready for JSON; what is only stated is listed apart."""
-    found = broken(record, stops, rests, squeezed)
+    found = broken(record, stops, rests, squeezed, quiet)
     return {
-        **figures(record, stops, rests),
+        **figures(record, stops, rests, quiet),
         "failure": record.failure,
         "broken": [b.plain() for b in found if b.limit not in stated],
         "stated": [{**b.plain(), "reason": stated[b.limit]} for b in found if b.limit in stated],

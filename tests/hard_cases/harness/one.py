@@ -3,25 +3,31 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
-from harness.baseline import ByBaseline, InexpressibleError
+from harness.frames import Frames
 from harness.judgement import judged
 from harness.oracle import listening
+from harness.others import OURS, InexpressibleError, played_by
 from harness.recording import Tell, play
 from harness.scene import Ask, HardScene, Run
-from harness.subject import Simulated
-
-OURS = "ours"
+from harness.subject import Simulated, Subject
 
 
 def run_one(
-    scene: HardScene, ask: Ask, every: int = 1, tell: Tell = print, solver: str = OURS
+    scene: HardScene,
+    ask: Ask,
+    every: int = 1,
+    tell: Tell = print,
+    solver: str = OURS,
+    frames: Path | None = None,
 ) -> dict[str, Any]:
-    """The case's figures and the limits it broke, ready for JSON; by `solver` of SOLVERS instead of ours.
+    """The case's figures and the limits it broke, ready for JSON; by another `solver` instead of ours.
 
     A set-up that raises has refused the case: right for a case that is to be refused, by an error that says what it
-    must; else a failure.
+    must; else a failure. What is seen is kept in the file `frames`, if there is to be one.
     """
     told = {"name": scene.name, "stresses": scene.stresses}
     try:
@@ -30,21 +36,27 @@ def run_one(
         refusal = f"{type(error).__name__}: {error}"
         right = bool(scene.refused and re.search(scene.refused, str(error)))
         return {**told, "refused": refusal, "failure": "" if right else f"refused: {refusal}", "broken": []}
+
+    def watched(subject: Subject) -> dict[str, Any]:
+        seen = Frames.of(subject, run.dt)
+        record = play(subject, run.dt, ask.seconds, every, run.worn, run.noise, tell, seen.note if frames else None)
+        if frames:
+            seen.save(frames)
+        return judged(record, run.stops, run.rests, run.squeezed, scene.stated, run.quiet)
+
     if solver != OURS:
-        return {**told, **by_baseline(scene, run, ask, every, tell, solver)}
+        return {**told, **by_another(run, solver, watched)}
     with listening() as heard:
-        record = play(Simulated(run, heard), run.dt, ask.seconds, every, run.worn, run.noise, tell)
-    result = {**told, **judged(record, run.stops, run.rests, run.squeezed, scene.stated)}
+        result = {**told, **watched(Simulated(run, heard))}
     if scene.refused and not result["failure"] and result["broken"]:
         result["failure"] = "neither refused by name nor resolved"
     return result
 
 
-def by_baseline(scene: HardScene, run: Run, ask: Ask, every: int, tell: Tell, solver: str) -> dict[str, Any]:
+def by_another(run: Run, solver: str, watched: Callable[[Subject], dict[str, Any]]) -> dict[str, Any]:
     """The same figures of another solver, but for the energy; a failure where the case can't be expressed."""
     try:
-        subject = ByBaseline(run, solver)
+        subject = played_by(solver, run)
     except InexpressibleError as error:
         return {"failure": f"not expressible: {error}", "broken": []}
-    record = play(subject, run.dt, ask.seconds, every, run.worn, run.noise, tell)
-    return {**judged(record, run.stops, run.rests, run.squeezed, scene.stated), "growth": None}
+    return {**watched(subject), "growth": None}

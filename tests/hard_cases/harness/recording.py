@@ -36,6 +36,8 @@ class Recording:
     lag: list[float] = field(default_factory=list)  # largest distance from where the surface should be
     told_lag: list[float] = field(default_factory=list)  # as reported
     told_stretch: list[float] = field(default_factory=list)
+    asleep: list[bool] = field(default_factory=list)  # said to be
+    worked: list[int] = field(default_factory=list)  # solver steps of the frame
     retries: list[int] = field(default_factory=list)
     reverts: list[int] = field(default_factory=list)
     advice: list[str] = field(default_factory=list)
@@ -44,6 +46,7 @@ class Recording:
     worn: list[bool] = field(default_factory=list)
     slid: list[float] = field(default_factory=list)
     ms: list[float] = field(default_factory=list)  # wall time of a frame
+    cpu_ms: list[float] = field(default_factory=list)  # processor time of it, which a busy machine does not lengthen
     failure: str = ""  # the error that ended it
 
     @property
@@ -53,6 +56,7 @@ class Recording:
 
 
 Tell = Callable[[str], None]
+Watch = Callable[[np.ndarray, np.ndarray], None]
 
 
 def play(
@@ -63,10 +67,12 @@ def play(
     worn: Worn | None = None,
     noise: bool = False,
     tell: Tell = print,
+    watch: Watch | None = None,
 ) -> Recording:
     """Run for so long; ipctk is asked about every `every`-th frame, the way to it, and the last one.
 
-    With `noise` the surface is kept as well, so that what noise does to both can be measured.
+    With `noise` the surface is kept as well, so that what noise does to both can be measured. `watch` is shown cloth
+    and surface of every frame.
     """
     x, surface = subject.cloth(), subject.surface()
     oracle = Oracle(subject.faces, subject.body_faces, x, surface)
@@ -76,19 +82,28 @@ def play(
     count = max(1, round(seconds / dt))
     passes, places = (None, None) if worn is None else worn.loops.crossings(x.astype(np.float64), worn.joints_at(0.0))
     subject.moves()
-    note_state(record, subject, limits if varied else np.ones(len(limits)))
+    if watch is not None:
+        watch(x, surface)
+    note_state(record, x, subject, limits if varied else np.ones(len(limits)))
     record.work.append(0.0)
     record.verdicts.append((0, oracle.judge(x, surface)))
     for k in range(1, count + 1):
-        begun = time.perf_counter()
+        begun, spent = time.perf_counter(), time.process_time()
         try:
             report = subject.advance(k * dt)
         except Exception as error:  # whatever a step raises is this case's failure
             record.failure = f"frame {k}: {type(error).__name__}: {error}"
             break
         record.ms.append(1e3 * (time.perf_counter() - begun))
-        asked = k % every == 0 or k == count
+        record.cpu_ms.append(1e3 * (time.process_time() - spent))
+        before = x, surface
         x, surface = subject.cloth(), subject.surface()
+        same = report.asleep and np.array_equal(x, before[0]) and np.array_equal(surface, before[1])
+        if same:  # an hour of sleep is one frame to keep and to ask about
+            x, surface = before
+        asked = not same and (k % every == 0 or k == count)
+        if watch is not None:
+            watch(x, surface)
         if asked:
             verdict = NO_VERDICT
             verdict = oracle.judge(x, surface)
@@ -101,7 +116,7 @@ def play(
         if not (np.isfinite(x).all() and np.isfinite(surface).all()):
             record.failure = f"frame {k}: a position is not a finite number"
             break
-        note_state(record, subject, limits if varied else np.ones(len(limits)))
+        note_state(record, x, subject, limits if varied else np.ones(len(limits)))
         record.work.append(record.work[-1] + subject.work())
         skin = subject.skin(k * dt)
         if noise:
@@ -109,6 +124,8 @@ def play(
         record.told_lag.append(report.body_lag)
         record.lag.append(report.body_lag if skin is None else largest_distance(surface, skin))
         record.told_stretch.append(report.max_stretch)
+        record.asleep.append(report.asleep)
+        record.worked.append(report.steps)
         record.retries.append(report.retries)
         record.reverts.append(report.reverts)
         record.advice.append(report.advice)
@@ -123,9 +140,8 @@ def play(
     return record
 
 
-def note_state(record: Recording, subject: Subject, limits: np.ndarray) -> None:
-    """Positions, energies and stretch of the state as it is; `limits` (F,) divide the stretches."""
-    x = subject.cloth()
+def note_state(record: Recording, x: np.ndarray, subject: Subject, limits: np.ndarray) -> None:
+    """Positions (N, 3), energies and stretch of the state as it is; `limits` (F,) divide the stretches."""
     record.cloth.append(x)
     kinetic, stored, fall = subject.energies()
     record.kinetic.append(kinetic)

@@ -49,6 +49,7 @@ class Run:
         worn: how to tell that the garment is still worn.
         rests: whether it comes to rest at all, so that trembling can be asked.
         noise: whether the body is to stand still but for what its tracker gets wrong, so that this is measured.
+        quiet: from this time on [s] nothing may move any more, by whatever frequency; None where that is not asked.
         squeezed: whether the body itself holds the cloth squeezed to the end, so that its surface may stay behind.
     """
 
@@ -60,6 +61,7 @@ class Run:
     step: Callable[[float], StepReport] | None = None
     worn: Worn | None = None
     rests: bool = True
+    quiet: float | None = None
     squeezed: bool = False
     noise: bool = False
 
@@ -80,6 +82,7 @@ class HardScene:
         set_up: makes it ready to go. May raise an error that names the place: the case is then refused by name.
         vertices: about how many cloth vertices it has unless asked otherwise; some meshes are what they are.
         seconds: how long it lasts unless asked otherwise [s].
+        apart: whether it is played only where it is asked for by name: it takes longer than all others.
         refused: what the refusal must say, a regular expression; "" for a case that must run.
         stated: limits that are measured and listed but not judged, each with the reason.
     """
@@ -89,5 +92,6 @@ class HardScene:
     set_up: Callable[[Ask], Run]
     vertices: int = 1000
     seconds: float = 5.0
+    apart: bool = False
     refused: str = ""
     stated: Mapping[str, str] = field(default_factory=dict)

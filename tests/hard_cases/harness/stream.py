@@ -14,6 +14,7 @@ from tryon_server.runtime.stream_source import StreamSource
 from tryon_server.sessions.smoothing import DEFAULT_SMOOTHING, PlaceFilter, TurnFilter
 from tryon_solver.body.pose import Pose
 from tryon_solver.results import StepReport
+from tryon_solver.scene import WORN, Effect
 
 CLIENT = 1
 
@@ -48,10 +49,16 @@ class Filtered:
 
 
 def streamed(
-    ask: Ask, garment: str, poses: list[Sent], stops: float, rests: bool = True, noise: bool = False
+    ask: Ask,
+    garment: str,
+    poses: list[Sent],
+    stops: float,
+    rests: bool = True,
+    noise: bool = False,
+    effects: tuple[Effect, ...] = WORN,
 ) -> Run:
     """The garment on a body that follows these poses; from `stops` s on they say the same."""
-    sim = put_on(ask, garment)
+    sim = put_on(ask, garment, effects=effects)
     drape = SolverDrape(sim, REST, (), BODY)
     source, smooth = StreamSource(REST), Filtered()
     waiting = sorted(poses, key=lambda sent: (sent.arrives, sent.captured))

@@ -37,6 +37,8 @@ LIMITS = "; ".join(
         f"{judgement.CATCHING_UP:g} s after the stop the surface is within {1e3 * limits.LAG_MAX:g} mm of the skin "
         f"({1e3 * limits.PINCHED_LAG_MAX:g} mm where the body keeps the cloth squeezed)",
         f"trembling {1e3 * limits.TREMBLING:g} mm/s RMS above 8 Hz, from 0.5 s after the stop",
+        f"where a case says from when on, all motion {1e3 * judgement.QUIET:g} mm/s RMS; asleep equal bytes and no "
+        f"solver step, on waking no vertex faster than {judgement.WAKING:g} m/s",
         f"no longer than {judgement.FROZEN:g} s in the last safe state, and void steps told in the advice",
         "garments worn to the end, as in `make proof`.",
     )
@@ -95,6 +97,11 @@ def said_of(result: Mapping[str, Any]) -> list[str]:
         speed, motion = result["noise"]
         moved = f"cloth on it {1e3 * motion:.3f} mm above 5 Hz"
         lines.append(f"  - under noise: surface {1e3 * speed:.1f} mm/s RMS, {moved}")
+    if result.get("restless") is not None:
+        lines.append(f"  - all motion at rest: at most {1e3 * result['restless']:.2f} mm/s RMS")
+    if result.get("asleep"):
+        waking = "" if result.get("waking") is None else f", fastest vertex on waking {result['waking']:.3f} m/s"
+        lines.append(f"  - asleep for {result['asleep']:.1f} s{waking}")
     return lines + [f"  - advice: {text}" for text in result.get("advice", ())]
 
 

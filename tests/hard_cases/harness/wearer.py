@@ -22,6 +22,7 @@ from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.pattern import Pattern, parse_pattern
 from tryon_solver.geometry.size import mesh_with_vertices
 from tryon_solver.materials.fabric import FABRICS, Fabric
+from tryon_solver.scene import WORN, Effect
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import Simulation, build
 
@@ -44,14 +45,19 @@ def scaled(panels: PanelMesh, across: float, down: float) -> PanelMesh:
 
 
 def put_on(
-    ask: Ask, garment: str, fabric: Fabric | str = "cotton_jersey", across: float = 1.0, down: float = 1.0
+    ask: Ask,
+    garment: str,
+    fabric: Fabric | str = "cotton_jersey",
+    across: float = 1.0,
+    down: float = 1.0,
+    effects: tuple[Effect, ...] = WORN,
 ) -> Simulation:
     """The garment dressed on the default body, about as many vertices as asked for; raises as dress() does."""
     cloth = FABRICS[fabric] if isinstance(fabric, str) else fabric
     panels = scaled(mesh_with_vertices(pattern(garment), ask.vertices), across, down)
     sim = dress(panels, BODY, cloth, PRESETS["draft"], ask.device).simulation
     x, surface = (p.astype(np.float64) for p in (sim.cloth_positions(), sim.body_positions()))
-    scene = replace(sim.scene, x_start=x)
+    scene = replace(sim.scene, x_start=x, effects=effects)
     return build(scene, ask.settings, ask.device, REST, surface)
 
 

@@ -41,6 +41,11 @@ SCENES = (
         )
         for percent in (10, 20, 30)
     ),
-    HardScene("tshirt_3x_too_large", "a T-shirt three times too large", walking("tshirt", 3.0, 3.0)),
+    HardScene(
+        "tshirt_3x_too_large",
+        "a T-shirt three times too large: its collar is wider than the shoulders; worn to the end, or refused as that",
+        walking("tshirt", 3.0, 3.0),
+        refused=r"too large for this body",
+    ),
     HardScene("heavy_long_skirt", "a floor-length skirt of 0.8 kg/m^2 on a walk", heavy_skirt),
 )

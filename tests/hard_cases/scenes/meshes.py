@@ -21,10 +21,10 @@ def grid(columns: np.ndarray, rows: np.ndarray) -> tuple[Garment, np.ndarray]:
     return garment_of(uv, grid_faces(len(columns), len(rows))), np.column_stack([uv[:, 0], 0 * uv[:, 0], -uv[:, 1]])
 
 
-def slivers(ask: Ask, cloth: Fabric) -> Run:
-    """A square of 25 mm cells with three rows of triangles 50 mm long and 5 micrometres high across its middle."""
+def slivers(ask: Ask, cloth: Fabric, height: float = 5e-6) -> Run:
+    """A square of 25 mm cells with three rows of triangles 50 mm long and `height` m high across its middle."""
     places = np.arange(-6, 7) * 0.025
-    rows = np.sort(np.concatenate([places, 5e-6 * np.arange(1, 4)]))
+    rows = np.sort(np.concatenate([places, height * np.arange(1, 4)]))
     garment, x = grid(np.arange(-3, 4) * 0.05, rows)
     return laid(on_body(ask, garment, x + [0, 0.02, 0], table(0.2, 0.05), cloth), stops=1.5)
 
@@ -96,14 +96,20 @@ def step_of_ask(ask: Ask) -> float:
 SCENES = (
     HardScene(
         "slivers_refused",
-        "triangles of aspect 1e4, thinner than the fabric: refused by triangle",
+        "triangles of aspect 1e4: refused by triangle",
         lambda ask: slivers(ask, JERSEY),
+        refused=r"triangle \d+ is 50 mm long and only 0.005 mm high, 10000 times",
+    ),
+    HardScene(
+        "slivers_thinner_than_fabric",
+        "triangles of aspect 250, thinner than the fabric: refused by triangle",
+        lambda ask: slivers(ask, JERSEY, 2e-4),
         refused=r"triangle \d+ is only .* mm high, too thin",
     ),
     HardScene(
         "slivers_thin_fabric",
-        "triangles of aspect 1e4 in a fabric of one micrometre",
-        lambda ask: slivers(ask, THIN),
+        "triangles of aspect 500 in a fabric of one micrometre",
+        lambda ask: slivers(ask, THIN, 1e-4),
     ),
     HardScene("cells_0.1mm_to_5cm", "edges of 0.1 mm in one mesh with edges of 5 cm", graded),
     HardScene(

@@ -73,6 +73,8 @@ BUDGET = {
     "smoothing_sweeps": 1,
     "correction_iterations": 1,
     "correction_pcg_iterations": 1,
+    "second_iterations": 0,
+    "second_pcg_iterations": 1,
     "deflection_passes": 1,
     "searches": 1,
 }

@@ -13,6 +13,7 @@ from worn_garment import demo_motion
 
 from tryon_solver.body.motion import blend_in
 from tryon_solver.body.pose import Pose
+from tryon_solver.scene import LIVE
 
 ARMS_IN = mirrored({"left_upper_arm": (0, 0, -62)})
 CLASPED = mirrored({"left_upper_arm": (-25, 0, -35), "left_forearm": (-60, -55, 0)})
@@ -100,9 +101,21 @@ def swung(t: float, end: float) -> Pose:
     return posed({"left_upper_arm": (-np.degrees(angle), 0, 0)})
 
 
-def standing_long(ask: Ask) -> Run:
-    """A second and a half of walking, then nothing moves."""
-    return moving(put_on(ask, "tshirt"), *walked(1.5))
+def stood_still(garment: str, quiet: float) -> Callable[[Ask], Run]:
+    """A second and a half of walking, then the body stands; so long after it [s] nothing of the garment moves."""
+    return lambda ask: moving(put_on(ask, garment), *walked(1.5), quiet=1.5 + quiet)
+
+
+def woken(ask: Ask) -> Run:
+    """Walks, stands until the garment sleeps, and sets off again after three quarters of the time."""
+    there, stops = walked(1.0)
+    again = 0.75 * ask.seconds
+    onwards = blend_in(there(stops), demo_motion("walk", BODY), 0.8)
+
+    def stance(t: float) -> Pose:
+        return there(t) if t < again else onwards.sample(min(t - again, onwards.duration))
+
+    return moving(put_on(ask, "tshirt", effects=LIVE), stance, ask.seconds)
 
 
 SCENES = (
@@ -118,8 +131,21 @@ SCENES = (
     HardScene(
         "standing_60s",
         "a T-shirt on a body that stands still for a minute after walking",
-        standing_long,
+        stood_still("tshirt", 2.0),
         vertices=600,
         seconds=61.5,
+    ),
+    HardScene(
+        "skirt_standing_12s",
+        "a skirt on a body that stands still after walking: all motion has gone after ten seconds",
+        stood_still("skirt", 10.0),
+        vertices=600,
+        seconds=13.5,
+    ),
+    HardScene(
+        "asleep_and_woken",
+        "a T-shirt that falls asleep on a body that stands, and is woken by its first step",
+        woken,
+        seconds=6.0,
     ),
 )

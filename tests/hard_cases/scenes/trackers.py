@@ -12,6 +12,7 @@ from harness.wearer import BODY, REST, mirrored, posed
 from scipy.spatial.transform import Rotation
 
 from tryon_solver.body.pose import Pose
+from tryon_solver.scene import LIVE
 
 Stream = Callable[[Ask], list[Sent]]
 
@@ -77,6 +78,20 @@ def late(ask: Ask) -> list[Sent]:
     for t in frames(ask):
         held = 0.25 if (t % 1.0) > 0.75 else 0.0
         found.append(Sent(t, np.floor(t) + 1.0 if held else t, swaying(t)))
+    return found
+
+
+def now_and_then(ask: Ask) -> list[Sent]:
+    """Ten seconds of swaying in each minute, and two of no poses at all in each fifth; for the rest a stand.
+
+    It sways from the stand and back to it, so that nothing leaps.
+    """
+    found = []
+    for t in frames(ask):
+        minute, second = divmod(t, 60.0)
+        if minute % 5 == 4 and 4.0 < second < 6.0:
+            continue
+        found.append(Sent(t, t, swaying(second) if second < 10.0 else REST))
     return found
 
 
@@ -151,6 +166,8 @@ SCENES = (
         "noise_white",
         "a body that stands, told with white noise of 3 mm and 0.5 degrees at 60 Hz",
         tracked("tshirt", noisy(3e-3, 0.5), rests=False, noise=True),
+        vertices=600,
+        seconds=60.0,
     ),
     HardScene("noise_drifting", "a body that stands, told with a drift", tracked("tshirt", drifting, rests=False)),
     HardScene(
@@ -163,6 +180,14 @@ SCENES = (
             tracked("tshirt", elsewhere((far, 0.0, -far)), 0.6),
         )
         for name, far in (("0m", 0.0), ("100m", 100.0), ("10km", 10_000.0))
+    ),
+    HardScene(
+        "stream_1h",
+        "an hour of a stream that moves ten seconds in each minute and now and then falls silent; asleep in between",
+        tracked("tshirt", now_and_then, rests=False, effects=LIVE),
+        vertices=300,
+        seconds=3600.0,
+        apart=True,
     ),
     HardScene("dropouts", "no poses for 0.1 to 2 s", tracked("tshirt", gaps, rests=False), seconds=6.0),
     HardScene("latency_spikes", "poses of a quarter of a second at once", tracked("tshirt", late, rests=False)),
