@@ -32,11 +32,11 @@ class SelfContact:
 class Friction:
     """Coulomb friction on every contact the scene has; coefficients come from the fabric.
 
-    Below the sliding speed `eps_v` m/s friction is static: it grows smoothly from zero. What sticks creeps, at up to
-    that speed, and folds that creep snap: at 1 mm/s a garment at rest trembles (docs/measured.md).
+    A contact gives by up to `presliding` m before it slides, and its force grows smoothly with that; it keeps what it
+    has given from step to step, so that what sticks stays.
     """
 
-    eps_v: float = 1e-4
+    presliding: float = 1e-4
 
 
 @dataclass(frozen=True)

@@ -48,11 +48,9 @@ class Settings:
     """Newton iterations of a correction that is done again, because the first one led astray; 0: none is."""
     second_pcg_iterations: int = 120
     """Conjugate gradients of each of these, at most."""
-    correction_tolerance: float = 3e-5
-    """The correction stops when its largest Newton move falls below this times dt [m/s * s].
-
-    A third of friction's `eps_v`: what sticks creeps at less than that, and a looser stop leaves its force unbuilt.
-    """
+    correction_tolerance: float = 1e-4
+    """The correction stops when its largest Newton move falls below this times dt [m/s * s]: a tenth of the trembling
+    that is told from rest."""
     contact_passes: int = 1
     """How often a step makes the contact proxy, solves and corrects, at most; each time from where the last one ended.
 

@@ -18,6 +18,7 @@ from tryon_solver.stepping.move_body import move_body
 from tryon_solver.stepping.passes import contact_passes
 from tryon_solver.stepping.predict import predict_positions
 from tryon_solver.stepping.proxy import build_contact_proxy, project_locally
+from tryon_solver.stepping.remember import remember_contacts
 from tryon_solver.stepping.repeat import repeat_until
 from tryon_solver.stepping.sleep import awake
 from tryon_solver.stepping.smooth import smooth_in_full_space
@@ -74,4 +75,5 @@ def step(sim: Simulation, dt: float) -> None:
         repeat_until(sim, at_most=sim.settings.outer_iterations, cycle=scheme.cycle)
         sim.timed(correct_penetration)  # Newton-PCG on the full potential, every iterate proven free of contact
         sim.timed(verify_commit)  # float64 on what is near; else the pass is void and x goes back
+    sim.timed(remember_contacts)  # how far each has given
     sim.timed(update_velocity, dt)

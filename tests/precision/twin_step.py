@@ -30,6 +30,7 @@ class Moment:
     still: float  # s
     asleep: bool
     went_back: bool
+    kept: tuple[tuple[np.ndarray, np.ndarray], ...]  # how far contacts have given, by contact term
 
     @staticmethod
     def of(sim: simulation.Simulation) -> Moment:
@@ -45,6 +46,7 @@ class Moment:
             state.still,
             state.asleep,
             sim.went_back,
+            tuple(term.kept() for term in sim.stages.contact),
         )
 
     def moved(self, most: float, random: np.random.Generator) -> Moment:
@@ -62,6 +64,8 @@ class Moment:
         sim.body.pose = same(self.stance)
         sim.state.time, sim.state.still, sim.state.asleep = self.time, self.still, self.asleep
         sim.went_back = self.went_back
+        for term, kept in zip(sim.stages.contact, self.kept):
+            term.restore(*kept)
 
 
 @dataclass

@@ -94,7 +94,7 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
     add("--stopping", type=float, default=0.5, metavar="S", help="time at its end in which it slows to a stand [s]")
     add("--standing", type=float, default=2.0, metavar="S", help="time for which the body then stands still [s]")
     add("--every", type=int, default=2, metavar="K", help="IPC Toolkit is asked every K frames")
-    own = "solver settings unlike the preset's, and values of effects: Friction.eps_v=1e-3"
+    own = "solver settings unlike the preset's, and values of effects: Friction.presliding=5e-5"
     add("--set", nargs="*", type=setting, default=[], metavar="NAME=VALUE", help=own)
     add("--server", metavar="URL", help="record from this server instead; `own` starts one")
     add("--frames", type=int, default=300, help="frames to record from a server")

@@ -7,7 +7,7 @@ from tryon_solver.scene import WORN, AirDrag, Friction
 
 
 def test_values_are_set_and_the_rest_stays() -> None:
-    effects = effects_with({"Friction.eps_v": 1e-3, "AirDrag.coefficient": 0.5, "d_hat": 1e-3})
+    effects = effects_with({"Friction.presliding": 1e-3, "AirDrag.coefficient": 0.5, "d_hat": 1e-3})
     assert Friction(1e-3) in effects
     assert AirDrag(0.5) in effects
     assert [type(effect) for effect in effects] == [type(effect) for effect in WORN]

@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 from contact_scenes import DT, ContactScene
-from contact_state import contact_gradient
+from contact_state import contact_gradient, find_pairs
 
 from tryon_solver.baselines.newton_ipc import Motion, Reference
+from tryon_solver.baselines.newton_ipc.distance import EDGE_EDGE
 from tryon_solver.baselines.newton_ipc.march import TOLERANCE
 from tryon_solver.baselines.newton_ipc.newton import solve
 from tryon_solver.contact import pairs
@@ -46,7 +47,31 @@ def simulation_at(case: ContactScene, motion: Motion, settings: Settings, device
     sim = build(case.scene, settings, device, motion.pose, tangled=True)
     sim.state.x.assign(motion.x.astype(np.float32))
     sim.state.v.assign(motion.v.astype(np.float32))
+    restore_contacts(sim, motion)
     return sim
+
+
+def restore_contacts(sim: Simulation, motion: Motion) -> None:
+    """Let the solver's contacts have given what the reference's have; both are named by their vertices."""
+    find_pairs(sim, motion.x)
+    size, known = sim.candidates.size, motion.known
+    kinds, ids = sim.candidates.kind.numpy()[:size], sim.candidates.ids.numpy()[:size]
+    named = {contact_name(kind, own): own for kind, own in zip(kinds, ids)}
+    found, given = [], []
+    for kind, theirs, slip in zip(known.kinds, known.ids, known.given):
+        own = named[contact_name(kind, theirs)]
+        turned = kind == EDGE_EDGE and set(own[:2].tolist()) != set(theirs[:2].tolist())
+        found.append(own)
+        given.append(-slip if turned else slip)
+    for term in sim.stages.contact:
+        term.restore(np.array(found, np.int32).reshape(-1, 4), np.array(given).reshape(-1, 3))
+
+
+def contact_name(kind: int, ids: np.ndarray) -> tuple[object, ...]:
+    """The same of a contact for solver and reference."""
+    first = 2 if kind == EDGE_EDGE else 1
+    sides = frozenset(ids[:first].tolist()), frozenset(ids[first:].tolist())
+    return (int(kind), frozenset(sides)) if kind == EDGE_EDGE else (int(kind), *sides)
 
 
 def rms(difference: np.ndarray) -> float:

@@ -148,9 +148,8 @@ def brought_together(
     return False
 
 
-def find_pairs(surfaces: TwoSurfaces, x: np.ndarray) -> None:
-    """Leaves the contact pairs at x in `surfaces.sim.pairs`."""
-    sim = surfaces.sim
+def find_pairs(sim: Simulation, x: np.ndarray) -> None:
+    """Leaves the contact pairs at x in `sim.pairs`."""
     sim.state.x.assign(x.astype(np.float32))
     sim.work.direction.zero_()
     search_around(sim, sim.state.x, sim.work.direction)
@@ -162,7 +161,7 @@ def contact_gradient(sim: Simulation, friction: bool) -> np.ndarray:
     out = wp.zeros(sim.all_count, dtype=wp.vec3, device=sim.device)
     if friction:
         for term in sim.stages.contact:
-            term.prepare(sim.pairs, sim.state, sim.state.x, None, sim.dt)
+            term.prepare(sim.pairs, sim.state, sim.state.x, None)
         add_contact_gradient(sim, sim.state.x, sim.state.x, out)
     elif sim.pairs.size:
         pairs.add_gradient(sim.pairs, sim.state.x, sim.state.x, out)

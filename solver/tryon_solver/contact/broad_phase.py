@@ -121,7 +121,11 @@ def emit(
     distance_out: wp.array(dtype=wp.float32),
     count_out: wp.array(dtype=wp.int32),
 ):
-    """Append the stencil unless it shares a vertex or its distance is not in (r_known, r]; what is stored is for x."""
+    """Append the stencil unless it shares a vertex or its distance is not in (r_known, r]; what is stored is for x.
+
+    Of two edges the one whose first vertex has the lower number comes first, whoever was looked for: by these numbers
+    contacts are known again (effects/presliding.py).
+    """
     if group[0] == group[2] or group[0] == group[3]:
         return
     if kind == 0:
@@ -136,6 +140,8 @@ def emit(
     slot = wp.atomic_add(count_out, 0, 1)
     if slot < ids_out.shape[0]:
         ids_out[slot] = v
+        if kind == 1 and v[2] < v[0]:
+            ids_out[slot] = wp.vec4i(v[2], v[3], v[0], v[1])
         kind_out[slot] = kind
         distance_out[slot] = d - approach(kind, x[v[0]] - x0, x[v[1]] - x1, x[v[2]] - x2, x[v[3]] - x3)
 

@@ -1,20 +1,23 @@
-"""Coulomb friction with smoothed static regime, on every contact pair.
+"""Coulomb friction with presliding, on every contact pair.
 
-For a pair with normal force N = -e kappa b' and tangential slip u = (I - n n^T) sum_i lam_i (x_i - x_start_i), which
-includes the body's own motion, the force on vertex i is
+For a pair with normal force N = -e kappa b' and tangential slip u = (I - n n^T)(g + sum_i lam_i (x_i - x_start_i)),
+which includes the body's own motion, the force on vertex i is
 
-    -lam_i mu N f1(|u|) u/|u|,   f1(y) = (2 - y/e) y/e for y < e, else 1,   e = eps_v dt.
+    -lam_i mu N f1(|u|) u/|u|,   f1(y) = (2 - y/s) y/s for y < s, else 1,   s = `presliding`.
 
-N and n are lagged per iteration. Source: Li et al. 2020 (IPC), section 5. Two matrices are made of it, both positive
-semidefinite, with T = I - n n^T and t = u/|u|:
+N and n are lagged per iteration. Source of the potential within a step: Li et al. 2020 (IPC), section 5. There g = 0
+and s = eps_v dt: friction begins each step without force, and what sticks creeps. Here g is what the contact had given
+by the end of the last step (presliding.py), at most s, as Cundall and Strack 1979 ("A discrete numerical model for
+granular assemblies") remember it: what sticks has its force already and stays, and s may be a length that the solver
+resolves easily. Two matrices are made of it, both positive semidefinite, with T = I - n n^T and t = u/|u|:
 
     a model that is used away from where it was made (the contact proxy):   mu N f1/y T
     an iteration of the correction:                                         mu N (f1/y (T - t t^T) + c t t^T)
 
 The first bounds the potential from above, and iterated alone it leaves the static regime ever so slowly: along t the
-force of what slides does not grow any more. So in the correction c is f1', zero beyond e. A slip that an iteration
+force of what slides does not grow any more. So in the correction c is f1', zero beyond s. A slip that an iteration
 turned round (u . u_before < 0) has passed the static regime, where f1' knows nothing of the resistance in between:
-there c is the slope of the chord, (f1(y) + f1(y_before))/(y + y_before). A slip beyond e that an iteration shortened is
+there c is the slope of the chord, (f1(y) + f1(y_before))/(y + y_before). A slip beyond s that an iteration shortened is
 on its way back to it, and c = 0 would send it past again and again: there the secant stays, which shortens it steadily.
 Of the pair's normal forces at this iterate and the last the smaller counts, and where they differ by more than SETTLED
 the secant stays: a pair that fell deep into its barrier for one iteration would throw the cloth.
@@ -22,14 +25,13 @@ the secant stays: a pair that fell deep into its barrier for one iteration would
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import warp as wp
 
 from tryon_solver.contact.barrier import barrier_gradient
 from tryon_solver.contact.pairs import ContactPairs
 from tryon_solver.effects.base import BuildContext
+from tryon_solver.effects.presliding import Presliding, recall
 from tryon_solver.plan import ContactTerm, Contribution
 from tryon_solver.scene import Friction
 from tryon_solver.state import State
@@ -44,12 +46,13 @@ def slip(
     v: wp.vec4i,
     w: wp.vec4,
     n: wp.vec3,
+    given: wp.vec3,
     x: wp.array(dtype=wp.vec3),
     remainder: wp.array(dtype=wp.vec3),
     x_start: wp.array(dtype=wp.vec3),
 ) -> wp.vec3:
-    """u = (I - n n^T) sum_i lam_i (x_i - x_start_i) [m], of x with its remainder."""
-    u = wp.vec3()
+    """u = (I - n n^T) (g + sum_i lam_i (x_i - x_start_i)) [m], of x with its remainder."""
+    u = given
     for k in range(4):
         u += w[k] * ((x[v[k]] - x_start[v[k]]) + remainder[v[k]])
     return u - wp.dot(u, n) * n
@@ -85,12 +88,16 @@ def prepare_kernel(
     cloth_count: int,
     mu_body: float,
     mu_self: float,
-    static_slip: float,
+    presliding: float,
     iterating: int,
     x: wp.array(dtype=wp.vec3),
     x_before: wp.array(dtype=wp.vec3),
     remainder: wp.array(dtype=wp.vec3),
     x_start: wp.array(dtype=wp.vec3),
+    table: wp.array(dtype=wp.int32),
+    known_ids: wp.array(dtype=wp.vec4i),
+    known: wp.array(dtype=wp.vec3),
+    given_out: wp.array(dtype=wp.vec3),
     weight_out: wp.array(dtype=wp.float32),
     along_out: wp.array(dtype=wp.vec4),
 ):
@@ -99,7 +106,9 @@ def prepare_kernel(
     if c >= counters[0]:
         return
     v = ids[c]
-    u = slip(v, lam[c], normal[c], x, remainder, x_start)
+    given = recall(v, table, known_ids, known)
+    given_out[c] = given
+    u = slip(v, lam[c], normal[c], given, x, remainder, x_start)
     y = wp.length(u)
     mu = mu_self
     for k in range(4):
@@ -111,21 +120,21 @@ def prepare_kernel(
         ratio = force_before(v, lam[c], normal[c], gap[c], x, x_before)
         coulomb *= wp.min(ratio, 1.0)
         settled = ratio > SETTLED and ratio * SETTLED < 1.0
-    weight = coulomb / wp.max(y, static_slip)
-    if y < static_slip:
-        weight = coulomb * (2.0 - y / static_slip) / static_slip
+    weight = coulomb / wp.max(y, presliding)
+    if y < presliding:
+        weight = coulomb * (2.0 - y / presliding) / presliding
     weight_out[c] = weight
     along_out[c] = wp.vec4()
     if not settled or y == 0.0:
         return
-    stiffness = 2.0 * coulomb * wp.max(1.0 - y / static_slip, 0.0) / static_slip
-    before = slip(v, lam[c], normal[c], x_before, remainder, x_start)
+    stiffness = 2.0 * coulomb * wp.max(1.0 - y / presliding, 0.0) / presliding
+    before = slip(v, lam[c], normal[c], given, x_before, remainder, x_start)
     y_before = wp.length(before)
     turned = wp.dot(u, before) < 0.0
-    if not turned and y > static_slip and y < y_before:
+    if not turned and y > presliding and y < y_before:
         return
     if turned:
-        stiffness = coulomb * (f1(y, static_slip) + f1(y_before, static_slip)) / (y + y_before)
+        stiffness = coulomb * (f1(y, presliding) + f1(y_before, presliding)) / (y + y_before)
     t = u / y
     along_out[c] = wp.vec4(t[0], t[1], t[2], stiffness - weight)
 
@@ -144,6 +153,7 @@ def add_gradient_kernel(
     lam: wp.array(dtype=wp.vec4),
     normal: wp.array(dtype=wp.vec3),
     weight: wp.array(dtype=wp.float32),
+    given: wp.array(dtype=wp.vec3),
     x: wp.array(dtype=wp.vec3),
     remainder: wp.array(dtype=wp.vec3),
     x_start: wp.array(dtype=wp.vec3),
@@ -154,9 +164,36 @@ def add_gradient_kernel(
         return
     v = ids[c]
     w = lam[c]
-    f = weight[c] * slip(v, w, normal[c], x, remainder, x_start)
+    f = weight[c] * slip(v, w, normal[c], given[c], x, remainder, x_start)
     for k in range(4):
         wp.atomic_add(gradient_out, v[k], w[k] * f)
+
+
+@wp.kernel
+def give_kernel(
+    counters: wp.array(dtype=wp.int32),
+    ids: wp.array(dtype=wp.vec4i),
+    lam: wp.array(dtype=wp.vec4),
+    normal: wp.array(dtype=wp.vec3),
+    presliding: float,
+    x: wp.array(dtype=wp.vec3),
+    remainder: wp.array(dtype=wp.vec3),
+    x_start: wp.array(dtype=wp.vec3),
+    table: wp.array(dtype=wp.int32),
+    known_ids: wp.array(dtype=wp.vec4i),
+    known: wp.array(dtype=wp.vec3),
+    given_out: wp.array(dtype=wp.vec3),
+):
+    """The slip at the end of a step is what the next one begins with; of what slides, as much as it resists."""
+    c = wp.tid()
+    if c >= wp.min(counters[0], given_out.shape[0]):
+        return
+    v = ids[c]
+    u = slip(v, lam[c], normal[c], recall(v, table, known_ids, known), x, remainder, x_start)
+    y = wp.length(u)
+    if y > presliding:
+        u = (presliding / y) * u
+    given_out[c] = u
 
 
 @wp.kernel
@@ -204,18 +241,55 @@ def add_diagonal_kernel(
             wp.atomic_add(blocks_out, ids[c][k], lam[c][k] * lam[c][k] * tangential)
 
 
-@dataclass
-class FrictionWeights:
-    """Per contact pair `weight` float32 N/m and `along` vec4, see prepare_kernel; grows with the pairs."""
+class FrictionOfPairs:
+    """Per contact pair, for one that there is room for: `given` vec3 m, how far it had given when the step began;
+    `weight` float32 N/m and `along` vec4, see prepare_kernel. `known` holds the contacts that the step began with,
+    `ended` (count, ids, given) those it ended with, as in Presliding."""
 
-    weight: wp.array
-    along: wp.array
+    def __init__(self, capacity: int, device: str) -> None:
+        self.device = device
+        self._allocate(capacity)
 
-    @staticmethod
-    def allocate(capacity: int, device: str) -> FrictionWeights:
-        return FrictionWeights(
-            wp.zeros(capacity, dtype=wp.float32, device=device), wp.zeros(capacity, dtype=wp.vec4, device=device)
+    def _allocate(self, capacity: int) -> None:
+        self.known = Presliding.allocate(capacity, self.device)
+        self.ended = (
+            wp.zeros(1, dtype=wp.int32, device=self.device),
+            wp.zeros(capacity, dtype=wp.vec4i, device=self.device),
+            wp.zeros(capacity, dtype=wp.vec3, device=self.device),
         )
+        self.given = wp.zeros(capacity, dtype=wp.vec3, device=self.device)
+        self.weight = wp.zeros(capacity, dtype=wp.float32, device=self.device)
+        self.along = wp.zeros(capacity, dtype=wp.vec4, device=self.device)
+
+    def make_room(self, capacity: int) -> None:
+        """For so many pairs, a power of two; what is known stays so."""
+        if len(self.weight) >= capacity:
+            return
+        known, ended = self.known, self.ended
+        self._allocate(capacity)
+        self.known.replace_by(known.count, known.ids, known.given)
+        self.end_with(*ended)
+
+    def end_with(self, count: wp.array, ids: wp.array, given: wp.array) -> None:
+        """The next step begins with these contacts: arrays as in Presliding, not longer than there is room for."""
+        kept_count, kept_ids, kept_given = self.ended
+        wp.copy(kept_count, count, count=1)
+        wp.copy(kept_ids, ids, count=len(ids))
+        wp.copy(kept_given, given, count=len(given))
+
+    def kept(self) -> tuple[np.ndarray, np.ndarray]:
+        """(P, 4) int32 vertices of the contacts that the next step begins with, (P, 3) float32 m how far each has
+        given."""
+        count, ids, given = self.ended
+        known = int(count.numpy()[0])
+        return ids.numpy()[:known], given.numpy()[:known]
+
+    def restore(self, ids: np.ndarray, given: np.ndarray) -> None:
+        """Let the next step begin with what `kept` returned."""
+        self.make_room(1 << max(len(ids) - 1, 0).bit_length())
+        count: wp.array = wp.array([len(ids)], dtype=wp.int32, device=self.device)
+        entries: wp.array = wp.array(ids, dtype=wp.vec4i, device=self.device)
+        self.end_with(count, entries, wp.array(given, dtype=wp.vec3, device=self.device))
 
 
 def bind(spec: Friction, context: BuildContext) -> Contribution | None:
@@ -224,11 +298,13 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
     if fabric.mu_body == 0 and fabric.mu_self == 0:
         return None
     cloth_count = context.scene.garment.vertex_count
-    held = FrictionWeights.allocate(1024, device)
+    held = FrictionOfPairs(1 << 10, device)
 
-    def prepare(pairs: ContactPairs, state: State, x: wp.array, x_before: wp.array | None, dt: float) -> None:
-        if len(held.weight) < pairs.capacity:
-            held.__dict__.update(FrictionWeights.allocate(pairs.capacity, device).__dict__)
+    def begin(_state: State, _dt: float) -> None:
+        held.known.replace_by(*held.ended)
+
+    def prepare(pairs: ContactPairs, state: State, x: wp.array, x_before: wp.array | None) -> None:
+        held.make_room(pairs.capacity)
         wp.launch(
             prepare_kernel,
             pairs.size,
@@ -242,14 +318,17 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
                 cloth_count,
                 fabric.mu_body,
                 fabric.mu_self,
-                spec.eps_v * dt,
+                spec.presliding,
                 int(x_before is not None),
                 x,
                 x if x_before is None else x_before,
                 state.remainder,
                 state.x_start,
+                held.known.table,
+                held.known.ids,
+                held.known.given,
             ],
-            [held.weight, held.along],
+            [held.given, held.weight, held.along],
             device=device,
         )
 
@@ -257,7 +336,17 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
         wp.launch(
             add_gradient_kernel,
             pairs.size,
-            [pairs.counters, pairs.ids, pairs.lam, pairs.normal, held.weight, x, state.remainder, state.x_start],
+            [
+                pairs.counters,
+                pairs.ids,
+                pairs.lam,
+                pairs.normal,
+                held.weight,
+                held.given,
+                x,
+                state.remainder,
+                state.x_start,
+            ],
             [gradient],
             device=device,
         )
@@ -283,5 +372,31 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
     def tangential(pairs: ContactPairs) -> np.ndarray:
         return held.weight.numpy()[: pairs.size].astype(np.float64)
 
-    term = ContactTerm(prepare, add_gradient, add_product, add_diagonal, tangential)
-    return Contribution("friction", contact=term)
+    def remember(pairs: ContactPairs, state: State) -> None:
+        held.make_room(pairs.capacity)
+        known = held.known
+        wp.launch(
+            give_kernel,
+            pairs.size,
+            [
+                pairs.counters,
+                pairs.ids,
+                pairs.lam,
+                pairs.normal,
+                spec.presliding,
+                state.x,
+                state.remainder,
+                state.x_start,
+                known.table,
+                known.ids,
+                known.given,
+            ],
+            [held.given],
+            device=device,
+        )
+        held.end_with(pairs.counters, pairs.ids, held.given)
+
+    term = ContactTerm(
+        prepare, add_gradient, add_product, add_diagonal, tangential, remember, held.kept, held.restore
+    )
+    return Contribution("friction", start_step=begin, contact=term)

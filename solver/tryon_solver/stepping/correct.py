@@ -188,7 +188,7 @@ def look_around(sim: Simulation, near: bool) -> None:
     state, work = sim.state, sim.work
     pairs.collect(sim.pairs, sim.candidates, sim.contact, state.x, near and bool(sim.touching))
     for term in sim.stages.contact:
-        term.prepare(sim.pairs, state, state.x, sim.x_searched, sim.dt)
+        term.prepare(sim.pairs, state, state.x, sim.x_searched)
     wp.copy(sim.x_searched, state.x)
     elastic_gradient(sim, state.x, work.gradient, correcting=True)
     add_contact_gradient(sim, state.x, state.x, work.gradient)
@@ -201,7 +201,9 @@ def imbalance(sim: Simulation) -> float:
 
 
 def start_at_feasible(sim: Simulation) -> None:
+    """As if no iteration had been elsewhere: what friction remembers of one would leave it without normal forces."""
     wp.copy(sim.state.x, sim.state.x_feasible)
+    wp.copy(sim.x_searched, sim.state.x_feasible)
     sim.state.remainder.zero_()
 
 

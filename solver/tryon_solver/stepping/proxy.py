@@ -43,7 +43,7 @@ def build_contact_proxy(sim: Simulation) -> None:
         wp.copy(work.total, state.x_feasible)
         wp.launch(coast_kernel, sim.cloth_count, [state.x_start, state.v, sim.dt], [work.total], device=sim.device)
         for term in sim.stages.contact:
-            term.prepare(sim.pairs, state, work.total, None, sim.dt)
+            term.prepare(sim.pairs, state, work.total, None)
     invert_diagonal_blocks(sim)
     work.direction.zero_()
     project_locally(sim)

@@ -24,7 +24,7 @@ class Case:
         stopping: time at the end of that in which it slows down evenly to a stand; 0 stops it dead [s].
         standing: time for which the body then stands still [s].
         every: every so many frames IPC Toolkit is asked.
-        settings: solver settings that differ from the preset's, and, as `Friction.eps_v`, values of an effect.
+        settings: solver settings that differ from the preset's, and, as `Friction.presliding`, values of an effect.
         vertices: of the cloth's mesh, about, where no edge length is given.
         size: of the pattern, over its own; 0 for the one that fits, which is looked for.
     """

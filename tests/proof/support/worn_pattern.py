@@ -84,7 +84,7 @@ def worn_pattern(case: Case, body: BodyModel, wardrobe: Path, tell: Tell) -> Wor
 
 
 def effects_with(own: Mapping[str, float | int | str]) -> tuple[Effect, ...]:
-    """What is worn, with the values that are set as `Friction.eps_v`; names without a dot are none of an effect's."""
+    """What is worn, with the values that are set as `Friction.presliding`; names without a dot are no effect's."""
     effects = {type(effect).__name__: effect for effect in WORN}
     for name, value in own.items():
         kind, dot, field = name.partition(".")

@@ -62,7 +62,7 @@ def test_pairs_are_all_stencils_within_reach(surfaces, states):
     reach = surfaces.xi + surfaces.sim.settings.d_hat
     total = 0
     for x in states:
-        find_pairs(surfaces, x)
+        find_pairs(surfaces.sim, x)
         found = which_stencils(surfaces, pair_table(surfaces.sim)["ids"])
         assert len(np.unique(found)) == len(found)
         d, _ = distances(surfaces, x)
@@ -77,7 +77,7 @@ def test_pair_energy_is_mollified_stiffness_times_barrier(surfaces, states):
     area = np.append(sim.area, np.full(sim.body_count, np.nan))
     faded = 0
     for x in states:
-        find_pairs(surfaces, x)
+        find_pairs(surfaces.sim, x)
         table = pair_table(sim)
         which = which_stencils(surfaces, table["ids"])
         kinds, ids = surfaces.kinds[which], surfaces.stencils[which]
@@ -112,7 +112,7 @@ def test_gradient_is_the_potentials(surfaces, states):
     """Stiffness and mollifier are lagged: constants of the potential that is differentiated."""
     sim, step = surfaces.sim, 1e-8
     for x in states:
-        find_pairs(surfaces, x)
+        find_pairs(surfaces.sim, x)
         weight = lagged_weights(surfaces, x)
         active = np.flatnonzero(weight)
 
@@ -139,7 +139,7 @@ def test_matrix_is_semidefinite_and_its_blocks_are_its_diagonal(surfaces, states
     sim = surfaces.sim
     count = sim.all_count
     for x in states[:6]:
-        find_pairs(surfaces, x)
+        find_pairs(surfaces.sim, x)
 
         def product(p, out):
             out.zero_()
@@ -161,7 +161,7 @@ def test_curvature_is_the_second_derivative_along_the_normal(surfaces, states):
     step = 1e-6
     checked = 0
     for x in states:
-        find_pairs(surfaces, x)
+        find_pairs(surfaces.sim, x)
         table = pair_table(surfaces.sim)
         which = which_stencils(surfaces, table["ids"])
         kinds = surfaces.kinds[which]
@@ -183,7 +183,7 @@ def test_model_never_pulls(surfaces, states):
     """Beyond where the linear model's force ends, it is silent: contact is one-sided."""
     sim = surfaces.sim
     x = states[0]
-    find_pairs(surfaces, x)
+    find_pairs(surfaces.sim, x)
     away = x.copy()
     direction = contact_gradient(sim, friction=False)[~surfaces.first].sum(0)
     away[~surfaces.first] -= 0.01 * direction / np.linalg.norm(direction)
@@ -200,10 +200,10 @@ def test_model_never_pulls(surfaces, states):
 
 @pytest.mark.parametrize("sliding", [0.3, 0.9, 1.5, 20.0])
 def test_friction_is_the_gradient_of_its_lagged_potential(surfaces, states, rng, sliding):
-    """D = sum mu N f0(|u|) with N and the tangent plane frozen; `sliding` in units of the static slip eps_v dt."""
+    """D = sum mu N f0(|u|) with N and the tangent plane frozen; `sliding` in units of `presliding`."""
     sim = surfaces.sim
     mu = MU_BODY if sim.body_count else MU_SELF
-    static = Friction().eps_v * sim.dt
+    static = Friction().presliding
 
     def f0(y):
         return np.where(y < static, y**2 / static * (1 - y / (3 * static)) + static / 3, y)
@@ -216,7 +216,7 @@ def test_friction_is_the_gradient_of_its_lagged_potential(surfaces, states, rng,
         rounded = x_start.astype(np.float32)
         sim.state.x_start.assign(rounded)
         sim.state.remainder.assign((rounded - x_start).astype(np.float32))  # a slip that float32 positions can't tell
-        find_pairs(surfaces, x)
+        find_pairs(surfaces.sim, x)
         table = pair_table(sim)
         barrier_only = contact_gradient(sim, friction=False)
         found = contact_gradient(sim, friction=True) - barrier_only
@@ -245,8 +245,8 @@ def test_friction_matrix_is_semidefinite_and_tangential(surfaces, states):
     x = states[1]
     sim.state.x_start.assign((x - 1e-6).astype(np.float32))
     sim.state.remainder.zero_()
-    find_pairs(surfaces, x)
-    term.prepare(sim.pairs, sim.state, sim.state.x, None, sim.dt)
+    find_pairs(surfaces.sim, x)
+    term.prepare(sim.pairs, sim.state, sim.state.x, None)
 
     def product(p, out):
         out.zero_()
@@ -272,7 +272,7 @@ def test_pairs_at_or_under_their_offset_are_counted_and_stay_finite(surfaces, st
     d, _ = distances(surfaces, x)
     push = contact_direction(surfaces, x)
     x[~surfaces.first] += (d.min() - 0.3 * surfaces.xi) * push
-    find_pairs(surfaces, x)
+    find_pairs(surfaces.sim, x)
     assert sim.pairs.overlapping > 0
     table = pair_table(sim)
     for name in ("slope", "curvature", "energy"):

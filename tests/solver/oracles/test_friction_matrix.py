@@ -5,8 +5,9 @@ import pytest
 import warp as wp
 
 from tryon_solver.effects.friction import f1, prepare_kernel
+from tryon_solver.effects.presliding import Presliding
 
-E = 1.7e-6  # m, the static regime
+E = 1.7e-6  # m, presliding
 COULOMB = 0.4  # N: mu 0.5, 0.8 N of normal force
 
 
@@ -16,8 +17,9 @@ def share_kernel(y: wp.array(dtype=wp.float32), out: wp.array(dtype=wp.float32))
     out[i] = f1(y[i], E)
 
 
-def prepared(slip, before):
-    """(force over slip, stiffness along the slip) [N/m] of a vertex that slid by so much on one that is fixed [m]."""
+def prepared(slip, before, given=0.0):
+    """(force over slip, stiffness along the slip) [N/m] of a vertex that slid by so much on one that is fixed, after
+    it had given so much [m]."""
     wp.init()
 
     def vectors(first):
@@ -25,9 +27,15 @@ def prepared(slip, before):
 
     weight = wp.full(1, np.nan, dtype=wp.float32, device="cpu")
     along = wp.full(1, wp.vec4(np.nan), dtype=wp.vec4, device="cpu")
+    found = wp.full(1, wp.vec3(np.nan), dtype=wp.vec3, device="cpu")
+    ids = wp.array([[0, 1, 2, 3]], dtype=wp.vec4i, device="cpu")
+    known = Presliding.allocate(1, "cpu")
+    if given:
+        one = wp.array([1], dtype=wp.int32, device="cpu")
+        known.replace_by(one, ids, wp.array([[given, 0.0, 0.0]], dtype=wp.vec3, device="cpu"))
     inputs = [
         wp.array([1, 0], dtype=wp.int32, device="cpu"),
-        wp.array([[0, 1, 2, 3]], dtype=wp.vec4i, device="cpu"),
+        ids,
         wp.array([[1.0, -1.0, 0.0, 0.0]], dtype=wp.vec4, device="cpu"),
         wp.array([[0.0, 1.0, 0.0]], dtype=wp.vec3, device="cpu"),
         wp.array([-0.8], dtype=wp.float32, device="cpu"),
@@ -41,8 +49,12 @@ def prepared(slip, before):
         vectors([before, 0.0, 0.0]),
         wp.zeros(4, dtype=wp.vec3, device="cpu"),
         vectors([0.0, 0.0, 0.0]),
+        known.table,
+        known.ids,
+        known.given,
     ]
-    wp.launch(prepare_kernel, 1, inputs, [weight, along], device="cpu")
+    wp.launch(prepare_kernel, 1, inputs, [found, weight, along], device="cpu")
+    assert found.numpy()[0] == pytest.approx([given, 0.0, 0.0], rel=1e-6)
     return float(weight.numpy()[0]), float(weight.numpy()[0] + along.numpy()[0][3])
 
 
@@ -91,3 +103,11 @@ def test_newton_ends_on_what_sticks_from_wherever_it_is_thrown(load):
         slip, before = slip + rest / (spring + stiffness), slip
     assert abs(rest) < 1e-3 * COULOMB
     assert abs(slip) < E
+
+
+@pytest.mark.parametrize("given", [0.4 * E, -0.3 * E])
+def test_what_a_contact_has_given_counts_as_slip(given):
+    force, stiffness = prepared(0.5 * E, 0.4 * E, given)
+    whole, slope = prepared(0.5 * E + given, 0.4 * E + given)
+    assert force == pytest.approx(whole, rel=1e-5)
+    assert stiffness == pytest.approx(slope, rel=1e-4)

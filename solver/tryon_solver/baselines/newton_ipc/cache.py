@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import scipy.sparse as sp
 
+from tryon_solver.baselines.newton_ipc.contact import Presliding
 from tryon_solver.baselines.newton_ipc.newton import Solved
 
 
@@ -63,7 +64,8 @@ def load(folder: Path, key: str) -> Solved | None:
     if not path.exists():
         return None
     with np.load(path) as kept:
-        return Solved(kept["x"], int(kept["iterations"]), float(kept["last_move"]), bool(kept["convex"]))
+        known = Presliding(kept["kinds"], kept["ids"], kept["given"])
+        return Solved(kept["x"], int(kept["iterations"]), float(kept["last_move"]), bool(kept["convex"]), known)
 
 
 def save(folder: Path, key: str, solved: Solved) -> None:
@@ -71,6 +73,13 @@ def save(folder: Path, key: str, solved: Solved) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     unfinished = folder / f"{key}.{os.getpid()}.tmp.npz"
     np.savez_compressed(
-        unfinished, x=solved.x, iterations=solved.iterations, last_move=solved.last_move, convex=solved.convex
+        unfinished,
+        x=solved.x,
+        iterations=solved.iterations,
+        last_move=solved.last_move,
+        convex=solved.convex,
+        kinds=solved.known.kinds,
+        ids=solved.known.ids,
+        given=solved.known.given,
     )
     unfinished.replace(folder / f"{key}.npz")

@@ -105,30 +105,60 @@ def pairs_at(discrete: Discrete, stencils: Stencils, fade: np.ndarray, x: np.nda
 
 
 @dataclass(frozen=True)
-class Friction:
-    """Lagged friction: `ids` (P, 4), weights `lam` (P, 4), tangential projectors `across` (P, 3, 3), Coulomb forces
-    `limit` (P,) N, static slip s m."""
+class Presliding:
+    """How far contacts have given when a step begins: `kinds` (P,), vertices `ids` (P, 4), `given` (P, 3) m."""
 
+    kinds: np.ndarray
+    ids: np.ndarray
+    given: np.ndarray
+
+    @staticmethod
+    def none() -> Presliding:
+        """Of no contact."""
+        return Presliding(np.zeros(0, np.int64), np.zeros((0, 4), np.int64), np.zeros((0, 3)))
+
+    def of(self, kinds: np.ndarray, ids: np.ndarray) -> np.ndarray:
+        """(Q, 3) m of these contacts, (Q,) and (Q, 4); zero of those that are new."""
+        names, asked = np.column_stack([self.kinds, self.ids]), np.column_stack([kinds, ids])
+        known = {tuple(name): given for name, given in zip(names.tolist(), self.given)}
+        return np.array([known.get(tuple(name), np.zeros(3)) for name in asked.tolist()]).reshape(-1, 3)
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Lagged friction: `kinds` (P,), `ids` (P, 4), weights `lam` (P, 4), tangential projectors `across` (P, 3, 3),
+    Coulomb forces `limit` (P,) N, how far each had `given` (P, 3) m when the step began, and `presliding` s m."""
+
+    kinds: np.ndarray
     ids: np.ndarray
     lam: np.ndarray
     across: np.ndarray
     limit: np.ndarray
-    static: float
+    given: np.ndarray
+    presliding: float
 
     @staticmethod
-    def at(pairs: Pairs, static: float) -> Friction:
+    def at(pairs: Pairs, presliding: float, known: Presliding) -> Friction:
         """Made of the pairs' normal forces."""
         n = pairs.at.normal
         across = np.eye(3) - n[:, :, None] * n[:, None, :]
-        return Friction(pairs.ids, pairs.at.lam, across, pairs.mu * pairs.force, static)
+        given = known.of(pairs.kinds, pairs.ids)
+        limit = pairs.mu * pairs.force
+        return Friction(pairs.kinds, pairs.ids, pairs.at.lam, across, limit, given, presliding)
 
     def slip(self, moved: np.ndarray) -> np.ndarray:
         """(P, 3) m for displacements (A, 3) m since the start of the step."""
-        return np.einsum("pde,pi,pie->pd", self.across, self.lam, moved[self.ids])
+        return np.einsum("pde,pe->pd", self.across, self.given + np.einsum("pi,pie->pe", self.lam, moved[self.ids]))
+
+    def kept(self, moved: np.ndarray) -> Presliding:
+        """How far the contacts have given after the step; what slides, as far as it resists."""
+        u = self.slip(moved)
+        y = np.linalg.norm(u, axis=1, keepdims=True)
+        return Presliding(self.kinds, self.ids, u * np.minimum(1.0, self.presliding / np.maximum(y, 1e-300)))
 
     def energy(self, moved: np.ndarray) -> float:
         """sum mu N f0(|u|) [J], f0' = f1."""
-        s = self.static
+        s = self.presliding
         y = np.linalg.norm(self.slip(moved), axis=1)
         inside = np.minimum(y, s)
         f0 = inside**2 * (1 - inside / (3 * s)) / s + s / 3 + (y - inside)
@@ -148,12 +178,12 @@ class Friction:
         t = u / np.maximum(y, 1e-300)[:, None]
         tt = t[:, :, None] * t[:, None, :]
         secant = self._secant(y)
-        rise = np.where(y < self.static, 2 * (1 - y / self.static) / self.static, 0.0)
+        rise = np.where(y < self.presliding, 2 * (1 - y / self.presliding) / self.presliding, 0.0)
         matrix = secant[:, None, None] * (self.across - tt) + rise[:, None, None] * tt
         matrix *= self.limit[:, None, None]
         return np.einsum("pi,pj,pde->pidje", self.lam, self.lam, matrix).reshape(-1, 12, 12)
 
     def _secant(self, y: np.ndarray) -> np.ndarray:
         """f1(y)/y [1/m]."""
-        s = self.static
+        s = self.presliding
         return np.where(y < s, (2 - y / s) / s, 1 / np.maximum(y, s))

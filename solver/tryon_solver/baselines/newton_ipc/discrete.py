@@ -61,7 +61,7 @@ class Discrete:
     damping_time: float  # s
     mu_body: float
     mu_self: float
-    eps_v: float  # m/s
+    presliding: float  # m
     touches_body: bool
     touches_self: bool
     contact: ContactSizes
@@ -104,7 +104,7 @@ class Discrete:
             damping_time=damping.time if isinstance(damping, FabricDamping) else 0.0,
             mu_body=fabric.mu_body if friction else 0.0,
             mu_self=fabric.mu_self if friction else 0.0,
-            eps_v=friction.eps_v if isinstance(friction, Friction) else 1.0,
+            presliding=friction.presliding if isinstance(friction, Friction) else 1.0,
             touches_body=BodyContact in effects,
             touches_self=SelfContact in effects,
             contact=contact_sizes(scene, settings),

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
 from tryon_solver.baselines.newton_ipc import cache
+from tryon_solver.baselines.newton_ipc.contact import Presliding
 from tryon_solver.baselines.newton_ipc.discrete import Discrete
 from tryon_solver.baselines.newton_ipc.newton import Solved, solve
 from tryon_solver.baselines.newton_ipc.potential import Lagged, StepProblem
@@ -23,11 +24,13 @@ TOLERANCE = 1e-8  # m
 
 @dataclass(frozen=True)
 class Motion:
-    """Where everything is and how it moves: `x` (A, 3) m, cloth and surface; `v` (N, 3) m/s; the body's pose."""
+    """Where everything is and how it moves: `x` (A, 3) m, cloth and surface; `v` (N, 3) m/s; the body's pose; how far
+    contacts have given, which other solvers do not keep."""
 
     x: np.ndarray
     v: np.ndarray
     pose: Pose | None
+    known: Presliding = field(default_factory=Presliding.none)
 
 
 class Reference:
@@ -57,7 +60,7 @@ class Reference:
     def start(self, pose: Pose | None = None) -> Motion:
         """The scene at rest in its start position."""
         cloth = self.scene.x_start
-        return Motion(np.vstack([cloth, self.skin(pose)]), np.zeros_like(cloth), pose)
+        return Motion(np.vstack([cloth, self.skin(pose)]), np.zeros_like(cloth), pose, Presliding.none())
 
     def skin(self, pose: Pose | None) -> np.ndarray:
         """(B, 3) m, the tracked skin. Raises TypeError for a body that is not posed by joints."""
@@ -78,21 +81,21 @@ class Reference:
         size = np.linalg.norm(lag, axis=1, keepdims=True)
         kept = lag * (1 - np.minimum(1, discrete.return_speed * dt / np.maximum(size, 1e-300)))
         hold = discrete.skin_hold + discrete.skin_firmness * size[:, 0]
-        return StepProblem(discrete, dt, motion.x, x_hat, self.skin(pose) + kept, hold)
+        return StepProblem(discrete, dt, motion.x, x_hat, self.skin(pose) + kept, hold, motion.known)
 
     def step(self, motion: Motion, pose: Pose | None, dt: float, tolerance: float = TOLERANCE) -> Motion:
         """Advance by dt [s] to `pose`; what Newton did is in `solved`. Raises NotConvergedError."""
         found, key = None, ""
         if self.kept_in is not None:
             skins = self.skin(motion.pose), self.skin(pose)
-            key = cache.content_hash(self.digest, motion.x, motion.v, *skins, dt, tolerance)
+            key = cache.content_hash(self.digest, motion.x, motion.v, motion.known, *skins, dt, tolerance)
             found = cache.load(self.kept_in, key)
         if found is None:
             found = solve(self.problem(motion, pose, dt), self.search, motion.x, tolerance)
             if self.kept_in is not None:
                 cache.save(self.kept_in, key, found)
         self.solved, n = found, self.discrete.cloth_count
-        return Motion(found.x, (found.x[:n] - motion.x[:n]) / dt, pose)
+        return Motion(found.x, (found.x[:n] - motion.x[:n]) / dt, pose, found.known)
 
     def at(self, problem: StepProblem, x: np.ndarray) -> Lagged:
         """The potential of a step with what is lagged taken at x (A, 3) m."""

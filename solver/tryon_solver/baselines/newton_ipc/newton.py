@@ -16,6 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator, SuperLU, gmres, splu
 
+from tryon_solver.baselines.newton_ipc.contact import Presliding
 from tryon_solver.baselines.newton_ipc.potential import Lagged, StepProblem
 from tryon_solver.baselines.newton_ipc.search import Search
 
@@ -37,13 +38,15 @@ class NotConvergedError(RuntimeError):
 class Solved:
     """`x` (A, 3) m, where the last Newton step was `last_move` m at its largest, after `iterations`.
 
-    `convex`: the potential with its lagged parts frozen has a minimum there, not just a point of balance.
+    `convex`: the potential with its lagged parts frozen has a minimum there, not just a point of balance. `known`: how
+    far contacts have given there.
     """
 
     x: np.ndarray
     iterations: int
     last_move: float
     convex: bool
+    known: Presliding
 
 
 def solve(problem: StepProblem, search: Search, x: np.ndarray, tolerance: float) -> Solved:
@@ -63,7 +66,8 @@ def solve(problem: StepProblem, search: Search, x: np.ndarray, tolerance: float)
             moves[-1] = max(moves[-1], largest(full))
             there = towards_balance(lagged, factor, full, largest_norm(direction))
         if moves[-1] <= tolerance:
-            return Solved(lagged.x, iteration, moves[-1], convex)
+            known = lagged.friction.kept(lagged.x - problem.x_start)
+            return Solved(lagged.x, iteration, moves[-1], convex, known)
         lagged = descend(lagged, direction) if there is None else there
     raise NotConvergedError(f"the last Newton step is still {moves[-1]:.1e} m; the ones before it {moves[-6:-1]}")
 

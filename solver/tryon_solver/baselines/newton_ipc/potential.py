@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from tryon_solver.baselines.newton_ipc import elastic
-from tryon_solver.baselines.newton_ipc.contact import Friction, fades, pairs_at
+from tryon_solver.baselines.newton_ipc.contact import Friction, Presliding, fades, pairs_at
 from tryon_solver.baselines.newton_ipc.discrete import Discrete
 from tryon_solver.baselines.newton_ipc.search import Search, Stencils
 
@@ -22,7 +22,8 @@ from tryon_solver.baselines.newton_ipc.search import Search, Stencils
 @dataclass(frozen=True)
 class StepProblem:
     """One step: `dt` s; `x_start` (A, 3) m, committed positions; `x_hat` (N, 3) m, inertial prediction; `skin` (B, 3) m
-    and `hold` (B,) N, where the collision surface is drawn to and how firmly at most."""
+    and `hold` (B,) N, where the collision surface is drawn to and how firmly at most; `known` how far contacts have
+    given."""
 
     discrete: Discrete
     dt: float
@@ -30,6 +31,7 @@ class StepProblem:
     x_hat: np.ndarray
     skin: np.ndarray
     hold: np.ndarray
+    known: Presliding
 
     @property
     def inertia(self) -> np.ndarray:
@@ -63,7 +65,7 @@ class Lagged:
         discrete = problem.discrete
         self.stencils = search.within_reach(x) if stencils is None else stencils
         self.pairs = pairs_at(discrete, self.stencils, fades(discrete, self.stencils, x), x)
-        self.friction = Friction.at(self.pairs, discrete.eps_v * problem.dt)
+        self.friction = Friction.at(self.pairs, discrete.presliding, problem.known)
         self.frames = elastic.Frames.at(discrete, x[: discrete.cloth_count])
 
     def moved(self, displacement: np.ndarray) -> Lagged:

@@ -55,6 +55,7 @@ class Search:
             faces, edges = np.asarray(mesh.faces), np.asarray(mesh.edges)
             pt = np.array([(c.vertex_id, c.face_id) for c in candidates.fv_candidates], int).reshape(-1, 2)
             ee = np.array([(c.edge0_id, c.edge1_id) for c in candidates.ee_candidates], int).reshape(-1, 2)
+            ee.sort(axis=1)  # friction knows contacts by their names; the toolkit names two edges in either order
             kind = np.repeat([POINT_TRIANGLE, EDGE_EDGE], [len(pt), len(ee)])
             stencil = np.column_stack([pt[:, 0], faces[pt[:, 1]]])
             stencil = np.vstack([stencil, np.hstack([edges[ee[:, 0]], edges[ee[:, 1]]])])

@@ -1,0 +1,82 @@
+"""How far each contact has given tangentially, kept from step to step: what sticks stays where it is.
+
+A contact is known again by the numbers of its four vertices, which are looked up in a hash table of open addressing on
+the device. What is found there does not depend on the order in which it was entered. (A vertex with a triangle and two
+edges that have the same four numbers share a vertex's neighbourhood, and slip alike.)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import warp as wp
+
+wp.set_module_options({"enable_backward": False})
+
+PLACES = 4  # of the table for each contact that there is room for
+
+
+@wp.func
+def first_place(v: wp.vec4i, places: int) -> int:
+    """Where in a table of so many places, a power of two, the search for a contact begins: FNV-1a, its bits mixed."""
+    h = wp.uint32(2166136261)
+    for k in range(4):
+        h = (h ^ wp.uint32(v[k])) * wp.uint32(16777619)
+        h = h ^ (h >> wp.uint32(15))
+    return int(h & wp.uint32(places - 1))
+
+
+@wp.func
+def recall(
+    v: wp.vec4i, table: wp.array(dtype=wp.int32), ids: wp.array(dtype=wp.vec4i), given: wp.array(dtype=wp.vec3)
+) -> wp.vec3:
+    """How far the contact of these vertices has given [m]; zero for one that is new."""
+    places = table.shape[0]
+    place = first_place(v, places)
+    entry = table[place]
+    while entry != 0:
+        if ids[entry - 1] == v:
+            return given[entry - 1]
+        place = (place + 1) & (places - 1)
+        entry = table[place]
+    return wp.vec3()
+
+
+@wp.kernel
+def enter_kernel(count: wp.array(dtype=wp.int32), ids: wp.array(dtype=wp.vec4i), table: wp.array(dtype=wp.int32)):
+    c = wp.tid()
+    if c >= count[0]:
+        return
+    places = table.shape[0]
+    place = first_place(ids[c], places)
+    while wp.atomic_cas(table, place, 0, c + 1) != 0:
+        place = (place + 1) & (places - 1)
+
+
+@dataclass(frozen=True)
+class Presliding:
+    """Room for C contacts, a power of two, `count` (1,) int32 of them known: `ids` (C,) vec4i; `given` (C,) vec3 m;
+    `table` (PLACES C,) int32, the number of an entry plus 1, or 0."""
+
+    count: wp.array
+    ids: wp.array
+    given: wp.array
+    table: wp.array
+
+    @staticmethod
+    def allocate(capacity: int, device: str) -> Presliding:
+        """Of no contact."""
+        return Presliding(
+            wp.zeros(1, dtype=wp.int32, device=device),
+            wp.zeros(capacity, dtype=wp.vec4i, device=device),
+            wp.zeros(capacity, dtype=wp.vec3, device=device),
+            wp.zeros(PLACES * capacity, dtype=wp.int32, device=device),
+        )
+
+    def replace_by(self, count: wp.array, ids: wp.array, given: wp.array) -> None:
+        """Know these contacts and no other: arrays as above, `ids` and `given` not longer than here."""
+        wp.copy(self.count, count, count=1)
+        wp.copy(self.ids, ids, count=len(ids))
+        wp.copy(self.given, given, count=len(given))
+        self.table.zero_()
+        wp.launch(enter_kernel, len(ids), [self.count, self.ids], [self.table], device=self.table.device)
