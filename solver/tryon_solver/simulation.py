@@ -147,7 +147,6 @@ class Simulation:
         cloth = wp.zeros(self.cloth_count, dtype=wp.vec3, device=device)
         self.state = State(
             x=x,
-            remainder=wp.zeros_like(x),
             x_start=wp.clone(x),
             x_feasible=wp.clone(x),
             x_hat=wp.clone(cloth),

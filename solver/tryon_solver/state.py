@@ -19,7 +19,6 @@ class State:
     """
 
     x: wp.array  # (A,) vec3 m, current positions; x[N:] is the collision surface
-    remainder: wp.array  # (A,) vec3 m, what rounding left out of x in the correction; friction's slip is that fine
     x_start: wp.array  # (A,) vec3 m, committed positions at the start of the step, before the body moved
     x_feasible: wp.array  # (A,) vec3 m, intersection-free: carried along with the body; where contact is linearised
     x_hat: wp.array  # (N,) vec3 m, inertial prediction
@@ -44,7 +43,6 @@ class Workspace:
     preconditioned: wp.array  # (A,) vec3 m
     total: wp.array  # (A,) vec3 m
     least: wp.array  # (A,) vec3 m, where the correction was nearest to balance
-    least_remainder: wp.array  # (A,) vec3 m, with what rounding left out there
     blocks: wp.array  # (A,) mat33 m/N, inverse diagonal blocks
     diagonal: wp.array  # (A,) float32 N/m, inertia, drag and the skin's hold: what is not in the stiffness rows
     alpha: wp.array  # (A,) float32, fraction of a displacement each vertex may take
@@ -68,7 +66,6 @@ class Workspace:
             preconditioned=vectors(all_count),
             total=vectors(all_count),
             least=vectors(all_count),
-            least_remainder=vectors(all_count),
             blocks=wp.zeros(all_count, dtype=wp.mat33, device=device),
             diagonal=wp.zeros(all_count, dtype=wp.float32, device=device),
             alpha=wp.zeros(all_count, dtype=wp.float32, device=device),

@@ -15,7 +15,7 @@ from tryon_solver.scene import Scene
 from tryon_solver.settings import Settings
 from tryon_solver.stepping import correct
 
-CARRIED_OVER = ("x", "v", "remainder", "skin", "hold")  # arrays of the state that a step may find from the one before
+CARRIED_OVER = ("x", "v", "skin", "hold")  # arrays of the state that a step may find from the one before
 
 
 @dataclass(frozen=True)

@@ -48,13 +48,12 @@ def slip(
     n: wp.vec3,
     given: wp.vec3,
     x: wp.array(dtype=wp.vec3),
-    remainder: wp.array(dtype=wp.vec3),
     x_start: wp.array(dtype=wp.vec3),
 ) -> wp.vec3:
-    """u = (I - n n^T) (g + sum_i lam_i (x_i - x_start_i)) [m], of x with its remainder."""
+    """u = (I - n n^T) (g + sum_i lam_i (x_i - x_start_i)) [m]."""
     u = given
     for k in range(4):
-        u += w[k] * ((x[v[k]] - x_start[v[k]]) + remainder[v[k]])
+        u += w[k] * (x[v[k]] - x_start[v[k]])
     return u - wp.dot(u, n) * n
 
 
@@ -92,7 +91,6 @@ def prepare_kernel(
     iterating: int,
     x: wp.array(dtype=wp.vec3),
     x_before: wp.array(dtype=wp.vec3),
-    remainder: wp.array(dtype=wp.vec3),
     x_start: wp.array(dtype=wp.vec3),
     table: wp.array(dtype=wp.int32),
     known_ids: wp.array(dtype=wp.vec4i),
@@ -108,7 +106,7 @@ def prepare_kernel(
     v = ids[c]
     given = recall(v, table, known_ids, known)
     given_out[c] = given
-    u = slip(v, lam[c], normal[c], given, x, remainder, x_start)
+    u = slip(v, lam[c], normal[c], given, x, x_start)
     y = wp.length(u)
     mu = mu_self
     for k in range(4):
@@ -128,7 +126,7 @@ def prepare_kernel(
     if not settled or y == 0.0:
         return
     stiffness = 2.0 * coulomb * wp.max(1.0 - y / presliding, 0.0) / presliding
-    before = slip(v, lam[c], normal[c], given, x_before, remainder, x_start)
+    before = slip(v, lam[c], normal[c], given, x_before, x_start)
     y_before = wp.length(before)
     turned = wp.dot(u, before) < 0.0
     if not turned and y > presliding and y < y_before:
@@ -155,7 +153,6 @@ def add_gradient_kernel(
     weight: wp.array(dtype=wp.float32),
     given: wp.array(dtype=wp.vec3),
     x: wp.array(dtype=wp.vec3),
-    remainder: wp.array(dtype=wp.vec3),
     x_start: wp.array(dtype=wp.vec3),
     gradient_out: wp.array(dtype=wp.vec3),
 ):
@@ -164,7 +161,7 @@ def add_gradient_kernel(
         return
     v = ids[c]
     w = lam[c]
-    f = weight[c] * slip(v, w, normal[c], given[c], x, remainder, x_start)
+    f = weight[c] * slip(v, w, normal[c], given[c], x, x_start)
     for k in range(4):
         wp.atomic_add(gradient_out, v[k], w[k] * f)
 
@@ -177,7 +174,6 @@ def give_kernel(
     normal: wp.array(dtype=wp.vec3),
     presliding: float,
     x: wp.array(dtype=wp.vec3),
-    remainder: wp.array(dtype=wp.vec3),
     x_start: wp.array(dtype=wp.vec3),
     table: wp.array(dtype=wp.int32),
     known_ids: wp.array(dtype=wp.vec4i),
@@ -189,7 +185,7 @@ def give_kernel(
     if c >= wp.min(counters[0], given_out.shape[0]):
         return
     v = ids[c]
-    u = slip(v, lam[c], normal[c], recall(v, table, known_ids, known), x, remainder, x_start)
+    u = slip(v, lam[c], normal[c], recall(v, table, known_ids, known), x, x_start)
     y = wp.length(u)
     if y > presliding:
         u = (presliding / y) * u
@@ -322,7 +318,6 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
                 int(x_before is not None),
                 x,
                 x if x_before is None else x_before,
-                state.remainder,
                 state.x_start,
                 held.known.table,
                 held.known.ids,
@@ -344,7 +339,6 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
                 held.weight,
                 held.given,
                 x,
-                state.remainder,
                 state.x_start,
             ],
             [gradient],
@@ -385,7 +379,6 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
                 pairs.normal,
                 spec.presliding,
                 state.x,
-                state.remainder,
                 state.x_start,
                 known.table,
                 known.ids,

@@ -51,18 +51,12 @@ def move_kernel(
     direction: wp.array(dtype=wp.vec3),
     alpha: wp.array(dtype=wp.float32),
     x_out: wp.array(dtype=wp.vec3),
-    remainder_out: wp.array(dtype=wp.vec3),
     moved_out: wp.array(dtype=wp.vec3),
 ):
-    """x + remainder += alpha direction; the remainder is what x is rounded by (Knuth's sum of two and its error)."""
+    """x += alpha direction"""
     i = wp.tid()
-    before = x_out[i]
     moved = alpha[i] * direction[i]
-    added = moved + remainder_out[i]
-    x = before + added
-    came = x - before
-    x_out[i] = x
-    remainder_out[i] = (before - (x - came)) + (added - came)
+    x_out[i] = x_out[i] + moved
     moved_out[i] = moved
 
 
@@ -86,17 +80,10 @@ def trust_kernel(
 
 
 @wp.kernel
-def keep_kernel(
-    wanted: wp.array(dtype=wp.int32),
-    x: wp.array(dtype=wp.vec3),
-    remainder: wp.array(dtype=wp.vec3),
-    x_out: wp.array(dtype=wp.vec3),
-    remainder_out: wp.array(dtype=wp.vec3),
-):
+def keep_kernel(wanted: wp.array(dtype=wp.int32), x: wp.array(dtype=wp.vec3), x_out: wp.array(dtype=wp.vec3)):
     i = wp.tid()
     if wanted[0] == 1:
         x_out[i] = x[i]
-        remainder_out[i] = remainder[i]
 
 
 def take(sim: Simulation, direction: wp.array) -> None:
@@ -115,7 +102,7 @@ def take_within_region(sim: Simulation, direction: wp.array) -> None:
     work.alpha.fill_(1.0)
     if sim.touching:
         prove_free(sim, direction)
-    moved = [state.x, state.remainder, work.total]
+    moved = [state.x, work.total]
     wp.launch(move_kernel, sim.all_count, [direction, work.alpha], moved, device=sim.device)
     if sim.touching:
         follow(sim, near=True)
@@ -204,7 +191,6 @@ def start_at_feasible(sim: Simulation) -> None:
     """As if no iteration had been elsewhere: what friction remembers of one would leave it without normal forces."""
     wp.copy(sim.state.x, sim.state.x_feasible)
     wp.copy(sim.x_searched, sim.state.x_feasible)
-    sim.state.remainder.zero_()
 
 
 def choose_start(sim: Simulation) -> None:
@@ -329,7 +315,6 @@ def go_back_to_least(sim: Simulation) -> None:
     """Put x to the iterate that was nearest to balance; like all of them it is feasible."""
     state, work = sim.state, sim.work
     wp.copy(state.x, work.least)
-    wp.copy(state.remainder, work.least_remainder)
     if sim.touching:
         follow(sim, near=False)
 
@@ -383,14 +368,7 @@ def find_direction(sim: Simulation, budget: Budget) -> None:
     trusted = [budget.trusted * sim.dt, sim.progress.trial, sim.progress.length]
     wp.launch(trust_kernel, sim.all_count, trusted, [work.direction], device=sim.device)
     sim.progress.judge_direction(sim.cg.first, settings.correction_unsettled * sim.dt)
-    kept = [work.least, work.least_remainder]
-    wp.launch(
-        keep_kernel,
-        sim.all_count,
-        [sim.progress.least_yet, sim.state.x, sim.state.remainder],
-        kept,
-        device=sim.device,
-    )
+    wp.launch(keep_kernel, sim.all_count, [sim.progress.least_yet, sim.state.x], [work.least], device=sim.device)
 
 
 def verify_commit(sim: Simulation) -> None:
@@ -413,7 +391,6 @@ def go_back(sim: Simulation, x: wp.array) -> bool:
     """Put cloth and surface to x (A,) and search there anew; is that state sound, by the check of a commit?"""
     state, work = sim.state, sim.work
     wp.copy(state.x, x)
-    state.remainder.zero_()
     if not is_finite(state.x, work.hits):
         return False
     work.direction.zero_()

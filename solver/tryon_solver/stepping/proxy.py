@@ -33,7 +33,6 @@ def coast_kernel(
 def build_contact_proxy(sim: Simulation) -> None:
     """Find the pairs at x_feasible, freeze their model for the step, and set the gradient at the current trial."""
     state, work = sim.state, sim.work
-    state.remainder.zero_()
     if sim.touching:
         if not sim.listed:
             work.direction.zero_()

@@ -213,9 +213,7 @@ def test_friction_is_the_gradient_of_its_lagged_potential(surfaces, states, rng,
         slip = sliding * static * direction / np.linalg.norm(direction)
         x_start = x.copy()
         x_start[~surfaces.first] -= slip
-        rounded = x_start.astype(np.float32)
-        sim.state.x_start.assign(rounded)
-        sim.state.remainder.assign((rounded - x_start).astype(np.float32))  # a slip that float32 positions can't tell
+        sim.state.x_start.assign(x_start.astype(np.float32))
         find_pairs(surfaces.sim, x)
         table = pair_table(sim)
         barrier_only = contact_gradient(sim, friction=False)
@@ -232,7 +230,6 @@ def test_friction_is_the_gradient_of_its_lagged_potential(surfaces, states, rng,
         expected = ((potential(x + shifts) - potential(x - shifts)) / (2 * step)).reshape(x.shape)
         largest = np.abs(expected).max()
         assert largest > 1e-7
-        # without the remainder, x - x_start of float32 positions of a decimetre: 4e-9 m off a slip of 5e-7 m
         np.testing.assert_allclose(found, expected, rtol=0, atol=4e-3 * max(largest, 0.05 * np.abs(barrier_only).max()))
         # Coulomb: what friction passes on never exceeds mu times the normal force
         passed_on = np.linalg.norm(found[surfaces.first].sum(0))
@@ -244,7 +241,6 @@ def test_friction_matrix_is_semidefinite_and_tangential(surfaces, states):
     (term,) = sim.stages.contact
     x = states[1]
     sim.state.x_start.assign((x - 1e-6).astype(np.float32))
-    sim.state.remainder.zero_()
     find_pairs(surfaces.sim, x)
     term.prepare(sim.pairs, sim.state, sim.state.x, None)
 

@@ -47,7 +47,6 @@ def prepared(slip, before, given=0.0):
         1,
         vectors([slip, 0.0, 0.0]),
         vectors([before, 0.0, 0.0]),
-        wp.zeros(4, dtype=wp.vec3, device="cpu"),
         vectors([0.0, 0.0, 0.0]),
         known.table,
         known.ids,

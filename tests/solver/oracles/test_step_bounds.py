@@ -99,29 +99,6 @@ def test_moves_of_the_correction_are_free(tangle, speed):
     assert collided >= 4
 
 
-def test_moves_too_small_for_float32_add_up_in_the_remainder(tangle):
-    """A hundred moves of nanometres, a metre and more from the origin: x alone can't tell them, x and remainder can."""
-    sim = tangle.sim
-    away = np.array([3.0, 1.0, -2.0])
-    started = (tangle.x + away).astype(np.float32)
-    sim.state.x.assign(started)
-    sim.state.remainder.zero_()
-    sim.work.alpha.fill_(1.0)
-    total = np.zeros(tangle.x.shape)
-    rng = np.random.default_rng(5)
-    for _ in range(100):
-        motion = (2e-9 * (1 + rng.random(tangle.x.shape))).astype(np.float32)
-        sim.work.direction.assign(motion)
-        outputs = [sim.state.x, sim.state.remainder, sim.work.total]
-        wp.launch(correct.move_kernel, sim.all_count, [sim.work.direction, sim.work.alpha], outputs, device="cpu")
-        total += motion
-        np.testing.assert_array_equal(sim.work.total.numpy(), motion)
-    x = sim.state.x.numpy().astype(np.float64)
-    expected = started.astype(np.float64) + total
-    assert np.abs(x - expected).max() > 2e-8
-    np.testing.assert_allclose(x + sim.state.remainder.numpy(), expected, rtol=0, atol=1e-12)
-
-
 def test_vertex_on_the_border_of_its_region_may_cross_it():
     """A move that ended there is a rounding inside or outside: which of them must not decide whether it moves."""
     count, budget = 200, 2e-3
