@@ -147,8 +147,8 @@ PRESETS: dict[str, Settings] = {
     "draft": Settings(
         largest_step=1 / 30,
         outer_iterations=2,
-        correction_iterations=3,
-        correction_pcg_iterations=12,
+        correction_iterations=4,
+        correction_pcg_iterations=30,
         second_iterations=12,
         second_pcg_iterations=60,
         substep_travel=16e-3,

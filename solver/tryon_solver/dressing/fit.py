@@ -28,7 +28,7 @@ class DressingError(LocatedError):
 
 
 class CrumpledError(DressingError):
-    """The seams are closed, but other fabric was caught between or beside their sides."""
+    """The seams are closed, or all but, and other fabric was caught between or beside their sides."""
 
 
 class TightError(DressingError):
@@ -70,7 +70,8 @@ def close_seams(
     `stretch` (F,) is the larger principal stretch of each triangle there.
 
     Raises DressingError naming the pieces of the seam that stayed widest open, and how far they are stretched; a
-    TightError where that is further than the fabric bears.
+    TightError where that is further than the fabric bears, a CrumpledError where the seam gapes hardly and nothing
+    draws it.
     """
     mean = joined.mean_of_vertices(x)
     open_by, pieces, pulled = _widest_seam(panels, joined, stretch, x)
@@ -81,7 +82,8 @@ def close_seams(
     if len(names) == 1:
         what = f"the seam of {names[0]} with itself stays {2e3 * open_by:.1f} mm open"
     if pulled < fabric.strain_limit:
-        raise DressingError(
+        kind = DressingError if open_by > GAPING else CrumpledError
+        raise kind(
             f"{what}: the body is between its sides, or its pieces start on the wrong side of each other",
             f"panels.{names[0]}",
             "Move the pieces so that what is sewn faces each other around the body, or enlarge them",
