@@ -18,8 +18,8 @@ PLACES = 4  # of the table for each contact that there is room for
 
 @wp.func
 def first_place(v: wp.vec4i, places: int) -> int:
-    """Where in a table of so many places, a power of two, the search for a contact begins: FNV-1a, its bits mixed."""
-    h = wp.uint32(2166136261)
+    """Where in a table of so many places, a power of two, the search for a contact begins: as FNV-1a, bits mixed."""
+    h = wp.uint32(374761393)
     for k in range(4):
         h = (h ^ wp.uint32(v[k])) * wp.uint32(16777619)
         h = h ^ (h >> wp.uint32(15))
