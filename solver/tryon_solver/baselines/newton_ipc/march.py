@@ -60,7 +60,7 @@ class Reference:
     def start(self, pose: Pose | None = None) -> Motion:
         """The scene at rest in its start position."""
         cloth = self.scene.x_start
-        return Motion(np.vstack([cloth, self.skin(pose)]), np.zeros_like(cloth), pose, Presliding.none())
+        return Motion(np.vstack([cloth, self.skin(pose)]), np.zeros_like(cloth), pose)
 
     def skin(self, pose: Pose | None) -> np.ndarray:
         """(B, 3) m, the tracked skin. Raises TypeError for a body that is not posed by joints."""
