@@ -64,7 +64,8 @@ def main(arguments: list[str] | None = None) -> int:
         place = f"[{len(done)}/{len(chosen)}, {spent:.0f} s]"
         print(f"{place} {name}: {'; '.join([verdict_of(result), *said])}", flush=True)
 
-    commands = {scene.name: command(scene.name, options) for scene in chosen}
+    longest_first = sorted(chosen, key=lambda scene: -scene.seconds)  # else all wait for the last one
+    commands = {scene.name: command(scene.name, options) for scene in longest_first}
     found = Tasks(options.out, options.jobs, options.longest).run(commands, told)
     results = [{"name": s.name, "stresses": s.stresses, "broken": [], **found[s.name]} for s in chosen]
     told_with = about(options, time.monotonic() - begun)
@@ -100,12 +101,12 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
     add("--out", type=Path, default=ROOT / "build" / "hard")
     add("--document", type=Path, metavar="FILE", help="play nothing; write what the --of folders hold, side by side")
     add("--compare", type=Path, metavar="FOLDER", help="play nothing; solvers of --of beside each other, drawn")
-    add("--of", type=Path, nargs="+", default=[], metavar="FOLDER", help="where earlier runs wrote to (--out)")
+    add("--of", type=Path, nargs="+", default=[], metavar="PLACE", help="where earlier runs wrote to (--out)")
     add("--beside", type=Path, metavar="FILE", help="what --compare wrote (peers.json), as a part of --document")
     add("--one", help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
     if bool(options.document) + bool(options.compare) != bool(options.of):
-        parser.error("--of FOLDER ... says what is in a page or a comparison: give it with --document or --compare")
+        parser.error("--of PLACE ... says what is in a page or a comparison: give it with --document or --compare")
     if options.beside and not options.document:
         parser.error("--beside FILE is a part of a page: give --document, too")
     return options
@@ -138,13 +139,14 @@ def write_comparison(options: argparse.Namespace) -> int:
     return 0
 
 
-def ended(folders: Sequence[Path]) -> list[dict[str, Any]] | None:
-    """What the runs left in these folders; None, and said, where one has not ended."""
-    missing = [str(folder) for folder in folders if not (folder / RUN).exists()]
+def ended(places: Sequence[Path]) -> list[dict[str, Any]] | None:
+    """What the runs left in these folders or files; None, and said, where one has not ended."""
+    files = [path / RUN if path.is_dir() else path for path in places]
+    missing = [str(file) for file in files if not file.exists()]
     if missing:
-        print(f"no run has ended in {', '.join(missing)}: {RUN} is not there", file=sys.stderr)
+        print(f"no run has ended: {', '.join(missing)} is not there", file=sys.stderr)
         return None
-    return [json.loads((folder / RUN).read_text()) for folder in folders]
+    return [json.loads(file.read_text()) for file in files]
 
 
 def chosen_by(names: Sequence[str], name: str, apart: bool) -> bool:
@@ -190,9 +192,14 @@ def about(options: argparse.Namespace, seconds: float) -> dict[str, str]:
         answer = subprocess.run(["git", "-C", str(ROOT), *words], capture_output=True, text=True, check=False)
         return answer.stdout.strip()
 
+    device = options.device
+    if "cuda" in device:
+        import warp as wp
+
+        device += f", {wp.get_device(device).name}"
     changed = " with changes" if git("status", "--porcelain", "--untracked-files=no") else ""
     return {
-        "machine": f"{platform.machine()}, {os.cpu_count()} processors, device {options.device}",
+        "machine": f"{platform.machine()}, {os.cpu_count()} processors, device {device}",
         "commit": (git("rev-parse", "--short=12", "HEAD") or "unknown") + changed,
         "settings": f"preset {options.preset}, "
         f"{'each case its own time' if options.seconds is None else f'{options.seconds:g} s a case'}, "

@@ -89,6 +89,7 @@ def test_runs_stand_beside_each_other_with_the_worst_of_each_figure(command_line
         folders[-1].mkdir()
         run = {"name": name, "about": {"commit": f"of {name}"}, "results": results}
         (folders[-1] / command_line.RUN).write_text(json.dumps(run))
+    folders[1] = folders[1] / command_line.RUN  # a folder or the file itself
     page = tmp_path / "page.md"
     assert command_line.main(["--document", str(page), "--of", *map(str, folders)]) == 1
     lines = page.read_text().splitlines()
@@ -104,6 +105,6 @@ def test_runs_stand_beside_each_other_with_the_worst_of_each_figure(command_line
 
 def test_a_document_of_no_run_names_the_folder(command_line, tmp_path, capsys):
     assert command_line.main(["--document", str(tmp_path / "page.md"), "--of", str(tmp_path / "none")]) == 2
-    assert "no run has ended in" in capsys.readouterr().err
+    assert f"no run has ended: {tmp_path / 'none'} is not there" in capsys.readouterr().err
     with pytest.raises(SystemExit):
         command_line.main(["--document", str(tmp_path / "page.md")])
