@@ -11,10 +11,11 @@ QUIET = 1.0  # s
 FALLS_ASLEEP, WAKES = 70, 100  # frames
 
 
-def found(subject, quiet=None):
+def found(subject, quiet=None, wakes=False):
     """The limits that a run broke, and its figures."""
     record = play(subject, DT, SECONDS, tell=lambda _text: None)
-    return {b.limit for b in broken(record, STOPS, quiet=quiet)}, judged(record, STOPS, True, False, {}, quiet)
+    names = {b.limit for b in broken(record, STOPS, quiet=quiet, wakes=wakes)}
+    return names, judged(record, STOPS, True, False, {}, quiet, wakes)
 
 
 class Creeps(Scripted):
@@ -76,8 +77,12 @@ def test_sleep_is_measured_and_its_frames_are_one():
     assert told["asked"] == LAST + 1 - (WAKES - FALLS_ASLEEP)
 
 
-def test_who_was_never_asleep_did_not_wake():
+def test_who_was_never_asleep_did_not_wake_and_breaks_a_case_about_that():
     assert found(Scripted())[1]["waking"] is None
+    names, told = found(Scripted(), wakes=True)
+    assert names == {"never asleep, or never woken"}
+    assert [b["limit"] for b in told["broken"]] == ["never asleep, or never woken"]
+    assert found(Sleeps(), wakes=True)[0] == set()
 
 
 @pytest.mark.parametrize("kind", [Dreams, Works])

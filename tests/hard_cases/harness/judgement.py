@@ -113,14 +113,19 @@ def figures(record: Recording, stops: float, rests: bool, quiet: float | None) -
 
 
 def broken(
-    record: Recording, stops: float, rests: bool = True, squeezed: bool = False, quiet: float | None = None
+    record: Recording,
+    stops: float,
+    rests: bool = True,
+    squeezed: bool = False,
+    quiet: float | None = None,
+    wakes: bool = False,
 ) -> list[Broken]:
     """Every limit that was not kept, the first and the worst frame named."""
-    return list(_broken(record, stops, rests, squeezed, quiet))
+    return list(_broken(record, stops, rests, squeezed, quiet, wakes))
 
 
 def _broken(
-    record: Recording, stops: float, rests: bool, squeezed: bool, quiet: float | None
+    record: Recording, stops: float, rests: bool, squeezed: bool, quiet: float | None, wakes: bool
 ) -> Iterator[Broken]:
     numbers = range(len(record.cloth))
     stepped = range(1, len(record.lag) + 1)
@@ -157,6 +162,8 @@ def _broken(
     if rests:
         yield from limits.run_over("trembling [m/s]", shaken(record, stops), limits.TREMBLING)
     yield from limits.run_over("all motion at rest [m/s]", restless(record, quiet), QUIET)
+    never_woke = wakes and fastest_on_waking(record) is None
+    yield from limits.run_over("never asleep, or never woken", float(never_woke), 0)
     yield from limits.run_over("fastest vertex on waking [m/s]", fastest_on_waking(record), WAKING)
     yield from limits.over("asleep, and yet it moved or worked", stepped, moved_asleep(record), 0)
     shaking = under_noise(record)
@@ -175,9 +182,10 @@ def judged(
     squeezed: bool,
     stated: Mapping[str, str],
     quiet: float | None = None,
+    wakes: bool = False,
 ) -> dict[str, Any]:
     """Figures and broken limits, ready for JSON; what is only stated is listed apart."""
-    found = broken(record, stops, rests, squeezed, quiet)
+    found = broken(record, stops, rests, squeezed, quiet, wakes)
     return {
         **figures(record, stops, rests, quiet),
         "failure": record.failure,

@@ -50,6 +50,7 @@ class Run:
         rests: whether it comes to rest at all, so that trembling can be asked.
         noise: whether the body is to stand still but for what its tracker gets wrong, so that this is measured.
         quiet: from this time on [s] nothing may move any more, by whatever frequency; None where that is not asked.
+        wakes: whether it has to fall asleep and to wake again.
         squeezed: whether the body itself holds the cloth squeezed to the end, so that its surface may stay behind.
     """
 
@@ -62,6 +63,7 @@ class Run:
     worn: Worn | None = None
     rests: bool = True
     quiet: float | None = None
+    wakes: bool = False
     squeezed: bool = False
     noise: bool = False
 

@@ -115,7 +115,7 @@ def woken(ask: Ask) -> Run:
     def stance(t: float) -> Pose:
         return there(t) if t < again else onwards.sample(min(t - again, onwards.duration))
 
-    return moving(put_on(ask, "tshirt", effects=LIVE), stance, ask.seconds)
+    return moving(put_on(ask, "tshirt", effects=LIVE), stance, ask.seconds, wakes=True)
 
 
 SCENES = (
@@ -146,6 +146,6 @@ SCENES = (
         "asleep_and_woken",
         "a T-shirt that falls asleep on a body that stands, and is woken by its first step",
         woken,
-        seconds=6.0,
+        seconds=10.0,
     ),
 )
