@@ -24,16 +24,15 @@ class ContactTerm:
 
     `prepare(pairs, state, x, x_before)` freezes what is lagged: for one iteration at x, which the last one
     reached from x_before, or with None in its place for a model that holds away from x as well;
-    `add_gradient(pairs, state, x, gradient_out)`; `add_product(pairs, p, product_out)`;
-    `add_diagonal(pairs, blocks_out)`; `tangential(pairs)` (size,) float64 N/m, its stiffness across the normal;
+    `add_gradient(pairs, state, x, gradient_out)`; `add_stiffness(pairs)` adds its matrices to `pairs.beside`;
+    `tangential(pairs)` (size,) float64 N/m, its stiffness across the normal;
     `remember(pairs, state)` keeps for the next step how far each pair has given at the end of this one; `kept()`
     returns that, (P, 4) int32 vertices and (P, 3) float32 m, and `restore(ids, given)` takes it up again.
     """
 
     prepare: Callable[[ContactPairs, State, wp.array, wp.array | None], None]
     add_gradient: Callable[[ContactPairs, State, wp.array, wp.array], None]
-    add_product: Callable[[ContactPairs, wp.array, wp.array], None]
-    add_diagonal: Callable[[ContactPairs, wp.array], None]
+    add_stiffness: Callable[[ContactPairs], None]
     tangential: Callable[[ContactPairs], np.ndarray]
     remember: Callable[[ContactPairs, State], None]
     kept: Callable[[], tuple[np.ndarray, np.ndarray]]

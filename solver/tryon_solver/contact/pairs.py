@@ -30,9 +30,10 @@ class ContactPairs:
     """Pairs within reach at `x_ref`, one entry each.
 
     `ids` vec4i; `lam` vec4 weights; `normal` vec3 unit; `slope` e kappa b' [N], <= 0; `curvature` e kappa b'' [N/m];
-    `energy` [J]; `gap` vec3: g, the activation distance g_hat and the barrier's floor [m]. `counters` (2,) int32: how
-    many, and how many of them at d <= xi. Here `size`, what launches cover, and `overlapping` are the same; in a graph,
-    which can't be read from, `size` is the capacity.
+    `energy` [J]; `gap` vec3: g, the activation distance g_hat and the barrier's floor [m]. `beside` mat33 N/m: the
+    stiffness of all that acts in the pair beside the barrier, apart from it because it can be smaller than what
+    rounding leaves of e kappa b'' n n^T. `counters` (2,) int32: how many, and how many of them at d <= xi. Here `size`,
+    what launches cover, and `overlapping` are the same; in a graph, which can't be read from, `size` is the capacity.
     """
 
     ids: wp.array
@@ -42,6 +43,7 @@ class ContactPairs:
     curvature: wp.array
     energy: wp.array
     gap: wp.array
+    beside: wp.array
     counters: wp.array
     smallest_gap: wp.array
     capacity: int
@@ -61,6 +63,7 @@ class ContactPairs:
             zeros(wp.float32),
             zeros(wp.float32),
             zeros(wp.vec3),
+            zeros(wp.mat33),
             wp.zeros(2, dtype=wp.int32, device=device),
             wp.zeros(2, dtype=wp.float32, device=device),
             capacity,
@@ -213,20 +216,21 @@ def add_product_kernel(
     lam: wp.array(dtype=wp.vec4),
     normal: wp.array(dtype=wp.vec3),
     curvature: wp.array(dtype=wp.float32),
+    beside: wp.array(dtype=wp.mat33),
     p: wp.array(dtype=wp.vec3),
     product_out: wp.array(dtype=wp.vec3),
 ):
-    """product += C p with C the pairs' Gauss-Newton Hessian."""
+    """product += C p"""
     c = wp.tid()
     if c >= counters[0]:
         return
     v = ids[c]
     w = lam[c]
     n = normal[c]
-    along = float(0.0)
+    u = wp.vec3()
     for k in range(4):
-        along += w[k] * wp.dot(n, p[v[k]])
-    f = curvature[c] * along * n
+        u += w[k] * p[v[k]]
+    f = (curvature[c] * wp.dot(n, u)) * n + beside[c] * u
     for k in range(4):
         wp.atomic_add(product_out, v[k], w[k] * f)
 
@@ -238,17 +242,18 @@ def add_diagonal_kernel(
     lam: wp.array(dtype=wp.vec4),
     normal: wp.array(dtype=wp.vec3),
     curvature: wp.array(dtype=wp.float32),
+    beside: wp.array(dtype=wp.mat33),
     blocks_out: wp.array(dtype=wp.mat33),
 ):
-    """Adds each pair's 3x3 diagonal blocks lam_i^2 (e kappa b'') n n^T."""
+    """Adds each pair's 3x3 diagonal blocks."""
     c = wp.tid()
     if c >= counters[0]:
         return
     v = ids[c]
-    outer = curvature[c] * wp.outer(normal[c], normal[c])
+    own = curvature[c] * wp.outer(normal[c], normal[c]) + beside[c]
     for k in range(4):
         if lam[c][k] != 0.0:
-            wp.atomic_add(blocks_out, v[k], lam[c][k] * lam[c][k] * outer)
+            wp.atomic_add(blocks_out, v[k], lam[c][k] * lam[c][k] * own)
 
 
 @dataclass(frozen=True)
@@ -326,11 +331,11 @@ def add_gradient(pairs: ContactPairs, x_ref: wp.array, x: wp.array, gradient_out
 
 
 def add_product(pairs: ContactPairs, p: wp.array, product_out: wp.array) -> None:
-    """product += C p."""
+    """product += C p, block (i, j) of a pair's C being lam_i lam_j (e kappa b'' n n^T + `beside`)."""
     wp.launch(
         add_product_kernel,
         pairs.size,
-        [pairs.counters, pairs.ids, pairs.lam, pairs.normal, pairs.curvature, p],
+        [pairs.counters, pairs.ids, pairs.lam, pairs.normal, pairs.curvature, pairs.beside, p],
         [product_out],
         device=p.device,
     )
@@ -341,7 +346,7 @@ def add_diagonal(pairs: ContactPairs, blocks_out: wp.array) -> None:
     wp.launch(
         add_diagonal_kernel,
         pairs.size,
-        [pairs.counters, pairs.ids, pairs.lam, pairs.normal, pairs.curvature],
+        [pairs.counters, pairs.ids, pairs.lam, pairs.normal, pairs.curvature, pairs.beside],
         [blocks_out],
         device=blocks_out.device,
     )

@@ -137,13 +137,6 @@ def prepare_kernel(
     along_out[c] = wp.vec4(t[0], t[1], t[2], stiffness - weight)
 
 
-@wp.func
-def resistance(weight: float, along: wp.vec4, n: wp.vec3, u: wp.vec3) -> wp.vec3:
-    """The pair's tangential matrix times u [N]."""
-    t = wp.vec3(along[0], along[1], along[2])
-    return weight * (u - wp.dot(u, n) * n) + (along[3] * wp.dot(t, u)) * t
-
-
 @wp.kernel
 def add_gradient_kernel(
     counters: wp.array(dtype=wp.int32),
@@ -193,38 +186,12 @@ def give_kernel(
 
 
 @wp.kernel
-def add_product_kernel(
+def add_stiffness_kernel(
     counters: wp.array(dtype=wp.int32),
-    ids: wp.array(dtype=wp.vec4i),
-    lam: wp.array(dtype=wp.vec4),
     normal: wp.array(dtype=wp.vec3),
     weight: wp.array(dtype=wp.float32),
     along: wp.array(dtype=wp.vec4),
-    p: wp.array(dtype=wp.vec3),
-    product_out: wp.array(dtype=wp.vec3),
-):
-    c = wp.tid()
-    if c >= counters[0]:
-        return
-    v = ids[c]
-    w = lam[c]
-    u = wp.vec3()
-    for k in range(4):
-        u += w[k] * p[v[k]]
-    f = resistance(weight[c], along[c], normal[c], u)
-    for k in range(4):
-        wp.atomic_add(product_out, v[k], w[k] * f)
-
-
-@wp.kernel
-def add_diagonal_kernel(
-    counters: wp.array(dtype=wp.int32),
-    ids: wp.array(dtype=wp.vec4i),
-    lam: wp.array(dtype=wp.vec4),
-    normal: wp.array(dtype=wp.vec3),
-    weight: wp.array(dtype=wp.float32),
-    along: wp.array(dtype=wp.vec4),
-    blocks_out: wp.array(dtype=wp.mat33),
+    beside: wp.array(dtype=wp.mat33),
 ):
     c = wp.tid()
     if c >= counters[0]:
@@ -232,9 +199,7 @@ def add_diagonal_kernel(
     n = normal[c]
     t = wp.vec3(along[c][0], along[c][1], along[c][2])
     tangential = weight[c] * (wp.identity(n=3, dtype=wp.float32) - wp.outer(n, n)) + along[c][3] * wp.outer(t, t)
-    for k in range(4):
-        if lam[c][k] != 0.0:
-            wp.atomic_add(blocks_out, ids[c][k], lam[c][k] * lam[c][k] * tangential)
+    beside[c] = beside[c] + tangential
 
 
 class FrictionOfPairs:
@@ -345,21 +310,12 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
             device=device,
         )
 
-    def add_product(pairs: ContactPairs, p: wp.array, product: wp.array) -> None:
+    def add_stiffness(pairs: ContactPairs) -> None:
         wp.launch(
-            add_product_kernel,
+            add_stiffness_kernel,
             pairs.size,
-            [pairs.counters, pairs.ids, pairs.lam, pairs.normal, held.weight, held.along, p],
-            [product],
-            device=device,
-        )
-
-    def add_diagonal(pairs: ContactPairs, blocks: wp.array) -> None:
-        wp.launch(
-            add_diagonal_kernel,
-            pairs.size,
-            [pairs.counters, pairs.ids, pairs.lam, pairs.normal, held.weight, held.along],
-            [blocks],
+            [pairs.counters, pairs.normal, held.weight, held.along],
+            [pairs.beside],
             device=device,
         )
 
@@ -389,7 +345,5 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
         )
         held.end_with(pairs.counters, pairs.ids, held.given)
 
-    term = ContactTerm(
-        prepare, add_gradient, add_product, add_diagonal, tangential, remember, held.kept, held.restore
-    )
+    term = ContactTerm(prepare, add_gradient, add_stiffness, tangential, remember, held.kept, held.restore)
     return Contribution("friction", start_step=begin, contact=term)

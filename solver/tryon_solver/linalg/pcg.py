@@ -23,6 +23,7 @@ class ConjugateGradients:
     scalars: wp.array  # (6,) float32: <r, z>, the one before, <p, A p>, where <r, z> is small enough, their ratio b,
     # and the first <r, z>, <g, D^-1 g>
     left: wp.array  # (2,) int32: iterations left, 1 while there is more to do
+    coupled: wp.array  # (count,) int32: scratch of pcg_alone.py
 
     @staticmethod
     def allocate(count: int, device: str) -> ConjugateGradients:
@@ -36,6 +37,7 @@ class ConjugateGradients:
             vectors(),
             wp.zeros(6, dtype=wp.float32, device=device),
             wp.zeros(2, dtype=wp.int32, device=device),
+            wp.zeros(count, dtype=wp.int32, device=device),
         )
 
     @property

@@ -25,7 +25,7 @@ from tryon_solver.linalg import pcg
 from tryon_solver.linalg.as_one import move_as_one
 from tryon_solver.linalg.vectors import find_largest, subtract
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
-from tryon_solver.stepping.newton import hessian_product, linearise, outer_product
+from tryon_solver.stepping.newton import linearise, outer_product, solve_newton_system
 from tryon_solver.stepping.progress import Budget, Outcome
 from tryon_solver.stepping.search import follow, search_around, search_further
 
@@ -354,15 +354,7 @@ def find_direction(sim: Simulation, budget: Budget) -> None:
     """Newton's direction at x as looked around; the budget's last is dropped if it overshoots. Keeps the x that is
     nearest to balance."""
     work, settings = sim.work, sim.settings
-    pcg.solve(
-        sim.cg,
-        lambda p, product: hessian_product(sim, p, product),
-        work.blocks,
-        work.gradient,
-        work.direction,
-        budget.pcg_iterations,
-        settings.correction_pcg_tolerance,
-    )
+    solve_newton_system(sim, budget.pcg_iterations)
     move_as_one(sim.cg, lambda p, product: outer_product(sim, p, product), sim.cloth_count, work.direction)
     find_largest(work.direction, sim.progress.length)
     trusted = [budget.trusted * sim.dt, sim.progress.trial, sim.progress.length]

@@ -134,8 +134,17 @@ def system_product(sim: Simulation, p: wp.array, product_out: wp.array) -> None:
     )
     if sim.pairs.size:
         contact_pairs.add_product(sim.pairs, p, product_out)
-        for term in sim.stages.contact:
-            term.add_product(sim.pairs, p, product_out)
+
+
+def add_contact_blocks(sim: Simulation, blocks: wp.array) -> None:
+    """Make the contact pairs' matrices, of all that acts in them, and add their diagonal blocks to `blocks` (A,)."""
+    if sim.pairs.size == 0:
+        return
+    if sim.stages.contact:
+        sim.pairs.beside.zero_()
+    for term in sim.stages.contact:
+        term.add_stiffness(sim.pairs)
+    contact_pairs.add_diagonal(sim.pairs, blocks)
 
 
 @wp.kernel
@@ -168,8 +177,5 @@ def invert_diagonal_blocks(sim: Simulation) -> None:
         [work.blocks],
         device=sim.device,
     )
-    if sim.pairs.size:
-        contact_pairs.add_diagonal(sim.pairs, work.blocks)
-        for term in sim.stages.contact:
-            term.add_diagonal(sim.pairs, work.blocks)
+    add_contact_blocks(sim, work.blocks)
     wp.launch(invert_blocks_kernel, sim.all_count, [], [work.blocks], device=sim.device)

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING
 import warp as wp
 
 from tryon_solver.contact import pairs as contact_pairs
-from tryon_solver.linalg import block_ell
+from tryon_solver.linalg import block_ell, pcg, pcg_alone
 from tryon_solver.linalg.ell import add_difference
-from tryon_solver.stepping.gradient import invert_blocks_kernel
+from tryon_solver.linalg.pcg_alone import PairedMatrix
+from tryon_solver.stepping.gradient import add_contact_blocks, invert_blocks_kernel
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -64,10 +65,7 @@ def linearise(sim: Simulation) -> None:
         [work.blocks],
         device=sim.device,
     )
-    if sim.pairs.size:
-        contact_pairs.add_diagonal(sim.pairs, work.blocks)
-        for term in sim.stages.contact:
-            term.add_diagonal(sim.pairs, work.blocks)
+    add_contact_blocks(sim, work.blocks)
     sim.holding.add(work.diagonal, work.blocks)
     wp.launch(invert_blocks_kernel, sim.all_count, [], [work.blocks], device=sim.device)
 
@@ -86,6 +84,28 @@ def hessian_product(sim: Simulation, p: wp.array, product_out: wp.array) -> None
     add_contact_product(sim, p, product_out)
 
 
+def newton_matrix(sim: Simulation) -> PairedMatrix:
+    """The matrix of `hessian_product`, as it stands."""
+    rows, far, pairs = sim.hessian_rows, sim.constant_stiffness, sim.pairs
+    matrix = PairedMatrix()
+    matrix.columns, matrix.blocks = rows.columns, rows.blocks
+    matrix.far_columns, matrix.weights = far.columns, far.weights
+    matrix.diagonal = sim.holding.diagonal
+    matrix.count, matrix.ids, matrix.lam = pairs.counters, pairs.ids, pairs.lam
+    matrix.normal, matrix.curvature, matrix.beside = pairs.normal, pairs.curvature, pairs.beside
+    return matrix
+
+
+def solve_newton_system(sim: Simulation, at_most: int) -> None:
+    """`direction` by conjugate gradients from the matrix and the gradient at x as looked around."""
+    work, tolerance = sim.work, sim.settings.correction_pcg_tolerance
+    system = work.blocks, work.gradient, work.direction, at_most, tolerance
+    if wp.get_device(sim.device).is_cpu:
+        pcg_alone.solve(sim.cg, newton_matrix(sim), *system)
+    else:
+        pcg.solve(sim.cg, lambda p, product: hessian_product(sim, p, product), *system)
+
+
 def outer_product(sim: Simulation, p: wp.array, product_out: wp.array) -> None:
     """`hessian_product` without the cloth's inner stiffness [N], which a move as one leaves alone but for rounding, and
     without what holds vertices."""
@@ -97,5 +117,3 @@ def add_contact_product(sim: Simulation, p: wp.array, product_out: wp.array) -> 
     """product += contact p [N]."""
     if sim.pairs.size:
         contact_pairs.add_product(sim.pairs, p, product_out)
-        for term in sim.stages.contact:
-            term.add_product(sim.pairs, p, product_out)

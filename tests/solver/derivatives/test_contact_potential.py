@@ -140,6 +140,7 @@ def test_matrix_is_semidefinite_and_its_blocks_are_its_diagonal(surfaces, states
     count = sim.all_count
     for x in states[:6]:
         find_pairs(surfaces.sim, x)
+        sim.pairs.beside.zero_()
 
         def product(p, out):
             out.zero_()
@@ -243,10 +244,13 @@ def test_friction_matrix_is_semidefinite_and_tangential(surfaces, states):
     sim.state.x_start.assign((x - 1e-6).astype(np.float32))
     find_pairs(surfaces.sim, x)
     term.prepare(sim.pairs, sim.state, sim.state.x, None)
+    sim.pairs.curvature.zero_()
+    sim.pairs.beside.zero_()
+    term.add_stiffness(sim.pairs)
 
     def product(p, out):
         out.zero_()
-        term.add_product(sim.pairs, p, out)
+        pairs.add_product(sim.pairs, p, out)
 
     matrix = dense(sim.all_count, product)
     size = np.abs(matrix).max()
@@ -257,7 +261,7 @@ def test_friction_matrix_is_semidefinite_and_tangential(surfaces, states):
     together = np.tile(np.eye(3), (sim.all_count, 1))
     np.testing.assert_allclose(matrix @ together, 0, atol=1e-4 * size)
     blocks = wp.zeros(sim.all_count, dtype=wp.mat33, device="cpu")
-    term.add_diagonal(sim.pairs, blocks)
+    pairs.add_diagonal(sim.pairs, blocks)
     diagonal = np.stack([matrix[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] for i in range(sim.all_count)])
     np.testing.assert_allclose(blocks.numpy(), diagonal, rtol=0, atol=1e-4 * size)
 

@@ -9,7 +9,7 @@ from small_scenes import STILL, fabric, icosphere, rigid_body, sheet
 from tryon_solver.scene import WORN, Scene
 from tryon_solver.settings import Settings
 from tryon_solver.simulation import build
-from tryon_solver.stepping import correct
+from tryon_solver.stepping import correct, newton
 from tryon_solver.stepping.progress import Progress
 
 DT = 1 / 60
@@ -25,7 +25,7 @@ def laid_on_ball(settings):
 
 def overshooting_at(number, monkeypatch):
     """From now on Newton's direction of that number is 30 times as long and turned round; the list grows by each."""
-    solve, calls = correct.pcg.solve, []
+    solve, calls = newton.pcg_alone.solve, []
 
     def overshooting(cg, multiply, blocks, gradient, direction, at_most, tolerance):
         done = solve(cg, multiply, blocks, gradient, direction, at_most, tolerance)
@@ -34,7 +34,7 @@ def overshooting_at(number, monkeypatch):
             direction.assign(-30 * direction.numpy())
         return done
 
-    monkeypatch.setattr(correct.pcg, "solve", overshooting)
+    monkeypatch.setattr(newton.pcg_alone, "solve", overshooting)
     return calls
 
 

@@ -1,0 +1,146 @@
+"""The same conjugate gradients as pcg.py's, of the correction's matrix, as one kernel of one thread: for the processor.
+
+There a launch costs as much as a thousand vertices' arithmetic, and an iteration has nine. In one kernel there is one,
+products and their sums are made in one pass, sums are float64 in a fixed order, and unknowns that nothing couples to
+others, most of a body's, are solved for at once and left out.
+"""
+
+from __future__ import annotations
+
+import warp as wp
+
+from tryon_solver.linalg.pcg import ConjugateGradients
+
+wp.set_module_options({"enable_backward": False})
+
+
+@wp.struct
+class PairedMatrix:
+    """A matrix over A vec3 unknowns, a sum of: `columns`, `blocks` (N, width) as in BlockRows; `far_columns`, `weights`
+    (N, width) as in EllMatrix, both with rows that sum to zero; `diagonal` (A,); and pairs as in ContactPairs, of which
+    the first of `count` says how many there are: block (i, j) of one is lam_i lam_j (curvature n n^T + beside)."""
+
+    columns: wp.array2d(dtype=wp.int32)
+    blocks: wp.array2d(dtype=wp.mat33)
+    far_columns: wp.array2d(dtype=wp.int32)
+    weights: wp.array2d(dtype=wp.float32)
+    diagonal: wp.array(dtype=wp.float32)
+    count: wp.array(dtype=wp.int32)
+    ids: wp.array(dtype=wp.vec4i)
+    lam: wp.array(dtype=wp.vec4)
+    normal: wp.array(dtype=wp.vec3)
+    curvature: wp.array(dtype=wp.float32)
+    beside: wp.array(dtype=wp.mat33)
+
+
+@wp.func
+def row_product(m: PairedMatrix, i: int, p: wp.array(dtype=wp.vec3)) -> wp.vec3:
+    """Row i of all but the pairs, times p; by differences, as in block_ell.py."""
+    here = p[i]
+    total = wp.vec3()
+    if i < m.columns.shape[0]:
+        for k in range(1, m.columns.shape[1]):
+            total += m.blocks[i, k] * (p[m.columns[i, k]] - here)
+        for k in range(m.far_columns.shape[1]):
+            total += m.weights[i, k] * (p[m.far_columns[i, k]] - here)
+    return total + m.diagonal[i] * here
+
+
+@wp.kernel
+def solve_kernel(
+    m: PairedMatrix,
+    inverse: wp.array(dtype=wp.mat33),
+    gradient: wp.array(dtype=wp.vec3),
+    at_most: int,
+    tolerance: float,
+    coupled: wp.array(dtype=wp.int32),
+    solution: wp.array(dtype=wp.vec3),
+    residual: wp.array(dtype=wp.vec3),
+    preconditioned: wp.array(dtype=wp.vec3),
+    direction: wp.array(dtype=wp.vec3),
+    product: wp.array(dtype=wp.vec3),
+    scalars: wp.array(dtype=wp.float32),
+    left: wp.array(dtype=wp.int32),
+):
+    """`coupled` (A,) holds, one by one, the unknowns that are iterated on."""
+    pairs = wp.min(m.count[0], m.ids.shape[0])
+    for i in range(coupled.shape[0]):
+        coupled[i] = 0
+    for c in range(pairs):
+        for k in range(4):
+            coupled[m.ids[c][k]] = 1
+    first = wp.float64(0.0)
+    squared = wp.float64(0.0)
+    unknowns = int(0)
+    for i in range(inverse.shape[0]):
+        r = -gradient[i]
+        z = inverse[i] * r
+        part = wp.float64(wp.dot(r, z))
+        first += part
+        if i < m.columns.shape[0] or coupled[i] == 1:
+            squared += part
+            coupled[unknowns] = i
+            unknowns += 1
+            solution[i] = wp.vec3()
+            residual[i] = r
+            direction[i] = z
+        else:
+            solution[i] = z
+            residual[i] = wp.vec3()
+    enough = wp.float64(tolerance) * wp.float64(tolerance) * first
+    iterations = int(0)
+    while iterations < at_most and squared > enough:
+        curvature = wp.float64(0.0)
+        for a in range(unknowns):
+            i = coupled[a]
+            row = row_product(m, i, direction)
+            product[i] = row
+            curvature += wp.float64(wp.dot(direction[i], row))
+        for c in range(pairs):
+            v = m.ids[c]
+            w = m.lam[c]
+            n = m.normal[c]
+            u = w[0] * direction[v[0]] + w[1] * direction[v[1]] + w[2] * direction[v[2]] + w[3] * direction[v[3]]
+            f = (m.curvature[c] * wp.dot(n, u)) * n + m.beside[c] * u
+            curvature += wp.float64(wp.dot(u, f))
+            for k in range(4):
+                product[v[k]] = product[v[k]] + w[k] * f
+        step = float(0.0)
+        if curvature > wp.float64(0.0):
+            step = float(squared / curvature)
+        before = squared
+        squared = wp.float64(0.0)
+        for a in range(unknowns):
+            i = coupled[a]
+            solution[i] = solution[i] + step * direction[i]
+            r = residual[i] - step * product[i]
+            z = inverse[i] * r
+            residual[i] = r
+            preconditioned[i] = z
+            squared += wp.float64(wp.dot(r, z))
+        turn = float(squared / before)
+        for a in range(unknowns):
+            i = coupled[a]
+            direction[i] = preconditioned[i] + turn * direction[i]
+        iterations += 1
+    scalars[5] = float(first)
+    left[0] = at_most - iterations
+
+
+def solve(
+    cg: ConjugateGradients,
+    matrix: PairedMatrix,
+    blocks: wp.array,
+    gradient: wp.array,
+    solution_out: wp.array,
+    at_most: int,
+    tolerance: float,
+) -> None:
+    """Solve A p = -gradient from zero, as `pcg.solve` does; `blocks` (A,) mat33 is D^-1. Leaves `cg` likewise."""
+    wp.launch(
+        solve_kernel,
+        1,
+        [matrix, blocks, gradient, at_most, tolerance],
+        [cg.coupled, solution_out, cg.residual, cg.preconditioned, cg.direction, cg.product, cg.scalars, cg.left],
+        device=gradient.device,
+    )
