@@ -8,7 +8,7 @@ WEB := server/tryon_server/web/.built
 WEB_SOURCES := $(shell find protocol/ts clients/core clients/web -name '*.ts' -not -path '*/node_modules/*' -o -name '*.css' \
 	-not -path '*/node_modules/*' -o -name '*.html' -not -path '*/node_modules/*' -o -name '*.mjs' -not -path '*/node_modules/*')
 
-.PHONY: help demo test check chromium proof hard hard-peers hard-page reference precision lock
+.PHONY: help demo test check chromium proof hard hard-peers hard-page bench reference precision lock
 help:
 	@grep -hE '^## ' $(MAKEFILE_LIST) | sed 's/## //'
 
@@ -49,6 +49,12 @@ RUNS := live-cpu live-gpu draft-cpu draft-gpu fit-cpu fit-gpu
 hard-page: $(VENV)/.dev
 	$(BIN)/python tests/hard_cases --document docs/hard_cases.md --of $(RUNS:%=docs/hard/runs/%.json) \
 	--beside docs/hard/peers.json || [ $$? = 1 ]
+
+BENCH :=
+## make bench    time of a frame and where it goes, with judged frames: a table in build/bench (a few minutes)
+# BENCH='--vertices 10000 20000 --device cuda:0' and others: .venv/bin/python solver/bench --help
+bench: $(VENV)/.dev $(BODY)
+	$(BIN)/python solver/bench $(BENCH)
 
 REFERENCE = $(BIN)/python tests/reference && TRYON_FRAMES=300 $(BIN)/python -m pytest -q tests/solver/verification/test_determinism.py
 ## make reference hold contact scenes to full Newton in float64, two long runs to each other: part of the proof

@@ -1,0 +1,99 @@
+"""`python solver/bench`: how long a frame takes and where, with what was simulated and whether it was clean.
+
+Every combination of the garments, motions, sizes and presets asked for, one after the other, each in a process of its
+own; `results.json` and `table.md` go to --out. Times are wall times of `Simulation.advance` until the device is done,
+of the frames after a second that leads into the motion. IPC Toolkit, one of the development's packages, judges between
+them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import json
+import os
+import platform
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+sys.path[:0] = [str(ROOT / folder) for folder in ("solver/bench", "solver", "tests/support")]  # this checkout
+
+from process_pool import Tasks  # noqa: E402
+from table import markdown, row  # noqa: E402
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command line; 1 when a case failed or a frame was not clean."""
+    options = parsed(arguments)
+    options.out.mkdir(parents=True, exist_ok=True)
+    if options.one:
+        return one(options)
+    from worn import Case
+
+    cases = [
+        Case(garment, motion, vertices, preset, options.device, options.fps)
+        for garment, motion, vertices, preset in itertools.product(
+            options.garments, options.motions, options.vertices, options.presets
+        )
+    ]
+    more = ["--out", str(options.out), "--seconds", str(options.seconds), "--every", str(options.every)]
+    commands = {case.name: [sys.executable, str(HERE), "--one", json.dumps(case.plain()), *more] for case in cases}
+    found = Tasks(options.out, 1).run(commands, lambda name, result: print(row({"name": name, **result}), flush=True))
+    results = [{"name": name, **result} for name, result in found.items()]
+    told_with = about(options)
+    (options.out / "results.json").write_text(json.dumps({"about": told_with, "results": results}, indent=1) + "\n")
+    (options.out / "table.md").write_text(markdown(results, told_with))
+    print(options.out / "table.md")
+    return int(any("failure" in r or r["unclean"] for r in results))
+
+
+def one(options: argparse.Namespace) -> int:
+    """Measure a case in this process and write its JSON file."""
+    import warp as wp
+    from measure import measured
+    from worn import Case
+
+    wp.config.quiet = True
+    case = Case(**json.loads(options.one))
+    (options.out / f"{case.name}.json").write_text(json.dumps(measured(case, options.seconds, options.every)))
+    return 0
+
+
+def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
+    """The options."""
+    parser = argparse.ArgumentParser(prog="python solver/bench", description=__doc__.partition("\n")[0])
+    add = parser.add_argument
+    add("--garments", nargs="+", default=["tshirt"], help="patterns of the demo (tshirt)")
+    add("--motions", nargs="+", default=["walk"], help="motions of the demo (walk)")
+    add("--vertices", nargs="+", type=int, default=[2500], metavar="N", help="of the cloth, about (2500)")
+    add("--presets", nargs="+", default=["draft"], choices=("draft", "live", "fit"), help="(draft)")
+    add("--device", default="cpu", help="cpu, cuda:0, ... (cpu)")
+    add("--fps", type=float, default=30.0, help="frames a simulated second (30)")
+    add("--seconds", type=float, default=3.0, metavar="S", help="time of the motion that is measured (3)")
+    add("--every", type=int, default=10, metavar="K", help="IPC Toolkit is asked about each K-th frame, 0: none (10)")
+    add("--out", type=Path, default=ROOT / "build" / "bench")
+    add("--one", help=argparse.SUPPRESS)
+    return parser.parse_args(arguments)
+
+
+def about(options: argparse.Namespace) -> dict[str, str]:
+    """What the table was made with."""
+
+    def git(*words: str) -> str:
+        answer = subprocess.run(["git", "-C", str(ROOT), *words], capture_output=True, text=True, check=False)
+        return answer.stdout.strip()
+
+    changed = " with changes" if git("status", "--porcelain", "--untracked-files=no") else ""
+    return {
+        "machine": f"{platform.machine()}, {os.cpu_count()} processors, device {options.device}",
+        "commit": (git("rev-parse", "--short=12", "HEAD") or "unknown") + changed,
+        "frames": f"{options.fps:g} a second, {options.seconds:g} s of the motion, which repeats",
+    }
+
+
+if __name__ == "__main__":
+    sys.exit(main())

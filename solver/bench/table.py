@@ -1,0 +1,66 @@
+"""Measured cases as tables in Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+COLUMNS = (
+    "case",
+    "vertices",
+    "frame p50 / p99 / max [ms]",
+    "of real time",
+    "Newton p50 / max",
+    "pairs p50 / max",
+    "sub-steps: frames",
+    "smallest gap [mm]",
+    "stretch",
+    "lag [mm]",
+    "void",
+    "crossing of asked",
+    "memory [MiB]",
+    "dressing [s]",
+)
+
+
+def markdown(results: Sequence[Mapping[str, Any]], about: Mapping[str, str]) -> str:
+    """What was measured, with what; then where the time of a frame goes."""
+    lines = ["# Time of a frame", "", *(f"- {name}: {value}" for name, value in about.items()), ""]
+    lines += ["| " + " | ".join(COLUMNS) + " |", "|" + "---|" * len(COLUMNS)]
+    lines += [row(result) for result in results]
+    lines += ["", "## Stages", "", "p50 / p99 in a frame [ms], the verbs of `step.py`; the body's kinematic sub-steps "]
+    lines[-1] += "are `move_body`."
+    for result in results:
+        if "failure" in result:
+            continue
+        lines += ["", f"**{result['name']}**", "", "| verb | p50 | p99 |", "|---|---|---|"]
+        lines += [
+            f"| {verb} | {times['p50']:.2f} | {times['p99']:.2f} |"
+            for verb, times in sorted(result["stages_ms"].items(), key=lambda entry: -entry[1]["p50"])
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def row(result: Mapping[str, Any]) -> str:
+    """One line of the table."""
+    r = result
+    if "failure" in r:
+        return f"| {r['name']} | " + "– | " * (len(COLUMNS) - 2) + f"FAILED: {r['failure']} |"
+    ms, newton, pairs = r["frame_ms"], r["newton"], r["pairs"]
+    cells = (
+        r["name"],
+        r["cloth_vertices"],
+        f"{ms['p50']:.1f} / {ms['p99']:.1f} / {ms['max']:.1f}",
+        f"{r['simulated_over_wall']:.2f}",
+        f"{newton['p50']:.0f} / {newton['max']:.0f}",
+        f"{pairs['p50']:.0f} / {pairs['max']:.0f}",
+        ", ".join(f"{count}: {frames}" for count, frames in r["substeps"].items()),
+        f"{1e3 * r['min_gap']:.3f}",
+        f"{r['max_stretch']:.3f}",
+        f"{1e3 * r['body_lag']:.1f}",
+        r["void"],
+        f"{r['unclean']} of {r['asked']}",
+        "–" if r["memory_mib"] is None else f"{r['memory_mib']:.0f}",
+        f"{r['dressing_s']:.1f}",
+    )
+    return "| " + " | ".join(str(cell) for cell in cells) + " |"

@@ -1,0 +1,57 @@
+"""What is measured: a demo garment worn in a motion of the demo that repeats without end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tryon_solver import PRESETS, dress
+from tryon_solver.body.bvh import parse_bvh
+from tryon_solver.body.model import default_body
+from tryon_solver.body.motion import blend_in
+from tryon_solver.body.pose import Pose
+from tryon_solver.body.retarget import retarget
+from tryon_solver.geometry.pattern import load_pattern
+from tryon_solver.geometry.size import mesh_with_vertices
+from tryon_solver.materials.fabric import FABRICS
+from tryon_solver.simulation import Simulation
+
+DEMO = Path(__file__).resolve().parents[2] / "server" / "tryon_server" / "demo"
+LEAD = 1.0  # s, from the pose it was dressed in into the motion
+
+
+@dataclass(frozen=True)
+class Case:
+    """A garment and a motion of the demo by name, about how many vertices, preset and device, frames a second."""
+
+    garment: str
+    motion: str
+    vertices: int
+    preset: str
+    device: str
+    fps: float
+
+    @property
+    def name(self) -> str:
+        """For file names and tables."""
+        return f"{self.garment}-{self.motion}-{self.vertices}-{self.preset}-{self.device.replace(':', '')}"
+
+    def plain(self) -> dict[str, Any]:
+        """For JSON."""
+        return dict(vars(self))
+
+
+def put_on(case: Case) -> tuple[Simulation, Callable[[float], Pose]]:
+    """The garment, dressed and settled, and the body's pose so long after that [s]: led in, then round and round."""
+    body = default_body()
+    panels = mesh_with_vertices(load_pattern(DEMO / "patterns" / f"{case.garment}.json"), case.vertices)
+    dressed = dress(panels, body, FABRICS["cotton_jersey"], PRESETS[case.preset], case.device)
+    motion = retarget(parse_bvh((DEMO / "motions" / f"{case.motion}.bvh").read_text()), body)
+    lead = blend_in(dressed.pose, motion, LEAD)
+
+    def pose(t: float) -> Pose:
+        return lead.sample(t) if t < lead.duration else motion.sample(t - lead.duration, loop=True)
+
+    return dressed.simulation, pose

@@ -1,0 +1,55 @@
+"""The bench says what it measured, and what it could not."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+def bench(out, *options):
+    command = [sys.executable, str(ROOT / "solver" / "bench"), "--out", str(out), "--seconds", "0.2", *options]
+    return subprocess.run(command, capture_output=True, text=True, timeout=280)
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory):
+    """A coarse T-shirt, every second frame of six judged; and what there is of it."""
+    out = tmp_path_factory.mktemp("bench")
+    ran = bench(out, "--vertices", "150", "--every", "2")
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    return json.loads((out / "results.json").read_text()), (out / "table.md").read_text()
+
+
+def test_a_case_is_measured_frame_by_frame(measured):
+    (result,) = measured[0]["results"]
+    assert result["frames"] == 6
+    assert result["cloth_vertices"] == pytest.approx(150, rel=0.2)
+    assert sum(result["substeps"].values()) == 6
+    assert (result["asked"], result["unclean"]) == (3, 0)
+    ms = result["frame_ms"]
+    assert 0 < ms["p50"] <= ms["p99"] <= ms["max"]
+    stages = result["stages_ms"]
+    assert {"move_body", "correct_penetration", "verify_commit"} < set(stages)
+    # verbs are all that a frame does but for reading the report
+    assert 0.5 * ms["p50"] < sum(times["p50"] for times in stages.values()) < 1.5 * ms["max"]
+    assert result["steps"] == 1
+    assert result["newton"]["p50"] > 0
+    assert result["pairs"]["p50"] > 0
+
+
+def test_the_table_has_the_case_and_its_stages(measured):
+    results, table = measured
+    assert f"| {results['results'][0]['name']} |" in table
+    assert "0 of 3" in table
+    assert "| correct_penetration |" in table
+
+
+def test_a_case_that_fails_is_said_to_have_failed(tmp_path):
+    ran = bench(tmp_path, "--garments", "crown", "--vertices", "150")
+    assert ran.returncode == 1
+    assert "FAILED: ended with status 1" in ran.stdout
+    assert "crown.json" in (tmp_path / "table.md").read_text()
