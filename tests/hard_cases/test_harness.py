@@ -28,6 +28,9 @@ from tryon_solver.scene import WORN, AirDrag, Gravity, Scene
 from tryon_solver.simulation import build
 
 
+GROWN_AT_REST = "energy without work at rest (share)"
+
+
 def names(subject: Scripted, rests: bool = True) -> set[str]:
     """The limits that a run broke."""
     record = play(subject, DT, SECONDS, tell=lambda _text: None)
@@ -86,6 +89,21 @@ class Grows(Scripted):
         return kinetic + 2e-4 * (self.k == 80), stored, fall
 
 
+class GrowsAtRest(Scripted):
+    """By next to nothing of the fall, but more than half of all that is at play after it."""
+
+    def energies(self):
+        kinetic, stored, fall = super().energies()
+        return kinetic, stored + 5e-7 * (self.k >= 80), fall
+
+
+class FallsOff(Scripted):
+    """In contact for a while, and no more."""
+
+    def report(self, k):
+        return replace(REPORT, pairs=12 if k < 60 else 0)
+
+
 class Trembles(Scripted):
     """Every other frame 0.02 mm up: 2.4 mm/s, at 30 Hz."""
 
@@ -134,7 +152,9 @@ BAD = {
     PassesThrough: {"a sub-step that collides"},
     PassesThroughOnTheWay: {"a sub-step that collides"},
     Vanishes: {"not a number", "a sub-step that collides"},
-    Grows: {"energy without work (share of what is at play)"},
+    Grows: {"energy without work (share of what is at play)", GROWN_AT_REST},
+    GrowsAtRest: {GROWN_AT_REST},
+    FallsOff: {"touches nothing at the end"},
     Trembles: {"trembling [m/s]"},
     Stretches: {"stretch, 99.9 %"},
     Freezes: {"time in the last safe state [s]"},
@@ -150,6 +170,18 @@ def test_a_bad_run_is_caught_for_what_it_is(kind):
     # crossing itself in one frame also stretches and shakes; what else it is called does not matter
     assert BAD[kind] <= found
     assert found <= BAD[kind] | {"trembling [m/s]"}
+
+
+def test_what_may_part_has_not_fallen_off():
+    record = play(FallsOff(), DT, SECONDS, tell=lambda _text: None)
+    assert broken(record, STOPS, parts=True) == []
+
+
+def test_a_run_that_ends_too_soon_to_be_judged_is_not_called_still():
+    record = play(Scripted(), DT, 1.2, tell=lambda _text: None)
+    assert {b.limit for b in broken(record, STOPS)} == {"too little time after the stop to judge the rest"}
+    assert broken(record, STOPS, rests=False) == []
+    assert broken(record, STOPS, quiet=1.0) == []  # asked another way
 
 
 def test_a_frame_is_named():

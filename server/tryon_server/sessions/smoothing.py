@@ -32,8 +32,8 @@ Array = npt.NDArray[np.float64]
 class Smoothing:
     """Settings of the filter.
 
-    With these, white noise of 3 mm and half a degree in every joint at 60 Hz leaves the skin of a body at rest with 7
-    mm/s RMS, of 1400, and a walk without noise comes through with 3 mm RMS of lag
+    With these, white noise of 3 mm and half a degree in every joint at 60 Hz leaves the skin of a body at rest with 8
+    mm/s RMS, of 1300, and a walk without noise comes through with 3 mm RMS of lag
     (tests/server/sessions/test_smoothing.py prints both).
 
     Attributes:
@@ -60,7 +60,7 @@ class Smoothing:
     turn_unrest: float = 6e-3
     turn_gain: float = 36.0
     speed_cutoff: float = 4.0
-    certainty: float = 2.5
+    certainty: float = 3.0
     noise_rise: float = 1.0
     noise_fall: float = 0.5
     forget_seconds: float = 0.5

@@ -22,10 +22,12 @@ class Figure(NamedTuple):
 
 WORST = (
     Figure("crossing frames", lambda r: r.get("unclean"), "{:.0f}"),
-    Figure("colliding sub-steps", lambda r: r.get("not_free"), "{:.0f}"),
+    Figure("colliding sub-steps", lambda r: r.get("not_free") if r.get("moves") else None, "{:.0f}"),
     Figure("energy without work [%]", lambda r: scaled(r, "growth", 100), "{:.2f}", "energy"),
+    Figure("the same at rest [%]", lambda r: scaled(r, "growth_at_rest", 100), "{:.2f}", "energy"),
     Figure("stretch over limit, 99.9 %", lambda r: over_limit(r, "stretch_most"), "{:.3f}", "stretch, 99.9"),
     Figure("stretch over limit, max", lambda r: over_limit(r, "stretch_max"), "{:.3f}", "stretch, max"),
+    Figure("surface behind the skin, most [mm]", lambda r: scaled(r, "lag_max", 1e3), "{:.1f}"),
     Figure("lag at the end [mm]", lambda r: scaled(r, "lag_end", 1e3), "{:.1f}"),
     Figure("trembling [mm/s]", lambda r: scaled(r, "trembling", 1e3), "{:.2f}", "trembling"),
     Figure("all motion at rest [mm/s]", lambda r: scaled(r, "restless", 1e3), "{:.2f}"),
@@ -53,7 +55,9 @@ def document(runs: Sequence[Mapping[str, Any]], beside: Sequence[str] = ()) -> s
     lines = ["# Hard cases", "", said, ""]
     for run in runs:
         held = sum(holds(r) for r in run["results"])
-        lines.append(f"- **{run['name']}**: {held} of {len(run['results'])} cases hold")
+        refused = sum("refused" in r and holds(r) for r in run["results"])
+        by_name = f", {refused} of them refused by name" if refused else ""
+        lines.append(f"- **{run['name']}**: {held} of {len(run['results'])} cases hold{by_name}")
         lines += [f"  - {name}: {value}" for name, value in run["about"].items()]
     lines += ["", LIMITS, "", "## Which hold", "", *verdicts(runs), "", "## The worst of each figure", ""]
     lines += ["Over all cases but those in which the figure is stated and not judged:", "", *worst(runs), "", *beside]

@@ -16,6 +16,7 @@ from harness.recording import Recording
 from harness.rest import fastest_on_waking, moved_asleep, restless
 
 GROWTH = 0.01  # of the energy at play, by which the energy may grow beyond the work done
+GROWTH_AT_REST = 0.05  # the same of what is at play after the stop, which is next to nothing
 CREEPING = 0.01  # m/s: moving at this speed is always at play
 FROZEN = 0.5  # s: so long a garment may stay in its last safe state
 QUIET = 1e-3  # m/s RMS of all motion, where the case says from when on
@@ -27,18 +28,25 @@ NOISE_ABOVE = 5.0  # Hz
 NOISE_MOTION = 0.3e-3  # m RMS of the cloth against the surface under it, above that
 
 
-def growth(record: Recording) -> tuple[float, int]:
+def growth(record: Recording, first: int = 0) -> tuple[float, int]:
     """Largest rise of E - W above any earlier value, as a share of the energy at play, and the frame in which it ends.
 
-    At play: the largest kinetic energy, the ranges of what is stored and of the potential in gravity.
+    At play: the largest kinetic energy, the ranges of what is stored and of the potential in gravity; all from the
+    frame `first` on.
     """
-    kinetic, stored, fall = (np.array(e) for e in (record.kinetic, record.stored, record.fall))
-    free = kinetic + stored + fall - np.array(record.work[: len(kinetic)])
+    kinetic, stored, fall = (np.array(e[first:]) for e in (record.kinetic, record.stored, record.fall))
+    free = kinetic + stored + fall - np.array(record.work[first : len(record.kinetic)])
     rise = free - np.minimum.accumulate(free)
     creeping = 0.5 * record.total_mass * CREEPING**2
     at_play = max(kinetic.max() + np.ptp(stored) + np.ptp(fall), creeping)
     worst = int(np.argmax(rise))
-    return float(rise[worst] / at_play), worst
+    return float(rise[worst] / at_play), first + worst
+
+
+def growth_at_rest(record: Recording, stops: float) -> tuple[float, int] | None:
+    """The same of the time from half a second after the stop on, when little is at play; None where there is none."""
+    first = round((stops + CATCHING_UP) / record.dt)
+    return growth(record, first) if not record.failure and first < record.frames else None
 
 
 def longest_frozen(record: Recording) -> tuple[float, int]:
@@ -80,6 +88,7 @@ def under_noise(record: Recording) -> tuple[float, float] | None:
 def figures(record: Recording, stops: float, rests: bool, quiet: float | None) -> dict[str, Any]:
     """What the table shows."""
     grown, frame = growth(record)
+    later = growth_at_rest(record, stops) if rests else None
     kinetic = np.array(record.kinetic)
     return {
         "vertices": len(record.cloth[0]),
@@ -90,6 +99,7 @@ def figures(record: Recording, stops: float, rests: bool, quiet: float | None) -
         "unclean": sum(not verdict.clean for _, verdict in record.verdicts),
         "growth": grown,
         "growth_frame": frame,
+        "growth_at_rest": None if later is None else later[0],
         "stretch_most": max(record.stretch_most),
         "stretch_max": max(record.stretch_max),
         "strain_limit": record.strain_limit,
@@ -119,13 +129,14 @@ def broken(
     squeezed: bool = False,
     quiet: float | None = None,
     wakes: bool = False,
+    parts: bool = False,
 ) -> list[Broken]:
     """Every limit that was not kept, the first and the worst frame named."""
-    return list(_broken(record, stops, rests, squeezed, quiet, wakes))
+    return list(_broken(record, stops, rests, squeezed, quiet, wakes, parts))
 
 
 def _broken(
-    record: Recording, stops: float, rests: bool, squeezed: bool, quiet: float | None, wakes: bool
+    record: Recording, stops: float, rests: bool, squeezed: bool, quiet: float | None, wakes: bool, parts: bool
 ) -> Iterator[Broken]:
     numbers = range(len(record.cloth))
     stepped = range(1, len(record.lag) + 1)
@@ -144,6 +155,9 @@ def _broken(
     grown, frame = growth(record)
     if not grown <= GROWTH:
         yield Broken("energy without work (share of what is at play)", frame, frame, 1, grown, GROWTH)
+    later = growth_at_rest(record, stops) if rests else None
+    if later is not None and not later[0] <= GROWTH_AT_REST:
+        yield Broken("energy without work at rest (share)", later[1], later[1], 1, later[0], GROWTH_AT_REST)
     most, any_ = limits.STRETCH_MOST * record.strain_limit, limits.STRETCH_ANY * record.strain_limit
     yield from limits.over("stretch, 99.9 %", numbers, record.stretch_most, most)
     yield from limits.over("stretch, max", numbers, record.stretch_max, any_)
@@ -161,6 +175,10 @@ def _broken(
     yield from limits.over("void steps that the advice keeps quiet about", stepped, unsaid, 0)
     if rests:
         yield from limits.run_over("trembling [m/s]", shaken(record, stops), limits.TREMBLING)
+        unasked = not record.failure and shaken(record, stops) is None and restless(record, quiet) is None
+        yield from limits.run_over("too little time after the stop to judge the rest", float(unasked), 0)
+        gone = not record.failure and max(record.pairs) > 0 and record.pairs[-1] == 0
+        yield from limits.run_over("touches nothing at the end", float(gone and not parts), 0)
     yield from limits.run_over("all motion at rest [m/s]", restless(record, quiet), QUIET)
     never_woke = wakes and fastest_on_waking(record) is None
     yield from limits.run_over("never asleep, or never woken", float(never_woke), 0)
@@ -183,9 +201,10 @@ def judged(
     stated: Mapping[str, str],
     quiet: float | None = None,
     wakes: bool = False,
+    parts: bool = False,
 ) -> dict[str, Any]:
     """Figures and broken limits, ready for JSON; what is only stated is listed apart."""
-    found = broken(record, stops, rests, squeezed, quiet, wakes)
+    found = broken(record, stops, rests, squeezed, quiet, wakes, parts)
     return {
         **figures(record, stops, rests, quiet),
         "failure": record.failure,

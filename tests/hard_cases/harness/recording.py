@@ -42,6 +42,7 @@ class Recording:
     reverts: list[int] = field(default_factory=list)
     advice: list[str] = field(default_factory=list)
     min_gap: list[float] = field(default_factory=list)
+    pairs: list[int] = field(default_factory=list)  # contact pairs, as reported
     surface: list[np.ndarray] = field(default_factory=list)  # (B, 3) float32, where noise is measured
     worn: list[bool] = field(default_factory=list)
     slid: list[float] = field(default_factory=list)
@@ -130,6 +131,7 @@ def play(
         record.reverts.append(report.reverts)
         record.advice.append(report.advice)
         record.min_gap.append(report.min_gap)
+        record.pairs.append(report.pairs)
         if worn is not None:
             now, where = worn.loops.crossings(x.astype(np.float64), worn.joints_at(k * dt))
             record.worn.append(bool((now == passes).all()))

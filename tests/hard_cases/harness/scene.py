@@ -51,6 +51,7 @@ class Run:
         noise: whether the body is to stand still but for what its tracker gets wrong, so that this is measured.
         quiet: from this time on [s] nothing may move any more, by whatever frequency; None where that is not asked.
         wakes: whether it has to fall asleep and to wake again.
+        parts: whether what touched may part for good; else cloth that touches nothing at the end has fallen off.
         squeezed: whether the body itself holds the cloth squeezed to the end, so that its surface may stay behind.
     """
 
@@ -64,6 +65,7 @@ class Run:
     rests: bool = True
     quiet: float | None = None
     wakes: bool = False
+    parts: bool = False
     squeezed: bool = False
     noise: bool = False
 

@@ -79,13 +79,15 @@ def streamed(
         return drape.advance(move.pose, sim.state.time + move.dt)
 
     # a stream's body catches up after a leap, unhurried: it stands a second or two after the tracker
+    stands = stops + 2.0
     return Run(
         sim,
         lambda _t: at,
         FRAME,
-        stops + 2.0,
+        stands,
         step=step,
         worn=worn(sim, lambda _t: at),
         rests=rests,
+        quiet=stands + 2.0 if rests else None,
         noise=noise,
     )

@@ -33,7 +33,7 @@ class Subject(Protocol):
         """(B, 3) as published."""
 
     def skin(self, t: float) -> np.ndarray | None:
-        """(B, 3) where the surface should be at t [s]; None where that can't be told."""
+        """(B, 3) where the surface should be at t [s]; None where that can't be told (other solvers)."""
 
     def moves(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """The sub-steps accepted on the way to this frame, (A, 3) before and after."""
@@ -77,9 +77,7 @@ class Simulated:
     def surface(self) -> np.ndarray:
         return self.sim.body_positions()
 
-    def skin(self, t: float) -> np.ndarray | None:
-        if self.run.step is not None:  # what drives the body may be behind on purpose
-            return None
+    def skin(self, t: float) -> np.ndarray:
         return np.zeros((0, 3)) if self.sim.scene.body is None else self.sim.scene.body.surface(self.run.stance(t))
 
     def moves(self) -> list[tuple[np.ndarray, np.ndarray]]:

@@ -9,12 +9,13 @@ from dataclasses import replace
 import numpy as np
 from loops_on_limbs import LoopsOnLimbs
 from scipy.spatial.transform import Rotation
-from worn_garment import DEMO
+from worn_garment import DEMO, demo_motion
 
 from harness.kit import ramp
 from harness.scene import Ask, Run, Worn
 from tryon_solver.body import quaternions
 from tryon_solver.body.model import BodyModel, default_body
+from tryon_solver.body.motion import blend_in
 from tryon_solver.body.pose import Pose, world_from_joint
 from tryon_solver.dressing.dress import dress
 from tryon_solver.geometry.boundary_loops import boundary_loops
@@ -103,3 +104,15 @@ def there_and_back(goal: Pose, seconds: float) -> tuple[Callable[[float], Pose],
         return Pose.interpolate(REST, goal, ramp(t, 0.0, quarter) - ramp(t, 2 * quarter, 3 * quarter))
 
     return stance, 3 * quarter
+
+
+def walked(stops: float, name: str = "walk") -> tuple[Callable[[float], Pose], float]:
+    """Led into a motion of the demo, which plays until `stops` s and stops dead there; and that time."""
+    motion = demo_motion(name, BODY)
+    lead = blend_in(REST, motion, min(0.8, 0.5 * stops))
+
+    def stance(t: float) -> Pose:
+        t = min(t, stops)
+        return lead.sample(t) if t < lead.duration else motion.sample(t - lead.duration, loop=True)
+
+    return stance, stops

@@ -15,11 +15,11 @@ from tryon_solver.scene import Scene
 from tryon_solver.simulation import build
 
 
-def draped(ask: Ask, **values: float) -> Run:
+def draped(ask: Ask, stops: float = 1.5, **values: float) -> Run:
     """A square of cotton jersey with some values changed, dropped over a corner."""
     garment, x = square(ask.vertices, 0.3)
     x = turned(rippled(x, 2e-3), 0.3) + [0.004, 0.014, 0.003]
-    return laid(on_body(ask, garment, x, rigid_body(*corner(0.2, 4)), fabric(**values)), stops=1.5)
+    return laid(on_body(ask, garment, x, rigid_body(*corner(0.2, 4)), fabric(**values)), stops)
 
 
 def bent(times: float) -> HardScene:
@@ -43,11 +43,13 @@ def stretched(times: float) -> HardScene:
 
 
 def weighing(times: float) -> HardScene:
-    """Weight per area so many times that of jersey."""
+    """Weight per area so many times that of jersey; what is light sinks in the air for seconds."""
+    seconds, stops = (5.0, 1.5) if times >= 1 else (12.0, 9.0)
     return HardScene(
         f"weight_{times:g}",
         f"{times * JERSEY.areal_density:g} kg/m^2, {times:g} times {JERSEY.name}",
-        lambda ask: draped(ask, areal_density=times * JERSEY.areal_density),
+        lambda ask: draped(ask, stops, areal_density=times * JERSEY.areal_density),
+        seconds=seconds,
     )
 
 

@@ -23,7 +23,11 @@ def on_top(ask: Ask, vertices: np.ndarray, faces: np.ndarray) -> Run:
 
 
 def closing_plates(ask: Ask, count: int) -> Run:
-    """Layers between two plates, which close to 1.2 times the room that layers need, stay so, and open again."""
+    """Layers between two plates, which close to 1.2 times the room that layers need, stay so, and open again.
+
+    What a layer needs is its thickness beside another and, beside a plate, half of it and `body_offset`: of one layer
+    0.6 mm thick that is 3.6 mm.
+    """
     n = max(5, round(np.sqrt(ask.vertices / count)))
     garment, x = layers(count, n, n, 0.2, 0.003)
     x = rippled(x, 4e-3) + [0, 0.008, 0]
@@ -78,7 +82,11 @@ def swept_by_plate(ask: Ask) -> Run:
 
 
 SCENES = (
-    HardScene("needle", "cloth carried by the tip of a needle of 0.2 mm", lambda ask: on_top(ask, *blunt_needle())),
+    HardScene(
+        "needle",
+        "cloth carried by a sharp point: the tip of a cone of 6 mm over 30 cm",
+        lambda ask: on_top(ask, *blunt_needle()),
+    ),
     HardScene(
         "knife_edge",
         "cloth over an edge of 8 degrees: two sides of a fold, nothing between but the edge",
@@ -87,7 +95,7 @@ SCENES = (
     HardScene("corner", "cloth over the corner of a cube", lambda ask: on_top(ask, *corner(0.2, 4))),
     HardScene(
         "plates_one_layer",
-        "a rippled sheet squeezed to 1.2 thicknesses between two moving plates, then released",
+        "a rippled sheet squeezed by two plates to 1.2 of the room that contact's offsets need, then released",
         lambda ask: closing_plates(ask, 1),
     ),
     HardScene(

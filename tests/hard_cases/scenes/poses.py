@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from harness.kit import ramp
 from harness.scene import Ask, HardScene, Run
-from harness.wearer import BODY, REST, Turns, mirrored, moving, posed, put_on, there_and_back
+from harness.wearer import BODY, REST, Turns, mirrored, moving, posed, put_on, there_and_back, walked
 from scipy.spatial.transform import Rotation
 from worn_garment import demo_motion
 
@@ -26,21 +26,14 @@ def into_pose(garment: str, turns: Turns) -> Callable[[Ask], Run]:
 
     def set_up(ask: Ask) -> Run:
         stance, stops = there_and_back(posed(turns), ask.seconds)
-        return moving(put_on(ask, garment), stance, stops)
+        return moving(put_on(ask, garment), stance, stops, quiet=quiet_from(garment, stops))
 
     return set_up
 
 
-def walked(stops: float, name: str = "walk") -> tuple[Callable[[float], Pose], float]:
-    """Led into a motion of the demo, which plays until `stops` s and stops dead there; and that time."""
-    motion = demo_motion(name, BODY)
-    lead = blend_in(REST, motion, min(0.8, 0.5 * stops))
-
-    def stance(t: float) -> Pose:
-        t = min(t, stops)
-        return lead.sample(t) if t < lead.duration else motion.sample(t - lead.duration, loop=True)
-
-    return stance, stops
+def quiet_from(garment: str, stops: float) -> float | None:
+    """When a T-shirt has to be at rest [s]; a skirt takes longer than these cases last."""
+    return stops + 2.0 if garment == "tshirt" else None
 
 
 def in_motion(garment: str, name: str, share: float = 0.7) -> Callable[[Ask], Run]:
@@ -53,7 +46,8 @@ def root_path(garment: str, path: Callable[[float, float], Pose], share: float =
 
     def set_up(ask: Ask) -> Run:
         stops = share * ask.seconds
-        return moving(put_on(ask, garment), lambda t: path(min(t, stops), stops), stops)
+        quiet = quiet_from(garment, stops)
+        return moving(put_on(ask, garment), lambda t: path(min(t, stops), stops), stops, quiet=quiet)
 
     return set_up
 
@@ -93,7 +87,7 @@ def spinning(t: float, end: float) -> Pose:
 def swung(t: float, end: float) -> Pose:
     """The left arm to and fro about the shoulder, the hand at 10 m/s where it is fastest."""
     hand, shoulder = (BODY.rest_joints[BODY.index_of[name]] for name in ("left_hand", "left_upper_arm"))
-    reach = float(np.linalg.norm(hand - shoulder))
+    reach = float(np.linalg.norm((hand - shoulder)[1:]))  # from the axis, the world's x
     amplitude = np.radians(55)
     rate = 10.0 / reach / amplitude
     cycles = max(1, int(end * rate / (2 * np.pi)))
@@ -115,7 +109,7 @@ def woken(ask: Ask) -> Run:
     def stance(t: float) -> Pose:
         return there(t) if t < again else onwards.sample(min(t - again, onwards.duration))
 
-    return moving(put_on(ask, "tshirt", effects=LIVE), stance, ask.seconds, wakes=True)
+    return moving(put_on(ask, "tshirt", effects=LIVE), stance, ask.seconds, rests=False, wakes=True)
 
 
 SCENES = (

@@ -15,6 +15,7 @@ from tryon_solver.body.pose import Pose
 from tryon_solver.scene import LIVE
 
 Stream = Callable[[Ask], list[Sent]]
+SETTLES = 0.35  # of the time of a case that comes to rest; the others' wearers never stand
 
 
 def frames(ask: Ask) -> np.ndarray:
@@ -96,16 +97,16 @@ def now_and_then(ask: Ask) -> list[Sent]:
 
 
 def elsewhere(place: tuple[float, float, float]) -> Stream:
-    """The same sway `place` m from where the garment was put on, and from 0.6 of the time on a stand."""
+    """The same sway `place` m from where the garment was put on, and from SETTLES of the time on a stand."""
 
     def poses(ask: Ask) -> list[Sent]:
-        seen = [(t, swaying(min(t, 0.6 * ask.seconds))) for t in frames(ask)]
+        seen = [(t, swaying(min(t, SETTLES * ask.seconds))) for t in frames(ask)]
         return [Sent(t, t, Pose(pose.root + place, pose.rotations)) for t, pose in seen]
 
     return poses
 
 
-def suddenly(pose: Pose, begin: float = 0.4, end: float = 0.6) -> Stream:
+def suddenly(pose: Pose, begin: float = 0.2, end: float = SETTLES) -> Stream:
     """Another pose from one frame to the next, and back later; `begin`, `end` as shares of the time."""
 
     def poses(ask: Ask) -> list[Sent]:
@@ -134,10 +135,10 @@ def asymmetric() -> Pose:
 
 def swapping(ask: Ask) -> list[Sent]:
     """Left and right change places three times a second, for a second."""
-    begin = 0.4 * ask.seconds
+    begin = SETTLES * ask.seconds - 1.0
     found = []
     for t in frames(ask):
-        led = Pose.interpolate(REST, asymmetric(), ramp(t, 0.0, 0.3 * ask.seconds))
+        led = Pose.interpolate(REST, asymmetric(), ramp(t, 0.0, 0.8 * begin))
         swapped = begin < t < begin + 1.0 and int(6 * (t - begin)) % 2 == 0
         found.append(Sent(t, t, sides_swapped() if swapped else led))
     return found
@@ -177,7 +178,8 @@ SCENES = (
         HardScene(
             f"tracked_at_{name}",
             f"a sway {name} from the origin, told in float64: figures as at 0 m",
-            tracked("tshirt", elsewhere((far, 0.0, -far)), 0.6),
+            tracked("tshirt", elsewhere((far, 0.0, -far)), SETTLES),
+            seconds=9.0,
         )
         for name, far in (("0m", 0.0), ("100m", 100.0), ("10km", 10_000.0))
     ),
@@ -194,17 +196,25 @@ SCENES = (
     HardScene(
         "teleport_2m",
         "the wearer is told 2 m away from one frame to the next, and back",
-        tracked("tshirt", suddenly(posed({}, (2.0, 0, 0))), 0.6),
+        tracked("tshirt", suddenly(posed({}, (2.0, 0, 0))), SETTLES),
+        seconds=9.0,
     ),
     HardScene(
         "flip_180",
         "the wearer is told facing away from one frame to the next, and back",
-        tracked("tshirt", suddenly(facing_away()), 0.6),
+        tracked("tshirt", suddenly(facing_away()), SETTLES),
+        seconds=9.0,
     ),
-    HardScene("left_right_swapped", "sides mixed up six times within a second", tracked("tshirt", swapping, 0.7)),
+    HardScene(
+        "left_right_swapped",
+        "sides mixed up six times within a second",
+        tracked("tshirt", swapping, SETTLES),
+        seconds=9.0,
+    ),
     HardScene(
         "joint_limits_broken",
         "elbows and knees bent backwards, neck and spine wrung, from one frame to the next",
-        tracked("tshirt", suddenly(BROKEN), 0.6),
+        tracked("tshirt", suddenly(BROKEN), SETTLES),
+        seconds=9.0,
     ),
 )

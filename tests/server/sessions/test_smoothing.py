@@ -71,7 +71,7 @@ def test_a_hand_that_waves_at_two_metres_a_second_is_hardly_later():
     track = np.stack([along, 0 * along, 0 * along], axis=-1)
     assert delay(along, places(track)[:, 0]) <= 0.03
     noisy = track + np.random.default_rng(2).normal(0.0, NOISE, track.shape)
-    assert delay(along, places(noisy)[:, 0]) <= 0.06
+    assert delay(along, places(noisy)[:, 0]) <= 0.03
 
 
 @pytest.mark.parametrize("share", [0.1, 1.0])
@@ -86,21 +86,22 @@ def test_white_noise_of_a_body_at_rest_leaves_next_to_no_speed(share):
     assert 1e-6 < np.sqrt((steps**2).mean()) / DT <= 1.4 * Smoothing().turn_unrest
 
 
-def test_the_skin_of_a_body_at_rest_hardly_moves_when_every_joint_is_told_with_noise():
+@pytest.mark.parametrize("seed", range(5))
+def test_the_skin_of_a_body_at_rest_hardly_moves_when_every_joint_is_told_with_noise(seed):
     """3 mm of the root and half a degree of each joint: 10 mm/s at most, RMS over the skin; it comes with 1400."""
-    body, rng = default_body(), np.random.default_rng(4)
+    body, rng = default_body(), np.random.default_rng(seed)
     rest = Pose.rest(body)
     roots, rotations = PlaceFilter(Smoothing()), TurnFilter(Smoothing())
     speeds, last, last_raw = [], None, None
-    for _ in range(300):
+    for _ in range(1200):
         shake = Rotation.from_rotvec(rng.normal(0.0, SHAKE, (body.joint_count, 3)))
         told = rest.root + rng.normal(0.0, NOISE, 3), (shake * Rotation.from_quat(rest.rotations)).as_quat()
         pose = Pose(roots.next(told[0][None], DT)[0], rotations.next(told[1], DT))
-        now, raw = skin(body, pose)[::7], skin(body, Pose(*told))[::7]
+        now, raw = skin(body, pose)[::29], skin(body, Pose(*told))[::29]
         if last is not None:
             speeds.append([((a - b) ** 2).sum(-1).mean() / DT**2 for a, b in ((now, last), (raw, last_raw))])
         last, last_raw = now, raw
-    filtered, untouched = np.sqrt(np.mean(speeds[120:], axis=0))
+    filtered, untouched = np.sqrt(np.mean(speeds[300:], axis=0))
     print(f"{1e3 * filtered:.1f} mm/s of {1e3 * untouched:.0f}")
     assert untouched > 1.0
     assert filtered <= 0.01
