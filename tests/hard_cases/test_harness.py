@@ -27,7 +27,6 @@ from tryon_solver.geometry.garment import GarmentError
 from tryon_solver.scene import WORN, AirDrag, Gravity, Scene
 from tryon_solver.simulation import build
 
-
 GROWN_AT_REST = "energy without work at rest (share)"
 
 
