@@ -55,6 +55,7 @@ def streamed(
     stops: float,
     rests: bool = True,
     noise: bool = False,
+    squeezed: bool = False,
     effects: tuple[Effect, ...] = WORN,
 ) -> Run:
     """The garment on a body that follows these poses; from `stops` s on they say the same."""
@@ -90,4 +91,5 @@ def streamed(
         rests=rests,
         quiet=stands + 2.0 if rests else None,
         noise=noise,
+        squeezed=squeezed,
     )

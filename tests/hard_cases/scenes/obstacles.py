@@ -63,7 +63,7 @@ def sleeve_through_ring(ask: Ask) -> Run:
         inward = 1 - 0.75 * ramp(t, 0.0, gathered)
         return start * [inward, 1, inward] + [0, 0.36 * ramp(t, gathered, stops), 0]
 
-    return Run(sim, lambda _t: STILL, step_of(sim), stops, led(sim, path))
+    return Run(sim, lambda _t: STILL, step_of(sim), stops, led(sim, path), parts=True)
 
 
 def swept_by_plate(ask: Ask) -> Run:
