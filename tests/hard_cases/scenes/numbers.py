@@ -126,6 +126,7 @@ SCENES = (
             for name in (
                 "trembling [m/s]",
                 "energy without work (share of what is at play)",
+                "energy without work at rest (share)",
                 "stretch, 99.9 %",
                 "stretch, max",
                 "reported lag off by [m]",
