@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from harness.judgement import UNASKED
 from harness.one import run_one
 from harness.scene import Ask
 from harness.wearer import BODY
@@ -14,7 +15,6 @@ from tryon_solver.settings import PRESETS
 VERTICES = 150
 TO_REST = {"buffers_of_16": 2.6, "zero_gravity": 2.6, "corner": 2.6}  # s: long enough for all that is asked of rest
 WINDOWS = {"swept_by_plate": 0.4, "at_100m": 0.4}
-UNASKED = "too little time after the stop to judge the rest"
 
 
 def played(name, seconds, preset="live"):

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from harness.document import over_limit, scaled
+from harness.judgement import UNASKED
 from harness.portraits import VIEWS, portraits
 
 Result = Mapping[str, Any]
@@ -46,8 +47,9 @@ FILE = "peers.json"
 
 
 def kept_of(result: Result) -> dict[str, Any]:
-    """What the file holds of a result."""
-    return {name: result[name] for name in KEPT if name in result} | {"limits_broken": len(result["broken"])}
+    """What the file holds of a result. These cases are shortened: that some rest is not asked about breaks nothing."""
+    count = sum(broken.get("limit") != UNASKED for broken in result["broken"])
+    return {name: result[name] for name in KEPT if name in result} | {"limits_broken": count}
 
 
 def share_unclean(result: Result) -> float | None:

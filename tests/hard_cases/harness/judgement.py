@@ -25,6 +25,7 @@ CATCHING_UP = 0.5  # s after the stop within which the surface is back at the sk
 TOLD_LAG = 1e-4  # m by which a reported lag may differ from the true one
 NOISE_SPEED = 10e-3  # m/s RMS of the surface of a body that stands, told by a noisy tracker
 NOISE_ABOVE = 5.0  # Hz
+UNASKED = "too little time after the stop to judge the rest"
 NOISE_MOTION = 0.3e-3  # m RMS of the cloth against the surface under it, above that
 
 
@@ -176,7 +177,7 @@ def _broken(
     if rests:
         yield from limits.run_over("trembling [m/s]", shaken(record, stops), limits.TREMBLING)
         unasked = not record.failure and shaken(record, stops) is None and restless(record, quiet) is None
-        yield from limits.run_over("too little time after the stop to judge the rest", float(unasked), 0)
+        yield from limits.run_over(UNASKED, float(unasked), 0)
         gone = not record.failure and max(record.pairs) > 0 and record.pairs[-1] == 0
         yield from limits.run_over("touches nothing at the end", float(gone and not parts), 0)
     yield from limits.run_over("all motion at rest [m/s]", restless(record, quiet), QUIET)
