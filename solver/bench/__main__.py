@@ -11,9 +11,6 @@ from __future__ import annotations
 import argparse
 import itertools
 import json
-import os
-import platform
-import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -23,6 +20,7 @@ ROOT = HERE.parents[1]
 sys.path[:0] = [str(ROOT / folder) for folder in ("solver/bench", "solver", "tests/support")]  # this checkout
 
 from process_pool import Tasks  # noqa: E402
+from provenance import commit_of, machine_of  # noqa: E402
 from table import markdown, row  # noqa: E402
 
 
@@ -82,15 +80,9 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
 
 def about(options: argparse.Namespace) -> dict[str, str]:
     """What the table was made with."""
-
-    def git(*words: str) -> str:
-        answer = subprocess.run(["git", "-C", str(ROOT), *words], capture_output=True, text=True, check=False)
-        return answer.stdout.strip()
-
-    changed = " with changes" if git("status", "--porcelain", "--untracked-files=no") else ""
     return {
-        "machine": f"{platform.machine()}, {os.cpu_count()} processors, device {options.device}",
-        "commit": (git("rev-parse", "--short=12", "HEAD") or "unknown") + changed,
+        "machine": machine_of(options.device),
+        "commit": commit_of(ROOT),
         "frames": f"{options.fps:g} a second, {options.seconds:g} s of the motion, which repeats",
     }
 

@@ -10,8 +10,6 @@ import argparse
 import importlib.util
 import json
 import os
-import platform
-import subprocess
 import sys
 import time
 from collections.abc import Sequence
@@ -24,6 +22,7 @@ SOURCES = ("tests/hard_cases", "tests/proof/support", "tests/support", "solver",
 sys.path[:0] = [str(ROOT / folder) for folder in SOURCES]  # this checkout is judged, whatever is installed
 
 from process_pool import Tasks  # noqa: E402
+from provenance import commit_of, machine_of  # noqa: E402
 
 RUN = "run.json"  # what a run leaves for the document
 
@@ -187,20 +186,9 @@ def one(scene: Any, options: argparse.Namespace) -> int:
 
 def about(options: argparse.Namespace, seconds: float) -> dict[str, str]:
     """What the table was made with."""
-
-    def git(*words: str) -> str:
-        answer = subprocess.run(["git", "-C", str(ROOT), *words], capture_output=True, text=True, check=False)
-        return answer.stdout.strip()
-
-    device = options.device
-    if "cuda" in device:
-        import warp as wp
-
-        device += f", {wp.get_device(device).name}"
-    changed = " with changes" if git("status", "--porcelain", "--untracked-files=no") else ""
     return {
-        "machine": f"{platform.machine()}, {os.cpu_count()} processors, device {device}",
-        "commit": (git("rev-parse", "--short=12", "HEAD") or "unknown") + changed,
+        "machine": machine_of(options.device),
+        "commit": commit_of(ROOT),
         "settings": f"preset {options.preset}, "
         f"{'each case its own time' if options.seconds is None else f'{options.seconds:g} s a case'}, "
         f"{'each case its own size' if options.vertices is None else f'about {options.vertices} vertices a case'}",

@@ -48,6 +48,7 @@ def test_the_page_shows_them_beside_each_other_and_the_least_bold(command_line, 
     assert command_line.main(asked) == 0
     lines = page.read_text().splitlines()
     assert "## Beside other solvers" in lines
+    assert any(line.startswith("- **Newton's VBD**: ") and line.endswith("; a small one; commit abc") for line in lines)
     assert "| case | ours | Newton's VBD |" in lines
     assert "| jump | **0** | 1 (came off) |" in lines  # limits broken
     assert "| needle | **0** | 80 |" in lines  # of 5 that were asked

@@ -19,7 +19,6 @@ import itertools
 import json
 import os
 import resource
-import subprocess
 import sys
 import time
 from collections.abc import Sequence
@@ -41,6 +40,7 @@ from errand import (  # noqa: E402
     reference_scenes,
 )
 from pool import Job, Pool  # noqa: E402
+from provenance import commit_of  # noqa: E402
 from table import markdown  # noqa: E402
 
 ONCE = 0.0  # s, as Case has it: a clip is played once, whole
@@ -211,11 +211,6 @@ def about(options: argparse.Namespace, seconds: float) -> dict[str, str]:
     """What the table was made with."""
     from tryon_server.runtime.devices import list_devices
 
-    def git(*words: str) -> str:
-        answer = subprocess.run(["git", "-C", str(ROOT), *words], capture_output=True, text=True, check=False)
-        return answer.stdout.strip()
-
-    changed = " with changes" if git("status", "--porcelain", "--untracked-files=no") else ""
     edges = ", ".join(f"edges {1e3 * edge:g} mm" if edge else f"{options.vertices} vertices" for edge in options.edges)
     changes = "".join(f", {name} {value}" for name, value in options.set)
     moving = f"{options.seconds:g} s of motion" if options.seconds else "each motion once"
@@ -227,7 +222,7 @@ def about(options: argparse.Namespace, seconds: float) -> dict[str, str]:
     recorded = f"fabric {options.fabric}, {options.frames} frames over the websocket of {options.server}"
     return {
         "machine": "; ".join(device.description for device in list_devices()),
-        "commit": (git("rev-parse", "--short=12", "HEAD") or "unknown") + changed,
+        "commit": commit_of(ROOT),
         "settings": recorded if options.server else simulated,
         "intersections": f"asked of IPC Toolkit in every frame whose number {options.every} divides, and in the last",
         "wall time": f"{seconds / 60:.1f} min, {options.jobs} at once; {core_seconds() / 60:.1f} min of processor time",

@@ -86,13 +86,17 @@ def section(kept: Mapping[str, Any], pictures: str) -> list[str]:
         "",
         "Ten telling cases by other solvers, judged alike but for the energy and the sub-steps, which they can't be "
         "asked. All play them at the same small size, ours too, for XPBD and Chebyshev-Jacobi are numpy and take "
-        f"seconds a frame at 1,000 vertices: {about['settings']}; {about['machine']}; commit {about['commit']}. "
+        f"seconds a frame at 1,000 vertices: {about['settings']}. "
         "Garments of so few triangles are coarse, and figures differ from those above. Newton's solvers know no strain "
         "limit. Played and drawn by `make hard-peers`. The least of a row is bold; a dash is where a case was not "
         "played to its end, or had too little time at rest to be asked. Cloth that fell through something crosses "
         "nothing any more: the speed at the end tells.",
         "",
-        *(f"- **{TITLES[solver]}**: {MEANS[solver]}" for solver in solvers),
+        *(
+            f"- **{TITLES[run['solver']]}**: {MEANS[run['solver']]}; {run['about']['machine']}; commit "
+            f"{run['about']['commit']}"
+            for run in runs
+        ),
         "",
     ]
     for title, value_of, form in FIGURES:
