@@ -17,7 +17,7 @@ from harness.obstacles import Obstacles, standing
 from harness.one import run_one
 from harness.oracle import listening
 from harness.recording import play
-from harness.scene import Ask, HardScene, Run
+from harness.scene import Ask, Asked, HardScene, Run
 from harness.subject import Simulated, poison
 from scenes import SCENES
 from scripted import DT, LAST, REPORT, SECONDS, STOPS, Scripted
@@ -34,7 +34,7 @@ def names(subject: Scripted, rests: bool = True) -> set[str]:
     """The limits that a run broke."""
     record = play(subject, DT, SECONDS, tell=lambda _text: None)
     assert record.frames == LAST or record.failure
-    return {b.limit for b in broken(record, STOPS, rests)}
+    return {b.limit for b in broken(record, Asked(STOPS, rests))}
 
 
 def test_a_good_run_keeps_every_limit():
@@ -173,26 +173,26 @@ def test_a_bad_run_is_caught_for_what_it_is(kind):
 
 def test_what_may_part_has_not_fallen_off():
     record = play(FallsOff(), DT, SECONDS, tell=lambda _text: None)
-    assert broken(record, STOPS, parts=True) == []
+    assert broken(record, Asked(STOPS, parts=True)) == []
 
 
 def test_a_run_that_ends_too_soon_to_be_judged_is_not_called_still():
     record = play(Scripted(), DT, 1.2, tell=lambda _text: None)
-    assert {b.limit for b in broken(record, STOPS)} == {"too little time after the stop to judge the rest"}
-    assert broken(record, STOPS, rests=False) == []
-    assert broken(record, STOPS, quiet=1.0) == []  # asked another way
+    assert {b.limit for b in broken(record, Asked(STOPS))} == {"too little time after the stop to judge the rest"}
+    assert broken(record, Asked(STOPS, rests=False)) == []
+    assert broken(record, Asked(STOPS, quiet=1.0)) == []  # asked another way
 
 
 def test_a_frame_is_named():
     record = play(CrossesBall(), DT, SECONDS, tell=lambda _text: None)
-    crossing = next(b for b in broken(record, STOPS) if b.limit == "cloth through body")
+    crossing = next(b for b in broken(record, Asked(STOPS)) if b.limit == "cloth through body")
     assert (crossing.first, crossing.worst, crossing.frames) == (40, 40, 1)
 
 
 def test_frames_that_ipctk_is_not_asked_about_are_counted_as_such():
     """Every second frame and the last: a crossing between them is not seen, and the figures say how many were asked."""
     record = play(CrossesBall(), DT, SECONDS, every=7, tell=lambda _text: None)
-    told = judged(record, STOPS, True, False, {})
+    told = judged(record, Asked(STOPS), {})
     assert told["broken"] == []
     assert told["asked"] == 1 + LAST // 7 + (LAST % 7 != 0)
 
@@ -205,14 +205,14 @@ def test_a_run_that_ends_in_an_error_fails_and_is_not_called_still():
             return REPORT
 
     record = play(Raises(), DT, SECONDS, tell=lambda _text: None)
-    told = judged(record, STOPS, True, False, {})
+    told = judged(record, Asked(STOPS), {})
     assert told["failure"] == "frame 100: RuntimeError: out of room"
     assert told["trembling"] is None
 
 
 def test_what_is_only_stated_is_listed_with_its_reason():
     record = play(Trembles(), DT, SECONDS, tell=lambda _text: None)
-    told = judged(record, STOPS, True, False, {"trembling [m/s]": "because"})
+    told = judged(record, Asked(STOPS), {"trembling [m/s]": "because"})
     assert told["broken"] == []
     assert told["stated"][0]["limit"] == "trembling [m/s]"
     assert told["stated"][0]["reason"] == "because"

@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 from harness.judgement import broken, judged
 from harness.recording import play
+from harness.scene import Asked
 from scripted import DT, LAST, REPORT, SECONDS, STOPS, Scripted
 
 QUIET = 1.0  # s
@@ -14,8 +15,8 @@ FALLS_ASLEEP, WAKES = 70, 100  # frames
 def found(subject, quiet=None, wakes=False):
     """The limits that a run broke, and its figures."""
     record = play(subject, DT, SECONDS, tell=lambda _text: None)
-    names = {b.limit for b in broken(record, STOPS, quiet=quiet, wakes=wakes)}
-    return names, judged(record, STOPS, True, False, {}, quiet, wakes)
+    asked = Asked(STOPS, quiet=quiet, wakes=wakes)
+    return {b.limit for b in broken(record, asked)}, judged(record, asked, {})
 
 
 class Creeps(Scripted):

@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 
 from harness.recording import Recording
 from harness.rest import fastest_on_waking, moved_asleep, restless
+from harness.scene import Asked
 
 GROWTH = 0.01  # of the energy at play, by which the energy may grow beyond the work done
 GROWTH_AT_REST = 0.05  # the same of what is at play after the stop, which is next to nothing
@@ -86,10 +87,10 @@ def under_noise(record: Recording) -> tuple[float, float] | None:
     return tuple(float(np.sqrt((v**2).sum(-1).mean())) for v in (speed, apart))  # type: ignore[return-value]
 
 
-def figures(record: Recording, stops: float, rests: bool, quiet: float | None) -> dict[str, Any]:
+def figures(record: Recording, asked: Asked) -> dict[str, Any]:
     """What the table shows."""
     grown, frame = growth(record)
-    later = growth_at_rest(record, stops) if rests else None
+    later = growth_at_rest(record, asked.stops) if asked.rests else None
     kinetic = np.array(record.kinetic)
     return {
         "vertices": len(record.cloth[0]),
@@ -110,8 +111,8 @@ def figures(record: Recording, stops: float, rests: bool, quiet: float | None) -
         "reverts": sum(record.reverts),
         "frozen": longest_frozen(record)[0],
         "min_gap": min(record.min_gap, default=None),
-        "trembling": shaken(record, stops) if rests else None,
-        "restless": restless(record, quiet),
+        "trembling": shaken(record, asked.stops) if asked.rests else None,
+        "restless": restless(record, asked.quiet),
         "asleep": sum(record.asleep) * record.dt,
         "waking": fastest_on_waking(record),
         "speed_at_end": float(np.sqrt(2 * kinetic[-1] / record.total_mass)),
@@ -123,22 +124,12 @@ def figures(record: Recording, stops: float, rests: bool, quiet: float | None) -
     }
 
 
-def broken(
-    record: Recording,
-    stops: float,
-    rests: bool = True,
-    squeezed: bool = False,
-    quiet: float | None = None,
-    wakes: bool = False,
-    parts: bool = False,
-) -> list[Broken]:
+def broken(record: Recording, asked: Asked) -> list[Broken]:
     """Every limit that was not kept, the first and the worst frame named."""
-    return list(_broken(record, stops, rests, squeezed, quiet, wakes, parts))
+    return list(_broken(record, asked))
 
 
-def _broken(
-    record: Recording, stops: float, rests: bool, squeezed: bool, quiet: float | None, wakes: bool, parts: bool
-) -> Iterator[Broken]:
+def _broken(record: Recording, case: Asked) -> Iterator[Broken]:
     numbers = range(len(record.cloth))
     stepped = range(1, len(record.lag) + 1)
     asked = [k for k, _ in record.verdicts]
@@ -156,7 +147,7 @@ def _broken(
     grown, frame = growth(record)
     if not grown <= GROWTH:
         yield Broken("energy without work (share of what is at play)", frame, frame, 1, grown, GROWTH)
-    later = growth_at_rest(record, stops) if rests else None
+    later = growth_at_rest(record, case.stops) if case.rests else None
     if later is not None and not later[0] <= GROWTH_AT_REST:
         yield Broken("energy without work at rest (share)", later[1], later[1], 1, later[0], GROWTH_AT_REST)
     most, any_ = limits.STRETCH_MOST * record.strain_limit, limits.STRETCH_ANY * record.strain_limit
@@ -165,8 +156,8 @@ def _broken(
     frozen, frame = longest_frozen(record)
     if not frozen <= FROZEN:
         yield Broken("time in the last safe state [s]", frame, frame, round(frozen / record.dt), frozen, FROZEN)
-    settled = [k for k in stepped if k * record.dt >= stops + CATCHING_UP - 1e-9]
-    bound = limits.PINCHED_LAG_MAX if squeezed else limits.LAG_MAX
+    settled = [k for k in stepped if k * record.dt >= case.stops + CATCHING_UP - 1e-9]
+    bound = limits.PINCHED_LAG_MAX if case.squeezed else limits.LAG_MAX
     yield from limits.over(
         "surface behind the skin after the stop [m]", settled, [record.lag[k - 1] for k in settled], bound
     )
@@ -174,14 +165,14 @@ def _broken(
     yield from limits.over("reported lag off by [m]", stepped, off, TOLD_LAG)
     unsaid = [float(r > 0 and "void" not in a) for r, a in zip(record.retries, record.advice)]
     yield from limits.over("void steps that the advice keeps quiet about", stepped, unsaid, 0)
-    if rests:
-        yield from limits.run_over("trembling [m/s]", shaken(record, stops), limits.TREMBLING)
-        unasked = not record.failure and shaken(record, stops) is None and restless(record, quiet) is None
+    if case.rests:
+        yield from limits.run_over("trembling [m/s]", shaken(record, case.stops), limits.TREMBLING)
+        unasked = not record.failure and shaken(record, case.stops) is None and restless(record, case.quiet) is None
         yield from limits.run_over(UNASKED, float(unasked), 0)
         gone = not record.failure and max(record.pairs) > 0 and record.pairs[-1] == 0
-        yield from limits.run_over("touches nothing at the end", float(gone and not parts), 0)
-    yield from limits.run_over("all motion at rest [m/s]", restless(record, quiet), QUIET)
-    never_woke = wakes and fastest_on_waking(record) is None
+        yield from limits.run_over("touches nothing at the end", float(gone and not case.parts), 0)
+    yield from limits.run_over("all motion at rest [m/s]", restless(record, case.quiet), QUIET)
+    never_woke = case.wakes and fastest_on_waking(record) is None
     yield from limits.run_over("never asleep, or never woken", float(never_woke), 0)
     yield from limits.run_over("fastest vertex on waking [m/s]", fastest_on_waking(record), WAKING)
     yield from limits.over("asleep, and yet it moved or worked", stepped, moved_asleep(record), 0)
@@ -194,20 +185,11 @@ def _broken(
         yield from limits.over("an opening slid along its limb [m]", stepped, record.slid, limits.SLID)
 
 
-def judged(
-    record: Recording,
-    stops: float,
-    rests: bool,
-    squeezed: bool,
-    stated: Mapping[str, str],
-    quiet: float | None = None,
-    wakes: bool = False,
-    parts: bool = False,
-) -> dict[str, Any]:
+def judged(record: Recording, asked: Asked, stated: Mapping[str, str]) -> dict[str, Any]:
     """Figures and broken limits, ready for JSON; what is only stated is listed apart."""
-    found = broken(record, stops, rests, squeezed, quiet, wakes, parts)
+    found = broken(record, asked)
     return {
-        **figures(record, stops, rests, quiet),
+        **figures(record, asked),
         "failure": record.failure,
         "broken": [b.plain() for b in found if b.limit not in stated],
         "stated": [{**b.plain(), "reason": stated[b.limit]} for b in found if b.limit in stated],

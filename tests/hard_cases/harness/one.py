@@ -42,7 +42,7 @@ def run_one(
         record = play(subject, run.dt, ask.seconds, every, run.worn, run.noise, tell, seen.note if frames else None)
         if frames:
             seen.save(frames)
-        return judged(record, run.stops, run.rests, run.squeezed, scene.stated, run.quiet, run.wakes, run.parts)
+        return judged(record, run.asked, scene.stated)
 
     if solver != OURS:
         return {**told, **by_another(run, solver, watched)}

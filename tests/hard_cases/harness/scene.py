@@ -35,6 +35,18 @@ class Worn:
     lowest: int  # loop that may slide
 
 
+@dataclass(frozen=True)
+class Asked:
+    """What of a run is judged, as Run has it."""
+
+    stops: float
+    rests: bool = True
+    squeezed: bool = False
+    quiet: float | None = None
+    wakes: bool = False
+    parts: bool = False
+
+
 @dataclass
 class Run:
     """A case that is set up and ready to go, one solver step a frame.
@@ -68,6 +80,11 @@ class Run:
     parts: bool = False
     squeezed: bool = False
     noise: bool = False
+
+    @property
+    def asked(self) -> Asked:
+        """What of it is judged."""
+        return Asked(self.stops, self.rests, self.squeezed, self.quiet, self.wakes, self.parts)
 
     def advance(self, t: float) -> StepReport:
         """Everything that happens in the frame that ends at t [s]."""
