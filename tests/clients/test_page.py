@@ -12,7 +12,7 @@ from urllib.request import Request, urlopen
 
 import numpy as np
 import pytest
-from browser import figure, open_page, picture, settled_picture, wait_for_frames, wait_for_state
+from browser import another_session, figure, open_page, picture, settled_picture, wait_for_frames, wait_for_state
 from studio import pattern
 
 from tryon_client import connect
@@ -126,9 +126,8 @@ def test_a_bad_pattern_is_refused_with_place_and_remedy_while_the_session_goes_o
 def test_another_garment_is_another_session(page, studio):
     for wear, name in ((upload_wide_shirt, "Wide shirt"), (choose_cape, "Cape")):
         session = session_of(page)
-        wear(page)
-        page.wait_for_function("before => new URL(location.href).searchParams.get('session') !== before", arg=session)
-        wait_for_state(page, "running")
+        with another_session(page):
+            wear(page)
         wait_for_frames(page)
         assert page.locator("#garments label", has_text=name).locator("input").is_checked()
         left = ask(studio, f"api/sessions/{session}")
@@ -162,11 +161,10 @@ def test_a_mesh_is_worn_and_the_page_says_how_it_was_read(page, tmp_path):
     assert session_of(page) == session
     page.click("#notice-close")
     page.select_option("#mesh-units", "")
-    page.set_input_files("#pattern-file", files=[as_file("skirt.obj", mesh)])
-    page.wait_for_selector("#notice-title:has-text('How skirt.obj was read')")
-    assert "cm, Z up" in page.inner_text("#notice-message")
-    page.wait_for_function("before => new URL(location.href).searchParams.get('session') !== before", arg=session)
-    wait_for_state(page, "running")
+    with another_session(page):
+        page.set_input_files("#pattern-file", files=[as_file("skirt.obj", mesh)])
+        page.wait_for_selector("#notice-title:has-text('How skirt.obj was read')")
+        assert "cm, Z up" in page.inner_text("#notice-message")
     page.click("#notice-close")
 
 

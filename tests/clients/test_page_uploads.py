@@ -11,7 +11,7 @@ from urllib.request import Request, urlopen
 
 import numpy as np
 import pytest
-from browser import open_page, wait_for_frames, wait_for_state
+from browser import another_session, open_page, wait_for_frames, wait_for_state
 from dress_form import FITTING_SIZE
 from studio import pattern
 
@@ -101,11 +101,11 @@ def test_a_motion_that_is_cut_off_is_refused_with_its_line_and_can_be_told_its_u
 
 def test_a_body_moves_by_itself_and_the_page_says_what_was_found(page, studio):
     assert page.locator("#bodies").is_hidden(), "there is nothing to choose yet"
-    choose(page, "#body-file", "actor.npz", moving_body())
-    page.wait_for_selector("#notice-title:has-text('How actor.npz was read')", timeout=120_000)
-    assert "nits and axes: m, Y up" in page.inner_text("#notice-message")
-    page.click("#notice-close")
-    wait_for_state(page, "running")
+    with another_session(page):
+        choose(page, "#body-file", "actor.npz", moving_body())
+        page.wait_for_selector("#notice-title:has-text('How actor.npz was read')", timeout=120_000)
+        assert "nits and axes: m, Y up" in page.inner_text("#notice-message")
+        page.click("#notice-close")
     now = session(page, studio)
     assert now["body"].startswith("actor-")
     assert now["motion"] == "own"
@@ -113,9 +113,9 @@ def test_a_body_moves_by_itself_and_the_page_says_what_was_found(page, studio):
     page.wait_for_selector("#notes:visible")
     page.click("#notes summary")
     assert "2 holes are filled" in page.inner_text("#notes-list")
-    page.locator("#motions label", has_text="Walk").click()
+    with another_session(page):
+        page.locator("#motions label", has_text="Walk").click()
     page.wait_for_selector("#notes", state="hidden")
-    wait_for_state(page, "running")
     assert session(page, studio)["body"] is None, "the motions are the default body's"
     assert page.locator("#bodies label", has_text="Default").locator("input").is_checked()
 
@@ -138,9 +138,9 @@ def test_another_size_is_sewn_and_what_does_not_fit_is_said_with_the_size_that_d
     assert "The waist is 9.1 cm too wide" in page.inner_text("#fit-text")
     now = session(page, studio)
     assert (now["size"], now["fitting_size"], now["fit"]) == (1.2, 0.8, "the waist is 9.1 cm too wide")
-    page.click("#fit-wear")
-    page.wait_for_selector("#fit", state="hidden")
-    wait_for_state(page, "running")
+    with another_session(page):
+        page.click("#fit-wear")
+        page.wait_for_selector("#fit", state="hidden")
     assert session(page, studio)["size"] == 0.8
     assert page.input_value("#size") == "80"
     page.fill("#size", "300")
@@ -160,9 +160,9 @@ def dressed(page, studio) -> dict:
 
 
 def test_the_size_that_fits_is_looked_for_and_shown(page, studio):
-    page.click("#size-fit:has-text('Find the size that fits')")
+    with another_session(page):
+        page.click("#size-fit:has-text('Find the size that fits')")
     page.wait_for_function(f"() => document.querySelector('#size').value === '{round(100 * FITTING_SIZE)}'")
-    wait_for_state(page, "running")
     now = dressed(page, studio)
     assert (now["size"], now["worn_size"]) == ("fit", FITTING_SIZE)
     page.wait_for_selector("#size-fit[aria-pressed='true']:has-text('Worn in the size that fits')")
@@ -171,11 +171,9 @@ def test_the_size_that_fits_is_looked_for_and_shown(page, studio):
     page.locator("#fabrics label", has_text="Cotton").click()
     page.wait_for_selector("#size-fit:has-text('Worn in the size that fits')")
     page.click("#notice-close")
-    before = page.url
-    page.fill("#size", "100")
-    page.wait_for_function("before => location.href !== before", arg=before)
-    page.wait_for_selector("#size-fit[aria-pressed='false']")
-    wait_for_state(page, "running")
+    with another_session(page):
+        page.fill("#size", "100")
+        page.wait_for_selector("#size-fit[aria-pressed='false']")
     assert dressed(page, studio)["worn_size"] == 1.0
 
 
@@ -202,16 +200,16 @@ def test_a_garment_that_was_added_can_be_removed_after_one_is_asked(page, studio
     came_with_the_server = page.locator("#garments label:has(input[value='tshirt'])")
     assert came_with_the_server.count() == 1
     assert came_with_the_server.locator("button.remove").count() == 0, "what came with the server stays"
-    choose(page, "#pattern-file", "old_rag.json", json.dumps(pattern(63.0)).encode())
-    page.wait_for_selector("#garments label:has-text('Old rag') input:checked", state="attached")
-    wait_for_state(page, "running")
+    with another_session(page):
+        choose(page, "#pattern-file", "old_rag.json", json.dumps(pattern(63.0)).encode())
+        page.wait_for_selector("#garments label:has-text('Old rag') input:checked", state="attached")
     remove(page, "garments", "Old rag", sure=False)
     assert "Old rag" in names(page, "garments")
-    remove(page, "garments", "Old rag")
-    page.wait_for_selector("#notice-title:has-text('Old rag is removed')")
-    assert "Old rag" not in names(page, "garments")
-    page.wait_for_selector("#garments input[value='tshirt']:checked", state="attached")
-    wait_for_state(page, "running")
+    with another_session(page):
+        remove(page, "garments", "Old rag")
+        page.wait_for_selector("#notice-title:has-text('Old rag is removed')")
+        assert "Old rag" not in names(page, "garments")
+        page.wait_for_selector("#garments input[value='tshirt']:checked", state="attached")
     assert session(page, studio)["garment"] == "tshirt", "something else is worn instead"
 
 
@@ -222,27 +220,25 @@ def test_a_motion_and_a_body_that_were_added_can_be_removed(page, studio):
     remove(page, "motions", "Long gone")
     page.wait_for_function("() => document.querySelector('#motions input:checked')?.value === 'walk'")
     assert "Long gone" not in names(page, "motions")
-    choose(page, "#body-file", "ghost.npz", moving_body())
-    page.wait_for_selector("#notice-title:has-text('How ghost.npz was read')", timeout=120_000)
-    page.click("#notice-close")
-    wait_for_state(page, "running")
+    with another_session(page):
+        choose(page, "#body-file", "ghost.npz", moving_body())
+        page.wait_for_selector("#notice-title:has-text('How ghost.npz was read')", timeout=120_000)
+        page.click("#notice-close")
     label = page.locator("#bodies label:has(:checked)")
     called = label.locator("b").inner_text()
-    remove(page, "bodies", called)
-    page.wait_for_function("() => !document.querySelector('#bodies input:checked[value*=\"-\"]')")
-    wait_for_state(page, "running")
+    with another_session(page):
+        remove(page, "bodies", called)
+        page.wait_for_function("() => !document.querySelector('#bodies input:checked[value*=\"-\"]')")
     now = session(page, studio)
     assert (now["body"], now["motion"]) == (None, "walk")
 
 
 def test_what_somebody_else_removed_is_not_offered_for_long(page, studio):
-    choose(page, "#pattern-file", "shared.json", json.dumps(pattern(64.0)).encode())
-    page.wait_for_selector("#garments label:has-text('Shared') input:checked", state="attached")
-    wait_for_state(page, "running")
-    garment, before = session(page, studio)["garment"], page.url
-    page.locator("#garments label", has_text="T-shirt").click()
-    page.wait_for_function("before => location.href !== before", arg=before)
-    wait_for_state(page, "running")
+    with another_session(page):
+        choose(page, "#pattern-file", "shared.json", json.dumps(pattern(64.0)).encode())
+    garment = session(page, studio)["garment"]
+    with another_session(page):
+        page.locator("#garments label", has_text="T-shirt").click()
     removed_elsewhere(f"{studio.url}api/garments/{garment}")
     choosing_it_until_it_is_refused = """() => {
         if (document.querySelector("#notice-title").innerText.includes("could not be started")) return true;

@@ -281,6 +281,7 @@ export class Fitting {
     this.session = session;
     const { garment, motion, fabric, size, body } = session;
     this.wish = { garment, motion, fabric, preset: this.wish.preset, size, body };
+    this.view.link({ state: "connecting" }); // what the session before it was doing is not said of this one
     history.replaceState(null, "", `?${new URLSearchParams({ session: session.id }).toString()}`);
     const client = new Client(this.workerUrl, {
       link: (link) => {

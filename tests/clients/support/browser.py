@@ -65,6 +65,16 @@ def wait_for_state(page: Page, state: str) -> None:
     page.wait_for_selector(f'#status[data-link="open"][data-state="{state}"]')
 
 
+@contextmanager
+def another_session(page: Page) -> Iterator[None]:
+    """What is done here starts another session; ends when the page is in it and it runs. The choice that the page shows,
+    and the state of the session before, say nothing of it: both are there while the new one is still asked for."""
+    before = page.url
+    yield
+    page.wait_for_function("before => location.href !== before", arg=before)
+    wait_for_state(page, "running")
+
+
 def wait_for_frames(page: Page, count: int = 5) -> None:
     """Until so many frames more have been drawn or at least received."""
     target = figure(page, "frames") + count
