@@ -4,6 +4,13 @@ import sys
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
+
+# The same examples in every run, and no judgement of how long one takes: that is the machine's.
+settings.register_profile(
+    "tryon", deadline=None, derandomize=True, print_blob=True, suppress_health_check=[HealthCheck.too_slow]
+)
+settings.load_profile("tryon")
 
 # What several areas' tests share is importable by name, also in processes that a test spawns.
 sys.path.insert(0, str(Path(__file__).parent / "support"))

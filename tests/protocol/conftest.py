@@ -7,13 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from hypothesis import settings
 
 from tryon_protocol import EncodedFrame, FrameEncoder, Skinner, Topology
 from tryon_protocol.vector_content import topology as golden_topology
-
-settings.register_profile("tryon", deadline=None, derandomize=True, print_blob=True)
-settings.load_profile("tryon")
 
 
 @dataclass

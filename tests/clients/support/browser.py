@@ -67,8 +67,8 @@ def wait_for_state(page: Page, state: str) -> None:
 
 @contextmanager
 def another_session(page: Page) -> Iterator[None]:
-    """What is done here starts another session; ends when the page is in it and it runs. The choice that the page shows,
-    and the state of the session before, say nothing of it: both are there while the new one is still asked for."""
+    """What is done here starts another session; ends when the page is in it and it runs. The choice that the page
+    shows, and the state of the session before, say nothing of it: both are there while the new one is asked for."""
     before = page.url
     yield
     page.wait_for_function("before => location.href !== before", arg=before)

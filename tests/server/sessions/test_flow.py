@@ -235,7 +235,7 @@ STEPS = st.lists(
 
 
 @given(STEPS)
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 def test_every_client_decodes_all_it_gets_and_ends_with_the_newest_state(steps):
     driver = Driver()
     simulated = Simulated(driver)

@@ -50,7 +50,7 @@ def test_two_bones_by_hand() -> None:
     np.testing.assert_allclose(tip, [0.2, 2, 3.6], atol=1e-12)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.sampled_from(list(itertools.permutations("XYZ"))), st.tuples(*[st.floats(-360, 360)] * 3))
 def test_any_channel_order_agrees_with_scipy(order: tuple[str, ...], angles: tuple[float, ...]) -> None:
     written = " ".join(f"{axis}rotation" for axis in order)
@@ -181,7 +181,7 @@ def test_inconsistent_file_is_refused(old: str, new: str, message: str) -> None:
         parse_bvh(ARM.replace(old, new, 1))
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.data())
 def test_no_damage_raises_anything_but_a_bvh_error(data: st.DataObject) -> None:
     words = ARM.replace("\n", " \n ").split(" ")
@@ -195,7 +195,7 @@ def test_no_damage_raises_anything_but_a_bvh_error(data: st.DataObject) -> None:
     assert np.isfinite(clip.positions).all()
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.text(max_size=200))
 def test_arbitrary_text_is_refused(text: str) -> None:
     with pytest.raises(BvhError):

@@ -17,7 +17,7 @@ def random_rotations(seed: int, count: int) -> tuple[Rotation, np.ndarray]:
     return rotations, rotations.as_quat()
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(seeds)
 def test_product_matrix_and_action_agree_with_scipy(seed: int) -> None:
     (p, qp), (r, qr) = random_rotations(seed, 4), random_rotations(seed + 1, 4)
@@ -27,7 +27,7 @@ def test_product_matrix_and_action_agree_with_scipy(seed: int) -> None:
     np.testing.assert_allclose(quaternions.rotate(quaternions.conjugate(qp), p.apply(v)), v, atol=1e-12)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(seeds, st.floats(0.0, 1.0))
 def test_slerp_agrees_with_scipy_and_ignores_the_sign(seed: int, t: float) -> None:
     rotations, (a, b) = random_rotations(seed, 2)
@@ -43,7 +43,7 @@ def test_slerp_of_nearly_equal_rotations_keeps_unit_length_and_ends() -> None:
     assert abs(np.linalg.norm(quaternions.slerp(a, b, 0.3)) - 1.0) < 1e-15
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(seeds)
 def test_twist_is_about_the_axis_and_the_rest_is_a_swing(seed: int) -> None:
     rng = np.random.default_rng(seed)
