@@ -11,6 +11,7 @@ from collections.abc import Callable
 
 import warp as wp
 
+from tryon_solver.linalg.blocks import BLOCK, whole_blocks
 from tryon_solver.linalg.pcg import ConjugateGradients
 from tryon_solver.linalg.vectors import dot
 
@@ -18,9 +19,14 @@ wp.set_module_options({"enable_backward": False})
 
 
 @wp.kernel
-def total_kernel(residual: wp.array(dtype=wp.vec3), total_out: wp.array(dtype=wp.vec3)):
-    i = wp.tid()
-    wp.atomic_add(total_out, 0, residual[i])
+def total_kernel(
+    residual: wp.array(dtype=wp.vec3), moving: int, threads: int, total_out: wp.array(dtype=wp.vec3)
+):
+    """total_out[0] += the sum of the first `moving`"""
+    total = wp.vec3()
+    for i in range(wp.tid(), moving, threads):
+        total += residual[i]
+    wp.tile_atomic_add(total_out, wp.tile_sum(wp.tile(total, preserve_type=True)), offset=0)
 
 
 @wp.kernel
@@ -59,7 +65,8 @@ def move_as_one(
     slope, curvature = cg.scalars[0:1], cg.scalars[2:3]
     total = cg.preconditioned[0:1]
     total.zero_()
-    wp.launch(total_kernel, moving, [cg.residual], [total], device=device)
+    threads = whole_blocks(moving)
+    wp.launch(total_kernel, threads, [cg.residual, moving, threads], [total], block_dim=BLOCK, device=device)
     wp.launch(spread_kernel, count, [total, moving], [cg.direction], device=device)
     multiply(cg.direction, cg.product)
     dot(cg.residual, cg.direction, slope)

@@ -59,28 +59,6 @@ def add_block(
 
 
 @wp.kernel
-def multiply_kernel(
-    columns: wp.array2d(dtype=wp.int32),
-    blocks: wp.array2d(dtype=wp.mat33),
-    diagonal: wp.array(dtype=wp.float32),
-    p: wp.array(dtype=wp.vec3),
-    product_out: wp.array(dtype=wp.vec3),
-):
-    """product = (blocks + diagonal) p for the rows there are, diagonal p beyond them.
-
-    From differences of p, since a row's blocks sum to zero: a move as one would else cost the digits by which they
-    exceed the diagonal, all there are where the cloth is stiff and light.
-    """
-    i = wp.tid()
-    here = p[i]
-    total = wp.vec3()
-    if i < columns.shape[0]:
-        for k in range(1, columns.shape[1]):
-            total += blocks[i, k] * (p[columns[i, k]] - here)
-    product_out[i] = total + diagonal[i] * here
-
-
-@wp.kernel
 def add_difference_kernel(
     columns: wp.array2d(dtype=wp.int32),
     blocks: wp.array2d(dtype=wp.mat33),

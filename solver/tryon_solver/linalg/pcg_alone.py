@@ -1,4 +1,4 @@
-"""The same conjugate gradients as pcg.py's, of the correction's matrix, as one kernel of one thread: for the processor.
+"""Conjugate gradients as one kernel of one thread: for the processor.
 
 There a launch costs as much as a thousand vertices' arithmetic, and an iteration has nine. In one kernel there is one,
 products and their sums are made in one pass, sums are float64 in a fixed order, and unknowns that nothing couples to
@@ -9,41 +9,10 @@ from __future__ import annotations
 
 import warp as wp
 
-from tryon_solver.linalg.pcg import ConjugateGradients
+from tryon_solver.linalg.paired_matrix import PairedMatrix, pair_count, pair_force, row_product
+from tryon_solver.linalg.pcg_together import FIRST_NORM, TAKEN
 
 wp.set_module_options({"enable_backward": False})
-
-
-@wp.struct
-class PairedMatrix:
-    """A matrix over A vec3 unknowns, a sum of: `columns`, `blocks` (N, width) as in BlockRows; `far_columns`, `weights`
-    (N, width) as in EllMatrix, both with rows that sum to zero; `diagonal` (A,); and pairs as in ContactPairs, of which
-    the first of `count` says how many there are: block (i, j) of one is lam_i lam_j (curvature n n^T + beside)."""
-
-    columns: wp.array2d(dtype=wp.int32)
-    blocks: wp.array2d(dtype=wp.mat33)
-    far_columns: wp.array2d(dtype=wp.int32)
-    weights: wp.array2d(dtype=wp.float32)
-    diagonal: wp.array(dtype=wp.float32)
-    count: wp.array(dtype=wp.int32)
-    ids: wp.array(dtype=wp.vec4i)
-    lam: wp.array(dtype=wp.vec4)
-    normal: wp.array(dtype=wp.vec3)
-    curvature: wp.array(dtype=wp.float32)
-    beside: wp.array(dtype=wp.mat33)
-
-
-@wp.func
-def row_product(m: PairedMatrix, i: int, p: wp.array(dtype=wp.vec3)) -> wp.vec3:
-    """Row i of all but the pairs, times p; by differences, as in block_ell.py."""
-    here = p[i]
-    total = wp.vec3()
-    if i < m.columns.shape[0]:
-        for k in range(1, m.columns.shape[1]):
-            total += m.blocks[i, k] * (p[m.columns[i, k]] - here)
-        for k in range(m.far_columns.shape[1]):
-            total += m.weights[i, k] * (p[m.far_columns[i, k]] - here)
-    return total + m.diagonal[i] * here
 
 
 @wp.kernel
@@ -60,10 +29,10 @@ def solve_kernel(
     direction: wp.array(dtype=wp.vec3),
     product: wp.array(dtype=wp.vec3),
     scalars: wp.array(dtype=wp.float32),
-    left: wp.array(dtype=wp.int32),
+    state: wp.array(dtype=wp.int32),
 ):
     """`coupled` (A,) holds, one by one, the unknowns that are iterated on."""
-    pairs = wp.min(m.count[0], m.ids.shape[0])
+    pairs = pair_count(m)
     for i in range(coupled.shape[0]):
         coupled[i] = 0
     for c in range(pairs):
@@ -99,9 +68,8 @@ def solve_kernel(
         for c in range(pairs):
             v = m.ids[c]
             w = m.lam[c]
-            n = m.normal[c]
             u = w[0] * direction[v[0]] + w[1] * direction[v[1]] + w[2] * direction[v[2]] + w[3] * direction[v[3]]
-            f = (m.curvature[c] * wp.dot(n, u)) * n + m.beside[c] * u
+            f = pair_force(m, c, u)
             curvature += wp.float64(wp.dot(u, f))
             for k in range(4):
                 product[v[k]] = product[v[k]] + w[k] * f
@@ -123,24 +91,5 @@ def solve_kernel(
             i = coupled[a]
             direction[i] = preconditioned[i] + turn * direction[i]
         iterations += 1
-    scalars[5] = float(first)
-    left[0] = at_most - iterations
-
-
-def solve(
-    cg: ConjugateGradients,
-    matrix: PairedMatrix,
-    blocks: wp.array,
-    gradient: wp.array,
-    solution_out: wp.array,
-    at_most: int,
-    tolerance: float,
-) -> None:
-    """Solve A p = -gradient from zero, as `pcg.solve` does; `blocks` (A,) mat33 is D^-1. Leaves `cg` likewise."""
-    wp.launch(
-        solve_kernel,
-        1,
-        [matrix, blocks, gradient, at_most, tolerance],
-        [cg.coupled, solution_out, cg.residual, cg.preconditioned, cg.direction, cg.product, cg.scalars, cg.left],
-        device=gradient.device,
-    )
+    scalars[FIRST_NORM] = float(first)
+    state[TAKEN] = iterations

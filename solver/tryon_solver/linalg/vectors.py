@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import warp as wp
 
+from tryon_solver.linalg.blocks import BLOCK, whole_blocks
+
 wp.set_module_options({"enable_backward": False})
 
-BLOCK = wp.constant(1024)  # threads that sum a dot product
+SUMMING = wp.constant(1024)  # threads that sum a dot product
 AT_ONCE = wp.constant(8)
 
 
@@ -42,10 +44,15 @@ def move_origin_kernel(by: wp.vec3, x_out: wp.array(dtype=wp.vec3)):
 
 
 @wp.kernel
-def largest_kernel(a: wp.array(dtype=wp.vec3), largest_out: wp.array(dtype=wp.float32)):
+def largest_kernel(a: wp.array(dtype=wp.vec3), threads: int, largest_out: wp.array(dtype=wp.float32)):
     """largest_out[0] = max(largest_out[0], |a_i|)"""
-    i = wp.tid()
-    wp.atomic_max(largest_out, 0, wp.length(a[i]))
+    thread = wp.tid()
+    longest = float(0.0)
+    for i in range(thread, a.shape[0], threads):
+        longest = wp.max(longest, wp.length(a[i]))
+    of_block = wp.tile_max(wp.tile(longest))[0]
+    if thread % wp.block_dim() == 0:
+        wp.atomic_max(largest_out, 0, of_block)
 
 
 @wp.kernel
@@ -56,10 +63,10 @@ def dot_kernel(a: wp.array(dtype=wp.vec3), b: wp.array(dtype=wp.vec3), out: wp.a
     i = int(lane)
     while i < a.shape[0]:
         for k in range(AT_ONCE):
-            j = i + k * BLOCK
+            j = i + k * SUMMING
             if j < a.shape[0]:
                 total += wp.dot(a[j], b[j])
-        i += AT_ONCE * BLOCK
+        i += AT_ONCE * SUMMING
     wp.tile_store(out, wp.tile_sum(wp.tile(total)))
 
 
@@ -67,7 +74,7 @@ def dot(a: wp.array, b: wp.array, out: wp.array) -> None:
     """out[0] = sum_i a_i . b_i, on the device (fixed order of summation)."""
     if wp.get_device(a.device).is_cuda:
         # Warp's own needs memory for its partial sums, which the body of a loop in a graph cannot allocate
-        wp.launch(dot_kernel, BLOCK, [a, b], [out], block_dim=BLOCK, device=a.device)
+        wp.launch(dot_kernel, SUMMING, [a, b], [out], block_dim=SUMMING, device=a.device)
     else:
         wp.utils.array_inner(a, b, out=out)
 
@@ -75,7 +82,8 @@ def dot(a: wp.array, b: wp.array, out: wp.array) -> None:
 def find_largest(vectors: wp.array, largest_out: wp.array) -> None:
     """largest_out[0] = max_i |vectors_i|, on the device."""
     largest_out.zero_()
-    wp.launch(largest_kernel, len(vectors), [vectors], [largest_out], device=vectors.device)
+    threads = whole_blocks(len(vectors))
+    wp.launch(largest_kernel, threads, [vectors, threads], [largest_out], block_dim=BLOCK, device=vectors.device)
 
 
 def add_scaled(scale: wp.array, p: wp.array, x_out: wp.array) -> None:

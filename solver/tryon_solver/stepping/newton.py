@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING
 import warp as wp
 
 from tryon_solver.contact import pairs as contact_pairs
-from tryon_solver.linalg import block_ell, pcg, pcg_alone
-from tryon_solver.linalg.ell import add_difference
-from tryon_solver.linalg.pcg_alone import PairedMatrix
+from tryon_solver.linalg import block_ell, pcg
+from tryon_solver.linalg.paired_matrix import PairedMatrix
 from tryon_solver.stepping.gradient import add_contact_blocks, invert_blocks_kernel
 
 if TYPE_CHECKING:
@@ -70,22 +69,8 @@ def linearise(sim: Simulation) -> None:
     wp.launch(invert_blocks_kernel, sim.all_count, [], [work.blocks], device=sim.device)
 
 
-def hessian_product(sim: Simulation, p: wp.array, product_out: wp.array) -> None:
-    """product = (Hessian + contact + what vertices are held by) p over cloth and collision surface [N]."""
-    rows = sim.hessian_rows
-    wp.launch(
-        block_ell.multiply_kernel,
-        sim.all_count,
-        [rows.columns, rows.blocks, sim.holding.diagonal, p],
-        [product_out],
-        device=sim.device,
-    )
-    add_difference(sim.constant_stiffness, p, product_out)
-    add_contact_product(sim, p, product_out)
-
-
 def newton_matrix(sim: Simulation) -> PairedMatrix:
-    """The matrix of `hessian_product`, as it stands."""
+    """Hessian + contact + what vertices are held by, over cloth and collision surface [N/m], as it stands."""
     rows, far, pairs = sim.hessian_rows, sim.constant_stiffness, sim.pairs
     matrix = PairedMatrix()
     matrix.columns, matrix.blocks = rows.columns, rows.blocks
@@ -99,16 +84,12 @@ def newton_matrix(sim: Simulation) -> PairedMatrix:
 def solve_newton_system(sim: Simulation, at_most: int) -> None:
     """`direction` by conjugate gradients from the matrix and the gradient at x as looked around."""
     work, tolerance = sim.work, sim.settings.correction_pcg_tolerance
-    system = work.blocks, work.gradient, work.direction, at_most, tolerance
-    if wp.get_device(sim.device).is_cpu:
-        pcg_alone.solve(sim.cg, newton_matrix(sim), *system)
-    else:
-        pcg.solve(sim.cg, lambda p, product: hessian_product(sim, p, product), *system)
+    pcg.solve(sim.cg, newton_matrix(sim), work.blocks, work.gradient, work.direction, at_most, tolerance)
 
 
 def outer_product(sim: Simulation, p: wp.array, product_out: wp.array) -> None:
-    """`hessian_product` without the cloth's inner stiffness [N], which a move as one leaves alone but for rounding, and
-    without what holds vertices."""
+    """The product [N] of `newton_matrix` without the cloth's inner stiffness, which a move as one leaves alone but for
+    rounding, and without what holds vertices."""
     wp.launch(scale_kernel, sim.all_count, [sim.work.diagonal, p], [product_out], device=sim.device)
     add_contact_product(sim, p, product_out)
 

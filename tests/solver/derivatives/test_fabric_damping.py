@@ -5,12 +5,13 @@ import pytest
 import reference_energies as reference
 import warp as wp
 from drape_states import compressed, crumpled, dense, rounded, stretched
+from newton_product import newton_product
 from small_scenes import fabric, sheet, turn
 
 from tryon_solver.scene import FabricDamping, Scene, StrainLimit
 from tryon_solver.simulation import build
 from tryon_solver.stepping.gradient import elastic_gradient
-from tryon_solver.stepping.newton import hessian_product, linearise
+from tryon_solver.stepping.newton import linearise
 
 CLOTH = fabric(k_warp=300.0, k_weft=180.0, k_shear=70.0, k_bend=3e-5, strain_limit=1.1)
 BETA, DT, STEP, LIMIT = 4e-3, 1 / 75, 1e-6, 1200.0
@@ -45,7 +46,7 @@ def added(pair, x_start, x):
         elastic_gradient(sim, sim.state.x, gradient, correcting=True)
         linearise(sim)
         gradients.append(gradient.numpy().astype(np.float64))
-        matrices.append(dense(sim.all_count, lambda p, out, sim=sim: hessian_product(sim, p, out)))
+        matrices.append(dense(sim.all_count, lambda p, out, sim=sim: newton_product(sim, p, out)))
     return gradients[1] - gradients[0], matrices[1] - matrices[0]
 
 

@@ -9,6 +9,7 @@ import pytest
 import reference_energies as reference
 import warp as wp
 from drape_states import crumpled, dense, rounded, stretched
+from newton_product import newton_product
 from small_scenes import STILL, fabric, icosphere, rigid_body, sheet
 
 from tryon_solver.scene import AirDrag, BodyContact, Scene, Sewing, StrainLimit
@@ -16,7 +17,7 @@ from tryon_solver.settings import Settings
 from tryon_solver.simulation import build
 from tryon_solver.stepping.gradient import elastic_gradient, system_product
 from tryon_solver.stepping.move_body import limit_return
-from tryon_solver.stepping.newton import hessian_product, linearise
+from tryon_solver.stepping.newton import linearise
 
 CLOTH = fabric(k_warp=300.0, k_weft=180.0, k_shear=70.0, k_bend=3e-5, strain_limit=1.1)
 LIMIT, DRAG, STITCH = 1200.0, 7.0, 250.0
@@ -143,7 +144,7 @@ def test_newton_matrix_of_a_stretched_sheet_is_the_potentials_hessian(sim, state
     solver_gradient(sim, x)  # sets the skin's part of the diagonal too
     sim.pairs.size = 0
     linearise(sim)
-    matrix = dense(sim.all_count, lambda p, out: hessian_product(sim, p, out))
+    matrix = dense(sim.all_count, lambda p, out: newton_product(sim, p, out))
     parts = cloth_energies(sim, state)
     expected = sum(reference.hessian(energy, x[:n], 20 * STEP) for energy in parts.values())
     size = np.abs(expected).max()

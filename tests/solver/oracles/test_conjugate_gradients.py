@@ -1,93 +1,185 @@
-"""Conjugate gradients against a direct solve, on every device; the loop's end is decided there."""
+"""Conjugate gradients, by one thread and by many, against a direct solve of the same matrix.
+
+The matrix has all parts that the correction's has: rows of blocks and of weights that sum to zero, a diagonal, and
+contact pairs, some of them of unknowns that have no rows, as a body's vertices.
+"""
 
 import numpy as np
 import pytest
-import scipy.sparse as sp
 import warp as wp
 
-from tryon_solver.linalg import pcg
-from tryon_solver.linalg.ell import EllMatrix, multiply
-from tryon_solver.linalg.vectors import dot
+from tryon_solver.linalg import blocks, pcg
+from tryon_solver.linalg.block_ell import BlockRows
+from tryon_solver.linalg.ell import EllMatrix
+from tryon_solver.linalg.paired_matrix import PairedMatrix
+from tryon_solver.linalg.vectors import dot, find_largest
 
-COUNT = 700
+CLOTH, COUNT, PAIRS, ROOM = 120, 200, 40, 64
+TOUCHED = range(CLOTH, CLOTH + 30)  # of those without rows
 
 
-@pytest.fixture(params=["cpu", pytest.param("cuda:0", marks=pytest.mark.gpu)])
-def device(request):
+class System:
+    """The matrix as the kernel takes it and as a dense one (3 COUNT, 3 COUNT), its inverse blocks, a gradient."""
+
+    def __init__(self, device, solve):
+        self.device, self.solver = device, solve
+        random = self.random = np.random.default_rng(11)
+        dense = np.zeros((COUNT, COUNT, 3, 3))
+        faces = np.array([[i, i + 1, i + 2] for i in range(CLOTH - 2)])
+        rows = BlockRows.build(faces, CLOTH, device)
+        columns = rows.columns.numpy()
+        blocks = np.zeros((*columns.shape, 3, 3))
+        for i in range(CLOTH):
+            for k in range(1, columns.shape[1]):
+                j = columns[i, k]
+                if j <= i:
+                    continue  # made with its transpose below, or padding
+                factor = random.normal(size=(3, 3))
+                own = 30 * factor @ factor.T
+                back = int(np.flatnonzero(columns[j] == i)[0])
+                blocks[i, k] = blocks[j, back] = -own
+                for a, b, sign in ((i, j, -1), (j, i, -1), (i, i, 1), (j, j, 1)):
+                    dense[a, b] += sign * own
+        blocks[:, 0] = -blocks[:, 1:].sum(1)
+        rows.blocks.assign(blocks.astype(np.float32))
+        far = np.zeros((CLOTH, CLOTH))
+        for i in range(CLOTH - 7):
+            far[i, i + 7] = far[i + 7, i] = -random.uniform(1, 5)
+        np.fill_diagonal(far, -far.sum(1))
+        dense[:CLOTH, :CLOTH] += np.einsum("ij,ab->ijab", far, np.eye(3))
+        diagonal = random.uniform(0.5, 3.0, COUNT)
+        dense[range(COUNT), range(COUNT)] += np.einsum("i,ab->iab", diagonal, np.eye(3))
+        ids = np.zeros((ROOM, 4), np.int32)
+        lam, normal = np.full((ROOM, 4), np.nan), np.full((ROOM, 3), np.nan)
+        curvature, beside = np.full(ROOM, np.nan), np.full((ROOM, 3, 3), np.nan)
+        for c in range(PAIRS):
+            ids[c] = [*random.choice(CLOTH, 2, replace=False), *random.choice(TOUCHED, 2, replace=False)]
+            share = random.uniform(size=2)
+            lam[c] = [share[0], 1 - share[0], -share[1], share[1] - 1]
+            normal[c] = random.normal(size=3)
+            normal[c] /= np.linalg.norm(normal[c])
+            curvature[c] = 10.0 ** random.uniform(0, 4)
+            beside[c] = random.uniform(1, 20) * (np.eye(3) - np.outer(normal[c], normal[c]))
+            own = curvature[c] * np.outer(normal[c], normal[c]) + beside[c]
+            for a in range(4):
+                for b in range(4):
+                    dense[ids[c, a], ids[c, b]] += lam[c, a] * lam[c, b] * own
+        ell = EllMatrix.from_scipy(far, device)
+        matrix = PairedMatrix()
+        matrix.columns, matrix.blocks = rows.columns, rows.blocks
+        matrix.far_columns, matrix.weights = ell.columns, ell.weights
+        matrix.diagonal = self.array(diagonal.astype(np.float32), wp.float32)
+        matrix.count = self.array(np.array([PAIRS], np.int32), wp.int32)
+        matrix.ids, matrix.lam = self.array(ids, wp.vec4i), self.array(lam.astype(np.float32), wp.vec4)
+        matrix.normal = self.array(normal.astype(np.float32), wp.vec3)
+        matrix.curvature = self.array(curvature.astype(np.float32), wp.float32)
+        matrix.beside = self.array(beside.astype(np.float32), wp.mat33)
+        self.matrix, self.kept = matrix, (rows, ell)
+        self.dense = dense.transpose(0, 2, 1, 3).reshape(3 * COUNT, 3 * COUNT)
+        self.inverse = np.linalg.inv(dense[range(COUNT), range(COUNT)])
+        self.gradient = random.normal(size=(COUNT, 3))
+
+    def array(self, values, dtype):
+        return wp.array(np.asarray(values), dtype=dtype, device=self.device)
+
+    def solve(self, at_most, tolerance, gradient=None):
+        """The solution, the iterations it took, and the solver's scratch."""
+        cg = pcg.ConjugateGradients.allocate(COUNT, self.device)
+        for scratch in (cg.residual, cg.preconditioned, cg.direction, cg.direction_before, cg.product, cg.scalars):
+            scratch.fill_(np.nan)
+        found = self.array(np.full((COUNT, 3), np.nan, np.float32), wp.vec3)
+        forces = self.array((self.gradient if gradient is None else gradient).astype(np.float32), wp.vec3)
+        inverse = self.array(self.inverse.astype(np.float32), wp.mat33)
+        cg.state.fill_(77)
+        self.solver(cg, self.matrix, inverse, forces, found, at_most, tolerance)
+        return found.numpy().astype(np.float64), cg.taken(), cg
+
+    def norm_sq(self, residual):
+        """<r, D^-1 r>"""
+        return np.einsum("ia,iab,ib->", residual, self.inverse, residual)
+
+
+@pytest.fixture(scope="module", params=["alone", "together", pytest.param("cuda:0", marks=pytest.mark.gpu)])
+def system(request):
+    """By one thread and by many on the processor, where these are one after the other; by many on the GPU."""
     wp.init()
-    if request.param != "cpu" and not wp.is_cuda_available():
+    if request.param != "cuda:0":
+        return System("cpu", pcg.solve if request.param == "alone" else pcg.solve_together)
+    if not wp.is_cuda_available():
         pytest.skip("no CUDA device on this machine")
-    return request.param
+    return System("cuda:0", pcg.solve)
 
 
-@pytest.fixture
-def system(device):
-    """A positive definite matrix, as scipy's and as the device's, its inverse diagonal, a right-hand side."""
-    random = np.random.default_rng(4)
-    factor = sp.random(COUNT, COUNT, density=3 / COUNT, random_state=5)
-    matrix = sp.csr_matrix(factor @ factor.T + sp.diags(random.uniform(0.2, 20.0, COUNT)))
-    inverse = np.einsum("i,jk->ijk", 1 / matrix.diagonal(), np.eye(3))
-    gradient = random.normal(size=(COUNT, 3))
-    return (
-        matrix,
-        EllMatrix.from_scipy(matrix, device),
-        wp.array(inverse.astype(np.float32), dtype=wp.mat33, device=device),
-        gradient,
-    )
+def test_the_dense_matrix_is_what_it_should_be(system):
+    """Symmetric, positive definite, and the rows of inner forces blind to a common move."""
+    assert np.abs(system.dense - system.dense.T).max() <= 1e-9 * np.abs(system.dense).max()
+    assert np.linalg.eigvalsh(system.dense).min() > 0.1
 
 
-def solve(system, device, at_most, tolerance, gradient=None):
-    _, rows, blocks, own = system
-    gradient = own if gradient is None else gradient
-    cg = pcg.ConjugateGradients.allocate(COUNT, device)
-    poisoned = wp.array(np.full((COUNT, 3), np.nan, np.float32), dtype=wp.vec3, device=device)
-    forces = wp.array(gradient.astype(np.float32), dtype=wp.vec3, device=device)
-    pcg.solve(cg, lambda p, out: multiply(rows, p, out), blocks, forces, poisoned, at_most, tolerance)
-    return poisoned.numpy(), at_most - int(cg.left.numpy()[0])
+def test_it_solves(system):
+    found, taken, cg = system.solve(1000, 1e-6)
+    expected = np.linalg.solve(system.dense, -system.gradient.ravel()).reshape(-1, 3)
+    assert np.abs(found - expected).max() <= 1e-4 * np.abs(expected).max()
+    assert 10 < taken < 400
+    residual = -(system.dense @ found.ravel()).reshape(-1, 3) - system.gradient
+    assert np.abs(cg.residual.numpy() - residual).max() <= 1e-3 * np.abs(system.gradient).max()
+    assert cg.first.numpy()[0] == pytest.approx(system.norm_sq(system.gradient), rel=1e-5)
 
 
-def test_it_solves(system, device):
-    matrix, _, _, gradient = system
-    found, taken = solve(system, device, 500, 1e-6)
-    expected = sp.linalg.spsolve(matrix.tocsc(), -gradient)
-    assert np.abs(found - expected).max() <= 2e-5 * np.abs(expected).max()
-    assert 5 < taken < 200
-
-
-def test_a_looser_tolerance_takes_fewer_iterations_and_keeps_its_promise(system, device):
-    matrix, _, _, gradient = system
-    found, taken = solve(system, device, 500, 1e-2)
-    _, more = solve(system, device, 500, 1e-6)
-    assert 1 <= taken < more
-
-    def norm(residual):
-        return np.sqrt((residual**2 / matrix.diagonal()[:, None]).sum())
-
-    assert norm(matrix @ found + gradient) <= 1.01e-2 * norm(gradient)
-
-
-def test_it_stops_when_the_budget_is_spent(system, device):
-    matrix, _, _, gradient = system
-    first, taken = solve(system, device, 1, 1e-9)
+def test_unknowns_that_nothing_couples_are_solved_for_at_once(system):
+    found, taken, _ = system.solve(1, 1e-9)
     assert taken == 1
-    # one step of steepest descent from zero, with D^-1
-    z = -gradient / matrix.diagonal()[:, None]
-    length = -(gradient * z).sum() / (z * (matrix @ z)).sum()
-    assert np.abs(first - length * z).max() <= 1e-5 * np.abs(z).max()
-    assert solve(system, device, 3, 1e-9)[1] == 3
+    alone = np.setdiff1d(np.arange(CLOTH, COUNT), system.matrix.ids.numpy()[:PAIRS])
+    assert len(alone) > 40
+    exact = -system.gradient[alone] / system.matrix.diagonal.numpy()[alone, None]
+    np.testing.assert_allclose(found[alone], exact, rtol=1e-5)
 
 
-def test_no_force_no_move(system, device):
-    found, taken = solve(system, device, 10, 1e-2, np.zeros((COUNT, 3)))
+def test_one_iteration_is_one_of_steepest_descent(system):
+    found, _, _ = system.solve(1, 1e-9)
+    coupled = np.union1d(np.arange(CLOTH), system.matrix.ids.numpy()[:PAIRS])
+    z = np.zeros((COUNT, 3))
+    z[coupled] = -np.einsum("iab,ib->ia", system.inverse, system.gradient)[coupled]
+    length = -(system.gradient * z).sum() / (z.ravel() @ system.dense @ z.ravel())
+    assert np.abs(found - length * z)[coupled].max() <= 1e-4 * np.abs(z).max()
+
+
+def test_a_looser_tolerance_takes_fewer_iterations_and_keeps_its_promise(system):
+    found, taken, _ = system.solve(1000, 1e-2)
+    _, more, _ = system.solve(1000, 1e-6)
+    assert 1 <= taken < more
+    residual = -(system.dense @ found.ravel()).reshape(-1, 3) - system.gradient
+    assert system.norm_sq(residual) <= 1.01 * 1e-4 * system.norm_sq(system.gradient)
+
+
+def test_no_force_no_move(system):
+    found, taken, _ = system.solve(10, 1e-2, np.zeros((COUNT, 3)))
     assert taken == 0
     assert np.all(found == 0.0)
 
 
-def test_dot(device):
+def test_it_stops_when_the_budget_is_spent(system):
+    for at_most in (1, 2, 3, 7):
+        assert system.solve(at_most, 1e-9)[1] == at_most
+
+
+def test_more_unknowns_than_threads(system, monkeypatch):
+    """Each thread takes several; what is found is the same but for the order of sums."""
+    found, taken, _ = system.solve(60, 1e-4)
+    monkeypatch.setattr(blocks, "MOST_THREADS", 128)
+    again, as_many, _ = system.solve(60, 1e-4)
+    assert abs(taken - as_many) <= 1
+    assert np.abs(found - again).max() <= 1e-3 * np.abs(found).max()
+
+
+def test_dot_and_largest(system):
     random = np.random.default_rng(6)
     for count in (1, 31, 1024, 5003):
         a, b = random.normal(size=(2, count, 3)).astype(np.float32)
-        out = wp.array([np.nan], dtype=wp.float32, device=device)
-        dot(wp.array(a, dtype=wp.vec3, device=device), wp.array(b, dtype=wp.vec3, device=device), out)
+        out = system.array([np.nan], wp.float32)
+        dot(system.array(a, wp.vec3), system.array(b, wp.vec3), out)
         exact = (a.astype(np.float64) * b).sum()
         assert abs(out.numpy()[0] - exact) <= 1e-5 * np.abs(a.astype(np.float64) * b).sum()
+        out.fill_(np.nan)
+        find_largest(system.array(a, wp.vec3), out)
+        assert out.numpy()[0] == pytest.approx(np.linalg.norm(a, axis=1).max(), rel=1e-6)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import warp as wp
+from newton_product import newton_product
 from small_scenes import STILL, fabric, icosphere, rigid_body, sheet
 
 from tryon_solver.scene import WORN, Scene
@@ -9,7 +10,7 @@ from tryon_solver.settings import Settings
 from tryon_solver.simulation import build
 from tryon_solver.stepping import correct
 from tryon_solver.stepping.hold import KEPT, LEAST_SHARE, Holding
-from tryon_solver.stepping.newton import hessian_product, linearise
+from tryon_solver.stepping.newton import linearise
 
 OWN = 40.0  # N/m, mean of the blocks' diagonals
 
@@ -98,7 +99,7 @@ def test_matrix_and_its_preconditioner_hold_alike():
         sim.holding.share.assign(shares)
         linearise(sim)
         out = wp.zeros(sim.all_count, dtype=wp.vec3, device="cpu")
-        hessian_product(sim, vectors(p), out)
+        newton_product(sim, vectors(p), out)
         products.append(out.numpy().astype(np.float64))
         blocks.append(np.linalg.inv(sim.work.blocks.numpy().astype(np.float64)))
     stiffness = 3.0 * np.trace(blocks[0][held]) / 3.0

@@ -25,16 +25,16 @@ def laid_on_ball(settings):
 
 def overshooting_at(number, monkeypatch):
     """From now on Newton's direction of that number is 30 times as long and turned round; the list grows by each."""
-    solve, calls = newton.pcg_alone.solve, []
+    solve, calls = newton.pcg.solve, []
 
-    def overshooting(cg, multiply, blocks, gradient, direction, at_most, tolerance):
-        done = solve(cg, multiply, blocks, gradient, direction, at_most, tolerance)
+    def overshooting(cg, matrix, blocks, gradient, direction, at_most, tolerance):
+        done = solve(cg, matrix, blocks, gradient, direction, at_most, tolerance)
         calls.append(done)
         if len(calls) == number:
             direction.assign(-30 * direction.numpy())
         return done
 
-    monkeypatch.setattr(newton.pcg_alone, "solve", overshooting)
+    monkeypatch.setattr(newton.pcg, "solve", overshooting)
     return calls
 
 

@@ -1,0 +1,27 @@
+"""The correction's matrix times a vector, by the functions that its conjugate gradients are made of."""
+
+import warp as wp
+
+from tryon_solver.linalg.paired_matrix import PairedMatrix, pair_count, pair_force, row_product
+from tryon_solver.stepping.newton import newton_matrix
+
+wp.set_module_options({"enable_backward": False})
+
+
+@wp.kernel
+def product_kernel(m: PairedMatrix, p: wp.array(dtype=wp.vec3), product_out: wp.array(dtype=wp.vec3)):
+    for i in range(p.shape[0]):
+        product_out[i] = row_product(m, i, p)
+    for c in range(pair_count(m)):
+        v = m.ids[c]
+        u = wp.vec3()
+        for k in range(4):
+            u += m.lam[c][k] * p[v[k]]
+        f = pair_force(m, c, u)
+        for k in range(4):
+            product_out[v[k]] = product_out[v[k]] + m.lam[c][k] * f
+
+
+def newton_product(sim, p, product_out):
+    """product = the matrix of the simulation, as it stands, times p."""
+    wp.launch(product_kernel, 1, [newton_matrix(sim), p], [product_out], device=sim.device)
