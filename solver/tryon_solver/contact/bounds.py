@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import warp as wp
 
-from tryon_solver.contact.candidates import Candidates, ContactSizes, Region
+from tryon_solver.contact.candidates import Candidates, ContactSizes, Region, candidate_at
 from tryon_solver.contact.ccd import time_of_impact
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
 from tryon_solver.linalg.device_loop import HITS, NUMBER, Passes
@@ -42,8 +42,9 @@ def offset(ids: wp.vec4i, kind: int, cloth_count: int, sizes: ContactSizes) -> f
 @wp.kernel
 def shorten_kernel(
     near: wp.array(dtype=wp.int32),
-    near_count: wp.array(dtype=wp.int32),
-    listed: int,
+    listed: wp.array(dtype=wp.int32),
+    some: int,
+    threads: int,
     ids: wp.array(dtype=wp.vec4i),
     kind: wp.array(dtype=wp.int32),
     distance: wp.array(dtype=wp.float32),
@@ -57,50 +58,47 @@ def shorten_kernel(
 ):
     """Pass 0 looks at every stencil, later ones at those with a vertex that the pass before, or this one so far, has
     shortened."""
-    c = wp.tid()
-    if listed == 1:
-        if c >= near_count[0]:
-            return
-        c = near[c]
-    v = ids[c]
-    number = passes[NUMBER]
-    if number > 0:
-        newest = wp.max(wp.max(changed[v[0]], changed[v[1]]), wp.max(changed[v[2]], changed[v[3]]))
-        if newest < number - 1:
-            return
-    a0 = alpha[v[0]]
-    a1 = alpha[v[1]]
-    a2 = alpha[v[2]]
-    a3 = alpha[v[3]]
-    p0 = a0 * displacement[v[0]]
-    p1 = a1 * displacement[v[1]]
-    p2 = a2 * displacement[v[2]]
-    p3 = a3 * displacement[v[3]]
-    xi = offset(v, kind[c], cloth_count, sizes)
-    closer = approach(kind[c], p0, p1, p2, p3)
-    if (1.0 - KEPT_GAP) * (distance[c] - xi) > closer:
-        return
-    x0 = x[v[0]]
-    x1 = x[v[1]]
-    x2 = x[v[2]]
-    x3 = x[v[3]]
-    d = wp.length(stencil_vector(stencil_weights(kind[c], x0, x1, x2, x3), x0, x1, x2, x3))
-    # a pair already at or under xi may part; were it let come closer without end, its commits would be void for ever
-    floor = wp.max((1.0 - CREEP) * d, wp.min(LEAST * xi, (1.0 - PARTING) * d))
-    if d > xi:
-        floor = wp.min(xi + KEPT_GAP * (d - xi), floor)
-    if d - closer >= floor:
-        return
-    toi = time_of_impact(kind[c], floor, x0, x1, x2, x3, p0, p1, p2, p3)
-    if toi < 1.0:
-        shorter = SHORTEN * toi
-        wp.atomic_min(alpha, v[0], shorter * a0)
-        wp.atomic_min(alpha, v[1], shorter * a1)
-        wp.atomic_min(alpha, v[2], shorter * a2)
-        wp.atomic_min(alpha, v[3], shorter * a3)
-        for k in range(4):
-            changed[v[k]] = number
-        wp.atomic_add(passes, HITS, 1)
+    for entry in range(wp.tid(), listed[0], threads):
+        c = candidate_at(near, some, entry)
+        v = ids[c]
+        number = passes[NUMBER]
+        if number > 0:
+            newest = wp.max(wp.max(changed[v[0]], changed[v[1]]), wp.max(changed[v[2]], changed[v[3]]))
+            if newest < number - 1:
+                continue
+        a0 = alpha[v[0]]
+        a1 = alpha[v[1]]
+        a2 = alpha[v[2]]
+        a3 = alpha[v[3]]
+        p0 = a0 * displacement[v[0]]
+        p1 = a1 * displacement[v[1]]
+        p2 = a2 * displacement[v[2]]
+        p3 = a3 * displacement[v[3]]
+        xi = offset(v, kind[c], cloth_count, sizes)
+        closer = approach(kind[c], p0, p1, p2, p3)
+        if (1.0 - KEPT_GAP) * (distance[c] - xi) > closer:
+            continue
+        x0 = x[v[0]]
+        x1 = x[v[1]]
+        x2 = x[v[2]]
+        x3 = x[v[3]]
+        d = wp.length(stencil_vector(stencil_weights(kind[c], x0, x1, x2, x3), x0, x1, x2, x3))
+        # a pair already at or under xi may part; let come closer without end, its commits would be void for ever
+        floor = wp.max((1.0 - CREEP) * d, wp.min(LEAST * xi, (1.0 - PARTING) * d))
+        if d > xi:
+            floor = wp.min(xi + KEPT_GAP * (d - xi), floor)
+        if d - closer >= floor:
+            continue
+        toi = time_of_impact(kind[c], floor, x0, x1, x2, x3, p0, p1, p2, p3)
+        if toi < 1.0:
+            shorter = SHORTEN * toi
+            wp.atomic_min(alpha, v[0], shorter * a0)
+            wp.atomic_min(alpha, v[1], shorter * a1)
+            wp.atomic_min(alpha, v[2], shorter * a2)
+            wp.atomic_min(alpha, v[3], shorter * a3)
+            for k in range(4):
+                changed[v[k]] = number
+            wp.atomic_add(passes, HITS, 1)
 
 
 @wp.kernel
@@ -204,7 +202,7 @@ def shorten(
     scratch; the latter tells how many passes it took. If MOST_PASSES do not suffice, alpha becomes zero everywhere:
     nobody moves, which is always free.
     """
-    count = candidates.near_size if near else candidates.size
+    count, entries = candidates.entries(near)
     changed.fill_(-2)
 
     def shorten_once() -> None:
@@ -212,9 +210,7 @@ def shorten(
             shorten_kernel,
             count,
             [
-                candidates.near,
-                candidates.near_count,
-                int(near),
+                *entries,
                 candidates.ids,
                 candidates.kind,
                 candidates.distance,

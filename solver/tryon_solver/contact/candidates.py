@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import warp as wp
 
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
+from tryon_solver.linalg.blocks import MOST_THREADS
 
 wp.set_module_options({"enable_backward": False})
 
@@ -51,8 +52,8 @@ class Candidates:
 
     `distance` m is a lower bound at the current positions (`follow` keeps it one), so that most stencils can be passed
     over without looking at their vertices. `near` int32 lists those that the coming move concerns (`list_near`),
-    `near_count` (1,) int32 how many; launches over them cover `near_size`, which in a graph may be more. `capacity`
-    grows when the broad phase finds more; nothing is ever dropped. `found` is the broad phase's scratch, one a surface.
+    `near_count` (1,) int32 how many; `near_size` is that, or more in a graph. `capacity` grows when the broad phase
+    finds more; nothing is ever dropped. `found` is the broad phase's scratch, one a surface.
     """
 
     ids: wp.array
@@ -98,9 +99,17 @@ class Candidates:
         self.count.zero_()
 
     @property
-    def covered(self) -> int:
-        """What a launch over all of them must cover: in a graph, which outlives the list, whatever may become of it."""
-        return self.capacity if wp.get_device(self.count.device).is_capturing else self.size
+    def threads(self) -> int:
+        """Threads of a launch over all of them: in a graph, which outlives the list, for whatever may become of it."""
+        in_graph = wp.get_device(self.count.device).is_capturing
+        return min(self.capacity if in_graph else self.size, MOST_THREADS)
+
+    def entries(self, near: bool) -> tuple[int, list[object]]:
+        """Threads of a launch over the near list, or over all, and its kernel's first arguments, `near`, `listed`,
+        `some` and `threads`: each thread takes every so-manieth of the `listed` entries, as `candidate_at` reads them.
+        """
+        threads = min(self.near_size, MOST_THREADS) if near else self.threads
+        return threads, [self.near, self.near_count if near else self.count, int(near), threads]
 
     def size_near_list(self) -> None:
         """Know how many are near; in a graph, which can't be read from, there is no telling."""
@@ -113,6 +122,14 @@ class Candidates:
             wp.copy(getattr(self, name), getattr(other, name), dest_offset=self.size, count=count)
         self.size += count
         self.count.fill_(self.size)
+
+
+@wp.func
+def candidate_at(near: wp.array(dtype=wp.int32), some: int, entry: int) -> int:
+    """The candidate that an entry of the near list names, or of the list of all."""
+    if some == 1:
+        return near[entry]
+    return entry
 
 
 @dataclass
@@ -139,24 +156,23 @@ class Region:
 @wp.kernel
 def follow_kernel(
     near: wp.array(dtype=wp.int32),
-    near_count: wp.array(dtype=wp.int32),
-    listed: int,
+    listed: wp.array(dtype=wp.int32),
+    some: int,
+    threads: int,
     ids: wp.array(dtype=wp.vec4i),
     kind: wp.array(dtype=wp.int32),
     x_before: wp.array(dtype=wp.vec3),
     x: wp.array(dtype=wp.vec3),
     distance: wp.array(dtype=wp.float32),
 ):
-    c = wp.tid()
-    if listed == 1:
-        if c >= near_count[0]:
-            return
-        c = near[c]
-    v = ids[c]
-    closer = approach(
-        kind[c], x[v[0]] - x_before[v[0]], x[v[1]] - x_before[v[1]], x[v[2]] - x_before[v[2]], x[v[3]] - x_before[v[3]]
-    )
-    distance[c] = distance[c] - closer
+    for entry in range(wp.tid(), listed[0], threads):
+        c = candidate_at(near, some, entry)
+        v = ids[c]
+        u0 = x[v[0]] - x_before[v[0]]
+        u1 = x[v[1]] - x_before[v[1]]
+        u2 = x[v[2]] - x_before[v[2]]
+        u3 = x[v[3]] - x_before[v[3]]
+        distance[c] = distance[c] - approach(kind[c], u0, u1, u2, u3)
 
 
 def follow(candidates: Candidates, x_before: wp.array, x: wp.array, near: bool) -> None:
@@ -164,10 +180,11 @@ def follow(candidates: Candidates, x_before: wp.array, x: wp.array, near: bool) 
 
     With `near`, those of the near list alone.
     """
+    count, entries = candidates.entries(near)
     wp.launch(
         follow_kernel,
-        candidates.near_size if near else candidates.size,
-        [candidates.near, candidates.near_count, int(near), candidates.ids, candidates.kind, x_before, x],
+        count,
+        [*entries, candidates.ids, candidates.kind, x_before, x],
         [candidates.distance],
         device=x.device,
     )
@@ -186,34 +203,33 @@ def list_near_kernel(
     xi: float,
     reach: float,
     settled: int,
+    threads: int,
     distance: wp.array(dtype=wp.float32),
     near_out: wp.array(dtype=wp.int32),
     near_count: wp.array(dtype=wp.int32),
 ):
-    c = wp.tid()
-    if c >= count[0]:
-        return
-    v = ids[c]
-    t1 = travel[v[1]]
-    t2 = travel[v[2]]
-    t3 = travel[v[3]]
-    together = travel[v[0]] + wp.max(t1, wp.max(t2, t3))
-    if kind[c] == 1:
-        together = wp.max(travel[v[0]], t1) + wp.max(t2, t3)
-    far = wp.max(xi + MOST_USED * together, reach + together)
-    d = distance[c]
-    if d <= far:
-        x0 = x[v[0]]
-        x1 = x[v[1]]
-        x2 = x[v[2]]
-        x3 = x[v[3]]
-        d = wp.length(stencil_vector(stencil_weights(kind[c], x0, x1, x2, x3), x0, x1, x2, x3))
-        distance[c] = d
+    for c in range(wp.tid(), count[0], threads):
+        v = ids[c]
+        t1 = travel[v[1]]
+        t2 = travel[v[2]]
+        t3 = travel[v[3]]
+        together = travel[v[0]] + wp.max(t1, wp.max(t2, t3))
+        if kind[c] == 1:
+            together = wp.max(travel[v[0]], t1) + wp.max(t2, t3)
+        far = wp.max(xi + MOST_USED * together, reach + together)
+        d = distance[c]
         if d <= far:
-            near_out[wp.atomic_add(near_count, 0, 1)] = c
-            return
-    if settled == 1:
-        distance[c] = d - together
+            x0 = x[v[0]]
+            x1 = x[v[1]]
+            x2 = x[v[2]]
+            x3 = x[v[3]]
+            d = wp.length(stencil_vector(stencil_weights(kind[c], x0, x1, x2, x3), x0, x1, x2, x3))
+            distance[c] = d
+            if d <= far:
+                near_out[wp.atomic_add(near_count, 0, 1)] = c
+                continue
+        if settled == 1:
+            distance[c] = d - together
 
 
 def list_near(
@@ -226,10 +242,11 @@ def list_near(
     become what is left then.
     """
     candidates.near_count.zero_()
+    threads = candidates.threads
     wp.launch(
         list_near_kernel,
-        candidates.covered,
-        [candidates.count, candidates.ids, candidates.kind, x, travel, xi, reach, int(settled)],
+        threads,
+        [candidates.count, candidates.ids, candidates.kind, x, travel, xi, reach, int(settled), threads],
         [candidates.distance, candidates.near, candidates.near_count],
         device=travel.device,
     )

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import warp as wp
 
 from tryon_solver.contact.bounds import offset
-from tryon_solver.contact.candidates import Candidates, ContactSizes
+from tryon_solver.contact.candidates import Candidates, ContactSizes, candidate_at
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
 from tryon_solver.linalg.device_loop import HITS, NUMBER, Passes
 
@@ -58,8 +58,9 @@ def least_closing(gap: float, held_gap: float, g_hat: float) -> float:
 @wp.kernel
 def deflect_kernel(
     near: wp.array(dtype=wp.int32),
-    near_count: wp.array(dtype=wp.int32),
-    listed: int,
+    listed: wp.array(dtype=wp.int32),
+    some: int,
+    threads: int,
     ids: wp.array(dtype=wp.vec4i),
     kind: wp.array(dtype=wp.int32),
     distance: wp.array(dtype=wp.float32),
@@ -75,67 +76,64 @@ def deflect_kernel(
     passes: wp.array(dtype=wp.int32),
 ):
     """Pass 0 looks at every stencil, later ones at those with a vertex that the pass before has pushed."""
-    c = wp.tid()
-    if listed == 1:
-        if c >= near_count[0]:
-            return
-        c = near[c]
-    v = ids[c]
-    number = passes[NUMBER]
-    if number > 0:
-        newest = wp.max(wp.max(changed[v[0]], changed[v[1]]), wp.max(changed[v[2]], changed[v[3]]))
-        if newest < number - 1:
-            return
-    xi = offset(v, kind[c], cloth_count, sizes)
-    p0 = displacement[v[0]]
-    p1 = displacement[v[1]]
-    p2 = displacement[v[2]]
-    p3 = displacement[v[3]]
-    if least_closing(distance[c] - xi, held_gap, sizes.d_hat) > approach(kind[c], p0, p1, p2, p3):
-        return
-    lam = stencil_weights(kind[c], x[v[0]], x[v[1]], x[v[2]], x[v[3]])
-    difference = stencil_vector(lam, x[v[0]], x[v[1]], x[v[2]], x[v[3]])
-    d = wp.length(difference)
-    if d <= 0.0:
-        return
-    n = difference / d
-    wanted = xi + kept_gap(d - xi, held_gap, sizes.d_hat)
-    if d < xi:
-        wanted = d + RECOVERY * (xi - d)
-    closing = float(0.0)
-    for k in range(4):
-        closing += lam[k] * wp.dot(n, displacement[v[k]])
-    missing = wanted - (d + closing)
-    if missing <= LEAST_PUSH:
-        return
-    y0 = x[v[0]] + p0
-    y1 = x[v[1]] + p1
-    y2 = x[v[2]] + p2
-    y3 = x[v[3]] + p3
-    lam_there = stencil_weights(kind[c], y0, y1, y2, y3)
-    there = stencil_vector(lam_there, y0, y1, y2, y3)
-    if wp.dot(there, n) > 0.0:  # not passed through: what counts is the distance at the end
-        missing = wanted - wp.length(there)
+    for entry in range(wp.tid(), listed[0], threads):
+        c = candidate_at(near, some, entry)
+        v = ids[c]
+        number = passes[NUMBER]
+        if number > 0:
+            newest = wp.max(wp.max(changed[v[0]], changed[v[1]]), wp.max(changed[v[2]], changed[v[3]]))
+            if newest < number - 1:
+                continue
+        xi = offset(v, kind[c], cloth_count, sizes)
+        p0 = displacement[v[0]]
+        p1 = displacement[v[1]]
+        p2 = displacement[v[2]]
+        p3 = displacement[v[3]]
+        if least_closing(distance[c] - xi, held_gap, sizes.d_hat) > approach(kind[c], p0, p1, p2, p3):
+            continue
+        lam = stencil_weights(kind[c], x[v[0]], x[v[1]], x[v[2]], x[v[3]])
+        difference = stencil_vector(lam, x[v[0]], x[v[1]], x[v[2]], x[v[3]])
+        d = wp.length(difference)
+        if d <= 0.0:
+            continue
+        n = difference / d
+        wanted = xi + kept_gap(d - xi, held_gap, sizes.d_hat)
+        if d < xi:
+            wanted = d + RECOVERY * (xi - d)
+        closing = float(0.0)
+        for k in range(4):
+            closing += lam[k] * wp.dot(n, displacement[v[k]])
+        missing = wanted - (d + closing)
         if missing <= LEAST_PUSH:
-            return
-        lam = lam_there
-        n = wp.normalize(there)
-    surface_weight = wp.pow(SURFACE_WEIGHT, 1.0 - float(number) / float(at_most))
-    total = float(0.0)
-    for k in range(4):
-        w = float(1.0)
-        if v[k] >= cloth_count:
-            w = surface_weight
-        total += w * lam[k] * lam[k]
-    wp.atomic_add(passes, HITS, 1)
-    push = missing / total
-    for k in range(4):
-        if lam[k] != 0.0:
+            continue
+        y0 = x[v[0]] + p0
+        y1 = x[v[1]] + p1
+        y2 = x[v[2]] + p2
+        y3 = x[v[3]] + p3
+        lam_there = stencil_weights(kind[c], y0, y1, y2, y3)
+        there = stencil_vector(lam_there, y0, y1, y2, y3)
+        if wp.dot(there, n) > 0.0:  # not passed through: what counts is the distance at the end
+            missing = wanted - wp.length(there)
+            if missing <= LEAST_PUSH:
+                continue
+            lam = lam_there
+            n = wp.normalize(there)
+        surface_weight = wp.pow(SURFACE_WEIGHT, 1.0 - float(number) / float(at_most))
+        total = float(0.0)
+        for k in range(4):
             w = float(1.0)
             if v[k] >= cloth_count:
                 w = surface_weight
-            wp.atomic_add(push_out, v[k], w * lam[k] * push * n)
-            wp.atomic_add(pushes_out, v[k], 1.0)
+            total += w * lam[k] * lam[k]
+        wp.atomic_add(passes, HITS, 1)
+        push = missing / total
+        for k in range(4):
+            if lam[k] != 0.0:
+                w = float(1.0)
+                if v[k] >= cloth_count:
+                    w = surface_weight
+                wp.atomic_add(push_out, v[k], w * lam[k] * push * n)
+                wp.atomic_add(pushes_out, v[k], 1.0)
 
 
 @wp.kernel
@@ -187,7 +185,7 @@ def deflect(
 
     With `near` only the near list is looked at. `changed` (A,) int32 and `passes` are scratch.
     """
-    count = candidates.near_size if near else candidates.size
+    count, entries = candidates.entries(near)
     changed.fill_(-2)
 
     def deflect_once() -> None:
@@ -195,9 +193,7 @@ def deflect(
             deflect_kernel,
             count,
             [
-                candidates.near,
-                candidates.near_count,
-                int(near),
+                *entries,
                 candidates.ids,
                 candidates.kind,
                 candidates.distance,

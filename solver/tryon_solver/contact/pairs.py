@@ -17,7 +17,7 @@ import warp as wp
 
 from tryon_solver.contact.barrier import barrier, barrier_curvature, barrier_gradient, mollifier
 from tryon_solver.contact.bounds import offset
-from tryon_solver.contact.candidates import Candidates, ContactSizes
+from tryon_solver.contact.candidates import Candidates, ContactSizes, candidate_at
 from tryon_solver.contact.distances import stencil_vector, stencil_weights
 
 wp.set_module_options({"enable_backward": False})
@@ -100,8 +100,9 @@ class ContactModel:
 @wp.kernel
 def collect_kernel(
     near: wp.array(dtype=wp.int32),
-    near_count: wp.array(dtype=wp.int32),
-    listed: int,
+    listed: wp.array(dtype=wp.int32),
+    some: int,
+    threads: int,
     candidate_ids: wp.array(dtype=wp.vec4i),
     candidate_kind: wp.array(dtype=wp.int32),
     cloth_count: int,
@@ -121,62 +122,59 @@ def collect_kernel(
     counters_out: wp.array(dtype=wp.int32),
     smallest_gap_out: wp.array(dtype=wp.float32),
 ):
-    c = wp.tid()
-    if listed == 1:
-        if c >= near_count[0]:
-            return
-        c = near[c]
-    v = candidate_ids[c]
-    kind = candidate_kind[c]
-    xi = offset(v, kind, cloth_count, sizes)
-    if candidate_distance[c] > xi + sizes.d_hat:
-        return
-    x0 = x[v[0]]
-    x1 = x[v[1]]
-    x2 = x[v[2]]
-    x3 = x[v[3]]
-    lam = stencil_weights(kind, x0, x1, x2, x3)
-    difference = stencil_vector(lam, x0, x1, x2, x3)
-    d = wp.length(difference)
-    candidate_distance[c] = d
-    g_hat = sizes.d_hat
-    cloth_vertices = float(0.0)
-    cloth_area = float(0.0)
-    touches_body = bool(False)
-    reach = float(1.0)
-    for k in range(4):
-        if v[k] < cloth_count:
-            cloth_vertices += 1.0
-            cloth_area += area[v[k]]
-            reach = wp.min(reach, reach_self[v[k]])
-        else:
-            touches_body = True
-    eps = model.eps_body
-    if not touches_body:
-        g_hat = wp.min(g_hat, reach - xi)
-        eps = model.eps_self
-    g = d - xi
-    if g >= g_hat:
-        return
-    wp.atomic_min(smallest_gap_out, wp.where(touches_body, 0, 1), g)
-    if g <= 0.0:
-        wp.atomic_add(counters_out, 1, 1)
-    slot = wp.atomic_add(counters_out, 0, 1)
-    if slot >= ids_out.shape[0]:
-        return
-    floor = GAP_FLOOR * wp.min(xi, g_hat)
-    # a patch of cloth meets several stencils: a quarter of its vertices' area goes to each
-    kappa = 0.25 * model.pressure_stiffness * cloth_area / cloth_vertices
-    e = float(1.0)
-    if kind == 1:
-        e = mollifier(wp.length_sq(wp.cross(x1 - x0, x3 - x2)), eps)
-    ids_out[slot] = v
-    lam_out[slot] = lam
-    normal_out[slot] = wp.normalize(difference)
-    slope_out[slot] = e * kappa * barrier_gradient(g, g_hat, floor)
-    curvature_out[slot] = e * kappa * barrier_curvature(g, g_hat, floor)
-    energy_out[slot] = e * kappa * barrier(g, g_hat, floor)
-    gap_out[slot] = wp.vec3(g, g_hat, floor)
+    for entry in range(wp.tid(), listed[0], threads):
+        c = candidate_at(near, some, entry)
+        v = candidate_ids[c]
+        kind = candidate_kind[c]
+        xi = offset(v, kind, cloth_count, sizes)
+        if candidate_distance[c] > xi + sizes.d_hat:
+            continue
+        x0 = x[v[0]]
+        x1 = x[v[1]]
+        x2 = x[v[2]]
+        x3 = x[v[3]]
+        lam = stencil_weights(kind, x0, x1, x2, x3)
+        difference = stencil_vector(lam, x0, x1, x2, x3)
+        d = wp.length(difference)
+        candidate_distance[c] = d
+        g_hat = sizes.d_hat
+        cloth_vertices = float(0.0)
+        cloth_area = float(0.0)
+        touches_body = bool(False)
+        reach = float(1.0)
+        for k in range(4):
+            if v[k] < cloth_count:
+                cloth_vertices += 1.0
+                cloth_area += area[v[k]]
+                reach = wp.min(reach, reach_self[v[k]])
+            else:
+                touches_body = True
+        eps = model.eps_body
+        if not touches_body:
+            g_hat = wp.min(g_hat, reach - xi)
+            eps = model.eps_self
+        g = d - xi
+        if g >= g_hat:
+            continue
+        wp.atomic_min(smallest_gap_out, wp.where(touches_body, 0, 1), g)
+        if g <= 0.0:
+            wp.atomic_add(counters_out, 1, 1)
+        slot = wp.atomic_add(counters_out, 0, 1)
+        if slot >= ids_out.shape[0]:
+            continue
+        floor = GAP_FLOOR * wp.min(xi, g_hat)
+        # a patch of cloth meets several stencils: a quarter of its vertices' area goes to each
+        kappa = 0.25 * model.pressure_stiffness * cloth_area / cloth_vertices
+        e = float(1.0)
+        if kind == 1:
+            e = mollifier(wp.length_sq(wp.cross(x1 - x0, x3 - x2)), eps)
+        ids_out[slot] = v
+        lam_out[slot] = lam
+        normal_out[slot] = wp.normalize(difference)
+        slope_out[slot] = e * kappa * barrier_gradient(g, g_hat, floor)
+        curvature_out[slot] = e * kappa * barrier_curvature(g, g_hat, floor)
+        energy_out[slot] = e * kappa * barrier(g, g_hat, floor)
+        gap_out[slot] = wp.vec3(g, g_hat, floor)
 
 
 @wp.kernel
@@ -277,16 +275,15 @@ def collect(
     who launched it must look whether the first counter is above the capacity.
     """
     device = x.device
+    count, entries = candidates.entries(near)
     while True:
         pairs.counters.zero_()
         pairs.smallest_gap.fill_(parameters.sizes.d_hat)
         wp.launch(
             collect_kernel,
-            candidates.near_size if near else candidates.size,
+            count,
             [
-                candidates.near,
-                candidates.near_count,
-                int(near),
+                *entries,
                 candidates.ids,
                 candidates.kind,
                 parameters.cloth_count,

@@ -23,11 +23,11 @@ def moved(height, motion):
     sizes.d_hat = 1e-3
     alpha = wp.full(4, 1.0, dtype=wp.float32, device="cpu")
     positions, path = (wp.array(a, dtype=wp.vec3, device="cpu") for a in (x, displacement))
-    one = wp.zeros(1, dtype=wp.int32, device="cpu")
+    kind, one = wp.zeros(1, dtype=wp.int32, device="cpu"), wp.ones(1, dtype=wp.int32, device="cpu")
     ids = wp.array([[0, 1, 2, 3]], dtype=wp.vec4i, device="cpu")
     distance = wp.array([height], dtype=wp.float32, device="cpu")
     changed, passes = wp.zeros(4, dtype=wp.int32, device="cpu"), Passes.allocate("cpu")
-    inputs = [one, one, 0, ids, one, distance, 4, sizes, positions, path, changed, alpha, passes.state]
+    inputs = [kind, one, 0, 1, ids, kind, distance, 4, sizes, positions, path, changed, alpha, passes.state]
     passes.repeat(lambda: wp.launch(bounds.shorten_kernel, 1, inputs, device="cpu"), 60)
     return float(np.float32(height) + alpha.numpy()[0] * np.float32(motion))
 
