@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import warp as wp
 
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
+from tryon_solver.contact.found import Found
 from tryon_solver.linalg.blocks import MOST_THREADS
 
 wp.set_module_options({"enable_backward": False})
@@ -23,27 +24,6 @@ class ContactSizes:
     xi_body: float
     xi_self: float
     d_hat: float
-
-
-@dataclass
-class Found:
-    """What one search found on one surface, as in Candidates; `count` (1,) int32, which may be more than there is room
-    for."""
-
-    ids: wp.array
-    kind: wp.array
-    distance: wp.array
-    count: wp.array
-
-    @staticmethod
-    def allocate(capacity: int, device: str) -> Found:
-        """Nothing yet, with room for `capacity` stencils."""
-        return Found(
-            wp.zeros(capacity, dtype=wp.vec4i, device=device),
-            wp.zeros(capacity, dtype=wp.int32, device=device),
-            wp.zeros(capacity, dtype=wp.float32, device=device),
-            wp.zeros(1, dtype=wp.int32, device=device),
-        )
 
 
 @dataclass

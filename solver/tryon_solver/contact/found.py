@@ -1,0 +1,53 @@
+"""What one search of the broad phase found on one surface: its scratch, kept from search to search."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import warp as wp
+
+PAIRS = wp.constant(0)
+STENCILS = wp.constant(1)
+
+
+@dataclass
+class Found:
+    """Pairs of triangles, `triangles` vec2i of the cloth and of the surface, with `between` vec2 m: stencils in that
+    range of distances are looked for in them; and these, `ids`, `kind` and `distance` as in Candidates.
+
+    `counts` (2,) int32, how many of both, by the places above, which may be more than there is room for.
+    """
+
+    triangles: wp.array
+    between: wp.array
+    ids: wp.array
+    kind: wp.array
+    distance: wp.array
+    counts: wp.array
+
+    @staticmethod
+    def allocate(pairs: int, stencils: int, device: str) -> Found:
+        """Nothing yet, with room for so many pairs of triangles and stencils."""
+        return Found(
+            wp.zeros(pairs, dtype=wp.vec2i, device=device),
+            wp.zeros(pairs, dtype=wp.vec2, device=device),
+            wp.zeros(stencils, dtype=wp.vec4i, device=device),
+            wp.zeros(stencils, dtype=wp.int32, device=device),
+            wp.zeros(stencils, dtype=wp.float32, device=device),
+            wp.zeros(2, dtype=wp.int32, device=device),
+        )
+
+    def counted(self) -> tuple[int, int]:
+        """How many pairs of triangles and stencils there are, or should be. Waits for the device."""
+        pairs, stencils = self.counts.numpy()
+        return int(pairs), int(stencils)
+
+    def with_room(self, pairs: int, stencils: int) -> Found:
+        """Itself, or in its place one with room for so many."""
+        if pairs <= len(self.triangles) and stencils <= len(self.ids):
+            return self
+        return Found.allocate(
+            max(len(self.triangles), 1 << (pairs - 1).bit_length()),
+            max(len(self.ids), 1 << (stencils - 1).bit_length()),
+            str(self.ids.device),
+        )
