@@ -27,7 +27,6 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
     of the motion along one field for cloth and surface, as far as it is proven free. Where it isn't, the surface lags.
     """
     state, settings, body = sim.state, sim.settings, sim.body
-    sim.dt = interval.dt
     sim.listed = False
     wp.copy(state.x_start, state.x)
     if body is not None:

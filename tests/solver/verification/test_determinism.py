@@ -65,3 +65,14 @@ def test_equal_bytes_frame_by_frame(make, pose_at):
 def test_where_it_cannot_be_had_it_is_refused():
     with pytest.raises(ValueError, match="deterministic"):
         build(scene(), SETTINGS, "cuda:0", ball_at(0.0))
+
+
+def test_a_step_is_the_same_whatever_longer_ones_the_settings_allow():
+    """Steps of 1/90 s by settings that name just these and by others, on cloth in contact."""
+    pose, dt = ball_at(0.0), 1 / 90
+    first, second = (build(scene(), replace(SETTINGS, largest_step=step), "cpu", pose) for step in (dt, 1 / 30))
+    for k in range(1, 31):
+        reports = [sim.advance(ball_at(k * dt), k * dt) for sim in (first, second)]
+        assert [report.steps for report in reports] == [1, 1]
+        assert first.state.x.numpy().tobytes() == second.state.x.numpy().tobytes(), f"frame {k}"
+    assert reports[0].pairs > 0

@@ -65,9 +65,11 @@ def gamma_of(effects, omega):
 BOUNCES = [(), (FabricDamping(2e-3),), (FabricDamping(6e-3),), (AirDrag(4.0),), (FabricDamping(2e-3), AirDrag(4.0))]
 
 
+@pytest.mark.parametrize("largest_step", [1e-3, 1 / 60])
 @pytest.mark.parametrize("effects", BOUNCES)
-def test_bouncing(effects):
-    """omega = pi/(2 L) sqrt(k/rho), the lowest mode sin(pi y/(2 L)) about the hanging profile."""
+def test_bouncing(effects, largest_step):
+    """omega = pi/(2 L) sqrt(k/rho), the lowest mode sin(pi y/(2 L)) about the hanging profile; by steps as long as the
+    settings allow, and much shorter ones."""
     k, dt = 40.0, 1e-3
     cloth = fabric(areal_density=DENSITY, k_warp=120.0, k_weft=k, k_shear=16.0, strain_limit=3.0, k_bend=1e-6)
     omega = 0.5 * math.pi / LENGTH * math.sqrt(k / DENSITY)
@@ -76,7 +78,7 @@ def test_bouncing(effects):
         hanging = DENSITY * G / k * (LENGTH * depth - 0.5 * depth**2)
         return 0 * depth, hanging + 4e-3 * np.sin(0.5 * math.pi * depth / LENGTH)
 
-    sim, bottom = strip(cloth, effects, Settings(largest_step=dt), moved)
+    sim, bottom = strip(cloth, effects, Settings(largest_step=largest_step), moved)
     size, angle = factor_of(motion_of_the_end(sim, bottom, 1, 400, dt))
     wanted, turned = expected(omega, gamma_of(effects, omega), dt)
     print(f"period {2 * math.pi * dt / angle:.5f} s of {2 * math.pi / omega:.5f}")
