@@ -59,9 +59,9 @@ class Contribution:
     project: Callable[[wp.array, wp.array], None] | None = None  # x, corner_gradient_out
     project_in_correction: Callable[[wp.array, wp.array], None] | None = None  # x, corner_gradient_out
     add_gradient: Callable[[wp.array, wp.array], None] | None = None  # x, gradient_out
-    start_step: Callable[[State, float], None] | None = None  # state, dt
-    add_velocity_gradient: Callable[[State, wp.array, float, wp.array], None] | None = None  # state, x, dt, gradient
-    add_velocity_gradient_in_correction: Callable[[State, wp.array, float, wp.array], None] | None = None  # likewise
+    start_step: Callable[[State], None] | None = None  # state
+    add_velocity_gradient: Callable[[State, wp.array, wp.array], None] | None = None  # state, x, gradient_out
+    add_velocity_gradient_in_correction: Callable[[State, wp.array, wp.array], None] | None = None  # likewise
     add_hessian: Callable[[wp.array, BlockRows], None] | None = None  # x, rows
     stiffness: sp.spmatrix | None = None
     constant: bool = False

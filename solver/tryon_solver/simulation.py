@@ -154,6 +154,7 @@ class Simulation:
             acceleration=wp.clone(cloth),
             skin=wp.array(skin.astype(np.float32), dtype=wp.vec3, device=device),
             hold=wp.full(self.body_count, self.settings.skin_hold, dtype=wp.float32, device=device),
+            dt=wp.zeros(1, dtype=wp.float32, device=device),
         )
         self.work = Workspace.allocate(self.all_count, len(scene.garment.faces), device)
         self.x_before = wp.clone(cloth)
@@ -251,6 +252,7 @@ class Simulation:
         if dt == self.dt:
             return
         self.dt = dt
+        self.state.dt.fill_(dt)
         diagonal = self.mass / dt**2
         for contribution in self.plan.contributions:
             if contribution.diagonal is not None:

@@ -26,6 +26,7 @@ class State:
     acceleration: wp.array  # (N,) vec3 m/s^2, of external forces
     skin: wp.array  # (B,) vec3 m, where the collision surface is drawn in this step: to the tracked skin
     hold: wp.array  # (B,) float32 N, how firmly at most
+    dt: wp.array  # (1,) float32 s, the step's time: here, and not in launches, which a GPU's graphs keep as they were
     time: float = 0.0  # s, the poses' clock
     still: float = 0.0  # s, for which nothing has moved faster than Sleep allows
     asleep: bool = False

@@ -65,7 +65,8 @@ def advance(sim: Simulation, pose: Pose | None, time: float, longest_step: float
 
 def step(sim: Simulation, dt: float) -> None:
     """Algorithm 1: advance the garment by dt [s] on the body as it stands. METHOD.md section 2."""
-    sim.timed(predict_positions, dt)  # x_hat = x + dt v + dt^2 M^-1 f_ext
+    sim.use_time_step(dt)
+    sim.timed(predict_positions)  # x_hat = x + dt v + dt^2 M^-1 f_ext
     sim.timed(solve_without_contact)  # one global step at x_hat
     scheme = SCHEMES[sim.settings.scheme]  # the paper's unless the settings name another
     for _ in contact_passes(sim):  # one, unless the settings ask for more

@@ -238,7 +238,7 @@ def extend(
 
 def take_apart(found: Found, cloth: Surface, other: Surface, region: Region, group: wp.array, x: wp.array) -> None:
     """Fill `found` with the stencils of its pairs of triangles, as far as there is room."""
-    threads = 1 if x.device.is_cpu else min(len(found.triangles), MOST_THREADS)
+    threads = 1 if wp.get_device(x.device).is_cpu else min(len(found.triangles), MOST_THREADS)
     wp.launch(
         take_apart_kernel,
         threads,

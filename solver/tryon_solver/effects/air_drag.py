@@ -18,14 +18,15 @@ wp.set_module_options({"enable_backward": False})
 
 @wp.kernel
 def add_drag_kernel(
-    coefficient_per_dt: float,
+    coefficient: float,
+    dt: wp.array(dtype=wp.float32),
     area: wp.array(dtype=wp.float32),
     x_start: wp.array(dtype=wp.vec3),
     x: wp.array(dtype=wp.vec3),
     gradient_out: wp.array(dtype=wp.vec3),
 ):
     i = wp.tid()
-    gradient_out[i] = gradient_out[i] + coefficient_per_dt * area[i] * (x[i] - x_start[i])
+    gradient_out[i] = gradient_out[i] + coefficient / dt[0] * area[i] * (x[i] - x_start[i])
 
 
 def bind(spec: AirDrag, context: BuildContext) -> Contribution | None:
@@ -34,11 +35,11 @@ def bind(spec: AirDrag, context: BuildContext) -> Contribution | None:
         return None
     area: wp.array = wp.array(context.area, dtype=wp.float32, device=context.device)
 
-    def add_velocity_gradient(state: State, x: wp.array, dt: float, gradient: wp.array) -> None:
+    def add_velocity_gradient(state: State, x: wp.array, gradient: wp.array) -> None:
         wp.launch(
             add_drag_kernel,
             len(area),
-            [spec.coefficient / dt, area, state.x_start, x],
+            [spec.coefficient, state.dt, area, state.x_start, x],
             [gradient],
             device=context.device,
         )

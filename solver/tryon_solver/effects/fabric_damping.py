@@ -43,24 +43,24 @@ def bind(spec: FabricDamping, context: BuildContext) -> Contribution | None:
     bent = spec.time * bending.matrix(garment, np.array([fabric.k_bend for fabric in fabrics]))
     bent_rows = EllMatrix.from_scipy(bent, device)
 
-    def start_step(state: State, dt: float) -> None:
+    def start_step(state: State) -> None:
         frozen.blocks.zero_()
-        inputs = [rest.faces, rest.gradients, rest.area, stiffness, spec.time / dt, frozen.slots, state.x_start]
+        inputs = [rest.faces, rest.gradients, rest.area, stiffness, spec.time, state.dt, frozen.slots, state.x_start]
         wp.launch(strain_matrix_kernel, rest.face_count, inputs, [frozen.blocks], device=device)
 
-    def add_gradient(state: State, x: wp.array, dt: float, gradient: wp.array) -> None:
+    def add_gradient(state: State, x: wp.array, gradient: wp.array) -> None:
         moved = [x, state.x_start]
         wp.launch(
             block_ell.add_difference_kernel,
             frozen.row_count,
-            [frozen.columns, frozen.blocks, 1.0, *moved],
+            [frozen.columns, frozen.blocks, *moved],
             [gradient],
             device=device,
         )
         wp.launch(
             add_rate_kernel,
             bent_rows.row_count,
-            [bent_rows.columns, bent_rows.weights, 1.0 / dt, *moved],
+            [bent_rows.columns, bent_rows.weights, state.dt, *moved],
             [gradient],
             device=device,
         )

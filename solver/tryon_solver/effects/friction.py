@@ -261,7 +261,7 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
     cloth_count = context.scene.garment.vertex_count
     held = FrictionOfPairs(1 << 10, device)
 
-    def begin(_state: State, _dt: float) -> None:
+    def begin(_state: State) -> None:
         held.known.replace_by(*held.ended)
 
     def prepare(pairs: ContactPairs, state: State, x: wp.array, x_before: wp.array | None) -> None:

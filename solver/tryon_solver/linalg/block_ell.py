@@ -62,18 +62,17 @@ def add_block(
 def add_difference_kernel(
     columns: wp.array2d(dtype=wp.int32),
     blocks: wp.array2d(dtype=wp.mat33),
-    scale: float,
     x: wp.array(dtype=wp.vec3),
     x_start: wp.array(dtype=wp.vec3),
     out: wp.array(dtype=wp.vec3),
 ):
-    """out += scale blocks (x - x_start)"""
+    """out += blocks (x - x_start)"""
     i = wp.tid()
     total = wp.vec3()
     for k in range(columns.shape[1]):
         j = columns[i, k]
         total += blocks[i, k] * (x[j] - x_start[j])
-    out[i] = out[i] + scale * total
+    out[i] = out[i] + total
 
 
 @wp.kernel

@@ -86,7 +86,7 @@ def solve(
     Stops when <r, D^-1 r> has fallen below tolerance^2 of its first value. The device decides when to stop, and the
     host reads nothing where the launches are recorded for a graph.
     """
-    if gradient.device.is_cpu:
+    if wp.get_device(gradient.device).is_cpu:
         wp.launch(
             pcg_alone.solve_kernel,
             1,

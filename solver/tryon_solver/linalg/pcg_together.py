@@ -8,6 +8,8 @@ launches earlier, in a ring of four, and of the iteration's number each kernel h
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import warp as wp
 
 from tryon_solver.linalg.blocks import BLOCK, whole_blocks
@@ -190,7 +192,7 @@ def solve(
     threads = whole_blocks(count)
     all_threads = whole_blocks(count + pairs)
 
-    def launch(kernel: wp.Kernel, dim: int, inputs: list[object], outputs: list[object]) -> None:
+    def launch(kernel: wp.Kernel, dim: int, inputs: Sequence[object], outputs: Sequence[object]) -> None:
         wp.launch(kernel, dim, [*inputs, dim], outputs, block_dim=BLOCK, device=device)
 
     def turn() -> None:

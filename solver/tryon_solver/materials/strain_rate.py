@@ -30,12 +30,13 @@ def strain_matrix_kernel(
     gradients: wp.array2d(dtype=wp.vec2),
     area: wp.array(dtype=wp.float32),
     stiffness: wp.array(dtype=wp.vec3),
-    scale: float,
+    time: float,
+    dt: wp.array(dtype=wp.float32),
     slots: wp.array2d(dtype=wp.int32),
     x: wp.array(dtype=wp.vec3),
     blocks_out: wp.array2d(dtype=wp.mat33),
 ):
-    """Adds `scale` times the Gauss-Newton matrix at x to the blocks."""
+    """Adds time/dt times the Gauss-Newton matrix at x to the blocks."""
     t = wp.tid()
     face = faces[t]
     g0 = gradients[t, 0]
@@ -43,7 +44,7 @@ def strain_matrix_kernel(
     g2 = gradients[t, 2]
     f_u, f_v = deformation_gradient(x, face, g1, g2)
     u1, u2, _n, v1, s1, s2 = principal_frame(f_u, f_v)
-    k = scale * area[t] * stiffness[t]
+    k = time / dt[0] * area[t] * stiffness[t]
     shear = k[2]
     share1 = s1 / wp.max(s1 + s2, SMALLEST_STRETCH)
     share2 = s2 / wp.max(s1 + s2, SMALLEST_STRETCH)

@@ -68,13 +68,14 @@ def shorten_kernel(share: float, direction: wp.array(dtype=wp.vec3)):
 
 @wp.kernel
 def trust_kernel(
-    beside: float,
+    speed: float,
+    dt: wp.array(dtype=wp.float32),
     trial: wp.array(dtype=wp.float32),
     length: wp.array(dtype=wp.float32),
     direction: wp.array(dtype=wp.vec3),
 ):
     i = wp.tid()
-    farthest = 2.0 * trial[0] + beside
+    farthest = 2.0 * trial[0] + speed * dt[0]
     if length[0] > farthest:
         direction[i] = (farthest / length[0]) * direction[i]
 
@@ -320,9 +321,9 @@ def go_back_to_least(sim: Simulation) -> None:
 
 
 def baked(sim: Simulation) -> tuple[object, ...]:
-    """What `iterate` hands to kernels by value and may differ between steps, and where the arrays are that grow."""
+    """Where the arrays are that grow, and how far: what a graph was recorded for."""
     lists, pairs = sim.candidates, sim.pairs
-    return sim.dt, lists.ids.ptr, lists.capacity, pairs.ids.ptr, pairs.capacity
+    return lists.ids.ptr, lists.capacity, pairs.ids.ptr, pairs.capacity
 
 
 def iterate(sim: Simulation, budget: Budget) -> None:
@@ -340,7 +341,7 @@ def iterate(sim: Simulation, budget: Budget) -> None:
         take_within_region(sim, work.direction)
         sim.holding.measure(work.total)
         find_largest(work.total, progress.moved)
-        progress.judge_move(sim.settings.correction_tolerance * sim.dt)
+        progress.judge_move(sim.settings.correction_tolerance, state.dt)
         progress.if_going_on(look)
 
     def look() -> None:
@@ -357,9 +358,9 @@ def find_direction(sim: Simulation, budget: Budget) -> None:
     solve_newton_system(sim, budget.pcg_iterations)
     move_as_one(sim.cg, lambda p, product: outer_product(sim, p, product), sim.cloth_count, work.direction)
     find_largest(work.direction, sim.progress.length)
-    trusted = [budget.trusted * sim.dt, sim.progress.trial, sim.progress.length]
+    trusted = [budget.trusted, sim.state.dt, sim.progress.trial, sim.progress.length]
     wp.launch(trust_kernel, sim.all_count, trusted, [work.direction], device=sim.device)
-    sim.progress.judge_direction(sim.cg.first, settings.correction_unsettled * sim.dt)
+    sim.progress.judge_direction(sim.cg.first, settings.correction_unsettled, sim.state.dt)
     wp.launch(keep_kernel, sim.all_count, [sim.progress.least_yet, sim.state.x], [work.least], device=sim.device)
 
 

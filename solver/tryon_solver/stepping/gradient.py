@@ -99,10 +99,10 @@ def elastic_gradient(sim: Simulation, x: wp.array, gradient_out: wp.array, corre
     for add_gradient in sim.stages.add_gradient:
         add_gradient(x, gradient_out)
     for add_velocity_gradient in sim.stages.add_velocity_gradient:
-        add_velocity_gradient(state, x, sim.dt, gradient_out)
+        add_velocity_gradient(state, x, gradient_out)
     if correcting:
         for add_velocity_gradient in sim.stages.add_velocity_gradient_in_correction:
-            add_velocity_gradient(state, x, sim.dt, gradient_out)
+            add_velocity_gradient(state, x, gradient_out)
     if sim.body_count:
         wp.launch(
             skin_kernel,

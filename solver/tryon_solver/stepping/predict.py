@@ -17,27 +17,27 @@ def predict_kernel(
     x_start: wp.array(dtype=wp.vec3),
     v: wp.array(dtype=wp.vec3),
     acceleration: wp.array(dtype=wp.vec3),
-    dt: float,
+    time: wp.array(dtype=wp.float32),
     x_hat_out: wp.array(dtype=wp.vec3),
 ):
     i = wp.tid()
+    dt = time[0]
     x_hat_out[i] = x_start[i] + dt * v[i] + dt * dt * acceleration[i]
 
 
-def predict_positions(sim: Simulation, dt: float) -> None:
+def predict_positions(sim: Simulation) -> None:
     """Set `x_hat` (N,) m and what effects freeze for the step; remembers where the body's motion led as x_feasible."""
     state = sim.state
-    sim.use_time_step(dt)
     wp.copy(state.x_feasible, state.x)
     for start_step in sim.stages.start_step:
-        start_step(state, dt)
+        start_step(state)
     state.acceleration.zero_()
     for add_acceleration in sim.stages.add_acceleration:
         add_acceleration(state.acceleration)
     wp.launch(
         predict_kernel,
         sim.cloth_count,
-        [state.x_start, state.v, state.acceleration, dt],
+        [state.x_start, state.v, state.acceleration, state.dt],
         [state.x_hat],
         device=sim.device,
     )

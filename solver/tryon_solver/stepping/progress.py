@@ -75,6 +75,7 @@ def begin_kernel(
 def judge_direction_kernel(
     imbalance: wp.array(dtype=wp.float32),
     unsettled: float,
+    dt: wp.array(dtype=wp.float32),
     state: wp.array(dtype=wp.int32),
     lengths: wp.array(dtype=wp.float32),
 ):
@@ -92,7 +93,8 @@ def judge_direction_kernel(
     state[LEFT] = state[LEFT] - 1
     if state[LEFT] == 0:
         astray = imbalance[0] > ASTRAY * lengths[LEAST]
-        stuck = state[FOUND] > 2 and lengths[LENGTH] > unsettled and imbalance[0] > HARDLY_NEARER * lengths[FIRST]
+        hardly_nearer = imbalance[0] > HARDLY_NEARER * lengths[FIRST]
+        stuck = state[FOUND] > 2 and lengths[LENGTH] > unsettled * dt[0] and hardly_nearer
         state[STRAYED] = wp.where(astray or stuck, 1, 0)
         if state[STRAYED] == 1 and state[EXTENSIONS] > 0:
             state[STRAYED] = 0
@@ -112,10 +114,15 @@ def decide_kernel(state: wp.array(dtype=wp.int32)):
 
 
 @wp.kernel
-def judge_move_kernel(shortest: float, state: wp.array(dtype=wp.int32), lengths: wp.array(dtype=wp.float32)):
+def judge_move_kernel(
+    shortest: float,
+    dt: wp.array(dtype=wp.float32),
+    state: wp.array(dtype=wp.int32),
+    lengths: wp.array(dtype=wp.float32),
+):
     lengths[BEFORE] = lengths[MOVED]
     state[NO_DIRECTION] = 1
-    if state[LEFT] == 0 or lengths[MOVED] < shortest:
+    if state[LEFT] == 0 or lengths[MOVED] < shortest * dt[0]:
         state[GOING_ON] = 0
     state[LOOKING] = state[GOING_ON]
 
@@ -213,10 +220,10 @@ class Progress:
         """Launch `find` if the direction is still to be found."""
         wp.capture_if(self.state[1:2], find)
 
-    def judge_direction(self, imbalance: wp.array, unsettled: float) -> None:
+    def judge_direction(self, imbalance: wp.array, unsettled: float, dt: wp.array) -> None:
         """The direction is found, its length known, and `imbalance` (1,) [J] where it begins: extend a budget that ends
-        in the middle of something, by `unsettled` [m] too, or drop its last if it overshoots."""
-        self._launch(judge_direction_kernel, [imbalance, unsettled], [self.state, self.lengths])
+        in the middle of something, by `unsettled` [m/s] times `dt` (1,) [s] too, or drop its last if it overshoots."""
+        self._launch(judge_direction_kernel, [imbalance, unsettled, dt], [self.state, self.lengths])
 
     @property
     def least_yet(self) -> wp.array:
@@ -228,9 +235,9 @@ class Progress:
         self._launch(decide_kernel, [], [self.state])
         wp.capture_if(self.state[2:3], move)
 
-    def judge_move(self, shortest: float) -> None:
-        """The direction is taken: end the loop with the budget, or when nothing moved by `shortest` m."""
-        self._launch(judge_move_kernel, [shortest], [self.state, self.lengths])
+    def judge_move(self, shortest: float, dt: wp.array) -> None:
+        """The direction is taken: end the loop with the budget, or when nothing moved by `shortest` m/s times `dt`."""
+        self._launch(judge_move_kernel, [shortest, dt], [self.state, self.lengths])
 
     def if_going_on(self, look: Callable[[], None]) -> None:
         """Launch `look` if there is another iteration after this move."""

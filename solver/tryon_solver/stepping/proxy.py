@@ -24,10 +24,13 @@ wp.set_module_options({"enable_backward": False})
 
 @wp.kernel
 def coast_kernel(
-    x_start: wp.array(dtype=wp.vec3), v: wp.array(dtype=wp.vec3), dt: float, coasted_out: wp.array(dtype=wp.vec3)
+    x_start: wp.array(dtype=wp.vec3),
+    v: wp.array(dtype=wp.vec3),
+    dt: wp.array(dtype=wp.float32),
+    coasted_out: wp.array(dtype=wp.vec3),
 ):
     i = wp.tid()
-    coasted_out[i] = x_start[i] + dt * v[i]
+    coasted_out[i] = x_start[i] + dt[0] * v[i]
 
 
 def build_contact_proxy(sim: Simulation) -> None:
@@ -40,7 +43,7 @@ def build_contact_proxy(sim: Simulation) -> None:
         pairs.collect(sim.pairs, sim.candidates, sim.contact, state.x_feasible)
         wp.copy(sim.x_searched, state.x_feasible)
         wp.copy(work.total, state.x_feasible)
-        wp.launch(coast_kernel, sim.cloth_count, [state.x_start, state.v, sim.dt], [work.total], device=sim.device)
+        wp.launch(coast_kernel, sim.cloth_count, [state.x_start, state.v, state.dt], [work.total], device=sim.device)
         for term in sim.stages.contact:
             term.prepare(sim.pairs, state, work.total, None)
     invert_diagonal_blocks(sim)

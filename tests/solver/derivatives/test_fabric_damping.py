@@ -40,7 +40,7 @@ def added(pair, x_start, x):
         sim.state.x_start.assign(x_start.astype(np.float32))
         sim.state.x_hat.assign(x.astype(np.float32))
         for start_step in sim.stages.start_step:
-            start_step(sim.state, DT)
+            start_step(sim.state)
         sim.state.x.assign(x.astype(np.float32))
         gradient = wp.full(sim.all_count, wp.vec3(np.nan, np.nan, np.nan), dtype=wp.vec3, device="cpu")
         elastic_gradient(sim, sim.state.x, gradient, correcting=True)

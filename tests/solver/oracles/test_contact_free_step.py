@@ -36,7 +36,7 @@ def started(sim, x, v):
     sim.state.v.assign(v.astype(np.float32))
     sim.use_time_step(DT)
     sim.start_report()
-    predict_positions(sim, DT)
+    predict_positions(sim)
 
 
 def system_matrix(sim):

@@ -37,6 +37,7 @@ class Script:
         self.imbalances = imbalances or [1.0] * len(lengths)
         self.least = []
         progress = self.progress
+        self.second = wp.ones(1, dtype=wp.float32, device=progress.state.device)
         progress.begin(budget, more.get("extensions", 0), searches)
         self.done = 0
         while True:
@@ -59,14 +60,14 @@ class Script:
     def find(self):
         self.progress.length.fill_(self.lengths[self.done])
         imbalance = wp.array([self.imbalances[self.done]], dtype=wp.float32, device=self.progress.state.device)
-        self.progress.judge_direction(imbalance, self.unsettled)
+        self.progress.judge_direction(imbalance, self.unsettled, self.second)
         self.least.append(int(self.progress.least_yet.numpy()[0]))
         self.events.append("direction")
 
     def move(self):
         self.events.append("move")
         self.progress.moved.fill_(self.moves[self.done])
-        self.progress.judge_move(self.shortest)
+        self.progress.judge_move(self.shortest, self.second)
         self.progress.if_going_on(self.look)
         self.done += 1
 
