@@ -65,11 +65,10 @@ def precondition_kernel(
     out[i] = blocks[i] * gradient[i]
 
 
-def preconditioned_norm_sq(cg: ConjugateGradients, blocks: wp.array, gradient: wp.array) -> float:
-    """<g, D^-1 g> with `blocks` the inverse diagonal blocks D^-1."""
+def preconditioned_norm_sq(cg: ConjugateGradients, blocks: wp.array, gradient: wp.array, out: wp.array) -> None:
+    """out[0] = <g, D^-1 g> with `blocks` the inverse diagonal blocks D^-1."""
     wp.launch(precondition_kernel, len(gradient), [blocks, gradient], [cg.preconditioned], device=gradient.device)
-    dot(gradient, cg.preconditioned, cg.scalars[0:1])
-    return float(cg.scalars.numpy()[0])
+    dot(gradient, cg.preconditioned, out)
 
 
 def solve(

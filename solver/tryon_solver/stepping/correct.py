@@ -173,8 +173,13 @@ def proven_free(sim: Simulation, displacement: np.ndarray) -> bool:
 
 def look_around(sim: Simulation, near: bool) -> None:
     """Pairs, friction, gradient and Hessian of the full potential at x; `near` if `take` just went there."""
+    pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x, near and bool(sim.touching))
+    linearise_at(sim)
+
+
+def linearise_at(sim: Simulation) -> None:
+    """Friction, gradient and Hessian of the full potential at x, whose pairs are collected."""
     state, work = sim.state, sim.work
-    pairs.collect(sim.pairs, sim.candidates, sim.contact, state.x, near and bool(sim.touching))
     for term in sim.stages.contact:
         term.prepare(sim.pairs, state, state.x, sim.x_searched)
     wp.copy(sim.x_searched, state.x)
@@ -183,9 +188,16 @@ def look_around(sim: Simulation, near: bool) -> None:
     linearise(sim)
 
 
+def measure_imbalance(sim: Simulation, out: wp.array) -> None:
+    """out[0] = <g, D^-1 g> [J] at x as looked around, D the Hessian's blocks: how far from where forces balance."""
+    pcg.preconditioned_norm_sq(sim.cg, sim.work.blocks, sim.work.gradient, out)
+
+
 def imbalance(sim: Simulation) -> float:
-    """<g, D^-1 g> [J] at x as looked around, D the Hessian's blocks: how far x is from where forces balance."""
-    return pcg.preconditioned_norm_sq(sim.cg, sim.work.blocks, sim.work.gradient)
+    """The same for the host, which waits for it."""
+    out = sim.progress.tried
+    measure_imbalance(sim, out)
+    return float(out.numpy()[0])
 
 
 def start_at_feasible(sim: Simulation) -> None:
@@ -195,25 +207,33 @@ def start_at_feasible(sim: Simulation) -> None:
 
 
 def choose_start(sim: Simulation) -> None:
-    """From the trial in x to the feasible start: the trial as far as it is free, or x_feasible if that is nearer.
+    """For the device: from x_feasible to the trial as far as it is free, unless x_feasible is nearer to balance.
 
     A garment at rest thus stays where it is instead of being let go and caught again in every step, and one in fast
-    motion does not follow a trial that its few cycles left far off.
+    motion does not follow a trial that its few cycles left far off. The pairs must be those at x_feasible.
     """
-    state, work = sim.state, sim.work
-    wp.copy(work.total, state.x)
+    state, work, progress = sim.state, sim.work, sim.progress
     start_at_feasible(sim)
-    subtract(work.total, state.x_feasible, sim.to_trial)
-    find_largest(sim.to_trial, sim.progress.trial)
-    look_around(sim, near=False)
-    standing = imbalance(sim)
-    take(sim, sim.to_trial)
-    look_around(sim, near=True)
-    if imbalance(sim) > standing:
+    linearise_at(sim)
+    measure_imbalance(sim, progress.standing)
+    if sim.touching:
+        work.alpha.fill_(1.0)
+        bounds.count_leaving(state.x, sim.to_trial, work.alpha, sim.region, progress.leaving)
+
+    def attempt() -> None:
+        wp.copy(work.direction, sim.to_trial)
+        take_within_region(sim, work.direction)
+        look_around(sim, near=True)
+        measure_imbalance(sim, progress.tried)
+        progress.if_tried_in_vain(sim.pairs, back)
+
+    def back() -> None:
         start_at_feasible(sim)
         if sim.touching:
             follow(sim, near=False)
         look_around(sim, near=False)
+
+    progress.if_free_to_try(attempt)
 
 
 def correct_penetration(sim: Simulation) -> None:
@@ -234,9 +254,10 @@ def correct_penetration(sim: Simulation) -> None:
     """
     settings = sim.settings
     sim.holding.release()
-    choose_start(sim)
+    subtract(sim.state.x, sim.state.x_feasible, sim.to_trial)
+    find_largest(sim.to_trial, sim.progress.trial)
     once = settings.contact_passes == 1
-    outcome = iterate_newton(sim, sim.budget, once)
+    outcome = iterate_newton(sim, sim.budget, once, starting=True)
     if once and settings.second_iterations and led_astray(sim, outcome.began, outcome.last):
         start_again(sim)
         outcome = iterate_newton(sim, sim.second_budget, extensible=False)
@@ -290,26 +311,43 @@ def start_again(sim: Simulation) -> None:
     look_around(sim, near=False)
 
 
-def iterate_newton(sim: Simulation, budget: Budget, extensible: bool) -> Outcome:
-    """Newton iterations from x as looked around, until nothing moves or the budget is spent."""
+def iterate_newton(sim: Simulation, budget: Budget, extensible: bool, starting: bool = False) -> Outcome:
+    """Newton iterations, until nothing moves or the budget is spent: from x as looked around, or `starting` from what
+    `choose_start` takes."""
     progress, settings = sim.progress, sim.settings
     extensions = settings.correction_extensions if extensible else 0
-    progress.begin(budget.iterations, extensions, settings.searches - sim.searches)
+    progress.begin(budget.iterations, extensions, settings.searches - sim.searches, starting)
+
+    def turn() -> None:
+        sim.pairs.cover_in_graph()
+        progress.if_starting(lambda: choose_start(sim))
+        iterate(sim, budget)
+
     while True:
-        budget.loop.run(progress.going_on, lambda: iterate(sim, budget), key=baked(sim))
+        budget.loop.run(progress.going_on, turn, key=baked(sim))
         outcome = progress.read()
-        if sim.touching:
-            sim.candidates.size_near_list()
         if outcome.wants_search:
-            search_further(sim, sim.work.direction, sim.work.alpha)
+            search_further(sim, sim.to_trial if outcome.starting else sim.work.direction, sim.work.alpha)
             progress.searched()
         elif outcome.wants_room:
-            look_around(sim, near=True)
+            make_room(sim, outcome.starting)
             progress.resume()
         else:
             break
     sim.counters.newton_iterations += outcome.iterations
     return outcome
+
+
+def make_room(sim: Simulation, starting: bool) -> None:
+    """For the pairs that there are at x; who was `starting` is at x_feasible again."""
+    sim.candidates.size_near_list()
+    pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x, near=True)
+    if starting:
+        start_at_feasible(sim)
+        follow(sim, near=False)
+        pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x)
+    else:
+        linearise_at(sim)
 
 
 def go_back_to_least(sim: Simulation) -> None:
@@ -330,7 +368,6 @@ def iterate(sim: Simulation, budget: Budget) -> None:
     """One Newton iteration, for the device to repeat: a direction, unless there is one, and, where it leads within the
     region or there is no searching left, the move and a look around."""
     state, work, progress = sim.state, sim.work, sim.progress
-    sim.pairs.cover_in_graph()
     progress.unless_directed(lambda: find_direction(sim, budget))
     if sim.touching:
         work.alpha.fill_(1.0)

@@ -18,7 +18,7 @@ TRUSTED = 5.0  # m/s: what a direction may be longer than twice the way to the t
 TRUSTED_AGAIN = 1.0  # m/s, of a correction that is done again
 HARDLY_NEARER = wp.constant(0.1)  # more than this share as far from balance as at first
 
-# Places in `state`. Each of the first four is a condition of the loop, 0 or 1.
+# Places in `state`. Each of the first four is a condition, 0 or 1.
 GOING_ON = wp.constant(0)  # another iteration
 NO_DIRECTION = wp.constant(1)  # the direction is still to be found
 FREE_TO_MOVE = wp.constant(2)  # the direction can be taken now
@@ -33,7 +33,10 @@ LEAST_YET = wp.constant(10)  # 1 if the iteration began nearer to balance than a
 BUDGET = wp.constant(11)  # iterations that an extension adds
 EXTENSIONS = wp.constant(12)  # left
 STRAYED = wp.constant(13)  # 1 if the budget's last iteration begins in the middle of something
-PLACES = 14
+STARTING = wp.constant(14)  # 1 until it is chosen where the first iteration begins; a condition, as is
+TRYING = wp.constant(15)  # 1 if the way to the trial can be taken now; and
+GOING_BACK = wp.constant(16)  # 1 if the trial is further from balance than where its way began
+PLACES = 17
 
 # Places in `lengths` [m], from the fourth on [J]: <g, D^-1 g>, how far from balance.
 LENGTH = wp.constant(0)  # of the direction's longest vector
@@ -44,7 +47,9 @@ FIRST = wp.constant(4)  # the larger of the first two
 BEGAN = wp.constant(5)  # of the first
 LAST = wp.constant(6)  # of the last
 TRIAL = wp.constant(7)  # way to the trial, of the vertex that goes farthest [m]
-LENGTHS = 8
+STANDING = wp.constant(8)  # at x_feasible [J]
+TRIED = wp.constant(9)  # at the trial, as far as the way there is free [J]
+LENGTHS = 10
 
 
 @wp.kernel
@@ -52,11 +57,13 @@ def begin_kernel(
     at_most: int,
     extensions: int,
     searches: int,
+    starting: int,
     state: wp.array(dtype=wp.int32),
     lengths: wp.array(dtype=wp.float32),
 ):
     for k in range(PLACES):
         state[k] = 0
+    state[STARTING] = starting
     state[GOING_ON] = wp.where(at_most > 0, 1, 0)
     state[NO_DIRECTION] = 1
     state[LEFT] = at_most
@@ -69,6 +76,30 @@ def begin_kernel(
     lengths[FIRST] = 0.0
     lengths[BEGAN] = 0.0
     lengths[LAST] = 0.0
+
+
+@wp.kernel
+def decide_to_try_kernel(state: wp.array(dtype=wp.int32)):
+    state[TRYING] = 1
+    if state[LEAVING] > 0 and state[SEARCHES] > 0:
+        state[TRYING] = 0
+        state[NO_DIRECTION] = 0
+        state[GOING_ON] = 0
+        state[WANTS_SEARCH] = 1
+
+
+@wp.kernel
+def judge_trial_kernel(
+    counters: wp.array(dtype=wp.int32), room: int, state: wp.array(dtype=wp.int32), lengths: wp.array(dtype=wp.float32)
+):
+    """Where there are more pairs than room nothing can be said of the trial: it is tried again when there is room."""
+    if counters[0] > room:
+        state[NO_DIRECTION] = 0
+        state[GOING_ON] = 0
+        state[WANTS_ROOM] = 1
+        return
+    state[STARTING] = 0
+    state[GOING_BACK] = wp.where(lengths[TRIED] > lengths[STANDING], 1, 0)
 
 
 @wp.kernel
@@ -139,6 +170,8 @@ def resume_kernel(searches: int, state: wp.array(dtype=wp.int32)):
     state[GOING_ON] = 1
     state[WANTS_SEARCH] = 0
     state[WANTS_ROOM] = 0
+    if state[STARTING] == 1:
+        state[NO_DIRECTION] = 1
     state[SEARCHES] = state[SEARCHES] - searches
 
 
@@ -156,14 +189,15 @@ class Budget:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Why the loop ended, after how many iterations, the largest move in the last that moved [m], and whether the
-    budget was spent in the middle of something: its last iteration began ASTRAY times as far from balance as another,
-    or HARDLY_NEARER to it than the first ones and with long moves to come; and how far from balance [J] the nearest
-    began, the first, and the last.
+    """Whether it is still to be chosen where to start, why the loop ended, after how many iterations, the largest move
+    in the last that moved [m], and whether the budget was spent in the middle of something: its last iteration began
+    ASTRAY times as far from balance as another, or HARDLY_NEARER to it than the first ones and with long moves to come;
+    and how far from balance [J] the nearest began, the first, and the last.
 
     Where the first began does not count: forces may balance there though the cloth has not yet gone where its inertia
     takes it, and who went back there would stop in mid-air."""
 
+    starting: bool
     wants_search: bool
     wants_room: bool
     iterations: int
@@ -212,9 +246,34 @@ class Progress:
         """Where to put the largest move [m]."""
         return self.lengths[1:2]
 
-    def begin(self, at_most: int, extensions: int, searches: int) -> None:
-        """A budget of iterations, how often it is given again to a strayed one, and one of further searches."""
-        self._launch(begin_kernel, [at_most, extensions, searches], [self.state, self.lengths])
+    @property
+    def standing(self) -> wp.array:
+        """Where to put how far from balance x_feasible is [J]."""
+        return self.lengths[8:9]
+
+    @property
+    def tried(self) -> wp.array:
+        """Where to put how far from balance the trial is [J]."""
+        return self.lengths[9:10]
+
+    def begin(self, at_most: int, extensions: int, searches: int, starting: bool = False) -> None:
+        """A budget of iterations, how often it is given again to a strayed one, and one of further searches. With
+        `starting` it is chosen first where the iterations begin."""
+        self._launch(begin_kernel, [at_most, extensions, searches, int(starting)], [self.state, self.lengths])
+
+    def if_starting(self, choose: Callable[[], None]) -> None:
+        """Launch `choose` if it is to be chosen where the iterations begin."""
+        wp.capture_if(self.state[14:15], choose)
+
+    def if_free_to_try(self, attempt: Callable[[], None]) -> None:
+        """Launch `attempt` if the way to the trial can be taken; else the loop ends, for a search."""
+        self._launch(decide_to_try_kernel, [], [self.state])
+        wp.capture_if(self.state[15:16], attempt)
+
+    def if_tried_in_vain(self, pairs: ContactPairs, back: Callable[[], None]) -> None:
+        """Launch `back` if the trial is further from balance; end the loop if there are too many pairs to tell."""
+        self._launch(judge_trial_kernel, [pairs.counters, pairs.capacity], [self.state, self.lengths])
+        wp.capture_if(self.state[16:17], back)
 
     def unless_directed(self, find: Callable[[], None]) -> None:
         """Launch `find` if the direction is still to be found."""
@@ -260,7 +319,8 @@ class Progress:
         state, lengths = self.state.numpy(), self.lengths.numpy()
         least, _, began, last = map(float, lengths[3:7])
         moved, strayed = float(lengths[1]), bool(state[13])
-        return Outcome(bool(state[8]), bool(state[9]), int(state[7]), moved, strayed, least, began, last)
+        asked = bool(state[14]), bool(state[8]), bool(state[9])
+        return Outcome(*asked, int(state[7]), moved, strayed, least, began, last)
 
     def _launch(self, kernel: wp.Kernel, inputs: list[object], outputs: list[wp.array]) -> None:
         wp.launch(kernel, 1, inputs, outputs, device=self.state.device)

@@ -2,7 +2,8 @@
 
 Bp(x; x*) = B(x*) + grad B . (x - x*) + 1/2 |x - x*|^2_HB with x* the feasible state (Li et al. 2023).
 Linearising there, and not closer to the trial, keeps a garment at rest exactly at rest: x* is then the solution.
-Friction's model is made at the slip of the last velocity: what slid goes on sliding, what stuck sticks.
+The pairs stay those of the feasible state until the correction begins there. Friction's model is made at the slip of
+the last velocity: what slid goes on sliding, what stuck sticks.
 """
 
 from __future__ import annotations
