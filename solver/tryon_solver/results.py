@@ -49,7 +49,6 @@ class Counters:
 
     steps: int = 0
     substeps: int = 0
-    iterations: int = 0
     newton_iterations: int = 0
     residual: float = 0.0
     pairs: int = 0

@@ -24,6 +24,7 @@ from tryon_solver.effects.base import BuildContext
 from tryon_solver.effects.registry import bind
 from tryon_solver.geometry.altitudes import refuse_slivers, self_reach
 from tryon_solver.linalg.block_ell import BlockRows
+from tryon_solver.linalg.device_loop import KeptGraph
 from tryon_solver.linalg.ell import EllMatrix, on_pattern, set_sum
 from tryon_solver.linalg.pcg import ConjugateGradients
 from tryon_solver.linalg.vectors import find_largest, move_origin
@@ -39,6 +40,7 @@ from tryon_solver.state import State, Workspace, positions
 from tryon_solver.step import advance
 from tryon_solver.stepping.hold import Holding
 from tryon_solver.stepping.progress import TRUSTED, TRUSTED_AGAIN, Budget, Progress
+from tryon_solver.stepping.repeat import cycles_taken
 from tryon_solver.stepping.start import refuse_touching_start
 from tryon_solver.subspace.basis import explicit_inverse, reduced_matrix, spline_basis
 from tryon_solver.subspace.contact_coarse import ContactCoarseLevel
@@ -167,6 +169,8 @@ class Simulation:
         self.searches = 0
         self.deflection = DeflectionScratch.allocate(self.all_count, device)
         self.largest_out = wp.zeros(1, dtype=wp.float32, device=device)
+        self.cycles = wp.zeros(2, dtype=wp.int32, device=device)  # as in stepping/repeat.py
+        self.graphs: dict[str, KeptGraph] = {}  # by verb, as in stepping/record.py
         self.cg = ConjugateGradients.allocate(self.all_count, device)
         self.progress = Progress.allocate(device)
         self.holding = Holding.allocate(self.all_count, device)
@@ -368,6 +372,7 @@ class Simulation:
     def start_report(self) -> None:
         """Forget the figures of the last call of `advance`."""
         self.counters = Counters()
+        self.cycles.zero_()
         self.debt = 0.0
 
     def report(self) -> StepReport:
@@ -386,7 +391,7 @@ class Simulation:
             time=self.state.time,
             steps=counters.steps,
             substeps=counters.substeps,
-            iterations=counters.iterations,
+            iterations=cycles_taken(self),
             newton_iterations=counters.newton_iterations,
             residual=counters.residual,
             min_gap=gap,

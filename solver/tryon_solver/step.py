@@ -17,7 +17,8 @@ from tryon_solver.stepping.descend import descend_in_subspace, forget_search_his
 from tryon_solver.stepping.move_body import move_body
 from tryon_solver.stepping.passes import contact_passes
 from tryon_solver.stepping.predict import predict_positions
-from tryon_solver.stepping.proxy import build_contact_proxy, project_locally
+from tryon_solver.stepping.proxy import build_contact_proxy, find_pairs, project_locally
+from tryon_solver.stepping.record import recorded, unrecorded
 from tryon_solver.stepping.remember import remember_contacts
 from tryon_solver.stepping.repeat import repeat_until
 from tryon_solver.stepping.sleep import awake
@@ -33,10 +34,12 @@ Verb = Callable[["Simulation"], None]
 
 @dataclass(frozen=True)
 class Scheme:
-    """How the proxy problem is solved: verbs run once a step, then a cycle of verbs repeated until nothing moves."""
+    """How the proxy problem is solved: verbs run once a step, then a cycle of verbs repeated until nothing moves, and
+    whether a GPU can run all of them as one graph."""
 
     prepare: tuple[Verb, ...]
     cycle: tuple[Verb, ...]
+    run: Callable[[Simulation, Verb], None]
 
 
 SCHEMES = {
@@ -44,11 +47,13 @@ SCHEMES = {
     "subspace_lbfgs": Scheme(
         prepare=(forget_search_history,),  # L-BFGS pairs live for one step
         cycle=(descend_in_subspace, smooth_in_full_space, project_locally),
+        run=recorded,
     ),
     # ours: conjugate gradients on two levels, the coarse one exact and aware of the contacts
     "contact_coarse": Scheme(
         prepare=(assemble_coarse_level,),
         cycle=(solve_on_two_levels, project_locally),
+        run=unrecorded,  # it is factored on the host
     ),
 }
 
@@ -66,15 +71,27 @@ def advance(sim: Simulation, pose: Pose | None, time: float, longest_step: float
 def step(sim: Simulation, dt: float) -> None:
     """Algorithm 1: advance the garment by dt [s] on the body as it stands. METHOD.md section 2."""
     sim.use_time_step(dt)
-    sim.timed(predict_positions)  # x_hat = x + dt v + dt^2 M^-1 f_ext
-    sim.timed(solve_without_contact)  # one global step at x_hat
     scheme = SCHEMES[sim.settings.scheme]  # the paper's unless the settings name another
+    recorded(sim, solve_freely)
     for _ in contact_passes(sim):  # one, unless the settings ask for more
-        sim.timed(build_contact_proxy)  # pairs within reach, quadratic proxy of the barrier at the feasible state
-        for prepare in scheme.prepare:
-            sim.timed(prepare)
-        repeat_until(sim, at_most=sim.settings.outer_iterations, cycle=scheme.cycle)
+        sim.timed(find_pairs)  # within reach at the feasible state
+        scheme.run(sim, solve_proxy)
         sim.timed(correct_penetration)  # Newton-PCG on the full potential, every iterate proven free of contact
         sim.timed(verify_commit)  # float64 on what is near; else the pass is void and x goes back
     sim.timed(remember_contacts)  # how far each has given
     sim.timed(update_velocity, dt)
+
+
+def solve_freely(sim: Simulation) -> None:
+    """Where the cloth would go if nothing were in its way."""
+    sim.timed(predict_positions)  # x_hat = x + dt v + dt^2 M^-1 f_ext
+    sim.timed(solve_without_contact)  # one global step at x_hat
+
+
+def solve_proxy(sim: Simulation) -> None:
+    """Projective dynamics with the barrier's quadratic proxy: leaves the trial in x."""
+    scheme = SCHEMES[sim.settings.scheme]
+    sim.timed(build_contact_proxy)  # made at the feasible state
+    for prepare in scheme.prepare:
+        sim.timed(prepare)
+    repeat_until(sim, at_most=sim.settings.outer_iterations, cycle=scheme.cycle)

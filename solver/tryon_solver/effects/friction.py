@@ -264,8 +264,11 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
     def begin(_state: State) -> None:
         held.known.replace_by(*held.ended)
 
-    def prepare(pairs: ContactPairs, state: State, x: wp.array, x_before: wp.array | None) -> None:
+    def make_room(pairs: ContactPairs) -> None:
         held.make_room(pairs.capacity)
+
+    def prepare(pairs: ContactPairs, state: State, x: wp.array, x_before: wp.array | None) -> None:
+        make_room(pairs)
         wp.launch(
             prepare_kernel,
             pairs.size,
@@ -323,7 +326,7 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
         return held.weight.numpy()[: pairs.size].astype(np.float64)
 
     def remember(pairs: ContactPairs, state: State) -> None:
-        held.make_room(pairs.capacity)
+        make_room(pairs)
         known = held.known
         wp.launch(
             give_kernel,
@@ -345,5 +348,7 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
         )
         held.end_with(pairs.counters, pairs.ids, held.given)
 
-    term = ContactTerm(prepare, add_gradient, add_stiffness, tangential, remember, held.kept, held.restore)
+    term = ContactTerm(
+        make_room, prepare, add_gradient, add_stiffness, tangential, remember, held.kept, held.restore
+    )
     return Contribution("friction", start_step=begin, contact=term)

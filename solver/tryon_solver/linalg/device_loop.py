@@ -1,4 +1,4 @@
-"""Loops whose end is decided on the device."""
+"""Launches that a GPU keeps as graphs, and loops whose end is decided on the device."""
 
 from __future__ import annotations
 
@@ -14,31 +14,33 @@ MORE = wp.constant(1)
 HITS = wp.constant(2)
 
 
-class KeptLoop:
-    """A loop on the device whose graph is captured once and launched as often as what it was captured of stands.
+def keeps_graphs(device: str) -> bool:
+    """Does the device run graphs with conditions (a GPU whose driver knows such: CUDA 12.4), and is none being made?"""
+    on = wp.get_device(device)
+    return bool(on.is_cuda and not on.is_capturing and wp.is_conditional_graph_supported())
 
-    On a GPU the loop is a graph with a conditional node, where the driver knows such (CUDA 12.4): launched once, it
-    costs the processor nothing however often it turns.
-    """
+
+class KeptGraph:
+    """Launches that are recorded once and repeated as one for as long as what they were recorded of stands: on a GPU
+    they cost the processor next to nothing, however many they are."""
 
     def __init__(self) -> None:
         self._graph: wp.Graph | None = None
         self._key: object = None
 
-    def run(self, more: wp.array, body: Callable[[], None], key: object) -> None:
-        """Launch what `body` launches for as long as more[0] (int32) is not zero.
+    def run(self, body: Callable[[], None], key: object, device: str) -> None:
+        """Launch what `body` launches.
 
         `body` must neither allocate nor read back; `key` names what it hands to kernels by value, and the arrays that
-        may change place. Within another graph, or without graphs, the loop is launched as it is.
+        may change place. Within another graph, or without graphs, it is simply called.
         """
-        device = wp.get_device(more.device)
-        if device.is_capturing or not (device.is_cuda and wp.is_conditional_graph_supported()):
-            wp.capture_while(more, body)
+        if not keeps_graphs(device):
+            body()
             return
         if self._graph is None or key != self._key:
-            with wp.ScopedCapture(device=device) as loop:
-                wp.capture_while(more, body)
-            self._graph, self._key = loop.graph, key
+            with wp.ScopedCapture(device=device) as recorded:
+                body()
+            self._graph, self._key = recorded.graph, key
         wp.capture_launch(self._graph)
 
 

@@ -27,6 +27,7 @@ from tryon_solver.linalg.vectors import find_largest, subtract
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
 from tryon_solver.stepping.newton import linearise, outer_product, solve_newton_system
 from tryon_solver.stepping.progress import Budget, Outcome
+from tryon_solver.stepping.record import baked
 from tryon_solver.stepping.search import follow, search_around, search_further
 
 if TYPE_CHECKING:
@@ -324,7 +325,7 @@ def iterate_newton(sim: Simulation, budget: Budget, extensible: bool, starting: 
         iterate(sim, budget)
 
     while True:
-        budget.loop.run(progress.going_on, turn, key=baked(sim))
+        budget.graph.run(lambda: wp.capture_while(progress.going_on, turn), baked(sim), sim.device)
         outcome = progress.read()
         if outcome.wants_search:
             search_further(sim, sim.to_trial if outcome.starting else sim.work.direction, sim.work.alpha)
@@ -342,6 +343,8 @@ def make_room(sim: Simulation, starting: bool) -> None:
     """For the pairs that there are at x; who was `starting` is at x_feasible again."""
     sim.candidates.size_near_list()
     pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x, near=True)
+    for term in sim.stages.contact:
+        term.make_room(sim.pairs)
     if starting:
         start_at_feasible(sim)
         follow(sim, near=False)
@@ -356,12 +359,6 @@ def go_back_to_least(sim: Simulation) -> None:
     wp.copy(state.x, work.least)
     if sim.touching:
         follow(sim, near=False)
-
-
-def baked(sim: Simulation) -> tuple[object, ...]:
-    """Where the arrays are that grow, and how far: what a graph was recorded for."""
-    lists, pairs = sim.candidates, sim.pairs
-    return lists.ids.ptr, lists.capacity, pairs.ids.ptr, pairs.capacity
 
 
 def iterate(sim: Simulation, budget: Budget) -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import warp as wp
 
 from tryon_solver.contact.pairs import ContactPairs
-from tryon_solver.linalg.device_loop import KeptLoop
+from tryon_solver.linalg.device_loop import KeptGraph
 
 wp.set_module_options({"enable_backward": False})
 
@@ -176,7 +176,7 @@ def resume_kernel(searches: int, state: wp.array(dtype=wp.int32)):
 
 
 class Budget:
-    """How many Newton iterations a correction has, and conjugate gradients each; its loop is one graph on a GPU.
+    """How many Newton iterations a correction has, and conjugate gradients each; it is one graph on a GPU.
 
     A direction is cut to what moves at `trusted` m/s beside twice the way to the trial: longer ones are absurd, and
     searching along them takes minutes.
@@ -184,7 +184,7 @@ class Budget:
 
     def __init__(self, iterations: int, pcg_iterations: int, trusted: float) -> None:
         self.iterations, self.pcg_iterations, self.trusted = iterations, pcg_iterations, trusted
-        self.loop = KeptLoop()
+        self.graph = KeptGraph()
 
 
 @dataclass(frozen=True)

@@ -34,14 +34,22 @@ def coast_kernel(
     coasted_out[i] = x_start[i] + dt[0] * v[i]
 
 
+def find_pairs(sim: Simulation) -> None:
+    """Collect the pairs within reach at x_feasible."""
+    if not sim.touching:
+        return
+    if not sim.listed:
+        sim.work.direction.zero_()
+        search_along(sim, sim.state.x_feasible, sim.work.direction, 1.0)
+    pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x_feasible)
+    for term in sim.stages.contact:
+        term.make_room(sim.pairs)
+
+
 def build_contact_proxy(sim: Simulation) -> None:
-    """Find the pairs at x_feasible, freeze their model for the step, and set the gradient at the current trial."""
+    """Freeze the model of the pairs at x_feasible for the step, and set the gradient at the current trial."""
     state, work = sim.state, sim.work
     if sim.touching:
-        if not sim.listed:
-            work.direction.zero_()
-            search_along(sim, state.x_feasible, work.direction, 1.0)
-        pairs.collect(sim.pairs, sim.candidates, sim.contact, state.x_feasible)
         wp.copy(sim.x_searched, state.x_feasible)
         wp.copy(work.total, state.x_feasible)
         wp.launch(coast_kernel, sim.cloth_count, [state.x_start, state.v, state.dt], [work.total], device=sim.device)

@@ -1,4 +1,4 @@
-"""Repeating a cycle of verbs until nothing moves."""
+"""Repeating a cycle of verbs until nothing moves; the device decides."""
 
 from __future__ import annotations
 
@@ -7,20 +7,51 @@ from typing import TYPE_CHECKING
 
 import warp as wp
 
-from tryon_solver.linalg.vectors import subtract
+from tryon_solver.linalg.vectors import find_largest, subtract
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
 
+wp.set_module_options({"enable_backward": False})
+
+MORE = wp.constant(0)  # 1 while another cycle is to be run
+TAKEN = wp.constant(1)  # cycles since the report began
+
+
+@wp.kernel
+def begin_kernel(cycles: wp.array(dtype=wp.int32)):
+    cycles[MORE] = 1
+
+
+@wp.kernel
+def judge_kernel(
+    longest: wp.array(dtype=wp.float32),
+    tolerance: float,
+    dt: wp.array(dtype=wp.float32),
+    cycles: wp.array(dtype=wp.int32),
+):
+    cycles[TAKEN] = cycles[TAKEN] + 1
+    cycles[MORE] = wp.where(longest[0] < tolerance * dt[0], 0, 1)
+
 
 def repeat_until(sim: Simulation, at_most: int, cycle: tuple[Callable[[Simulation], None], ...]) -> None:
     """Run the cycle until its largest vertex move is below tolerance * dt, at most `at_most` times."""
-    n = sim.cloth_count
-    for _ in range(at_most):
+    n, cycles = sim.cloth_count, sim.cycles
+    wp.launch(begin_kernel, 1, [], [cycles], device=sim.device)
+
+    def run() -> None:
         wp.copy(sim.x_before, sim.state.x, count=n)
         for verb in cycle:
             sim.timed(verb)
-        sim.counters.iterations += 1
         subtract(sim.state.x, sim.x_before, sim.x_before)
-        if sim.largest(sim.x_before) < sim.settings.tolerance * sim.dt:
-            return
+        find_largest(sim.x_before, sim.largest_out)
+        judged = [sim.largest_out, sim.settings.tolerance, sim.state.dt]
+        wp.launch(judge_kernel, 1, judged, [cycles], device=sim.device)
+
+    for _ in range(at_most):
+        wp.capture_if(cycles[int(MORE) : int(MORE) + 1], run)
+
+
+def cycles_taken(sim: Simulation) -> int:
+    """Cycles since the report began. Waits for the device."""
+    return int(sim.cycles.numpy()[TAKEN])

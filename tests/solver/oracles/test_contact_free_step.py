@@ -19,7 +19,7 @@ from tryon_solver.stepping.contact_free import solve_without_contact
 from tryon_solver.stepping.correct import correct_penetration
 from tryon_solver.stepping.descend import descend_in_subspace, forget_search_history
 from tryon_solver.stepping.predict import predict_positions
-from tryon_solver.stepping.proxy import build_contact_proxy
+from tryon_solver.stepping.proxy import build_contact_proxy, find_pairs
 from tryon_solver.stepping.repeat import repeat_until
 from tryon_solver.stepping.smooth import smooth_in_full_space
 
@@ -67,6 +67,7 @@ def test_cycle_solves_its_linear_problem(columns):
     v = 5 * np.column_stack([np.sin(8 * x[:, 2]), 2 * np.cos(6 * x[:, 0] + 3 * x[:, 2]), np.cos(5 * x[:, 0])])
     started(sim, wavy, v)
     solve_without_contact(sim)
+    find_pairs(sim)
     build_contact_proxy(sim)  # projections and gradient at the trial
     matrix = system_matrix(sim)
     solve = factorized(matrix)
@@ -163,6 +164,7 @@ def test_step_under_tension_reaches_the_minimum(scheme):
     first = norm(matrix, x_hat - target)
     assert first > 0.1
     solve_without_contact(sim)
+    find_pairs(sim)
     build_contact_proxy(sim)
     for verb in SCHEMES[scheme].prepare:
         verb(sim)
@@ -194,6 +196,7 @@ def test_whole_step_on_slack_cloth_approaches_a_minimum(iterations, wanted):
     energy, gradient = energy_of(sim), elastic_gradient_of(sim)
     wp.copy(sim.state.x_feasible, sim.state.x_start)
     solve_without_contact(sim)
+    find_pairs(sim)
     build_contact_proxy(sim)
     scheme = SCHEMES[sim.settings.scheme]
     repeat_until(sim, sim.settings.outer_iterations, scheme.cycle)

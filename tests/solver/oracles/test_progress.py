@@ -176,6 +176,69 @@ def test_it_asks_for_room_and_goes_on(script):
     assert outcome.iterations == 3
 
 
+@dataclass
+class Beginning:
+    """Plays the choice of where the correction starts; `events` as they come."""
+
+    progress: Progress
+    pairs: ContactPairs
+    standing: float  # J
+    tried: float  # J
+    leaving: int = 0  # vertices that the way to the trial takes out of the region, until the host has searched
+    crowded: bool = False  # are there more pairs at the trial than room, until the host has made some?
+    events: list = field(default_factory=list)
+
+    def play(self, searches):
+        progress = self.progress
+        progress.begin(3, 0, searches, starting=True)
+        for _ in range(4):
+            progress.if_starting(self.choose)
+            progress.unless_directed(lambda: self.events.append("direction"))
+            outcome = progress.read()
+            if not (outcome.wants_search or outcome.wants_room):
+                return outcome
+            assert int(progress.going_on.numpy()[0]) == 0
+            if outcome.wants_search:
+                self.leaving = 0
+                progress.searched()
+            else:
+                self.crowded = False
+                progress.resume()
+            self.events.append("host")
+        return None
+
+    def choose(self):
+        self.events.append("standing")
+        self.progress.standing.fill_(self.standing)
+        self.progress.leaving.fill_(self.leaving)
+        self.progress.if_free_to_try(self.attempt)
+
+    def attempt(self):
+        self.events.append("trial")
+        self.progress.tried.fill_(self.tried)
+        self.pairs.counters.fill_(self.pairs.capacity + 1 if self.crowded else 0)
+        self.progress.if_tried_in_vain(self.pairs, lambda: self.events.append("back"))
+
+
+@pytest.mark.parametrize(
+    ("more", "searches", "events"),
+    [
+        ({}, 1, ["standing", "trial", "direction"]),
+        ({"tried": 2.1}, 1, ["standing", "trial", "back", "direction"]),
+        ({"leaving": 3}, 1, ["standing", "host", "standing", "trial", "direction"]),
+        ({"leaving": 3}, 0, ["standing", "trial", "direction"]),
+        ({"crowded": True}, 1, ["standing", "trial", "host", "standing", "trial", "direction"]),
+        ({"crowded": True, "tried": 9.0}, 1, ["standing", "trial", "host", "standing", "trial", "back", "direction"]),
+    ],
+)
+def test_it_starts_at_the_trial_unless_that_is_further_from_balance(device, more, searches, events):
+    values = {"standing": 2.0, "tried": 1.0, **more}
+    beginning = Beginning(Progress.allocate(device), ContactPairs.allocate(4, device), **values)
+    outcome = beginning.play(searches)
+    assert beginning.events == events
+    assert not outcome.starting
+
+
 @wp.kernel
 def hit_kernel(until: int, passes: wp.array(dtype=wp.int32), seen_out: wp.array(dtype=wp.int32)):
     number = passes[0]

@@ -1,0 +1,44 @@
+"""Verbs that a GPU runs as one graph."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from tryon_solver.linalg.device_loop import KeptGraph, keeps_graphs
+
+if TYPE_CHECKING:
+    from tryon_solver.simulation import Simulation
+
+
+def recorded(sim: Simulation, verb: Callable[[Simulation], None]) -> None:
+    """Run a verb whose verbs neither read nor allocate. On a GPU they are recorded once, and launched as one graph for
+    as long as that stands; of their times there is one then, under the verb's own name."""
+    if not keeps_graphs(sim.device):
+        verb(sim)
+        return
+    graph = sim.graphs.setdefault(verb.__name__, KeptGraph())
+
+    def launch(_sim: Simulation) -> None:
+        graph.run(body, baked(sim), sim.device)
+
+    def body() -> None:
+        size = sim.pairs.size
+        if size:
+            sim.pairs.cover_in_graph()
+        verb(sim)
+        sim.pairs.size = size
+
+    launch.__name__ = verb.__name__
+    sim.timed(launch)
+
+
+def unrecorded(sim: Simulation, verb: Callable[[Simulation], None]) -> None:
+    """Run a verb of which some verb reads or allocates."""
+    verb(sim)
+
+
+def baked(sim: Simulation) -> tuple[object, ...]:
+    """What a graph was recorded for: settings, whether there were pairs, where the arrays are that grow and how far."""
+    lists, pairs = sim.candidates, sim.pairs
+    return sim.settings, pairs.size > 0, lists.ids.ptr, lists.capacity, pairs.ids.ptr, pairs.capacity
