@@ -14,6 +14,8 @@ import warp as wp
 
 wp.set_module_options({"enable_backward": False})
 
+WIDE_BLOCK = 64  # threads to a row of many entries
+
 
 @dataclass(frozen=True)
 class EllMatrix:
@@ -96,6 +98,27 @@ def multiply_kernel(
 
 
 @wp.kernel
+def multiply_wide_kernel(
+    columns: wp.array2d(dtype=wp.int32),
+    weights: wp.array2d(dtype=wp.float32),
+    x: wp.array(dtype=wp.vec3),
+    y_out: wp.array(dtype=wp.vec3),
+):
+    """y = S x, each row by a block of threads."""
+    row, thread = wp.tid()
+    width = columns.shape[1]
+    stride = wp.block_dim()
+    total = wp.vec3()
+    k = int(thread)
+    while k < width:
+        total += weights[row, k] * x[columns[row, k]]
+        k += stride
+    of_row = wp.tile_sum(wp.tile(total, preserve_type=True))
+    if thread == 0:
+        y_out[row] = of_row[0]
+
+
+@wp.kernel
 def add_difference_kernel(
     columns: wp.array2d(dtype=wp.int32),
     weights: wp.array2d(dtype=wp.float32),
@@ -132,6 +155,18 @@ def add_rate_kernel(
 def multiply(matrix: EllMatrix, x: wp.array, y_out: wp.array) -> None:
     """y = S x, vec3 arrays of at least `row_count` entries; entries of y beyond the rows stay as they are."""
     wp.launch(multiply_kernel, matrix.row_count, [matrix.columns, matrix.weights, x], [y_out], device=x.device)
+
+
+def multiply_wide(matrix: EllMatrix, x: wp.array, y_out: wp.array) -> None:
+    """The same for a matrix of few rows with many entries each."""
+    wp.launch_tiled(
+        multiply_wide_kernel,
+        dim=[matrix.row_count],
+        inputs=[matrix.columns, matrix.weights, x],
+        outputs=[y_out],
+        block_dim=WIDE_BLOCK,
+        device=matrix.weights.device,
+    )
 
 
 def add_difference(matrix: EllMatrix, x: wp.array, y_out: wp.array) -> None:

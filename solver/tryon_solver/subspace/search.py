@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
-from tryon_solver.linalg.ell import EllMatrix, multiply
+from tryon_solver.linalg.ell import EllMatrix, multiply_wide
 
 wp.set_module_options({"enable_backward": False})
 
@@ -111,12 +111,18 @@ def first_loop_kernel(
 def apply_inverse_kernel(
     inverse: wp.array2d(dtype=wp.float32), q: wp.array(dtype=wp.vec3), out: wp.array(dtype=wp.vec3)
 ):
-    """out = Hhat^-1 q; the inverse is symmetric, so column-wise reading is coalesced across threads."""
-    row = wp.tid()
+    """out = Hhat^-1 q, each row by a block of threads."""
+    row, thread = wp.tid()
+    size = q.shape[0]
+    stride = wp.block_dim()
     total = wp.vec3()
-    for k in range(q.shape[0]):
-        total += inverse[k, row] * q[k]
-    out[row] = total
+    k = int(thread)
+    while k < size:
+        total += inverse[row, k] * q[k]
+        k += stride
+    of_row = wp.tile_sum(wp.tile(total, preserve_type=True))
+    if thread == 0:
+        out[row] = of_row[0]
 
 
 @wp.kernel
@@ -190,7 +196,7 @@ def remember_kernel(
 def search_direction(search: ReducedSearch, gradient: wp.array) -> wp.array:
     """Reduced descent direction (M,) vec3 [m] for the full gradient (N,) [N]; leaves it in `search.direction`."""
     device = search.direction.device
-    multiply(search.restrict, gradient, search.reduced_gradient)
+    multiply_wide(search.restrict, gradient, search.reduced_gradient)
     newest = (search.stored - 1) % search.memory
     kept = min(search.stored, search.memory)
     wp.launch_tiled(
@@ -201,8 +207,13 @@ def search_direction(search: ReducedSearch, gradient: wp.array) -> wp.array:
         block_dim=BLOCK,
         device=device,
     )
-    wp.launch(
-        apply_inverse_kernel, search.size, [search.inverse, search.half], [search.direction], device=device
+    wp.launch_tiled(
+        apply_inverse_kernel,
+        dim=[search.size],
+        inputs=[search.inverse, search.half],
+        outputs=[search.direction],
+        block_dim=BLOCK,
+        device=device,
     )
     wp.launch_tiled(
         second_loop_kernel,
@@ -218,7 +229,7 @@ def search_direction(search: ReducedSearch, gradient: wp.array) -> wp.array:
 def remember(search: ReducedSearch, length: wp.array, product: wp.array) -> None:
     """Store the pair of the last direction: it was taken `length[0]` times, `product` (N,) is A B p."""
     device = search.direction.device
-    multiply(search.restrict, product, search.half)
+    multiply_wide(search.restrict, product, search.half)
     wp.launch_tiled(
         remember_kernel,
         dim=[1],
