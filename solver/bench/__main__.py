@@ -1,9 +1,9 @@
 """`python solver/bench`: how long a frame takes and where, with what was simulated and whether it was clean.
 
-Every combination of the garments, motions, sizes and presets asked for, one after the other, each in a process of its
-own; `results.json` and `table.md` go to --out. Times are wall times of `Simulation.advance` until the device is done,
-of the frames after a second that leads into the motion. IPC Toolkit, one of the development's packages, judges between
-them.
+Every combination of the garments, motions, sizes, presets and numbers of sessions asked for, one after the other, each
+session in a process of its own; `results.json` and `table.md` go to --out. Times are wall times of
+`Simulation.advance` until the device is done, of the frames after a second that leads into the motion. IPC Toolkit, one
+of the development's packages, judges between them.
 """
 
 from __future__ import annotations
@@ -12,16 +12,20 @@ import argparse
 import itertools
 import json
 import sys
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 sys.path[:0] = [str(ROOT / folder) for folder in ("solver/bench", "solver", "tests/support")]  # this checkout
 
+from figures import of_all  # noqa: E402
 from process_pool import Tasks  # noqa: E402
 from provenance import commit_of, machine_of  # noqa: E402
 from table import markdown, row  # noqa: E402
+from worn import Case  # noqa: E402
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -30,18 +34,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options.out.mkdir(parents=True, exist_ok=True)
     if options.one:
         return one(options)
-    from worn import Case
-
-    cases = [
-        Case(garment, motion, vertices, preset, options.device, options.fps)
-        for garment, motion, vertices, preset in itertools.product(
-            options.garments, options.motions, options.vertices, options.presets
-        )
-    ]
-    more = ["--out", str(options.out), "--seconds", str(options.seconds), "--every", str(options.every)]
-    commands = {case.name: [sys.executable, str(HERE), "--one", json.dumps(case.plain()), *more] for case in cases}
-    found = Tasks(options.out, 1).run(commands, lambda name, result: print(row({"name": name, **result}), flush=True))
-    results = [{"name": name, **result} for name, result in found.items()]
+    results = []
+    for garment, motion, vertices, preset, sessions in itertools.product(
+        options.garments, options.motions, options.vertices, options.presets, options.sessions
+    ):
+        case = Case(garment, motion, vertices, preset, options.device, options.fps, sessions)
+        results.append({"name": case.name, **measured_at_once(case, options)})
+        print(row(results[-1]), flush=True)
     told_with = about(options)
     (options.out / "results.json").write_text(json.dumps({"about": told_with, "results": results}, indent=1) + "\n")
     (options.out / "table.md").write_text(markdown(results, told_with))
@@ -49,15 +48,33 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return int(any("failure" in r or r["unclean"] for r in results))
 
 
+def measured_at_once(case: Case, options: argparse.Namespace) -> dict[str, Any]:
+    """The figures of the case's sessions, each a process of its own."""
+    more = ["--out", str(options.out), "--seconds", str(options.seconds), "--every", str(options.every)]
+    with tempfile.TemporaryDirectory() as company:
+        commands = {
+            f"{case.name}.{k}": [
+                *(sys.executable, str(HERE), "--one", json.dumps(case.plain())),
+                *("--number", str(k), "--company", company, *more),
+            ]
+            for k in range(case.sessions)
+        }
+        found = Tasks(options.out, case.sessions).run(commands, lambda _name, _result: None)
+    return of_all(list(found.values()))
+
+
 def one(options: argparse.Namespace) -> int:
-    """Measure a case in this process and write its JSON file."""
+    """Measure one of a case's sessions in this process and write its JSON file."""
     import warp as wp
     from measure import measured
-    from worn import Case
+    from together import Company
 
     wp.config.quiet = True
     case = Case(**json.loads(options.one))
-    (options.out / f"{case.name}.json").write_text(json.dumps(measured(case, options.seconds, options.every)))
+    company = Company(options.company, case.sessions, options.number)
+    with company.kept():
+        found = measured(case, options.seconds, options.every, company)
+    (options.out / f"{case.name}.{options.number}.json").write_text(json.dumps(found))
     return 0
 
 
@@ -69,12 +86,14 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     add("--motions", nargs="+", default=["walk"], help="motions of the demo (walk)")
     add("--vertices", nargs="+", type=int, default=[2500], metavar="N", help="of the cloth, about (2500)")
     add("--presets", nargs="+", default=["draft"], choices=("draft", "live", "fit"), help="(draft)")
+    add("--sessions", nargs="+", type=int, default=[1], metavar="N", help="at once, a process each (1)")
     add("--device", default="cpu", help="cpu, cuda:0, ... (cpu)")
     add("--fps", type=float, default=30.0, help="frames a simulated second (30)")
     add("--seconds", type=float, default=3.0, metavar="S", help="time of the motion that is measured (3)")
     add("--every", type=int, default=10, metavar="K", help="IPC Toolkit is asked about each K-th frame, 0: none (10)")
     add("--out", type=Path, default=ROOT / "build" / "bench")
-    add("--one", help=argparse.SUPPRESS)
+    for of_one_session, kind in (("--one", str), ("--number", int), ("--company", Path)):
+        add(of_one_session, type=kind, help=argparse.SUPPRESS)
     return parser.parse_args(arguments)
 
 

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
+import resource
 import time
 from collections import Counter
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
-import numpy as np
 import warp as wp
+from figures import mean, spread
 from frame_judge import FrameJudge
+from together import Company
 from worn import LEAD, Case, put_on
 
 from tryon_solver.results import StepReport
@@ -18,8 +22,10 @@ from tryon_solver.simulation import Simulation
 MIB = 2**20
 
 
-def measured(case: Case, seconds: float, every: int) -> dict[str, Any]:
-    """Figures of `seconds` of the motion after the lead into it; each `every`-th frame is judged, 0: none."""
+def measured(case: Case, seconds: float, every: int, company: Company) -> dict[str, Any]:
+    """Figures of `seconds` of the motion after the lead into it; each `every`-th frame is judged, 0: none.
+
+    All of the company begin at once, and go on until the last one has measured all."""
     at_first = device_memory(case.device)
     begun = time.perf_counter()
     sim, pose = put_on(case)
@@ -30,14 +36,23 @@ def measured(case: Case, seconds: float, every: int) -> dict[str, Any]:
     times: list[float] = []
     reports: list[StepReport] = []
     unclean = asked = 0
-    for k in range(1, warm + round(seconds * case.fps) + 1):
+    memory_at_first: dict[str, float] = {}
+    last = warm + round(seconds * case.fps)
+    for k in itertools.count(1):
+        if k == warm + 1:
+            memory_at_first = memory(case.device)
+            company.meet("warm")
+        if k == last + 1:
+            company.pass_by("done")
+        if k > last and company.all_at("done"):
+            break
         t = k / case.fps
         stance = pose(t)
         begun = time.perf_counter()
         report = sim.advance(stance, start + t)
         wp.synchronize_device(case.device)
         elapsed = 1e3 * (time.perf_counter() - begun)
-        if k <= warm:
+        if not warm < k <= last:
             continue
         times.append(elapsed)
         reports.append(report)
@@ -54,6 +69,7 @@ def measured(case: Case, seconds: float, every: int) -> dict[str, Any]:
         "dressing_s": dressing,
         "frames": len(times),
         "frame_ms": spread(times),
+        "times_ms": times,
         "stages_ms": stages(reports),
         "steps": mean([r.steps for r in reports]),
         "substeps": dict(sorted(Counter(str(r.substeps) for r in reports).items(), key=lambda entry: int(entry[0]))),
@@ -66,6 +82,7 @@ def measured(case: Case, seconds: float, every: int) -> dict[str, Any]:
         "asked": asked,
         "unclean": unclean,
         "memory_mib": None if at_first is None else (device_memory(case.device) or 0.0) - at_first,
+        "growth_mib": {name: now - memory_at_first[name] for name, now in memory(case.device).items()},
         "simulated_over_wall": 1e3 * len(times) / case.fps / sum(times),
     }
 
@@ -83,20 +100,15 @@ def device_memory(device: str) -> float | None:
     return float(wp.get_mempool_used_mem_current(device)) / MIB
 
 
+def memory(device: str) -> dict[str, float]:
+    """What this process holds [MiB]: of the machine's memory, and of the GPU's if it is on one."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    held = {"process": pages * resource.getpagesize() / MIB}
+    on_device = device_memory(device)
+    return held if on_device is None else {**held, "device": on_device}
+
+
 def stages(reports: Sequence[StepReport]) -> dict[str, dict[str, float]]:
     """Each verb's time in a frame [ms]; on a GPU that of the host, which waits within the verbs that read."""
     names = list(dict.fromkeys(name for r in reports for name in r.times_ms))
     return {name: spread([r.times_ms.get(name, 0.0) for r in reports]) for name in names}
-
-
-def spread(values: Sequence[float]) -> dict[str, float]:
-    """Median, 99th percentile and largest."""
-    return {
-        "p50": float(np.percentile(values, 50)),
-        "p99": float(np.percentile(values, 99)),
-        "max": float(np.max(values)),
-    }
-
-
-def mean(values: Sequence[float]) -> float:
-    return float(np.mean(values))

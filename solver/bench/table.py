@@ -19,6 +19,7 @@ COLUMNS = (
     "void",
     "crossing of asked",
     "memory [MiB]",
+    "growth [MiB]",
     "dressing [s]",
 )
 
@@ -61,6 +62,7 @@ def row(result: Mapping[str, Any]) -> str:
         r["void"],
         f"{r['unclean']} of {r['asked']}",
         "–" if r["memory_mib"] is None else f"{r['memory_mib']:.0f}",
+        ", ".join(f"{name} {growth:.1f}" for name, growth in r["growth_mib"].items()),
         f"{r['dressing_s']:.1f}",
     )
     return "| " + " | ".join(str(cell) for cell in cells) + " |"

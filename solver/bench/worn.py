@@ -24,7 +24,8 @@ LEAD = 1.0  # s, from the pose it was dressed in into the motion
 
 @dataclass(frozen=True)
 class Case:
-    """A garment and a motion of the demo by name, about how many vertices, preset and device, frames a second."""
+    """A garment and a motion of the demo by name, about how many vertices, preset and device, frames a second, and how
+    many such sessions at once, a process each."""
 
     garment: str
     motion: str
@@ -32,11 +33,13 @@ class Case:
     preset: str
     device: str
     fps: float
+    sessions: int = 1
 
     @property
     def name(self) -> str:
         """For file names and tables."""
-        return f"{self.garment}-{self.motion}-{self.vertices}-{self.preset}-{self.device.replace(':', '')}"
+        alone = f"{self.garment}-{self.motion}-{self.vertices}-{self.preset}-{self.device.replace(':', '')}"
+        return alone if self.sessions == 1 else f"{alone}-x{self.sessions}"
 
     def plain(self) -> dict[str, Any]:
         """For JSON."""

@@ -8,6 +8,9 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(ROOT / "solver" / "bench"))
+
+from together import Company  # noqa: E402
 
 
 def bench(out, *options):
@@ -46,6 +49,28 @@ def test_the_table_has_the_case_and_its_stages(measured):
     assert f"| {results['results'][0]['name']} |" in table
     assert "0 of 3" in table
     assert "| correct_penetration |" in table
+
+
+def test_sessions_at_once_are_measured_together(tmp_path):
+    """Each begins when both are warm, and goes on until both are measured."""
+    ran = bench(tmp_path, "--vertices", "150", "--every", "3", "--sessions", "2")
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    (result,) = json.loads((tmp_path / "results.json").read_text())["results"]
+    own = [json.loads((tmp_path / f"{result['name']}.{k}.json").read_text()) for k in range(2)]
+    assert result["name"].endswith("-x2")
+    assert [one["frames"] for one in own] == [6, 6]
+    assert (result["frames"], result["asked"], result["unclean"]) == (12, 4, 0)
+    assert result["frame_ms"]["max"] == max(one["frame_ms"]["max"] for one in own)
+    assert result["slowest_p50_ms"] == max(one["frame_ms"]["p50"] for one in own)
+    assert set(result["growth_mib"]) == {"process"}
+
+
+def test_a_session_that_fails_keeps_nobody_waiting(tmp_path):
+    company = [Company(tmp_path, 2, k) for k in range(2)]
+    with pytest.raises(ZeroDivisionError), company[0].kept():
+        raise ZeroDivisionError
+    with pytest.raises(RuntimeError, match="another session"):
+        company[1].meet("warm")
 
 
 def test_a_case_that_fails_is_said_to_have_failed(tmp_path):
