@@ -221,12 +221,12 @@ class Simulation:
         sizes.xi_body = settings.body_offset + 0.5 * xi_self
         sizes.d_hat = settings.d_hat
         touches = self.plan.touches
-        self.reach = max(sizes.xi_body if "body" in touches else 0.0, xi_self) + settings.d_hat
-        self.cloth = Surface.build(garment.faces, device)
+        self.cloth = Surface.build(garment.faces, xi_self + settings.d_hat, device)
         surfaces = {"cloth": self.cloth}
         body_edge = 0.0
         if scene.body is not None:
-            surfaces["body"] = Surface.build(scene.body.faces + self.cloth_count, device)
+            faces = scene.body.faces + self.cloth_count
+            surfaces["body"] = Surface.build(faces, sizes.xi_body + settings.d_hat, device)
             v, f = scene.body.rest_vertices, scene.body.faces
             body_edge = float(np.linalg.norm(v[f] - v[f[:, [1, 2, 0]]], axis=2).mean())
         self.touching = tuple(surfaces[name] for name in touches)

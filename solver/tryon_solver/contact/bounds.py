@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import warp as wp
 
-from tryon_solver.contact.candidates import Candidates, ContactSizes, Region, candidate_at
+from tryon_solver.contact.candidates import Candidates, ContactSizes, Region, candidate_at, offset
 from tryon_solver.contact.ccd import time_of_impact
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
 from tryon_solver.linalg.device_loop import HITS, NUMBER, Passes
@@ -26,17 +26,6 @@ PARTING = 1.0e-5  # share of its distance that it may lose even there: with none
 SHORTEN = 0.98  # of a found time of impact, so that rounding of the shortened path can't land under the floor
 BORDER = 1.0e-2  # share of its budget, squared, by which a vertex outside of its region still counts as on its border
 MOST_PASSES = 60
-
-
-@wp.func
-def offset(ids: wp.vec4i, kind: int, cloth_count: int, sizes: ContactSizes) -> float:
-    """Thickness offset xi [m] of a stencil."""
-    second = ids[1]
-    if kind == 1:
-        second = ids[2]
-    if ids[0] >= cloth_count or second >= cloth_count:
-        return sizes.xi_body
-    return sizes.xi_self
 
 
 @wp.kernel

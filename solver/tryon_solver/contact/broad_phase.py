@@ -187,9 +187,9 @@ def find(
     region: Region,
     group: wp.array,
     x: wp.array,
-    reach: float,
 ) -> None:
-    """Fill `candidates` with every stencil that can come within `reach` m while its vertices stay in the region.
+    """Fill `candidates` with every stencil that can come within its surface's reach while its vertices stay in the
+    region.
 
     `others` are the surfaces the scene lets the cloth touch: itself, the body, or both. Stencils with two vertices of
     one `group` (A,) are skipped: a vertex of its own, or vertices being sewn into one. x (A,) m is where the vertices
@@ -198,7 +198,7 @@ def find(
     candidates.clear()
     for surface in (cloth, *others):
         surface.budget.fill_(NOTHING_KNOWN)
-    extend(candidates, cloth, others, region, group, x, reach)
+    extend(candidates, cloth, others, region, group, x)
 
 
 def extend(
@@ -208,22 +208,22 @@ def extend(
     region: Region,
     group: wp.array,
     x: wp.array,
-    reach: float,
 ) -> None:
     """Add to `candidates` the stencils that come into question because budgets have grown since they were found.
 
     Arguments as in `find`; the region's paths must be the same. A budget that has shrunk counts as it was.
     """
     device = x.device
+    margin = 0.5 * max(other.reach for other in others)
     for surface in {id(s): s for s in (cloth, *others)}.values():
-        surface.refit(region.centre, region.half_way, region.budget, 0.5 * reach)
+        surface.refit(region.centre, region.half_way, region.budget, margin)
     while len(candidates.found) < len(others):
         candidates.found.append(Found.allocate(candidates.capacity, candidates.capacity, str(device)))
 
     def search(k: int) -> None:
         other, found = others[k], candidates.found[k]
         found.counts.zero_()
-        pair_triangles(found, cloth, other, region, group, reach)
+        pair_triangles(found, cloth, other, region, group)
         take_apart(found, cloth, other, region, group, x)
 
     at_once(search, len(others), device)

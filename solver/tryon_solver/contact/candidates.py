@@ -26,6 +26,17 @@ class ContactSizes:
     d_hat: float
 
 
+@wp.func
+def offset(ids: wp.vec4i, kind: int, cloth_count: int, sizes: ContactSizes) -> float:
+    """Thickness offset xi [m] of a stencil."""
+    second = ids[1]
+    if kind == 1:
+        second = ids[2]
+    if ids[0] >= cloth_count or second >= cloth_count:
+        return sizes.xi_body
+    return sizes.xi_self
+
+
 @dataclass
 class Candidates:
     """Stencils: `ids` vec4i, `kind` int32 (POINT_TRIANGLE, EDGE_EDGE); how many: `size`, and `count` (1,) int32.
@@ -180,8 +191,8 @@ def list_near_kernel(
     kind: wp.array(dtype=wp.int32),
     x: wp.array(dtype=wp.vec3),
     travel: wp.array(dtype=wp.float32),
-    xi: float,
-    reach: float,
+    cloth_count: int,
+    sizes: ContactSizes,
     settled: int,
     threads: int,
     distance: wp.array(dtype=wp.float32),
@@ -196,7 +207,8 @@ def list_near_kernel(
         together = travel[v[0]] + wp.max(t1, wp.max(t2, t3))
         if kind[c] == 1:
             together = wp.max(travel[v[0]], t1) + wp.max(t2, t3)
-        far = wp.max(xi + MOST_USED * together, reach + together)
+        xi = offset(v, kind[c], cloth_count, sizes)
+        far = xi + wp.max(MOST_USED * together, sizes.d_hat + together)
         d = distance[c]
         if d <= far:
             x0 = x[v[0]]
@@ -213,20 +225,20 @@ def list_near_kernel(
 
 
 def list_near(
-    candidates: Candidates, x: wp.array, travel: wp.array, xi: float, reach: float, settled: bool
+    candidates: Candidates, x: wp.array, travel: wp.array, cloth_count: int, sizes: ContactSizes, settled: bool
 ) -> None:
     """List the stencils for which a move of each vertex from x by at most `travel` (A,) m matters.
 
-    All others use up no more than 1/MOST_USED of their gap above `xi` m and stay further apart than `reach` m, wherever
-    in that range their vertices go. If it is `settled` that this move will be taken, or less of it, their distances
-    become what is left then.
+    All others use up no more than 1/MOST_USED of their gap above their offset and stay out of the barrier's reach,
+    wherever in that range their vertices go. If it is `settled` that this move will be taken, or less of it, their
+    distances become what is left then.
     """
     candidates.near_count.zero_()
     threads = candidates.threads
     wp.launch(
         list_near_kernel,
         threads,
-        [candidates.count, candidates.ids, candidates.kind, x, travel, xi, reach, int(settled), threads],
+        [candidates.count, candidates.ids, candidates.kind, x, travel, cloth_count, sizes, int(settled), threads],
         [candidates.distance, candidates.near, candidates.near_count],
         device=travel.device,
     )

@@ -19,8 +19,7 @@ from dataclasses import dataclass
 
 import warp as wp
 
-from tryon_solver.contact.bounds import offset
-from tryon_solver.contact.candidates import Candidates, ContactSizes, candidate_at
+from tryon_solver.contact.candidates import Candidates, ContactSizes, candidate_at, offset
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
 from tryon_solver.linalg.device_loop import HITS, NUMBER, Passes
 

@@ -16,8 +16,7 @@ from dataclasses import dataclass
 import warp as wp
 
 from tryon_solver.contact.barrier import barrier, barrier_curvature, barrier_gradient, mollifier
-from tryon_solver.contact.bounds import offset
-from tryon_solver.contact.candidates import Candidates, ContactSizes, candidate_at
+from tryon_solver.contact.candidates import Candidates, ContactSizes, candidate_at, offset
 from tryon_solver.contact.distances import stencil_vector, stencil_weights
 
 wp.set_module_options({"enable_backward": False})

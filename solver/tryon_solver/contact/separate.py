@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import warp as wp
 
-from tryon_solver.contact.bounds import offset
-from tryon_solver.contact.candidates import Candidates, ContactSizes
+from tryon_solver.contact.candidates import Candidates, ContactSizes, offset
 from tryon_solver.contact.distances import stencil_vector, stencil_weights
 
 wp.set_module_options({"enable_backward": False})

@@ -22,7 +22,7 @@ class Surface:
     `faces` (F,) vec3i ids in the shared index space; `owned` (F,) int32: bit k set when the triangle owns its vertex k,
     bit 3+k when it owns the edge from vertex k to vertex k+1. `lower`, `upper` (F,) vec3 m boxes. `budget` (F,)
     float32 m as in `Region`; `known` (F,) float32 m, the budget that the candidate list already covers;
-    `gained` (1,) int32 is 1 when some budget is above its `known`.
+    `gained` (1,) int32 is 1 when some budget is above its `known`. Cloth feels it from `reach` m on.
     """
 
     faces: wp.array
@@ -33,10 +33,11 @@ class Surface:
     known: wp.array
     gained: wp.array
     face_count: int
+    reach: float
     bvh: wp.Bvh | None = None
 
     @staticmethod
-    def build(faces: np.ndarray, device: str) -> Surface:
+    def build(faces: np.ndarray, reach: float, device: str) -> Surface:
         """`faces` (F, 3) int32 in the shared index space."""
         count = len(faces)
         return Surface(
@@ -48,6 +49,7 @@ class Surface:
             wp.zeros(count, dtype=wp.float32, device=device),
             wp.zeros(1, dtype=wp.int32, device=device),
             count,
+            reach,
         )
 
     def refit(self, centre: wp.array, half_way: wp.array, budget: wp.array, margin: float) -> None:

@@ -206,7 +206,6 @@ def pair_triangles(
     other: Surface,
     region: Region,
     group: wp.array,
-    reach: float,
 ) -> None:
     """Fill `found` with pairs of triangles, as far as there is room; none are counted before."""
     assert other.bvh is not None
@@ -227,7 +226,7 @@ def pair_triangles(
             other.known,
             other.gained,
             int(other is cloth),
-            reach,
+            other.reach,
             group,
             region.centre,
             region.half_way,

@@ -146,8 +146,7 @@ def list_near(sim: Simulation, direction: wp.array, settled: bool) -> None:
     """List the candidates that a move from x by `direction` concerns, at any fractions."""
     sizes, work = sim.contact.sizes, sim.work
     wp.launch(travel_kernel, sim.all_count, [direction], [work.travel], device=sim.device)
-    xi = max(sizes.xi_body, sizes.xi_self)
-    candidates.list_near(sim.candidates, sim.state.x, work.travel, xi, sim.reach, settled)
+    candidates.list_near(sim.candidates, sim.state.x, work.travel, sim.cloth_count, sizes, settled)
 
 
 def proven_free(sim: Simulation, displacement: np.ndarray) -> bool:

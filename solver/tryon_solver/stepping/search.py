@@ -141,13 +141,13 @@ def search_further(sim: Simulation, direction: wp.array, alpha: wp.array) -> Non
         [region.budget],
         device=sim.device,
     )
-    broad_phase.extend(sim.candidates, sim.cloth, sim.touching, region, sim.group, sim.state.x, sim.reach)
+    broad_phase.extend(sim.candidates, sim.cloth, sim.touching, region, sim.group, sim.state.x)
     sim.searches += 1
 
 
 def find(sim: Simulation, x: wp.array) -> None:
     """Fill the candidate list for the region as it is set."""
-    broad_phase.find(sim.candidates, sim.cloth, sim.touching, sim.region, sim.group, x, sim.reach)
+    broad_phase.find(sim.candidates, sim.cloth, sim.touching, sim.region, sim.group, x)
     wp.copy(sim.x_listed, x)
     sim.searches += 1
     sim.listed = True

@@ -69,11 +69,20 @@ def with_slack(sim, slack, action):
 
 def check_complete(tangle, found, closest):
     """Every stencil whose smallest distance is within reach was found, and nothing that is no stencil."""
-    wanted = closest < tangle.sim.reach - 1e-6
-    assert wanted.sum() > 100
     kinds, ids = tangle.stencils
+    offset = offsets(tangle, ids)
+    wanted = closest < offset + tangle.sim.settings.d_hat - 1e-6
+    assert wanted[offset > offset.min()].sum() > 20, "of the body"
+    assert wanted[offset == offset.min()].sum() > 20, "of the cloth"
     assert set(keys(kinds[wanted], ids[wanted])) <= found
     assert found <= set(keys(kinds, ids))
+
+
+def offsets(tangle, ids):
+    """(S,) m: how thick is what stencils of these vertices touch; the body's is more."""
+    sizes = tangle.sim.contact.sizes
+    assert sizes.xi_body > sizes.xi_self
+    return np.where((ids >= tangle.cloth).any(axis=1), sizes.xi_body, sizes.xi_self)
 
 
 def test_complete_for_any_shortening_and_any_way_within_the_slack(tangle, rng):
@@ -131,18 +140,18 @@ def test_what_is_not_listed_as_near_keeps_its_gap(tangle, rng, settled):
     search.search_around(sim, sim.state.x, sim.work.direction)
     travel = rng.uniform(0, 0.002, len(x))
     sim.work.travel.assign(travel.astype(np.float32))
-    xi = max(sim.contact.sizes.xi_body, sim.contact.sizes.xi_self)
     c = sim.candidates
-    candidates.list_near(c, sim.state.x, sim.work.travel, xi, sim.reach, settled)
+    candidates.list_near(c, sim.state.x, sim.work.travel, tangle.cloth, sim.contact.sizes, settled)
     listed = np.zeros(c.size, bool)
     listed[c.near.numpy()[: c.near_size]] = True
     assert 100 < listed.sum() < c.size - 100
     kind, ids = c.kind.numpy()[: c.size], c.ids.numpy()[: c.size]
     start, _ = stencil_distances(kind, x[ids])
+    xi = offsets(tangle, ids)
     known = c.distance.numpy()[: c.size]
     for _ in range(2 * SAMPLES):
         there, _ = stencil_distances(kind, (x + stray(rng, travel))[ids])
-        assert (there[~listed] > sim.reach - 1e-6).all()
+        assert (there - xi > sim.settings.d_hat - 1e-6)[~listed].all()
         assert (start - there < (start - xi) / candidates.MOST_USED + 1e-6)[~listed].all()
         if settled:
             assert (known < there + 1e-6)[~listed].all()
