@@ -81,7 +81,8 @@ class Settings:
     searches: int = 12
     """How often the list of candidates is extended in one correction, at most; then vertices stay where it reaches."""
     search_slack: float = 2e-3
-    """How far from where it is expected a vertex may go before candidates are searched for again [m]."""
+    """How far from where it is expected a vertex may go before candidates are searched for again, at most [m]; on fine
+    cloth it is less (stepping/search.py)."""
 
     deterministic: bool = False
     """Two runs end in equal bytes, or `build` refuses: on the CPU they do, on CUDA they can't yet."""

@@ -98,6 +98,7 @@ class Simulation:
         self.cloth_count = garment.vertex_count
         self.body_count = 0 if scene.body is None else len(scene.body.rest_vertices)
         self.all_count = self.cloth_count + self.body_count
+        self.mean_edge = garment.mean_edge_length()  # m, in the pattern
         self.mass = scene.vertex_masses()
         self.area = garment.vertex_areas()
         self.plan = bind_plan(scene, settings, device, self.mass, self.area)
@@ -201,7 +202,7 @@ class Simulation:
             at_rest = EllMatrix.from_scipy(on_pattern(constant, pattern), device)
             self.damped = at_rest, EllMatrix.from_scipy(on_pattern(rate, pattern), device)
             self.constant_stiffness = at_rest.like()
-        spacing = self.settings.subspace_spacing * garment.mean_edge_length()
+        spacing = self.settings.subspace_spacing * self.mean_edge
         self.basis = spline_basis(garment, spacing)
         self.mass_per_dt2 = wp.zeros(self.cloth_count, dtype=wp.float32, device=device)
         self._inverses: dict[int, np.ndarray] = {}
@@ -230,7 +231,7 @@ class Simulation:
             v, f = scene.body.rest_vertices, scene.body.faces
             body_edge = float(np.linalg.norm(v[f] - v[f[:, [1, 2, 0]]], axis=2).mean())
         self.touching = tuple(surfaces[name] for name in touches)
-        edge = garment.mean_edge_length()
+        edge = self.mean_edge
         model = ContactModel()
         model.pressure_stiffness = settings.pressure_stiffness
         model.eps_body = 1e-3 * edge**2 * body_edge**2
@@ -287,7 +288,7 @@ class Simulation:
         if self.settings.scheme != "contact_coarse":
             return
         if self.coarse is None:
-            spacing = self.settings.coarse_spacing * self.scene.garment.mean_edge_length()
+            spacing = self.settings.coarse_spacing * self.mean_edge
             self.coarse = ContactCoarseLevel.build(spline_basis(self.scene.garment, spacing), self.device)
         self.coarse.rest = reduced_matrix(self.coarse.basis, self.stiffness_matrix + sp.diags(diagonal))
 

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 wp.set_module_options({"enable_backward": False})
 
+SLACK_EDGES = 0.08  # of the cloth's mean edge: more than that finds fine cloth's neighbours, ring upon ring
 SURFACE_SHARE = 0.25  # of the slack is granted to the collision surface, which seldom leaves the skin
 
 
@@ -91,14 +92,18 @@ def anchor_kernel(
     anchor_out[i] = centre[i] + (2.0 * share - 1.0) * half_way[i]
 
 
+def search_slack(sim: Simulation) -> float:
+    """How far from where it is expected a vertex may go before candidates are searched for again [m]."""
+    return min(sim.settings.search_slack, SLACK_EDGES * sim.mean_edge)
+
+
 def search_around(sim: Simulation, x: wp.array, direction: wp.array) -> None:
     """Find the candidates of every motion within a slack of the paths from x along `direction`, wherever it stops.
 
-    The slack is `search_slack` at first and doubles with every further search of the step: who outgrew it once will
-    again.
+    The slack doubles with every further search of the step: who outgrew it once will again.
     """
     region = sim.region
-    slack = sim.settings.search_slack * 2**sim.searches
+    slack = search_slack(sim) * 2**sim.searches
     wp.launch(
         surround_kernel,
         sim.all_count,
@@ -120,7 +125,7 @@ def search_along(sim: Simulation, x: wp.array, direction: wp.array, share: float
     wp.launch(
         accompany_kernel,
         sim.all_count,
-        [sim.cloth_count, x, direction, sim.solved, share, sim.settings.search_slack],
+        [sim.cloth_count, x, direction, sim.solved, share, search_slack(sim)],
         [region.centre, region.half_way, region.budget],
         device=sim.device,
     )
@@ -137,7 +142,7 @@ def search_further(sim: Simulation, direction: wp.array, alpha: wp.array) -> Non
     wp.launch(
         raise_kernel,
         sim.all_count,
-        [sim.state.x, direction, alpha, region.anchor, sim.settings.search_slack],
+        [sim.state.x, direction, alpha, region.anchor, search_slack(sim)],
         [region.budget],
         device=sim.device,
     )
