@@ -25,7 +25,8 @@ from tryon_solver.effects.registry import bind
 from tryon_solver.geometry.altitudes import refuse_slivers, self_reach
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.device_loop import KeptGraph
-from tryon_solver.linalg.ell import EllMatrix, on_pattern, set_sum
+from tryon_solver.linalg.ell import EllMatrix
+from tryon_solver.linalg.near_far import NearFar
 from tryon_solver.linalg.pcg import ConjugateGradients
 from tryon_solver.linalg.vectors import find_largest, move_origin
 from tryon_solver.materials.device import RestShape
@@ -195,12 +196,12 @@ class Simulation:
         self.hessian_rows = BlockRows.build(garment.faces, self.cloth_count, device)
         constant = self.plan.constant_stiffness(self.cloth_count)
         rate = self.plan.rate_stiffness(self.cloth_count)
-        self.constant_stiffness = EllMatrix.from_scipy(constant, device)  # with the rates over dt: of the correction
-        self.damped: tuple[EllMatrix, EllMatrix] | None = None  # its part without the rates, and the rates
+        pattern = abs(constant) if rate is None else abs(constant) + abs(rate)
+        at_rest = NearFar.build(constant, pattern, self.hessian_rows, device)
+        self.constant_stiffness = at_rest  # with the rates over dt: of the correction
+        self.damped: tuple[NearFar, NearFar] | None = None  # its part without the rates, and the rates
         if rate is not None:
-            pattern = abs(constant) + abs(rate)
-            at_rest = EllMatrix.from_scipy(on_pattern(constant, pattern), device)
-            self.damped = at_rest, EllMatrix.from_scipy(on_pattern(rate, pattern), device)
+            self.damped = at_rest, NearFar.build(rate, pattern, self.hessian_rows, device)
             self.constant_stiffness = at_rest.like()
         spacing = self.settings.subspace_spacing * self.mean_edge
         self.basis = spline_basis(garment, spacing)
@@ -265,7 +266,7 @@ class Simulation:
         self.mass_per_dt2.assign((self.mass / dt**2).astype(np.float32))
         if self.damped is not None:
             at_rest, rates = self.damped
-            set_sum(self.constant_stiffness, at_rest, 1.0 / dt, rates)
+            self.constant_stiffness.set_sum(at_rest, 1.0 / dt, rates)
         held = np.full(self.body_count, self.settings.skin_stiffness)
         self.work.diagonal.assign(np.concatenate([diagonal, held]).astype(np.float32))
         self._set_coarse_rest(diagonal)

@@ -75,13 +75,6 @@ def set_sum_kernel(
     out[i, k] = a[i, k] + scale * b[i, k]
 
 
-def set_sum(out: EllMatrix, a: EllMatrix, scale: float, b: EllMatrix) -> None:
-    """out = a + scale b, all three with one pattern."""
-    wp.launch(
-        set_sum_kernel, (a.row_count, a.width), [a.weights, scale, b.weights], [out.weights], device=a.weights.device
-    )
-
-
 @wp.kernel
 def multiply_kernel(
     columns: wp.array2d(dtype=wp.int32),

@@ -9,9 +9,10 @@ wp.set_module_options({"enable_backward": False})
 
 @wp.struct
 class PairedMatrix:
-    """A matrix over A vec3 unknowns, a sum of: `columns`, `blocks` (N, width) as in BlockRows; `far_columns`, `weights`
-    (N, width) as in EllMatrix, both with rows that sum to zero; `diagonal` (A,); and pairs as in ContactPairs, of which
-    the first of `count` says how many there are: block (i, j) of one is lam_i lam_j (curvature n n^T + beside)."""
+    """A matrix over A vec3 unknowns, a sum of: `columns`, `blocks` (N, width) as in BlockRows and `far_columns`,
+    `weights` (N, width) as in EllMatrix without a diagonal, rows of both together summing to zero; `diagonal` (A,); and
+    pairs as in ContactPairs, of which the first of `count` says how many there are: block (i, j) of one is lam_i lam_j
+    (curvature n n^T + beside)."""
 
     columns: wp.array2d(dtype=wp.int32)
     blocks: wp.array2d(dtype=wp.mat33)
@@ -43,9 +44,15 @@ def row_product(m: PairedMatrix, i: int, p: wp.array(dtype=wp.vec3)) -> wp.vec3:
     total = wp.vec3()
     if i < m.columns.shape[0]:
         for k in range(1, m.columns.shape[1]):
-            total += m.blocks[i, k] * (p[m.columns[i, k]] - here)
+            j = m.columns[i, k]
+            if j == i:
+                break  # the rest of the row is padding
+            total += m.blocks[i, k] * (p[j] - here)
         for k in range(m.far_columns.shape[1]):
-            total += m.weights[i, k] * (p[m.far_columns[i, k]] - here)
+            j = m.far_columns[i, k]
+            if j == i:
+                break
+            total += m.weights[i, k] * (p[j] - here)
     return total + m.diagonal[i] * here
 
 

@@ -117,9 +117,13 @@ def multiply_kernel(
                 # by differences, as in paired_matrix.py
                 for k in range(1, m.columns.shape[1]):
                     j = m.columns[e, k]
+                    if j == e:
+                        break  # the rest of the row is padding
                     row += m.blocks[e, k] * (preconditioned[j] + b * direction_before[j] - here)
                 for k in range(m.far_columns.shape[1]):
                     j = m.far_columns[e, k]
+                    if j == e:
+                        break
                     row += m.weights[e, k] * (preconditioned[j] + b * direction_before[j] - here)
             part += wp.dot(here, row)
             wp.atomic_add(product, e, row)

@@ -23,19 +23,6 @@ wp.set_module_options({"enable_backward": False})
 
 
 @wp.kernel
-def add_constant_diagonal_kernel(
-    columns: wp.array2d(dtype=wp.int32), weights: wp.array2d(dtype=wp.float32), blocks: wp.array(dtype=wp.mat33)
-):
-    """Adds a scalar matrix's diagonal to the 3x3 diagonal blocks."""
-    i = wp.tid()
-    total = float(0.0)
-    for k in range(columns.shape[1]):
-        if columns[i, k] == i:
-            total += weights[i, k]
-    blocks[i] = blocks[i] + total * wp.identity(n=3, dtype=wp.float32)
-
-
-@wp.kernel
 def scale_kernel(
     diagonal: wp.array(dtype=wp.float32), p: wp.array(dtype=wp.vec3), product_out: wp.array(dtype=wp.vec3)
 ):
@@ -49,18 +36,11 @@ def linearise(sim: Simulation) -> None:
     rows.blocks.zero_()
     for add_hessian in sim.stages.add_hessian:
         add_hessian(sim.state.x, rows)
+    sim.constant_stiffness.add_near(rows)
     wp.launch(
         block_ell.diagonal_blocks_kernel,
         sim.all_count,
         [rows.blocks, work.diagonal],
-        [work.blocks],
-        device=sim.device,
-    )
-    constant = sim.constant_stiffness
-    wp.launch(
-        add_constant_diagonal_kernel,
-        sim.cloth_count,
-        [constant.columns, constant.weights],
         [work.blocks],
         device=sim.device,
     )
@@ -71,7 +51,7 @@ def linearise(sim: Simulation) -> None:
 
 def newton_matrix(sim: Simulation) -> PairedMatrix:
     """Hessian + contact + what vertices are held by, over cloth and collision surface [N/m], as it stands."""
-    rows, far, pairs = sim.hessian_rows, sim.constant_stiffness, sim.pairs
+    rows, far, pairs = sim.hessian_rows, sim.constant_stiffness.far, sim.pairs
     matrix = PairedMatrix()
     matrix.columns, matrix.blocks = rows.columns, rows.blocks
     matrix.far_columns, matrix.weights = far.columns, far.weights

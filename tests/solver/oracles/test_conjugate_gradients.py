@@ -64,7 +64,7 @@ class System:
             for a in range(4):
                 for b in range(4):
                     dense[ids[c, a], ids[c, b]] += lam[c, a] * lam[c, b] * own
-        ell = EllMatrix.from_scipy(far, device)
+        ell = EllMatrix.from_scipy(far - np.diag(np.diag(far)), device)
         matrix = PairedMatrix()
         matrix.columns, matrix.blocks = rows.columns, rows.blocks
         matrix.far_columns, matrix.weights = ell.columns, ell.weights
