@@ -120,6 +120,30 @@ def sample_by_arc_length(curve: Curve, segments: int) -> Points:
     return curve.points(t)
 
 
+def parameter_at(curve: Curve, share: float) -> float:
+    """The parameter t up to which the curve has this share, 0 to 1, of its length."""
+    parameters, lengths = _length_table(curve)
+    return float(np.interp(share * lengths[-1], lengths, parameters))
+
+
+def share_at(curve: Curve, t: float) -> float:
+    """The share of its length, 0 to 1, that the curve has up to the parameter t."""
+    parameters, lengths = _length_table(curve)
+    return float(np.interp(t, parameters, lengths) / lengths[-1])
+
+
+def end_tangents(curve: Curve) -> Points:
+    """Unit vectors (2, 2) in which the curve runs where it starts and where it ends."""
+    if isinstance(curve, Arc):
+        radial = (curve.points([0.0, 1.0]) - curve.centre) / curve.radius
+        return np.sign(curve.sweep_angle) * np.stack([-radial[:, 1], radial[:, 0]], axis=1)
+    assert isinstance(curve, Bezier)
+    legs = np.diff(curve.controls, axis=0)
+    long = np.flatnonzero(np.hypot(legs[:, 0], legs[:, 1]) > 0)  # a control point on an end has no direction
+    ends = legs[long[[0, -1]]]
+    return ends / np.hypot(ends[:, 0], ends[:, 1])[:, None]
+
+
 def is_straight(curve: Curve) -> bool:
     """Whether the curve was given as a straight line."""
     return isinstance(curve, Bezier) and len(curve.controls) == 2

@@ -304,14 +304,18 @@ def _edge(spec: Mapping[str, Any], start: Points, end: Points, place: str, scale
     if np.hypot(*(end - start)) < EDGE_LENGTH_MIN:
         raise PatternError("the edge's end points coincide", place, "Remove the edge or move a vertex")
     curvature = spec.get("curvature")
-    curve = (
-        curves.line(start, end) if curvature is None else _curved(curvature, start, end, f"{place}.curvature", scale)
-    )
+    curve = edge_curve(curvature, start, end, f"{place}.curvature", scale)
     return PatternEdge(curve, curves.length(curve), _label(spec, place))
 
 
-def _curved(spec: Any, start: Points, end: Points, place: str, scale: float) -> curves.Curve:
-    """The curve of an edge with curvature. A bare [u, v] is a quadratic curve, as in GarmentCode's older files."""
+def edge_curve(spec: Any, start: Points, end: Points, place: str, scale: float) -> curves.Curve:
+    """The curve of an edge from start to end, each (2,) m, with this curvature; None is a straight line.
+
+    scale: metres in a unit of the file. A bare [u, v] is a quadratic curve, as in GarmentCode's older files. Raises
+    PatternError.
+    """
+    if spec is None:
+        return curves.line(start, end)
     kind, params = ("quadratic", [spec]) if isinstance(spec, list) else _curvature_parts(spec, place)
     if kind == "circle":
         return _circle(params, start, end, place, scale)

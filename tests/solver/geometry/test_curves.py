@@ -79,3 +79,34 @@ def test_samples_divide_a_cubic_into_equal_lengths(controls, segments):
     # A cubic can stand still (a cusp); around it the length travelled, hence the sample, is off by the piece there.
     tolerance = 2 * travelled[-1] / curves.TABLE_PIECES
     assert np.linalg.norm(points - expected, axis=1).max() < tolerance
+
+
+HALF_CIRCLE = curves.arc_by_flags([0, 0], [2, 0], 1.0, False, True)  # below its chord, from the left end to the right
+PARABOLA = curves.Bezier(np.array([[0.0, 0.0], [0.5, 0.0], [1.0, 1.0]]))  # y = x^2, x = t
+
+
+def test_the_share_of_an_arcs_length_is_that_of_its_angle():
+    assert curves.parameter_at(HALF_CIRCLE, 0.25) == pytest.approx(0.25, abs=1e-9)
+    assert curves.share_at(HALF_CIRCLE, 0.8) == pytest.approx(0.8, abs=1e-9)
+
+
+def test_the_share_of_a_parabolas_length_is_its_closed_form():
+    def length(x):
+        return (2 * x * np.sqrt(1 + 4 * x**2) + np.arcsinh(2 * x)) / 4
+
+    share = length(0.3) / length(1.0)
+    assert share < 0.25, "it is slower at its start"
+    assert curves.share_at(PARABOLA, 0.3) == pytest.approx(share, abs=1e-6)
+    assert curves.parameter_at(PARABOLA, share) == pytest.approx(0.3, abs=1e-6)
+
+
+def test_tangents_at_the_ends_have_the_curves_direction():
+    assert np.allclose(curves.end_tangents(PARABOLA), [[1, 0], np.array([1, 2]) / np.sqrt(5)])
+    assert np.allclose(curves.end_tangents(HALF_CIRCLE), [[0, -1], [0, 1]], atol=1e-12)
+    other_way = curves.arc_by_flags([0, 0], [2, 0], 1.0, False, False)
+    assert np.allclose(curves.end_tangents(other_way), [[0, 1], [0, -1]], atol=1e-12)
+
+
+def test_a_control_point_on_an_end_leaves_the_direction_to_the_next():
+    curve = curves.Bezier(np.array([[0.0, 0.0], [0.0, 0.0], [1.0, 1.0], [2.0, 1.0]]))
+    assert np.allclose(curves.end_tangents(curve), [[np.sqrt(0.5), np.sqrt(0.5)], [1, 0]])
