@@ -20,6 +20,7 @@ Points = NDArray[np.float64]
 # Lengths are integrals of the speed by 4-point Gauss-Legendre quadrature on this many equal pieces of [0, 1];
 # positions by arc length interpolate that table linearly: off by about length / TABLE_PIECES^2, 0.2 micrometres on 1 m.
 TABLE_PIECES = 2048
+GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 # SVG enlarges an arc's radius that cannot span its chord. Rounding of exported numbers explains this much of it.
 RADIUS_SLACK = 1e-4
@@ -157,8 +158,7 @@ def _bernstein(t: Points, degree: int) -> Points:
 
 def _length_table(curve: Curve) -> tuple[Points, Points]:
     """Parameters (TABLE_PIECES + 1,) and the curve's length [m] up to each of them, same shape."""
-    nodes, weights = np.polynomial.legendre.leggauss(4)
     edges = np.linspace(0.0, 1.0, TABLE_PIECES + 1)
-    inside = (edges[:-1, None] + (nodes[None, :] + 1) / (2 * TABLE_PIECES)).ravel()
-    pieces = curve.speeds(inside).reshape(TABLE_PIECES, -1) @ weights / (2 * TABLE_PIECES)
+    inside = (edges[:-1, None] + (GAUSS_NODES[None, :] + 1) / (2 * TABLE_PIECES)).ravel()
+    pieces = curve.speeds(inside).reshape(TABLE_PIECES, -1) @ GAUSS_WEIGHTS / (2 * TABLE_PIECES)
     return edges, np.concatenate([[0.0], np.cumsum(pieces)])
