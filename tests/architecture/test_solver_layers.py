@@ -14,6 +14,7 @@ LONGEST_FILE = 600
 # From the ground up. Modules of one layer may import each other's, if they are in the same folder or listed in BESIDE.
 LAYERS = (
     ("geometry", "linalg", "settings", "device"),
+    ("redesign",),
     ("state", "results"),
     ("plan",),
     ("materials", "subspace", "contact", "body"),
