@@ -1,0 +1,105 @@
+"""Applying an edit: another specification that the parser passes, or EditError and nothing changed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from tryon_solver.geometry.pattern import Pattern, PatternError, parse_pattern
+from tryon_solver.geometry.wearable import check_wearable
+from tryon_solver.redesign import edits
+from tryon_solver.redesign.bending import move_handle
+from tryon_solver.redesign.cutting import cut
+from tryon_solver.redesign.darting import dart
+from tryon_solver.redesign.draft import Draft, read_draft
+from tryon_solver.redesign.edit_error import EditError
+from tryon_solver.redesign.moving import lengthen, move_vertex, take_in
+from tryon_solver.redesign.scaling import scale_garment, scale_piece
+from tryon_solver.redesign.sewing import close_seam, ease, gather, open_seam, remove_piece
+
+MISFIT = 1e-3  # m that a seam's sides may miss the lengths they had to each other, untold
+
+CHANGES: dict[type[edits.Edit], Callable[[Draft, Any], None]] = {
+    edits.MoveVertex: move_vertex,
+    edits.MoveHandle: move_handle,
+    edits.Lengthen: lengthen,
+    edits.TakeIn: take_in,
+    edits.ScalePiece: scale_piece,
+    edits.ScaleGarment: scale_garment,
+    edits.Gather: gather,
+    edits.Ease: ease,
+    edits.OpenSeam: open_seam,
+    edits.CloseSeam: close_seam,
+    edits.Cut: cut,
+    edits.Dart: dart,
+    edits.RemovePiece: remove_piece,
+}
+
+
+@dataclass(frozen=True)
+class Edited:
+    """What an edit made."""
+
+    specification: dict[str, Any]  # JSON that parse_pattern passes
+    change: Literal["value", "topology"]  # value: the same pieces, vertices, edges and seams, in other shapes
+    notes: tuple[str, ...]  # which partners followed, which seams fit no longer as they did
+
+
+def apply(specification: Mapping[str, Any], edit: edits.Edit) -> Edited:
+    """Apply the edit to a specification that parse_pattern passes, which stays as it is.
+
+    Raises EditError, which says why, when the garment has nothing of the kind or would not be one any more: by the
+    checks of parse_pattern and, for a garment that could be worn, of check_wearable. Raises PatternError when the
+    specification is none.
+    """
+    return changed(specification, lambda draft: change(draft, edit), edit.remedy)
+
+
+def change(draft: Draft, edit: edits.Edit) -> None:
+    """Make the edit's change of the draft. Raises EditError when the garment has nothing of the kind."""
+    CHANGES[type(edit)](draft, edit)
+
+
+def changed(specification: Mapping[str, Any], make: Callable[[Draft], None], smaller: str) -> Edited:
+    """What `make` makes of the specification, checked as apply says. smaller: the remedy for a result that is none."""
+    before = parse_pattern(specification)
+    draft = read_draft(specification)
+    make(draft)
+    edited = draft.written()
+    try:
+        after = parse_pattern(edited)
+        if _wearable(before):
+            check_wearable(after)
+    except PatternError as error:
+        remedy = smaller + (", or gather the seam" if error.place.startswith("stitches[") else "")
+        raise EditError(f"it would make an invalid garment: {error.message}", error.place, remedy) from error
+    kind: Literal["value", "topology"] = "value" if _structure(before) == _structure(after) else "topology"
+    return Edited(edited, kind, (*dict.fromkeys(draft.notes), *_misfits(draft)))
+
+
+def _wearable(pattern: Pattern) -> bool:
+    try:
+        check_wearable(pattern)
+    except PatternError:
+        return False
+    return True
+
+
+def _structure(pattern: Pattern) -> Any:
+    """What a mesh's connectivity depends on besides lengths: the pieces, their edges, and how these are sewn."""
+    pieces = [(panel.name, len(panel.edges)) for panel in pattern.panels]
+    return pieces, [(stitch.first, stitch.second, stitch.reversed) for stitch in pattern.stitches]
+
+
+def _misfits(draft: Draft) -> list[str]:
+    """The seams whose sides have no longer the lengths that they had to each other, in words."""
+    told = []
+    for seam in draft.seams:
+        first, second = draft.length(seam.first), draft.length(seam.second)
+        if abs(first - seam.ratio * second) > MISFIT:
+            told.append(
+                f"{draft.said(seam.first)} is now {first * 100:.1f} cm long and {draft.said(seam.second)}, sewn to it, "
+                f"{second * 100:.1f} cm"
+            )
+    return told

@@ -1,0 +1,64 @@
+"""The edits of a garment in their order, each undoable.
+
+Applying an edit leaves the specification it was applied to as it is, so undoing is going back to that one. A history is
+a value: every change of it is another history.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from tryon_solver.redesign.edit_error import EditError
+from tryon_solver.redesign.edits import Edit
+
+UNDO_MAX = 200  # edits that can be undone; specifications are some 10 kB each
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One edit, and the specification it made."""
+
+    id: int
+    edit: Edit
+    specification: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class History:
+    """A garment's specification and the edits that made it of the one it began with.
+
+    The last UNDO_MAX edits can be undone; those before are part of what it begins with. Ids are counted from 1 and
+    never given twice, also not after an undo.
+    """
+
+    beginning: Mapping[str, Any]
+    done: tuple[Entry, ...] = ()
+    undone: tuple[Entry, ...] = ()  # the next to redo last
+    next_id: int = 1
+
+    @property
+    def specification(self) -> Mapping[str, Any]:
+        """The specification as it is now."""
+        return self.done[-1].specification if self.done else self.beginning
+
+    def append(self, edit: Edit, specification: Mapping[str, Any]) -> History:
+        """With one edit more, and what it made. What was undone before can't be redone any more."""
+        done = (*self.done, Entry(self.next_id, edit, specification))
+        forgotten = done[: max(0, len(done) - UNDO_MAX)]
+        beginning = forgotten[-1].specification if forgotten else self.beginning
+        return History(beginning, done[len(forgotten) :], (), self.next_id + 1)
+
+    def undo(self) -> History:
+        """Without the last edit. Raises EditError when there is none."""
+        if not self.done:
+            message = "there is no edit to undo"
+            raise EditError(message, "history", f"The last {UNDO_MAX} edits since the garment was opened can be undone")
+        return replace(self, done=self.done[:-1], undone=(*self.undone, self.done[-1]))
+
+    def redo(self) -> History:
+        """With the edit that was undone last. Raises EditError when there is none."""
+        if not self.undone:
+            raise EditError("there is no edit to redo", "history", "Undo one first; a new edit forgets those undone")
+        return replace(self, done=(*self.done, self.undone[-1]), undone=self.undone[:-1])

@@ -1,0 +1,137 @@
+"""Claims on seams gathered, eased, opened and closed, and on pieces taken away."""
+
+import pytest
+from pattern_measures import rectangle, seam_ratios, seams, sewn
+
+from tryon_solver.geometry.panel_mesh import mesh_pattern
+from tryon_solver.geometry.pattern import parse_pattern
+from tryon_solver.geometry.weld import weld
+from tryon_solver.redesign.apply import apply
+from tryon_solver.redesign.edit_error import EditError
+from tryon_solver.redesign.edits import CloseSeam, Ease, Gather, MoveHandle, OpenSeam, RemovePiece
+
+
+def stitch_of(spec, panel, edge):
+    (found,) = [s for s in spec["pattern"]["stitches"] if {"panel": panel, "edge": edge} in s[:2]]
+    return found
+
+
+def test_a_gathered_seam_bears_what_a_plain_one_does_not(tube):
+    # Its partner is straight and can't follow: bent to 30 cm beside the seam, this edge is over 1.5 times as long.
+    tube["pattern"]["panels"]["front"]["edges"][1]["curvature"] = [0.5, -0.1]
+    bend = MoveHandle("front", 1, 0, (0.5, 0.0))
+    with pytest.raises(EditError, match=r"a ratio of 1\.76 over 1\.5") as caught:
+        apply(tube, bend)
+    assert caught.value.place == "stitches[0]"
+    assert "gather the seam" in caught.value.remedy
+    gathered = apply(tube, Gather("front", 1))
+    assert stitch_of(gathered.specification, "front", 1)[2:] == ["gather"]
+    assert gathered.change == "value"
+    assert apply(gathered.specification, Gather("front", 1)).specification == gathered.specification
+    made = apply(gathered.specification, bend).specification
+    assert 1.5 < seam_ratios(made)[0] < 2
+
+
+def test_a_seam_of_a_large_ratio_can_not_be_eased():
+    panels = {"a": rectangle(40, 80), "b": rectangle(40, 40)}
+    spec = sewn(panels, ("a", 1, "b", 3, "gather"), ("a", 3, "b", 1, "gather"))
+    with pytest.raises(EditError, match=r"ratio of 2.00 over 1.5") as caught:
+        apply(spec, Ease("b", 3))
+    assert caught.value.place == "stitches[0]"
+
+
+def test_easing_takes_the_gather_back(tube):
+    gathered = apply(tube, Gather("front", 1)).specification
+    assert gathered != tube
+    assert apply(gathered, Ease("back", 3)).specification == tube
+
+
+def test_an_opened_seam_is_gone_and_the_others_are_not(tshirt):
+    made = apply(tshirt, OpenSeam("back", 8))
+    left = made.specification["pattern"]["stitches"]
+    gone = [stitch for stitch in tshirt["pattern"]["stitches"] if stitch not in left]
+    assert gone == [[{"panel": "front", "edge": 1}, {"panel": "back", "edge": 8}]]
+    assert len(made.specification["pattern"]["stitches"]) == 11
+    assert made.change == "topology"
+    meshes = [weld(mesh_pattern(parse_pattern(spec), 0.03)) for spec in (tshirt, made.specification)]
+    assert meshes[1].vertex_count == meshes[0].vertex_count + round(0.38 / 0.03), "all but the one at the armhole"
+
+
+def test_closing_sews_what_opening_undid(tshirt):
+    opened = apply(tshirt, OpenSeam("front", 1)).specification
+    closed = apply(opened, CloseSeam("front", 1, "back", 8))
+    assert sorted(seams(closed.specification)) == sorted(seams(tshirt))
+    assert closed.change == "topology"
+    assert closed.notes == ()
+
+
+def test_closing_edges_of_different_lengths_tells_both(tshirt):
+    made = apply(tshirt, CloseSeam("left_sleeve_front", 2, "right_sleeve_front", 1))
+    assert made.notes == ()
+    opened = apply(tshirt, OpenSeam("left_sleeve_front", 3)).specification
+    made = apply(opened, CloseSeam("left_sleeve_front", 2, "left_sleeve_front", 3))
+    (note,) = made.notes
+    assert "18.0 cm" in note
+    assert "19.0 cm" in note
+
+
+def test_the_words_of_a_closed_seam_are_written(tshirt):
+    made = apply(tshirt, CloseSeam("front", 4, "back", 5, gather=True, right_wrong=True)).specification
+    assert stitch_of(made, "front", 4)[2:] == ["right_wrong", "gather"]
+    sewn_now = parse_pattern(made).stitches[-1]
+    assert sewn_now.gather
+    assert not sewn_now.reversed
+
+
+@pytest.mark.parametrize(
+    ("edit", "place", "words"),
+    [
+        (CloseSeam("front", 0, "back", 8), "to_edge", "sewn already, to edge 1 of 'front'"),
+        (CloseSeam("front", 1, "back", 0), "edge", "sewn already, to edge 8 of 'back'"),
+        (CloseSeam("front", 0, "front", 0), "to_edge", "to itself"),
+        (CloseSeam("front", 0, "bakc", 0), "to_panel", "no piece 'bakc'"),
+        (CloseSeam("front", 0, "back", 9), "to_edge", "no edge 9"),
+        (OpenSeam("front", 0), "edge", "not sewn"),
+        (Gather("front", 4), "edge", "not sewn"),
+        (RemovePiece("sleeve"), "panel", "no piece 'sleeve'"),
+    ],
+    ids=lambda value: getattr(value, "kind", None),
+)
+def test_seams_that_can_not_be_are_refused(tshirt, edit, place, words):
+    with pytest.raises(EditError) as caught:
+        apply(tshirt, edit)
+    assert caught.value.place == place
+    assert words in caught.value.message
+    assert caught.value.remedy
+
+
+def test_a_seam_that_alone_holds_the_garment_is_not_opened(skirt):
+    with pytest.raises(EditError, match="it would fall off") as caught:
+        apply(skirt, OpenSeam("skirt_front", 1))
+    assert "Close another seam" in caught.value.remedy
+
+
+def test_what_could_not_be_worn_before_may_be_opened_further(skirt):
+    skirt["pattern"]["stitches"].pop()
+    assert apply(skirt, OpenSeam("skirt_front", 1)).specification["pattern"]["stitches"] == []
+
+
+def test_a_removed_piece_leaves_its_partners_open(tshirt):
+    tshirt["pattern"]["panels"]["front"]["label"] = "body"
+    made = apply(tshirt, RemovePiece("left_sleeve_back"))
+    panels = made.specification["pattern"]["panels"]
+    assert sorted(panels) == sorted(set(tshirt["pattern"]["panels"]) - {"left_sleeve_back"})
+    assert made.specification["pattern"]["panel_order"] == list(panels)
+    assert len(made.specification["pattern"]["stitches"]) == 9
+    assert set(made.notes) == {
+        "edge 7 of 'back' is open now",
+        "edge 1 of 'left_sleeve_front' is open now",
+        "edge 3 of 'left_sleeve_front' is open now",
+    }
+    assert made.change == "topology"
+
+
+def test_the_only_piece_stays():
+    spec = sewn({"a": rectangle(40, 40)}, ("a", 1, "a", 3))
+    with pytest.raises(EditError, match="only piece"):
+        apply(spec, RemovePiece("a"))
