@@ -30,7 +30,6 @@ def cut(draft: Draft, edit: Cut) -> None:
         raise EditError("the two points of the line are one", "line", OUTSIDE)
     first, second = _points(draft, piece, line)
     a, b = (_vertex_at(draft, piece, line, point) for point in (first, second))
-    _check_apart(piece, a, b)
     start = next(i for i, edge in enumerate(piece.edges) if edge.start is a)
     around = piece.edges[start:] + piece.edges[:start]
     middle = next(i for i, edge in enumerate(around) if edge.start is b)
@@ -112,12 +111,6 @@ def _vertex_at(draft: Draft, piece: Piece, line: Points, point: Points) -> Verte
     crossings = _crossings(draft, piece, line)
     edge, t, _ = min(crossings, key=lambda crossing: float(np.hypot(*(crossing[2] - point))))
     return divide(draft, edge, curves.share_at(draft.curve(edge), t))
-
-
-def _check_apart(piece: Piece, a: Vertex, b: Vertex) -> None:
-    for edge in piece.edges:
-        if {edge.start, edge.end} == {a, b} and edge.curvature is None:
-            raise EditError(f"the line runs along an edge of {piece.name!r}", "line", OUTSIDE)
 
 
 def _part(piece: Piece, edges: list[Edge]) -> Piece:

@@ -34,7 +34,7 @@ def test_a_straight_edge_becomes_a_curve(tshirt):
     assert area(made, "front") - area(tshirt, "front") == pytest.approx(0.528 * 0.04 / 4, abs=1e-8)
 
 
-@pytest.mark.parametrize("rise", [-0.03, 0.05, 0.2])
+@pytest.mark.parametrize("rise", [-0.4, -0.03, 0.05, 0.2])
 def test_an_arc_stays_an_arc_through_its_moved_middle(skirt, rise):
     made = apply(skirt, MoveHandle("skirt_front", 0, 0, (0.01, rise))).specification
     points = edge_points(made, "skirt_front", 0)
@@ -86,3 +86,14 @@ def test_a_straight_partner_can_not_follow_a_curve(dress):
     assert told == pytest.approx(lengths, abs=0.051)
     assert lengths[1] > lengths[0] + 2
     assert "curvature" not in made.specification["pattern"]["panels"]["front"]["edges"][0]
+
+
+def test_a_curve_can_not_follow_to_less_than_the_distance_of_its_ends(tube):
+    panels = tube["pattern"]["panels"]
+    panels["front"]["edges"][1]["curvature"] = [0.5, -0.3]
+    panels["back"]["edges"][3]["curvature"] = [0.5, -0.05]
+    made = apply(tube, MoveHandle("front", 1, 0, (-0.12, 0.0)))
+    assert length(made.specification, "front", 1) == pytest.approx(0.4)
+    assert made.specification["pattern"]["panels"]["back"] == tube["pattern"]["panels"]["back"]
+    (note,) = made.notes
+    assert "is now 40.0 cm long" in note

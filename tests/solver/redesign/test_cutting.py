@@ -174,7 +174,7 @@ REFUSED = {
     "inside alone": (two_squares, ((0.1, 0.2), (0.3, 0.2)), "does not cross"),
     "through both arms": (hooked, ((-1.0, 0.2), (1.0, 0.2)), "crosses 4 times"),
     "from arm to arm": (hooked, ((0.05, 0.2), (0.25, 0.2)), "runs outside"),
-    "along an edge": (two_squares, ((-1.0, 0.0), (1.0, 0.0)), "line"),
+    "along an edge": (two_squares, ((-1.0, 0.0), (1.0, 0.0)), "crosses 65 times"),
     "a point": (two_squares, ((0.1, 0.2), (0.1, 0.2)), "two points of the line are one"),
 }
 
@@ -186,6 +186,38 @@ def test_a_line_that_does_not_cut_in_two_is_refused(name):
         apply(make(), Cut("front", line))
     assert caught.value.place == "line"
     assert "outside of the piece across it" in caught.value.remedy
+
+
+@pytest.mark.parametrize("height", [-0.001, 0.001])
+def test_a_line_that_cuts_off_less_than_a_cutter_can_is_refused(tube, height):
+    with pytest.raises(EditError):
+        apply(tube, Cut("front", ((-1.0, height), (1.0, height)), sewn=True))
+
+
+def test_an_arc_of_more_than_half_a_circle_is_divided_into_arcs():
+    panel = rectangle(40, 40)
+    panel["edges"][0]["curvature"] = {"type": "circle", "params": [22, 1, 1]}
+    spec = sewn({"a": panel})
+    # The arc's centre is 9.2 cm below its ends: 5 cm below them the line leaves more than half a circle under it.
+    made = apply(spec, Cut("a", ((-1.0, -0.05), (1.0, -0.05)), sewn=True)).specification
+    parts = ("a", "a_2")
+    assert sum(area(made, part) for part in parts) == pytest.approx(area(spec, "a"), abs=1e-8)
+    edges = [edge for part in parts for edge in made["pattern"]["panels"][part]["edges"] if "curvature" in edge]
+    arcs = sorted(edge["curvature"]["params"][1:] for edge in edges)
+    assert arcs == [[0, 1], [0, 1], [1, 1]]
+
+
+def test_the_ease_of_a_seam_is_divided_with_it():
+    panels = {"long": rectangle(40, 40), "short": rectangle(40, 36)}
+    spec = sewn(panels, ("long", 1, "short", 3), ("short", 1, "long", 3))
+    for panel in panels:
+        made = apply(spec, Cut(panel, ((-1.0, 0.09), (1.0, 0.09)), sewn=True))
+        assert not any("cm long" in note for note in made.notes), "what was eased in is no news"
+        sides = [pair for pair in seams(made.specification) if pair[0][0].split("_")[0] != pair[1][0].split("_")[0]]
+        ratios = sorted(length(made.specification, *one) / length(made.specification, *other) for one, other in sides)
+        assert ratios == pytest.approx([0.9, 0.9, 1 / 0.9, 1 / 0.9])
+        firsts = [one.split("_")[0] for (one, _), _ in sides]
+        assert sorted(firsts) == ["long", "long", "short", "short"], "what was the first side stays it"
 
 
 def test_an_arm_alone_can_be_cut():

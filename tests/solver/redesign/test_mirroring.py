@@ -152,6 +152,43 @@ def test_a_mirror_image_drawn_at_another_angle_is_found(turned):
         assert mirrored(spec, edits.ScalePiece("left_sleeve_front", (1.2, 1.2))).edit is not None
 
 
+def run_backwards(spec, name):
+    """Lists the edges of a piece the other way around, nothing moved: seams then join starts to starts."""
+    panel = spec["pattern"]["panels"][name]
+    last = len(panel["edges"]) - 1
+    backwards = []
+    for edge in panel["edges"][::-1]:
+        turned = {"endpoints": edge["endpoints"][::-1]}
+        if "curvature" in edge:
+            params = [[1 - u, -v] for u, v in edge["curvature"]["params"][::-1]]
+            turned["curvature"] = {"type": "cubic", "params": params}
+        backwards.append(turned)
+    panel["edges"] = backwards
+    for stitch in spec["pattern"]["stitches"]:
+        for side in stitch[:2]:
+            if side["panel"] == name:
+                side["edge"] = last - side["edge"]
+                stitch.append("right_wrong")
+
+
+RUN_BACKWARDS = [
+    edits.MoveHandle("left_sleeve_front", 0, 0, (0.005, 0.01)),
+    edits.MoveVertex("left_sleeve_front", 1, (0.005, 0.01)),
+    edits.Dart("left_sleeve_front", 2, 0.3, 0.02, 0.05),
+    edits.Dart("left_sleeve_front", 1, 0.3, 0.01, 0.03),
+]
+
+
+@pytest.mark.parametrize("edit", RUN_BACKWARDS, ids=lambda edit: f"{edit.kind} {getattr(edit, 'edge', '')}")
+def test_a_mirror_image_whose_edges_run_the_other_way_is_found(tshirt, edit):
+    run_backwards(tshirt, "right_sleeve_front")
+    assert asymmetry(tshirt) < 1e-9
+    made = apply_to_both(tshirt, edit)
+    assert not any(note.startswith("done once") for note in made.notes)
+    assert asymmetry(made.specification) < 1e-6
+    mesh_pattern(parse_pattern(made.specification), 0.03)
+
+
 def test_cuts_that_cross_each_other_cut_both_parts(tube):
     # Two diagonals of the front: four parts.
     edit = edits.Cut("front", ((-0.1, -0.1), (0.5, 0.5)), True)

@@ -139,3 +139,16 @@ def test_a_dart_taken_in_opens_at_its_mouth_and_keeps_its_point():
     assert points[0].imag == pytest.approx(0, abs=1e-12)
     assert length(made, "front", 1) == pytest.approx(length(made, "front", 2), abs=1e-9)
     assert area(made, "front") < area(spec, "front")
+
+
+def test_who_would_have_to_go_much_further_than_the_edit_does_not_follow():
+    # One centimetre more on the short side of this gather were four on its long side.
+    panels = {"short": rectangle(10, 10), "long": rectangle(40, 38)}
+    spec = sewn(panels, ("short", 1, "long", 3, "gather"))
+    made = apply(spec, MoveVertex("short", 2, (0.0, 0.01)))
+    assert made.specification["pattern"]["panels"]["long"] == panels["long"]
+    (note,) = made.notes
+    assert "edge 1 of 'short' is now 11.0 cm long and edge 3 of 'long', sewn to it, 38.0 cm" in note
+    nearer = apply(spec, MoveVertex("long", 3, (0.0, 0.01)))
+    assert length(nearer.specification, "short", 1) == pytest.approx(0.1 * 39 / 38)
+    assert nearer.notes == ("'short' follows so that its seams fit: vertex 2 by 0.3 cm",)
