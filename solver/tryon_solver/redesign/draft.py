@@ -183,7 +183,7 @@ class Draft:
         stitches = [[dict(place[seam.first]), dict(place[seam.second]), *seam.flags] for seam in self.seams]
         order = {"panel_order": list(panels)} if "panel_order" in self.rest["pattern"] else {}
         body = {**self.rest["pattern"], "panels": panels, "stitches": stitches, **order}
-        return deepcopy({**self.rest, "pattern": body})
+        return {**self.rest, "pattern": body}
 
     def _vertex(self, vertex: Vertex) -> Any:
         if vertex.read is not None and np.array_equal(vertex.read[0], vertex.position):
