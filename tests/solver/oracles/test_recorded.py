@@ -1,0 +1,72 @@
+"""Steps that a GPU runs as graphs are the steps, whatever their length and however contacts come and go."""
+
+import numpy as np
+import pytest
+import warp as wp
+from contact_scenes import sleeve_on_limb
+from scipy.spatial.transform import Rotation
+
+from tryon_solver.body.pose import Pose
+from tryon_solver.linalg import device_loop
+from tryon_solver.linalg.device_loop import KeptGraph
+from tryon_solver.settings import PRESETS
+from tryon_solver.simulation import build
+from tryon_solver.stepping import record
+
+LENGTHS = (1 / 60, 1 / 90, 1 / 72, 1 / 240)  # s, taken in turns
+
+
+@wp.kernel
+def add_kernel(by: wp.array(dtype=wp.int32), total: wp.array(dtype=wp.int32)):
+    total[0] = total[0] + by[0]
+
+
+@pytest.fixture
+def gpu():
+    wp.init()
+    if not wp.is_cuda_available():
+        pytest.skip("no CUDA device on this machine")
+    return "cuda:0"
+
+
+@pytest.mark.gpu
+def test_a_graph_is_recorded_once_for_a_key(gpu):
+    by, total = (wp.array([k], dtype=wp.int32, device=gpu) for k in (1, 0))
+    graph, recorded = KeptGraph(), []
+
+    def body():
+        recorded.append(1)
+        wp.launch(add_kernel, 1, [by, total], device=gpu)
+
+    for key, step in ((1, 1), (1, 10), (2, 100), (2, 1000)):
+        by.fill_(step)
+        graph.run(body, key, gpu)
+    assert int(total.numpy()[0]) == 1111
+    assert len(recorded) == 2
+
+
+@pytest.mark.gpu
+def test_recorded_steps_are_the_steps(gpu, monkeypatch):
+    """A sleeve on a limb that bends, from the same start: by graphs and launch by launch."""
+    found = []
+    for recorded in (True, False):
+        if not recorded:
+            for module in (device_loop, record):
+                monkeypatch.setattr(module, "keeps_graphs", lambda _device: False)
+        sim = build(sleeve_on_limb().scene, PRESETS["live"], gpu, limb_at(0.0))
+        time, reports = 0.0, []
+        for k in range(24):
+            time += LENGTHS[k % len(LENGTHS)]
+            reports.append(sim.advance(limb_at(time), time))
+        assert len(sim.graphs) == (2 if recorded else 0)
+        found.append((sim.cloth_positions(), [report.iterations for report in reports]))
+        assert max(report.pairs for report in reports) > 20
+    (one, cycles), (other, as_many) = found
+    assert np.abs(one - other).max() < 2e-4
+    assert cycles == as_many
+
+
+def limb_at(time):
+    """A limb that bends to and fro."""
+    bent = Rotation.from_euler("y", 0.6 * np.sin(3 * time)).as_quat()
+    return Pose(np.zeros(3), np.array([[0.0, 0, 0, 1], bent]))
