@@ -47,9 +47,9 @@ def test_a_step_that_no_share_keeps_from_going_astray_is_void(monkeypatch):
 
 
 def test_what_it_is_done_again_for(monkeypatch):
-    """Taken as it came the cloth is torn out of shape: the scene above asks for it."""
+    """Taken as it came the cloth is stretched beyond what it keeps to above: the scene asks for it."""
     monkeypatch.setattr(correct, "led_astray", lambda *_: False)
-    assert landing(PRESETS["draft"])[0] > 1.1 * LIMIT
+    assert landing(PRESETS["draft"])[0] > 1.02 * LIMIT
 
 
 def test_no_second_budget_is_a_setting_and_less_than_none_an_error():
