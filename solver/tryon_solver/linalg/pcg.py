@@ -102,20 +102,7 @@ def solve(
             ],
             device=gradient.device,
         )
-    else:
-        solve_together(cg, matrix, blocks, gradient, solution_out, at_most, tolerance)
-
-
-def solve_together(
-    cg: ConjugateGradients,
-    matrix: PairedMatrix,
-    blocks: wp.array,
-    gradient: wp.array,
-    solution_out: wp.array,
-    at_most: int,
-    tolerance: float,
-) -> None:
-    """The same by all threads of the device."""
+        return
     pcg_together.solve(
         matrix,
         blocks,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from tryon_solver.linalg import blocks, pcg
+from tryon_solver.linalg import blocks, pcg, pcg_together
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.ell import EllMatrix
 from tryon_solver.linalg.paired_matrix import PairedMatrix
@@ -99,12 +99,18 @@ class System:
         return np.einsum("ia,iab,ib->", residual, self.inverse, residual)
 
 
+def solve_together(cg, matrix, inverse, gradient, out, *until):
+    """By many threads wherever it is."""
+    vectors = cg.residual, cg.preconditioned, (cg.direction, cg.direction_before), cg.product
+    pcg_together.solve(matrix, inverse, gradient, out, *vectors, cg.coupled, cg.scalars, cg.state, *until)
+
+
 @pytest.fixture(scope="module", params=["alone", "together", pytest.param("cuda:0", marks=pytest.mark.gpu)])
 def system(request):
     """By one thread and by many on the processor, where these are one after the other; by many on the GPU."""
     wp.init()
     if request.param != "cuda:0":
-        return System("cpu", pcg.solve if request.param == "alone" else pcg.solve_together)
+        return System("cpu", pcg.solve if request.param == "alone" else solve_together)
     if not wp.is_cuda_available():
         pytest.skip("no CUDA device on this machine")
     return System("cuda:0", pcg.solve)
