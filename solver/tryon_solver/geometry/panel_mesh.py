@@ -13,9 +13,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from tryon_solver.geometry import curves, outline, seams
+from tryon_solver.geometry import outline, seams
 from tryon_solver.geometry.constrained import TriangulationError
 from tryon_solver.geometry.pattern import Panel, Pattern, PatternError, Stitch, StitchSide
+from tryon_solver.geometry.sampled_outline import sample_outline, vertices_along
 from tryon_solver.geometry.triangulate import split_edges, triangulate
 
 # A sewn edge shorter than this share of the edge length becomes one vertex: its triangles would be too flat.
@@ -44,6 +45,7 @@ class PanelMesh:
     stitches: NDArray[np.int32]  # (S, 2), pairs of different vertices to be sewn into one, in order along each seam
     seam_of_stitch: NDArray[np.int32]  # (S,), index into the pattern's stitches
     sewn_edges: NDArray[np.int32]  # (P, 2, 2), pairs of outline edges that a seam makes one
+    segments: NDArray[np.int32]  # (E,), into how many outline edges each edge of the pattern is cut, piece after piece
 
     @property
     def panel_of_face(self) -> NDArray[np.int32]:
@@ -63,7 +65,7 @@ def mesh_pattern(pattern: Pattern, edge_length: float) -> PanelMesh:
     _check_edge_length(pattern, edge_length)
     plan = _Plan(pattern, edge_length)
     for _ in range(REPAIR_ROUNDS):
-        mesh = _assemble(pattern, [_mesh_piece(plan, index) for index in range(len(pattern.panels))])
+        mesh = _assemble(plan, [_mesh_piece(plan, index) for index in range(len(pattern.panels))])
         merged = seams.merge(len(mesh.uv), mesh.stitches)
         faults = seams.sewing_faults(mesh.faces, merged, mesh.sewn_edges)
         troubled = np.union1d(merged[faults.vertices], seams.pinched(merged[mesh.faces], int(merged.max()) + 1))
@@ -162,6 +164,10 @@ class _Plan:
         pairs = zip(owners, faults.outline)
         self.finer([self._side_of(index, edge - mesh.first_vertex(index)) for index, edge in pairs])
 
+    def segments_of(self, index: int) -> list[int]:
+        """Into how many segments each edge of the piece is cut."""
+        return [self.segments[StitchSide(index, edge)] for edge in range(len(self.pattern.panels[index].edges))]
+
     def _length(self, side: StitchSide) -> float:
         return self.pattern.panels[side.panel].edges[side.edge].length
 
@@ -190,45 +196,26 @@ def _check_edge_length(pattern: Pattern, edge_length: float) -> None:
 def _mesh_piece(plan: _Plan, index: int) -> _Piece:
     """The piece's mesh; made once, and again whenever its edges were cut finer."""
     while index not in plan.done:
-        boundary, along, owner = _sample_outline(plan, index)
-        name = plan.pattern.panels[index].name
+        panel = plan.pattern.panels[index]
+        segments = plan.segments_of(index)
+        boundary = sample_outline(panel, segments)
         contact = outline.self_contact(boundary, CONTACT_TOLERANCE) if len(boundary) > 2 else (0, 0)
         if contact is not None or outline.signed_area(boundary) <= 0:
-            plan.finer(StitchSide(index, int(owner[i])) for i in contact or range(len(owner)))
+            owner = np.repeat(np.arange(len(segments)), segments).tolist()
+            plan.finer(StitchSide(index, owner[i]) for i in contact or range(len(owner)))
             continue
         try:
             points, faces = triangulate(boundary, plan.edge_length)
         except TriangulationError as error:
-            raise PatternError(str(error), f"panels.{name}", "Use a smaller edge length, or widen the piece") from error
-        plan.done[index] = _Piece(points, faces, along)
+            remedy = "Use a smaller edge length, or widen the piece"
+            raise PatternError(str(error), f"panels.{panel.name}", remedy) from error
+        plan.done[index] = _Piece(points, faces, vertices_along(segments))
     return plan.done[index]
 
 
-def _sample_outline(plan: _Plan, index: int) -> tuple[NDArray[np.float64], list[NDArray[np.int32]], NDArray[np.int32]]:
-    """The piece's outline: points (n, 2) seen from the right side, point ids along each edge, each segment's edge."""
-    panel = plan.pattern.panels[index]
-    segments = [plan.segments[StitchSide(index, edge)] for edge in range(len(panel.edges))]
-    count = sum(segments)
-    boundary = np.zeros((count, 2))
-    along = []
-    start = 0
-    merged: list[list[NDArray[np.float64]]] = [[] for _ in range(count)]
-    for edge, n in zip(panel.edges, segments):
-        ids = (start + np.arange(n + 1)) % max(count, 1)
-        points = curves.sample_by_arc_length(edge.curve, max(n, 1))
-        boundary[ids[1:-1]] = points[1:-1]
-        merged[ids[0]].append(points[0])
-        along.append(ids.astype(np.int32))
-        start += n
-    for corner, points_there in enumerate(merged):
-        if points_there:
-            boundary[corner] = np.mean(points_there, axis=0)
-    owner = np.repeat(np.arange(len(segments), dtype=np.int32), segments)
-    return boundary * (-1.0 if panel.clockwise else 1.0, 1.0), along, owner
-
-
-def _assemble(pattern: Pattern, pieces: Sequence[_Piece]) -> PanelMesh:
+def _assemble(plan: _Plan, pieces: Sequence[_Piece]) -> PanelMesh:
     """All pieces in one mesh, with the sewn vertices."""
+    pattern = plan.pattern
     counts = [len(piece.points) for piece in pieces]
     first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int32)
     stitches, seam_of_stitch, sewn_edges = [], [], []
@@ -248,6 +235,7 @@ def _assemble(pattern: Pattern, pieces: Sequence[_Piece]) -> PanelMesh:
         stitches=np.vstack([np.empty((0, 2), np.int32), *stitches]),
         seam_of_stitch=np.concatenate([np.empty(0, np.int32), *seam_of_stitch]),
         sewn_edges=np.vstack([np.empty((0, 2, 2), np.int32), *sewn_edges]),
+        segments=np.concatenate([plan.segments_of(index) for index in range(len(pieces))]).astype(np.int32),
     )
 
 

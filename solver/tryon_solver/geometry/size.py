@@ -24,7 +24,11 @@ def mesh_in_size(pattern: Pattern, edge_length: float, size: float) -> PanelMesh
     """
     if not SIZE_MIN <= size <= SIZE_MAX:
         raise PatternError(f"{size:g} is no size", "size", f"Give {SIZE_MIN:g} to {SIZE_MAX:g}; 1 is the pattern's own")
-    mesh = mesh_pattern(pattern, edge_length / size)
+    return in_size(mesh_pattern(pattern, edge_length / size), size)
+
+
+def in_size(mesh: PanelMesh, size: float) -> PanelMesh:
+    """The mesh of a pattern in `size` times the size it has."""
     top = np.array([0.0, mesh.placed[:, 1].max(), 0.0])
     return replace(mesh, uv=size * mesh.uv, placed=top + size * (mesh.placed - top))
 

@@ -87,6 +87,7 @@ def test_the_opening_is_measured_where_the_pattern_places_it():
         seam_of_stitch=np.zeros(2, np.int32),
         panel_labels=("",),
         sewn_edges=np.array([[[0, SPOKES + 1], [SPOKES, 2 * SPOKES + 1]]], np.int32),
+        segments=np.array([SPOKES, 1, SPOKES, 1], np.int32),
     )
     drawn, worn = opening_as_drawn(panels, body, body_faces), upper_opening(garment, x, ("band",), body, body_faces)
     assert drawn.girth == pytest.approx(girth)
