@@ -10,10 +10,11 @@ SMALLEST_ALTITUDE_SHARE = 0.4  # a thickness above this share of a triangle's al
 LARGEST_ASPECT = 1e3  # longest side over altitude
 
 
-def altitudes(garment: Garment) -> tuple[np.ndarray, np.ndarray]:
-    """(F,) m: each triangle's smallest altitude in the pattern, and its longest side."""
-    sides = np.linalg.norm(garment.uv_corners[:, [1, 2, 0]] - garment.uv_corners, axis=2).max(axis=1)
-    return 2 * garment.signed_areas() / sides, sides
+def altitudes(uv_corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(F,) m: each triangle's (F, 3, 2) m smallest altitude, negative where it is clockwise, and its longest side."""
+    (ax, ay), (bx, by), (cx, cy) = (uv_corners[:, (k + 1) % 3].T - uv_corners[:, k].T for k in range(3))
+    longest = np.sqrt(np.maximum(np.maximum(ax * ax + ay * ay, bx * bx + by * by), cx * cx + cy * cy))
+    return (ay * cx - ax * cy) / longest, longest
 
 
 def refuse_slivers(garment: Garment) -> None:
@@ -23,7 +24,7 @@ def refuse_slivers(garment: Garment) -> None:
     them: at an aspect of 1e4 their ratio is beyond float32. At 500 cloth
     still falls, lies and rests as any other.
     """
-    altitude, side = altitudes(garment)
+    altitude, side = altitudes(garment.uv_corners)
     worst = int(np.argmax(side / altitude))
     if side[worst] > LARGEST_ASPECT * altitude[worst]:
         raise GarmentError(
@@ -39,7 +40,7 @@ def self_reach(garment: Garment, xi: float) -> np.ndarray:
     A fine mesh would touch itself flat at rest otherwise. Raises GarmentError, naming the triangle, when the thickness
     itself is too large for it.
     """
-    altitude, _ = altitudes(garment)
+    altitude, _ = altitudes(garment.uv_corners)
     worst = int(np.argmin(altitude))
     if xi >= SMALLEST_ALTITUDE_SHARE * altitude[worst]:
         raise GarmentError(

@@ -145,6 +145,16 @@ def end_tangents(curve: Curve) -> Points:
     return ends / np.hypot(ends[:, 0], ends[:, 1])[:, None]
 
 
+def same(one: Curve, other: Curve) -> bool:
+    """Whether the two are the same curve, to the last bit and in the same direction."""
+    if isinstance(one, Bezier) and isinstance(other, Bezier):
+        return np.array_equal(one.controls, other.controls)
+    if isinstance(one, Arc) and isinstance(other, Arc):
+        parts = [(*arc.centre, arc.radius, arc.start_angle, arc.sweep_angle) for arc in (one, other)]
+        return parts[0] == parts[1]
+    return False
+
+
 def is_straight(curve: Curve) -> bool:
     """Whether the curve was given as a straight line."""
     return isinstance(curve, Bezier) and len(curve.controls) == 2
