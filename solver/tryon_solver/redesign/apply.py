@@ -17,6 +17,7 @@ from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.moving import lengthen, move_vertex, take_in
 from tryon_solver.redesign.scaling import scale_garment, scale_piece
 from tryon_solver.redesign.sewing import close_seam, ease, gather, open_seam, remove_piece
+from tryon_solver.redesign.structure import difference
 
 MISFIT = 1e-3  # m that a seam's sides may miss the lengths they had to each other, untold
 
@@ -74,7 +75,7 @@ def changed(specification: Mapping[str, Any], make: Callable[[Draft], None], sma
     except PatternError as error:
         remedy = smaller + (", or gather the seam" if error.place.startswith("stitches[") else "")
         raise EditError(f"it would make an invalid garment: {error.message}", error.place, remedy) from error
-    kind: Literal["value", "topology"] = "value" if _structure(before) == _structure(after) else "topology"
+    kind: Literal["value", "topology"] = "value" if difference(before, after) is None else "topology"
     return Edited(edited, kind, (*dict.fromkeys(draft.notes), *_misfits(draft)))
 
 
@@ -84,12 +85,6 @@ def _wearable(pattern: Pattern) -> bool:
     except PatternError:
         return False
     return True
-
-
-def _structure(pattern: Pattern) -> Any:
-    """What a mesh's connectivity depends on besides lengths: the pieces, their edges, and how these are sewn."""
-    pieces = [(panel.name, len(panel.edges)) for panel in pattern.panels]
-    return pieces, [(stitch.first, stitch.second, stitch.reversed) for stitch in pattern.stitches]
 
 
 def _misfits(draft: Draft) -> list[str]:

@@ -1,0 +1,35 @@
+"""What a mesh's connectivity depends on besides lengths: the pieces, their edges, and how these are sewn."""
+
+from __future__ import annotations
+
+from tryon_solver.geometry.pattern import Pattern, Stitch
+from tryon_solver.redesign.remesh import Remesh
+
+
+def difference(before: Pattern, after: Pattern) -> Remesh | None:
+    """The first thing in which the structures of the two patterns differ; None when one mesh can serve both."""
+    old = {panel.name: len(panel.edges) for panel in before.panels}
+    new = {panel.name: len(panel.edges) for panel in after.panels}
+    for name in [*old, *new]:
+        if name not in new or name not in old:
+            return Remesh(f"the piece {name!r} is {'new' if name in new else 'gone'}", name)
+        if old[name] != new[name]:
+            return Remesh(f"{name!r} has {new[name]} edges instead of {old[name]}", name)
+    if list(old) != list(new):
+        first = next(name for name, other in zip(new, old) if name != other)
+        return Remesh(f"the pieces come in another order, {first!r} first", first)
+    had, has = _sewn(before), _sewn(after)
+    if had != has:
+        others = [s for s in after.stitches if _how(s) not in had] + [s for s in before.stitches if _how(s) not in has]
+        stitch = [*others, *after.stitches][0]
+        name = before.panels[stitch.first.panel].name
+        return Remesh(f"{name!r} is sewn otherwise at edge {stitch.first.edge}", name)
+    return None
+
+
+def _sewn(pattern: Pattern) -> list[tuple[object, ...]]:
+    return [_how(stitch) for stitch in pattern.stitches]
+
+
+def _how(stitch: Stitch) -> tuple[object, ...]:
+    return stitch.first, stitch.second, stitch.reversed
