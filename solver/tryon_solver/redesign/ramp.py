@@ -1,0 +1,74 @@
+"""Pattern coordinates on their way from one value edit to the next, so that the cloth is not kicked.
+
+Every vertex goes straight. Twice the signed area of a triangle is then a quadratic polynomial of the share s of the
+way, and so is each side's squared length; so is LARGEST_ASPECT times the one less the other, which is positive exactly
+when no side is too long for the triangle's height, in particular none turned over. With the Bernstein coefficients
+
+    q(s) = a (1 - s)^2 + 2 b s (1 - s) + c s^2
+
+q is positive in all of [0, 1] exactly when a > 0, c > 0 and b > -sqrt(a c): for s in between, divide by s (1 - s) and
+take the least of a t + 2 b + c / t over t > 0.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tryon_solver.geometry.altitudes import LARGEST_ASPECT
+from tryon_solver.geometry.constrained import Points
+from tryon_solver.geometry.panel_mesh import PanelMesh
+from tryon_solver.redesign.remesh import Remesh
+
+ROUNDING = 1e-12  # of sqrt(a c): nearer to its bound b counts as past it
+
+
+@dataclass(frozen=True)
+class Ramp:
+    """A way from pattern coordinates `before` (V, 2) m to a mesh's, on which no triangle turns over or is too flat."""
+
+    before: Points
+    after: PanelMesh
+
+    def at(self, share: float) -> PanelMesh:
+        """The mesh at this share of the way, 0 to 1; flat pieces lie where they do at its end all the while."""
+        return replace(self.after, uv=(1 - share) * self.before + share * self.after.uv)
+
+
+def begin_ramp(before: PanelMesh, after: PanelMesh) -> Ramp | Remesh:
+    """The way between two meshes of a drag, or from one of another ramp to one of a drag; else why there is none.
+
+    The thickness of the cloth is not looked at: on the way a triangle may be lower than at both ends.
+    """
+    one, other = _sides(before), _sides(after)
+    a, c = LARGEST_ASPECT * _crossed(one, one), LARGEST_ASPECT * _crossed(other, other)
+    b = 0.5 * LARGEST_ASPECT * (_crossed(one, other) + _crossed(other, one))
+    margin = np.full(len(a), np.inf)  # m^2, of the worst side; no way where it is not positive
+    for p, q in zip(one, other):
+        a_side, b_side, c_side = a - _dot(p, p), b - _dot(p, q), c - _dot(q, q)
+        ends = np.minimum(a_side, c_side)
+        between = b_side + (1 - ROUNDING) * np.sqrt(np.maximum(a_side, 0.0) * np.maximum(c_side, 0.0))
+        margin = np.minimum(margin, np.minimum(ends, between))
+    worst = int(np.argmin(margin))
+    if margin[worst] > 0:
+        return Ramp(before.uv, after)
+    name = after.panel_names[int(after.panel_of_face[worst])]
+    return Remesh(f"{name!r} can't be drawn gradually into its new shape: its fabric would fold over itself", name)
+
+
+def _sides(mesh: PanelMesh) -> list[Points]:
+    """The three sides of every triangle, (2, F) m each, from each corner to the next."""
+    corners = [mesh.uv[mesh.faces[:, k]].T for k in range(3)]
+    return [corners[(k + 1) % 3] - corners[k] for k in range(3)]
+
+
+def _crossed(one: list[Points], other: list[Points]) -> Points:
+    """(F,) m^2: the first sides of one crossed with the second sides of the other; of itself, twice the areas."""
+    (x, y), (u, v) = one[0], other[1]
+    return x * v - y * u
+
+
+def _dot(one: Points, other: Points) -> Points:
+    """(F,) m^2 of vectors (2, F) m."""
+    return one[0] * other[0] + one[1] * other[1]
