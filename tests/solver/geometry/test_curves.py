@@ -1,5 +1,7 @@
 """Claims on curves: closed forms of length and position, the four arcs of the flags, samples at equal arc length."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -110,3 +112,21 @@ def test_tangents_at_the_ends_have_the_curves_direction():
 def test_a_control_point_on_an_end_leaves_the_direction_to_the_next():
     curve = curves.Bezier(np.array([[0.0, 0.0], [0.0, 0.0], [1.0, 1.0], [2.0, 1.0]]))
     assert np.allclose(curves.end_tangents(curve), [[np.sqrt(0.5), np.sqrt(0.5)], [1, 0]])
+
+
+def test_a_curve_is_the_same_as_one_drawn_alike_and_no_other():
+    def drawn():
+        """Curves between two points: of each kind one, and neighbours that differ in one number."""
+        ends = [0.0, 0.0], [0.2, 0.1]
+        yield curves.line(*ends)
+        yield curves.line(ends[0], [0.2, np.nextafter(0.1, 1)])
+        yield curves.relative_bezier(*ends, [(0.5, 0.1)])
+        yield curves.relative_bezier(*ends, [(0.5, 0.2)])
+        yield curves.relative_bezier(*ends, [(0.3, 0.1), (0.6, 0.1)])
+        arc = curves.arc_by_flags(*ends, 0.2, False, True)
+        yield arc
+        for name in ("centre", "radius", "start_angle", "sweep_angle"):
+            yield replace(arc, **{name: getattr(arc, name) + 1e-3})
+
+    for i, one in enumerate(drawn()):
+        assert [curves.same(one, other) for other in drawn()] == [i == k for k in range(10)]

@@ -287,34 +287,72 @@ def notched(depth, width=2.0):
     return sewn({"front": panel})
 
 
-def test_what_would_fold_is_told_with_the_place():
-    pattern = parse_pattern(notched(2.0, 18.0))
+@pytest.mark.parametrize("turn", [1, -1], ids=["counter-clockwise", "clockwise"])
+def test_what_would_fold_is_told_with_the_place_where_it_is_drawn(turn):
+    def to_the_right(depth):
+        spec = notched(depth, 18.0)
+        panel = spec["pattern"]["panels"]["front"]
+        panel["vertices"] = [[x + 100, y] for x, y in panel["vertices"]]
+        if turn < 0:
+            panel["edges"] = [{"endpoints": edge["endpoints"][::-1]} for edge in panel["edges"][::-1]]
+        return spec
+
+    pattern = parse_pattern(to_the_right(2.0))
     start = begin_drag(mesh_pattern(pattern, EDGES[1]), pattern, XI)
-    why = moved(start, notched(38.0, 18.0))
+    why = moved(start, to_the_right(38.0))
     assert isinstance(why, Remesh)
     assert why.place == "front"
-    assert "fold over itself near (" in why.message
+    place = why.message.partition("fold over itself near (")[2]
+    assert 100 < float(place.partition(",")[0]) < 140
 
 
-def test_what_would_be_almost_without_width_is_told():
-    spec = sewn({"front": rectangle(40, 40)})
-    pattern = parse_pattern(spec)
-    start = begin_drag(mesh_pattern(pattern, EDGES[1]), pattern, 0.0)
-    why = moved(start, sewn({"front": rectangle(300, 0.2)}))
-    assert isinstance(why, Remesh)
-    assert "almost without width" in why.message
-    assert isinstance(moved(start, sewn({"front": rectangle(300, 0.6)})), PanelMesh)
+def aspects(uv, faces):
+    """The longest side over the altitude on it, and that altitude in m, of every triangle."""
+    a, b, c = (uv[faces[:, k]] @ [1, 1j] for k in range(3))
+    longest = np.max(np.abs([b - a, c - b, a - c]), axis=0)
+    altitude = np.imag(np.conj(b - a) * (c - a)) / longest
+    return longest / altitude, altitude
 
 
-def test_what_would_be_too_low_for_the_thickness_is_told_with_both():
-    spec = sewn({"front": rectangle(40, 40)})
-    pattern = parse_pattern(spec)
+@pytest.mark.parametrize(("aspect", "told"), [(980, False), (1020, True)])
+def test_what_would_be_almost_without_width_is_told(aspect, told):
+    pattern = parse_pattern(sewn({"front": rectangle(40, 40)}))
     mesh = mesh_pattern(pattern, EDGES[1])
-    squeezed = sewn({"front": rectangle(40, 4)})
-    assert isinstance(moved(begin_drag(mesh, pattern, 2e-4), squeezed), PanelMesh)
-    why = moved(begin_drag(mesh, pattern, 1e-3), squeezed)
-    assert isinstance(why, Remesh)
-    assert "1.00 mm thick" in why.message
+    heights = np.geomspace(0.1, 1.0, 400)  # cm, of a piece 3 m wide
+    worst = [aspects(mesh.uv * [300 / 40, height / 40], mesh.faces)[0].max() for height in heights]
+    height = np.interp(-aspect, -np.array(worst), heights)
+    made = moved(begin_drag(mesh, pattern, 0.0), sewn({"front": rectangle(300, height)}))
+    assert isinstance(made, Remesh if told else PanelMesh)
+    assert not told or "'front' is squeezed so far" in made.message
+
+
+@pytest.mark.parametrize(("share", "told"), [(0.39, False), (0.41, True)])
+def test_what_would_be_too_low_for_the_thickness_is_told_with_both(share, told):
+    pattern = parse_pattern(sewn({"front": rectangle(40, 40)}))
+    mesh = mesh_pattern(pattern, EDGES[1])
+    low = aspects(mesh.uv * [1, 0.1], mesh.faces)[1].min()
+    made = moved(begin_drag(mesh, pattern, share * low), sewn({"front": rectangle(40, 4)}))
+    assert isinstance(made, Remesh if told else PanelMesh)
+    assert not told or f"only {1e3 * low:.2f} mm high" in made.message
+    assert not told or f"{1e3 * share * low:.2f} mm thick" in made.message
+
+
+def test_corners_that_became_one_vertex_stay_one_between_them():
+    def cornered(short):
+        corners = [[0, 0], [40, 0], [40, 40 - short], [40 - short, 40], [0, 40]]
+        panel = {"vertices": corners, "edges": [{"endpoints": [i, (i + 1) % 5]} for i in range(5)]}
+        around = (("front", edge, "back", edge, "right_wrong") for edge in (1, 2, 3))
+        return sewn({"front": panel, "back": panel}, *around)
+
+    pattern = parse_pattern(cornered(1.2))
+    start = begin_drag(mesh_pattern(pattern, EDGES[0]), pattern, XI)
+    assert start.mesh.segments[2] == start.mesh.segments[7] == 0
+    for short in (0.6, 2.5):
+        mesh = moved(start, cornered(short))
+        assert_kept(mesh, start)
+        assert_on_the_outline(mesh, cornered(short))
+        at = mesh.uv[start.mesh.segments[:2].sum()]
+        assert at == pytest.approx([0.4 - short / 200] * 2, abs=1e-9)
 
 
 def test_a_mesh_of_another_pattern_or_size_starts_no_drag():
