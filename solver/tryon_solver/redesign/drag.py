@@ -73,6 +73,7 @@ class Drag:
 def begin_drag(mesh: PanelMesh, pattern: Pattern, xi: float) -> Drag:
     """The start of a drag of the pattern, whose mesh this is in the pattern's own size; xi [m] as in `self_reach`.
 
+    Of a garment that is worn in another size, xi is its thickness over that size, and `in_size` makes what is worn.
     Raises ValueError for a mesh that is not the pattern's.
     """
     counts = [len(panel.edges) for panel in pattern.panels]
