@@ -72,10 +72,10 @@ def step(sim: Simulation, dt: float) -> None:
     """Algorithm 1: advance the garment by dt [s] on the body as it stands. METHOD.md section 2."""
     sim.use_time_step(dt)
     scheme = SCHEMES[sim.settings.scheme]  # the paper's unless the settings name another
-    recorded(sim, solve_freely)
+    recorded(sim, solve_freely)  # prediction, one global step there
     for _ in contact_passes(sim):  # one, unless the settings ask for more
         sim.timed(find_pairs)  # within reach at the feasible state
-        scheme.run(sim, solve_proxy)
+        scheme.run(sim, solve_proxy)  # their quadratic proxy, and the scheme's cycles: the trial
         sim.timed(correct_penetration)  # Newton-PCG on the full potential, every iterate proven free of contact
         sim.timed(verify_commit)  # float64 on what is near; else the pass is void and x goes back
     sim.timed(remember_contacts)  # how far each has given

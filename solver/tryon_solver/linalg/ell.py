@@ -65,17 +65,6 @@ def on_pattern(matrix: sp.csr_matrix, pattern: sp.csr_matrix) -> sp.csr_matrix:
 
 
 @wp.kernel
-def set_sum_kernel(
-    a: wp.array2d(dtype=wp.float32),
-    scale: float,
-    b: wp.array2d(dtype=wp.float32),
-    out: wp.array2d(dtype=wp.float32),
-):
-    i, k = wp.tid()
-    out[i, k] = a[i, k] + scale * b[i, k]
-
-
-@wp.kernel
 def multiply_kernel(
     columns: wp.array2d(dtype=wp.int32),
     weights: wp.array2d(dtype=wp.float32),

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 import warp as wp
 
 from tryon_solver.linalg.block_ell import BlockRows
-from tryon_solver.linalg.ell import EllMatrix, on_pattern, set_sum_kernel
+from tryon_solver.linalg.ell import EllMatrix, on_pattern
 
 wp.set_module_options({"enable_backward": False})
 
@@ -63,3 +63,14 @@ def beyond(matrix: sp.csr_matrix, placed: sp.csr_matrix) -> sp.csr_matrix:
 def add_near_kernel(near: wp.array2d(dtype=wp.float32), blocks: wp.array2d(dtype=wp.mat33)):
     i, k = wp.tid()
     blocks[i, k] = blocks[i, k] + near[i, k] * wp.identity(n=3, dtype=wp.float32)
+
+
+@wp.kernel
+def set_sum_kernel(
+    a: wp.array2d(dtype=wp.float32),
+    scale: float,
+    b: wp.array2d(dtype=wp.float32),
+    out: wp.array2d(dtype=wp.float32),
+):
+    i, k = wp.tid()
+    out[i, k] = a[i, k] + scale * b[i, k]

@@ -54,7 +54,8 @@ def begin_ramp(before: PanelMesh, after: PanelMesh) -> Ramp | Remesh:
     if margin[worst] > 0:
         return Ramp(before.uv, after)
     name = after.panel_names[int(after.panel_of_face[worst])]
-    return Remesh(f"{name!r} can't be drawn gradually into its new shape: its fabric would fold over itself", name)
+    on_the_way = "on the way its fabric would fold over itself or be almost without width"
+    return Remesh(f"{name!r} can't be drawn gradually into its new shape: {on_the_way}", name)
 
 
 def _sides(mesh: PanelMesh) -> list[Points]:

@@ -1,0 +1,19 @@
+"""An edit of each kind that the demo's T-shirt can take."""
+
+from tryon_solver.redesign import edits
+
+EDITS = [
+    edits.MoveVertex("front", 2, (0.01, -0.02)),
+    edits.MoveHandle("front", 2, 1, (0.01, 0.0)),
+    edits.Lengthen("front", 0, 0.05),
+    edits.TakeIn("front", 1, -0.01),
+    edits.ScalePiece("front", (1.1, 0.9)),
+    edits.ScaleGarment((1.05, 1.05)),
+    edits.Gather("front", 1),
+    edits.Ease("front", 1),
+    edits.OpenSeam("front", 1),
+    edits.CloseSeam("front", 4, "back", 5),
+    edits.Cut("front", ((-1.0, 0.2), (1.0, 0.2)), True),
+    edits.Dart("front", 0, 0.25, 0.03, 0.12),
+    edits.RemovePiece("left_sleeve_back"),
+]
