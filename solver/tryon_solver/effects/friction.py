@@ -38,6 +38,7 @@ from tryon_solver.state import State
 
 wp.set_module_options({"enable_backward": False})
 
+FIRST_ROOM = 1 << 10  # contacts; it grows with the list of pairs
 SETTLED = 0.5  # share that the normal force of a pair keeps, or kept, from an iteration to the next to be relied on
 
 
@@ -222,9 +223,13 @@ class FrictionOfPairs:
         self.weight = wp.zeros(capacity, dtype=wp.float32, device=self.device)
         self.along = wp.zeros(capacity, dtype=wp.vec4, device=self.device)
 
+    def room(self) -> int:
+        """For how many pairs."""
+        return len(self.weight)
+
     def make_room(self, capacity: int) -> None:
         """For so many pairs, a power of two; what is known stays so."""
-        if len(self.weight) >= capacity:
+        if self.room() >= capacity:
             return
         known, ended = self.known, self.ended
         self._allocate(capacity)
@@ -259,7 +264,7 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
     if fabric.mu_body == 0 and fabric.mu_self == 0:
         return None
     cloth_count = context.scene.garment.vertex_count
-    held = FrictionOfPairs(1 << 10, device)
+    held = FrictionOfPairs(FIRST_ROOM, device)
 
     def begin(_state: State) -> None:
         held.known.replace_by(*held.ended)
@@ -349,6 +354,6 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
         held.end_with(pairs.counters, pairs.ids, held.given)
 
     term = ContactTerm(
-        make_room, prepare, add_gradient, add_stiffness, tangential, remember, held.kept, held.restore
+        make_room, held.room, prepare, add_gradient, add_stiffness, tangential, remember, held.kept, held.restore
     )
     return Contribution("friction", start_step=begin, contact=term)

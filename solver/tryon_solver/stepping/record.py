@@ -39,6 +39,10 @@ def unrecorded(sim: Simulation, verb: Callable[[Simulation], None]) -> None:
 
 
 def baked(sim: Simulation) -> tuple[object, ...]:
-    """What a graph was recorded for: settings, whether there were pairs, where the arrays are that grow and how far."""
+    """What a graph was recorded for: settings, whether there were pairs, where the arrays are that grow and how far.
+
+    What contacts keep grows later than the pairs: a graph that was recorded between the two would go on keeping it
+    where nobody looks any more."""
     lists, pairs = sim.candidates, sim.pairs
-    return sim.settings, pairs.size > 0, lists.ids.ptr, lists.capacity, pairs.ids.ptr, pairs.capacity
+    kept = tuple(term.room() for term in sim.stages.contact)
+    return sim.settings, pairs.size > 0, lists.ids.ptr, lists.capacity, pairs.ids.ptr, pairs.capacity, kept

@@ -7,6 +7,8 @@ from contact_scenes import sleeve_on_limb
 from scipy.spatial.transform import Rotation
 
 from tryon_solver.body.pose import Pose
+from tryon_solver.contact.pairs import ContactPairs
+from tryon_solver.effects import friction
 from tryon_solver.linalg import device_loop
 from tryon_solver.linalg.device_loop import KeptGraph
 from tryon_solver.settings import PRESETS
@@ -64,6 +66,48 @@ def test_recorded_steps_are_the_steps(gpu, monkeypatch):
     (one, cycles), (other, as_many) = found
     assert np.abs(one - other).max() < 2e-4
     assert cycles == as_many
+
+
+def with_little_room(sim):
+    """Lists of pairs, and of what contacts keep, that the first steps outgrow one after the other."""
+    sim.pairs.__dict__.update(ContactPairs.allocate(16, sim.device).__dict__)
+    return sim
+
+
+@pytest.mark.gpu
+def test_what_contacts_keep_is_not_lost_when_lists_grow(gpu, monkeypatch):
+    """A graph that was recorded when pairs had their room, and what contacts keep had not yet."""
+    monkeypatch.setattr(friction, "FIRST_ROOM", 16)
+    found = []
+    for recorded in (True, False):
+        if not recorded:
+            for module in (device_loop, record):
+                monkeypatch.setattr(module, "keeps_graphs", lambda _device: False)
+        sim = with_little_room(build(sleeve_on_limb().scene, PRESETS["live"], gpu, limb_at(0.0)))
+        for k in range(1, 13):
+            sim.advance(limb_at(k / 60), k / 60)
+        (term,) = sim.stages.contact
+        ids, given = term.kept()
+        assert len(ids) > 2 * friction.FIRST_ROOM
+        found.append({tuple(v): g for v, g in zip(ids.tolist(), given, strict=True)})
+    one, other = found
+    same = one.keys() & other.keys()
+    assert len(same) > 0.9 * max(len(one), len(other))
+    apart = [np.linalg.norm(one[v] - other[v]) for v in same]
+    assert np.median([np.linalg.norm(g) for g in other.values()]) > 1e-5
+    assert np.median(apart) < 1e-6
+
+
+def test_a_graph_is_recorded_anew_when_what_contacts_keep_has_grown(monkeypatch):
+    monkeypatch.setattr(friction, "FIRST_ROOM", 16)
+    sim = build(sleeve_on_limb().scene, PRESETS["live"], "cpu", limb_at(0.0))
+    (term,) = sim.stages.contact
+    before = record.baked(sim)
+    assert record.baked(sim) == before
+    assert term.room() < sim.pairs.capacity
+    term.make_room(sim.pairs)
+    assert term.room() == sim.pairs.capacity
+    assert record.baked(sim) != before
 
 
 def limb_at(time):
