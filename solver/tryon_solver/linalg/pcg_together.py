@@ -17,6 +17,7 @@ from tryon_solver.linalg.paired_matrix import PairedMatrix, pair_count, pair_for
 
 wp.set_module_options({"enable_backward": False})
 
+LANES = 8  # threads that multiply a row together on a GPU, of the 32 that run in step: sum_of_lanes
 TURNS = 4  # iterations between two looks at whether there is more to do; even, for the two directions to change places
 
 RING = wp.constant(4)
@@ -77,9 +78,22 @@ def start_kernel(
         state_out[MORE] = 1
 
 
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    for (int apart = 4; apart > 0; apart >>= 1)
+        value += __shfl_xor_sync(0xffffffffu, value, apart, 8);
+#endif
+    return value;
+""")
+def sum_of_lanes(value: float) -> float:
+    """The sum over LANES neighbouring threads of a GPU, in each of them; elsewhere the value itself."""
+
+
 @wp.kernel
 def multiply_kernel(
     m: PairedMatrix,
+    lanes: int,
+    shares: int,
     at_most: int,
     tolerance: float,
     preconditioned: wp.array(dtype=wp.vec3),
@@ -90,7 +104,11 @@ def multiply_kernel(
     scalars: wp.array(dtype=wp.float32),
     state: wp.array(dtype=wp.int32),
 ):
-    """p = z + b p, A p and <p, A p>, if there is anything left to do."""
+    """p = z + b p, A p and <p, A p>, if there is anything left to do.
+
+    A row of cloth is shared by `lanes` threads: one alone would wait for memory as often as the row is long. There are
+    `shares` of all rows, with those that fill up the last block: who adds up together must be here together.
+    """
     thread = wp.tid()
     number = state[TAKEN]
     slot = number % RING
@@ -106,29 +124,43 @@ def multiply_kernel(
     b = float(0.0)
     if number > 0:
         b = squared / scalars[SQUARED + (slot + 3) % RING]
-    count = preconditioned.shape[0]
+    rows = m.columns.shape[0]
+    others = preconditioned.shape[0] - rows
     part = float(0.0)
-    for e in range(thread, count + pair_count(m), threads):
-        if e < count:
-            here = preconditioned[e] + b * direction_before[e]
-            direction_out[e] = here
-            row = m.diagonal[e] * here
-            if e < m.columns.shape[0]:
+    for e in range(thread, shares + others + pair_count(m), threads):
+        if e < shares:
+            i = e // lanes
+            lane = e % lanes
+            here = wp.vec3()
+            row = wp.vec3()
+            if i < rows:
+                here = preconditioned[i] + b * direction_before[i]
                 # by differences, as in paired_matrix.py
-                for k in range(1, m.columns.shape[1]):
-                    j = m.columns[e, k]
-                    if j == e:
+                for k in range(1 + lane, m.columns.shape[1], lanes):
+                    j = m.columns[i, k]
+                    if j == i:
                         break  # the rest of the row is padding
-                    row += m.blocks[e, k] * (preconditioned[j] + b * direction_before[j] - here)
-                for k in range(m.far_columns.shape[1]):
-                    j = m.far_columns[e, k]
-                    if j == e:
+                    row += m.blocks[i, k] * (preconditioned[j] + b * direction_before[j] - here)
+                for k in range(lane, m.far_columns.shape[1], lanes):
+                    j = m.far_columns[i, k]
+                    if j == i:
                         break
-                    row += m.weights[e, k] * (preconditioned[j] + b * direction_before[j] - here)
+                    row += m.weights[i, k] * (preconditioned[j] + b * direction_before[j] - here)
+            row = wp.vec3(sum_of_lanes(row[0]), sum_of_lanes(row[1]), sum_of_lanes(row[2]))
+            if lane == 0 and i < rows:
+                row += m.diagonal[i] * here
+                direction_out[i] = here
+                part += wp.dot(here, row)
+                wp.atomic_add(product, i, row)
+        elif e < shares + others:
+            i = rows + e - shares
+            here = preconditioned[i] + b * direction_before[i]
+            direction_out[i] = here
+            row = m.diagonal[i] * here
             part += wp.dot(here, row)
-            wp.atomic_add(product, e, row)
+            wp.atomic_add(product, i, row)
         else:
-            c = e - count
+            c = e - shares - others
             v = m.ids[c]
             w = m.lam[c]
             u = wp.vec3()
@@ -194,7 +226,10 @@ def solve(
     """As `pcg.solve`; the arrays behind the solution are its scratch: (A,), `scalars` (SCALARS,), `state` (3,)."""
     device, count, pairs = gradient.device, len(gradient), len(matrix.ids)
     threads = whole_blocks(count)
-    all_threads = whole_blocks(count + pairs)
+    lanes = LANES if wp.get_device(device).is_cuda else 1
+    rows = len(matrix.columns)
+    shares = -(-lanes * rows // BLOCK) * BLOCK
+    all_threads = whole_blocks(shares + count - rows + pairs)
 
     def launch(kernel: wp.Kernel, dim: int, inputs: Sequence[object], outputs: Sequence[object]) -> None:
         wp.launch(kernel, dim, [*inputs, dim], outputs, block_dim=BLOCK, device=device)
@@ -202,7 +237,7 @@ def solve(
     def turn() -> None:
         before, now = directions
         for _ in range(TURNS):
-            given = [matrix, at_most, tolerance, preconditioned, before]
+            given = [matrix, lanes, shares, at_most, tolerance, preconditioned, before]
             launch(multiply_kernel, all_threads, given, [now, product, scalars, state])
             kept = [solution_out, residual, preconditioned, product, scalars, state]
             launch(advance_kernel, threads, [inverse, now], kept)
