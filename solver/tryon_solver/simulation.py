@@ -173,7 +173,7 @@ class Simulation:
         self.largest_out = wp.zeros(1, dtype=wp.float32, device=device)
         self.cycles = wp.zeros(2, dtype=wp.int32, device=device)  # as in stepping/repeat.py
         self.graphs: dict[str, KeptGraph] = {}  # by verb, as in stepping/record.py
-        self.cg = ConjugateGradients.allocate(self.all_count, device)
+        self.cg = ConjugateGradients.allocate(self.all_count, self.cloth_count, device)
         self.progress = Progress.allocate(device)
         self.holding = Holding.allocate(self.all_count, device)
         settings = self.settings

@@ -4,6 +4,10 @@ There an iteration's arithmetic is a microsecond or two, and what takes time is 
 So p = z + b p is made where it is multiplied, rows and pairs are multiplied in one launch, and each launch leaves the
 sum that the next one needs: a dot product is never a launch of its own. What a sum is added into has been cleared two
 launches earlier, in a ring of four, and of the iteration's number each kernel has its own copy, written by the other.
+
+Additions to one place wait for each other, those to a neighbouring one too. So a sum has as many places as it takes for
+blocks of threads to seldom meet, and the collision surface, of which one vertex can be in two hundred pairs, has its
+product in several copies; who reads adds them up.
 """
 
 from __future__ import annotations
@@ -21,14 +25,32 @@ LANES = 8  # threads that multiply a row together on a GPU, of the 32 that run i
 TURNS = 4  # iterations between two looks at whether there is more to do; even, for the two directions to change places
 
 RING = wp.constant(4)
+PLACES = wp.constant(16)  # of a sum in a ring
 SQUARED = wp.constant(0)  # ring of <r, z>
 CURVATURE = wp.constant(4)  # ring of <p, A p>
-FIRST_NORM = wp.constant(8)  # <g, D^-1 g>
-SCALARS = 9
+FIRST_NORM = 8 * 16  # <g, D^-1 g>, in one place
+SCALARS = FIRST_NORM + 1
+BLOCK_SIZE = wp.constant(BLOCK)
+COPIES = wp.constant(8)  # of the product beyond the cloth
 
 TAKEN = wp.constant(0)  # iterations finished, for the multiplying kernel
 NOW = wp.constant(1)  # the one that is multiplied, for the advancing kernel; -1: none
 MORE = wp.constant(2)  # 1 while there is more to do
+
+
+@wp.func
+def whole_sum(scalars: wp.array(dtype=wp.float32), ring: int, slot: int) -> float:
+    """Of a sum's places."""
+    total = float(0.0)
+    for k in range(PLACES):
+        total += scalars[(ring + slot) * PLACES + k]
+    return total
+
+
+@wp.func
+def place_of(ring: int, slot: int, thread: int) -> int:
+    """Where a block of threads adds to a sum."""
+    return (ring + slot) * PLACES + (thread // BLOCK_SIZE) % PLACES
 
 
 @wp.kernel
@@ -50,6 +72,7 @@ def start_kernel(
     preconditioned_out: wp.array(dtype=wp.vec3),
     direction_out: wp.array(dtype=wp.vec3),
     product_out: wp.array(dtype=wp.vec3),
+    copies_out: wp.array(dtype=wp.vec3),
     scalars: wp.array(dtype=wp.float32),
     state_out: wp.array(dtype=wp.int32),
 ):
@@ -71,8 +94,10 @@ def start_kernel(
             solution_out[i] = z
             residual_out[i] = wp.vec3()
             preconditioned_out[i] = wp.vec3()
+    for i in range(wp.tid(), copies_out.shape[0], threads):
+        copies_out[i] = wp.vec3()
     wp.tile_atomic_add(scalars, wp.tile_sum(wp.tile(first)), offset=FIRST_NORM)
-    wp.tile_atomic_add(scalars, wp.tile_sum(wp.tile(squared)), offset=SQUARED)
+    wp.tile_atomic_add(scalars, wp.tile_sum(wp.tile(squared)), offset=place_of(SQUARED, 0, wp.tid()))
     if wp.tid() == 0:
         state_out[TAKEN] = 0
         state_out[MORE] = 1
@@ -101,6 +126,7 @@ def multiply_kernel(
     threads: int,
     direction_out: wp.array(dtype=wp.vec3),
     product: wp.array(dtype=wp.vec3),
+    copies: wp.array(dtype=wp.vec3),
     scalars: wp.array(dtype=wp.float32),
     state: wp.array(dtype=wp.int32),
 ):
@@ -112,18 +138,19 @@ def multiply_kernel(
     thread = wp.tid()
     number = state[TAKEN]
     slot = number % RING
-    squared = scalars[SQUARED + slot]
+    squared = whole_sum(scalars, SQUARED, slot)
     going_on = number < at_most and squared > tolerance * tolerance * scalars[FIRST_NORM]
     if thread == 0:
         state[NOW] = wp.where(going_on, number, -1)
         state[MORE] = wp.where(going_on, 1, 0)
-        scalars[SQUARED + (slot + 2) % RING] = 0.0
-        scalars[CURVATURE + (slot + 1) % RING] = 0.0
+    if thread < PLACES:
+        scalars[(SQUARED + (slot + 2) % RING) * PLACES + thread] = 0.0
+        scalars[(CURVATURE + (slot + 1) % RING) * PLACES + thread] = 0.0
     if not going_on:
         return
     b = float(0.0)
     if number > 0:
-        b = squared / scalars[SQUARED + (slot + 3) % RING]
+        b = squared / whole_sum(scalars, SQUARED, (slot + 3) % RING)
     rows = m.columns.shape[0]
     others = preconditioned.shape[0] - rows
     part = float(0.0)
@@ -168,20 +195,26 @@ def multiply_kernel(
                 u += w[k] * (preconditioned[v[k]] + b * direction_before[v[k]])
             f = pair_force(m, c, u)
             part += wp.dot(u, f)
+            copy = thread % COPIES - 1
             for k in range(4):
-                wp.atomic_add(product, v[k], w[k] * f)
-    wp.tile_atomic_add(scalars, wp.tile_sum(wp.tile(part)), offset=CURVATURE + slot)
+                if v[k] < rows or copy < 0:
+                    wp.atomic_add(product, v[k], w[k] * f)
+                else:
+                    wp.atomic_add(copies, copy * others + v[k] - rows, w[k] * f)
+    wp.tile_atomic_add(scalars, wp.tile_sum(wp.tile(part)), offset=place_of(CURVATURE, slot, thread))
 
 
 @wp.kernel
 def advance_kernel(
     inverse: wp.array(dtype=wp.mat33),
     direction: wp.array(dtype=wp.vec3),
+    rows: int,
     threads: int,
     solution: wp.array(dtype=wp.vec3),
     residual: wp.array(dtype=wp.vec3),
     preconditioned_out: wp.array(dtype=wp.vec3),
     product: wp.array(dtype=wp.vec3),
+    copies: wp.array(dtype=wp.vec3),
     scalars: wp.array(dtype=wp.float32),
     state: wp.array(dtype=wp.int32),
 ):
@@ -192,20 +225,32 @@ def advance_kernel(
         return
     slot = number % RING
     a = float(0.0)
-    if scalars[CURVATURE + slot] > 0.0:
-        a = scalars[SQUARED + slot] / scalars[CURVATURE + slot]
+    curvature = whole_sum(scalars, CURVATURE, slot)
+    if curvature > 0.0:
+        a = whole_sum(scalars, SQUARED, slot) / curvature
+    others = inverse.shape[0] - rows
     part = float(0.0)
     for i in range(thread, inverse.shape[0], threads):
         solution[i] = solution[i] + a * direction[i]
-        r = residual[i] - a * product[i]
+        multiplied = product[i]
         product[i] = wp.vec3()
+        if i >= rows:
+            for k in range(COPIES - 1):
+                multiplied += copies[k * others + i - rows]
+                copies[k * others + i - rows] = wp.vec3()
+        r = residual[i] - a * multiplied
         z = inverse[i] * r
         residual[i] = r
         preconditioned_out[i] = z
         part += wp.dot(r, z)
-    wp.tile_atomic_add(scalars, wp.tile_sum(wp.tile(part)), offset=SQUARED + (slot + 1) % RING)
+    wp.tile_atomic_add(scalars, wp.tile_sum(wp.tile(part)), offset=place_of(SQUARED, (slot + 1) % RING, thread))
     if thread == 0:
         state[TAKEN] = number + 1
+
+
+def copies_of(others: int) -> int:
+    """How many vectors the copies take for so many vertices beyond the cloth."""
+    return (int(COPIES) - 1) * others
 
 
 def solve(
@@ -217,13 +262,15 @@ def solve(
     preconditioned: wp.array,
     directions: tuple[wp.array, wp.array],
     product: wp.array,
+    copies: wp.array,
     coupled: wp.array,
     scalars: wp.array,
     state: wp.array,
     at_most: int,
     tolerance: float,
 ) -> None:
-    """As `pcg.solve`; the arrays behind the solution are its scratch: (A,), `scalars` (SCALARS,), `state` (3,)."""
+    """As `pcg.solve`; the arrays behind the solution are its scratch: (A,), `copies` (copies_of(A - N),), `scalars`
+    (SCALARS,), `state` (3,)."""
     device, count, pairs = gradient.device, len(gradient), len(matrix.ids)
     threads = whole_blocks(count)
     lanes = LANES if wp.get_device(device).is_cuda else 1
@@ -238,14 +285,14 @@ def solve(
         before, now = directions
         for _ in range(TURNS):
             given = [matrix, lanes, shares, at_most, tolerance, preconditioned, before]
-            launch(multiply_kernel, all_threads, given, [now, product, scalars, state])
-            kept = [solution_out, residual, preconditioned, product, scalars, state]
-            launch(advance_kernel, threads, [inverse, now], kept)
+            launch(multiply_kernel, all_threads, given, [now, product, copies, scalars, state])
+            kept = [solution_out, residual, preconditioned, product, copies, scalars, state]
+            launch(advance_kernel, threads, [inverse, now, rows], kept)
             before, now = now, before
 
     coupled.zero_()
     scalars.zero_()
     launch(mark_kernel, whole_blocks(pairs), [matrix], [coupled])
-    made = [solution_out, residual, preconditioned, directions[0], product, scalars, state]
+    made = [solution_out, residual, preconditioned, directions[0], product, copies, scalars, state]
     launch(start_kernel, threads, [matrix, inverse, gradient, coupled], made)
     wp.capture_while(state[int(MORE) : int(MORE) + 1], turn)

@@ -8,9 +8,6 @@ from tryon_solver.linalg.blocks import BLOCK, whole_blocks
 
 wp.set_module_options({"enable_backward": False})
 
-SUMMING = wp.constant(1024)  # threads that sum a dot product
-AT_ONCE = wp.constant(8)
-
 
 @wp.kernel
 def add_scaled_kernel(scale: wp.array(dtype=wp.float32), p: wp.array(dtype=wp.vec3), x_out: wp.array(dtype=wp.vec3)):
@@ -56,25 +53,21 @@ def largest_kernel(a: wp.array(dtype=wp.vec3), threads: int, largest_out: wp.arr
 
 
 @wp.kernel
-def dot_kernel(a: wp.array(dtype=wp.vec3), b: wp.array(dtype=wp.vec3), out: wp.array(dtype=wp.float32)):
-    """out[0] = sum_i a_i . b_i, by one block of threads, each with AT_ONCE loads on their way."""
-    lane = wp.tid()
-    total = float(0.0)
-    i = int(lane)
-    while i < a.shape[0]:
-        for k in range(AT_ONCE):
-            j = i + k * SUMMING
-            if j < a.shape[0]:
-                total += wp.dot(a[j], b[j])
-        i += AT_ONCE * SUMMING
-    wp.tile_store(out, wp.tile_sum(wp.tile(total)))
+def dot_kernel(a: wp.array(dtype=wp.vec3), b: wp.array(dtype=wp.vec3), threads: int, out: wp.array(dtype=wp.float32)):
+    """out[0] += sum_i a_i . b_i"""
+    part = float(0.0)
+    for i in range(wp.tid(), a.shape[0], threads):
+        part += wp.dot(a[i], b[i])
+    wp.tile_atomic_add(out, wp.tile_sum(wp.tile(part)), offset=0)
 
 
 def dot(a: wp.array, b: wp.array, out: wp.array) -> None:
-    """out[0] = sum_i a_i . b_i, on the device (fixed order of summation)."""
+    """out[0] = sum_i a_i . b_i, on the device; on a processor in a fixed order."""
     if wp.get_device(a.device).is_cuda:
         # Warp's own needs memory for its partial sums, which the body of a loop in a graph cannot allocate
-        wp.launch(dot_kernel, SUMMING, [a, b], [out], block_dim=SUMMING, device=a.device)
+        out.zero_()
+        threads = whole_blocks(len(a))
+        wp.launch(dot_kernel, threads, [a, b, threads], [out], block_dim=BLOCK, device=a.device)
     else:
         wp.utils.array_inner(a, b, out=out)
 

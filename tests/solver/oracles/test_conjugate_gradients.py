@@ -84,8 +84,16 @@ class System:
 
     def solve(self, at_most, tolerance, gradient=None):
         """The solution, the iterations it took, and the solver's scratch."""
-        cg = pcg.ConjugateGradients.allocate(COUNT, self.device)
-        for scratch in (cg.residual, cg.preconditioned, cg.direction, cg.direction_before, cg.product, cg.scalars):
+        cg = pcg.ConjugateGradients.allocate(COUNT, CLOTH, self.device)
+        for scratch in (
+            cg.residual,
+            cg.preconditioned,
+            cg.direction,
+            cg.direction_before,
+            cg.product,
+            cg.copies,
+            cg.scalars,
+        ):
             scratch.fill_(np.nan)
         found = self.array(np.full((COUNT, 3), np.nan, np.float32), wp.vec3)
         forces = self.array((self.gradient if gradient is None else gradient).astype(np.float32), wp.vec3)
@@ -101,7 +109,7 @@ class System:
 
 def solve_together(cg, matrix, inverse, gradient, out, *until):
     """By many threads wherever it is."""
-    vectors = cg.residual, cg.preconditioned, (cg.direction, cg.direction_before), cg.product
+    vectors = cg.residual, cg.preconditioned, (cg.direction, cg.direction_before), cg.product, cg.copies
     pcg_together.solve(matrix, inverse, gradient, out, *vectors, cg.coupled, cg.scalars, cg.state, *until)
 
 
