@@ -1,7 +1,7 @@
 """Broad phase: which stencils could come into reach while their vertices stay in a region.
 
 Pairs of triangles (triangle_pairs.py) are taken apart into the stencils whose vertices and edges they own, each pair by
-a thread of its own: a triangle in a fold has a hundred times as many pairs as one on a flat back.
+a thread of its own.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from tryon_solver.contact.candidates import Candidates, Region
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
 from tryon_solver.contact.found import PAIRS, STENCILS, Found
 from tryon_solver.contact.surfaces import Surface
-from tryon_solver.contact.triangle_pairs import pair_triangles
+from tryon_solver.contact.triangle_pairs import Side, in_question, pair_triangles, side_of
 from tryon_solver.linalg.blocks import MOST_THREADS
 
 wp.set_module_options({"enable_backward": False})
@@ -66,13 +66,13 @@ def emit(
 @wp.kernel
 def take_apart_kernel(
     triangles: wp.array(dtype=wp.vec2i),
-    between: wp.array(dtype=wp.vec2),
-    faces: wp.array(dtype=wp.vec3i),
-    owned: wp.array(dtype=wp.int32),
-    other_faces: wp.array(dtype=wp.vec3i),
-    other_owned: wp.array(dtype=wp.int32),
+    own: Side,
+    other: Side,
+    same: int,
+    reach: float,
     group: wp.array(dtype=wp.int32),
     centre: wp.array(dtype=wp.vec3),
+    half_way: wp.array(dtype=wp.vec3),
     x: wp.array(dtype=wp.vec3),
     threads: int,
     ids_out: wp.array(dtype=wp.vec4i),
@@ -82,16 +82,19 @@ def take_apart_kernel(
 ):
     """The stencils of pairs of triangles: of the vertices and edges that the two own, both ways' points."""
     for entry in range(wp.tid(), wp.min(counts[PAIRS], triangles.shape[0]), threads):
-        r_known = between[entry][0]
-        r = between[entry][1]
         t = triangles[entry][0]
         j = triangles[entry][1]
-        f = faces[t]
-        g = other_faces[j]
-        mine = owned[t]
-        theirs = other_owned[j]
+        f = own.faces[t]
+        g = other.faces[j]
         ga = wp.vec3i(group[f[0]], group[f[1]], group[f[2]])
         gb = wp.vec3i(group[g[0]], group[g[1]], group[g[2]])
+        between = in_question(own, other, t, j, same, reach, ga, gb, centre, half_way)
+        r_known = between[0]
+        r = between[1]
+        if r == 0.0:
+            continue
+        mine = own.owned[t]
+        theirs = other.owned[j]
         a0 = centre[f[0]]
         a1 = centre[f[1]]
         a2 = centre[f[2]]
@@ -223,7 +226,7 @@ def extend(
     def search(k: int) -> None:
         other, found = others[k], candidates.found[k]
         found.counts.zero_()
-        pair_triangles(found, cloth, other, region, group)
+        pair_triangles(found, cloth, other)
         take_apart(found, cloth, other, region, group, x)
 
     at_once(search, len(others), device)
@@ -244,13 +247,13 @@ def take_apart(found: Found, cloth: Surface, other: Surface, region: Region, gro
         threads,
         [
             found.triangles,
-            found.between,
-            cloth.faces,
-            cloth.owned,
-            other.faces,
-            other.owned,
+            side_of(cloth),
+            side_of(other),
+            int(other is cloth),
+            other.reach,
             group,
             region.centre,
+            region.half_way,
             x,
             threads,
         ],

@@ -1,14 +1,15 @@
 """Which triangles could come within reach of each other while their vertices stay in a region: the broad phase's half
 that walks trees.
 
-Boxes that overlap give pairs; what separates the two triangles along an axis passes a pair over.
+Boxes that overlap give pairs. What separates the two triangles along an axis passes a pair over: that is asked by a
+thread of the pair's own (broad_phase.py), since a triangle in a fold has a hundred times as many pairs as one on a flat
+back.
 """
 
 from __future__ import annotations
 
 import warp as wp
 
-from tryon_solver.contact.candidates import Region
 from tryon_solver.contact.found import PAIRS, Found
 from tryon_solver.contact.surfaces import Surface
 
@@ -110,127 +111,124 @@ def overlapped(
     return smallest_of(room[0], room[1], room[2]) >= both
 
 
+@wp.struct
+class Side:
+    """A surface's triangles as in `Surface`, for kernels."""
+
+    faces: wp.array(dtype=wp.vec3i)
+    owned: wp.array(dtype=wp.int32)
+    lower: wp.array(dtype=wp.vec3)
+    upper: wp.array(dtype=wp.vec3)
+    budget: wp.array(dtype=wp.float32)
+    known: wp.array(dtype=wp.float32)
+
+
+def side_of(surface: Surface) -> Side:
+    """Its arrays, as they are."""
+    side = Side()
+    side.faces, side.owned = surface.faces, surface.owned
+    side.lower, side.upper = surface.lower, surface.upper
+    side.budget, side.known = surface.budget, surface.known
+    return side
+
+
 @wp.kernel
 def pair_triangles_kernel(
-    faces: wp.array(dtype=wp.vec3i),
-    face_lower: wp.array(dtype=wp.vec3),
-    face_upper: wp.array(dtype=wp.vec3),
-    face_budget: wp.array(dtype=wp.float32),
-    face_known: wp.array(dtype=wp.float32),
+    own: Side,
+    other: Side,
     other_bvh: wp.uint64,
-    other_faces: wp.array(dtype=wp.vec3i),
-    other_lower: wp.array(dtype=wp.vec3),
-    other_upper: wp.array(dtype=wp.vec3),
-    other_budget: wp.array(dtype=wp.float32),
-    other_known: wp.array(dtype=wp.float32),
     other_gained: wp.array(dtype=wp.int32),
     same: int,
-    reach: float,
-    group: wp.array(dtype=wp.int32),
-    centre: wp.array(dtype=wp.vec3),
-    half_way: wp.array(dtype=wp.vec3),
     triangles_out: wp.array(dtype=wp.vec2i),
-    between_out: wp.array(dtype=wp.vec2),
     counts: wp.array(dtype=wp.int32),
 ):
-    """Pairs of triangle tid and every triangle of the other surface whose box overlaps its own, unless something keeps
-    them apart: at their centres, stencils at most the second of `between` apart come into question, and those up to the
-    first are on the list already, from a search with the budgets in `known`.
+    """Pairs of triangle tid and every triangle of the other surface whose box overlaps its own, if one of the two has
+    a larger budget than the list of candidates covers already.
 
-    Around their centres two triangles can approach by no more than their vertices' longest half ways, taken relative to
-    the mean of all six, and by their budgets. `same` is 1 when both surfaces are the cloth: then each unordered pair is
-    met once.
+    `same` is 1 when both surfaces are the cloth: then each unordered pair is met once.
     """
     t = wp.tid()
-    gained = face_budget[t] > face_known[t]
+    gained = own.budget[t] > own.known[t]
     if not gained and (same == 1 or other_gained[0] == 0):
         return
-    f = faces[t]
-    a0 = centre[f[0]]
-    a1 = centre[f[1]]
-    a2 = centre[f[2]]
-    p0 = half_way[f[0]]
-    p1 = half_way[f[1]]
-    p2 = half_way[f[2]]
-    own_sum = p0 + p1 + p2
-    own_reach = reach + face_budget[t]
-    own_known = reach + face_known[t]
-    normal = wp.cross(a1 - a0, a2 - a0)
-    ga = wp.vec3i(group[f[0]], group[f[1]], group[f[2]])
-    query = wp.bvh_query_aabb(other_bvh, face_lower[t], face_upper[t])
+    query = wp.bvh_query_aabb(other_bvh, own.lower[t], own.upper[t])
     j = int(0)
     while wp.bvh_query_next(query, j):
-        other = other_budget[j] > other_known[j]
-        if same == 1 and (j == t or (j < t and other)):
+        other_gains = other.budget[j] > other.known[j]
+        if same == 1 and (j == t or (j < t and other_gains)):
             continue
-        if not gained and not other:
-            continue
-        g = other_faces[j]
-        b0 = centre[g[0]]
-        b1 = centre[g[1]]
-        b2 = centre[g[2]]
-        q0 = half_way[g[0]]
-        q1 = half_way[g[1]]
-        q2 = half_way[g[2]]
-        mean = (own_sum + q0 + q1 + q2) / 6.0
-        travel = furthest(p0 - mean, p1 - mean, p2 - mean) + furthest(q0 - mean, q1 - mean, q2 - mean)
-        r = own_reach + other_budget[j] + travel
-        r_known = own_known + other_known[j] + travel
-        if not overlapped(
-            face_lower[t],
-            face_upper[t],
-            face_budget[t] - face_known[t],
-            other_lower[j],
-            other_upper[j],
-            other_budget[j] - other_known[j],
-        ):
-            r_known = float(-1.0)
-        gb = wp.vec3i(group[g[0]], group[g[1]], group[g[2]])
-        if same == 1 and wedges_apart(r, ga, gb, a0, a1, a2, b0, b1, b2):
-            continue
-        if apart_along(normal, r, a0, a1, a2, b0, b1, b2):
-            continue
-        if apart_along((b0 + b1 + b2) - (a0 + a1 + a2), r, a0, a1, a2, b0, b1, b2):
-            continue
-        if apart_along(wp.cross(b1 - b0, b2 - b0), r, a0, a1, a2, b0, b1, b2):
+        if not gained and not other_gains:
             continue
         slot = wp.atomic_add(counts, PAIRS, 1)
         if slot < triangles_out.shape[0]:
             triangles_out[slot] = wp.vec2i(t, j)
-            between_out[slot] = wp.vec2(r_known, r)
 
 
-def pair_triangles(
-    found: Found,
-    cloth: Surface,
-    other: Surface,
-    region: Region,
-    group: wp.array,
-) -> None:
+@wp.func
+def in_question(
+    own: Side,
+    other: Side,
+    t: int,
+    j: int,
+    same: int,
+    reach: float,
+    ga: wp.vec3i,
+    gb: wp.vec3i,
+    centre: wp.array(dtype=wp.vec3),
+    half_way: wp.array(dtype=wp.vec3),
+) -> wp.vec2:
+    """Of two triangles whose boxes overlap: at their centres, stencils at most the second number apart come into
+    question, and those up to the first are on the list already, from a search with the budgets in `known`; zeros if
+    something keeps the two apart. `ga`, `gb` are the groups of their vertices.
+
+    Around their centres two triangles can approach by no more than their vertices' longest half ways, taken relative to
+    the mean of all six, and by their budgets.
+    """
+    f = own.faces[t]
+    g = other.faces[j]
+    a0 = centre[f[0]]
+    a1 = centre[f[1]]
+    a2 = centre[f[2]]
+    b0 = centre[g[0]]
+    b1 = centre[g[1]]
+    b2 = centre[g[2]]
+    p0 = half_way[f[0]]
+    p1 = half_way[f[1]]
+    p2 = half_way[f[2]]
+    q0 = half_way[g[0]]
+    q1 = half_way[g[1]]
+    q2 = half_way[g[2]]
+    mean = (p0 + p1 + p2 + q0 + q1 + q2) / 6.0
+    travel = furthest(p0 - mean, p1 - mean, p2 - mean) + furthest(q0 - mean, q1 - mean, q2 - mean)
+    r = reach + own.budget[t] + other.budget[j] + travel
+    if same == 1 and wedges_apart(r, ga, gb, a0, a1, a2, b0, b1, b2):
+        return wp.vec2()
+    if apart_along(wp.cross(a1 - a0, a2 - a0), r, a0, a1, a2, b0, b1, b2):
+        return wp.vec2()
+    if apart_along((b0 + b1 + b2) - (a0 + a1 + a2), r, a0, a1, a2, b0, b1, b2):
+        return wp.vec2()
+    if apart_along(wp.cross(b1 - b0, b2 - b0), r, a0, a1, a2, b0, b1, b2):
+        return wp.vec2()
+    r_known = float(-1.0)
+    if overlapped(
+        own.lower[t],
+        own.upper[t],
+        own.budget[t] - own.known[t],
+        other.lower[j],
+        other.upper[j],
+        other.budget[j] - other.known[j],
+    ):
+        r_known = reach + own.known[t] + other.known[j] + travel
+    return wp.vec2(r_known, r)
+
+
+def pair_triangles(found: Found, cloth: Surface, other: Surface) -> None:
     """Fill `found` with pairs of triangles, as far as there is room; none are counted before."""
     assert other.bvh is not None
     wp.launch(
         pair_triangles_kernel,
         cloth.face_count,
-        [
-            cloth.faces,
-            cloth.lower,
-            cloth.upper,
-            cloth.budget,
-            cloth.known,
-            other.bvh.id,
-            other.faces,
-            other.lower,
-            other.upper,
-            other.budget,
-            other.known,
-            other.gained,
-            int(other is cloth),
-            other.reach,
-            group,
-            region.centre,
-            region.half_way,
-        ],
-        [found.triangles, found.between, found.counts],
+        [side_of(cloth), side_of(other), other.bvh.id, other.gained, int(other is cloth)],
+        [found.triangles, found.counts],
         device=found.counts.device,
     )
