@@ -23,12 +23,12 @@ class ContactTerm:
     """A force that acts within contact pairs besides the barrier, such as friction.
 
     `make_room(pairs)` allocates for as many pairs as there is room for, and `room()` says for how many its arrays have
-    room, which stay in place while that stands; `prepare(pairs, state, x, x_before)` freezes
-    what is lagged: for one iteration at x, which the last one reached from x_before, or with None in its place for a
-    model that holds away from x as well; `add_gradient(pairs, state, x, gradient_out)`; `add_stiffness(pairs)` adds its
-    matrices to `pairs.beside`; `tangential(pairs)` (size,) float64 N/m, its stiffness across the normal;
-    `remember(pairs, state)` keeps for the next step how far each pair has given at the end of this one; `kept()`
-    returns that, (P, 4) int32 vertices and (P, 3) float32 m, and `restore(ids, given)` takes it up again.
+    room, which stay in place while that stands; `prepare(pairs, state, x, x_before)` freezes what is lagged: for one
+    iteration at x, which the last one reached from x_before, or with None in its place for a model that holds away from
+    x as well; `add_gradient(pairs, state, x, gradient_out)`, of as many vertices as that is long;
+    `add_stiffness(pairs)` adds its matrices to `pairs.beside`; `tangential(pairs)` (size,) float64 N/m, its stiffness
+    across the normal; `remember(pairs, state)` keeps for the next step how far each pair has given at the end of this
+    one; `kept()` returns that, (P, 4) int32 vertices and (P, 3) float32 m, and `restore(ids, given)` takes it up again.
     """
 
     make_room: Callable[[ContactPairs], None]

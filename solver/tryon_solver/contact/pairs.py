@@ -203,7 +203,8 @@ def add_gradient_kernel(
         moved += w[k] * wp.dot(n, x[v[k]] - x_ref[v[k]])
     f = wp.min(slope[c] + curvature[c] * moved, 0.0) * n
     for k in range(4):
-        wp.atomic_add(gradient_out, v[k], w[k] * f)
+        if v[k] < gradient_out.shape[0]:
+            wp.atomic_add(gradient_out, v[k], w[k] * f)
 
 
 @wp.kernel
@@ -229,7 +230,8 @@ def add_product_kernel(
         u += w[k] * p[v[k]]
     f = (curvature[c] * wp.dot(n, u)) * n + beside[c] * u
     for k in range(4):
-        wp.atomic_add(product_out, v[k], w[k] * f)
+        if v[k] < product_out.shape[0]:
+            wp.atomic_add(product_out, v[k], w[k] * f)
 
 
 @wp.kernel
@@ -316,7 +318,8 @@ def collect(
 
 
 def add_gradient(pairs: ContactPairs, x_ref: wp.array, x: wp.array, gradient_out: wp.array) -> None:
-    """gradient += gradient at x of the model of the contact potential made at x_ref [N]."""
+    """gradient += gradient at x of the model of the contact potential made at x_ref [N], of as many vertices as
+    `gradient_out` is long."""
     wp.launch(
         add_gradient_kernel,
         pairs.size,
@@ -327,7 +330,8 @@ def add_gradient(pairs: ContactPairs, x_ref: wp.array, x: wp.array, gradient_out
 
 
 def add_product(pairs: ContactPairs, p: wp.array, product_out: wp.array) -> None:
-    """product += C p, block (i, j) of a pair's C being lam_i lam_j (e kappa b'' n n^T + `beside`)."""
+    """product += C p, block (i, j) of a pair's C being lam_i lam_j (e kappa b'' n n^T + `beside`); of as many vertices
+    as `product_out` is long."""
     wp.launch(
         add_product_kernel,
         pairs.size,

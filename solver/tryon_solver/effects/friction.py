@@ -157,7 +157,8 @@ def add_gradient_kernel(
     w = lam[c]
     f = weight[c] * slip(v, w, normal[c], given[c], x, x_start)
     for k in range(4):
-        wp.atomic_add(gradient_out, v[k], w[k] * f)
+        if v[k] < gradient_out.shape[0]:
+            wp.atomic_add(gradient_out, v[k], w[k] * f)
 
 
 @wp.kernel

@@ -58,8 +58,8 @@ def move_as_one(
 ) -> None:
     """Improve what `pcg.solve` just found by the best step of the first `moving` unknowns along their total residual.
 
-    `multiply` is the matrix of `pcg.solve`, as far as it is not blind to such a move. The residual that `cg` keeps is
-    not renewed.
+    `multiply` is the matrix of `pcg.solve`, as far as it is not blind to such a move, over as many unknowns as its
+    second argument is long. The residual that `cg` keeps is not renewed.
     """
     device, count = solution.device, len(solution)
     slope, curvature = cg.scalars[0:1], cg.scalars[2:3]
@@ -68,7 +68,8 @@ def move_as_one(
     threads = whole_blocks(moving)
     wp.launch(total_kernel, threads, [cg.residual, moving, threads], [total], block_dim=BLOCK, device=device)
     wp.launch(spread_kernel, count, [total, moving], [cg.direction], device=device)
-    multiply(cg.direction, cg.product)
-    dot(cg.residual, cg.direction, slope)
-    dot(cg.direction, cg.product, curvature)
+    direction, product = cg.direction[:moving], cg.product[:moving]
+    multiply(cg.direction, product)
+    dot(cg.residual[:moving], direction, slope)
+    dot(direction, product, curvature)
     wp.launch(add_step_kernel, count, [slope, curvature, cg.direction], [solution], device=device)

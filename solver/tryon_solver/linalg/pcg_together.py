@@ -17,11 +17,11 @@ from collections.abc import Sequence
 import warp as wp
 
 from tryon_solver.linalg.blocks import BLOCK, whole_blocks
+from tryon_solver.linalg.lanes import lanes_of, shares_of, sum_of_lanes
 from tryon_solver.linalg.paired_matrix import PairedMatrix, pair_count, pair_force
 
 wp.set_module_options({"enable_backward": False})
 
-LANES = 8  # threads that multiply a row together on a GPU, of the 32 that run in step: sum_of_lanes
 TURNS = 4  # iterations between two looks at whether there is more to do; even, for the two directions to change places
 
 RING = wp.constant(4)
@@ -103,17 +103,6 @@ def start_kernel(
         state_out[MORE] = 1
 
 
-@wp.func_native("""
-#if defined(__CUDA_ARCH__)
-    for (int apart = 4; apart > 0; apart >>= 1)
-        value += __shfl_xor_sync(0xffffffffu, value, apart, 8);
-#endif
-    return value;
-""")
-def sum_of_lanes(value: float) -> float:
-    """The sum over LANES neighbouring threads of a GPU, in each of them; elsewhere the value itself."""
-
-
 @wp.kernel
 def multiply_kernel(
     m: PairedMatrix,
@@ -132,8 +121,7 @@ def multiply_kernel(
 ):
     """p = z + b p, A p and <p, A p>, if there is anything left to do.
 
-    A row of cloth is shared by `lanes` threads: one alone would wait for memory as often as the row is long. There are
-    `shares` of all rows, with those that fill up the last block: who adds up together must be here together.
+    Each row of cloth is shared by `lanes` threads; there are `shares` of all (lanes.py).
     """
     thread = wp.tid()
     number = state[TAKEN]
@@ -273,9 +261,8 @@ def solve(
     (SCALARS,), `state` (3,)."""
     device, count, pairs = gradient.device, len(gradient), len(matrix.ids)
     threads = whole_blocks(count)
-    lanes = LANES if wp.get_device(device).is_cuda else 1
-    rows = len(matrix.columns)
-    shares = -(-lanes * rows // BLOCK) * BLOCK
+    rows, lanes = len(matrix.columns), lanes_of(str(device))
+    shares = shares_of(rows, lanes)
     all_threads = whole_blocks(shares + count - rows + pairs)
 
     def launch(kernel: wp.Kernel, dim: int, inputs: Sequence[object], outputs: Sequence[object]) -> None:

@@ -29,7 +29,7 @@ def descend_in_subspace(sim: Simulation) -> None:
     for _ in range(sim.settings.reduced_iterations):
         reduced = search_direction(sim.search, gradient)
         multiply(sim.search.prolong, reduced, direction)
-        system_product(sim, work.direction, work.product)
+        system_product(sim, work.direction, product)
         dot(gradient, direction, slope)
         dot(direction, product, curvature)
         wp.launch(descent_length_kernel, 1, [slope, curvature], [length], device=sim.device)

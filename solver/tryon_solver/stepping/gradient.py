@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING
 import warp as wp
 
 from tryon_solver.contact import pairs as contact_pairs
-from tryon_solver.linalg.ell import multiply
+from tryon_solver.linalg.blocks import BLOCK
+from tryon_solver.linalg.lanes import lanes_of, shares_of, sum_of_lanes
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -62,15 +63,24 @@ def skin_kernel(
 
 
 @wp.kernel
-def add_diagonal_product_kernel(
-    diagonal: wp.array(dtype=wp.float32), p: wp.array(dtype=wp.vec3), cloth_count: int, product: wp.array(dtype=wp.vec3)
+def rows_product_kernel(
+    columns: wp.array2d(dtype=wp.int32),
+    weights: wp.array2d(dtype=wp.float32),
+    diagonal: wp.array(dtype=wp.float32),
+    p: wp.array(dtype=wp.vec3),
+    lanes: int,
+    product_out: wp.array(dtype=wp.vec3),
 ):
-    """Adds the diagonal part; sets it on the collision surface, which has no stiffness rows."""
-    i = wp.tid()
-    if i < cloth_count:
-        product[i] = product[i] + diagonal[i] * p[i]
-    else:
-        product[i] = diagonal[i] * p[i]
+    """S p + diagonal p, each row shared by `lanes` threads (linalg/lanes.py)."""
+    i = wp.tid() // lanes
+    lane = wp.tid() % lanes
+    total = wp.vec3()
+    if i < columns.shape[0]:
+        for k in range(lane, columns.shape[1], lanes):
+            total += weights[i, k] * p[columns[i, k]]
+    total = wp.vec3(sum_of_lanes(total[0]), sum_of_lanes(total[1]), sum_of_lanes(total[2]))
+    if lane == 0 and i < columns.shape[0]:
+        product_out[i] = total + diagonal[i] * p[i]
 
 
 def elastic_gradient(sim: Simulation, x: wp.array, gradient_out: wp.array, correcting: bool = False) -> None:
@@ -114,7 +124,7 @@ def elastic_gradient(sim: Simulation, x: wp.array, gradient_out: wp.array, corre
 
 
 def add_contact_gradient(sim: Simulation, x_ref: wp.array, x: wp.array, gradient_out: wp.array) -> None:
-    """gradient += dB/dx + dD/dx of the model made at x_ref [N]."""
+    """gradient += dB/dx + dD/dx of the model made at x_ref [N], of as many vertices as `gradient_out` is long."""
     if sim.pairs.size == 0:
         return
     contact_pairs.add_gradient(sim.pairs, x_ref, x, gradient_out)
@@ -123,13 +133,14 @@ def add_contact_gradient(sim: Simulation, x_ref: wp.array, x: wp.array, gradient
 
 
 def system_product(sim: Simulation, p: wp.array, product_out: wp.array) -> None:
-    """product = A p over cloth and collision surface."""
-    multiply(sim.stiffness, p, product_out)
+    """product = A p over the cloth, (N,) vec3; p (A,) vec3 moves the collision surface, too."""
+    rows, lanes = sim.stiffness, lanes_of(sim.device)
     wp.launch(
-        add_diagonal_product_kernel,
-        sim.all_count,
-        [sim.work.diagonal, p, sim.cloth_count],
+        rows_product_kernel,
+        shares_of(rows.row_count, lanes),
+        [rows.columns, rows.weights, sim.work.diagonal, p, lanes],
         [product_out],
+        block_dim=BLOCK,
         device=sim.device,
     )
     if sim.pairs.size:

@@ -69,8 +69,8 @@ def solve_newton_system(sim: Simulation, at_most: int) -> None:
 
 def outer_product(sim: Simulation, p: wp.array, product_out: wp.array) -> None:
     """The product [N] of `newton_matrix` without the cloth's inner stiffness, which a move as one leaves alone but for
-    rounding, and without what holds vertices."""
-    wp.launch(scale_kernel, sim.all_count, [sim.work.diagonal, p], [product_out], device=sim.device)
+    rounding, and without what holds vertices; of as many vertices as `product_out` is long."""
+    wp.launch(scale_kernel, len(product_out), [sim.work.diagonal, p], [product_out], device=sim.device)
     add_contact_product(sim, p, product_out)
 
 

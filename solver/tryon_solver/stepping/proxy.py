@@ -63,4 +63,4 @@ def build_contact_proxy(sim: Simulation) -> None:
 def project_locally(sim: Simulation) -> None:
     """The local step: every term's projection at the trial, in parallel, and with it the gradient of the next cycle."""
     elastic_gradient(sim, sim.state.x, sim.work.gradient)
-    add_contact_gradient(sim, sim.state.x_feasible, sim.state.x, sim.work.gradient)
+    add_contact_gradient(sim, sim.state.x_feasible, sim.state.x, sim.work.gradient[: sim.cloth_count])

@@ -86,7 +86,7 @@ def smooth_in_full_space(sim: Simulation) -> None:
         first_sweep_kernel, n, [work.blocks, gradient, 1 / middle], [residual, sweep, total], device=sim.device
     )
     for _ in range(count - 1):
-        system_product(sim, work.direction, work.product)
+        system_product(sim, work.direction, product)
         next_rho = 1 / (2 * sigma - rho)
         wp.launch(
             next_sweep_kernel,
@@ -96,7 +96,7 @@ def smooth_in_full_space(sim: Simulation) -> None:
             device=sim.device,
         )
         rho = next_rho
-    system_product(sim, work.direction, work.product)
+    system_product(sim, work.direction, product)
     wp.launch(total_product_kernel, n, [gradient, residual, product], [product], device=sim.device)
     slope, curvature, length = sim.work.scalars[:3]
     dot(gradient, total, slope)

@@ -104,13 +104,13 @@ def precondition(sim: Simulation, residual: wp.array, z: wp.array) -> None:
     product = work.product[:n]
 
     def sweep() -> None:
-        system_product(sim, z, work.product)
+        system_product(sim, z, product)
         wp.launch(sweep_kernel, n, [work.blocks, scale, residual, product], [z], device=sim.device)
 
     z.zero_()
     for _ in range(SWEEPS):
         sweep()
-    system_product(sim, z, work.product)
+    system_product(sim, z, product)
     wp.launch(difference_kernel, n, [residual, product], [product], device=sim.device)
     correct_coarsely(coarse, product, product)
     wp.launch(add_kernel, n, [product], [z], device=sim.device)
@@ -133,7 +133,7 @@ def solve_on_two_levels(sim: Simulation) -> None:
         wp.copy(previous, current)
         dot(residual, z[:n], current)
         wp.launch(turn_kernel, n, [scalars, z], [direction], device=device)
-        system_product(sim, direction, work.product)
+        system_product(sim, direction, product)
         dot(direction[:n], product, curvature)
         wp.launch(step_length_kernel, 1, [scalars], [length], device=device)
         add_scaled(length, direction[:n], sim.state.x)

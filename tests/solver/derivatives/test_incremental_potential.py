@@ -167,12 +167,12 @@ def test_projective_dynamics_has_its_own_gradient_and_a_definite_matrix_above_it
     expected = sum(reference.gradient(energy, x[:n], STEP) for energy in energies)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-4 * np.abs(expected).max())
     sim.pairs.size = 0
-    matrix = dense(sim.all_count, lambda p, out: system_product(sim, p, out))
+    matrix = dense(n, lambda p, out: system_product(sim, p, out))
     size = np.abs(matrix).max()
     np.testing.assert_allclose(matrix, matrix.T, rtol=0, atol=1e-6 * size)
     assert np.linalg.eigvalsh(matrix).min() > 0
     exact = sum(reference.hessian(energy, x[:n], 20 * STEP) for energy in energies)
-    assert np.linalg.eigvalsh(matrix[: 3 * n, : 3 * n] - exact).min() > -1e-4 * size
+    assert np.linalg.eigvalsh(matrix - exact).min() > -1e-4 * size
 
 
 def test_the_surface_is_drawn_back_slowly_and_the_firmer_the_further_it_has_yielded(sim, rng):
