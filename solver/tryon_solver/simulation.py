@@ -12,10 +12,8 @@ import numpy as np
 import scipy.sparse as sp
 import warp as wp
 
-from tryon_solver.advice import advise, nearest_limit
 from tryon_solver.body.carry import Carry
 from tryon_solver.body.on_device import MovingBody
-from tryon_solver.contact import pairs
 from tryon_solver.contact.candidates import Candidates, ContactSizes, Region
 from tryon_solver.contact.deflect import DeflectionScratch
 from tryon_solver.contact.pairs import ContactModel, ContactPairs, ContactParameters
@@ -28,9 +26,9 @@ from tryon_solver.linalg.device_loop import KeptGraph
 from tryon_solver.linalg.ell import EllMatrix
 from tryon_solver.linalg.near_far import NearFar
 from tryon_solver.linalg.pcg import ConjugateGradients
+from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.vectors import find_largest, move_origin
 from tryon_solver.materials.device import RestShape
-from tryon_solver.materials.fabric import Fabric
 from tryon_solver.materials.stretch import StretchMeter
 from tryon_solver.materials.terms import bind_bending, bind_membrane
 from tryon_solver.plan import ContactTerm, StepPlan
@@ -41,7 +39,7 @@ from tryon_solver.state import State, Workspace, positions
 from tryon_solver.step import advance
 from tryon_solver.stepping.hold import Holding
 from tryon_solver.stepping.progress import TRUSTED, TRUSTED_AGAIN, Budget, Progress
-from tryon_solver.stepping.repeat import cycles_taken
+from tryon_solver.stepping.report import make_report, smallest_gap
 from tryon_solver.stepping.start import refuse_touching_start
 from tryon_solver.subspace.basis import explicit_inverse, reduced_matrix, spline_basis
 from tryon_solver.subspace.contact_coarse import ContactCoarseLevel
@@ -367,7 +365,7 @@ class Simulation:
     def largest(self, vectors: wp.array) -> float:
         """Largest length among the vectors [their unit]."""
         find_largest(vectors, self.largest_out)
-        return float(self.largest_out.numpy()[0])
+        return float(read(self.largest_out)[0][0])
 
     # -- reporting -----------------------------------------------------------------------------------------------
 
@@ -379,51 +377,12 @@ class Simulation:
 
     def report(self) -> StepReport:
         """Figures of the call of `advance` that is ending."""
-        counters = self.counters
-        if self.state.asleep and not counters.steps:
-            self.reported = self.reported.sleeping(self.state.time, self.debt)
-            return self.reported
-        lag = 0.0
-        if self.body is not None:
-            difference = self.state.x.numpy()[self.cloth_count :] - self.body.skin_now.numpy()
-            lag = float(np.sqrt((difference**2).sum(1).max()))
-        gap, gap_offset = self.smallest_gap()
-        stretch = self.stretches()
-        self.reported = StepReport(
-            time=self.state.time,
-            steps=counters.steps,
-            substeps=counters.substeps,
-            iterations=cycles_taken(self),
-            newton_iterations=counters.newton_iterations,
-            residual=counters.residual,
-            min_gap=gap,
-            gap_offset=gap_offset,
-            max_stretch=float(stretch.max()),
-            body_lag=lag,
-            pairs=self.pairs.size,
-            overlapping=self.pairs.overlapping,
-            retries=counters.retries,
-            reverts=counters.reverts,
-            debt=self.debt,
-            times_ms=dict(counters.times),
-            asleep=self.state.asleep,
-            advice=advise(counters, self.debt, *self.strained(stretch), lag),
-        )
+        self.reported = make_report(self)
         return self.reported
-
-    def strained(self, stretch: np.ndarray) -> tuple[Fabric, np.ndarray]:
-        """The fabric that advice is about, and stretches (F,) to hold against its limit."""
-        scene = self.scene
-        return nearest_limit(scene.fabric_of_face(), stretch) if scene.panel_fabrics else (scene.fabric, stretch)
 
     def smallest_gap(self) -> tuple[float, float]:
         """Smallest gap of a contact pair at x above its offset, and that offset [m]; collects the pairs at x."""
-        sizes = self.contact.sizes
-        if not (self.touching and self.counters.steps):
-            return self.settings.d_hat, sizes.xi_body
-        pairs.collect(self.pairs, self.candidates, self.contact, self.state.x)
-        body, cloth = (float(gap) for gap in self.pairs.smallest_gap.numpy())
-        return (body, sizes.xi_body) if body <= cloth else (cloth, sizes.xi_self)
+        return smallest_gap(self)
 
     def stretches(self) -> np.ndarray:
         """(F,) float32, larger principal stretch of each triangle."""

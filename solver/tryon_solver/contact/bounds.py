@@ -16,6 +16,7 @@ from tryon_solver.contact.candidates import Candidates, ContactSizes, Region, ca
 from tryon_solver.contact.ccd import time_of_impact
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
 from tryon_solver.linalg.device_loop import HITS, NUMBER, Passes
+from tryon_solver.linalg.read_back import read
 
 wp.set_module_options({"enable_backward": False})
 
@@ -164,7 +165,7 @@ def count_leaving(
 def leaving(x: wp.array, displacement: wp.array, alpha: wp.array, region: Region, counter: wp.array) -> int:
     """The same for the host, which waits for it. `counter` (1,) int32 is scratch."""
     count_leaving(x, displacement, alpha, region, counter)
-    return int(counter.numpy()[0])
+    return int(read(counter)[0][0])
 
 
 def stay_in_region(x: wp.array, displacement: wp.array, region: Region, alpha_out: wp.array) -> None:

@@ -13,7 +13,7 @@ import warp as wp
 
 from tryon_solver.contact.candidates import Candidates, Region
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
-from tryon_solver.contact.found import PAIRS, STENCILS, Found
+from tryon_solver.contact.found import PAIRS, STENCILS, Found, counted
 from tryon_solver.contact.surfaces import Surface
 from tryon_solver.contact.triangle_pairs import Side, in_question, pair_triangles, side_of
 from tryon_solver.linalg.blocks import MOST_THREADS
@@ -230,12 +230,11 @@ def extend(
         take_apart(found, cloth, other, region, group, x)
 
     at_once(search, len(others), device)
-    for k in range(len(others)):
-        pairs, stencils = candidates.found[k].counted()
+    for k, (pairs, stencils) in enumerate(counted(candidates.found[: len(others)])):
         while (roomier := candidates.found[k].with_room(pairs, stencils)) is not candidates.found[k]:
             candidates.found[k] = roomier
             search(k)
-            pairs, stencils = roomier.counted()
+            ((pairs, stencils),) = counted([roomier])
         candidates.append(candidates.found[k], stencils)
 
 

@@ -13,6 +13,7 @@ import warp as wp
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
 from tryon_solver.contact.found import Found
 from tryon_solver.linalg.blocks import MOST_THREADS
+from tryon_solver.linalg.read_back import read
 
 wp.set_module_options({"enable_backward": False})
 
@@ -104,8 +105,10 @@ class Candidates:
 
     def size_near_list(self) -> None:
         """Know how many are near; in a graph, which can't be read from, there is no telling."""
-        in_graph = wp.get_device(self.near_count.device).is_capturing
-        self.near_size = self.capacity if in_graph else int(self.near_count.numpy()[0])
+        if wp.get_device(self.near_count.device).is_capturing:
+            self.near_size = self.capacity
+        else:
+            self.near_size = int(read(self.near_count)[0][0])
 
     def take_over(self, other: Candidates | Found, count: int) -> None:
         """Copy the other's first `count` stencils behind those on the list; there must be room."""

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import warp as wp
+
+from tryon_solver.linalg.read_back import read
 
 PAIRS = wp.constant(0)
 STENCILS = wp.constant(1)
@@ -35,11 +38,6 @@ class Found:
             wp.zeros(2, dtype=wp.int32, device=device),
         )
 
-    def counted(self) -> tuple[int, int]:
-        """How many pairs of triangles and stencils there are, or should be. Waits for the device."""
-        pairs, stencils = self.counts.numpy()
-        return int(pairs), int(stencils)
-
     def with_room(self, pairs: int, stencils: int) -> Found:
         """Itself, or in its place one with room for so many."""
         if pairs <= len(self.triangles) and stencils <= len(self.ids):
@@ -49,3 +47,8 @@ class Found:
             max(len(self.ids), 1 << (stencils - 1).bit_length()),
             str(self.ids.device),
         )
+
+
+def counted(found: Sequence[Found]) -> list[tuple[int, int]]:
+    """How many pairs of triangles and stencils there are of each, or should be. Waits for the device, once."""
+    return [(int(counts[PAIRS]), int(counts[STENCILS])) for counts in read(*(one.counts for one in found))]

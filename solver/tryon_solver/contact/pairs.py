@@ -13,11 +13,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
 import warp as wp
 
 from tryon_solver.contact.barrier import barrier, barrier_curvature, barrier_gradient, mollifier
 from tryon_solver.contact.candidates import Candidates, ContactSizes, candidate_at, offset
 from tryon_solver.contact.distances import stencil_vector, stencil_weights
+from tryon_solver.linalg.read_back import read
 
 wp.set_module_options({"enable_backward": False})
 
@@ -78,7 +80,11 @@ class ContactPairs:
 
     def read_size(self) -> int:
         """Know how many pairs there are; returns how many there should be. Waits for the device."""
-        found, self.overlapping = (int(k) for k in self.counters.numpy())
+        return self.know_size(read(self.counters)[0])
+
+    def know_size(self, counters: np.ndarray) -> int:
+        """The same of `counters` (2,) that have been read."""
+        found, self.overlapping = (int(k) for k in counters)
         self.size = min(found, self.capacity)
         return found
 
@@ -275,46 +281,52 @@ def collect(
     The candidates' distances are lower bounds at x; those that are looked at become exact. In a graph nothing can grow:
     who launched it must look whether the first counter is above the capacity.
     """
-    device = x.device
-    count, entries = candidates.entries(near)
     while True:
-        pairs.counters.zero_()
-        pairs.smallest_gap.fill_(parameters.sizes.d_hat)
-        wp.launch(
-            collect_kernel,
-            count,
-            [
-                *entries,
-                candidates.ids,
-                candidates.kind,
-                parameters.cloth_count,
-                parameters.sizes,
-                parameters.model,
-                parameters.area,
-                parameters.reach_self,
-                x,
-            ],
-            [
-                candidates.distance,
-                pairs.ids,
-                pairs.lam,
-                pairs.normal,
-                pairs.slope,
-                pairs.curvature,
-                pairs.energy,
-                pairs.gap,
-                pairs.counters,
-                pairs.smallest_gap,
-            ],
-            device=device,
-        )
+        look_for(pairs, candidates, parameters, x, near)
         if pairs.cover_in_graph():
             return
         found = pairs.read_size()
         if found <= pairs.capacity:
             return
-        grown = ContactPairs.allocate(1 << (found - 1).bit_length(), str(device))
+        grown = ContactPairs.allocate(1 << (found - 1).bit_length(), str(x.device))
         pairs.__dict__.update(grown.__dict__)
+
+
+def look_for(
+    pairs: ContactPairs, candidates: Candidates, parameters: ContactParameters, x: wp.array, near: bool = False
+) -> None:
+    """The same, but that `pairs` is not grown and does not know its size: its counters have to be read for that."""
+    count, entries = candidates.entries(near)
+    pairs.counters.zero_()
+    pairs.smallest_gap.fill_(parameters.sizes.d_hat)
+    wp.launch(
+        collect_kernel,
+        count,
+        [
+            *entries,
+            candidates.ids,
+            candidates.kind,
+            parameters.cloth_count,
+            parameters.sizes,
+            parameters.model,
+            parameters.area,
+            parameters.reach_self,
+            x,
+        ],
+        [
+            candidates.distance,
+            pairs.ids,
+            pairs.lam,
+            pairs.normal,
+            pairs.slope,
+            pairs.curvature,
+            pairs.energy,
+            pairs.gap,
+            pairs.counters,
+            pairs.smallest_gap,
+        ],
+        device=x.device,
+    )
 
 
 def add_gradient(pairs: ContactPairs, x_ref: wp.array, x: wp.array, gradient_out: wp.array) -> None:

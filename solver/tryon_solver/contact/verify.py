@@ -6,6 +6,7 @@ import warp as wp
 
 from tryon_solver.contact.candidates import Candidates, ContactSizes, offset
 from tryon_solver.contact.distances import stencil_vector, stencil_weights
+from tryon_solver.linalg.read_back import read
 
 wp.set_module_options({"enable_backward": False})
 
@@ -114,7 +115,7 @@ def is_finite(x: wp.array, counter: wp.array) -> bool:
     """Is every coordinate of x (A,) vec3 m a finite number?"""
     counter.zero_()
     wp.launch(finite_kernel, len(x), [x], [counter], device=x.device)
-    return int(counter.numpy()[0]) == 0
+    return int(read(counter)[0][0]) == 0
 
 
 def violations(candidates: Candidates, cloth_count: int, sizes: ContactSizes, x: wp.array, counter: wp.array) -> int:
@@ -128,4 +129,4 @@ def violations(candidates: Candidates, cloth_count: int, sizes: ContactSizes, x:
         [counter],
         device=x.device,
     )
-    return int(counter.numpy()[0])
+    return int(read(counter)[0][0])

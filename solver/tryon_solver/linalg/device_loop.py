@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import warp as wp
 
+from tryon_solver.linalg.read_back import read
+
 wp.set_module_options({"enable_backward": False})
 
 NUMBER = wp.constant(0)
@@ -88,4 +90,4 @@ class Passes:
 
     def taken(self) -> int:
         """How many passes had hits. Waits for the device."""
-        return int(self.state.numpy()[0])
+        return int(read(self.state)[0][NUMBER])

@@ -8,6 +8,7 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.geometry.garment import Garment
+from tryon_solver.linalg.read_back import read
 
 wp.set_module_options({"enable_backward": False})
 
@@ -52,9 +53,13 @@ class StretchMeter:
         )
 
     def larger(self, x: wp.array) -> np.ndarray:
-        """(F,) float32 larger principal stretch of each triangle at x (A,) m, the cloth's vertices first."""
+        """(F,) float32 larger principal stretch of each triangle at x (A,) m, the cloth's vertices first. Waits for the
+        device."""
+        self.measure(x)
+        return read(self.stretch)[0]
+
+    def measure(self, x: wp.array) -> None:
+        """The same, put into `stretch` (F,) float32 on the device."""
         wp.launch(
             larger_kernel, len(self.stretch), [self.faces, self.gradients, x], [self.stretch], device=x.device
         )
-        larger: np.ndarray = self.stretch.numpy()
-        return larger

@@ -23,6 +23,7 @@ from tryon_solver.contact.deflect import deflect
 from tryon_solver.contact.verify import is_finite, violations
 from tryon_solver.linalg import pcg
 from tryon_solver.linalg.as_one import move_as_one
+from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.vectors import find_largest, subtract
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
 from tryon_solver.stepping.newton import linearise, outer_product, solve_newton_system
@@ -197,7 +198,7 @@ def imbalance(sim: Simulation) -> float:
     """The same for the host, which waits for it."""
     out = sim.progress.tried
     measure_imbalance(sim, out)
-    return float(out.numpy()[0])
+    return float(read(out)[0][0])
 
 
 def start_at_feasible(sim: Simulation) -> None:
@@ -263,8 +264,6 @@ def correct_penetration(sim: Simulation) -> None:
         outcome = iterate_newton(sim, sim.second_budget, extensible=False)
     if once:
         leave_off(sim, outcome)
-    if sim.touching:
-        sim.pairs.read_size()
     if outcome.iterations:
         sim.counters.residual = outcome.moved / sim.dt
 
@@ -325,7 +324,7 @@ def iterate_newton(sim: Simulation, budget: Budget, extensible: bool, starting: 
 
     while True:
         budget.graph.run(lambda: wp.capture_while(progress.going_on, turn), baked(sim), sim.device)
-        outcome = progress.read()
+        outcome = progress.read(sim.pairs)
         if outcome.wants_search:
             search_further(sim, sim.to_trial if outcome.starting else sim.work.direction, sim.work.alpha)
             progress.searched()

@@ -10,6 +10,8 @@ import warp as wp
 from tryon_solver.body import carry as carrying
 from tryon_solver.contact import bounds, candidates
 from tryon_solver.contact.deflect import deflect
+from tryon_solver.linalg.device_loop import NUMBER
+from tryon_solver.linalg.read_back import read
 from tryon_solver.stepping.search import follow, place_anchors, search_along, search_further
 
 if TYPE_CHECKING:
@@ -102,7 +104,7 @@ def substep_count(sim: Simulation) -> int:
         [sim.largest_out],
         device=sim.device,
     )
-    travel = float(sim.largest_out.numpy()[0])
+    travel = float(read(sim.largest_out)[0][0])
     return int(np.clip(np.ceil(travel / sim.settings.substep_travel), 1, sim.settings.most_substeps))
 
 
@@ -127,18 +129,17 @@ def filter_motion(sim: Simulation) -> None:
     Who is held back falls behind its anchor; where it falls out of the region, the search goes further and the motion
     is looked at again. In the end, if need be, the search covers any shortening of the motion.
     """
-    state, work, region = sim.state, sim.work, sim.region
+    work = sim.work
     for _ in range(FILTER_ROUNDS):
         work.alpha.fill_(1.0)
-        held = shorten(sim)
-        if bounds.leaving(state.x, work.direction, work.alpha, region, work.hits):
+        held, leaving = shortened(sim)
+        if leaving:
             search_further(sim, work.direction, work.alpha)
         elif not held:
             return
         turn_aside(sim)
     work.alpha.fill_(1.0)
-    shorten(sim)
-    if bounds.leaving(state.x, work.direction, work.alpha, region, work.hits):
+    if shortened(sim)[1]:
         for alpha in (0.0, 1.0):
             work.alpha.fill_(alpha)
             search_further(sim, work.direction, work.alpha)
@@ -164,8 +165,18 @@ def turn_aside(sim: Simulation) -> None:
     )
 
 
-def shorten(sim: Simulation) -> int:
-    """Shrink `alpha` until the motion is proven free; returns the passes that shortened something."""
+def shortened(sim: Simulation) -> tuple[int, int]:
+    """Shrink `alpha` until the motion is proven free; returns the passes that shortened something, and how many
+    vertices leave the region by what is left. Waits for the device."""
+    state, work = sim.state, sim.work
+    shorten(sim)
+    bounds.count_leaving(state.x, work.direction, work.alpha, sim.region, work.hits)
+    passes, leaving = read(work.passes.state, work.hits)
+    return int(passes[NUMBER]), int(leaving[0])
+
+
+def shorten(sim: Simulation) -> None:
+    """Shrink `alpha` until the motion is proven free."""
     bounds.shorten(
         sim.candidates,
         False,
@@ -177,7 +188,6 @@ def shorten(sim: Simulation) -> int:
         sim.work.changed,
         sim.work.passes,
     )
-    return sim.work.passes.taken()
 
 
 @wp.kernel

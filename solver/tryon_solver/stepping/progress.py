@@ -9,6 +9,7 @@ import warp as wp
 
 from tryon_solver.contact.pairs import ContactPairs
 from tryon_solver.linalg.device_loop import KeptGraph
+from tryon_solver.linalg.read_back import read
 
 wp.set_module_options({"enable_backward": False})
 
@@ -314,9 +315,13 @@ class Progress:
         """The same, after a further search."""
         self._launch(resume_kernel, [1], [self.state])
 
-    def read(self) -> Outcome:
-        """Waits for the device."""
-        state, lengths = self.state.numpy(), self.lengths.numpy()
+    def read(self, pairs: ContactPairs | None = None) -> Outcome:
+        """Waits for the device. `pairs` know their size then, too."""
+        if pairs is None:
+            state, lengths = read(self.state, self.lengths)
+        else:
+            state, lengths, counters = read(self.state, self.lengths, pairs.counters)
+            pairs.know_size(counters)
         least, _, began, last = map(float, lengths[3:7])
         moved, strayed = float(lengths[1]), bool(state[13])
         asked = bool(state[14]), bool(state[8]), bool(state[9])

@@ -50,8 +50,3 @@ def repeat_until(sim: Simulation, at_most: int, cycle: tuple[Callable[[Simulatio
 
     for _ in range(at_most):
         wp.capture_if(cycles[int(MORE) : int(MORE) + 1], run)
-
-
-def cycles_taken(sim: Simulation) -> int:
-    """Cycles since the report began. Waits for the device."""
-    return int(sim.cycles.numpy()[TAKEN])

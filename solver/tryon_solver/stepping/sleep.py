@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from tryon_solver.linalg.vectors import dot, subtract
+from tryon_solver.linalg.read_back import read
+from tryon_solver.linalg.vectors import dot, find_largest, subtract
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import PoseInterval, Simulation
@@ -35,10 +36,10 @@ def watch(sim: Simulation, dt: float) -> None:
     state, work, spec = sim.state, sim.work, sim.sleep
     assert spec is not None
     subtract(state.x, state.x_start, work.total)
-    still = sim.largest(work.total) <= spec.fastest * dt
-    if still:
-        dot(work.total, work.total, work.scalars[0])
-        still = float(work.scalars[0].numpy()[0]) <= sim.cloth_count * (spec.speed * dt) ** 2
+    find_largest(work.total, sim.largest_out)
+    dot(work.total, work.total, work.scalars[0])
+    largest, together = (float(found[0]) for found in read(sim.largest_out, work.scalars[0]))
+    still = largest <= spec.fastest * dt and together <= sim.cloth_count * (spec.speed * dt) ** 2
     state.still = state.still + dt if still else 0.0
     if state.still >= spec.time:
         state.asleep = True

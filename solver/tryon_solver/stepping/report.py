@@ -1,0 +1,100 @@
+"""The figures of a report: worked out on the device, and read with one wait."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tryon_solver.advice import advise, nearest_limit
+from tryon_solver.contact import pairs
+from tryon_solver.linalg.read_back import read
+from tryon_solver.linalg.vectors import find_largest, subtract
+from tryon_solver.materials.fabric import Fabric
+from tryon_solver.results import StepReport
+from tryon_solver.stepping.repeat import TAKEN
+
+if TYPE_CHECKING:
+    from tryon_solver.simulation import Simulation
+
+
+def make_report(sim: Simulation) -> StepReport:
+    """Figures of the call of `advance` that is ending; collects the pairs at x. Waits for the device."""
+    counters = sim.counters
+    if sim.state.asleep and not counters.steps:
+        return sim.reported.sleeping(sim.state.time, sim.debt)
+    anew = in_contact(sim)
+    if anew:
+        pairs.look_for(sim.pairs, sim.candidates, sim.contact, sim.state.x)
+    measure_lag(sim)
+    sim.stretch.measure(sim.state.x)
+    sizes, gaps, cycles, lags, stretch = read(
+        sim.pairs.counters, sim.pairs.smallest_gap, sim.cycles, sim.largest_out, sim.stretch.stretch
+    )
+    if anew and sim.pairs.know_size(sizes) > sim.pairs.capacity:
+        pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x)  # once more: the list has to grow
+    gap, gap_offset = with_offset(sim, gaps) if anew else no_gap(sim)
+    lag = float(lags[0])
+    return StepReport(
+        time=sim.state.time,
+        steps=counters.steps,
+        substeps=counters.substeps,
+        iterations=int(cycles[TAKEN]),
+        newton_iterations=counters.newton_iterations,
+        residual=counters.residual,
+        min_gap=gap,
+        gap_offset=gap_offset,
+        max_stretch=float(stretch.max()),
+        body_lag=lag,
+        pairs=sim.pairs.size,
+        overlapping=sim.pairs.overlapping,
+        retries=counters.retries,
+        reverts=counters.reverts,
+        debt=sim.debt,
+        times_ms=dict(counters.times),
+        asleep=sim.state.asleep,
+        advice=advise(counters, sim.debt, *strained(sim, stretch), lag),
+    )
+
+
+def smallest_gap(sim: Simulation) -> tuple[float, float]:
+    """Smallest gap of a contact pair at x above its offset, and that offset [m]; collects the pairs at x."""
+    if not in_contact(sim):
+        return no_gap(sim)
+    pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x)
+    return with_offset(sim, read(sim.pairs.smallest_gap)[0])
+
+
+def in_contact(sim: Simulation) -> bool:
+    """Are there candidates of this call of `advance` to collect pairs from?"""
+    return bool(sim.touching and sim.counters.steps)
+
+
+def no_gap(sim: Simulation) -> tuple[float, float]:
+    """What is told where there are no pairs."""
+    return sim.settings.d_hat, sim.contact.sizes.xi_body
+
+
+def with_offset(sim: Simulation, gaps: np.ndarray) -> tuple[float, float]:
+    """The smaller of the smallest gaps (2,) m to the body and of cloth to cloth, and its offset [m]."""
+    sizes = sim.contact.sizes
+    body, cloth = (float(gap) for gap in gaps)
+    return (body, sizes.xi_body) if body <= cloth else (cloth, sizes.xi_self)
+
+
+def measure_lag(sim: Simulation) -> None:
+    """Put into `largest_out` how far the collision surface is from the tracked skin, at most [m].
+
+    The skin after a sub-step is free by now: it is where their difference goes."""
+    body = sim.body
+    if body is None:
+        sim.largest_out.zero_()
+        return
+    subtract(sim.state.x[sim.cloth_count :], body.skin_now, body.skin_next)
+    find_largest(body.skin_next, sim.largest_out)
+
+
+def strained(sim: Simulation, stretch: np.ndarray) -> tuple[Fabric, np.ndarray]:
+    """The fabric that advice is about, and stretches (F,) to hold against its limit."""
+    scene = sim.scene
+    return nearest_limit(scene.fabric_of_face(), stretch) if scene.panel_fabrics else (scene.fabric, stretch)
