@@ -37,7 +37,7 @@ def read(*arrays: wp.array) -> list[np.ndarray]:
     They are the caller's for good, no views of what is still written to. Never for a graph that is being captured:
     nothing has happened there that could be waited for.
     """
-    device = arrays[0].device
+    device = wp.get_device(arrays[0].device)
     if device.is_cpu:
         wait(device)
         return [array.numpy().copy() for array in arrays]

@@ -1,0 +1,94 @@
+"""What is read back from the device is what was there, and a frame seldom waits for it."""
+
+import sys
+
+import numpy as np
+import pytest
+import warp as wp
+from contact_scenes import sleeve_on_limb
+
+from tryon_solver.body.pose import Pose
+from tryon_solver.linalg import read_back
+from tryon_solver.linalg.device_loop import KeptGraph
+from tryon_solver.linalg.read_back import read
+from tryon_solver.settings import PRESETS
+from tryon_solver.simulation import build
+
+# The travel that sub-steps are counted by, what the search found, the filter of the motion, the pairs to begin with,
+# the correction's end, the check of the commit, the pairs to remember, and the report.
+WAITS = 8
+SETTLED = 8  # frames, after which nobody searches further and no list grows
+
+
+@pytest.fixture(params=["cpu", pytest.param("cuda:0", marks=pytest.mark.gpu)])
+def device(request):
+    wp.init()
+    if request.param != "cpu" and not wp.is_cuda_available():
+        pytest.skip("no CUDA device on this machine")
+    return request.param
+
+
+def test_what_is_read_is_what_was_there_and_stays_so(device):
+    """Also where memory is kept for arrays that were longer, or shorter, and of a slice."""
+    for length in (3, 7, 2):
+        whole = wp.array(np.arange(length), dtype=wp.int32, device=device)
+        share = wp.array(0.5 * np.arange(length + 1), dtype=wp.float32, device=device)
+        found = read(whole, share, share[1:2], whole)
+        whole.fill_(-1)
+        share.fill_(-1.0)
+        read(whole, share, share[1:2], whole)
+        expected = range(length), 0.5 * np.arange(length + 1), [0.5], range(length)
+        for one, values in zip(found, expected, strict=True):
+            np.testing.assert_array_equal(one, values)
+        assert [one.dtype for one in found] == [np.int32, np.float32, np.float32, np.int32]
+
+
+@pytest.fixture
+def waits(monkeypatch):
+    """The functions that waited, one entry a wait. What runs as a graph on a GPU is left out: there it reads nothing,
+    though the same on a CPU does."""
+    waited, graphs = [], []
+    wait, own, run = read_back.wait, wp.array.numpy, KeptGraph.run
+
+    def note(frame):
+        if not graphs:
+            waited.append(f"{frame.f_globals['__name__']}.{frame.f_code.co_name}")
+
+    def counted(on):
+        note(sys._getframe(2))
+        wait(on)
+
+    def numpy(array):
+        caller = sys._getframe(1)
+        if caller.f_globals["__name__"].startswith("tryon_solver") and caller.f_globals is not vars(read_back):
+            note(caller)
+        return own(array)
+
+    def run_uncounted(*arguments):
+        graphs.append(1)
+        run(*arguments)
+        graphs.pop()
+
+    monkeypatch.setattr(read_back, "wait", counted)
+    monkeypatch.setattr(wp.array, "numpy", numpy)
+    monkeypatch.setattr(KeptGraph, "run", run_uncounted)
+    return waited
+
+
+def test_arrays_are_read_with_one_wait(device, waits):
+    one = wp.zeros(1, dtype=wp.int32, device=device)
+    read(one, wp.zeros(2, dtype=wp.float32, device=device), one)
+    assert len(waits) == 1
+
+
+def test_a_frame_at_rest_in_contact_waits_seldom(device, waits):
+    """A sleeve that has come to rest on a limb, at one step a frame."""
+    still = Pose(np.zeros(3), np.array([[0.0, 0, 0, 1], [0.0, 0, 0, 1]]))
+    sim = build(sleeve_on_limb().scene, PRESETS["draft"], device, still)
+    for k in range(1, SETTLED + 8):
+        waits.clear()
+        report = sim.advance(still, k / 60)
+        assert (report.steps, report.substeps, report.retries) == (1, 1, 0)
+        if k >= SETTLED:
+            assert report.pairs > 20
+            assert len(waits) == WAITS, waits
