@@ -19,11 +19,12 @@ if TYPE_CHECKING:
 
 
 def make_report(sim: Simulation) -> StepReport:
-    """Figures of the call of `advance` that is ending; collects the pairs at x. Waits for the device."""
+    """Figures of the call of `advance` that is ending. Waits for the device."""
     counters = sim.counters
     if sim.state.asleep and not counters.steps:
         return sim.reported.sleeping(sim.state.time, sim.debt)
-    anew = in_contact(sim)
+    touching = in_contact(sim)
+    anew = touching and not sim.stages.contact  # else what contacts keep has just been asked of the pairs at x
     if anew:
         pairs.look_for(sim.pairs, sim.candidates, sim.contact, sim.state.x)
     measure_lag(sim)
@@ -33,7 +34,7 @@ def make_report(sim: Simulation) -> StepReport:
     )
     if anew and sim.pairs.know_size(sizes) > sim.pairs.capacity:
         pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x)  # once more: the list has to grow
-    gap, gap_offset = with_offset(sim, gaps) if anew else no_gap(sim)
+    gap, gap_offset = with_offset(sim, gaps) if touching else no_gap(sim)
     lag = float(lags[0])
     return StepReport(
         time=sim.state.time,
