@@ -8,6 +8,10 @@ cloth is moved by the body's own motion first, through one displacement field in
 with W(x) the skinning weights of the skin around x, averaged with weights (1 - d/R)^2 / (d^2 + r^2)^2 and fading to the
 root joint's between `carry_full` and `carry_none`. All layers and the skin next to them see the same smooth field, so
 it hardly ever brings two of them closer. It changes where the solve starts, not the inertia: that stays in world space.
+
+The sum over joints and the average over the skin change places: each skin vertex b has a blended motion of its own,
+M_b = sum_k s_bk A_k, and u(x) = share / total sum_b w_b (M_b x - x) + (1 - share) (A_0 x - x). No weights are stored,
+and all that is needed of a joint is A - 1, which is small and therefore exact where A x - x would lose digits.
 """
 
 from __future__ import annotations
@@ -22,13 +26,19 @@ wp.set_module_options({"enable_backward": False})
 SHARPNESS = 0.01  # m, r above: skin closer than this dominates skin further away
 GRID = 64
 
+mat34 = wp.types.matrix(shape=(3, 4), dtype=wp.float32)  # the upper rows of A - 1: takes (x, 1) to A x - x
+
 
 @dataclass
 class Carry:
-    """`weights` (N, J) float32 rows sum to one; `motions` (J,) mat44; `near` (B,) int32: skin in reach of the cloth."""
+    """The field of a step: `places` (A,) vec3 m of cloth and surface, in whose distances it is weighted; `grid` over
+    the surface's, `surface` (B,), part of them; `motions` (J,) and `blends` (B,) mat34, of the joints and of the skin;
+    `near` (B,) int32: skin in reach of the cloth, marked as the field is evaluated."""
 
-    weights: wp.array
+    places: wp.array
+    surface: wp.array
     motions: wp.array
+    blends: wp.array
     near: wp.array
     grid: wp.HashGrid
     skin_joints: wp.array
@@ -37,10 +47,14 @@ class Carry:
     @staticmethod
     def build(cloth_count: int, skin_joints: np.ndarray, skin_weights: np.ndarray, joints: int, device: str) -> Carry:
         """`skin_joints` (B, K) int32 and `skin_weights` (B, K) float32 as in BodyModel."""
+        body_count = len(skin_joints)
+        places = wp.zeros(cloth_count + body_count, dtype=wp.vec3, device=device)
         return Carry(
-            wp.zeros((cloth_count, joints), dtype=wp.float32, device=device),
-            wp.zeros(joints, dtype=wp.mat44, device=device),
-            wp.zeros(len(skin_joints), dtype=wp.int32, device=device),
+            places,
+            places[cloth_count:],
+            wp.zeros(joints, dtype=mat34, device=device),
+            wp.zeros(body_count, dtype=mat34, device=device),
+            wp.zeros(body_count, dtype=wp.int32, device=device),
             wp.HashGrid(GRID, GRID, GRID, device=device),
             wp.array(skin_joints, dtype=wp.int32, device=device),
             wp.array(skin_weights, dtype=wp.float32, device=device),
@@ -48,62 +62,60 @@ class Carry:
 
 
 @wp.kernel
-def weights_kernel(
-    grid: wp.uint64,
-    x: wp.array(dtype=wp.vec3),
-    surface: wp.array(dtype=wp.vec3),
+def blend_kernel(
     skin_joints: wp.array2d(dtype=wp.int32),
     skin_weights: wp.array2d(dtype=wp.float32),
+    motions: wp.array(dtype=mat34),
+    blends_out: wp.array(dtype=mat34),
+):
+    """M_b - 1 of each skin vertex."""
+    b = wp.tid()
+    blend = mat34()
+    for k in range(skin_joints.shape[1]):
+        blend += skin_weights[b, k] * motions[skin_joints[b, k]]
+    blends_out[b] = blend
+
+
+@wp.kernel
+def field_kernel(
+    grid: wp.uint64,
+    places: wp.array(dtype=wp.vec3),
+    surface: wp.array(dtype=wp.vec3),
+    blends: wp.array(dtype=mat34),
+    motions: wp.array(dtype=mat34),
     full: float,
     none: float,
     sharpness: float,
-    weights_out: wp.array2d(dtype=wp.float32),
+    x: wp.array(dtype=wp.vec3),
     near_out: wp.array(dtype=wp.int32),
+    displacement_out: wp.array(dtype=wp.vec3),
 ):
+    """u(x) above for the cloth."""
     i = wp.tid()
-    here = x[i]
-    for j in range(weights_out.shape[1]):
-        weights_out[i, j] = 0.0
-    query = wp.hash_grid_query(grid, here, none)
+    place = places[i]
+    here = wp.vec4(x[i][0], x[i][1], x[i][2], 1.0)
+    query = wp.hash_grid_query(grid, place, none)
     b = int(0)
     total = float(0.0)
     nearest = none
+    moved = wp.vec3()
     while wp.hash_grid_query_next(query, b):
-        d = wp.length(surface[b] - here)
+        d = wp.length(surface[b] - place)
         if d < none:
-            near_out[b] = 1
+            if near_out[b] == 0:  # most is marked already: reading costs less than writing it again
+                near_out[b] = 1
             nearest = wp.min(nearest, d)
             fade = 1.0 - d / none
             softened = d * d + sharpness * sharpness
             w = fade * fade / (softened * softened)
             total += w
-            for k in range(skin_joints.shape[1]):
-                weights_out[i, skin_joints[b, k]] = weights_out[i, skin_joints[b, k]] + w * skin_weights[b, k]
+            moved += w * (blends[b] * here)
     share = float(0.0)
     if total > 0.0:
         t = wp.clamp((none - nearest) / (none - full), 0.0, 1.0)
         share = t * t * (3.0 - 2.0 * t)
-        for j in range(weights_out.shape[1]):
-            weights_out[i, j] = weights_out[i, j] * share / total
-    weights_out[i, 0] = weights_out[i, 0] + 1.0 - share
-
-
-@wp.kernel
-def field_kernel(
-    weights: wp.array2d(dtype=wp.float32),
-    motions: wp.array(dtype=wp.mat44),
-    x: wp.array(dtype=wp.vec3),
-    displacement_out: wp.array(dtype=wp.vec3),
-):
-    """u(x) above for the cloth."""
-    i = wp.tid()
-    here = x[i]
-    u = wp.vec3()
-    for j in range(weights.shape[1]):
-        w = weights[i, j]
-        if w > 0.0:
-            u += w * (wp.transform_point(motions[j], here) - here)
-    displacement_out[i] = u
+        moved = (share / total) * moved
+    displacement_out[i] = moved + (1.0 - share) * (motions[0] * here)
 
 
 @wp.kernel
@@ -141,15 +153,32 @@ def travel_kernel(
         wp.atomic_max(largest_out, 0, wp.length(skin_after[j] - skin_before[j]))
 
 
-def set_weights(carry: Carry, x: wp.array, surface: wp.array, cloth_count: int, full: float, none: float) -> None:
-    """Weights of the field from the cloth's and the surface's current positions; lengths in m."""
-    device = x.device
+def set_places(carry: Carry, x: wp.array, none: float) -> None:
+    """From now on the field is weighted by the distances between cloth and surface at x (A,) m, up to `none` m."""
+    wp.copy(carry.places, x)
     carry.near.zero_()
-    carry.grid.build(surface, none / 2)
+    carry.grid.build(carry.surface, none / 2)
+
+
+def find_field(
+    carry: Carry, motions: np.ndarray, x: wp.array, full: float, none: float, displacement_out: wp.array
+) -> None:
+    """u at the cloth, first among x (A,) vec3 m, for the joints' `motions` A (J, 4, 4); lengths in m. Marks `near`.
+
+    `none` is that of `set_places`; `displacement_out` (A,) vec3 m keeps what it holds of the surface.
+    """
+    carry.motions.assign((motions - np.eye(4))[:, :3].astype(np.float32))
     wp.launch(
-        weights_kernel,
-        cloth_count,
-        [carry.grid.id, x, surface, carry.skin_joints, carry.skin_weights, full, none, SHARPNESS],
-        [carry.weights, carry.near],
-        device=device,
+        blend_kernel,
+        carry.surface.size,
+        [carry.skin_joints, carry.skin_weights, carry.motions],
+        [carry.blends],
+        device=x.device,
+    )
+    wp.launch(
+        field_kernel,
+        carry.places.size - carry.surface.size,
+        [carry.grid.id, carry.places, carry.surface, carry.blends, carry.motions, full, none, SHARPNESS, x],
+        [carry.near, displacement_out],
+        device=x.device,
     )

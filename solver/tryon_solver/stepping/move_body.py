@@ -41,14 +41,7 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
         root = wp.mat44(*motion.ravel())
         wp.launch(carrying.rigid_kernel, sim.all_count, [root], [state.x], device=sim.device)
         wp.launch(carrying.rigid_kernel, sim.body_count, [root], [body.skin_now], device=sim.device)
-        carrying.set_weights(
-            body.carry,
-            state.x,
-            state.x[sim.cloth_count :],
-            sim.cloth_count,
-            settings.carry_full,
-            settings.carry_none,
-        )
+        carrying.set_places(body.carry, state.x, settings.carry_none)
         set_displacement(sim, before, end, interval.end)
         count = substep_count(sim)
         for k in range(1, count + 1):
@@ -72,17 +65,12 @@ def set_displacement(sim: Simulation, before: np.ndarray, after: np.ndarray, sta
 
     `before`, `after` (J, 4, 4) world from rest, with the same root; `stance` the body's after the motion.
     """
-    body, work, device = sim.body, sim.work, sim.device
+    body, work, settings, device = sim.body, sim.work, sim.settings, sim.device
     assert body is not None
-    body.carry.motions.assign((after @ np.linalg.inv(before)).astype(np.float32))
     body.moving.write(after, stance, body.skin_next)
-    wp.launch(
-        carrying.field_kernel,
-        sim.cloth_count,
-        [body.carry.weights, body.carry.motions, sim.state.x],
-        [work.direction],
-        device=device,
-    )
+    motions = after @ np.linalg.inv(before)
+    full, none = settings.carry_full, settings.carry_none
+    carrying.find_field(body.carry, motions, sim.state.x, full, none, work.direction)
     wp.launch(
         carrying.surface_kernel,
         sim.body_count,
