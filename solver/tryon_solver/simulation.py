@@ -62,13 +62,20 @@ class PoseInterval:
 
 @dataclass
 class PosedBody:
-    """The body on the device, its carry field, the tracked skin before and after a sub-step (B,) vec3 m, its stance."""
+    """The body on the device, its carry field, the tracked skin before and after a sub-step (B,) vec3 m, its stance;
+    `reached`: the stance it was moved to last, with its transforms (J, 4, 4) m."""
 
     moving: MovingBody
     carry: Carry
     skin_now: wp.array
     skin_next: wp.array
     pose: Any
+    reached: tuple[Any, np.ndarray]
+
+    def transforms_from(self, start: Any) -> np.ndarray:
+        """(J, 4, 4) float64 m, world from rest, where a motion starts: at the end of the last one, as a rule."""
+        stance, transforms = self.reached
+        return transforms if stance is start else self.moving.transforms(start)
 
 
 @dataclass(frozen=True)
@@ -131,7 +138,8 @@ class Simulation:
                 raise ValueError("a scene with a body needs the pose it starts in")
             moving = scene.body.on_device(device)
             skin_now = wp.zeros(self.body_count, dtype=wp.vec3, device=device)
-            moving.write(moving.transforms(pose), pose, skin_now)
+            reached = pose, moving.transforms(pose)
+            moving.write(reached[1], pose, skin_now)
             carry = Carry.build(
                 self.cloth_count,
                 scene.body.skin_joints,
@@ -139,7 +147,7 @@ class Simulation:
                 scene.body.joint_count,
                 device,
             )
-            self.body = PosedBody(moving, carry, skin_now, wp.clone(skin_now), pose)
+            self.body = PosedBody(moving, carry, skin_now, wp.clone(skin_now), pose, reached)
             skin = skin_now.numpy()
         if surface is None:
             surface = skin
@@ -328,15 +336,12 @@ class Simulation:
         bridged = min(gap, max(self.settings.longest_gap, longest_step))
         self.debt = gap - bridged
         count = max(1, math.ceil(bridged / max(self.settings.largest_step, longest_step) - 1e-9))
-        first = self.body.pose if self.body else pose
+        first = start = self.body.pose if self.body else pose
         share = bridged / gap
-        for k in range(count):
-            yield PoseInterval(
-                self.stance_between(first, pose, share * k / count),
-                self.stance_between(first, pose, share * (k + 1) / count),
-                start_time + bridged * (k + 1) / count,
-                bridged / count,
-            )
+        for k in range(1, count + 1):
+            end = self.stance_between(first, pose, share * k / count)
+            yield PoseInterval(start, end, start_time + bridged * k / count, bridged / count)
+            start = end
 
     def stance_between(self, first: Any, last: Any, share: float) -> Any:
         """The body's stance at `share` of the way; whatever was given for a scene without a body."""

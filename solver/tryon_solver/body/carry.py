@@ -110,12 +110,12 @@ def field_kernel(
             w = fade * fade / (softened * softened)
             total += w
             moved += w * (blends[b] * here)
-    share = float(0.0)
+    displacement = motions[0] * here
     if total > 0.0:
         t = wp.clamp((none - nearest) / (none - full), 0.0, 1.0)
         share = t * t * (3.0 - 2.0 * t)
-        moved = (share / total) * moved
-    displacement_out[i] = moved + (1.0 - share) * (motions[0] * here)
+        displacement = (share / total) * moved + (1.0 - share) * displacement
+    displacement_out[i] = displacement
 
 
 @wp.kernel

@@ -68,17 +68,12 @@ def _count_message(rotations: np.ndarray, model: BodyModel) -> str:
 
 def world_from_joint(model: BodyModel, pose: Pose) -> np.ndarray:
     """(J, 4, 4) m: the world transforms of the joints; at rest a translation to the joint, without rotation."""
-    local = quaternions.to_matrix(pose.rotations)
-    turn = np.empty_like(local)
-    position = np.empty((model.joint_count, 3))
-    turn[0], position[0] = local[0], pose.root
-    for joints in model.levels:
-        parents = model.parents[joints]
-        turn[joints] = turn[parents] @ local[joints]
-        offsets = (model.rest_joints[joints] - model.rest_joints[parents])[..., None]
-        position[joints] = position[parents] + (turn[parents] @ offsets)[..., 0]
     transforms = np.zeros((model.joint_count, 4, 4))
-    transforms[:, :3, :3], transforms[:, :3, 3], transforms[:, 3, 3] = turn, position, 1.0
+    transforms[:, :3, :3], transforms[:, 3, 3] = quaternions.to_matrix(pose.rotations), 1.0
+    transforms[0, :3, 3] = pose.root
+    transforms[1:, :3, 3] = model.rest_joints[1:] - model.rest_joints[model.parents[1:]]
+    for joints in model.levels:  # from parent to world from parent
+        transforms[joints] = transforms[model.parents[joints]] @ transforms[joints]
     return transforms
 
 

@@ -35,7 +35,8 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
         assert interval.start is not None
         assert interval.end is not None
         moving = body.moving
-        before, end = moving.transforms(interval.start), moving.transforms(interval.end)
+        before, end = body.transforms_from(interval.start), moving.transforms(interval.end)
+        body.reached = interval.end, end
         motion = end[0] @ np.linalg.inv(before[0])
         before = motion @ before
         root = wp.mat44(*motion.ravel())
