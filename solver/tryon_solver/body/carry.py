@@ -9,9 +9,12 @@ with W(x) the skinning weights of the skin around x, averaged with weights (1 - 
 root joint's between `carry_full` and `carry_none`. All layers and the skin next to them see the same smooth field, so
 it hardly ever brings two of them closer. It changes where the solve starts, not the inertia: that stays in world space.
 
-The sum over joints and the average over the skin change places: each skin vertex b has a blended motion of its own,
-M_b = sum_k s_bk A_k, and u(x) = share / total sum_b w_b (M_b x - x) + (1 - share) (A_0 x - x). No weights are stored,
-and all that is needed of a joint is A - 1, which is small and therefore exact where A x - x would lose digits.
+The sum over joints and the average over the skin change places: a skin vertex b with weights s_bk has a blended motion
+M_b = sum_k s_bk A_k of its own, and with w_b as above
+
+    u(x) = share sum_b w_b (M_b x - x) / sum_b w_b + (1 - share) (A_0 x - x),
+
+so W is stored nowhere. Motions are held less the identity: A - 1 is small, where A x - x would lose digits.
 """
 
 from __future__ import annotations
@@ -157,7 +160,7 @@ def set_places(carry: Carry, x: wp.array, none: float) -> None:
     """From now on the field is weighted by the distances between cloth and surface at x (A,) m, up to `none` m."""
     wp.copy(carry.places, x)
     carry.near.zero_()
-    carry.grid.build(carry.surface, none / 2)
+    carry.grid.build(carry.surface, none)  # finer, empty cells would cost more than the skin that they pass over
 
 
 def find_field(
