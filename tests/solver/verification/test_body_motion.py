@@ -1,5 +1,7 @@
 """A body's motion comes in intervals, each of which begins where the one before has ended."""
 
+from itertools import pairwise
+
 import numpy as np
 from contact_scenes import DT, sleeve_on_limb
 
@@ -48,7 +50,7 @@ def test_intervals_join():
     intervals = list(sim.pose_intervals(end, 3 * DT))
     assert intervals[0].start is sim.body.pose
     assert intervals[-1].end is end
-    for one, other in zip(intervals, intervals[1:], strict=False):
+    for one, other in pairwise(intervals):
         assert other.start is one.end
 
 
