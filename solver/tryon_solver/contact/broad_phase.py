@@ -218,8 +218,7 @@ def extend(
     """
     device = x.device
     margin = 0.5 * max(other.reach for other in others)
-    for surface in {id(s): s for s in (cloth, *others)}.values():
-        surface.refit(region.centre, region.half_way, region.budget, margin)
+    surfaces = {id(s): s for s in (cloth, *others)}.values()
     while len(candidates.found) < len(others):
         candidates.found.append(Found.allocate(candidates.capacity, candidates.capacity, str(device)))
 
@@ -229,7 +228,16 @@ def extend(
         pair_triangles(found, cloth, other)
         take_apart(found, cloth, other, region, group, x)
 
-    at_once(search, len(others), device)
+    def search_all() -> None:
+        for surface in surfaces:
+            surface.refit(region.centre, region.half_way, region.budget, margin)
+        at_once(search, len(others), device)
+
+    if all(surface.bvh for surface in surfaces):
+        places = tuple(found.place for found in candidates.found)
+        candidates.search.run(search_all, (x.ptr, places), str(device))
+    else:
+        search_all()  # which builds the trees
     for k, (pairs, stencils) in enumerate(counted(candidates.found[: len(others)])):
         while (roomier := candidates.found[k].with_room(pairs, stencils)) is not candidates.found[k]:
             candidates.found[k] = roomier

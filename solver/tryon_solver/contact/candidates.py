@@ -6,13 +6,14 @@ are stencils of body vertices alone (a posed body crosses itself freely).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import warp as wp
 
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
 from tryon_solver.contact.found import Found
 from tryon_solver.linalg.blocks import MOST_THREADS
+from tryon_solver.linalg.device_loop import KeptGraph
 from tryon_solver.linalg.read_back import read
 
 wp.set_module_options({"enable_backward": False})
@@ -45,7 +46,7 @@ class Candidates:
     `distance` m is a lower bound at the current positions (`follow` keeps it one), so that most stencils can be passed
     over without looking at their vertices. `near` int32 lists those that the coming move concerns (`list_near`),
     `near_count` (1,) int32 how many; `near_size` is that, or more in a graph. `capacity` grows when the broad phase
-    finds more; nothing is ever dropped. `found` is the broad phase's scratch, one a surface.
+    finds more; nothing is ever dropped. `found` is the broad phase's scratch, one a surface, and `search` its launches.
     """
 
     ids: wp.array
@@ -58,6 +59,7 @@ class Candidates:
     found: list[Found]
     size: int = 0
     near_size: int = 0
+    search: KeptGraph = field(default_factory=KeptGraph)
 
     @staticmethod
     def allocate(capacity: int, device: str) -> Candidates:
@@ -78,7 +80,7 @@ class Candidates:
         wanted = self.size + count
         if wanted > self.capacity:
             grown = Candidates.allocate(1 << (wanted - 1).bit_length(), str(self.ids.device))
-            grown.found = self.found
+            grown.found, grown.search = self.found, self.search
             if self.size:
                 grown.take_over(self, self.size)
             self.__dict__.update(grown.__dict__)

@@ -38,6 +38,11 @@ class Found:
             wp.zeros(2, dtype=wp.int32, device=device),
         )
 
+    @property
+    def place(self) -> tuple[int, int]:
+        """Where it is: another once there was too little room."""
+        return self.triangles.ptr, self.ids.ptr
+
     def with_room(self, pairs: int, stencils: int) -> Found:
         """Itself, or in its place one with room for so many."""
         if pairs <= len(self.triangles) and stencils <= len(self.ids):

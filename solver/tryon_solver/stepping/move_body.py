@@ -12,6 +12,7 @@ from tryon_solver.contact import bounds, candidates
 from tryon_solver.contact.deflect import deflect
 from tryon_solver.linalg.device_loop import NUMBER
 from tryon_solver.linalg.read_back import read
+from tryon_solver.stepping.record import as_one
 from tryon_solver.stepping.search import follow, place_anchors, search_along, search_further
 
 if TYPE_CHECKING:
@@ -158,8 +159,12 @@ def shortened(sim: Simulation) -> tuple[int, int]:
     """Shrink `alpha` until the motion is proven free; returns the passes that shortened something, and how many
     vertices leave the region by what is left. Waits for the device."""
     state, work = sim.state, sim.work
-    shorten(sim)
-    bounds.count_leaving(state.x, work.direction, work.alpha, sim.region, work.hits)
+
+    def look() -> None:
+        shorten(sim)
+        bounds.count_leaving(state.x, work.direction, work.alpha, sim.region, work.hits)
+
+    as_one(sim, "shortened", look)
     passes, leaving = read(work.passes.state, work.hits)
     return int(passes[NUMBER]), int(leaving[0])
 

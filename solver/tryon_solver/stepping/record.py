@@ -33,6 +33,14 @@ def recorded(sim: Simulation, verb: Callable[[Simulation], None]) -> None:
     sim.timed(launch)
 
 
+def as_one(sim: Simulation, name: str, body: Callable[[], None]) -> None:
+    """Launch what `body` launches, which must neither allocate nor read back; on a GPU as one graph of that name."""
+    if not keeps_graphs(sim.device):
+        body()
+        return
+    sim.graphs.setdefault(name, KeptGraph()).run(body, baked(sim), sim.device)
+
+
 def unrecorded(sim: Simulation, verb: Callable[[Simulation], None]) -> None:
     """Run a verb of which some verb reads or allocates."""
     verb(sim)
