@@ -13,10 +13,9 @@ import warp as wp
 
 from tryon_solver.contact.candidates import Candidates, Region
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
-from tryon_solver.contact.found import PAIRS, STENCILS, Found, counted
+from tryon_solver.contact.found import CLOSE, STENCILS, Found, counted
 from tryon_solver.contact.surfaces import Surface
-from tryon_solver.contact.triangle_pairs import Side, in_question, pair_triangles, side_of
-from tryon_solver.linalg.blocks import MOST_THREADS
+from tryon_solver.contact.triangle_pairs import Side, pair_triangles, side_of, threads_over
 
 wp.set_module_options({"enable_backward": False})
 
@@ -65,14 +64,12 @@ def emit(
 
 @wp.kernel
 def take_apart_kernel(
-    triangles: wp.array(dtype=wp.vec2i),
+    close: wp.array(dtype=wp.vec2i),
+    between: wp.array(dtype=wp.vec2),
     own: Side,
     other: Side,
-    same: int,
-    reach: float,
     group: wp.array(dtype=wp.int32),
     centre: wp.array(dtype=wp.vec3),
-    half_way: wp.array(dtype=wp.vec3),
     x: wp.array(dtype=wp.vec3),
     threads: int,
     ids_out: wp.array(dtype=wp.vec4i),
@@ -81,18 +78,15 @@ def take_apart_kernel(
     counts: wp.array(dtype=wp.int32),
 ):
     """The stencils of pairs of triangles: of the vertices and edges that the two own, both ways' points."""
-    for entry in range(wp.tid(), wp.min(counts[PAIRS], triangles.shape[0]), threads):
-        t = triangles[entry][0]
-        j = triangles[entry][1]
+    for entry in range(wp.tid(), counts[CLOSE], threads):
+        r_known = between[entry][0]
+        r = between[entry][1]
+        t = close[entry][0]
+        j = close[entry][1]
         f = own.faces[t]
         g = other.faces[j]
         ga = wp.vec3i(group[f[0]], group[f[1]], group[f[2]])
         gb = wp.vec3i(group[g[0]], group[g[1]], group[g[2]])
-        between = in_question(own, other, t, j, same, reach, ga, gb, centre, half_way)
-        r_known = between[0]
-        r = between[1]
-        if r == 0.0:
-            continue
         mine = own.owned[t]
         theirs = other.owned[j]
         a0 = centre[f[0]]
@@ -225,7 +219,7 @@ def extend(
     def search(k: int) -> None:
         other, found = others[k], candidates.found[k]
         found.counts.zero_()
-        pair_triangles(found, cloth, other)
+        pair_triangles(found, cloth, other, region, group)
         take_apart(found, cloth, other, region, group, x)
 
     def search_all() -> None:
@@ -248,19 +242,17 @@ def extend(
 
 def take_apart(found: Found, cloth: Surface, other: Surface, region: Region, group: wp.array, x: wp.array) -> None:
     """Fill `found` with the stencils of its pairs of triangles, as far as there is room."""
-    threads = 1 if wp.get_device(x.device).is_cpu else min(len(found.triangles), MOST_THREADS)
+    threads = threads_over(len(found.close), wp.get_device(x.device))
     wp.launch(
         take_apart_kernel,
         threads,
         [
-            found.triangles,
+            found.close,
+            found.between,
             side_of(cloth),
             side_of(other),
-            int(other is cloth),
-            other.reach,
             group,
             region.centre,
-            region.half_way,
             x,
             threads,
         ],

@@ -10,18 +10,22 @@ import warp as wp
 from tryon_solver.linalg.read_back import read
 
 PAIRS = wp.constant(0)
-STENCILS = wp.constant(1)
+CLOSE = wp.constant(1)
+STENCILS = wp.constant(2)
 
 
 @dataclass
 class Found:
-    """Pairs of triangles, `triangles` vec2i of the cloth and of the surface, and what was found in them, `ids`, `kind`
-    and `distance` as in Candidates.
+    """Pairs of triangles, `triangles` vec2i of the cloth and of the surface; those of them that nothing keeps apart,
+    `close` vec2i, with `between` vec2 m: stencils in that range of distances are looked for in them; and these, `ids`,
+    `kind` and `distance` as in Candidates.
 
-    `counts` (2,) int32, how many of both, by the places above, which may be more than there is room for.
+    `counts` (3,) int32, how many of each, by the places above, which may be more than there is room for.
     """
 
     triangles: wp.array
+    close: wp.array
+    between: wp.array
     ids: wp.array
     kind: wp.array
     distance: wp.array
@@ -32,10 +36,12 @@ class Found:
         """Nothing yet, with room for so many pairs of triangles and stencils."""
         return Found(
             wp.zeros(pairs, dtype=wp.vec2i, device=device),
+            wp.zeros(pairs, dtype=wp.vec2i, device=device),
+            wp.zeros(pairs, dtype=wp.vec2, device=device),
             wp.zeros(stencils, dtype=wp.vec4i, device=device),
             wp.zeros(stencils, dtype=wp.int32, device=device),
             wp.zeros(stencils, dtype=wp.float32, device=device),
-            wp.zeros(2, dtype=wp.int32, device=device),
+            wp.zeros(3, dtype=wp.int32, device=device),
         )
 
     @property

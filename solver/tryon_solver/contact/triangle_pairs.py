@@ -2,16 +2,17 @@
 that walks trees.
 
 Boxes that overlap give pairs. What separates the two triangles along an axis passes a pair over: that is asked by a
-thread of the pair's own (broad_phase.py), since a triangle in a fold has a hundred times as many pairs as one on a flat
-back.
+thread of the pair's own, since a triangle in a fold has a hundred times as many pairs as one on a flat back.
 """
 
 from __future__ import annotations
 
 import warp as wp
 
-from tryon_solver.contact.found import PAIRS, Found
+from tryon_solver.contact.candidates import Region
+from tryon_solver.contact.found import CLOSE, PAIRS, Found
 from tryon_solver.contact.surfaces import Surface
+from tryon_solver.linalg.blocks import MOST_THREADS
 
 wp.set_module_options({"enable_backward": False})
 
@@ -222,13 +223,60 @@ def in_question(
     return wp.vec2(r_known, r)
 
 
-def pair_triangles(found: Found, cloth: Surface, other: Surface) -> None:
-    """Fill `found` with pairs of triangles, as far as there is room; none are counted before."""
+@wp.kernel
+def keep_close_kernel(
+    triangles: wp.array(dtype=wp.vec2i),
+    own: Side,
+    other: Side,
+    same: int,
+    reach: float,
+    group: wp.array(dtype=wp.int32),
+    centre: wp.array(dtype=wp.vec3),
+    half_way: wp.array(dtype=wp.vec3),
+    threads: int,
+    close_out: wp.array(dtype=wp.vec2i),
+    between_out: wp.array(dtype=wp.vec2),
+    counts: wp.array(dtype=wp.int32),
+):
+    """The pairs in which stencils come into question, and which."""
+    for entry in range(wp.tid(), wp.min(counts[PAIRS], triangles.shape[0]), threads):
+        t = triangles[entry][0]
+        j = triangles[entry][1]
+        f = own.faces[t]
+        g = other.faces[j]
+        ga = wp.vec3i(group[f[0]], group[f[1]], group[f[2]])
+        gb = wp.vec3i(group[g[0]], group[g[1]], group[g[2]])
+        between = in_question(own, other, t, j, same, reach, ga, gb, centre, half_way)
+        if between[1] > 0.0:
+            slot = wp.atomic_add(counts, CLOSE, 1)
+            close_out[slot] = triangles[entry]
+            between_out[slot] = between
+
+
+def pair_triangles(found: Found, cloth: Surface, other: Surface, region: Region, group: wp.array) -> None:
+    """Fill `found` with pairs of triangles, and the close ones among them, as far as there is room; none are counted
+    before."""
     assert other.bvh is not None
+    device, same = found.counts.device, int(other is cloth)
+    own, others = side_of(cloth), side_of(other)
     wp.launch(
         pair_triangles_kernel,
         cloth.face_count,
-        [side_of(cloth), side_of(other), other.bvh.id, other.gained, int(other is cloth)],
+        [own, others, other.bvh.id, other.gained, same],
         [found.triangles, found.counts],
-        device=found.counts.device,
+        device=device,
     )
+    threads = threads_over(len(found.triangles), device)
+    wp.launch(
+        keep_close_kernel,
+        threads,
+        [found.triangles, own, others, same, other.reach, group, region.centre, region.half_way, threads],
+        [found.close, found.between, found.counts],
+        device=device,
+    )
+
+
+def threads_over(room: int, device: wp.Device) -> int:
+    """Of a launch over a list of which only the device knows how much of its room is taken. A CPU goes through it at
+    once; its order stays that of the list."""
+    return 1 if device.is_cpu else min(room, MOST_THREADS)
