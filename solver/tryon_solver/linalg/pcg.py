@@ -26,7 +26,7 @@ class ConjugateGradients:
     direction: wp.array
     direction_before: wp.array
     product: wp.array
-    copies: wp.array  # of the product of the unknowns beyond the cloth, as in pcg_together.py
+    pulled: wp.array  # vec4, what pairs add to the product, as in pcg_together.py
     coupled: wp.array  # (count,) int32
     scalars: wp.array  # (SCALARS,) float32, as in pcg_together.py
     state: wp.array  # (3,) int32, as in pcg_together.py
@@ -35,8 +35,8 @@ class ConjugateGradients:
     def allocate(count: int, rows: int, device: str) -> ConjugateGradients:
         """For `count` unknowns, of which the first `rows` have rows in the matrix."""
 
-        def vectors(length: int = count) -> wp.array:
-            return wp.zeros(length, dtype=wp.vec3, device=device)
+        def vectors() -> wp.array:
+            return wp.zeros(count, dtype=wp.vec3, device=device)
 
         return ConjugateGradients(
             vectors(),
@@ -44,7 +44,7 @@ class ConjugateGradients:
             vectors(),
             vectors(),
             vectors(),
-            vectors(pcg_together.copies_of(count - rows)),
+            wp.zeros(pcg_together.pulled_of(count, rows), dtype=wp.vec4, device=device),
             wp.zeros(count, dtype=wp.int32, device=device),
             wp.zeros(SCALARS, dtype=wp.float32, device=device),
             wp.zeros(3, dtype=wp.int32, device=device),
@@ -116,7 +116,7 @@ def solve(
         cg.preconditioned,
         (cg.direction, cg.direction_before),
         cg.product,
-        cg.copies,
+        cg.pulled,
         cg.coupled,
         cg.scalars,
         cg.state,

@@ -6,8 +6,8 @@ sum that the next one needs: a dot product is never a launch of its own. What a 
 launches earlier, in a ring of four, and of the iteration's number each kernel has its own copy, written by the other.
 
 Additions to one place wait for each other, those to a neighbouring one too. So a sum has as many places as it takes for
-blocks of threads to seldom meet, and the collision surface, of which one vertex can be in two hundred pairs, has its
-product in several copies; who reads adds them up.
+blocks of threads to seldom meet; what pairs add goes into `pulled`, a vector at once, of which there are several for
+each vertex of the collision surface, since one can be in two hundred pairs. Who reads adds up.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from tryon_solver.linalg.paired_matrix import PairedMatrix, pair_count, pair_for
 
 wp.set_module_options({"enable_backward": False})
 
-TURNS = 4  # iterations between two looks at whether there is more to do; even, for the two directions to change places
+TURNS = 8  # iterations between two looks at whether there is more to do; even, for the two directions to change places
 
 RING = wp.constant(4)
-PLACES = wp.constant(16)  # of a sum in a ring
+PLACES = wp.constant(8)  # of a sum in a ring
 SQUARED = wp.constant(0)  # ring of <r, z>
 CURVATURE = wp.constant(4)  # ring of <p, A p>
-FIRST_NORM = 8 * 16  # <g, D^-1 g>, in one place
+FIRST_NORM = 8 * 8  # <g, D^-1 g>, in one place
 SCALARS = FIRST_NORM + 1
 BLOCK_SIZE = wp.constant(BLOCK)
-COPIES = wp.constant(8)  # of the product beyond the cloth
+COPIES = wp.constant(4)  # of what is pulled at a vertex beyond the cloth
 
 TAKEN = wp.constant(0)  # iterations finished, for the multiplying kernel
 NOW = wp.constant(1)  # the one that is multiplied, for the advancing kernel; -1: none
@@ -71,8 +71,7 @@ def start_kernel(
     residual_out: wp.array(dtype=wp.vec3),
     preconditioned_out: wp.array(dtype=wp.vec3),
     direction_out: wp.array(dtype=wp.vec3),
-    product_out: wp.array(dtype=wp.vec3),
-    copies_out: wp.array(dtype=wp.vec3),
+    pulled_out: wp.array(dtype=wp.vec4),
     scalars: wp.array(dtype=wp.float32),
     state_out: wp.array(dtype=wp.int32),
 ):
@@ -84,7 +83,6 @@ def start_kernel(
         part = wp.dot(r, z)
         first += part
         direction_out[i] = wp.vec3()
-        product_out[i] = wp.vec3()
         if i < m.columns.shape[0] or coupled[i] == 1:
             squared += part
             solution_out[i] = wp.vec3()
@@ -94,13 +92,30 @@ def start_kernel(
             solution_out[i] = z
             residual_out[i] = wp.vec3()
             preconditioned_out[i] = wp.vec3()
-    for i in range(wp.tid(), copies_out.shape[0], threads):
-        copies_out[i] = wp.vec3()
+    for i in range(wp.tid(), pulled_out.shape[0], threads):
+        pulled_out[i] = wp.vec4()
     wp.tile_atomic_add(scalars, wp.tile_sum(wp.tile(first)), offset=FIRST_NORM)
     wp.tile_atomic_add(scalars, wp.tile_sum(wp.tile(squared)), offset=place_of(SQUARED, 0, wp.tid()))
     if wp.tid() == 0:
         state_out[TAKEN] = 0
         state_out[MORE] = 1
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
+    asm volatile("red.global.add.v4.f32 [%0], {%1, %2, %3, %4};"
+        :: "l"(__cvta_generic_to_global(sums.data + i)), "f"(value[0]), "f"(value[1]), "f"(value[2]), "f"(0.0f)
+        : "memory");
+#elif defined(__CUDA_ARCH__)
+    for (int k = 0; k < 3; ++k)
+        atomicAdd(reinterpret_cast<float*>(sums.data + i) + k, value[k]);
+#else
+    for (int k = 0; k < 3; ++k)
+        sums.data[i][k] += value[k];
+#endif
+""")
+def add_at_once(sums: wp.array(dtype=wp.vec4), i: int, value: wp.vec3) -> None:
+    """sums[i] += value, in one operation where a GPU has such (PTX red.v4, from compute capability 9.0)."""
 
 
 @wp.kernel
@@ -114,8 +129,8 @@ def multiply_kernel(
     direction_before: wp.array(dtype=wp.vec3),
     threads: int,
     direction_out: wp.array(dtype=wp.vec3),
-    product: wp.array(dtype=wp.vec3),
-    copies: wp.array(dtype=wp.vec3),
+    product_out: wp.array(dtype=wp.vec3),
+    pulled: wp.array(dtype=wp.vec4),
     scalars: wp.array(dtype=wp.float32),
     state: wp.array(dtype=wp.int32),
 ):
@@ -166,14 +181,14 @@ def multiply_kernel(
                 row += m.diagonal[i] * here
                 direction_out[i] = here
                 part += wp.dot(here, row)
-                wp.atomic_add(product, i, row)
+                product_out[i] = row
         elif e < shares + others:
             i = rows + e - shares
             here = preconditioned[i] + b * direction_before[i]
             direction_out[i] = here
             row = m.diagonal[i] * here
             part += wp.dot(here, row)
-            wp.atomic_add(product, i, row)
+            product_out[i] = row
         else:
             c = e - shares - others
             v = m.ids[c]
@@ -183,12 +198,11 @@ def multiply_kernel(
                 u += w[k] * (preconditioned[v[k]] + b * direction_before[v[k]])
             f = pair_force(m, c, u)
             part += wp.dot(u, f)
-            copy = thread % COPIES - 1
             for k in range(4):
-                if v[k] < rows or copy < 0:
-                    wp.atomic_add(product, v[k], w[k] * f)
-                else:
-                    wp.atomic_add(copies, copy * others + v[k] - rows, w[k] * f)
+                place = v[k]
+                if v[k] >= rows:
+                    place += (thread % COPIES) * others
+                add_at_once(pulled, place, w[k] * f)
     wp.tile_atomic_add(scalars, wp.tile_sum(wp.tile(part)), offset=place_of(CURVATURE, slot, thread))
 
 
@@ -202,11 +216,11 @@ def advance_kernel(
     residual: wp.array(dtype=wp.vec3),
     preconditioned_out: wp.array(dtype=wp.vec3),
     product: wp.array(dtype=wp.vec3),
-    copies: wp.array(dtype=wp.vec3),
+    pulled: wp.array(dtype=wp.vec4),
     scalars: wp.array(dtype=wp.float32),
     state: wp.array(dtype=wp.int32),
 ):
-    """x += a p, r -= a A p, z = D^-1 r and <r, z>, with a = <r, z>/<p, A p>; clears A p."""
+    """x += a p, r -= a A p, z = D^-1 r and <r, z>, with a = <r, z>/<p, A p>; clears what was pulled."""
     thread = wp.tid()
     number = state[NOW]
     if number < 0:
@@ -220,12 +234,12 @@ def advance_kernel(
     part = float(0.0)
     for i in range(thread, inverse.shape[0], threads):
         solution[i] = solution[i] + a * direction[i]
-        multiplied = product[i]
-        product[i] = wp.vec3()
-        if i >= rows:
-            for k in range(COPIES - 1):
-                multiplied += copies[k * others + i - rows]
-                copies[k * others + i - rows] = wp.vec3()
+        copies = wp.where(i < rows, 1, COPIES)
+        more = wp.vec4()
+        for k in range(copies):
+            more += pulled[i + k * others]
+            pulled[i + k * others] = wp.vec4()
+        multiplied = product[i] + wp.vec3(more[0], more[1], more[2])
         r = residual[i] - a * multiplied
         z = inverse[i] * r
         residual[i] = r
@@ -236,9 +250,9 @@ def advance_kernel(
         state[TAKEN] = number + 1
 
 
-def copies_of(others: int) -> int:
-    """How many vectors the copies take for so many vertices beyond the cloth."""
-    return (int(COPIES) - 1) * others
+def pulled_of(count: int, rows: int) -> int:
+    """How many vectors `pulled` has, for `count` unknowns of which `rows` are the cloth's."""
+    return rows + int(COPIES) * (count - rows)
 
 
 def solve(
@@ -250,14 +264,14 @@ def solve(
     preconditioned: wp.array,
     directions: tuple[wp.array, wp.array],
     product: wp.array,
-    copies: wp.array,
+    pulled: wp.array,
     coupled: wp.array,
     scalars: wp.array,
     state: wp.array,
     at_most: int,
     tolerance: float,
 ) -> None:
-    """As `pcg.solve`; the arrays behind the solution are its scratch: (A,), `copies` (copies_of(A - N),), `scalars`
+    """As `pcg.solve`; the arrays behind the solution are its scratch: (A,), `pulled` (pulled_of(A, N),), `scalars`
     (SCALARS,), `state` (3,)."""
     device, count, pairs = gradient.device, len(gradient), len(matrix.ids)
     threads = whole_blocks(count)
@@ -272,14 +286,14 @@ def solve(
         before, now = directions
         for _ in range(TURNS):
             given = [matrix, lanes, shares, at_most, tolerance, preconditioned, before]
-            launch(multiply_kernel, all_threads, given, [now, product, copies, scalars, state])
-            kept = [solution_out, residual, preconditioned, product, copies, scalars, state]
+            launch(multiply_kernel, all_threads, given, [now, product, pulled, scalars, state])
+            kept = [solution_out, residual, preconditioned, product, pulled, scalars, state]
             launch(advance_kernel, threads, [inverse, now, rows], kept)
             before, now = now, before
 
     coupled.zero_()
     scalars.zero_()
     launch(mark_kernel, whole_blocks(pairs), [matrix], [coupled])
-    made = [solution_out, residual, preconditioned, directions[0], product, copies, scalars, state]
+    made = [solution_out, residual, preconditioned, directions[0], pulled, scalars, state]
     launch(start_kernel, threads, [matrix, inverse, gradient, coupled], made)
     wp.capture_while(state[int(MORE) : int(MORE) + 1], turn)

@@ -91,7 +91,7 @@ class System:
             cg.direction,
             cg.direction_before,
             cg.product,
-            cg.copies,
+            cg.pulled,
             cg.scalars,
         ):
             scratch.fill_(np.nan)
@@ -109,7 +109,7 @@ class System:
 
 def solve_together(cg, matrix, inverse, gradient, out, *until):
     """By many threads wherever it is."""
-    vectors = cg.residual, cg.preconditioned, (cg.direction, cg.direction_before), cg.product, cg.copies
+    vectors = cg.residual, cg.preconditioned, (cg.direction, cg.direction_before), cg.product, cg.pulled
     pcg_together.solve(matrix, inverse, gradient, out, *vectors, cg.coupled, cg.scalars, cg.state, *until)
 
 
