@@ -95,6 +95,8 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
     add("--telling", action="store_true", help="the ten cases that other solvers can be given, whichever solver it is")
     add("--frames", action="store_true", help="keep what is seen, too, for pictures: NAME.npz beside NAME.json")
     add("--every", type=int, default=2, metavar="K", help="IPC Toolkit is asked about each K-th frame (2)")
+    launches = "on a GPU: without graphs, so that every accepted move is judged, not only the carried ones"
+    add("--by-launches", action="store_true", help=launches)
     add("--jobs", type=int, default=os.cpu_count() or 1, help="cases at once (as many as there are processors)")
     add("--longest", type=float, default=900.0, metavar="S", help="wall time after which a case has failed [s]")
     add("--out", type=Path, default=ROOT / "build" / "hard")
@@ -158,6 +160,7 @@ def command(name: str, options: argparse.Namespace) -> list[str]:
     words = [sys.executable, str(HERE), "--one", name, "--out", str(options.out), "--preset", options.preset]
     words += ["--device", options.device, "--every", str(options.every), "--solver", options.solver]
     words += ["--frames"] if options.frames else []
+    words += ["--by-launches"] if options.by_launches else []
     for option in ("seconds", "vertices"):
         value = getattr(options, option)
         words += [] if value is None else [f"--{option}", str(value)]
@@ -179,7 +182,8 @@ def one(scene: Any, options: argparse.Namespace) -> int:
     vertices = options.vertices or scene.vertices
     ask = Ask(vertices, PRESETS[options.preset], options.device, seconds)
     frames = options.out / f"{scene.name}.npz" if options.frames else None
-    result = run_one(scene, ask, options.every, lambda text: print(text, flush=True), options.solver, frames)
+    told = [lambda text: print(text, flush=True), options.solver, frames, options.by_launches]
+    result = run_one(scene, ask, options.every, *told)
     (options.out / f"{scene.name}.json").write_text(json.dumps(result, indent=1))
     return 0
 
@@ -191,7 +195,8 @@ def about(options: argparse.Namespace, seconds: float) -> dict[str, str]:
         "commit": commit_of(ROOT),
         "settings": f"preset {options.preset}, "
         f"{'each case its own time' if options.seconds is None else f'{options.seconds:g} s a case'}, "
-        f"{'each case its own size' if options.vertices is None else f'about {options.vertices} vertices a case'}",
+        f"{'each case its own size' if options.vertices is None else f'about {options.vertices} vertices a case'}"
+        f"{', launch by launch' if options.by_launches else ''}",
         "IPC Toolkit": f"asked about every frame whose number {options.every} divides, the way to it, and the last",
         "wall time": f"{seconds / 60:.1f} min, {options.jobs} at once",
     }

@@ -23,11 +23,13 @@ def run_one(
     tell: Tell = print,
     solver: str = OURS,
     frames: Path | None = None,
+    by_launches: bool = False,
 ) -> dict[str, Any]:
     """The case's figures and the limits it broke, ready for JSON; by another `solver` instead of ours.
 
     A set-up that raises has refused the case: right for a case that is to be refused, by an error that says what it
-    must; else a failure. What is seen is kept in the file `frames`, if there is to be one.
+    must; else a failure. What is seen is kept in the file `frames`, if there is to be one. `by_launches` a GPU runs it
+    without graphs: all moves are heard.
     """
     told = {"name": scene.name, "stresses": scene.stresses}
     try:
@@ -46,7 +48,7 @@ def run_one(
 
     if solver != OURS:
         return {**told, **by_another(run, solver, watched)}
-    with listening() as heard:
+    with listening(by_launches) as heard:
         result = {**told, **watched(Simulated(run, heard))}
     if scene.refused and not result["failure"] and result["broken"]:
         result["failure"] = "neither refused by name nor resolved"

@@ -11,8 +11,9 @@ import numpy as np
 import warp as wp
 from frame_judge import FrameJudge, FrameVerdict
 
+from tryon_solver.linalg import device_loop
 from tryon_solver.simulation import Simulation
-from tryon_solver.stepping import correct, move_body
+from tryon_solver.stepping import correct, move_body, record
 
 PIECES = 16
 
@@ -67,18 +68,24 @@ class SubSteps:
 
 
 @contextlib.contextmanager
-def listening() -> Iterator[SubSteps]:
+def listening(by_launches: bool = False) -> Iterator[SubSteps]:
     """Hear of every move along a proven path: carried sub-steps, and the correction's.
 
-    Of the latter on a processor only: on a GPU they are one graph, in which nobody can listen.
+    Of the latter not on a GPU: they are one graph there, in which nobody can listen. But `by_launches` a GPU keeps no
+    graphs, and all of them are heard.
     """
     heard = SubSteps()
+    keepers = (device_loop, record) if by_launches else ()
+    kept = {module: module.keeps_graphs for module in keepers}
+    for module in kept:
+        module.keeps_graphs = never  # type: ignore[attr-defined]
     verbs = ((move_body, "carry_once"), (correct, "take_within_region"))
     originals = {(module, name): getattr(module, name) for module, name in verbs}
 
     def hear(original: Callable[..., object]) -> Callable[..., object]:
         def heard_move(sim: Simulation, *arguments: object, **named: object) -> object:
-            if original.__name__ != "carry_once" and wp.get_device(sim.device).is_cuda:
+            recorded = wp.get_device(sim.device).is_cuda and not by_launches
+            if original.__name__ != "carry_once" and recorded:
                 return original(sim, *arguments, **named)
             before = sim.state.x.numpy().copy()
             answer = original(sim, *arguments, **named)
@@ -94,3 +101,10 @@ def listening() -> Iterator[SubSteps]:
     finally:
         for (module, name), original in originals.items():
             setattr(module, name, original)
+        for module, keeps_graphs in kept.items():
+            module.keeps_graphs = keeps_graphs  # type: ignore[attr-defined]
+
+
+def never(_device: str) -> bool:
+    """In place of `keeps_graphs`."""
+    return False
