@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from contact_scenes import square_on_sphere
 from harness.energy import EnergyMeter
 from harness.judgement import broken, judged
 from harness.kit import Pins, alone, led, square, strip
@@ -267,6 +268,30 @@ def test_elastic_energy_of_known_stretch():
     sim = build(Scene(garment, x * [1.2, 1, 1], None, cloth, WORN[3:]))
     expected = 0.5 * 0.04 * (cloth.k_warp * 0.2**2 + 20000.0 * 0.1**2)
     assert EnergyMeter(sim).elastic(x * [1.2, 1, 1]) == pytest.approx(expected, rel=1e-6)
+
+
+def test_energy_of_contacts_that_stick_falls_by_the_force_of_friction():
+    """dE/dy = mu N f1(y), f1 = (2 - y/e) y/e, for all contacts of a sheet on a ball, given by y each."""
+    sim = build(square_on_sphere().scene, None, "cpu", STILL)
+    for k in range(20):
+        sim.advance(STILL, (k + 1) * DT)
+    meter, (term,) = EnergyMeter(sim), sim.stages.contact
+    meter.contact()
+    ids, pressed = sim.pairs.ids.numpy()[: sim.pairs.size], -sim.pairs.slope.numpy()[: sim.pairs.size].astype(float)
+    fabric, e, h = sim.scene.fabric, meter.friction.presliding, 1e-6
+
+    def given_by(y):
+        term.restore(ids, np.tile(np.float32([y, 0, 0]), (len(ids), 1)))
+        return meter.given(ids, pressed)
+
+    onto_ball = (ids >= sim.cloth_count).any(1)
+    assert onto_ball.sum() > 50
+    coulomb = (np.where(onto_ball, fabric.mu_body, fabric.mu_self) * pressed).sum()
+    assert coulomb > 1e-3
+    for y in (0.1 * e, 0.5 * e, 0.9 * e):
+        found = (given_by(y + h) - given_by(y - h)) / (2 * h)
+        assert found == pytest.approx(coulomb * (2 - y / e) * y / e, rel=1e-3)
+    assert given_by(0.0) == 0.0
 
 
 def test_work_of_led_pins_is_what_the_cloth_gains():

@@ -1,13 +1,14 @@
 """The energy of the cloth, and the work that pins and moving bodies do on it, in float64.
 
-    E = 1/2 v^T M v - M a . x + Psi(x) + B(x) + pins,      W = sum over steps of dE/dc . dc + dE/dp . dp
+    E = 1/2 v^T M v - M a . x + Psi(x) + B(x) + G + pins,      W = sum over steps of dE/dc . dc + dE/dp . dp
 
-c is the collision surface as it moves, p the pins' places, derivatives at the end of the step. Friction, drag and
-damping only take energy: with an implicit step E - W can't grow where the potential is convex, by
-E(x1) - E(x0) <= dE/dx(x1) . (x1 - x0), and no more than that convexity is missed by where it is not.
+G is what contacts that stick hold like springs, c the collision surface as it moves, p the pins' places, derivatives
+at the end of the step. Sliding, drag and damping only take energy: with an implicit step E - W can't grow where the
+potential is convex, by E(x1) - E(x0) <= dE/dx(x1) . (x1 - x0), and no more than that convexity is missed by where it is
+not.
 
 The fabric's own energies are computed here from the formulas of METHOD.md section 3; those of contact are the solver's
-pairs, which the oracles' tests hold to their own formulas.
+pairs, which the oracles' tests hold to their own formulas, at gaps in float64.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from contact_state import contact_gradient
 
 from tryon_solver.contact import pairs
 from tryon_solver.materials import bending
-from tryon_solver.scene import Gravity, Pins, StrainLimit
+from tryon_solver.scene import Friction, Gravity, Pins, StrainLimit
 from tryon_solver.simulation import Simulation
 from tryon_solver.stepping.search import search_around
 
@@ -34,6 +35,8 @@ class EnergyMeter:
         self.acceleration = np.array(gravity.acceleration) if isinstance(gravity, Gravity) else np.zeros(3)
         self.limit_stiffness = limit.stiffness if isinstance(limit, StrainLimit) else 0.0
         self.pins = pins if isinstance(pins, Pins) else None
+        friction = effects.get(Friction)
+        self.friction = friction if isinstance(friction, Friction) else None
         self.bending = bending.matrix(garment, np.array([fabric.k_bend for fabric in fabrics]))
         self.stiffness = np.array([(f.k_warp, f.k_weft, f.k_shear) for f in fabrics]).T
         self.limits = np.array([[f.strain_limit] for f in fabrics])
@@ -61,7 +64,7 @@ class EnergyMeter:
         return 0.5 * float(self.area @ density) + 0.5 * float((y * (self.bending @ y)).sum())
 
     def contact(self) -> float:
-        """J of the barrier at the solver's state."""
+        """J of the barrier, and of what sticks, at the solver's state."""
         sim = self.sim
         if not sim.touching:
             return 0.0
@@ -69,7 +72,31 @@ class EnergyMeter:
             sim.work.direction.zero_()
             search_around(sim, sim.state.x, sim.work.direction)
         pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x)
-        return float(sim.pairs.energy.numpy()[: sim.pairs.size].astype(np.float64).sum())
+        told, slope, gap, ids, lam = (
+            array.numpy()[: sim.pairs.size].astype(np.float64)
+            for array in (sim.pairs.energy, sim.pairs.slope, sim.pairs.gap, sim.pairs.ids, sim.pairs.lam)
+        )
+        # a tight garment presses with hundreds of newtons: gaps that are rounded make microjoules come and go
+        ids = ids.astype(int)
+        x = sim.state.x.numpy().astype(np.float64)
+        sizes = sim.contact.sizes
+        offset = np.where((ids >= sim.cloth_count).any(1), sizes.xi_body, sizes.xi_self)
+        exact = np.linalg.norm(np.einsum("ck,ckd->cd", lam, x[ids]), axis=1) - offset
+        return float((told + slope * (exact - gap[:, 0])).sum()) + self.given(ids, -slope)
+
+    def given(self, ids: np.ndarray, pressed: np.ndarray) -> float:
+        """J that contacts which stick hold like springs (METHOD.md section 6), for pairs `ids` (P, 4) under
+        `pressed` (P,) N."""
+        sim = self.sim
+        if self.friction is None or not sim.stages.contact:
+            return 0.0
+        (term,) = sim.stages.contact
+        known, slips = term.kept()
+        slip = dict(zip(map(tuple, known.tolist()), np.linalg.norm(slips, axis=1)))
+        y = np.array([slip.get(vertices, 0.0) for vertices in map(tuple, ids.tolist())])
+        fabric, e = sim.scene.fabric, self.friction.presliding
+        mu = np.where((ids >= sim.cloth_count).any(1), fabric.mu_body, fabric.mu_self)
+        return float((mu * pressed * (y**2 / e - y**3 / (3 * e**2))).sum())
 
     def pinned(self, x: np.ndarray) -> float:
         """J of the pins' springs at x (N, 3) m."""
@@ -79,7 +106,7 @@ class EnergyMeter:
         return 0.5 * self.pins.stiffness * float((apart * apart).sum())
 
     def energies(self) -> tuple[float, float, float]:
-        """Kinetic, stored (elastic, contact, pins), and potential in gravity [J] at the solver's state."""
+        """Kinetic, stored (elastic, contact, what sticks, pins), and potential in gravity [J] at the solver's state."""
         x = self.sim.cloth_positions().astype(np.float64)
         v = self.sim.state.v.numpy().astype(np.float64)
         fall = -float(self.mass @ ((x - self.origin) @ self.acceleration))
