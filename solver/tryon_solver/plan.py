@@ -54,7 +54,9 @@ class Contribution:
     projective dynamics' constant matrix; `rate_stiffness` (N, N) float64 N s/m, over dt, the correction's. Rows of all
     three must sum to zero, as those of inner forces do: the correction multiplies by differences. What holds the cloth
     to a place is `diagonal(dt)` (N,) float64 N/m, which enters both beside the inertia; `touches` names the surfaces
-    the cloth may touch: "cloth", "body"; `sleep` says when nothing is to be done at all.
+    the cloth may touch: "cloth", "body"; `sleep` says when nothing is to be done at all. `at_rest` are the device
+    arrays that are made of the rest shape alone: another shape of the same triangles is written into them
+    (reshape.py), and what works with them need not know.
     """
 
     name: str
@@ -74,6 +76,7 @@ class Contribution:
     contact: ContactTerm | None = None
     sleep: Sleep | None = None
     energy: Callable[[wp.array], float] | None = None  # x -> J, for tests and reports
+    at_rest: tuple[wp.array, ...] = ()
     values: Mapping[str, wp.array] = field(default_factory=dict)  # device arrays that may be written between frames
 
 

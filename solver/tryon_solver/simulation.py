@@ -200,14 +200,11 @@ class Simulation:
         diagonal = self.stiffness_matrix.diagonal()
         self.stiffness_diagonal: wp.array = wp.array(diagonal, dtype=wp.float32, device=device)
         self.hessian_rows = BlockRows.build(garment.faces, self.cloth_count, device)
-        constant = self.plan.constant_stiffness(self.cloth_count)
-        rate = self.plan.rate_stiffness(self.cloth_count)
-        pattern = abs(constant) if rate is None else abs(constant) + abs(rate)
-        at_rest = NearFar.build(constant, pattern, self.hessian_rows, device)
+        at_rest, rates = self.constant_parts(self.plan)
         self.constant_stiffness = at_rest  # with the rates over dt: of the correction
         self.damped: tuple[NearFar, NearFar] | None = None  # its part without the rates, and the rates
-        if rate is not None:
-            self.damped = at_rest, NearFar.build(rate, pattern, self.hessian_rows, device)
+        if rates is not None:
+            self.damped = at_rest, rates
             self.constant_stiffness = at_rest.like()
         spacing = self.settings.subspace_spacing * self.mean_edge
         self.basis = spline_basis(garment, spacing)
@@ -218,6 +215,15 @@ class Simulation:
         self._factor_key: int | None = None
         self.spectral_bound = 2.2
         self.use_time_step(self.settings.largest_step)
+
+    def constant_parts(self, plan: StepPlan) -> tuple[NearFar, NearFar | None]:
+        """Of the correction's matrix: what is constant, and, if there are such, the rates that are taken over dt."""
+        constant = plan.constant_stiffness(self.cloth_count)
+        rate = plan.rate_stiffness(self.cloth_count)
+        pattern = abs(constant) if rate is None else abs(constant) + abs(rate)
+        parts = [matrix for matrix in (constant, rate) if matrix is not None]
+        built = [NearFar.build(matrix, pattern, self.hessian_rows, self.device) for matrix in parts]
+        return built[0], built[1] if len(built) > 1 else None
 
     def _prepare_contact(self) -> None:
         scene, settings, device = self.scene, self.settings, self.device
@@ -263,32 +269,58 @@ class Simulation:
         """Set the matrices that depend on dt [s]: the exact diagonal always, the reduced factor per half octave."""
         if dt == self.dt:
             return
+        self.set_diagonals(dt)
+        key = self.factor_key
+        if key == self._factor_key:
+            return
+        if key not in self._inverses:
+            self._inverses[key] = self.reduced_inverse()
+        self.use_inverse(self._inverses[key])
+
+    def set_diagonals(self, dt: float) -> None:
+        """What steps of dt [s] need besides the reduced factor."""
         self.dt = dt
         self.state.dt.fill_(dt)
-        diagonal = self.mass / dt**2
-        for contribution in self.plan.contributions:
-            if contribution.diagonal is not None:
-                diagonal = diagonal + contribution.diagonal(dt)
         self.mass_per_dt2.assign((self.mass / dt**2).astype(np.float32))
         if self.damped is not None:
             at_rest, rates = self.damped
             self.constant_stiffness.set_sum(at_rest, 1.0 / dt, rates)
+        diagonal = self.diagonal()
         held = np.full(self.body_count, self.settings.skin_stiffness)
         self.work.diagonal.assign(np.concatenate([diagonal, held]).astype(np.float32))
         self._set_coarse_rest(diagonal)
-        key = round(2 * math.log2(dt))
-        if key == self._factor_key:
-            return
-        if key not in self._inverses:
-            system = self.stiffness_matrix + sp.diags(diagonal)
-            self._inverses[key] = explicit_inverse(reduced_matrix(self.basis, system))
+
+    def diagonal(self) -> np.ndarray:
+        """(N,) float64 N/m, inertia and what else is on the diagonal alone in steps as they are now."""
+        diagonal = self.mass / self.dt**2
+        for contribution in self.plan.contributions:
+            if contribution.diagonal is not None:
+                diagonal = diagonal + contribution.diagonal(self.dt)
+        return diagonal
+
+    @property
+    def factor_key(self) -> int:
+        """Steps of the same half octave share a reduced factor."""
+        return round(2 * math.log2(self.dt))
+
+    def reduced_inverse(self) -> np.ndarray:
+        """(M, M) float32 m/N, the reduced matrix's inverse; of the host's matrices, so that it may take its time on
+        another thread."""
+        system = self.stiffness_matrix + sp.diags(self.diagonal())
+        return explicit_inverse(reduced_matrix(self.basis, system))
+
+    def use_inverse(self, inverse: np.ndarray) -> None:
+        """Search the subspace with this inverse, of steps as they are now."""
         if self._factor_key is None:
-            self.search = ReducedSearch.build(
-                self.basis, self._inverses[key], self.settings.history, self.device
-            )
+            self.search = ReducedSearch.build(self.basis, inverse, self.settings.history, self.device)
         else:
-            self.search.inverse.assign(self._inverses[key])
-        self._factor_key = key
+            self.search.inverse.assign(inverse)
+        self._factor_key = self.factor_key
+        self._inverses[self._factor_key] = inverse
+
+    def forget_inverses(self) -> None:
+        """They are of matrices that are no more; what the search uses goes on serving until `use_inverse`."""
+        self._inverses.clear()
 
     def _set_coarse_rest(self, diagonal: np.ndarray) -> None:
         """The coarse level's constant matrix for this time step, in the scheme that has one."""

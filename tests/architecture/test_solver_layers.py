@@ -24,7 +24,7 @@ LAYERS = (
     ("effects", "stepping"),
     ("step",),
     ("simulation",),
-    ("dressing", "baselines", "diff"),
+    ("dressing", "baselines", "reshape", "diff"),
 )
 
 

@@ -47,4 +47,6 @@ def bind(spec: AirDrag, context: BuildContext) -> Contribution | None:
     def diagonal(dt: float) -> np.ndarray:
         return spec.coefficient / dt * context.area
 
-    return Contribution("air_drag", add_velocity_gradient=add_velocity_gradient, diagonal=diagonal)
+    return Contribution(
+        "air_drag", add_velocity_gradient=add_velocity_gradient, diagonal=diagonal, at_rest=(area,)
+    )

@@ -74,4 +74,5 @@ def bind(spec: FabricDamping, context: BuildContext) -> Contribution | None:
         add_velocity_gradient_in_correction=add_gradient,
         add_hessian=add_hessian,
         rate_stiffness=bent,
+        at_rest=(bent_rows.columns, bent_rows.weights),
     )

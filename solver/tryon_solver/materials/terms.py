@@ -26,6 +26,7 @@ def bind_membrane(garment: Garment, fabrics: list[Fabric], rest: RestShape, devi
         add_hessian=model.add_hessian,
         stiffness=matrix,
         energy=model.energy,
+        at_rest=(rest.gradients, rest.area),
     )
 
 
@@ -45,5 +46,10 @@ def bind_bending(garment: Garment, fabrics: list[Fabric], device: str) -> Contri
         return 0.5 * float((positions * (matrix @ positions)).sum())
 
     return Contribution(
-        "bending", add_gradient=add_gradient, stiffness=matrix, constant=True, energy=energy
+        "bending",
+        add_gradient=add_gradient,
+        stiffness=matrix,
+        constant=True,
+        energy=energy,
+        at_rest=(rows.columns, rows.weights),
     )
