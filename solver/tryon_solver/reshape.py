@@ -3,8 +3,8 @@
 All that is made of the rest shape is made anew and written where the old one stood, between two steps: what works with
 it, recorded graphs among it, need not know. The state stays, and so does the subspace's basis, over the pattern's
 coordinates at the start of a drag. The reduced matrix changes; the inverse of the old one serves as the search's first
-Hessian until that of the new one is there (`Simulation.reduced_inverse` may be worked out on another thread, and is
-taken up by `Simulation.use_inverse`): it changes how fast the search converges, not where to.
+Hessian until that of the new one is there (`Simulation.inverse_to_make` and `use_inverse`): it changes how fast the
+search converges, not where to.
 """
 
 from __future__ import annotations

@@ -304,10 +304,13 @@ class Simulation:
         return round(2 * math.log2(self.dt))
 
     def reduced_inverse(self) -> np.ndarray:
-        """(M, M) float32 m/N, the reduced matrix's inverse; of the host's matrices, so that it may take its time on
-        another thread."""
-        system = self.stiffness_matrix + sp.diags(self.diagonal())
-        return explicit_inverse(reduced_matrix(self.basis, system))
+        """(M, M) float32 m/N, the reduced matrix's inverse for steps as they are now."""
+        return self.inverse_to_make()()
+
+    def inverse_to_make(self) -> Callable[[], np.ndarray]:
+        """What makes `reduced_inverse` of the matrices as they are now, on another thread if that is to be."""
+        basis, system = self.basis, self.stiffness_matrix + sp.diags(self.diagonal())
+        return lambda: explicit_inverse(reduced_matrix(basis, system))
 
     def use_inverse(self, inverse: np.ndarray) -> None:
         """Search the subspace with this inverse, of steps as they are now."""

@@ -24,7 +24,8 @@ LAYERS = (
     ("effects", "stepping"),
     ("step",),
     ("simulation",),
-    ("dressing", "baselines", "reshape", "diff"),
+    ("reshape",),
+    ("dressing", "baselines", "live_edit", "diff"),
 )
 
 

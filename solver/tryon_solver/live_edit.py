@@ -1,0 +1,99 @@
+"""A drag of a pattern's edge while the garment is worn: its shape follows the newest edit, and the cloth the shape.
+
+Between two frames the pattern coordinates move on their way to what was wanted last (redesign/ramp.py), and the worn
+garment takes them up (reshape.py). However many edits come between two frames, only the newest counts. The inverse of
+the reduced matrix is made on a thread beside the simulation: what is ready is taken up before the next frame, and where
+the shape has moved on since, the next one is begun.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+
+from tryon_solver.geometry.garment import Garment
+from tryon_solver.geometry.panel_mesh import PanelMesh
+from tryon_solver.geometry.pattern import Pattern
+from tryon_solver.geometry.size import in_size
+from tryon_solver.redesign.drag import Drag
+from tryon_solver.redesign.ramp import Ramp, begin_ramp
+from tryon_solver.redesign.remesh import Remesh
+from tryon_solver.reshape import reshape
+from tryon_solver.simulation import Simulation
+
+RAMP_SECONDS = 0.1  # simulated, in which the rest shape goes from where it is to what is wanted
+
+BESIDE = ThreadPoolExecutor(max_workers=1, thread_name_prefix="inverse")  # starts its thread with its first task
+
+
+class LiveEdit:
+    """The drag `drag` of a garment that `sim` simulates in `size` times the pattern's own.
+
+    Whoever drives the simulation calls `before_frame` before each `advance`. `now` is the mesh as it is worn, in the
+    pattern's own size; `wanted` what it is on its way to, or where it is.
+    """
+
+    def __init__(self, sim: Simulation, drag: Drag, size: float = 1.0) -> None:
+        self.sim, self.drag, self.size = sim, drag, size
+        self.now: PanelMesh = drag.mesh
+        self.wanted: PanelMesh = drag.mesh
+        self._ramp: Ramp | None = None
+        self._begun = 0.0
+        self._making: tuple[PanelMesh, int, Future[np.ndarray]] | None = None
+        self._inverse_of: PanelMesh = drag.mesh
+
+    def want(self, pattern: Pattern) -> Remesh | None:
+        """Let the garment become this pattern, from the next frame on; Remesh, and nothing changes, where it can't in
+        the mesh that it has."""
+        mesh = self.drag.moved(pattern)
+        if isinstance(mesh, Remesh):
+            return mesh
+        ramp = begin_ramp(self.now, mesh)
+        if isinstance(ramp, Remesh):
+            return ramp
+        self.wanted, self._ramp, self._begun = mesh, ramp, self.sim.state.time
+        return None
+
+    @property
+    def settled(self) -> bool:
+        """Is the shape what is wanted, and the inverse that of the shape?"""
+        return self._ramp is None and self._inverse_of is self.now
+
+    def before_frame(self, time: float) -> None:
+        """Let the shape be what it should be at the frame's time [s], and take up an inverse that is ready."""
+        if self._ramp is not None:
+            share = min((time - self._begun) / RAMP_SECONDS, 1.0)
+            self.now = self.wanted if share >= 1.0 else self._ramp.at(share)
+            self._ramp = None if share >= 1.0 else self._ramp
+            reshape(self.sim, self.garment())
+        self._go_on_with_inverse()
+
+    def garment(self) -> Garment:
+        """What is worn, in the shape of `now`."""
+        worn = in_size(self.now, self.size)
+        return replace(self.sim.scene.garment, uv_corners=worn.uv[worn.faces])
+
+    def finish(self) -> None:
+        """Be what is wanted at once, with its inverse: at the end of a session, or where runs must be alike."""
+        if self._ramp is not None:
+            self.now, self._ramp = self.wanted, None
+            reshape(self.sim, self.garment())
+        if self._making is not None:
+            self._making[2].cancel()
+            self._making = None
+        if self._inverse_of is not self.now:
+            self.sim.use_inverse(self.sim.reduced_inverse())
+            self._inverse_of = self.now
+
+    def _go_on_with_inverse(self) -> None:
+        if self._making is not None and self._making[2].done():
+            mesh, key, made = self._making
+            self._making = None
+            if key == self.sim.factor_key:
+                self.sim.use_inverse(made.result())
+                self._inverse_of = mesh
+        if self._making is None and self._inverse_of is not self.now:
+            made = BESIDE.submit(self.sim.inverse_to_make())
+            self._making = self.now, self.sim.factor_key, made

@@ -1,0 +1,139 @@
+"""The demo's T-shirt is edited while it is worn: it follows at once, and passes through nothing."""
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+from frame_judge import FrameJudge
+from pattern_measures import demo
+
+from tryon_solver import PRESETS, dress
+from tryon_solver.body.model import default_body
+from tryon_solver.geometry.panel_mesh import mesh_pattern
+from tryon_solver.geometry.pattern import parse_pattern
+from tryon_solver.geometry.size import in_size
+from tryon_solver.live_edit import RAMP_SECONDS, LiveEdit
+from tryon_solver.materials.fabric import FABRICS
+from tryon_solver.redesign import edits
+from tryon_solver.redesign.apply import apply
+from tryon_solver.redesign.drag import begin_drag
+from tryon_solver.redesign.remesh import Remesh
+
+FPS = 30
+FABRIC = FABRICS["cotton_jersey"]
+FRONT = "front"
+
+
+@lru_cache
+def pattern_with(*made):
+    """The demo's T-shirt after these edits."""
+    spec = demo("tshirt")
+    for edit in made:
+        spec = apply(spec, edit).specification
+    return parse_pattern(spec)
+
+
+def longer(by):
+    """By so much at the hem [m], at the front, which the back follows along the side seams."""
+    return pattern_with(edits.Lengthen(FRONT, 0, by))
+
+
+class Worn:
+    """A T-shirt of some 300 vertices, put on and standing, with its drag."""
+
+    def __init__(self):
+        pattern = pattern_with()
+        mesh = mesh_pattern(pattern, 0.06)
+        self.dressed = dress(mesh, default_body(), FABRIC, PRESETS["draft"])
+        self.sim = self.dressed.simulation
+        self.edit = LiveEdit(self.sim, begin_drag(mesh, pattern, FABRIC.thickness))
+        body, x = self.sim.scene.body, self.sim.cloth_positions()
+        self.judge = FrameJudge(self.sim.scene.garment.faces, body.faces, x, self.sim.body_positions())
+        self.start, self.frames = self.sim.state.time, 0
+
+    def advance(self):
+        """A frame; the speed of the fastest vertex in it [m/s]."""
+        self.frames += 1
+        time = self.start + self.frames / FPS
+        self.edit.before_frame(time)
+        before = self.sim.cloth_positions()
+        report = self.sim.advance(self.dressed.pose, time)
+        assert report.retries == 0
+        assert self.judge.judge(self.sim.cloth_positions(), self.sim.body_positions()).clean
+        return float(np.linalg.norm(self.sim.cloth_positions() - before, axis=1).max() * FPS)
+
+
+@pytest.fixture(scope="module")
+def worn():
+    return Worn()
+
+
+def test_a_drag_is_followed_and_undone_to_the_last_bit(worn):
+    """A hem drawn down by 4 cm in 20 edits, two a frame, and drawn back."""
+    sim, edit = worn.sim, worn.edit
+    for _ in range(5):
+        worn.advance()
+    inverse, weights = sim.search.inverse.numpy().copy(), sim.stiffness.weights.numpy().copy()
+    corners, hem = sim.scene.garment.uv_corners.copy(), sim.cloth_positions()[:, 1].min()
+    fastest = 0.0
+    for k in range(1, 21):
+        assert edit.want(longer(0.002 * k)) is None
+        if k % 2 == 0:
+            fastest = max(fastest, worn.advance())
+    assert not edit.settled
+    for _ in range(20):
+        fastest = max(fastest, worn.advance())
+    edit.finish()
+    assert edit.settled
+    np.testing.assert_array_equal(edit.now.uv, begin_drag(edit.drag.mesh, pattern_with(), 1e-4).moved(longer(0.04)).uv)
+    assert hem - sim.cloth_positions()[:, 1].min() == pytest.approx(0.04, abs=0.01)
+    assert 0.1 < fastest < 1.5
+    assert np.median(np.abs(sim.search.inverse.numpy() / inverse - 1)) > 1e-3
+    assert edit.want(pattern_with()) is None
+    edit.finish()
+    np.testing.assert_array_equal(sim.scene.garment.uv_corners, corners)
+    np.testing.assert_array_equal(sim.stiffness.weights.numpy(), weights)
+    np.testing.assert_array_equal(sim.search.inverse.numpy(), inverse)
+    for _ in range(10):
+        worn.advance()
+
+
+def test_the_newest_edit_wins(worn):
+    """Of a hundred edits between two frames the last is gone to, in the time of one."""
+    edit = worn.edit
+    for k in range(100):
+        assert edit.want(longer(0.0003 * (k + 1))) is None
+    for _ in range(round(RAMP_SECONDS * FPS) + 1):
+        worn.advance()
+    np.testing.assert_array_equal(edit.now.uv, edit.wanted.uv)
+    np.testing.assert_array_equal(edit.wanted.uv, edit.drag.moved(longer(0.03)).uv)
+    for _ in range(100):
+        worn.advance()
+        if edit.settled:
+            break
+    assert edit.settled  # the inverse came from its thread
+    edit.want(pattern_with())
+    edit.finish()
+
+
+def test_what_needs_a_new_mesh_is_told_and_changes_nothing(worn):
+    edit = worn.edit
+    before = edit.wanted
+    assert isinstance(edit.want(pattern_with(edits.RemovePiece("left_sleeve_back"))), Remesh)
+    assert edit.wanted is before
+    assert edit.settled
+
+
+def test_a_garment_in_another_size_is_worn_in_it():
+    pattern = pattern_with()
+    mesh = mesh_pattern(pattern, 0.06)
+    dressed = dress(in_size(mesh, 1.1), default_body(), FABRIC, PRESETS["draft"])
+    edit = LiveEdit(dressed.simulation, begin_drag(mesh, pattern, FABRIC.thickness / 1.1), 1.1)
+    corners = dressed.simulation.scene.garment.uv_corners
+    np.testing.assert_array_equal(edit.garment().uv_corners, corners)
+    assert edit.want(longer(0.03)) is None
+    edit.finish()
+    front = mesh.panel_of_face == mesh.panel_names.index(FRONT)
+    now = dressed.simulation.scene.garment.uv_corners
+    grown = [np.ptp(uv[front][..., 1]) for uv in (now, corners)]
+    assert grown[0] - grown[1] == pytest.approx(0.033, abs=2e-3)
