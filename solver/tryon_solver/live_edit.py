@@ -43,6 +43,7 @@ class LiveEdit:
         self._begun = 0.0
         self._making: tuple[PanelMesh, int, Future[np.ndarray]] | None = None
         self._inverse_of: PanelMesh = drag.mesh
+        self._at_start = sim.factor_key, sim.search.inverse.numpy().copy()
 
     def want(self, pattern: Pattern) -> Remesh | None:
         """Let the garment become this pattern, from the next frame on; Remesh, and nothing changes, where it can't in
@@ -83,17 +84,28 @@ class LiveEdit:
         if self._making is not None:
             self._making[2].cancel()
             self._making = None
-        if self._inverse_of is not self.now:
-            self.sim.use_inverse(self.sim.reduced_inverse())
-            self._inverse_of = self.now
+        if self._inverse_of is not self.now and not self._back_at_start():
+            self._use(self.now, self.sim.reduced_inverse())
 
     def _go_on_with_inverse(self) -> None:
         if self._making is not None and self._making[2].done():
             mesh, key, made = self._making
             self._making = None
             if key == self.sim.factor_key:
-                self.sim.use_inverse(made.result())
-                self._inverse_of = mesh
-        if self._making is None and self._inverse_of is not self.now:
+                self._use(mesh, made.result())
+        if self._making is None and self._inverse_of is not self.now and not self._back_at_start():
             made = BESIDE.submit(self.sim.inverse_to_make())
             self._making = self.now, self.sim.factor_key, made
+
+    def _back_at_start(self) -> bool:
+        """Is it, and with the inverse of then? That is kept: made again, its last bits would depend on where in memory
+        it is made."""
+        key, inverse = self._at_start
+        if key != self.sim.factor_key or not np.array_equal(self.now.uv, self.drag.mesh.uv):
+            return False
+        self._use(self.now, inverse)
+        return True
+
+    def _use(self, mesh: PanelMesh, inverse: np.ndarray) -> None:
+        self.sim.use_inverse(inverse)
+        self._inverse_of = mesh
