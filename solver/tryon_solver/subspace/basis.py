@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.linalg import lapack
 
 from tryon_solver.geometry.garment import Garment
 
@@ -81,5 +82,8 @@ def reduced_matrix(basis: sp.csr_matrix, system: sp.csr_matrix) -> np.ndarray:
 
 def explicit_inverse(reduced: np.ndarray) -> np.ndarray:
     """float32 inverse of an SPD matrix by its float64 Cholesky factor. Raises numpy.linalg.LinAlgError when not SPD."""
-    lower_inv = np.linalg.inv(np.linalg.cholesky(reduced))
-    return np.ascontiguousarray(lower_inv.T @ lower_inv, np.float32)
+    factor, failed = lapack.dpotrf(np.asfortranarray(reduced), lower=1)
+    if failed:
+        raise np.linalg.LinAlgError(f"the reduced matrix is not positive definite (leading minor {failed})")
+    inverse, _ = lapack.dpotri(factor, lower=1, overwrite_c=1)
+    return np.ascontiguousarray(np.tril(inverse) + np.tril(inverse, -1).T, np.float32)
