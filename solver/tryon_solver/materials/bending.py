@@ -20,12 +20,13 @@ import scipy.sparse as sp
 from tryon_solver.geometry.garment import Garment
 
 
-def hinge_rows(garment: Garment) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def hinge_rows(garment: Garment, hinges: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Ids (H, 4) of v0 v1 v2 v3, rows K (H, 4) and rest areas A0 + A1 (H,) m^2, from the pattern of each side.
 
-    Each triangle is measured in its own panel, so a hinge across a seam is flat at rest as sewn fabric is.
+    Each triangle is measured in its own panel, so a hinge across a seam is flat at rest as sewn fabric is. `hinges` are
+    the garment's, for who has them.
     """
-    hinges = garment.hinges()
+    hinges = garment.hinges() if hinges is None else hinges
     area = garment.signed_areas()
     ids = hinges[:, :4]
     cot = np.empty((len(hinges), 2, 2))  # [hinge, side, end]: cotangent at the edge's end within that side's triangle
@@ -53,8 +54,8 @@ def hinge_rows(garment: Garment) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def matrix(garment: Garment, k_bend: np.ndarray) -> sp.csr_matrix:
     """(N, N) float64 N/m: the constant bending matrix; `k_bend` (F,) N m per face, at a hinge the mean of its two."""
-    ids, k, area = hinge_rows(garment)
     hinges = garment.hinges()
+    ids, k, area = hinge_rows(garment, hinges)
     stiffness = 0.5 * (k_bend[hinges[:, 4]] + k_bend[hinges[:, 5]])
     blocks = (stiffness / area)[:, None, None] * k[:, :, None] * k[:, None, :]
     rows = np.repeat(ids, 4, axis=1).ravel()
