@@ -182,6 +182,10 @@ def test_a_run_that_ends_too_soon_to_be_judged_is_not_called_still():
     assert {b.limit for b in broken(record, Asked(STOPS))} == {"too little time after the stop to judge the rest"}
     assert broken(record, Asked(STOPS, rests=False)) == []
     assert broken(record, Asked(STOPS, quiet=1.0)) == []  # asked another way
+    whole = play(Scripted(), DT, SECONDS, tell=lambda _text: None)
+    assert broken(whole, Asked(STOPS, quiet=1.0)) == []
+    too_late = broken(whole, Asked(STOPS, quiet=SECONDS))  # trembling is asked, but not all motion
+    assert {b.limit for b in too_late} == {"too little time after the stop to judge the rest"}
 
 
 def test_a_frame_is_named():

@@ -167,7 +167,9 @@ def _broken(record: Recording, case: Asked) -> Iterator[Broken]:
     yield from limits.over("void steps that the advice keeps quiet about", stepped, unsaid, 0)
     if case.rests:
         yield from limits.run_over("trembling [m/s]", shaken(record, case.stops), limits.TREMBLING)
-        unasked = not record.failure and shaken(record, case.stops) is None and restless(record, case.quiet) is None
+        still = restless(record, case.quiet) is None
+        too_short = still and (case.quiet is not None or shaken(record, case.stops) is None)
+        unasked = not record.failure and too_short
         yield from limits.run_over(UNASKED, float(unasked), 0)
         gone = not record.failure and max(record.pairs) > 0 and record.pairs[-1] == 0
         yield from limits.run_over("touches nothing at the end", float(gone and not case.parts), 0)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from harness.kit import ramp
 from harness.scene import Ask, HardScene, Run
-from harness.wearer import BODY, REST, Turns, mirrored, moving, posed, put_on, there_and_back, walked
+from harness.wearer import BODY, REST, Turns, into, mirrored, moving, posed, put_on, there_and_back, walked
 from scipy.spatial.transform import Rotation
 from worn_garment import demo_motion
 
@@ -27,6 +27,17 @@ def into_pose(garment: str, turns: Turns) -> Callable[[Ask], Run]:
     def set_up(ask: Ask) -> Run:
         stance, stops = there_and_back(posed(turns), ask.seconds)
         return moving(put_on(ask, garment), stance, stops, quiet=quiet_from(garment, stops))
+
+    return set_up
+
+
+def held_in_pose(turns: Turns) -> Callable[[Ask], Run]:
+    """A T-shirt on a body that goes into the pose and stays there: what is pinched has to come to rest pinched."""
+
+    def set_up(ask: Ask) -> Run:
+        stops = 0.3 * ask.seconds
+        stance = into(posed(turns), 0.0, stops)
+        return moving(put_on(ask, "tshirt"), stance, stops, squeezed=True, quiet=quiet_from("tshirt", stops))
 
     return set_up
 
@@ -113,12 +124,33 @@ def woken(ask: Ask) -> Run:
 
 
 SCENES = (
-    HardScene("arms_pressed_in", "a T-shirt between arms and trunk that cross", into_pose("tshirt", ARMS_IN)),
-    HardScene("hands_clasped", "forearms and hands into each other before the belly", into_pose("tshirt", CLASPED)),
-    HardScene("legs_crossed", "thighs and shins through each other under a skirt", into_pose("skirt", LEGS_CROSSED)),
-    HardScene("arms_through_each_other", "both sleeves led through each other", into_pose("tshirt", ARMS_CROSSED)),
+    HardScene(
+        "arms_pressed_in",
+        "a T-shirt between arms and trunk that cross",
+        into_pose("tshirt", ARMS_IN),
+        seconds=8.0,
+    ),
+    HardScene(
+        "hands_clasped",
+        "forearms and hands into each other before the belly",
+        into_pose("tshirt", CLASPED),
+        seconds=8.0,
+    ),
+    HardScene("arms_held_in", "the arms stay in the trunk, the T-shirt between them", held_in_pose(ARMS_IN)),
+    HardScene("hands_held_clasped", "forearms and hands stay in each other", held_in_pose(CLASPED)),
+    HardScene(
+        "legs_crossed",
+        "thighs and shins through each other under a skirt, which goes around both",
+        into_pose("skirt", LEGS_CROSSED),
+    ),
+    HardScene(
+        "arms_through_each_other",
+        "both sleeves led through each other",
+        into_pose("tshirt", ARMS_CROSSED),
+        seconds=8.0,
+    ),
     HardScene("deep_squat", "a skirt between thighs and belly", in_motion("skirt", "squat")),
-    HardScene("wrist_10ms", "an arm swung to and fro, the hand at 10 m/s", root_path("tshirt", swung)),
+    HardScene("wrist_10ms", "an arm swung to and fro, the hand at 10 m/s", root_path("tshirt", swung), seconds=7.0),
     HardScene("jump", "jumps of 2.4 m/s that start and land within a frame, in a skirt", root_path("skirt", jumping)),
     HardScene("cartwheel", "once round sideways in 1.4 s, in a skirt", root_path("skirt", cartwheel)),
     HardScene("spin", "two turns a second, stopped in a fifth of one, in a skirt", root_path("skirt", spinning)),
