@@ -78,7 +78,7 @@ class Rewriting(ast.NodeTransformer):
         return node
 
     def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.stmt:
-        if not decorated(node, "kernel", "func"):
+        if not decorated(node, "kernel", "func", "func_native"):
             self.generic_visit(node)
             return node
         for argument in node.args.args:
@@ -129,7 +129,8 @@ def called(node: ast.expr) -> tuple[str, str] | None:
 
 def decorated(node: ast.FunctionDef | ast.ClassDef, *names: str) -> bool:
     """Is it Warp's, by one of these decorators?"""
-    return any(called(decorator) in {("wp", name) for name in names} for decorator in node.decorator_list)
+    makers = [d.func if isinstance(d, ast.Call) else d for d in node.decorator_list]
+    return any(called(maker) in {("wp", name) for name in names} for maker in makers)
 
 
 def attribute(module: str, name: str) -> ast.Attribute:

@@ -71,7 +71,7 @@ def test_a_budget_that_ends_astray_goes_back_but_never_twice_in_a_row(passes, st
     sim = laid_on_ball(Settings(correction_iterations=1, correction_extensions=0, contact_passes=passes))
     step, went_back = 0, []
     read = Progress.read
-    monkeypatch.setattr(Progress, "read", lambda self: replace(read(self), strayed=True))
+    monkeypatch.setattr(Progress, "read", lambda self, pairs: replace(read(self, pairs), strayed=True))
     monkeypatch.setattr(correct, "go_back_to_least", lambda _: went_back.append(step))
     for step in range(5):
         sim.advance(STILL, (step + 1) * DT)
