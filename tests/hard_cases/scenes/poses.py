@@ -16,6 +16,7 @@ from tryon_solver.body.pose import Pose
 from tryon_solver.scene import LIVE
 
 ARMS_IN = mirrored({"left_upper_arm": (0, 0, -62)})
+ARMS_AGAINST = mirrored({"left_upper_arm": (0, 0, -51)})  # as deep as a pinched surface may stay behind
 CLASPED = mirrored({"left_upper_arm": (-25, 0, -35), "left_forearm": (-60, -55, 0)})
 LEGS_CROSSED = mirrored({"left_thigh": (0, 0, -16)})
 ARMS_CROSSED = mirrored({"left_upper_arm": (-60, -75, 0)})
@@ -136,7 +137,7 @@ SCENES = (
         into_pose("tshirt", CLASPED),
         seconds=8.0,
     ),
-    HardScene("arms_held_in", "the arms stay in the trunk, the T-shirt between them", held_in_pose(ARMS_IN)),
+    HardScene("arms_held_in", "the arms stay in the trunk, the T-shirt between them", held_in_pose(ARMS_AGAINST)),
     HardScene("hands_held_clasped", "forearms and hands stay in each other", held_in_pose(CLASPED)),
     HardScene(
         "legs_crossed",
