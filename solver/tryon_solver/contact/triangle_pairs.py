@@ -173,14 +173,13 @@ def in_question(
     j: int,
     same: int,
     reach: float,
-    ga: wp.vec3i,
-    gb: wp.vec3i,
+    group: wp.array(dtype=wp.int32),
     centre: wp.array(dtype=wp.vec3),
     half_way: wp.array(dtype=wp.vec3),
 ) -> wp.vec2:
     """Of two triangles whose boxes overlap: at their centres, stencils at most the second number apart come into
     question, and those up to the first are on the list already, from a search with the budgets in `known`; zeros if
-    something keeps the two apart. `ga`, `gb` are the groups of their vertices.
+    something keeps the two apart.
 
     Around their centres two triangles can approach by no more than their vertices' longest half ways, taken relative to
     the mean of all six, and by their budgets.
@@ -202,8 +201,11 @@ def in_question(
     mean = (p0 + p1 + p2 + q0 + q1 + q2) / 6.0
     travel = furthest(p0 - mean, p1 - mean, p2 - mean) + furthest(q0 - mean, q1 - mean, q2 - mean)
     r = reach + own.budget[t] + other.budget[j] + travel
-    if same == 1 and wedges_apart(r, ga, gb, a0, a1, a2, b0, b1, b2):
-        return wp.vec2()
+    if same == 1:
+        ga = wp.vec3i(group[f[0]], group[f[1]], group[f[2]])
+        gb = wp.vec3i(group[g[0]], group[g[1]], group[g[2]])
+        if wedges_apart(r, ga, gb, a0, a1, a2, b0, b1, b2):
+            return wp.vec2()
     if apart_along(wp.cross(a1 - a0, a2 - a0), r, a0, a1, a2, b0, b1, b2):
         return wp.vec2()
     if apart_along((b0 + b1 + b2) - (a0 + a1 + a2), r, a0, a1, a2, b0, b1, b2):
@@ -240,16 +242,11 @@ def keep_close_kernel(
 ):
     """The pairs in which stencils come into question, and which."""
     for entry in range(wp.tid(), wp.min(counts[PAIRS], triangles.shape[0]), threads):
-        t = triangles[entry][0]
-        j = triangles[entry][1]
-        f = own.faces[t]
-        g = other.faces[j]
-        ga = wp.vec3i(group[f[0]], group[f[1]], group[f[2]])
-        gb = wp.vec3i(group[g[0]], group[g[1]], group[g[2]])
-        between = in_question(own, other, t, j, same, reach, ga, gb, centre, half_way)
+        pair = triangles[entry]
+        between = in_question(own, other, pair[0], pair[1], same, reach, group, centre, half_way)
         if between[1] > 0.0:
             slot = wp.atomic_add(counts, CLOSE, 1)
-            close_out[slot] = triangles[entry]
+            close_out[slot] = pair
             between_out[slot] = between
 
 
