@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from harness.oracle import SubSteps
 from small_scenes import icosphere, sheet
 
 from tryon_solver.results import StepReport
@@ -48,6 +49,11 @@ class Scripted:
 
     def moves(self) -> list[tuple[np.ndarray, np.ndarray]]:
         return [tuple(np.vstack([x, self.ball]).astype(np.float32) for x in (self.before, self.positions(self.k)))]
+
+    def leads(self, start: np.ndarray, end: np.ndarray) -> bool:
+        heard = SubSteps(by_launches=True)
+        heard.moves = self.moves()
+        return heard.lead(start, end)
 
     def energies(self) -> tuple[float, float, float]:
         """Falls a little and comes to rest."""

@@ -16,11 +16,12 @@ from harness.judgement import broken, judged
 from harness.kit import Pins, alone, led, square, strip
 from harness.obstacles import Obstacles, standing
 from harness.one import run_one
-from harness.oracle import listening
+from harness.oracle import SubSteps, listening, on_the_way
 from harness.recording import play
 from harness.scene import Ask, Asked, HardScene, Run
 from harness.subject import Simulated, poison
 from scenes import SCENES
+from scipy.spatial.transform import Rotation
 from scripted import DT, LAST, REPORT, SECONDS, STOPS, Scripted
 from small_scenes import STILL, fabric, icosphere, layers, rigid_body, slab
 
@@ -73,6 +74,33 @@ class PassesThroughOnTheWay(Scripted):
             return super().moves()
         ways = ((here, here - [0, 0.05, 0]), (here - [0, 0.05, 0], here))
         return [tuple(np.vstack([x, self.ball]).astype(np.float32) for x in way) for way in ways]
+
+
+class LeapsAtFirst(Scripted):
+    """The first sub-step of a frame begins a millimetre from where the frame before was."""
+
+    def moves(self):
+        (before, after), up = super().moves()[0], np.float32([0, 1e-3 * (self.k == 10), 0])
+        return [(before + up, before), (before, after)]
+
+
+class LeapsAtLast(Scripted):
+    """What is published is a millimetre from where the last sub-step ended."""
+
+    def positions(self, k):
+        return self.x_start + [0, 1e-3 * (k >= 10), 0]
+
+    def moves(self):
+        (before, after), up = super().moves()[0], np.float32([0, 1e-3 * (self.k == 10), 0])
+        return [(before, after - 0.5 * up)]
+
+
+class LeapsBetween(Scripted):
+    """One sub-step ends where the next one does not begin."""
+
+    def moves(self):
+        (before, after), up = super().moves()[0], np.float32([0, 1e-3 * (self.k == 10), 0])
+        return [(before, after), (after + up, after)]
 
 
 class Vanishes(Scripted):
@@ -151,6 +179,9 @@ BAD = {
     CrossesItself: {"cloth through cloth", "a sub-step that collides", "stretch, 99.9 %", "stretch, max"},
     PassesThrough: {"a sub-step that collides"},
     PassesThroughOnTheWay: {"a sub-step that collides"},
+    LeapsAtFirst: {"a leap between sub-steps"},
+    LeapsAtLast: {"a leap between sub-steps"},
+    LeapsBetween: {"a leap between sub-steps"},
     Vanishes: {"not a number", "a sub-step that collides"},
     Grows: {"energy without work (share of what is at play)", GROWN_AT_REST},
     GrowsAtRest: {GROWN_AT_REST},
@@ -170,6 +201,30 @@ def test_a_bad_run_is_caught_for_what_it_is(kind):
     # crossing itself in one frame also stretches and shakes; what else it is called does not matter
     assert BAD[kind] <= found
     assert found <= BAD[kind] | {"trembling [m/s]"}
+
+
+def test_a_step_may_fall_back_on_what_it_had_but_only_on_that():
+    rng = np.random.default_rng(5)
+    a, b, c = (rng.normal(size=(40, 3)).astype(np.float32) for _ in range(3))
+    turn = Rotation.from_rotvec([0.1, -0.2, 0.3]).as_matrix()
+    turned = (a.astype(np.float64) @ turn.T + [0.2, 0.1, 0]).astype(np.float32)
+    bent = turned + 1e-4 * np.eye(40, 3, dtype=np.float32)
+
+    def lead(moves, end, turned=()):
+        heard = SubSteps(by_launches=True)
+        heard.moves, heard.turned = list(moves), [(0, place) for place in turned]
+        return heard.lead(a, end)
+
+    assert lead([(a, b), (a, c)], c)  # the way to b was given up
+    assert lead([(a, b), (a, c)], a)
+    assert lead([], a)
+    assert not lead([], b)
+    assert not lead([(b, c)], c)
+    assert not lead([(a, b)], c)
+    assert on_the_way([(a, b), (b, turned), (a, c)], c) == [2]
+    assert on_the_way([(a, b), (b, c), (b, a)], c) == [0, 1]
+    assert lead([(turned, c)], c, [turned])  # with the body's root
+    assert not lead([(bent, c)], c, [bent])
 
 
 def test_what_may_part_has_not_fallen_off():
@@ -365,6 +420,7 @@ def test_every_accepted_move_is_heard():
         report = subject.advance(DT)
         moves = subject.moves()
         assert len(moves) >= report.substeps + 1
+        assert len(heard.turned) == 0  # taken
         assert subject.moves() == []
         np.testing.assert_array_equal(moves[-1][1], sim.state.x.numpy())
     sim.advance(STILL, 2 * DT)

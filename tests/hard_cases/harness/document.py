@@ -54,10 +54,10 @@ def document(runs: Sequence[Mapping[str, Any]], beside: Sequence[str] = ()) -> s
     said = "Written by `make hard-page` of what `make hard` left; METHOD.md section 19 says how each figure is judged."
     lines = ["# Hard cases", "", said, ""]
     for run in runs:
-        held = sum(holds(r) for r in run["results"])
         refused = sum("refused" in r and holds(r) for r in run["results"])
-        by_name = f", {refused} of them refused by name" if refused else ""
-        lines.append(f"- **{run['name']}**: {held} of {len(run['results'])} cases hold{by_name}")
+        held = sum(holds(r) for r in run["results"]) - refused
+        by_name = f", {refused} others are refused by name" if refused else ""
+        lines.append(f"- **{run['name']}**: {held} of {len(run['results']) - refused} cases hold{by_name}")
         lines += [f"  - {name}: {value}" for name, value in run["about"].items()]
     lines += ["", LIMITS, "", "## Which hold", "", *verdicts(runs), "", "## The worst of each figure", ""]
     lines += ["Over all cases but those in which the figure is stated and not judged:", "", *worst(runs), "", *beside]

@@ -144,6 +144,7 @@ def _broken(record: Recording, case: Asked) -> Iterator[Broken]:
     yield from counted("cloth inside the body", [v.inside != 0 for v in verdicts])
     frames = sorted({k for k, _ in record.colliding})
     yield from limits.over("a sub-step that collides", frames, [1.0] * len(frames), 0)
+    yield from limits.over("a leap between sub-steps", record.leaps, [1.0] * len(record.leaps), 0)
     grown, frame = growth(record)
     if not grown <= GROWTH:
         yield Broken("energy without work (share of what is at play)", frame, frame, 1, grown, GROWTH)

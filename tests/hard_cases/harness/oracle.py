@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 
 import ipctk
 import numpy as np
 import warp as wp
 from frame_judge import FrameJudge, FrameVerdict
+from scipy.spatial.transform import Rotation
 
+from tryon_solver.body import carry
 from tryon_solver.linalg import device_loop
 from tryon_solver.simulation import Simulation
 from tryon_solver.stepping import correct, move_body, record
 
+Move = tuple[np.ndarray, np.ndarray]
+"""Positions (A, 3) float32 m before and after."""
+
 PIECES = 16
+AS_ONE = 5e-6  # m by which rounding may leave a vertex from where a common motion takes it
 
 
 class Oracle:
@@ -56,15 +62,61 @@ class Oracle:
 
 
 class SubSteps:
-    """The moves that the solver has accepted since they were last taken: pairs of positions (A, 3) float32 m."""
+    """The moves that the solver has accepted since they were last taken.
 
-    def __init__(self) -> None:
-        self.moves: list[tuple[np.ndarray, np.ndarray]] = []
+    Where a move of everything as one led to is in `turned`, and how many others were before it.
+    """
 
-    def take(self) -> list[tuple[np.ndarray, np.ndarray]]:
+    def __init__(self, by_launches: bool) -> None:
+        self.by_launches = by_launches
+        self.moves: list[Move] = []
+        self.turned: list[tuple[int, np.ndarray]] = []
+
+    def take(self) -> list[Move]:
         """The moves, oldest first; they are forgotten."""
-        moves, self.moves = self.moves, []
+        moves, self.moves, self.turned = self.moves, [], []
         return moves
+
+    def lead(self, start: np.ndarray, end: np.ndarray) -> bool:
+        """Do the moves lead from `start` to `end` (A, 3) without a leap? To be asked where all of them are heard.
+
+        A move begins where another began or ended, for a step may fall back on what it had: at `start`, or there after
+        a move of everything as one.
+        """
+        known = {start.tobytes()}
+        for number, place in self.turned:
+            if not is_moved_as_one([start, *(after for _, after in self.moves[:number])], place):
+                return False
+            known.add(place.tobytes())
+        for before, after in self.moves:
+            if before.tobytes() not in known:
+                return False
+            known.add(after.tobytes())
+        return end.tobytes() in known
+
+
+def on_the_way(moves: Sequence[Move], end: np.ndarray) -> list[int]:
+    """Numbers of the moves by which `end` (A, 3) was reached; those that a step gave up again are not among them."""
+    goal, found = end.tobytes(), []
+    for number in reversed(range(len(moves))):
+        before, after = moves[number]
+        if after.tobytes() == goal:
+            found.append(number)
+            goal = before.tobytes()
+    return found[::-1]
+
+
+def is_moved_as_one(places: Sequence[np.ndarray], place: np.ndarray) -> bool:
+    """Is (A, 3) m one of `places` turned and shifted, but for rounding?"""
+    rounding = AS_ONE + 4 * np.finfo(np.float32).eps * float(np.abs(place).max())
+    return any(farthest_off(other.astype(np.float64), place.astype(np.float64)) < rounding for other in places)
+
+
+def farthest_off(x: np.ndarray, goal: np.ndarray) -> float:
+    """How far from `goal` (A, 3) m the rigid motion that takes x nearest to it leaves a vertex [m] (Kabsch 1976)."""
+    a, b = x - x.mean(0), goal - goal.mean(0)
+    turn = Rotation.align_vectors(b, a)[0]
+    return float(np.abs(turn.apply(a) - b).max())
 
 
 @contextlib.contextmanager
@@ -74,7 +126,7 @@ def listening(by_launches: bool = False) -> Iterator[SubSteps]:
     Of the latter not on a GPU: they are one graph there, in which nobody can listen. But `by_launches` a GPU keeps no
     graphs, and all of them are heard.
     """
-    heard = SubSteps()
+    heard = SubSteps(by_launches)
     keepers = (device_loop, record) if by_launches else ()
     kept = {module: module.keeps_graphs for module in keepers}
     for module in kept:
@@ -94,13 +146,21 @@ def listening(by_launches: bool = False) -> Iterator[SubSteps]:
 
         return heard_move
 
+    set_places = carry.set_places
+
+    def hear_turned(of: carry.Carry, x: wp.array, none: float) -> None:
+        heard.turned.append((len(heard.moves), x.numpy().copy()))
+        set_places(of, x, none)
+
     for (module, name), original in originals.items():
         setattr(module, name, hear(original))
+    carry.set_places = hear_turned
     try:
         yield heard
     finally:
         for (module, name), original in originals.items():
             setattr(module, name, original)
+        carry.set_places = set_places
         for module, keeps_graphs in kept.items():
             module.keeps_graphs = keeps_graphs  # type: ignore[attr-defined]
 

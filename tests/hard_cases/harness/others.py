@@ -81,6 +81,9 @@ class Other(ABC):
     def moves(self) -> list[tuple[np.ndarray, np.ndarray]]:
         return []
 
+    def leads(self, _start: np.ndarray, _end: np.ndarray) -> bool:
+        return True
+
     def energies(self) -> tuple[float, float, float]:
         return 0.5 * float(self.mass @ (self.velocities() ** 2).sum(1)), 0.0, 0.0
 

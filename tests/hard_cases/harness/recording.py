@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from frame_judge import FrameVerdict, principal_stretches
 
-from harness.oracle import Oracle
+from harness.oracle import Oracle, on_the_way
 from harness.scene import Worn
 from harness.subject import Subject
 
@@ -27,6 +27,7 @@ class Recording:
     verdicts: list[tuple[int, FrameVerdict]] = field(default_factory=list)  # frames that ipctk was asked about
     moves: int = 0  # accepted sub-steps that ipctk was asked about
     colliding: list[tuple[int, int]] = field(default_factory=list)  # of these, frame and number of what was not free
+    leaps: list[int] = field(default_factory=list)  # frames that the accepted sub-steps do not lead to
     kinetic: list[float] = field(default_factory=list)
     stored: list[float] = field(default_factory=list)
     fall: list[float] = field(default_factory=list)
@@ -109,11 +110,15 @@ def play(
             verdict = NO_VERDICT
             verdict = oracle.judge(x, surface)
             record.verdicts.append((k, verdict))
-        for number, (before, after) in enumerate(subject.moves()):
-            if asked:
-                record.moves += 1
-                if not oracle.is_free(before, after):
-                    record.colliding.append((k, number))
+        if not subject.leads(np.vstack(before), np.vstack([x, surface])):
+            record.leaps.append(k)
+        moves = subject.moves()
+        # of a void step nothing was accepted but what led to where it went back to
+        counted = on_the_way(moves, np.vstack([x, surface])) if report.retries else range(len(moves))
+        for number in counted if asked else ():
+            record.moves += 1
+            if not oracle.is_free(*moves[number]):
+                record.colliding.append((k, number))
         if not (np.isfinite(x).all() and np.isfinite(surface).all()):
             record.failure = f"frame {k}: a position is not a finite number"
             break

@@ -38,6 +38,10 @@ class Subject(Protocol):
     def moves(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """The sub-steps accepted on the way to this frame, (A, 3) before and after."""
 
+    def leads(self, start: np.ndarray, end: np.ndarray) -> bool:
+        """Do these sub-steps lead from one frame's cloth and surface (A, 3) to the next one's? To be asked before them;
+        True where not all are known."""
+
     def energies(self) -> tuple[float, float, float]:
         """Kinetic, stored, and potential in gravity."""
 
@@ -82,6 +86,10 @@ class Simulated:
 
     def moves(self) -> list[tuple[np.ndarray, np.ndarray]]:
         return self.heard.take()
+
+    def leads(self, start: np.ndarray, end: np.ndarray) -> bool:
+        all_heard = self.heard.by_launches or not wp.get_device(self.sim.device).is_cuda
+        return self.heard.lead(start, end) if all_heard else True
 
     def energies(self) -> tuple[float, float, float]:
         return self.meter.energies()

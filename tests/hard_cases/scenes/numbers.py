@@ -50,6 +50,22 @@ def with_settings(**values: float | int) -> Callable[[Ask], Run]:
     return set_up
 
 
+def made_void(ask: Ask) -> Run:
+    """A T-shirt on a walk; in every 20th step, and in five in a row, a velocity is not a number."""
+    run = moving(put_on(ask, "tshirt"), *walked(0.6 * ask.seconds))
+    state = run.sim.state
+
+    def drive(t: float) -> None:
+        frame = round(t / run.dt)
+        if frame % 20 == 0 or 70 < frame <= 75:
+            v = state.v.numpy()
+            v[frame % len(v), 1] = np.nan
+            state.v.assign(v)
+
+    run.drive = drive
+    return run
+
+
 def worn_with_settings(**values: float | int) -> Callable[[Ask], Run]:
     """A T-shirt in three seconds of jumping jacks, stopped dead, with some settings changed once it is dressed."""
 
@@ -113,6 +129,15 @@ SCENES = (
         worn_with_settings(**BUDGET),
         vertices=600,
         seconds=8.0,
+    ),
+    HardScene(
+        "void_steps",
+        "a T-shirt whose velocities are not numbers now and then: such steps are void, told so, and it goes on",
+        made_void,
+        stated=dict.fromkeys(
+            ("energy without work (share of what is at play)", "stretch, 99.9 %", "stretch, max"),
+            "no force acts while steps are void, the body carries the cloth: the figure is stated, not judged",
+        ),
     ),
     HardScene("buffers_of_16", "lists of candidates and pairs with room for 16 at first", with_small_buffers),
     HardScene("zero_gravity", "two sheets thrown at each other where nothing falls", thrown_without_gravity),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from harness.kit import ramp
+from harness.kit import ramp, strip
 from harness.scene import Ask, HardScene, Run
 from harness.wearer import BODY, REST, Turns, into, mirrored, moving, posed, put_on, there_and_back, walked
 from scipy.spatial.transform import Rotation
@@ -13,7 +13,9 @@ from worn_garment import demo_motion
 
 from tryon_solver.body.motion import blend_in
 from tryon_solver.body.pose import Pose
-from tryon_solver.scene import LIVE
+from tryon_solver.materials.fabric import FABRICS
+from tryon_solver.scene import LIVE, WORN, Pins, Scene
+from tryon_solver.simulation import build
 
 ARMS_IN = mirrored({"left_upper_arm": (0, 0, -62)})
 ARMS_AGAINST = mirrored({"left_upper_arm": (0, 0, -51)})  # as deep as a pinched surface may stay behind
@@ -41,6 +43,18 @@ def held_in_pose(turns: Turns) -> Callable[[Ask], Run]:
         return moving(put_on(ask, "tshirt"), stance, stops, squeezed=True, quiet=quiet_from("tshirt", stops))
 
     return set_up
+
+
+def between_legs(ask: Ask) -> Run:
+    """Cloth held by its upper edge hangs between the thighs, which go through each other, and back."""
+    garment, x, columns, _ = strip(ask.vertices, 0.21, 0.36)
+    x = np.column_stack([np.zeros(len(x)), x[:, 1] - x[:, 1].max() + 0.72, x[:, 0] - x[:, 0].mean() + 0.045])
+    held = np.flatnonzero(x[:, 1] > 0.72 - 1e-6).astype(np.int32)
+    assert len(held) == columns
+    effects = (*WORN, Pins(held, 50.0))
+    stance, stops = there_and_back(posed(LEGS_CROSSED), ask.seconds)
+    sim = build(Scene(garment, x, BODY, FABRICS["cotton_jersey"], effects), ask.settings, ask.device, REST)
+    return Run(sim, stance, sim.settings.largest_step, stops, parts=True)
 
 
 def quiet_from(garment: str, stops: float) -> float | None:
@@ -143,6 +157,12 @@ SCENES = (
         "legs_crossed",
         "thighs and shins through each other under a skirt, which goes around both",
         into_pose("skirt", LEGS_CROSSED),
+    ),
+    HardScene(
+        "cloth_between_legs",
+        "cloth that hangs between thighs and shins which go through each other",
+        between_legs,
+        seconds=6.0,
     ),
     HardScene(
         "arms_through_each_other",
