@@ -21,6 +21,7 @@ from tryon_solver.contact.surfaces import Surface
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.effects.registry import bind
 from tryon_solver.geometry.altitudes import refuse_slivers, self_reach
+from tryon_solver.kernels import compile_kernels
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.device_loop import KeptGraph
 from tryon_solver.linalg.ell import EllMatrix
@@ -459,6 +460,7 @@ def build(
             f"settings.deterministic: on {device} sums run in an order that changes from run to run "
             "(METHOD.md section 13); simulate on the CPU or leave the setting out"
         )
+    compile_kernels(device)
     simulation = Simulation(scene, settings, device, pose, surface)
     if not tangled:
         refuse_touching_start(simulation)

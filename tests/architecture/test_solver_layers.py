@@ -22,7 +22,7 @@ LAYERS = (
     ("advice",),
     ("scene",),
     ("effects", "stepping"),
-    ("step",),
+    ("step", "kernels"),
     ("simulation",),
     ("reshape",),
     ("dressing", "baselines", "live_edit", "diff"),

@@ -1,0 +1,35 @@
+"""All kernels of a GPU compiled side by side, before the first of them is called."""
+
+from __future__ import annotations
+
+import os
+
+import warp as wp
+
+from tryon_solver.linalg import as_one, ell, pcg_together, vectors
+from tryon_solver.linalg.blocks import BLOCK
+from tryon_solver.stepping import gradient
+from tryon_solver.subspace import search
+
+PACKAGE = "tryon_solver"
+IN_BLOCKS = (
+    (BLOCK, (as_one, pcg_together, vectors, gradient)),
+    (search.BLOCK, (search,)),
+    (ell.WIDE_BLOCK, (ell,)),
+)
+"""Threads a block where they are not as many as Warp takes: each number is compiled for itself; and who launches by it."""
+
+
+def compile_kernels(device: str) -> None:
+    """Compile and load what has been imported of the solver, a module a thread; quick where it is in Warp's cache.
+
+    One after the other, as they are called, a GPU's modules take minutes the first time. On a CPU nothing is done: its
+    compiler gains nothing from threads, and what a scene does not call is better left alone.
+    """
+    if not wp.get_device(device).is_cuda:
+        return
+    workers = os.cpu_count() or 1
+    wp.load_module(PACKAGE, device, recursive=True, max_workers=workers)
+    for threads, modules in IN_BLOCKS:
+        loaded = [wp.get_module(module.__name__) for module in modules]
+        wp.force_load(device, loaded, threads, workers)
