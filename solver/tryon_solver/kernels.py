@@ -17,7 +17,7 @@ IN_BLOCKS = (
     (search.BLOCK, (search,)),
     (ell.WIDE_BLOCK, (ell,)),
 )
-"""Threads a block where they are not as many as Warp takes: each number is compiled for itself; and who launches by it."""
+"""Threads a block where they are not Warp's own number, each of which is compiled for itself, and who launches so."""
 
 
 def compile_kernels(device: str) -> None:
