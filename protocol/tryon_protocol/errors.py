@@ -16,6 +16,7 @@ ERROR_CODES = frozenset(
         "pose_source_taken",
         "rate_limited",
         "session_full",
+        "edit_refused",
         "simulation_failed",
         "too_long",
         "unencodable_pose",

@@ -27,6 +27,7 @@ _SCALARS: dict[type[inspect.Type], str] = {
     inspect.BoolType: "boolean",
     inspect.BytesType: "Uint8Array",
     inspect.NoneType: "null",
+    inspect.AnyType: "unknown",
 }
 
 
@@ -37,7 +38,10 @@ def typescript() -> str:
         *_constants(),
     ]
     client, server = get_args(messages.ClientMessage), get_args(messages.ServerMessage)
-    nested = [messages.ArrayData, messages.ClothTopology, messages.BodyTopology]
+    nested = [
+        *(messages.ArrayData, messages.ClothTopology, messages.BodyTopology),
+        *(messages.DesignEdge, messages.DesignPanel, messages.DesignSeam, messages.DesignEdit),
+    ]
     structs: list[inspect.StructType] = []
     for struct in inspect.multi_type_info([*nested, *client, *server]):
         assert isinstance(struct, inspect.StructType)

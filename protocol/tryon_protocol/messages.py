@@ -7,7 +7,7 @@ added within one major version if it has a default; a field is never removed, re
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Union
+from typing import Annotated, Any, Literal, Union
 
 from msgspec import Meta, Struct
 
@@ -32,6 +32,7 @@ Request = Annotated[
     Meta(description="number chosen by the client and repeated in the `error` that answers this command; null: none"),
 ]
 Vector = tuple[float, float, float]
+Point = tuple[float, float]
 Quaternion = tuple[float, float, float, float]
 DType = Literal["uint8", "int16", "uint16", "int32", "uint32", "float32", "float64"]
 SessionState = Literal["preparing", "dressing", "running", "paused", "waiting", "failed", "closed"]
@@ -240,6 +241,34 @@ class SetFabricMessage(Message, tag="set_fabric", frozen=True, kw_only=True):
     request: Request = None
 
 
+class EditMessage(Message, tag="edit", frozen=True, kw_only=True):
+    """Change the garment's pattern while it is worn. The server answers `edited`, or `error` and nothing has changed.
+
+    With `hold` the change is shown and not kept, as while it is dragged: the next `edit` takes its place, and of those
+    that come between two frames the newest counts. It is always a change of the pattern that is kept.
+    """
+
+    edit: Annotated[
+        dict[str, Any] | None,
+        Meta(description="`kind` and the fields of that kind, PROTOCOL.md section 3.2; null: show what is kept"),
+    ]
+    mirror: Annotated[bool, Meta(description="do the same on the symmetric piece, or side")] = False
+    hold: Annotated[bool, Meta(description="show it, don't keep it; there is no `edited`")] = False
+    request: Request = None
+
+
+class UndoMessage(Message, tag="undo", frozen=True, kw_only=True):
+    """Take the last edit back. Answered as `edit`."""
+
+    request: Request = None
+
+
+class RedoMessage(Message, tag="redo", frozen=True, kw_only=True):
+    """Make the edit again that was taken back last. Answered as `edit`."""
+
+    request: Request = None
+
+
 class PingMessage(Message, tag="ping", frozen=True, kw_only=True):
     """Asks for a `pong` at once: round trip and clock offset."""
 
@@ -278,6 +307,69 @@ class TopologyMessage(Message, tag="topology", frozen=True, kw_only=True):
     grid: Annotated[float, Meta(gt=0, le=1e-3, description="m, edge q of the grid that positions are rounded to")]
     cloth: Annotated[ClothTopology, Meta(description="the garment")]
     body: Annotated[BodyTopology, Meta(description="the body model")]
+
+
+class DesignEdge(Struct, frozen=True, kw_only=True):
+    """An edge of a piece."""
+
+    ends: Annotated[tuple[U32, U32], Meta(description="vertices where it starts and ends")]
+    shape: Annotated[Literal["line", "quadratic", "cubic", "arc"], Meta(description="what it is drawn as")]
+    handles: Annotated[
+        tuple[Point, ...],
+        Meta(description="m: what `move_handle` moves, in its order; of a line at its thirds, of an arc its middle"),
+    ]
+    points: Annotated[tuple[Point, ...], Meta(description="m: points along it, ends included, to draw it by")]
+
+
+class DesignPanel(Struct, frozen=True, kw_only=True):
+    """A piece of the pattern, in its own plane."""
+
+    name: Annotated[str, Meta(description="by which edits name it")]
+    label: Annotated[str, Meta(description='for people; "": none')]
+    vertices: Annotated[tuple[Point, ...], Meta(description="m: its corners, by the numbers that edits use")]
+    edges: Annotated[tuple[DesignEdge, ...], Meta(description="around its outline, by the numbers that edits use")]
+
+
+class DesignSeam(Struct, frozen=True, kw_only=True):
+    """Two edges that are sewn together."""
+
+    first: Annotated[tuple[U32, U32], Meta(description="number of a panel, and of an edge in it")]
+    second: Annotated[tuple[U32, U32], Meta(description="what it is sewn to")]
+
+
+class DesignEdit(Struct, frozen=True, kw_only=True):
+    """An edit that was made and is kept."""
+
+    id: Annotated[Number, Meta(description="its number in this session; never given twice")]
+    kind: Annotated[str, Meta(description="what kind of edit it is")]
+    panel: Annotated[str, Meta(description='the piece it names; "": the whole garment')]
+
+
+class DesignMessage(Message, tag="design", frozen=True, kw_only=True):
+    """The garment's sewing pattern as it is worn. Sent on joining once it is dressed, and on every change of it.
+
+    A garment that is a mesh has none.
+    """
+
+    held: Annotated[bool, Meta(description="true: this shows an edit that is not kept (`edit.hold`)")]
+    panels: Annotated[tuple[DesignPanel, ...], Meta(description="the pieces")]
+    seams: Annotated[tuple[DesignSeam, ...], Meta(description="how they are sewn")]
+    done: Annotated[tuple[DesignEdit, ...], Meta(description="edits that `undo` can take back, oldest first")]
+    undone: Annotated[U32, Meta(description="how many edits `redo` can make again")]
+    notes: Annotated[
+        tuple[str, ...], Meta(description="for people: which pieces followed, which seams fit no longer as they did")
+    ] = ()
+
+
+class EditedMessage(Message, tag="edited", frozen=True, kw_only=True):
+    """Answer to `edit`, `undo` and `redo`: it is done, and kept whatever happens to the server."""
+
+    id: Annotated[U32, Meta(description="of the edit that is the last one now; 0: none is left")]
+    change: Annotated[
+        Literal["value", "topology"],
+        Meta(description="value: the same triangles in another shape; topology: another mesh, dressed anew"),
+    ]
+    request: Request = None
 
 
 class StatusMessage(Message, tag="status", frozen=True, kw_only=True):
@@ -383,6 +475,9 @@ ClientMessage = Union[  # noqa: UP007 - a runtime value that decoders are built 
     PauseMessage,
     SetMotionMessage,
     SetFabricMessage,
+    EditMessage,
+    UndoMessage,
+    RedoMessage,
     PingMessage,
     ByeMessage,
 ]
@@ -391,6 +486,8 @@ ServerMessage = Union[  # noqa: UP007
     TopologyMessage,
     StatusMessage,
     ReportMessage,
+    DesignMessage,
+    EditedMessage,
     ErrorMessage,
     PongMessage,
     GoodbyeMessage,

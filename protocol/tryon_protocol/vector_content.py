@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import zstandard
+from msgspec import Struct
 
 from . import messages as m
 from .control import encode
@@ -80,6 +81,14 @@ def messages() -> dict[str, tuple[bytes, Any]]:
         m.PauseMessage(request=7),
         m.SetMotionMessage(motion="walk", request=8),
         m.SetFabricMessage(fabric="Baumwolle, köperbindig", request=9),
+        m.EditMessage(
+            edit={"kind": "move_vertex", "panel": "front", "vertex": 2, "by": [0.0125, -0.03]},
+            mirror=True,
+            hold=True,
+            request=10,
+        ),
+        m.UndoMessage(request=11),
+        m.RedoMessage(request=12),
         m.PingMessage(t=99.25),
         m.ByeMessage(reason="done"),
     ]
@@ -118,6 +127,8 @@ def messages() -> dict[str, tuple[bytes, Any]]:
             advice="the fabric is stretched by up to 35 %: try a larger size",
             asleep=True,
         ),
+        _design(),
+        m.EditedMessage(id=3, change="topology", request=10),
         m.ErrorMessage(
             code="invalid_pose",
             place="$.rotations[3]",
@@ -135,6 +146,31 @@ def messages() -> dict[str, tuple[bytes, Any]]:
                 tag = "pose_of_a_tracker"
             named[f"{side}_{tag}"] = (encode(message), _plain(message))
     return named
+
+
+def _design() -> m.DesignMessage:
+    triangle = ((0.0, 0.0), (0.5, 0.0), (0.25, 0.75))
+    straight = m.DesignEdge(
+        ends=(0, 1), shape="line", handles=((0.125, 0.0), (0.375, 0.0)), points=(triangle[0], triangle[1])
+    )
+    bent = m.DesignEdge(
+        ends=(1, 2), shape="arc", handles=((0.5, 0.5),), points=(triangle[1], (0.5, 0.5), triangle[2])
+    )
+    curved = m.DesignEdge(
+        ends=(2, 0), shape="quadratic", handles=((0.0, 0.375),), points=(triangle[2], (0.0625, 0.375), triangle[0])
+    )
+    pieces = [
+        m.DesignPanel(name=name, label=label, vertices=triangle, edges=(straight, bent, curved))
+        for name, label in (("front", "body"), ("dos à pinces", ""))
+    ]
+    return m.DesignMessage(
+        held=True,
+        panels=tuple(pieces),
+        seams=(m.DesignSeam(first=(0, 1), second=(1, 2)),),
+        done=(m.DesignEdit(id=1, kind="scale_garment", panel=""), m.DesignEdit(id=3, kind="take_in", panel="front")),
+        undone=1,
+        notes=("edge 2 of 'dos à pinces' is bent, too: it is sewn to edge 1 of 'front'",),
+    )
 
 
 def _skeleton() -> m.SkeletonMessage:
@@ -303,7 +339,7 @@ def _tube_faces(segments: int, rows: int) -> np.ndarray[Any, Any]:
 
 def _plain(value: Any) -> Any:
     """A message as the map that goes over the wire."""
-    if isinstance(value, (m.Message, m.ArrayData, m.ClothTopology, m.BodyTopology)):
+    if isinstance(value, Struct):
         tag = value.__struct_config__.tag
         fields = {name: _plain(getattr(value, name)) for name in value.__struct_fields__}
         return {"type": tag, **fields} if tag is not None else fields

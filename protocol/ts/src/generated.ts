@@ -64,6 +64,48 @@ export interface BodyTopology {
   skin_weights: ArrayData;
 }
 
+/** An edge of a piece. */
+export interface DesignEdge {
+  /** vertices where it starts and ends */
+  ends: readonly [number, number];
+  /** what it is drawn as */
+  shape: "arc" | "cubic" | "line" | "quadratic";
+  /** m: what `move_handle` moves, in its order; of a line at its thirds, of an arc its middle */
+  handles: readonly (readonly [number, number])[];
+  /** m: points along it, ends included, to draw it by */
+  points: readonly (readonly [number, number])[];
+}
+
+/** A piece of the pattern, in its own plane. */
+export interface DesignPanel {
+  /** by which edits name it */
+  name: string;
+  /** for people; "": none */
+  label: string;
+  /** m: its corners, by the numbers that edits use */
+  vertices: readonly (readonly [number, number])[];
+  /** around its outline, by the numbers that edits use */
+  edges: readonly DesignEdge[];
+}
+
+/** Two edges that are sewn together. */
+export interface DesignSeam {
+  /** number of a panel, and of an edge in it */
+  first: readonly [number, number];
+  /** what it is sewn to */
+  second: readonly [number, number];
+}
+
+/** An edit that was made and is kept. */
+export interface DesignEdit {
+  /** its number in this session; never given twice */
+  id: number;
+  /** what kind of edit it is */
+  kind: string;
+  /** the piece it names; "": the whole garment */
+  panel: string;
+}
+
 /** First message of a client. The server answers with `welcome`, or with a fatal `error`. */
 export interface HelloMessage {
   type: "hello";
@@ -193,6 +235,38 @@ export interface SetFabricMessage {
   request?: number | null;
 }
 
+/**
+ * Change the garment's pattern while it is worn. The server answers `edited`, or `error` and nothing has
+ * changed. With `hold` the change is shown and not kept, as while it is dragged: the next `edit` takes its
+ * place, and of those that come between two frames the newest counts. It is always a change of the pattern that
+ * is kept.
+ */
+export interface EditMessage {
+  type: "edit";
+  /** `kind` and the fields of that kind, PROTOCOL.md section 3.2; null: show what is kept */
+  edit: Record<string, unknown> | null;
+  /** do the same on the symmetric piece, or side. Default: false */
+  mirror?: boolean;
+  /** show it, don't keep it; there is no `edited`. Default: false */
+  hold?: boolean;
+  /** number chosen by the client and repeated in the `error` that answers this command; null: none. Default: null */
+  request?: number | null;
+}
+
+/** Take the last edit back. Answered as `edit`. */
+export interface UndoMessage {
+  type: "undo";
+  /** number chosen by the client and repeated in the `error` that answers this command; null: none. Default: null */
+  request?: number | null;
+}
+
+/** Make the edit again that was taken back last. Answered as `edit`. */
+export interface RedoMessage {
+  type: "redo";
+  /** number chosen by the client and repeated in the `error` that answers this command; null: none. Default: null */
+  request?: number | null;
+}
+
 /** Asks for a `pong` at once: round trip and clock offset. */
 export interface PingMessage {
   type: "ping";
@@ -315,6 +389,37 @@ export interface ReportMessage {
   asleep?: boolean;
 }
 
+/**
+ * The garment's sewing pattern as it is worn. Sent on joining once it is dressed, and on every change of it. A
+ * garment that is a mesh has none.
+ */
+export interface DesignMessage {
+  type: "design";
+  /** true: this shows an edit that is not kept (`edit.hold`) */
+  held: boolean;
+  /** the pieces */
+  panels: readonly DesignPanel[];
+  /** how they are sewn */
+  seams: readonly DesignSeam[];
+  /** edits that `undo` can take back, oldest first */
+  done: readonly DesignEdit[];
+  /** how many edits `redo` can make again */
+  undone: number;
+  /** for people: which pieces followed, which seams fit no longer as they did. Default: [] */
+  notes?: readonly string[];
+}
+
+/** Answer to `edit`, `undo` and `redo`: it is done, and kept whatever happens to the server. */
+export interface EditedMessage {
+  type: "edited";
+  /** of the edit that is the last one now; 0: none is left */
+  id: number;
+  /** value: the same triangles in another shape; topology: another mesh, dressed anew */
+  change: "topology" | "value";
+  /** number chosen by the client and repeated in the `error` that answers this command; null: none. Default: null */
+  request?: number | null;
+}
+
 /** Something the client sent, or the session itself, is at fault. Unless `fatal`, the connection goes on. */
 export interface ErrorMessage {
   type: "error";
@@ -360,21 +465,26 @@ export type ClientMessage =
   | PauseMessage
   | SetMotionMessage
   | SetFabricMessage
+  | EditMessage
+  | UndoMessage
+  | RedoMessage
   | PingMessage
   | ByeMessage;
 
-export const CLIENT_MESSAGE_TYPES: readonly ClientMessage["type"][] = ["hello", "skeleton", "pose", "ack", "keyframe_request", "play", "pause", "set_motion", "set_fabric", "ping", "bye"];
+export const CLIENT_MESSAGE_TYPES: readonly ClientMessage["type"][] = ["hello", "skeleton", "pose", "ack", "keyframe_request", "play", "pause", "set_motion", "set_fabric", "edit", "undo", "redo", "ping", "bye"];
 
 export type ServerMessage =
   | WelcomeMessage
   | TopologyMessage
   | StatusMessage
   | ReportMessage
+  | DesignMessage
+  | EditedMessage
   | ErrorMessage
   | PongMessage
   | GoodbyeMessage;
 
-export const SERVER_MESSAGE_TYPES: readonly ServerMessage["type"][] = ["welcome", "topology", "status", "report", "error", "pong", "goodbye"];
+export const SERVER_MESSAGE_TYPES: readonly ServerMessage["type"][] = ["welcome", "topology", "status", "report", "design", "edited", "error", "pong", "goodbye"];
 
 export function isHelloMessage(message: { type: string }): message is HelloMessage {
   return message.type === "hello";
@@ -412,6 +522,18 @@ export function isSetFabricMessage(message: { type: string }): message is SetFab
   return message.type === "set_fabric";
 }
 
+export function isEditMessage(message: { type: string }): message is EditMessage {
+  return message.type === "edit";
+}
+
+export function isUndoMessage(message: { type: string }): message is UndoMessage {
+  return message.type === "undo";
+}
+
+export function isRedoMessage(message: { type: string }): message is RedoMessage {
+  return message.type === "redo";
+}
+
 export function isPingMessage(message: { type: string }): message is PingMessage {
   return message.type === "ping";
 }
@@ -434,6 +556,14 @@ export function isStatusMessage(message: { type: string }): message is StatusMes
 
 export function isReportMessage(message: { type: string }): message is ReportMessage {
   return message.type === "report";
+}
+
+export function isDesignMessage(message: { type: string }): message is DesignMessage {
+  return message.type === "design";
+}
+
+export function isEditedMessage(message: { type: string }): message is EditedMessage {
+  return message.type === "edited";
 }
 
 export function isErrorMessage(message: { type: string }): message is ErrorMessage {
