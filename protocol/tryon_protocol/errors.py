@@ -5,6 +5,8 @@ from __future__ import annotations
 ERROR_CODES = frozenset(
     {
         "contorted",
+        "edit_not_kept",
+        "edit_refused",
         "invalid_ack",
         "invalid_field",
         "invalid_pose",
@@ -16,7 +18,6 @@ ERROR_CODES = frozenset(
         "pose_source_taken",
         "rate_limited",
         "session_full",
-        "edit_refused",
         "simulation_failed",
         "too_long",
         "unencodable_pose",

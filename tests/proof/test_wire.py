@@ -18,6 +18,7 @@ class Held:
     """A drape whose state is set by hand."""
 
     own_motion = None  # its body stands as poses say
+    specification, outgrown = None, ""
 
     def __init__(self):
         garment, self.cloth = tube()

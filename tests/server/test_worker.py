@@ -8,6 +8,7 @@ from pathlib import Path
 import analytic_drape
 import numpy as np
 import pytest
+from scripted_worker import LetGoError, ScriptedConnection, allow, work
 
 from tryon_protocol import FrameDecoder, Skeleton, Topology, TrackedPose, decode_server
 from tryon_server.runtime.order import DrapeOrder, WorkOrder
@@ -17,57 +18,6 @@ from tryon_server.sessions.commands import AllowFrame, FollowMotion, Run, UsePos
 from tryon_server.sessions.events import FrameReady, PhaseChanged, Reported, TopologyReady, Troubled
 
 REST = np.tile([0.0, 0.0, 0.0, 1.0], (3, 1))
-
-
-class LetGoError(Exception):
-    """The script is over."""
-
-
-class ScriptedConnection:
-    """Plays a script: at given times commands arrive. Waiting makes the clock go on."""
-
-    def __init__(self, script: list[tuple[float, object]], until: float) -> None:
-        self.now = 0.0
-        self.script = sorted(script, key=lambda entry: entry[0])
-        self.until = until
-        self.events: list = []
-        self.times: list[float] = []
-
-    def poll(self, wait: float | None) -> bool:
-        self.now += 0.0005  # looking takes time, too
-        due = self.script[0][0] if self.script else self.until
-        if due > self.now and wait != 0.0:
-            self.now = due if wait is None else min(due, self.now + wait)
-        if self.now >= self.until:
-            raise LetGoError
-        return bool(self.script) and self.script[0][0] <= self.now
-
-    def recv(self) -> list:
-        commands = []
-        while self.script and self.script[0][0] <= self.now:
-            commands.append(self.script.pop(0)[1])
-        return commands
-
-    def send(self, event) -> None:
-        self.events.append(event)
-        self.times.append(self.now)
-
-
-def work(
-    script, until: float, fabric: str = "cotton", motion: str | None = "sway", build=analytic_drape.build
-) -> ScriptedConnection:
-    connection = ScriptedConnection(script, until)
-    order = WorkOrder(DrapeOrder(Path("pattern.json"), fabric, "draft", "cpu"), motion, 50.0, 1.0)
-    worker = Worker(connection, order, build, analytic_drape.load_motion, lambda: connection.now)
-    with pytest.raises(LetGoError):
-        worker.run()
-    return connection
-
-
-def allow(total: int, **forms: bool) -> AllowFrame:
-    return AllowFrame(
-        **({"total": total, "keyframe": False, "standalone": False, "plain": False, "again": False} | forms)
-    )
 
 
 def frames(connection) -> list:
@@ -87,7 +37,7 @@ def of(connection, kind) -> list:
 def test_tells_how_it_begins_then_the_topology_then_that_it_is_ready():
     connection = work([], until=1.0)
     assert [type(event).__name__ for event in connection.events] == [
-        "PhaseChanged", "PhaseChanged", "TopologyReady", "PhaseChanged",
+        "PhaseChanged", "PhaseChanged", "TopologyReady", "PhaseChanged", "Designed",
     ]  # fmt: skip
     assert [event.phase for event in of(connection, PhaseChanged)] == ["preparing", "dressing", "ready"]
     assert of(connection, TopologyReady)[0].joint_names == ("hips", "spine", "head")

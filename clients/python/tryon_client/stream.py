@@ -19,6 +19,8 @@ from tryon_protocol import (
     AckMessage,
     ClientMessage,
     DecodedFrame,
+    DesignMessage,
+    EditedMessage,
     ErrorMessage,
     FrameDecoder,
     GoodbyeMessage,
@@ -39,7 +41,15 @@ from tryon_protocol import (
 from .reading import read_message
 
 Event = Union[  # noqa: UP007
-    DecodedFrame, Topology, StatusMessage, ReportMessage, ErrorMessage, PongMessage, GoodbyeMessage
+    DecodedFrame,
+    Topology,
+    StatusMessage,
+    ReportMessage,
+    DesignMessage,
+    EditedMessage,
+    ErrorMessage,
+    PongMessage,
+    GoodbyeMessage,
 ]
 MAX_MESSAGE_BYTES = 256 * 1024 * 1024
 """Longest message taken from a server: a topology of a very large garment."""
@@ -55,7 +65,7 @@ class Stream:
 
     Every frame is acknowledged as soon as it is decoded, which is what paces the server.
 
-    welcome: the server's answer to `hello`. topology, status, report: the newest received, or None.
+    welcome: the server's answer to `hello`. topology, status, report, design: the newest received, or None.
     errors: all `error` messages received, oldest first. goodbye: why the server closes, or None.
     """
 
@@ -69,6 +79,7 @@ class Stream:
         self.status: StatusMessage | None = None
         self.report: ReportMessage | None = None
         self.errors: list[ErrorMessage] = []
+        self.design: DesignMessage | None = None
         self.goodbye: GoodbyeMessage | None = None
 
     async def __aiter__(self) -> AsyncIterator[Event]:
@@ -152,6 +163,8 @@ class Stream:
             self.status = message
         elif isinstance(message, ReportMessage):
             self.report = message
+        elif isinstance(message, DesignMessage):
+            self.design = message
         elif isinstance(message, GoodbyeMessage):
             self.goodbye = message
         elif isinstance(message, ErrorMessage):

@@ -131,6 +131,10 @@ class SessionRequest(Model):
     size: Size = Field(1.0, description="of a sewing pattern, over its own; fit: the one that fits, by trying some on")
     body: Name | None = Field(None, description="id of an uploaded body, which brings its motion; null: the default")
 
+    continues: Name | None = Field(
+        None, description="id of a session of this garment, live or ended: wear its pattern as it was edited"
+    )
+
     @field_validator("size", mode="wrap")
     @classmethod
     def _is_a_size(cls, value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
@@ -166,3 +170,28 @@ class SessionReply(Model):
     )
     viewers: int
     stream: str
+
+
+class EditRequest(Model):
+    """An edit of the pattern that a session wears."""
+
+    edit: dict[str, Any] = Field(description="kind, and that kind's fields; see PROTOCOL.md section 3.2")
+    mirror: bool = Field(False, description="do the same on the symmetric piece, or side")
+
+
+class EditReply(Model):
+    """An edit that is kept."""
+
+    id: int
+    edit: dict[str, Any]
+    mirror: bool
+    made: float
+    undone: bool = Field(description="it was taken back, and can be made again")
+
+
+class EditedReply(Model):
+    """What became of a change of the pattern."""
+
+    id: int = Field(description="of the edit that was made, taken back or made again")
+    last: int = Field(description="of the edit that is the last one now; 0: none is left")
+    change: Literal["value", "topology"] = Field(description="value: the same triangles in another shape")

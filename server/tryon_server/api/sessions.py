@@ -36,6 +36,7 @@ async def open_session(request: Request, response: Response, services: ServicesD
         preset=wish.preset,
         size=wish.size,
         body=wish.body,
+        continues=wish.continues,
     )
     live = await services.sessions.open(opening)
     response.headers["Location"] = f"/api/sessions/{live.machine.id}"

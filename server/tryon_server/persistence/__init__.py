@@ -1,6 +1,7 @@
-"""What outlives the process: garments, sessions and the uploaded files, behind small interfaces."""
+"""What outlives the process: garments, sessions, edits and the uploaded files, behind small interfaces."""
 
 from tryon_server.persistence.blobs import BlobStore, FileBlobs
+from tryon_server.persistence.edits import EditRecord, EditStore, SqlEdits
 from tryon_server.persistence.garments import GarmentRecord, GarmentStore, SqlGarments
 from tryon_server.persistence.kept_files import KeptFiles
 from tryon_server.persistence.sessions import FIT, SessionRecord, SessionStore, Size, SqlSessions
@@ -11,6 +12,8 @@ __all__ = [
     "FIT",
     "BlobStore",
     "BodyRecord",
+    "EditRecord",
+    "EditStore",
     "FileBlobs",
     "GarmentRecord",
     "GarmentStore",
@@ -19,6 +22,7 @@ __all__ = [
     "SessionRecord",
     "SessionStore",
     "Size",
+    "SqlEdits",
     "SqlGarments",
     "SqlSessions",
     "SqlUploads",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from sqlalchemy import Column, Engine, Float, Integer, MetaData, String, Table, Text, create_engine, event
+from sqlalchemy import Boolean, Column, Engine, Float, Integer, MetaData, String, Table, Text, create_engine, event
 from sqlalchemy.engine import make_url
 from sqlalchemy.exc import ArgumentError, SQLAlchemyError
 
@@ -62,6 +62,18 @@ sessions = Table(
     Column("created", Float, nullable=False),  # [s] since 1970
     Column("ended", Float),  # [s] since 1970
     Column("ending", String(500)),  # why it ended, for people
+)
+
+edits = Table(  # of the patterns that sessions wear
+    "edits",
+    metadata,
+    Column("session", String(64), primary_key=True),
+    Column("id", Integer, primary_key=True, autoincrement=False),  # counted in the session
+    Column("edit", Text, nullable=False),  # JSON
+    Column("mirror", Boolean, nullable=False),
+    Column("specification", Text, nullable=False),  # JSON: the pattern that it made
+    Column("made", Float, nullable=False),  # [s] since 1970
+    Column("undone", Boolean, nullable=False),
 )
 
 

@@ -90,12 +90,20 @@ class Drape(Protocol):
         own_motion: the body's frames, if it came as a mesh; then it stands only as they show it.
         origin: (3,) m, whole metres: where the origin of the positions lies in the session's space, in which the poses
             are. It follows the body, so that float32 holds the positions.
+        specification: the sewing pattern, plain JSON that parse_pattern passes; None of a garment that has none.
+        outgrown: why the shape it was last told to take needs another mesh, found on the way to it; "" as a rule.
     """
 
     outfit: Outfit
     pose: Stance
     own_motion: MeshSequence | None
     origin: npt.NDArray[np.float64]
+    specification: Mapping[str, Any] | None
+    outgrown: str
+
+    def reshape(self, specification: Mapping[str, Any]) -> str:
+        """Take on the pattern's shape, from the next ``advance`` on; why that needs another mesh, and then nothing is
+        changed, or "". Not to be asked of a garment without a pattern."""
 
     def leap(self, by: npt.NDArray[np.float64]) -> None:
         """Be elsewhere, body and garment as one, by (3,) whole metres, without having moved there."""

@@ -1,10 +1,12 @@
-"""Commands on their way to a simulation that may be too busy to read: of each kind only the newest is kept."""
+"""Commands on their way to a simulation that may be too busy to read: of each kind only the newest is kept, but all
+edits that are to be kept, of which a session lets only so many wait."""
 
 from __future__ import annotations
 
 import threading
+from collections.abc import Hashable
 
-from tryon_server.sessions.commands import Command
+from tryon_server.sessions.commands import ChangePattern, Command
 
 
 class Mailbox:
@@ -12,14 +14,15 @@ class Mailbox:
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
-        self._waiting: dict[type, Command] = {}
+        self._waiting: dict[Hashable, Command] = {}
         self._closed = False
 
     def put(self, command: Command) -> None:
         """Leave a command. An untaken one of the same kind is replaced; the order is that of last arrival."""
         with self._changed:
-            self._waiting.pop(type(command), None)
-            self._waiting[type(command)] = command
+            kind = kind_of(command)
+            self._waiting.pop(kind, None)
+            self._waiting[kind] = command
             self._changed.notify()
 
     def take(self) -> list[Command]:
@@ -37,3 +40,10 @@ class Mailbox:
         with self._changed:
             self._closed = True
             self._changed.notify_all()
+
+
+def kind_of(command: Command) -> Hashable:
+    """Commands of one kind give way to each other."""
+    if isinstance(command, ChangePattern) and not command.hold:
+        return command.ticket
+    return type(command).__name__

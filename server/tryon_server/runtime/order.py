@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from tryon_server.sessions.commands import MotionFile
 
@@ -41,6 +43,7 @@ class DrapeOrder:
         edge_length: length of the mesh's edges [m]; None for the preset's.
         garment_name: what its owner calls the garment; None for the name of its file.
         body_name: what its owner calls the body; None for the name of its file.
+        specification: of a sewing pattern that was edited since: plain JSON, in place of what is in its file.
         size: of a sewing pattern, over its own; None for the one that fits, which is looked for by trying some on.
         body: file of the body; None for the default body.
         wardrobe: folder where dressed garments are kept for the next time; None to dress anew.
@@ -60,6 +63,7 @@ class DrapeOrder:
     size: float | None = 1.0
     garment_name: str | None = None
     body_name: str | None = None
+    specification: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -34,12 +36,15 @@ from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.files.standing import facing
 from tryon_solver.geometry.garment import Garment, GarmentError
 from tryon_solver.geometry.panel_mesh import PanelMesh
-from tryon_solver.geometry.pattern import PatternError, load_pattern
+from tryon_solver.geometry.pattern import PatternError, parse_pattern, parse_pattern_bytes, read_pattern_file
 from tryon_solver.geometry.placement import PlacementError
-from tryon_solver.geometry.size import mesh_in_size
+from tryon_solver.geometry.size import in_size, mesh_in_size
 from tryon_solver.geometry.wearable import check_wearable
 from tryon_solver.geometry.weld import weld
+from tryon_solver.live_edit import LiveEdit
 from tryon_solver.materials.fabric import FABRICS, Fabric
+from tryon_solver.redesign.drag import begin_drag
+from tryon_solver.reshape import OtherStructureError
 from tryon_solver.results import StepReport
 from tryon_solver.scene import LIVE, Scene
 from tryon_solver.settings import PRESETS, Settings
@@ -68,6 +73,22 @@ TRY_ANOTHER = "Correct the pattern, or choose a longer edge length or another fa
 Named = TypeVar("Named")
 
 
+@dataclass(frozen=True)
+class WornPattern:
+    """A sewing pattern as it is worn: plain JSON, meshed in `size` times its own."""
+
+    specification: Mapping[str, Any]
+    panels: PanelMesh
+    size: float
+
+    def edit_of(self, simulation: Simulation) -> LiveEdit:
+        """The simulated garment made ready to take on other shapes of this pattern."""
+        own = in_size(self.panels, 1.0 / self.size)
+        thickness = simulation.scene.fabric.thickness / self.size
+        drag = begin_drag(own, parse_pattern(self.specification), thickness)
+        return LiveEdit(simulation, drag, self.size)
+
+
 class SolverDrape:
     """A garment dressed by the solver, as the server's worker drives it."""
 
@@ -80,9 +101,11 @@ class SolverDrape:
         notes: tuple[str, ...] = (),
         opening: Opening | None = None,
         size: float | None = None,
+        worn: WornPattern | None = None,
     ) -> None:
         """`pose` is the stance in which it was dressed; `body` the body as told to clients; `notes` and `size` as in
-        Outfit; `opening` the one by which the garment hangs, where it hangs by one."""
+        Outfit; `opening` the one by which the garment hangs, where it hangs by one; `worn` the pattern, if there is
+        one."""
         self.simulation = simulation
         self._dressed_at = simulation.state.time
         garment = simulation.scene.garment
@@ -103,6 +126,19 @@ class SolverDrape:
         self.notes = (*notes, f"fit: {fit}") if fit else notes
         self.own_motion: MeshSequence | None = None
         self.origin = np.zeros(3)
+        self.specification = None if worn is None else worn.specification
+        self.outgrown = ""
+        self._worn = worn
+        self._edit: LiveEdit | None = None
+
+    def reshape(self, specification: Mapping[str, Any]) -> str:
+        """Take on the pattern's shape; why that needs another mesh, or ""."""
+        assert self._worn is not None
+        self.outgrown = ""
+        if self._edit is None:
+            self._edit = self._worn.edit_of(self.simulation)
+        remesh = self._edit.want(parse_pattern(specification))
+        return "" if remesh is None else remesh.message
 
     def leap(self, by: npt.NDArray[np.float64]) -> None:
         """Be elsewhere by (3,) whole metres: nothing changes but where the solver's origin lies."""
@@ -118,6 +154,11 @@ class SolverDrape:
             by = np.where(far, np.round(place), 0.0)
             self.simulation.move_origin(by)
             self.origin = self.origin + by
+        if self._edit is not None and not self.outgrown:
+            try:
+                self._edit.before_frame(self._dressed_at + t)
+            except (GarmentError, OtherStructureError) as error:
+                self.outgrown = str(error)
         return self.simulation.advance(moving.moved(pose, -self.origin), self._dressed_at + t, longest_step)
 
     def cloth_positions(self) -> npt.NDArray[np.float32]:
@@ -151,7 +192,8 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
     try:
         progress("Meshing the pattern", None)
         edge_length = order.edge_length or EDGE_LENGTHS[preset]
-        pattern = load_pattern(order.pattern)
+        content = read_pattern_file(order.pattern) if order.specification is None else canonical(order.specification)
+        pattern = parse_pattern_bytes(content)
         check_wearable(pattern)
         check_grid(GRID, min(fabric.thickness, settings.body_offset))
 
@@ -165,7 +207,7 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
             def wear(body: WornBody) -> Dressed:
                 if order.wardrobe is None or not isinstance(body, BodyModel):
                     return dress(panels, body, fabric, settings, device, LIVE, progress=tell)
-                key = wardrobe_key(order.pattern.read_bytes(), body, (fabric, settings, edge_length, size))
+                key = wardrobe_key(content, body, (fabric, settings, edge_length, size))
                 return _dress_as_before(panels, body, fabric, settings, device, tell, Wardrobe(order.wardrobe), key)
 
             return room.put_on(wear)
@@ -197,7 +239,14 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
     if room.note:
         notes = (f"body: {room.note}", *notes)
     names, size = dressed.panels.panel_names, fitted.size
-    return _drape(dressed.simulation, dressed.pose, names, body, moving, how_read(order.body), notes, opening, size)
+    worn = WornPattern(json.loads(content), dressed.panels, size)
+    told = how_read(order.body)
+    return _drape(dressed.simulation, dressed.pose, names, body, moving, told, notes, opening, size, worn)
+
+
+def canonical(specification: Mapping[str, Any]) -> bytes:
+    """A pattern as the bytes of a file."""
+    return json.dumps(specification).encode()
 
 
 def _other_height(room: FittingRoom) -> str:
@@ -264,12 +313,13 @@ def _drape(
     garment_notes: tuple[str, ...],
     opening: Opening | None = None,
     size: float | None = None,
+    worn: WornPattern | None = None,
 ) -> SolverDrape:
     """The drape of a dressed garment, with what was found out about body and garment."""
     told = standing_notes if moving is None else moving.notes
     notes = [*(f"body: {note}" for note in told), *garment_notes]
     shown = body if isinstance(body, BodyModel) else one_joint_body(body.rest_vertices, body.faces)
-    drape = SolverDrape(simulation, pose, piece_names, shown, tuple(notes), opening, size)
+    drape = SolverDrape(simulation, pose, piece_names, shown, tuple(notes), opening, size, worn)
     drape.own_motion = None if moving is None else moving.sequence
     return drape
 

@@ -61,6 +61,9 @@ class PoseSource(Protocol):
         """The next move, ``elapsed`` s of wall time after the last one, which took the solver ``cost`` s of them; None
         when nothing is to be done."""
 
+    def settle_anew(self) -> None:
+        """The garment was changed: a body that stands still is simulated for as long as if it had just come to."""
+
 
 def way(start: Pose, goal: Pose) -> tuple[float, float]:
     """How far the root goes [m], and how far the joint turns that turns most [rad]."""
@@ -118,6 +121,9 @@ class SequenceSource:
         self._pace = Pace()
         self._t = -self._lead.duration
 
+    def settle_anew(self) -> None:
+        """It moves on anyway."""
+
     def next(self, elapsed: float, cost: float = 0.0) -> Move | None:  # noqa: ARG002
         dt = self._pace.take(elapsed)
         self._t += dt
@@ -135,9 +141,13 @@ class StillSource:
         self._pose = pose
         self._pace = Pace()
         self._stood = 0.0
+        self._settled_at = SETTLE_SECONDS
+
+    def settle_anew(self) -> None:
+        self._settled_at = self._stood + SETTLE_SECONDS
 
     def next(self, elapsed: float, cost: float = 0.0) -> Move | None:  # noqa: ARG002
-        if self._stood >= SETTLE_SECONDS:
+        if self._stood >= self._settled_at:
             return None
         dt = self._pace.take(elapsed)
         self._stood += dt
@@ -160,6 +170,9 @@ class MotionSource:
         self._lead_seconds = seconds
         self._pace = Pace()
         self._t = -seconds
+
+    def settle_anew(self) -> None:
+        """It moves on anyway."""
 
     def next(self, elapsed: float, cost: float = 0.0) -> Move | None:  # noqa: ARG002
         dt = self._pace.take(elapsed)

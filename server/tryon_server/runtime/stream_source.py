@@ -140,6 +140,10 @@ class StreamSource:
         leap, self._leap = self._leap, np.zeros(3)
         return Move(self._pose, dt, self._t, self._seq, leap, dt if dt > LONGEST_MOVE else 0.0)
 
+    def settle_anew(self) -> None:
+        """See ``PoseSource``."""
+        self._waited = min(self._waited, STALL_SECONDS)
+
     def _go(self, seconds: float) -> None:
         """Go on along the legs for so long, in simulated time."""
         while self._legs and seconds > 0.0:

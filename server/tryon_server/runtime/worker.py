@@ -10,14 +10,16 @@ import logging
 import math
 import signal
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from multiprocessing.connection import Connection
+from typing import Any
 
 import numpy as np
 
 from tryon_protocol import POSE_CONVENTION, ProtocolError, ReportMessage
 from tryon_server.problems import ProblemError
+from tryon_server.runtime.design import design_of
 from tryon_server.runtime.drape import BuildDrape, Drape, LoadMotion, Stance, StepFacts
 from tryon_server.runtime.followers import Follower
 from tryon_server.runtime.kernel_news import kernel_news
@@ -25,14 +27,26 @@ from tryon_server.runtime.meter import Meter
 from tryon_server.runtime.order import WorkOrder
 from tryon_server.runtime.posture import Posture, local_turns
 from tryon_server.runtime.publishing import Publisher
+from tryon_server.runtime.redesign import Wanted, wanted
 from tryon_server.runtime.sources import MotionSource, Move, PoseSource, SequenceSource, StillSource
 from tryon_server.runtime.stream_source import StreamSource
-from tryon_server.sessions.commands import AllowFrame, Command, FollowMotion, Run, UsePose, UseTrackedPose, WearFabric
-from tryon_server.sessions.events import Event, PhaseChanged, Reported, Troubled
+from tryon_server.sessions.commands import (
+    AllowFrame,
+    ChangePattern,
+    Command,
+    FollowMotion,
+    Run,
+    UsePose,
+    UseTrackedPose,
+    WearFabric,
+)
+from tryon_server.sessions.events import Designed, EditRefused, Event, PhaseChanged, Reported, Troubled
 from tryon_server.wording import as_parameters, in_parameters
 from tryon_solver.body.mesh_sequence import Moment
 from tryon_solver.body.pose import Pose
 from tryon_solver.body.tracking import TrackingError
+from tryon_solver.redesign.edit_error import EditError
+from tryon_solver.redesign.history import History
 
 logger = logging.getLogger(__name__)
 
@@ -41,6 +55,7 @@ PROGRESS_SECONDS = 0.2  # between tellings of the same stage's progress
 COMPLAINT_SECONDS = 1.0  # between complaints of a tracker that can't be followed
 IDLE_SECONDS = 0.05  # between looks at a source that had nothing to do
 FAILURES_IN_A_ROW = 30  # steps that may fail one after another before the session is given up
+LATER = "shown once it is let go"
 COARSER = "Choose another fabric, a coarser preset or a simpler pattern."
 
 
@@ -85,6 +100,9 @@ class Worker:
         self._posture: Posture | None = None
         self._complained = -math.inf
         self._pose: Stance | None = None
+        self._history: History | None = None
+        self._held = False
+        self._worn: tuple[str, float | None, tuple[str, ...], float | None] = ("", None, (), None)
         self._simulated = 0.0
         self._cost = 0.0  # [s] of wall time that the last move took
         self._solved: tuple[StepFacts, Move, float] | None = None
@@ -130,6 +148,8 @@ class Worker:
             case WearFabric():
                 self._fabric = command.fabric
                 self._dressed_in = ""
+            case ChangePattern():
+                self._change(command)
 
     def _use(self, command: UsePose | UseTrackedPose, pose: Pose) -> None:
         if not isinstance(self._source, StreamSource):
@@ -183,15 +203,70 @@ class Worker:
             why = error.problem.message if isinstance(error, ProblemError) else repr(error)
             self._trouble("unknown_motion", "$.motion", f"The motion can't be played: {why}.", "Choose another motion.")
 
+    # The pattern --------------------------------------------------------------------------------------------------
+
+    def _change(self, command: ChangePattern) -> None:
+        """Change the pattern as asked; where that can't be, nothing is changed and the answer says why."""
+        try:
+            if self._drape is None or self._history is None:
+                what = "has no sewing pattern" if self._drape is not None else "is not dressed"
+                raise EditError(f"the garment {what}", "edit", "Edit a garment that was made of one, once it is worn")
+            self._show(command, wanted(self._history, command), self._drape)
+        except EditError as error:
+            self._tell(EditRefused(command.ticket, error.place, error.message, error.remedy))
+        except Exception as error:
+            logger.exception("an edit failed")
+            self._tell(EditRefused(command.ticket, "edit", f"the edit failed: {error!r}", "Edit something else"))
+
+    def _show(self, command: ChangePattern, asked: Wanted, drape: Drape) -> None:
+        """Wear the pattern that is asked for. Raises EditError when that can't be worn, and it is as before."""
+        why = drape.reshape(asked.specification)
+        if self._source is not None:
+            self._source.settle_anew()
+        self._held = command.hold
+        if command.hold:
+            notes = (*asked.notes, f"{LATER}: {why}") if why else asked.notes
+            self._tell(Designed(design_of(asked.specification, asked.history, held=True, notes=notes)))
+            return
+        if why:
+            self._dress_in(asked.specification)
+        self._history = asked.history
+        self._tell(asked.made(command, "topology" if why else "value"))
+        self._tell(Designed(design_of(asked.specification, asked.history, notes=asked.notes)))
+
+    def _dress_in(self, specification: Mapping[str, Any]) -> None:
+        """Dress anew, in this pattern. Raises EditError when it can't be put on; what was worn is worn on then."""
+        order = replace(self._order.drape, fabric=self._fabric, specification=specification)
+        try:
+            self._put_on(self._build(order, self._progress))
+        except ProblemError as error:
+            fault = in_parameters(error.problem)
+            self._tell(PhaseChanged("ready", "Dressed as before the edit", None, *self._worn))
+            raise EditError(f"so it can't be worn: {fault.message}", fault.place, fault.remedy) from error
+
+    def _outgrow(self, drape: Drape) -> None:
+        """Dress anew where a shape turned out, on the way to it, to need another mesh; let go of one only held."""
+        why, drape.outgrown = drape.outgrown, ""
+        assert self._history is not None
+        if self._held:
+            drape.reshape(self._history.specification)
+            notes = (f"{LATER}: {why}",)
+            self._tell(Designed(design_of(self._history.specification, self._history, held=True, notes=notes)))
+            return
+        try:
+            self._dress_in(self._history.specification)
+        except EditError as error:
+            self._trouble("simulation_failed", "$", f"{why}, and dressed anew, {error.message}.", error.remedy)
+
     # Dressing -----------------------------------------------------------------------------------------------------
 
     def _dress(self) -> None:
         self._dressed_in = self._fabric
         self._drape = self._source = None
-        order = replace(self._order.drape, fabric=self._fabric)
+        edited = None if self._history is None else self._history.specification
+        order = replace(self._order.drape, fabric=self._fabric, specification=edited or self._order.drape.specification)
         try:
-            drape = self._build(order, self._progress)
-            announcement = self._publisher.dress(drape)
+            self._put_on(self._build(order, self._progress))
         except (ProblemError, ProtocolError) as error:
             fault = in_parameters(error.problem) if isinstance(error, ProblemError) else error
             what = f"{fault.message.rstrip('.')}."
@@ -200,18 +275,26 @@ class Worker:
             logger.exception("dressing failed")
             self._fail(f"Dressing failed: {error!r}.", COARSER)
         else:
-            self._drape, self._pose = drape, drape.pose
-            self._follower = Follower(drape.outfit.body)
-            self._posture = Posture(drape.outfit.body)
-            self._simulated, self._failures, self._cost = 0.0, 0, 0.0
-            self._follow()
-            self._tell(announcement)
-            outfit = drape.outfit
-            said = f"Dressed; {outfit.fit}" if outfit.fit else "Dressed"
-            notes = tuple(as_parameters(note) for note in outfit.notes)
-            worn = (outfit.fit, outfit.fitting_size, notes, outfit.size)
-            self._tell(PhaseChanged("ready", said, None, *worn))
-            self._last_look = self._clock()
+            if self._history is not None:
+                self._tell(Designed(design_of(self._history.specification, self._history)))
+
+    def _put_on(self, drape: Drape) -> None:
+        """Go on with a newly dressed garment. Raises ProtocolError when it can't be told."""
+        announcement = self._publisher.dress(drape)
+        self._drape, self._pose = drape, drape.pose
+        if self._history is None and drape.specification is not None:
+            self._history = History(drape.specification)
+        self._follower = Follower(drape.outfit.body)
+        self._posture = Posture(drape.outfit.body)
+        self._simulated, self._failures, self._cost = 0.0, 0, 0.0
+        self._follow()
+        self._tell(announcement)
+        outfit = drape.outfit
+        said = f"Dressed; {outfit.fit}" if outfit.fit else "Dressed"
+        notes = tuple(as_parameters(note) for note in outfit.notes)
+        self._worn = (outfit.fit, outfit.fitting_size, notes, outfit.size)
+        self._tell(PhaseChanged("ready", said, None, *self._worn))
+        self._last_look = self._clock()
 
     def say(self, what: str) -> None:
         """Tell what is being done, if the garment is still being dressed."""
@@ -246,9 +329,12 @@ class Worker:
         move = self._source.next(elapsed, self._cost)
         if move is None:
             return IDLE_SECONDS
-        if self._simulate(self._drape, move):
+        drape = self._drape
+        if self._simulate(drape, move):
             self._meter.moved(now, elapsed, move.dt)
             self._publish()
+        if drape.outgrown:
+            self._outgrow(drape)
         return 0.0
 
     def _simulate(self, drape: Drape, move: Move) -> bool:

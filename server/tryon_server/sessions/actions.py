@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from tryon_protocol import ProtocolError
 from tryon_server.sessions.commands import Command
+from tryon_server.sessions.events import EditMade
 
 # Close codes: RFC 6455 section 7.4 and PROTOCOL.md section 1.
 NORMAL = 1000
@@ -57,10 +59,25 @@ class Order:
 
 
 @dataclass(frozen=True)
+class Keep:
+    """Keep a change of the pattern for good, then tell the session so."""
+
+    made: EditMade
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Tell whoever asked without a connection how the change of the pattern with this ticket ended."""
+
+    ticket: int
+    outcome: EditMade | ProtocolError
+
+
+@dataclass(frozen=True)
 class End:
     """End the session: stop its simulation and forget it."""
 
     reason: str
 
 
-Action = Send | SendFrame | Close | Order | End
+Action = Send | SendFrame | Close | Order | Keep | Answer | End

@@ -1,14 +1,18 @@
-"""What a session tells its simulation. Of each kind only the newest counts: an unread one gives way to the next."""
+"""What a session tells its simulation. Of each kind only the newest counts: an unread one gives way to the next. Edits
+that are to be kept all count."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from tryon_protocol import Skeleton, TrackedPose
+
+EditStep = Literal["edit", "undo", "redo"]
 
 
 @dataclass(frozen=True)
@@ -87,6 +91,21 @@ class WearFabric:
 
 
 @dataclass(frozen=True)
+class ChangePattern:
+    """Make ``edit`` (plain JSON; None with ``hold``: show what is kept), take the last edit back or make it again.
+
+    ``mirror``: on the symmetric piece, too. ``hold``: show it and keep nothing. ``ticket`` is repeated in the event
+    that answers a change which is to be kept.
+    """
+
+    step: EditStep
+    ticket: int = 0
+    edit: Mapping[str, Any] | None = None
+    mirror: bool = False
+    hold: bool = False
+
+
+@dataclass(frozen=True)
 class AllowFrame:
     """How many frames may have been encoded and handed over since the session began, and in which forms the next one.
 
@@ -105,4 +124,4 @@ class AllowFrame:
     again: bool
 
 
-Command = UsePose | UseTrackedPose | Run | FollowMotion | WearFabric | AllowFrame
+Command = UsePose | UseTrackedPose | Run | FollowMotion | WearFabric | ChangePattern | AllowFrame

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
-from tryon_protocol import EncodedFrame, ReportMessage
+from tryon_protocol import DesignMessage, EncodedFrame, ReportMessage
+from tryon_server.sessions.commands import EditStep
 
 Phase = Literal["preparing", "dressing", "ready", "failed"]
 
@@ -74,10 +76,52 @@ class Troubled:
 
 
 @dataclass(frozen=True)
+class Designed:
+    """The pattern as it is worn."""
+
+    design: DesignMessage
+
+
+@dataclass(frozen=True)
+class EditMade:
+    """A change of the pattern that is to be kept has been made.
+
+    Attributes:
+        ticket: of the command that asked for it.
+        step: what it was.
+        id: of the edit that was made, taken back or made again.
+        last: of the edit that is the last one now; 0 for none.
+        change: ``value`` where the triangles stay, else ``topology``.
+        edit: of a new edit, plain JSON.
+        mirror: of a new edit, whether it was made on both sides.
+        specification: of a new edit, the pattern that it made, plain JSON.
+    """
+
+    ticket: int
+    step: EditStep
+    id: int
+    last: int
+    change: Literal["value", "topology"]
+    edit: Mapping[str, Any] | None = None
+    mirror: bool = False
+    specification: Mapping[str, Any] | None = None
+
+
+@dataclass(frozen=True)
+class EditRefused:
+    """A change of the pattern can't be made: nothing has changed. ``ticket`` as in EditMade; 0 of one that was held."""
+
+    ticket: int
+    place: str
+    message: str
+    remedy: str
+
+
+@dataclass(frozen=True)
 class Gone:
     """The simulation's process has ended without being asked to."""
 
     detail: str
 
 
-Event = PhaseChanged | TopologyReady | FrameReady | Reported | Troubled | Gone
+Event = PhaseChanged | TopologyReady | FrameReady | Reported | Troubled | Designed | EditMade | EditRefused | Gone

@@ -6,14 +6,16 @@ in this order. They never raise on account of what a client or the simulation se
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 from tryon_protocol import (
-    CREDIT,
     AckMessage,
     ByeMessage,
     ClientMessage,
+    DesignMessage,
+    EditedMessage,
+    EditMessage,
     GoodbyeMessage,
     HelloMessage,
     KeyframeRequestMessage,
@@ -23,11 +25,13 @@ from tryon_protocol import (
     PongMessage,
     PoseMessage,
     ProtocolError,
+    RedoMessage,
     ServerMessage,
     SetFabricMessage,
     SetMotionMessage,
     SkeletonMessage,
     StatusMessage,
+    UndoMessage,
     WelcomeMessage,
     decode_client,
     encode,
@@ -35,7 +39,6 @@ from tryon_protocol import (
     negotiate,
     request_of,
 )
-from tryon_protocol.messages import SessionState
 from tryon_server.sessions.actions import (
     FATAL_ERROR,
     GOING_AWAY,
@@ -43,50 +46,36 @@ from tryon_server.sessions.actions import (
     NORMAL,
     TOO_MANY_MESSAGES,
     Action,
+    Answer,
     Close,
     End,
+    Keep,
     Order,
     Send,
 )
-from tryon_server.sessions.commands import FollowMotion, Run, WearFabric
-from tryon_server.sessions.events import Event, FrameReady, Gone, PhaseChanged, Reported, TopologyReady, Troubled
+from tryon_server.sessions.commands import EditStep, FollowMotion, Run, WearFabric
+from tryon_server.sessions.events import (
+    Designed,
+    EditMade,
+    EditRefused,
+    Event,
+    FrameReady,
+    Gone,
+    PhaseChanged,
+    Reported,
+    TopologyReady,
+    Troubled,
+)
 from tryon_server.sessions.flow import FrameFlow
+from tryon_server.sessions.pattern_changes import NOBODY, Asker, PatternChanges
 from tryon_server.sessions.pose_stream import PoseStream
+from tryon_server.sessions.rules import Rules, unknown
 from tryon_server.sessions.seats import Seats
-from tryon_server.sessions.smoothing import DEFAULT_SMOOTHING, Smoothing
+from tryon_server.sessions.status import OWN_MOTION, status_of
 from tryon_server.sessions.viewer import Viewer
 
 SUBJECT = "wearer"
-OWN_MOTION = "own"  # name of the motion that a body brings along
 HELLO_SECONDS = 10.0  # a connection that has not said hello by then is closed
-POSE_STALE_SECONDS = 2.0  # without a pose for this long the session says that it waits for one
-
-
-@dataclass(frozen=True)
-class Rules:
-    """What holds for every session of a server.
-
-    Attributes:
-        epoch: word that changes when the server restarts.
-        server: name and version of the server, for the clients' logs.
-        motions: names of the motions that the server can play.
-        fabrics: names of the fabrics.
-        credit: most frames that travel unacknowledged to one client.
-        max_viewers: most connections of one session.
-        messages_per_second: most messages per second from one client, on average.
-        grace_seconds: how long a session lives on without a connection, and without being asked for [s].
-        smoothing: settings of the filter between a tracker and the physics.
-    """
-
-    epoch: str
-    server: str
-    motions: tuple[str, ...]
-    fabrics: tuple[str, ...]
-    credit: int = CREDIT
-    max_viewers: int = 16
-    messages_per_second: float = 240.0
-    grace_seconds: float = 60.0
-    smoothing: Smoothing = DEFAULT_SMOOTHING
 
 
 class Session:
@@ -115,6 +104,8 @@ class Session:
         self._flow = FrameFlow(rules.credit)
         self._phase = PhaseChanged("preparing", "The simulation is starting")
         self._topology: TopologyReady | None = None
+        self._design: DesignMessage | None = None
+        self._changes = PatternChanges()
         self._last_status: StatusMessage | None = None
         self._running = False
         self._last_pose_used = float("-inf")
@@ -126,11 +117,8 @@ class Session:
     def connect(self, client: int, now: float) -> list[Action]:
         """A connection was made; ``client`` is a number that was never used before in this session."""
         if self._ended or len(self._viewers) >= self._rules.max_viewers:
-            why = (
-                "The session has ended."
-                if self._ended
-                else f"The session has {self._rules.max_viewers} clients already."
-            )
+            full = f"The session has {self._rules.max_viewers} clients already."
+            why = "The session has ended." if self._ended else full
             return self._farewell(
                 client, ProtocolError("session_full", "$", why, "Open a new session."), FATAL_ERROR, now
             )
@@ -204,8 +192,31 @@ class Session:
             case Troubled():
                 fault = ProtocolError(event.code, event.place, event.message, event.remedy)
                 return self._tell_all(error_message(fault))
+            case Designed():
+                self._design = event.design
+                return self._tell_all(event.design, "design")
+            case EditMade():
+                return [Keep(event)]
+            case EditRefused():
+                fault = ProtocolError("edit_refused", event.place, event.message, event.remedy)
+                return self._answer_edit(event.ticket, fault, now)
             case Gone():
                 return self._simulation_gone(event, now)
+
+    def kept(self, made: EditMade, fault: ProtocolError | None, now: float) -> list[Action]:
+        """A change of the pattern has been stored, or why it could not be."""
+        return self._answer_edit(made.ticket, fault or made, now)
+
+    def change_pattern(
+        self, step: EditStep, edit: Mapping[str, Any] | None = None, mirror: bool = False
+    ) -> tuple[int, list[Action]]:
+        """Somebody without a connection asks for a change; the ticket that `Answer` will have, and what is to be done.
+
+        Raises:
+            ProtocolError: not now.
+        """
+        command = self._changes.ask(Asker(NOBODY), step, edit, mirror, self._topology is not None)
+        return command.ticket, [Order(command)]
 
     def tick(self, now: float) -> list[Action]:
         """Time went by; to be called a few times a second."""
@@ -266,33 +277,8 @@ class Session:
 
     def status(self, now: float) -> StatusMessage:
         """The session's state in one message."""
-        state, detail = self._state(now)
-        return StatusMessage(
-            state=state,
-            detail=detail,
-            motion=self.motion,
-            fabric=self.fabric,
-            playing=self.playing,
-            progress=self._phase.progress if state in ("preparing", "dressing") else None,
-            fit=self._phase.fit,
-            fitting_size=self._phase.fitting_size,
-            notes=self._phase.notes,
-            worn_size=self._phase.worn_size,
-        )
-
-    def _state(self, now: float) -> tuple[SessionState, str]:
-        phase = self._phase.phase
-        if self._ended:
-            return "closed", "The session has ended"
-        if phase != "ready":
-            return phase, self._phase.detail
-        if not self.playing:
-            return "paused", "Held by a client"
-        if self.motion is None and now - self._last_pose_used > POSE_STALE_SECONDS:
-            return "waiting", "No pose has arrived lately"
-        if self.motion == OWN_MOTION:
-            return "running", "Moving as the body's own frames do"
-        return "running", f"Playing {self.motion}" if self.motion else "Following the tracked body"
+        pose_age = now - self._last_pose_used
+        return status_of(self._phase, self.motion, self.fabric, self.playing, self._ended, pose_age)
 
     # Messages of clients ------------------------------------------------------------------------------------------
 
@@ -330,6 +316,8 @@ class Session:
         actions += [Send(client, encode(welcome)), Send(client, encode(self.status(now)), "status")]
         if self._topology:
             actions += self._send_topology(client)
+        if self._design:
+            actions.append(Send(client, encode(self._design), "design"))
         return [*actions, *self._steer(), *self._flow.orders()]
 
     def _obey(self, client: int, viewer: Viewer, message: ClientMessage, now: float) -> list[Action]:
@@ -354,6 +342,8 @@ class Session:
                 return self._set_motion(client, viewer, message, now)
             case SetFabricMessage():
                 return self._set_fabric(client, viewer, message, now)
+            case EditMessage() | UndoMessage() | RedoMessage():
+                return self._edit(client, viewer, message, now)
             case ByeMessage():
                 return [*self._leave(client, now, for_good=True), Close(client, NORMAL, "Goodbye")]
             case HelloMessage():
@@ -395,7 +385,7 @@ class Session:
             fault = ProtocolError("unknown_motion", "$.motion", what, remedy)
             return self._answer_fault(client, viewer, fault, message.request, now)
         if message.motion is not None and message.motion not in self._motions:
-            fault = _unknown("unknown_motion", "motion", message.motion, self._motions)
+            fault = unknown("unknown_motion", "motion", message.motion, self._motions)
             return self._answer_fault(client, viewer, fault, message.request, now)
         self.motion = message.motion
         self._seats.release_poses()
@@ -404,12 +394,35 @@ class Session:
 
     def _set_fabric(self, client: int, viewer: Viewer, message: SetFabricMessage, now: float) -> list[Action]:
         if message.fabric not in self._rules.fabrics:
-            fault = _unknown("unknown_fabric", "fabric", message.fabric, self._rules.fabrics)
+            fault = unknown("unknown_fabric", "fabric", message.fabric, self._rules.fabrics)
             return self._answer_fault(client, viewer, fault, message.request, now)
         if message.fabric == self.fabric and self._phase.phase != "failed":
             return []
         self.fabric = message.fabric
         return [Order(WearFabric(message.fabric)), *self._status_if_changed(now)]
+
+    def _edit(
+        self, client: int, viewer: Viewer, message: EditMessage | UndoMessage | RedoMessage, now: float
+    ) -> list[Action]:
+        try:
+            return [Order(self._changes.asked(client, message, self._topology is not None))]
+        except ProtocolError as fault:
+            return self._answer_fault(client, viewer, fault, message.request, now)
+
+    def _answer_edit(self, ticket: int, outcome: EditMade | ProtocolError, now: float) -> list[Action]:
+        """Tell whoever asked for a change of the pattern how it ended."""
+        asker = self._changes.answered(ticket)
+        if asker is None or self._ended:
+            return []
+        if asker.client == NOBODY:
+            return [Answer(ticket, outcome)]
+        viewer = self._viewers.get(asker.client)
+        if viewer is None:
+            return []
+        if isinstance(outcome, ProtocolError):
+            return self._answer_fault(asker.client, viewer, outcome, asker.request, now)
+        edited = EditedMessage(id=outcome.last, change=outcome.change, request=asker.request)
+        return [Send(asker.client, encode(edited))]
 
     # Answers ------------------------------------------------------------------------------------------------------
 
@@ -476,12 +489,11 @@ class Session:
         self._drop(client)
         self._seats.leave(client, now, for_good)
         self._watched_until = now
-        return [*self._steer(), *self._flow.orders()] if not self._ended else []
+        if self._ended:
+            return []
+        let_go = self._changes.left(client)
+        return [*([] if let_go is None else [Order(let_go)]), *self._steer(), *self._flow.orders()]
 
     def _drop(self, client: int) -> None:
         del self._viewers[client]
         self._flow.close(client)
-
-
-def _unknown(code: str, kind: str, name: str, known: Sequence[str]) -> ProtocolError:
-    return ProtocolError(code, f"$.{kind}", f"There is no {kind} {name!r}.", f"Choose one of: {', '.join(known)}.")

@@ -6,13 +6,15 @@ import asyncio
 import itertools
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any
 
+from tryon_protocol import ProtocolError
 from tryon_server.runtime.interface import Simulation
 from tryon_server.sessions import Action, Close, End, Order, Send, SendFrame, Session
-from tryon_server.sessions.actions import POLICY_VIOLATION
-from tryon_server.sessions.commands import Command
-from tryon_server.sessions.events import Event, PhaseChanged, Troubled
+from tryon_server.sessions.actions import POLICY_VIOLATION, Answer, Keep
+from tryon_server.sessions.commands import Command, EditStep
+from tryon_server.sessions.events import EditMade, Event, PhaseChanged, Troubled
 from tryon_server.streaming.outbox import Outbox, OutboxFullError
 
 logger = logging.getLogger(__name__)
@@ -28,6 +30,7 @@ class LiveSession:
         start_simulation: starts it; is given the function that takes its events, which may be called from any thread.
         on_end: called once, with the reason, when the session has ended.
         complete: adds to a command for the simulation what the machine does not know, such as where a file is.
+        keep: stores a change of the pattern; blocking. Raises what the store raises.
     """
 
     def __init__(
@@ -36,9 +39,13 @@ class LiveSession:
         start_simulation: Callable[[Callable[[Event], None]], Simulation],
         on_end: Callable[[LiveSession, str], None],
         complete: Callable[[Command], Command] = lambda command: command,
+        keep: Callable[[EditMade], None] = lambda _made: None,
     ) -> None:
         self.machine = machine
         self._complete = complete
+        self._keep = keep
+        self._keeping: asyncio.Task[None] | None = None
+        self._asked: dict[int, asyncio.Future[EditMade]] = {}
         self._on_end = on_end
         self._outboxes: dict[int, Outbox] = {}
         self._numbers = itertools.count(1)
@@ -66,6 +73,19 @@ class LiveSession:
     def receive_text(self, client: int) -> None:
         """A text message arrived."""
         self._carry_out(self.machine.receive_text(client, self.now))
+
+    async def change_pattern(
+        self, step: EditStep, edit: Mapping[str, Any] | None = None, mirror: bool = False
+    ) -> EditMade:
+        """Change the pattern for somebody without a connection; what was made, once it is kept.
+
+        Raises:
+            ProtocolError: it was refused, or not now.
+        """
+        ticket, actions = self.machine.change_pattern(step, edit, mirror)
+        asked = self._asked[ticket] = self._loop.create_future()
+        self._carry_out(actions)
+        return await asked
 
     def disconnect(self, client: int, left: bool = False) -> None:
         """A connection has ended; ``left``: the client closed it in good order."""
@@ -114,9 +134,38 @@ class LiveSession:
                         self._outboxes[client].close(code, reason)
                 case Order(command):
                     self._simulation.order(self._complete(command))
+                case Keep(made):
+                    self._keeping = self._loop.create_task(self._keep_after(self._keeping, made))
+                case Answer(ticket, outcome):
+                    self._answer(self._asked.pop(ticket, None), outcome)
                 case End(reason):
                     self._simulation.stop()
+                    for asked in self._asked.values():
+                        self._answer(asked, ProtocolError("unknown_session", "$", f"{reason}.", "Open a new session."))
+                    self._asked.clear()
                     self._on_end(self, reason)
         for client in overflowed:
             self._outboxes.pop(client).overflow(POLICY_VIOLATION, "The client reads nothing")
             self._carry_out(self.machine.disconnect(client, self.now))
+
+    async def _keep_after(self, before: asyncio.Task[None] | None, made: EditMade) -> None:
+        """Store a change of the pattern, after the one before, and say so."""
+        if before is not None:
+            await before
+        fault = None
+        try:
+            await asyncio.to_thread(self._keep, made)
+        except Exception as error:
+            logger.exception("session %s: an edit could not be stored", self.machine.id)
+            what = f"The edit is made, but could not be stored: {error!r:.200}."
+            fault = ProtocolError("edit_not_kept", "$", what, "Make room on its disk, then undo and repeat the edit.")
+        self._carry_out(self.machine.kept(made, fault, self.now))
+
+    @staticmethod
+    def _answer(asked: asyncio.Future[EditMade] | None, outcome: EditMade | ProtocolError) -> None:
+        if asked is None or asked.done():  # who asked has gone
+            return
+        if isinstance(outcome, ProtocolError):
+            asked.set_exception(outcome)
+        else:
+            asked.set_result(outcome)

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import logging
 import secrets
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from tryon_server.garments.service import GarmentService
 from tryon_server.persistence import (
     FIT,
     BodyRecord,
+    EditRecord,
+    EditStore,
     GarmentRecord,
     KeptFiles,
     MotionRecord,
@@ -26,6 +31,7 @@ from tryon_server.runtime.interface import Catalogue, Placement
 from tryon_server.runtime.order import DrapeOrder, MeshReading, WorkOrder
 from tryon_server.sessions import OWN_MOTION, Rules, Session
 from tryon_server.sessions.commands import Command, FollowMotion, MotionFile, MotionReading
+from tryon_server.sessions.events import EditMade
 from tryon_server.settings import Settings
 from tryon_server.streaming.live_session import LiveSession
 from tryon_server.uploads.service import BodyUploads, MotionUploads
@@ -35,6 +41,7 @@ logger = logging.getLogger(__name__)
 RESTART_RETRY_SECONDS = (
     2.0  # after a restart of the server clients come back no sooner than this, spread over twice that
 )
+BEGINNING = 0  # in place of an edit's number: the pattern that a session began with, where that is another one's
 UNWATCHED_SECONDS = 10.0  # a session that nobody has watched for this long may make room for a new one
 
 
@@ -43,7 +50,7 @@ class Opening:
     """What somebody asks a new session to be; None leaves the choice to the server, a motion of None means a stream.
 
     ``size`` is that of a sewing pattern over its own, or ``fit`` for the one that fits; a ``body`` that was uploaded
-    moves by itself.
+    moves by itself. ``continues``: with the pattern of that session, as it was edited.
     """
 
     garment: str
@@ -52,6 +59,7 @@ class Opening:
     preset: str | None
     size: Size = 1.0
     body: str | None = None
+    continues: str | None = None
 
 
 @dataclass(frozen=True)
@@ -75,6 +83,7 @@ class LiveSessions:
         bodies: BodyUploads,
         files: KeptFiles,
         store: SessionStore,
+        edits: EditStore,
         server: str,
     ) -> None:
         self._settings = settings
@@ -84,6 +93,7 @@ class LiveSessions:
         self._bodies = bodies
         self._files = files
         self._store = store
+        self._edits = edits
         there = (motion for motion in motions.all() if _is_there(motions, motion))
         self._motions = {motion.id: _Motion(motion.digest, _file_of(motions, motion)) for motion in there}
         self._live: dict[str, LiveSession] = {}
@@ -137,6 +147,8 @@ class LiveSessions:
         try:
             order = self._work_order(record, garment, body)
             await asyncio.to_thread(self._store.add, record)
+            if opening.continues is not None:
+                order = await self._go_on_from(opening.continues, record, order)
             self._make_room()
         except ProblemError as error:
             await self._note_end(record.id, error.problem.message)
@@ -152,6 +164,7 @@ class LiveSessions:
             lambda on_event: self._placement.place(order, on_event),
             self._ended,
             partial(self._complete, record.id),
+            partial(self._keep, record.id),
         )
         self._live[record.id] = live
         return live
@@ -189,6 +202,67 @@ class LiveSessions:
             self._files.hold(session_id, motion.digest)
             return replace(command, file=motion.file)
         return command
+
+    def _keep(self, session_id: str, made: EditMade) -> None:
+        """Store a change of a session's pattern; blocking."""
+        if made.edit is None or made.specification is None:
+            self._edits.mark(session_id, made.id, undone=made.step == "undo")
+            return
+        self._edits.add(
+            EditRecord(
+                session=session_id,
+                id=made.id,
+                edit=made.edit,
+                mirror=made.mirror,
+                specification=made.specification,
+                made=time.time(),
+            )
+        )
+
+    async def edits(self, session_id: str) -> list[EditRecord]:
+        """The edits of a session's pattern, live or ended, oldest first. Raises ProblemError 404."""
+        await self.record(session_id)
+        return [edit for edit in await asyncio.to_thread(self._edits.all, session_id) if edit.id != BEGINNING]
+
+    async def specification(self, session_id: str) -> Mapping[str, Any]:
+        """The pattern of a session as it stands after its edits, plain JSON.
+
+        Raises:
+            ProblemError: 404 no such session or garment, 409 its garment is a mesh, 410 the garment's file is gone.
+        """
+        record = await self.record(session_id)
+        made = [edit for edit in await asyncio.to_thread(self._edits.all, session_id) if not edit.undone]
+        return made[-1].specification if made else await asyncio.to_thread(self._as_uploaded, record.garment)
+
+    def _as_uploaded(self, garment_id: str) -> Mapping[str, Any]:
+        garment = self._garments.get(garment_id)
+        if garment.notes:
+            message, remedy = "the garment is a mesh, it has no pattern", "Ask for that of a sewing pattern"
+            raise problem_error("pattern.of_mesh", message, remedy, place="session", status=409)
+        pattern: Mapping[str, Any] = json.loads(self._garments.pattern_path(garment).read_text("utf-8-sig"))
+        return pattern
+
+    async def _go_on_from(self, session_id: str, record: SessionRecord, order: WorkOrder) -> WorkOrder:
+        """The order with the pattern of an earlier session, which is kept as this one's beginning.
+
+        Raises:
+            ProblemError: 404 no such session, 422 it has another garment.
+        """
+        before = await self.record(session_id)
+        if before.garment != record.garment:
+            message = f"session {session_id!r} wore the garment {before.garment!r}"
+            raise problem_error("continues.other", message, "Choose that garment", place="continues", status=422)
+        specification = await self.specification(session_id)
+        beginning = EditRecord(
+            session=record.id,
+            id=BEGINNING,
+            edit={"continues": session_id},
+            mirror=False,
+            specification=specification,
+            made=record.created,
+        )
+        await asyncio.to_thread(self._edits.add, beginning)
+        return replace(order, drape=replace(order.drape, specification=specification))
 
     def get(self, session_id: str) -> LiveSession | None:
         """The live session with this id, or None."""

@@ -122,13 +122,17 @@ class NotJsonError(PatternError):
 
 def load_pattern(path: str | Path) -> Pattern:
     """Read and check the pattern specification file at the path. Raises PatternError."""
+    return parse_pattern_bytes(read_pattern_file(path))
+
+
+def read_pattern_file(path: str | Path) -> bytes:
+    """What the file at the path holds, unchecked. Raises PatternError when it can't be read."""
     try:
-        content = Path(path).read_bytes()
+        return Path(path).read_bytes()
     except OSError as error:
         raise PatternError(
             f"the file cannot be read ({error.strerror})", str(path), "Give the path of a pattern file"
         ) from error
-    return parse_pattern_bytes(content)
 
 
 def parse_pattern_bytes(content: bytes) -> Pattern:

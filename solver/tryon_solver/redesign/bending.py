@@ -49,7 +49,12 @@ def move_handle(draft: Draft, edit: MoveHandle) -> None:
 
 def handle_count(curve: curves.Curve) -> int:
     """How many handles MoveHandle can move."""
-    return 1 if isinstance(curve, curves.Arc) else len(_handles(curve))
+    return len(handle_places(curve))
+
+
+def handle_places(curve: curves.Curve) -> Points:
+    """Where the handles (k, 2) m are that MoveHandle moves, in its order."""
+    return curve.points([0.5]) if isinstance(curve, curves.Arc) else _handles(curve)
 
 
 def _handles(curve: curves.Curve) -> Points:

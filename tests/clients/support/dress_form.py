@@ -103,6 +103,8 @@ class Tunic:
         self.current, self.t = self.pose, 0.0
 
     own_motion = None
+    specification = None
+    outgrown = ""
 
     def leap(self, by: np.ndarray) -> None:
         self.origin = self.origin + by

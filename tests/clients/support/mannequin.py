@@ -57,6 +57,8 @@ class Tunic:
         self.current = self.pose
 
     own_motion = None
+    specification = None
+    outgrown = ""
 
     def leap(self, by: np.ndarray) -> None:
         self.origin = self.origin + by

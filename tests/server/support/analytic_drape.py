@@ -2,7 +2,10 @@
 
 The name of the fabric says how: ``cotton`` behaves, ``tight`` can't be dressed, ``nan`` yields a NaN after ten steps,
 ``failing`` raises in every step, ``crash`` ends the process after ten steps, ``greedy`` takes 32 MB
-more in each step, ``slow`` takes 0.2 s a step, ``denim`` is out of bounds, ``resting`` is asleep.
+more in each step, ``slow`` takes 0.2 s a step, ``denim`` is out of bounds, ``resting`` is asleep, ``mesh`` has no
+pattern. Its pattern is two squares sewn together. It takes on any shape but a narrower one than NARROWEST: that needs
+another mesh, and under TIGHTEST it can't be dressed. On the way to one of LATE_WIDTH it finds that it needs another
+mesh.
 """
 
 from __future__ import annotations
@@ -20,6 +23,7 @@ from tryon_solver.body.motion import Motion
 from tryon_solver.body.pose import Pose, skin
 
 SIDE = 12
+NARROWEST, TIGHTEST, LATE_WIDTH = 0.4, 0.3, 0.7  # m, of the first square
 FITTING_SIZE = 0.93  # what a size that is looked for comes to
 
 
@@ -62,6 +66,28 @@ class Facts:
         return asdict(self)
 
 
+def squares(width: float = 0.5):
+    """The specification of two squares, 50 cm a side unless the first is another `width` m, sewn at their sides."""
+    square = [[0, 0], [50, 0], [50, 50], [0, 50]]
+    first = [[x * width / 0.5, y] for x, y in square]
+    edges = [{"endpoints": [k, (k + 1) % 4]} for k in range(4)]
+    panels = {
+        name: {"vertices": vertices, "edges": edges, "translation": [0, 0, z], "rotation": [0, 0, 0]}
+        for name, vertices, z in (("front", first, 20), ("back", square, -20))
+    }
+    stitches = [[{"panel": "front", "edge": e}, {"panel": "back", "edge": e}] for e in (1, 3)]
+    return {
+        "pattern": {"panels": panels, "stitches": stitches, "panel_order": ["front", "back"]},
+        "properties": {"units_in_meter": 100, "curvature_coords": "relative", "normalize_panel_translation": False},
+    }
+
+
+def width_of(specification) -> float:
+    """Of the first square's lower edge [m]."""
+    (x0, _), (x1, _) = specification["pattern"]["panels"]["front"]["vertices"][:2]
+    return round((x1 - x0) / 100, 6)
+
+
 class WavingSheet:
     """SIDE x SIDE vertices in front of the root, waving as time goes by."""
 
@@ -85,8 +111,19 @@ class WavingSheet:
         self.origin = np.zeros(3)
         self.current, self.t, self.steps = self.pose, 0.0, 0
         self.hoard: list[np.ndarray] = []
+        self.specification = None if behaviour == "mesh" else squares()
+        self.shapes: list[float] = []
+        self.late = False
 
     own_motion = None
+    outgrown = ""
+
+    def reshape(self, specification) -> str:
+        self.outgrown, self.late = "", width_of(specification) == LATE_WIDTH
+        if width_of(specification) < NARROWEST:
+            return "the sheet is squeezed"
+        self.shapes.append(width_of(specification))
+        return ""
 
     def leap(self, by: np.ndarray) -> None:
         self.origin = self.origin + by
@@ -95,6 +132,8 @@ class WavingSheet:
         assert t > self.t, "time goes forward"
         pose.validate(self.outfit.body)
         self.steps += 1
+        if self.late:
+            self.outgrown = "a row is too long"
         if self.behaviour == "failing":
             raise RuntimeError("the step diverged")
         if self.behaviour == "crash" and self.steps > 10:
@@ -123,6 +162,8 @@ class WavingSheet:
 
 def build(order, progress) -> WavingSheet:
     progress("Sewing", 0.5)
+    if order.specification is not None and width_of(order.specification) < TIGHTEST:
+        raise problem_error("garment.unfit", "it is too tight", "Make it wider.", place="garment")
     if order.fabric == "tight":
         told = order.body_reading
         on = f" on {order.body_name!r}; --body-animation is {told.animation}, --body-facing is {told.facing}"
@@ -130,6 +171,8 @@ def build(order, progress) -> WavingSheet:
         on += f"; it rests in its {order.reading.rest_shape}" if order.reading.rest_shape else ""
         raise problem_error("garment.unfit", f"a seam of {order.garment_name!r} stayed open{on}", "Enlarge the pieces.")
     sheet = WavingSheet(order.fabric)
+    if order.specification is not None:
+        sheet.specification = order.specification
     sheet.outfit = replace(sheet.outfit, size=FITTING_SIZE if order.size is None else order.size)
     return sheet
 

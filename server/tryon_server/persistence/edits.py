@@ -1,0 +1,77 @@
+"""Edits of the patterns that sessions wear: what outlives a server that is killed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+import msgspec
+from sqlalchemy import Engine, select
+
+from tryon_server.persistence import tables
+
+
+class EditRecord(msgspec.Struct, frozen=True, kw_only=True):
+    """An edit of a session's pattern: its number there, the edit as plain JSON, whether it was made on both sides, the
+    pattern that it made, when [s since 1970], and whether it has been taken back."""
+
+    session: str
+    id: int
+    edit: Mapping[str, Any]
+    mirror: bool
+    specification: Mapping[str, Any]
+    made: float
+    undone: bool = False
+
+
+class EditStore(Protocol):
+    """Where edits are kept."""
+
+    def add(self, edit: EditRecord) -> None:
+        """Keep a new edit; what had been taken back in its session is forgotten."""
+
+    def mark(self, session: str, edit_id: int, undone: bool) -> None:
+        """Note that an edit was taken back, or made again."""
+
+    def all(self, session: str) -> list[EditRecord]:
+        """The edits of a session, oldest first, with those that were taken back."""
+
+
+class SqlEdits:
+    """Edits in a relational database."""
+
+    def __init__(self, engine: Engine) -> None:
+        self._engine = engine
+
+    def add(self, edit: EditRecord) -> None:
+        columns = tables.edits.c
+        forget = tables.edits.delete().where(columns.session == edit.session, columns.undone.is_(True))
+        values = {
+            **msgspec.structs.asdict(edit),
+            "edit": msgspec.json.encode(edit.edit).decode(),
+            "specification": msgspec.json.encode(edit.specification).decode(),
+        }
+        with self._engine.begin() as connection:
+            connection.execute(forget)
+            connection.execute(tables.edits.insert().values(values))
+
+    def mark(self, session: str, edit_id: int, undone: bool) -> None:
+        columns = tables.edits.c
+        which = (columns.session == session, columns.id == edit_id)
+        with self._engine.begin() as connection:
+            connection.execute(tables.edits.update().where(*which).values(undone=undone))
+
+    def all(self, session: str) -> list[EditRecord]:
+        query = select(tables.edits).where(tables.edits.c.session == session).order_by(tables.edits.c.id)
+        with self._engine.connect() as connection:
+            rows = connection.execute(query).mappings().all()
+        return [
+            EditRecord(
+                **{
+                    **{str(name): value for name, value in row.items()},
+                    "edit": msgspec.json.decode(row["edit"]),
+                    "specification": msgspec.json.decode(row["specification"]),
+                }
+            )
+            for row in rows
+        ]

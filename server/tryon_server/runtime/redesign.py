@@ -1,0 +1,60 @@
+"""The pattern of a session's garment under change: the edits that were made of it, and what a command makes of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+from tryon_server.sessions.commands import ChangePattern
+from tryon_server.sessions.events import EditMade
+from tryon_solver.redesign.apply import apply
+from tryon_solver.redesign.both_sides import apply_to_both
+from tryon_solver.redesign.edits import Edit
+from tryon_solver.redesign.history import History
+from tryon_solver.redesign.plain import parse_edit, plain
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What a command asks for.
+
+    Attributes:
+        history: the edits as they are then; those that are kept, where the command only shows something.
+        specification: the pattern to wear, plain JSON.
+        notes: what happened besides, for people.
+        id: of the edit that is made, taken back or made again; 0 of one that is only shown.
+        edit: a new edit.
+    """
+
+    history: History
+    specification: Mapping[str, Any]
+    notes: tuple[str, ...] = ()
+    id: int = 0
+    edit: Edit | None = None
+
+    def made(self, command: ChangePattern, change: Literal["value", "topology"]) -> EditMade:
+        """The event that tells that it is done."""
+        last = self.history.done[-1].id if self.history.done else 0
+        made = EditMade(command.ticket, command.step, self.id, last, change)
+        if self.edit is None:
+            return made
+        return replace(made, edit=plain(self.edit), mirror=command.mirror, specification=self.specification)
+
+
+def wanted(history: History, command: ChangePattern) -> Wanted:
+    """What the command makes of a pattern with this history. Raises EditError, and then nothing is to be changed."""
+    if command.step == "undo":
+        after = history.undo()
+        return Wanted(after, after.specification, id=history.done[-1].id)
+    if command.step == "redo":
+        after = history.redo()
+        return Wanted(after, after.specification, id=after.done[-1].id)
+    if command.edit is None and command.hold:
+        return Wanted(history, history.specification)
+    edit = parse_edit(command.edit)
+    edited = (apply_to_both if command.mirror else apply)(history.specification, edit)
+    if command.hold:
+        return Wanted(history, edited.specification, edited.notes)
+    after = history.append(edit, edited.specification)
+    return Wanted(after, edited.specification, edited.notes, after.done[-1].id, edit)

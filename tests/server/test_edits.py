@@ -1,0 +1,205 @@
+"""Edits over REST and the websocket of a real server, kept in its database also when it is killed."""
+
+import asyncio
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import httpx
+import pytest
+from analytic_drape import squares, width_of
+from asking import refused
+from live_server import LiveServer
+
+from tryon_client import connect
+from tryon_protocol import DesignMessage, EditedMessage, EditMessage, ErrorMessage
+from tryon_server.persistence import EditRecord, SqlEdits, open_database
+
+WIDER = {"kind": "scale_piece", "panel": "front", "factors": [1.2, 1.0]}
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory):
+    """A server of its own: these sessions leave edits behind."""
+    live = LiveServer(tmp_path_factory.mktemp("edits"))
+    yield live
+    live.stop()
+
+
+def dressed(server, **wishes) -> str:
+    """A new session, once its garment is dressed; its id."""
+    session = server.open(**wishes)
+    for _ in range(300):
+        if server.http.get(f"/api/sessions/{session}").json()["state"] == "running":
+            return session
+        time.sleep(0.05)
+    raise AssertionError(server.http.get(f"/api/sessions/{session}").json())
+
+
+def test_an_edit_over_rest_is_made_listed_and_in_the_pattern(server):
+    path = f"/api/sessions/{dressed(server)}"
+    reply = server.http.post(f"{path}/edits", json={"edit": WIDER})
+    assert (reply.status_code, reply.json()) == (201, {"id": 1, "last": 1, "change": "value"})
+    (edit,) = server.http.get(f"{path}/edits").json()
+    assert (edit["id"], edit["edit"], edit["mirror"], edit["undone"]) == (1, WIDER, False, False)
+    assert abs(edit["made"] - time.time()) < 60
+    assert width_of(server.http.get(f"{path}/pattern").json()) == 0.6
+    assert server.http.post(f"{path}/edits/undo").json() == {"id": 1, "last": 0, "change": "value"}
+    assert server.http.get(f"{path}/edits").json()[0]["undone"]
+    refused(server.http.post(f"{path}/edits/undo"), 422, "edit.refused")
+    assert server.http.post(f"{path}/edits/redo").json()["last"] == 1
+
+
+def test_the_pattern_of_a_session_without_edits_is_its_garment_s(server):
+    session = dressed(server)
+    pattern = server.http.get(f"/api/sessions/{session}/pattern").json()
+    uploaded = server.http.post("/api/garments", json=pattern)
+    assert uploaded.status_code == 201, uploaded.text
+    assert server.http.get(f"/api/sessions/{session}/edits").json() == []
+
+
+@pytest.mark.parametrize(
+    ("body", "status", "code", "place"),
+    [
+        ({"edit": {"kind": "knit"}}, 422, "edit.refused", "kind"),
+        ({"edit": WIDER | {"panel": "frond"}}, 422, "edit.refused", "panel"),
+        ({"edit": 3}, 422, "request.invalid", "edit"),
+        ({"edits": WIDER}, 422, "request.invalid", None),
+        ({}, 422, "request.invalid", "edit"),
+    ],
+)
+def test_a_bad_edit_is_refused_and_named(server, body, status, code, place):
+    session = dressed(server)
+    told = refused(server.http.post(f"/api/sessions/{session}/edits", json=body), status, code)
+    assert place in (None, told["place"])
+    assert server.http.get(f"/api/sessions/{session}/edits").json() == []
+
+
+def test_no_session_no_edit(server):
+    for method, path in (("GET", "edits"), ("POST", "edits/undo"), ("GET", "pattern")):
+        refused(server.http.request(method, f"/api/sessions/none/{path}"), 404, "session.unknown")
+    refused(server.http.post("/api/sessions/none/edits", json={"edit": WIDER}), 404, "session.unknown")
+    early = server.open(fabric="slow")
+    refused(server.http.post(f"/api/sessions/{early}/edits", json={"edit": WIDER}), 409, "edit.unexpected_message")
+
+
+def test_an_ended_session_keeps_its_edits_and_can_be_continued(server):
+    session = dressed(server)
+    server.http.post(f"/api/sessions/{session}/edits", json={"edit": WIDER})
+    server.http.delete(f"/api/sessions/{session}")
+    refused(server.http.post(f"/api/sessions/{session}/edits", json={"edit": WIDER}), 409, "session.ended")
+    assert len(server.http.get(f"/api/sessions/{session}/edits").json()) == 1
+    again = dressed(server, continues=session)
+    path = f"/api/sessions/{again}"
+    assert width_of(server.http.get(f"{path}/pattern").json()) == 0.6
+    assert server.http.get(f"{path}/edits").json() == []
+    server.http.post(f"{path}/edits", json={"edit": WIDER})
+    assert width_of(server.http.get(f"{path}/pattern").json()) == 0.72
+    third = dressed(server, continues=again)
+    assert width_of(server.http.get(f"/api/sessions/{third}/pattern").json()) == 0.72
+    refused(server.http.post("/api/sessions", json={"garment": "tube", "continues": "none"}), 404, "session.unknown")
+
+
+def test_an_edit_over_the_websocket_is_answered_and_shown(server):
+    session, seen = dressed(server), []
+
+    async def watch():
+        async with connect(server.stream_url(session)) as stream:
+            await stream.send(EditMessage(edit=WIDER, hold=True))
+            await stream.send(EditMessage(edit=WIDER, request=3))
+            await stream.send(EditMessage(edit={"kind": "knit"}, request=4))
+            async for event in stream:
+                seen.append(event)
+                if isinstance(event, ErrorMessage):
+                    return stream.design
+
+    newest = asyncio.run(asyncio.wait_for(watch(), 30.0))
+    assert [event for event in seen if isinstance(event, EditedMessage)] == [
+        EditedMessage(id=1, change="value", request=3)
+    ]
+    designs = [event for event in seen if isinstance(event, DesignMessage)]
+    assert designs[-1].panels[0].vertices[1] == (0.6, 0.0)
+    assert (designs[-1].held, len(designs[-1].done)) == (False, 1)
+    assert newest is designs[-1]
+    assert (seen[-1].code, seen[-1].request) == ("edit_refused", 4)
+    assert len(server.http.get(f"/api/sessions/{session}/edits").json()) == 1
+
+
+SERVE = """
+import asyncio, sys
+from pathlib import Path
+sys.path[:0] = sys.argv[3:]
+if __name__ == "__main__":
+    from live_server import make_app
+    from tryon_server.streaming.server import Server, listen
+    listener = listen("127.0.0.1", int(sys.argv[2]))
+    asyncio.run(Server(make_app(Path(sys.argv[1]))).serve([listener]))
+"""
+
+
+def test_an_acknowledged_edit_outlives_kill_9(tmp_path):
+    """The server's process dies without a chance to write anything, right after it answered."""
+    script = tmp_path / "serve.py"
+    script.write_text(SERVE)
+    with socket.create_server(("127.0.0.1", 0)) as probe:
+        port = probe.getsockname()[1]
+    command = [sys.executable, str(script), str(tmp_path), str(port), str(Path(__file__).parent / "support"), *sys.path]
+    with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=30.0) as http:
+
+        def started():
+            process = subprocess.Popen(command, start_new_session=True)
+            for _ in range(600):
+                try:
+                    http.get("/api/health")
+                    return process
+                except httpx.TransportError:
+                    assert process.poll() is None
+                    time.sleep(0.05)
+            raise AssertionError("the server did not start")
+
+        process = started()
+        try:
+            session = http.post("/api/sessions", json={"garment": "tube", "motion": "sway"}).json()["id"]
+            for _ in range(300):
+                if http.get(f"/api/sessions/{session}").json()["state"] == "running":
+                    break
+                time.sleep(0.05)
+            assert http.post(f"/api/sessions/{session}/edits", json={"edit": WIDER}).status_code == 201
+        finally:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+        process = started()
+        try:
+            assert width_of(http.get(f"/api/sessions/{session}/pattern").json()) == 0.6
+            assert http.get(f"/api/sessions/{session}").json()["state"] == "closed"
+            reply = http.post("/api/sessions", json={"garment": "tube", "motion": "sway", "continues": session})
+            assert reply.status_code == 201
+        finally:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+
+
+def test_edits_in_the_database(tmp_path):
+    edits = SqlEdits(open_database(f"sqlite:///{tmp_path / 'edits.db'}"))
+
+    def record(number, session="one"):
+        specification = squares(0.5 + 0.01 * number)
+        return EditRecord(
+            session=session, id=number, edit=WIDER, mirror=True, specification=specification, made=float(number)
+        )
+
+    for number in (1, 2, 3):
+        edits.add(record(number))
+    edits.add(record(1, "other"))
+    edits.mark("one", 3, undone=True)
+    edits.mark("one", 2, undone=True)
+    edits.mark("one", 2, undone=False)
+    assert [(edit.id, edit.undone) for edit in edits.all("one")] == [(1, False), (2, False), (3, True)]
+    edits.add(record(4))  # what was taken back is gone
+    assert [edit.id for edit in edits.all("one")] == [1, 2, 4]
+    assert edits.all("one")[1] == record(2)
+    assert edits.all("none") == []

@@ -1,0 +1,187 @@
+"""Edits in the worker's loop: shown, kept, taken back, refused, and dressed anew where the mesh does not serve."""
+
+import analytic_drape
+import pytest
+from analytic_drape import LATE_WIDTH, squares, width_of
+from scripted_worker import allow, work
+
+from tryon_server.sessions.commands import ChangePattern, Run, WearFabric
+from tryon_server.sessions.events import Designed, EditMade, EditRefused, FrameReady, PhaseChanged, TopologyReady
+
+
+def scale(width: float) -> dict:
+    """The first square made `width` m wide, of the half metre that it begins with."""
+    return {"kind": "scale_piece", "panel": "front", "factors": [width / 0.5, 1.0]}
+
+
+def edit(ticket: int, width: float, **more) -> ChangePattern:
+    return ChangePattern("edit", ticket, scale(width), **more)
+
+
+def hold(width: float | None) -> ChangePattern:
+    return ChangePattern("edit", 0, None if width is None else scale(width), hold=True)
+
+
+def changed(*commands, fabric="cotton", until=1.0):
+    """A running worker that is told these one after the other; its connection, and the drapes that were built."""
+    drapes = []
+
+    def build(order, progress):
+        drapes.append(analytic_drape.build(order, progress))
+        return drapes[-1]
+
+    script = [(0.001, Run(True)), (0.001, allow(1000))]
+    script += [(0.1 + 0.1 * k, command) for k, command in enumerate(commands)]
+    return work(script, until, fabric=fabric, build=build), drapes
+
+
+def events(connection, kind):
+    return [event for event in connection.events if isinstance(event, kind)]
+
+
+def widths(connection):
+    """Of the first square's lower edge, as clients are told it [m], and whether that is only held."""
+    told = [event.design for event in events(connection, Designed)]
+    return [(round(d.panels[0].vertices[1][0] - d.panels[0].vertices[0][0], 6), d.held) for d in told]
+
+
+def test_the_pattern_is_told_once_it_is_worn():
+    connection, _ = changed()
+    (told,) = [event.design for event in events(connection, Designed)]
+    assert [panel.name for panel in told.panels] == ["front", "back"]
+    assert [(seam.first, seam.second) for seam in told.seams] == [((0, 1), (1, 1)), ((0, 3), (1, 3))]
+    assert (told.done, told.undone, told.held) == ((), 0, False)
+    order = [type(event) for event in connection.events if isinstance(event, (TopologyReady, Designed))]
+    assert order == [TopologyReady, Designed]
+
+
+def test_an_edit_is_worn_and_told():
+    connection, (drape,) = changed(edit(7, 0.6))
+    (made,) = events(connection, EditMade)
+    assert (made.ticket, made.step, made.id, made.last, made.change) == (7, "edit", 1, 1, "value")
+    assert made.edit == {"kind": "scale_piece", "panel": "front", "factors": [1.2, 1.0]}
+    assert width_of(made.specification) == 0.6
+    assert drape.shapes == [0.6]
+    assert widths(connection) == [(0.5, False), (0.6, False)]
+    assert [(e.id, e.kind, e.panel) for e in events(connection, Designed)[-1].design.done] == [
+        (1, "scale_piece", "front")
+    ]
+
+
+def test_what_is_held_is_shown_and_counts_from_what_is_kept():
+    connection, (drape,) = changed(hold(0.6), hold(0.8), hold(None), hold(0.75), edit(1, 0.9))
+    assert drape.shapes == [0.6, 0.8, 0.5, 0.75, 0.9]
+    assert widths(connection)[1:] == [(0.6, True), (0.8, True), (0.5, True), (0.75, True), (0.9, False)]
+    assert [made.id for made in events(connection, EditMade)] == [1]
+
+
+def test_edits_are_taken_back_and_made_again():
+    steps = [edit(1, 0.6), edit(2, 0.7), *(ChangePattern(step, k) for k, step in ((3, "undo"), (4, "undo")))]
+    connection, (drape,) = changed(*steps, ChangePattern("redo", 5), ChangePattern("redo", 6))
+    made = events(connection, EditMade)
+    assert [(m.ticket, m.step, m.id, m.last) for m in made] == [
+        (1, "edit", 1, 1),
+        (2, "edit", 2, 2),
+        (3, "undo", 2, 1),
+        (4, "undo", 1, 0),
+        (5, "redo", 1, 1),
+        (6, "redo", 2, 2),
+    ]
+    assert drape.shapes == [0.6, 0.84, 0.6, 0.5, 0.6, 0.84]  # the second edit is one of the first one's pattern
+    assert all(m.edit is None and m.specification is None for m in made[2:])
+
+
+@pytest.mark.parametrize(
+    ("command", "place"),
+    [
+        (ChangePattern("undo", 3), "history"),
+        (ChangePattern("redo", 3), "history"),
+        (ChangePattern("edit", 3, {"kind": "move_vertex", "panel": "frond", "vertex": 0, "by": [0, 0.01]}), "panel"),
+        (ChangePattern("edit", 3, {"kind": "knit"}), "kind"),
+        (ChangePattern("edit", 3, {"kind": "scale_piece", "panel": "front", "factors": [9, 1]}), "factors[0]"),
+    ],
+)
+def test_what_can_not_be_done_is_refused_and_nothing_changes(command, place):
+    connection, (drape,) = changed(command)
+    (refused,) = events(connection, EditRefused)
+    assert (refused.ticket, refused.place) == (3, place)
+    assert refused.message
+    assert refused.remedy
+    assert drape.shapes == []
+    assert events(connection, EditMade) == []
+    assert events(connection, PhaseChanged)[-1].phase == "ready"
+
+
+def test_a_garment_without_a_pattern_refuses_edits():
+    connection, _ = changed(edit(3, 0.6), fabric="mesh")
+    (refused,) = events(connection, EditRefused)
+    assert "no sewing pattern" in refused.message
+    assert events(connection, Designed) == []
+
+
+def test_another_mesh_is_dressed_anew():
+    connection, drapes = changed(edit(1, 0.35))
+    (made,) = events(connection, EditMade)
+    assert made.change == "topology"
+    assert [width_of(drape.specification) for drape in drapes] == [0.5, 0.35]
+    assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2]
+    assert connection.events.index(made) > connection.events.index(events(connection, TopologyReady)[1])
+    assert events(connection, FrameReady)[-1].topology_id == 2
+    assert drapes[1].steps > 5
+
+
+def test_another_mesh_is_not_shown_while_it_is_held():
+    connection, drapes = changed(hold(0.35))
+    assert len(drapes) == 1
+    held = events(connection, Designed)[-1].design
+    assert held.held
+    assert any("once it is let go" in note for note in held.notes)
+
+
+def test_what_can_not_be_put_on_is_refused_and_the_old_garment_worn_on():
+    connection, (drape,) = changed(edit(1, 0.55), edit(2, 0.25), edit(3, 0.45))
+    (refused,) = events(connection, EditRefused)
+    assert refused.ticket == 2
+    assert "too tight" in refused.message
+    assert [made.id for made in events(connection, EditMade)] == [1, 2]
+    assert widths(connection)[-1] == (0.495, False)
+    assert drape.shapes == [0.55, 0.495]
+    assert events(connection, PhaseChanged)[-1].phase == "ready"
+    assert drape.steps > 30
+
+
+def test_a_shape_that_needs_another_mesh_on_the_way_is_dressed_anew():
+    connection, drapes = changed(edit(1, LATE_WIDTH))
+    assert [width_of(drape.specification) for drape in drapes] == [0.5, LATE_WIDTH]
+    assert events(connection, EditMade)[0].change == "value"
+    assert events(connection, FrameReady)[-1].topology_id == 2
+
+
+def test_a_shape_that_needs_another_mesh_on_the_way_is_let_go_where_it_is_only_held():
+    connection, (drape,) = changed(hold(LATE_WIDTH))
+    assert drape.shapes == [LATE_WIDTH, 0.5]
+    assert widths(connection) == [(0.5, False), (LATE_WIDTH, True), (0.5, True)]
+    assert any("once it is let go" in note for note in events(connection, Designed)[-1].design.notes)
+
+
+def test_another_fabric_is_worn_in_the_pattern_as_edited():
+    connection, drapes = changed(edit(1, 0.6), WearFabric("denim"), ChangePattern("undo", 2))
+    assert [width_of(drape.specification) for drape in drapes] == [0.5, 0.6]
+    assert widths(connection)[-1] == (0.5, False)
+
+
+def test_a_body_that_stands_is_simulated_again_after_an_edit():
+    def frames_after(*commands):
+        script = [(0.001, Run(True)), (0.001, allow(10**6)), *((20.0, command) for command in commands)]
+        connection = work(script, 40.0, motion=None)
+        return [t for t, event in zip(connection.times, connection.events) if isinstance(event, FrameReady) and t > 20]
+
+    assert frames_after() == []
+    after = frames_after(edit(1, 0.6))
+    assert 11.0 < after[-1] - 20.0 < 13.5
+
+
+def test_the_pattern_of_the_tests_is_one():
+    from tryon_solver.geometry.pattern import parse_pattern
+
+    assert parse_pattern(squares()).panel_names == ("front", "back")
