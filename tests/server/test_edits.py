@@ -115,14 +115,16 @@ def test_an_edit_over_the_websocket_is_answered_and_shown(server):
             async for event in stream:
                 seen.append(event)
                 if isinstance(event, ErrorMessage):
-                    return stream.design
+                    break
+            return stream.design
 
     newest = asyncio.run(asyncio.wait_for(watch(), 30.0))
     assert [event for event in seen if isinstance(event, EditedMessage)] == [
         EditedMessage(id=1, change="value", request=3)
     ]
     designs = [event for event in seen if isinstance(event, DesignMessage)]
-    assert designs[-1].panels[0].vertices[1] == (0.6, 0.0)
+    (left, _), (right, _) = designs[-1].panels[0].vertices[:2]
+    assert right - left == pytest.approx(0.6)
     assert (designs[-1].held, len(designs[-1].done)) == (False, 1)
     assert newest is designs[-1]
     assert (seen[-1].code, seen[-1].request) == ("edit_refused", 4)
