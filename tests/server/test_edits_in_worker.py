@@ -1,9 +1,10 @@
 """Edits in the worker's loop: shown, kept, taken back, refused, and dressed anew where the mesh does not serve."""
 
 import analytic_drape
+import numpy as np
 import pytest
 from analytic_drape import LATE_WIDTH, squares, width_of
-from scripted_worker import allow, work
+from scripted_worker import allow, frames, work
 
 from tryon_server.sessions.commands import ChangePattern, Run, WearFabric
 from tryon_server.sessions.events import Designed, EditMade, EditRefused, FrameReady, PhaseChanged, TopologyReady
@@ -119,11 +120,25 @@ def test_a_garment_without_a_pattern_refuses_edits():
     assert events(connection, Designed) == []
 
 
-def test_another_mesh_is_dressed_anew():
-    connection, drapes = changed(edit(1, 0.35))
+def test_another_mesh_is_put_on_from_where_the_old_one_was():
+    """The body goes on where it is, and so does the clock."""
+    connection, drapes = changed(edit(1, 0.35), edit(2, 0.6))
+    assert [made.change for made in events(connection, EditMade)] == ["topology", "value"]
+    assert len(drapes) == 1  # nothing was dressed
+    assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2]
+    assert widths(connection)[1:] == [(0.35, False), (0.42, False)]
+    shown = frames(connection)
+    times = [frame.t_sim for frame in shown[1:]]  # the first shows the garment as it was dressed
+    assert times == sorted(times)
+    assert np.diff(times).max() < 0.1
+    assert [event.phase for event in events(connection, PhaseChanged)].count("ready") == 1
+
+
+def test_another_mesh_that_can_not_be_carried_over_is_dressed_anew():
+    connection, drapes = changed(edit(1, 0.31))
     (made,) = events(connection, EditMade)
     assert made.change == "topology"
-    assert [width_of(drape.specification) for drape in drapes] == [0.5, 0.35]
+    assert [width_of(drape.specification) for drape in drapes] == [0.5, 0.31]
     assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2]
     assert connection.events.index(made) > connection.events.index(events(connection, TopologyReady)[1])
     assert events(connection, FrameReady)[-1].topology_id == 2
@@ -150,9 +165,10 @@ def test_what_can_not_be_put_on_is_refused_and_the_old_garment_worn_on():
     assert drape.steps > 30
 
 
-def test_a_shape_that_needs_another_mesh_on_the_way_is_dressed_anew():
+def test_a_shape_that_needs_another_mesh_on_the_way_gets_it():
     connection, drapes = changed(edit(1, LATE_WIDTH))
-    assert [width_of(drape.specification) for drape in drapes] == [0.5, LATE_WIDTH]
+    assert len(drapes) == 1
+    assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2]
     assert events(connection, EditMade)[0].change == "value"
     assert events(connection, FrameReady)[-1].topology_id == 2
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import analytic_drape
 import numpy as np
 import pytest
-from scripted_worker import LetGoError, ScriptedConnection, allow, work
+from scripted_worker import LetGoError, ScriptedConnection, allow, frames, work
 
-from tryon_protocol import FrameDecoder, Skeleton, Topology, TrackedPose, decode_server
+from tryon_protocol import Skeleton, TrackedPose
 from tryon_server.runtime.order import DrapeOrder, WorkOrder
 from tryon_server.runtime.stream_source import LONGEST_STEP
 from tryon_server.runtime.worker import FAILURES_IN_A_ROW, Worker
@@ -18,16 +18,6 @@ from tryon_server.sessions.commands import AllowFrame, FollowMotion, Run, UsePos
 from tryon_server.sessions.events import FrameReady, PhaseChanged, Reported, TopologyReady, Troubled
 
 REST = np.tile([0.0, 0.0, 0.0, 1.0], (3, 1))
-
-
-def frames(connection) -> list:
-    decoder, decoded = FrameDecoder(), []
-    for event in connection.events:
-        if isinstance(event, TopologyReady):
-            decoder.set_topology(Topology.from_message(decode_server(event.payload)))
-        elif isinstance(event, FrameReady):
-            decoded.append(decoder.decode(event.shared.data))
-    return decoded
 
 
 def of(connection, kind) -> list:

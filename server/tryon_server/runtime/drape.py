@@ -105,6 +105,10 @@ class Drape(Protocol):
         """Take on the pattern's shape, from the next ``advance`` on; why that needs another mesh, and then nothing is
         changed, or "". Not to be asked of a garment without a pattern."""
 
+    def recut(self, specification: Mapping[str, Any]) -> Drape | None:
+        """The pattern in a mesh of its own, put on from where the garment is worn, to go on from there: its next
+        ``advance`` is this one's. None where it has to be dressed anew. This garment stays as it is."""
+
     def leap(self, by: npt.NDArray[np.float64]) -> None:
         """Be elsewhere, body and garment as one, by (3,) whole metres, without having moved there."""
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import logging
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -22,6 +23,7 @@ from tryon_solver.body.mesh_sequence import MeshSequence
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.on_device import WornBody
 from tryon_solver.body.pose import Pose
+from tryon_solver.dressing.carry_over import CarryError, carry_over
 from tryon_solver.dressing.dress import Dressed, dress
 from tryon_solver.dressing.dress_mesh import dress_mesh
 from tryon_solver.dressing.fit import DressingError, StanceError
@@ -50,6 +52,8 @@ from tryon_solver.scene import LIVE, Scene
 from tryon_solver.settings import PRESETS, Settings
 from tryon_solver.simulation import Simulation, build
 
+logger = logging.getLogger(__name__)
+
 EDGE_LENGTHS = {"draft": 0.017, "live": 0.0085, "fit": 0.006}
 """Length of the mesh's edges [m] by preset: a T-shirt has about 2.5, 10 and 20 thousand vertices."""
 
@@ -75,11 +79,12 @@ Named = TypeVar("Named")
 
 @dataclass(frozen=True)
 class WornPattern:
-    """A sewing pattern as it is worn: plain JSON, meshed in `size` times its own."""
+    """A sewing pattern as it is worn: plain JSON, meshed in `size` times its own by edges of `edge_length` m."""
 
     specification: Mapping[str, Any]
     panels: PanelMesh
     size: float
+    edge_length: float
 
     def edit_of(self, simulation: Simulation) -> LiveEdit:
         """The simulated garment made ready to take on other shapes of this pattern."""
@@ -130,6 +135,7 @@ class SolverDrape:
         self.outgrown = ""
         self._worn = worn
         self._edit: LiveEdit | None = None
+        self._stance, self._time = pose, 0.0  # of the last advance
 
     def reshape(self, specification: Mapping[str, Any]) -> str:
         """Take on the pattern's shape; why that needs another mesh, or ""."""
@@ -139,6 +145,25 @@ class SolverDrape:
             self._edit = self._worn.edit_of(self.simulation)
         remesh = self._edit.want(parse_pattern(specification))
         return "" if remesh is None else remesh.message
+
+    def recut(self, specification: Mapping[str, Any]) -> SolverDrape | None:
+        """The pattern in a mesh of its own, put on from where this garment is worn; None where it can't be."""
+        worn = self._worn
+        assert worn is not None
+        before = worn.panels if self._edit is None else in_size(self._edit.now, worn.size)
+        try:
+            panels = mesh_in_size(parse_pattern(specification), worn.edge_length, worn.size)
+            carried = carry_over(self.simulation, before, panels)
+        except (CarryError, GarmentError, PatternError) as error:
+            logger.info("the garment is dressed anew: %s", error)
+            return None
+        cut = replace(worn, specification=specification, panels=panels)
+        old, names = self.outfit, panels.panel_names
+        drape = SolverDrape(carried.simulation, self._stance, names, old.body, old.notes, size=old.size, worn=cut)
+        drape.outfit = replace(drape.outfit, fit=old.fit, fitting_size=old.fitting_size)
+        drape.own_motion, drape.origin = self.own_motion, self.origin
+        drape._dressed_at, drape._time = -self._time, self._time
+        return drape
 
     def leap(self, by: npt.NDArray[np.float64]) -> None:
         """Be elsewhere by (3,) whole metres: nothing changes but where the solver's origin lies."""
@@ -159,7 +184,9 @@ class SolverDrape:
                 self._edit.before_frame(self._dressed_at + t)
             except (GarmentError, OtherStructureError) as error:
                 self.outgrown = str(error)
-        return self.simulation.advance(moving.moved(pose, -self.origin), self._dressed_at + t, longest_step)
+        report = self.simulation.advance(moving.moved(pose, -self.origin), self._dressed_at + t, longest_step)
+        self._stance, self._time = pose, t
+        return report
 
     def cloth_positions(self) -> npt.NDArray[np.float32]:
         """(N, 3) positions of the cloth [m], from ``origin``."""
@@ -239,7 +266,7 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
     if room.note:
         notes = (f"body: {room.note}", *notes)
     names, size = dressed.panels.panel_names, fitted.size
-    worn = WornPattern(json.loads(content), dressed.panels, size)
+    worn = WornPattern(json.loads(content), dressed.panels, size, edge_length)
     told = how_read(order.body)
     return _drape(dressed.simulation, dressed.pose, names, body, moving, told, notes, opening, size, worn)
 

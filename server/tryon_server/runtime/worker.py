@@ -100,6 +100,7 @@ class Worker:
         self._posture: Posture | None = None
         self._complained = -math.inf
         self._pose: Stance | None = None
+        self._move: Move | None = None  # the last one; None of a garment that has not moved since it was dressed
         self._history: History | None = None
         self._held = False
         self._worn: tuple[str, float | None, tuple[str, ...], float | None] = ("", None, (), None)
@@ -235,7 +236,12 @@ class Worker:
         self._tell(Designed(design_of(asked.specification, asked.history, notes=asked.notes)))
 
     def _dress_in(self, specification: Mapping[str, Any]) -> None:
-        """Dress anew, in this pattern. Raises EditError when it can't be put on; what was worn is worn on then."""
+        """Wear this pattern in another mesh. Raises EditError, and nothing has changed, when it can't be put on."""
+        recut = None if self._drape is None else self._drape.recut(specification)
+        if recut is not None:
+            self._tell(self._publisher.dress(recut, self._move))
+            self._drape = recut
+            return
         order = replace(self._order.drape, fabric=self._fabric, specification=specification)
         try:
             self._put_on(self._build(order, self._progress))
@@ -286,7 +292,7 @@ class Worker:
             self._history = History(drape.specification)
         self._follower = Follower(drape.outfit.body)
         self._posture = Posture(drape.outfit.body)
-        self._simulated, self._failures, self._cost = 0.0, 0, 0.0
+        self._simulated, self._failures, self._cost, self._move = 0.0, 0, 0.0, None
         self._follow()
         self._tell(announcement)
         outfit = drape.outfit
@@ -351,7 +357,7 @@ class Worker:
             return self._count_failure("a position is not a number")
         self._failures = 0
         self._simulated += move.dt
-        self._pose = move.pose
+        self._pose, self._move = move.pose, move
         self._publisher.show(move)
         self._cost = self._clock() - begun
         self._solved = (facts, move, 1e3 * self._cost)

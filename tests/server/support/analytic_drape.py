@@ -4,8 +4,8 @@ The name of the fabric says how: ``cotton`` behaves, ``tight`` can't be dressed,
 ``failing`` raises in every step, ``crash`` ends the process after ten steps, ``greedy`` takes 32 MB
 more in each step, ``slow`` takes 0.2 s a step, ``denim`` is out of bounds, ``resting`` is asleep, ``mesh`` has no
 pattern. Its pattern is two squares sewn together. It takes on any shape but a narrower one than NARROWEST: that needs
-another mesh, and under TIGHTEST it can't be dressed. On the way to one of LATE_WIDTH it finds that it needs another
-mesh.
+another mesh, under RECUT it is dressed anew, and under TIGHTEST it can't be dressed. On the way to one of LATE_WIDTH it
+finds that it needs another mesh.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from tryon_solver.body.motion import Motion
 from tryon_solver.body.pose import Pose, skin
 
 SIDE = 12
-NARROWEST, TIGHTEST, LATE_WIDTH = 0.4, 0.3, 0.7  # m, of the first square
+NARROWEST, RECUT, TIGHTEST, LATE_WIDTH = 0.4, 0.33, 0.3, 0.7  # m, of the first square
 FITTING_SIZE = 0.93  # what a size that is looked for comes to
 
 
@@ -124,6 +124,13 @@ class WavingSheet:
             return "the sheet is squeezed"
         self.shapes.append(width_of(specification))
         return ""
+
+    def recut(self, specification) -> WavingSheet | None:
+        if width_of(specification) < RECUT:
+            return None
+        sheet = WavingSheet(self.behaviour)
+        sheet.specification, sheet.t, sheet.current, sheet.origin = specification, self.t, self.current, self.origin
+        return sheet
 
     def leap(self, by: np.ndarray) -> None:
         self.origin = self.origin + by

@@ -7,9 +7,11 @@ from pathlib import Path
 import analytic_drape
 import pytest
 
+from tryon_protocol import FrameDecoder, Topology, decode_server
 from tryon_server.runtime.order import DrapeOrder, WorkOrder
 from tryon_server.runtime.worker import Worker
 from tryon_server.sessions.commands import AllowFrame
+from tryon_server.sessions.events import FrameReady, TopologyReady
 
 
 class LetGoError(Exception):
@@ -61,3 +63,14 @@ def allow(total: int, **forms: bool) -> AllowFrame:
     return AllowFrame(
         **({"total": total, "keyframe": False, "standalone": False, "plain": False, "again": False} | forms)
     )
+
+
+def frames(connection) -> list:
+    """What a client decodes of all that was published."""
+    decoder, decoded = FrameDecoder(), []
+    for event in connection.events:
+        if isinstance(event, TopologyReady):
+            decoder.set_topology(Topology.from_message(decode_server(event.payload)))
+        elif isinstance(event, FrameReady):
+            decoded.append(decoder.decode(event.shared.data))
+    return decoded

@@ -1,0 +1,117 @@
+"""The next cut of a garment put on from the one that is worn: Algorithm 2's edit where triangles or seams change.
+
+Every vertex of the new mesh lies where the fabric lay that it is made of: the pieces' flat places say which triangle of
+the old mesh that was. Places, and velocities with them, are carried over from there; what is sewn together now meets in
+the middle; what was sewn and is open now is drawn back by a fabric's thickness. The state is then freed of contact as a
+garment that comes as a mesh is (dressing/untangle.py), and goes on from there with the body where it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from tryon_solver.dressing.untangle import Freed, TangledError, untangle
+from tryon_solver.geometry.garment import Garment
+from tryon_solver.geometry.panel_mesh import PanelMesh
+from tryon_solver.geometry.weld import WeldedMesh, weld
+from tryon_solver.scene import Scene
+from tryon_solver.simulation import Simulation, build
+
+Points = NDArray[np.float64]
+
+NEIGHBOURS = 12  # triangles of the old mesh that are looked at for a vertex, by their middles
+ROOM = 1.2  # offsets of cloth from cloth that lie between edges that were sewn together before
+MOST_STRETCH = 1.5  # times the fabric's limit: drawn so far together, cloth is better dressed anew
+
+
+class CarryError(ValueError):
+    """The new cut can't be put on from the old one: it has to be dressed anew."""
+
+
+@dataclass(frozen=True)
+class Carried:
+    """The new cut, worn: the running simulation, its welded mesh, and what had to be freed."""
+
+    simulation: Simulation
+    welded: WeldedMesh
+    freed: Freed
+
+
+def carry_over(worn: Simulation, before: PanelMesh, after: PanelMesh) -> Carried:
+    """Put on the mesh `after` where the garment `worn` is, whose mesh is `before`, both in the size that is worn.
+
+    The new simulation has the old one's body in its stance, its collision surface, fabric, effects and settings; its
+    clock begins at 0. Raises CarryError, or GarmentError as `build`; the old simulation is as it was.
+    """
+    assert worn.scene.body is not None
+    face, weights = source(before, after)
+    corners = worn.scene.garment.faces[face]
+    joined = weld(after)
+    x, v = (
+        joined.mean_of_vertices(np.einsum("vk,vkd->vd", weights, values[corners].astype(np.float64)))
+        for values in (worn.cloth_positions(), worn.state.v.numpy())
+    )
+    garment = Garment(joined.vertex_of_corner, joined.uv_corners, joined.panel_of_face, joined.vertex_count)
+    x = drawn_back(garment, x, ROOM * worn.contact.sizes.xi_self)
+    assert worn.body is not None
+    scene = Scene(garment, x, worn.scene.body, worn.scene.fabric, worn.scene.effects)
+    surface = worn.body_positions().astype(np.float64)
+    simulation = build(scene, worn.settings, worn.device, worn.body.pose, surface, tangled=True)
+    try:
+        freed = untangle(simulation)
+    except TangledError as error:
+        raise CarryError(f"where the garment is worn, {error}") from error
+    most = float(simulation.stretches().max())
+    limit = MOST_STRETCH * worn.scene.fabric.strain_limit
+    if most > limit:
+        raise CarryError(f"where the garment is worn, it would be stretched to {most:.2f} times its length")
+    simulation.state.v.assign(v.astype(np.float32))
+    return Carried(simulation, joined, freed)
+
+
+def source(before: PanelMesh, after: PanelMesh) -> tuple[NDArray[np.int64], Points]:
+    """Of every vertex of `after`: the triangle of `before` in whose plane it lies nearest, (V,), and its barycentric
+    coordinates there, (V, 3), below 0 and above 1 for what lies beyond the old pieces."""
+    triangles = before.placed[before.faces]
+    count = min(NEIGHBOURS, len(triangles))
+    _, near = cKDTree(triangles.mean(axis=1)).query(after.placed, k=count)
+    near = near.reshape(len(after.placed), count)
+    a, b, c = (triangles[near, k] for k in range(3))
+    weights = barycentric(a, b, c, after.placed[:, None])
+    clipped = np.clip(weights, 0.0, None)
+    clipped /= clipped.sum(axis=-1, keepdims=True)
+    nearest = np.einsum("vnk,vnkd->vnd", clipped, triangles[near])
+    best = np.linalg.norm(nearest - after.placed[:, None], axis=-1).argmin(axis=1)
+    row = np.arange(len(best))
+    return near[row, best], weights[row, best]
+
+
+def barycentric(a: Points, b: Points, c: Points, p: Points) -> Points:
+    """(..., 3) coordinates in the triangles' planes of the points' feet there, (..., 3) m each."""
+    u, v, w = b - a, c - a, p - a
+    uu, uv, vv = ((s * t).sum(-1) for s, t in ((u, u), (u, v), (v, v)))
+    wu, wv = (w * u).sum(-1), (w * v).sum(-1)
+    area = uu * vv - uv * uv
+    beta, gamma = (vv * wu - uv * wv) / area, (uu * wv - uv * wu) / area
+    return np.stack([1.0 - beta - gamma, beta, gamma], axis=-1)
+
+
+def drawn_back(garment: Garment, x: Points, room: float) -> Points:
+    """Vertices (N, 3) m that lie within `room` m of others, drawn towards the middle of their neighbours by as much."""
+    close = np.unique(cKDTree(x).query_pairs(room, output_type="ndarray"))
+    if not len(close):
+        return x
+    edges = garment.edges()
+    total, count = np.zeros_like(x), np.zeros(len(x))
+    for one, other in (edges.T, edges.T[::-1]):
+        np.add.at(total, one, x[other])
+        np.add.at(count, one, 1.0)
+    way = total[close] / count[close][:, None] - x[close]
+    length = np.linalg.norm(way, axis=1, keepdims=True)
+    moved = x.copy()
+    moved[close] += way * np.minimum(room / np.maximum(length, 1e-12), 0.5)
+    return moved

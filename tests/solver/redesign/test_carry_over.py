@@ -1,0 +1,147 @@
+"""The demo's T-shirt is cut, opened and darted on a walking body: the new mesh goes on from where the old one was."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from frame_judge import FrameJudge
+from pattern_measures import demo
+from worn_garment import demo_motion
+
+from tryon_solver import PRESETS, dress
+from tryon_solver.body.model import default_body
+from tryon_solver.body.motion import blend_in
+from tryon_solver.dressing.carry_over import MOST_STRETCH, CarryError, barycentric, carry_over, drawn_back, source
+from tryon_solver.geometry.garment import Garment
+from tryon_solver.geometry.panel_mesh import mesh_pattern
+from tryon_solver.geometry.pattern import parse_pattern
+from tryon_solver.geometry.size import in_size
+from tryon_solver.geometry.weld import weld
+from tryon_solver.materials.fabric import FABRICS
+from tryon_solver.redesign.apply import apply
+from tryon_solver.redesign.plain import parse_edit
+
+FPS, EDGE = 30, 0.06
+AT = 15  # frames of the walk before the edit
+FASTEST = 1.5  # m/s beyond what the body does
+EDITS = {
+    "cut and sewn": {"kind": "cut", "panel": "front", "line": [[-0.5, 0.2], [0.5, 0.25]], "sewn": True},
+    "cut off": {"kind": "cut", "panel": "front", "line": [[-0.5, 0.1], [0.5, 0.1]]},
+    "dart": {"kind": "dart", "panel": "front", "edge": 0, "position": 0.3, "width": 0.03, "depth": 0.12},
+    "open seam": {"kind": "open_seam", "panel": "front", "edge": 1},
+    "without a sleeve's half": {"kind": "remove_piece", "panel": "right_sleeve_back"},
+}
+
+
+class Walking:
+    """A T-shirt of some 300 vertices, half a second into a walk."""
+
+    def __init__(self):
+        self.mesh = mesh_pattern(parse_pattern(demo("tshirt")), EDGE)
+        self.body = default_body()
+        dressed = dress(self.mesh, self.body, FABRICS["cotton_jersey"], PRESETS["draft"])
+        self.sim, motion = dressed.simulation, demo_motion("walk", self.body)
+        self.lead = blend_in(dressed.pose, motion, 1.5)
+        start = self.sim.state.time
+        for k in range(1, AT + 1):
+            self.sim.advance(self.pose(k), start + k / FPS)
+
+    def pose(self, frame):
+        """Of the body, so many frames into the walk."""
+        return self.lead.sample(frame / FPS)
+
+    def body_speed(self, frame):
+        """Of the fastest point of the skin in that frame [m/s]."""
+        moved = self.body.surface(self.pose(frame)) - self.body.surface(self.pose(frame - 1))
+        return FPS * np.linalg.norm(moved, axis=1).max()
+
+
+@pytest.fixture(scope="module")
+def walking():
+    return Walking()
+
+
+def cut(edit):
+    """The mesh of the T-shirt after the edit."""
+    return mesh_pattern(parse_pattern(apply(demo("tshirt"), parse_edit(edit)).specification), EDGE)
+
+
+@pytest.mark.parametrize("name", EDITS)
+def test_another_cut_goes_on_where_the_garment_was(walking, name):
+    before = walking.sim.cloth_positions(), walking.sim.state.time
+    carried = carry_over(walking.sim, walking.mesh, cut(EDITS[name]))
+    sim = carried.simulation
+    assert sim.cloth_count != walking.sim.cloth_count
+    judge = FrameJudge(sim.scene.garment.faces, walking.body.faces, sim.cloth_positions(), sim.body_positions())
+    assert judge.judge(sim.cloth_positions(), sim.body_positions()).clean
+    for k in range(1, 6):
+        x = sim.cloth_positions()
+        sim.advance(walking.pose(AT + k), k / FPS)
+        assert judge.judge(sim.cloth_positions(), sim.body_positions()).clean, k
+        fastest = FPS * np.linalg.norm(sim.cloth_positions() - x, axis=1).max()
+        assert fastest < walking.body_speed(AT + k) + FASTEST, k
+    np.testing.assert_array_equal(walking.sim.cloth_positions(), before[0])  # the old one is as it was
+    assert walking.sim.state.time == before[1]
+
+
+def test_the_same_cut_is_where_it_was(walking):
+    carried = carry_over(walking.sim, walking.mesh, walking.mesh)
+    there = carried.simulation.cloth_positions()
+    np.testing.assert_allclose(there, walking.sim.cloth_positions(), atol=2e-4)
+    np.testing.assert_allclose(carried.simulation.state.v.numpy(), walking.sim.state.v.numpy(), atol=1e-4)
+    assert np.abs(carried.simulation.state.v.numpy()).max() > 0.01
+
+
+def test_finer_cloth_lies_on_the_coarse_one(walking):
+    finer = mesh_pattern(parse_pattern(demo("tshirt")), 0.7 * EDGE)
+    sim = carry_over(walking.sim, walking.mesh, finer).simulation
+    assert sim.cloth_count > 1.5 * walking.sim.cloth_count
+    reached, old = sim.cloth_positions(), walking.sim.cloth_positions()
+    nearest = np.linalg.norm(reached[:, None] - old[None], axis=2).min(axis=1)
+    assert nearest.max() < EDGE
+
+
+def test_what_would_be_stretched_too_far_is_not_carried_over(walking):
+    smaller = in_size(walking.mesh, 1 / (MOST_STRETCH * 1.3))
+    smaller = replace(smaller, placed=walking.mesh.placed)
+    with pytest.raises(CarryError, match="stretched to"):
+        carry_over(walking.sim, walking.mesh, smaller)
+
+
+def test_the_source_of_a_vertex_is_the_triangle_it_lies_in(rng):
+    mesh = mesh_pattern(parse_pattern(demo("tshirt")), EDGE)
+    face, weights = source(mesh, mesh)
+    np.testing.assert_allclose(weights.sum(axis=1), 1.0, atol=1e-12)
+    found = np.einsum("vk,vkd->vd", weights, mesh.placed[mesh.faces[face]])
+    np.testing.assert_allclose(found, mesh.placed, atol=1e-9)
+    assert (mesh.panel_of_face[face] == mesh.panel_of_vertex).all()
+    a, b, c = rng.normal(size=(3, 5, 3))
+    shares = rng.normal(size=(5, 3))
+    shares /= shares.sum(axis=1, keepdims=True)
+    point = np.einsum("nk,knd->nd", shares, np.array([a, b, c]))
+    above = point + 0.3 * np.cross(b - a, c - a)
+    np.testing.assert_allclose(barycentric(a, b, c, above), shares, atol=1e-9)
+
+
+def test_beyond_the_old_edge_the_cloth_goes_on_straight():
+    longer = apply(demo("tshirt"), parse_edit({"kind": "lengthen", "panel": "front", "edge": 0, "by": 0.03}))
+    old = mesh_pattern(parse_pattern(demo("tshirt")), EDGE)
+    new = mesh_pattern(parse_pattern(longer.specification), EDGE)
+    face, weights = source(old, new)
+    found = np.einsum("vk,vkd->vd", weights, old.placed[old.faces[face]])
+    np.testing.assert_allclose(found, new.placed, atol=2e-3)
+    assert weights.min() < -0.1
+
+
+def test_what_lies_on_each_other_is_drawn_back():
+    opened = apply(demo("tshirt"), parse_edit(EDITS["open seam"]))
+    mesh = mesh_pattern(parse_pattern(opened.specification), EDGE)
+    joined = weld(mesh)
+    garment = Garment(joined.vertex_of_corner, joined.uv_corners, joined.panel_of_face, joined.vertex_count)
+    x = np.random.default_rng(3).normal(size=(garment.vertex_count, 3))
+    x[7] = x[3]
+    moved = drawn_back(garment, x, 1e-3)
+    np.testing.assert_allclose(np.linalg.norm(moved[[3, 7]] - x[[3, 7]], axis=1), 1e-3, rtol=1e-6)
+    assert np.linalg.norm(moved[7] - moved[3]) > 1e-4
+    untouched = np.setdiff1d(np.arange(len(x)), [3, 7])
+    np.testing.assert_array_equal(moved[untouched], x[untouched])
