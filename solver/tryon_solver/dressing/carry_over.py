@@ -2,7 +2,7 @@
 
 Every vertex of the new mesh lies where the fabric lay that it is made of: the pieces' flat places say which triangle of
 the old mesh that was. Places, and velocities with them, are carried over from there; what is sewn together now meets in
-the middle; what was sewn and is open now is drawn back by a fabric's thickness. The state is then freed of contact as a
+the middle, with the fabric beside it; what was sewn and is open now is drawn back by a fabric's thickness. The state is then freed of contact as a
 garment that comes as a mesh is (dressing/untangle.py), and goes on from there with the body where it is.
 """
 
@@ -11,7 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
+from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 
 from tryon_solver.dressing.untangle import Freed, TangledError, untangle
@@ -24,6 +26,8 @@ from tryon_solver.simulation import Simulation, build
 Points = NDArray[np.float64]
 
 NEIGHBOURS = 12  # triangles of the old mesh that are looked at for a vertex, by their middles
+SPREAD = 4.0  # times the widest gap of a seam that is drawn shut: so far from it the fabric comes along
+NEGLIGIBLE = 0.1  # mean edges: gaps narrower than this are bridged by the triangles at the seam
 ROOM = 1.2  # offsets of cloth from cloth that lie between edges that were sewn together before
 MOST_STRETCH = 1.5  # times the fabric's limit: drawn so far together, cloth is better dressed anew
 
@@ -51,10 +55,12 @@ def carry_over(worn: Simulation, before: PanelMesh, after: PanelMesh) -> Carried
     face, weights = source(before, after)
     corners = worn.scene.garment.faces[face]
     joined = weld(after)
-    x, v = (
-        joined.mean_of_vertices(np.einsum("vk,vkd->vd", weights, values[corners].astype(np.float64)))
+    places, speeds = (
+        np.einsum("vk,vkd->vd", weights, values[corners].astype(np.float64))
         for values in (worn.cloth_positions(), worn.state.v.numpy())
     )
+    x = joined.mean_of_vertices(drawn_together(after, joined, places))
+    v = joined.mean_of_vertices(speeds)
     garment = Garment(joined.vertex_of_corner, joined.uv_corners, joined.panel_of_face, joined.vertex_count)
     x = drawn_back(garment, x, ROOM * worn.contact.sizes.xi_self)
     assert worn.body is not None
@@ -88,6 +94,31 @@ def source(before: PanelMesh, after: PanelMesh) -> tuple[NDArray[np.int64], Poin
     best = np.linalg.norm(nearest - after.placed[:, None], axis=-1).argmin(axis=1)
     row = np.arange(len(best))
     return near[row, best], weights[row, best]
+
+
+def drawn_together(mesh: PanelMesh, joined: WeldedMesh, x: Points) -> Points:
+    """The unsewn vertices (V, 3) m with those that are sewn together in one place, the fabric beside them drawn along.
+
+    How far from a seam is told by the widest gap: the displacement u solves u - l^2 Laplace(u) = 0 on the pieces'
+    graphs, l `SPREAD` times that gap, so that no triangle alone has to bridge it.
+    """
+    way = joined.mean_of_vertices(x)[joined.welded_of_vertex] - x
+    members = np.bincount(joined.welded_of_vertex)[joined.welded_of_vertex]
+    sewn = members > 1
+    widest = float(np.linalg.norm(way, axis=1).max(initial=0.0))
+    sides = mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    length = float(np.linalg.norm(mesh.uv[sides[:, 0]] - mesh.uv[sides[:, 1]], axis=1).mean())
+    if widest < NEGLIGIBLE * length:
+        return x + way
+    both = np.concatenate([sides, sides[:, ::-1]])
+    links = sp.coo_matrix((np.ones(len(both)), (both[:, 0], both[:, 1])), shape=(len(x), len(x))).tocsr()
+    degree = np.asarray(links.sum(axis=1)).ravel()
+    matrix = sp.diags(degree * (1.0 + (length / (SPREAD * widest)) ** 2)) - links
+    free = np.flatnonzero(~sewn)
+    rows = matrix.tocsr()[free]
+    spread = np.where(sewn[:, None], way, 0.0)
+    spread[free] = splu(rows[:, free].tocsc()).solve(-(rows @ spread))
+    return x + spread
 
 
 def barycentric(a: Points, b: Points, c: Points, p: Points) -> Points:
