@@ -8,7 +8,7 @@ WEB := server/tryon_server/web/.built
 WEB_SOURCES := $(shell find protocol/ts clients/core clients/web -name '*.ts' -not -path '*/node_modules/*' -o -name '*.css' \
 	-not -path '*/node_modules/*' -o -name '*.html' -not -path '*/node_modules/*' -o -name '*.mjs' -not -path '*/node_modules/*')
 
-.PHONY: help demo test check chromium proof hard hard-peers hard-page bench reference precision lock
+.PHONY: help demo test check chromium proof hard hard-peers hard-page bench bench-page reference precision lock
 help:
 	@grep -hE '^## ' $(MAKEFILE_LIST) | sed 's/## //'
 
@@ -55,6 +55,12 @@ BENCH :=
 # BENCH='--vertices 10000 20000 --device cuda:0' and others: .venv/bin/python solver/bench --help
 bench: $(VENV)/.dev $(BODY)
 	$(BIN)/python solver/bench $(BENCH)
+
+BENCH_RUNS = $(wildcard docs/bench/runs/*.json)
+## make bench-page  docs/bench.md of the runs kept in docs/bench/runs, side by side, with plots
+# To keep a run of yours there: cp build/bench/results.json docs/bench/runs/NAME.json
+bench-page: $(VENV)/.dev
+	$(BIN)/python solver/bench --document docs/bench.md --of $(BENCH_RUNS) || [ $$? = 1 ]
 
 REFERENCE = $(BIN)/python tests/reference && TRYON_FRAMES=300 $(BIN)/python -m pytest -q tests/solver/verification/test_determinism.py
 ## make reference hold contact scenes to full Newton in float64, two long runs to each other: part of the proof

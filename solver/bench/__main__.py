@@ -1,7 +1,8 @@
 """`python solver/bench`: how long a frame takes and where, with what was simulated and whether it was clean.
 
 Every combination of the garments, motions, sizes, presets and numbers of sessions asked for, one after the other, each
-session in a process of its own; `results.json` and `table.md` go to --out. Times are wall times of
+session in a process of its own; `results.json` and `table.md` go to --out. `--document FILE --of PLACE...` measures
+nothing and puts what earlier runs left side by side, with plots. Times are wall times of
 `Simulation.advance` until the device is done, of the frames after a second that leads into the motion. IPC Toolkit, one
 of the development's packages, judges between them.
 """
@@ -31,6 +32,8 @@ from worn import Case  # noqa: E402
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command line; 1 when a case failed or a frame was not clean."""
     options = parsed(arguments)
+    if options.document:
+        return write_document(options)
     options.out.mkdir(parents=True, exist_ok=True)
     if options.one:
         return one(options)
@@ -46,6 +49,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     (options.out / "table.md").write_text(markdown(results, told_with))
     print(options.out / "table.md")
     return int(any("failure" in r or r["unclean"] for r in results))
+
+
+def write_document(options: argparse.Namespace) -> int:
+    """Earlier runs beside each other in one page; 1 when a case failed in any of them, 2 when one is not there."""
+    import document
+
+    try:
+        runs = document.ended(options.of)
+    except document.NoRunError as error:
+        print(error, file=sys.stderr)
+        return 2
+    document.write(options.document, runs)
+    return int(any("failure" in r or r["unclean"] for run in runs for r in run["results"]))
 
 
 def measured_at_once(case: Case, options: argparse.Namespace) -> dict[str, Any]:
@@ -92,9 +108,14 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     add("--seconds", type=float, default=3.0, metavar="S", help="time of the motion that is measured (3)")
     add("--every", type=int, default=10, metavar="K", help="IPC Toolkit is asked about each K-th frame, 0: none (10)")
     add("--out", type=Path, default=ROOT / "build" / "bench")
+    add("--document", type=Path, metavar="FILE", help="measure nothing; write what --of holds, with plots")
+    add("--of", type=Path, nargs="+", default=[], metavar="PLACE", help="folders earlier runs wrote to, or their JSON")
     for of_one_session, kind in (("--one", str), ("--number", int), ("--company", Path)):
         add(of_one_session, type=kind, help=argparse.SUPPRESS)
-    return parser.parse_args(arguments)
+    options = parser.parse_args(arguments)
+    if bool(options.document) != bool(options.of):
+        parser.error("--document FILE is made --of PLACE ...: give both")
+    return options
 
 
 def about(options: argparse.Namespace) -> dict[str, str]:

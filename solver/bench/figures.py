@@ -9,8 +9,9 @@ import numpy as np
 
 
 def spread(values: Sequence[float]) -> dict[str, float]:
-    """Median, 99th percentile and largest."""
+    """Mean, median, 99th percentile and largest."""
     return {
+        "mean": mean(values),
         "p50": float(np.percentile(values, 50)),
         "p99": float(np.percentile(values, 99)),
         "max": float(np.max(values)),

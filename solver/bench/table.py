@@ -27,10 +27,17 @@ COLUMNS = (
 def markdown(results: Sequence[Mapping[str, Any]], about: Mapping[str, str]) -> str:
     """What was measured, with what; then where the time of a frame goes."""
     lines = ["# Time of a frame", "", *(f"- {name}: {value}" for name, value in about.items()), ""]
-    lines += ["| " + " | ".join(COLUMNS) + " |", "|" + "---|" * len(COLUMNS)]
-    lines += [row(result) for result in results]
-    lines += ["", "## Stages", "", "p50 / p99 in a frame [ms], the verbs of `step.py`; the body's kinematic sub-steps "]
-    lines[-1] += "are `move_body`."
+    return "\n".join([*lines, *figures_of(results), "", "## Stages", *stages_of(results)]) + "\n"
+
+
+def figures_of(results: Sequence[Mapping[str, Any]]) -> list[str]:
+    """A line a case."""
+    return ["| " + " | ".join(COLUMNS) + " |", "|" + "---|" * len(COLUMNS), *(row(result) for result in results)]
+
+
+def stages_of(results: Sequence[Mapping[str, Any]]) -> list[str]:
+    """A table a case, the dearest verb first."""
+    lines = ["", "p50 / p99 in a frame [ms], the verbs of `step.py`; the body's kinematic sub-steps are `move_body`."]
     for result in results:
         if "failure" in result:
             continue
@@ -39,7 +46,7 @@ def markdown(results: Sequence[Mapping[str, Any]], about: Mapping[str, str]) -> 
             f"| {verb} | {times['p50']:.2f} | {times['p99']:.2f} |"
             for verb, times in sorted(result["stages_ms"].items(), key=lambda entry: -entry[1]["p50"])
         ]
-    return "\n".join(lines) + "\n"
+    return lines
 
 
 def row(result: Mapping[str, Any]) -> str:
