@@ -1,7 +1,8 @@
 """`python solver/bench`: how long a frame takes and where, with what was simulated and whether it was clean.
 
 Every combination of the garments, motions, sizes, presets and numbers of sessions asked for, one after the other, each
-session in a process of its own; `results.json` and `table.md` go to --out. `--document FILE --of PLACE...` measures
+session in a process of its own; `results.json` and `table.md` go to --out. `--peers` plays two scenes by our solver and
+by others' in the same run. `--document FILE --of PLACE...` measures
 nothing and puts what earlier runs left side by side, with plots. Times are wall times of
 `Simulation.advance` until the device is done, of the frames after a second that leads into the motion. IPC Toolkit, one
 of the development's packages, judges between them.
@@ -15,6 +16,7 @@ import json
 import sys
 import tempfile
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +25,8 @@ ROOT = HERE.parents[1]
 sys.path[:0] = [str(ROOT / folder) for folder in ("solver/bench", "solver", "tests/support")]  # this checkout
 
 from figures import of_all  # noqa: E402
+from peer_case import OTHERS, PRESETS, PeerCase  # noqa: E402
+from peer_table import row as peer_row  # noqa: E402
 from process_pool import Tasks  # noqa: E402
 from provenance import commit_of, machine_of  # noqa: E402
 from table import markdown, row  # noqa: E402
@@ -35,20 +39,47 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.document:
         return write_document(options)
     options.out.mkdir(parents=True, exist_ok=True)
-    if options.one:
+    if options.one or options.peer:
         return one(options)
-    results = []
+    results = worn_cases(options)
+    peers = [] if options.peers is None else peer_cases(options)
+    told_with = about(options)
+    run = {"about": told_with, "results": results, "peers": peers}
+    (options.out / "results.json").write_text(json.dumps(run, indent=1) + "\n")
+    (options.out / "table.md").write_text(markdown(results, told_with, peers))
+    print(options.out / "table.md")
+    ours = [*results, *(r for r in peers if r["solver"] in PRESETS)]
+    return int(any("failure" in r or r["unclean"] for r in ours))
+
+
+def worn_cases(options: argparse.Namespace) -> list[dict[str, Any]]:
+    """Every combination that was asked for, measured and told."""
+    results: list[dict[str, Any]] = []
     for garment, motion, vertices, preset, sessions in itertools.product(
         options.garments, options.motions, options.vertices, options.presets, options.sessions
     ):
         case = Case(garment, motion, vertices, preset, options.device, options.fps, sessions)
         results.append({"name": case.name, **measured_at_once(case, options)})
         print(row(results[-1]), flush=True)
-    told_with = about(options)
-    (options.out / "results.json").write_text(json.dumps({"about": told_with, "results": results}, indent=1) + "\n")
-    (options.out / "table.md").write_text(markdown(results, told_with))
-    print(options.out / "table.md")
-    return int(any("failure" in r or r["unclean"] for r in results))
+    return results
+
+
+def peer_cases(options: argparse.Namespace) -> list[dict[str, Any]]:
+    """The scenes by our presets and by the peers that were asked for, one after the other, measured and told."""
+    from peer_scenes import SCENES
+
+    results: list[dict[str, Any]] = []
+    solvers = [*options.presets, *(options.peers or OTHERS)]
+    for scene, vertices, solver in itertools.product(SCENES, options.vertices, solvers):
+        case = PeerCase(scene, vertices, solver, options.device, options.seconds)
+        missing = case.missing()
+        command = [sys.executable, str(HERE), "--peer", json.dumps(asdict(case)), "--out", str(options.out)]
+        command += ["--every", str(options.every)]
+        pool = Tasks(options.out, 1)
+        found = {"failure": missing} if missing else pool.run({case.name: command}, lambda _n, _r: None)[case.name]
+        results.append({"name": case.name, **case.plain(), **found})
+        print(peer_row(results[-1]), flush=True)
+    return results
 
 
 def write_document(options: argparse.Namespace) -> int:
@@ -80,12 +111,19 @@ def measured_at_once(case: Case, options: argparse.Namespace) -> dict[str, Any]:
 
 
 def one(options: argparse.Namespace) -> int:
-    """Measure one of a case's sessions in this process and write its JSON file."""
+    """Measure one of a case's sessions, or one peer, in this process and write its JSON file."""
     import warp as wp
+
+    wp.config.quiet = True
+    if options.peer:
+        from peers import played
+
+        peer = PeerCase(**json.loads(options.peer))
+        (options.out / f"{peer.name}.json").write_text(json.dumps(played(peer, options.every)))
+        return 0
     from measure import measured
     from together import Company
 
-    wp.config.quiet = True
     case = Case(**json.loads(options.one))
     company = Company(options.company, case.sessions, options.number)
     with company.kept():
@@ -98,19 +136,21 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     """The options."""
     parser = argparse.ArgumentParser(prog="python solver/bench", description=__doc__.partition("\n")[0])
     add = parser.add_argument
-    add("--garments", nargs="+", default=["tshirt"], help="patterns of the demo (tshirt)")
+    add("--garments", nargs="*", default=["tshirt"], help="patterns of the demo; no name: none is worn (tshirt)")
     add("--motions", nargs="+", default=["walk"], help="motions of the demo (walk)")
     add("--vertices", nargs="+", type=int, default=[2500], metavar="N", help="of the cloth, about (2500)")
-    add("--presets", nargs="+", default=["draft"], choices=("draft", "live", "fit"), help="(draft)")
+    add("--presets", nargs="+", default=["draft"], choices=PRESETS, help="(draft)")
     add("--sessions", nargs="+", type=int, default=[1], metavar="N", help="at once, a process each (1)")
     add("--device", default="cpu", help="cpu, cuda:0, ... (cpu)")
     add("--fps", type=float, default=30.0, help="frames a simulated second (30)")
     add("--seconds", type=float, default=3.0, metavar="S", help="time of the motion that is measured (3)")
     add("--every", type=int, default=10, metavar="K", help="IPC Toolkit is asked about each K-th frame, 0: none (10)")
+    others = "two scenes by our presets and by these others (all)"
+    add("--peers", nargs="*", choices=OTHERS, metavar="SOLVER", help=f"{others}: {', '.join(OTHERS)}")
     add("--out", type=Path, default=ROOT / "build" / "bench")
     add("--document", type=Path, metavar="FILE", help="measure nothing; write what --of holds, with plots")
     add("--of", type=Path, nargs="+", default=[], metavar="PLACE", help="folders earlier runs wrote to, or their JSON")
-    for of_one_session, kind in (("--one", str), ("--number", int), ("--company", Path)):
+    for of_one_session, kind in (("--one", str), ("--number", int), ("--company", Path), ("--peer", str)):
         add(of_one_session, type=kind, help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
     if bool(options.document) != bool(options.of):

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from peer_table import section
 from plots import plots
 from table import figures_of, stages_of
 
@@ -54,7 +55,12 @@ def document(runs: Sequence[Mapping[str, Any]], pictures: Mapping[str, str]) -> 
     for place, title in pictures.items():
         lines += [f"![{title}]({place})", ""]
     for run in runs:
-        lines += [f"## Figures: {run['name']}", "", *figures_of(run["results"]), ""]
+        if run["results"]:
+            lines += [f"## Figures: {run['name']}", "", *figures_of(run["results"]), ""]
     for run in runs:
-        lines += [f"## Stages: {run['name']}", *stages_of(run["results"]), ""]
+        if run["peers"]:
+            lines += [f"## Other solvers: {run['name']}", "", *section(run["peers"]), ""]
+    for run in runs:
+        if run["results"]:
+            lines += [f"## Stages: {run['name']}", *stages_of(run["results"]), ""]
     return "\n".join(lines)

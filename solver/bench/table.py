@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from peer_table import section
+
 COLUMNS = (
     "case",
     "vertices",
@@ -24,10 +26,16 @@ COLUMNS = (
 )
 
 
-def markdown(results: Sequence[Mapping[str, Any]], about: Mapping[str, str]) -> str:
-    """What was measured, with what; then where the time of a frame goes."""
+def markdown(
+    results: Sequence[Mapping[str, Any]], about: Mapping[str, str], peers: Sequence[Mapping[str, Any]] = ()
+) -> str:
+    """What was measured, with what; then where the time of a frame goes; then other solvers, if any were played."""
     lines = ["# Time of a frame", "", *(f"- {name}: {value}" for name, value in about.items()), ""]
-    return "\n".join([*lines, *figures_of(results), "", "## Stages", *stages_of(results)]) + "\n"
+    if results:
+        lines += [*figures_of(results), "", "## Stages", *stages_of(results)]
+    if peers:
+        lines += ["", "## Other solvers", "", *section(peers)]
+    return "\n".join(lines) + "\n"
 
 
 def figures_of(results: Sequence[Mapping[str, Any]]) -> list[str]:
