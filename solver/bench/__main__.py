@@ -2,8 +2,8 @@
 
 Every combination of the garments, motions, sizes, presets and numbers of sessions asked for, one after the other, each
 session in a process of its own; `results.json` and `table.md` go to --out. `--peers` plays two scenes by our solver and
-by others' in the same run. `--document FILE --of PLACE...` measures
-nothing and puts what earlier runs left side by side, with plots. Times are wall times of
+by others' in the same run, `--roofline` holds the dearest kernels to what the device can do. `--document FILE --of
+PLACE...` measures nothing and puts what earlier runs left side by side, with plots. Times are wall times of
 `Simulation.advance` until the device is done, of the frames after a second that leads into the motion. IPC Toolkit, one
 of the development's packages, judges between them.
 """
@@ -15,7 +15,7 @@ import itertools
 import json
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -29,6 +29,7 @@ from peer_case import OTHERS, PRESETS, PeerCase  # noqa: E402
 from peer_table import row as peer_row  # noqa: E402
 from process_pool import Tasks  # noqa: E402
 from provenance import commit_of, machine_of  # noqa: E402
+from roofline_table import section as roofs_told  # noqa: E402
 from table import markdown, row  # noqa: E402
 from worn import Case  # noqa: E402
 
@@ -39,17 +40,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.document:
         return write_document(options)
     options.out.mkdir(parents=True, exist_ok=True)
-    if options.one or options.peer:
+    if options.one:
         return one(options)
     results = worn_cases(options)
     peers = [] if options.peers is None else peer_cases(options)
-    told_with = about(options)
-    run = {"about": told_with, "results": results, "peers": peers}
+    roofs = roofline_cases(options) if options.roofline else []
+    run = {"about": about(options), "results": results, "peers": peers, "roofline": roofs}
     (options.out / "results.json").write_text(json.dumps(run, indent=1) + "\n")
-    (options.out / "table.md").write_text(markdown(results, told_with, peers))
+    (options.out / "table.md").write_text(markdown(run))
     print(options.out / "table.md")
-    ours = [*results, *(r for r in peers if r["solver"] in PRESETS)]
-    return int(any("failure" in r or r["unclean"] for r in ours))
+    return int(failing(run))
 
 
 def worn_cases(options: argparse.Namespace) -> list[dict[str, Any]]:
@@ -73,13 +73,36 @@ def peer_cases(options: argparse.Namespace) -> list[dict[str, Any]]:
     for scene, vertices, solver in itertools.product(SCENES, options.vertices, solvers):
         case = PeerCase(scene, vertices, solver, options.device, options.seconds)
         missing = case.missing()
-        command = [sys.executable, str(HERE), "--peer", json.dumps(asdict(case)), "--out", str(options.out)]
-        command += ["--every", str(options.every)]
-        pool = Tasks(options.out, 1)
-        found = {"failure": missing} if missing else pool.run({case.name: command}, lambda _n, _r: None)[case.name]
+        command = ["--task", "peer", "--one", json.dumps(asdict(case)), "--every", str(options.every)]
+        found = {"failure": missing} if missing else alone(case.name, command, options)
         results.append({"name": case.name, **case.plain(), **found})
         print(peer_row(results[-1]), flush=True)
     return results
+
+
+def roofline_cases(options: argparse.Namespace) -> list[dict[str, Any]]:
+    """The dearest kernels of each garment, motion, size and preset that was asked for."""
+    results: list[dict[str, Any]] = []
+    for garment, motion, vertices, preset in itertools.product(
+        options.garments, options.motions, options.vertices, options.presets
+    ):
+        case = Case(garment, motion, vertices, preset, options.device, options.fps)
+        found = alone(f"{case.name}-roofline", ["--task", "roofline", "--one", json.dumps(case.plain())], options)
+        results.append({"name": case.name, **found})
+        print("\n".join(roofs_told(results[-1:])), flush=True)
+    return results
+
+
+def alone(name: str, words: Sequence[str], options: argparse.Namespace) -> dict[str, Any]:
+    """What a process of that name writes, which runs alone."""
+    command = [sys.executable, str(HERE), *words, "--name", name, "--out", str(options.out)]
+    return Tasks(options.out, 1).run({name: command}, lambda _name, _result: None)[name]
+
+
+def failing(run: Mapping[str, Any]) -> bool:
+    """Did a case of ours fail, or was a frame of it not clean?"""
+    ours = [*run["results"], *(r for r in run["peers"] if r["solver"] in PRESETS)]
+    return any("failure" in r or r["unclean"] for r in ours) or any("failure" in r for r in run["roofline"])
 
 
 def write_document(options: argparse.Namespace) -> int:
@@ -92,7 +115,7 @@ def write_document(options: argparse.Namespace) -> int:
         print(error, file=sys.stderr)
         return 2
     document.write(options.document, runs)
-    return int(any("failure" in r or r["unclean"] for run in runs for r in run["results"]))
+    return int(any(map(failing, runs)))
 
 
 def measured_at_once(case: Case, options: argparse.Namespace) -> dict[str, Any]:
@@ -101,7 +124,7 @@ def measured_at_once(case: Case, options: argparse.Namespace) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as company:
         commands = {
             f"{case.name}.{k}": [
-                *(sys.executable, str(HERE), "--one", json.dumps(case.plain())),
+                *(sys.executable, str(HERE), "--one", json.dumps(case.plain()), "--name", f"{case.name}.{k}"),
                 *("--number", str(k), "--company", company, *more),
             ]
             for k in range(case.sessions)
@@ -111,25 +134,33 @@ def measured_at_once(case: Case, options: argparse.Namespace) -> dict[str, Any]:
 
 
 def one(options: argparse.Namespace) -> int:
-    """Measure one of a case's sessions, or one peer, in this process and write its JSON file."""
+    """Measure one of a case's sessions, one peer or one case's kernels in this process and write its JSON file."""
     import warp as wp
 
     wp.config.quiet = True
-    if options.peer:
+    asked = json.loads(options.one)
+    if options.task == "peer":
         from peers import played
 
-        peer = PeerCase(**json.loads(options.peer))
-        (options.out / f"{peer.name}.json").write_text(json.dumps(played(peer, options.every)))
-        return 0
+        found = played(PeerCase(**asked), options.every)
+    elif options.task == "roofline":
+        import roofline
+
+        found = roofline.measured(Case(**asked))
+    else:
+        found = one_session(Case(**asked), options)
+    (options.out / f"{options.name}.json").write_text(json.dumps(found))
+    return 0
+
+
+def one_session(case: Case, options: argparse.Namespace) -> dict[str, Any]:
+    """Figures of a session, in company of the others."""
     from measure import measured
     from together import Company
 
-    case = Case(**json.loads(options.one))
     company = Company(options.company, case.sessions, options.number)
     with company.kept():
-        found = measured(case, options.seconds, options.every, company)
-    (options.out / f"{case.name}.{options.number}.json").write_text(json.dumps(found))
-    return 0
+        return measured(case, options.seconds, options.every, company)
 
 
 def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
@@ -147,11 +178,12 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     add("--every", type=int, default=10, metavar="K", help="IPC Toolkit is asked about each K-th frame, 0: none (10)")
     others = "two scenes by our presets and by these others (all)"
     add("--peers", nargs="*", choices=OTHERS, metavar="SOLVER", help=f"{others}: {', '.join(OTHERS)}")
+    add("--roofline", action="store_true", help="the dearest kernels against what the device can do at most, too")
     add("--out", type=Path, default=ROOT / "build" / "bench")
     add("--document", type=Path, metavar="FILE", help="measure nothing; write what --of holds, with plots")
     add("--of", type=Path, nargs="+", default=[], metavar="PLACE", help="folders earlier runs wrote to, or their JSON")
-    for of_one_session, kind in (("--one", str), ("--number", int), ("--company", Path), ("--peer", str)):
-        add(of_one_session, type=kind, help=argparse.SUPPRESS)
+    for of_one, kind in (("--one", str), ("--task", str), ("--name", str), ("--number", int), ("--company", Path)):
+        add(of_one, type=kind, help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
     if bool(options.document) != bool(options.of):
         parser.error("--document FILE is made --of PLACE ...: give both")

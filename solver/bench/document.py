@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from peer_table import section
+import peer_table
+import roofline_table
 from plots import plots
 from table import figures_of, stages_of
 
@@ -59,7 +60,10 @@ def document(runs: Sequence[Mapping[str, Any]], pictures: Mapping[str, str]) -> 
             lines += [f"## Figures: {run['name']}", "", *figures_of(run["results"]), ""]
     for run in runs:
         if run["peers"]:
-            lines += [f"## Other solvers: {run['name']}", "", *section(run["peers"]), ""]
+            lines += [f"## Other solvers: {run['name']}", "", *peer_table.section(run["peers"]), ""]
+    for run in runs:
+        if run["roofline"]:
+            lines += [f"## Kernels and roofs: {run['name']}", "", *roofline_table.section(run["roofline"]), ""]
     for run in runs:
         if run["results"]:
             lines += [f"## Stages: {run['name']}", *stages_of(run["results"]), ""]

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from peer_table import section
+import peer_table
+import roofline_table
 
 COLUMNS = (
     "case",
@@ -26,15 +27,16 @@ COLUMNS = (
 )
 
 
-def markdown(
-    results: Sequence[Mapping[str, Any]], about: Mapping[str, str], peers: Sequence[Mapping[str, Any]] = ()
-) -> str:
-    """What was measured, with what; then where the time of a frame goes; then other solvers, if any were played."""
-    lines = ["# Time of a frame", "", *(f"- {name}: {value}" for name, value in about.items()), ""]
+def markdown(run: Mapping[str, Any]) -> str:
+    """What a run measured, with what; then where the time of a frame goes, other solvers and roofs, if asked for."""
+    results = run["results"]
+    lines = ["# Time of a frame", "", *(f"- {name}: {value}" for name, value in run["about"].items()), ""]
     if results:
         lines += [*figures_of(results), "", "## Stages", *stages_of(results)]
-    if peers:
-        lines += ["", "## Other solvers", "", *section(peers)]
+    if run["peers"]:
+        lines += ["", "## Other solvers", "", *peer_table.section(run["peers"])]
+    if run["roofline"]:
+        lines += ["", "## Kernels and roofs", "", *roofline_table.section(run["roofline"])]
     return "\n".join(lines) + "\n"
 
 

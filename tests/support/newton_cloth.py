@@ -13,7 +13,8 @@ What of a garment is given, and how. k_u, k_v, k_s, k_b are the fabric's stiffne
 - XPBD. It has springs and no triangles: along edges and between the two vertices opposite of one, at the lengths they
   have at the start. It moves all of them at once and has no relaxation for springs, so that with (k_u + k_v)/2, as much
   as the fabric has, it blows up. So a spring has at most 0.15 m/h^2, m the median of the vertices' masses and h a
-  sub-step; 0.25 still held on 100 and 400 vertices of a metre, 0.5 did not. That is a rubber. Bending 1/2 k theta^2 with k = k_b L^2/(A0 + A1). No damping.
+  sub-step; 0.25 still held on 100 and 400 vertices of a metre, 0.5 did not. That is a rubber. Bending 1/2 k theta^2
+  with k = k_b L^2/(A0 + A1). No damping.
 - None has a strain limit. Masses are ours.
 
 Settings are those of Newton's examples in metres (cloth_twist, cloth_style3d, cloth_hanging): 10 sub-steps of a

@@ -46,5 +46,5 @@ def worn(vertices: int, ms: float, preset: str = "live", sessions: int = 1, **ch
 def kept(file: Path, *results: dict[str, Any], **parts: Any) -> Path:
     """A run's file."""
     file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(json.dumps({"about": ABOUT, "results": results, "peers": [], **parts}))
+    file.write_text(json.dumps({"about": ABOUT, "results": results, "peers": [], "roofline": [], **parts}))
     return file

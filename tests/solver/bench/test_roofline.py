@@ -1,0 +1,110 @@
+"""What kernels cost is counted from their arrays, and held to roofs that are measured beside."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import warp as wp
+
+ROOT = Path(__file__).resolve().parents[3]
+sys.path[:0] = [str(ROOT / "solver" / "bench"), str(Path(__file__).parent)]
+
+import costs  # noqa: E402
+from costs import Cost  # noqa: E402
+from document import document  # noqa: E402
+from made_up import ABOUT  # noqa: E402
+from roofline import Kernel, told  # noqa: E402
+
+from tryon_solver.contact.pairs import ContactPairs  # noqa: E402
+from tryon_solver.linalg.paired_matrix import PairedMatrix  # noqa: E402
+
+
+def matrix():
+    """Two vertices of cloth, coupled with each other near and far, two of a body; a pair of all but the last."""
+    m = PairedMatrix()
+    m.columns = wp.array(np.array([[0, 1, 0], [1, 0, 1]], np.int32), dtype=wp.int32, device="cpu")
+    m.blocks = wp.zeros((2, 3), dtype=wp.mat33, device="cpu")
+    m.far_columns = wp.array(np.array([[1], [0]], np.int32), dtype=wp.int32, device="cpu")
+    m.weights = wp.zeros((2, 1), dtype=wp.float32, device="cpu")
+    m.diagonal = wp.zeros(4, dtype=wp.float32, device="cpu")
+    m.count = wp.array(np.array([1, 0], np.int32), dtype=wp.int32, device="cpu")
+    m.ids = wp.array(np.array([[0, 1, 2, 2], [3, 3, 3, 3]], np.int32), dtype=wp.vec4i, device="cpu")
+    return m
+
+
+def test_a_product_costs_what_its_entries_do():
+    entries = 2 * (4 + 36) + 2 * (4 + 4)  # padding is none
+    pair = 16 + 16 + 12 + 4 + 36 + 3 * 12 * 2  # three vertices, read and written
+    # unknowns: p read, y written, and the diagonal
+    read = costs.product(matrix(), 3, directions=1)
+    assert read == Cost(entries + pair + 3 * (2 * 12 + 4), 2 * 21 + 2 * 9 + 3 * 12 + 81)
+    # z and q read, p and y written, and z + b q made wherever it is used
+    made = costs.product(matrix(), 3, directions=2)
+    assert made.bytes - read.bytes == 3 * 2 * 12 + 3 * 2 * 4
+    assert made.operations - read.operations == 6 * (2 + 2 + 3 + 4)
+
+
+def test_unknowns_are_the_cloth_and_what_pairs_couple_to_it():
+    assert costs.coupled_unknowns(matrix()) == 3
+
+
+def test_blocks_of_pairs_cost_by_pairs_that_are_there():
+    pairs = ContactPairs.allocate(8, "cpu")
+    pairs.ids.assign(np.array([[0, 1, 2, 3], [2, 3, 4, 5], *([[9, 9, 9, 9]] * 6)], np.int32))
+    pairs.counters.assign(np.array([2, 0], np.int32))
+    assert costs.contact_blocks(pairs) == Cost(2 * 84 + 6 * 72, 2 * 103)
+
+
+def test_a_search_costs_more_with_more_triangles_and_answers():
+    few = costs.pair_search(100, 64, 10)
+    assert few.operations == (100 * 6 + 10) * 6
+    assert costs.pair_search(100, 64, 11).bytes - few.bytes == 8
+    assert costs.pair_search(100, 65, 10).bytes - few.bytes == 32 + 64
+
+
+@pytest.mark.parametrize(
+    ("cost", "roof", "share"), [(Cost(4000, 1000), "bytes", 0.5), (Cost(1000, 30000), "operations", 0.75)]
+)
+def test_a_kernel_is_held_to_the_roof_it_meets_first(cost, roof, share):
+    found = told(Kernel("k", lambda: None, cost), 8e-6, copied=1e9, added=5e9)
+    assert found["roof"] == roof
+    assert found["share"] == pytest.approx(share)
+    assert found["us"] == pytest.approx(8.0)
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """The kernels of a coarse T-shirt in the walk."""
+    out = tmp_path_factory.mktemp("roofline")
+    command = [sys.executable, str(ROOT / "solver" / "bench"), "--out", str(out), "--seconds", "0.1", "--every", "0"]
+    ran = subprocess.run([*command, "--vertices", "150", "--roofline"], capture_output=True, text=True, timeout=280)
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    return json.loads((out / "results.json").read_text()), (out / "table.md").read_text()
+
+
+def test_kernels_of_a_worn_scene_are_under_their_roofs(run):
+    (result,) = run[0]["roofline"]
+    assert result["bytes_per_s"] > 1e8
+    assert result["operations_per_s"] > 1e8
+    iterations, blocks, *searches = result["kernels"]
+    assert "20 iterations" in iterations["kernel"]
+    assert [s["kernel"].partition(" (")[0] for s in searches] == [
+        f"pairs of triangles with the {name}" for name in ("body", "cloth")
+    ]
+    for kernel in (iterations, blocks, *searches):
+        assert kernel["us"] > 0
+        assert kernel["bytes"] > 0
+        assert kernel["operations"] > 0
+        assert 0 < kernel["share"] < 1
+
+
+def test_table_and_page_have_them(run):
+    results, table = run
+    for text in (table, document([{"name": "one", **results}], {})):
+        assert "## Kernels and roofs" in text
+        assert "| contact blocks of the Hessian (contact/pairs.py) | " in text
+        assert "GFLOP/s" in text
+    assert ABOUT.keys() <= results["about"].keys()
