@@ -31,6 +31,12 @@ class Player(Protocol):
 
 def played(case: PeerCase, every: int) -> dict[str, Any]:
     """Its figures; each `every`-th frame is judged, 0: none. A solver whose cloth is no longer a number ends there."""
+    with wp.ScopedDevice(case.device):  # what others' solvers allocate without saying where
+        return played_there(case, every)
+
+
+def played_there(case: PeerCase, every: int) -> dict[str, Any]:
+    """The same, Warp's device being the case's."""
     scene = SCENES[case.scene](case.vertices, case.seconds)
     begun = time.perf_counter()
     player = player_of(case, scene)

@@ -73,19 +73,28 @@ def told(kernel: Kernel, took: float, copied: float, added: float) -> dict[str, 
 
 def conjugate_gradients(sim: Simulation) -> Kernel:
     """On a GPU the product of an iteration; on a processor, whose solver is one kernel, whole iterations."""
+    return iterations_alone(sim) if wp.get_device(sim.device).is_cpu else product_together(sim)
+
+
+def iterations_alone(sim: Simulation) -> Kernel:
+    """Of the solver that is one kernel."""
+    matrix, gradient = newton_matrix(sim), random_vectors(sim.all_count, sim.device)
+    out = wp.zeros_like(gradient)
+
+    def solve() -> None:
+        pcg.solve(sim.cg, matrix, sim.work.blocks, gradient, out, ITERATIONS, 0.0)
+
+    solve()
+    unknowns = coupled_unknowns(matrix)
+    iteration = product(matrix, unknowns, 1) + advance(unknowns)
+    name = f"{sim.cg.taken()} iterations of conjugate gradients (linalg/pcg_alone.py)"
+    return Kernel(name, solve, iteration.times(sim.cg.taken()))
+
+
+def product_together(sim: Simulation) -> Kernel:
+    """Of the solver of all threads, over and over in its first iteration."""
     matrix, device = newton_matrix(sim), sim.device
     gradient = random_vectors(sim.all_count, device)
-    out = wp.zeros_like(gradient)
-    if wp.get_device(device).is_cpu:
-
-        def solve() -> None:
-            pcg.solve(sim.cg, matrix, sim.work.blocks, gradient, out, ITERATIONS, 0.0)
-
-        solve()
-        unknowns = coupled_unknowns(matrix)
-        iteration = product(matrix, unknowns, 1) + advance(unknowns)
-        name = f"{sim.cg.taken()} iterations of conjugate gradients (linalg/pcg_alone.py)"
-        return Kernel(name, solve, iteration.times(sim.cg.taken()))
     lanes, rows = lanes_of(device), len(matrix.columns)
     shares = shares_of(rows, lanes)
     threads = whole_blocks(shares + sim.all_count - rows + len(matrix.ids))

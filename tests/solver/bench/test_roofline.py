@@ -13,6 +13,8 @@ ROOT = Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(ROOT / "solver" / "bench"), str(Path(__file__).parent)]
 
 import costs  # noqa: E402
+import roofline  # noqa: E402
+from contact_scenes import DT, square_on_sphere  # noqa: E402
 from costs import Cost  # noqa: E402
 from document import document  # noqa: E402
 from made_up import ABOUT  # noqa: E402
@@ -20,6 +22,8 @@ from roofline import Kernel, told  # noqa: E402
 
 from tryon_solver.contact.pairs import ContactPairs  # noqa: E402
 from tryon_solver.linalg.paired_matrix import PairedMatrix  # noqa: E402
+from tryon_solver.linalg.pcg_together import NOW  # noqa: E402
+from tryon_solver.simulation import build  # noqa: E402
 
 
 def matrix():
@@ -73,6 +77,42 @@ def test_a_kernel_is_held_to_the_roof_it_meets_first(cost, roof, share):
     assert found["roof"] == roof
     assert found["share"] == pytest.approx(share)
     assert found["us"] == pytest.approx(8.0)
+
+
+@pytest.fixture(scope="module")
+def on_sphere():
+    """A square that has met its sphere."""
+    case = square_on_sphere()
+    sim = build(case.scene, None, "cpu", case.pose_at(0))
+    for k in range(1, 7):
+        sim.advance(case.pose_at(k), k * DT)
+    assert sim.reported.pairs > 0
+    return sim
+
+
+def test_the_product_that_is_timed_is_done_in_every_launch(on_sphere):
+    """The GPU's kernel, which a processor runs, too: it goes on, and multiplies by the correction's matrix."""
+    kernel = roofline.product_together(on_sphere)
+    for _ in range(2):
+        on_sphere.cg.product.zero_()
+        on_sphere.cg.pulled.zero_()
+        kernel.launch()
+    assert on_sphere.cg.state.numpy()[int(NOW)] == 0
+    p, cloth = on_sphere.cg.direction.numpy(), on_sphere.cloth_count
+    np.testing.assert_array_equal(p, on_sphere.cg.preconditioned.numpy())
+    diagonal = on_sphere.holding.diagonal.numpy()[cloth:]
+    product = on_sphere.cg.product.numpy()
+    np.testing.assert_allclose(product[cloth:], diagonal[:, None] * p[cloth:], rtol=1e-4)
+    assert (np.abs(product[:cloth]) > 0).all()
+    assert (on_sphere.cg.pulled.numpy()[:cloth] != 0).any()  # by the pairs
+
+
+def test_searches_find_what_the_solver_found_at_first(on_sphere):
+    kernels = roofline.searches(on_sphere)
+    assert len(kernels) == 2
+    for kernel, surface in zip(kernels, on_sphere.touching):
+        none = costs.pair_search(on_sphere.cloth.face_count, surface.face_count, 0)
+        assert kernel.cost.bytes > none.bytes
 
 
 @pytest.fixture(scope="module")
