@@ -2,6 +2,11 @@
 export { Client, steadyNow, type ClientEvents } from "./client.ts";
 export type { Link } from "./connection.ts";
 export { GarmentScene, type Shape } from "./garment_scene.ts";
+export { readDesign, sewnTo, type Design, type Point, type Sewn } from "./pattern_design.ts";
+export { PatternDesk, type DeskSurroundings } from "./pattern_desk.ts";
+export type { PatternEdit } from "./pattern_edit.ts";
+export { layOut, type Layout } from "./pattern_layout.ts";
+export { lengthOf, middleOf, placeOf, type Grip } from "./pattern_shape.ts";
 export { PaceMeter, RateMeter } from "./meters.ts";
 export {
   Api,
