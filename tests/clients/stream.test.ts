@@ -161,3 +161,11 @@ test("malformed bytes end the connection instead of being shown", () => {
   const last = posted[posted.length - 1];
   assert.ok(last.kind === "link" && last.link.state === "reconnecting");
 });
+
+test("the pattern and the answers to its edits are handed on, edits are sent", () => {
+  const { around, stream, posted } = watch();
+  for (const name of ["design", "edited"]) around.socket.deliver(readBytes(`messages/server_${name}.bin`));
+  assert.deepEqual(posted.slice(-2).map(({ kind }) => kind), ["design", "edited"]);
+  stream.send({ type: "undo", request: 7 });
+  assert.deepEqual(around.socket.sent.at(-1), { type: "undo", request: 7 });
+});

@@ -1,4 +1,13 @@
-import type { ClientMessage, ErrorMessage, GoodbyeMessage, ReportMessage, StatusMessage, WelcomeMessage } from "@tryon/protocol";
+import type {
+  ClientMessage,
+  DesignMessage,
+  EditedMessage,
+  ErrorMessage,
+  GoodbyeMessage,
+  ReportMessage,
+  StatusMessage,
+  WelcomeMessage,
+} from "@tryon/protocol";
 
 import type { Link } from "./connection.ts";
 import { GarmentScene } from "./garment_scene.ts";
@@ -11,6 +20,8 @@ export interface ClientEvents {
   welcome(message: WelcomeMessage): void;
   status(message: StatusMessage): void;
   report(message: ReportMessage): void;
+  design(message: DesignMessage): void;
+  edited(message: EditedMessage): void;
   error(message: ErrorMessage): void;
   goodbye(message: GoodbyeMessage): void;
 }
@@ -84,6 +95,12 @@ export class Client {
         return;
       case "report":
         this.events.report(message.message);
+        return;
+      case "design":
+        this.events.design(message.message);
+        return;
+      case "edited":
+        this.events.edited(message.message);
         return;
       case "error":
         this.events.error(message.message);

@@ -59,7 +59,9 @@ export class PatternDesk {
   get design(): Design | undefined {
     const moved = this.drag ?? this.released;
     if (!this.newest || !moved) return this.newest;
-    const panels = this.newest.panels.map((panel) => (panel.name === moved.panel ? withGripAt(panel, moved.grip, moved.place) : panel));
+    const panels = this.newest.panels.map((panel) =>
+      panel.name === moved.panel ? withGripAt(this.unbent(panel, moved.grip), moved.grip, moved.place) : panel,
+    );
     return { ...this.newest, panels };
   }
 
@@ -192,6 +194,12 @@ export class PatternDesk {
 
   private piece(name: string): DesignPanel | undefined {
     return this.design?.panels.find((panel) => panel.name === name);
+  }
+
+  /** The piece with the edge of a handle as it is kept: bent flat, the server may tell it as one with other handles. */
+  private unbent(panel: DesignPanel, grip: Grip): DesignPanel {
+    const edge = grip.kind === "handle" ? this.kept?.panels.find(({ name }) => name === panel.name)?.edges.at(grip.edge) : undefined;
+    return edge ? { ...panel, edges: panel.edges.map((told, i) => (grip.kind === "handle" && i === grip.edge ? edge : told)) } : panel;
   }
 
   /** The pattern below a drag has become another one: the drag counts from there. */

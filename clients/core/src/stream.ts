@@ -119,6 +119,12 @@ export class Stream implements Listener {
       case "report":
         this.post({ kind: "report", message }, []);
         return;
+      case "design":
+        this.post({ kind: "design", message }, []);
+        return;
+      case "edited":
+        this.post({ kind: "edited", message }, []);
+        return;
       case "error":
         this.post({ kind: "error", message }, []);
         return;

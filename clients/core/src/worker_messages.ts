@@ -1,6 +1,15 @@
 /** What the page and its worker say to each other. */
 
-import type { ClientMessage, ErrorMessage, GoodbyeMessage, ReportMessage, StatusMessage, WelcomeMessage } from "@tryon/protocol";
+import type {
+  ClientMessage,
+  DesignMessage,
+  EditedMessage,
+  ErrorMessage,
+  GoodbyeMessage,
+  ReportMessage,
+  StatusMessage,
+  WelcomeMessage,
+} from "@tryon/protocol";
 
 import type { Link } from "./connection.ts";
 import type { RenderMesh } from "./render_mesh.ts";
@@ -47,6 +56,8 @@ export type ToPage =
   | { readonly kind: "welcome"; readonly message: WelcomeMessage }
   | { readonly kind: "status"; readonly message: StatusMessage }
   | { readonly kind: "report"; readonly message: ReportMessage }
+  | { readonly kind: "design"; readonly message: DesignMessage }
+  | { readonly kind: "edited"; readonly message: EditedMessage }
   | { readonly kind: "error"; readonly message: ErrorMessage }
   | { readonly kind: "goodbye"; readonly message: GoodbyeMessage }
   | { readonly kind: "frame"; readonly buffer: ArrayBuffer; readonly figures: FrameFigures }

@@ -14,7 +14,7 @@ import {
   type SessionWish,
   type Size,
 } from "@tryon/core";
-import type { ErrorMessage, ReportMessage, StatusMessage, WelcomeMessage } from "@tryon/protocol";
+import type { DesignMessage, EditedMessage, ErrorMessage, ReportMessage, StatusMessage, WelcomeMessage } from "@tryon/protocol";
 
 import type { UploadKind } from "./choices.ts";
 import type { Notice } from "./notice.ts";
@@ -28,6 +28,11 @@ export interface FittingView {
   welcomed(welcome: WelcomeMessage): void;
   status(status: StatusMessage): void;
   report(report: ReportMessage): void;
+  /** the sewing pattern as it is worn */
+  design(design: DesignMessage): void;
+  edited(edited: EditedMessage): void;
+  /** an edit was refused; returns whether it was one of this page, of which more need not be said */
+  editRefused(error: ErrorMessage): boolean;
   notice(notice: Notice): void;
   /** what there is to choose from, and what is chosen */
   choices(catalogue: Catalogue, wish: SessionWish): void;
@@ -291,6 +296,8 @@ export class Fitting {
       welcome: (welcome) => this.view.welcomed(welcome),
       status: (status) => this.follow(status),
       report: (report) => this.view.report(report),
+      design: (design) => this.view.design(design),
+      edited: (edited) => this.view.edited(edited),
       error: (error) => this.fault(error),
       goodbye: (goodbye) => {
         if (goodbye.retry_after === null) this.view.notice({ title: "The session has ended", message: goodbye.reason, calm: true });
@@ -323,6 +330,7 @@ export class Fitting {
       void this.open(this.wish); // the server was restarted: it has forgotten the session, the page has not
       return;
     }
+    if (this.view.editRefused(error)) return;
     if (TOLD.has(error.code)) {
       this.view.notice({ title: "How the body is tracked", message: error.message, remedy: error.remedy, told: true });
       return;

@@ -9,6 +9,7 @@ import { Figure } from "./figure.ts";
 import { FitCard } from "./fit.ts";
 import { Fitting, type FittingView } from "./fitting.ts";
 import { NoticeBoard, type Notice } from "./notice.ts";
+import { PatternPanel } from "./pattern.ts";
 import { Readout, type Figures } from "./readout.ts";
 import { Stage } from "./stage.ts";
 import { StatusLine } from "./status.ts";
@@ -40,6 +41,10 @@ class Studio implements FittingView {
   private readonly fit = new FitCard((size) => void this.fitting.wearSize(size));
   private readonly statusLine = new StatusLine();
   private readonly board = new NoticeBoard();
+  private readonly pattern = new PatternPanel(
+    (message) => this.fitting.client?.send(message),
+    (notice) => this.board.show(notice),
+  );
   private readonly drawn = new RateMeter();
   private readonly fitting: Fitting;
   private readonly panel: Choices;
@@ -143,12 +148,14 @@ class Studio implements FittingView {
 
   link(...[link]: Parameters<FittingView["link"]>): void {
     this.statusLine.setLink(link);
+    if (link.state !== "open") this.pattern.forget();
     this.play.disabled = link.state === "connecting" || link.state === "reconnecting";
     if (link.state === "closed") this.showPlaying(false, "Start again");
   }
 
   welcomed(...[welcome]: Parameters<FittingView["welcomed"]>): void {
     this.subject = welcome.subjects[0];
+    this.pattern.forget(); // it is told anew
     this.ar.welcomed();
   }
 
@@ -166,6 +173,18 @@ class Studio implements FittingView {
     this.advice.show(report.advice ?? "");
   }
 
+  design(...[design]: Parameters<FittingView["design"]>): void {
+    this.pattern.design(design);
+  }
+
+  edited(...[edited]: Parameters<FittingView["edited"]>): void {
+    this.pattern.edited(edited);
+  }
+
+  editRefused(...[error]: Parameters<FittingView["editRefused"]>): boolean {
+    return this.pattern.refused(error);
+  }
+
   notice(...[notice]: Parameters<FittingView["notice"]>): void {
     this.board.show(notice);
   }
@@ -179,6 +198,7 @@ class Studio implements FittingView {
   }
 
   began(): void {
+    this.pattern.forget();
     this.readout.reset();
     this.advice.hide();
     this.board.hideFault();

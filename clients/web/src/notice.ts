@@ -12,21 +12,23 @@ export interface Notice {
   readonly told?: boolean;
 }
 
-/** The one message shown over the picture. It stays until it is dismissed or replaced, calm ones leave by themselves. */
+/** The one message shown at a place. It stays until it is dismissed or replaced, calm ones leave by themselves. */
 export class NoticeBoard {
-  private readonly board = byId("notice");
+  private readonly board: HTMLElement;
   private timer = 0;
 
-  constructor() {
-    byId("notice-close").addEventListener("click", () => this.hide());
+  /** @param id of the board in the page; those of its parts begin with it */
+  constructor(private readonly id = "notice") {
+    this.board = byId(id);
+    byId(`${id}-close`).addEventListener("click", () => this.hide());
   }
 
   show(notice: Notice): void {
     window.clearTimeout(this.timer);
-    setText(byId("notice-title"), notice.title);
-    setText(byId("notice-message"), capitalised(notice.message));
-    this.line("notice-place", notice.place);
-    this.line("notice-remedy", capitalised(notice.remedy ?? ""));
+    setText(byId(`${this.id}-title`), notice.title);
+    setText(byId(`${this.id}-message`), capitalised(notice.message));
+    this.line("place", notice.place);
+    this.line("remedy", capitalised(notice.remedy ?? ""));
     this.board.classList.toggle("calm", notice.calm === true || notice.told === true);
     this.board.hidden = false;
     if (notice.calm) this.timer = window.setTimeout(() => this.hide(), 6_000);
@@ -37,12 +39,12 @@ export class NoticeBoard {
     if (!this.board.classList.contains("calm")) this.hide();
   }
 
-  private hide(): void {
+  hide(): void {
     this.board.hidden = true;
   }
 
-  private line(id: string, text: string | undefined): void {
-    const element = byId(id);
+  private line(part: string, text: string | undefined): void {
+    const element = byId(`${this.id}-${part}`);
     element.hidden = !text;
     setText(element, text ?? "");
   }

@@ -1,0 +1,152 @@
+import { PatternDesk, type Design } from "@tryon/core";
+import type { ClientMessage, DesignMessage, EditedMessage, ErrorMessage } from "@tryon/protocol";
+
+import { byId } from "./dom.ts";
+import { NoticeBoard, type Notice } from "./notice.ts";
+import { PatternDrawing } from "./pattern_drawing.ts";
+import type { Chosen } from "./pattern_piece.ts";
+import { PatternTools } from "./pattern_tools.ts";
+
+/** The sewing pattern beside the picture, to be edited while it is worn. There is none of a garment that is a mesh. */
+export class PatternPanel {
+  private readonly panel = byId("pattern");
+  private readonly toggle = byId("pattern-toggle", HTMLButtonElement);
+  private readonly undo = byId("pattern-undo", HTMLButtonElement);
+  private readonly redo = byId("pattern-redo", HTMLButtonElement);
+  private readonly board = new NoticeBoard("pattern-notice");
+  private readonly desk: PatternDesk;
+  private readonly drawing: PatternDrawing;
+  private readonly tools: PatternTools;
+  private chosen: Chosen | undefined;
+  private open = false;
+  private picture = 0;
+  private notes = "";
+
+  /**
+   * @param send hands a message to the session
+   * @param tell says what concerns more than an edit
+   */
+  constructor(
+    send: (message: ClientMessage) => void,
+    private readonly tell: (notice: Notice) => void,
+  ) {
+    this.desk = new PatternDesk({
+      send,
+      beforePicture: (callback) => {
+        const picture = requestAnimationFrame(callback);
+        return () => cancelAnimationFrame(picture);
+      },
+      changed: () => this.changed(),
+    });
+    const { desk } = this;
+    this.drawing = new PatternDrawing(document.querySelector<SVGSVGElement>("#pattern-sheet")!, {
+      begin: (panel, grip) => desk.begin(panel, grip),
+      drag: (by) => desk.moveBy(by),
+      release: () => desk.release(),
+      cancel: () => desk.cancel(),
+      choose: (chosen) => this.choose(chosen),
+      nudge: (panel, grip, by, again) => {
+        if ((again && desk.waiting) || !desk.begin(panel, grip)) return;
+        desk.moveBy(by);
+        desk.release();
+      },
+    });
+    this.tools = new PatternTools((edit) => desk.make(edit));
+    this.toggle.addEventListener("click", () => this.show(!this.open));
+    byId("pattern-close").addEventListener("click", () => {
+      this.show(false);
+      this.toggle.focus();
+    });
+    this.undo.addEventListener("click", () => desk.undo());
+    this.redo.addEventListener("click", () => desk.redo());
+    const mirror = byId("pattern-mirror", HTMLInputElement);
+    mirror.addEventListener("change", () => (desk.mirror = mirror.checked));
+    window.addEventListener("keydown", (event) => this.key(event));
+  }
+
+  /** Takes the pattern as it is worn now. One that can't be drawn is none, and said so. */
+  design(message: DesignMessage): void {
+    try {
+      this.desk.take(message);
+    } catch (error) {
+      this.tell({ title: "The pattern can't be shown", message: error instanceof Error ? error.message : String(error) });
+      return;
+    }
+    if (message.held) {
+      this.board.hideFault();
+      return;
+    }
+    const notes = (this.desk.design?.notes ?? []).join("; ");
+    if (notes && notes !== this.notes) this.board.show({ title: "What the edit brings along", message: notes, told: true });
+    else if (!notes) this.board.hide();
+    this.notes = notes;
+  }
+
+  edited(message: EditedMessage): void {
+    this.desk.edited(message);
+  }
+
+  /** @returns whether it was an edit of this page */
+  refused(error: ErrorMessage): boolean {
+    if (!this.desk.refused(error)) return false;
+    this.board.show({ title: "That edit can't be made", message: error.message, remedy: error.remedy });
+    return true;
+  }
+
+  /** There is no pattern, or not yet. */
+  forget(): void {
+    this.drawing.escape();
+    this.desk.forget();
+    this.board.hide();
+    this.notes = "";
+  }
+
+  private show(open: boolean): void {
+    this.drawing.escape();
+    this.open = open;
+    this.changed();
+  }
+
+  private choose(chosen: Chosen | undefined): void {
+    this.chosen = chosen;
+    this.changed();
+  }
+
+  /** Draws before the next picture, once however much changes until then. */
+  private changed(): void {
+    this.picture ||= requestAnimationFrame(() => {
+      this.picture = 0;
+      this.draw();
+    });
+  }
+
+  private draw(): void {
+    const { design } = this.desk;
+    this.toggle.hidden = !design;
+    this.panel.hidden = !design || !this.open;
+    this.toggle.ariaExpanded = String(!this.panel.hidden);
+    this.panel.ariaBusy = String(this.desk.waiting);
+    this.undo.disabled = !design?.done.length;
+    this.redo.disabled = !design?.undone;
+    if (!design || this.panel.hidden) return;
+    if (!isThere(design, this.chosen)) this.chosen = undefined;
+    const by = this.desk.draggedBy;
+    this.drawing.show(design, this.chosen, !design.held && !by && !this.desk.waiting);
+    this.tools.show(design, this.chosen, by);
+  }
+
+  private key(event: KeyboardEvent): void {
+    if (this.panel.hidden) return;
+    if (event.key === "Escape" && this.drawing.escape()) event.preventDefault();
+    const writing = event.target instanceof HTMLInputElement && event.target.type !== "checkbox" && event.target.type !== "radio";
+    if (writing || event.altKey || !(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== "z") return;
+    event.preventDefault();
+    if (event.shiftKey) this.desk.redo();
+    else this.desk.undo();
+  }
+}
+
+function isThere(design: Design, chosen: Chosen | undefined): boolean {
+  const panel = design.panels.find(({ name }) => name === chosen?.panel);
+  return panel !== undefined && (chosen?.edge === undefined || chosen.edge < panel.edges.length);
+}

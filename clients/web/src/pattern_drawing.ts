@@ -1,0 +1,193 @@
+import { layOut, type Design, type Grip, type Layout, type Point } from "@tryon/core";
+
+import { PieceDrawing, type Chosen } from "./pattern_piece.ts";
+
+/** Who is told what is done to the drawing. */
+export interface DrawingEvents {
+  /** @returns whether the grip can be dragged now */
+  begin(panel: string, grip: Grip): boolean;
+  /** @param by from where the drag began, in the piece's plane [m] */
+  drag(by: Point): void;
+  release(): void;
+  cancel(): void;
+  choose(chosen: Chosen | undefined): void;
+  /** a grip was moved by keys; `again`: the key is held down */
+  nudge(panel: string, grip: Grip, by: Point, again: boolean): void;
+}
+
+interface Press {
+  readonly pointer: number;
+  readonly from: Point;
+  moved: boolean;
+}
+
+/** How near a grip is met [px]. */
+const REACH: Readonly<Record<string, number>> = { mouse: 9, pen: 13, touch: 22 };
+/** a pointer that moves less has clicked [px] */
+const STILL = 3;
+/** between pieces and to the border [px] */
+const GAP = 26;
+/** a key's move, without and with Shift [m] */
+const NUDGE = 0.001;
+const NUDGE_FAR = 0.01;
+const ARROWS: Readonly<Record<string, Point>> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+
+/**
+ * The drawing of a pattern: all its pieces on one sheet, and what pointer and keys do to them. A pattern with the same
+ * parts is drawn over the one before, so that focus and a drag stay where they are.
+ */
+export class PatternDrawing {
+  private pieces: readonly PieceDrawing[] = [];
+  private parts = "";
+  private layout: Layout = { scale: 0, origins: [] };
+  private press: Press | undefined;
+  private design: Design | undefined;
+  private chosen: Chosen | undefined;
+
+  constructor(
+    private readonly sheet: SVGSVGElement,
+    private readonly events: DrawingEvents,
+  ) {
+    sheet.addEventListener("pointerdown", (event) => this.down(event));
+    sheet.addEventListener("pointermove", (event) => this.move(event));
+    sheet.addEventListener("pointerup", (event) => this.up(event));
+    sheet.addEventListener("pointercancel", (event) => {
+      if (event.pointerId === this.press?.pointer) this.letGo(() => events.cancel());
+    });
+    sheet.addEventListener("keydown", (event) => this.key(event));
+    new ResizeObserver(() => this.fit()).observe(sheet);
+  }
+
+  /** Draws a pattern. @param settled it is not one that is being dragged: pieces may be laid out anew */
+  show(design: Design, chosen: Chosen | undefined, settled: boolean): void {
+    this.design = design;
+    const handles = design.panels.map(({ name, vertices, edges }) => [name, vertices.length, edges.map((edge) => edge.handles.length)]);
+    const parts = JSON.stringify([handles, design.seams]);
+    if (parts !== this.parts) {
+      this.parts = parts;
+      this.pieces = design.panels.map((_, i) => new PieceDrawing(design, i));
+      this.sheet.replaceChildren(...this.pieces.map(({ element }) => element));
+      if (this.layout.origins.length !== design.panels.length) this.escape();
+      if (this.press?.moved) this.draw();
+      else this.fit();
+    } else if (settled) this.fit();
+    else this.draw();
+    this.mark(chosen);
+  }
+
+  /** Marks what is chosen. */
+  mark(chosen: Chosen | undefined): void {
+    this.chosen = chosen;
+    for (const piece of this.pieces) piece.mark(chosen?.panel === this.nameOf(piece) ? chosen : undefined);
+  }
+
+  /** Lays the pieces out in the room there is; not below a finger that drags one. */
+  private fit(): void {
+    if (!this.design || this.press?.moved) return;
+    this.layout = layOut(this.design.panels, this.sheet.clientWidth, this.sheet.clientHeight, GAP);
+    this.draw();
+  }
+
+  private draw(): void {
+    const { design, layout } = this;
+    if (!design) return;
+    for (const piece of this.pieces) piece.update(design, { scale: layout.scale, origin: layout.origins[piece.index] });
+  }
+
+  private down(event: PointerEvent): void {
+    if (this.press || event.button !== 0 || !(event.target instanceof Element)) return;
+    const met = this.meet(event);
+    if (!met) {
+      this.events.choose(this.meant(event.target));
+      return;
+    }
+    const panel = this.nameOf(met.piece);
+    if (!this.events.begin(panel, met.grip)) return;
+    this.press = { pointer: event.pointerId, from: [event.clientX, event.clientY], moved: false };
+    this.sheet.setPointerCapture(event.pointerId);
+    event.preventDefault(); // the focus is the grip's, whatever lies below the pointer
+    this.events.choose(met.grip.kind === "handle" ? { panel, edge: met.grip.edge } : this.ofPiece(panel));
+    met.piece.markOf(met.grip)?.element.focus({ preventScroll: true });
+  }
+
+  private move(event: PointerEvent): void {
+    const { press } = this;
+    if (event.pointerId !== press?.pointer || this.layout.scale <= 0) return;
+    const [x, y] = [event.clientX - press.from[0], event.clientY - press.from[1]];
+    press.moved ||= Math.hypot(x, y) >= STILL;
+    if (press.moved) this.events.drag([x / this.layout.scale, -y / this.layout.scale]);
+  }
+
+  private up(event: PointerEvent): void {
+    if (event.pointerId !== this.press?.pointer) return;
+    this.move(event);
+    const { moved } = this.press;
+    this.letGo(() => (moved ? this.events.release() : this.events.cancel()));
+  }
+
+  /** Ends the drag that is under way, if one is, without keeping it. */
+  escape(): boolean {
+    if (!this.press) return false;
+    this.letGo(() => this.events.cancel());
+    return true;
+  }
+
+  private letGo(told: () => void): void {
+    const { press } = this;
+    this.press = undefined;
+    if (press && this.sheet.hasPointerCapture(press.pointer)) this.sheet.releasePointerCapture(press.pointer);
+    told();
+  }
+
+  private key(event: KeyboardEvent): void {
+    if (!(event.target instanceof Element) || event.ctrlKey || event.metaKey || event.altKey) return;
+    const piece = this.pieceOf(event.target);
+    if (!piece) return;
+    const grip = piece.gripOf(event.target);
+    const arrow = ARROWS[event.key] as Point | undefined;
+    if (grip && arrow) {
+      const far = event.shiftKey ? NUDGE_FAR : NUDGE;
+      this.events.nudge(this.nameOf(piece), grip, [arrow[0] * far, arrow[1] * far], event.repeat);
+    } else if (!grip && (event.key === "Enter" || event.key === " ")) this.events.choose(this.meant(event.target));
+    else return;
+    event.preventDefault();
+  }
+
+  /** The grip nearest to a pointer, if it is in reach; of two at one place the one drawn last. */
+  private meet(event: PointerEvent): { piece: PieceDrawing; grip: Grip } | undefined {
+    const sheet = this.sheet.getBoundingClientRect();
+    const [x, y] = [event.clientX - sheet.left, event.clientY - sheet.top];
+    let nearest = REACH[event.pointerType] ?? REACH.mouse;
+    let met: { piece: PieceDrawing; grip: Grip } | undefined;
+    for (const piece of this.pieces) {
+      for (const { grip, at } of piece.grips()) {
+        const away = Math.hypot(at[0] - x, at[1] - y);
+        if (away > nearest) continue;
+        nearest = away;
+        met = { piece, grip };
+      }
+    }
+    return met;
+  }
+
+  /** What an element stands for, to be chosen. */
+  private meant(element: Element): Chosen | undefined {
+    const piece = this.pieceOf(element);
+    if (!piece) return undefined;
+    const edge = piece.edgeOf(element);
+    return edge === undefined ? { panel: this.nameOf(piece) } : { panel: this.nameOf(piece), edge };
+  }
+
+  /** What stays chosen when a corner of this piece is taken. */
+  private ofPiece(panel: string): Chosen {
+    return this.chosen?.panel === panel ? this.chosen : { panel };
+  }
+
+  private pieceOf(element: Element): PieceDrawing | undefined {
+    return this.pieces.find((piece) => piece.element.contains(element));
+  }
+
+  private nameOf(piece: PieceDrawing): string {
+    return this.design?.panels[piece.index].name ?? "";
+  }
+}
