@@ -184,6 +184,7 @@ test("a pattern that can't be drawn is none, whatever is in it", () => {
   const with0 = (edge: object) => design({ panels: [{ ...front, edges: [{ ...front.edges[0], ...edge }] }, back], seams: [] });
   const bad: unknown[] = [
     { panels: null },
+    { panels: [], seams: [] },
     { panels: [null] },
     { panels: [front, front] },
     { panels: [{ ...front, edges: [] }, back] },

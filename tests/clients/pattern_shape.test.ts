@@ -109,7 +109,8 @@ test("pieces that do not begin at their origin, that are nothing, or a sheet wit
   const away = { ...far, edges: far.edges.map((edge) => ({ ...edge, points: edge.points.map(([x, y]) => [x - 3, y + 2] as const), handles: [] })) };
   const { scale, origins } = layOut([away], 120, 120, 10);
   assertNear([origins[0]], [[10 + 3 * scale, 110 + 2 * scale]]);
-  assert.equal(layOut([away], 10, 10, 10).scale, 0);
+  const cramped = layOut([away, far], 10, 0, 10);
+  assert.deepEqual([cramped.scale, cramped.origins.length], [0, 2]);
   assert.deepEqual(layOut([], 100, 100, 10).origins, []);
   assert.ok(Number.isFinite(layOut([rectangle("nothing", 0, 0)], 100, 100, 10).scale));
 });

@@ -17,6 +17,7 @@ const FARTHEST = 1e3;
  */
 export function readDesign(message: DesignMessage): Design {
   const panels = listOf(message.panels, "panels");
+  must(panels.length > 0, "panels", "is empty");
   panels.forEach((panel, i) => checkPanel(panel, `panels[${i}]`));
   const names = new Set(panels.map(({ name }) => name));
   must(names.size === panels.length, "panels", "has two of one name");

@@ -18,12 +18,13 @@ interface Box {
 }
 
 /**
- * Lays pieces out in rows, in their order, apart from each other, as large as they fit into width x height pixels.
+ * Lays pieces out in rows, in their order, apart from each other, as large as they fit into width x height pixels. Where
+ * there is no room, the scale is 0.
  * @param gap between pieces and to the border [px]
  */
 export function layOut(panels: readonly DesignPanel[], width: number, height: number, gap: number): Layout {
   const boxes = panels.map(boxOf);
-  let best = { scale: 0, breaks: [] as readonly number[] };
+  let best = { scale: 0, breaks: rowsWithin(boxes, Infinity) };
   for (let first = 0; first < boxes.length; first += 1) {
     for (let last = first; last < boxes.length; last += 1) {
       const widest = boxes.slice(first, last + 1).reduce((sum, box) => sum + box.width, 0);
@@ -38,9 +39,9 @@ export function layOut(panels: readonly DesignPanel[], width: number, height: nu
 /** Numbers of the pieces that begin a row, when rows are filled up to this width [m]. */
 function rowsWithin(boxes: readonly Box[], widest: number): readonly number[] {
   const breaks: number[] = [];
-  let filled = Infinity;
+  let filled = 0;
   boxes.forEach((box, i) => {
-    if (filled + box.width > widest * (1 + 1e-9)) {
+    if (i === 0 || filled + box.width > widest * (1 + 1e-9)) {
       breaks.push(i);
       filled = 0;
     }

@@ -104,12 +104,12 @@ export class PatternPanel {
   private show(open: boolean): void {
     this.drawing.escape();
     this.open = open;
-    this.changed();
+    this.draw();
   }
 
   private choose(chosen: Chosen | undefined): void {
     this.chosen = chosen;
-    this.changed();
+    this.draw();
   }
 
   /** Draws before the next picture, once however much changes until then. */

@@ -25,8 +25,9 @@ interface Press {
 const REACH: Readonly<Record<string, number>> = { mouse: 9, pen: 13, touch: 22 };
 /** a pointer that moves less has clicked [px] */
 const STILL = 3;
-/** between pieces and to the border [px] */
+/** between pieces and to the border: at most, and of the room's smaller side [px, 1] */
 const GAP = 26;
+const GAP_SHARE = 0.06;
 /** a key's move, without and with Shift [m] */
 const NUDGE = 0.001;
 const NUDGE_FAR = 0.01;
@@ -68,7 +69,7 @@ export class PatternDrawing {
       this.pieces = design.panels.map((_, i) => new PieceDrawing(design, i));
       this.sheet.replaceChildren(...this.pieces.map(({ element }) => element));
       if (this.layout.origins.length !== design.panels.length) this.escape();
-      if (this.press?.moved) this.draw();
+      if (this.press) this.draw();
       else this.fit();
     } else if (settled) this.fit();
     else this.draw();
@@ -81,10 +82,11 @@ export class PatternDrawing {
     for (const piece of this.pieces) piece.mark(chosen?.panel === this.nameOf(piece) ? chosen : undefined);
   }
 
-  /** Lays the pieces out in the room there is; not below a finger that drags one. */
+  /** Lays the pieces out in the room there is; not below a finger that has one. */
   private fit(): void {
-    if (!this.design || this.press?.moved) return;
-    this.layout = layOut(this.design.panels, this.sheet.clientWidth, this.sheet.clientHeight, GAP);
+    if (!this.design || this.press) return;
+    const { clientWidth: width, clientHeight: height } = this.sheet;
+    this.layout = layOut(this.design.panels, width, height, Math.min(GAP, GAP_SHARE * Math.min(width, height)));
     this.draw();
   }
 

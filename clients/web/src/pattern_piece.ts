@@ -38,6 +38,8 @@ const NUMBER_INSIDE = 11;
 /** a name that would have to be smaller is left out [px] */
 const SMALLEST_NAME = 8.5;
 const LARGEST_NAME = 13;
+/** a piece narrower or lower than this shows handles and numbers only when it is chosen or pointed at [px] */
+const SMALL = 90;
 /** turns the hue from one seam to the next, so that neighbours differ [degrees] */
 const HUE_STEP = 137.5;
 
@@ -68,9 +70,9 @@ export class PieceDrawing {
     this.element.append(...this.edges.map(({ group }) => group), ...corners);
   }
 
-  /** The grips that can be met just now: the handles of a straight edge only while they are seen. */
+  /** The grips that can be met just now: corners, and the handles that are seen. */
   grips(): readonly GripMark[] {
-    const seen = this.edges.filter(({ group }) => group.matches(":not(.straight), .chosen, :hover, :focus-within"));
+    const seen = this.edges.filter(({ handles }) => handles.some(({ element }) => element.checkVisibility()));
     return [...this.corners, ...seen.flatMap(({ handles }) => handles)];
   }
 
@@ -95,7 +97,7 @@ export class PieceDrawing {
     const onSheet = ([x, y]: Point): Point => [origin[0] + scale * x, origin[1] - scale * y];
     const outline = panel.edges.flatMap(({ points }) => points.map(onSheet));
     put(this.cloth, { d: `${pathOf(outline)}Z` });
-    this.callIt(outline);
+    this.measure(outline);
     const inside = turnsLeft(outline) ? 1 : -1;
     panel.edges.forEach((edge, i) => {
       const marks = this.edges[i];
@@ -133,14 +135,15 @@ export class PieceDrawing {
     for (const { element } of this.corners) element.setAttribute("tabindex", stop);
   }
 
-  /** Writes the name in the middle, as large as it fits. */
-  private callIt(outline: readonly Point[]): void {
+  /** Writes the name in the middle, as large as it fits, and shows less where there is little room. */
+  private measure(outline: readonly Point[]): void {
     const [xs, ys] = [outline.map(([x]) => x), outline.map(([, y]) => y)];
     const [left, right, top, bottom] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
     const letters = Math.max(1, this.called.textContent.length);
     const size = Math.min(LARGEST_NAME, (right - left - 40) / (0.56 * letters), (bottom - top) / 3);
     put(this.called, { x: (left + right) / 2, y: (top + bottom) / 2, "font-size": Math.max(0, size) });
     this.called.classList.toggle("unfit", size < SMALLEST_NAME);
+    this.element.classList.toggle("small", Math.min(right - left, bottom - top) < SMALL);
   }
 }
 
