@@ -42,12 +42,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options.out.mkdir(parents=True, exist_ok=True)
     if options.one:
         return one(options)
-    results = worn_cases(options)
-    peers = [] if options.peers is None else peer_cases(options)
-    roofs = roofline_cases(options) if options.roofline else []
-    run = {"about": about(options), "results": results, "peers": peers, "roofline": roofs}
-    (options.out / "results.json").write_text(json.dumps(run, indent=1) + "\n")
-    (options.out / "table.md").write_text(markdown(run))
+    run: dict[str, Any] = {"about": about(options), "results": [], "peers": [], "roofline": []}
+    parts = [("results", worn_cases)]
+    parts += [("peers", peer_cases)] if options.peers is not None else []
+    parts += [("roofline", roofline_cases)] if options.roofline else []
+    for name, measure in parts:
+        run[name] = measure(options)
+        # written after each, for a later one may be broken off
+        (options.out / "results.json").write_text(json.dumps(run, indent=1) + "\n")
+        (options.out / "table.md").write_text(markdown(run))
     print(options.out / "table.md")
     return int(failing(run))
 

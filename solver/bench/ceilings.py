@@ -46,24 +46,26 @@ def ceilings(device: str) -> tuple[float, float]:
     cuda = bool(wp.get_device(device).is_cuda)
     source = wp.zeros(COPIED[cuda], dtype=wp.float32, device=device)
     target = wp.zeros_like(source)
-    copied = seconds(lambda: wp.copy(target, source), device)
+    copied = min(rounds(lambda: wp.copy(target, source), device))  # a roof is the most, however busy a round was
     out: wp.array = wp.zeros(THREADS[cuda], dtype=wp.float32, device=device)
-    added = seconds(
-        lambda: wp.launch(multiply_add_kernel, len(out), [0.999, 1e-3], [out], device=device),
-        device,
-    )
+    added = min(rounds(lambda: wp.launch(multiply_add_kernel, len(out), [0.999, 1e-3], [out], device=device), device))
     operations = 2 * int(CHAINS) * int(LINKS) * len(out)
     return 8 * len(source) / copied, operations / added
 
 
 def seconds(launch: Callable[[], object], device: str) -> float:
-    """Median time of what `launch` launches [s], many times over: on a GPU in a graph, between two events."""
+    """Median time of what `launch` launches [s]."""
+    return float(np.median(rounds(launch, device)))
+
+
+def rounds(launch: Callable[[], object], device: str) -> list[float]:
+    """The same [s] of each round of many launches: on a GPU in a graph, between two events."""
     cuda = bool(wp.get_device(device).is_cuda)
     count = LAUNCHES[cuda]
     launch()  # compiles
     wp.synchronize_device(device)
     if not cuda:
-        return float(np.median([of_a_loop(launch, count) for _ in range(ROUNDS)]))
+        return [of_a_loop(launch, count) for _ in range(ROUNDS)]
     with wp.ScopedCapture(device) as captured:
         for _ in range(count):
             launch()
@@ -74,7 +76,7 @@ def seconds(launch: Callable[[], object], device: str) -> float:
         wp.capture_launch(captured.graph)
         done = stream.record_event(wp.Event(device, enable_timing=True))
         took.append(1e-3 * wp.get_event_elapsed_time(begun, done) / count)
-    return float(np.median(took))
+    return took
 
 
 def of_a_loop(launch: Callable[[], object], count: int) -> float:
