@@ -1,9 +1,10 @@
 """The next cut of a garment put on from the one that is worn: Algorithm 2's edit where triangles or seams change.
 
 Every vertex of the new mesh lies where the fabric lay that it is made of: the pieces' flat places say which triangle of
-the old mesh that was. Places, and velocities with them, are carried over from there; what is sewn together now meets in
-the middle, with the fabric beside it; what was sewn and is open now is drawn back by a fabric's thickness. The state is then freed of contact as a
-garment that comes as a mesh is (dressing/untangle.py), and goes on from there with the body where it is.
+the old mesh that was. Places, and velocities with them, are carried over from there. What is sewn together now meets in
+the middle, with the fabric beside it; what was sewn and is open now is drawn back by a fabric's thickness. The state is
+then freed of contact as a garment that comes as a mesh is (dressing/untangle.py), and goes on from there with the body
+where it is.
 """
 
 from __future__ import annotations
