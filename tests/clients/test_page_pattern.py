@@ -1,0 +1,286 @@
+"""The sewing pattern in the page, edited in a real Chromium; what arrives at the server's end is read."""
+
+from __future__ import annotations
+
+import pytest
+from browser import open_page
+from tailor import Tailor, design, piece
+
+import tryon_protocol as wire
+from tryon_protocol.messages import DesignEdit, DesignMessage
+
+pytestmark = pytest.mark.browser
+
+
+@pytest.fixture(scope="module")
+def tailor(web):
+    server = Tailor(web, None)
+    yield server
+    server.stop()
+
+
+@pytest.fixture
+def page(chromium, tailor):
+    """The page with the pattern beside the picture. It must run without an uncaught error."""
+    tailor.pattern = design()
+    page = open_page(chromium, tailor.url, 1280, 800)
+    page.click("#pattern-toggle")
+    page.wait_for_selector("#pattern-sheet .piece >> nth=1")
+    tailor.heard.clear()
+    yield page
+    assert page.faults == []
+    page.context.close()
+
+
+def middle(locator) -> tuple[float, float]:
+    box = locator.bounding_box()
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+def corner(page, number: int, of: int = 0):
+    """A corner of a piece, by their numbers."""
+    return page.locator(".piece").nth(of).locator(".corner").nth(number)
+
+
+def edge(page, number: int, of: int = 0):
+    return page.locator(".piece").nth(of).locator(".edge").nth(number)
+
+
+def comes_to(locator, place: tuple[float, float]) -> None:
+    """Waits until something is drawn there."""
+    for _ in range(100):
+        if middle(locator) == pytest.approx(place, abs=1.5):
+            return
+        locator.page.wait_for_timeout(50)
+    assert middle(locator) == pytest.approx(place, abs=1.5)
+
+
+def scale_of(page) -> float:
+    """Pixels per metre."""
+    (left, _), (right, _) = middle(corner(page, 0)), middle(corner(page, 1))
+    return (right - left) / 0.5
+
+
+def is_edit(message, hold: bool) -> bool:
+    return isinstance(message, wire.EditMessage) and message.hold is hold
+
+
+def kept(message) -> bool:
+    return is_edit(message, hold=False)
+
+
+def refuse(tailor, request: int) -> None:
+    tailor.say(
+        wire.ErrorMessage(
+            code="edit_refused", place="by", message="the edges would cross", remedy="Move it less far", request=request
+        )
+    )
+
+
+def test_a_corner_is_dragged_and_what_comes_back_is_drawn(page, tailor):
+    scale = scale_of(page)
+    x, y = middle(corner(page, 2))
+    page.check("#pattern-mirror")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for step in range(1, 11):
+        page.mouse.move(x + 4 * step, y - 2 * step)
+        page.wait_for_timeout(20)
+    held = tailor.hears(lambda message: is_edit(message, hold=True))
+    assert [held.edit[field] for field in ("kind", "panel", "vertex")] == ["move_vertex", "front", 2]
+    assert held.mirror
+    comes_to(corner(page, 2), (x + 40, y - 20))
+    assert "cm right" in page.inner_text("#pattern-chosen")
+    page.mouse.up()
+    edit = tailor.hears(kept)
+    assert edit.edit["by"] == pytest.approx([40 / scale, 20 / scale], rel=0.02)
+    assert edit.mirror
+    edits = [message for message in tailor.heard if isinstance(message, wire.EditMessage)]
+    assert [message.hold for message in edits] == [True] * (len(edits) - 1) + [False]
+    assert len({message.request for message in edits}) == len(edits)
+
+    before = corner(page, 1).bounding_box()["x"]
+    done = (DesignEdit(id=1, kind="move_vertex", panel="front"),)
+    tailor.say(design(0.9, done=done, notes=("edge 3 of 'back' follows",)))
+    tailor.say(wire.EditedMessage(id=1, change="value", request=edit.request))
+    page.wait_for_selector('#pattern[aria-busy="false"]')
+    page.wait_for_selector("#pattern-made summary:has-text('1 edit made')")
+    x_now = "document.querySelectorAll('.corner')[1].getBoundingClientRect().x"
+    page.wait_for_function(f"x => Math.abs({x_now} - x) > 20", arg=before)
+    assert "follows" in page.inner_text("#pattern-notice-message")
+
+
+def test_pictures_bound_what_a_drag_sends(page, tailor):
+    x, y = middle(corner(page, 1))
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.evaluate(
+        """([x, y]) => {
+            const sheet = document.querySelector('#pattern-sheet');
+            window.pictures = 0;
+            const count = () => { window.pictures += 1; window.counting = requestAnimationFrame(count); };
+            count();
+            const more = { pointerId: 1, pointerType: 'mouse', bubbles: true };
+            for (let i = 1; i <= 500; i += 1)
+                sheet.dispatchEvent(new PointerEvent('pointermove', { ...more, clientX: x + i / 10, clientY: y }));
+        }""",
+        [x, y],
+    )
+    page.mouse.move(x + 50, y)
+    page.mouse.up()
+    tailor.hears(kept)
+    assert sum(is_edit(message, hold=True) for message in tailor.heard) <= page.evaluate("window.pictures")
+
+
+def test_escape_drops_a_drag(page, tailor):
+    x, y = middle(corner(page, 0))
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x - 30, y + 10)
+    tailor.hears(lambda message: is_edit(message, hold=True))
+    page.keyboard.press("Escape")
+    dropped = tailor.hears(lambda message: isinstance(message, wire.EditMessage) and message.edit is None)
+    assert dropped.hold
+    page.mouse.move(x - 60, y)
+    page.mouse.up()
+    comes_to(corner(page, 0), (x, y))
+    assert not any(map(kept, tailor.heard))
+
+
+def test_a_refused_edit_says_why_and_the_piece_is_as_it_was(page, tailor):
+    x, y = middle(corner(page, 3))
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 90, y)
+    page.mouse.up()
+    refuse(tailor, tailor.hears(kept).request)
+    page.wait_for_selector("#pattern-notice:visible")
+    assert page.inner_text("#pattern-notice-message") == "The edges would cross"
+    assert page.inner_text("#pattern-notice-remedy") == "Move it less far"
+    comes_to(corner(page, 3), (x, y))
+    assert page.locator("#notice").is_hidden()
+
+
+def test_a_curve_is_bent_by_its_handle_and_a_straight_edge_has_one_when_chosen(page, tailor):
+    x, y = middle(edge(page, 2).locator(".handle"))
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x, y + 25)
+    page.mouse.up()
+    edit = tailor.hears(kept).edit
+    assert (edit["kind"], edit["edge"], edit["handle"]) == ("move_handle", 2, 0)
+    assert edit["by"] == pytest.approx([0, -25 / scale_of(page)], abs=1e-6, rel=0.02)
+    straight = edge(page, 0, of=1).locator(".handle").first
+    assert straight.is_hidden()
+    page.mouse.click(*middle(edge(page, 0, of=1).locator(".reach")))
+    assert straight.is_visible()
+
+
+def test_keys_move_a_corner_by_a_millimetre_or_a_centimetre(page, tailor):
+    page.mouse.click(*middle(corner(page, 2)))
+    for key, by in (("ArrowRight", [0.001, 0]), ("Shift+ArrowUp", [0, 0.01])):
+        tailor.heard.clear()
+        page.keyboard.press(key)
+        edit = tailor.hears(kept)
+        assert edit.edit == {"kind": "move_vertex", "panel": "front", "vertex": 2, "by": pytest.approx(by, abs=1e-9)}
+        tailor.say(wire.EditedMessage(id=1, change="value", request=edit.request))
+        tailor.say(design())
+    assert not any(is_edit(message, hold=True) for message in tailor.heard)
+
+
+def test_edges_and_pieces_are_changed_by_numbers(page, tailor):
+    def next_edit():
+        edit = tailor.hears(kept)
+        tailor.heard.clear()
+        return edit.edit
+
+    page.mouse.click(*middle(edge(page, 0).locator(".reach")))
+    assert "50.0 cm, open" in page.inner_text("#pattern-chosen")
+    page.fill("#pattern-hem input", "2.5")
+    page.click("text=Shorten")
+    assert next_edit() == {"kind": "lengthen", "panel": "front", "edge": 0, "by": pytest.approx(-0.025)}
+    page.mouse.click(*middle(edge(page, 1).locator(".reach")))
+    assert "seam 1 to back" in page.inner_text("#pattern-chosen")
+    page.fill("#pattern-seam input", "1.5")
+    page.keyboard.press("Enter")
+    assert next_edit() == {"kind": "take_in", "panel": "front", "edge": 1, "by": pytest.approx(0.015)}
+    page.click("text=Let out")
+    assert next_edit()["by"] == pytest.approx(-0.015)
+    page.fill("#pattern-seam input", "")
+    page.click("text=Open seam")
+    assert next_edit() == {"kind": "open_seam", "panel": "front", "edge": 1}
+    page.mouse.click(*middle(page.locator(".cloth").nth(1)))
+    page.fill("#pattern-piece input[name=width]", "110")
+    page.click("#pattern-piece button")
+    assert next_edit() == {"kind": "scale_piece", "panel": "back", "factors": [pytest.approx(1.1), 1]}
+    page.keyboard.press("Escape")
+
+
+def test_undo_and_redo_by_button_and_key(page, tailor):
+    undo, redo = page.locator("#pattern-undo"), page.locator("#pattern-redo")
+    assert undo.is_disabled()
+    assert redo.is_disabled()
+    tailor.say(design(done=(DesignEdit(id=3, kind="take_in", panel="front"),), undone=2))
+    page.wait_for_selector("#pattern-redo:enabled")
+    undo.click()
+    redo.click()
+    page.keyboard.press("Control+z")
+    page.keyboard.press("Control+Shift+z")
+    tailor.hears(lambda _: len(tailor.heard) == 4)
+    assert [type(message).__name__ for message in tailor.heard] == ["UndoMessage", "RedoMessage"] * 2
+
+
+def test_nothing_that_a_server_says_breaks_the_page(page, tailor):
+    x, y = middle(corner(page, 2))
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 20, y)
+    tailor.say(design(panels=(piece("other", ((0.0, 0.0), (0.2, 0.0), (0.1, 0.2))),), seams=()))
+    page.wait_for_selector(".piece[aria-label=other]")
+    page.mouse.move(x + 40, y)
+    page.mouse.up()
+    tailor.say(wire.EditedMessage(id=9, change="topology", request=4000))
+    refuse(tailor, 4000)
+    page.wait_for_selector("#notice:visible")
+    nan = float("nan")
+    for bad in (
+        design(panels=(piece("a", ((0.0, 0.0), (nan, 0.0), (0.1, 0.2))),), seams=()),
+        design(panels=()),
+        DesignMessage(held=True, panels=design().panels[:1], seams=design().seams, done=(), undone=0),
+    ):
+        tailor.say(bad)
+        page.wait_for_selector("#pattern-toggle", state="hidden")
+        tailor.say(design())
+        page.wait_for_selector("#pattern-sheet .piece >> nth=1")
+
+
+def test_a_garment_that_is_a_mesh_has_no_pattern(chromium, tailor):
+    tailor.pattern = None
+    page = open_page(chromium, tailor.url, 1280, 800)
+    page.wait_for_selector('#status[data-state="running"]')
+    assert page.locator("#pattern-toggle").is_hidden()
+    assert page.locator("#pattern").is_hidden()
+    assert page.faults == []
+    page.context.close()
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 800), (1000, 700), (360, 740)])
+def test_the_pattern_finds_room_in_any_window(chromium, tailor, width, height):
+    tailor.pattern = design()
+    page = open_page(chromium, tailor.url, width, height)
+    page.click("#pattern-toggle")
+    page.wait_for_selector("#pattern-sheet .piece >> nth=1")
+    page.mouse.click(*middle(edge(page, 1).locator(".reach")))
+    assert page.evaluate("document.documentElement.scrollWidth") == width
+    sheet = page.locator("#pattern-sheet").bounding_box()
+    for i in range(2):
+        box = page.locator(".cloth").nth(i).bounding_box()
+        assert box["width"] > 50
+        assert sheet["x"] <= box["x"]
+        assert box["x"] + box["width"] <= sheet["x"] + sheet["width"]
+        assert sheet["y"] <= box["y"]
+        assert box["y"] + box["height"] <= sheet["y"] + sheet["height"]
+    page.click("#pattern-close")
+    assert page.locator("#pattern").is_hidden()
+    assert page.faults == []
+    page.context.close()
