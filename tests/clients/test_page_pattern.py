@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from browser import open_page
-from tailor import Tailor, design, piece
+from tailor import Tailor, design, piece, welcome
 
 import tryon_protocol as wire
 from tryon_protocol.messages import DesignEdit, DesignMessage
@@ -19,17 +19,28 @@ def tailor(web):
     server.stop()
 
 
-@pytest.fixture
-def page(chromium, tailor):
-    """The page with the pattern beside the picture. It must run without an uncaught error."""
+@pytest.fixture(scope="module")
+def shared(chromium, tailor):
+    """The page for all tests in a window of this size."""
     tailor.pattern = design()
     page = open_page(chromium, tailor.url, 1280, 800)
     page.click("#pattern-toggle")
-    page.wait_for_selector("#pattern-sheet .piece >> nth=1")
-    tailor.heard.clear()
     yield page
-    assert page.faults == []
     page.context.close()
+
+
+@pytest.fixture
+def page(shared, tailor):
+    """The page with the pattern beside the picture, as if just come. It must run without an uncaught error."""
+    shared.wait_for_selector("#pattern-sheet .piece >> nth=1")
+    tailor.say(welcome())
+    shared.wait_for_selector("#pattern", state="hidden")
+    tailor.say(design())
+    shared.wait_for_selector("#pattern-sheet .piece >> nth=1")
+    shared.uncheck("#pattern-mirror")
+    tailor.heard.clear()
+    yield shared
+    assert shared.faults == []
 
 
 def middle(locator) -> tuple[float, float]:

@@ -6,7 +6,7 @@ export { readDesign, sewnTo, type Design, type Point, type Sewn } from "./patter
 export { PatternDesk, type DeskSurroundings } from "./pattern_desk.ts";
 export type { PatternEdit } from "./pattern_edit.ts";
 export { layOut, type Layout } from "./pattern_layout.ts";
-export { lengthOf, middleOf, placeOf, type Grip } from "./pattern_shape.ts";
+export { lengthOf, middleOf, type Grip } from "./pattern_shape.ts";
 export { PaceMeter, RateMeter } from "./meters.ts";
 export {
   Api,
