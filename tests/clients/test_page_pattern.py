@@ -158,6 +158,33 @@ def test_escape_drops_a_drag(page, tailor):
     assert not any(map(kept, tailor.heard))
 
 
+def test_a_finger_drags_a_corner_that_it_nearly_meets(page, tailor):
+    touch = page.context.new_cdp_session(page)
+    x, y = middle(corner(page, 2))
+
+    def finger(kind: str, *places: float) -> None:
+        points = [{"x": place, "y": y} for place in places]
+        touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    finger("touchStart", x + 14)
+    finger("touchMove", x + 34)
+    finger("touchMove", x + 54)
+    finger("touchEnd")
+    edit = tailor.hears(kept)
+    assert edit.edit["vertex"] == 2
+    assert edit.edit["by"] == pytest.approx([40 / scale_of(page), 0], rel=0.02)
+    refuse(tailor, edit.request)
+    comes_to(corner(page, 2), (x, y))
+    tailor.heard.clear()
+    finger("touchStart", x)
+    finger("touchMove", x + 40)
+    tailor.hears(lambda message: is_edit(message, hold=True))
+    finger("touchCancel")
+    tailor.hears(lambda message: isinstance(message, wire.EditMessage) and message.edit is None)
+    comes_to(corner(page, 2), (x, y))
+    assert not any(map(kept, tailor.heard))
+
+
 def test_a_refused_edit_says_why_and_the_piece_is_as_it_was(page, tailor):
     x, y = middle(corner(page, 3))
     page.mouse.move(x, y)
