@@ -109,6 +109,7 @@ class Simulation:
         self.mass = scene.vertex_masses()
         self.area = garment.vertex_areas()
         self.plan = bind_plan(scene, settings, device, self.mass, self.area)
+        compile_kernels(device)  # of what the plan has imported, too
         self.stages = Stages(
             add_acceleration=self.plan.stage("add_acceleration"),
             project=self.plan.stage("project"),
@@ -460,7 +461,6 @@ def build(
             f"settings.deterministic: on {device} sums run in an order that changes from run to run "
             "(METHOD.md section 13); simulate on the CPU or leave the setting out"
         )
-    compile_kernels(device)
     simulation = Simulation(scene, settings, device, pose, surface)
     if not tangled:
         refuse_touching_start(simulation)

@@ -24,7 +24,7 @@ PLACES = {
 SOURCES = {
     "METHOD.md": ("solver", "server/tryon_server/runtime"),
     "README.md": ("solver", "server", "clients"),
-    "protocol/PROTOCOL.md": ("protocol", "server/tryon_server/sessions"),
+    "protocol/PROTOCOL.md": ("protocol", "server/tryon_server/sessions", "solver/tryon_solver/redesign"),
 }
 SUFFIXES = (".py", ".md", ".json", ".yaml", ".sh", ".ts", ".png")
 

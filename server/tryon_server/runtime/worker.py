@@ -232,8 +232,8 @@ class Worker:
         if why:
             self._dress_in(asked.specification)
         self._history = asked.history
-        self._tell(asked.made(command, "topology" if why else "value"))
         self._tell(Designed(design_of(asked.specification, asked.history, notes=asked.notes)))
+        self._tell(asked.made(command, "topology" if why else "value"))  # whoever is answered has seen the pattern
 
     def _dress_in(self, specification: Mapping[str, Any]) -> None:
         """Wear this pattern in another mesh. Raises EditError, and nothing has changed, when it can't be put on."""
