@@ -24,13 +24,13 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 sys.path[:0] = [str(ROOT / folder) for folder in ("solver/bench", "solver", "tests/support")]  # this checkout
 
+from bench_table import markdown, row  # noqa: E402
 from figures import of_all  # noqa: E402
 from peer_case import OTHERS, PRESETS, PeerCase  # noqa: E402
 from peer_table import row as peer_row  # noqa: E402
 from process_pool import Tasks  # noqa: E402
 from provenance import commit_of, machine_of  # noqa: E402
 from roofline_table import section as roofs_told  # noqa: E402
-from table import markdown, row  # noqa: E402
 from worn import Case  # noqa: E402
 
 

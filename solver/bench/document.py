@@ -9,8 +9,8 @@ from typing import Any
 
 import peer_table
 import roofline_table
+from bench_table import figures_of, stages_of
 from plots import plots
-from table import figures_of, stages_of
 
 RESULTS = "results.json"  # what a run leaves
 

@@ -14,7 +14,7 @@ from tryon_protocol.errors import BUILDING_CODES, ERROR_CODES, READING_CODES
 ROOT = Path(__file__).parents[2]
 PYTHON = ("protocol/tryon_protocol", "server/tryon_server", "clients/python/tryon_client")
 TYPESCRIPT = ("protocol/ts/src", "clients/core/src", "clients/web/src")
-MAKERS = {"ProtocolError", "Troubled", "_trouble", "_known", "_unknown"}  # their first argument is a code
+MAKERS = {"ProtocolError", "Troubled", "_trouble", "_known", "unknown"}  # their first argument is a code
 
 
 def raised_in_python() -> Iterator[tuple[str, Path]]:
