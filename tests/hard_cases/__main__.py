@@ -34,6 +34,7 @@ def main(arguments: list[str] | None = None) -> int:
         return write_document(options)
     if options.compare:
         return write_comparison(options)
+    from harness.alike import held_to
     from harness.others import OURS, PEERS, TELLING
     from harness.table import holds, markdown, verdict_of
     from scenes import SCENES, named
@@ -67,6 +68,7 @@ def main(arguments: list[str] | None = None) -> int:
     commands = {scene.name: command(scene.name, options) for scene in longest_first}
     found = Tasks(options.out, options.jobs, options.longest).run(commands, told)
     results = [{"name": s.name, "stresses": s.stresses, "broken": [], **found[s.name]} for s in chosen]
+    held_to(results, {s.name: s.same_as for s in chosen if s.same_as})
     told_with = about(options, time.monotonic() - begun)
     (options.out / "table.md").write_text(markdown(results, told_with))
     made = options.preset if options.solver == OURS else options.solver

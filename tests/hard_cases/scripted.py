@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+from frame_judge import principal_stretches
 from harness.oracle import SubSteps
 from small_scenes import icosphere, sheet
 
@@ -22,6 +25,7 @@ class Scripted:
         self.faces, self.uv_corners = garment.faces, garment.uv_corners
         self.strain_limits = np.full(len(self.faces), 1.1)
         self.total_mass = 0.01
+        self.offsets: tuple[float, float] | None = None
         self.x_start = x + [0, 0.1, 0]
         self.k = 0
         self.before = self.positions(0)
@@ -33,10 +37,15 @@ class Scripted:
     def advance(self, t: float) -> StepReport:
         self.before = self.positions(self.k)
         self.k = round(t / DT)
-        return self.report(self.k)
+        return replace(self.report(self.k), max_stretch=self.told_stretch())
 
     def report(self, _k: int) -> StepReport:
+        """But for the largest stretch."""
         return REPORT
+
+    def told_stretch(self) -> float:
+        x = self.cloth()
+        return float(principal_stretches(x, self.faces, self.uv_corners).max()) if np.isfinite(x).all() else np.nan
 
     def cloth(self) -> np.ndarray:
         return self.positions(self.k).astype(np.float32)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 from harness.judgement import broken, judged
-from harness.recording import play
+from harness.play import play
 from harness.scene import Asked
 from scripted import DT, LAST, REPORT, SECONDS, STOPS, Scripted
 

@@ -29,12 +29,17 @@ WORST = (
     Figure("stretch over limit, max", lambda r: over_limit(r, "stretch_max"), "{:.3f}", "stretch, max"),
     Figure("surface behind the skin, most [mm]", lambda r: scaled(r, "lag_max", 1e3), "{:.1f}"),
     Figure("lag at the end [mm]", lambda r: scaled(r, "lag_end", 1e3), "{:.1f}"),
+    Figure("time over 10 mm behind [s]", lambda r: r.get("behind"), "{:.2f}"),
     Figure("trembling [mm/s]", lambda r: scaled(r, "trembling", 1e3), "{:.2f}", "trembling"),
+    Figure("trembling, its worst second [mm/s]", lambda r: scaled(r, "trembling_most", 1e3), "{:.2f}", "trembling"),
     Figure("all motion at rest [mm/s]", lambda r: scaled(r, "restless", 1e3), "{:.2f}"),
     Figure("fastest vertex on waking [m/s]", lambda r: r.get("waking"), "{:.3f}"),
     Figure("surface under noise [mm/s]", lambda r: None if not r.get("noise") else 1e3 * r["noise"][0], "{:.1f}"),
     Figure("cloth on it under noise [mm]", lambda r: None if not r.get("noise") else 1e3 * r["noise"][1], "{:.3f}"),
     Figure("in the last safe state [s]", lambda r: r.get("frozen"), "{:.2f}"),
+    Figure("share of a second's frames with void steps [%]", lambda r: scaled(r, "void_share", 100), "{:.0f}"),
+    Figure("reported gap off by [mm]", lambda r: scaled(r, "gap_off", 1e3), "{:.4f}"),
+    Figure("reported stretch off by", lambda r: r.get("stretch_off"), "{:.5f}"),
 )
 
 

@@ -8,22 +8,26 @@ from typing import Any
 import limits
 import numpy as np
 from limits import Broken
-from over_time import trembling
+from over_time import trembling, worst_trembling
 from scipy.signal import butter, sosfiltfilt
 from scipy.spatial import cKDTree
 
 from harness.recording import Recording
-from harness.rest import fastest_on_waking, moved_asleep, restless
+from harness.rest import STILL, asleep_too_soon, fastest_on_waking, longest_unmoved, moved_asleep, restless
 from harness.scene import Asked
+from harness.unfinished import longest_behind, longest_frozen, void_share
 
 GROWTH = 0.01  # of the energy at play, by which the energy may grow beyond the work done
 GROWTH_AT_REST = 0.05  # the same of what is at play after the stop, which is next to nothing
 CREEPING = 0.01  # m/s: moving at this speed is always at play
 FROZEN = 0.5  # s: so long a garment may stay in its last safe state
+VOID_SHARE = 0.5  # of the frames of any second, which may be in it
 QUIET = 1e-3  # m/s RMS of all motion, where the case says from when on
 WAKING = 0.1  # m/s of the fastest vertex in the first frame after sleep
 CATCHING_UP = 0.5  # s after the stop within which the surface is back at the skin
-TOLD_LAG = 1e-4  # m by which a reported lag may differ from the true one
+TOLD_LAG = 1e-4  # m by which a reported lag may differ from the true one,
+TOLD_GAP = 1e-5  # m by which a gap
+TOLD_STRETCH = 1e-3  # and by which a stretch
 NOISE_SPEED = 10e-3  # m/s RMS of the surface of a body that stands, told by a noisy tracker
 NOISE_ABOVE = 5.0  # Hz
 UNASKED = "too little time after the stop to judge the rest"
@@ -51,14 +55,9 @@ def growth_at_rest(record: Recording, stops: float) -> tuple[float, int] | None:
     return growth(record, first) if not record.failure and first < record.frames else None
 
 
-def longest_frozen(record: Recording) -> tuple[float, int]:
-    """The longest time [s] without a frame whose steps all counted, and the frame in which it ends."""
-    longest, ended, run = 0, 0, 0
-    for k, retries in enumerate(record.retries, 1):
-        run = run + 1 if retries else 0
-        if run > longest:
-            longest, ended = run, k
-    return longest * record.dt, ended
+def stretches_off(record: Recording) -> list[float]:
+    """By how much the reported largest stretch is not that of the frame, after the start."""
+    return [abs(told - true) for told, true in zip(record.told_stretch, record.stretch_true[1:])]
 
 
 def shaken(record: Recording, stops: float) -> float | None:
@@ -67,6 +66,14 @@ def shaken(record: Recording, stops: float) -> float | None:
     if record.failure or first >= record.frames:
         return None
     return trembling(np.array(record.cloth[first:]), 1 / record.dt)
+
+
+def shaken_most(record: Recording, stops: float) -> float | None:
+    """The same of the worst second of that time."""
+    first = round(stops / record.dt)
+    if record.failure or first >= record.frames:
+        return None
+    return worst_trembling(np.array(record.cloth[first:]), 1 / record.dt)
 
 
 def under_noise(record: Recording) -> tuple[float, float] | None:
@@ -85,6 +92,11 @@ def under_noise(record: Recording) -> tuple[float, float] | None:
     fast = butter(4, NOISE_ABOVE, "high", fs=1 / record.dt, output="sos")
     apart = sosfiltfilt(fast, cloth - surface[:, under], axis=0)
     return tuple(float(np.sqrt((v**2).sum(-1).mean())) for v in (speed, apart))  # type: ignore[return-value]
+
+
+def lost(record: Recording, case: Asked) -> float | None:
+    """Of what the case is about, at the end; None where that can't be told."""
+    return None if case.lost is None or record.failure else case.lost(record.cloth[-1])
 
 
 def figures(record: Recording, asked: Asked) -> dict[str, Any]:
@@ -110,8 +122,13 @@ def figures(record: Recording, asked: Asked) -> dict[str, Any]:
         "void": sum(record.retries),
         "reverts": sum(record.reverts),
         "frozen": longest_frozen(record)[0],
+        "void_share": void_share(record)[0],
+        "behind": longest_behind(record, limits.LAG_MAX)[0],
         "min_gap": min(record.min_gap, default=None),
+        "gap_off": max((off for _, off in record.gaps_off), default=None),
+        "stretch_off": max(stretches_off(record), default=0.0),
         "trembling": shaken(record, asked.stops) if asked.rests else None,
+        "trembling_most": shaken_most(record, asked.stops) if asked.rests else None,
         "restless": restless(record, asked.quiet),
         "asleep": sum(record.asleep) * record.dt,
         "waking": fastest_on_waking(record),
@@ -120,6 +137,7 @@ def figures(record: Recording, asked: Asked) -> dict[str, Any]:
         "slid": max(record.slid, default=None),
         "ms": float(np.median(record.ms)) if record.ms else None,
         "cpu_ms": float(np.median(record.cpu_ms)) if record.cpu_ms else None,
+        "lost": lost(record, asked),
         "noise": under_noise(record),
     }
 
@@ -154,9 +172,13 @@ def _broken(record: Recording, case: Asked) -> Iterator[Broken]:
     most, any_ = limits.STRETCH_MOST * record.strain_limit, limits.STRETCH_ANY * record.strain_limit
     yield from limits.over("stretch, 99.9 %", numbers, record.stretch_most, most)
     yield from limits.over("stretch, max", numbers, record.stretch_max, any_)
-    frozen, frame = longest_frozen(record)
-    if not frozen <= FROZEN:
-        yield Broken("time in the last safe state [s]", frame, frame, round(frozen / record.dt), frozen, FROZEN)
+    yield from _too_long("time in the last safe state [s]", longest_frozen(record), record.dt, FROZEN)
+    share, frame = void_share(record)
+    if not share <= VOID_SHARE:
+        yield Broken("share of a second's frames with void steps", frame, frame, 1, share, VOID_SHARE)
+    yield from _too_long("awake, moving and yet left as it was [s]", longest_unmoved(record), record.dt, FROZEN)
+    if not case.squeezed and not case.pinches:
+        yield from _too_long("time behind the skin [s]", longest_behind(record, limits.LAG_MAX), record.dt, CATCHING_UP)
     settled = [k for k in stepped if k * record.dt >= case.stops + CATCHING_UP - 1e-9]
     bound = limits.PINCHED_LAG_MAX if case.squeezed else limits.LAG_MAX
     yield from limits.over(
@@ -164,6 +186,9 @@ def _broken(record: Recording, case: Asked) -> Iterator[Broken]:
     )
     off = [abs(told - true) for told, true in zip(record.told_lag, record.lag)]
     yield from limits.over("reported lag off by [m]", stepped, off, TOLD_LAG)
+    yield from limits.over("reported stretch off by", stepped, stretches_off(record), TOLD_STRETCH)
+    measured = [k for k, _ in record.gaps_off]
+    yield from limits.over("reported gap off by [m]", measured, [off for _, off in record.gaps_off], TOLD_GAP)
     unsaid = [float(r > 0 and "void" not in a) for r, a in zip(record.retries, record.advice)]
     yield from limits.over("void steps that the advice keeps quiet about", stepped, unsaid, 0)
     if case.rests:
@@ -174,11 +199,13 @@ def _broken(record: Recording, case: Asked) -> Iterator[Broken]:
         yield from limits.run_over(UNASKED, float(unasked), 0)
         gone = not record.failure and max(record.pairs) > 0 and record.pairs[-1] == 0
         yield from limits.run_over("touches nothing at the end", float(gone and not case.parts), 0)
+    yield from limits.run_over("lost of what it is about", lost(record, case), 0)
     yield from limits.run_over("all motion at rest [m/s]", restless(record, case.quiet), QUIET)
     never_woke = case.wakes and fastest_on_waking(record) is None
     yield from limits.run_over("never asleep, or never woken", float(never_woke), 0)
     yield from limits.run_over("fastest vertex on waking [m/s]", fastest_on_waking(record), WAKING)
     yield from limits.over("asleep, and yet it moved or worked", stepped, moved_asleep(record), 0)
+    yield from limits.over("speed before sleep [m/s]", stepped, asleep_too_soon(record), STILL)
     shaking = under_noise(record)
     if shaking is not None:
         yield from limits.run_over("speed of the surface under noise [m/s]", shaking[0], NOISE_SPEED)
@@ -186,6 +213,13 @@ def _broken(record: Recording, case: Asked) -> Iterator[Broken]:
     if record.worn:
         yield from limits.over("no longer worn", stepped, [float(not worn) for worn in record.worn], 0)
         yield from limits.over("an opening slid along its limb [m]", stepped, record.slid, limits.SLID)
+
+
+def _too_long(limit: str, found: tuple[float, int], dt: float, bound: float) -> Iterator[Broken]:
+    """Broken where something went on for longer than `bound` s, told by the frame in which it ended."""
+    seconds, frame = found
+    if not seconds <= bound:
+        yield Broken(limit, frame, frame, round(seconds / dt), seconds, bound)
 
 
 def judged(record: Recording, asked: Asked, stated: Mapping[str, str]) -> dict[str, Any]:

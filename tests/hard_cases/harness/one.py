@@ -11,7 +11,7 @@ from harness.frames import Frames
 from harness.judgement import judged
 from harness.oracle import listening
 from harness.others import OURS, InexpressibleError, played_by
-from harness.recording import Tell, play
+from harness.play import Tell, play
 from harness.scene import Ask, HardScene, Run
 from harness.subject import Simulated, Subject
 

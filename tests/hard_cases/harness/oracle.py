@@ -45,6 +45,17 @@ class Oracle:
         """Of one frame; ipctk says that what is not a number intersects nothing, so that is asked first."""
         return self.frames.judge(cloth, surface)
 
+    def distances(self, cloth: np.ndarray, surface: np.ndarray, reach: float) -> tuple[float, float]:
+        """Smallest distance [m] of cloth from body and of cloth from cloth; `reach` where it is no smaller."""
+        both = np.vstack([cloth, surface]).astype(np.float64)
+        found = []
+        for mesh, x in ((self.frames.together, both), (self.frames.alone, both[: len(cloth)])):
+            near = ipctk.NormalCollisions()
+            near.build(mesh, np.asfortranarray(x), reach)
+            apart = near.compute_minimum_distance(mesh, np.asfortranarray(x)) if len(near) else np.inf
+            found.append(float(min(np.sqrt(apart), reach)))
+        return found[0], found[1]
+
     def is_free(self, before: np.ndarray, after: np.ndarray) -> bool:
         """Is the straight way of all vertices (A, 3) m free of collisions? False where something is not finite.
 

@@ -53,6 +53,7 @@ class Other(ABC):
         self.strain_limits = np.array([fabric.strain_limit for fabric in scene.fabric_of_face()])
         self.mass = run.sim.mass
         self.total_mass = float(self.mass.sum())
+        self.offsets = None
 
     @abstractmethod
     def go(self, t: float, dt: float) -> None:

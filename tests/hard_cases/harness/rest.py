@@ -6,6 +6,9 @@ import numpy as np
 
 from harness.recording import Recording
 
+STILL = 1e-3  # m/s RMS: what is slower may fall asleep,
+STILL_FOR = 0.4  # s before it does
+
 
 def restless(record: Recording, quiet: float | None) -> float | None:
     """RMS speed [m/s] of the frame in which the cloth moves most, from `quiet` s on; None where that is not asked."""
@@ -34,6 +37,40 @@ def moved_asleep(record: Recording) -> list[float]:
         follows = k > 1 and asleep and record.asleep[k - 2]
         found.append(float(follows and (record.cloth[k] is not record.cloth[k - 1] or record.worked[k - 1] > 0)))
     return found
+
+
+def asleep_too_soon(record: Recording) -> list[float]:
+    """RMS speed [m/s] of the fastest frame in the `STILL_FOR` s before each that is the first of a sleep; else 0.
+
+    Whatever was awake for no longer than that has not been still at all: that is told as infinite.
+    """
+    before, found = round(STILL_FOR / record.dt), []
+    for k, asleep in enumerate(record.asleep, 1):
+        falls = asleep and not (k > 1 and record.asleep[k - 2])
+        awake = k > before and not any(record.asleep[k - 1 - before : k - 1])
+        speeds = [speed(record, frame) for frame in range(k - before, k)] if falls and awake else []
+        found.append(max(speeds, default=np.inf) if falls else 0.0)
+    return found
+
+
+def speed(record: Recording, k: int) -> float:
+    """RMS over the vertices [m/s], of the way to frame k or of the velocities in it, whichever is larger."""
+    return max(rms_speed(record, k), float(np.sqrt(2 * record.kinetic[k] / record.total_mass)))
+
+
+def longest_unmoved(record: Recording) -> tuple[float, int]:
+    """The longest time [s] that cloth not said to be asleep was left as it was though it had been moving, and the
+    frame in which that ends."""
+    longest, ended, run, moving = 0, 0, 0, False
+    for k, unmoved in enumerate(record.unmoved, 1):
+        if not unmoved or record.asleep[k - 1]:
+            run, moving = 0, rms_speed(record, k) > STILL
+            continue
+        moving = moving or record.kinetic[k] > 0.5 * record.total_mass * STILL**2
+        run += 1
+        if moving and run > longest:
+            longest, ended = run, k
+    return longest * record.dt, ended
 
 
 def way(record: Recording, k: int) -> np.ndarray:

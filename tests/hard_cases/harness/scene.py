@@ -45,6 +45,8 @@ class Asked:
     quiet: float | None = None
     wakes: bool = False
     parts: bool = False
+    pinches: bool = False
+    lost: Callable[[np.ndarray], float] | None = None
 
 
 @dataclass
@@ -64,6 +66,8 @@ class Run:
         quiet: from this time on [s] nothing may move any more, by whatever frequency; None where that is not asked.
         wakes: whether it has to fall asleep and to wake again.
         parts: whether what touched may part for good; else cloth that touches nothing at the end has fallen off.
+        pinches: whether the body squeezes cloth on the way, so that its surface yields while it does.
+        lost: of cloth (N, 3) m at the end, how much it has lost of what the case is about, if that can be told.
         squeezed: whether the body itself holds the cloth squeezed to the end, so that its surface may stay behind.
     """
 
@@ -79,12 +83,14 @@ class Run:
     wakes: bool = False
     parts: bool = False
     squeezed: bool = False
+    pinches: bool = False
     noise: bool = False
+    lost: Callable[[np.ndarray], float] | None = None
 
     @property
     def asked(self) -> Asked:
         """What of it is judged."""
-        return Asked(self.stops, self.rests, self.squeezed, self.quiet, self.wakes, self.parts)
+        return Asked(self.stops, self.rests, self.squeezed, self.quiet, self.wakes, self.parts, self.pinches, self.lost)
 
     def advance(self, t: float) -> StepReport:
         """Everything that happens in the frame that ends at t [s]."""
@@ -105,6 +111,7 @@ class HardScene:
         seconds: how long it lasts unless asked otherwise [s].
         apart: whether it is played only where it is asked for by name: it takes longer than all others.
         refused: what the refusal must say, a regular expression; "" for a case that must run.
+        same_as: the case whose figures these have to be; "" for none.
         stated: limits that are measured and listed but not judged, each with the reason.
     """
 
@@ -115,4 +122,5 @@ class HardScene:
     seconds: float = 5.0
     apart: bool = False
     refused: str = ""
+    same_as: str = ""
     stated: Mapping[str, str] = field(default_factory=dict)

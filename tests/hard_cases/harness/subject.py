@@ -22,6 +22,7 @@ class Subject(Protocol):
     body_faces: np.ndarray  # (G, 3) of the surface, in its own numbering
     strain_limits: np.ndarray  # (F,)
     total_mass: float  # kg
+    offsets: tuple[float, float] | None  # m of cloth from body and from cloth, above which gaps are told; None: untold
 
     def advance(self, t: float) -> StepReport:
         """Go to the frame at t [s]."""
@@ -59,6 +60,7 @@ class Simulated:
         self.body_faces = np.zeros((0, 3), np.int32) if sim.scene.body is None else sim.scene.body.faces
         self.strain_limits = np.array([fabric.strain_limit for fabric in sim.scene.fabric_of_face()])
         self.total_mass = float(sim.mass.sum())
+        self.offsets = sim.contact.sizes.xi_body, sim.contact.sizes.xi_self
         self.meter = EnergyMeter(sim)
         self.done = 0.0
         commit = sim.commit

@@ -7,7 +7,7 @@ from typing import Any
 
 import limits
 
-from harness import judgement
+from harness import judgement, rest
 
 COLUMNS = (
     "case",
@@ -18,8 +18,8 @@ COLUMNS = (
     "not free",
     "growth [%]",
     "stretch 99.9 %, max (limit)",
-    "lag max, end [mm]",
-    "trembling [mm/s]",
+    "lag max, end [mm] (over 10 mm [s])",
+    "trembling, worst second [mm/s]",
     "speed at the end [mm/s]",
     "void (longest [s])",
     "worn",
@@ -30,16 +30,21 @@ COLUMNS = (
 LIMITS = "; ".join(
     (
         "Limits: no value that is not a number, no crossing in a published frame and no accepted sub-step that "
-        "collides, both by IPC Toolkit in float64",
+        "collides, both by IPC Toolkit in float64 where it was asked",
         f"the energy grows beyond the work done by no more than {judgement.GROWTH:.0%} of the energy at play",
         f"stretch {limits.STRETCH_MOST:g} of the fabric's limit for 99.9 % of the triangles, "
         f"{limits.STRETCH_ANY:g} for all",
         f"{judgement.CATCHING_UP:g} s after the stop the surface is within {1e3 * limits.LAG_MAX:g} mm of the skin "
         f"({1e3 * limits.PINCHED_LAG_MAX:g} mm where the body keeps the cloth squeezed)",
+        f"no longer than {judgement.CATCHING_UP:g} s over {1e3 * limits.LAG_MAX:g} mm on the way, but where the body "
+        "squeezes cloth",
         f"trembling {1e3 * limits.TREMBLING:g} mm/s RMS above 8 Hz, from 0.5 s after the stop",
         f"where a case says from when on, all motion {1e3 * judgement.QUIET:g} mm/s RMS; asleep equal bytes and no "
-        f"solver step, on waking no vertex faster than {judgement.WAKING:g} m/s",
-        f"no longer than {judgement.FROZEN:g} s in the last safe state, and void steps told in the advice",
+        f"solver step, before it {rest.STILL_FOR:g} s at rest, on waking no vertex over {judgement.WAKING:g} m/s",
+        f"no longer than {judgement.FROZEN:g} s in the last safe state, void steps in no more than "
+        f"{judgement.VOID_SHARE:.0%} of any second's frames, and told in the advice",
+        f"told lag, gap and stretch within {1e3 * judgement.TOLD_LAG:g} mm, {1e3 * judgement.TOLD_GAP:g} mm and "
+        f"{judgement.TOLD_STRETCH:g} of the true ones",
         "garments worn to the end, as in `make proof`.",
     )
 )
@@ -99,6 +104,8 @@ def said_of(result: Mapping[str, Any]) -> list[str]:
         lines.append(f"  - under noise: surface {1e3 * speed:.1f} mm/s RMS, {moved}")
     if result.get("restless") is not None:
         lines.append(f"  - all motion at rest: at most {1e3 * result['restless']:.2f} mm/s RMS")
+    if result.get("lost") is not None:
+        lines.append(f"  - lost of what it is about: {result['lost']:g}")
     if result.get("asleep"):
         waking = "" if result.get("waking") is None else f", fastest vertex on waking {result['waking']:.3f} m/s"
         lines.append(f"  - asleep for {result['asleep']:.1f} s{waking}")
@@ -125,8 +132,8 @@ def row(result: Mapping[str, Any]) -> str:
         r["not_free"],
         f"{known('growth', 100, '.2f')}",
         f"{known('stretch_most', 1, '.3f')}, {known('stretch_max', 1, '.3f')} ({known('strain_limit', 1, '.3f')})",
-        f"{known('lag_max', 1e3, '.1f')}, {known('lag_end', 1e3, '.1f')}",
-        known("trembling", 1e3, ".2f"),
+        f"{known('lag_max', 1e3, '.1f')}, {known('lag_end', 1e3, '.1f')} ({known('behind', 1, '.2f')})",
+        f"{known('trembling', 1e3, '.2f')}, {known('trembling_most', 1e3, '.2f')}",
         known("speed_at_end", 1e3, ".1f"),
         f"{r['void']} ({known('frozen', 1, '.2f')})",
         worn,

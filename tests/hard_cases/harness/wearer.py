@@ -29,6 +29,7 @@ from tryon_solver.simulation import Simulation, build
 
 BODY = default_body()
 REST = Pose.rest(BODY)
+COMES_TO_REST = {"tshirt": 2.0, "skirt": 10.0}  # s after the body's stop, from when on nothing of it moves
 Turns = dict[str, tuple[float, float, float]]
 """Joint name -> rotation vector in degrees, away from the rest pose, about the axes of the world at rest."""
 

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from harness.scene import Ask, HardScene, Run
-from harness.wearer import moving, put_on
+from harness.wearer import COMES_TO_REST, moving, put_on, walked
 
-from scenes.poses import walked
+from scenes.poses import SKIRT_MOVES, SKIRT_SECONDS
 from tryon_solver.materials.fabric import FABRICS
 
 TIGHT = r"too tight for this body"
@@ -19,16 +19,17 @@ def walking(garment: str, across: float, down: float, fabric: str = "cotton_jers
     """The garment in other proportions, on a walk that stops."""
 
     def set_up(ask: Ask) -> Run:
-        stance, stops = walked(0.6 * ask.seconds)
-        return moving(put_on(ask, garment, fabric, across, down), stance, stops)
+        stance, stops = walked(0.5 * ask.seconds)
+        quiet = stops + COMES_TO_REST[garment]
+        return moving(put_on(ask, garment, fabric, across, down), stance, stops, quiet=quiet)
 
     return set_up
 
 
 def heavy_skirt(ask: Ask) -> Run:
     """A skirt to the floor in denim of 0.8 kg/m^2, walked in."""
-    stance, stops = walked(0.6 * ask.seconds)
-    return moving(put_on(ask, "skirt", HEAVY, 1.0, 1.6), stance, stops)
+    stance, stops = walked(SKIRT_MOVES * ask.seconds)
+    return moving(put_on(ask, "skirt", HEAVY, 1.0, 2.0), stance, stops, quiet=stops + COMES_TO_REST["skirt"])
 
 
 SCENES = (
@@ -47,5 +48,10 @@ SCENES = (
         walking("tshirt", 3.0, 3.0),
         refused=r"too large for this body",
     ),
-    HardScene("heavy_long_skirt", "a floor-length skirt of 0.8 kg/m^2 on a walk", heavy_skirt),
+    HardScene(
+        "heavy_long_skirt",
+        "a floor-length skirt of 0.8 kg/m^2 on a walk",
+        heavy_skirt,
+        seconds=SKIRT_SECONDS,
+    ),
 )

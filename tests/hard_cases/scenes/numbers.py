@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from harness.kit import FREE, alone, layers, rippled, step_of, turned
 from harness.scene import Ask, HardScene, Run
-from harness.wearer import moving, put_on, walked
+from harness.wearer import COMES_TO_REST, moving, put_on, walked
 from small_scenes import icosphere, rigid_body
 
 from tryon_solver.body.pose import Pose
@@ -51,13 +51,14 @@ def with_settings(**values: float | int) -> Callable[[Ask], Run]:
 
 
 def made_void(ask: Ask) -> Run:
-    """A T-shirt on a walk; in every 20th step, and in five in a row, a velocity is not a number."""
-    run = moving(put_on(ask, "tshirt"), *walked(0.6 * ask.seconds))
+    """A T-shirt on a walk; until it stops a velocity is not a number in every 20th step, and in five in a row."""
+    stance, stops = walked(0.5 * ask.seconds)
+    run = moving(put_on(ask, "tshirt"), stance, stops, quiet=stops + COMES_TO_REST["tshirt"])
     state = run.sim.state
 
     def drive(t: float) -> None:
         frame = round(t / run.dt)
-        if frame % 20 == 0 or 70 < frame <= 75:
+        if t <= stops and (frame % 20 == 0 or 70 < frame <= 75):
             v = state.v.numpy()
             v[frame % len(v), 1] = np.nan
             state.v.assign(v)
@@ -71,7 +72,9 @@ def worn_with_settings(**values: float | int) -> Callable[[Ask], Run]:
 
     def set_up(ask: Ask) -> Run:
         changed = replace(ask.settings, **values)  # type: ignore[arg-type]
-        return moving(put_on(replace(ask, settings=changed), "tshirt"), *walked(3.0, "jumping_jack"))
+        stance, stops = walked(3.0, "jumping_jack")
+        sim = put_on(replace(ask, settings=changed), "tshirt")
+        return moving(sim, stance, stops, quiet=stops + COMES_TO_REST["tshirt"])
 
     return set_up
 

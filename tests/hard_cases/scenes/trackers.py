@@ -180,6 +180,7 @@ SCENES = (
             f"a sway {name} from the origin, told in float64: figures as at 0 m",
             tracked("tshirt", elsewhere((far, 0.0, -far)), SETTLES),
             seconds=9.0,
+            same_as="tracked_at_0m" if far else "",
         )
         for name, far in (("0m", 0.0), ("100m", 100.0), ("10km", 10_000.0))
     ),

@@ -5,21 +5,22 @@ from __future__ import annotations
 import numpy as np
 from harness.kit import FREE, JERSEY, Pins, alone, led, ramp, step_of, strip, turned
 from harness.scene import Ask, HardScene, Run
+from scipy.spatial.transform import Rotation
 from small_scenes import garment_of, grid_faces, grid_uv
 
 TURNS = 10
 TWISTING = 0.7  # of the time; then it is held
-SHORTENED = 0.5  # m by which the ends come together while the strip winds up
+HELD = 2e4  # N/m by which each vertex of the ends is held: a hold that slips keeps fewer turns
+SHORTENED = 0.4  # m by which the ends come together while the strip winds up
 
 
 def twisted(ask: Ask) -> Run:
-    """A hanging strip of 4 cm by 1.2 m: its upper end is turned ten times, its lower end rises as a rope's would."""
-    garment, x, columns, _ = strip(ask.vertices, 0.04, 1.2)
+    """A hanging strip of 3 cm by 1.2 m: its upper end is turned ten times, its lower end rises as a rope's would."""
+    garment, x, columns, _ = strip(ask.vertices, 0.03, 1.2)
     row = np.arange(len(x)) // columns
-    middle = np.abs(x[:, 0]) < 0.0101
-    lower, upper = (np.flatnonzero((row == end) & middle) for end in (0, row.max()))
+    lower, upper = (np.flatnonzero(row == end) for end in (0, row.max()))
     held = np.concatenate([lower, upper]).astype(np.int32)
-    sim = alone(ask, garment, x, effects=(*FREE, Pins(held, 2e3)))
+    sim = alone(ask, garment, x, effects=(*FREE, Pins(held, HELD)))
     start, stops = x[held], TWISTING * ask.seconds
     is_upper = np.arange(len(held)) >= len(lower)
 
@@ -28,7 +29,36 @@ def twisted(ask: Ask) -> Run:
         wound = turned(start, 2 * np.pi * TURNS * share)
         return np.where(is_upper[:, None], wound, start + [0, SHORTENED * share, 0])
 
-    return Run(sim, dt=step_of(sim), stops=stops, drive=led(sim, path))
+    def lost(cloth: np.ndarray) -> float:
+        """Turns; they go where a loop slips over an end."""
+        rows = cloth.astype(np.float64).reshape(-1, columns, 3)
+        return TURNS - abs(linked(rows[:, 0], rows[:, -1]))
+
+    return Run(sim, dt=step_of(sim), stops=stops, drive=led(sim, path), lost=lost)
+
+
+def linked(one: np.ndarray, other: np.ndarray) -> float:
+    """How often two lines (R, 3) run around each other, if both go on straight up and down: half of their crossings,
+    signed, as seen from a side."""
+    turn = Rotation.from_euler("y", 0.3).as_matrix().T
+    a, b = (extended(line) @ turn for line in (one, other))
+    p, r, q, s = a[:-1, None], np.diff(a, axis=0)[:, None], b[None, :-1], np.diff(b, axis=0)[None]
+    area, between = flat_cross(r, s), q - p
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t, u = flat_cross(between, s) / area, flat_cross(between, r) / area
+        above = np.sign(area) * np.sign((p + t[..., None] * r)[..., 2] - (q + u[..., None] * s)[..., 2])
+    return float(above[(t >= 0) & (t < 1) & (u >= 0) & (u < 1)].sum() / 2)
+
+
+def extended(line: np.ndarray) -> np.ndarray:
+    """The line from far below its lower end to far above its upper one."""
+    far = 100.0 * np.sign(line[-1, 1] - line[0, 1]) * np.eye(3)[1]
+    return np.vstack([line[0] - far, line, line[-1] + far])
+
+
+def flat_cross(u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Third component of the cross products of (..., 3)."""
+    return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
 
 
 def knotted(ask: Ask) -> Run:
