@@ -254,6 +254,76 @@ def test_edges_and_pieces_are_changed_by_numbers(page, tailor):
     page.keyboard.press("Escape")
 
 
+def test_darts_gathers_removals_and_the_whole_garment_by_numbers(page, tailor):
+    def next_edit():
+        edit = tailor.hears(kept)
+        tailor.heard.clear()
+        return edit.edit
+
+    page.click("#pattern-sheet", position={"x": 3, "y": 3})  # where no piece is
+    page.fill("#pattern-garment input[name=height]", "95")
+    page.click("text=Scale all")
+    assert next_edit() == {"kind": "scale_garment", "factors": [1, pytest.approx(0.95)]}
+    page.mouse.click(*middle(edge(page, 0).locator(".reach")))
+    assert page.locator("#pattern-garment").is_hidden()
+    page.fill("#pattern-dart input[name=width]", "4")
+    page.fill("#pattern-dart input[name=position]", "30")
+    page.click("text=Add dart")
+    dart = {"kind": "dart", "panel": "front", "edge": 0, "position": 0.3, "width": 0.04, "depth": 0.08}
+    assert next_edit() == dart | {key: pytest.approx(dart[key]) for key in ("position", "width", "depth")}
+    page.mouse.click(*middle(edge(page, 1).locator(".reach")))
+    for kind in ("Gather", "Ease"):
+        page.click(f"#pattern-seam button:has-text('{kind}')")
+        assert next_edit() == {"kind": kind.lower(), "panel": "front", "edge": 1}
+    page.mouse.click(*middle(page.locator(".cloth").nth(1)))
+    page.click("text=Remove piece")
+    assert next_edit() == {"kind": "remove_piece", "panel": "back"}
+
+
+def test_an_edge_is_sewn_to_the_one_that_is_chosen_next(page, tailor):
+    page.mouse.click(*middle(edge(page, 0).locator(".reach")))
+    page.click("text=Sew to…")
+    assert "Choose the edge" in page.inner_text("#pattern-chosen")
+    page.keyboard.press("Escape")
+    assert "open" in page.inner_text("#pattern-chosen")
+    page.mouse.click(*middle(edge(page, 0, of=1).locator(".reach")))
+    page.click("text=Sew to…")
+    page.mouse.click(*middle(edge(page, 0).locator(".reach")))
+    edit = tailor.hears(kept)
+    assert edit.edit == {"kind": "close_seam", "panel": "back", "edge": 0, "to_panel": "front", "to_edge": 0}
+    assert "Edge 0 of front" in page.inner_text("#pattern-chosen")
+    assert len([message for message in tailor.heard if kept(message)]) == 1
+
+
+def test_a_piece_is_cut_along_a_line_that_is_drawn(page, tailor):
+    (left, low), (right, high) = middle(corner(page, 0)), middle(corner(page, 2))
+    scale, y = scale_of(page), 0.5 * (low + high)
+    page.mouse.click(*middle(page.locator(".cloth").nth(0)))
+    page.click("text=Cut…")
+    page.mouse.move(left - 10, y)
+    page.mouse.down()
+    page.mouse.move(right + 5, y - 4)
+    assert page.locator(".scissors").count() == 1
+    page.keyboard.press("Escape")
+    page.mouse.up()
+    assert page.locator(".scissors").count() == 0
+    page.click("text=Cut…")
+    page.check("#pattern-cut input")
+    page.mouse.move(left - 10, y)
+    page.mouse.down()
+    page.mouse.move(right, y)
+    page.mouse.move(right + 10, y)
+    page.mouse.up()
+    edit = tailor.hears(kept).edit
+    assert (edit["kind"], edit["panel"], edit["sewn"]) == ("cut", "front", True)
+    ends = [[-10 / scale, 0.3], [0.5 + 10 / scale, 0.3]]
+    assert edit["line"] == [pytest.approx(end, abs=1.5 / scale) for end in ends]
+    assert "Piece front" in page.inner_text("#pattern-chosen")
+    page.mouse.click(*middle(page.locator(".cloth").nth(1)))  # and no longer draws
+    assert "Piece back" in page.inner_text("#pattern-chosen")
+    assert len([message for message in tailor.heard if kept(message)]) == 1
+
+
 def test_undo_and_redo_by_button_and_key(page, tailor):
     undo, redo = page.locator("#pattern-undo"), page.locator("#pattern-redo")
     assert undo.is_disabled()

@@ -6,8 +6,13 @@ export type PatternEdit =
   | { readonly kind: "move_vertex"; readonly panel: string; readonly vertex: number; readonly by: Point }
   | { readonly kind: "move_handle"; readonly panel: string; readonly edge: number; readonly handle: number; readonly by: Point }
   | { readonly kind: "lengthen" | "take_in"; readonly panel: string; readonly edge: number; readonly by: number }
-  | { readonly kind: "open_seam"; readonly panel: string; readonly edge: number }
-  | { readonly kind: "scale_piece"; readonly panel: string; readonly factors: Point };
+  | { readonly kind: "open_seam" | "gather" | "ease"; readonly panel: string; readonly edge: number }
+  | { readonly kind: "close_seam"; readonly panel: string; readonly edge: number; readonly to_panel: string; readonly to_edge: number }
+  | { readonly kind: "cut"; readonly panel: string; readonly line: readonly [Point, Point]; readonly sewn: boolean }
+  | { readonly kind: "dart"; readonly panel: string; readonly edge: number; readonly position: number; readonly width: number; readonly depth: number }
+  | { readonly kind: "scale_piece"; readonly panel: string; readonly factors: Point }
+  | { readonly kind: "scale_garment"; readonly factors: Point }
+  | { readonly kind: "remove_piece"; readonly panel: string };
 
 /** The edit that moves a grip. */
 export function moveGrip(panel: string, grip: Grip, by: Point): PatternEdit {

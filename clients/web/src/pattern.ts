@@ -1,11 +1,11 @@
-import { PatternDesk, type Design } from "@tryon/core";
+import { PatternDesk, type Design, type Point } from "@tryon/core";
 import type { ClientMessage, DesignMessage, EditedMessage, ErrorMessage } from "@tryon/protocol";
 
 import { byId } from "./dom.ts";
 import { NoticeBoard, type Notice } from "./notice.ts";
 import { PatternDrawing } from "./pattern_drawing.ts";
 import type { Chosen } from "./pattern_piece.ts";
-import { PatternTools } from "./pattern_tools.ts";
+import { PatternTools, type Aim } from "./pattern_tools.ts";
 
 /** The sewing pattern beside the picture, to be edited while it is worn. There is none of a garment that is a mesh. */
 export class PatternPanel {
@@ -18,6 +18,8 @@ export class PatternPanel {
   private readonly drawing: PatternDrawing;
   private readonly tools: PatternTools;
   private chosen: Chosen | undefined;
+  /** what a tool waits for, to do it to what is chosen */
+  private aim: Aim | undefined;
   private open = false;
   private picture = 0;
   private notes = "";
@@ -45,13 +47,17 @@ export class PatternPanel {
       release: () => desk.release(),
       cancel: () => desk.cancel(),
       choose: (chosen) => this.choose(chosen),
+      cut: (line) => this.cut(line),
       nudge: (panel, grip, by, again) => {
         if ((again && desk.waiting) || !desk.begin(panel, grip)) return;
         desk.moveBy(by);
         desk.release();
       },
     });
-    this.tools = new PatternTools((edit) => desk.make(edit));
+    this.tools = new PatternTools(
+      (edit) => desk.make(edit),
+      (aim) => this.aimAt(aim),
+    );
     this.toggle.addEventListener("click", () => this.show(!this.open));
     byId("pattern-close").addEventListener("click", () => {
       this.show(false);
@@ -96,6 +102,7 @@ export class PatternPanel {
   /** There is no pattern, or not yet. */
   forget(): void {
     this.drawing.escape();
+    this.aimAt(undefined);
     this.desk.forget();
     this.board.hide();
     this.notes = "";
@@ -104,11 +111,27 @@ export class PatternPanel {
   private show(open: boolean): void {
     this.drawing.escape();
     this.open = open;
-    this.draw();
+    this.aimAt(undefined);
   }
 
   private choose(chosen: Chosen | undefined): void {
+    const from = this.chosen;
+    if (this.aim === "sew" && from?.edge !== undefined && chosen?.edge !== undefined) {
+      this.desk.make({ kind: "close_seam", panel: from.panel, edge: from.edge, to_panel: chosen.panel, to_edge: chosen.edge });
+    }
     this.chosen = chosen;
+    this.aimAt(undefined);
+  }
+
+  private cut(line: (panel: string) => readonly [Point, Point]): void {
+    const panel = this.chosen?.panel;
+    if (panel !== undefined) this.desk.make({ kind: "cut", panel, line: line(panel), sewn: this.tools.sewn });
+    this.aimAt(undefined);
+  }
+
+  private aimAt(aim: Aim | undefined): void {
+    this.aim = aim;
+    this.drawing.aim(aim);
     this.draw();
   }
 
@@ -129,15 +152,21 @@ export class PatternPanel {
     this.undo.disabled = !design?.done.length;
     this.redo.disabled = !design?.undone;
     if (!design || this.panel.hidden) return;
-    if (!isThere(design, this.chosen)) this.chosen = undefined;
+    if (!isThere(design, this.chosen)) {
+      this.chosen = this.aim = undefined;
+      this.drawing.aim(undefined);
+    }
     const by = this.desk.draggedBy;
     this.drawing.show(design, this.chosen, !design.held && !by && !this.desk.waiting);
-    this.tools.show(design, this.chosen, by);
+    this.tools.show(design, this.chosen, by, this.aim);
   }
 
   private key(event: KeyboardEvent): void {
     if (this.panel.hidden) return;
-    if (event.key === "Escape" && this.drawing.escape()) event.preventDefault();
+    if (event.key === "Escape") {
+      if (this.drawing.escape() || this.aim) event.preventDefault();
+      if (this.aim) this.aimAt(undefined);
+    }
     const writing = event.target instanceof HTMLInputElement && event.target.type !== "checkbox" && event.target.type !== "radio";
     if (writing || event.altKey || !(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== "z") return;
     event.preventDefault();

@@ -1,6 +1,8 @@
 import { layOut, type Design, type Grip, type Layout, type Point } from "@tryon/core";
 
 import { PieceDrawing, type Chosen } from "./pattern_piece.ts";
+import type { Aim } from "./pattern_tools.ts";
+import { put, svg } from "./svg.ts";
 
 /** Who is told what is done to the drawing. */
 export interface DrawingEvents {
@@ -11,6 +13,8 @@ export interface DrawingEvents {
   release(): void;
   cancel(): void;
   choose(chosen: Chosen | undefined): void;
+  /** a line was drawn to cut along; it is told in the plane of the piece that is named [m] */
+  cut(line: (panel: string) => readonly [Point, Point]): void;
   /** a grip was moved by keys; `again`: the key is held down */
   nudge(panel: string, grip: Grip, by: Point, again: boolean): void;
 }
@@ -19,6 +23,8 @@ interface Press {
   readonly pointer: number;
   readonly from: Point;
   moved: boolean;
+  /** of one that draws a line to cut along */
+  readonly cut?: SVGLineElement;
 }
 
 /** How near a grip is met [px]. */
@@ -44,6 +50,7 @@ export class PatternDrawing {
   private press: Press | undefined;
   private design: Design | undefined;
   private chosen: Chosen | undefined;
+  private aimed: Aim | undefined;
 
   constructor(
     private readonly sheet: SVGSVGElement,
@@ -53,7 +60,7 @@ export class PatternDrawing {
     sheet.addEventListener("pointermove", (event) => this.move(event));
     sheet.addEventListener("pointerup", (event) => this.up(event));
     sheet.addEventListener("pointercancel", (event) => {
-      if (event.pointerId === this.press?.pointer) this.letGo(() => events.cancel());
+      if (event.pointerId === this.press?.pointer) this.escape();
     });
     sheet.addEventListener("keydown", (event) => this.key(event));
     new ResizeObserver(() => this.fit()).observe(sheet);
@@ -82,6 +89,13 @@ export class PatternDrawing {
     for (const piece of this.pieces) piece.mark(chosen?.panel === this.nameOf(piece) ? chosen : undefined);
   }
 
+  /** Waits for what a tool needs. */
+  aim(aim: Aim | undefined): void {
+    this.aimed = aim;
+    this.sheet.classList.toggle("cutting", aim === "cut");
+    this.sheet.classList.toggle("sewing", aim === "sew");
+  }
+
   /** Lays the pieces out in the room there is; not below a finger that has one. */
   private fit(): void {
     if (!this.design || this.press) return;
@@ -98,7 +112,11 @@ export class PatternDrawing {
 
   private down(event: PointerEvent): void {
     if (this.press || event.button !== 0 || !(event.target instanceof Element)) return;
-    const met = this.meet(event);
+    if (this.aimed === "cut") {
+      this.beginCut(event);
+      return;
+    }
+    const met = this.aimed ? undefined : this.meet(event);
     if (!met) {
       this.events.choose(this.meant(event.target));
       return;
@@ -117,26 +135,55 @@ export class PatternDrawing {
     if (event.pointerId !== press?.pointer || this.layout.scale <= 0) return;
     const [x, y] = [event.clientX - press.from[0], event.clientY - press.from[1]];
     press.moved ||= Math.hypot(x, y) >= STILL;
-    if (press.moved) this.events.drag([x / this.layout.scale, -y / this.layout.scale]);
+    if (press.cut) put(press.cut, this.onSheet([event.clientX, event.clientY], "2"));
+    else if (press.moved) this.events.drag([x / this.layout.scale, -y / this.layout.scale]);
   }
 
   private up(event: PointerEvent): void {
     if (event.pointerId !== this.press?.pointer) return;
     this.move(event);
-    const { moved } = this.press;
-    this.letGo(() => (moved ? this.events.release() : this.events.cancel()));
+    const { moved, cut, from } = this.press;
+    if (cut) this.letGo(() => moved && this.endCut(from, [event.clientX, event.clientY]));
+    else this.letGo(() => (moved ? this.events.release() : this.events.cancel()));
   }
 
   /** Ends the drag that is under way, if one is, without keeping it. */
   escape(): boolean {
-    if (!this.press) return false;
-    this.letGo(() => this.events.cancel());
+    const { press } = this;
+    if (!press) return false;
+    this.letGo(() => !press.cut && this.events.cancel());
     return true;
   }
 
-  private letGo(told: () => void): void {
+  private beginCut(event: PointerEvent): void {
+    const from: Point = [event.clientX, event.clientY];
+    const cut = svg("line", { class: "scissors", ...this.onSheet(from, "1"), ...this.onSheet(from, "2") });
+    this.sheet.append(cut);
+    this.press = { pointer: event.pointerId, from, moved: false, cut };
+    this.sheet.setPointerCapture(event.pointerId);
+    event.preventDefault();
+  }
+
+  private endCut(from: Point, to: Point): void {
+    const sheet = this.sheet.getBoundingClientRect();
+    this.events.cut((panel) => {
+      const { scale, origins } = this.layout;
+      const origin = origins[this.pieces.find((piece) => this.nameOf(piece) === panel)?.index ?? 0];
+      const inPiece = ([x, y]: Point): Point => [(x - sheet.left - origin[0]) / scale, (origin[1] + sheet.top - y) / scale];
+      return [inPiece(from), inPiece(to)];
+    });
+  }
+
+  /** Attributes of one end of a line, of a place in the window [px]. */
+  private onSheet([x, y]: Point, end: "1" | "2"): Readonly<Record<string, number>> {
+    const sheet = this.sheet.getBoundingClientRect();
+    return { [`x${end}`]: x - sheet.left, [`y${end}`]: y - sheet.top };
+  }
+
+  private letGo(told: () => unknown): void {
     const { press } = this;
     this.press = undefined;
+    press?.cut?.remove();
     if (press && this.sheet.hasPointerCapture(press.pointer)) this.sheet.releasePointerCapture(press.pointer);
     told();
   }

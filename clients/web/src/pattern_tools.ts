@@ -4,6 +4,13 @@ import { byId, make, setText } from "./dom.ts";
 import { nameOf, type Chosen } from "./pattern_piece.ts";
 
 const HINT = "Drag a corner or a curve's handle; choose an edge or a piece for more";
+const AIMED: Readonly<Record<Aim, string>> = {
+  sew: "Choose the edge to sew it to; Escape leaves it open",
+  cut: "Draw a line across the piece, from outside to outside; Escape leaves it whole",
+};
+
+/** What a tool waits for: the edge to sew to, or a line to cut along. */
+export type Aim = "sew" | "cut";
 
 /** What edits are called; one that is not known here is shown by its own name. */
 const MADE: Readonly<Record<string, string>> = {
@@ -27,34 +34,69 @@ export class PatternTools {
   private readonly sentence = byId("pattern-chosen");
   private readonly hem = byId("pattern-hem", HTMLFormElement);
   private readonly seam = byId("pattern-seam", HTMLFormElement);
+  private readonly dart = byId("pattern-dart", HTMLFormElement);
   private readonly piece = byId("pattern-piece", HTMLFormElement);
+  private readonly cut = byId("pattern-cut", HTMLFormElement);
+  private readonly garment = byId("pattern-garment", HTMLFormElement);
   private readonly made = byId("pattern-made", HTMLDetailsElement);
   private chosen: Chosen | undefined;
   private listed: Design["done"] = [];
 
-  constructor(private readonly make: (edit: PatternEdit) => void) {
-    this.takes(this.hem, (panel, edge, value) => ({ kind: "lengthen", panel, edge, by: (Number(value) * this.numbers(this.hem)[0]) / 100 }));
-    this.takes(this.seam, (panel, edge, value) => {
+  /**
+   * @param make makes an edit
+   * @param aim has the drawing wait for what an edit needs besides
+   */
+  constructor(make: (edit: PatternEdit) => void, aim: (aim: Aim) => void) {
+    const takes = (form: HTMLFormElement, edit: (panel: string, edge: number, value: string) => PatternEdit | Aim) => {
+      form.addEventListener("submit", (event) => {
+        event.preventDefault();
+        const value = event.submitter instanceof HTMLButtonElement ? event.submitter.value : "";
+        const wanted = edit(this.chosen?.panel ?? "", this.chosen?.edge ?? 0, value);
+        if (typeof wanted === "string") aim(wanted);
+        else make(wanted);
+      });
+    };
+    takes(this.hem, (panel, edge, value) => {
+      if (value === "sew") return "sew";
+      return { kind: "lengthen", panel, edge, by: (Number(value) * numbers(this.hem)[0]) / 100 };
+    });
+    takes(this.seam, (panel, edge, value) => {
       if (value === "open") return { kind: "open_seam", panel, edge };
-      return { kind: "take_in", panel, edge, by: (Number(value) * this.numbers(this.seam)[0]) / 100 };
+      if (value === "gather" || value === "ease") return { kind: value, panel, edge };
+      return { kind: "take_in", panel, edge, by: (Number(value) * numbers(this.seam)[0]) / 100 };
     });
-    this.takes(this.piece, (panel) => {
-      const [width, height] = this.numbers(this.piece);
-      return { kind: "scale_piece", panel, factors: [width / 100, height / 100] };
+    takes(this.dart, (panel, edge) => {
+      const [width, depth, position] = numbers(this.dart).map((number) => number / 100);
+      return { kind: "dart", panel, edge, position, width, depth };
     });
+    takes(this.piece, (panel) => ({ kind: "scale_piece", panel, factors: factors(this.piece) }));
+    takes(this.cut, (panel, _, value) => (value === "remove" ? { kind: "remove_piece", panel } : "cut"));
+    takes(this.garment, () => ({ kind: "scale_garment", factors: factors(this.garment) }));
   }
 
-  /** Offers what can be done to what is chosen. @param by how far a grip is being dragged [m], if one is */
-  show(design: Design, chosen: Chosen | undefined, by: Point | undefined): void {
+  /** Whether the parts of a piece that is cut are sewn together. */
+  get sewn(): boolean {
+    return this.cut.querySelector("input")?.checked ?? false;
+  }
+
+  /**
+   * Offers what can be done to what is chosen.
+   * @param by how far a grip is being dragged [m], if one is
+   * @param aim what a tool waits for
+   */
+  show(design: Design, chosen: Chosen | undefined, by: Point | undefined, aim: Aim | undefined): void {
     this.chosen = chosen;
     const index = design.panels.findIndex(({ name }) => name === chosen?.panel);
     const edge = chosen?.edge === undefined ? undefined : design.panels[index].edges.at(chosen.edge);
     const sewn = chosen?.edge === undefined ? undefined : sewnTo(design, index, chosen.edge);
     this.hem.hidden = !edge || sewn !== undefined;
     this.seam.hidden = sewn === undefined;
-    this.piece.hidden = !chosen || edge !== undefined;
+    this.dart.hidden = edge === undefined;
+    this.piece.hidden = this.cut.hidden = !chosen || edge !== undefined;
+    this.garment.hidden = chosen !== undefined;
     const name = chosen ? nameOf(chosen.panel) : "";
-    if (by) setText(this.sentence, `${name}: ${moved(by[0], "right", "left")}, ${moved(by[1], "up", "down")}`);
+    if (aim) setText(this.sentence, AIMED[aim]);
+    else if (by) setText(this.sentence, `${name}: ${moved(by[0], "right", "left")}, ${moved(by[1], "up", "down")}`);
     else if (edge) {
       const to = sewn ? `seam ${sewn.seam + 1} to ${nameOf(design.panels[sewn.panel].name)}` : "open";
       setText(this.sentence, `Edge ${chosen?.edge ?? ""} of ${name}: ${(100 * lengthOf(edge)).toFixed(1)} cm, ${to}`);
@@ -73,19 +115,16 @@ export class PatternTools {
     });
     this.made.querySelector("ol")!.replaceChildren(...items);
   }
+}
 
-  /** On a form's sending makes the edit that it stands for. @param edit told the value of the button that was used */
-  private takes(form: HTMLFormElement, edit: (panel: string, edge: number, value: string) => PatternEdit): void {
-    form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      const button = event.submitter;
-      if (this.chosen) this.make(edit(this.chosen.panel, this.chosen.edge ?? 0, button instanceof HTMLButtonElement ? button.value : ""));
-    });
-  }
+function numbers(form: HTMLFormElement): number[] {
+  return [...form.querySelectorAll<HTMLInputElement>("input[type=number]")].map((input) => input.valueAsNumber);
+}
 
-  private numbers(form: HTMLFormElement): number[] {
-    return [...form.querySelectorAll("input")].map((input) => input.valueAsNumber);
-  }
+/** Width and height in per cent, as factors. */
+function factors(form: HTMLFormElement): Point {
+  const [width, height] = numbers(form);
+  return [width / 100, height / 100];
 }
 
 function moved(by: number, ahead: string, back: string): string {

@@ -144,7 +144,12 @@ SCENES = (
     ),
     HardScene("buffers_of_16", "lists of candidates and pairs with room for 16 at first", with_small_buffers),
     HardScene("zero_gravity", "two sheets thrown at each other where nothing falls", thrown_without_gravity),
-    HardScene("at_100m", "100 m from the origin in float32", lambda ask: over_ball(ask, (100.0, 0.0, -100.0))),
+    HardScene(
+        "at_100m",
+        "100 m from the origin in float32",
+        lambda ask: over_ball(ask, (100.0, 0.0, -100.0)),
+        stated={"energy without work at rest (share)": FAR.format("8 micrometres")},
+    ),
     HardScene(
         "at_10km",
         "10 km from the origin in float32, which resolves 1 mm there",
