@@ -10,6 +10,7 @@ import argparse
 import importlib.util
 import json
 import os
+import shutil
 import sys
 import time
 from collections.abc import Sequence
@@ -25,6 +26,7 @@ from process_pool import Tasks  # noqa: E402
 from provenance import commit_of, machine_of  # noqa: E402
 
 RUN = "run.json"  # what a run leaves for the document
+DRESSED = "dressed"  # what its cases leave for each other; none is left from a run before
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -54,6 +56,7 @@ def main(arguments: list[str] | None = None) -> int:
     options.out.mkdir(parents=True, exist_ok=True)
     if options.one:
         return one(named(options.one), options)
+    shutil.rmtree(options.out / DRESSED, ignore_errors=True)
     begun = time.monotonic()
     done: list[str] = []
 
@@ -182,7 +185,7 @@ def one(scene: Any, options: argparse.Namespace) -> int:
     ipctk.set_num_threads(1)
     seconds = scene.seconds if options.seconds is None else options.seconds
     vertices = options.vertices or scene.vertices
-    ask = Ask(vertices, PRESETS[options.preset], options.device, seconds)
+    ask = Ask(vertices, PRESETS[options.preset], options.device, seconds, options.out / DRESSED)
     frames = options.out / f"{scene.name}.npz" if options.frames else None
     told = [lambda text: print(text, flush=True), options.solver, frames, options.by_launches]
     result = run_one(scene, ask, options.every, *told)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,12 +19,16 @@ FRAME = 1 / 60  # s
 
 @dataclass(frozen=True)
 class Ask:
-    """How a case is to be run: about how many cloth vertices, which settings, on which device, for how long [s]."""
+    """How a case is to be run: about how many cloth vertices, which settings, on which device, for how long [s].
+
+    `dressed`: where cases of the same run leave their garments as they hang once they are dressed, for each other.
+    """
 
     vertices: int
     settings: Settings = field(default_factory=lambda: PRESETS["live"])
     device: str = "cpu"
     seconds: float = 5.0
+    dressed: Path | None = None
 
 
 @dataclass(frozen=True)

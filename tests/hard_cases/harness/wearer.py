@@ -11,6 +11,7 @@ from loops_on_limbs import LoopsOnLimbs
 from scipy.spatial.transform import Rotation
 from worn_garment import DEMO, demo_motion
 
+from harness.changing_room import Places, hung
 from harness.kit import ramp
 from harness.scene import Ask, Run, Worn
 from tryon_solver.body import quaternions
@@ -19,11 +20,13 @@ from tryon_solver.body.motion import blend_in
 from tryon_solver.body.pose import Pose, world_from_joint
 from tryon_solver.dressing.dress import dress
 from tryon_solver.geometry.boundary_loops import boundary_loops
+from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.pattern import Pattern, parse_pattern
 from tryon_solver.geometry.size import mesh_with_vertices
+from tryon_solver.geometry.weld import weld
 from tryon_solver.materials.fabric import FABRICS, Fabric
-from tryon_solver.scene import WORN, Effect
+from tryon_solver.scene import WORN, Effect, Scene
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import Simulation, build
 
@@ -57,10 +60,16 @@ def put_on(
     """The garment dressed on the default body, about as many vertices as asked for; raises as dress() does."""
     cloth = FABRICS[fabric] if isinstance(fabric, str) else fabric
     panels = scaled(mesh_with_vertices(pattern(garment), ask.vertices), across, down)
-    sim = dress(panels, BODY, cloth, PRESETS["draft"], ask.device).simulation
-    x, surface = (p.astype(np.float64) for p in (sim.cloth_positions(), sim.body_positions()))
-    scene = replace(sim.scene, x_start=x, effects=effects)
-    return build(scene, ask.settings, ask.device, REST, surface)
+
+    def dressed() -> Places:
+        sim = dress(panels, BODY, cloth, PRESETS["draft"], ask.device).simulation
+        return sim.cloth_positions(), sim.body_positions()
+
+    what = (garment, ask.vertices, cloth, across, down, ask.device)
+    x, surface = (places.astype(np.float64) for places in hung(ask.dressed, what, dressed))
+    sewn = weld(panels)
+    pieces = Garment(sewn.vertex_of_corner, sewn.uv_corners, sewn.panel_of_face, sewn.vertex_count)
+    return build(Scene(pieces, x, BODY, cloth, effects), ask.settings, ask.device, REST, surface)
 
 
 def worn(sim: Simulation, stance: Callable[[float], Pose]) -> Worn:

@@ -1,0 +1,31 @@
+"""A garment that was dressed for one case hangs in the next one as if it had been dressed for it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from harness import wearer
+from harness.scene import Ask
+
+ASK = Ask(150)
+
+
+def test_the_second_case_puts_on_what_the_first_has_dressed(tmp_path, monkeypatch):
+    alone = wearer.put_on(ASK, "tshirt")
+    together = replace(ASK, dressed=tmp_path / "dressed")
+    first = wearer.put_on(together, "tshirt")
+
+    def refuse(*_arguments):
+        raise AssertionError("dressed again")
+
+    monkeypatch.setattr(wearer, "dress", refuse)
+    second = wearer.put_on(together, "tshirt")
+    for sim in (first, second):
+        np.testing.assert_array_equal(sim.cloth_positions(), alone.cloth_positions())
+        np.testing.assert_array_equal(sim.body_positions(), alone.body_positions())
+    for other in ({"fabric": "denim"}, {"across": 1.1}, {"down": 1.1}):
+        with pytest.raises(AssertionError, match="dressed again"):
+            wearer.put_on(together, "tshirt", **other)
+    for ask in (replace(together, vertices=200), replace(together, device="cuda:0"), ASK):
+        with pytest.raises(AssertionError, match="dressed again"):
+            wearer.put_on(ask, "tshirt")
