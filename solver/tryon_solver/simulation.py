@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time as clock
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -337,6 +337,21 @@ class Simulation:
         self.coarse.rest = reduced_matrix(self.coarse.basis, self.stiffness_matrix + sp.diags(diagonal))
 
     # -- running -------------------------------------------------------------------------------------------------
+
+    def start_at(self, cloth: np.ndarray, surface: np.ndarray, pose: Any) -> None:
+        """Be elsewhere at the start, at rest: cloth (N, 3) m, collision surface (B, 3) m, the body's stance. What has
+        not been simulated yet is then as if it had been built there, `tangled`."""
+        x = positions(cloth, surface)
+        state = self.state
+        for place in (state.x, state.x_start, state.x_feasible, self.x_searched, self.x_listed, self.x_carried):
+            place.assign(x)
+        self.scene = replace(self.scene, x_start=cloth)
+        if self.body is not None:
+            body = self.body
+            body.pose, body.reached = pose, (pose, body.moving.transforms(pose))
+            body.moving.write(body.reached[1], pose, body.skin_now)
+            for skin in (body.skin_next, state.skin):
+                wp.copy(skin, body.skin_now)
 
     def advance(self, pose: Any, time: float, longest_step: float = 0.0) -> StepReport:
         """From the last simulated pose time to `time` [s] at `pose`: Algorithm 2 (step.py).

@@ -38,6 +38,16 @@ class CarryError(ValueError):
 
 
 @dataclass(frozen=True)
+class Prepared:
+    """The new cut made ready to be put on: its simulation, the state of which counts for nothing yet, its mesh, and
+    that welded."""
+
+    simulation: Simulation
+    mesh: PanelMesh
+    welded: WeldedMesh
+
+
+@dataclass(frozen=True)
 class Carried:
     """The new cut, worn: the running simulation, its welded mesh, and what had to be freed."""
 
@@ -52,22 +62,39 @@ def carry_over(worn: Simulation, before: PanelMesh, after: PanelMesh) -> Carried
     The new simulation has the old one's body in its stance, its collision surface, fabric, effects and settings; its
     clock begins at 0. Raises CarryError, or GarmentError as `build`; the old simulation is as it was.
     """
+    return put_on(prepare(worn, after), worn, before)
+
+
+def prepare(worn: Simulation, after: PanelMesh) -> Prepared:
+    """All of `carry_over` that does not depend on where the garment `worn` is: it may be advanced afterwards.
+
+    Raises GarmentError as `build`.
+    """
     assert worn.scene.body is not None
+    assert worn.body is not None
+    joined = weld(after)
+    garment = Garment(joined.vertex_of_corner, joined.uv_corners, joined.panel_of_face, joined.vertex_count)
+    flat = joined.mean_of_vertices(after.placed)
+    scene = Scene(garment, flat, worn.scene.body, worn.scene.fabric, worn.scene.effects)
+    simulation = build(scene, worn.settings, worn.device, worn.body.pose, tangled=True)
+    simulation.use_time_step(worn.dt)
+    return Prepared(simulation, after, joined)
+
+
+def put_on(prepared: Prepared, worn: Simulation, before: PanelMesh) -> Carried:
+    """The rest of `carry_over`, from where the garment `worn` is now; `before` is its mesh. Raises CarryError."""
+    assert worn.body is not None
+    simulation, after, joined = prepared.simulation, prepared.mesh, prepared.welded
     face, weights = source(before, after)
     corners = worn.scene.garment.faces[face]
-    joined = weld(after)
     places, speeds = (
         np.einsum("vk,vkd->vd", weights, values[corners].astype(np.float64))
         for values in (worn.cloth_positions(), worn.state.v.numpy())
     )
     x = joined.mean_of_vertices(drawn_together(after, joined, places))
     v = joined.mean_of_vertices(speeds)
-    garment = Garment(joined.vertex_of_corner, joined.uv_corners, joined.panel_of_face, joined.vertex_count)
-    x = drawn_back(garment, x, ROOM * worn.contact.sizes.xi_self)
-    assert worn.body is not None
-    scene = Scene(garment, x, worn.scene.body, worn.scene.fabric, worn.scene.effects)
-    surface = worn.body_positions().astype(np.float64)
-    simulation = build(scene, worn.settings, worn.device, worn.body.pose, surface, tangled=True)
+    x = drawn_back(simulation.scene.garment, x, ROOM * worn.contact.sizes.xi_self)
+    simulation.start_at(x, worn.body_positions().astype(np.float64), worn.body.pose)
     try:
         freed = untangle(simulation)
     except TangledError as error:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +16,9 @@ from numpy.typing import NDArray
 from tryon_solver.geometry import outline, seams
 from tryon_solver.geometry.constrained import TriangulationError
 from tryon_solver.geometry.pattern import Panel, Pattern, PatternError, Stitch, StitchSide
+from tryon_solver.geometry.piece_meshes import triangulated
 from tryon_solver.geometry.sampled_outline import sample_outline, vertices_along
-from tryon_solver.geometry.triangulate import split_edges, triangulate
+from tryon_solver.geometry.triangulate import split_edges
 
 # A sewn edge shorter than this share of the edge length becomes one vertex: its triangles would be too flat.
 VERTEX_BELOW = 0.4
@@ -26,7 +26,6 @@ VERTEX_BELOW = 0.4
 FINEST = 1 / 8
 REPAIR_ROUNDS = 12
 CONTACT_TOLERANCE = 1e-6  # m, between two parts of an outline
-PIECES_KEPT = 32  # meshes of pieces that another mesh of the pattern, as after an edit, has need of again
 VERTICES_MAX = 2_000_000
 
 
@@ -207,18 +206,12 @@ def _mesh_piece(plan: _Plan, index: int) -> _Piece:
             plan.finer(StitchSide(index, owner[i]) for i in contact or range(len(owner)))
             continue
         try:
-            points, faces = _triangulated(boundary.tobytes(), plan.edge_length)
+            points, faces = triangulated(boundary.tobytes(), plan.edge_length)
         except TriangulationError as error:
             remedy = "Use a smaller edge length, or widen the piece"
             raise PatternError(str(error), f"panels.{panel.name}", remedy) from error
         plan.done[index] = _Piece(points, faces, vertices_along(segments))
     return plan.done[index]
-
-
-@lru_cache(maxsize=PIECES_KEPT)
-def _triangulated(boundary: bytes, edge_length: float) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    """Points and faces of an outline (n, 2) m; of one that was meshed a while ago, as they were."""
-    return triangulate(np.frombuffer(boundary).reshape(-1, 2), edge_length)
 
 
 def _assemble(plan: _Plan, pieces: Sequence[_Piece]) -> PanelMesh:
