@@ -16,7 +16,7 @@ from asking import refused
 from live_server import LiveServer
 
 from tryon_client import connect
-from tryon_protocol import DesignMessage, EditedMessage, EditMessage, ErrorMessage
+from tryon_protocol import DesignMessage, EditedMessage, EditMessage, ErrorMessage, StatusMessage
 from tryon_server.persistence import EditRecord, SqlEdits, open_database
 
 WIDER = {"kind": "scale_piece", "panel": "front", "factors": [1.2, 1.0]}
@@ -52,6 +52,34 @@ def test_an_edit_over_rest_is_made_listed_and_in_the_pattern(server):
     assert server.http.get(f"{path}/edits").json()[0]["undone"]
     refused(server.http.post(f"{path}/edits/undo"), 422, "edit.refused")
     assert server.http.post(f"{path}/edits/redo").json()["last"] == 1
+
+
+@pytest.mark.parametrize("factor", [0.7, 0.62], ids=["carried over", "dressed anew"])
+def test_an_edit_that_needs_another_mesh_is_made_in_another_process(server, factor):
+    """Frames of the old garment come until those of the new one do."""
+    session = dressed(server)
+    narrower = {"kind": "scale_piece", "panel": "front", "factors": [factor, 1.0]}
+    frames, states, answers = [], [], []
+
+    async def watch():
+        async with connect(server.stream_url(session)) as stream:
+            await stream.send(EditMessage(edit=narrower, request=3))
+            async for event in stream:
+                if isinstance(event, EditedMessage):
+                    answers.append(event)
+                elif isinstance(event, StatusMessage):
+                    states.append(event.state)
+                elif hasattr(event, "cloth"):
+                    frames.append(event.topology_id)
+                if answers and frames[-1:] == [2]:
+                    break
+
+    asyncio.run(asyncio.wait_for(watch(), 60.0))
+    assert answers == [EditedMessage(id=1, change="topology", request=3)]
+    assert frames == sorted(frames)
+    assert frames[0] == 1
+    assert set(states) <= {"running"}, "it is worn all the while"
+    assert width_of(server.http.get(f"/api/sessions/{session}/pattern").json()) == pytest.approx(0.5 * factor)
 
 
 def test_the_pattern_of_a_session_without_edits_is_its_garment_s(server):

@@ -9,6 +9,7 @@ from pathlib import Path
 import analytic_drape
 import numpy as np
 import pytest
+from scripted_worker import clock_of
 
 from tryon_protocol import GRID, FrameDecoder, Topology, decode_server
 from tryon_server.runtime.bodies import one_joint_body
@@ -80,7 +81,7 @@ def frames_of(sequence: MeshSequence, seconds: float, *more) -> tuple[list, list
     order = WorkOrder(DrapeOrder(Path("pattern.json"), "cotton", "draft", "cpu"), "own", 50.0, 1.0)
     drape = WornBySequence(sequence)
     with pytest.raises(EOFError):
-        Worker(connection, order, lambda *_: drape, analytic_drape.load_motion, lambda: connection.now).run()
+        Worker(connection, order, lambda *_: drape, analytic_drape.load_motion, *clock_of(connection)).run()
     decoder, decoded = FrameDecoder(), []
     for event in connection.events:
         if isinstance(event, TopologyReady):

@@ -1,6 +1,7 @@
 """The solver behind the server's interface: a garment is dressed once and worn again."""
 
 import os
+import pickle
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -9,6 +10,7 @@ import patterns
 import pytest
 import trimesh
 from analytic_drape import small_body
+from scipy.spatial import cKDTree
 
 from tryon_protocol import FrameDecoder, Topology, decode_server
 from tryon_server.problems import ProblemError
@@ -25,7 +27,10 @@ from tryon_solver.body.model import default_body
 from tryon_solver.body.pose import Pose
 from tryon_solver.dressing import dress as dressing
 from tryon_solver.dressing.fit import DressingError
+from tryon_solver.geometry import piece_meshes
 from tryon_solver.geometry.placement import PlacementError
+from tryon_solver.redesign.apply import apply
+from tryon_solver.redesign.plain import parse_edit
 
 POSITIONS = np.arange(12, dtype=np.float32).reshape(4, 3)
 
@@ -148,6 +153,44 @@ def test_garment_is_dressed_once_and_worn_again_as_it_hung(order, monkeypatch):
     np.testing.assert_allclose(again.cloth_positions(), hung, atol=0.01)
     assert again.outfit.vertex_count == len(hung)
     assert again.outfit.panel_names == ("front", "back")
+
+
+def test_a_dressed_garment_goes_to_another_process_and_on_as_it_hung(order):
+    drape = production.build_drape(order, lambda *_: None)
+    again = pickle.loads(pickle.dumps(drape.packed())).unpacked()
+    np.testing.assert_array_equal(again.cloth_positions(), drape.cloth_positions())
+    np.testing.assert_array_equal(again.body_positions(), drape.body_positions())
+    assert (again.specification, again.outfit.notes) == (drape.specification, drape.outfit.notes)
+    assert again.notes == drape.notes
+    poses = [Pose(drape.pose.root + [0.0, 0.005 * k, 0.0], drape.pose.rotations) for k in range(1, 4)]
+    for k, pose in enumerate(poses, 1):
+        again.advance(pose, k / 60)
+    assert np.abs(again.cloth_positions() - drape.cloth_positions()).max() > 0.005
+    assert again.reshape(again.specification) == "", "it can be edited"
+
+
+def test_another_cut_is_meshed_elsewhere_and_put_on_in_parts_while_the_old_one_is_worn(order, monkeypatch):
+    drape = production.build_drape(order, lambda *_: None)
+    opened = apply(drape.specification, parse_edit({"kind": "open_seam", "panel": "front", "edge": 1})).specification
+    assert "is sewn otherwise" in drape.reshape(opened)
+    cut = pickle.loads(pickle.dumps(pickle.loads(pickle.dumps(drape.cutting(opened)))()))
+    monkeypatch.setattr(piece_meshes, "triangulate", lambda *_: pytest.fail("both pieces were known"))
+    drape.cutting(opened)()
+    parts, seen = drape.recut(cut), []
+    for k, part in enumerate(parts, 1):
+        if part is None:
+            drape.advance(Pose(drape.pose.root + [0.0, 0.02 * k, 0.0], drape.pose.rotations), k / 60)
+        seen.append(part)
+    assert seen[:-1] == [None] * (len(seen) - 1)
+    assert len(seen) > 1
+    worn = seen[-1]
+    assert worn.specification == opened
+    assert worn.outfit.vertex_count > drape.outfit.vertex_count
+    np.testing.assert_array_equal(worn.body_positions(), drape.body_positions())
+    nearest = cKDTree(drape.cloth_positions()).query(worn.cloth_positions())[0]
+    assert nearest.max() < 0.01
+    worn.advance(Pose(drape.pose.root + [0.0, 0.05, 0.0], drape.pose.rotations), len(seen) / 60)
+    assert np.isfinite(worn.cloth_positions()).all()
 
 
 @pytest.mark.parametrize("kind", [PlacementError, DressingError])

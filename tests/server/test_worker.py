@@ -8,7 +8,7 @@ from pathlib import Path
 import analytic_drape
 import numpy as np
 import pytest
-from scripted_worker import LetGoError, ScriptedConnection, allow, frames, work
+from scripted_worker import LetGoError, ScriptedConnection, allow, clock_of, frames, work
 
 from tryon_protocol import Skeleton, TrackedPose
 from tryon_server.runtime.order import DrapeOrder, WorkOrder
@@ -155,7 +155,7 @@ def test_frames_of_a_slow_solver_are_of_the_newest_pose_there_was():
     sheet.clock = connection
     order = WorkOrder(DrapeOrder(Path("pattern.json"), "cotton", "draft", "cpu"), None, 50.0, 1.0)
     with pytest.raises(LetGoError):
-        Worker(connection, order, lambda *_: sheet, analytic_drape.load_motion, lambda: connection.now).run()
+        Worker(connection, order, lambda *_: sheet, analytic_drape.load_motion, *clock_of(connection)).run()
     followed = [frame for frame in frames(connection) if frame.pose_seq]
     late = [frame.t_published - frame.t_sim for frame in followed if frame.t_published > 5.0]
     assert len(late) == pytest.approx(16 / 0.05, rel=0.1)
@@ -176,7 +176,7 @@ def test_frames_of_a_solver_that_can_not_keep_up_tell_the_time_of_the_pose_they_
     sheet.clock = connection
     order = WorkOrder(DrapeOrder(Path("pattern.json"), "cotton", "draft", "cpu"), None, 50.0, 1.0)
     with pytest.raises(LetGoError):
-        Worker(connection, order, lambda *_: sheet, analytic_drape.load_motion, lambda: connection.now).run()
+        Worker(connection, order, lambda *_: sheet, analytic_drape.load_motion, *clock_of(connection)).run()
     followed = [frame for frame in frames(connection) if frame.pose_seq]
     assert (np.diff([frame.t_sim for frame in followed]) > 0.0).all()
     begun = [frame for frame in followed if frame.t_sim >= 1.0]

@@ -3,13 +3,14 @@ other drape that the tests or a later placement bring along."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
+from tryon_server.runtime.beside import Task
 from tryon_server.runtime.order import DrapeOrder
 from tryon_server.sessions.commands import MotionFile
 from tryon_solver.body.mesh_sequence import MeshSequence, Moment
@@ -105,9 +106,18 @@ class Drape(Protocol):
         """Take on the pattern's shape, from the next ``advance`` on; why that needs another mesh, and then nothing is
         changed, or "". Not to be asked of a garment without a pattern."""
 
-    def recut(self, specification: Mapping[str, Any]) -> Drape | None:
-        """The pattern in a mesh of its own, put on from where the garment is worn, to go on from there: its next
-        ``advance`` is this one's. None where it has to be dressed anew. This garment stays as it is."""
+    def cutting(self, specification: Mapping[str, Any]) -> Task:
+        """What makes the pattern's mesh, beside the simulation: for ``recut``."""
+
+    def recut(self, cut: Any) -> Iterator[Drape | None]:
+        """Put on what ``cutting`` made where the garment is worn, in parts of about the time of a frame each.
+
+        None comes after each but the last, and this garment may be advanced; the last gives the new one, as this one is
+        worn then: its next ``advance`` is this one's. Without one it ends where it has to be dressed anew.
+        """
+
+    def packed(self) -> Packed:
+        """Itself to be taken to another process, as it is worn."""
 
     def leap(self, by: npt.NDArray[np.float64]) -> None:
         """Be elsewhere, body and garment as one, by (3,) whole metres, without having moved there."""
@@ -123,6 +133,13 @@ class Drape(Protocol):
 
     def body_positions(self) -> npt.NDArray[np.float32]:
         """(B, 3) positions of the body's simulated surface [m], from ``origin``."""
+
+
+class Packed(Protocol):
+    """A garment on its way to another process: can be pickled."""
+
+    def unpacked(self) -> Drape:
+        """The garment, at rest."""
 
 
 BuildDrape = Callable[[DrapeOrder, Progress], Drape]

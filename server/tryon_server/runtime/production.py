@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -15,6 +15,7 @@ import numpy.typing as npt
 from tryon_protocol import GRID, check_grid
 from tryon_server.problems import problem_error
 from tryon_server.runtime.bodies import does_not_stand, how_read, load_body, load_moving_mesh, one_joint_body
+from tryon_server.runtime.cutting import Cut, Cutting
 from tryon_server.runtime.devices import AUTOMATIC, choose_device
 from tryon_server.runtime.drape import Outfit, Progress
 from tryon_server.runtime.order import DrapeOrder
@@ -23,7 +24,7 @@ from tryon_solver.body.mesh_sequence import MeshSequence
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.on_device import WornBody
 from tryon_solver.body.pose import Pose
-from tryon_solver.dressing.carry_over import CarryError, carry_over
+from tryon_solver.dressing.carry_over import CarryError, prepare, put_on
 from tryon_solver.dressing.dress import Dressed, dress
 from tryon_solver.dressing.dress_mesh import dress_mesh
 from tryon_solver.dressing.fit import DressingError, StanceError
@@ -39,6 +40,7 @@ from tryon_solver.files.standing import facing
 from tryon_solver.geometry.garment import Garment, GarmentError
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.pattern import PatternError, parse_pattern, parse_pattern_bytes, read_pattern_file
+from tryon_solver.geometry.piece_meshes import keep, kept
 from tryon_solver.geometry.placement import PlacementError
 from tryon_solver.geometry.size import in_size, mesh_in_size
 from tryon_solver.geometry.wearable import check_wearable
@@ -46,6 +48,7 @@ from tryon_solver.geometry.weld import weld
 from tryon_solver.live_edit import LiveEdit
 from tryon_solver.materials.fabric import FABRICS, Fabric
 from tryon_solver.redesign.drag import begin_drag
+from tryon_solver.redesign.structure import difference
 from tryon_solver.reshape import OtherStructureError
 from tryon_solver.results import StepReport
 from tryon_solver.scene import LIVE, Scene
@@ -128,7 +131,6 @@ class SolverDrape:
             size=size,
         )
         self.pose = pose
-        self.notes = (*notes, f"fit: {fit}") if fit else notes
         self.own_motion: MeshSequence | None = None
         self.origin = np.zeros(3)
         self.specification = None if worn is None else worn.specification
@@ -137,33 +139,58 @@ class SolverDrape:
         self._edit: LiveEdit | None = None
         self._stance, self._time = pose, 0.0  # of the last advance
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """How garment and body were read, and what there is to say of the fit, for people."""
+        outfit = self.outfit
+        return (*outfit.notes, f"fit: {outfit.fit}") if outfit.fit else outfit.notes
+
     def reshape(self, specification: Mapping[str, Any]) -> str:
         """Take on the pattern's shape; why that needs another mesh, or ""."""
         assert self._worn is not None
         self.outgrown = ""
+        pattern = parse_pattern(specification)
         if self._edit is None:
+            structure = difference(parse_pattern(self._worn.specification), pattern)
+            if structure is not None:  # told without what a drag begins with, which takes longer than a frame
+                return structure.message
             self._edit = self._worn.edit_of(self.simulation)
-        remesh = self._edit.want(parse_pattern(specification))
+        remesh = self._edit.want(pattern)
         return "" if remesh is None else remesh.message
 
-    def recut(self, specification: Mapping[str, Any]) -> SolverDrape | None:
-        """The pattern in a mesh of its own, put on from where this garment is worn; None where it can't be."""
+    def cutting(self, specification: Mapping[str, Any]) -> Cutting:
+        """What makes the pattern's mesh, beside the simulation."""
+        assert self._worn is not None
+        return Cutting(specification, self._worn.edge_length, self._worn.size, kept())
+
+    def recut(self, cut: Cut) -> Iterator[SolverDrape | None]:
+        """That mesh put on from where this garment is worn, in two parts; none where it can't be."""
         worn = self._worn
         assert worn is not None
-        before = worn.panels if self._edit is None else in_size(self._edit.now, worn.size)
+        keep(cut.pieces)
         try:
-            panels = mesh_in_size(parse_pattern(specification), worn.edge_length, worn.size)
-            carried = carry_over(self.simulation, before, panels)
-        except (CarryError, GarmentError, PatternError) as error:
+            prepared = prepare(self.simulation, cut.panels)
+            yield None
+            before = worn.panels if self._edit is None else in_size(self._edit.now, worn.size)
+            carried = put_on(prepared, self.simulation, before)
+        except (CarryError, GarmentError) as error:
             logger.info("the garment is dressed anew: %s", error)
-            return None
-        cut = replace(worn, specification=specification, panels=panels)
-        old, names = self.outfit, panels.panel_names
-        drape = SolverDrape(carried.simulation, self._stance, names, old.body, old.notes, size=old.size, worn=cut)
+            return
+        worn = replace(worn, specification=cut.specification, panels=cut.panels)
+        old, names = self.outfit, cut.panels.panel_names
+        drape = SolverDrape(carried.simulation, self._stance, names, old.body, old.notes, size=old.size, worn=worn)
         drape.outfit = replace(drape.outfit, fit=old.fit, fitting_size=old.fitting_size)
         drape.own_motion, drape.origin = self.own_motion, self.origin
         drape._dressed_at, drape._time = -self._time, self._time
-        return drape
+        yield drape
+
+    def packed(self) -> PackedDrape:
+        """Itself, as it was dressed and hangs."""
+        sim = self.simulation
+        assert sim.body is not None
+        scene = replace(sim.scene, x_start=sim.cloth_positions().astype(np.float64))
+        pose, surface = sim.body.pose, sim.body_positions().astype(np.float64)
+        return PackedDrape(scene, sim.settings, sim.device, pose, surface, self.outfit, self.own_motion, self._worn)
 
     def leap(self, by: npt.NDArray[np.float64]) -> None:
         """Be elsewhere by (3,) whole metres: nothing changes but where the solver's origin lies."""
@@ -195,6 +222,28 @@ class SolverDrape:
     def body_positions(self) -> npt.NDArray[np.float32]:
         """(B, 3) positions of the body's simulated surface [m], from ``origin``."""
         return self.simulation.body_positions()
+
+
+@dataclass(frozen=True, eq=False)
+class PackedDrape:
+    """A dressed garment as plain values: what its simulation is built of, `surface` (B, 3) m that of the body, and what
+    the drape has besides."""
+
+    scene: Scene
+    settings: Settings
+    device: str
+    pose: Any
+    surface: npt.NDArray[np.float64]
+    outfit: Outfit
+    own_motion: MeshSequence | None
+    worn: WornPattern | None
+
+    def unpacked(self) -> SolverDrape:
+        """The garment, at rest. Raises GarmentError as `build`."""
+        simulation = build(self.scene, self.settings, self.device, self.pose, self.surface)
+        drape = SolverDrape(simulation, self.pose, self.outfit.panel_names, self.outfit.body, worn=self.worn)
+        drape.outfit, drape.own_motion = self.outfit, self.own_motion
+        return drape
 
 
 def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:

@@ -11,14 +11,16 @@ import math
 import signal
 import time
 from collections.abc import Callable, Mapping
+from contextlib import closing
 from dataclasses import replace
 from multiprocessing.connection import Connection
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
-from tryon_protocol import POSE_CONVENTION, ProtocolError, ReportMessage
+from tryon_protocol import POSE_CONVENTION, ProtocolError
 from tryon_server.problems import ProblemError
+from tryon_server.runtime.beside import Beside, ProcessBeside
 from tryon_server.runtime.design import design_of
 from tryon_server.runtime.drape import BuildDrape, Drape, LoadMotion, Stance, StepFacts
 from tryon_server.runtime.followers import Follower
@@ -28,8 +30,11 @@ from tryon_server.runtime.order import WorkOrder
 from tryon_server.runtime.posture import Posture, local_turns
 from tryon_server.runtime.publishing import Publisher
 from tryon_server.runtime.redesign import Wanted, wanted
+from tryon_server.runtime.remaking import Remade, Remaking
+from tryon_server.runtime.reporting import report_of
 from tryon_server.runtime.sources import MotionSource, Move, PoseSource, SequenceSource, StillSource
 from tryon_server.runtime.stream_source import StreamSource
+from tryon_server.runtime.waiting import WaitingChanges, refusal
 from tryon_server.sessions.commands import (
     AllowFrame,
     ChangePattern,
@@ -54,6 +59,7 @@ REPORT_SECONDS = 0.25  # between reports
 PROGRESS_SECONDS = 0.2  # between tellings of the same stage's progress
 COMPLAINT_SECONDS = 1.0  # between complaints of a tracker that can't be followed
 IDLE_SECONDS = 0.05  # between looks at a source that had nothing to do
+REMAKING_SECONDS = 0.01  # between looks at a garment that is being made
 FAILURES_IN_A_ROW = 30  # steps that may fail one after another before the session is given up
 LATER = "shown once it is let go"
 COARSER = "Choose another fabric, a coarser preset or a simpler pattern."
@@ -64,15 +70,16 @@ def run_worker(connection: Connection, order: WorkOrder, build: BuildDrape, load
     for number in (signal.SIGINT, signal.SIGTERM):  # Ctrl-C and service managers tell the server and all its processes;
         signal.signal(number, signal.SIG_IGN)  # the server says goodbye to its clients and then ends its simulations
     try:
-        worker = Worker(connection, order, build, load_motion, time.monotonic)
-        with kernel_news(worker.say):
+        beside = ProcessBeside()
+        worker = Worker(connection, order, build, load_motion, time.monotonic, beside)
+        with closing(beside), kernel_news(worker.say):
             worker.run()
     except (EOFError, BrokenPipeError, ConnectionResetError):
         return  # the server let go
 
 
 class Worker:
-    """One session's simulation. ``clock`` is the server's steady clock [s]."""
+    """One session's simulation. ``clock`` is the server's steady clock [s]; ``beside`` makes what is worn next."""
 
     def __init__(
         self,
@@ -81,6 +88,7 @@ class Worker:
         build: BuildDrape,
         load_motion: LoadMotion,
         clock: Callable[[], float],
+        beside: Beside,
     ) -> None:
         self._connection = connection
         self._order = order
@@ -103,6 +111,11 @@ class Worker:
         self._move: Move | None = None  # the last one; None of a garment that has not moved since it was dressed
         self._history: History | None = None
         self._held = False
+        self._beside = beside
+        self._remaking = Remaking(beside, build)
+        self._waiting = WaitingChanges()
+        self._held_last: ChangePattern | None = None  # to be shown again once the garment is there that is being made
+        self._stuck = ""  # why the worn shape needs another mesh, where none can be put on
         self._worn: tuple[str, float | None, tuple[str, ...], float | None] = ("", None, (), None)
         self._simulated = 0.0
         self._cost = 0.0  # [s] of wall time that the last move took
@@ -122,6 +135,9 @@ class Worker:
                 pause = 0.0
             self._obey(pause)
             pause = self._work()
+            if self._drape is not None and self._remaking.under_way:
+                self._remake(self._drape)
+                pause = REMAKING_SECONDS if pause is None else min(pause, REMAKING_SECONDS)
 
     # Commands -----------------------------------------------------------------------------------------------------
 
@@ -212,61 +228,123 @@ class Worker:
             if self._drape is None or self._history is None:
                 what = "has no sewing pattern" if self._drape is not None else "is not dressed"
                 raise EditError(f"the garment {what}", "edit", "Edit a garment that was made of one, once it is worn")
-            self._show(command, wanted(self._history, command), self._drape)
+            newest = None if command.hold else self._waiting.newest
+            self._show(command, wanted(self._history if newest is None else newest.history, command), self._drape)
         except EditError as error:
-            self._tell(EditRefused(command.ticket, error.place, error.message, error.remedy))
+            self._refuse(command, error)
         except Exception as error:
             logger.exception("an edit failed")
-            self._tell(EditRefused(command.ticket, "edit", f"the edit failed: {error!r}", "Edit something else"))
+            self._refuse(command, EditError(f"the edit failed: {error!r}", "edit", "Edit something else"))
+
+    def _refuse(self, command: ChangePattern, error: EditError) -> None:
+        """Answer that it can't be made, after those that wait."""
+        if command.hold:
+            self._tell(refusal(command, error))
+        else:
+            self._waiting.add(command, refusal(command, error))
+            self._tell_refused()
 
     def _show(self, command: ChangePattern, asked: Wanted, drape: Drape) -> None:
-        """Wear the pattern that is asked for. Raises EditError when that can't be worn, and it is as before."""
+        """Wear the pattern that is asked for, at once or as soon as it is made. Raises EditError when the garment can't
+        be made so, and it is as before."""
         why = drape.reshape(asked.specification)
+        if command.hold:
+            self._show_held(command, asked, why)
+            return
+        self._held_last, self._stuck = None, ""
+        if why:
+            self._begin_remaking(asked.specification, drape)
+            self._waiting.add(command, asked)
+            return
+        self._remaking.give_up()
+        self._waiting.add(command, asked)
+        self._keep("value")
+
+    def _show_held(self, command: ChangePattern, asked: Wanted, why: str) -> None:
+        """Tell what the garment takes on, or why it does not."""
         if self._source is not None:
             self._source.settle_anew()
-        self._held = command.hold
-        if command.hold:
-            notes = (*asked.notes, f"{LATER}: {why}") if why else asked.notes
-            self._tell(Designed(design_of(asked.specification, asked.history, held=True, notes=notes)))
-            return
-        if why:
-            self._dress_in(asked.specification)
-        self._history = asked.history
-        self._tell(Designed(design_of(asked.specification, asked.history, notes=asked.notes)))
-        self._tell(asked.made(command, "topology" if why else "value"))  # whoever is answered has seen the pattern
+        self._held = True
+        self._held_last = command if self._remaking.under_way else None
+        notes = (*asked.notes, f"{LATER}: {why}") if why else asked.notes
+        self._tell(Designed(design_of(asked.specification, asked.history, held=True, notes=notes)))
 
-    def _dress_in(self, specification: Mapping[str, Any]) -> None:
-        """Wear this pattern in another mesh. Raises EditError, and nothing has changed, when it can't be put on."""
-        recut = None if self._drape is None else self._drape.recut(specification)
-        if recut is not None:
-            self._tell(self._publisher.dress(recut, self._move))
-            self._drape = recut
-            return
+    def _keep(self, change: Literal["value", "topology"]) -> None:
+        """The pattern of the newest change is worn: answer all that wait, each once it was told; show what is held."""
+        if self._source is not None:
+            self._source.settle_anew()
+        self._held = False
+        for command, outcome in self._waiting.take_all():
+            if isinstance(outcome, EditRefused):
+                self._tell(outcome)
+                continue
+            self._history = outcome.history
+            self._tell(Designed(design_of(outcome.specification, outcome.history, notes=outcome.notes)))
+            self._tell(outcome.made(command, change))  # whoever is answered has seen the pattern
+        held, self._held_last = self._held_last, None
+        if held is not None:
+            self._change(held)
+
+    def _tell_refused(self) -> None:
+        for refused in self._waiting.take_refused():
+            self._tell(refused)
+
+    # Another garment for the pattern ------------------------------------------------------------------------------
+
+    def _begin_remaking(self, specification: Mapping[str, Any], drape: Drape) -> None:
+        """Have a garment of this pattern made while this one is worn, in place of one that is being made."""
         order = replace(self._order.drape, fabric=self._fabric, specification=specification)
+        self._remaking.begin(drape, order)
+
+    def _remake(self, drape: Drape) -> None:
+        """Go on making the garment that is to be worn next, and wear it once it is there."""
         try:
-            self._put_on(self._build(order, self._progress))
-        except ProblemError as error:
-            fault = in_parameters(error.problem)
-            self._tell(PhaseChanged("ready", "Dressed as before the edit", None, *self._worn))
-            raise EditError(f"so it can't be worn: {fault.message}", fault.place, fault.remedy) from error
+            remade = self._remaking.go_on(drape)
+            if remade is not None:
+                self._wear(remade)
+        except EditError as error:
+            self._not_remade(error, drape)
+        except Exception as error:
+            logger.exception("a garment could not be made")
+            fault = EditError(f"the garment could not be made: {error!r}", "edit", "Edit something else")
+            self._not_remade(fault, drape)
+
+    def _wear(self, remade: Remade) -> None:
+        if remade.anew:
+            self._put_on(remade.drape)
+        else:
+            self._tell(self._publisher.dress(remade.drape, self._move))
+            self._drape = remade.drape
+        self._keep("topology")
+
+    def _not_remade(self, error: EditError, drape: Drape) -> None:
+        """Refuse the newest change, and go on with those before it; the old garment is worn on."""
+        self._remaking.give_up()
+        if not self._waiting.refuse_newest(error):
+            self._stuck = why = drape.outgrown
+            what = f"{why or 'The shape needs another mesh'}, and made anew, {error.message}."
+            self._trouble("simulation_failed", "$", what, error.remedy)
+        newest = self._waiting.newest
+        if newest is not None:
+            self._begin_remaking(newest.specification, drape)
+        else:
+            self._held_last = None
+        self._tell_refused()
 
     def _outgrow(self, drape: Drape) -> None:
-        """Dress anew where a shape turned out, on the way to it, to need another mesh; let go of one only held."""
-        why, drape.outgrown = drape.outgrown, ""
+        """Make another mesh where a shape turned out, on the way to it, to need one; let go of one only held."""
         assert self._history is not None
         if self._held:
+            notes = (f"{LATER}: {drape.outgrown}",)
             drape.reshape(self._history.specification)
-            notes = (f"{LATER}: {why}",)
             self._tell(Designed(design_of(self._history.specification, self._history, held=True, notes=notes)))
-            return
-        try:
-            self._dress_in(self._history.specification)
-        except EditError as error:
-            self._trouble("simulation_failed", "$", f"{why}, and dressed anew, {error.message}.", error.remedy)
+        elif not self._remaking.under_way and drape.outgrown != self._stuck:
+            self._begin_remaking(self._history.specification, drape)
 
     # Dressing -----------------------------------------------------------------------------------------------------
 
     def _dress(self) -> None:
+        self._remaking.give_up()
         self._dressed_in = self._fabric
         self._drape = self._source = None
         edited = None if self._history is None else self._history.specification
@@ -283,13 +361,17 @@ class Worker:
         else:
             if self._history is not None:
                 self._tell(Designed(design_of(self._history.specification, self._history)))
+            newest = self._waiting.newest
+            if newest is not None and self._drape is not None:
+                self._begin_remaking(newest.specification, self._drape)
 
     def _put_on(self, drape: Drape) -> None:
         """Go on with a newly dressed garment. Raises ProtocolError when it can't be told."""
         announcement = self._publisher.dress(drape)
         self._drape, self._pose = drape, drape.pose
-        if self._history is None and drape.specification is not None:
-            self._history = History(drape.specification)
+        if drape.specification is not None:
+            self._history = self._history or History(drape.specification)
+            self._beside.warm()
         self._follower = Follower(drape.outfit.body)
         self._posture = Posture(drape.outfit.body)
         self._simulated, self._failures, self._cost, self._move = 0.0, 0, 0.0, None
@@ -316,6 +398,9 @@ class Worker:
 
     def _fail(self, message: str, remedy: str) -> None:
         self._drape = self._source = None
+        self._remaking.give_up()
+        self._waiting.refuse_all(EditError(f"the garment is not worn any more: {message}", "edit", remedy))
+        self._tell_refused()
         self._trouble("simulation_failed", "$", message, remedy)
         self._tell(PhaseChanged("failed", f"{message} {remedy}"))
 
@@ -393,25 +478,7 @@ class Worker:
             return
         facts, move, solver_ms = self._solved
         self._solved, self._last_report = None, now
-        near = facts.pairs > 0 and math.isfinite(facts.min_gap)
-        report = ReportMessage(
-            seq=self._publisher.last_seq,
-            t_sim=move.t,
-            iterations=facts.iterations,
-            residual=facts.residual,
-            min_gap=facts.min_gap if near else None,
-            gap_offset=facts.gap_offset if near else None,
-            max_stretch=facts.max_stretch,
-            body_lag=facts.body_lag,
-            pairs=facts.pairs,
-            retries=facts.retries,
-            times_ms=dict(facts.times_ms),
-            solver_ms=solver_ms,
-            frames_per_second=self._meter.frames_per_second(now),
-            real_time_factor=self._meter.real_time_factor,
-            advice=facts.advice,
-            asleep=facts.asleep,
-        )
+        report = report_of(facts, move, solver_ms, self._publisher.last_seq, self._meter, now)
         self._tell(Reported(report))
 
     def _trouble(self, code: str, place: str, message: str, remedy: str) -> None:

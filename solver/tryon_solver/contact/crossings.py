@@ -77,17 +77,25 @@ class CrossingSearch:
         self._count = wp.zeros(1, dtype=wp.int32, device=device)
         self._pairs = wp.zeros(4096, dtype=wp.vec2i, device=device)
         self._bvh: wp.Bvh | None = None
+        self._found_at = np.zeros((0, 3), np.float32)  # the positions that were asked last
+        self._found = np.zeros((0, 2), np.int32)  # and what was found there
 
     def find(self, x: np.ndarray) -> np.ndarray:
-        """(K, 2) indices of edge and triangle, sorted, for positions x (A, 3) float32 m."""
-        a, b, c = (x.astype(np.float32)[self.faces[:, k]] for k in range(3))
+        """(K, 2) indices of edge and triangle, sorted, for positions x (A, 3) m, as float32.
+
+        For those that were asked last nothing is searched.
+        """
+        x = x.astype(np.float32)
+        if np.array_equal(x, self._found_at):
+            return self._found
+        a, b, c = (x[self.faces[:, k]] for k in range(3))
         self._lower.assign(np.minimum(np.minimum(a, b), c))  # many times faster than a reduction over three
         self._upper.assign(np.maximum(np.maximum(a, b), c))
         if self._bvh is None:
             self._bvh = wp.Bvh(self._lower, self._upper)
         else:
             self._bvh.refit()
-        positions: wp.array = wp.array(x.astype(np.float32), dtype=wp.vec3, device=self.device)
+        positions: wp.array = wp.array(x, dtype=wp.vec3, device=self.device)
         while True:
             self._count.zero_()
             wp.launch(
@@ -102,4 +110,5 @@ class CrossingSearch:
                 break
             self._pairs = wp.zeros(2 * found, dtype=wp.vec2i, device=self.device)
         pairs = self._pairs.numpy()[:found]
-        return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+        self._found_at, self._found = x, pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+        return self._found

@@ -14,7 +14,7 @@ import numpy as np
 from tryon_solver.contact.crossings import CrossingSearch
 from tryon_solver.contact.rays import first_and_last_hit
 from tryon_solver.geometry.proximity import Surface
-from tryon_solver.geometry.surface_repair import turned_alike
+from tryon_solver.geometry.surface_repair import connected_faces, neighbours
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -89,7 +89,7 @@ class Dent:
         cloth, _ = self.crossing_faces(x)
         if len(cloth):
             return cloth, "pass through the body too deeply for it to give way"
-        _, part, _ = turned_alike(self.faces)
+        part = connected_faces(len(self.faces), neighbours(self.faces)[:, :2])
         _, first = np.unique(part, return_index=True)
         inside = Surface(x[self.n :], self.body_faces - self.n).contains(x[self.faces[first, 0]])
         return np.flatnonzero(np.isin(part, part[first[inside]])), "lie inside the body altogether"

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -87,16 +88,21 @@ class _Tangle:
         self.edges = sim.scene.garment.edges()
         group = sim.group.numpy()
         self.itself = CrossingSearch(self.edges, self.faces, group, sim.device) if "cloth" in sim.plan.touches else None
-        self.opposite = _opposite_corners(self.faces, self.edges)
         a, b = self.edges.T
         self.length = np.linalg.norm(self.x[a] - self.x[b], axis=1)
         self.valence = np.bincount(self.edges.ravel(), minlength=self.n).astype(np.float64)
         both = np.concatenate([a, b, np.arange(self.n)]), np.concatenate([b, a, np.arange(self.n)])
         links = sp.coo_matrix((np.ones(len(both[0])), both), shape=(self.n, self.n)).tocsr()
         self.mean_of_neighbours = sp.diags(1.0 / (self.valence + 1.0)) @ links
+        self.listed = False  # are the candidates those around x?
         self.dent: Dent | None = None
         if sim.scene.body is not None and "body" in sim.plan.touches:
             self.dent = Dent(self.x, self.n, self.faces, self.edges, sim.scene.body.faces + self.n, group, sim)
+
+    @cached_property
+    def opposite(self) -> np.ndarray:
+        """(E, 2) as of `_opposite_corners`: what crosses nothing has no need of it."""
+        return _opposite_corners(self.faces, self.edges)
 
     def free(self, tell: Callable[[float], None]) -> Freed:
         crossed_itself, crossed_body = self.crossing_counts()
@@ -106,6 +112,7 @@ class _Tangle:
         too_close, rounds, stalled, best = None, 0, 0, np.inf
         while rounds < ROUNDS and stalled < PATIENCE:
             while rounds < ROUNDS and any(counts := self.crossing_counts()):
+                self.listed = False
                 left = min(left, sum(counts))
                 tell(max(rounds / ROUNDS, 1.0 - left / most))
                 if self.itself is not None:
@@ -200,10 +207,7 @@ class _Tangle:
     def push(self) -> int:
         """Push apart what is too close; returns how many stencils were before."""
         sim = self.sim
-        sim.state.x.assign(self.x.astype(np.float32))
-        sim.work.direction.zero_()
-        sim.searches = 0
-        search_around(sim, sim.state.x, sim.work.direction)
+        self.list_candidates()
         first = 0
         for k in range(PUSHES):
             close = push_apart(
@@ -213,7 +217,16 @@ class _Tangle:
             if close == 0:
                 break
         self.x = sim.state.x.numpy().astype(np.float64)
+        self.listed = first == 0
         return first
+
+    def list_candidates(self) -> None:
+        """Let the simulation be at x, with the candidates around it."""
+        sim = self.sim
+        sim.state.x.assign(self.x.astype(np.float32))
+        sim.work.direction.zero_()
+        sim.searches = 0
+        search_around(sim, sim.state.x, sim.work.direction)
 
     def refuse_what_is_left(self) -> None:
         """Raises TangledError unless the state is free; leaves it in the simulation if it is."""
@@ -226,10 +239,8 @@ class _Tangle:
             faces, why = self.dent.stuck(self.x)
             if len(faces):
                 raise TangledError(f"{len(faces)} triangles {why}", faces)
-        sim.state.x.assign(self.x.astype(np.float32))
-        sim.searches = 0
-        sim.work.direction.zero_()
-        search_around(sim, sim.state.x, sim.work.direction)
+        if not self.listed:
+            self.list_candidates()
         if violations(sim.candidates, self.n, sim.contact.sizes, sim.state.x, sim.work.hits):
             close = self.still_close()
             raise TangledError(f"{len(close)} triangles stay closer to others than the fabric is thick", close)

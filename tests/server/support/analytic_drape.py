@@ -12,7 +12,9 @@ from __future__ import annotations
 
 import os
 import time
+from copy import deepcopy
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -24,6 +26,7 @@ from tryon_solver.body.pose import Pose, skin
 
 SIDE = 12
 NARROWEST, RECUT, TIGHTEST, LATE_WIDTH = 0.4, 0.33, 0.3, 0.7  # m, of the first square
+PARTS = 4  # in which another mesh is put on
 FITTING_SIZE = 0.93  # what a size that is looked for comes to
 
 
@@ -125,12 +128,23 @@ class WavingSheet:
         self.shapes.append(width_of(specification))
         return ""
 
-    def recut(self, specification) -> WavingSheet | None:
-        if width_of(specification) < RECUT:
-            return None
+    def cutting(self, specification):
+        return partial(deepcopy, specification)
+
+    def recut(self, cut):
+        if width_of(cut) < RECUT:
+            return
+        for _ in range(PARTS - 1):
+            yield None
         sheet = WavingSheet(self.behaviour)
-        sheet.specification, sheet.t, sheet.current, sheet.origin = specification, self.t, self.current, self.origin
-        return sheet
+        sheet.specification, sheet.t, sheet.current, sheet.origin = cut, self.t, self.current, self.origin
+        yield sheet
+
+    def packed(self) -> WavingSheet:
+        return self
+
+    def unpacked(self) -> WavingSheet:
+        return self
 
     def leap(self, by: np.ndarray) -> None:
         self.origin = self.origin + by

@@ -8,6 +8,7 @@ import analytic_drape
 import pytest
 
 from tryon_protocol import FrameDecoder, Topology, decode_server
+from tryon_server.runtime.beside import Made, NotMade, carried_out
 from tryon_server.runtime.order import DrapeOrder, WorkOrder
 from tryon_server.runtime.worker import Worker
 from tryon_server.sessions.commands import AllowFrame
@@ -16,6 +17,31 @@ from tryon_server.sessions.events import FrameReady, TopologyReady
 
 class LetGoError(Exception):
     """The script is over."""
+
+
+class InThisProcess:
+    """`Beside` by a fake clock: each task takes so many seconds of it, and is done when it is over."""
+
+    def __init__(self, clock, seconds: float) -> None:
+        self.clock, self.seconds = clock, seconds
+        self.task, self.done_at = None, 0.0
+        self.begun = 0
+
+    def warm(self) -> None:
+        pass
+
+    def begin(self, task) -> None:
+        self.task, self.done_at = task, self.clock() + self.seconds
+        self.begun += 1
+
+    def outcome(self) -> Made | NotMade | None:
+        if self.task is None or self.clock() < self.done_at:
+            return None
+        task, self.task = self.task, None
+        return carried_out(task)
+
+    def give_up(self) -> None:
+        self.task = None
 
 
 class ScriptedConnection:
@@ -27,6 +53,7 @@ class ScriptedConnection:
         self.until = until
         self.events: list = []
         self.times: list[float] = []
+        self.beside: InThisProcess | None = None
 
     def poll(self, wait: float | None) -> bool:
         self.now += 0.0005  # looking takes time, too
@@ -49,14 +76,25 @@ class ScriptedConnection:
 
 
 def work(
-    script, until: float, fabric: str = "cotton", motion: str | None = "sway", build=analytic_drape.build
+    script,
+    until: float,
+    fabric: str = "cotton",
+    motion: str | None = "sway",
+    build=analytic_drape.build,
+    seconds_beside: float = 0.0,
 ) -> ScriptedConnection:
     connection = ScriptedConnection(script, until)
     order = WorkOrder(DrapeOrder(Path("pattern.json"), fabric, "draft", "cpu"), motion, 50.0, 1.0)
-    worker = Worker(connection, order, build, analytic_drape.load_motion, lambda: connection.now)
+    worker = Worker(connection, order, build, analytic_drape.load_motion, *clock_of(connection, seconds_beside))
     with pytest.raises(LetGoError):
         worker.run()
     return connection
+
+
+def clock_of(connection: ScriptedConnection, seconds_beside: float = 0.0):
+    """The last arguments of a worker by the connection's clock."""
+    connection.beside = InThisProcess(lambda: connection.now, seconds_beside)
+    return connection.beside.clock, connection.beside
 
 
 def allow(total: int, **forms: bool) -> AllowFrame:

@@ -11,7 +11,16 @@ from worn_garment import demo_motion
 from tryon_solver import PRESETS, dress
 from tryon_solver.body.model import default_body
 from tryon_solver.body.motion import blend_in
-from tryon_solver.dressing.carry_over import MOST_STRETCH, CarryError, barycentric, carry_over, drawn_back, source
+from tryon_solver.dressing.carry_over import (
+    MOST_STRETCH,
+    CarryError,
+    barycentric,
+    carry_over,
+    drawn_back,
+    prepare,
+    put_on,
+    source,
+)
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.panel_mesh import mesh_pattern
 from tryon_solver.geometry.pattern import parse_pattern
@@ -20,6 +29,7 @@ from tryon_solver.geometry.weld import weld
 from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.redesign.apply import apply
 from tryon_solver.redesign.plain import parse_edit
+from tryon_solver.simulation import Simulation
 
 FPS, EDGE = 30, 0.06
 AT = 15  # frames of the walk before the edit
@@ -82,6 +92,31 @@ def test_another_cut_goes_on_where_the_garment_was(walking, name):
         assert fastest < walking.body_speed(AT + k) + FASTEST, k
     np.testing.assert_array_equal(walking.sim.cloth_positions(), before[0])  # the old one is as it was
     assert walking.sim.state.time == before[1]
+
+
+def test_the_old_garment_goes_on_as_if_nothing_were_made_beside_it_and_the_new_one_from_where_it_comes_to():
+    """The cut is made ready, three frames go by, and it is put on: all frames before and after it are clean."""
+    alone, beside = Walking(), Walking()
+    np.testing.assert_array_equal(alone.sim.cloth_positions(), beside.sim.cloth_positions())
+    prepared = prepare(beside.sim, cut(EDITS["cut and sewn"]))
+    asked = beside.sim.cloth_positions()
+    for k in range(1, 4):
+        for walk in (alone, beside):
+            walk.sim.advance(walk.pose(AT + k), walk.sim.state.time + 1 / FPS)
+        for of in (Simulation.cloth_positions, Simulation.body_positions, lambda sim: sim.state.v.numpy()):
+            np.testing.assert_array_equal(of(beside.sim), of(alone.sim))
+    assert np.abs(beside.sim.cloth_positions() - asked).max() > 0.01
+    sim = put_on(prepared, beside.sim, beside.mesh).simulation
+    at_once = carry_over(beside.sim, beside.mesh, prepared.mesh).simulation
+    for of in (Simulation.cloth_positions, Simulation.body_positions, lambda sim: sim.state.v.numpy()):
+        np.testing.assert_array_equal(of(sim), of(at_once))
+    judge = FrameJudge(sim.scene.garment.faces, beside.body.faces, sim.cloth_positions(), sim.body_positions())
+    assert judge.judge(sim.cloth_positions(), sim.body_positions()).clean
+    for k in range(1, 6):
+        sim.advance(beside.pose(AT + 3 + k), k / FPS)
+        at_once.advance(beside.pose(AT + 3 + k), k / FPS)
+        assert judge.judge(sim.cloth_positions(), sim.body_positions()).clean, k
+    np.testing.assert_array_equal(sim.cloth_positions(), at_once.cloth_positions())
 
 
 def test_the_same_cut_is_where_it_was(walking):

@@ -1,0 +1,180 @@
+"""Work beside a simulation, in a process of its own: Python beside Python in one process would hold up every frame."""
+
+from __future__ import annotations
+
+import logging
+import os
+import pickle
+import queue
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
+from typing import Any, Protocol
+
+from tryon_server.problems import Problem, ProblemError
+
+logger = logging.getLogger(__name__)
+
+Task = Callable[[], Any]
+"""What is to be done. It and what it returns travel as pickles; it may raise ProblemError."""
+
+
+@dataclass(frozen=True)
+class Made:
+    """A task is done: what it returned."""
+
+    value: Any
+
+
+@dataclass(frozen=True)
+class NotMade:
+    """A task could not be done: why, and what to do about it."""
+
+    problem: Problem
+
+
+class Beside(Protocol):
+    """Does one task at a time while a simulation goes on."""
+
+    def warm(self) -> None:
+        """Be ready for a task soon; returns at once."""
+
+    def begin(self, task: Task) -> None:
+        """Do this; returns at once. What was being done is given up."""
+
+    def outcome(self) -> Made | NotMade | None:
+        """How the task ended, once it has, and then no more; returns at once."""
+
+    def give_up(self) -> None:
+        """Nobody waits for the task any more."""
+
+
+class ProcessBeside:
+    """`Beside` in another process, which ends with this one, however that ends.
+
+    It is started by `warm`, and again after it was killed in the middle of what was given up.
+    """
+
+    def __init__(self) -> None:
+        self._process: subprocess.Popen[bytes] | None = None
+        self._connection: Connection | None = None
+        self._sender: threading.Thread | None = None
+        self._busy = False
+        self._fault = ""
+
+    def warm(self) -> None:
+        """Start the process, unless it runs; returns at once."""
+        if self._process is not None:
+            return
+        here, there = Pipe()
+        command = f"from tryon_server.runtime.beside import serve; serve({there.fileno()})"
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+        try:
+            self._process = subprocess.Popen(
+                [sys.executable, "-c", command], pass_fds=[there.fileno()], stdin=subprocess.DEVNULL, env=environment
+            )
+        except OSError as error:
+            self._fault = f"no process could be started: {error}"
+            here.close()
+        else:
+            self._connection = here
+        finally:
+            there.close()  # so that the end of either process is the end of the pipe
+
+    def begin(self, task: Task) -> None:
+        """Have the process do this; returns at once."""
+        self.give_up()
+        self.warm()
+        self._busy = True
+        if self._connection is not None:
+            # A pipe takes less at once than a task may be long, and a process that starts reads nothing yet.
+            arguments = self._connection, pickle.dumps(task)
+            self._sender = threading.Thread(target=_send, args=arguments, name="task", daemon=True)
+            self._sender.start()
+
+    def outcome(self) -> Made | NotMade | None:
+        """How the task ended, once it has, and then no more; returns at once."""
+        if not self._busy:
+            return None
+        if self._connection is None:
+            return self._ended(self._fault)
+        try:
+            if not self._connection.poll():
+                return None
+            outcome: Made | NotMade = self._connection.recv()
+        except (EOFError, OSError):
+            return self._ended("the process that was to do it has ended")
+        self._busy = False
+        return outcome
+
+    def give_up(self) -> None:
+        """Nobody waits for the task any more."""
+        if self._busy:
+            self.close()
+
+    def close(self) -> None:
+        """End the process."""
+        process, self._process = self._process, None
+        connection, self._connection = self._connection, None
+        self._busy, self._fault = False, ""
+        if process is not None:
+            process.kill()
+            process.wait()
+        if self._sender is not None:
+            self._sender.join()  # nobody reads any more what it may still have been sending
+        if connection is not None:
+            connection.close()
+
+    def _ended(self, why: str) -> NotMade:
+        self.close()
+        return not_made(why, "Try it again; if it happens again, choose a coarser preset or a simpler pattern")
+
+
+def not_made(why: str, remedy: str) -> NotMade:
+    """That a task failed in a way that was not foreseen."""
+    return NotMade(Problem(code="beside.failed", place="edit", message=why, remedy=remedy))
+
+
+def _send(connection: Connection, task: bytes) -> None:
+    try:
+        connection.send_bytes(task)
+    except (OSError, ValueError) as error:  # the process has ended, or was given up; who reads the outcome tells
+        logger.debug("a task was not taken: %r", error)
+
+
+def serve(descriptor: int) -> None:
+    """Body of the process: do what comes through the pipe of this number until its other end closes."""
+    for number in (signal.SIGINT, signal.SIGTERM):  # told to all processes of the server, which ends them itself
+        signal.signal(number, signal.SIG_IGN)
+    connection = Connection(descriptor)
+    tasks: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    threading.Thread(target=_receive, args=(connection, tasks), name="tasks", daemon=True).start()
+    import_module("tryon_server.runtime.cutting")  # what most tasks need takes a second to load
+    while True:
+        connection.send(carried_out(pickle.loads(tasks.get())))
+
+
+def _receive(connection: Connection, tasks: queue.SimpleQueue[bytes]) -> None:
+    """Take tasks; end the process with the other one, also in the middle of a task."""
+    while True:
+        try:
+            tasks.put(connection.recv_bytes())
+        except (EOFError, OSError):
+            os._exit(0)
+
+
+def carried_out(task: Task) -> Made | NotMade:
+    """How the task ends, here and now."""
+    try:
+        return Made(task())
+    except ProblemError as error:
+        return NotMade(error.problem)
+    except Exception as error:
+        logger.exception("a task failed")
+        return not_made(f"it failed: {error!r}", "Do something else")

@@ -1,0 +1,33 @@
+"""What the solver did for a frame, as clients are told it."""
+
+from __future__ import annotations
+
+import math
+
+from tryon_protocol import ReportMessage
+from tryon_server.runtime.drape import StepFacts
+from tryon_server.runtime.meter import Meter
+from tryon_server.runtime.sources import Move
+
+
+def report_of(facts: StepFacts, move: Move, solver_ms: float, seq: int, meter: Meter, now: float) -> ReportMessage:
+    """The message for frame `seq`: of a move's facts, which took `solver_ms` ms, at `now` s on the meter's clock."""
+    near = facts.pairs > 0 and math.isfinite(facts.min_gap)
+    return ReportMessage(
+        seq=seq,
+        t_sim=move.t,
+        iterations=facts.iterations,
+        residual=facts.residual,
+        min_gap=facts.min_gap if near else None,
+        gap_offset=facts.gap_offset if near else None,
+        max_stretch=facts.max_stretch,
+        body_lag=facts.body_lag,
+        pairs=facts.pairs,
+        retries=facts.retries,
+        times_ms=dict(facts.times_ms),
+        solver_ms=solver_ms,
+        frames_per_second=meter.frames_per_second(now),
+        real_time_factor=meter.real_time_factor,
+        advice=facts.advice,
+        asleep=facts.asleep,
+    )

@@ -1,0 +1,70 @@
+"""Changes of the pattern that are not answered yet, since the garment that they make is still being made."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from tryon_server.runtime.redesign import Wanted
+from tryon_server.sessions.commands import ChangePattern
+from tryon_server.sessions.events import EditRefused
+from tryon_solver.redesign.edit_error import EditError
+
+
+@dataclass
+class _Change:
+    """A command, and what it makes of the pattern, or why it is refused."""
+
+    command: ChangePattern
+    outcome: Wanted | EditRefused
+
+
+@dataclass
+class WaitingChanges:
+    """In the order of the commands, in which they are answered. Each is one of the pattern that those before it make;
+    one that is refused makes nothing of it."""
+
+    _changes: list[_Change] = field(default_factory=list)
+
+    def __bool__(self) -> bool:
+        return bool(self._changes)
+
+    @property
+    def newest(self) -> Wanted | None:
+        """What the last one that is not refused makes of the pattern; None without such."""
+        wanted = [change.outcome for change in self._changes if isinstance(change.outcome, Wanted)]
+        return wanted[-1] if wanted else None
+
+    def add(self, command: ChangePattern, outcome: Wanted | EditRefused) -> None:
+        """Answer this one after those that wait."""
+        self._changes.append(_Change(command, outcome))
+
+    def refuse_newest(self, error: EditError) -> bool:
+        """What the newest makes of the pattern can't be worn; whether there was one."""
+        for change in reversed(self._changes):
+            if isinstance(change.outcome, Wanted):
+                change.outcome = refusal(change.command, error)
+                return True
+        return False
+
+    def refuse_all(self, error: EditError) -> None:
+        """None of them can be worn."""
+        while self.refuse_newest(error):
+            pass
+
+    def take_refused(self) -> list[EditRefused]:
+        """The refusals that wait for nothing before them, to be told now."""
+        refused = []
+        while self._changes and isinstance(outcome := self._changes[0].outcome, EditRefused):
+            refused.append(outcome)
+            del self._changes[0]
+        return refused
+
+    def take_all(self) -> list[tuple[ChangePattern, Wanted | EditRefused]]:
+        """All of them: the newest is worn."""
+        changes, self._changes = self._changes, []
+        return [(change.command, change.outcome) for change in changes]
+
+
+def refusal(command: ChangePattern, error: EditError) -> EditRefused:
+    """The event that says why a change can't be made."""
+    return EditRefused(command.ticket, error.place, error.message, error.remedy)

@@ -1,0 +1,240 @@
+"""While the garment of an edit is made, the old one streams; what comes in the meantime is answered, in its order."""
+
+import analytic_drape
+import numpy as np
+import pytest
+from analytic_drape import LATE_WIDTH, width_of
+from scripted_worker import allow, frames, work
+
+from tryon_server.problems import problem_error
+from tryon_server.sessions.commands import ChangePattern, Run, WearFabric
+from tryon_server.sessions.events import (
+    Designed,
+    EditMade,
+    EditRefused,
+    FrameReady,
+    PhaseChanged,
+    TopologyReady,
+    Troubled,
+)
+
+SECONDS = 0.5  # that each task takes beside the simulation
+ASKED = 0.5  # s, when the first edit comes
+INTERVAL = 0.02  # s, between frames
+
+
+def scale(factor: float) -> dict:
+    return {"kind": "scale_piece", "panel": "front", "factors": [factor, 1.0]}
+
+
+def edit(ticket: int, factor: float) -> ChangePattern:
+    """The first square's width, 0.5 m at the start, times this. 0.7 needs another mesh, 0.62 to be dressed anew."""
+    return ChangePattern("edit", ticket, scale(factor))
+
+
+def changed(*commands, apart=0.1, until=4.0, build=analytic_drape.build, **more):
+    """A running worker that is told these so long [s] apart, from ASKED on; its connection, and what was dressed."""
+    drapes = []
+
+    def remember(order, progress):
+        drapes.append(build(order, progress))
+        return drapes[-1]
+
+    script = [(0.001, Run(True)), (0.001, allow(1000))]
+    script += [(ASKED + apart * k, command) for k, command in enumerate(commands)]
+    return work(script, until, build=remember, seconds_beside=SECONDS, **more), drapes
+
+
+def events(connection, *kinds):
+    return [event for event in connection.events if isinstance(event, kinds)]
+
+
+def answers(connection):
+    """Tickets in the order in which they were answered; those of refusals negative."""
+    told = events(connection, EditMade, EditRefused)
+    return [event.ticket if isinstance(event, EditMade) else -event.ticket for event in told]
+
+
+def times_of(connection, kind, **having):
+    return [
+        t
+        for t, event in zip(connection.times, connection.events)
+        if isinstance(event, kind) and all(getattr(event, name) == value for name, value in having.items())
+    ]
+
+
+def last_design(connection):
+    design = events(connection, Designed)[-1].design
+    (x0, _), (x1, _) = design.panels[0].vertices[:2]
+    return round(x1 - x0, 6), design.held
+
+
+@pytest.mark.parametrize(("factor", "tasks"), [(0.7, 1), (0.62, 2)])
+def test_the_old_garment_streams_while_the_next_one_is_made(factor, tasks):
+    """Carried over where it is worn, which takes a mesh; or dressed anew, which takes more."""
+    connection, drapes = changed(edit(1, factor))
+    assert connection.beside.begun == tasks
+    (answered,) = times_of(connection, EditMade)
+    assert answered > ASKED + tasks * SECONDS
+    old = np.array(times_of(connection, FrameReady, topology_id=1))
+    meanwhile = old[(old > ASKED) & (old < answered)]
+    assert len(meanwhile) > 0.8 * tasks * SECONDS / INTERVAL
+    assert np.diff([ASKED, *meanwhile, answered]).max() < 2 * INTERVAL
+    assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2]
+    assert min(times_of(connection, FrameReady, topology_id=2)) < answered + 2 * INTERVAL
+    assert [event.phase for event in events(connection, PhaseChanged)][-tasks:] == ["ready"] * tasks
+    assert len(drapes) == tasks
+    assert drapes[0].steps > 1.5 * ASKED / INTERVAL
+
+
+def test_frames_go_on_from_where_they_were():
+    shown = frames(changed(edit(1, 0.7))[0])
+    times = [frame.t_sim for frame in shown[1:]]
+    assert times == sorted(times)
+    assert np.diff(times).max() < 3 * INTERVAL
+
+
+def test_a_newer_edit_takes_the_place_of_one_that_is_being_made():
+    """It is one of the pattern that the first one makes; both are answered, in their order, when it is worn."""
+    connection, drapes = changed(edit(1, 0.7), edit(2, 0.96))
+    assert answers(connection) == [1, 2]
+    assert [(made.id, made.last, made.change) for made in events(connection, EditMade)] == [
+        (1, 1, "topology"),
+        (2, 2, "topology"),
+    ]
+    assert [width_of(made.specification) for made in events(connection, EditMade)] == [0.35, 0.336]
+    assert last_design(connection) == (0.336, False)
+    assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2], "the first was never worn"
+    assert connection.beside.begun == 2
+    assert len(drapes) == 1
+    assert min(times_of(connection, EditMade)) > ASKED + 0.1 + SECONDS
+
+
+def test_of_many_edits_none_piles_up():
+    connection, _ = changed(edit(1, 0.7), *(edit(k, 0.999) for k in range(2, 12)), apart=0.04)
+    assert answers(connection) == list(range(1, 12))
+    assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2]
+    assert len(set(times_of(connection, EditMade))) == 1
+
+
+def test_what_can_not_be_worn_is_refused_and_what_came_before_is_made():
+    connection, drapes = changed(edit(1, 0.7), edit(2, 0.7), edit(3, 0.98))
+    assert answers(connection) == [1, -2, -3], "the third is one of a pattern that can't be worn"
+    for refused in events(connection, EditRefused):
+        assert "too tight" in refused.message
+        assert refused.remedy
+    assert last_design(connection) == (0.35, False)
+    assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2]
+    assert len(drapes) == 1
+    assert events(connection, PhaseChanged)[-1].phase == "ready"
+
+
+def test_a_refusal_waits_for_the_answers_before_it():
+    connection, _ = changed(edit(1, 0.7), ChangePattern("edit", 2, {"kind": "knit"}), edit(3, 0.98))
+    assert answers(connection) == [1, -2, 3]
+    assert last_design(connection) == (0.343, False)
+
+
+def test_an_edit_that_is_being_made_is_taken_back():
+    connection, (drape,) = changed(edit(1, 0.7), ChangePattern("undo", 2))
+    assert answers(connection) == [1, 2]
+    assert [(made.id, made.last, made.change) for made in events(connection, EditMade)] == [
+        (1, 1, "value"),
+        (1, 0, "value"),
+    ]
+    assert max(times_of(connection, EditMade)) < ASKED + 0.1 + 2 * INTERVAL, "it is worn all the while"
+    assert drape.shapes == [0.5]
+    assert len(events(connection, TopologyReady)) == 1
+
+
+def test_an_edit_is_made_again_while_taking_it_back_is_made():
+    steps = [ChangePattern(step, ticket) for step, ticket in (("undo", 2), ("redo", 3))]
+    connection, _ = changed(edit(1, 0.62), *steps, apart=1.6, until=6.0)
+    assert answers(connection) == [1, 2, 3]
+    assert [made.last for made in events(connection, EditMade)] == [1, 0, 1]
+    assert last_design(connection) == (0.31, False)
+
+
+def test_what_is_held_in_the_meantime_is_shown_on_both_garments():
+    held = ChangePattern("edit", 0, scale(1.2), hold=True)
+    connection, (drape,) = changed(edit(1, 0.7), held)
+    assert drape.shapes == [0.6]
+    designs = [event.design for event in events(connection, Designed)]
+    widths = [(round(d.panels[0].vertices[1][0] - d.panels[0].vertices[0][0], 6), d.held) for d in designs]
+    assert widths == [(0.5, False), (0.6, True), (0.35, False), (0.42, True)]
+    assert events(connection, EditRefused) == []
+
+
+def test_what_was_held_is_held_on_when_the_edit_is_refused():
+    held = ChangePattern("edit", 0, scale(1.2), hold=True)
+    connection, (drape,) = changed(held, edit(1, 0.5))
+    assert answers(connection) == [-1]
+    assert drape.shapes == [0.6]
+    assert last_design(connection) == (0.6, True)
+
+
+def test_another_fabric_is_put_on_first_and_the_edit_after_it():
+    connection, drapes = changed(edit(1, 0.7), WearFabric("denim"))
+    assert answers(connection) == [1]
+    assert [width_of(drape.specification) for drape in drapes] == [0.5, 0.5]
+    assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2, 3]
+    assert last_design(connection) == (0.35, False)
+
+
+def test_a_held_session_wears_the_edit_too():
+    connection, _ = changed(Run(False), edit(1, 0.7))
+    assert answers(connection) == [1]
+    assert events(connection, FrameReady)[-1].topology_id == 2
+
+
+def test_a_failure_that_was_not_foreseen_is_told_and_the_old_garment_worn_on():
+    def fail(order, progress):
+        if order.specification is not None:
+            raise RuntimeError("the needle broke")
+        return analytic_drape.build(order, progress)
+
+    connection, (drape,) = changed(edit(1, 0.62), edit(2, 1.1), build=fail, apart=2.0)
+    assert answers(connection) == [-1, 2]
+    (refused,) = events(connection, EditRefused)
+    assert "the needle broke" in refused.message
+    assert refused.remedy
+    assert drape.shapes == [0.55]
+    assert drape.steps > 150
+
+
+def test_a_part_that_fails_is_told_and_the_old_garment_worn_on():
+    class Torn(analytic_drape.WavingSheet):
+        def recut(self, _cut):
+            yield None
+            raise MemoryError("no room for it")
+
+    connection, (drape,) = changed(edit(1, 0.7), build=lambda order, _: Torn(order.fabric))
+    assert answers(connection) == [-1]
+    assert "no room for it" in events(connection, EditRefused)[0].message
+    assert drape.steps > 150
+
+
+def test_edits_of_a_garment_that_is_given_up_are_refused():
+    connection, _ = changed(edit(1, 0.7), edit(2, 0.98), fabric="failing")
+    assert answers(connection) == [-1, -2]
+    assert events(connection, PhaseChanged)[-1].phase == "failed"
+
+
+def test_a_shape_that_needs_another_mesh_and_can_not_have_one_is_told_once():
+    class Torn(analytic_drape.WavingSheet):
+        def recut(self, _cut):
+            return iter(())
+
+    def build(order, _progress):
+        if order.specification is not None:
+            raise problem_error("garment.unfit", "it is too wide", "Make it narrower.", place="garment")
+        return Torn(order.fabric)
+
+    connection, (drape,) = changed(edit(1, LATE_WIDTH / 0.5), build=build, until=6.0)
+    assert answers(connection) == [1]
+    (trouble,) = events(connection, Troubled)
+    assert "a row is too long" in trouble.message
+    assert "too wide" in trouble.message
+    assert trouble.remedy
+    assert connection.beside.begun == 2
+    assert drape.steps > 250
