@@ -30,6 +30,7 @@ NEIGHBOURS = 12  # triangles of the old mesh that are looked at for a vertex, by
 SPREAD = 4.0  # times the widest gap of a seam that is drawn shut: so far from it the fabric comes along
 NEGLIGIBLE = 0.1  # mean edges: gaps narrower than this are bridged by the triangles at the seam
 ROOM = 1.2  # offsets of cloth from cloth that lie between edges that were sewn together before
+ROUNDS = 40  # of freeing, over ten times what cuts and darts of worn garments took; the wearer waits for them
 MOST_STRETCH = 1.5  # times the fabric's limit: drawn so far together, cloth is better dressed anew
 
 
@@ -96,7 +97,7 @@ def put_on(prepared: Prepared, worn: Simulation, before: PanelMesh) -> Carried:
     x = drawn_back(simulation.scene.garment, x, ROOM * worn.contact.sizes.xi_self)
     simulation.start_at(x, worn.body_positions().astype(np.float64), worn.body.pose)
     try:
-        freed = untangle(simulation)
+        freed = untangle(simulation, rounds=ROUNDS)
     except TangledError as error:
         raise CarryError(f"where the garment is worn, {error}") from error
     most = float(simulation.stretches().max())

@@ -27,7 +27,7 @@ from tryon_solver.stepping.search import search_around
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
 
-ROUNDS = 400  # of moving and looking again
+ROUNDS = 400  # of moving and looking again, at most
 CONTOUR_STEP = 0.6e-3  # m, of an edge along the intersection line in a round
 CONTOUR_SOFTNESS = 0.3  # a gradient much smaller than this moves its edge by less than the step
 SPREAD_ROUNDS = 4  # of averaging a move with the neighbours'
@@ -67,20 +67,21 @@ class Freed:
         )
 
 
-def untangle(sim: Simulation, tell: Callable[[float], None] = lambda _share: None) -> Freed:
-    """Make the simulation's state free of contact; its clock stands. `tell` is told the share that is done.
+def untangle(sim: Simulation, tell: Callable[[float], None] = lambda _share: None, rounds: int = ROUNDS) -> Freed:
+    """Make the simulation's state free of contact, in so many rounds; its clock stands. `tell` is told the share that
+    is done.
 
     Raises TangledError.
     """
-    tangle = _Tangle(sim)
+    tangle = _Tangle(sim, rounds)
     return tangle.free(tell)
 
 
 class _Tangle:
     """A simulation's cloth and collision surface while they are being freed; x (A, 3) m."""
 
-    def __init__(self, sim: Simulation) -> None:
-        self.sim = sim
+    def __init__(self, sim: Simulation, most_rounds: int) -> None:
+        self.sim, self.most_rounds = sim, most_rounds
         self.n = sim.cloth_count
         self.x = sim.state.x.numpy().astype(np.float64)
         self.x_came = self.x[: self.n].copy()
@@ -110,11 +111,11 @@ class _Tangle:
         if self.dent:
             self.dent.make_room(self.x)
         too_close, rounds, stalled, best = None, 0, 0, np.inf
-        while rounds < ROUNDS and stalled < PATIENCE:
-            while rounds < ROUNDS and any(counts := self.crossing_counts()):
+        while rounds < self.most_rounds and stalled < PATIENCE:
+            while rounds < self.most_rounds and any(counts := self.crossing_counts()):
                 self.listed = False
                 left = min(left, sum(counts))
-                tell(max(rounds / ROUNDS, 1.0 - left / most))
+                tell(max(rounds / self.most_rounds, 1.0 - left / most))
                 if self.itself is not None:
                     self.draw_apart()
                 if self.dent:
