@@ -7,7 +7,10 @@ would not be an edge-manifold (corners and narrow pieces of a coarse mesh), piec
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,7 +19,7 @@ from numpy.typing import NDArray
 from tryon_solver.geometry import outline, seams
 from tryon_solver.geometry.constrained import TriangulationError
 from tryon_solver.geometry.pattern import Panel, Pattern, PatternError, Stitch, StitchSide
-from tryon_solver.geometry.piece_meshes import triangulated
+from tryon_solver.geometry.piece_meshes import PIECES_KEPT, triangulated
 from tryon_solver.geometry.sampled_outline import sample_outline, vertices_along
 from tryon_solver.geometry.triangulate import split_edges
 
@@ -27,6 +30,7 @@ FINEST = 1 / 8
 REPAIR_ROUNDS = 12
 CONTACT_TOLERANCE = 1e-6  # m, between two parts of an outline
 VERTICES_MAX = 2_000_000
+MOST_AT_ONCE = 8  # pieces
 
 
 @dataclass(frozen=True)
@@ -66,6 +70,7 @@ def mesh_pattern(pattern: Pattern, edge_length: float) -> PanelMesh:
     _check_edge_length(pattern, edge_length)
     plan = _Plan(pattern, edge_length)
     for _ in range(REPAIR_ROUNDS):
+        _mesh_side_by_side(plan)
         mesh = _assemble(plan, [_mesh_piece(plan, index) for index in range(len(pattern.panels))])
         merged = seams.merge(len(mesh.uv), mesh.stitches)
         faults = seams.sewing_faults(mesh.faces, merged, mesh.sewn_edges)
@@ -192,6 +197,29 @@ def _check_edge_length(pattern: Pattern, edge_length: float) -> None:
         )
         remedy = "Use a larger edge length, or check properties.units_in_meter and the number of panels"
         raise PatternError(message, "edge_length", remedy)
+
+
+def _mesh_side_by_side(plan: _Plan) -> None:
+    """Have the meshes kept that `_mesh_piece` will ask for; what can't be meshed it finds out and tells itself."""
+    wanted = [index for index in range(len(plan.pattern.panels)) if index not in plan.done]
+    if not 1 < len(wanted) <= PIECES_KEPT:
+        return
+    outlines = {sample_outline(plan.pattern.panels[k], plan.segments_of(k)).tobytes() for k in wanted}
+
+    def mesh(boundary: bytes) -> None:
+        with suppress(TriangulationError):
+            if _is_outline(np.frombuffer(boundary).reshape(-1, 2)):
+                triangulated(boundary, plan.edge_length)
+
+    with ThreadPoolExecutor(min(MOST_AT_ONCE, os.cpu_count() or 1)) as threads:  # Qhull lets go of Python meanwhile
+        list(threads.map(mesh, sorted(outlines, key=len, reverse=True)))
+
+
+def _is_outline(boundary: NDArray[np.float64]) -> bool:
+    """Whether the points (n, 2) m go around something once, counter-clockwise, without touching each other."""
+    if len(boundary) < 3 or outline.signed_area(boundary) <= 0:
+        return False
+    return outline.self_contact(boundary, CONTACT_TOLERANCE) is None
 
 
 def _mesh_piece(plan: _Plan, index: int) -> _Piece:

@@ -7,6 +7,8 @@ triangulations", J. Comp. Math. 22, 2004), which also spreads the lattice evenly
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
@@ -25,6 +27,8 @@ SMOOTHING_ROUNDS = 18
 FILLING_ROUNDS = (4, 8, 12)
 # A triangle of this share of the squared edge length is flat: three points of one straight edge of the outline.
 FLAT = 1e-9
+# A triangle of less than this share of the mean area may have its middle on the outline, within rounding.
+PLAIN = 1e-3
 # Inner points around an angle below this [degrees] are moved one by one at the end.
 POLISH_BELOW = 32.0
 POLISH_ROUNDS = 12
@@ -109,7 +113,19 @@ def _lattice(boundary: Points, edge_length: float) -> Points:
     offsets = np.stack([(i + 0.5 * (j % 2)) * edge_length, j * row_height], axis=-1).reshape(-1, 2)
     points = (low + high) / 2 + offsets
     points = points[outline.contains(boundary, points)]
-    return points[outline.distance(boundary, points) > OUTLINE_MARGIN * edge_length]
+    return points[_farther(boundary, points, OUTLINE_MARGIN * edge_length)]
+
+
+def _farther(boundary: Points, points: Points, than: float) -> NDArray[np.bool_]:
+    """Whether each point (K, 2) m is farther from the outline than that [m], shape (K,): as `outline.distance` tells.
+
+    Only of those near one of its corners is the distance to its segments asked.
+    """
+    longest = np.linalg.norm(np.roll(boundary, -1, axis=0) - boundary, axis=1).max()
+    result = np.ones(len(points), dtype=bool)
+    near = np.isfinite(cKDTree(boundary).query(points, distance_upper_bound=1.001 * (than + longest))[0])
+    result[near] = outline.distance(boundary, points[near]) > than
+    return result
 
 
 def _delaunay_inside(points: Points, boundary_count: int, edge_length: float) -> Faces:
@@ -118,10 +134,58 @@ def _delaunay_inside(points: Points, boundary_count: int, edge_length: float) ->
     faces = Delaunay(points).simplices.astype(np.int32)
     ids = np.arange(boundary_count, dtype=np.int32)
     loop = np.stack([ids, np.roll(ids, -1)], axis=1)
-    faces = constrain(points, faces, loop)
-    faces = faces[_inside(points, faces, loop)]
+    sides = _sides_of_loop(faces, boundary_count)
+    if not sides.whole:
+        faces = constrain(points, faces, loop)
+        sides = _sides_of_loop(faces, boundary_count)
+    inside = _inside_at_a_glance(points, faces, boundary_count, sides)
+    faces = faces[_inside(points, faces, loop) if inside is None else inside]
     flat = np.flatnonzero(signed_areas(points, faces) < FLAT * edge_length**2)
     return _unflattened(points, faces, flat) if len(flat) else faces
+
+
+@dataclass(frozen=True)
+class _LoopSides:
+    """Which faces (F,) have an edge of the outline as a side and lie left of it, which right of it, and whether there
+    is a face at every such edge."""
+
+    left: NDArray[np.bool_]
+    right: NDArray[np.bool_]
+    whole: bool
+
+
+def _sides_of_loop(faces: Faces, count: int) -> _LoopSides:
+    """For the outline that is the loop of the first `count` points."""
+    near = np.flatnonzero((faces < count).sum(axis=1) >= 2)
+    start, end = faces[near], np.roll(faces[near], -1, axis=1)
+    on_loop = (start < count) & (end < count)
+    along, back = on_loop & (end == (start + 1) % count), on_loop & (start == (end + 1) % count)
+    left, right = np.zeros(len(faces), bool), np.zeros(len(faces), bool)
+    left[near], right[near] = along.any(axis=1), back.any(axis=1)
+    there = np.zeros(count, bool)
+    there[start[along]] = there[end[back]] = True
+    return _LoopSides(left, right, bool(there.all()))
+
+
+def _inside_at_a_glance(
+    points: Points, faces: Faces, count: int, sides: _LoopSides
+) -> NDArray[np.bool_] | None:
+    """Which faces lie inside the loop of the first `count` points, where that is plain; None where it is not.
+
+    Plain it is of faces with a point off the outline, all of which are inside, of those at one of its edges, and of
+    those whose middle tells; and if the area inside comes out right.
+    """
+    inside = sides.left | (faces >= count).any(axis=1)
+    if (inside & sides.right).any():
+        return None
+    areas = signed_areas(points, faces)
+    open_ = np.flatnonzero(~inside & ~sides.right)
+    polygon = points[:count]
+    wanted = outline.signed_area(polygon)
+    if (areas[open_] < PLAIN * wanted / len(faces)).any():
+        return None
+    inside[open_] = outline.contains(polygon, points[faces[open_]].mean(axis=1))
+    return inside if abs(areas[inside].sum() - wanted) <= 1e-9 * wanted else None
 
 
 def _inside(points: Points, faces: Faces, loop: NDArray[np.int32]) -> NDArray[np.bool_]:
@@ -193,7 +257,7 @@ def _fill_holes(points: Points, faces: Faces, boundary: Points, edge_length: flo
     order = np.argsort(-radii, kind="stable")
     centres = centres[order][radii[order] > HOLE_RADIUS * edge_length]
     centres = centres[outline.contains(boundary, centres)]
-    centres = centres[outline.distance(boundary, centres) > OUTLINE_MARGIN * edge_length]
+    centres = centres[_farther(boundary, centres, OUTLINE_MARGIN * edge_length)]
     if len(centres) == 0:
         return points
     apart = cKDTree(points).query(centres)[0] > HOLE_RADIUS * edge_length

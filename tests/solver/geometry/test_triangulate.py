@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tryon_solver.geometry import outline
+from tryon_solver.geometry import triangulate as triangulation
 from tryon_solver.geometry.constrained import TriangulationError
 from tryon_solver.geometry.triangulate import corner_angles, signed_areas, split_edges, triangulate
 
@@ -64,6 +65,27 @@ def test_awkward_outlines_are_filled_exactly(name, edge_length):
     boundary = sampled(OUTLINES[name], edge_length)
     points, faces = triangulate(boundary, edge_length)
     assert_fills(boundary, points, faces)
+
+
+@pytest.mark.parametrize("name", OUTLINES)
+def test_what_is_inside_at_a_glance_is_what_a_search_finds(name, monkeypatch):
+    """Where a glance does not tell, the search is made."""
+    boundary = sampled(OUTLINES[name], 0.02)
+    looks = []
+
+    def look(points, faces, count, sides):
+        ids = np.arange(count, dtype=np.int32)
+        glance = at_a_glance(points, faces, count, sides)
+        looks.append((glance, triangulation._inside(points, faces, np.stack([ids, np.roll(ids, -1)], axis=1))))
+        return glance
+
+    at_a_glance = triangulation._inside_at_a_glance
+    monkeypatch.setattr(triangulation, "_inside_at_a_glance", look)
+    triangulate(boundary, 0.02)
+    told = [(glance, found) for glance, found in looks if glance is not None]
+    assert told or name == "strip narrower than the edges"
+    for glance, found in told:
+        np.testing.assert_array_equal(glance, found)
 
 
 @given(
