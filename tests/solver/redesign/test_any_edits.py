@@ -7,6 +7,7 @@ import json
 from copy import deepcopy
 
 import pytest
+from any_edit import any_edit
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pattern_measures import area, demo, seam_ratios, seams, two_squares, vertices
@@ -21,42 +22,29 @@ from tryon_solver.redesign.mirroring import mirrored
 from tryon_solver.redesign.plain import parse_edit, plain
 
 GARMENTS = {"tshirt": demo("tshirt"), "dress": demo("dress"), "skirt": demo("skirt"), "tube": two_squares()}
-LENGTHS = st.floats(-0.04, 0.04)
-MOVES = st.tuples(LENGTHS, LENGTHS)
-FACTORS = st.floats(0.8, 1.25).flatmap(lambda f: st.sampled_from([(f, f), (f, 1.0), (1.0, f)]))
-OUTSIDE = st.sampled_from([(-0.9, 0.0), (0.9, 0.1), (0.0, -0.9), (0.1, 0.9), (-0.7, -0.7), (0.7, -0.5), (0.3, 0.3)])
+MOVES = st.tuples(st.floats(-0.04, 0.04), st.floats(-0.04, 0.04))
+
+
+class Drawn:
+    """The chance of any_edit, as hypothesis has it."""
+
+    def __init__(self, draw):
+        self._draw = draw
+
+    def one_of(self, items):
+        return self._draw(st.sampled_from(items))
+
+    def whole(self, least, most):
+        return self._draw(st.integers(least, most))
+
+    def real(self, least, most):
+        return self._draw(st.floats(least, most))
 
 
 @st.composite
 def an_edit(draw, spec, kind=None):
     """An edit of something that the garment has, or nearly: indices run one past the end."""
-    panels = spec["pattern"]["panels"]
-    panel = draw(st.sampled_from(sorted(panels)))
-    edge = draw(st.integers(0, len(panels[panel]["edges"])))
-    kind = kind or draw(st.sampled_from(list(edits.KINDS.values())))
-    match kind:
-        case edits.MoveVertex:
-            return kind(panel, edge, draw(MOVES))
-        case edits.MoveHandle:
-            return kind(panel, edge, draw(st.integers(0, 2)), draw(MOVES))
-        case edits.Lengthen | edits.TakeIn:
-            return kind(panel, edge, draw(LENGTHS))
-        case edits.ScalePiece:
-            return kind(panel, draw(FACTORS))
-        case edits.ScaleGarment:
-            return kind(draw(FACTORS))
-        case edits.CloseSeam:
-            other = draw(st.sampled_from(sorted(panels)))
-            to_edge = draw(st.integers(0, len(panels[other]["edges"])))
-            return kind(panel, edge, other, to_edge, draw(st.booleans()), draw(st.booleans()))
-        case edits.Cut:
-            return kind(panel, (draw(OUTSIDE), draw(OUTSIDE)), draw(st.booleans()))
-        case edits.Dart:
-            size = draw(st.floats(0.005, 0.05)), draw(st.floats(0.01, 0.2))
-            return kind(panel, edge, draw(st.floats(0, 1)), *size)
-        case edits.RemovePiece:
-            return kind(panel)
-    return kind(panel, edge)
+    return any_edit(Drawn(draw), spec, kind)
 
 
 def connectivity(spec):
