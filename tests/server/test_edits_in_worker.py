@@ -134,6 +134,16 @@ def test_another_mesh_is_put_on_from_where_the_old_one_was():
     assert [event.phase for event in events(connection, PhaseChanged)].count("ready") == 1
 
 
+def test_with_all_edits_taken_back_it_is_the_mesh_that_it_began_with():
+    """The second mesh would take on the first shape: it was made for that of the second edit."""
+    undo = [ChangePattern("undo", ticket) for ticket in (3, 4)]
+    connection, drapes = changed(edit(1, 0.6), edit(2, 0.3), *undo)
+    assert [width for width, _ in widths(connection)] == [0.5, 0.6, 0.36, 0.6, 0.5]
+    assert [made.change for made in events(connection, EditMade)] == ["value", "topology", "value", "topology"]
+    assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2, 3]
+    assert len(drapes) == 1  # nothing was dressed
+
+
 def test_another_mesh_that_can_not_be_carried_over_is_dressed_anew():
     connection, drapes = changed(edit(1, 0.31))
     (made,) = events(connection, EditMade)

@@ -91,7 +91,8 @@ class Drape(Protocol):
         own_motion: the body's frames, if it came as a mesh; then it stands only as they show it.
         origin: (3,) m, whole metres: where the origin of the positions lies in the session's space, in which the poses
             are. It follows the body, so that float32 holds the positions.
-        specification: the sewing pattern, plain JSON that parse_pattern passes; None of a garment that has none.
+        specification: the sewing pattern that its mesh was made of, plain JSON that parse_pattern passes; None of a
+            garment that has none.
         outgrown: why the shape it was last told to take needs another mesh, found on the way to it; "" as a rule.
     """
 
