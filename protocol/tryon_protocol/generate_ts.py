@@ -40,7 +40,8 @@ def typescript() -> str:
     client, server = get_args(messages.ClientMessage), get_args(messages.ServerMessage)
     nested = [
         *(messages.ArrayData, messages.ClothTopology, messages.BodyTopology),
-        *(messages.DesignEdge, messages.DesignPanel, messages.DesignSeam, messages.DesignEdit),
+        *(messages.DesignEdge, messages.DesignPanel, messages.DesignSeam, messages.DesignPatch),
+        messages.DesignEdit,
     ]
     structs: list[inspect.StructType] = []
     for struct in inspect.multi_type_info([*nested, *client, *server]):

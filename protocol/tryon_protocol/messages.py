@@ -337,6 +337,14 @@ class DesignSeam(Struct, frozen=True, kw_only=True):
     second: Annotated[tuple[U32, U32], Meta(description="what it is sewn to")]
 
 
+class DesignPatch(Struct, frozen=True, kw_only=True):
+    """A piece that lies on another and is sewn on it, as a pocket is."""
+
+    panel: Annotated[U32, Meta(description="number of the piece")]
+    host: Annotated[U32, Meta(description="number of the panel that it lies on")]
+    points: Annotated[tuple[Point, ...], Meta(description="m: its outline there, in that panel's plane")]
+
+
 class DesignEdit(Struct, frozen=True, kw_only=True):
     """An edit that was made and is kept."""
 
@@ -359,6 +367,7 @@ class DesignMessage(Message, tag="design", frozen=True, kw_only=True):
     notes: Annotated[
         tuple[str, ...], Meta(description="for people: which pieces followed, which seams fit no longer as they did")
     ] = ()
+    patches: Annotated[tuple[DesignPatch, ...], Meta(description="what lies on other pieces, as pockets do")] = ()
 
 
 class EditedMessage(Message, tag="edited", frozen=True, kw_only=True):

@@ -169,6 +169,7 @@ def _design() -> m.DesignMessage:
         seams=(m.DesignSeam(first=(0, 1), second=(1, 2)),),
         done=(m.DesignEdit(id=1, kind="scale_garment", panel=""), m.DesignEdit(id=3, kind="take_in", panel="front")),
         undone=1,
+        patches=(m.DesignPatch(panel=1, host=0, points=((0.25, 0.125), (0.375, 0.25), (0.25, 0.25))),),
         notes=("edge 2 of 'dos à pinces' is bent, too: it is sewn to edge 1 of 'front'",),
     )
 

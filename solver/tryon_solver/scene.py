@@ -83,6 +83,20 @@ class Sewing:
 
 
 @dataclass(frozen=True)
+class Attached:
+    """Cloth sewn flat onto other cloth, as a pocket is: each of `vertices` (K,) int32 is drawn by a spring of
+    `stiffness` N/m to the place on the cloth beneath that `weights` (K, 3) of the vertices `onto` (K, 3) int32 say.
+
+    How far it stays off, the contact between the two says.
+    """
+
+    vertices: np.ndarray
+    onto: np.ndarray
+    weights: np.ndarray
+    stiffness: float
+
+
+@dataclass(frozen=True)
 class Pins:
     """Cloth held or led by springs: `vertices` (K,) int32, each once, held where they start by `stiffness` N/m.
 
@@ -115,7 +129,19 @@ class Sleep:
     shift: float = 1e-4
 
 
-Effect = Gravity | BodyContact | SelfContact | Friction | StrainLimit | AirDrag | FabricDamping | Sewing | Pins | Sleep
+Effect = (
+    Gravity
+    | BodyContact
+    | SelfContact
+    | Friction
+    | StrainLimit
+    | AirDrag
+    | FabricDamping
+    | Sewing
+    | Attached
+    | Pins
+    | Sleep
+)
 
 WORN: tuple[Effect, ...] = (
     Gravity(),

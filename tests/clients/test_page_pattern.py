@@ -7,7 +7,7 @@ from browser import open_page
 from tailor import Tailor, design, piece, welcome
 
 import tryon_protocol as wire
-from tryon_protocol.messages import DesignEdit, DesignMessage
+from tryon_protocol.messages import DesignEdit, DesignMessage, DesignPatch
 
 pytestmark = pytest.mark.browser
 
@@ -322,6 +322,32 @@ def test_a_piece_is_cut_along_a_line_that_is_drawn(page, tailor):
     page.mouse.click(*middle(page.locator(".cloth").nth(1)))  # and no longer draws
     assert "Piece back" in page.inner_text("#pattern-chosen")
     assert len([message for message in tailor.heard if kept(message)]) == 1
+
+
+def test_a_pocket_is_sewn_on_where_one_chooses_and_drawn_where_it_lies(page, tailor):
+    (left, low), (right, high) = middle(corner(page, 0)), middle(corner(page, 2))
+    page.mouse.click(*middle(page.locator(".cloth").nth(0)))
+    page.fill("#pattern-patch input[name=width]", "10")
+    page.click("text=Pocket…")
+    assert "pocket's middle" in page.inner_text("#pattern-chosen")
+    page.mouse.click(left + 0.25 * (right - left), low + 0.5 * (high - low))
+    edit = tailor.hears(kept).edit
+    assert edit["at"] == pytest.approx([0.125, 0.3], abs=1.5 / scale_of(page))
+    rest = {key: value for key, value in edit.items() if key != "at"}
+    assert rest == {"kind": "pocket", "panel": "front", "width": pytest.approx(0.1), "height": pytest.approx(0.13)}
+    page.click("text=Patch…")
+    page.keyboard.press("Escape")
+    page.mouse.click(left + 0.25 * (right - left), low + 0.5 * (high - low))
+    assert len([message for message in tailor.heard if kept(message)]) == 1
+    corners = ((-0.05, -0.065), (0.05, -0.065), (0.05, 0.065), (-0.05, 0.065))
+    points = tuple((0.125 + x, 0.3 + y) for x, y in corners)
+    patches = (DesignPatch(panel=2, host=0, points=points),)
+    tailor.say(design(panels=(*design().panels, piece("pocket", corners)), patches=patches))
+    page.wait_for_selector(".piece >> nth=2")
+    (left, low), (right, high) = middle(corner(page, 0)), middle(corner(page, 2))
+    comes_to(page.locator(".patch"), (left + 0.25 * (right - left), low + 0.5 * (high - low)))
+    tailor.say(design(patches=(DesignPatch(panel=7, host=0, points=points),)))
+    page.wait_for_selector("#pattern-toggle", state="hidden")
 
 
 def test_undo_and_redo_by_button_and_key(page, tailor):

@@ -79,6 +79,9 @@ def any_edit(chance: Chance, spec: Mapping[str, Any], kind: type[edits.Edit] | N
         case edits.Dart:
             position, width, depth = chance.real(0, 1), chance.real(0.005, 0.05), chance.real(0.01, 0.2)
             return edits.Dart(panel, edge, position, width, depth)
+        case edits.Patch | edits.Pocket:
+            at = chance.real(-0.3, 0.3), chance.real(-0.3, 0.3)
+            return made(panel, at, chance.real(0.03, 0.12), chance.real(0.03, 0.12), chance.real(-30, 30))
         case edits.RemovePiece:
             return edits.RemovePiece(panel)
         case edits.Gather:

@@ -15,5 +15,7 @@ EDITS = [
     edits.CloseSeam("front", 4, "back", 5),
     edits.Cut("front", ((-1.0, 0.2), (1.0, 0.2)), True),
     edits.Dart("front", 0, 0.25, 0.03, 0.12),
+    edits.Patch("front", (0.0, 0.2), 0.1, 0.08, 15.0),
+    edits.Pocket("front", (0.08, 0.4), 0.1, 0.12),
     edits.RemovePiece("left_sleeve_back"),
 ]

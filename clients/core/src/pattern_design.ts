@@ -32,9 +32,15 @@ export function readDesign(message: DesignMessage): Design {
     must(typeof kind === "string" && typeof panel === "string", `done[${i}]`, "is no edit");
   });
   must(inRange(message.undone, Infinity), "undone", "is no number of edits");
+  const patches = listOf(message.patches ?? [], "patches");
+  patches.forEach(({ panel, host, points }, i) => {
+    const known = inRange(panel, panels.length) && inRange(host, panels.length);
+    must(known, `patches[${i}]`, "names a panel that is not there");
+    checkPoints(points, `patches[${i}].points`);
+  });
   const notes = listOf(message.notes ?? [], "notes");
   must(notes.every((note) => typeof note === "string"), "notes", "is no text");
-  return { ...message, notes };
+  return { ...message, notes, patches };
 }
 
 function checkPanel(panel: DesignPanel, place: string): void {

@@ -10,6 +10,7 @@ export type PatternEdit =
   | { readonly kind: "close_seam"; readonly panel: string; readonly edge: number; readonly to_panel: string; readonly to_edge: number }
   | { readonly kind: "cut"; readonly panel: string; readonly line: readonly [Point, Point]; readonly sewn: boolean }
   | { readonly kind: "dart"; readonly panel: string; readonly edge: number; readonly position: number; readonly width: number; readonly depth: number }
+  | { readonly kind: "patch" | "pocket"; readonly panel: string; readonly at: Point; readonly width: number; readonly height: number }
   | { readonly kind: "scale_piece"; readonly panel: string; readonly factors: Point }
   | { readonly kind: "scale_garment"; readonly factors: Point }
   | { readonly kind: "remove_piece"; readonly panel: string };

@@ -48,6 +48,7 @@ export class PatternPanel {
       cancel: () => desk.cancel(),
       choose: (chosen) => this.choose(chosen),
       cut: (line) => this.cut(line),
+      place: (at) => this.place(at),
       nudge: (panel, grip, by, again) => {
         if ((again && desk.waiting) || !desk.begin(panel, grip)) return;
         desk.moveBy(by);
@@ -126,6 +127,16 @@ export class PatternPanel {
   private cut(line: (panel: string) => readonly [Point, Point]): void {
     const panel = this.chosen?.panel;
     if (panel !== undefined) this.desk.make({ kind: "cut", panel, line: line(panel), sewn: this.tools.sewn });
+    this.aimAt(undefined);
+  }
+
+  private place(at: (panel: string) => Point): void {
+    const { aim } = this;
+    const panel = this.chosen?.panel;
+    if (panel !== undefined && (aim === "patch" || aim === "pocket")) {
+      const [width, height] = this.tools.size;
+      this.desk.make({ kind: aim, panel, at: at(panel), width, height });
+    }
     this.aimAt(undefined);
   }
 

@@ -15,6 +15,8 @@ export interface DrawingEvents {
   choose(chosen: Chosen | undefined): void;
   /** a line was drawn to cut along; it is told in the plane of the piece that is named [m] */
   cut(line: (panel: string) => readonly [Point, Point]): void;
+  /** a place was chosen to sew something on; it is told in the plane of the piece that is named [m] */
+  place(at: (panel: string) => Point): void;
   /** a grip was moved by keys; `again`: the key is held down */
   nudge(panel: string, grip: Grip, by: Point, again: boolean): void;
 }
@@ -70,7 +72,7 @@ export class PatternDrawing {
   show(design: Design, chosen: Chosen | undefined, settled: boolean): void {
     this.design = design;
     const handles = design.panels.map(({ name, vertices, edges }) => [name, vertices.length, edges.map((edge) => edge.handles.length)]);
-    const parts = JSON.stringify([handles, design.seams]);
+    const parts = JSON.stringify([handles, design.seams, design.patches.map(({ panel, host }) => [panel, host])]);
     if (parts !== this.parts) {
       this.parts = parts;
       this.pieces = design.panels.map((_, i) => new PieceDrawing(design, i));
@@ -94,6 +96,7 @@ export class PatternDrawing {
     this.aimed = aim;
     this.sheet.classList.toggle("cutting", aim === "cut");
     this.sheet.classList.toggle("sewing", aim === "sew");
+    this.sheet.classList.toggle("placing", aim === "patch" || aim === "pocket");
   }
 
   /** Lays the pieces out in the room there is; not below a finger that has one. */
@@ -114,6 +117,11 @@ export class PatternDrawing {
     if (this.press || event.button !== 0 || !(event.target instanceof Element)) return;
     if (this.aimed === "cut") {
       this.beginCut(event);
+      return;
+    }
+    if (this.aimed === "patch" || this.aimed === "pocket") {
+      const inPiece = this.inPiece();
+      this.events.place((panel) => inPiece(panel, [event.clientX, event.clientY]));
       return;
     }
     const met = this.aimed ? undefined : this.meet(event);
@@ -165,13 +173,18 @@ export class PatternDrawing {
   }
 
   private endCut(from: Point, to: Point): void {
+    const inPiece = this.inPiece();
+    this.events.cut((panel) => [inPiece(panel, from), inPiece(panel, to)]);
+  }
+
+  /** Tells of a place in the window [px] where it is in a piece's plane [m]. */
+  private inPiece(): (panel: string, at: Point) => Point {
     const sheet = this.sheet.getBoundingClientRect();
-    this.events.cut((panel) => {
-      const { scale, origins } = this.layout;
+    const { scale, origins } = this.layout;
+    return (panel, [x, y]) => {
       const origin = origins[this.pieces.find((piece) => this.nameOf(piece) === panel)?.index ?? 0];
-      const inPiece = ([x, y]: Point): Point => [(x - sheet.left - origin[0]) / scale, (origin[1] + sheet.top - y) / scale];
-      return [inPiece(from), inPiece(to)];
-    });
+      return [(x - sheet.left - origin[0]) / scale, (origin[1] + sheet.top - y) / scale];
+    };
   }
 
   /** Attributes of one end of a line, of a place in the window [px]. */

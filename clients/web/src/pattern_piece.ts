@@ -50,6 +50,8 @@ export class PieceDrawing {
   private readonly edges: readonly EdgeMarks[];
   private readonly corners: readonly GripMark[];
   private readonly called: SVGTextElement;
+  /** where other pieces lie on this one */
+  private readonly patches: readonly SVGPathElement[];
 
   constructor(
     design: Design,
@@ -66,7 +68,8 @@ export class PieceDrawing {
     }));
     this.called = svg("text", { class: "called", "aria-hidden": "true" }, name);
     const corners = this.corners.map(({ element }) => element);
-    this.element = svg("g", { class: "piece", role: "group", "aria-label": name }, this.cloth, this.called);
+    this.patches = patchesOn(design, index).map(() => svg("path", { class: "patch" }));
+    this.element = svg("g", { class: "piece", role: "group", "aria-label": name }, this.cloth, ...this.patches, this.called);
     this.element.append(...this.edges.map(({ group }) => group), ...corners);
   }
 
@@ -97,6 +100,7 @@ export class PieceDrawing {
     const onSheet = ([x, y]: Point): Point => [origin[0] + scale * x, origin[1] - scale * y];
     const outline = panel.edges.flatMap(({ points }) => points.map(onSheet));
     put(this.cloth, { d: `${pathOf(outline)}Z` });
+    patchesOn(design, this.index).forEach(({ points }, i) => put(this.patches[i], { d: `${pathOf(points.map(onSheet))}Z` }));
     this.measure(outline);
     const inside = turnsLeft(outline) ? 1 : -1;
     panel.edges.forEach((edge, i) => {
@@ -150,6 +154,10 @@ export class PieceDrawing {
 /** A name as people read it. */
 export function nameOf(name: string): string {
   return name.replaceAll("_", " ");
+}
+
+function patchesOn(design: Design, index: number): Design["patches"] {
+  return design.patches.filter(({ host }) => host === index);
 }
 
 function edgeMarks(design: Design, index: number, i: number): EdgeMarks {

@@ -7,10 +7,12 @@ const HINT = "Drag a corner or a curve's handle; choose an edge or a piece for m
 const AIMED: Readonly<Record<Aim, string>> = {
   sew: "Choose the edge to sew it to; Escape leaves it open",
   cut: "Draw a line across the piece, from outside to outside; Escape leaves it whole",
+  patch: "Choose the place of the patch's middle on the piece; Escape takes none",
+  pocket: "Choose the place of the pocket's middle on the piece; Escape takes none",
 };
 
-/** What a tool waits for: the edge to sew to, or a line to cut along. */
-export type Aim = "sew" | "cut";
+/** What a tool waits for: the edge to sew to, a line to cut along, a place to sew something on. */
+export type Aim = "sew" | "cut" | "patch" | "pocket";
 
 /** What edits are called; one that is not known here is shown by its own name. */
 const MADE: Readonly<Record<string, string>> = {
@@ -26,6 +28,8 @@ const MADE: Readonly<Record<string, string>> = {
   close_seam: "Seam closed",
   cut: "Piece cut",
   dart: "Dart added",
+  patch: "Patch sewn on",
+  pocket: "Pocket sewn on",
   remove_piece: "Piece removed",
 };
 
@@ -37,6 +41,7 @@ export class PatternTools {
   private readonly dart = byId("pattern-dart", HTMLFormElement);
   private readonly piece = byId("pattern-piece", HTMLFormElement);
   private readonly cut = byId("pattern-cut", HTMLFormElement);
+  private readonly patch = byId("pattern-patch", HTMLFormElement);
   private readonly garment = byId("pattern-garment", HTMLFormElement);
   private readonly made = byId("pattern-made", HTMLDetailsElement);
   private chosen: Chosen | undefined;
@@ -71,12 +76,18 @@ export class PatternTools {
     });
     takes(this.piece, (panel) => ({ kind: "scale_piece", panel, factors: factors(this.piece) }));
     takes(this.cut, (panel, _, value) => (value === "remove" ? { kind: "remove_piece", panel } : "cut"));
+    takes(this.patch, (_panel, _edge, value) => (value === "patch" ? "patch" : "pocket"));
     takes(this.garment, () => ({ kind: "scale_garment", factors: factors(this.garment) }));
   }
 
   /** Whether the parts of a piece that is cut are sewn together. */
   get sewn(): boolean {
     return this.cut.querySelector("input")?.checked ?? false;
+  }
+
+  /** Width and height of what is sewn on a piece [m]. */
+  get size(): Point {
+    return factors(this.patch);
   }
 
   /**
@@ -92,7 +103,7 @@ export class PatternTools {
     this.hem.hidden = !edge || sewn !== undefined;
     this.seam.hidden = sewn === undefined;
     this.dart.hidden = edge === undefined;
-    this.piece.hidden = this.cut.hidden = !chosen || edge !== undefined;
+    this.piece.hidden = this.cut.hidden = this.patch.hidden = !chosen || edge !== undefined;
     this.garment.hidden = chosen !== undefined;
     const name = chosen ? nameOf(chosen.panel) : "";
     if (aim) setText(this.sentence, AIMED[aim]);

@@ -96,6 +96,16 @@ export interface DesignSeam {
   second: readonly [number, number];
 }
 
+/** A piece that lies on another and is sewn on it, as a pocket is. */
+export interface DesignPatch {
+  /** number of the piece */
+  panel: number;
+  /** number of the panel that it lies on */
+  host: number;
+  /** m: its outline there, in that panel's plane */
+  points: readonly (readonly [number, number])[];
+}
+
 /** An edit that was made and is kept. */
 export interface DesignEdit {
   /** its number in this session; never given twice */
@@ -407,6 +417,8 @@ export interface DesignMessage {
   undone: number;
   /** for people: which pieces followed, which seams fit no longer as they did. Default: [] */
   notes?: readonly string[];
+  /** what lies on other pieces, as pockets do. Default: [] */
+  patches?: readonly DesignPatch[];
 }
 
 /** Answer to `edit`, `undo` and `redo`: it is done, and kept whatever happens to the server. */

@@ -7,9 +7,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from tryon_protocol import DesignEdge, DesignEdit, DesignMessage, DesignPanel, DesignSeam
+from tryon_protocol import DesignEdge, DesignEdit, DesignMessage, DesignPanel, DesignPatch, DesignSeam
 from tryon_solver.geometry import curves
 from tryon_solver.geometry.curves import Curve, Points
+from tryon_solver.geometry.pattern import Pattern, parse_pattern
 from tryon_solver.redesign.bending import handle_places
 from tryon_solver.redesign.draft import Draft, Piece, read_draft
 from tryon_solver.redesign.history import History
@@ -37,7 +38,20 @@ def design_of(
         ),
         undone=len(history.undone),
         notes=tuple(notes),
+        patches=_patches(parse_pattern(specification)),
     )
+
+
+def _patches(pattern: Pattern) -> tuple[DesignPatch, ...]:
+    found = []
+    for patch in pattern.patches:
+        outline = [
+            curves.sample_by_arc_length(edge.curve, 1 if curves.is_straight(edge.curve) else CURVE_SEGMENTS)[:-1]
+            for edge in pattern.panels[patch.panel].edges
+        ]
+        points = _plain(patch.on_host(np.vstack(outline)))
+        found.append(DesignPatch(panel=patch.panel, host=patch.host, points=points))
+    return tuple(found)
 
 
 def _panel(draft: Draft, piece: Piece) -> DesignPanel:

@@ -31,6 +31,7 @@ from tryon_solver.dressing.fit import DressingError, StanceError
 from tryon_solver.dressing.fitting_room import FittingRoom
 from tryon_solver.dressing.opening import Opening
 from tryon_solver.dressing.stance import Covered
+from tryon_solver.dressing.stitching_on import stitched_on
 from tryon_solver.dressing.to_fit import OWN, TRY_SIZES, Fitted, dress_to_fit, told_by_height
 from tryon_solver.files.convention import Told
 from tryon_solver.files.garment_file import is_mesh, read_garment
@@ -431,7 +432,8 @@ def _dress_as_before(
     garment = Garment(welded.vertex_of_corner, welded.uv_corners, welded.panel_of_face, welded.vertex_count)
     pose = Pose.rest(body)
     cloth, surface = np.split(hung.astype(np.float64), [count])
-    simulation = build(Scene(garment, cloth, body, fabric, LIVE), settings, device, pose, surface)
+    effects = (*LIVE, *stitched_on(panels, welded.welded_of_vertex, fabric))
+    simulation = build(Scene(garment, cloth, body, fabric, effects), settings, device, pose, surface)
     return Dressed(simulation, welded, panels, pose)
 
 

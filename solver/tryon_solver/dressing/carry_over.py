@@ -1,10 +1,10 @@
 """The next cut of a garment put on from the one that is worn: Algorithm 2's edit where triangles or seams change.
 
-Every vertex of the new mesh lies where the fabric lay that it is made of: the pieces' flat places say which triangle of
-the old mesh that was. Places, and velocities with them, are carried over from there. What is sewn together now meets in
-the middle, with the fabric beside it; what was sewn and is open now is drawn back by a fabric's thickness. The state is
-then freed of contact as a garment that comes as a mesh is (dressing/untangle.py), and goes on from there with the body
-where it is.
+Every vertex of the new mesh lies where the fabric lay that it is made of: the pieces' flat places say which triangle
+of the old mesh that was. Places, and velocities with them, are carried over from there. What is sewn together now
+meets in the middle, with the fabric beside it; what was sewn and is open now is drawn back by a fabric's thickness; a
+pocket is laid on the fabric that it is sewn on. The state is then freed of contact as a garment that comes as a mesh
+is (dressing/untangle.py), and goes on from there with the body where it is.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 
+from tryon_solver.dressing.stitching_on import stitched_on, without_stitches
 from tryon_solver.dressing.untangle import Freed, TangledError, untangle
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.panel_mesh import PanelMesh
@@ -30,6 +31,8 @@ NEIGHBOURS = 12  # triangles of the old mesh that are looked at for a vertex, by
 SPREAD = 4.0  # times the widest gap of a seam that is drawn shut: so far from it the fabric comes along
 NEGLIGIBLE = 0.1  # mean edges: gaps narrower than this are bridged by the triangles at the seam
 ROOM = 1.2  # offsets of cloth from cloth that lie between edges that were sewn together before
+LIFT = 2e-3  # m at least off the fabric at which a pocket is laid on it, and
+LIFT_SHARE = 0.15  # of the mean edge: so far the two meshes may miss each other where the fabric is bent
 ROUNDS = 40  # of freeing, over ten times what cuts and darts of worn garments took; the wearer waits for them
 MOST_STRETCH = 1.5  # times the fabric's limit: drawn so far together, cloth is better dressed anew
 
@@ -76,7 +79,9 @@ def prepare(worn: Simulation, after: PanelMesh) -> Prepared:
     joined = weld(after)
     garment = Garment(joined.vertex_of_corner, joined.uv_corners, joined.panel_of_face, joined.vertex_count)
     flat = joined.mean_of_vertices(after.placed)
-    scene = Scene(garment, flat, worn.scene.body, worn.scene.fabric, worn.scene.effects)
+    stitches = stitched_on(after, joined.welded_of_vertex, worn.scene.fabric)
+    effects = (*without_stitches(worn.scene.effects), *stitches)
+    scene = Scene(garment, flat, worn.scene.body, worn.scene.fabric, effects)
     simulation = build(scene, worn.settings, worn.device, worn.body.pose, tangled=True)
     simulation.use_time_step(worn.dt)
     return Prepared(simulation, after, joined)
@@ -92,6 +97,7 @@ def put_on(prepared: Prepared, worn: Simulation, before: PanelMesh) -> Carried:
         np.einsum("vk,vkd->vd", weights, values[corners].astype(np.float64))
         for values in (worn.cloth_positions(), worn.state.v.numpy())
     )
+    lay_on(before, after, face, places)
     x = joined.mean_of_vertices(drawn_together(after, joined, places))
     v = joined.mean_of_vertices(speeds)
     x = drawn_back(simulation.scene.garment, x, ROOM * worn.contact.sizes.xi_self)
@@ -125,6 +131,21 @@ def source(before: PanelMesh, after: PanelMesh) -> tuple[NDArray[np.int64], Poin
     return near[row, best], weights[row, best]
 
 
+def lay_on(before: PanelMesh, after: PanelMesh, face: NDArray[np.int64], places: Points) -> None:
+    """Put what lies on another piece, and did not before, over that; `face` is each vertex's triangle of `before`."""
+    laid = after.laid
+    were = np.unique(before.panel_of_vertex[before.laid.vertices])
+    new = ~np.isin(before.panel_of_face[face[laid.vertices]], were)
+    lift = max(LIFT, LIFT_SHARE * mean_edge(after))
+    places[laid.vertices[new]] = laid.on(places, after.faces, lift)[new]
+
+
+def mean_edge(mesh: PanelMesh) -> float:
+    """m, mean over triangle sides in the pattern."""
+    corners = mesh.uv[mesh.faces]
+    return float(np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).mean())
+
+
 def drawn_together(mesh: PanelMesh, joined: WeldedMesh, x: Points) -> Points:
     """The unsewn vertices (V, 3) m with those that are sewn together in one place, the fabric beside them drawn along.
 
@@ -136,7 +157,7 @@ def drawn_together(mesh: PanelMesh, joined: WeldedMesh, x: Points) -> Points:
     sewn = members > 1
     widest = float(np.linalg.norm(way, axis=1).max(initial=0.0))
     sides = mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    length = float(np.linalg.norm(mesh.uv[sides[:, 0]] - mesh.uv[sides[:, 1]], axis=1).mean())
+    length = mean_edge(mesh)
     if widest < NEGLIGIBLE * length:
         return x + way
     both = np.concatenate([sides, sides[:, ::-1]])

@@ -26,6 +26,7 @@ from tryon_solver.dressing.fit import (
     with_opening,
 )
 from tryon_solver.dressing.opening import Opening, opening_as_drawn, upper_opening
+from tryon_solver.dressing.stitching_on import stitched_on
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.placement import PlacementError, place_around
@@ -101,7 +102,8 @@ def dress(
         try:
             x_sewn, sewn_surface = sew(panels, joined, x_start, body, pose, fabric, settings, device, progress)
             garment = Garment(joined.vertex_of_corner, joined.uv_corners, joined.panel_of_face, joined.vertex_count)
-            simulation = build(Scene(garment, x_sewn, body, fabric, effects), settings, device, pose, sewn_surface)
+            worn = (*effects, *stitched_on(panels, joined.welded_of_vertex, fabric))
+            simulation = build(Scene(garment, x_sewn, body, fabric, worn), settings, device, pose, sewn_surface)
             settle(simulation, pose, settle_seconds, progress)
             check_rest(simulation, joined, panels)
         except DressingError as error:
@@ -170,7 +172,8 @@ def _sew_in(
         group=joined.welded_of_vertex,
     )
     stitches = Sewing(panels.stitches, STITCH_PER_FABRIC * max(fabric.k_warp, fabric.k_weft))
-    effects = (BodyContact(), SelfContact(), StrainLimit(), AirDrag(SEWING_DRAG), stitches)
+    stitched = stitched_on(panels, np.arange(len(panels.uv), dtype=np.int32), fabric)
+    effects = (BodyContact(), SelfContact(), StrainLimit(), AirDrag(SEWING_DRAG), stitches, *stitched)
     settings = replace(
         settings,
         largest_step=min(settings.largest_step, 1 / 60),

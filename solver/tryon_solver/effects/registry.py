@@ -9,6 +9,7 @@ from tryon_solver.effects.base import BuildContext
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import (
     AirDrag,
+    Attached,
     BodyContact,
     FabricDamping,
     Friction,
@@ -28,6 +29,7 @@ MODULES: dict[type, str] = {
     StrainLimit: "tryon_solver.effects.strain_limit",
     FabricDamping: "tryon_solver.effects.fabric_damping",
     Sewing: "tryon_solver.effects.sewing",
+    Attached: "tryon_solver.effects.attached",
     AirDrag: "tryon_solver.effects.air_drag",
     Pins: "tryon_solver.effects.pins",
     Sleep: "tryon_solver.effects.sleep",

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from tryon_solver.geometry import outline, seams
 from tryon_solver.geometry.constrained import TriangulationError
+from tryon_solver.geometry.patch import Laid, located
 from tryon_solver.geometry.pattern import Panel, Pattern, PatternError, Stitch, StitchSide
 from tryon_solver.geometry.piece_meshes import PIECES_KEPT, triangulated
 from tryon_solver.geometry.sampled_outline import sample_outline, vertices_along
@@ -30,6 +31,7 @@ FINEST = 1 / 8
 REPAIR_ROUNDS = 12
 CONTACT_TOLERANCE = 1e-6  # m, between two parts of an outline
 VERTICES_MAX = 2_000_000
+LIFT = 5e-3  # m off its host that a patch is placed, so that places tell which of the two is meant
 MOST_AT_ONCE = 8  # pieces
 
 
@@ -51,6 +53,7 @@ class PanelMesh:
     seam_of_stitch: NDArray[np.int32]  # (S,), index into the pattern's stitches
     sewn_edges: NDArray[np.int32]  # (P, 2, 2), pairs of outline edges that a seam makes one
     segments: NDArray[np.int32]  # (E,), into how many outline edges each edge of the pattern is cut, piece after piece
+    laid: Laid = field(default_factory=Laid.nothing)  # where pieces that lie on others do so
 
     @property
     def panel_of_face(self) -> NDArray[np.int32]:
@@ -254,18 +257,37 @@ def _assemble(plan: _Plan, pieces: Sequence[_Piece]) -> PanelMesh:
         pairs = pairs[pairs[:, 0] != pairs[:, 1]]
         stitches.append(pairs)
         seam_of_stitch.append(np.full(len(pairs), number, dtype=np.int32))
+    faces = np.vstack([piece.faces + offset for piece, offset in zip(pieces, first)]).astype(np.int32)
+    placed = np.vstack([piece_frame(panel, piece.points) for panel, piece in zip(pattern.panels, pieces)])
+    laid = _lay(pattern, pieces, first)
+    placed[laid.vertices] = laid.on(placed, faces, LIFT)
     return PanelMesh(
         uv=np.vstack([piece.points for piece in pieces]),
         panel_of_vertex=np.repeat(np.arange(len(pieces), dtype=np.int32), counts),
         panel_names=pattern.panel_names,
         panel_labels=tuple(panel.label for panel in pattern.panels),
-        faces=np.vstack([piece.faces + offset for piece, offset in zip(pieces, first)]).astype(np.int32),
-        placed=np.vstack([piece_frame(panel, piece.points) for panel, piece in zip(pattern.panels, pieces)]),
+        faces=faces,
+        placed=placed,
         stitches=np.vstack([np.empty((0, 2), np.int32), *stitches]),
         seam_of_stitch=np.concatenate([np.empty(0, np.int32), *seam_of_stitch]),
         sewn_edges=np.vstack([np.empty((0, 2, 2), np.int32), *sewn_edges]),
         segments=np.concatenate([plan.segments_of(index) for index in range(len(pieces))]).astype(np.int32),
+        laid=laid,
     )
+
+
+def _lay(pattern: Pattern, pieces: Sequence[_Piece], first: NDArray[np.int32]) -> Laid:
+    """Where the patches' vertices lie on the pieces beneath."""
+    found = []
+    for patch in pattern.patches:
+        piece, host = pieces[patch.panel], pieces[patch.host]
+        seen = np.array([-1.0, 1.0]) if pattern.panels[patch.host].clockwise else np.ones(2)  # from the right side
+        onto, weights = located(patch.on_host(piece.points * seen) * seen, host.points, host.faces)
+        sewn = [piece.along[edge] for edge in range(len(piece.along)) if edge not in patch.open]
+        on_rim = np.isin(np.arange(len(piece.points)), np.concatenate(sewn))
+        vertices = (np.arange(len(piece.points)) + first[patch.panel]).astype(np.int32)
+        found.append(Laid(vertices, onto + first[patch.host], weights, on_rim))
+    return Laid.together(found)
 
 
 def _pairs(stitch: Stitch, pieces: Sequence[_Piece], first: NDArray[np.int32]) -> NDArray[np.int32]:

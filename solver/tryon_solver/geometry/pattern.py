@@ -4,8 +4,10 @@ Source of the format: https://github.com/maria-korosteleva/GarmentCode (pygarmen
 specification is `{"pattern": {"panels": {name: panel}, "stitches": [...]}, "properties": {"units_in_meter": 100}}`.
 Everything is converted to metres here, once. Every fault raises PatternError, which names the place and the remedy.
 
-One addition to the format: a stitch may carry the word "gather" as it may carry "right_wrong". It declares that one
-side is meant to be much longer than the other.
+Two additions to the format. A stitch may carry the word "gather" as it may carry "right_wrong": it declares that one
+side is meant to be much longer than the other. A panel may lie on the right side of another, as a pocket does:
+`"on": {"panel": name, "at": [x, y], "turn": degrees, "open": [edges]}` puts its origin there in that panel's plane and
+sews it on along all edges but the open ones; its own translation and rotation then count for nothing.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ import numpy as np
 from tryon_solver.geometry import curves, outline
 from tryon_solver.geometry.curves import Points
 from tryon_solver.geometry.located_error import LocatedError
+from tryon_solver.geometry.patch import Patch, lies_within, overlap
 from tryon_solver.geometry.text_check import RENAME_IT, find_unencodable
 
 # Ease of sleeve caps and waists reaches a length ratio of 1.10 in real patterns; beyond 1.5 a seam is far likelier to
@@ -110,6 +113,7 @@ class Pattern:
 
     panels: tuple[Panel, ...]
     stitches: tuple[Stitch, ...]
+    patches: tuple[Patch, ...] = ()
 
     @property
     def panel_names(self) -> tuple[str, ...]:
@@ -195,7 +199,8 @@ def parse_pattern(spec: Mapping[str, Any]) -> Pattern:
     scale = _metres_per_unit(spec.get("properties"))
     panels = tuple(_panel(name, panels_spec[name], scale) for name in _panel_names(body, panels_spec))
     _check_garment_size(panels)
-    return Pattern(panels, _stitches(body.get("stitches", []), panels))
+    stitches = _stitches(body.get("stitches", []), panels)
+    return Pattern(panels, stitches, _patches(panels_spec, panels, stitches, scale))
 
 
 def _has_edges(panel: Any) -> bool:
@@ -386,10 +391,15 @@ def _check_garment_size(panels: Sequence[Panel]) -> None:
         )
 
 
+def _polygon(edges: Sequence[PatternEdge]) -> tuple[Points, list[int]]:
+    """The outline as a polygon (n, 2) m, and into how many pieces each edge is cut for it."""
+    pieces = [1 if curves.is_straight(edge.curve) else CHECK_SEGMENTS for edge in edges]
+    return np.vstack([curves.sample_by_arc_length(edge.curve, n)[:-1] for edge, n in zip(edges, pieces)]), pieces
+
+
 def _check_outline(edges: Sequence[PatternEdge], place: str) -> float:
     """Signed area [m^2] of the piece; raises when its outline encloses nothing or meets itself."""
-    pieces = [1 if curves.is_straight(edge.curve) else CHECK_SEGMENTS for edge in edges]
-    polygon = np.vstack([curves.sample_by_arc_length(edge.curve, n)[:-1] for edge, n in zip(edges, pieces)])
+    polygon, pieces = _polygon(edges)
     _check_piece_size(polygon, place)
     owner = np.repeat(np.arange(len(edges)), pieces)
     area = outline.signed_area(polygon)
@@ -475,6 +485,54 @@ def _check_spread(panel: Panel) -> None:
         return
     message = f"the {count} corners of the panel {panel.name!r} lie on one line: only its curved edges enclose an area"
     raise PatternError(message, f"panels.{panel.name}", "Move its vertices apart, or remove the panel and its stitches")
+
+
+def _patches(
+    specs: Mapping[str, Any], panels: Sequence[Panel], stitches: Sequence[Stitch], scale: float
+) -> tuple[Patch, ...]:
+    """The panels that lie on others."""
+    index = {panel.name: i for i, panel in enumerate(panels)}
+    laid = {name for name in index if specs[name].get("on") is not None}
+    sewn = {side.panel for stitch in stitches for side in (stitch.first, stitch.second)}
+    patches: list[Patch] = []
+    for name in (panel.name for panel in panels if panel.name in laid):
+        place, spec = f"panels.{name}.on", specs[name]["on"]
+        if not isinstance(spec, Mapping) or not isinstance(spec.get("panel"), str):
+            raise PatternError("it does not say on which panel", place, 'Give {"panel": name, "at": [x, y]}')
+        hosts = [other for other in index if other not in laid]
+        if spec["panel"] not in hosts:
+            message = f"there is no panel {spec['panel']!r} that lies on none itself"
+            raise PatternError(message, f"{place}.panel", f"Use one of {', '.join(hosts)}")
+        if index[name] in sewn:
+            message = f"{name!r} lies on another panel and is sewn to an edge, too"
+            raise PatternError(message, place, "Open its seams, or leave out `on`")
+        patch = _patch(index[name], index[spec["panel"]], spec, panels, scale, place)
+        shape = patch.on_host(_polygon(panels[patch.panel].edges)[0])
+        for other in (other for other in patches if other.host == patch.host):
+            if overlap(shape, other.on_host(_polygon(panels[other.panel].edges)[0])):
+                message = f"{name!r} and {panels[other.panel].name!r} overlap on {spec['panel']!r}"
+                raise PatternError(message, f"{place}.at", "Place them apart")
+        patches.append(patch)
+    return tuple(patches)
+
+
+def _patch(panel: int, host: int, spec: Mapping[str, Any], panels: Sequence[Panel], scale: float, place: str) -> Patch:
+    at = _vector(spec.get("at"), 2, f"{place}.at") * scale
+    turn = np.radians(_number(spec.get("turn", 0), f"{place}.turn"))
+    opened = spec.get("open", [])
+    count = len(panels[panel].edges)
+    if not isinstance(opened, list) or not all(_is_index(edge) and 0 <= edge < count for edge in opened):
+        raise PatternError("not a list of its edges", f"{place}.open", f"Give indices from 0 to {count - 1}")
+    if len(set(opened)) == count:
+        raise PatternError("none of its edges is sewn on", f"{place}.open", "Leave at least one edge out of the list")
+    if panels[panel].clockwise != panels[host].clockwise:
+        message = f"its outline runs the other way round than that of {panels[host].name!r}"
+        raise PatternError(message, place, "List its edges in the opposite order")
+    patch = Patch(panel, host, (float(at[0]), float(at[1])), float(turn), frozenset(opened))
+    if not lies_within(patch.on_host(_polygon(panels[panel].edges)[0]), _polygon(panels[host].edges)[0]):
+        message = f"{panels[panel].name!r} reaches over the edge of {panels[host].name!r}, or touches it"
+        raise PatternError(message, f"{place}.at", "Place it further inside, or make it smaller")
+    return patch
 
 
 def _label(spec: Mapping[str, Any], place: str) -> str:

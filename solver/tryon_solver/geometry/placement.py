@@ -4,7 +4,7 @@ Each piece is rolled onto a cylinder around its part of the body: an upright one
 a sleeve. Rolling does not stretch, and it brings the edges that are to be sewn next to each other. Pieces that lie side
 by side, as the halves of a front, are rolled together (sheets.py). A piece too wide for that (a flared skirt) stays
 flat, moved outwards as far as needed. Pieces are placed one after the other, from the trunk outwards, each clear of
-those before.
+those before; then what lies on a piece, over it.
 """
 
 from __future__ import annotations
@@ -58,7 +58,9 @@ def place_around(
     pieces = [flat_piece(mesh, index, body.vertices, trunk, arms) for index in range(len(sides))]
     result = np.full((len(mesh.uv), 3), np.nan)
     placed: list[Surface] = []
-    for sheet in sorted(sheets(mesh, pieces, BETWEEN * clearance), key=lambda sheet: sheet.order):
+    patches = set(np.unique(mesh.panel_of_vertex[mesh.laid.vertices]).tolist())
+    alone = [sheet for sheet in sheets(mesh, pieces, BETWEEN * clearance) if not patches & set(sheet.panels)]
+    for sheet in sorted(alone, key=lambda sheet: sheet.order):
         faces = [mesh.faces[mesh.panel_of_face == index] - mesh.first_vertex(index) for index in sheet.panels]
         for candidate in _candidates(sheet, clearance):
             surfaces = [Surface(points, own) for points, own in zip(sheet.split(candidate), faces)]
@@ -77,6 +79,7 @@ def place_around(
         placed += surfaces
         for index, surface in zip(sheet.panels, surfaces):
             result[mesh.panel_of_vertex == index] = surface.vertices
+    result[mesh.laid.vertices] = mesh.laid.on(result, mesh.faces, clearance)
     return result
 
 

@@ -17,15 +17,16 @@ def check_wearable(pattern: Pattern) -> None:
     """Refuse pieces that hold together in a way that closes around nothing: single ones, and chains of them.
 
     Pieces are taken as nodes and stitches as the links between them; what is linked needs a closed way through
-    different stitches (a dart is one, too: the pieces' shapes are not looked at). Raises PatternError naming the
-    pieces.
+    different stitches (a dart is one, too: the pieces' shapes are not looked at). What lies on another piece is held by
+    that. Raises PatternError naming the pieces.
     """
     count = len(pattern.panels)
     links = np.array([(s.first.panel, s.second.panel) for s in pattern.stitches], np.int64).reshape(-1, 2)
     graph = coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(count, count))
     groups, group_of_panel = connected_components(graph, directed=False)
     stitches = Counter(group_of_panel[links[:, 0]].tolist())
-    for group in range(groups):
+    held = {int(group_of_panel[patch.panel]) for patch in pattern.patches}
+    for group in sorted(set(range(groups)) - held):
         members = [panel.name for panel, of in zip(pattern.panels, group_of_panel) if of == group]
         if stitches[group] >= len(members):
             continue

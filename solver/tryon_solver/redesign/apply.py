@@ -15,6 +15,7 @@ from tryon_solver.redesign.darting import dart
 from tryon_solver.redesign.draft import Draft, read_draft
 from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.moving import lengthen, move_vertex, take_in
+from tryon_solver.redesign.patching import patch, pocket
 from tryon_solver.redesign.scaling import scale_garment, scale_piece
 from tryon_solver.redesign.sewing import close_seam, ease, gather, open_seam, remove_piece
 from tryon_solver.redesign.structure import difference
@@ -34,6 +35,8 @@ CHANGES: dict[type[edits.Edit], Callable[[Draft, Any], None]] = {
     edits.CloseSeam: close_seam,
     edits.Cut: cut,
     edits.Dart: dart,
+    edits.Patch: patch,
+    edits.Pocket: pocket,
     edits.RemovePiece: remove_piece,
 }
 

@@ -14,6 +14,7 @@ from tryon_solver.redesign.dividing import divide
 from tryon_solver.redesign.draft import Draft, Edge, Piece, Seam, Vertex
 from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.edits import Cut
+from tryon_solver.redesign.patching import hosts_no_more, refuse_patch
 
 SNAP = 2e-3  # m; a cut that comes nearer to a vertex goes through it: no cutter leaves so short an edge
 OPEN_GAP = 0.02  # m between the parts of an open cut where the pattern places them: unsewn edges may not start in touch
@@ -28,6 +29,7 @@ def cut(draft: Draft, edit: Cut) -> None:
     line = np.array(edit.line)
     if np.hypot(*(line[1] - line[0])) < SNAP:
         raise EditError("the two points of the line are one", "line", OUTSIDE)
+    refuse_patch(piece, "it can't be cut")
     first, second = _points(draft, piece, line)
     a, b = (_vertex_at(draft, piece, line, point) for point in (first, second))
     start = next(i for i, edge in enumerate(piece.edges) if edge.start is a)
@@ -37,7 +39,7 @@ def cut(draft: Draft, edit: Cut) -> None:
     sewn = [any(draft.seam_at(edge) for edge in part.edges) for part in pair]
     areas = [round(abs(outline.signed_area(draft.outline(part))), 6) for part in pair]  # of equals always the same
     kept, new = pair if (sewn[0], areas[0]) >= (sewn[1], areas[1]) else pair[::-1]
-    new.name = _free_name(draft, piece.name)
+    new.name = draft.free_name(piece.name)
     if edit.sewn:
         draft.seams.append(Seam(kept.edges[-1], new.edges[-1], [], 1.0))
     else:
@@ -45,6 +47,7 @@ def cut(draft: Draft, edit: Cut) -> None:
     falls = not edit.sewn and sewn[0] != sewn[1]
     parts = (kept,) if falls else (kept, new)
     draft.pieces = {each.name: each for old in draft.pieces.values() for each in (parts if old is piece else (old,))}
+    hosts_no_more(draft, piece, parts)
     what = "the other part is sewn to nothing and is taken away" if falls else f"the other part is now {new.name!r}"
     draft.notes.append(f"{piece.name!r} is cut: {what}")
 
@@ -121,13 +124,6 @@ def _part(piece: Piece, edges: list[Edge]) -> Piece:
     closing = Edge(edges[-1].end, edges[0].start, {})
     order = [own[vertex] for vertex in piece.vertices if vertex in own]
     return Piece(piece.name, order, [*edges, closing], deepcopy(piece.fields))
-
-
-def _free_name(draft: Draft, name: str) -> str:
-    number = 2
-    while f"{name}_{number}" in draft.pieces:
-        number += 1
-    return f"{name}_{number}"
 
 
 def _move_away(draft: Draft, new: Piece) -> None:

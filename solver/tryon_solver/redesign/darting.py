@@ -8,6 +8,7 @@ from tryon_solver.redesign.dividing import divide_side, sew_parts
 from tryon_solver.redesign.draft import Draft, Edge, Seam, Vertex
 from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.edits import Dart
+from tryon_solver.redesign.patching import refuse_patch
 
 BESIDE_MIN = 5e-3  # m of the edge that stay on either side of a dart
 
@@ -16,6 +17,7 @@ def dart(draft: Draft, edit: Dart) -> None:
     """Edits Dart."""
     edge = draft.edge(edit.panel, edit.edge)
     piece = draft.piece(edit.panel)
+    refuse_patch(piece, "it can have no dart")
     length = draft.length(edge)
     start, end = edit.position * length - edit.width / 2, edit.position * length + edit.width / 2
     if start < BESIDE_MIN or end > length - BESIDE_MIN:

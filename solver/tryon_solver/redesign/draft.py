@@ -154,6 +154,17 @@ class Draft:
         """The piece's outline as a polygon (n, 2) m."""
         return np.vstack([self._sampled(edge)[:-1] for edge in piece.edges])
 
+    def covers(self, piece: Piece, points: Points) -> bool:
+        """Do these points (K, 2) m of the piece's plane lie on it?"""
+        return bool(outline.contains(self.outline(piece), points).all())
+
+    def free_name(self, name: str) -> str:
+        """The name, or with a number where a piece has it."""
+        number, free = 1, name
+        while free in self.pieces:
+            number, free = number + 1, f"{name}_{number + 1}"
+        return free
+
     def _sampled(self, edge: Edge) -> Points:
         curve = self.curve(edge)
         return curves.sample_by_arc_length(curve, 1 if curves.is_straight(curve) else OUTLINE_SEGMENTS)

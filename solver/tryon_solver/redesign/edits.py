@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from tryon_solver.redesign.fields import (
+    Angle,
     Extent,
     Factors,
     Flag,
@@ -19,6 +20,7 @@ from tryon_solver.redesign.fields import (
     Line,
     Move,
     Name,
+    Place,
     Share,
     checks_of,
 )
@@ -205,6 +207,37 @@ class Dart(_Checked):
 
 
 @dataclass(frozen=True)
+class Patch(_Checked):
+    """Sew a rectangle of the same fabric flat onto a piece, all around.
+
+    `at` is where its middle comes to on the piece; `turn` turns it there, counter-clockwise as the piece is drawn.
+    """
+
+    panel: Name
+    at: Place  # m
+    width: Extent  # m
+    height: Extent  # m
+    turn: Angle = 0.0  # degrees
+
+    kind = "patch"
+    remedy = "Place it further inside the piece, or make it smaller"
+
+
+@dataclass(frozen=True)
+class Pocket(_Checked):
+    """Sew a rectangle of the same fabric onto a piece, open at its upper edge; else as a patch."""
+
+    panel: Name
+    at: Place  # m
+    width: Extent  # m
+    height: Extent  # m
+    turn: Angle = 0.0  # degrees
+
+    kind = "pocket"
+    remedy = "Place it further inside the piece, or make it smaller"
+
+
+@dataclass(frozen=True)
 class RemovePiece(_Checked):
     """Take a piece away with its seams."""
 
@@ -227,6 +260,8 @@ Edit = (
     | CloseSeam
     | Cut
     | Dart
+    | Patch
+    | Pocket
     | RemovePiece
 )
 
@@ -245,6 +280,8 @@ KINDS: dict[str, type[Edit]] = {
         CloseSeam,
         Cut,
         Dart,
+        Patch,
+        Pocket,
         RemovePiece,
     )
 }

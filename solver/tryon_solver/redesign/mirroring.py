@@ -113,6 +113,16 @@ def _dart(draft: Draft, edit: edits.Dart, image: Image) -> Found:
     return other, (other.panel, edge) == (edit.panel, edit.edge) and apart < ON_ITSELF
 
 
+def _sewn_on(_draft: Draft, edit: edits.Patch | edits.Pocket, image: Image) -> Found:
+    turn = np.radians(edit.turn)
+    up = image.direction((-np.sin(turn), np.cos(turn)))
+    other = replace(
+        edit, panel=image.piece.name, at=image.point(edit.at), turn=float(np.degrees(np.arctan2(-up[0], up[1])))
+    )
+    apart = np.hypot(*np.subtract(other.at, edit.at))
+    return other, other.panel == edit.panel and bool(apart < ON_ITSELF)
+
+
 def _scale_piece(_draft: Draft, edit: edits.ScalePiece, image: Image) -> Found:
     axes = np.abs(image.linear)
     factors = edit.factors
@@ -144,6 +154,8 @@ IMAGES: dict[type[edits.Edit], Callable[[Draft, Any, Image], Found]] = {
     edits.CloseSeam: _close_seam,
     edits.Cut: _cut,
     edits.Dart: _dart,
+    edits.Patch: _sewn_on,
+    edits.Pocket: _sewn_on,
     edits.ScalePiece: _scale_piece,
     edits.RemovePiece: _remove_piece,
 }

@@ -27,9 +27,13 @@ def scale_garment(draft: Draft, edit: ScaleGarment) -> None:
     width, height = edit.factors
     for piece in draft.pieces.values():
         _scale(draft, piece, np.array(edit.factors), np.zeros(2))
-        _place(draft, piece, _translation(draft, piece) * [width, height, width])
+        if on := piece.fields.get("on"):
+            at = (np.array(on["at"], dtype=np.float64) * edit.factors).tolist()
+            piece.fields = {**piece.fields, "on": {**on, "at": at}}
+        else:
+            _place(draft, piece, _translation(draft, piece) * [width, height, width])
     shift = np.array([0.0, top - _highest(draft), 0.0])
-    for piece in draft.pieces.values():
+    for piece in _free(draft):
         _place(draft, piece, _translation(draft, piece) + shift)
 
 
@@ -58,10 +62,15 @@ def _place(draft: Draft, piece: Piece, translation: Points) -> None:
     piece.fields = {**piece.fields, "translation": (translation * draft.units_in_meter).tolist()}
 
 
+def _free(draft: Draft) -> list[Piece]:
+    """The pieces that lie on none: they have places of their own."""
+    return [piece for piece in draft.pieces.values() if piece.fields.get("on") is None]
+
+
 def _highest(draft: Draft) -> float:
     """Height [m] of the garment's highest point where the pattern places it."""
     heights = []
-    for piece in draft.pieces.values():
+    for piece in _free(draft):
         rotation = rotation_from_euler(np.radians(piece.fields.get("rotation", [0, 0, 0])))
         heights.append((draft.outline(piece) @ rotation[1, :2]).max() + _translation(draft, piece)[1])
     return float(max(heights))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from tryon_solver.redesign.draft import Draft, Seam
 from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.edits import CloseSeam, Ease, Gather, OpenSeam, RemovePiece
+from tryon_solver.redesign.patching import hosts_no_more
 
 
 def gather(draft: Draft, edit: Gather) -> None:
@@ -51,3 +52,4 @@ def remove_piece(draft: Draft, edit: RemovePiece) -> None:
             f"{draft.said(edge)} is open now" for edge in (seam.first, seam.second) if edge not in piece.edges
         ]
     del draft.pieces[edit.panel]
+    hosts_no_more(draft, piece, ())

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from tryon_solver.geometry.pattern import Pattern, Stitch
+import numpy as np
+
+from tryon_solver.geometry.pattern import Panel, Pattern, Stitch
 from tryon_solver.redesign.remesh import Remesh
+
+ALONG = np.linspace(0.0, 1.0, 5)  # where on two curves of one kind a difference of theirs shows
 
 
 def difference(before: Pattern, after: Pattern) -> Remesh | None:
@@ -24,7 +28,24 @@ def difference(before: Pattern, after: Pattern) -> Remesh | None:
         stitch = [*others, *after.stitches][0]
         name = before.panels[stitch.first.panel].name
         return Remesh(f"{name!r} is sewn otherwise at edge {stitch.first.edge}", name)
+    for name in old:
+        if _laid(before, name) != _laid(after, name):
+            return Remesh(f"{name!r} is sewn on another piece otherwise", name)
     return None
+
+
+def _laid(pattern: Pattern, name: str) -> object:
+    """How a piece lies on another; None of one that does not. The shapes of both are a part of that: by them its
+    stitches find their places on the mesh beneath."""
+    for patch in pattern.patches:
+        if pattern.panels[patch.panel].name == name:
+            host = pattern.panels[patch.host]
+            return host.name, patch.at, patch.turn, patch.open, _shape(pattern.panels[patch.panel]), _shape(host)
+    return None
+
+
+def _shape(panel: Panel) -> list[bytes]:
+    return [edge.curve.points(ALONG).tobytes() for edge in panel.edges]
 
 
 def _sewn(pattern: Pattern) -> list[tuple[object, ...]]:

@@ -42,12 +42,17 @@ def _pair(values: Points) -> tuple[float, float]:
 
 
 def find_image(draft: Draft, piece: Piece) -> Image | None:
-    """The piece that is this one's mirror image, which may be itself; None when there is none within TOLERANCE."""
+    """The piece that is this one's mirror image, which may be itself; None when there is none within TOLERANCE.
+
+    What lies on another piece has no place of its own by which to tell it.
+    """
+    if piece.fields.get("on") is not None:
+        return None
     flat = _marks(draft, piece)
     wanted = _placed(draft, piece, flat) * MIRROR
     best, least = None, TOLERANCE
     for other in draft.pieces.values():
-        if len(other.edges) != len(piece.edges):
+        if len(other.edges) != len(piece.edges) or other.fields.get("on") is not None:
             continue
         marks = _marks(draft, other)
         placed = _placed(draft, other, marks)

@@ -12,7 +12,7 @@ from drape_states import crumpled, dense, rounded, stretched
 from newton_product import newton_product
 from small_scenes import STILL, fabric, icosphere, rigid_body, sheet
 
-from tryon_solver.scene import AirDrag, BodyContact, Scene, Sewing, StrainLimit
+from tryon_solver.scene import AirDrag, Attached, BodyContact, Scene, Sewing, StrainLimit
 from tryon_solver.settings import Settings
 from tryon_solver.simulation import build
 from tryon_solver.stepping.gradient import elastic_gradient, system_product
@@ -20,7 +20,9 @@ from tryon_solver.stepping.move_body import limit_return
 from tryon_solver.stepping.newton import linearise
 
 CLOTH = fabric(k_warp=300.0, k_weft=180.0, k_shear=70.0, k_bend=3e-5, strain_limit=1.1)
-LIMIT, DRAG, STITCH = 1200.0, 7.0, 250.0
+LIMIT, DRAG, STITCH, ATTACHED = 1200.0, 7.0, 250.0, 5.0
+PATCH, ONTO = np.array([6, 18], np.int32), np.array([[10, 11, 15], [3, 8, 9]], np.int32)
+SHARES = np.array([[0.2, 0.5, 0.3], [0.6, -0.1, 0.5]])
 STITCHES = np.array([[0, 24], [4, 20], [2, 12]], np.int32)
 SHARE = 0.6
 DT = 1 / 75
@@ -32,6 +34,7 @@ def sim():
     garment, x = sheet(5, 5, 0.1, 0.1)
     vertices, faces = icosphere(0.04, 0)
     effects = (BodyContact(), StrainLimit(LIMIT), AirDrag(DRAG), Sewing(STITCHES, STITCH))
+    effects = (*effects, Attached(PATCH, ONTO, SHARES, ATTACHED))
     scene = Scene(garment, x, rigid_body(vertices - np.array([0, 0.1, 0]), faces), CLOTH, effects)
     sim = build(scene, Settings(skin_stiffness=150.0), "cpu", STILL)
     sim.use_time_step(DT)
@@ -68,12 +71,17 @@ def cloth_energies(sim, state):
     a, b = STITCHES.T
     apart = (sim.scene.x_start[a] - sim.scene.x_start[b]).astype(np.float32).astype(np.float64)
     start = state["x_start"][: sim.cloth_count]
+
+    def over(x):
+        return x[..., PATCH, :] - (SHARES[:, :, None] * x[..., ONTO, :]).sum(-2)
+
     return {
         "inertia": lambda x: 0.5 / DT**2 * (sim.mass[:, None] * (x - state["x_hat"]) ** 2).sum((-1, -2)),
         "membrane": reference.membrane(garment, CLOTH),
         "strain limit": reference.strain_limit(garment, LIMIT, CLOTH.strain_limit),
         "bending": lambda x: 0.5 * np.einsum("...ia,ij,...ja->...", x, bending, x),
         "drag": lambda x: 0.5 * DRAG / DT * (sim.area[:, None] * (x - start) ** 2).sum((-1, -2)),
+        "attached": lambda x: 0.5 * ATTACHED * (over(x) ** 2).sum((-1, -2)),
         "sewing": lambda x: 0.5 * STITCH * ((x[..., a, :] - x[..., b, :] - SHARE * apart) ** 2).sum((-1, -2)),
     }
 
@@ -103,7 +111,7 @@ def test_gradient_of_the_cloth_is_the_sum_of_its_energies(sim, state, uv, rng, k
     np.testing.assert_allclose(found, sum(parts.values()), rtol=0, atol=2e-5 * scale)
 
 
-@pytest.mark.parametrize("left_out", ["inertia", "drag", "sewing", "bending"])
+@pytest.mark.parametrize("left_out", ["inertia", "drag", "sewing", "attached", "bending"])
 def test_every_part_is_in_the_gradient(sim, state, uv, left_out):
     """What is left when all others are taken away; a gentle state, so that none drowns in another's rounding."""
     n = sim.cloth_count

@@ -38,6 +38,7 @@ EDITS = {
     "cut and sewn": {"kind": "cut", "panel": "front", "line": [[-0.5, 0.2], [0.5, 0.25]], "sewn": True},
     "cut off": {"kind": "cut", "panel": "front", "line": [[-0.5, 0.1], [0.5, 0.1]]},
     "dart": {"kind": "dart", "panel": "front", "edge": 0, "position": 0.3, "width": 0.03, "depth": 0.12},
+    "pocket": {"kind": "pocket", "panel": "front", "at": [0.06, 0.4], "width": 0.13, "height": 0.14},
     "open seam": {"kind": "open_seam", "panel": "front", "edge": 1},
     "without a sleeve's half": {"kind": "remove_piece", "panel": "right_sleeve_back"},
 }

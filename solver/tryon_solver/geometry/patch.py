@@ -1,0 +1,121 @@
+"""Pieces that lie on others: a pocket, a patch. Sewn on along their edges, flat on the right side of the fabric."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from tryon_solver.geometry import outline
+
+Points = NDArray[np.float64]
+
+MARGIN = 3e-3  # m that the host reaches beyond what is sewn on it, a seam's own width
+NEIGHBOURS = 24  # triangles of the host that are looked at for a point, by their middles
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A piece on another one, by their indices: its own origin comes to `at`, and it is turned about that."""
+
+    panel: int
+    host: int
+    at: tuple[float, float]  # m, in the host's plane
+    turn: float  # radians, counter-clockwise as the host is drawn
+    open: frozenset[int]  # its edges that are not sewn on
+
+    def on_host(self, points: Points) -> Points:
+        """Points (K, 2) m of its plane, in the host's."""
+        c, s = np.cos(self.turn), np.sin(self.turn)
+        turned: Points = points @ np.array([[c, s], [-s, c]]) + self.at
+        return turned
+
+
+@dataclass(frozen=True)
+class Laid:
+    """Where the vertices of all patches lie on the pieces beneath, as shares of the corners of a triangle there."""
+
+    vertices: NDArray[np.int32]  # (K,)
+    onto: NDArray[np.int32]  # (K, 3), vertices of the host
+    weights: Points  # (K, 3), sum to 1
+    sewn: NDArray[np.bool_]  # (K,), on an edge that is sewn on
+
+    @staticmethod
+    def nothing() -> Laid:
+        """Of a pattern without patches."""
+        empty = np.empty(0, np.int32)
+        return Laid(empty, np.empty((0, 3), np.int32), np.empty((0, 3)), np.empty(0, bool))
+
+    @staticmethod
+    def together(several: list[Laid]) -> Laid:
+        """Of several patches."""
+        if not several:
+            return Laid.nothing()
+        names = ("vertices", "onto", "weights", "sewn")
+        return Laid(*(np.concatenate([getattr(laid, name) for laid in several]) for name in names))
+
+    def on(self, x: Points, faces: NDArray[np.int32], lift: float) -> Points:
+        """Places (K, 3) m over the pieces at x (V, 3) m with these faces (F, 3), `lift` m off their right side."""
+        normals = vertex_normals(x, faces)
+        here, up = (np.einsum("kc,kcd->kd", self.weights, values[self.onto]) for values in (x, normals))
+        lifted: Points = here + lift * up / np.linalg.norm(up, axis=1, keepdims=True)
+        return lifted
+
+
+def vertex_normals(x: Points, faces: NDArray[np.int32]) -> Points:
+    """(V, 3) unit, the mean of those of the faces around, by their areas; zero where there are none."""
+    a, b, c = (x[faces[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    total = np.zeros_like(x)
+    for k in range(3):
+        np.add.at(total, faces[:, k], normal)
+    return total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-30)
+
+
+def located(points: Points, vertices: Points, faces: NDArray[np.int32]) -> tuple[NDArray[np.int32], Points]:
+    """The triangle of a flat mesh (vertices (V, 2) m, faces (F, 3)) in which each point (K, 2) m lies: its corners
+    (K, 3), and the point's barycentric coordinates there (K, 3). A point outside lies in the nearest one's plane."""
+    corners = vertices[faces]
+    count = min(NEIGHBOURS, len(faces))
+    _, near = cKDTree(corners.mean(axis=1)).query(points, k=count)
+    near = near.reshape(len(points), count)
+    a, b, c = (corners[near, k] for k in range(3))
+    area = _cross(b - a, c - a)
+    p = points[:, None]
+    weights = np.stack([_cross(b - p, c - p), _cross(c - p, a - p), _cross(a - p, b - p)], axis=-1) / area[..., None]
+    best = weights.min(axis=-1).argmax(axis=1)
+    row = np.arange(len(points))
+    return faces[near[row, best]].astype(np.int32), weights[row, best]
+
+
+def lies_within(inner: Points, host: Points) -> bool:
+    """Does the outline (n, 2) m lie inside the host's (m, 2) m, `MARGIN` from its edges?"""
+    if not outline.contains(host, inner).all() or outline.contains(inner, host).any():
+        return False
+    return min(outline.distance(host, inner).min(), outline.distance(inner, host).min()) >= MARGIN
+
+
+def overlap(one: Points, other: Points) -> bool:
+    """Do two outlines (n, 2), (m, 2) m share a place, or come within `MARGIN`?"""
+    if outline.contains(one, other).any() or outline.contains(other, one).any():
+        return True
+    return min(outline.distance(one, other).min(), outline.distance(other, one).min()) < MARGIN or _cross_each_other(
+        one, other
+    )
+
+
+def _cross_each_other(one: Points, other: Points) -> bool:
+    """Do edges of two closed polygons cross?"""
+    p, r = one[:, None], (np.roll(one, -1, axis=0) - one)[:, None]
+    q, s = other[None], (np.roll(other, -1, axis=0) - other)[None]
+    area = _cross(r, s)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t, u = _cross(q - p, s) / area, _cross(q - p, r) / area
+    return bool(((t > 0) & (t < 1) & (u > 0) & (u < 1)).any())
+
+
+def _cross(u: Points, v: Points) -> Points:
+    product: Points = u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
+    return product
