@@ -145,3 +145,33 @@ def takes_part(contribution: Contribution, stage: str) -> bool:
     """Does the contribution act in this stage?"""
     entry = getattr(contribution, stage)
     return entry is not None and not (isinstance(entry, tuple) and not entry)
+
+
+@dataclass(frozen=True)
+class Stages:
+    """The plan's functions by stage, resolved once."""
+
+    add_acceleration: tuple[Callable[..., object], ...]
+    project: tuple[Callable[..., object], ...]
+    project_in_correction: tuple[Callable[..., object], ...]
+    add_gradient: tuple[Callable[..., object], ...]
+    start_step: tuple[Callable[..., object], ...]
+    add_velocity_gradient: tuple[Callable[..., object], ...]
+    add_velocity_gradient_in_correction: tuple[Callable[..., object], ...]
+    add_hessian: tuple[Callable[..., object], ...]
+    contact: tuple[ContactTerm, ...]
+
+    @staticmethod
+    def of(plan: StepPlan) -> Stages:
+        """All stages of the plan."""
+        return Stages(
+            add_acceleration=plan.stage("add_acceleration"),
+            project=plan.stage("project"),
+            project_in_correction=plan.stage("project_in_correction"),
+            add_gradient=plan.stage("add_gradient"),
+            start_step=plan.stage("start_step"),
+            add_velocity_gradient=plan.stage("add_velocity_gradient"),
+            add_velocity_gradient_in_correction=plan.stage("add_velocity_gradient_in_correction"),
+            add_hessian=plan.stage("add_hessian"),
+            contact=tuple(c.contact for c in plan.contributions if c.contact is not None),
+        )

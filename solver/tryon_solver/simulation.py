@@ -32,7 +32,7 @@ from tryon_solver.linalg.vectors import find_largest, move_origin
 from tryon_solver.materials.device import RestShape
 from tryon_solver.materials.stretch import StretchMeter
 from tryon_solver.materials.terms import bind_bending, bind_membrane
-from tryon_solver.plan import ContactTerm, StepPlan
+from tryon_solver.plan import Stages, StepPlan
 from tryon_solver.results import Counters, StepReport
 from tryon_solver.scene import Scene
 from tryon_solver.settings import Settings
@@ -42,7 +42,7 @@ from tryon_solver.stepping.hold import Holding
 from tryon_solver.stepping.progress import TRUSTED, TRUSTED_AGAIN, Budget, Progress
 from tryon_solver.stepping.report import make_report, smallest_gap
 from tryon_solver.stepping.start import refuse_touching_start
-from tryon_solver.subspace.basis import explicit_inverse, reduced_matrix, spline_basis
+from tryon_solver.subspace.basis import basis_by_edges, explicit_inverse, reduced_matrix
 from tryon_solver.subspace.contact_coarse import ContactCoarseLevel
 from tryon_solver.subspace.search import ReducedSearch
 
@@ -79,27 +79,11 @@ class PosedBody:
         return transforms if stance is start else self.moving.transforms(start)
 
 
-@dataclass(frozen=True)
-class Stages:
-    """The plan's functions by stage, resolved once."""
-
-    add_acceleration: tuple[Callable[..., object], ...]
-    project: tuple[Callable[..., object], ...]
-    project_in_correction: tuple[Callable[..., object], ...]
-    add_gradient: tuple[Callable[..., object], ...]
-    start_step: tuple[Callable[..., object], ...]
-    add_velocity_gradient: tuple[Callable[..., object], ...]
-    add_velocity_gradient_in_correction: tuple[Callable[..., object], ...]
-    add_hessian: tuple[Callable[..., object], ...]
-    contact: tuple[ContactTerm, ...]
-
-
 class Simulation:
     """A scene on a device. Made by `build`; drive it with `advance`."""
 
-    def __init__(
-        self, scene: Scene, settings: Settings, device: str, pose: Any, surface: np.ndarray | None
-    ) -> None:
+    def __init__(self, scene: Scene, settings: Settings, device: str) -> None:
+        """The first part of building it; `parts` are the others."""
         self.scene, self.settings, self.device = scene, settings, device
         garment = scene.garment
         self.cloth_count = garment.vertex_count
@@ -110,26 +94,23 @@ class Simulation:
         self.area = garment.vertex_areas()
         self.plan = bind_plan(scene, settings, device, self.mass, self.area)
         compile_kernels(device)  # of what the plan has imported, too
-        self.stages = Stages(
-            add_acceleration=self.plan.stage("add_acceleration"),
-            project=self.plan.stage("project"),
-            project_in_correction=self.plan.stage("project_in_correction"),
-            add_gradient=self.plan.stage("add_gradient"),
-            start_step=self.plan.stage("start_step"),
-            add_velocity_gradient=self.plan.stage("add_velocity_gradient"),
-            add_velocity_gradient_in_correction=self.plan.stage("add_velocity_gradient_in_correction"),
-            add_hessian=self.plan.stage("add_hessian"),
-            contact=tuple(c.contact for c in self.plan.contributions if c.contact is not None),
-        )
-        self._allocate(pose, surface)
-        self._assemble()
-        self._prepare_contact()
+        self.stages = Stages.of(self.plan)
         self.sleep = next((c.sleep for c in self.plan.contributions if c.sleep is not None), None)
         self.stretch = StretchMeter.build(garment, device)
         self.counters = Counters()
-        self.reported = StepReport(self.state.time, 0, 0, 0, 0, 0.0, settings.d_hat, 1.0, 0.0, 0, 0, 0, 0.0)
+        self.reported = StepReport(0.0, 0, 0, 0, 0, 0.0, settings.d_hat, 1.0, 0.0, 0, 0, 0, 0.0)
 
     # -- building ------------------------------------------------------------------------------------------------
+
+    def parts(self, pose: Any, surface: np.ndarray | None, basis: csr_matrix | None = None) -> Iterator[None]:
+        """Build the rest but for what `use_time_step` makes, a part with each `next`; arguments as of `build`, and the
+        garment's `basis_by_edges` if that has been made."""
+        self._allocate(pose, surface)
+        yield
+        self._assemble(basis_by_edges(self.scene.garment, self.settings.subspace_spacing) if basis is None else basis)
+        yield
+        self._prepare_contact()
+        yield
 
     def _allocate(self, pose: Any, surface: np.ndarray | None) -> None:
         scene, device = self.scene, self.device
@@ -194,8 +175,8 @@ class Simulation:
         self.corners: wp.array = wp.array(order.astype(np.int32), dtype=wp.int32, device=device)
         self.corner_start: wp.array = wp.array(start.astype(np.int32), dtype=wp.int32, device=device)
 
-    def _assemble(self) -> None:
-        """Stiffness rows and the spline basis; matrices that depend on the time step come with `use_time_step`."""
+    def _assemble(self, basis: csr_matrix) -> None:
+        """Stiffness rows and the subspace; matrices that depend on the time step come with `use_time_step`."""
         garment, device = self.scene.garment, self.device
         self.stiffness_matrix: csr_matrix = self.plan.stiffness(self.cloth_count)
         self.stiffness = EllMatrix.from_scipy(self.stiffness_matrix, device)
@@ -208,15 +189,13 @@ class Simulation:
         if rates is not None:
             self.damped = at_rest, rates
             self.constant_stiffness = at_rest.like()
-        spacing = self.settings.subspace_spacing * self.mean_edge
-        self.basis = spline_basis(garment, spacing)
+        self.basis = basis
         self.mass_per_dt2 = wp.zeros(self.cloth_count, dtype=wp.float32, device=device)
         self._inverses: dict[int, np.ndarray] = {}
         self.dt = 0.0
         self.coarse: ContactCoarseLevel | None = None
         self._factor_key: int | None = None
         self.spectral_bound = 2.2
-        self.use_time_step(self.settings.largest_step)
 
     def constant_parts(self, plan: StepPlan) -> tuple[NearFar, NearFar | None]:
         """Of the correction's matrix: what is constant, and, if there are such, the rates that are taken over dt."""
@@ -332,8 +311,8 @@ class Simulation:
         if self.settings.scheme != "contact_coarse":
             return
         if self.coarse is None:
-            spacing = self.settings.coarse_spacing * self.mean_edge
-            self.coarse = ContactCoarseLevel.build(spline_basis(self.scene.garment, spacing), self.device)
+            coarse = basis_by_edges(self.scene.garment, self.settings.coarse_spacing)
+            self.coarse = ContactCoarseLevel.build(coarse, self.device)
         self.coarse.rest = reduced_matrix(self.coarse.basis, self.stiffness_matrix + sp.diags(diagonal))
 
     # -- running -------------------------------------------------------------------------------------------------
@@ -476,7 +455,10 @@ def build(
             f"settings.deterministic: on {device} sums run in an order that changes from run to run "
             "(METHOD.md section 13); simulate on the CPU or leave the setting out"
         )
-    simulation = Simulation(scene, settings, device, pose, surface)
+    simulation = Simulation(scene, settings, device)
+    for _ in simulation.parts(pose, surface):
+        pass
+    simulation.use_time_step(settings.largest_step)
     if not tangled:
         refuse_touching_start(simulation)
     return simulation

@@ -9,19 +9,25 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from scipy.sparse import csr_matrix
+
 from tryon_server.problems import problem_error
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.pattern import PatternError, parse_pattern
 from tryon_solver.geometry.piece_meshes import PieceMeshes, keep, kept
 from tryon_solver.geometry.size import mesh_in_size
+from tryon_solver.geometry.weld import weld
+from tryon_solver.subspace.basis import basis_by_edges
 
 
 @dataclass(frozen=True, eq=False)
 class Cut:
-    """A pattern, plain JSON, its mesh in the size in which it is worn, and the meshes of its pieces to be kept."""
+    """A pattern, plain JSON, its mesh in the size in which it is worn, the basis of that welded, and the meshes of its
+    pieces to be kept."""
 
     specification: Mapping[str, Any]
     panels: PanelMesh
+    basis: csr_matrix
     pieces: PieceMeshes
 
 
@@ -29,12 +35,13 @@ class Cut:
 class Cutting:
     """Meshes a pattern, plain JSON, in `size` times its own by edges of `edge_length` m. Call it in any process.
 
-    `known` are meshes of pieces that need not be made again.
+    `spacing` is the basis's, in mean edges; `known` are meshes of pieces that need not be made again.
     """
 
     specification: Mapping[str, Any]
     edge_length: float
     size: float
+    spacing: float
     known: PieceMeshes
 
     def __call__(self) -> Cut:
@@ -44,4 +51,4 @@ class Cutting:
             panels = mesh_in_size(parse_pattern(self.specification), self.edge_length, self.size)
         except PatternError as error:
             raise problem_error("pattern.invalid", error.message, error.remedy, place=error.place) from error
-        return Cut(self.specification, panels, kept())
+        return Cut(self.specification, panels, basis_by_edges(weld(panels).garment(), self.spacing), kept())

@@ -111,7 +111,7 @@ class Drape(Protocol):
         """What makes the pattern's mesh, beside the simulation: for ``recut``."""
 
     def recut(self, cut: Any) -> Iterator[Drape | None]:
-        """Put on what ``cutting`` made where the garment is worn, in parts of about the time of a frame each.
+        """Put on what ``cutting`` made where the garment is worn, in parts.
 
         None comes after each but the last, and this garment may be advanced; the last gives the new one, as this one is
         worn then: its next ``advance`` is this one's. Without one it ends where it has to be dressed anew.

@@ -162,16 +162,20 @@ class SolverDrape:
     def cutting(self, specification: Mapping[str, Any]) -> Cutting:
         """What makes the pattern's mesh, beside the simulation."""
         assert self._worn is not None
-        return Cutting(specification, self._worn.edge_length, self._worn.size, kept())
+        spacing = self.simulation.settings.subspace_spacing
+        return Cutting(specification, self._worn.edge_length, self._worn.size, spacing, kept())
 
     def recut(self, cut: Cut) -> Iterator[SolverDrape | None]:
-        """That mesh put on from where this garment is worn, in two parts; none where it can't be."""
+        """That mesh put on from where this garment is worn, in parts; none where it can't be."""
         worn = self._worn
         assert worn is not None
         keep(cut.pieces)
         try:
-            prepared = prepare(self.simulation, cut.panels)
-            yield None
+            prepared = None
+            for made in prepare(self.simulation, cut.panels, cut.basis):
+                prepared = made
+                yield None
+            assert prepared is not None
             before = worn.panels if self._edit is None else in_size(self._edit.now, worn.size)
             carried = put_on(prepared, self.simulation, before)
         except (CarryError, GarmentError) as error:

@@ -35,7 +35,7 @@ class Remade:
 
 class Remaking:
     """At most one garment on its way. The mesh, and what is dressed, are made `beside`; what needs the solver's device
-    is made here, in parts that each take about as long as a frame."""
+    is made here, in parts that each take at most about as long as a frame."""
 
     def __init__(self, beside: Beside, build: BuildDrape) -> None:
         self._beside = beside
@@ -48,6 +48,11 @@ class Remaking:
     def under_way(self) -> bool:
         """Is something being made?"""
         return self._order is not None
+
+    @property
+    def has_parts(self) -> bool:
+        """Is there something left to be done here, and nothing to wait for?"""
+        return self._parts is not None
 
     def begin(self, drape: Drape, order: DrapeOrder) -> None:
         """Make the garment of the order's pattern, while this one is worn. What was being made is given up."""

@@ -59,6 +59,7 @@ REPORT_SECONDS = 0.25  # between reports
 PROGRESS_SECONDS = 0.2  # between tellings of the same stage's progress
 COMPLAINT_SECONDS = 1.0  # between complaints of a tracker that can't be followed
 IDLE_SECONDS = 0.05  # between looks at a source that had nothing to do
+REMAKING_SHARE = 0.5  # of the time that a frame took, after which no further part of another garment is begun
 REMAKING_SECONDS = 0.01  # between looks at a garment that is being made
 FAILURES_IN_A_ROW = 30  # steps that may fail one after another before the session is given up
 LATER = "shown once it is let go"
@@ -298,9 +299,12 @@ class Worker:
         self._remaking.begin(drape, order)
 
     def _remake(self, drape: Drape) -> None:
-        """Go on making the garment that is to be worn next, and wear it once it is there."""
+        """Go on making the garment that is to be worn next, for part of a frame's time; wear it once it is there."""
+        end = self._clock() + REMAKING_SHARE * self._cost
         try:
             remade = self._remaking.go_on(drape)
+            while remade is None and self._remaking.has_parts and self._clock() < end:
+                remade = self._remaking.go_on(drape)
             if remade is not None:
                 self._wear(remade)
         except EditError as error:

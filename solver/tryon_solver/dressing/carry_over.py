@@ -9,6 +9,8 @@ is (dressing/untangle.py), and goes on from there with the body where it is.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from concurrent.futures import wait
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,8 +24,9 @@ from tryon_solver.dressing.untangle import Freed, TangledError, untangle
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.weld import WeldedMesh, weld
+from tryon_solver.live_edit import BESIDE
 from tryon_solver.scene import Scene
-from tryon_solver.simulation import Simulation, build
+from tryon_solver.simulation import Simulation
 
 Points = NDArray[np.float64]
 
@@ -34,6 +37,7 @@ ROOM = 1.2  # offsets of cloth from cloth that lie between edges that were sewn 
 LIFT = 2e-3  # m at least off the fabric at which a pocket is laid on it, and
 LIFT_SHARE = 0.15  # of the mean edge: so far the two meshes may miss each other where the fabric is bent
 ROUNDS = 40  # of freeing, over ten times what cuts and darts of worn garments took; the wearer waits for them
+LOOK_SECONDS = 1e-3  # for an inverse that is being made
 MOST_STRETCH = 1.5  # times the fabric's limit: drawn so far together, cloth is better dressed anew
 
 
@@ -66,25 +70,32 @@ def carry_over(worn: Simulation, before: PanelMesh, after: PanelMesh) -> Carried
     The new simulation has the old one's body in its stance, its collision surface, fabric, effects and settings; its
     clock begins at 0. Raises CarryError, or GarmentError as `build`; the old simulation is as it was.
     """
-    return put_on(prepare(worn, after), worn, before)
+    (prepared,) = (it for it in prepare(worn, after) if it is not None)
+    return put_on(prepared, worn, before)
 
 
-def prepare(worn: Simulation, after: PanelMesh) -> Prepared:
-    """All of `carry_over` that does not depend on where the garment `worn` is: it may be advanced afterwards.
+def prepare(worn: Simulation, after: PanelMesh, basis: sp.csr_matrix | None = None) -> Iterator[Prepared | None]:
+    """All of `carry_over` that does not depend on where the garment `worn` is, which may be advanced meanwhile and
+    afterwards: in parts, None after each but the last.
 
-    Raises GarmentError as `build`.
+    `basis`: the new garment's `basis_by_edges`, if it has been made. Raises GarmentError as `build`.
     """
     assert worn.scene.body is not None
     assert worn.body is not None
     joined = weld(after)
-    garment = Garment(joined.vertex_of_corner, joined.uv_corners, joined.panel_of_face, joined.vertex_count)
     flat = joined.mean_of_vertices(after.placed)
     stitches = stitched_on(after, joined.welded_of_vertex, worn.scene.fabric)
     effects = (*without_stitches(worn.scene.effects), *stitches)
-    scene = Scene(garment, flat, worn.scene.body, worn.scene.fabric, effects)
-    simulation = build(scene, worn.settings, worn.device, worn.body.pose, tangled=True)
-    simulation.use_time_step(worn.dt)
-    return Prepared(simulation, after, joined)
+    scene = Scene(joined.garment(), flat, worn.scene.body, worn.scene.fabric, effects)
+    simulation = Simulation(scene, worn.settings, worn.device)
+    yield None
+    yield from simulation.parts(worn.body.pose, None, basis)
+    simulation.set_diagonals(worn.dt)
+    inverse = BESIDE.submit(simulation.inverse_to_make())
+    while not wait([inverse], LOOK_SECONDS).done:
+        yield None
+    simulation.use_inverse(inverse.result())
+    yield Prepared(simulation, after, joined)
 
 
 def put_on(prepared: Prepared, worn: Simulation, before: PanelMesh) -> Carried:

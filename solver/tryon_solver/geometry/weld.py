@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tryon_solver.geometry import seams
+from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.panel_mesh import PanelMesh
 
 
@@ -27,6 +28,10 @@ class WeldedMesh:
     def vertex_count(self) -> int:
         """Number N of welded vertices, which are 0..N - 1."""
         return int(self.welded_of_vertex.max()) + 1
+
+    def garment(self) -> Garment:
+        """The fabric that is simulated."""
+        return Garment(self.vertex_of_corner, self.uv_corners, self.panel_of_face, self.vertex_count)
 
     def mean_of_vertices(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Values (V, k) of the unsewn vertices averaged over those that are one welded vertex, shape (N, k)."""

@@ -70,6 +70,11 @@ def spline_basis(garment: Garment, spacing: float) -> sp.csr_matrix:
     return sp.diags(1.0 / total) @ basis
 
 
+def basis_by_edges(garment: Garment, edges: float) -> sp.csr_matrix:
+    """`spline_basis` with grid points so many mean edges of the pattern apart."""
+    return spline_basis(garment, edges * garment.mean_edge_length())
+
+
 def reduced_matrix(basis: sp.csr_matrix, system: sp.csr_matrix) -> np.ndarray:
     """B^T H B, dense (basis_count, basis_count) float64, its diagonal raised by DIAGONAL_SHIFT.
 
