@@ -8,7 +8,7 @@ the shape has moved on since, the next one is begun.
 
 from __future__ import annotations
 
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from dataclasses import replace
 
 import numpy as np
@@ -21,11 +21,9 @@ from tryon_solver.redesign.drag import Drag
 from tryon_solver.redesign.ramp import Ramp, begin_ramp
 from tryon_solver.redesign.remesh import Remesh
 from tryon_solver.reshape import reshape
-from tryon_solver.simulation import Simulation
+from tryon_solver.simulation import BESIDE, Simulation
 
 RAMP_SECONDS = 0.1  # simulated, in which the rest shape goes from where it is to what is wanted
-
-BESIDE = ThreadPoolExecutor(max_workers=1, thread_name_prefix="inverse")  # starts its thread with its first task
 
 
 class LiveEdit:

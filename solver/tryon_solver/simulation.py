@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time as clock
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -49,6 +50,8 @@ from tryon_solver.subspace.search import ReducedSearch
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
+BESIDE = ThreadPoolExecutor(max_workers=1, thread_name_prefix="inverse")
+"""For inverses that are made while a simulation runs; starts its thread with its first task."""
 
 
 @dataclass(frozen=True)

@@ -24,9 +24,8 @@ from tryon_solver.dressing.untangle import Freed, TangledError, untangle
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.weld import WeldedMesh, weld
-from tryon_solver.live_edit import BESIDE
 from tryon_solver.scene import Scene
-from tryon_solver.simulation import Simulation
+from tryon_solver.simulation import BESIDE, Simulation
 
 Points = NDArray[np.float64]
 
@@ -36,7 +35,7 @@ NEGLIGIBLE = 0.1  # mean edges: gaps narrower than this are bridged by the trian
 ROOM = 1.2  # offsets of cloth from cloth that lie between edges that were sewn together before
 LIFT = 2e-3  # m at least off the fabric at which a pocket is laid on it, and
 LIFT_SHARE = 0.15  # of the mean edge: so far the two meshes may miss each other where the fabric is bent
-ROUNDS = 40  # of freeing, over ten times what cuts and darts of worn garments took; the wearer waits for them
+ROUNDS = 12  # of freeing, four times what cuts and darts of worn garments took: the wearer waits for them
 LOOK_SECONDS = 1e-3  # for an inverse that is being made
 MOST_STRETCH = 1.5  # times the fabric's limit: drawn so far together, cloth is better dressed anew
 
