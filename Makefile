@@ -8,7 +8,7 @@ WEB := server/tryon_server/web/.built
 WEB_SOURCES := $(shell find protocol/ts clients/core clients/web -name '*.ts' -not -path '*/node_modules/*' -o -name '*.css' \
 	-not -path '*/node_modules/*' -o -name '*.html' -not -path '*/node_modules/*' -o -name '*.mjs' -not -path '*/node_modules/*')
 
-.PHONY: help demo test check chromium proof hard hard-peers hard-page bench bench-page reference precision lock
+.PHONY: help demo test check chromium proof edits hard hard-peers hard-page bench bench-page reference precision lock
 help:
 	@grep -hE '^## ' $(MAKEFILE_LIST) | sed 's/## //'
 
@@ -34,6 +34,12 @@ PRESET := live
 # PRESET=draft or fit; HARD='--scenes needle corner --seconds 2' and others: .venv/bin/python tests/hard_cases --help
 hard: $(VENV)/.dev $(BODY)
 	$(BIN)/python tests/hard_cases --preset $(PRESET) --out build/hard/$(PRESET) $(HARD)
+
+EDITS :=
+## make edits    worn garments edited hundreds of times and judged: a table in build/edits (hours)
+# EDITS='--garments tshirt --edits 40' and others: .venv/bin/python tests/edits --help
+edits: $(VENV)/.dev $(BODY)
+	$(BIN)/python tests/edits $(EDITS)
 
 PEERS := ours xpbd chebyshev vbd style3d
 ## make hard-peers  ten telling cases by other solvers, small: figures and pictures in docs/hard (two hours; gets Newton)

@@ -1,0 +1,131 @@
+"""The page of a run: what was edited, what was refused, what broke."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping
+from typing import Any
+
+from frames_after import ASKED_AFTER, EVERY, RAMP, SPEED_LIMIT
+from undone import HEM_LIMIT
+
+HEAD = (
+    "case",
+    "edits",
+    "taken back, made again",
+    "refused",
+    "in the same mesh",
+    "in another, carried",
+    "dressed anew",
+    "frames",
+    "judged",
+    "crossing",
+    "not numbers",
+    "fastest [m/s]",
+    "of it unedited",
+    "stretch",
+    "hem [mm]",
+    "memory [MB]",
+    "made again from scratch",
+)
+
+
+def markdown(results: Mapping[str, Mapping[str, Any]]) -> str:
+    """The page, with a row for each case and what broke below."""
+    played = {name: result for name, result in results.items() if "failure" not in result}
+    lines = ["# Edits of worn garments", ""]
+    for what in ("commit", "machine"):
+        lines.append(f"- {what}: {'; '.join(sorted({result['about'][what] for result in played.values()}))}")
+    minutes = sum(result["about"]["minutes"] for result in played.values())
+    lines.append(
+        f"- time: {minutes:.0f} min of all cases together; all times are those of the machine as busy as it was"
+    )
+    lines += [
+        "",
+        f"IPC Toolkit is asked about the {ASKED_AFTER} frames after each change and every {EVERY}th otherwise.",
+        "Speeds are those of the fastest vertex against the nearest point of the body, in frames after a change and",
+        f"its ramp of {RAMP:g} s; their limit is {SPEED_LIMIT:g} m/s. The hem's mean height after all was taken back",
+        f"is compared with that of a garment that was never edited, the limit being {1e3 * HEM_LIMIT:g} mm. Memory is",
+        "what the process has taken, after a tenth of the changes and at the end.",
+        "",
+        row(HEAD),
+        row(["---"] * len(HEAD)),
+        *(row(cells(name, result)) for name, result in played.items()),
+        "",
+        "## Time from a change to the first frame that shows it [s]",
+        "",
+        row(("case", "in the same mesh: half, 99 of 100", "in another, carried", "dressed anew")),
+        row(["---"] * 4),
+    ]
+    for name, result in played.items():
+        lines.append(row([name, *(taken(result["seconds"][how]) for how in ("value", "carried", "anew"))]))
+    lines += ["", "## Kinds", "", row(("kind", "asked", "made", "refused, and why most")), row(["---"] * 4)]
+    lines += [row(cells) for cells in kinds(played.values())]
+    lines += ["", "## What does not hold", ""]
+    for name, result in results.items():
+        lines += [f"- `{name}`: {each}" for each in broken(result)]
+    if not any(map(broken, results.values())):
+        lines.append("All holds.")
+    return "\n".join(lines) + "\n"
+
+
+def broken(result: Mapping[str, Any]) -> list[str]:
+    """What does not hold in a case."""
+    return [result["failure"]] if "failure" in result else list(result["broken"])
+
+
+def cells(name: str, result: Mapping[str, Any]) -> list[str]:
+    """A case's row."""
+    made, faults = result["made"], result["faults"]
+
+    def count(*, how: str = "", back: bool = False) -> int:
+        return sum(n for what, n in made.items() if how in what and what.startswith(("undo", "redo")) == back)
+
+    hows = (count(how=h) + count(how=h, back=True) for h in ("(value", "(topology", "(dressed"))
+    hem, memory = result["undone"]["hem"], result["memory"]
+    return [
+        name,
+        str(count()),
+        str(count(back=True)),
+        str(sum(result["refused"].values())),
+        *map(str, hows),
+        str(faults["frames"]),
+        str(faults["asked"]),
+        str(len(faults["crossing"])),
+        str(len(faults["not_numbers"])),
+        f"{faults['fastest']:.2f}",
+        f"{faults['fastest_unedited']:.2f}",
+        f"{result['stretch']:.2f}",
+        "–" if hem is None else f"{1e3 * (hem[0] - hem[1]):+.1f}",
+        "–" if not memory else f"{memory[len(memory) // 10] / 1e6:.0f}, {memory[-1] / 1e6:.0f}",
+        str(result["rebuilt"]),
+    ]
+
+
+def kinds(results: Any) -> list[list[str]]:
+    """Of every kind of change in all cases: how often it was asked for, made and refused."""
+    asked: dict[str, int] = defaultdict(int)
+    refused: dict[str, dict[str, int]] = defaultdict(lambda: defaultdict(int))
+    for result in results:
+        for kind, n in result["asked"].items():
+            asked[kind] += n
+        for what, n in result["refused"].items():
+            kind, _, why = what.partition(": ")
+            refused[kind][why] += n
+    rows = []
+    for kind in sorted(asked):
+        whys = sorted(refused[kind].items(), key=lambda item: -item[1])
+        most = f": {whys[0][1]} times '{whys[0][0]}'" if whys else ""
+        no = sum(refused[kind].values())
+        rows.append([kind, str(asked[kind]), str(asked[kind] - no), f"{no}{most}"])
+    return rows
+
+
+def taken(spread: Mapping[str, float]) -> str:
+    """p50 and p99."""
+    return f"{spread['p50']:.3g}, {spread['p99']:.3g} of {spread['count']}" if spread["count"] else "–"
+
+
+def row(cells: Any) -> str:
+    """A line of a table."""
+    return f"| {' | '.join(cells)} |"

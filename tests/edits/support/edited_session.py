@@ -1,0 +1,156 @@
+"""A session's worker in this process: a script gives it commands and sees what a client would, frame by frame.
+
+The worker is the server's, with its publishing code; between it and the script are a connection that is no pipe and a
+clock on which waiting takes no time, so that a garment moves by the same poses however slow the machine is. The script
+is a generator: what it yields are commands for the worker, and nothing lets it go on by itself.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
+
+from tryon_protocol import DecodedFrame, FrameDecoder, Topology, TopologyMessage, decode_server
+from tryon_server.runtime.motions import load_motion
+from tryon_server.runtime.order import DrapeOrder, WorkOrder
+from tryon_server.runtime.production import SolverDrape, build_drape
+from tryon_server.runtime.worker import Worker
+from tryon_server.sessions.commands import AllowFrame, ChangePattern, Command, Run
+from tryon_server.sessions.events import EditMade, EditRefused, Event, FrameReady, PhaseChanged, TopologyReady, Troubled
+
+FRAMES_PER_SECOND = 30.0
+KEYFRAME_SECONDS = 1.0
+ALL = 10**9  # frames that may be published
+LOOK_SECONDS = 1e-5  # that a look takes at least: by less than its last digit a clock does not go on
+LONGEST_ANSWER = 3000  # frames in which an edit has to be answered
+
+Script = Generator[Sequence[Command], None, None]
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A frame as a client has it, and when it came: s by the machine's clock."""
+
+    frame: DecodedFrame
+    topology: Topology
+    came: float
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What became of a change, and the frames that were published before its answer."""
+
+    event: EditMade | EditRefused
+    before: tuple[Shown, ...]
+    asked: float  # s by the machine's clock
+    dressed_anew: bool
+
+
+class SessionError(RuntimeError):
+    """The session broke: the garment could not be dressed, a step failed, or an edit was never answered."""
+
+
+class EditedSession:
+    """A worker and what it sends."""
+
+    def __init__(self, order: DrapeOrder, motion: str, script: Callable[[EditedSession], Script]) -> None:
+        """`script` is called with this session and driven until it ends."""
+        self.now = 0.0  # s, the worker's clock
+        self.troubles: list[str] = []
+        self._dressed = 0  # times that the garment was put on from the start
+        self._order = WorkOrder(order, motion, FRAMES_PER_SECOND, KEYFRAME_SECONDS)
+        self._frames: list[Shown] = []
+        self._answers: list[EditMade | EditRefused] = []
+        self._decoder = FrameDecoder()
+        self._topology: Topology | None = None
+        self._failed = ""
+        self._script = script(self)
+        self._commands: Sequence[Command] = ()
+        self._worker = Worker(self, self._order, build_drape, load_motion, lambda: self.now)  # type: ignore[arg-type]
+
+    def run(self) -> None:
+        """Play the script to its end. Raises what the script raises."""
+        try:
+            self._worker.run()
+        except EOFError:
+            return
+
+    @property
+    def drape(self) -> SolverDrape:
+        """What is worn: what of it no client is told is looked at in it."""
+        drape = self._worker._drape
+        assert isinstance(drape, SolverDrape)
+        return drape
+
+    # What a script does -------------------------------------------------------------------------------------------
+
+    def start(self, *commands: Command) -> Generator[Sequence[Command], None, Shown]:
+        """Have it run, with these commands first; the garment as it was dressed."""
+        yield (AllowFrame(ALL, keyframe=False, standalone=False, plain=False, again=False), Run(True), *commands)
+        return (yield from self.frame())
+
+    def frame(self) -> Generator[Sequence[Command], None, Shown]:
+        """The next frame."""
+        while not self._frames:
+            self._check()
+            yield ()
+        return self._frames.pop(0)
+
+    def change(self, command: ChangePattern) -> Generator[Sequence[Command], None, Answer]:
+        """Ask for a change of the pattern and wait for the answer."""
+        asked, dressed = time.perf_counter(), self._dressed
+        yield (command,)
+        event = yield from self.answer()
+        before = tuple(self._frames)
+        self._frames.clear()
+        return Answer(event, before, asked, self._dressed > dressed)
+
+    def answer(self) -> Generator[Sequence[Command], None, EditMade | EditRefused]:
+        """The next answer to a change."""
+        while not self._answers:
+            self._check()
+            if len(self._frames) > LONGEST_ANSWER:
+                raise SessionError("an edit is not answered")
+            yield ()
+        return self._answers.pop(0)
+
+    def _check(self) -> None:
+        if self._failed:
+            raise SessionError(self._failed)
+
+    # The connection, as the worker has it -------------------------------------------------------------------------
+
+    def poll(self, wait: float | None) -> bool:
+        """Let the script go on; waiting is done by the clock."""
+        self.now += max(wait, LOOK_SECONDS) if wait else 0.0
+        try:
+            self._commands = next(self._script)
+        except StopIteration:
+            raise EOFError from None
+        return bool(self._commands)
+
+    def recv(self) -> list[Command]:
+        """What the script said."""
+        return list(self._commands)
+
+    def send(self, event: Event) -> None:
+        """Keep what a client is sent."""
+        match event:
+            case TopologyReady():
+                message = decode_server(event.payload)
+                assert isinstance(message, TopologyMessage)
+                self._topology = Topology.from_message(message)
+                self._decoder.set_topology(self._topology)
+            case FrameReady():
+                assert self._topology is not None
+                frame = self._decoder.decode(event.shared.data)
+                self._frames.append(Shown(frame, self._topology, time.perf_counter()))
+            case EditMade() | EditRefused():
+                self._answers.append(event)
+            case Troubled():
+                self.troubles.append(event.message)
+            case PhaseChanged(phase="ready"):
+                self._dressed += 1
+            case PhaseChanged(phase="failed"):
+                self._failed = event.detail

@@ -1,0 +1,107 @@
+"""What is asked of the frames of a garment under change: IPC Toolkit's word, numbers, and its speed on the body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from edited_session import Shown
+from frame_judge import FrameJudge
+from scipy.spatial import cKDTree
+
+from tryon_protocol import DecodedFrame
+
+ASKED_AFTER = 5  # frames after a change of which IPC Toolkit is asked about every one
+EVERY = 10  # of the others, one in so many
+RAMP = 0.1  # s in which a worn shape goes to what is wanted: its own motion, which the limit of speed leaves out
+SPEED_LIMIT = 1.5  # m/s of a vertex on the body
+
+
+@dataclass
+class Faults:
+    """Of what was judged; each fault says its frame, and what was done before."""
+
+    frames: int = 0
+    asked: int = 0
+    crossing: list[str] = field(default_factory=list)
+    not_numbers: list[str] = field(default_factory=list)
+    too_fast: list[str] = field(default_factory=list)
+    fastest: float = 0.0  # m/s, of a vertex on the body after an edit and its ramp
+    fastest_on_ramp: float = 0.0  # m/s
+    fastest_unedited: float = 0.0  # m/s, before the first edit: what the motion does by itself
+
+    def plain(self) -> dict[str, Any]:
+        """Ready for JSON."""
+        return {
+            "frames": self.frames,
+            "asked": self.asked,
+            "crossing": self.crossing,
+            "not_numbers": self.not_numbers,
+            "too_fast": self.too_fast,
+            "fastest": self.fastest,
+            "fastest_on_ramp": self.fastest_on_ramp,
+            "fastest_unedited": self.fastest_unedited,
+        }
+
+
+class FrameWatch:
+    """Judges frames in their order."""
+
+    def __init__(self) -> None:
+        self.faults = Faults()
+        self._judge: FrameJudge | None = None
+        self._last: DecodedFrame | None = None
+        self._after = ""  # what was done last
+        self._frames_since = 0
+        self._seconds_since = 0.0
+
+    def changed(self, what: str) -> None:
+        """The frames that follow come after this."""
+        self._after, self._frames_since, self._seconds_since = what, 0, 0.0
+
+    def see(self, shown: Shown) -> None:
+        """The next frame."""
+        frame, topology = shown.frame, shown.topology
+        self.faults.frames += 1
+        self._frames_since += 1
+        said = f"frame {self.faults.frames}, {self._frames_since} after {self._after or 'dressing'}"
+        fresh = self._last is None or self._last.topology_id != frame.topology_id
+        if not (np.isfinite(frame.cloth).all() and np.isfinite(frame.body).all()):
+            self.faults.not_numbers.append(said)
+            self._last = None
+            return
+        if fresh:
+            self._judge = FrameJudge(topology.faces, topology.body.faces.astype(np.int32), frame.cloth, frame.body)
+        if self._frames_since <= ASKED_AFTER or self.faults.frames % EVERY == 0:
+            assert self._judge is not None
+            self.faults.asked += 1
+            verdict = self._judge.judge(frame.cloth, frame.body)
+            if not verdict.clean:
+                self.faults.crossing.append(f"{said}: {verdict}")
+        if not fresh and self._last is not None and frame.t_sim > self._last.t_sim:
+            self._take_speed(self._last, frame, said)
+        self._last = frame
+
+    def _take_speed(self, before: DecodedFrame, after: DecodedFrame, said: str) -> None:
+        dt = after.t_sim - before.t_sim
+        on_ramp = self._seconds_since < RAMP - 1e-9
+        self._seconds_since += dt
+        speed = float(speed_on_body(before, after, dt).max())
+        faults = self.faults
+        if not self._after:
+            faults.fastest_unedited = max(faults.fastest_unedited, speed)
+        elif on_ramp:
+            faults.fastest_on_ramp = max(faults.fastest_on_ramp, speed)
+        else:
+            faults.fastest = max(faults.fastest, speed)
+            if speed > SPEED_LIMIT:
+                faults.too_fast.append(f"{said}: {speed:.2f} m/s")
+
+
+def speed_on_body(before: DecodedFrame, after: DecodedFrame, dt: float) -> np.ndarray:
+    """(N,) m/s of the cloth's vertices, each against the point of the body that was nearest."""
+    _, nearest = cKDTree(before.body).query(before.cloth)
+    way = (after.cloth - before.cloth) - (after.body - before.body)[nearest]
+    result: np.ndarray = np.linalg.norm(way, axis=1) / dt
+    return result

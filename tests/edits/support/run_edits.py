@@ -1,0 +1,201 @@
+"""Play one case in this process: dress, walk, edit, judge; then take all back and hold it to what it was."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections import Counter
+from collections.abc import Callable, Generator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from edit_case import EditCase, mean_edge
+from edit_steps import EditSteps
+from edited_session import EditedSession, Script, Shown
+from frames_after import FrameWatch
+from undone import Undone, other_than_from_scratch
+
+from tryon_server.runtime.memory import own_bytes
+from tryon_server.runtime.order import DrapeOrder
+from tryon_server.sessions.commands import ChangePattern, Command
+from tryon_server.sessions.events import EditMade, EditRefused
+from tryon_solver.geometry.pattern import load_pattern
+from tryon_solver.geometry.size import mesh_with_vertices
+
+UNEDITED = 30  # frames of the motion before the first edit
+AFTER = 8  # frames after a change before the next: the ramp, and five that it is over
+SCRATCH = 4  # of so many new meshes one is held to what is built from scratch
+TELL_EVERY = 10  # changes
+ASKED_MOST = 60  # times as many as there are to be made: of some kinds few that are drawn are possible
+CRASHED = "the edit failed"
+
+Tell = Callable[[str], None]
+
+
+class EditRun:
+    """One case as it is played."""
+
+    def __init__(self, case: EditCase, wardrobe: Path, tell: Tell) -> None:
+        self.case, self.tell = case, tell
+        mesh = mesh_with_vertices(load_pattern(case.pattern), case.vertices, case.size)
+        self.order = DrapeOrder(
+            case.pattern,
+            case.fabric,
+            case.preset,
+            case.device,
+            edge_length=mean_edge(mesh),
+            size=case.size,
+            wardrobe=wardrobe,
+        )
+        self.watch = FrameWatch()
+        self.made: Counter[str] = Counter()  # by step, or kind, and what it took
+        self.refused: Counter[str] = Counter()  # by kind and reason
+        self.asked: Counter[str] = Counter()
+        self.broken: list[str] = []
+        self.seconds: dict[str, list[float]] = {"value": [], "carried": [], "anew": []}
+        self.rebuilt = 0  # times that a new mesh's simulation was held to one built from scratch
+        self.stretch = 0.0
+        self.memory: list[int] = []
+        self.undone = Undone(self.order, case.motion, case.continued)
+
+    def run(self) -> dict[str, Any]:
+        """The case's figures and what it broke, ready for JSON."""
+        self.tell("dressing")
+        self.undone.hang_up()
+        session = EditedSession(self.order, self.case.motion, self.script)
+        session.run()
+        self.broken += [f"the session was in trouble: {trouble}" for trouble in session.troubles]
+        self.broken += self.undone.broken
+        faults = self.watch.faults
+        for found, what in ((faults.crossing, "crosses"), (faults.not_numbers, "is no number"), (faults.too_fast, "")):
+            self.broken += [f"{what} in {each}".strip() for each in found]
+        return {
+            "case": self.case.plain(),
+            "edge_length": self.order.edge_length,
+            "vertices": self.undone.vertices,
+            "asked": dict(self.asked),
+            "made": dict(self.made),
+            "refused": dict(self.refused),
+            "faults": faults.plain(),
+            "rebuilt": self.rebuilt,
+            "stretch": self.stretch,
+            "seconds": {how: spread(taken) for how, taken in self.seconds.items()},
+            "memory": self.memory,
+            "undone": self.undone.plain(),
+            "broken": self.broken,
+        }
+
+    def script(self, session: EditedSession) -> Script:
+        """What is done with the garment."""
+        case = self.case
+        steps = EditSteps(session_pattern(self.order), case.kind, case.deepest, case.seed)
+        first = [steps.next()] if case.at_once else []
+        shown = yield from session.start(*first)
+        self.watch.see(shown)
+        if first:
+            self.take(steps, first[0], (yield from session.answer()))
+        else:
+            yield from self.look(session, UNEDITED)
+        self.tell("edited")
+        while self.edits_made() < case.edits:
+            if sum(self.asked.values()) > ASKED_MOST * case.edits:
+                self.broken.append(f"of {sum(self.asked.values())} changes only {self.edits_made()} edits were made")
+                break
+            yield from self.step(session, steps, steps.next())
+        while steps.history.done and (yield from self.step(session, steps, steps.undo())):
+            pass
+        if not steps.history.done:
+            self.tell("all taken back")
+            yield from self.undone.compare(session, steps.history, self.watch.see)
+
+    def edits_made(self) -> int:
+        """Edits, without those taken back and made again."""
+        return sum(count for what, count in self.made.items() if not what.startswith(("undo", "redo")))
+
+    def step(
+        self, session: EditedSession, steps: EditSteps, command: ChangePattern
+    ) -> Generator[Sequence[Command], None, bool]:
+        """Ask for a change; if it is made, look at the frames that follow. Was it?"""
+        answer = yield from session.change(command)
+        for each in answer.before:
+            self.watch.see(each)
+        if not self.take(steps, command, answer.event, answer.dressed_anew):
+            return False
+        self.watch.changed(described(command))
+        shown = yield from session.frame()
+        how = "anew" if answer.dressed_anew else "carried" if changed_mesh(answer.event) else "value"
+        self.seconds[how].append(shown.came - answer.asked)
+        if how != "value" and len(self.seconds["carried"] + self.seconds["anew"]) % SCRATCH == 1:
+            other = other_than_from_scratch(session.drape, self.order)
+            self.rebuilt += 1
+            self.broken += [f"after {described(command)}, other than built from scratch: {name}" for name in other]
+        self.watch.see(shown)
+        yield from self.look(session, AFTER - 1)
+        self.stretch = max(self.stretch, float(session.drape.simulation.stretches().max()))
+        self.memory.append(own_bytes(os.getpid()))
+        count = sum(self.made.values())
+        if count % TELL_EVERY == 0:
+            self.tell(f"{count} changes, {self.edits_made()} edits; {len(steps.history.done)} deep")
+        return True
+
+    def take(
+        self, steps: EditSteps, command: ChangePattern, event: EditMade | EditRefused, dressed_anew: bool = False
+    ) -> bool:
+        """Count an answer; was it made?"""
+        kind = command.step if command.edit is None else str(command.edit["kind"])
+        self.asked[kind] += 1
+        if isinstance(event, EditRefused):
+            self.refused[f"{kind}: {reason(event.message)}"] += 1
+            if command.edit is None:
+                self.broken.append(f"{described(command)} is refused: {event.message}")
+            elif event.message.startswith(CRASHED):
+                self.broken.append(f"{dict(command.edit)}: {event.message}")
+            return False
+        how = event.change if not dressed_anew else "dressed anew"
+        self.made[f"{kind} ({how})"] += 1
+        steps.made(event)
+        return True
+
+    def look(self, session: EditedSession, frames: int) -> Generator[Sequence[Command], None, list[Shown]]:
+        """Look at so many frames."""
+        seen = []
+        for _ in range(frames):
+            seen.append((yield from session.frame()))
+            self.watch.see(seen[-1])
+        return seen
+
+
+def session_pattern(order: DrapeOrder) -> Any:
+    """The pattern's specification as a session has it."""
+    return json.loads(order.pattern.read_text())
+
+
+def changed_mesh(event: EditMade | EditRefused) -> bool:
+    """Did a change take other triangles?"""
+    return isinstance(event, EditMade) and event.change == "topology"
+
+
+def described(command: ChangePattern) -> str:
+    """The change in a few words."""
+    if command.edit is None:
+        return f"change {command.ticket} ({command.step})"
+    both = " on both sides" if command.mirror else ""
+    return f"change {command.ticket} ({dict(command.edit)}{both})"
+
+
+def reason(message: str) -> str:
+    """A refusal without what is particular to its place: names and numbers."""
+    words = ["..." if any(c.isdigit() or c == "'" for c in word) else word for word in message.split()]
+    return " ".join(words)[:90]
+
+
+def spread(seconds: Sequence[float]) -> dict[str, float]:
+    """How many, and what half and 99 of 100 of them do not exceed [s]."""
+    if not seconds:
+        return {"count": 0}
+    return {
+        "count": len(seconds),
+        "p50": float(np.percentile(seconds, 50)),
+        "p99": float(np.percentile(seconds, 99)),
+    }

@@ -1,0 +1,105 @@
+"""A short form of `python tests/edits`, and what its judge makes of frames that are bad in one way each."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from edit_case import EditCase, whole_proof
+from edit_table import markdown
+from edited_session import Shown
+from frames_after import FrameWatch
+from run_edits import EditRun
+
+from tryon_protocol import BodySurface, DecodedFrame, Topology
+from tryon_solver.redesign.edits import KINDS
+
+
+def test_a_walking_tshirt_is_edited_and_taken_back(tmp_path):
+    """Value edits and another mesh, of few vertices; nothing crosses, and undone it is bit for bit what it was."""
+    case = EditCase(edits=3, vertices=300, deepest=4, continued=20, seed=34)
+    result = EditRun(case, tmp_path, print).run()
+    assert result["broken"] == []
+    assert result["faults"]["asked"] > 30
+    made = result["made"]
+    assert made == {
+        "move_vertex (value)": 1,
+        "dart (topology)": 1,
+        "scale_piece (value)": 1,
+        "undo (topology)": 2,
+        "undo (value)": 1,
+    }
+    assert result["rebuilt"] == 1
+    assert "all edits taken back: factor" in result["undone"]["same"]
+    result["about"] = {"commit": "none", "machine": "none", "minutes": 1.0}
+    text = markdown({case.name: result})
+    assert "All holds." in text
+    assert f"| {case.name} | 3 | 3 |" in text
+
+
+def test_the_whole_proof_has_every_kind_and_all_garments():
+    cases = whole_proof(500, 50)
+    assert {case.kind for case in cases} == {*KINDS, "mixed"}
+    assert [(case.garment, case.edits) for case in cases[:2]] == [("tshirt", 500), ("dress", 500)]
+    assert all(case.edits == 50 for case in cases[2:])
+    assert len({case.name for case in cases}) == len(cases)
+
+
+TETRAHEDRON = np.array([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]]) * 0.1 - [0.0, 0.3, 0.0]
+SHEETS = np.array([[0, 0, 0], [1, 0, 0], [0, 0, 1]]) * 0.5
+SHEETS = np.vstack([SHEETS + [0.0, 0.05, 0.0], SHEETS - [0.1, 0.0, 0.1]])  # m, one over the other
+
+
+def frame_at(cloth, t):
+    """A frame of one topology, of cloth over a body that stands still."""
+    units = np.zeros(cloth.shape, np.int32)
+    return DecodedFrame(1, 0, 1, t, t, True, cloth, units, TETRAHEDRON, 0, np.zeros(3), np.array([[0, 0, 0, 1.0]]))
+
+
+@pytest.fixture
+def seen():
+    """What makes a watch see a frame; it has seen the sheets lie over each other, and then a change."""
+    body = BodySurface(
+        TETRAHEDRON,
+        np.array([[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]]),
+        ("root",),
+        np.array([-1]),
+        np.zeros((1, 3)),
+        np.zeros((4, 1), int),
+        np.ones((4, 1)),
+    )
+    topology = Topology(1, len(SHEETS), np.arange(6).reshape(2, 3), body)
+    watch = FrameWatch()
+
+    def see(frame):
+        watch.see(Shown(frame, topology, 0.0))
+        return watch.faults
+
+    see(frame_at(SHEETS, 0.0))
+    watch.changed("an edit")
+    return see
+
+
+def test_sheets_that_pass_through_each_other_cross(seen):
+    assert seen(frame_at(SHEETS, 1 / 30)).crossing == []
+    through = SHEETS.copy()
+    through[1, 1] -= 0.2
+    (said,) = seen(frame_at(through, 2 / 30)).crossing
+    assert said.startswith("frame 3, 2 after an edit: ")
+
+
+def test_a_number_that_is_none_is_told(seen):
+    cloth = SHEETS.copy()
+    cloth[3, 2] = np.nan
+    assert seen(frame_at(cloth, 1 / 30)).not_numbers == ["frame 2, 1 after an edit"]
+
+
+def test_speed_counts_against_the_body_and_after_the_ramp(seen):
+    """1.6 m/s is too fast but for the first 0.1 s; where the body moves along, it is none."""
+    for k in range(1, 6):
+        cloth = SHEETS + [1.6 * k / 30, 0.0, 0.0]
+        faults = seen(frame_at(cloth, k / 30))
+    assert faults.fastest_on_ramp == pytest.approx(1.6)
+    assert faults.fastest == pytest.approx(1.6)
+    assert [said.partition(":")[0] for said in faults.too_fast] == [f"frame {k + 1}, {k} after an edit" for k in (4, 5)]
+    along = frame_at(cloth + [0.1, 0.0, 0.0], 6 / 30)
+    assert len(seen(replace(along, body=TETRAHEDRON + [0.1, 0.0, 0.0])).too_fast) == 2
