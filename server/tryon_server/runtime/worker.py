@@ -25,6 +25,7 @@ from tryon_server.runtime.design import design_of
 from tryon_server.runtime.drape import BuildDrape, Drape, LoadMotion, Stance, StepFacts
 from tryon_server.runtime.followers import Follower
 from tryon_server.runtime.kernel_news import kernel_news
+from tryon_server.runtime.memory import give_back_freed
 from tryon_server.runtime.meter import Meter
 from tryon_server.runtime.order import WorkOrder
 from tryon_server.runtime.posture import Posture, local_turns
@@ -295,6 +296,7 @@ class Worker:
 
     def _begin_remaking(self, specification: Mapping[str, Any], drape: Drape) -> None:
         """Have a garment of this pattern made while this one is worn, in place of one that is being made."""
+        give_back_freed()  # of the mesh before the one that is worn
         order = replace(self._order.drape, fabric=self._fabric, specification=specification)
         self._remaking.begin(drape, order)
 
