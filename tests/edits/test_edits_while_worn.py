@@ -8,6 +8,7 @@ from edit_case import EditCase, whole_proof
 from edit_table import markdown
 from edited_session import Shown
 from frames_after import FrameWatch
+from levels import grown
 from run_edits import EditRun
 
 from tryon_protocol import BodySurface, DecodedFrame, Topology
@@ -103,3 +104,11 @@ def test_speed_counts_against_the_body_and_after_the_ramp(seen):
     assert [said.partition(":")[0] for said in faults.too_fast] == [f"frame {k + 1}, {k} after an edit" for k in (4, 5)]
     along = frame_at(cloth + [0.1, 0.0, 0.0], 6 / 30)
     assert len(seen(replace(along, body=TETRAHEDRON + [0.1, 0.0, 0.0])).too_fast) == 2
+
+
+def test_memory_that_grows_is_told_and_what_comes_back_is_not():
+    level = [200_000_000 + 30_000_000 * (k % 5) for k in range(300)]
+    assert grown(level) == ""
+    assert grown([200_000_000 + 1_000_000 * k for k in range(199)]) == ""
+    rising = [200_000_000 + 1_000_000 * k for k in range(300)]
+    assert grown(rising) == "memory grows: at most 289 MB at first, 499 MB after 300 changes"

@@ -14,6 +14,7 @@ from edit_case import EditCase, mean_edge
 from edit_steps import EditSteps
 from edited_session import EditedSession, Script, Shown
 from frames_after import FrameWatch
+from levels import grown
 from undone import Undone, other_than_from_scratch
 
 from tryon_server.runtime.memory import own_bytes
@@ -67,6 +68,7 @@ class EditRun:
         session.run()
         self.broken += [f"the session was in trouble: {trouble}" for trouble in session.troubles]
         self.broken += self.undone.broken
+        self.broken += [said for said in [grown(self.memory)] if said]
         faults = self.watch.faults
         for found, what in ((faults.crossing, "crosses"), (faults.not_numbers, "is no number"), (faults.too_fast, "")):
             self.broken += [f"{what} in {each}".strip() for each in found]
