@@ -12,6 +12,7 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 
 from tryon_protocol import DecodedFrame, FrameDecoder, Topology, TopologyMessage, decode_server
+from tryon_server.runtime.beside import Made, NotMade, Task, carried_out
 from tryon_server.runtime.motions import load_motion
 from tryon_server.runtime.order import DrapeOrder, WorkOrder
 from tryon_server.runtime.production import SolverDrape, build_drape
@@ -51,6 +52,29 @@ class SessionError(RuntimeError):
     """The session broke: the garment could not be dressed, a step failed, or an edit was never answered."""
 
 
+class Here:
+    """`Beside` in this process, at the first look: as many frames go by meanwhile on every machine."""
+
+    def __init__(self) -> None:
+        self._task: Task | None = None
+
+    def warm(self) -> None:
+        """It is."""
+
+    def begin(self, task: Task) -> None:
+        """Do this when somebody looks."""
+        self._task = task
+
+    def outcome(self) -> Made | NotMade | None:
+        """Do it now."""
+        task, self._task = self._task, None
+        return None if task is None else carried_out(task)
+
+    def give_up(self) -> None:
+        """Do nothing."""
+        self._task = None
+
+
 class EditedSession:
     """A worker and what it sends."""
 
@@ -67,7 +91,10 @@ class EditedSession:
         self._failed = ""
         self._script = script(self)
         self._commands: Sequence[Command] = ()
-        self._worker = Worker(self, self._order, build_drape, load_motion, lambda: self.now)  # type: ignore[arg-type]
+        self._worker = Worker(self, self._order, build_drape, load_motion, self._clock, Here())  # type: ignore[arg-type]
+
+    def _clock(self) -> float:
+        return self.now
 
     def run(self) -> None:
         """Play the script to its end. Raises what the script raises."""
