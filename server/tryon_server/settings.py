@@ -36,9 +36,9 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         pattern_check_bytes: most address space that checking may use [bytes].
         upload_check_seconds: longest time that checking an uploaded motion or body may take [s].
         upload_check_bytes: most address space that checking one may use [bytes].
-        max_sessions: sessions that may live at once; each is one process.
-        session_memory_bytes: most memory of its own that a session's process may take; beyond it the session is ended,
-            so that the others live on [bytes]. Looked after on Linux only.
+        max_sessions: sessions that may live at once; each is a process, and one that makes what it wears next.
+        session_memory_bytes: most memory of their own that these may take; beyond it the session is ended, so that the
+            others live on [bytes]. Looked after on Linux only.
         session_grace_seconds: how long a session lives on with nobody watching or asking for it [s].
         max_viewers: most clients of one session.
         frames_per_second: most frames published per second of wall time [1/s].

@@ -21,6 +21,8 @@ from tryon_server.problems import Problem, ProblemError
 
 logger = logging.getLogger(__name__)
 
+LESS_URGENT = 5  # steps of niceness: where processors are few, a frame goes first
+
 Task = Callable[[], Any]
 """What is to be done. It and what it returns travel as pickles; it may raise ProblemError."""
 
@@ -152,6 +154,7 @@ def serve(descriptor: int) -> None:
     """Body of the process: do what comes through the pipe of this number until its other end closes."""
     for number in (signal.SIGINT, signal.SIGTERM):  # told to all processes of the server, which ends them itself
         signal.signal(number, signal.SIG_IGN)
+    os.nice(LESS_URGENT)
     connection = Connection(descriptor)
     tasks: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     threading.Thread(target=_receive, args=(connection, tasks), name="tasks", daemon=True).start()

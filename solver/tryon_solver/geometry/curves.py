@@ -9,6 +9,7 @@ All coordinates and lengths here are in metres; a curve is a function of t in [0
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from math import comb
 from typing import Protocol
 
@@ -20,6 +21,7 @@ Points = NDArray[np.float64]
 # Lengths are integrals of the speed by 4-point Gauss-Legendre quadrature on this many equal pieces of [0, 1];
 # positions by arc length interpolate that table linearly: off by about length / TABLE_PIECES^2, 0.2 micrometres on 1 m.
 TABLE_PIECES = 2048
+TABLES_KEPT = 256
 GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 # SVG enlarges an arc's radius that cannot span its chord. Rounding of exported numbers explains this much of it.
@@ -167,7 +169,19 @@ def _bernstein(t: Points, degree: int) -> Points:
 
 
 def _length_table(curve: Curve) -> tuple[Points, Points]:
-    """Parameters (TABLE_PIECES + 1,) and the curve's length [m] up to each of them, same shape."""
+    """Parameters (TABLE_PIECES + 1,) and the curve's length [m] up to each of them, same shape; not to be changed."""
+    if isinstance(curve, Bezier):
+        return _table_of_bezier(np.asarray(curve.controls, dtype=np.float64).tobytes())
+    return _table_of(curve)
+
+
+@lru_cache(maxsize=TABLES_KEPT)
+def _table_of_bezier(controls: bytes) -> tuple[Points, Points]:
+    """Of the control points (D + 1, 2) float64 m: an edit asks for those of a pattern's edges several times each."""
+    return _table_of(Bezier(np.frombuffer(controls).reshape(-1, 2)))
+
+
+def _table_of(curve: Curve) -> tuple[Points, Points]:
     edges = np.linspace(0.0, 1.0, TABLE_PIECES + 1)
     inside = (edges[:-1, None] + (GAUSS_NODES[None, :] + 1) / (2 * TABLE_PIECES)).ravel()
     pieces = curve.speeds(inside).reshape(TABLE_PIECES, -1) @ GAUSS_WEIGHTS / (2 * TABLE_PIECES)
