@@ -23,11 +23,26 @@ WIDER = {"kind": "scale_piece", "panel": "front", "factors": [1.2, 1.0]}
 
 
 @pytest.fixture(scope="module")
-def server(tmp_path_factory):
+def own_server(tmp_path_factory):
     """A server of its own: these sessions leave edits behind."""
     live = LiveServer(tmp_path_factory.mktemp("edits"))
     yield live
     live.stop()
+
+
+@pytest.fixture
+def server(own_server, monkeypatch):
+    """The server, on which each test ends its sessions: there is room for eight."""
+    opened = []
+
+    def open_one(**wishes):
+        opened.append(LiveServer.open(own_server, **wishes))
+        return opened[-1]
+
+    monkeypatch.setattr(own_server, "open", open_one)
+    yield own_server
+    for session in opened:
+        own_server.http.delete(f"/api/sessions/{session}")
 
 
 def dressed(server, **wishes) -> str:
