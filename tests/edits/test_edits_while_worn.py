@@ -1,6 +1,7 @@
 """A short form of `python tests/edits`, and what its judge makes of frames that are bad in one way each."""
 
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from edit_table import markdown
 from edited_session import Shown
 from frames_after import FrameWatch
 from levels import grown
+from rebuild_times import TOPOLOGY, VALUE, plots, table
 from run_edits import EditRun
 
 from tryon_protocol import BodySurface, DecodedFrame, Topology
@@ -112,3 +114,20 @@ def test_memory_that_grows_is_told_and_what_comes_back_is_not():
     assert grown([200_000_000 + 1_000_000 * k for k in range(199)]) == ""
     rising = [200_000_000 + 1_000_000 * k for k in range(300)]
     assert grown(rising) == "memory grows: at most 289 MB at first, 499 MB after 300 changes"
+
+
+def test_rebuilds_are_told_and_drawn_against_vertices_and_functions():
+    def timed(vertices):
+        seconds = {part: 1e-5 * vertices * (k + 1) for k, part in enumerate((*VALUE, *TOPOLOGY))}
+        bases = [{"functions": n, "reduced matrix": 1e-5 * n, "inverse": 2e-5 * n} for n in (100, 200)]
+        value, topology = ({part: seconds[part] for part in parts} for parts in (VALUE, TOPOLOGY))
+        return {"vertices": vertices, "value": value, "topology": topology, "bases": bases}
+
+    rows = [timed(1000), timed(2500)]
+    drawn = plots(rows)
+    for name, word in (("rebuild_vertices", "another mesh: build"), ("rebuild_bases", "2500 vertices: inverse")):
+        assert ElementTree.fromstring(drawn[name]).tag.endswith("svg")
+        assert word in drawn[name]
+    page = table({"about": {"commit": "none", "machine": "none", "preset": "draft"}, "rows": rows}, "edits")
+    assert "| 2500 | 25.0 | 50.0 | 75.0 | 100.0 | 125.0 | 150.0 | 175.0 | 200.0 |" in page
+    assert "![rebuild_bases](edits/rebuild_bases.svg)" in page
