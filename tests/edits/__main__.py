@@ -153,7 +153,7 @@ def document(page: Path, out: Path) -> int:
     if timed.exists():
         made = json.loads(timed.read_text())
         folder = page.parent / page.stem
-        folder.mkdir(exist_ok=True)
+        folder.mkdir(parents=True, exist_ok=True)
         for name, drawn in plots(made["rows"]).items():
             (folder / f"{name}.svg").write_text(drawn)
         text += table(made, page.stem)
