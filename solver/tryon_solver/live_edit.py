@@ -42,6 +42,7 @@ class LiveEdit:
         self._making: tuple[PanelMesh, int, Future[np.ndarray]] | None = None
         self._inverse_of: PanelMesh = drag.mesh
         self._at_start = sim.factor_key, sim.search.inverse.numpy().copy()
+        self._first = sim.scene.garment
 
     def want(self, pattern: Pattern) -> Remesh | None:
         """Let the garment become this pattern, from the next frame on; Remesh, and nothing changes, where it can't in
@@ -70,7 +71,10 @@ class LiveEdit:
         self._go_on_with_inverse()
 
     def garment(self) -> Garment:
-        """What is worn, in the shape of `now`."""
+        """What is worn, in the shape of `now`. At the start's it is the garment of then: brought to the pattern's own
+        size and back, it would have other bits."""
+        if np.array_equal(self.now.uv, self.drag.mesh.uv):
+            return self._first
         worn = in_size(self.now, self.size)
         return replace(self.sim.scene.garment, uv_corners=worn.uv[worn.faces])
 

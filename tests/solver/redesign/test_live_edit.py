@@ -1,5 +1,6 @@
 """The demo's T-shirt is edited while it is worn: it follows at once, and passes through nothing."""
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -137,3 +138,16 @@ def test_a_garment_in_another_size_is_worn_in_it():
     now = dressed.simulation.scene.garment.uv_corners
     grown = [np.ptp(uv[front][..., 1]) for uv in (now, corners)]
     assert grown[0] - grown[1] == pytest.approx(0.033, abs=2e-3)
+    assert edit.want(pattern) is None
+    edit.finish()
+    np.testing.assert_array_equal(dressed.simulation.scene.garment.uv_corners, corners)
+
+
+def test_back_at_its_start_a_garment_in_another_size_has_its_bits(worn):
+    """Measured in the pattern's own size and worn in this one, it would have others."""
+    size = 0.93
+    own = in_size(worn.edit.drag.mesh, 1.0 / size)
+    edit = LiveEdit(worn.sim, replace(worn.edit.drag, mesh=own), size)
+    corners = worn.sim.scene.garment.uv_corners
+    assert np.abs(in_size(own, size).uv[own.faces] - corners).max() > 0
+    np.testing.assert_array_equal(edit.garment().uv_corners, corners)
