@@ -32,7 +32,12 @@ class _Piece:
     cage: Cage
 
     def moved(self, panel: Panel) -> Points:
-        """The piece's points (V, 2) m when it is drawn so, sampling only the edges that changed."""
+        """The piece's points (V, 2) m when it is drawn so, sampling only the edges that changed.
+
+        Drawn as at the start it has the points of then, which may miss what is sampled by SAME_PLACE.
+        """
+        if all(curves.same(old.curve, new.curve) for old, new in zip(self.panel.edges, panel.edges)):
+            return self.cage.points
         edges = [
             points if curves.same(old.curve, new.curve) else sample_edge(new, len(points) - 1)
             for points, old, new in zip(self.edges, self.panel.edges, panel.edges)
