@@ -55,6 +55,7 @@ class EditRun:
         self.asked: Counter[str] = Counter()
         self.broken: list[str] = []
         self.seconds: dict[str, list[float]] = {"value": [], "carried": [], "anew": []}
+        self.dressed_at = 0  # frame
         self.rebuilt = 0  # times that a new mesh's simulation was held to one built from scratch
         self.stretch = 0.0
         self.memory: list[int] = []
@@ -109,7 +110,8 @@ class EditRun:
             pass
         if not steps.history.done:
             self.tell("all taken back")
-            yield from self.undone.compare(session, steps.history, self.watch.see)
+            worn = self.watch.faults.frames - self.dressed_at
+            yield from self.undone.compare(session, steps.history, self.watch.see, worn)
 
     def edits_made(self) -> int:
         """Edits, without those taken back and made again."""
@@ -127,6 +129,8 @@ class EditRun:
         self.watch.changed(described(command))
         shown = yield from session.frame()
         how = "anew" if answer.dressed_anew else "carried" if changed_mesh(answer.event) else "value"
+        if answer.dressed_anew:
+            self.dressed_at = self.watch.faults.frames
         self.seconds[how].append(shown.came - answer.asked)
         if how != "value" and len(self.seconds["carried"] + self.seconds["anew"]) % SCRATCH == 1:
             other = other_than_from_scratch(session.drape, self.order)

@@ -57,8 +57,9 @@ class Undone:
         """Ready for JSON."""
         return {"same": self.same, "hem": self.hem, "broken": self.broken}
 
-    def compare(self, session: EditedSession, history: History, see: Callable[[Shown], None]) -> Script:
-        """Go on with the session, and with one that was never edited, and compare them."""
+    def compare(self, session: EditedSession, history: History, see: Callable[[Shown], None], worn: int) -> Script:
+        """Go on with the session, worn for so many frames since it was dressed, and with one that was never edited and
+        worn in the motion for as long, and compare them."""
         frames: list[DecodedFrame] = []
         while len(frames) < self.continued or (not settled(session.drape) and len(frames) < SETTLING):
             shown = yield from session.frame()
@@ -66,23 +67,25 @@ class Undone:
             frames.append(shown.frame)
         edited = session.drape.simulation
         one, other = (build_drape(self.order, silent) for _ in range(2))
-        self._alike(one, other)
+        source = self._alike(one, other)
         if history.specification != history.beginning:
             self.broken.append("all edits taken back, the pattern is not what it was")
         self._same("all edits taken back", edited, one.simulation)
         poses = [Pose(frame.root, frame.rotations.astype(np.float64)) for frame in frames]
+        played(one, source, max(worn - ALIKE, 0), one._time)
         self._hem(frames, edited, one, poses)
 
-    def _alike(self, one: SolverDrape, other: SolverDrape) -> None:
-        """Put on twice from where it hung: the same bits, and still after some frames."""
-        for drape in (one, other):
-            source = MotionSource(load_motion(self.motion, drape.outfit.body), drape.pose)
+    def _alike(self, one: SolverDrape, other: SolverDrape) -> MotionSource:
+        """Put on twice from where it hung: the same bits, and still after some frames; what goes on moving the one."""
+        sources = [MotionSource(load_motion(self.motion, drape.outfit.body), drape.pose) for drape in (one, other)]
+        for drape, source in zip((one, other), sources):
             played(drape, source, ALIKE)
         self._same("put on again", one.simulation, other.simulation)
         if not np.array_equal(one.cloth_positions(), other.cloth_positions()):
             self.broken.append("put on again from where it hung, it does not move to the same bits")
         else:
             self.same.append(f"put on again: the cloth after {ALIKE} frames")
+        return sources[0]
 
     def _same(self, when: str, one: Simulation, other: Simulation) -> None:
         first, second = made_of_shape(one), made_of_shape(other)
