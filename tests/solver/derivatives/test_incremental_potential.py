@@ -20,7 +20,7 @@ from tryon_solver.stepping.move_body import limit_return
 from tryon_solver.stepping.newton import linearise
 
 CLOTH = fabric(k_warp=300.0, k_weft=180.0, k_shear=70.0, k_bend=3e-5, strain_limit=1.1)
-LIMIT, DRAG, STITCH, ATTACHED = 1200.0, 7.0, 250.0, 5.0
+LIMIT, DRAG, STITCH, ATTACHED = 1200.0, 7.0, 150.0, 5.0
 PATCH, ONTO = np.array([6, 18], np.int32), np.array([[10, 11, 15], [3, 8, 9]], np.int32)
 SHARES = np.array([[0.2, 0.5, 0.3], [0.6, -0.1, 0.5]])
 STITCHES = np.array([[0, 24], [4, 20], [2, 12]], np.int32)
