@@ -22,6 +22,7 @@ from scipy.spatial import cKDTree
 from tryon_solver.dressing.stitching_on import stitched_on, without_stitches
 from tryon_solver.dressing.untangle import Freed, TangledError, untangle
 from tryon_solver.geometry.garment import Garment
+from tryon_solver.geometry.locate import locate
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.weld import WeldedMesh, weld
 from tryon_solver.scene import Scene
@@ -29,7 +30,6 @@ from tryon_solver.simulation import BESIDE, Simulation
 
 Points = NDArray[np.float64]
 
-NEIGHBOURS = 12  # triangles of the old mesh that are looked at for a vertex, by their middles
 SPREAD = 4.0  # times the widest gap of a seam that is drawn shut: so far from it the fabric comes along
 NEGLIGIBLE = 0.1  # mean edges: gaps narrower than this are bridged by the triangles at the seam
 ROOM = 1.2  # offsets of cloth from cloth that lie between edges that were sewn together before
@@ -101,7 +101,7 @@ def put_on(prepared: Prepared, worn: Simulation, before: PanelMesh) -> Carried:
     """The rest of `carry_over`, from where the garment `worn` is now; `before` is its mesh. Raises CarryError."""
     assert worn.body is not None
     simulation, after, joined = prepared.simulation, prepared.mesh, prepared.welded
-    face, weights = source(before, after)
+    face, weights = locate(after.placed, before.placed[before.faces])
     corners = worn.scene.garment.faces[face]
     places, speeds = (
         np.einsum("vk,vkd->vd", weights, values[corners].astype(np.float64))
@@ -122,23 +122,6 @@ def put_on(prepared: Prepared, worn: Simulation, before: PanelMesh) -> Carried:
         raise CarryError(f"where the garment is worn, it would be stretched to {most:.2f} times its length")
     simulation.state.v.assign(v.astype(np.float32))
     return Carried(simulation, joined, freed)
-
-
-def source(before: PanelMesh, after: PanelMesh) -> tuple[NDArray[np.int64], Points]:
-    """Of every vertex of `after`: the triangle of `before` in whose plane it lies nearest, (V,), and its barycentric
-    coordinates there, (V, 3), below 0 and above 1 for what lies beyond the old pieces."""
-    triangles = before.placed[before.faces]
-    count = min(NEIGHBOURS, len(triangles))
-    _, near = cKDTree(triangles.mean(axis=1)).query(after.placed, k=count)
-    near = near.reshape(len(after.placed), count)
-    a, b, c = (triangles[near, k] for k in range(3))
-    weights = barycentric(a, b, c, after.placed[:, None])
-    clipped = np.clip(weights, 0.0, None)
-    clipped /= clipped.sum(axis=-1, keepdims=True)
-    nearest = np.einsum("vnk,vnkd->vnd", clipped, triangles[near])
-    best = np.linalg.norm(nearest - after.placed[:, None], axis=-1).argmin(axis=1)
-    row = np.arange(len(best))
-    return near[row, best], weights[row, best]
 
 
 def lay_on(before: PanelMesh, after: PanelMesh, face: NDArray[np.int64], places: Points) -> None:
@@ -179,16 +162,6 @@ def drawn_together(mesh: PanelMesh, joined: WeldedMesh, x: Points) -> Points:
     spread = np.where(sewn[:, None], way, 0.0)
     spread[free] = splu(rows[:, free].tocsc()).solve(-(rows @ spread))
     return x + spread
-
-
-def barycentric(a: Points, b: Points, c: Points, p: Points) -> Points:
-    """(..., 3) coordinates in the triangles' planes of the points' feet there, (..., 3) m each."""
-    u, v, w = b - a, c - a, p - a
-    uu, uv, vv = ((s * t).sum(-1) for s, t in ((u, u), (u, v), (v, v)))
-    wu, wv = (w * u).sum(-1), (w * v).sum(-1)
-    area = uu * vv - uv * uv
-    beta, gamma = (vv * wu - uv * wv) / area, (uu * wv - uv * wu) / area
-    return np.stack([1.0 - beta - gamma, beta, gamma], axis=-1)
 
 
 def drawn_back(garment: Garment, x: Points, room: float) -> Points:

@@ -26,7 +26,7 @@ from tryon_solver.dressing.fit import (
     with_opening,
 )
 from tryon_solver.dressing.opening import Opening, opening_as_drawn, upper_opening
-from tryon_solver.dressing.stitching_on import stitched_on
+from tryon_solver.dressing.stitching_on import stitch_stiffness, stitched_on
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.placement import PlacementError, place_around
@@ -43,7 +43,6 @@ SEWING_SECONDS = 1.2
 FASTER_SECONDS = 0.8  # in which all is sewn once more where fabric was left crumpled at a seam: other folds form
 CLOSING_SECONDS = 0.4  # seams held shut before they are welded
 SEWING_DRAG = 2.0  # N s/m^3, so that pieces are drawn, not thrown
-STITCH_PER_FABRIC = 2.0  # stiffness of a stitch over the fabric's own: a seam closes however much the fabric pulls
 STILL_STIFFNESS = 1e5  # N/m and
 STILL_HOLD = 1e3  # N: the skin of a body that stands still yields to no stitch; no fold closes on the pieces
 
@@ -171,7 +170,7 @@ def _sew_in(
         len(panels.uv),
         group=joined.welded_of_vertex,
     )
-    stitches = Sewing(panels.stitches, STITCH_PER_FABRIC * max(fabric.k_warp, fabric.k_weft))
+    stitches = Sewing(panels.stitches, stitch_stiffness(fabric))
     stitched = stitched_on(panels, np.arange(len(panels.uv), dtype=np.int32), fabric)
     effects = (BodyContact(), SelfContact(), StrainLimit(), AirDrag(SEWING_DRAG), stitches, *stitched)
     settings = replace(

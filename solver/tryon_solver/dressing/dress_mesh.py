@@ -13,12 +13,12 @@ from tryon_solver.dressing.dress import (
     CLOSING_SECONDS,
     SEWING_DRAG,
     SEWING_SECONDS,
-    STITCH_PER_FABRIC,
     Progress,
     settle,
     tell_nobody,
 )
 from tryon_solver.dressing.fit import CLOSED, unforeseen_refused
+from tryon_solver.dressing.stitching_on import stitch_stiffness
 from tryon_solver.dressing.untangle import Freed, TangledError, untangle
 from tryon_solver.files.mesh_garment import MeshGarment
 from tryon_solver.files.raw_mesh import MeshFileError
@@ -120,7 +120,7 @@ def _sew(
     progress: Progress,
 ) -> tuple[np.ndarray, Freed, np.ndarray]:
     """Draw the stitches together under contact; the joined vertices (N, 3) m, what was freed, the surface (B, 3) m."""
-    stitches = Sewing(garment.stitches, STITCH_PER_FABRIC * max(fabric.k_warp, fabric.k_weft))
+    stitches = Sewing(garment.stitches, stitch_stiffness(fabric))
     effects = (BodyContact(), SelfContact(), StrainLimit(), AirDrag(SEWING_DRAG), stitches)
     slow = replace(settings, largest_step=min(settings.largest_step, 1 / 60))
     simulation = build(Scene(garment.garment, garment.x, body, fabric, effects), slow, device, pose, tangled=True)

@@ -8,7 +8,12 @@ from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.materials.fabric import Fabric
 from tryon_solver.scene import Attached, Effect
 
-STITCH_PER_FABRIC = 2.0  # stiffness of a stitch over the fabric's own
+STITCH_PER_FABRIC = 2.0  # stiffness of a stitch over the fabric's own: a seam closes however much the fabric pulls
+
+
+def stitch_stiffness(fabric: Fabric) -> float:
+    """N/m of one stitch in this fabric."""
+    return STITCH_PER_FABRIC * max(fabric.k_warp, fabric.k_weft)
 
 
 def stitched_on(panels: PanelMesh, vertex: np.ndarray, fabric: Fabric) -> tuple[Effect, ...]:
@@ -19,8 +24,8 @@ def stitched_on(panels: PanelMesh, vertex: np.ndarray, fabric: Fabric) -> tuple[
     laid, sewn = panels.laid, panels.laid.sewn
     if not sewn.any():
         return ()
-    stiffness = STITCH_PER_FABRIC * max(fabric.k_warp, fabric.k_weft)
-    return (Attached(vertex[laid.vertices[sewn]], vertex[laid.onto[sewn]], laid.weights[sewn], stiffness),)
+    onto, weights = vertex[laid.onto[sewn]], laid.weights[sewn]
+    return (Attached(vertex[laid.vertices[sewn]], onto, weights, stitch_stiffness(fabric)),)
 
 
 def without_stitches(effects: tuple[Effect, ...]) -> tuple[Effect, ...]:

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from tryon_solver.geometry import outline, seams
 from tryon_solver.geometry.constrained import TriangulationError
-from tryon_solver.geometry.patch import Laid, located
+from tryon_solver.geometry.locate import locate
+from tryon_solver.geometry.patch import Laid
 from tryon_solver.geometry.pattern import Panel, Pattern, PatternError, Stitch, StitchSide
 from tryon_solver.geometry.piece_meshes import PIECES_KEPT, triangulated
 from tryon_solver.geometry.sampled_outline import sample_outline, vertices_along
@@ -282,11 +283,11 @@ def _lay(pattern: Pattern, pieces: Sequence[_Piece], first: NDArray[np.int32]) -
     for patch in pattern.patches:
         piece, host = pieces[patch.panel], pieces[patch.host]
         seen = np.array([-1.0, 1.0]) if pattern.panels[patch.host].clockwise else np.ones(2)  # from the right side
-        onto, weights = located(patch.on_host(piece.points * seen) * seen, host.points, host.faces)
+        face, weights = locate(patch.on_host(piece.points * seen) * seen, host.points[host.faces])
         sewn = [piece.along[edge] for edge in range(len(piece.along)) if edge not in patch.open]
         on_rim = np.isin(np.arange(len(piece.points)), np.concatenate(sewn))
         vertices = (np.arange(len(piece.points)) + first[patch.panel]).astype(np.int32)
-        found.append(Laid(vertices, onto + first[patch.host], weights, on_rim))
+        found.append(Laid(vertices, host.faces[face] + first[patch.host], weights, on_rim))
     return Laid.together(found)
 
 

@@ -6,14 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from tryon_solver.geometry import outline
 
 Points = NDArray[np.float64]
 
 MARGIN = 3e-3  # m that the host reaches beyond what is sewn on it, a seam's own width
-NEIGHBOURS = 24  # triangles of the host that are looked at for a point, by their middles
 
 
 @dataclass(frozen=True)
@@ -72,22 +70,6 @@ def vertex_normals(x: Points, faces: NDArray[np.int32]) -> Points:
     for k in range(3):
         np.add.at(total, faces[:, k], normal)
     return total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-30)
-
-
-def located(points: Points, vertices: Points, faces: NDArray[np.int32]) -> tuple[NDArray[np.int32], Points]:
-    """The triangle of a flat mesh (vertices (V, 2) m, faces (F, 3)) in which each point (K, 2) m lies: its corners
-    (K, 3), and the point's barycentric coordinates there (K, 3). A point outside lies in the nearest one's plane."""
-    corners = vertices[faces]
-    count = min(NEIGHBOURS, len(faces))
-    _, near = cKDTree(corners.mean(axis=1)).query(points, k=count)
-    near = near.reshape(len(points), count)
-    a, b, c = (corners[near, k] for k in range(3))
-    area = _cross(b - a, c - a)
-    p = points[:, None]
-    weights = np.stack([_cross(b - p, c - p), _cross(c - p, a - p), _cross(a - p, b - p)], axis=-1) / area[..., None]
-    best = weights.min(axis=-1).argmax(axis=1)
-    row = np.arange(len(points))
-    return faces[near[row, best]].astype(np.int32), weights[row, best]
 
 
 def lies_within(inner: Points, host: Points) -> bool:

@@ -21,7 +21,8 @@ from undone import silent
 
 from tryon_server.runtime.order import DrapeOrder
 from tryon_server.runtime.production import build_drape
-from tryon_solver.dressing.carry_over import carry_over, source
+from tryon_solver.dressing.carry_over import carry_over
+from tryon_solver.geometry.locate import locate
 from tryon_solver.geometry.pattern import load_pattern, parse_pattern
 from tryon_solver.geometry.size import mesh_in_size, mesh_with_vertices
 from tryon_solver.live_edit import LiveEdit
@@ -60,7 +61,7 @@ def rebuild_times(vertices: int, spacings: Sequence[float], preset: str, device:
     total = least(lambda: carry_over(sim, mesh, new))
     parts = {
         "mesh": least(lambda: mesh_in_size(darted, edge, 1.0)),
-        "where the fabric lay": least(lambda: source(mesh, new)),
+        "where the fabric lay": least(lambda: locate(new.placed, mesh.placed[mesh.faces])),
         "build": least(lambda: built_again(sim, scene)),
     }
     parts["free the rest"] = max(total - parts["where the fabric lay"] - parts["build"], 0.0)

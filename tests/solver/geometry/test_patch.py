@@ -8,7 +8,7 @@ from pattern_measures import demo, rectangle, two_squares
 from tryon_solver import PRESETS, dress
 from tryon_solver.body.model import default_body
 from tryon_solver.geometry.panel_mesh import LIFT, mesh_pattern
-from tryon_solver.geometry.patch import MARGIN, Laid, lies_within, located, overlap
+from tryon_solver.geometry.patch import MARGIN, Laid, lies_within, overlap
 from tryon_solver.geometry.pattern import PatternError, parse_pattern
 from tryon_solver.geometry.weld import weld
 from tryon_solver.materials.fabric import FABRICS
@@ -118,14 +118,6 @@ def test_inside_and_apart():
     assert overlap(outline(1, 0.2, (0, 0.4)), outline(0.2, 1, (0.4, 0)))  # a cross: no corner in the other
     assert overlap(outline(1, 1), outline(1, 1, (1 + MARGIN / 2, 0)))
     assert not overlap(outline(1, 1), outline(1, 1, (1 + 2 * MARGIN, 0)))
-
-
-def test_points_are_located():
-    vertices = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], float)
-    faces = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
-    corners, weights = located(np.array([[0.75, 0.25], [0.1, 0.6]]), vertices, faces)
-    np.testing.assert_array_equal(corners, faces)
-    np.testing.assert_allclose((weights[..., None] * vertices[corners]).sum(1), [[0.75, 0.25], [0.1, 0.6]], atol=1e-15)
 
 
 def test_a_t_shirt_with_a_pocket_is_worn_and_the_pocket_stays_on_it():

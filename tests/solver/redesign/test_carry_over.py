@@ -14,14 +14,13 @@ from tryon_solver.body.motion import blend_in
 from tryon_solver.dressing.carry_over import (
     MOST_STRETCH,
     CarryError,
-    barycentric,
     carry_over,
     drawn_back,
     prepare,
     put_on,
-    source,
 )
 from tryon_solver.geometry.garment import Garment
+from tryon_solver.geometry.locate import locate
 from tryon_solver.geometry.panel_mesh import mesh_pattern
 from tryon_solver.geometry.pattern import parse_pattern
 from tryon_solver.geometry.size import in_size
@@ -159,26 +158,11 @@ def test_what_would_be_stretched_too_far_is_not_carried_over(walking):
         carry_over(walking.sim, walking.mesh, smaller)
 
 
-def test_the_source_of_a_vertex_is_the_triangle_it_lies_in(rng):
-    mesh = mesh_pattern(parse_pattern(demo("tshirt")), EDGE)
-    face, weights = source(mesh, mesh)
-    np.testing.assert_allclose(weights.sum(axis=1), 1.0, atol=1e-12)
-    found = np.einsum("vk,vkd->vd", weights, mesh.placed[mesh.faces[face]])
-    np.testing.assert_allclose(found, mesh.placed, atol=1e-9)
-    assert (mesh.panel_of_face[face] == mesh.panel_of_vertex).all()
-    a, b, c = rng.normal(size=(3, 5, 3))
-    shares = rng.normal(size=(5, 3))
-    shares /= shares.sum(axis=1, keepdims=True)
-    point = np.einsum("nk,knd->nd", shares, np.array([a, b, c]))
-    above = point + 0.3 * np.cross(b - a, c - a)
-    np.testing.assert_allclose(barycentric(a, b, c, above), shares, atol=1e-9)
-
-
 def test_beyond_the_old_edge_the_cloth_goes_on_straight():
     longer = apply(demo("tshirt"), parse_edit({"kind": "lengthen", "panel": "front", "edge": 0, "by": 0.03}))
     old = mesh_pattern(parse_pattern(demo("tshirt")), EDGE)
     new = mesh_pattern(parse_pattern(longer.specification), EDGE)
-    face, weights = source(old, new)
+    face, weights = locate(new.placed, old.placed[old.faces])
     found = np.einsum("vk,vkd->vd", weights, old.placed[old.faces[face]])
     np.testing.assert_allclose(found, new.placed, atol=2e-3)
     assert weights.min() < -0.1
