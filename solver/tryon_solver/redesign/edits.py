@@ -207,8 +207,8 @@ class Dart(_Checked):
 
 
 @dataclass(frozen=True)
-class Patch(_Checked):
-    """Sew a rectangle of the same fabric flat onto a piece, all around.
+class SewnOn(_Checked):
+    """Sew a rectangle of the same fabric flat onto a piece.
 
     `at` is where its middle comes to on the piece; `turn` turns it there, counter-clockwise as the piece is drawn.
     """
@@ -219,22 +219,21 @@ class Patch(_Checked):
     height: Extent  # m
     turn: Angle = 0.0  # degrees
 
-    kind = "patch"
     remedy = "Place it further inside the piece, or make it smaller"
 
 
 @dataclass(frozen=True)
-class Pocket(_Checked):
-    """Sew a rectangle of the same fabric onto a piece, open at its upper edge; else as a patch."""
+class Patch(SewnOn):
+    """Sewn on all around."""
 
-    panel: Name
-    at: Place  # m
-    width: Extent  # m
-    height: Extent  # m
-    turn: Angle = 0.0  # degrees
+    kind = "patch"
+
+
+@dataclass(frozen=True)
+class Pocket(SewnOn):
+    """Open at its upper edge."""
 
     kind = "pocket"
-    remedy = "Place it further inside the piece, or make it smaller"
 
 
 @dataclass(frozen=True)

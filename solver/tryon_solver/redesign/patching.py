@@ -8,7 +8,7 @@ import numpy as np
 
 from tryon_solver.redesign.draft import Draft, Edge, Piece, Vertex
 from tryon_solver.redesign.edit_error import EditError
-from tryon_solver.redesign.edits import Patch, Pocket
+from tryon_solver.redesign.edits import Patch, Pocket, SewnOn
 
 TOP = 2  # edge of a rectangle whose corners are listed from the lower left one on, counter-clockwise
 
@@ -45,7 +45,7 @@ def refuse_patch(piece: Piece, what: str) -> None:
         raise EditError(message, "panel", "Remove it, and sew on another one")
 
 
-def _sew_on(draft: Draft, edit: Patch | Pocket, name: str, opened: tuple[int, ...]) -> None:
+def _sew_on(draft: Draft, edit: SewnOn, name: str, opened: tuple[int, ...]) -> None:
     host = draft.piece(edit.panel)
     refuse_patch(host, "nothing can be sewn on it in turn")
     x, y = edit.width / 2, edit.height / 2
