@@ -25,6 +25,7 @@ def shared(chromium, tailor):
     tailor.pattern = design()
     page = open_page(chromium, tailor.url, 1280, 800)
     page.click("#pattern-toggle")
+    page.wait_for_selector("#pattern-sheet .piece >> nth=1")
     yield page
     page.context.close()
 
@@ -32,7 +33,6 @@ def shared(chromium, tailor):
 @pytest.fixture
 def page(shared, tailor):
     """The page with the pattern beside the picture, as if just come. It must run without an uncaught error."""
-    shared.wait_for_selector("#pattern-sheet .piece >> nth=1")
     tailor.say(welcome())
     shared.wait_for_selector("#pattern", state="hidden")
     tailor.say(design())

@@ -14,6 +14,8 @@ from tryon_solver.redesign.edits import Edit
 from tryon_solver.redesign.history import History
 from tryon_solver.redesign.plain import parse_edit, plain
 
+ITS_OWN = "all edits are taken back: the garment is worn in the mesh that it began with"
+
 
 @dataclass(frozen=True)
 class Wanted:
@@ -32,6 +34,12 @@ class Wanted:
     notes: tuple[str, ...] = ()
     id: int = 0
     edit: Edit | None = None
+
+    def mesh_of_its_own(self, worn: Mapping[str, Any] | None) -> str:
+        """Why it needs another mesh, though that of the `worn` pattern may take on its shape, or "": with all edits
+        taken back the garment is what it began as, whichever edits a mesh was made for on the way."""
+        back = not self.history.done and self.specification == self.history.beginning
+        return ITS_OWN if back and worn != self.specification else ""
 
     def made(self, command: ChangePattern, change: Literal["value", "topology"]) -> EditMade:
         """The event that tells that it is done."""

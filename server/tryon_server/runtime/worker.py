@@ -64,7 +64,6 @@ REMAKING_SHARE = 0.5  # of the time that a frame took, after which no further pa
 REMAKING_SECONDS = 0.01  # between looks at a garment that is being made
 FAILURES_IN_A_ROW = 30  # steps that may fail one after another before the session is given up
 LATER = "shown once it is let go"
-ITS_OWN = "all edits are taken back: the garment is worn in the mesh that it began with"
 COARSER = "Choose another fabric, a coarser preset or a simpler pattern."
 
 
@@ -250,7 +249,7 @@ class Worker:
     def _show(self, command: ChangePattern, asked: Wanted, drape: Drape) -> None:
         """Wear the pattern that is asked for, at once or as soon as it is made. Raises EditError when the garment can't
         be made so, and it is as before."""
-        why = mesh_of_its_own(asked, drape) or drape.reshape(asked.specification)
+        why = asked.mesh_of_its_own(drape.specification) or drape.reshape(asked.specification)
         if command.hold:
             self._show_held(command, asked, why)
             return
@@ -493,10 +492,3 @@ class Worker:
 
     def _tell(self, event: Event) -> None:
         self._connection.send(event)
-
-
-def mesh_of_its_own(asked: Wanted, drape: Drape) -> str:
-    """Why the pattern needs another mesh though this one may take on its shape, or "": with all edits taken back the
-    garment is what it began as, whichever edits a mesh was made for on the way."""
-    back = not asked.history.done and asked.specification == asked.history.beginning
-    return ITS_OWN if back and drape.specification != asked.specification else ""
