@@ -8,7 +8,7 @@ WEB := server/tryon_server/web/.built
 WEB_SOURCES := $(shell find protocol/ts clients/core clients/web -name '*.ts' -not -path '*/node_modules/*' -o -name '*.css' \
 	-not -path '*/node_modules/*' -o -name '*.html' -not -path '*/node_modules/*' -o -name '*.mjs' -not -path '*/node_modules/*')
 
-.PHONY: help demo test check chromium proof edits hard hard-peers hard-page bench bench-page reference precision lock
+.PHONY: help demo test long check chromium proof edits hard hard-peers hard-page bench bench-page reference precision lock
 help:
 	@grep -hE '^## ' $(MAKEFILE_LIST) | sed 's/## //'
 
@@ -16,11 +16,14 @@ help:
 demo: $(VENV)/.runtime $(BODY) $(WEB)
 	$(BIN)/tryon serve
 
-## make test     run all tests (Python, TypeScript, browser); installs Chromium where it may
+## make test     run the tests (Python, TypeScript, browser) but the long ones; installs Chromium where it may
 test: $(VENV)/.dev $(BODY) $(WEB) chromium
 	npm test --silent
-	$(BIN)/python -m pytest -n 2 --dist loadfile --ignore tests/server --ignore tests/clients
-	$(BIN)/python -m pytest tests/server tests/clients
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not long"
+
+## make long     run the tests that `make test` leaves out: whole matrices, long windows
+long: $(VENV)/.dev $(BODY) $(WEB) chromium
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m long
 
 PROOF :=
 ## make proof    all there is to show, frame by frame: a table in build/proof (meant to take under an hour on two cores)

@@ -137,6 +137,7 @@ def test_without_body_tracking_head_and_hands_are_followed(chromium, mannequin):
     page.context.close()
 
 
+@pytest.mark.long
 def test_a_body_that_moves_by_itself_is_no_body_for_ar_and_the_page_says_so(chromium, mannequin):
     """Its poses would be refused for ever."""
     headset = "window.headsetClip = null;" + HEADSET.read_text()

@@ -278,6 +278,7 @@ async def listen(stream) -> None:
         pass
 
 
+@pytest.mark.long
 def test_a_wearer_ten_kilometres_away_is_shown_as_sharply_as_one_here(chromium, studio):
     """Nothing of the picture is lost to float32: the tunic is as smooth and as large there as here."""
     shown = []

@@ -398,7 +398,9 @@ def test_a_garment_that_is_a_mesh_has_no_pattern(chromium, tailor):
     page.context.close()
 
 
-@pytest.mark.parametrize(("width", "height"), [(1280, 800), (1000, 700), (360, 740)])
+@pytest.mark.parametrize(
+    ("width", "height"), [(1280, 800), pytest.param(1000, 700, marks=pytest.mark.long), (360, 740)]
+)
 def test_the_pattern_finds_room_in_any_window(chromium, tailor, width, height):
     tailor.pattern = design()
     page = open_page(chromium, tailor.url, width, height)

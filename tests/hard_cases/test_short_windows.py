@@ -7,9 +7,10 @@ from worn_garment import run_window
 FPS, DRAFT_FPS, FRAMES = 60.0, 30.0, 40
 # where each motion asks most: in the stride, on the way down to the deepest squat, arms and legs at full speed
 WINDOWS = {"walk": 0.5, "squat": 0.5, "jumping_jack": 0.3}
+LONG = [pytest.param(name, marks=pytest.mark.long) for name in ("walk", "jumping_jack")]
 
 
-@pytest.fixture(scope="module", params=WINDOWS)
+@pytest.fixture(scope="module", params=["squat", *LONG])
 def window(request, tshirt):
     """The judged frames of a window, preset live."""
     return run_window(tshirt, request.param, WINDOWS[request.param], FRAMES, FPS, "live")

@@ -13,7 +13,7 @@ from tryon_server.runtime.posture import SECONDS, Posture, local_turns
 from tryon_server.sessions.commands import UseTrackedPose
 from tryon_solver.body import BodyModel, Pose, default_body
 
-RATE = 20
+RATE = 10
 STANDING = 0.93  # m, of a root of SMPL's average person over the floor
 X, Y = np.eye(3)[:2]
 REST = np.array([0.0, 0.0, 0.0, 1.0])

@@ -48,7 +48,9 @@ def usual(tmp_path_factory):
     [
         (REST - [0.0, 0.9, 0.0], "stood on the floor: raised by 0.90 m"),
         (REST @ FACING_X.T + [5.0, 0.0, 0.0], "turned by 90° about the vertical, to face +Z"),
-        (REST * [-1.0, -1.0, 1.0], "its feet were above its head: it was turned over"),
+        pytest.param(
+            REST * [-1.0, -1.0, 1.0], "its feet were above its head: it was turned over", marks=pytest.mark.long
+        ),
     ],
     ids=["pelvis", "aside", "upside_down"],
 )

@@ -51,7 +51,7 @@ def tell_nobody(_what, _share):
                 "garment: rest shape: the pattern in its texture coordinates, in metres",
             ],
         ),
-        (
+        pytest.param(
             "top.glb",
             "squat.glb",
             [
@@ -61,6 +61,7 @@ def tell_nobody(_what, _share):
                 "garment: units and axes: m, Y up",
                 "garment: rest shape: the shape it comes in",
             ],
+            marks=pytest.mark.long,
         ),
     ],
 )
@@ -90,6 +91,7 @@ def test_the_surface_follows_the_files_own_frames(brought):
     assert raw.frames.shape == (30, len(ours), 3)
 
 
+@pytest.mark.long
 def test_a_pattern_is_put_on_a_strangers_body_too(brought):
     shirt = Path(__file__).resolve().parents[2] / "server" / "tryon_server" / "demo" / "patterns" / "tshirt.json"
     wanted = order(shirt, brought / "walk", edge_length=0.03)

@@ -86,7 +86,7 @@ def test_white_noise_of_a_body_at_rest_leaves_next_to_no_speed(share):
     assert 1e-6 < np.sqrt((steps**2).mean()) / DT <= 1.4 * Smoothing().turn_unrest
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(1, 5))])
 def test_the_skin_of_a_body_at_rest_hardly_moves_when_every_joint_is_told_with_noise(seed):
     """3 mm of the root and half a degree of each joint: 10 mm/s at most, RMS over the skin; it comes with 1400."""
     body, rng = default_body(), np.random.default_rng(seed)

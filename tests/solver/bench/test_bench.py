@@ -51,6 +51,7 @@ def test_the_table_has_the_case_and_its_stages(measured):
     assert "| correct_penetration |" in table
 
 
+@pytest.mark.long
 def test_sessions_at_once_are_measured_together(tmp_path):
     """Each begins when both are warm, and goes on until both are measured."""
     ran = bench(tmp_path, "--vertices", "150", "--every", "3", "--sessions", "2")

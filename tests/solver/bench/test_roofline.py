@@ -125,6 +125,7 @@ def run(tmp_path_factory):
     return json.loads((out / "results.json").read_text()), (out / "table.md").read_text()
 
 
+@pytest.mark.long
 def test_kernels_of_a_worn_scene_are_held_to_their_roofs(run):
     (result,) = run[0]["roofline"]
     roofs = {"bytes": result["bytes_per_s"], "operations": result["operations_per_s"]}
@@ -143,6 +144,7 @@ def test_kernels_of_a_worn_scene_are_held_to_their_roofs(run):
         assert reached[kernel["roof"]] == max(reached.values())
 
 
+@pytest.mark.long
 def test_table_and_page_have_them(run):
     results, table = run
     for text in (table, document([{"name": "one", **results}], {})):

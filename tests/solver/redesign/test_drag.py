@@ -117,7 +117,7 @@ def assert_placed(mesh, spec):
         assert np.abs(mesh.placed[mine] - placed(spec, name, drawn)).max() < 1e-12, name
 
 
-@pytest.mark.parametrize("name", sorted(GARMENTS))
+@pytest.mark.parametrize("name", ["dress", "skirt", "tube", pytest.param("tshirt", marks=pytest.mark.long)])
 def test_every_value_edit_moves_the_mesh_onto_the_new_pattern(name):
     spec = GARMENTS[name]
     kept = told = 0

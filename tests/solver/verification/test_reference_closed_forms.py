@@ -97,7 +97,7 @@ def meshed_strip(length, width, edge):
     return garment, np.column_stack([uv[:, 0], 0 * uv[:, 0], -uv[:, 1]])
 
 
-@pytest.mark.parametrize("ratio", [2.0, 8.0])
+@pytest.mark.parametrize("ratio", [2.0, pytest.param(8.0, marks=pytest.mark.long)])
 def test_cantilever_bends_as_the_elastica(ratio):
     """A stiff strip clamped at one end: the bending length c = (B/w)^(1/3) alone sets the shape, (L/c)^3 = ratio.
 

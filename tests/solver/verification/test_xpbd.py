@@ -61,6 +61,7 @@ def test_coulomb_threshold():
     check_coulomb(Xpbd)
 
 
+@pytest.mark.long
 def test_a_sheet_comes_to_lie_on_a_ball():
     """It bends over it and stays outside."""
     garment, x = sheet(9, 9, 0.24, 0.24)
