@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draft the demo's own sewing patterns (T-shirt, skirt, dress) for the default body and write them as JSON.
+"""Draft the demo's own sewing patterns (T-shirt, skirt, dress, trousers) for the default body and write them as JSON.
 
 The drafts are ours; only the file format is GarmentCode's. All lengths here are centimetres, angles degrees. Pieces are
 drawn as the viewer in front of the wearer sees them: x to the wearer's left, y up; back pieces turn clockwise, so that
@@ -350,7 +350,70 @@ def dress() -> dict:
     return garment(pieces, seams)
 
 
-GARMENTS = {"tshirt": tshirt, "skirt": skirt, "dress": dress}
+@dataclass(frozen=True)
+class TrouserLeg:
+    """One of the four pieces of a pair of trousers; x = 0 along its straight centre seam, heights above the floor."""
+
+    waist: float  # of the piece, at the height `top`
+    hip: float  # the same at the height `widest`
+    beyond: float  # how far the fork lies beyond the centre seam, between the legs
+    outer: float  # where the hem ends outside
+    top: float
+    widest: float
+    fork: float
+    bottom: float
+
+    def piece(self, s: float, forward: bool) -> Piece:
+        """The piece for the side s = +1 (left) or -1 (right), moved aside so that the forks of both lie apart."""
+        bend = self.fork + 20.0  # where the centre seam begins to turn between the legs
+        inner = -self.beyond + 2.0  # nearly straight up to the fork: what slants there crumples where four seams meet
+
+        def at(x: float, y: float) -> Point:
+            return s * x, y - self.bottom
+
+        corners = [at(inner, self.bottom), at(self.outer, self.bottom), at(self.hip, self.widest), at(self.waist, self.top)]
+        corners += [at(0.0, self.top), at(0.0, bend), at(-self.beyond, self.fork)]
+        curves_at = {
+            "hip": (at(self.hip, self.widest + 10.0), at(self.waist + 2.5, self.top - 6.0)),
+            "fork": (at(0.0, self.fork + 7.3), at(-self.beyond / 3, self.fork + 0.7)),  # level where the legs meet
+        }
+        names = ["hem", "outside", "hip", "waist", "centre", "fork", "inside"]
+        sides = [(name, corners[k], corners[(k + 1) % 7]) for k, name in enumerate(names)]
+        bends = {name: curves_at.get(name) for name in names}
+        if (s > 0) != forward:  # the other way round
+            sides = [(name, end, start) for name, start, end in reversed(sides)]
+            bends = {name: points and (points[1], points[0]) for name, points in bends.items()}
+        place = (s * (self.beyond + 1.0), self.bottom, FRONT_Z if forward else BACK_Z)
+        piece = Piece(sides[0][1], "leg", place)
+        for name, _, end in sides:
+            controls = bends[name]
+            piece = piece.line(name, end) if controls is None else piece.cubic(name, end, *controls)
+        return piece
+
+
+def trousers() -> dict:
+    """Loose trousers down to the ankles: four pieces. Their waist is the body's smallest girth, as the skirt's."""
+    hip = (BODY.hip_girth + 6.0) / 4
+    same = {"top": BODY.waist_height - 1.0, "widest": 83.0, "fork": 68.0, "bottom": 12.0}
+    front = TrouserLeg(waist=BODY.waist_girth / 4, hip=hip, beyond=6.0, outer=21.0, **same)
+    back = TrouserLeg(waist=BODY.waist_girth / 4, hip=hip, beyond=7.5, outer=21.0, **same)
+    pieces = {
+        "front_left": front.piece(1.0, True),
+        "front_right": front.piece(-1.0, True),
+        "back_left": back.piece(1.0, False),
+        "back_right": back.piece(-1.0, False),
+    }
+    seams = [
+        (f"front_{side}", edge, f"back_{side}", edge)
+        for side in ("left", "right")
+        for edge in ("outside", "hip", "inside")
+    ]
+    halves = [(f"{half}_left", f"{half}_right") for half in ("front", "back")]
+    seams += [(left, edge, right, edge) for left, right in halves for edge in ("centre", "fork")]
+    return garment(pieces, seams)
+
+
+GARMENTS = {"tshirt": tshirt, "skirt": skirt, "dress": dress, "trousers": trousers}
 
 
 def write_patterns(folder: Path) -> list[Path]:

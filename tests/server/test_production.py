@@ -27,6 +27,7 @@ from tryon_solver.body.model import default_body
 from tryon_solver.body.pose import Pose
 from tryon_solver.dressing import dress as dressing
 from tryon_solver.dressing.fit import DressingError
+from tryon_solver.dressing.untangle import TangledError
 from tryon_solver.geometry import piece_meshes
 from tryon_solver.geometry.placement import PlacementError
 from tryon_solver.redesign.apply import apply
@@ -113,11 +114,23 @@ def test_another_size_is_another_garment(order):
     assert small.outfit.vertex_count < own.outfit.vertex_count
 
 
-@pytest.mark.parametrize(("crumpled", "worn"), [([True, False], True), ([True, True], False)])
-def test_what_is_crumpled_at_a_seam_is_sewn_once_more(order, monkeypatch, crumpled, worn):
-    """Whether the seams can be welded is said here; the sewing is the solver's."""
-    sewn = iter(crumpled)
+@pytest.mark.parametrize(
+    ("crumpled", "freed", "worn"),
+    [([True, False], False, True), ([True, True], True, True), ([True, True], False, False)],
+    ids=["sewn-once-more", "freed", "refused"],
+)
+def test_what_is_crumpled_at_a_seam_is_sewn_once_more_then_freed(order, monkeypatch, crumpled, freed, worn):
+    """Whether the seams can be welded and what crosses be freed is said here; the sewing is the solver's."""
+    sewn, freeings, free = iter(crumpled), [], dressing.untangle
+
+    def untangle(simulation, rounds):
+        freeings.append(simulation)
+        if not freed:
+            raise TangledError("3 triangles cross other triangles of the garment", np.arange(3))
+        return free(simulation, rounds=rounds)
+
     monkeypatch.setattr(dressing, "proven_free", lambda *_: not next(sewn))
+    monkeypatch.setattr(dressing, "untangle", untangle)
     if worn:
         drape = production.build_drape(replace(order, wardrobe=None), lambda *_: None)
         assert np.isfinite(drape.cloth_positions()).all()
@@ -125,6 +138,7 @@ def test_what_is_crumpled_at_a_seam_is_sewn_once_more(order, monkeypatch, crumpl
         with pytest.raises(ProblemError, match="crumpled where it is sewn"):
             production.build_drape(replace(order, wardrobe=None), lambda *_: None)
     assert list(sewn) == []
+    assert len(freeings) == all(crumpled)
 
 
 def test_an_opening_that_slips_is_told(order):

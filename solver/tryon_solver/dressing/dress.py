@@ -7,7 +7,8 @@ one, and gravity comes on.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -27,6 +28,7 @@ from tryon_solver.dressing.fit import (
 )
 from tryon_solver.dressing.opening import Opening, opening_as_drawn, upper_opening
 from tryon_solver.dressing.stitching_on import stitch_stiffness, stitched_on
+from tryon_solver.dressing.untangle import TangledError, untangle
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.placement import PlacementError, place_around
@@ -42,6 +44,7 @@ Progress = Callable[[str, float], None]
 SEWING_SECONDS = 1.2
 FASTER_SECONDS = 0.8  # in which all is sewn once more where fabric was left crumpled at a seam: other folds form
 CLOSING_SECONDS = 0.4  # seams held shut before they are welded
+ROUNDS = 100  # of freeing what welding makes cross, hardly more than a triangle's corner
 SEWING_DRAG = 2.0  # N s/m^3, so that pieces are drawn, not thrown
 STILL_STIFFNESS = 1e5  # N/m and
 STILL_HOLD = 1e3  # N: the skin of a body that stands still yields to no stitch; no fold closes on the pieces
@@ -99,20 +102,37 @@ def dress(
     joined = weld(panels)
     with unforeseen_refused("the pieces can't be sewn on this body"):
         try:
-            x_sewn, sewn_surface = sew(panels, joined, x_start, body, pose, fabric, settings, device, progress)
+            sewn = sew(panels, joined, x_start, body, pose, fabric, settings, device, progress)
             garment = Garment(joined.vertex_of_corner, joined.uv_corners, joined.panel_of_face, joined.vertex_count)
             worn = (*effects, *stitched_on(panels, joined.welded_of_vertex, fabric))
-            simulation = build(Scene(garment, x_sewn, body, fabric, worn), settings, device, pose, sewn_surface)
-            settle(simulation, pose, settle_seconds, progress)
-            check_rest(simulation, joined, panels)
+            scene, tangled = Scene(garment, sewn.x, body, fabric, worn), sewn.fault is not None
+            simulation = build(scene, settings, device, pose, sewn.surface, tangled)
+            with told_as(sewn.fault):
+                if tangled:
+                    untangle(simulation, rounds=ROUNDS)
+                settle(simulation, pose, settle_seconds, progress)
+                check_rest(simulation, joined, panels)
         except DressingError as error:
             if too_large := slips_off(panels, surface, body.faces):
                 raise too_large from error
             if isinstance(error, TightError):
-                raise with_opening(error, opening_as_drawn(panels, surface, body.faces)) from error
+                told = with_opening(error, opening_as_drawn(panels, surface, body.faces))
+                if told is not error:
+                    raise told from error
             raise
     progress("dressed", 1.0)
     return Dressed(simulation, joined, panels, pose)
+
+
+@contextmanager
+def told_as(fault: DressingError | None) -> Iterator[None]:
+    """What can't be worn because of a fault that was there before is refused for that, not for what came of it."""
+    try:
+        yield
+    except (DressingError, TangledError) as error:
+        if fault is None:
+            raise
+        raise fault from error
 
 
 def settle(simulation: Simulation, pose: Any, seconds: float, progress: Progress) -> None:
@@ -122,6 +142,16 @@ def settle(simulation: Simulation, pose: Any, seconds: float, progress: Progress
     for k in range(frames):
         progress("settling", k / frames)
         simulation.advance(pose, (k + 1) * step)
+
+
+@dataclass(frozen=True)
+class Sewn:
+    """A garment whose seams were closed: its welded vertices x (N, 3) m, the surface's (B, 3) m, and why they may
+    touch or cross, if that is so."""
+
+    x: np.ndarray
+    surface: np.ndarray
+    fault: DressingError | None
 
 
 def sew(
@@ -134,19 +164,14 @@ def sew(
     settings: Settings,
     device: str,
     progress: Progress,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Close all seams under contact; the welded vertices' positions (N, 3) m and the surface's (B, 3) m.
+) -> Sewn:
+    """Close all seams under contact. Raises DressingError for one that stays wide open."""
 
-    Raises DressingError.
-    """
-
-    def in_time(seconds: float) -> tuple[np.ndarray, np.ndarray]:
+    def in_time(seconds: float) -> Sewn:
         return _sew_in(seconds, panels, joined, x_start, body, pose, fabric, settings, device, progress)
 
-    try:
-        return in_time(SEWING_SECONDS)
-    except CrumpledError:
-        return in_time(FASTER_SECONDS)
+    sewn = in_time(SEWING_SECONDS)
+    return in_time(FASTER_SECONDS) if isinstance(sewn.fault, CrumpledError) else sewn
 
 
 def _sew_in(
@@ -160,7 +185,7 @@ def _sew_in(
     settings: Settings,
     device: str,
     progress: Progress,
-) -> tuple[np.ndarray, np.ndarray]:
+) -> Sewn:
     """As sew(), the stitches drawn together in that time [s]."""
     corners = panels.faces
     pieces = Garment(
@@ -189,7 +214,7 @@ def _sew_in(
         simulation.advance(pose, time)
     x = simulation.cloth_positions().astype(np.float64)
     stretches = simulation.stretches()
-    x_welded = close_seams(panels, joined, fabric, stretches, x)
-    if not proven_free(simulation, x_welded[joined.welded_of_vertex] - x):
-        raise weld_blocked(panels, joined, fabric, stretches, x)
-    return x_welded, simulation.body_positions().astype(np.float64)
+    x_welded, fault = close_seams(panels, joined, fabric, stretches, x)
+    if fault is None and not proven_free(simulation, x_welded[joined.welded_of_vertex] - x):
+        fault = weld_blocked(panels, joined, fabric, stretches, x)
+    return Sewn(x_welded, simulation.body_positions().astype(np.float64), fault)

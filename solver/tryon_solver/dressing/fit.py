@@ -64,38 +64,41 @@ def unforeseen_refused(what: str) -> Iterator[None]:
 
 def close_seams(
     panels: PanelMesh, joined: WeldedMesh, fabric: Fabric, stretch: np.ndarray, x: np.ndarray
-) -> np.ndarray:
-    """(N, 3) m: each welded vertex at the mean of the vertices it joins, from x (V, 3) m of the unsewn pieces.
+) -> tuple[np.ndarray, DressingError | None]:
+    """(N, 3) m: each welded vertex at the mean of the vertices it joins, from x (V, 3) m of the unsewn pieces; and
+    what is wrong where a seam is not closed so far that it may be welded, though it hardly gapes.
 
-    `stretch` (F,) is the larger principal stretch of each triangle there.
-
-    Raises DressingError naming the pieces of the seam that stayed widest open, and how far they are stretched; a
-    TightError where that is further than the fabric bears, a CrumpledError where the seam gapes hardly and nothing
-    draws it.
+    `stretch` (F,) is the larger principal stretch of each triangle there. What is wrong names the pieces of the seam
+    that stayed widest open, and how far they are stretched; it is a TightError where that is further than the fabric
+    bears, a CrumpledError where nothing draws the seam. Raises it where the seam gapes.
     """
     mean = joined.mean_of_vertices(x)
     open_by, pieces, pulled = _widest_seam(panels, joined, stretch, x)
     if open_by <= CLOSED:
-        return mean
+        return mean, None
     names = [panels.panel_names[piece] for piece in pieces]
     what = f"the seam between {' and '.join(names)} stays {2e3 * open_by:.1f} mm open"
     if len(names) == 1:
         what = f"the seam of {names[0]} with itself stays {2e3 * open_by:.1f} mm open"
     if pulled < fabric.strain_limit:
         kind = DressingError if open_by > GAPING else CrumpledError
-        raise kind(
+        fault = kind(
             f"{what}: the body is between its sides, or its pieces start on the wrong side of each other",
             f"panels.{names[0]}",
             "Move the pieces so that what is sewn faces each other around the body, or enlarge them",
         )
-    cause = "the garment is too tight for this body"
+    else:
+        cause = "the garment is too tight for this body"
+        if open_by > GAPING:
+            cause += ", or its pieces start on the wrong sides of each other or of a limb"
+        fault = TightError(
+            f"{what}, though the fabric is stretched by {percent(pulled)} there: {allowed(fabric)}; {cause}",
+            f"panels.{names[0]}",
+            looser(pulled, names),
+        )
     if open_by > GAPING:
-        cause += ", or its pieces start on the wrong sides of each other or of a limb"
-    raise TightError(
-        f"{what}, though the fabric is stretched by {percent(pulled)} there: {allowed(fabric)}; {cause}",
-        f"panels.{names[0]}",
-        looser(pulled, names),
-    )
+        raise fault
+    return mean, fault
 
 
 def weld_blocked(

@@ -12,7 +12,7 @@ from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.redesign.edits import KINDS
 
 DEMO = Path(__file__).resolve().parents[3] / "server" / "tryon_server" / "demo"
-GARMENTS = ("tshirt", "dress")
+GARMENTS = ("tshirt", "dress", "trousers")
 MIXED = "mixed"
 SMALL = 0.93  # of the T-shirt's size: what that is tight is called
 

@@ -12,7 +12,7 @@ from tryon_solver.geometry.weld import weld
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 DEMO_PATTERNS = REPOSITORY / "server" / "tryon_server" / "demo" / "patterns"
-NAMES = ("dress", "skirt", "tshirt")
+NAMES = ("dress", "skirt", "trousers", "tshirt")
 
 
 @pytest.fixture(scope="module")
@@ -74,6 +74,16 @@ def test_the_dress_has_a_neck_two_armholes_and_a_wide_hem(script, meshed):
     assert all(length > body.upper_arm_girth + 8 for length in armholes_and_neck)
     (hem,) = openings[frozenset({"skirt_front", "skirt_back"})]
     assert hem > 1.3 * body.hip_girth
+
+
+def test_the_trousers_hold_at_the_waist_and_have_two_hems(script, meshed):
+    body = script["BODY"]
+    openings = girths(meshed(DEMO_PATTERNS / "trousers.json", 0.016))
+    (waist,) = openings[frozenset({"front_left", "front_right", "back_left", "back_right"})]
+    assert 1.005 < (body.waist_girth + 2 * np.pi * 0.2) / waist < 1.03
+    for side in ("left", "right"):
+        (hem,) = openings[frozenset({f"front_{side}", f"back_{side}"})]
+        assert 40 < hem < 60  # wider than a heel is round, 32 cm on this body
 
 
 @pytest.mark.parametrize("name", NAMES)

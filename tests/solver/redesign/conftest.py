@@ -20,5 +20,10 @@ def skirt():
 
 
 @pytest.fixture
+def trousers():
+    return demo("trousers")
+
+
+@pytest.fixture
 def tube():
     return two_squares()

@@ -21,7 +21,8 @@ from tryon_solver.redesign.history import History
 from tryon_solver.redesign.mirroring import mirrored
 from tryon_solver.redesign.plain import parse_edit, plain
 
-GARMENTS = {"tshirt": demo("tshirt"), "dress": demo("dress"), "skirt": demo("skirt"), "tube": two_squares()}
+DEMO = ("tshirt", "dress", "skirt", "trousers")
+GARMENTS = {**{name: demo(name) for name in DEMO}, "tube": two_squares()}
 MOVES = st.tuples(st.floats(-0.04, 0.04), st.floats(-0.04, 0.04))
 
 
@@ -101,7 +102,7 @@ def test_seams_that_do_not_keep_their_ratio_are_told(name, data):
 
 
 @settings(max_examples=40)
-@given(st.sampled_from(["tshirt", "dress", "skirt"]), st.data())
+@given(st.sampled_from(DEMO), st.data())
 def test_an_edit_and_its_image_do_the_same_to_the_areas(name, data):
     spec = GARMENTS[name]
     edit = data.draw(an_edit(spec))

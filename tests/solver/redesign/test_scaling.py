@@ -59,7 +59,7 @@ def test_half_a_circle_can_only_be_scaled_evenly():
     assert "same factor" in caught.value.remedy
 
 
-@pytest.mark.parametrize("name", ["tshirt", "dress", "skirt"])
+@pytest.mark.parametrize("name", ["tshirt", "dress", "skirt", "trousers"])
 def test_a_garment_scaled_evenly_is_the_garment_in_that_size(name, request):
     spec = request.getfixturevalue(name)
     made = apply(spec, ScaleGarment((1.25, 1.25)))
