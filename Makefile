@@ -19,11 +19,13 @@ demo: $(VENV)/.runtime $(BODY) $(WEB)
 ## make test     run the tests (Python, TypeScript, browser) but the long ones; installs Chromium where it may
 test: $(VENV)/.dev $(BODY) $(WEB) chromium
 	npm test --silent
-	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not long"
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not long" --ignore tests/clients
+	$(BIN)/python -m pytest -m "not long" tests/clients
 
 ## make long     run the tests that `make test` leaves out: whole matrices, long windows
 long: $(VENV)/.dev $(BODY) $(WEB) chromium
-	$(BIN)/python -m pytest -n 2 --dist loadfile -m long
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m long --ignore tests/clients
+	$(BIN)/python -m pytest -m long tests/clients
 
 PROOF :=
 ## make proof    all there is to show, frame by frame: a table in build/proof (meant to take under an hour on two cores)

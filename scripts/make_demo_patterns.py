@@ -371,8 +371,8 @@ class TrouserLeg:
         def at(x: float, y: float) -> Point:
             return s * x, y - self.bottom
 
-        corners = [at(inner, self.bottom), at(self.outer, self.bottom), at(self.hip, self.widest), at(self.waist, self.top)]
-        corners += [at(0.0, self.top), at(0.0, bend), at(-self.beyond, self.fork)]
+        corners = [at(inner, self.bottom), at(self.outer, self.bottom), at(self.hip, self.widest)]
+        corners += [at(self.waist, self.top), at(0.0, self.top), at(0.0, bend), at(-self.beyond, self.fork)]
         curves_at = {
             "hip": (at(self.hip, self.widest + 10.0), at(self.waist + 2.5, self.top - 6.0)),
             "fork": (at(0.0, self.fork + 7.3), at(-self.beyond / 3, self.fork + 0.7)),  # level where the legs meet

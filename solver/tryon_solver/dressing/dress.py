@@ -165,13 +165,17 @@ def sew(
     device: str,
     progress: Progress,
 ) -> Sewn:
-    """Close all seams under contact. Raises DressingError for one that stays wide open."""
+    """Close all seams under contact. Raises DressingError for one that stays wide open, or open under tension."""
 
     def in_time(seconds: float) -> Sewn:
         return _sew_in(seconds, panels, joined, x_start, body, pose, fabric, settings, device, progress)
 
     sewn = in_time(SEWING_SECONDS)
-    return in_time(FASTER_SECONDS) if isinstance(sewn.fault, CrumpledError) else sewn
+    if isinstance(sewn.fault, CrumpledError):
+        sewn = in_time(FASTER_SECONDS)
+    if isinstance(sewn.fault, TightError):
+        raise sewn.fault
+    return sewn
 
 
 def _sew_in(
