@@ -13,6 +13,7 @@ import numpy as np
 
 from tryon_solver.contact.crossings import CrossingSearch
 from tryon_solver.contact.rays import first_and_last_hit
+from tryon_solver.geometry.normals import vertex_normals
 from tryon_solver.geometry.proximity import Surface
 from tryon_solver.geometry.surface_repair import connected_faces, neighbours
 
@@ -93,13 +94,3 @@ class Dent:
         _, first = np.unique(part, return_index=True)
         inside = Surface(x[self.n :], self.body_faces - self.n).contains(x[self.faces[first, 0]])
         return np.flatnonzero(np.isin(part, part[first[inside]])), "lie inside the body altogether"
-
-
-def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """(V, 3) unit normals, weighted by area; zero for a vertex in no triangle."""
-    corners = vertices[faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    total = np.zeros_like(vertices)
-    for k in range(3):
-        np.add.at(total, faces[:, k], normals)
-    return total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-30)

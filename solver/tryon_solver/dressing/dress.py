@@ -125,7 +125,7 @@ def dress(
 
 
 @contextmanager
-def told_as(fault: DressingError | None) -> Iterator[None]:
+def told_as(fault: CrumpledError | None) -> Iterator[None]:
     """What can't be worn because of a fault that was there before is refused for that, not for what came of it."""
     try:
         yield
@@ -151,7 +151,7 @@ class Sewn:
 
     x: np.ndarray
     surface: np.ndarray
-    fault: DressingError | None
+    fault: CrumpledError | None
 
 
 def sew(

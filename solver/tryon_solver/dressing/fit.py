@@ -64,13 +64,14 @@ def unforeseen_refused(what: str) -> Iterator[None]:
 
 def close_seams(
     panels: PanelMesh, joined: WeldedMesh, fabric: Fabric, stretch: np.ndarray, x: np.ndarray
-) -> tuple[np.ndarray, DressingError | None]:
+) -> tuple[np.ndarray, CrumpledError | None]:
     """(N, 3) m: each welded vertex at the mean of the vertices it joins, from x (V, 3) m of the unsewn pieces; and
-    what is wrong where a seam is not closed so far that it may be welded, though it hardly gapes.
+    what is wrong where a seam is a little too far open to be welded, and nothing draws it.
 
-    `stretch` (F,) is the larger principal stretch of each triangle there. What is wrong names the pieces of the seam
-    that stayed widest open, and how far they are stretched; it is a TightError where that is further than the fabric
-    bears, a CrumpledError where nothing draws the seam. Raises it where the seam gapes.
+    `stretch` (F,) is the larger principal stretch of each triangle there.
+
+    Raises DressingError naming the pieces of the seam that stayed widest open, and how far they are stretched; a
+    TightError where that is further than the fabric bears.
     """
     mean = joined.mean_of_vertices(x)
     open_by, pieces, pulled = _widest_seam(panels, joined, stretch, x)
@@ -81,24 +82,22 @@ def close_seams(
     if len(names) == 1:
         what = f"the seam of {names[0]} with itself stays {2e3 * open_by:.1f} mm open"
     if pulled < fabric.strain_limit:
-        kind = DressingError if open_by > GAPING else CrumpledError
-        fault = kind(
+        told = (
             f"{what}: the body is between its sides, or its pieces start on the wrong side of each other",
             f"panels.{names[0]}",
             "Move the pieces so that what is sewn faces each other around the body, or enlarge them",
         )
-    else:
-        cause = "the garment is too tight for this body"
         if open_by > GAPING:
-            cause += ", or its pieces start on the wrong sides of each other or of a limb"
-        fault = TightError(
-            f"{what}, though the fabric is stretched by {percent(pulled)} there: {allowed(fabric)}; {cause}",
-            f"panels.{names[0]}",
-            looser(pulled, names),
-        )
+            raise DressingError(*told)
+        return mean, CrumpledError(*told)
+    cause = "the garment is too tight for this body"
     if open_by > GAPING:
-        raise fault
-    return mean, fault
+        cause += ", or its pieces start on the wrong sides of each other or of a limb"
+    raise TightError(
+        f"{what}, though the fabric is stretched by {percent(pulled)} there: {allowed(fabric)}; {cause}",
+        f"panels.{names[0]}",
+        looser(pulled, names),
+    )
 
 
 def weld_blocked(

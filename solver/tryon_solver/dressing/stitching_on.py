@@ -1,4 +1,4 @@
-"""Pockets and patches: what holds them on the fabric beneath."""
+"""How stiff a stitch is, and the stitches that hold pockets and patches on the fabric beneath."""
 
 from __future__ import annotations
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tryon_solver.geometry import outline
+from tryon_solver.geometry.normals import vertex_normals
 
 Points = NDArray[np.float64]
 
@@ -60,16 +61,6 @@ class Laid:
         here, up = (np.einsum("kc,kcd->kd", self.weights, values[self.onto]) for values in (x, normals))
         lifted: Points = here + lift * up / np.linalg.norm(up, axis=1, keepdims=True)
         return lifted
-
-
-def vertex_normals(x: Points, faces: NDArray[np.int32]) -> Points:
-    """(V, 3) unit, the mean of those of the faces around, by their areas; zero where there are none."""
-    a, b, c = (x[faces[:, k]] for k in range(3))
-    normal = np.cross(b - a, c - a)
-    total = np.zeros_like(x)
-    for k in range(3):
-        np.add.at(total, faces[:, k], normal)
-    return total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-30)
 
 
 def lies_within(inner: Points, host: Points) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
-from tryon_solver.body.making.remesh import vertex_normals
+from tryon_solver.geometry.normals import vertex_normals
 
 REACH = 0.08  # m, how far a vertex looks along its normal for the opposite wall of a pocket
 RINGS = 3  # rings of neighbours replaced with a pocket: lips, eyelids

@@ -14,6 +14,7 @@ import math
 import numpy as np
 
 from tryon_solver.body.making.closest import closest_points
+from tryon_solver.geometry.normals import vertex_normals
 
 Point = tuple[float, float, float]
 SPLIT_ABOVE = 4 / 3  # times the wanted length: splitting brings both halves nearer to it (Botsch & Kobbelt)
@@ -185,15 +186,6 @@ class _Mesh:
         self.faces[index] = (a, b, c)
         for vertex in face:
             self.around[vertex].add(index)
-
-
-def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Area-weighted unit normals (V, 3); zero for a vertex without faces."""
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    normals = np.zeros_like(vertices)
-    for k in range(3):
-        np.add.at(normals, faces[:, k], np.cross(b - a, c - a))
-    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
 
 
 def _middle(p: Point, q: Point) -> Point:
