@@ -3,7 +3,7 @@ where something is in the way."""
 
 import ipctk
 import numpy as np
-from harness.oracle import Oracle
+from harness.oracle import Oracle, near_each_other
 from small_scenes import icosphere, sheet
 
 NOBODY, NOWHERE = np.zeros((0, 3), np.int32), np.zeros((0, 3))
@@ -20,24 +20,51 @@ def test_a_way_through_something_is_not_free():
     x, faces, count = sheets(1e-3)
     after = x.copy()
     after[count:, 1] -= 2e-3
-    assert not Oracle(faces, NOBODY, x, NOWHERE).is_free(x, after)
+    assert Oracle(faces, NOBODY, x, NOWHERE).colliding([(x, after)]) == [0]
     ball, ball_faces = icosphere(0.02, 1)
     over = Oracle(faces, ball_faces, x + [0, 0.05, 0], ball)
     before = np.vstack([x + [0, 0.05, 0], ball])
-    assert not over.is_free(before, np.vstack([x - [0, 0.05, 0], ball]))
+    assert over.colliding([(before, np.vstack([x - [0, 0.05, 0], ball]))]) == [0]
+
+
+def test_of_several_ways_each_is_judged_alone():
+    """Short ones and long ones in any order: the answer to each is the toolkit's to it alone."""
+    x, faces, count = sheets(1e-3)
+    rng, oracle, ways = np.random.default_rng(3), Oracle(faces, NOBODY, x, NOWHERE), []
+    for _ in range(60):
+        down = np.zeros_like(x)
+        down[count:, 1] = rng.choice([2e-4, 1.5e-3, 0.05])
+        aside = rng.normal(0, 2e-4, 3)
+        ways.append((x + aside, x + aside - down))
+    alone = [k for k, way in enumerate(ways) if not ipctk.is_step_collision_free(oracle.paths, *map(fortran, way))]
+    assert 20 < len(alone) < 55
+    assert max(map(len, near_each_other(ways, range(len(ways))))) > 2
+    assert oracle.colliding(ways) == alone
+
+
+def test_a_way_to_what_is_no_number_is_not_free():
+    x, faces, _ = sheets(1e-3)
+    lost = x.copy()
+    lost[3, 1] = np.nan
+    assert Oracle(faces, NOBODY, x, NOWHERE).colliding([(x, x), (x, lost), (lost, x)]) == [1, 2]
 
 
 def test_a_no_by_tolerance_is_asked_again(monkeypatch):
     """Ten centimetres together, ten micrometres apart: each piece is asked, and the whole is free."""
     x, faces, _ = sheets(1e-5)
     oracle, asked = Oracle(faces, NOBODY, x, NOWHERE), []
-    really = ipctk.is_step_collision_free
+    really = ipctk.Candidates.is_step_collision_free
 
-    def unsure(mesh, a, b):
+    def unsure(candidates, mesh, a, b):
         asked.append(np.abs(b - a).max())
-        return asked[-1] < 0.05 and really(mesh, a, b)
+        return asked[-1] < 0.05 and really(candidates, mesh, a, b)
 
-    monkeypatch.setattr(ipctk, "is_step_collision_free", unsure)
-    assert oracle.is_free(x, x + [0, 0, 0.1])
+    monkeypatch.setattr(ipctk.Candidates, "is_step_collision_free", unsure)
+    assert oracle.colliding([(x, x + [0, 0, 0.1])]) == []
     assert len(asked) == 17
     assert asked[0] > 0.05 > max(asked[1:])
+
+
+def fortran(x):
+    """As the toolkit takes positions."""
+    return np.asfortranarray(x.astype(np.float64))

@@ -21,6 +21,7 @@ Move = tuple[np.ndarray, np.ndarray]
 """Positions (A, 3) float32 m before and after."""
 
 PIECES = 16
+TOGETHER = 0.02  # m: wider boxes find more that may meet than looking again costs
 AS_ONE = 5e-6  # m by which rounding may leave a vertex from where a common motion takes it
 
 
@@ -56,20 +57,48 @@ class Oracle:
             found.append(float(min(np.sqrt(apart), reach)))
         return found[0], found[1]
 
-    def is_free(self, before: np.ndarray, after: np.ndarray) -> bool:
-        """Is the straight way of all vertices (A, 3) m free of collisions? False where something is not finite.
+    def colliding(self, ways: Sequence[Move]) -> list[int]:
+        """Numbers of the straight ways of all vertices (A, 3) m that are not free of collisions, or not finite.
+
+        What may meet on one of them is looked for once for several, within the box that each vertex stays in on all.
+        """
+        finite = [np.isfinite(before).all() and np.isfinite(after).all() for before, after in ways]
+        found = [number for number, said in enumerate(finite) if not said]
+        for group in near_each_other(ways, [number for number, said in enumerate(finite) if said]):
+            places = np.array([place for number in group for place in ways[number]], np.float64)
+            may_meet = ipctk.Candidates()
+            lowest, highest = (np.asfortranarray(ends) for ends in (places.min(0), places.max(0)))
+            may_meet.build(self.paths, lowest, highest, broad_phase=ipctk.LBVH())
+            found += [number for number in group if not self.is_free(may_meet, *ways[number])]
+        return sorted(found)
+
+    def is_free(self, may_meet: ipctk.Candidates, before: np.ndarray, after: np.ndarray) -> bool:
+        """Is the straight way of all vertices (A, 3) m free of collisions among those that may meet on it?
 
         The toolkit answers no where it can't tell, by a tolerance that grows with the way: centimetres beside a fabric
         of micrometres. Its no is asked again of each of PIECES parts of the way; the whole is free if they all are.
         """
-        if not (np.isfinite(before).all() and np.isfinite(after).all()):
-            return False
         start, end = (np.asfortranarray(x.astype(np.float64)) for x in (before, after))
-        if ipctk.is_step_collision_free(self.paths, start, end):
+        if may_meet.is_step_collision_free(self.paths, start, end):
             return True
         ends = np.linspace(0.0, 1.0, PIECES + 1)
         places = [np.asfortranarray(start + share * (end - start)) for share in ends]
-        return all(ipctk.is_step_collision_free(self.paths, a, b) for a, b in pairwise(places))
+        return all(may_meet.is_step_collision_free(self.paths, a, b) for a, b in pairwise(places))
+
+
+def near_each_other(ways: Sequence[Move], numbers: Sequence[int]) -> list[list[int]]:
+    """Numbers of ways in groups of consecutive ones on all of which no coordinate spans more than TOGETHER."""
+    groups: list[list[int]] = []
+    lowest = highest = np.zeros((0, 3))
+    for number in numbers:
+        low, high = np.minimum(*ways[number]), np.maximum(*ways[number])
+        if groups and (np.maximum(high, highest) - np.minimum(low, lowest)).max() <= TOGETHER:
+            groups[-1].append(number)
+            lowest, highest = np.minimum(low, lowest), np.maximum(high, highest)
+        else:
+            groups.append([number])
+            lowest, highest = low, high
+    return groups
 
 
 class SubSteps:

@@ -49,10 +49,8 @@ class Witness:
         record, verdict = self.record, NO_VERDICT
         verdict = self.oracle.judge(*shown)
         record.verdicts.append((k, verdict))
-        for number, way in enumerate(ways):
-            record.moves += 1
-            if not self.oracle.is_free(*way):
-                record.colliding.append((k, number))
+        record.moves += len(ways)
+        record.colliding += [(k, number) for number in self.oracle.colliding(ways)]
         if self.offsets is not None and report.pairs and verdict.finite and len(record.verdicts) % GAP_EVERY == 0:
             record.gaps_off.append((k, gap_off(self.oracle, shown, self.offsets, report)))
 
