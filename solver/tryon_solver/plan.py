@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -97,24 +97,16 @@ class StepPlan:
 
     def stiffness(self, count: int) -> sp.csr_matrix:
         """(N, N) float64 N/m, the sum of the constant matrices; rows sum to zero."""
-        total = sp.csr_matrix((count, count))
-        for contribution in self.contributions:
-            if contribution.stiffness is not None:
-                total = total + contribution.stiffness
-        return total
+        return total([c.stiffness for c in self.contributions if c.stiffness is not None], count)
 
     def constant_stiffness(self, count: int) -> sp.csr_matrix:
         """(N, N) float64 N/m, the part of `stiffness` that is exactly the Hessian of its terms."""
-        total = sp.csr_matrix((count, count))
-        for contribution in self.contributions:
-            if contribution.constant:
-                total = total + contribution.stiffness
-        return total
+        return total([c.stiffness for c in self.contributions if c.constant and c.stiffness is not None], count)
 
     def rate_stiffness(self, count: int) -> sp.csr_matrix | None:
         """(N, N) float64 N s/m, the constant matrices of forces proportional to velocity; None where there are none."""
         rates = [c.rate_stiffness for c in self.contributions if c.rate_stiffness is not None]
-        return sum(rates, sp.csr_matrix((count, count))) if rates else None
+        return total(rates, count) if rates else None
 
     def describe(self) -> str:
         """Stages and the contributions in them, one line each."""
@@ -139,6 +131,12 @@ class StepPlan:
             names = [c.name for c in self.contributions if takes_part(c, stage)]
             lines.append(f"{stage}: {', '.join(names) if names else '-'}")
         return "\n".join(lines)
+
+
+def total(matrices: Sequence[sp.spmatrix], count: int) -> sp.csr_matrix:
+    """Their sum (count, count); of a single one all entries stay, those that are zero too."""
+    first, *others = matrices or [sp.csr_matrix((count, count))]
+    return sp.csr_matrix(sum(others, first))
 
 
 def takes_part(contribution: Contribution, stage: str) -> bool:

@@ -215,12 +215,19 @@ class Scene:
             return [self.fabric] * len(self.garment.faces)
         return [self.panel_fabrics[panel] for panel in self.garment.panel_of_face]
 
+    def of_fabrics(self, *names: str) -> np.ndarray:
+        """(F, len(names)) float64: these numbers of each triangle's fabric."""
+        fabrics = self.panel_fabrics or (self.fabric,)
+        values = np.array([[getattr(fabric, name) for name in names] for fabric in fabrics], np.float64)
+        panels = self.garment.panel_of_face if self.panel_fabrics else np.zeros(len(self.garment.faces), np.int64)
+        return values[panels]
+
     def vertex_masses(self) -> np.ndarray:
         """(N,) kg, a third of the mass of the triangles around each vertex."""
         garment = self.garment
         if not self.panel_fabrics:
             return self.fabric.areal_density * garment.vertex_areas()
-        density = np.array([fabric.areal_density for fabric in self.fabric_of_face()])
-        mass = np.zeros(garment.vertex_count)
-        np.add.at(mass, garment.faces.ravel(), np.repeat(density * garment.signed_areas() / 3, 3))
-        return mass
+        density = self.of_fabrics("areal_density")[:, 0]
+        return np.bincount(
+            garment.faces.ravel(), np.repeat(density * garment.signed_areas() / 3, 3), garment.vertex_count
+        )

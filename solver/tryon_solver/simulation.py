@@ -26,7 +26,7 @@ from tryon_solver.kernels import compile_kernels
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.device_loop import KeptGraph
 from tryon_solver.linalg.ell import EllMatrix
-from tryon_solver.linalg.near_far import NearFar
+from tryon_solver.linalg.near_far import NearFar, Places, union
 from tryon_solver.linalg.pcg import ConjugateGradients
 from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.vectors import find_largest, move_origin
@@ -185,7 +185,8 @@ class Simulation:
         self.stiffness = EllMatrix.from_scipy(self.stiffness_matrix, device)
         diagonal = self.stiffness_matrix.diagonal()
         self.stiffness_diagonal: wp.array = wp.array(diagonal, dtype=wp.float32, device=device)
-        self.hessian_rows = BlockRows.build(garment.faces, self.cloth_count, device)
+        self.hessian_rows = BlockRows.build(*garment.connectivity.pairs, device)
+        self.constant_places: Places | None = None
         at_rest, rates = self.constant_parts(self.plan)
         self.constant_stiffness = at_rest  # with the rates over dt: of the correction
         self.damped: tuple[NearFar, NearFar] | None = None  # its part without the rates, and the rates
@@ -204,9 +205,10 @@ class Simulation:
         """Of the correction's matrix: what is constant, and, if there are such, the rates that are taken over dt."""
         constant = plan.constant_stiffness(self.cloth_count)
         rate = plan.rate_stiffness(self.cloth_count)
-        pattern = abs(constant) if rate is None else abs(constant) + abs(rate)
         parts = [matrix for matrix in (constant, rate) if matrix is not None]
-        built = [NearFar.build(matrix, pattern, self.hessian_rows, self.device) for matrix in parts]
+        if self.constant_places is None:
+            self.constant_places = Places.of(union(parts), self.hessian_rows)
+        built = [self.constant_places.split(matrix, self.device) for matrix in parts]
         return built[0], built[1] if len(built) > 1 else None
 
     def _prepare_contact(self) -> None:
@@ -470,10 +472,12 @@ def build(
 def bind_plan(scene: Scene, settings: Settings, device: str, mass: np.ndarray, area: np.ndarray) -> StepPlan:
     """Bind the materials and the scene's effects; those with nothing to do are left out."""
     rest = RestShape.build(scene.garment, device)
-    context = BuildContext(scene, settings, device, rest, mass, area)
+    bending = bind_bending(scene.garment, scene.of_fabrics("k_bend")[:, 0], device)
+    bent = None if bending is None else bending.stiffness
+    context = BuildContext(scene, settings, device, rest, mass, area, bent)
     bound = [
-        bind_membrane(scene.garment, scene.fabric_of_face(), rest, device),
-        bind_bending(scene.garment, scene.fabric_of_face(), device),
+        bind_membrane(scene.garment, scene.of_fabrics("k_warp", "k_weft", "k_shear"), rest, device),
+        bending,
         *(bind(effect, context) for effect in scene.effects),
     ]
     return StepPlan(tuple(c for c in bound if c is not None))

@@ -78,8 +78,8 @@ def ownership(faces: np.ndarray) -> np.ndarray:
     owned = np.zeros(len(faces), np.int32)
     _, first = np.unique(faces.ravel(), return_index=True)
     np.bitwise_or.at(owned, first // 3, (1 << (first % 3)).astype(np.int32))
-    corners = np.sort(np.stack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]], axis=1).reshape(-1, 2), axis=1)
-    _, first = np.unique(corners, axis=0, return_index=True)
+    sides = np.sort(np.stack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]], axis=1).reshape(-1, 2), axis=1)
+    _, first = np.unique(sides[:, 0].astype(np.int64) * (int(faces.max()) + 1) + sides[:, 1], return_index=True)
     np.bitwise_or.at(owned, first // 3, (8 << (first % 3)).astype(np.int32))
     return owned
 

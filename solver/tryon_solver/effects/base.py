@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 
 from tryon_solver.materials.device import RestShape
 from tryon_solver.scene import Scene
@@ -13,7 +14,8 @@ from tryon_solver.settings import Settings
 
 @dataclass(frozen=True)
 class BuildContext:
-    """`mass` (N,) kg and `area` (N,) m^2 are lumped; `rest` the device's copy of the rest shape."""
+    """`mass` (N,) kg and `area` (N,) m^2 are lumped; `rest` the device's copy of the rest shape; `bending` (N, N) N/m
+    the constant bending matrix, None where no fabric has any."""
 
     scene: Scene
     settings: Settings
@@ -21,3 +23,4 @@ class BuildContext:
     rest: RestShape
     mass: np.ndarray
     area: np.ndarray
+    bending: sp.csr_matrix | None

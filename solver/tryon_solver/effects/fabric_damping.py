@@ -15,13 +15,13 @@ projective dynamics' constant matrix would resist turning as well.
 from __future__ import annotations
 
 import numpy as np
+import scipy.sparse as sp
 import warp as wp
 
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.linalg import block_ell
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.ell import EllMatrix, add_rate_kernel
-from tryon_solver.materials import bending, membrane
 from tryon_solver.materials.strain_rate import strain_matrix_kernel
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import FabricDamping
@@ -35,12 +35,12 @@ def bind(spec: FabricDamping, context: BuildContext) -> Contribution | None:
     if spec.time == 0:
         return None
     rest, device = context.rest, context.device
-    garment, fabrics = context.scene.garment, context.scene.fabric_of_face()
-    stiffness: wp.array = wp.array(
-        membrane.stiffness_per_face(fabrics), dtype=wp.vec3, device=device
-    )
-    frozen = BlockRows.build(garment.faces, garment.vertex_count, device)  # beta/dt K of the membrane [N/m]
-    bent = spec.time * bending.matrix(garment, np.array([fabric.k_bend for fabric in fabrics]))
+    scene, garment = context.scene, context.scene.garment
+    per_face = scene.of_fabrics("k_warp", "k_weft", "k_shear")
+    stiffness: wp.array = wp.array(per_face.astype(np.float32), dtype=wp.vec3, device=device)
+    frozen = BlockRows.build(*garment.connectivity.pairs, device)  # beta/dt K of the membrane [N/m]
+    count = garment.vertex_count
+    bent = spec.time * (sp.csr_matrix((count, count)) if context.bending is None else context.bending)
     bent_rows = EllMatrix.from_scipy(bent, device)
 
     def start_step(state: State) -> None:

@@ -21,7 +21,7 @@ def bind(spec: StrainLimit, context: BuildContext) -> Contribution | None:
         return None
     rest, device = context.rest, context.device
     stiffness = wp.full(rest.face_count, spec.stiffness, dtype=wp.float32, device=device)
-    limits = [fabric.strain_limit for fabric in context.scene.fabric_of_face()]
+    limits = context.scene.of_fabrics("strain_limit")[:, 0]
     limit: wp.array = wp.array(limits, dtype=wp.float32, device=device)
     model = TriangleModel.build(strain_limit, rest, [stiffness, limit])
     return Contribution(

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
+
+from tryon_solver.geometry.connectivity import Connectivity, ManyTrianglesError
 
 
 class GarmentError(ValueError):
@@ -20,7 +23,8 @@ class Garment:
     `group` (vertex_count,) int32: vertices of one group are meant to become one (stitches not yet closed) and don't
     collide with each other's triangles; None when every vertex stands for itself.
     `spline_corners` (F, 3, 2) m, coordinates over which the subspace lays its splines where `uv_corners` do not hang
-    together from triangle to triangle; None for uv_corners.
+    together from triangle to triangle; None for uv_corners. `connectivity` is made of the triangles, and handed on to
+    another shape of them.
     """
 
     faces: np.ndarray
@@ -29,8 +33,11 @@ class Garment:
     vertex_count: int
     group: np.ndarray | None = None
     spline_corners: np.ndarray | None = None
+    connectivity: Connectivity = field(default=None, repr=False, compare=False)  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
+        if self.connectivity is None or self.connectivity.faces is not self.faces:
+            object.__setattr__(self, "connectivity", Connectivity(self.faces, self.vertex_count))
         area = self.signed_areas()
         if not np.isfinite(self.uv_corners).all():
             bad = int(np.flatnonzero(~np.isfinite(self.uv_corners).all(axis=(1, 2)))[0])
@@ -47,28 +54,38 @@ class Garment:
             raise GarmentError(f"vertex {int(np.flatnonzero(~used)[0])} is in no triangle; remove it")
 
     def signed_areas(self) -> np.ndarray:
-        """(F,) m^2, rest areas in the pattern."""
-        a, b = self.uv_corners[:, 1] - self.uv_corners[:, 0], self.uv_corners[:, 2] - self.uv_corners[:, 0]
-        return 0.5 * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+        """(F,) m^2, rest areas in the pattern; not to be written to."""
+        return self._areas
 
     def corner_gradients(self) -> np.ndarray:
-        """(F, 3, 2) 1/m, gradient of each corner's barycentric coordinate in pattern space: F = sum_i x_i g_i^T."""
-        edges = np.stack(
-            [self.uv_corners[:, 1] - self.uv_corners[:, 0], self.uv_corners[:, 2] - self.uv_corners[:, 0]], axis=2
-        )
-        dm_inv = np.linalg.inv(edges)  # rows: gradients of the second and third barycentric coordinate
-        return np.stack([-dm_inv[:, 0] - dm_inv[:, 1], dm_inv[:, 0], dm_inv[:, 1]], axis=1)
+        """(F, 3, 2) 1/m, gradient of each corner's barycentric coordinate in pattern space: F = sum_i x_i g_i^T; not to
+        be written to."""
+        return self._gradients
+
+    @cached_property
+    def _areas(self) -> np.ndarray:
+        (ax, ay), (bx, by) = self._sides
+        return kept(0.5 * (ax * by - ay * bx))
+
+    @cached_property
+    def _gradients(self) -> np.ndarray:
+        (ax, ay), (bx, by) = self._sides
+        second, third = (np.column_stack(rows) / (2 * self._areas)[:, None] for rows in ((by, -bx), (-ay, ax)))
+        return kept(np.stack([-second - third, second, third], axis=1))
+
+    @property
+    def _sides(self) -> tuple[np.ndarray, np.ndarray]:
+        """(2, F) m each, from corner 0."""
+        start, second, third = (np.ascontiguousarray(self.uv_corners[:, k].T) for k in range(3))
+        return second - start, third - start
 
     def vertex_areas(self) -> np.ndarray:
         """(vertex_count,) m^2, a third of the rest area around each vertex."""
-        area = np.zeros(self.vertex_count)
-        np.add.at(area, self.faces.ravel(), np.repeat(self.signed_areas() / 3, 3))
-        return area
+        return np.bincount(self.faces.ravel(), np.repeat(self.signed_areas() / 3, 3), self.vertex_count)
 
     def edges(self) -> np.ndarray:
         """(E, 2) int32 unique edges, smaller vertex first, sorted."""
-        pairs = np.vstack([self.faces[:, [0, 1]], self.faces[:, [1, 2]], self.faces[:, [2, 0]]])
-        return np.unique(np.sort(pairs, axis=1), axis=0).astype(np.int32)
+        return self.connectivity.edges
 
     def mean_edge_length(self) -> float:
         """m, mean over triangle sides in the pattern."""
@@ -80,17 +97,13 @@ class Garment:
 
         Raises GarmentError for an edge in more than two triangles.
         """
-        corner = np.array([[0, 1, 2], [1, 2, 0], [2, 0, 1]])
-        table = self.faces[:, corner].reshape(-1, 3).astype(np.int64)
-        face = np.repeat(np.arange(len(self.faces)), 3)
-        key = np.sort(table[:, :2], axis=1)
-        order = np.lexsort((key[:, 1], key[:, 0]))
-        key, table, face = key[order], table[order], face[order]
-        same = (key[1:] == key[:-1]).all(axis=1)
-        if (same[1:] & same[:-1]).any():
-            at = int(np.flatnonzero(same[1:] & same[:-1])[0])
-            raise GarmentError(
-                f"edge {key[at, 0]}-{key[at, 1]} is in more than two triangles; split the garment there"
-            )
-        first = np.flatnonzero(same)
-        return np.column_stack([key[first], table[first, 2], table[first + 1, 2], face[first], face[first + 1]])
+        try:
+            return self.connectivity.hinges
+        except ManyTrianglesError as error:
+            raise GarmentError(str(error)) from error
+
+
+def kept(values: np.ndarray) -> np.ndarray:
+    """The array, handed out more than once: nobody may write to it."""
+    values.setflags(write=False)
+    return values

@@ -26,26 +26,14 @@ class BlockRows:
     width: int
 
     @staticmethod
-    def build(faces: np.ndarray, vertex_count: int, device: str) -> BlockRows:
-        """Pattern of a mesh with `faces` (F, 3) over `vertex_count` vertices."""
-        row = np.repeat(faces, 3, axis=1).ravel().astype(np.int64)
-        column = np.tile(faces, (1, 3)).ravel().astype(np.int64)
-        # the diagonal sorts first within its row
-        rank = np.where(column == row, -1, column)
-        key, inverse = np.unique(row * (vertex_count + 1) + rank + 1, return_inverse=True)
-        entry_row = key // (vertex_count + 1)
-        entry_column = key % (vertex_count + 1) - 1
-        entry_column = np.where(entry_column < 0, entry_row, entry_column)
-        first = np.searchsorted(entry_row, np.arange(vertex_count))
-        slot = np.arange(len(key)) - first[entry_row]
-        width = int(slot.max()) + 1
-        columns = np.repeat(np.arange(vertex_count, dtype=np.int32)[:, None], width, axis=1)
-        columns[entry_row, slot] = entry_column
+    def build(columns: np.ndarray, slots: np.ndarray, device: str) -> BlockRows:
+        """Blocks of zero over these pairs of vertices (`Connectivity.pairs`)."""
+        count, width = columns.shape
         return BlockRows(
             wp.array(columns, dtype=wp.int32, device=device),
-            wp.zeros((vertex_count, width), dtype=wp.mat33, device=device),
-            wp.array(slot[inverse.ravel()].reshape(-1, 9).astype(np.int32), dtype=wp.int32, device=device),
-            vertex_count,
+            wp.zeros((count, width), dtype=wp.mat33, device=device),
+            wp.array(slots, dtype=wp.int32, device=device),
+            count,
             width,
         )
 

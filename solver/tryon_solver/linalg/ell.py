@@ -38,8 +38,9 @@ class EllMatrix:
         weights = np.zeros((rows, width), np.float32)
         slot = np.arange(csr.nnz) - np.repeat(csr.indptr[:-1], counts)
         row = np.repeat(np.arange(rows), counts)
-        columns[row, slot] = csr.indices
-        weights[row, slot] = csr.data
+        place = row * width + slot
+        columns.reshape(-1)[place] = csr.indices
+        weights.reshape(-1)[place] = csr.data
         return EllMatrix(
             wp.array(columns, dtype=wp.int32, device=device),
             wp.array(weights, dtype=wp.float32, device=device),
@@ -51,17 +52,6 @@ class EllMatrix:
     def like(self) -> EllMatrix:
         """A matrix of zeros with the same pattern."""
         return EllMatrix(self.columns, wp.zeros_like(self.weights), self.row_count, self.width)
-
-
-def on_pattern(matrix: sp.csr_matrix, pattern: sp.csr_matrix) -> sp.csr_matrix:
-    """`matrix` with an entry, if only a zero, wherever `pattern` has one; its own entries must be among those."""
-    csr = sp.csr_matrix(pattern)
-    csr.sum_duplicates()
-    if not csr.nnz:
-        return csr
-    rows = np.repeat(np.arange(csr.shape[0]), np.diff(csr.indptr))
-    values = np.asarray(sp.csr_matrix(matrix)[rows, csr.indices]).ravel()
-    return sp.csr_matrix((values, csr.indices, csr.indptr), shape=csr.shape)
 
 
 @wp.kernel

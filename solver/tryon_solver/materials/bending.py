@@ -20,45 +20,32 @@ import scipy.sparse as sp
 from tryon_solver.geometry.garment import Garment
 
 
-def hinge_rows(garment: Garment, hinges: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def hinge_rows(garment: Garment) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Ids (H, 4) of v0 v1 v2 v3, rows K (H, 4) and rest areas A0 + A1 (H,) m^2, from the pattern of each side.
 
-    Each triangle is measured in its own panel, so a hinge across a seam is flat at rest as sewn fabric is. `hinges` are
-    the garment's, for who has them.
+    Each triangle is measured in its own panel, so a hinge across a seam is flat at rest as sewn fabric is.
     """
-    hinges = garment.hinges() if hinges is None else hinges
+    hinges, corners = garment.hinges(), garment.connectivity.hinge_corners
     area = garment.signed_areas()
-    ids = hinges[:, :4]
-    cot = np.empty((len(hinges), 2, 2))  # [hinge, side, end]: cotangent at the edge's end within that side's triangle
+    u, v = np.ascontiguousarray(garment.uv_corners.reshape(-1, 2).T)
+    cot = []  # [side][end]: cotangents at the edge's ends within that side's triangle
     for side in range(2):
-        face = hinges[:, 4 + side]
-        corner_of = {
-            name: np.argmax(garment.faces[face] == ids[:, column, None], axis=1)
-            for name, column in (("v0", 0), ("v1", 1), ("opposite", 2 + side))
-        }
-        p = {name: garment.uv_corners[face, corner] for name, corner in corner_of.items()}
-        for end, (here, there) in enumerate((("v0", "v1"), ("v1", "v0"))):
-            a, b = p[there] - p[here], p["opposite"] - p[here]
-            cot[:, side, end] = (a * b).sum(1) / np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+        v0, v1, opposite = (np.array([u[corner], v[corner]]) for corner in corners[side])
+        cot.append([cotangent(v1 - v0, opposite - v0), cotangent(v0 - v1, opposite - v1)])
     # K applied to the corners vanishes for a flat hinge: the weights of v0 carry the cotangents at v1 and vice versa
-    k = np.column_stack(
-        [
-            cot[:, 0, 1] + cot[:, 1, 1],
-            cot[:, 0, 0] + cot[:, 1, 0],
-            -cot[:, 0, 0] - cot[:, 0, 1],
-            -cot[:, 1, 0] - cot[:, 1, 1],
-        ]
-    )
-    return ids, k, area[hinges[:, 4]] + area[hinges[:, 5]]
+    k = np.column_stack([cot[0][1] + cot[1][1], cot[0][0] + cot[1][0], -cot[0][0] - cot[0][1], -cot[1][0] - cot[1][1]])
+    return hinges[:, :4], k, area[hinges[:, 4]] + area[hinges[:, 5]]
+
+
+def cotangent(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(H,) of the angles between a and b, (2, H) each."""
+    return (a[0] * b[0] + a[1] * b[1]) / np.abs(a[0] * b[1] - a[1] * b[0])
 
 
 def matrix(garment: Garment, k_bend: np.ndarray) -> sp.csr_matrix:
     """(N, N) float64 N/m: the constant bending matrix; `k_bend` (F,) N m per face, at a hinge the mean of its two."""
-    hinges = garment.hinges()
-    ids, k, area = hinge_rows(garment, hinges)
-    stiffness = 0.5 * (k_bend[hinges[:, 4]] + k_bend[hinges[:, 5]])
-    blocks = (stiffness / area)[:, None, None] * k[:, :, None] * k[:, None, :]
-    rows = np.repeat(ids, 4, axis=1).ravel()
-    columns = np.tile(ids, (1, 4)).ravel()
-    n = garment.vertex_count
-    return sp.coo_matrix((blocks.ravel(), (rows, columns)), shape=(n, n)).tocsr()
+    _, k, area = hinge_rows(garment)
+    sides = garment.hinges()[:, 4:]
+    stiffness = 0.5 * (k_bend[sides[:, 0]] + k_bend[sides[:, 1]])
+    entries = ((stiffness / area)[:, None] * k)[:, :, None] * k[:, None, :]
+    return garment.connectivity.hinge_sum.matrix(entries)

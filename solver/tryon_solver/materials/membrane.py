@@ -17,7 +17,6 @@ import scipy.sparse as sp
 import warp as wp
 
 from tryon_solver.geometry.garment import Garment
-from tryon_solver.materials.fabric import Fabric
 from tryon_solver.materials.principal import add_to_blocks, isotropic_hessian, principal_frame
 
 wp.set_module_options({"enable_backward": False})
@@ -139,17 +138,10 @@ def hessian_kernel(
     add_to_blocks(blocks_out, slots, t, face, g0, g1, g2, h_uu, h_uv, h_vv)
 
 
-def stiffness_per_face(fabric_of_face: list[Fabric]) -> np.ndarray:
-    """(F, 3) N/m: k_warp, k_weft, k_shear of each triangle's fabric."""
-    return np.array([(f.k_warp, f.k_weft, f.k_shear) for f in fabric_of_face], np.float32)
-
-
 def matrix(garment: Garment, k_u: np.ndarray, k_v: np.ndarray) -> sp.csr_matrix:
     """(N, N) float64 N/m: sum over triangles of A (k_u g_u g_u^T + k_v g_v g_v^T); rows sum to zero."""
-    g = garment.corner_gradients()
-    area = garment.signed_areas()
-    blocks = np.einsum("t,tid,td,tjd->tij", area, g, np.column_stack([k_u, k_v]), g)
-    rows = np.repeat(garment.faces, 3, axis=1).ravel()
-    columns = np.tile(garment.faces, (1, 3)).ravel()
-    n = garment.vertex_count
-    return sp.coo_matrix((blocks.reshape(len(area), 9).ravel(), (rows, columns)), shape=(n, n)).tocsr()
+    g, area = garment.corner_gradients(), garment.signed_areas()
+    entries = sum(
+        ((area * k)[:, None] * g[:, :, axis])[:, :, None] * g[:, None, :, axis] for axis, k in enumerate((k_u, k_v))
+    )
+    return garment.connectivity.triangle_sum.matrix(np.asarray(entries))

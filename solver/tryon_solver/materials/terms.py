@@ -9,17 +9,15 @@ from tryon_solver.geometry.garment import Garment
 from tryon_solver.linalg.ell import EllMatrix, add_difference
 from tryon_solver.materials import bending, membrane
 from tryon_solver.materials.device import RestShape
-from tryon_solver.materials.fabric import Fabric
 from tryon_solver.materials.triangle_model import TriangleModel
 from tryon_solver.plan import Contribution
 
 
-def bind_membrane(garment: Garment, fabrics: list[Fabric], rest: RestShape, device: str) -> Contribution:
-    """Orthotropic membrane (materials/membrane.py)."""
-    per_face = membrane.stiffness_per_face(fabrics)
-    stiffness: wp.array = wp.array(per_face, dtype=wp.vec3, device=device)
+def bind_membrane(garment: Garment, per_face: np.ndarray, rest: RestShape, device: str) -> Contribution:
+    """Orthotropic membrane (materials/membrane.py) of k_warp, k_weft, k_shear (F, 3) N/m."""
+    stiffness: wp.array = wp.array(per_face.astype(np.float32), dtype=wp.vec3, device=device)
     model = TriangleModel.build(membrane, rest, [stiffness])
-    matrix = membrane.matrix(garment, per_face[:, 0].astype(float), per_face[:, 1].astype(float))
+    matrix = membrane.matrix(garment, per_face[:, 0], per_face[:, 1])
     return Contribution(
         "membrane",
         project=model.project,
@@ -30,9 +28,8 @@ def bind_membrane(garment: Garment, fabrics: list[Fabric], rest: RestShape, devi
     )
 
 
-def bind_bending(garment: Garment, fabrics: list[Fabric], device: str) -> Contribution | None:
-    """Isometric bending (materials/bending.py); None when no triangle's fabric (F,) has bending stiffness."""
-    k_bend = np.array([fabric.k_bend for fabric in fabrics])
+def bind_bending(garment: Garment, k_bend: np.ndarray, device: str) -> Contribution | None:
+    """Isometric bending (materials/bending.py) of k_bend (F,) N m; None when no triangle has any."""
     if not k_bend.any():
         return None
     matrix = bending.matrix(garment, k_bend)

@@ -30,8 +30,10 @@ def pattern_rows(garment: Garment) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     vertex = garment.faces.ravel().astype(np.int64)
     panel = np.repeat(garment.panel_of_face, 3).astype(np.int64)
     uv = (garment.uv_corners if garment.spline_corners is None else garment.spline_corners).reshape(-1, 2)
-    key = np.column_stack([vertex, panel, np.round(uv * 1e7).astype(np.int64)])
-    _, first = np.unique(key, axis=0, return_index=True)
+    place = vertex * (panel.max() + 1) + panel, *np.round(uv * 1e7).astype(np.int64).T
+    order = np.lexsort(place[::-1])
+    other = np.any([key[order][1:] != key[order][:-1] for key in place], axis=0)
+    first = order[np.concatenate([[True], other])]
     return vertex[first], panel[first], uv[first]
 
 
@@ -55,11 +57,13 @@ def spline_basis(garment: Garment, spacing: float) -> sp.csr_matrix:
         i, j = np.meshgrid([-1, 0, 1], [-1, 0, 1], indexing="ij")
         node = base[:, None, :] + np.stack([i.ravel(), j.ravel()], axis=1)[None]
         weight = quadratic_spline(grid[:, None, :] - node).prod(axis=2)
-        ids, inverse = np.unique(node.reshape(-1, 2), axis=0, return_inverse=True)
+        at = node.reshape(-1, 2) - node.min((0, 1))
+        at = at[:, 0] * (at[:, 1].max() + 1) + at[:, 1]
+        used = np.bincount(at) > 0
         rows.append(np.repeat(vertex[here], 9))
-        columns.append(basis_count + inverse.ravel())
+        columns.append(basis_count + (np.cumsum(used) - 1)[at])
         weights.append(weight.ravel())
-        basis_count += len(ids)
+        basis_count += int(used.sum())
     basis = sp.coo_matrix(
         (np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns))),
         shape=(garment.vertex_count, basis_count),
@@ -82,7 +86,9 @@ def reduced_matrix(basis: sp.csr_matrix, system: sp.csr_matrix) -> np.ndarray:
     changes how fast the search converges there, not where to.
     """
     dense = np.asarray((basis.T @ system @ basis).todense())
-    return 0.5 * (dense + dense.T) + DIAGONAL_SHIFT * np.diag(dense.diagonal())
+    both = 0.5 * (dense + dense.T)
+    both[np.diag_indices_from(both)] += DIAGONAL_SHIFT * dense.diagonal()
+    return both
 
 
 def explicit_inverse(reduced: np.ndarray) -> np.ndarray:

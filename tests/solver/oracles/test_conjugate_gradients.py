@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import warp as wp
 
+from tryon_solver.geometry.connectivity import Connectivity
 from tryon_solver.linalg import blocks, pcg, pcg_together
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.ell import EllMatrix
@@ -26,7 +27,7 @@ class System:
         random = self.random = np.random.default_rng(11)
         dense = np.zeros((COUNT, COUNT, 3, 3))
         faces = np.array([[i, i + 1, i + 2] for i in range(CLOTH - 2)])
-        rows = BlockRows.build(faces, CLOTH, device)
+        rows = BlockRows.build(*Connectivity(faces, CLOTH).pairs, device)
         columns = rows.columns.numpy()
         blocks = np.zeros((*columns.shape, 3, 3))
         for i in range(CLOTH):

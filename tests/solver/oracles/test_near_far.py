@@ -7,7 +7,7 @@ import warp as wp
 from small_scenes import sheet
 
 from tryon_solver.linalg.block_ell import BlockRows
-from tryon_solver.linalg.near_far import NearFar
+from tryon_solver.linalg.near_far import Places, union
 
 
 @pytest.fixture
@@ -47,9 +47,9 @@ def dense(parts, rows):
 def test_near_and_far_are_the_matrix(garment):
     rng = np.random.default_rng(5)
     one, other = of_flaps(garment, rng), of_flaps(garment, rng)
-    rows = BlockRows.build(garment.faces, garment.vertex_count, "cpu")
-    pattern = abs(one) + abs(other)
-    parts = [NearFar.build(matrix, pattern, rows, "cpu") for matrix in (one, other)]
+    rows = BlockRows.build(*garment.connectivity.pairs, "cpu")
+    places = Places.of(union([one, other]), rows)
+    parts = [places.split(matrix, "cpu") for matrix in (one, other)]
     for matrix, part in zip((one, other), parts):
         off, on = dense(part, rows)
         wanted = matrix.toarray()
@@ -65,9 +65,9 @@ def test_near_and_far_are_the_matrix(garment):
 
 
 def test_no_neighbour_is_far_and_padding_stays_zero(garment):
-    rows = BlockRows.build(garment.faces, garment.vertex_count, "cpu")
+    rows = BlockRows.build(*garment.connectivity.pairs, "cpu")
     matrix = of_flaps(garment, np.random.default_rng(6))
-    parts = NearFar.build(matrix, matrix, rows, "cpu")
+    parts = Places.of(matrix, rows).split(matrix, "cpu")
     columns, far = rows.columns.numpy(), parts.far
     for i in range(garment.vertex_count):
         real = far.columns.numpy()[i] != i
