@@ -4,10 +4,10 @@ import ipctk
 import numpy as np
 import pytest
 from frame_judge import FrameJudge
-from small_scenes import icosphere, rigid_body
+from small_scenes import icosphere, rigid_body, sheet
 
 from tryon_solver.body.pose import Pose
-from tryon_solver.dressing.untangle import TangledError, untangle
+from tryon_solver.dressing.untangle import TangledError, _opposite_corners, untangle
 from tryon_solver.files.convention import Convention
 from tryon_solver.files.mesh_garment import make_garment
 from tryon_solver.files.obj import parse_obj
@@ -155,3 +155,14 @@ def test_what_comes_free_is_left_as_it_is():
     freed = untangle(sim)
     assert freed.describe() == "the garment came free of the body and of itself"
     np.testing.assert_array_equal(sim.cloth_positions(), x.astype(np.float32))
+
+
+def test_corners_opposite_an_edge():
+    """Of both triangles at it, in their order; -1 where there is only one."""
+    garment = sheet(4, 3, 0.1, 0.1)[0]
+    edges = garment.edges()
+    wanted = [[v for face in garment.faces if set(edge) <= set(face) for v in face if v not in edge] for edge in edges]
+    found = _opposite_corners(garment.faces, edges)
+    assert [[v for v in row if v >= 0] for row in found.tolist()] == wanted
+    assert {len(row) for row in wanted} == {1, 2}
+    assert (found[:, 0] >= 0).all()

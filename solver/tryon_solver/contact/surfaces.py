@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
+from tryon_solver.geometry.distinct import distinct
+
 wp.set_module_options({"enable_backward": False})
 
 
@@ -79,7 +81,7 @@ def ownership(faces: np.ndarray) -> np.ndarray:
     _, first = np.unique(faces.ravel(), return_index=True)
     np.bitwise_or.at(owned, first // 3, (1 << (first % 3)).astype(np.int32))
     sides = np.sort(np.stack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]], axis=1).reshape(-1, 2), axis=1)
-    _, first = np.unique(sides[:, 0].astype(np.int64) * (int(faces.max()) + 1) + sides[:, 1], return_index=True)
+    first = distinct(sides).first
     np.bitwise_or.at(owned, first // 3, (8 << (first % 3)).astype(np.int32))
     return owned
 

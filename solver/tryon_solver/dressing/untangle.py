@@ -22,6 +22,7 @@ from tryon_solver.contact.crossings import CrossingSearch
 from tryon_solver.contact.separate import push_apart
 from tryon_solver.contact.verify import violations
 from tryon_solver.dressing.dent import Dent
+from tryon_solver.geometry.connectivity import CORNERS
 from tryon_solver.stepping.search import search_around
 
 if TYPE_CHECKING:
@@ -262,14 +263,16 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
 
 
 def _opposite_corners(faces: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """(E, 2) the vertices opposite each edge, -1 where it has one triangle only."""
-    index = {tuple(edge): k for k, edge in enumerate(edges.tolist())}
+    """(E, 2) the vertices opposite each edge, of `edges` (E, 2) sorted as `Garment.edges`; -1 where there is none."""
+    sides = faces[:, CORNERS].reshape(-1, 3).astype(np.int64)
+    count = int(faces.max()) + 1
+    keys = sides[:, :2].min(axis=1) * count + sides[:, :2].max(axis=1)
+    at = np.searchsorted(edges[:, 0].astype(np.int64) * count + edges[:, 1], keys)
+    second = np.ones(len(at), bool)
+    second[np.unique(at, return_index=True)[1]] = False
     result = np.full((len(edges), 2), -1)
-    for face in faces.tolist():
-        for k in range(3):
-            i, j = face[k], face[(k + 1) % 3]
-            at = index[(i, j) if i < j else (j, i)]
-            result[at, 0 if result[at, 0] < 0 else 1] = face[(k + 2) % 3]
+    for column, chosen in enumerate((~second, second)):
+        result[at[chosen], column] = sides[chosen, 2]
     return result
 
 

@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from tryon_solver.geometry.distinct import distinct
 from tryon_solver.geometry.element_sum import ElementSum, stable_order
 
 CORNERS = np.array([[0, 1, 2], [1, 2, 0], [2, 0, 1]])  # a triangle's sides, each with the corner opposite
@@ -25,7 +26,7 @@ class Connectivity:
     def edges(self) -> np.ndarray:
         """(E, 2) int32 unique edges, smaller vertex first, sorted."""
         pairs = np.vstack([self.faces[:, [0, 1]], self.faces[:, [1, 2]], self.faces[:, [2, 0]]])
-        return np.unique(np.sort(pairs, axis=1), axis=0).astype(np.int32)
+        return distinct(np.sort(pairs, axis=1)).rows.astype(np.int32)
 
     @cached_property
     def hinges(self) -> np.ndarray:

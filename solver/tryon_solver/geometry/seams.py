@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from tryon_solver.geometry.distinct import distinct
+
 Indices = NDArray[np.int32]
 
 
@@ -56,10 +58,10 @@ def sewing_faults(faces: Indices, merged: Indices, sewn_edges: Indices) -> Sewin
     merged: merged vertex of every vertex, as from merge(). sewn_edges: (P, 2, 2) outline edges that a seam joins.
     """
     directed = face_edges(faces)
-    edges, side, uses = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True)
+    edges, _, side, uses = distinct(np.sort(directed, axis=1))
     on_outline = uses == 1
     merged_edges = np.sort(merged[edges], axis=1)
-    group = np.unique(merged_edges, axis=0, return_inverse=True)[1].ravel()
+    group = distinct(merged_edges).which
     inner_count = np.bincount(group, weights=~on_outline)[group]
     outline_count = np.bincount(group, weights=on_outline)[group]
     in_seam = np.isin(_keys(edges, len(merged)), _keys(sewn_edges.reshape(-1, 2), len(merged)))
@@ -89,7 +91,7 @@ def pinched(faces: Indices, vertex_count: int) -> Indices:
     joined = np.where(same_way[:, None], corners[other], corners[other][:, ::-1])
     links = (np.ones(2 * len(shared)), (corners[one].ravel(), joined.ravel()))
     _, fan = connected_components(coo_array(links, shape=(faces.size, faces.size)), directed=False)
-    fans = np.unique(np.stack([faces.ravel(), fan], axis=1), axis=0)
+    fans = distinct(np.stack([faces.ravel(), fan], axis=1)).rows
     return np.flatnonzero(np.bincount(fans[:, 0], minlength=vertex_count) > 1).astype(np.int32)
 
 
@@ -106,8 +108,8 @@ def _sides_of_doubled_faces(
 
     sides: (F, 3) edge of each side. cut: whether each edge is to be cut anyway.
     """
-    _, group, copies = np.unique(np.sort(merged[faces], axis=1), axis=0, return_inverse=True, return_counts=True)
-    uncured = (copies[group.ravel()] > 1) & ~cut[sides].any(axis=1)
+    _, _, group, copies = distinct(np.sort(merged[faces], axis=1))
+    uncured = (copies[group] > 1) & ~cut[sides].any(axis=1)
     result = np.zeros(len(cut), dtype=bool)
     result[sides[uncured]] = True
     return result

@@ -1,0 +1,30 @@
+"""Distinct rows of small whole numbers, such as edges: numpy sorts rows as records, ten times as slowly as numbers."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Distinct(NamedTuple):
+    """`rows` (K, d) ascending by column; of each the `first` place it is at and how often it is there (`counts`);
+    `which` (N,) of them each row is."""
+
+    rows: np.ndarray
+    first: np.ndarray
+    which: np.ndarray
+    counts: np.ndarray
+
+
+def distinct(rows: np.ndarray) -> Distinct:
+    """Of rows (N, d) of whole numbers from 0 on. Raises OverflowError where they can't be told apart by 63 bits."""
+    rows = np.asarray(rows)
+    sizes = [int(column.max(initial=0)) + 1 for column in rows.T]
+    if np.prod([float(size) for size in sizes]) >= 2.0**63:
+        raise OverflowError(f"rows of numbers up to {max(sizes) - 1} are too large to be counted")
+    key = np.zeros(len(rows), np.int64)
+    for column, size in zip(rows.T, sizes):
+        key = key * size + column
+    _, first, which, counts = np.unique(key, return_index=True, return_inverse=True, return_counts=True)
+    return Distinct(rows[first], first, which.ravel(), counts)
