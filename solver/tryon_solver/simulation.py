@@ -50,6 +50,8 @@ from tryon_solver.subspace.search import ReducedSearch
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
+FACTOR_DIGITS = 9  # of a step [s]: times of frames are off in their last bits, and no bit of the factor shall be
+
 BESIDE = ThreadPoolExecutor(max_workers=1, thread_name_prefix="inverse")
 """For inverses that are made while a simulation runs; starts its thread with its first task."""
 
@@ -271,17 +273,17 @@ class Simulation:
         if self.damped is not None:
             at_rest, rates = self.damped
             self.constant_stiffness.set_sum(at_rest, 1.0 / dt, rates)
-        diagonal = self.diagonal()
+        diagonal = self.diagonal(dt)
         held = np.full(self.body_count, self.settings.skin_stiffness)
         self.work.diagonal.assign(np.concatenate([diagonal, held]).astype(np.float32))
         self._set_coarse_rest(diagonal)
 
-    def diagonal(self) -> np.ndarray:
-        """(N,) float64 N/m, inertia and what else is on the diagonal alone in steps as they are now."""
-        diagonal = self.mass / self.dt**2
+    def diagonal(self, dt: float) -> np.ndarray:
+        """(N,) float64 N/m, inertia and what else is on the diagonal alone in steps of dt [s]."""
+        diagonal = self.mass / dt**2
         for contribution in self.plan.contributions:
             if contribution.diagonal is not None:
-                diagonal = diagonal + contribution.diagonal(self.dt)
+                diagonal = diagonal + contribution.diagonal(dt)
         return diagonal
 
     @property
@@ -295,7 +297,7 @@ class Simulation:
 
     def inverse_to_make(self) -> Callable[[], np.ndarray]:
         """What makes `reduced_inverse` of the matrices as they are now, on another thread if that is to be."""
-        basis, system = self.basis, self.stiffness_matrix + sp.diags(self.diagonal())
+        basis, system = self.basis, self.stiffness_matrix + sp.diags(self.diagonal(round(self.dt, FACTOR_DIGITS)))
         return lambda: explicit_inverse(reduced_matrix(basis, system))
 
     def use_inverse(self, inverse: np.ndarray) -> None:
