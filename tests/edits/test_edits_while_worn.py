@@ -108,6 +108,21 @@ def test_speed_counts_against_the_body_and_after_the_ramp(seen):
     assert len(seen(replace(along, body=TETRAHEDRON + [0.1, 0.0, 0.0])).too_fast) == 2
 
 
+def test_what_falls_may_be_fast_and_what_is_thrown_may_not(seen):
+    """Free fall from where it hung is 2.6 m/s by then; the same speed upwards or aside is too fast."""
+    for k in range(1, 9):
+        faults = seen(frame_at(SHEETS - [0.0, 0.5 * 9.81 * (k / 30) ** 2, 0.0], k / 30))
+    assert faults.fastest > 2.4
+    assert faults.fastest_of_itself < 0.6
+    assert faults.too_fast == []
+    fallen = SHEETS - [0.0, 0.5 * 9.81 * (8 / 30) ** 2, 0.0]
+    faults = seen(frame_at(fallen + [0.095, 0.0, 0.0], 9 / 30))
+    assert faults.fastest_of_itself == pytest.approx(np.sqrt(2.85**2 - 9.81**2 * (8**2 - 1) / 30**2), rel=1e-3)
+    assert faults.too_fast == []
+    (said,) = seen(frame_at(fallen + [0.095, 0.095, 0.0], 10 / 30)).too_fast
+    assert said.startswith("frame 11, 10 after an edit: 1.80 m/s")
+
+
 def test_memory_that_grows_is_told_and_what_comes_back_is_not():
     level = [200_000_000 + 30_000_000 * (k % 5) for k in range(300)]
     assert grown(level) == ""

@@ -79,7 +79,7 @@ def by_basis(sim: Simulation, spacing: float) -> dict[str, float]:
     wide = replace(sim.settings, subspace_spacing=spacing * sim.settings.subspace_spacing)
     assert sim.body is not None
     other = build(sim.scene, wide, sim.device, sim.body.pose, sim.body_positions().astype(float))
-    system = other.stiffness_matrix + sp.diags(other.diagonal())
+    system = other.stiffness_matrix + sp.diags(other.diagonal(other.dt))
     reduced = reduced_matrix(other.basis, system)
     return {
         "spacing": spacing,
