@@ -67,7 +67,7 @@ def main(arguments: list[str] | None = None) -> int:
         place = f"[{len(done)}/{len(chosen)}, {spent:.0f} s]"
         print(f"{place} {name}: {'; '.join([verdict_of(result), *said])}", flush=True)
 
-    longest_first = sorted(chosen, key=lambda scene: -scene.seconds)  # else all wait for the last one
+    longest_first = sorted(chosen, key=lambda scene: -scene.seconds * scene.rate)  # else all wait for the last one
     commands = {scene.name: command(scene.name, options) for scene in longest_first}
     found = Tasks(options.out, options.jobs, options.longest).run(commands, told)
     results = [{"name": s.name, "stresses": s.stresses, "broken": [], **found[s.name]} for s in chosen]

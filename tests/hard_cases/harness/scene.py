@@ -114,6 +114,7 @@ class HardScene:
         set_up: makes it ready to go. May raise an error that names the place: the case is then refused by name.
         vertices: about how many cloth vertices it has unless asked otherwise; some meshes are what they are.
         seconds: how long it lasts unless asked otherwise [s].
+        rate: frames a second, about: the cases with most frames are begun first.
         apart: whether it is played only where it is asked for by name: it takes longer than all others.
         refused: what the refusal must say, a regular expression; "" for a case that must run.
         same_as: the case whose figures these have to be; "" for none.
@@ -125,6 +126,7 @@ class HardScene:
     set_up: Callable[[Ask], Run]
     vertices: int = 1000
     seconds: float = 5.0
+    rate: float = 60.0
     apart: bool = False
     refused: str = ""
     same_as: str = ""

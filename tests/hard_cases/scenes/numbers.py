@@ -118,7 +118,7 @@ SCENES = (
         for d in (0.1e-3, 0.5e-3, 5e-3, 20e-3)
     ),
     *(
-        HardScene(f"step_1_{n}", f"steps of 1/{n} s", with_settings(largest_step=1 / n), seconds=seconds)
+        HardScene(f"step_1_{n}", f"steps of 1/{n} s", with_settings(largest_step=1 / n), seconds=seconds, rate=n)
         for n, seconds in ((15, 5.0), (30, 5.0), (120, 5.0), (1000, 3.0))
     ),
     HardScene(
