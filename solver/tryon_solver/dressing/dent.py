@@ -13,7 +13,7 @@ import numpy as np
 
 from tryon_solver.contact.crossings import CrossingSearch
 from tryon_solver.contact.rays import first_and_last_hit
-from tryon_solver.geometry.distinct import distinct
+from tryon_solver.geometry.connectivity import Connectivity
 from tryon_solver.geometry.normals import vertex_normals
 from tryon_solver.geometry.proximity import Surface
 from tryon_solver.geometry.surface_repair import connected_faces, neighbours
@@ -42,8 +42,7 @@ class Dent:
     ) -> None:
         self.n, self.faces, self.body_faces, self.device = n, faces, body_faces, sim.device
         self.edges = edges
-        sides = np.sort(body_faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-        self.body_edges = distinct(sides).rows
+        self.body_edges = Connectivity(body_faces, len(x)).edges
         self.cloth_in_body = CrossingSearch(edges, body_faces, group, sim.device)
         self.body_in_cloth = CrossingSearch(self.body_edges, faces, group, sim.device)
         self.skin = x[n:].copy()

@@ -9,7 +9,7 @@ import numpy as np
 from tryon_solver.contact.crossings import CrossingSearch
 from tryon_solver.contact.distances import POINT_TRIANGLE
 from tryon_solver.contact.verify import violations
-from tryon_solver.geometry.distinct import distinct
+from tryon_solver.geometry.connectivity import Connectivity
 from tryon_solver.geometry.garment import GarmentError
 from tryon_solver.stepping.search import search_around
 
@@ -50,8 +50,7 @@ def refuse_crossing(sim: Simulation) -> None:
     searched = [(edges, faces)] if "cloth" in touches else []
     if "body" in touches and sim.scene.body is not None:
         skin = sim.scene.body.faces + n
-        sides = np.sort(np.vstack([skin[:, [0, 1]], skin[:, [1, 2]], skin[:, [2, 0]]]), axis=1)
-        searched += [(edges, skin), (distinct(sides).rows, faces)]
+        searched += [(edges, skin), (Connectivity(skin, len(x)).edges, faces)]
     for ours, theirs in searched:
         found = CrossingSearch(ours, theirs, group, sim.device).find(x)
         if len(found):

@@ -12,6 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.linalg import lapack
 
+from tryon_solver.geometry.distinct import distinct
 from tryon_solver.geometry.garment import Garment
 
 SPACINGS_ACROSS = 3  # a panel narrower than this many spacings gets a finer grid across
@@ -31,7 +32,7 @@ def pattern_rows(garment: Garment) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     panel = np.repeat(garment.panel_of_face, 3).astype(np.int64)
     uv = (garment.uv_corners if garment.spline_corners is None else garment.spline_corners).reshape(-1, 2)
     place = vertex * (panel.max() + 1) + panel, *np.round(uv * 1e7).astype(np.int64).T
-    order = np.lexsort(place[::-1])
+    order = np.lexsort(place[::-1])  # together they are too large for one number
     other = np.any([key[order][1:] != key[order][:-1] for key in place], axis=0)
     first = order[np.concatenate([[True], other])]
     return vertex[first], panel[first], uv[first]
@@ -57,13 +58,11 @@ def spline_basis(garment: Garment, spacing: float) -> sp.csr_matrix:
         i, j = np.meshgrid([-1, 0, 1], [-1, 0, 1], indexing="ij")
         node = base[:, None, :] + np.stack([i.ravel(), j.ravel()], axis=1)[None]
         weight = quadratic_spline(grid[:, None, :] - node).prod(axis=2)
-        at = node.reshape(-1, 2) - node.min((0, 1))
-        at = at[:, 0] * (at[:, 1].max() + 1) + at[:, 1]
-        used = np.bincount(at) > 0
+        nodes = distinct(node.reshape(-1, 2) - node.min((0, 1)))
         rows.append(np.repeat(vertex[here], 9))
-        columns.append(basis_count + (np.cumsum(used) - 1)[at])
+        columns.append(basis_count + nodes.which)
         weights.append(weight.ravel())
-        basis_count += int(used.sum())
+        basis_count += len(nodes.rows)
     basis = sp.coo_matrix(
         (np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns))),
         shape=(garment.vertex_count, basis_count),

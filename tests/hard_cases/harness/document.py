@@ -64,6 +64,8 @@ def document(runs: Sequence[Mapping[str, Any]], beside: Sequence[str] = ()) -> s
         by_name = f", {refused} others are refused by name" if refused else ""
         lines.append(f"- **{run['name']}**: {held} of {len(run['results']) - refused} cases hold{by_name}")
         lines += [f"  - {name}: {value}" for name, value in run["about"].items()]
+        frames, moves = (sum(r.get(what) or 0 for r in run["results"]) for what in ("asked", "moves"))
+        lines.append(f"  - judged: {frames:,} frames and {moves:,} accepted sub-steps on the way to them")
     lines += ["", LIMITS, "", "## Which hold", "", *verdicts(runs), "", "## The worst of each figure", ""]
     lines += ["Over all cases but those in which the figure is stated and not judged:", "", *worst(runs), "", *beside]
     for run in runs:
