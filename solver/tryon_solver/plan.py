@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.sparse as sp
 import warp as wp
 
 from tryon_solver.linalg.block_ell import BlockRows
+from tryon_solver.linalg.constant_matrices import Term
 from tryon_solver.state import State
 
 if TYPE_CHECKING:
@@ -49,14 +49,14 @@ class Contribution:
     `start_step` freezes what holds for a whole step, once the state it starts from is known. `project` takes part in
     every local step; `project_in_correction` only in the correction, for a term whose weight would spoil projective
     dynamics' constant matrix; `add_velocity_gradient` and `add_velocity_gradient_in_correction` likewise.
-    `add_hessian` adds a positive semidefinite Hessian over pairs of vertices that share a triangle; `constant` says
-    that `stiffness` is exactly the Hessian, so that nothing has to be added. `stiffness` (N, N) float64 N/m enters
-    projective dynamics' constant matrix; `rate_stiffness` (N, N) float64 N s/m, over dt, the correction's. Rows of all
-    three must sum to zero, as those of inner forces do: the correction multiplies by differences. What holds the cloth
-    to a place is `diagonal(dt)` (N,) float64 N/m, which enters both beside the inertia; `touches` names the surfaces
-    the cloth may touch: "cloth", "body"; `sleep` says when nothing is to be done at all. `at_rest` are the device
-    arrays that are made of the rest shape alone: another shape of the same triangles is written into them
-    (reshape.py), and what works with them need not know.
+    `add_hessian` adds a positive semidefinite Hessian over pairs of vertices that share a triangle; where `stiffness`
+    is exactly the Hessian, it says so and nothing has to be added. `stiffness` (N, N) N/m enters projective dynamics'
+    constant matrix; `rate_stiffness` (N, N) N s/m, over dt, the correction's. Rows of all three must sum to zero, as
+    those of inner forces do: the correction multiplies by differences. What holds the cloth to a place is
+    `diagonal(dt, area)` (N,) float64 N/m, which enters both beside the inertia, of the fabric's area (N,) m^2 around
+    each vertex; `touches` names the surfaces the cloth may touch: "cloth", "body"; `sleep` says when nothing is to be
+    done at all. `reshape` makes anew, in place, what was made of the rest shape, once that has changed (reshape.py):
+    what works with it need not know.
     """
 
     name: str
@@ -68,15 +68,14 @@ class Contribution:
     add_velocity_gradient: Callable[[State, wp.array, wp.array], None] | None = None  # state, x, gradient_out
     add_velocity_gradient_in_correction: Callable[[State, wp.array, wp.array], None] | None = None  # likewise
     add_hessian: Callable[[wp.array, BlockRows], None] | None = None  # x, rows
-    stiffness: sp.spmatrix | None = None
-    constant: bool = False
-    rate_stiffness: sp.spmatrix | None = None
-    diagonal: Callable[[float], np.ndarray] | None = None
+    stiffness: Term | None = None
+    rate_stiffness: Term | None = None
+    diagonal: Callable[[float, np.ndarray], np.ndarray] | None = None
     touches: tuple[str, ...] = ()
     contact: ContactTerm | None = None
     sleep: Sleep | None = None
     energy: Callable[[wp.array], float] | None = None  # x -> J, for tests and reports
-    at_rest: tuple[wp.array, ...] = ()
+    reshape: Callable[[], None] | None = None
     values: Mapping[str, wp.array] = field(default_factory=dict)  # device arrays that may be written between frames
 
 
@@ -95,18 +94,10 @@ class StepPlan:
         """Surfaces the cloth may touch in this scene."""
         return tuple(dict.fromkeys(s for c in self.contributions for s in c.touches))
 
-    def stiffness(self, count: int) -> sp.csr_matrix:
-        """(N, N) float64 N/m, the sum of the constant matrices; rows sum to zero."""
-        return total([c.stiffness for c in self.contributions if c.stiffness is not None], count)
-
-    def constant_stiffness(self, count: int) -> sp.csr_matrix:
-        """(N, N) float64 N/m, the part of `stiffness` that is exactly the Hessian of its terms."""
-        return total([c.stiffness for c in self.contributions if c.constant and c.stiffness is not None], count)
-
-    def rate_stiffness(self, count: int) -> sp.csr_matrix | None:
-        """(N, N) float64 N s/m, the constant matrices of forces proportional to velocity; None where there are none."""
-        rates = [c.rate_stiffness for c in self.contributions if c.rate_stiffness is not None]
-        return total(rates, count) if rates else None
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """Of the constant matrices, in the order in which they are added."""
+        return tuple(t for c in self.contributions for t in (c.stiffness, c.rate_stiffness) if t is not None)
 
     def describe(self) -> str:
         """Stages and the contributions in them, one line each."""
@@ -131,12 +122,6 @@ class StepPlan:
             names = [c.name for c in self.contributions if takes_part(c, stage)]
             lines.append(f"{stage}: {', '.join(names) if names else '-'}")
         return "\n".join(lines)
-
-
-def total(matrices: Sequence[sp.spmatrix], count: int) -> sp.csr_matrix:
-    """Their sum (count, count); of a single one all entries stay, those that are zero too."""
-    first, *others = matrices or [sp.csr_matrix((count, count))]
-    return sp.csr_matrix(sum(others, first))
 
 
 def takes_part(contribution: Contribution, stage: str) -> bool:

@@ -21,12 +21,11 @@ from tryon_solver.contact.pairs import ContactModel, ContactPairs, ContactParame
 from tryon_solver.contact.surfaces import Surface
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.effects.registry import bind
-from tryon_solver.geometry.altitudes import refuse_slivers, self_reach
+from tryon_solver.geometry.altitudes import refuse_flat_triangles
 from tryon_solver.kernels import compile_kernels
 from tryon_solver.linalg.block_ell import BlockRows
+from tryon_solver.linalg.constant_matrices import ConstantMatrices
 from tryon_solver.linalg.device_loop import KeptGraph
-from tryon_solver.linalg.ell import EllMatrix
-from tryon_solver.linalg.near_far import NearFar, Places, union
 from tryon_solver.linalg.pcg import ConjugateGradients
 from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.vectors import find_largest, move_origin
@@ -95,13 +94,13 @@ class Simulation:
         self.body_count = 0 if scene.body is None else len(scene.body.rest_vertices)
         self.all_count = self.cloth_count + self.body_count
         self.mean_edge = garment.mean_edge_length()  # m, in the pattern
-        self.mass = scene.vertex_masses()
-        self.area = garment.vertex_areas()
-        self.plan = bind_plan(scene, settings, device, self.mass, self.area)
+        self.rest = RestShape.build(garment, scene.of_fabrics("areal_density")[:, 0], device)
+        self.plan = bind_plan(scene, settings, device, self.rest)
         compile_kernels(device)  # of what the plan has imported, too
+        self.take_shape()
         self.stages = Stages.of(self.plan)
         self.sleep = next((c.sleep for c in self.plan.contributions if c.sleep is not None), None)
-        self.stretch = StretchMeter.build(garment, device)
+        self.stretch = StretchMeter.build(self.rest)
         self.counters = Counters()
         self.reported = StepReport(0.0, 0, 0, 0, 0, 0.0, settings.d_hat, 1.0, 0.0, 0, 0, 0, 0.0)
 
@@ -174,27 +173,12 @@ class Simulation:
         self.budget = Budget(settings.correction_iterations, settings.correction_pcg_iterations, TRUSTED)
         self.second_budget = Budget(settings.second_iterations, settings.second_pcg_iterations, TRUSTED_AGAIN)
         self.went_back = False  # did the last correction end where it had been nearest to balance?
-        faces = scene.garment.faces.ravel()
-        order = np.argsort(faces, kind="stable")
-        start = np.searchsorted(faces[order], np.arange(self.cloth_count + 1))
-        self.corners: wp.array = wp.array(order.astype(np.int32), dtype=wp.int32, device=device)
-        self.corner_start: wp.array = wp.array(start.astype(np.int32), dtype=wp.int32, device=device)
 
     def _assemble(self, basis: csr_matrix) -> None:
         """Stiffness rows and the subspace; matrices that depend on the time step come with `use_time_step`."""
         garment, device = self.scene.garment, self.device
-        self.stiffness_matrix: csr_matrix = self.plan.stiffness(self.cloth_count)
-        self.stiffness = EllMatrix.from_scipy(self.stiffness_matrix, device)
-        diagonal = self.stiffness_matrix.diagonal()
-        self.stiffness_diagonal: wp.array = wp.array(diagonal, dtype=wp.float32, device=device)
         self.hessian_rows = BlockRows.build(*garment.connectivity.pairs, device)
-        self.constant_places: Places | None = None
-        at_rest, rates = self.constant_parts(self.plan)
-        self.constant_stiffness = at_rest  # with the rates over dt: of the correction
-        self.damped: tuple[NearFar, NearFar] | None = None  # its part without the rates, and the rates
-        if rates is not None:
-            self.damped = at_rest, rates
-            self.constant_stiffness = at_rest.like()
+        self.matrices = ConstantMatrices(self.plan.terms, self.hessian_rows, self.cloth_count, device)
         self.basis = basis
         self.mass_per_dt2 = wp.zeros(self.cloth_count, dtype=wp.float32, device=device)
         self._inverses: dict[int, np.ndarray] = {}
@@ -203,26 +187,30 @@ class Simulation:
         self._factor_key: int | None = None
         self.spectral_bound = 2.2
 
-    def constant_parts(self, plan: StepPlan) -> tuple[NearFar, NearFar | None]:
-        """Of the correction's matrix: what is constant, and, if there are such, the rates that are taken over dt."""
-        constant = plan.constant_stiffness(self.cloth_count)
-        rate = plan.rate_stiffness(self.cloth_count)
-        parts = [matrix for matrix in (constant, rate) if matrix is not None]
-        if self.constant_places is None:
-            self.constant_places = Places.of(union(parts), self.hessian_rows)
-        built = [self.constant_places.split(matrix, self.device) for matrix in parts]
-        return built[0], built[1] if len(built) > 1 else None
+    def take_shape(self) -> None:
+        """Make what is made of the garment's rest shape: `mass` (N,) kg and `area` (N,) m^2 of the fabric around each
+        vertex, and what the plan's contributions have of it."""
+        self.rest.take(self.scene.garment.uv_corners)
+        self.mass, self.area = self.rest.mass.numpy().copy(), self.rest.lumped.numpy().copy()
+        for contribution in self.plan.contributions:
+            if contribution.reshape is not None:
+                contribution.reshape()
+
+    @property
+    def stiffness_matrix(self) -> csr_matrix:
+        """(N, N) float64 N/m, the sum of the constant matrices; rows sum to zero. Waits for the device."""
+        return self.matrices.total.matrix()
 
     def _prepare_contact(self) -> None:
         scene, settings, device = self.scene, self.settings, self.device
         garment = scene.garment
         xi_self = scene.fabric.thickness
-        refuse_slivers(garment)
         sizes = ContactSizes()
         sizes.xi_self = xi_self
         sizes.xi_body = settings.body_offset + 0.5 * xi_self
         sizes.d_hat = settings.d_hat
         touches = self.plan.touches
+        refuse_flat_triangles(garment, xi_self if "cloth" in touches else 0.0)
         self.cloth = Surface.build(garment.faces, xi_self + settings.d_hat, device)
         surfaces = {"cloth": self.cloth}
         body_edge = 0.0
@@ -237,14 +225,7 @@ class Simulation:
         model.pressure_stiffness = settings.pressure_stiffness
         model.eps_body = 1e-3 * edge**2 * body_edge**2
         model.eps_self = 1e-3 * edge**4
-        reach_self = self_reach(garment, xi_self) if "cloth" in touches else np.ones(self.cloth_count)
-        self.contact = ContactParameters(
-            self.cloth_count,
-            sizes,
-            model,
-            wp.array(self.area, dtype=wp.float32, device=device),
-            wp.array(reach_self, dtype=wp.float32, device=device),
-        )
+        self.contact = ContactParameters(self.cloth_count, sizes, model, self.rest.spread, self.rest.reach)
         own = np.arange(self.all_count, dtype=np.int32)
         if garment.group is not None:
             own[: self.cloth_count] = garment.group
@@ -270,9 +251,7 @@ class Simulation:
         self.dt = dt
         self.state.dt.fill_(dt)
         self.mass_per_dt2.assign((self.mass / dt**2).astype(np.float32))
-        if self.damped is not None:
-            at_rest, rates = self.damped
-            self.constant_stiffness.set_sum(at_rest, 1.0 / dt, rates)
+        self.matrices.set_time_step(dt)
         diagonal = self.diagonal(dt)
         held = np.full(self.body_count, self.settings.skin_stiffness)
         self.work.diagonal.assign(np.concatenate([diagonal, held]).astype(np.float32))
@@ -283,7 +262,7 @@ class Simulation:
         diagonal = self.mass / dt**2
         for contribution in self.plan.contributions:
             if contribution.diagonal is not None:
-                diagonal = diagonal + contribution.diagonal(dt)
+                diagonal = diagonal + contribution.diagonal(dt, self.area)
         return diagonal
 
     @property
@@ -471,15 +450,14 @@ def build(
     return simulation
 
 
-def bind_plan(scene: Scene, settings: Settings, device: str, mass: np.ndarray, area: np.ndarray) -> StepPlan:
+def bind_plan(scene: Scene, settings: Settings, device: str, rest: RestShape) -> StepPlan:
     """Bind the materials and the scene's effects; those with nothing to do are left out."""
-    rest = RestShape.build(scene.garment, device)
-    bending = bind_bending(scene.garment, scene.of_fabrics("k_bend")[:, 0], device)
-    bent = None if bending is None else bending.stiffness
-    context = BuildContext(scene, settings, device, rest, mass, area, bent)
+    bending = bind_bending(scene.garment, scene.of_fabrics("k_bend")[:, 0], rest, device)
+    own, rows = (None, None) if bending is None else bending
+    context = BuildContext(scene, settings, device, rest, rows)
     bound = [
         bind_membrane(scene.garment, scene.of_fabrics("k_warp", "k_weft", "k_shear"), rest, device),
-        bending,
+        own,
         *(bind(effect, context) for effect in scene.effects),
     ]
     return StepPlan(tuple(c for c in bound if c is not None))

@@ -31,8 +31,8 @@ import numpy as np
 import warp as wp
 from newton.solvers import SolverStyle3D, SolverVBD, SolverXPBD, style3d
 
+from tryon_solver.baselines.hinge_rows import hinge_rows
 from tryon_solver.geometry.garment import Garment
-from tryon_solver.materials.bending import hinge_rows
 from tryon_solver.materials.fabric import Fabric
 from tryon_solver.scene import FabricDamping, Scene
 

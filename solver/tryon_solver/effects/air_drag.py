@@ -33,7 +33,7 @@ def bind(spec: AirDrag, context: BuildContext) -> Contribution | None:
     """None when the coefficient is zero."""
     if spec.coefficient == 0:
         return None
-    area: wp.array = wp.array(context.area, dtype=wp.float32, device=context.device)
+    area = context.rest.spread
 
     def add_velocity_gradient(state: State, x: wp.array, gradient: wp.array) -> None:
         wp.launch(
@@ -44,9 +44,7 @@ def bind(spec: AirDrag, context: BuildContext) -> Contribution | None:
             device=context.device,
         )
 
-    def diagonal(dt: float) -> np.ndarray:
-        return spec.coefficient / dt * context.area
+    def diagonal(dt: float, around: np.ndarray) -> np.ndarray:
+        return spec.coefficient / dt * around
 
-    return Contribution(
-        "air_drag", add_velocity_gradient=add_velocity_gradient, diagonal=diagonal, at_rest=(area,)
-    )
+    return Contribution("air_drag", add_velocity_gradient=add_velocity_gradient, diagonal=diagonal)

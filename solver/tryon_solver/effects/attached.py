@@ -13,6 +13,8 @@ import scipy.sparse as sp
 import warp as wp
 
 from tryon_solver.effects.base import BuildContext
+from tryon_solver.linalg.constant_matrices import Term
+from tryon_solver.linalg.device_matrix import DeviceMatrix
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import Attached
 
@@ -65,6 +67,5 @@ def bind(spec: Attached, context: BuildContext) -> Contribution | None:
     return Contribution(
         "attached",
         add_gradient=add_gradient,
-        stiffness=spec.stiffness * (difference.T @ difference),
-        constant=True,
+        stiffness=Term(DeviceMatrix.of(spec.stiffness * (difference.T @ difference), device), exact=True),
     )

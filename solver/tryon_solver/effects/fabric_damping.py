@@ -15,13 +15,13 @@ projective dynamics' constant matrix would resist turning as well.
 from __future__ import annotations
 
 import numpy as np
-import scipy.sparse as sp
 import warp as wp
 
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.linalg import block_ell
 from tryon_solver.linalg.block_ell import BlockRows
-from tryon_solver.linalg.ell import EllMatrix, add_rate_kernel
+from tryon_solver.linalg.constant_matrices import Term
+from tryon_solver.linalg.ell import add_rate_kernel
 from tryon_solver.materials.strain_rate import strain_matrix_kernel
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import FabricDamping
@@ -39,9 +39,7 @@ def bind(spec: FabricDamping, context: BuildContext) -> Contribution | None:
     per_face = scene.of_fabrics("k_warp", "k_weft", "k_shear")
     stiffness: wp.array = wp.array(per_face.astype(np.float32), dtype=wp.vec3, device=device)
     frozen = BlockRows.build(*garment.connectivity.pairs, device)  # beta/dt K of the membrane [N/m]
-    count = garment.vertex_count
-    bent = spec.time * (sp.csr_matrix((count, count)) if context.bending is None else context.bending)
-    bent_rows = EllMatrix.from_scipy(bent, device)
+    bent = context.bending
 
     def start_step(state: State) -> None:
         frozen.blocks.zero_()
@@ -57,13 +55,14 @@ def bind(spec: FabricDamping, context: BuildContext) -> Contribution | None:
             [gradient],
             device=device,
         )
-        wp.launch(
-            add_rate_kernel,
-            bent_rows.row_count,
-            [bent_rows.columns, bent_rows.weights, state.dt, *moved],
-            [gradient],
-            device=device,
-        )
+        if bent is not None:
+            wp.launch(
+                add_rate_kernel,
+                bent.rows.row_count,
+                [bent.rows.columns, bent.rows.weights, spec.time, state.dt, *moved],
+                [gradient],
+                device=device,
+            )
 
     def add_hessian(_: wp.array, rows: BlockRows) -> None:
         block_ell.add_blocks(rows, frozen)
@@ -73,6 +72,5 @@ def bind(spec: FabricDamping, context: BuildContext) -> Contribution | None:
         start_step=start_step,
         add_velocity_gradient_in_correction=add_gradient,
         add_hessian=add_hessian,
-        rate_stiffness=bent,
-        at_rest=(bent_rows.columns, bent_rows.weights),
+        rate_stiffness=None if bent is None else Term(bent.matrix, spec.time, rate=True),
     )

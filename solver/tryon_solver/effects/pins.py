@@ -43,7 +43,7 @@ def bind(spec: Pins, context: BuildContext) -> Contribution | None:
         inputs = [vertices, places, spec.stiffness, x]
         wp.launch(add_pins_kernel, len(vertices), inputs, [gradient], device=device)
 
-    def diagonal(_dt: float) -> np.ndarray:
+    def diagonal(_dt: float, _area: np.ndarray) -> np.ndarray:
         return held
 
     def energy(x: wp.array) -> float:

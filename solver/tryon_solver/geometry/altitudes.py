@@ -17,12 +17,14 @@ def altitudes(uv_corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return (ay * cx - ax * cy) / longest, longest
 
 
-def refuse_slivers(garment: Garment) -> None:
-    """Raise GarmentError, naming the triangle, where one is flatter than LARGEST_ASPECT.
+def refuse_flat_triangles(garment: Garment, xi: float) -> None:
+    """Raise GarmentError, naming the triangle, where one is flatter than LARGEST_ASPECT, or too low for cloth of xi m
+    that feels cloth; xi is 0 where it does not.
 
     A hinge's stiffness grows with the inverse cube of the altitudes beside it, while its vertices' mass shrinks with
-    them: at an aspect of 1e4 their ratio is beyond float32. At 500 cloth
-    still falls, lies and rests as any other.
+    them: at an aspect of 1e4 their ratio is beyond float32. At 500 cloth still falls, lies and rests as any other. Near
+    a vertex cloth begins to feel cloth at half the smallest altitude around it, or a fine mesh would touch itself flat
+    at rest.
     """
     altitude, side = altitudes(garment.uv_corners)
     worst = int(np.argmax(side / altitude))
@@ -32,21 +34,9 @@ def refuse_slivers(garment: Garment) -> None:
             f"{side[worst] / altitude[worst]:.0f} times as long as high; {LARGEST_ASPECT:.0f} times is what can be "
             "simulated: remesh the garment there"
         )
-
-
-def self_reach(garment: Garment, xi: float) -> np.ndarray:
-    """(N,) m: distance at which cloth begins to feel cloth near each vertex, half the smallest altitude around it.
-
-    A fine mesh would touch itself flat at rest otherwise. Raises GarmentError, naming the triangle, when the thickness
-    itself is too large for it.
-    """
-    altitude, _ = altitudes(garment.uv_corners)
-    worst = int(np.argmin(altitude))
-    if xi >= SMALLEST_ALTITUDE_SHARE * altitude[worst]:
+    lowest = int(np.argmin(altitude))
+    if xi >= SMALLEST_ALTITUDE_SHARE * altitude[lowest]:
         raise GarmentError(
-            f"triangle {worst} is only {1e3 * altitude[worst]:.2f} mm high, too thin for a fabric "
+            f"triangle {lowest} is only {1e3 * altitude[lowest]:.2f} mm high, too thin for a fabric "
             f"{1e3 * xi:.2f} mm thick; use a longer edge length or a thinner fabric"
         )
-    around = np.full(garment.vertex_count, np.inf)
-    np.minimum.at(around, garment.faces.ravel(), np.repeat(altitude, 3))
-    return 0.5 * around

@@ -61,6 +61,13 @@ class Connectivity:
         return 3 * face + np.argmax(self.faces[face] == vertex[:, None], axis=1)
 
     @cached_property
+    def corners(self) -> tuple[np.ndarray, np.ndarray]:
+        """The corners, of all 3 F, at each vertex: `order` (3 F,), ascending at a vertex, and `starts` (N + 1,)."""
+        every = self.faces.ravel()
+        starts = np.concatenate([[0], np.cumsum(np.bincount(every, minlength=self.count))])
+        return stable_order(every, self.count), starts
+
+    @cached_property
     def triangle_sum(self) -> ElementSum:
         """Of matrices over triangles."""
         return ElementSum.over(self.faces, self.count)
@@ -75,10 +82,11 @@ class Connectivity:
         """The pairs of vertices that share a triangle, in rows: `columns` (N, width) int32, a row's own vertex first,
         which also fills it up; `slots` (F, 9) int32, where corners' pair (i, j) is in its row, at 3 i + j."""
         found = self.triangle_sum
-        row = np.repeat(np.arange(self.count), np.diff(found.starts))
-        within = np.arange(len(row)) - found.starts[row]
-        own = found.columns == row
+        starts, indices = found.pattern.indptr, found.pattern.indices
+        row = np.repeat(np.arange(self.count), np.diff(starts))
+        within = np.arange(len(row)) - starts[row]
+        own = indices == row
         slot = np.where(own, 0, within + (within < within[own][row]))
         columns = np.repeat(np.arange(self.count, dtype=np.int32)[:, None], int(slot.max()) + 1, axis=1)
-        columns[row, slot] = found.columns
+        columns[row, slot] = indices
         return columns, slot[found.places].reshape(-1, 9).astype(np.int32)

@@ -1,7 +1,7 @@
 """The sum of many small matrices, each over the vertices of a triangle or a hinge, as one sparse matrix.
 
-Where each entry goes depends on the elements' vertices alone: it is found once, and sums of other entries over the same
-elements are additions in the same order, so that the same entries give the same bits.
+Where each entry goes depends on the elements' vertices alone: it is found once, for sums of any entries over the same
+elements (linalg/device_matrix.py).
 """
 
 from __future__ import annotations
@@ -14,12 +14,16 @@ import scipy.sparse as sp
 
 @dataclass(frozen=True)
 class ElementSum:
-    """`starts` (N + 1,) and `columns` (nnz,) of the sum's compressed rows, columns ascending; `places` (E k k,): which
-    of its nnz values each entry is added to, element by element and row by row."""
+    """`pattern` (N, N), which has an entry wherever the sum may have one, columns ascending; `order` (E k k,) and
+    `starts` (nnz + 1,): the elements' entries, numbered element by element and row by row, that its entry i is the sum
+    of are `order[starts[i] : starts[i + 1]]`, ascending; `places` (E k k,): which of its entries each is added to;
+    `width` is k."""
 
+    pattern: sp.csr_matrix
+    order: np.ndarray
     starts: np.ndarray
-    columns: np.ndarray
     places: np.ndarray
+    width: int
 
     @staticmethod
     def over(ids: np.ndarray, count: int) -> ElementSum:
@@ -33,14 +37,11 @@ class ElementSum:
         first[1:] = (row[1:] != row[:-1]) | (column[1:] != column[:-1])
         places = np.empty(len(order), np.int64)
         places[order] = np.cumsum(first) - 1
-        starts = np.concatenate([[0], np.cumsum(np.bincount(row[first], minlength=count))])
-        return ElementSum(starts.astype(np.int32), column[first].astype(np.int32), places)
-
-    def matrix(self, entries: np.ndarray) -> sp.csr_matrix:
-        """(N, N) float64, the sum of the elements' matrices `entries` (E, k, k)."""
-        count = len(self.starts) - 1
-        values = np.bincount(self.places, weights=entries.ravel(), minlength=len(self.columns))
-        return sp.csr_matrix((values, self.columns, self.starts), shape=(count, count))
+        rows = np.concatenate([[0], np.cumsum(np.bincount(row[first], minlength=count))])
+        starts = np.append(np.flatnonzero(first), len(order))
+        ones = np.ones(len(starts) - 1)
+        pattern = sp.csr_matrix((ones, column[first].astype(np.int32), rows.astype(np.int32)), shape=(count, count))
+        return ElementSum(pattern, order, starts, places, k)
 
 
 def stable_order(numbers: np.ndarray, below: int) -> np.ndarray:

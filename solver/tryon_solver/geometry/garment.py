@@ -89,6 +89,10 @@ class Garment:
 
     def mean_edge_length(self) -> float:
         """m, mean over triangle sides in the pattern."""
+        return self._mean_edge_length
+
+    @cached_property
+    def _mean_edge_length(self) -> float:
         sides = self.uv_corners[:, [1, 2, 0]] - self.uv_corners
         return float(np.linalg.norm(sides, axis=2).mean())
 

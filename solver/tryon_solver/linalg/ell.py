@@ -31,27 +31,34 @@ class EllMatrix:
         """Copy a scipy matrix (float64) to ELL rows (float32) on the device."""
         csr = sp.csr_matrix(matrix)
         csr.sum_duplicates()
-        counts = np.diff(csr.indptr)
-        width = int(max(1, counts.max(initial=1)))
-        rows = csr.shape[0]
-        columns = np.repeat(np.arange(rows, dtype=np.int32)[:, None] % csr.shape[1], width, axis=1)
-        weights = np.zeros((rows, width), np.float32)
-        slot = np.arange(csr.nnz) - np.repeat(csr.indptr[:-1], counts)
-        row = np.repeat(np.arange(rows), counts)
-        place = row * width + slot
-        columns.reshape(-1)[place] = csr.indices
-        weights.reshape(-1)[place] = csr.data
+        columns, places = entry_places(csr)
+        weights = np.append(csr.data, 0.0).astype(np.float32)[places]
         return EllMatrix(
             wp.array(columns, dtype=wp.int32, device=device),
             wp.array(weights, dtype=wp.float32, device=device),
-            rows,
-            width,
+            *columns.shape,
         )
 
+    @staticmethod
+    def of_columns(columns: np.ndarray, device: str) -> EllMatrix:
+        """Zeros, in these `columns` (rows, width) int32."""
+        zeros = wp.zeros(columns.shape, dtype=wp.float32, device=device)
+        return EllMatrix(wp.array(columns, dtype=wp.int32, device=device), zeros, *columns.shape)
 
-    def like(self) -> EllMatrix:
-        """A matrix of zeros with the same pattern."""
-        return EllMatrix(self.columns, wp.zeros_like(self.weights), self.row_count, self.width)
+
+def entry_places(pattern: sp.csr_matrix) -> tuple[np.ndarray, np.ndarray]:
+    """ELLPACK rows of a pattern: `columns` (rows, width) int32, filled up with the row's own number, and `places`
+    (rows, width) int32, which of its entries is there, -1 for none."""
+    rows = pattern.shape[0]
+    counts = np.diff(pattern.indptr)
+    width = int(max(1, counts.max(initial=1)))
+    columns = np.repeat(np.arange(rows, dtype=np.int32)[:, None] % pattern.shape[1], width, axis=1)
+    places = np.full((rows, width), -1, np.int32)
+    every = np.arange(pattern.nnz)
+    there = every + np.repeat(width * np.arange(rows) - pattern.indptr[:-1], counts)
+    columns.reshape(-1)[there] = pattern.indices
+    places.reshape(-1)[there] = every
+    return columns, places
 
 
 @wp.kernel
@@ -110,18 +117,19 @@ def add_difference_kernel(
 def add_rate_kernel(
     columns: wp.array2d(dtype=wp.int32),
     weights: wp.array2d(dtype=wp.float32),
+    scale: float,
     dt: wp.array(dtype=wp.float32),
     x: wp.array(dtype=wp.vec3),
     x_start: wp.array(dtype=wp.vec3),
     y_out: wp.array(dtype=wp.vec3),
 ):
-    """y += S (x - x_start)/dt"""
+    """y += scale S (x - x_start)/dt"""
     row = wp.tid()
     total = wp.vec3()
     for k in range(columns.shape[1]):
         j = columns[row, k]
         total += weights[row, k] * (x[j] - x_start[j])
-    y_out[row] = y_out[row] + total / dt[0]
+    y_out[row] = y_out[row] + scale * total / dt[0]
 
 
 def multiply(matrix: EllMatrix, x: wp.array, y_out: wp.array) -> None:

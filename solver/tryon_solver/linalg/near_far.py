@@ -3,7 +3,6 @@ iteration instead of once a product; for bending that is half of it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +10,7 @@ import scipy.sparse as sp
 import warp as wp
 
 from tryon_solver.linalg.block_ell import BlockRows
-from tryon_solver.linalg.ell import EllMatrix
+from tryon_solver.linalg.ell import EllMatrix, entry_places
 
 wp.set_module_options({"enable_backward": False})
 
@@ -23,10 +22,6 @@ class NearFar:
 
     near: wp.array
     far: EllMatrix
-
-    def like(self) -> NearFar:
-        """A matrix of zeros with the same places."""
-        return NearFar(wp.zeros_like(self.near), self.far.like())
 
     def set_sum(self, a: NearFar, scale: float, b: NearFar) -> None:
         """self = a + scale b, all three with the same places."""
@@ -41,64 +36,62 @@ class NearFar:
 
 @dataclass(frozen=True)
 class Places:
-    """Where the entries of matrices with one pattern go: `near` (N, width), which entry of `pattern` has each place of
-    BlockRows, or its number of entries for none; `far` (K,) those that have none, and their `row` and `slot` there."""
+    """Where the entries of matrices with one pattern go: `near` (N, width) int32, which entry has each place of
+    BlockRows, -1 for none; `far` (N, far width) int32, which of those that have none, in the columns of
+    `far_columns`."""
 
-    pattern: sp.csr_matrix
-    near: np.ndarray
-    far: np.ndarray
-    row: np.ndarray
-    slot: np.ndarray
+    near: wp.array
+    far: wp.array
+    far_columns: wp.array
 
     @staticmethod
     def of(pattern: sp.csr_matrix, rows: BlockRows) -> Places:
         """Wherever `pattern` has an entry, a zero too, over `rows`."""
-        columns = rows.columns.numpy()
-        count = pattern.nnz
+        columns, count, device = rows.columns.numpy(), pattern.nnz, rows.columns.device
         numbers = sp.csr_matrix((np.arange(1, count + 1), pattern.indices, pattern.indptr), shape=pattern.shape)
         own = np.repeat(np.arange(rows.row_count), rows.width)
-        near = (np.asarray(numbers[own, columns.ravel()]).reshape(columns.shape) - 1) % (count + 1)
-        near[:, 1:][columns[:, 1:] == columns[:, :1]] = count  # padding
-        is_far = np.ones(count + 1, bool)
-        is_far[near] = False
-        far = np.flatnonzero(is_far[:count])
-        row = np.repeat(np.arange(rows.row_count), np.diff(pattern.indptr))[far]
-        slot = np.arange(len(far)) - np.searchsorted(row, np.arange(rows.row_count))[row]
-        return Places(pattern, near, far, row, slot)
-
-    def split(self, matrix: sp.csr_matrix, device: str) -> NearFar:
-        """A matrix all of whose entries are in the pattern."""
-        values = np.append(on_pattern(matrix, self.pattern), 0.0).astype(np.float32)
-        count = len(self.near)
-        columns = np.repeat(np.arange(count, dtype=np.int32)[:, None], int(self.slot.max(initial=0)) + 1, axis=1)
-        weights = np.zeros(columns.shape, np.float32)
-        columns[self.row, self.slot] = self.pattern.indices[self.far]
-        weights[self.row, self.slot] = values[self.far]
-        far = EllMatrix(
-            wp.array(columns, dtype=wp.int32, device=device),
-            wp.array(weights, dtype=wp.float32, device=device),
-            *columns.shape,
+        near = np.asarray(numbers[own, columns.ravel()]).reshape(columns.shape) - 1
+        near[:, 1:][columns[:, 1:] == columns[:, :1]] = -1  # padding
+        is_far = np.ones(count, bool)
+        is_far[near[near >= 0]] = False
+        which = np.flatnonzero(is_far)
+        row = np.repeat(np.arange(rows.row_count), np.diff(pattern.indptr))[which]
+        starts = np.searchsorted(row, np.arange(rows.row_count + 1))
+        far_columns, far = entry_places(sp.csr_matrix((which, pattern.indices[which], starts), shape=pattern.shape))
+        return Places(
+            wp.array(near, dtype=wp.int32, device=device),
+            wp.array(np.append(which, -1)[far], dtype=wp.int32, device=device),
+            wp.array(far_columns, dtype=wp.int32, device=device),
         )
-        return NearFar(wp.array(values[self.near], dtype=wp.float32, device=device), far)
+
+    def zeros(self) -> NearFar:
+        """A matrix of zeros with these places."""
+        device = self.near.device
+        near = wp.zeros(self.near.shape, dtype=wp.float32, device=device)
+        far = wp.zeros(self.far.shape, dtype=wp.float32, device=device)
+        return NearFar(near, EllMatrix(self.far_columns, far, *self.far.shape))
+
+    def take(self, values: wp.array, out: NearFar) -> None:
+        """Let `out` be the matrix whose entries, by the pattern, are `values` (nnz,) float64."""
+        take(values, self.near, out.near)
+        take(values, self.far, out.far.weights)
 
 
-def union(matrices: Sequence[sp.csr_matrix]) -> sp.csr_matrix:
-    """Ones wherever one of them has an entry, a zero too."""
-    ones = [sp.csr_matrix((np.ones(m.nnz), m.indices, m.indptr), shape=m.shape) for m in matrices]
-    together = sp.csr_matrix(sum(ones[1:], ones[0]))
-    together.sum_duplicates()
-    return together
+def take(values: wp.array, places: wp.array, out: wp.array) -> None:
+    """out[i, k] float32 = values[places[i, k]], zero where that is -1."""
+    wp.launch(take_kernel, out.shape, [values, places], [out], device=out.device)
 
 
-def on_pattern(matrix: sp.csr_matrix, pattern: sp.csr_matrix) -> np.ndarray:
-    """(nnz,) values of `matrix` where `pattern` has an entry; ValueError if it has others, not zero."""
-    if np.array_equal(matrix.indptr, pattern.indptr) and np.array_equal(matrix.indices, pattern.indices):
-        return matrix.data
-    rows = np.repeat(np.arange(pattern.shape[0]), np.diff(pattern.indptr))
-    values = np.asarray(matrix[rows, pattern.indices]).ravel()
-    if np.count_nonzero(values) != np.count_nonzero(matrix.data):
-        raise ValueError("the matrix has entries where the pattern has none")
-    return values
+@wp.kernel
+def take_kernel(
+    values: wp.array(dtype=wp.float64), places: wp.array2d(dtype=wp.int32), out: wp.array2d(dtype=wp.float32)
+):
+    i, k = wp.tid()
+    e = places[i, k]
+    if e < 0:
+        out[i, k] = 0.0
+    else:
+        out[i, k] = wp.float32(values[e])
 
 
 @wp.kernel

@@ -14,38 +14,42 @@ bending test of fabric gives.
 
 from __future__ import annotations
 
-import numpy as np
-import scipy.sparse as sp
+import warp as wp
 
-from tryon_solver.geometry.garment import Garment
+wp.set_module_options({"enable_backward": False})
 
 
-def hinge_rows(garment: Garment) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Ids (H, 4) of v0 v1 v2 v3, rows K (H, 4) and rest areas A0 + A1 (H,) m^2, from the pattern of each side.
+@wp.func
+def cotangent_at(at: wp.vec2d, one: wp.vec2d, other: wp.vec2d):
+    """Of the angle there between the ways to the two."""
+    a = one - at
+    b = other - at
+    return wp.dot(a, b) / wp.abs(a[0] * b[1] - a[1] * b[0])
 
-    Each triangle is measured in its own panel, so a hinge across a seam is flat at rest as sewn fabric is.
-    """
-    hinges, corners = garment.hinges(), garment.connectivity.hinge_corners
-    area = garment.signed_areas()
-    u, v = np.ascontiguousarray(garment.uv_corners.reshape(-1, 2).T)
-    cot = []  # [side][end]: cotangents at the edge's ends within that side's triangle
+
+@wp.kernel
+def matrix_kernel(
+    flat: wp.array(dtype=wp.vec2d),
+    corners: wp.array3d(dtype=wp.int32),
+    stiffness: wp.array(dtype=wp.float64),
+    entries_out: wp.array(dtype=wp.float64),
+):
+    """N/m: each hinge's Q above, row by row; `corners` (2, 3, H) as `Connectivity.hinge_corners`, `stiffness` k_b."""
+    h = wp.tid()
+    area = wp.float64(0.0)
+    at0 = wp.vec2d()
+    at1 = wp.vec2d()
     for side in range(2):
-        v0, v1, opposite = (np.array([u[corner], v[corner]]) for corner in corners[side])
-        cot.append([cotangent(v1 - v0, opposite - v0), cotangent(v0 - v1, opposite - v1)])
-    # K applied to the corners vanishes for a flat hinge: the weights of v0 carry the cotangents at v1 and vice versa
-    k = np.column_stack([cot[0][1] + cot[1][1], cot[0][0] + cot[1][0], -cot[0][0] - cot[0][1], -cot[1][0] - cot[1][1]])
-    return hinges[:, :4], k, area[hinges[:, 4]] + area[hinges[:, 5]]
-
-
-def cotangent(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """(H,) of the angles between a and b, (2, H) each."""
-    return (a[0] * b[0] + a[1] * b[1]) / np.abs(a[0] * b[1] - a[1] * b[0])
-
-
-def matrix(garment: Garment, k_bend: np.ndarray) -> sp.csr_matrix:
-    """(N, N) float64 N/m: the constant bending matrix; `k_bend` (F,) N m per face, at a hinge the mean of its two."""
-    _, k, area = hinge_rows(garment)
-    sides = garment.hinges()[:, 4:]
-    stiffness = 0.5 * (k_bend[sides[:, 0]] + k_bend[sides[:, 1]])
-    entries = ((stiffness / area)[:, None] * k)[:, :, None] * k[:, None, :]
-    return garment.connectivity.hinge_sum.matrix(entries)
+        v0 = flat[corners[side, 0, h]]
+        v1 = flat[corners[side, 1, h]]
+        v2 = flat[corners[side, 2, h]]
+        at0[side] = cotangent_at(v0, v1, v2)
+        at1[side] = cotangent_at(v1, v0, v2)
+        a = v1 - v0
+        b = v2 - v0
+        area += wp.float64(0.5) * wp.abs(a[0] * b[1] - a[1] * b[0])
+    k = wp.vec4d(at1[0] + at1[1], at0[0] + at0[1], -at0[0] - at1[0], -at0[1] - at1[1])
+    weight = stiffness[h] / area
+    for i in range(4):
+        for j in range(4):
+            entries_out[16 * h + 4 * i + j] = weight * k[i] * k[j]

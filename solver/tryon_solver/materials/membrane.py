@@ -12,11 +12,9 @@ stiffnesses of Baraff and Witkin 1998, section 4. A stretch along u costs k_u ex
 
 from __future__ import annotations
 
-import numpy as np
-import scipy.sparse as sp
 import warp as wp
 
-from tryon_solver.geometry.garment import Garment
+from tryon_solver.materials.device import corner_gradients, sides, signed_area
 from tryon_solver.materials.principal import add_to_blocks, isotropic_hessian, principal_frame
 
 wp.set_module_options({"enable_backward": False})
@@ -138,10 +136,18 @@ def hessian_kernel(
     add_to_blocks(blocks_out, slots, t, face, g0, g1, g2, h_uu, h_uv, h_vv)
 
 
-def matrix(garment: Garment, k_u: np.ndarray, k_v: np.ndarray) -> sp.csr_matrix:
-    """(N, N) float64 N/m: sum over triangles of A (k_u g_u g_u^T + k_v g_v g_v^T); rows sum to zero."""
-    g, area = garment.corner_gradients(), garment.signed_areas()
-    entries = sum(
-        ((area * k)[:, None] * g[:, :, axis])[:, :, None] * g[:, None, :, axis] for axis, k in enumerate((k_u, k_v))
-    )
-    return garment.connectivity.triangle_sum.matrix(np.asarray(entries))
+@wp.kernel
+def matrix_kernel(
+    flat: wp.array(dtype=wp.vec2d), stiffness: wp.array(dtype=wp.vec2d), entries_out: wp.array(dtype=wp.float64)
+):
+    """N/m: each triangle's A (k_u g_u g_u^T + k_v g_v g_v^T), row by row; `stiffness` k_u, k_v."""
+    t = wp.tid()
+    a, b = sides(flat, t)
+    g0, g1, g2 = corner_gradients(a, b)
+    k_u = signed_area(a, b) * stiffness[t][0]
+    k_v = signed_area(a, b) * stiffness[t][1]
+    u = wp.vec3d(g0[0], g1[0], g2[0])
+    v = wp.vec3d(g0[1], g1[1], g2[1])
+    for i in range(3):
+        for j in range(3):
+            entries_out[9 * t + 3 * i + j] = k_u * u[i] * u[j] + k_v * v[i] * v[j]

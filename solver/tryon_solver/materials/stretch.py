@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
-from tryon_solver.geometry.garment import Garment
 from tryon_solver.linalg.read_back import read
+from tryon_solver.materials.device import RestShape
 
 wp.set_module_options({"enable_backward": False})
 
@@ -16,18 +16,19 @@ wp.set_module_options({"enable_backward": False})
 @wp.kernel
 def larger_kernel(
     faces: wp.array(dtype=wp.vec3i),
-    gradients: wp.array(dtype=wp.mat22),
+    gradients: wp.array2d(dtype=wp.vec2),
     x: wp.array(dtype=wp.vec3),
     stretch_out: wp.array(dtype=wp.float32),
 ):
     """sqrt of the larger eigenvalue of F^T F, F = sum_i x_i grad_i^T from the sides that leave corner 0."""
     t = wp.tid()
     v = faces[t]
-    g = gradients[t]
+    g = gradients[t, 1]
+    h = gradients[t, 2]
     side = x[v[1]] - x[v[0]]
     other = x[v[2]] - x[v[0]]
-    along = side * g[0, 0] + other * g[1, 0]
-    across = side * g[0, 1] + other * g[1, 1]
+    along = side * g[0] + other * h[0]
+    across = side * g[1] + other * h[1]
     half = 0.5 * (wp.dot(along, along) + wp.dot(across, across))
     difference = 0.5 * (wp.dot(along, along) - wp.dot(across, across))
     shear = wp.dot(along, across)
@@ -36,21 +37,15 @@ def larger_kernel(
 
 @dataclass(frozen=True)
 class StretchMeter:
-    """`faces` (F,) vec3i; `gradients` (F,) mat22 1/m: of the linear functions of corners 1 and 2, a row each."""
+    """Of the triangles at `rest`; `stretch` (F,) float32 is where the last measurement is."""
 
-    faces: wp.array
-    gradients: wp.array
+    rest: RestShape
     stretch: wp.array
 
     @staticmethod
-    def build(garment: Garment, device: str) -> StretchMeter:
-        """Rest quantities of the garment."""
-        gradients = garment.corner_gradients()[:, 1:].astype(np.float32)
-        return StretchMeter(
-            wp.array(garment.faces.astype(np.int32), dtype=wp.vec3i, device=device),
-            wp.array(gradients, dtype=wp.mat22, device=device),
-            wp.zeros(len(garment.faces), dtype=wp.float32, device=device),
-        )
+    def build(rest: RestShape) -> StretchMeter:
+        """With nothing measured yet."""
+        return StretchMeter(rest, wp.zeros(rest.face_count, dtype=wp.float32, device=rest.faces.device))
 
     def larger(self, x: wp.array) -> np.ndarray:
         """(F,) float32 larger principal stretch of each triangle at x (A,) m, the cloth's vertices first. Waits for the
@@ -60,6 +55,5 @@ class StretchMeter:
 
     def measure(self, x: wp.array) -> None:
         """The same, put into `stretch` (F,) float32 on the device."""
-        wp.launch(
-            larger_kernel, len(self.stretch), [self.faces, self.gradients, x], [self.stretch], device=x.device
-        )
+        triangles = [self.rest.faces, self.rest.gradients]
+        wp.launch(larger_kernel, len(self.stretch), [*triangles, x], [self.stretch], device=x.device)

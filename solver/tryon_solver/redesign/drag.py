@@ -76,9 +76,10 @@ class Drag:
 
 
 def begin_drag(mesh: PanelMesh, pattern: Pattern, xi: float) -> Drag:
-    """The start of a drag of the pattern, whose mesh this is in the pattern's own size; xi [m] as in `self_reach`.
+    """The start of a drag of the pattern, whose mesh this is in the pattern's own size.
 
-    Of a garment that is worn in another size, xi is its thickness over that size, and `in_size` makes what is worn.
+    xi [m] is the thickness of fabric that feels itself, as in `refuse_flat_triangles`; of a garment that is worn in
+    another size, its thickness over that size, and `in_size` makes what is worn.
     Raises ValueError for a mesh that is not the pattern's.
     """
     counts = [len(panel.edges) for panel in pattern.panels]

@@ -99,8 +99,8 @@ def elastic_gradient(sim: Simulation, x: wp.array, gradient_out: wp.array, corre
             sim.mass_per_dt2,
             x,
             state.x_hat,
-            sim.corner_start,
-            sim.corners,
+            sim.rest.starts,
+            sim.rest.corners,
             work.corner_gradient.flatten(),
         ],
         [gradient_out],
@@ -134,7 +134,7 @@ def add_contact_gradient(sim: Simulation, x_ref: wp.array, x: wp.array, gradient
 
 def system_product(sim: Simulation, p: wp.array, product_out: wp.array) -> None:
     """product = A p over the cloth, (N,) vec3; p (A,) vec3 moves the collision surface, too."""
-    rows, lanes = sim.stiffness, lanes_of(sim.device)
+    rows, lanes = sim.matrices.rows, lanes_of(sim.device)
     wp.launch(
         rows_product_kernel,
         shares_of(rows.row_count, lanes),
@@ -184,7 +184,7 @@ def invert_diagonal_blocks(sim: Simulation) -> None:
     wp.launch(
         start_blocks_kernel,
         sim.all_count,
-        [sim.stiffness_diagonal, work.diagonal, sim.cloth_count],
+        [sim.matrices.diagonal, work.diagonal, sim.cloth_count],
         [work.blocks],
         device=sim.device,
     )

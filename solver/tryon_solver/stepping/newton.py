@@ -36,7 +36,7 @@ def linearise(sim: Simulation) -> None:
     rows.blocks.zero_()
     for add_hessian in sim.stages.add_hessian:
         add_hessian(sim.state.x, rows)
-    sim.constant_stiffness.add_near(rows)
+    sim.matrices.near_far.add_near(rows)
     wp.launch(
         block_ell.diagonal_blocks_kernel,
         sim.all_count,
@@ -51,7 +51,7 @@ def linearise(sim: Simulation) -> None:
 
 def newton_matrix(sim: Simulation) -> PairedMatrix:
     """Hessian + contact + what vertices are held by, over cloth and collision surface [N/m], as it stands."""
-    rows, far, pairs = sim.hessian_rows, sim.constant_stiffness.far, sim.pairs
+    rows, far, pairs = sim.hessian_rows, sim.matrices.near_far.far, sim.pairs
     matrix = PairedMatrix()
     matrix.columns, matrix.blocks = rows.columns, rows.blocks
     matrix.far_columns, matrix.weights = far.columns, far.weights

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.linalg import lapack
 
 from tryon_solver.geometry.distinct import distinct
 from tryon_solver.geometry.garment import Garment
+from tryon_solver.linalg.dense_inverse import spd_inverse
 
 SPACINGS_ACROSS = 3  # a panel narrower than this many spacings gets a finer grid across
 FINEST_SPACING = 2.0  # mean edge lengths: finer grids have more bases than vertices to carry them
@@ -92,8 +92,4 @@ def reduced_matrix(basis: sp.csr_matrix, system: sp.csr_matrix) -> np.ndarray:
 
 def explicit_inverse(reduced: np.ndarray) -> np.ndarray:
     """float32 inverse of an SPD matrix by its float64 Cholesky factor. Raises numpy.linalg.LinAlgError when not SPD."""
-    factor, failed = lapack.dpotrf(np.asfortranarray(reduced), lower=1)
-    if failed:
-        raise np.linalg.LinAlgError(f"the reduced matrix is not positive definite (leading minor {failed})")
-    inverse, _ = lapack.dpotri(factor, lower=1, overwrite_c=1)
-    return np.ascontiguousarray(np.tril(inverse) + np.tril(inverse, -1).T, np.float32)
+    return spd_inverse(reduced).astype(np.float32)

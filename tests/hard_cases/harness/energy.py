@@ -16,8 +16,8 @@ from __future__ import annotations
 import numpy as np
 from contact_state import contact_gradient
 
+from tryon_solver.baselines.hinge_rows import hinge_rows
 from tryon_solver.contact import pairs
-from tryon_solver.materials import bending
 from tryon_solver.scene import Friction, Gravity, Pins, StrainLimit
 from tryon_solver.simulation import Simulation
 from tryon_solver.stepping.search import search_around
@@ -37,7 +37,9 @@ class EnergyMeter:
         self.pins = pins if isinstance(pins, Pins) else None
         friction = effects.get(Friction)
         self.friction = friction if isinstance(friction, Friction) else None
-        self.bending = bending.matrix(garment, np.array([fabric.k_bend for fabric in fabrics]))
+        self.hinges, self.hinge_rows, around = hinge_rows(garment)
+        k_bend = np.array([fabric.k_bend for fabric in fabrics])
+        self.bending = k_bend[garment.hinges()[:, 4:]].mean(axis=1) / around
         self.stiffness = np.array([(f.k_warp, f.k_weft, f.k_shear) for f in fabrics]).T
         self.limits = np.array([[f.strain_limit] for f in fabrics])
         self.gradients, self.area = garment.corner_gradients(), garment.signed_areas()
@@ -60,8 +62,8 @@ class EnergyMeter:
         along = np.column_stack([k_u - k_s, k_v - k_s])
         density = k_s * ((s - 1) ** 2).sum(1) + (along * stretch**2).sum(1)
         density += self.limit_stiffness * (np.maximum(s - self.limits, 0) ** 2).sum(1)
-        y = x - x.mean(0)
-        return 0.5 * float(self.area @ density) + 0.5 * float((y * (self.bending @ y)).sum())
+        bent = np.einsum("hk,hkd->hd", self.hinge_rows, x[self.hinges] - x[self.hinges[:, :1]])
+        return 0.5 * float(self.area @ density) + 0.5 * float(self.bending @ (bent * bent).sum(1))
 
     def contact(self) -> float:
         """J of the barrier, and of what sticks, at the solver's state."""

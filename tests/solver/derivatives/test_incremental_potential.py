@@ -67,7 +67,7 @@ def uv(sim):
 def cloth_energies(sim, state):
     """The potential's parts over the cloth, by name; x (..., N, 3). Projective dynamics leaves the strain limit out."""
     garment = sim.scene.garment
-    bending = next(c for c in sim.plan.contributions if c.name == "bending").stiffness.toarray()
+    bending = next(c for c in sim.plan.contributions if c.name == "bending").stiffness.matrix.matrix().toarray()
     a, b = STITCHES.T
     apart = (sim.scene.x_start[a] - sim.scene.x_start[b]).astype(np.float32).astype(np.float64)
     start = state["x_start"][: sim.cloth_count]

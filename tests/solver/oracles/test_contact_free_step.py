@@ -43,7 +43,7 @@ def system_matrix(sim):
     """(N, N) float64: what the solver's cycle descends with, assembled here from the plan."""
     diagonal = sim.mass / DT**2
     for part in sim.plan.stage("diagonal"):
-        diagonal = diagonal + part(DT)
+        diagonal = diagonal + part(DT, sim.area)
     return sp.csc_matrix(sim.stiffness_matrix + sp.diags(diagonal))
 
 
@@ -110,7 +110,7 @@ def elastic_gradient_of(sim):
     x_start = sim.state.x_start.numpy().astype(np.float64)
     effects = {type(e): e for e in sim.scene.effects}
     limit = effects.get(StrainLimit)
-    bending = next((c.stiffness for c in sim.plan.contributions if c.name == "bending"), None)
+    bending = next((c.stiffness.matrix.matrix() for c in sim.plan.contributions if c.name == "bending"), None)
     pins = effects.get(Pins)
 
     def gradient(x):
@@ -140,7 +140,7 @@ def energy_of(sim):
     parts = [reference.membrane(garment, cloth)]
     if StrainLimit in effects:
         parts.append(reference.strain_limit(garment, effects[StrainLimit].stiffness, cloth.strain_limit))
-    bending = next(c.stiffness for c in sim.plan.contributions if c.name == "bending")
+    bending = next(c.stiffness.matrix.matrix() for c in sim.plan.contributions if c.name == "bending")
 
     def energy(x):
         inertia = 0.5 / DT**2 * (sim.mass[:, None] * (x - x_hat) ** 2).sum()

@@ -7,7 +7,8 @@ import warp as wp
 from small_scenes import sheet
 
 from tryon_solver.linalg.block_ell import BlockRows
-from tryon_solver.linalg.near_far import Places, union
+from tryon_solver.linalg.device_matrix import DeviceMatrix, Summand, add_together, union
+from tryon_solver.linalg.near_far import Places
 
 
 @pytest.fixture
@@ -44,12 +45,24 @@ def dense(parts, rows):
     return off, on
 
 
+def split(places, pattern, matrix):
+    """The matrix, which has entries in the pattern alone, near and far; poisoned first."""
+    values = wp.full(pattern.nnz, np.nan, dtype=wp.float64, device="cpu")
+    add_together([Summand.over(pattern, DeviceMatrix.of(matrix, "cpu"), 1.0)], values)
+    parts = places.zeros()
+    parts.near.fill_(np.nan)
+    parts.far.weights.fill_(np.nan)
+    places.take(values, parts)
+    return parts
+
+
 def test_near_and_far_are_the_matrix(garment):
     rng = np.random.default_rng(5)
     one, other = of_flaps(garment, rng), of_flaps(garment, rng)
     rows = BlockRows.build(*garment.connectivity.pairs, "cpu")
-    places = Places.of(union([one, other]), rows)
-    parts = [places.split(matrix, "cpu") for matrix in (one, other)]
+    pattern = union([one, other], garment.vertex_count)
+    places = Places.of(pattern, rows)
+    parts = [split(places, pattern, matrix) for matrix in (one, other)]
     for matrix, part in zip((one, other), parts):
         off, on = dense(part, rows)
         wanted = matrix.toarray()
@@ -57,7 +70,7 @@ def test_near_and_far_are_the_matrix(garment):
         np.testing.assert_allclose(off, wanted - np.diag(np.diag(wanted)), atol=1e-6)
         assert np.abs(part.near.numpy()[:, 1:]).sum() > 1
         assert np.abs(part.far.weights.numpy()).sum() > 1
-    total = parts[0].like()
+    total = places.zeros()
     total.set_sum(parts[0], 3.0, parts[1])
     off, on = dense(total, rows)
     wanted = (one + 3 * other).toarray()
@@ -67,7 +80,7 @@ def test_near_and_far_are_the_matrix(garment):
 def test_no_neighbour_is_far_and_padding_stays_zero(garment):
     rows = BlockRows.build(*garment.connectivity.pairs, "cpu")
     matrix = of_flaps(garment, np.random.default_rng(6))
-    parts = Places.of(matrix, rows).split(matrix, "cpu")
+    parts = split(Places.of(matrix, rows), matrix, matrix)
     columns, far = rows.columns.numpy(), parts.far
     for i in range(garment.vertex_count):
         real = far.columns.numpy()[i] != i

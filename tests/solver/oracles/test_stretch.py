@@ -5,6 +5,7 @@ import pytest
 import warp as wp
 
 from tryon_solver.geometry.garment import Garment
+from tryon_solver.materials.device import RestShape
 from tryon_solver.materials.stretch import StretchMeter
 
 
@@ -22,7 +23,9 @@ def test_against_singular_values(device):
     placed[-3:] = np.column_stack([uv[-1], np.zeros(3)])  # the last one is as at rest
     faces = np.arange(3 * count).reshape(-1, 3)
     triangles = Garment(faces, uv, np.zeros(count, np.int32), 3 * count)  # which share nothing
-    meter = StretchMeter.build(triangles, device)
+    rest = RestShape.build(triangles, np.ones(count), device)
+    rest.take(uv)
+    meter = StretchMeter.build(rest)
     meter.stretch.fill_(np.nan)
     found = meter.larger(wp.array(placed, dtype=wp.vec3, device=device))
     sides = placed[triangles.faces].astype(np.float64)

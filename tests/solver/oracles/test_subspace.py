@@ -154,7 +154,7 @@ def test_first_direction_solves_the_reduced_system(sim, rng):
 def reduced_system(sim):
     diagonal = sim.mass / sim.dt**2
     for part in sim.plan.stage("diagonal"):
-        diagonal = diagonal + part(sim.dt)
+        diagonal = diagonal + part(sim.dt, sim.area)
     return reduced_matrix(sim.basis, sim.stiffness_matrix + sp.diags(diagonal))
 
 

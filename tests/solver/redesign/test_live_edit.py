@@ -73,7 +73,7 @@ def test_a_drag_is_followed_and_undone_to_the_last_bit(worn):
     sim, edit = worn.sim, worn.edit
     for _ in range(5):
         worn.advance()
-    inverse, weights = sim.search.inverse.numpy().copy(), sim.stiffness.weights.numpy().copy()
+    inverse, weights = sim.search.inverse.numpy().copy(), sim.matrices.rows.weights.numpy().copy()
     corners, hem = sim.scene.garment.uv_corners.copy(), sim.cloth_positions()[:, 1].min()
     fastest = 0.0
     for k in range(1, 21):
@@ -92,7 +92,7 @@ def test_a_drag_is_followed_and_undone_to_the_last_bit(worn):
     assert edit.want(pattern_with()) is None
     edit.finish()
     np.testing.assert_array_equal(sim.scene.garment.uv_corners, corners)
-    np.testing.assert_array_equal(sim.stiffness.weights.numpy(), weights)
+    np.testing.assert_array_equal(sim.matrices.rows.weights.numpy(), weights)
     np.testing.assert_array_equal(sim.search.inverse.numpy(), inverse)
     for _ in range(10):
         worn.advance()

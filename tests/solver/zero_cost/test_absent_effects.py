@@ -55,7 +55,7 @@ def test_worn_scene_pays_for_all_of_them():
         assert parts["imported"], effect
         assert parts["loaded"], effect
         assert parts["launched"], effect
-    for effect in ("Friction", "StrainLimit", "AirDrag"):
+    for effect in ("Friction", "StrainLimit"):
         assert parts_of(cost, MODULE[effect])["allocated_in"], effect
 
 

@@ -17,13 +17,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from tryon_solver.baselines.hinge_rows import hinge_rows
 from tryon_solver.baselines.newton_ipc.discrete import Discrete
 from tryon_solver.baselines.newton_ipc.march import Motion, Reference
 from tryon_solver.baselines.newton_ipc.search import Search
 from tryon_solver.baselines.positional_contact import project_contacts
 from tryon_solver.baselines.xpbd.colours import colours
 from tryon_solver.body.pose import Pose
-from tryon_solver.materials.bending import hinge_rows
 from tryon_solver.scene import Scene
 from tryon_solver.settings import Settings
 

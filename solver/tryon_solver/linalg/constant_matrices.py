@@ -1,0 +1,73 @@
+"""The constant matrices of a step in the forms in which it multiplies by them, all over one pattern.
+
+Where each entry goes is found once. When the garment gets another shape the matrices they are made of have other
+entries, and `fill` writes them over the old ones: what works with the forms, recorded graphs among it, need not know.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import warp as wp
+
+from tryon_solver.linalg.block_ell import BlockRows
+from tryon_solver.linalg.device_matrix import DeviceMatrix, Summand, add_together, union
+from tryon_solver.linalg.ell import EllMatrix, entry_places
+from tryon_solver.linalg.near_far import NearFar, Places, take
+
+
+@dataclass(frozen=True)
+class Term:
+    """`scale` times a matrix (N, N). `exact`: it is the Hessian of what it stands for; `rate`: of a force proportional
+    to velocity [N s/m], which is none of the stiffness."""
+
+    matrix: DeviceMatrix
+    scale: float = 1.0
+    exact: bool = False
+    rate: bool = False
+
+
+class ConstantMatrices:
+    """Of the terms' sums over `count` vertices, with the blocks of `rows`.
+
+    `total` is the stiffness [N/m], `rows` it in float32 rows and `diagonal` (N,) float32 its diagonal; `near_far` the
+    correction's: what is exact, with the rates over the time step.
+    """
+
+    def __init__(self, terms: Sequence[Term], rows: BlockRows, count: int, device: str) -> None:
+        pattern = union([term.matrix.pattern for term in terms], count)
+        summands = [(term, Summand.over(pattern, term.matrix, term.scale)) for term in terms]
+        self._all = [summand for term, summand in summands if not term.rate]
+        self._exact = [summand for term, summand in summands if term.exact]
+        self._rates = [summand for term, summand in summands if term.rate]
+        self.total = DeviceMatrix(pattern, wp.zeros(pattern.nnz, dtype=wp.float64, device=device))
+        self._scratch = wp.zeros_like(self.total.values)
+        columns, places = entry_places(pattern)
+        self.rows = EllMatrix.of_columns(columns, device)
+        self._places: wp.array = wp.array(places, dtype=wp.int32, device=device)
+        on_diagonal = np.where(columns == np.arange(count)[:, None], places, -1).max(axis=1)
+        self._on_diagonal: wp.array = wp.array(on_diagonal[:, None], dtype=wp.int32, device=device)
+        self.diagonal = wp.zeros(count, dtype=wp.float32, device=device)
+        self._split = Places.of(pattern, rows)
+        self._at_rest = self._split.zeros()
+        self._rate = self._split.zeros() if self._rates else None
+        self.near_far: NearFar = self._at_rest if self._rate is None else self._split.zeros()
+        self.fill()
+
+    def fill(self) -> None:
+        """Take up the terms' entries as they are now; `set_time_step` comes next."""
+        add_together(self._exact, self._scratch)
+        self._split.take(self._scratch, self._at_rest)
+        if self._rate is not None:
+            add_together(self._rates, self._scratch)
+            self._split.take(self._scratch, self._rate)
+        add_together(self._all, self.total.values)
+        take(self.total.values, self._places, self.rows.weights)
+        take(self.total.values, self._on_diagonal, self.diagonal.reshape((-1, 1)))
+
+    def set_time_step(self, dt: float) -> None:
+        """Let `near_far` be that of steps of dt [s]."""
+        if self._rate is not None:
+            self.near_far.set_sum(self._at_rest, 1.0 / dt, self._rate)
