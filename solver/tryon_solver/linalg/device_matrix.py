@@ -71,15 +71,18 @@ class Summand:
 
     @staticmethod
     def over(pattern: sp.csr_matrix, matrix: DeviceMatrix, scale: float) -> Summand:
-        """Raises ValueError where the matrix may have entries that `pattern` has no place for."""
-        count = pattern.nnz
-        numbers = sp.csr_matrix((np.arange(1, count + 1), pattern.indices, pattern.indptr), shape=pattern.shape)
-        own = matrix.pattern
-        rows = np.repeat(np.arange(own.shape[0]), np.diff(own.indptr))
-        places = np.asarray(numbers[rows, own.indices]).ravel() - 1
-        if (places < 0).any():
+        """`pattern` has sorted columns. ValueError: the matrix may have entries that it has no place for."""
+        wide, own = entry_keys(pattern), entry_keys(matrix.pattern)
+        places = np.searchsorted(wide, own)
+        if (np.append(wide, -1)[places] != own).any():
             raise ValueError("the matrix may have entries where the sum's pattern has none")
         return Summand(matrix, scale, wp.array(places, dtype=wp.int32, device=matrix.values.device))
+
+
+def entry_keys(pattern: sp.csr_matrix) -> np.ndarray:
+    """(nnz,) int64 a number of each entry's own, by its row and column; rising where the rows' columns are sorted."""
+    rows = np.repeat(np.arange(pattern.shape[0], dtype=np.int64), np.diff(pattern.indptr))
+    return rows * pattern.shape[1] + pattern.indices
 
 
 def add_together(summands: Sequence[Summand], values_out: wp.array) -> None:
