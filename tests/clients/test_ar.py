@@ -69,6 +69,7 @@ def share_of_red(page) -> float:
     return float(red.mean())
 
 
+@pytest.mark.long
 def test_the_clips_body_drives_the_garment_in_ar_and_the_page_takes_over_again(chromium, mannequin):
     from mannequin import tracked_clip
 

@@ -145,7 +145,7 @@ def server(tmp_path_factory):
     server.kill()
 
 
-@pytest.mark.parametrize("convention", ["webxr", "model-local"])
+@pytest.mark.parametrize("convention", ["webxr", pytest.param("model-local", marks=pytest.mark.long)])
 def test_the_command_streams_a_motion_and_prints_the_ages(server, capsys, convention):
     options = ["--server", server.url, "--seconds", "6", "--motion", "squat", "--convention", convention]
     assert main(["headset-sim", *options, "--rate", "30", "--lost-percent", "5"]) == 0

@@ -205,6 +205,7 @@ def test_advice_is_shown_as_long_as_it_is_given(page):
     page.wait_for_selector("#advice", state="hidden")
 
 
+@pytest.mark.long
 def test_open_figures_leave_the_middle_of_the_picture_free(chromium, studio):
     page = open_page(chromium, studio.url, 1280, 800)
     wait_for_state(page, "running")
@@ -306,6 +307,7 @@ def test_a_wearer_ten_kilometres_away_is_shown_as_sharply_as_one_here(chromium, 
     assert colours_there == pytest.approx(colours_here, rel=0.2)
 
 
+@pytest.mark.long
 def test_an_ended_session_says_so_and_can_be_started_again(chromium, studio):
     page = open_page(chromium, studio.url)
     wait_for_state(page, "running")

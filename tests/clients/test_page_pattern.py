@@ -388,6 +388,7 @@ def test_nothing_that_a_server_says_breaks_the_page(page, tailor):
         page.wait_for_selector("#pattern-sheet .piece >> nth=1")
 
 
+@pytest.mark.long
 def test_a_garment_that_is_a_mesh_has_no_pattern(chromium, tailor):
     tailor.pattern = None
     page = open_page(chromium, tailor.url, 1280, 800)
@@ -399,7 +400,8 @@ def test_a_garment_that_is_a_mesh_has_no_pattern(chromium, tailor):
 
 
 @pytest.mark.parametrize(
-    ("width", "height"), [(1280, 800), pytest.param(1000, 700, marks=pytest.mark.long), (360, 740)]
+    ("width", "height"),
+    [*(pytest.param(*size, marks=pytest.mark.long) for size in ((1280, 800), (1000, 700))), (360, 740)],
 )
 def test_the_pattern_finds_room_in_any_window(chromium, tailor, width, height):
     tailor.pattern = design()

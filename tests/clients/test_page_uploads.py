@@ -82,6 +82,7 @@ def test_a_motion_is_played_and_the_page_says_how_it_was_read(page, studio):
     page.wait_for_function("() => document.querySelector('#motions input:checked').value === 'walk'")
 
 
+@pytest.mark.long
 def test_a_motion_that_is_cut_off_is_refused_with_its_line_and_can_be_told_its_unit(page, studio):
     text = WALK.read_text()
     choose(page, "#motion-file", "half.bvh", text[: len(text) * 2 // 3].encode())
@@ -213,6 +214,7 @@ def test_a_garment_that_was_added_can_be_removed_after_one_is_asked(page, studio
     assert session(page, studio)["garment"] == "tshirt", "something else is worn instead"
 
 
+@pytest.mark.long
 def test_a_motion_and_a_body_that_were_added_can_be_removed(page, studio):
     choose(page, "#motion-file", "long_gone.bvh", WALK.read_bytes() + b"\n")
     page.wait_for_selector("#notice-title:has-text('How long_gone.bvh was read')")
@@ -233,6 +235,7 @@ def test_a_motion_and_a_body_that_were_added_can_be_removed(page, studio):
     assert (now["body"], now["motion"]) == (None, "walk")
 
 
+@pytest.mark.long
 def test_what_somebody_else_removed_is_not_offered_for_long(page, studio):
     with another_session(page):
         choose(page, "#pattern-file", "shared.json", json.dumps(pattern(64.0)).encode())
@@ -251,6 +254,7 @@ def test_what_somebody_else_removed_is_not_offered_for_long(page, studio):
     assert session(page, studio)["garment"] == "tshirt"
 
 
+@pytest.mark.long
 def test_what_is_dropped_is_told_apart_by_its_ending(page):
     drop = """([name, content]) => {
         const data = new DataTransfer();

@@ -11,6 +11,7 @@ from scenes import SCENES, named
 QUIET = {"tell": lambda _text: None}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("solver", ["xpbd", "chebyshev"])
 def test_a_case_is_played_and_judged_by_another_solver(solver):
     ask = Ask(vertices=60, seconds=0.2)

@@ -5,11 +5,34 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from harness import wearer
+from harness.changing_room import hung
 from harness.scene import Ask
 
 ASK = Ask(150)
 
 
+def test_what_hangs_there_is_taken_for_what_is_asked_for_alike_and_for_nothing_else(tmp_path):
+    made = []
+
+    def dress():
+        made.append(np.float32([[len(made), 0, 0]]))
+        return made[-1], 2 * made[-1]
+
+    for folder, what, which in (
+        (tmp_path, ("tshirt", 150), 0),
+        (tmp_path, ("tshirt", 150), 0),
+        (tmp_path, ("tshirt", 200), 1),
+        (tmp_path, ("tshirt", 150), 0),
+        (None, ("tshirt", 150), 2),
+        (None, ("tshirt", 150), 3),
+    ):
+        cloth, surface = hung(folder, what, dress)
+        np.testing.assert_array_equal(cloth, made[which])
+        np.testing.assert_array_equal(surface, 2 * made[which])
+    assert len(made) == 4
+
+
+@pytest.mark.long
 def test_the_second_case_puts_on_what_the_first_has_dressed(tmp_path, monkeypatch):
     alone = wearer.put_on(ASK, "tshirt")
     together = replace(ASK, dressed=tmp_path / "dressed")

@@ -14,7 +14,7 @@ from tryon_solver.settings import PRESETS
 
 VERTICES = 150
 TO_REST = 2.6  # s: long enough for all that is asked of rest
-WINDOWS = {"swept_by_plate": 0.4, "at_100m": 0.4}
+WINDOW = 0.4  # s
 
 
 def played(name, seconds, preset="live"):
@@ -25,7 +25,9 @@ def played(name, seconds, preset="live"):
     return result
 
 
-@pytest.mark.parametrize("name", ["zero_gravity", "corner", pytest.param("buffers_of_16", marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "name", ["zero_gravity", *(pytest.param(name, marks=pytest.mark.long) for name in ("corner", "buffers_of_16"))]
+)
 def test_a_hard_case_and_the_rest_after_it(name):
     result = played(name, TO_REST)
     assert [b["line"] for b in result["broken"]] == []
@@ -34,9 +36,9 @@ def test_a_hard_case_and_the_rest_after_it(name):
     assert result["trembling"] is not None
 
 
-@pytest.mark.parametrize("name", WINDOWS)
+@pytest.mark.parametrize("name", ["swept_by_plate", pytest.param("at_100m", marks=pytest.mark.long)])
 def test_short_window_of_a_hard_case(name):
-    result = played(name, WINDOWS[name])
+    result = played(name, WINDOW)
     assert [b["limit"] for b in result["broken"]] == [UNASKED]
     assert result["asked"] == result["frames"] + 1
 

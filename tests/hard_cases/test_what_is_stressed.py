@@ -24,6 +24,7 @@ def test_clasped_hands_and_forearms_meet_before_the_belly(bones):
     assert left[:, 2].mean() > BODY.rest_joints[0, 2]
 
 
+@pytest.mark.long
 def test_sleeves_are_led_into_each_other():
     """Past the middle: what the sleeves cover of one arm lies where the other's lies, as in a mirror."""
     cloth = named("arms_through_each_other").set_up(Ask(150)).sim.cloth_positions()
@@ -33,6 +34,7 @@ def test_sleeves_are_led_into_each_other():
     assert skin(ARMS_CROSSED, *bones)[covered][:, 0].min() < -0.01
 
 
+@pytest.mark.long
 def test_the_hem_of_the_long_skirt_is_at_the_ankles():
     x = named("heavy_long_skirt").set_up(Ask(300)).sim.cloth_positions()
     assert 0.02 < x[:, 1].min() < 0.12

@@ -47,6 +47,7 @@ def test_the_whole_proof_has_every_scene_of_the_reference_and_the_long_run(tmp_p
         assert all((ROOT / file).is_file() for file in files)
 
 
+@pytest.mark.long
 def test_a_strangers_body_and_the_bones_that_moved_it_keep_the_same_time(tmp_path):
     """At times of the file's frames and between them: the mesh is the skin over those bones."""
     body = default_body()

@@ -131,7 +131,7 @@ def test_simulate_records_a_garment_on_a_body_of_ones_own(folder):
         (["--body", "{}/open.obj"], ["not closed"]),
         (["--body", "{}/large.ply"], ["large.ply", "286 MiB", "Reduce it"]),
         (["--body", "{}/bomb.npz"], ["bomb.npz", "114 MiB", "Reduce it"]),
-        (["--body", "{}/fine.ply"], ["fine.ply", "163842 vertices", "Reduce it"]),
+        pytest.param(["--body", "{}/fine.ply"], ["fine.ply", "163842 vertices", "Reduce it"], marks=pytest.mark.long),
         (["--fps", "5"], ["too few", "11"]),
         (["--edge-length", "1e-9"], ["edge length"]),
         (["--size", "9"], ["9 is no size", "0.5 to 2"]),

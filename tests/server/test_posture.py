@@ -78,12 +78,16 @@ def told(body: BodyModel, phases, stream: int = 1, posture: Posture | None = Non
         (smpl([0.3, 0.0, -0.2]), "off_floor", "off_floor", ["under the floor", "root-relative"]),  # about its root
         (smpl([0.3, 2.2, -0.2]), "off_floor", "off_floor", ["over the floor"]),
         (smpl([1.1, -0.4, STANDING], about(X, 90.0)), "lying", "z_up", ["Z is up", "(x, z, -y)"]),  # AMASS
-        (smpl([1.1, 0.3, STANDING], about(X, 130.0), 40.0), "lying", "z_up", ["Z is up"]),  # bent forward
+        pytest.param(
+            smpl([1.1, 0.3, STANDING], about(X, 130.0), 40.0), "lying", "z_up", ["Z is up"], marks=pytest.mark.long
+        ),  # bent forward
         (smpl([1.1, 0.1, -2.0], about(X, -90.0)), "lying", "lying", ["Y up", "who lies need do nothing"]),
-        (smpl([0.0, 0.0, 0.0], about(X, 90.0)), "lying", "lying", ["Y up"]),  # Z up, and about its root
+        pytest.param(
+            smpl([0.0, 0.0, 0.0], about(X, 90.0)), "lying", "lying", ["Y up"], marks=pytest.mark.long
+        ),  # Z up, and about its root
         (smpl([0.0, STANDING, 0.0], about(X, 180.0)), "upside_down", "upside_down", ["Y up"]),
         (each([1.0, 0.0, 0.0, 0.0]), "contorted", "contorted", ["by 180 degrees", "by 0 if", "Send x, y, z, w"]),
-        (people(w_first=True), "contorted", "contorted", ["Send x, y, z, w"]),
+        pytest.param(people(w_first=True), "contorted", "contorted", ["Send x, y, z, w"], marks=pytest.mark.long),
         (each([0.0, 1.0, 0.0, 0.0]), "contorted", "contorted", ["as nobody's are", "relative to its parent"]),
         (head(0.0), "off_floor", "off_floor", ["local-floor"]),  # WebXR's space `local`
     ],
@@ -109,15 +113,17 @@ def test_another_sender_is_told_for_itself(body):
 @pytest.mark.parametrize(
     "phases",
     [
-        [(20.0, smpl([0.0, STANDING, 0.0]))],
+        pytest.param([(20.0, smpl([0.0, STANDING, 0.0]))], marks=pytest.mark.long),
         [(20.0, people())],
         [(0.6, each([1.0, 0.0, 0.0, 0.0])), (20.0, people())],
         [(20.0, head(1.62))],
         [(20.0, head(0.78))],  # sits on the floor
-        [(20.0, smpl([0.0, 0.1, 0.85], about(Y, 180.0), 90.0))],  # the same, feet ahead at z = 0
+        pytest.param(
+            [(20.0, smpl([0.0, 0.1, 0.85], about(Y, 180.0), 90.0))], marks=pytest.mark.long
+        ),  # the same, feet ahead at z = 0
         [(20.0, smpl([0.0, STANDING, 0.0], about(X, 70.0), 70.0))],  # bent forward
         [(3.0, smpl([0.0, STANDING, 0.0])), (1.0, smpl([0.0, 2.0, 0.0])), (5.0, smpl([0.0, STANDING, 0.0]))],  # leaps
-        [(20.0, smpl([0.0, 1.3, 0.0]))],  # stands on a chair
+        pytest.param([(20.0, smpl([0.0, 1.3, 0.0]))], marks=pytest.mark.long),  # stands on a chair
         [(9.0, smpl([0.0, 0.12, -0.4], about(X, -90.0))), (9.0, smpl([0.0, STANDING, 0.0]))],  # lies for a while
         [(1.0, smpl([0.0, STANDING, 0.0], about(X, angle))) for angle in (0.0, 90.0, 180.0, 270.0)],  # a cartwheel
     ],

@@ -107,6 +107,7 @@ def test_a_size_that_is_looked_for_is_told_as_it_is_tried_and_hung_up_for_the_ne
     assert production.build_drape(order, lambda *_: None).outfit.size == 1.0
 
 
+@pytest.mark.long
 def test_another_size_is_another_garment(order):
     """In the wardrobe, too: what hung there in the pattern's own size is not taken for it."""
     own, small = (production.build_drape(replace(order, size=size), lambda *_: None) for size in (1.0, 0.9))
@@ -116,7 +117,11 @@ def test_another_size_is_another_garment(order):
 
 @pytest.mark.parametrize(
     ("crumpled", "freed", "worn"),
-    [([True, False], False, True), ([True, True], True, True), ([True, True], False, False)],
+    [
+        pytest.param([True, False], False, True, marks=pytest.mark.long),
+        pytest.param([True, True], True, True, marks=pytest.mark.long),
+        ([True, True], False, False),
+    ],
     ids=["sewn-once-more", "freed", "refused"],
 )
 def test_what_is_crumpled_at_a_seam_is_sewn_once_more_then_freed(order, monkeypatch, crumpled, freed, worn):
@@ -222,7 +227,7 @@ def test_a_piece_that_does_not_fit_is_named_with_what_to_do_about_it(order, monk
     assert "finds no place" in problem.message
 
 
-@pytest.mark.parametrize("ending", ["ply", "npz"])
+@pytest.mark.parametrize("ending", ["ply", pytest.param("npz", marks=pytest.mark.long)])
 @pytest.mark.parametrize(("scale", "size", "told"), [(0.6, 1.0, True), (0.6, 1.1, False), (0.9, 1.0, False)])
 def test_a_garment_refused_by_a_child_says_that_it_is_one(order, monkeypatch, tmp_path, scale, size, told, ending):
     def too_wide(*_, **__):
@@ -256,6 +261,7 @@ def published(drape, poses):
     return np.stack(frames)
 
 
+@pytest.mark.long
 def test_a_wearer_ten_kilometres_away_wears_the_same(order):
     """From dressing on: relative to the root, the cloth of both is the same to within the grid of the wire."""
     away = np.array([10_000.0, 0.0, 10_000.0])

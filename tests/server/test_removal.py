@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import patterns
+import pytest
 from asking import refused
 from live_server import LiveServer
 
@@ -122,6 +123,7 @@ def test_a_body_that_is_removed_stays_under_its_garment(live):
     assert gone_soon(file_of(live, content))
 
 
+@pytest.mark.long
 def test_a_session_that_can_not_be_opened_holds_nothing(live):
     """A garment on a body whose file is lost is asked for; then both are removed."""
     content, lost = patterns.as_bytes(patterns.tube(62.0, 42.0)), moving_body()

@@ -101,7 +101,7 @@ def test_poses_of_a_client_are_solved_for_and_bad_ones_are_answered(live):
     run(scenario())
 
 
-@pytest.mark.parametrize("code", [1000, 1001, None])
+@pytest.mark.parametrize("code", [1000, pytest.param(1001, marks=pytest.mark.long), None])
 def test_poses_of_a_client_that_closed_its_connection_give_way_at_once_and_of_one_that_broke_do_not(live, code):
     """``code`` of the close frame; None: the connection is cut off without any."""
 

@@ -113,6 +113,7 @@ def test_a_motion_is_kept_by_content_and_says_how_it_was_read(live):
     assert [entry["name"] for entry in live.http.get("/api/motions").json()] == ["sway"]
 
 
+@pytest.mark.long
 def test_the_unit_of_a_motion_is_found_and_can_be_told_where_that_is_wrong(live):
     """A child of 70 cm is taken for a grown-up in inches, which is said, unless it is told."""
     child = scaled(WALK, 0.42)
@@ -201,6 +202,7 @@ def tilted(text: str, degrees: float) -> str:
     return "\n".join([head + joints + "}", "MOTION", said, rate, *turned]) + "\n"
 
 
+@pytest.mark.long
 def test_a_motion_that_leans_as_a_whole_is_told_to_be_tilted(live):
     notes = {}
     for degrees in (0.0, 25.0, 90.0):
@@ -218,6 +220,7 @@ def test_a_motion_that_leans_as_a_whole_is_told_to_be_tilted(live):
     assert "lean" not in notes[90.0]
 
 
+@pytest.mark.long
 def test_a_motion_whose_left_is_named_right_is_told(live):
     swapped = WALK.replace("Left", "?").replace("Right", "Left").replace("?", "Right")
     found = post(live, "motions", swapped).json()["found"]
@@ -248,14 +251,36 @@ MOTION_FAULTS = {
 }
 
 
+def some_of(names, quick: set[str]):
+    """Each name; all but the quick ones are long tests."""
+    return [pytest.param(name, marks=[] if name in quick else pytest.mark.long) for name in names]
+
+
+def check_motion_fault(name: str, place: str, message: str, remedy: str) -> None:
+    _, where, says = MOTION_FAULTS[name]
+    assert place.startswith(where)
+    assert says in message
+    assert "xport the motion again" in remedy
+    assert "unit" not in remedy
+
+
 @pytest.mark.parametrize("name", MOTION_FAULTS)
+def test_what_a_motion_that_can_not_be_read_is_told(name):
+    """As its check says it, without a server around it."""
+    content = MOTION_FAULTS[name][0]
+    reply = check(content if isinstance(content, bytes) else content.encode(), Telling(kind="motion", name="mine"))
+    assert reply.problem is not None
+    assert (reply.status, reply.problem.code) == (422, "motion.invalid")
+    check_motion_fault(name, reply.problem.place, reply.problem.message, reply.problem.remedy)
+
+
+@pytest.mark.parametrize("name", some_of(MOTION_FAULTS, {"nothing", "cut off in a frame"}))
 def test_a_motion_that_can_not_be_read_is_refused_with_the_line(live, name):
-    content, place, says = MOTION_FAULTS[name]
-    body = refused(post(live, "motions", content), 422, "motion.invalid")
-    assert body["place"].startswith(place)
-    assert says in body["message"]
-    assert "xport the motion again" in body["remedy"]
-    assert "unit" not in body["remedy"]
+    body = refused(post(live, "motions", MOTION_FAULTS[name][0]), 422, "motion.invalid")
+    check_motion_fault(name, body["place"], body["message"], body["remedy"])
+    assert live.http.get("/api/motions").json()[1:] == [
+        entry for entry in live.http.get("/api/motions").json() if entry["found"]
+    ]
     assert live.http.get("/api/motions").json()[1:] == [
         entry for entry in live.http.get("/api/motions").json() if entry["found"]
     ]
@@ -340,6 +365,7 @@ def test_a_body_is_kept_and_wears_a_garment_as_it_moves(live):
     refused(live.http.post("/api/sessions", json={"garment": "tube", "body": body["id"]}), 404, "body.unknown")
 
 
+@pytest.mark.long
 def test_frames_of_centimetres_with_z_up_come_in_an_archive(live):
     vertices, faces = frames(11)
     strange = 100.0 * np.stack([vertices[..., 0], -vertices[..., 2], vertices[..., 1]], axis=-1)
@@ -351,6 +377,7 @@ def test_frames_of_centimetres_with_z_up_come_in_an_archive(live):
     live.http.delete(f"/api/bodies/{body['id']}")
 
 
+@pytest.mark.long
 def test_a_glb_with_a_skin_that_is_open_says_so(live, tmp_path):
     script = runpy.run_path(str(ROOT / "scripts" / "make_strangers.py"))
     script["write_squat"](tmp_path / "squat.glb", default_body(), 0.2)
@@ -360,8 +387,9 @@ def test_a_glb_with_a_skin_that_is_open_says_so(live, tmp_path):
     live.http.delete(f"/api/bodies/{body['id']}")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("told", [{}, {"up": "x"}])
-def test_a_body_may_have_x_up_a_garment_by_itself_may_not(live, told):
+def test_a_body_may_have_x_up(live, told):
     vertices, faces = frames(2)
     body = post(live, "bodies", npz(vertices[..., [1, 2, 0]], faces), "lying", **told).json()
     assert body["notes"][0].startswith("units and axes: m, X up")
@@ -373,9 +401,13 @@ def test_a_body_may_have_x_up_a_garment_by_itself_may_not(live, told):
     wrong = refused(along_up, 422, "body.unusable")
     assert "it can't face along x, as told: x is up" in wrong["message"]
     assert wrong["remedy"] == "Say another axis with facing, or which one is up with up"
-    assert refused(post(live, "bodies", b"", facing="w"), 422, "request.invalid")["place"] == "facing"
     for one in (body, faced):
         live.http.delete(f"/api/bodies/{one['id']}")
+
+
+def test_axes_that_are_none_of_a_bodys_or_of_a_garments_are_refused(live):
+    assert refused(post(live, "bodies", b"", facing="w"), 422, "request.invalid")["place"] == "facing"
+    assert refused(post(live, "bodies", b"", up="w"), 422, "request.invalid")["place"] == "up"
     assert refused(post(live, "garments", b"v 0 0 0", up="x"), 422, "request.invalid")["place"] == "up"
 
 
@@ -395,6 +427,7 @@ def animated(names: tuple[str, ...]) -> bytes:
     return struct.pack("<4sIIII", b"glTF", 2, 20 + len(text) + len(rest), len(text), 0x4E4F534A) + text + rest
 
 
+@pytest.mark.long
 def test_one_of_several_animations_is_chosen_by_name_and_goes_with_the_body_into_a_session(live):
     content = animated(("idle", "squat"))
     first = post(live, "bodies", content, "Actor").json()
@@ -473,13 +506,25 @@ BAD_BODIES = {
 }
 
 
-@pytest.mark.parametrize("name", BAD_BODIES)
+def check_bad_body(name: str, place: str, message: str, remedy: str) -> None:
+    assert BAD_BODIES[name][1] in message
+    assert place == "body"
+    assert "--" not in remedy, "options of the command mean nothing here"
+
+
+@pytest.mark.parametrize("name", some_of(BAD_BODIES, BAD_BODIES.keys() - {"a bomb"}))
+def test_what_a_body_that_can_not_be_worn_on_is_told(name):
+    """As its check says it, without a server around it."""
+    reply = check(BAD_BODIES[name][0](), Telling(kind="body", name="mine"))
+    assert reply.problem is not None
+    assert (reply.status, reply.problem.code) == (422, "body.unusable")
+    check_bad_body(name, reply.problem.place, reply.problem.message, reply.problem.remedy)
+
+
+@pytest.mark.parametrize("name", some_of(BAD_BODIES, {"NaN", "a way out", "half a glb"}))
 def test_a_body_that_can_not_be_worn_on_is_refused_and_the_server_goes_on(live, name):
-    make, says = BAD_BODIES[name]
-    body = refused(post(live, "bodies", make()), 422, "body.unusable")
-    assert says in body["message"]
-    assert body["place"] == "body"
-    assert "--" not in body["remedy"], "options of the command mean nothing here"
+    body = refused(post(live, "bodies", BAD_BODIES[name][0]()), 422, "body.unusable")
+    check_bad_body(name, body["place"], body["message"], body["remedy"])
     assert live.http.get("/api/bodies").json() == []
     assert live.http.get("/api/health").json()["status"] == "ok"
 

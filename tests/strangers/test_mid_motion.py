@@ -23,6 +23,7 @@ def order(body, size=1.0):
     return DrapeOrder(SHIRT, "cotton_jersey", "draft", "cpu", body=body, edge_length=0.03, size=size)
 
 
+@pytest.mark.long
 def test_who_is_recorded_in_mid_stride_is_dressed_where_the_arms_are_apart_and_begins_in_mid_stride(tmp_path):
     frames = held.led(held.mid_stride(), held.A_POSE, seconds=0.8, fps=FPS)
     path = held.saved(tmp_path / "walks.npz", frames, FPS)
@@ -45,6 +46,7 @@ def test_who_is_recorded_in_mid_stride_is_dressed_where_the_arms_are_apart_and_b
     assert max(report["body_lag"] for report in recording.reports) < 0.02
 
 
+@pytest.mark.long
 def test_a_size_is_not_looked_for_on_who_keeps_the_arms_crossed(tmp_path, monkeypatch):
     path = held.saved(tmp_path / "crossed.npz", np.array([held.skin(held.BODY, held.CROSSED)] * 3, np.float32), FPS)
     tried = []

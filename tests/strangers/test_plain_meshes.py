@@ -24,7 +24,7 @@ def written(path, scale=1.0, up="y", without=0):
     return path
 
 
-@pytest.mark.parametrize("ending", ["stl", "ply"])
+@pytest.mark.parametrize("ending", [pytest.param("stl", marks=pytest.mark.long), "ply"])
 def test_what_a_scanner_writes_is_a_human_in_millimetres_with_z_up(tmp_path, ending):
     body = load_moving_mesh(written(tmp_path / f"scan.{ending}", 1000.0, "z"), MeshReading())
     assert body is not None
@@ -33,7 +33,7 @@ def test_what_a_scanner_writes_is_a_human_in_millimetres_with_z_up(tmp_path, end
     np.testing.assert_allclose(np.ptp(body.sequence.rest_vertices, axis=0)[1], HEIGHT, rtol=1e-3)
 
 
-@pytest.mark.parametrize("ending", ["stl", "ply"])
+@pytest.mark.parametrize("ending", [pytest.param("stl", marks=pytest.mark.long), "ply"])
 def test_an_open_one_is_mended_as_an_obj_is(tmp_path, ending):
     """In metres with Y up, too, where a closed one is read as it is."""
     body = load_moving_mesh(written(tmp_path / f"scan.{ending}", without=1), MeshReading())
@@ -57,7 +57,7 @@ def test_what_is_told_of_it_counts(tmp_path):
     assert np.ptp(lying.sequence.rest_vertices, axis=0)[2] == pytest.approx(HEIGHT, rel=1e-3)
 
 
-@pytest.mark.parametrize("ending", ["stl", "ply", "ascii"])
+@pytest.mark.parametrize("ending", [pytest.param("stl", marks=pytest.mark.long), "ply", "ascii"])
 def test_an_upload_of_one_is_known_by_its_content(tmp_path, ending):
     path = written(tmp_path / f"scan.{'stl' if ending == 'ascii' else ending}", 1000.0, "z")
     if ending == "ascii":
@@ -116,7 +116,15 @@ def test_an_upload_is_called_by_its_name_and_never_by_where_it_was_put(monkeypat
         assert "odd: 'points.ply'" in reply.problem.message
 
 
-@pytest.mark.parametrize(("ending", "without"), [("obj", 0), ("ply", 0), ("stl", 0), ("ply", 1)])
+@pytest.mark.parametrize(
+    ("ending", "without"),
+    [
+        pytest.param("obj", 0, marks=pytest.mark.long),
+        ("ply", 0),
+        ("stl", 0),
+        pytest.param("ply", 1, marks=pytest.mark.long),
+    ],
+)
 def test_two_persons_in_one_file_are_refused_by_its_name(tmp_path, ending, without):
     path = tmp_path / f"couple.{ending}"
     both = np.concatenate([BODY.rest_vertices, BODY.rest_vertices + [0.8, 0.0, 0.0]])

@@ -115,6 +115,7 @@ def test_a_standing_mesh_is_mended_and_read_in_its_unit(brought, tmp_path):
     np.testing.assert_allclose(body.sequence.rest_vertices[: len(ours)], ours, atol=1e-5)
 
 
+@pytest.mark.long
 def test_a_standing_mesh_inside_out_is_told_too(tmp_path):
     ours = default_body()
 
@@ -129,7 +130,7 @@ def test_a_standing_mesh_inside_out_is_told_too(tmp_path):
     assert load_moving_mesh(written(ours.faces), MeshReading()) is None
 
 
-@pytest.mark.parametrize(("up", "axes"), [("Z", [2, 0, 1]), ("X", [1, 2, 0])])
+@pytest.mark.parametrize(("up", "axes"), [pytest.param("Z", [2, 0, 1], marks=pytest.mark.long), ("X", [1, 2, 0])])
 def test_a_closed_standing_mesh_with_another_axis_up_is_stood_up(tmp_path, up, axes):
     """It is closed and in metres: nothing but its shape says that it does not stand along Y."""
     ours = default_body()

@@ -27,6 +27,7 @@ def measured(tmp_path_factory):
     return json.loads((out / "results.json").read_text()), (out / "table.md").read_text()
 
 
+@pytest.mark.long
 def test_a_case_is_measured_frame_by_frame(measured):
     (result,) = measured[0]["results"]
     assert result["frames"] == 6
@@ -44,6 +45,7 @@ def test_a_case_is_measured_frame_by_frame(measured):
     assert result["pairs"]["p50"] > 0
 
 
+@pytest.mark.long
 def test_the_table_has_the_case_and_its_stages(measured):
     results, table = measured
     assert f"| {results['results'][0]['name']} |" in table

@@ -147,6 +147,7 @@ def test_taller_slider_makes_a_taller_body_with_sound_weights(wheel: Path) -> No
     assert volume(tall.vertices, tall.faces) > volume(short.vertices, short.faces) > 0.0
 
 
+@pytest.mark.long
 def test_script_makes_the_default_body_again_and_then_rests(body: BodyModel, wheel: Path, tmp_path: Path) -> None:
     out = tmp_path / "body.npz"
     command = [sys.executable, str(SCRIPT), "--out", str(out), "--wheel", str(wheel)]

@@ -88,7 +88,7 @@ def root_scaled(clip: BvhClip, factor: float) -> BvhClip:
 
 
 @pytest.mark.parametrize(("factor", "done"), [(0.01, "multiplied by 100"), (10.0, "divided by 10"), (100.0, "by 100")])
-@pytest.mark.parametrize("name", ["walk", "squat"])
+@pytest.mark.parametrize("name", [pytest.param("walk", marks=pytest.mark.long), "squat"])
 def test_a_root_in_another_unit_than_the_bones_is_mended_and_told(
     body: BodyModel, name: str, factor: float, done: str
 ) -> None:

@@ -34,7 +34,7 @@ def demo(name: str) -> BvhClip:
 
 
 @pytest.mark.parametrize("up", TURNS)
-@pytest.mark.parametrize("moved", [(0.0, 0.0, 0.0), (7.0, 7.0, 7.0)])
+@pytest.mark.parametrize("moved", [(0.0, 0.0, 0.0), pytest.param((7.0, 7.0, 7.0), marks=pytest.mark.long)])
 def test_poses_of_another_up_axis_than_the_rest_pose_are_played_standing(
     body: BodyModel, up: str, moved: tuple[float, ...]
 ) -> None:
@@ -50,7 +50,7 @@ def test_poses_of_another_up_axis_than_the_rest_pose_are_played_standing(
     np.testing.assert_allclose(quaternions.to_matrix(one.rotations), quaternions.to_matrix(same.rotations), atol=1e-9)
 
 
-@pytest.mark.parametrize("up", TURNS)
+@pytest.mark.parametrize("up", ["Z", "-Y", *(pytest.param(up, marks=pytest.mark.long) for up in ("-Z", "X", "-X"))])
 def test_what_is_told_to_be_up_is_not_doubted(body: BodyModel, up: str) -> None:
     """Poses that lie along Y are played standing when Y is told not to be up, whatever poses and floor say."""
     clip = demo("walk")

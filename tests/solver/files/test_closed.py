@@ -47,7 +47,7 @@ def thick(x, faces, thickness, rims=True):
     return np.vstack([x, inner]), cells
 
 
-@pytest.mark.parametrize("thickness", [0.001, 0.002, 0.005, 0.01])
+@pytest.mark.parametrize("thickness", [0.002, *(pytest.param(t, marks=pytest.mark.long) for t in (0.001, 0.005, 0.01))])
 def test_of_cloth_with_a_thickness_the_outer_surface_is_taken(thickness):
     x, faces = TUBE
     for turned in (1, -1):
@@ -109,7 +109,7 @@ def other_person(cut=None):
     return x, body.faces[keep]
 
 
-@pytest.mark.parametrize("mouth", [None, 0.025])
+@pytest.mark.parametrize("mouth", [None, pytest.param(0.025, marks=pytest.mark.long)])
 def test_a_person_beside_the_garment_is_refused_by_name_also_where_it_is_not_the_body(mouth):
     person = ("Avatar", *other_person(mouth))
     skirt = ("Skirt", *TUBE)

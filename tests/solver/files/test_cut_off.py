@@ -28,7 +28,7 @@ def part(kept):
     ("kept", "told"),
     [
         (Y < 1.47, "it is cut off: above it ends in an open rim, 0.48 m around, where a head should be"),
-        (Y + 0.6 * Z < 1.49, HEAD),
+        pytest.param(Y + 0.6 * Z < 1.49, HEAD, marks=pytest.mark.long),
         (Y > 0.85, "it is cut off: below it ends in an open rim, 1.13 m around, where legs and feet should be"),
         (Y > 0.45, LEGS),
     ],

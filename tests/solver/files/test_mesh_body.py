@@ -211,7 +211,15 @@ def volume(sequence):
     return float(np.einsum("fd,fd->", a, np.cross(b, c)) / 6)
 
 
-@pytest.mark.parametrize(("mirror", "reverse", "told"), [(1, False, 0), (1, True, 1), (-1, False, 1), (-1, True, 0)])
+@pytest.mark.parametrize(
+    ("mirror", "reverse", "told"),
+    [
+        (1, False, 0),
+        (1, True, 1),
+        pytest.param(-1, False, 1, marks=pytest.mark.long),
+        pytest.param(-1, True, 0, marks=pytest.mark.long),
+    ],
+)
 def test_a_body_inside_out_is_turned_over_and_told(tmp_path, mirror, reverse, told):
     """Mirrored with its faces turned it is a body like another; nothing but its face normals gives it away."""
     faces = BODY.faces[:, ::-1] if reverse else BODY.faces

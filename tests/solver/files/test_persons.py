@@ -41,7 +41,15 @@ def half(sign):
     return BODY.rest_vertices + [sign * 0.01, 0, 0], faces
 
 
-@pytest.mark.parametrize(("aside", "scale"), [(0.8, 1.0), (-1.5, 1.0), (0.4, 1.0), (0.7, 0.65)])
+@pytest.mark.parametrize(
+    ("aside", "scale"),
+    [
+        (0.8, 1.0),
+        pytest.param(-1.5, 1.0, marks=pytest.mark.long),
+        pytest.param(0.4, 1.0, marks=pytest.mark.long),
+        (0.7, 0.65),
+    ],
+)
 def test_two_persons_are_refused_a_grown_up_with_a_child_too(aside, scale):
     x, faces = together(person(), person(aside, scale))
     with pytest.raises(MeshFileError, match="it holds 2 persons: parts as tall as a person, side by side") as caught:

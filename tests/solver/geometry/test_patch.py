@@ -120,6 +120,7 @@ def test_inside_and_apart():
     assert not overlap(outline(1, 1), outline(1, 1, (1 + 2 * MARGIN, 0)))
 
 
+@pytest.mark.long
 def test_a_t_shirt_with_a_pocket_is_worn_and_the_pocket_stays_on_it():
     """Clean by IPC Toolkit as it hangs, and no stitch opens by more than the contact between the layers asks."""
     spec = apply(demo("tshirt"), Pocket("front", (0.07, 0.4), 0.13, 0.14)).specification

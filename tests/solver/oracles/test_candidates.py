@@ -30,8 +30,17 @@ def stray(rng, budget):
     return budget[:, None] * away / np.linalg.norm(away, axis=1, keepdims=True)
 
 
-@pytest.mark.parametrize("slack", [1e-6, 0.002])
-@pytest.mark.parametrize("speed", [0.0, 0.004, 0.02])
+@pytest.mark.parametrize(
+    ("speed", "slack"),
+    [
+        (0.0, 0.002),
+        (0.02, 1e-6),
+        *(
+            pytest.param(*both, marks=pytest.mark.long)
+            for both in ((0.0, 1e-6), (0.004, 1e-6), (0.004, 0.002), (0.02, 0.002))
+        ),
+    ],
+)
 def test_complete_for_the_motion_and_any_way_within_the_budgets(tangle, rng, speed, slack):
     """What the kinematic search promises: all take their displacement together, each straying by its budget."""
     sim = tangle.sim

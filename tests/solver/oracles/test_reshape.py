@@ -125,7 +125,8 @@ def test_there_and_back_leaves_no_trace():
     np.testing.assert_array_equal(*ends)
 
 
-@pytest.mark.parametrize("along", [0, pytest.param(1, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("along", [0, 1])
 def test_a_hanging_sheet_lets_itself_down_by_what_it_is_lengthened(along):
     """To where one that was cut so hangs, with no kick on the way: it falls by gravity at most."""
     garment, x = sheet(13, 13, 0.3, 0.3)

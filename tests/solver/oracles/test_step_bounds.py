@@ -33,7 +33,9 @@ def filtered(tangle, x, motion):
     return sim.state.x.numpy().astype(np.float64)
 
 
-@pytest.mark.parametrize("speed", [0.003, 0.01, 0.04])
+@pytest.mark.parametrize(
+    "speed", [pytest.param(0.003, marks=pytest.mark.long), 0.01, pytest.param(0.04, marks=pytest.mark.long)]
+)
 def test_kinematic_motion_is_free_after_filtering(tangle, speed):
     """Eight motions in a row from the feasible start; unfiltered each of them would collide."""
     rng = np.random.default_rng(int(1e4 * speed))

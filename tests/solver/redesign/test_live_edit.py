@@ -124,6 +124,7 @@ def test_what_needs_a_new_mesh_is_told_and_changes_nothing(worn):
     assert edit.settled
 
 
+@pytest.mark.long
 def test_a_garment_in_another_size_is_worn_in_it_and_an_edit_taken_back_to_the_last_bit():
     pattern = pattern_with()
     mesh = mesh_pattern(pattern, 0.06)

@@ -42,6 +42,7 @@ def hung(iterations, steps, substeps):
     return (x - motion.x)[bottom, 1].mean() / expected
 
 
+@pytest.mark.long
 def test_hanging_strip_extends_as_its_weight_says():
     """The end sinks by rho g L^2/(2 k)."""
     assert hung(40, 40, 8) == pytest.approx(1, rel=0.01)
@@ -57,5 +58,6 @@ def test_weights_speed_the_iterations_up(monkeypatch):
     assert fast < 0.2 * slow
 
 
+@pytest.mark.long
 def test_coulomb_threshold():
     check_coulomb(lambda scene: ChebyshevJacobi(scene, iterations=20))

@@ -37,6 +37,7 @@ def test_only_a_collar_wider_than_the_shoulders_slips_off(body, garment, times, 
     assert (slips_off(in_size(garment, times), surface, body.faces) is not None) == bool(falls)
 
 
+@pytest.mark.long
 def test_a_shirt_three_times_too_large_is_refused_as_that(body):
     with pytest.raises(DressingError, match=r"the shoulders with the arms \d+ cm: .* too large for this body") as told:
         dress(in_size("tshirt", 3), body, FABRICS["cotton_jersey"], PRESETS["draft"])

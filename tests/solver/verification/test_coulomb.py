@@ -38,8 +38,17 @@ def speeds(sim, down, frames):
     return np.array(found)
 
 
-@pytest.mark.parametrize("presliding", [1e-3, Friction().presliding])
-@pytest.mark.parametrize(("mu", "degrees"), [(0.4, 15), (0.4, 20), (0.6, 28)])
+SLOPES = [(0.4, 15), (0.4, 20), (0.6, 28)]
+STICKING = [(*slope, presliding) for presliding in (1e-3, Friction().presliding) for slope in SLOPES]
+
+
+@pytest.mark.parametrize(
+    ("mu", "degrees", "presliding"),
+    [
+        pytest.param(*case, marks=[] if case[1:] in ((15, Friction().presliding), (28, 1e-3)) else pytest.mark.long)
+        for case in STICKING
+    ],
+)
 def test_sticks_below_the_threshold(mu, degrees, presliding):
     """f1(y) = tan/mu: contacts have given by s (1 - sqrt(1 - tan/mu)), and nothing moves: it does not creep."""
     share = np.tan(np.radians(degrees)) / mu
@@ -73,7 +82,7 @@ def test_slides_above_the_threshold(mu, degrees):
     check_sliding(mu, degrees, v, 3, int(np.argmax(v > 0.33)) if v.max() > 0.33 else 15, 0.1)
 
 
-@pytest.mark.parametrize(("mu", "degrees"), SLIDING[2:])
+@pytest.mark.parametrize(("mu", "degrees"), [pytest.param(*SLIDING[2], marks=pytest.mark.long), SLIDING[3]])
 def test_slides_fast_when_converged(mu, degrees):
     """Up to 1.6 m/s, over cells of the body's mesh in every step."""
     settings = replace(PRESETS["live"], correction_iterations=30)

@@ -44,7 +44,11 @@ def scene():
     return Scene(garment, x + np.array([0.003, 0.0845, 0.004]), rigid_body(vertices, faces), fabric(), WORN)
 
 
-@pytest.mark.parametrize(("make", "pose_at"), [(scene, ball_at), (sleeve, limb_at)], ids=["layers", "sleeve"])
+@pytest.mark.parametrize(
+    ("make", "pose_at"),
+    [(scene, ball_at), pytest.param(sleeve, limb_at, marks=pytest.mark.long)],
+    ids=["layers", "sleeve"],
+)
 def test_equal_bytes_frame_by_frame(make, pose_at):
     """All of the state, at every frame; the runs take turns, so that neither has the threads to itself."""
     first, second = (build(make(), SETTINGS, "cpu", pose_at(0.0)) for _ in range(2))

@@ -74,7 +74,7 @@ def strained(scene_of, preset="live"):
     return sim
 
 
-@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize("preset", [pytest.param(p, marks=pytest.mark.long) if p == "fit" else p for p in PRESETS])
 @pytest.mark.parametrize("scene_of", [loose_sheet, sewn_tube])
 def test_inner_forces_conserve_momentum(scene_of, preset):
     """Every inner force has its counterforce: sum m v stays, whatever the solve's budget leaves undone.

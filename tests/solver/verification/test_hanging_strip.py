@@ -26,7 +26,9 @@ def hung(cloth, effects, along_warp):
     return x, sim.cloth_positions().astype(np.float64)
 
 
-@pytest.mark.parametrize(("along_warp", "stiffness"), [(False, 40.0), (False, 150.0), (True, 60.0)])
+@pytest.mark.parametrize(
+    ("along_warp", "stiffness"), [(False, 40.0), pytest.param(False, 150.0, marks=pytest.mark.long), (True, 60.0)]
+)
 def test_elongation_under_its_own_weight(along_warp, stiffness):
     """k e(y) = rho g (L - y), so the end sinks by rho g L^2/(2 k); warp along u, weft along v, no lateral contraction.
 

@@ -97,7 +97,8 @@ def meshed_strip(length, width, edge):
     return garment, np.column_stack([uv[:, 0], 0 * uv[:, 0], -uv[:, 1]])
 
 
-@pytest.mark.parametrize("ratio", [2.0, pytest.param(8.0, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("ratio", [2.0, 8.0])
 def test_cantilever_bends_as_the_elastica(ratio):
     """A stiff strip clamped at one end: the bending length c = (B/w)^(1/3) alone sets the shape, (L/c)^3 = ratio.
 
@@ -146,7 +147,7 @@ def slide(mu, degrees, steps, presliding=1e-4, dt=1 / 60):
     return np.array(found), np.linalg.norm(motion.known.given, axis=1)
 
 
-@pytest.mark.parametrize(("mu", "degrees"), [(0.4, 20), (0.6, 30)])
+@pytest.mark.parametrize(("mu", "degrees"), [(0.4, 20), pytest.param(0.6, 30, marks=pytest.mark.long)])
 def test_sticks_below_the_threshold(mu, degrees):
     """f1(y) = tan/mu: contacts have given by s (1 - sqrt(1 - tan/mu)), and nothing moves."""
     share = np.tan(np.radians(degrees)) / mu
@@ -157,7 +158,7 @@ def test_sticks_below_the_threshold(mu, degrees):
     assert np.median(given) == pytest.approx(1e-4 * (1 - np.sqrt(1 - share)), rel=0.02)
 
 
-@pytest.mark.parametrize(("mu", "degrees"), [(0.4, 23.5), (0.2, 15)])
+@pytest.mark.parametrize(("mu", "degrees"), [(0.4, 23.5), pytest.param(0.2, 15, marks=pytest.mark.long)])
 def test_slides_above_the_threshold(mu, degrees):
     """a = g (sin - mu cos): implicit Euler is exact for a constant force."""
     angle = np.radians(degrees)

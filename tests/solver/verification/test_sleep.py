@@ -70,6 +70,7 @@ def test_it_falls_asleep_after_the_time_of_stillness_and_says_so(fallen_asleep):
     assert not sim.state.v.numpy().any()
 
 
+@pytest.mark.long
 def test_what_falls_asleep_would_have_been_at_rest_without_sleep(fallen_asleep):
     """For a second from that moment on: trembling above 8 Hz and all motion at most 1 mm/s RMS."""
     _, frames, _ = fallen_asleep

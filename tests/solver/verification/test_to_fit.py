@@ -195,6 +195,7 @@ def test_what_is_wrong_in_any_size_is_refused_at_once():
     assert tried == [1.0]
 
 
+@pytest.mark.long
 def test_a_skirt_cut_too_wide_is_worn_in_the_size_that_holds():
     """The demo's skirt, cut a quarter wider and longer than it is drawn."""
     skirt, body, sizes = load_pattern(SKIRT), default_body(), []

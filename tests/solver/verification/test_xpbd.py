@@ -31,6 +31,7 @@ def test_free_fall_is_symplectic_eulers():
     np.testing.assert_allclose(motion.x - x, np.tile([0, -G * h * h * 30 * 31 / 2, 0], (16, 1)), rtol=0, atol=1e-9)
 
 
+@pytest.mark.long
 def test_hanging_strip_extends_as_its_weight_says():
     """k e(y) = rho g (L - y): the end sinks by rho g L^2/(2 k). One iteration a sub-step makes XPBD too soft, by half
     as much or less with every doubling of the sub-steps."""
@@ -57,6 +58,7 @@ def test_hanging_strip_extends_as_its_weight_says():
     assert errors[2] < 0.5 * errors[1] < 0.25 * errors[0]
 
 
+@pytest.mark.long
 def test_coulomb_threshold():
     check_coulomb(Xpbd)
 

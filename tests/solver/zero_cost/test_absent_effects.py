@@ -59,7 +59,10 @@ def test_worn_scene_pays_for_all_of_them():
         assert parts_of(cost, MODULE[effect])["allocated_in"], effect
 
 
-@pytest.mark.parametrize("absent", ["Friction", "StrainLimit", "AirDrag", "FabricDamping"])
+@pytest.mark.parametrize(
+    "absent",
+    [*(pytest.param(e, marks=pytest.mark.long) for e in ("Friction", "StrainLimit", "AirDrag")), "FabricDamping"],
+)
 def test_absent_effect_costs_nothing(absent):
     """A scene without it, in contact with the body and itself."""
     cost = probe(tuple(e for e in ALL if e != absent))
