@@ -26,6 +26,8 @@ def advise(counters: Counters, debt: float, fabric: Fabric, stretch: np.ndarray,
         said.append(f"in {counters.reverts} of them the body moved and the garment stayed behind")
     if debt:
         said.append(f"{debt:.2f} s of motion are still to be simulated: poses came too rarely")
+    if counters.behind:
+        said.append(f"the pose leaps: the skin is up to {counters.behind:.2f} m short of it, and goes on from there")
     strained = []
     if overstretched(fabric, stretch):
         strained.append(f"the fabric is stretched by up to {percent(float(stretch.max()))} ({allowed(fabric)})")

@@ -73,6 +73,10 @@ class Settings:
     substep_travel: float = 8e-3
     """Longest motion of the body relative to its pelvis in one kinematic sub-step [m]."""
     most_substeps: int = 32
+    """Of these in a step; the body goes no further in it, 15 m/s in `draft` and `live`, 31 m/s in `fit`."""
+    hardest_kick: float = 3.0
+    """Change of the body's velocity from one step to the next that the cloth feels as it is [m/s]; beyond, less of it:
+    nobody jerks so hard, a tracker has slipped (stepping/leap.py)."""
     carry_full: float = 0.015
     carry_none: float = 0.06
     """Cloth within `carry_full` of the skin is carried along with it, beyond `carry_none` with the pelvis [m]."""
@@ -107,6 +111,7 @@ class Settings:
             "skin_firmness",
             "return_speed",
             "substep_travel",
+            "hardest_kick",
             "carry_full",
             "search_slack",
         )

@@ -57,9 +57,8 @@ BESIDE = ThreadPoolExecutor(max_workers=1, thread_name_prefix="inverse")
 
 @dataclass(frozen=True)
 class PoseInterval:
-    """One solver step's share of the way between two stances of the body (None without one); `dt` s."""
+    """One solver step's share of the way to a stance of the body (None without one); `dt` s."""
 
-    start: Any
     end: Any
     end_time: float
     dt: float
@@ -68,7 +67,7 @@ class PoseInterval:
 @dataclass
 class PosedBody:
     """The body on the device, its carry field, the tracked skin before and after a sub-step (B,) vec3 m, its stance;
-    `reached`: the stance it was moved to last, with its transforms (J, 4, 4) m."""
+    `reached`: the stance it was moved to last, with its transforms (J, 4, 4) m; `felt` (A,) vec3 m/s: see leap.py."""
 
     moving: MovingBody
     carry: Carry
@@ -76,11 +75,12 @@ class PosedBody:
     skin_next: wp.array
     pose: Any
     reached: tuple[Any, np.ndarray]
+    felt: wp.array
 
-    def transforms_from(self, start: Any) -> np.ndarray:
-        """(J, 4, 4) float64 m, world from rest, where a motion starts: at the end of the last one, as a rule."""
+    def transforms(self) -> np.ndarray:
+        """(J, 4, 4) float64 m, world from rest, at its pose: those it was moved to last, as a rule."""
         stance, transforms = self.reached
-        return transforms if stance is start else self.moving.transforms(start)
+        return transforms if stance is self.pose else self.moving.transforms(self.pose)
 
 
 class Simulation:
@@ -134,7 +134,8 @@ class Simulation:
                 scene.body.joint_count,
                 device,
             )
-            self.body = PosedBody(moving, carry, skin_now, wp.clone(skin_now), pose, reached)
+            felt = wp.zeros(self.all_count, dtype=wp.vec3, device=device)
+            self.body = PosedBody(moving, carry, skin_now, wp.clone(skin_now), pose, reached, felt)
             skin = skin_now.numpy()
         if surface is None:
             surface = skin
@@ -144,6 +145,7 @@ class Simulation:
         cloth = wp.zeros(self.cloth_count, dtype=wp.vec3, device=device)
         self.state = State(
             x=x,
+            x_committed=wp.clone(x),
             x_start=wp.clone(x),
             x_feasible=wp.clone(x),
             x_hat=wp.clone(cloth),
@@ -308,13 +310,15 @@ class Simulation:
         not been simulated yet is then as if it had been built there, `tangled`."""
         x = positions(cloth, surface)
         state = self.state
-        for place in (state.x, state.x_start, state.x_feasible, self.x_searched, self.x_listed, self.x_carried):
+        searched = (self.x_searched, self.x_listed, self.x_carried)
+        for place in (state.x, state.x_committed, state.x_start, state.x_feasible, *searched):
             place.assign(x)
         self.scene = replace(self.scene, x_start=cloth)
         if self.body is not None:
             body = self.body
             body.pose, body.reached = pose, (pose, body.moving.transforms(pose))
             body.moving.write(body.reached[1], pose, body.skin_now)
+            body.felt.zero_()
             for skin in (body.skin_next, state.skin):
                 wp.copy(skin, body.skin_now)
 
@@ -333,7 +337,7 @@ class Simulation:
         if not (np.asarray(by) == np.round(by)).all():
             raise ValueError(f"the origin moves by whole metres, not by {np.asarray(by).tolist()}")
         state, shift = self.state, wp.vec3(*(float(value) for value in by))
-        places = [state.x, state.x_start, state.x_feasible, state.x_hat, state.skin]
+        places = [state.x, state.x_committed, state.x_start, state.x_feasible, state.x_hat, state.skin]
         if self.body is not None:
             places += [self.body.skin_now, self.body.skin_next]
             self.body.pose = self.body.moving.moved(self.body.pose, -np.asarray(by))
@@ -353,12 +357,11 @@ class Simulation:
         bridged = min(gap, max(self.settings.longest_gap, longest_step))
         self.debt = gap - bridged
         count = max(1, math.ceil(bridged / max(self.settings.largest_step, longest_step) - 1e-9))
-        first = start = self.body.pose if self.body else pose
+        first = self.body.pose if self.body else pose
         share = bridged / gap
         for k in range(1, count + 1):
             end = self.stance_between(first, pose, share * k / count)
-            yield PoseInterval(start, end, start_time + bridged * k / count, bridged / count)
-            start = end
+            yield PoseInterval(end, start_time + bridged * k / count, bridged / count)
 
     def stance_between(self, first: Any, last: Any, share: float) -> Any:
         """The body's stance at `share` of the way; whatever was given for a scene without a body."""
@@ -371,10 +374,10 @@ class Simulation:
         self.state.asleep, self.state.still = False, 0.0
 
     def commit(self, interval: PoseInterval) -> None:
-        """The interval is simulated: the clock and the body's pose are at its end."""
+        """The interval is simulated: the clock is at its end, the body's pose where the body has come to."""
         self.state.time = interval.end_time
         if self.body is not None and interval.end is not None:
-            self.body.pose = interval.end
+            self.body.pose = self.body.reached[0]
         self.counters.steps += 1
 
     def timed(self, verb: Callable[..., None], *arguments: object) -> None:

@@ -19,7 +19,8 @@ class State:
     """
 
     x: wp.array  # (A,) vec3 m, current positions; x[N:] is the collision surface
-    x_start: wp.array  # (A,) vec3 m, committed positions at the start of the step, before the body moved
+    x_committed: wp.array  # (A,) vec3 m, committed positions at the start of the step, before the body moved
+    x_start: wp.array  # (A,) vec3 m, the same, from which motion is counted: elsewhere where the body leapt (leap.py)
     x_feasible: wp.array  # (A,) vec3 m, intersection-free: carried along with the body; where contact is linearised
     x_hat: wp.array  # (N,) vec3 m, inertial prediction
     v: wp.array  # (N,) vec3 m/s

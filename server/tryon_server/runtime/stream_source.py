@@ -5,9 +5,11 @@ Where the body is on a leg says both its pose and the time that is told of it, s
 it shows.
 
 - A leg is gone in the time in which it was tracked. Ways that nobody tracked are gone unhurried: to the first pose of a
-  sender, over a gap in the stream, to a pose that nobody can have come to in the time (the tracker has found the wearer
-  again), and to the newest pose past all between, which are left out, where the body is more than ``LARGEST_LAG``
-  behind. They are straight, and what was tracked slowly is gone over more quickly.
+  sender, over a gap in the stream, and to the newest pose past all between, which are left out, where the body is more
+  than ``LARGEST_LAG`` behind. They are straight, and what was tracked slowly is gone over more quickly.
+- To a pose that nobody can have come to in the time, because the tracker has found the wearer again or took one side
+  for the other, the root leaps: the solver takes the garment along as if the room had moved (stepping/leap.py). The
+  limbs follow at ``LIMBS_TURN``.
 - A body that is behind catches up at ``CATCH_UP`` simulated seconds per second at most. A move may be so much longer
   than the solver takes for one, up to ``LONGEST_STEP``, each a single step. So a solver that takes c s for a move of
   c s ends up c s behind the newest pose: while it is farther behind, each move gains c s.
@@ -45,6 +47,7 @@ CATCH_UP = 2.0  # a body that is behind catches up at no more than this many sim
 LARGEST_LAG = 1.0  # [s] behind the newest pose: one farther behind leaves out what it missed
 RUN_SPEED_MAX = 12.0  # [m/s] no wearer runs faster: a stream whose root does has begun to measure from elsewhere
 TURN_SPEED_MAX = 30.0  # [rad/s] no joint turns faster
+LIMBS_TURN = 2.0 * np.pi  # [rad/s] of limbs that were somewhere else: half a second for the farthest way
 BURST = 1.0  # [rad] and none farther so fast:
 LASTING_TURN_SPEED = 6.0  # [rad/s] what it adds to a burst; poses that were passed over would hide a leap else
 SHORTEST_INTERVAL = 0.01  # [s] times of capture may be off by so much, and a speed over less says nothing
@@ -58,7 +61,7 @@ class Leg:
         seq: number of the stream's pose that it leads to.
         t: when that was captured [s, sender's clock].
         pose: that pose.
-        seconds: simulated time in which it is gone [s], above 0.
+        seconds: simulated time in which it is gone [s]; 0 for a leap.
     """
 
     seq: int
@@ -73,6 +76,11 @@ def impossible(start: Pose, goal: Pose, seconds: float) -> bool:
     longest = max(seconds, SHORTEST_INTERVAL)
     furthest = min(TURN_SPEED_MAX * longest, BURST + LASTING_TURN_SPEED * longest)
     return distance > RUN_SPEED_MAX * longest or turn > furthest
+
+
+def put_elsewhere(pose: Pose, goal: Pose) -> Pose:
+    """The pose with its root where that of the goal is, turned likewise."""
+    return Pose(goal.root, np.vstack([goal.rotations[:1], pose.rotations[1:]]))
 
 
 class StreamSource:
@@ -100,7 +108,8 @@ class StreamSource:
         if begins:
             self._begin(seq, t_capture, pose)
         elif leap.any():
-            self._legs = deque([Leg(seq, t_capture, pose, approach_seconds(self._pose, pose))])
+            self._legs.clear()
+            self._leap_to(seq, t_capture, pose)
         else:
             self._go_on(seq, t_capture, pose, late=lag > LARGEST_LAG)
 
@@ -116,14 +125,25 @@ class StreamSource:
         """Add the leg to a pose; a body that is ``late`` first finishes the one it is on and leaves out the others."""
         if late:
             self._legs = deque([self._legs[0]] if self._legs else [])
-        t_before, before = (self._legs[-1].t, self._legs[-1].pose) if self._legs else (self._t, self._pose)
+        t_before, before = self._end()
         seconds = t - t_before
-        unhurried = max(LONGEST_MOVE, unhurried_seconds(before, pose))
         if impossible(before, pose, seconds):
-            seconds = unhurried
-        elif late or seconds > STALL_SECONDS:
-            seconds = min(seconds, unhurried)
+            self._leap_to(seq, t, pose)
+            return
+        if late or seconds > STALL_SECONDS:
+            seconds = min(seconds, max(LONGEST_MOVE, unhurried_seconds(before, pose)))
         self._legs.append(Leg(seq, t, pose, seconds))
+
+    def _leap_to(self, seq: int, t: float, pose: Pose) -> None:
+        """Put the root where it is in a pose that nobody can have come to, and add the leg of the limbs."""
+        t_before, before = self._end()
+        leapt = put_elsewhere(before, pose)
+        self._legs.append(Leg(seq, t_before, leapt, 0.0))
+        self._legs.append(Leg(seq, t, pose, max(LONGEST_MOVE, way(leapt, pose)[1] / LIMBS_TURN)))
+
+    def _end(self) -> tuple[float, Pose]:
+        """Where the way ends, and when [s]."""
+        return (self._legs[-1].t, self._legs[-1].pose) if self._legs else (self._t, self._pose)
 
     def next(self, elapsed: float, cost: float = 0.0) -> Move | None:
         """See ``PoseSource``."""

@@ -26,6 +26,9 @@ class MovingBody(Protocol[Stance]):
     def between(self, first: Stance, last: Stance, share: float) -> Stance:
         """The stance at `share` of the way from the first to the last."""
 
+    def part_way(self, first: Stance, last: Stance, share: float) -> Stance:
+        """The stance with the shape at `share` of the way, as a whole where the last one is."""
+
     def place(self, stance: Stance) -> np.ndarray:
         """(3,) m: where the body is as a whole."""
 

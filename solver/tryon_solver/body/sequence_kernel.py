@@ -42,6 +42,11 @@ class SequenceKernel:
             (1 - share) * first.time + share * last.time, (1 - share) * first.shift + share * last.shift
         )
 
+    def part_way(self, first: Moment, last: Moment, share: float) -> Moment:
+        """The moment at `share` of the way, its middle where that of the last one is; turned as it is at that time."""
+        between = self.between(first, last, share)
+        return self.moved(between, self.place(last) - self.place(between))
+
     def place(self, stance: Moment) -> np.ndarray:
         """(3,) m: where the middle of the whole body is."""
         return self.sequence.places_at(stance)[0]

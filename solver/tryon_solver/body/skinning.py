@@ -65,6 +65,11 @@ class SkinningKernel:
         """The pose at `share` of the way."""
         return Pose.interpolate(first, last, share)
 
+    def part_way(self, first: Pose, last: Pose, share: float) -> Pose:
+        """The pose at `share` of the way, but its root where that of the last one is."""
+        between = self.between(first, last, share)
+        return Pose(last.root, np.vstack([last.rotations[:1], between.rotations[1:]]))
+
     def place(self, stance: Pose) -> np.ndarray:
         """(3,) m: where the root joint is."""
         return np.asarray(stance.root, dtype=np.float64)

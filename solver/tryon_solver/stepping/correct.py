@@ -409,7 +409,7 @@ def verify_commit(sim: Simulation) -> None:
     if go_back(sim, state.x_feasible):
         return
     sim.counters.reverts += 1
-    go_back(sim, state.x_start)
+    go_back(sim, state.x_committed)
 
 
 def go_back(sim: Simulation, x: wp.array) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,7 @@ from tryon_solver.contact import bounds, candidates
 from tryon_solver.contact.deflect import deflect
 from tryon_solver.linalg.device_loop import NUMBER
 from tryon_solver.linalg.read_back import read
+from tryon_solver.stepping.leap import feel_motion
 from tryon_solver.stepping.record import as_one
 from tryon_solver.stepping.search import follow, place_anchors, search_along, search_further
 
@@ -28,36 +30,47 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
 
     First the root's rigid motion for everybody: a common rigid motion creates no contact. Then, in sub-steps, the rest
     of the motion along one field for cloth and surface, as far as it is proven free. Where it isn't, the surface lags.
+    A step has so many sub-steps at most: a pose further away than they reach is come to in the next ones.
     """
     state, settings, body = sim.state, sim.settings, sim.body
     sim.listed = False
-    wp.copy(state.x_start, state.x)
+    sim.counters.behind = 0.0
+    for start in (state.x_committed, state.x_start):
+        wp.copy(start, state.x)
     if body is not None:
-        assert interval.start is not None
         assert interval.end is not None
         moving = body.moving
-        before, end = body.transforms_from(interval.start), moving.transforms(interval.end)
-        body.reached = interval.end, end
+        start, stance = body.pose, interval.end
+        before, end = body.transforms(), moving.transforms(stance)
         motion = end[0] @ np.linalg.inv(before[0])
-        before = motion @ before
         root = wp.mat44(*motion.ravel())
         wp.launch(carrying.rigid_kernel, sim.all_count, [root], [state.x], device=sim.device)
         wp.launch(carrying.rigid_kernel, sim.body_count, [root], [body.skin_now], device=sim.device)
+        before = motion @ before
         carrying.set_places(body.carry, state.x, settings.carry_none)
-        set_displacement(sim, before, end, interval.end)
-        count = substep_count(sim)
+        set_displacement(sim, before, end, stance)
+        travel = largest_travel(sim)
+        count = max(1, math.ceil(travel / settings.substep_travel))
+        short = count > settings.most_substeps
+        if short:
+            count, share = settings.most_substeps, settings.most_substeps / count
+            sim.counters.behind = (1.0 - share) * travel
+            stance = moving.part_way(start, stance, share)
+            end = moving.transforms(stance)
+        body.reached = stance, end
         for k in range(1, count + 1):
-            stance, after = interval.end, end
+            part, after = stance, end
             if k < count:
-                stance = moving.between(interval.start, interval.end, k / count)
-                after = moving.transforms(stance)
+                part = moving.between(start, stance, k / count)
+                after = moving.transforms(part)
                 after = end[0] @ np.linalg.inv(after[0]) @ after
-            if count > 1:
-                set_displacement(sim, before, after, stance)
+            if count > 1 or short:
+                set_displacement(sim, before, after, part)
             carry_once(sim, last=k == count)
             before = after
         sim.counters.substeps += count
         limit_return(sim, interval.dt)
+        feel_motion(sim, interval.dt)
     sim.searches = 0
     wp.copy(state.x_feasible, state.x)
 
@@ -82,8 +95,8 @@ def set_displacement(sim: Simulation, before: np.ndarray, after: np.ndarray, sta
     )
 
 
-def substep_count(sim: Simulation) -> int:
-    """Sub-steps so that no skin near the cloth moves further than `substep_travel` m relative to the root in one."""
+def largest_travel(sim: Simulation) -> float:
+    """How far skin near the cloth is moved relative to the root, at most [m]."""
     body = sim.body
     assert body is not None
     sim.largest_out.zero_()
@@ -94,8 +107,7 @@ def substep_count(sim: Simulation) -> int:
         [sim.largest_out],
         device=sim.device,
     )
-    travel = float(read(sim.largest_out)[0][0])
-    return int(np.clip(np.ceil(travel / sim.settings.substep_travel), 1, sim.settings.most_substeps))
+    return float(read(sim.largest_out)[0][0])
 
 
 def carry_once(sim: Simulation, last: bool) -> None:

@@ -46,7 +46,7 @@ def make_report(sim: Simulation) -> StepReport:
         min_gap=gap,
         gap_offset=gap_offset,
         max_stretch=float(stretch.max()),
-        body_lag=lag,
+        body_lag=lag + counters.behind,
         pairs=sim.pairs.size,
         overlapping=sim.pairs.overlapping,
         retries=counters.retries,

@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 from harness.recording import Recording
 from harness.rest import STILL, asleep_too_soon, fastest_on_waking, longest_unmoved, moved_asleep, restless
 from harness.scene import Asked
-from harness.unfinished import longest_behind, longest_frozen, void_share
+from harness.unfinished import longest_behind, longest_frozen, longest_over, void_share
 
 GROWTH = 0.01  # of the energy at play, by which the energy may grow beyond the work done
 GROWTH_AT_REST = 0.05  # the same of what is at play after the stop, which is next to nothing
@@ -25,6 +25,7 @@ VOID_SHARE = 0.5  # of the frames of any second, which may be in it
 QUIET = 1e-3  # m/s RMS of all motion, where the case says from when on
 WAKING = 0.1  # m/s of the fastest vertex in the first frame after sleep
 CATCHING_UP = 0.5  # s after the stop within which the surface is back at the skin
+OFF_TRACKER = 0.1  # m: told, not judged, how long the surface is farther from where a tracker has told the skin to be
 TOLD_LAG = 1e-4  # m by which a reported lag may differ from the true one,
 TOLD_GAP = 1e-5  # m by which a gap
 TOLD_STRETCH = 1e-3  # and by which a stretch
@@ -124,6 +125,8 @@ def figures(record: Recording, asked: Asked) -> dict[str, Any]:
         "frozen": longest_frozen(record)[0],
         "void_share": void_share(record)[0],
         "behind": longest_behind(record, limits.LAG_MAX)[0],
+        "off_tracker": max(record.off_tracker, default=None),
+        "behind_tracker": longest_over(record.off_tracker, OFF_TRACKER, record.dt)[0],
         "min_gap": min(record.min_gap, default=None),
         "gap_off": max((off for _, off in record.gaps_off), default=None),
         "stretch_off": max(stretches_off(record), default=0.0),

@@ -41,7 +41,9 @@ def run_one(
 
     def watched(subject: Subject) -> dict[str, Any]:
         seen = Frames.of(subject, run.dt)
-        record = play(subject, run.dt, ask.seconds, every, run.worn, run.noise, tell, seen.note if frames else None)
+        tracked = run.tracked if run.told else None
+        note = seen.note if frames else None
+        record = play(subject, run.dt, ask.seconds, every, run.worn, run.noise, tracked, tell, note)
         if frames:
             seen.save(frames)
         return judged(record, run.asked, scene.stated)

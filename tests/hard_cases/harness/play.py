@@ -16,6 +16,7 @@ from harness.witness import Witness
 
 Tell = Callable[[str], None]
 Watch = Callable[[np.ndarray, np.ndarray], None]
+Tracked = Callable[[], np.ndarray]
 
 
 def play(
@@ -25,13 +26,14 @@ def play(
     every: int = 1,
     worn: Worn | None = None,
     noise: bool = False,
+    tracked: Tracked | None = None,
     tell: Tell = print,
     watch: Watch | None = None,
 ) -> Recording:
     """Run for so long; ipctk is asked about every `every`-th frame, the way to it, and the last one.
 
-    With `noise` the surface is kept as well, so that what noise does to both can be measured. `watch` is shown cloth
-    and surface of every frame.
+    With `noise` the surface is kept as well, so that what noise does to both can be measured. `tracked` says where a
+    tracker has told the skin (B, 3) m to be last; `watch` is shown cloth and surface of every frame.
     """
     x, surface = subject.cloth(), subject.surface()
     oracle = Oracle(subject.faces, subject.body_faces, x, surface)
@@ -77,6 +79,8 @@ def play(
         if noise:
             record.surface.append(surface)
         record.told_lag.append(report.body_lag)
+        if tracked is not None:
+            record.off_tracker.append(largest_distance(surface, tracked()))
         record.lag.append(report.body_lag if skin is None else largest_distance(surface, skin))
         record.told_stretch.append(report.max_stretch)
         record.asleep.append(report.asleep)

@@ -31,6 +31,7 @@ class Recording:
     stretch_max: list[float] = field(default_factory=list)
     stretch_true: list[float] = field(default_factory=list)  # of any triangle, by no limit
     lag: list[float] = field(default_factory=list)  # largest distance from where the surface should be
+    off_tracker: list[float] = field(default_factory=list)  # the same from where a tracker has told it to be
     told_lag: list[float] = field(default_factory=list)  # as reported
     told_stretch: list[float] = field(default_factory=list)
     gaps_off: list[tuple[int, float]] = field(default_factory=list)  # frames measured, m by which min_gap was not so

@@ -73,6 +73,7 @@ class Run:
         parts: whether what touched may part for good; else cloth that touches nothing at the end has fallen off.
         pinches: whether the body squeezes cloth on the way, so that its surface yields while it does.
         lost: of cloth (N, 3) m at the end, how much it has lost of what the case is about, if that can be told.
+        told: where a tracker has told the body to be last, a stance; None where nothing is tracked.
         squeezed: whether the body itself holds the cloth squeezed to the end, so that its surface may stay behind.
     """
 
@@ -90,12 +91,19 @@ class Run:
     squeezed: bool = False
     pinches: bool = False
     noise: bool = False
+    told: Callable[[], Any] | None = None
     lost: Callable[[np.ndarray], float] | None = None
 
     @property
     def asked(self) -> Asked:
         """What of it is judged."""
         return Asked(self.stops, self.rests, self.squeezed, self.quiet, self.wakes, self.parts, self.pinches, self.lost)
+
+    def tracked(self) -> np.ndarray:
+        """(B, 3) m: the skin where it has been told to be last."""
+        assert self.told is not None
+        assert self.sim.scene.body is not None
+        return np.asarray(self.sim.scene.body.surface(self.told()))
 
     def advance(self, t: float) -> StepReport:
         """Everything that happens in the frame that ends at t [s]."""

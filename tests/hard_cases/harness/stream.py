@@ -63,14 +63,14 @@ def streamed(
     drape = SolverDrape(sim, REST, (), BODY)
     source, smooth = StreamSource(REST), Filtered()
     waiting = sorted(poses, key=lambda sent: (sent.arrives, sent.captured))
-    at = REST
+    at = told = REST
     number = 0
 
     def step(t: float) -> StepReport:
-        nonlocal at, number
+        nonlocal at, told, number
         while waiting and waiting[0].arrives <= t + 1e-9:
             sent = waiting.pop(0)
-            number += 1
+            number, told = number + 1, sent.pose
             source.take(CLIENT, number, sent.captured, smooth.next(sent))
         move = source.next(FRAME)
         if move is None:
@@ -79,7 +79,7 @@ def streamed(
         at = Pose(move.pose.root - drape.origin, move.pose.rotations)
         return drape.advance(move.pose, sim.state.time + move.dt)
 
-    # a stream's body catches up after a leap, unhurried: it stands a second or two after the tracker
+    # a stream's body is led on over a gap, unhurried: it stands a second or two after the tracker
     stands = stops + 2.0
     return Run(
         sim,
@@ -91,5 +91,6 @@ def streamed(
         rests=rests,
         quiet=stands + 2.0 if rests else None,
         noise=noise,
+        told=lambda: Pose(told.root - drape.origin, told.rotations),
         squeezed=squeezed,
     )

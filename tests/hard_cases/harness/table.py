@@ -102,6 +102,10 @@ def said_of(result: Mapping[str, Any]) -> list[str]:
         speed, motion = result["noise"]
         moved = f"cloth on it {1e3 * motion:.3f} mm above 5 Hz"
         lines.append(f"  - under noise: surface {1e3 * speed:.1f} mm/s RMS, {moved}")
+    if result.get("off_tracker") is not None:
+        off, over = f"{result['off_tracker']:.2f} m", f"over {judgement.OFF_TRACKER:g} m"
+        for_long = f"{result['behind_tracker']:.2f} s on end"
+        lines.append(f"  - from where the tracker told the skin to be: at most {off}, {over} for {for_long}")
     if result.get("restless") is not None:
         lines.append(f"  - all motion at rest: at most {1e3 * result['restless']:.2f} mm/s RMS")
     if result.get("lost") is not None:

@@ -30,9 +30,14 @@ def void_share(record: Recording) -> tuple[float, int]:
 
 def longest_behind(record: Recording, bound: float) -> tuple[float, int]:
     """The longest time [s] for which the surface was farther than `bound` m from where it should be, and its end."""
+    return longest_over(record.lag, bound, record.dt)
+
+
+def longest_over(lags: list[float], bound: float, dt: float) -> tuple[float, int]:
+    """The longest time [s] for which `lags`, in m, one a frame, were over `bound` m, and the frame in which it ends."""
     longest, ended, run = 0, 0, 0
-    for k, lag in enumerate(record.lag, 1):
+    for k, lag in enumerate(lags, 1):
         run = 0 if lag <= bound else run + 1
         if run > longest:
             longest, ended = run, k
-    return longest * record.dt, ended
+    return longest * dt, ended

@@ -43,6 +43,11 @@ SCENES = (
         for percent in (10, 20, 30)
     ),
     HardScene(
+        "tshirt_2x_too_large",
+        "a T-shirt twice too large on a walk",
+        walking("tshirt", 2.0, 2.0),
+    ),
+    HardScene(
         "tshirt_3x_too_large",
         "a T-shirt three times too large: its collar is wider than the shoulders; worn to the end, or refused as that",
         walking("tshirt", 3.0, 3.0),

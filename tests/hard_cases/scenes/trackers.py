@@ -144,6 +144,17 @@ def swapping(ask: Ask) -> list[Sent]:
     return found
 
 
+def slipping(ask: Ask) -> list[Sent]:
+    """Every quarter of a second another place: a tracker takes the wearer for where he is not, and finds him again."""
+    begin = 0.2 * ask.seconds
+    aside = posed({}, (0.15, 0, 0))
+
+    def told(t: float) -> Pose:
+        return aside if begin < t < begin + 2.0 and int(4 * (t - begin)) % 2 == 0 else REST
+
+    return [Sent(t, t, told(t)) for t in frames(ask)]
+
+
 BROKEN = posed(
     mirrored(
         {
@@ -198,6 +209,12 @@ SCENES = (
         "teleport_2m",
         "the wearer is told 2 m away from one frame to the next, and back",
         tracked("tshirt", suddenly(posed({}, (2.0, 0, 0))), SETTLES),
+        seconds=9.0,
+    ),
+    HardScene(
+        "tracker_slips",
+        "the wearer is told 15 cm to the side and back four times within two seconds",
+        tracked("tshirt", slipping, SETTLES),
         seconds=9.0,
     ),
     HardScene(

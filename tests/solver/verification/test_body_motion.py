@@ -1,10 +1,9 @@
-"""A body's motion comes in intervals, each of which begins where the one before has ended."""
-
-from itertools import pairwise
+"""A body's motion comes in intervals, each of which begins where the body has come to."""
 
 import numpy as np
 from contact_scenes import DT, sleeve_on_limb
 
+from tryon_solver.body.pose import Pose
 from tryon_solver.simulation import Simulation, build
 
 FRAMES = 3
@@ -38,20 +37,21 @@ def test_transforms_of_a_stance_are_found_once_and_serve_twice():
     steps = 2 * FRAMES
     assert len(asked) == steps == len({id(stance) for stance in asked})
     forgets, asked = bent_limb()
-    forgets.body.transforms_from = forgets.body.moving.transforms
+    forgets.body.transforms = lambda: forgets.body.moving.transforms(forgets.body.pose)
     play(forgets)
     assert len(asked) == 2 * steps
     np.testing.assert_array_equal(remembers.state.x.numpy(), forgets.state.x.numpy())
 
 
-def test_intervals_join():
+def test_intervals_lead_to_the_pose():
     sim, _ = bent_limb()
-    end = sleeve_on_limb().pose_at(9)
+    begin, end = sim.body.pose, sleeve_on_limb().pose_at(9)
     intervals = list(sim.pose_intervals(end, 3 * DT))
-    assert intervals[0].start is sim.body.pose
+    assert len(intervals) == 3
     assert intervals[-1].end is end
-    for one, other in pairwise(intervals):
-        assert other.start is one.end
+    for k, interval in enumerate(intervals, start=1):
+        expected = Pose.interpolate(begin, end, k / 3)
+        np.testing.assert_allclose(interval.end.rotations, expected.rotations, atol=1e-12)
 
 
 def test_stance_elsewhere_is_looked_at_anew():
@@ -59,6 +59,6 @@ def test_stance_elsewhere_is_looked_at_anew():
     sim, asked = bent_limb()
     play(sim)
     sim.move_origin(np.array([1.0, 0.0, 0.0]))
-    start = sim.body.transforms_from(sim.body.pose)
+    start = sim.body.transforms()
     assert asked[-1] is sim.body.pose
     np.testing.assert_array_equal(start[0, :3, 3], [-1.0, 0.0, 0.0])
