@@ -20,6 +20,7 @@ from harness.oracle import SubSteps, listening, on_the_way
 from harness.play import play
 from harness.scene import Ask, Asked, HardScene, Run
 from harness.subject import Simulated, poison
+from harness.table import said_of
 from scenes import SCENES
 from scipy.spatial.transform import Rotation
 from scripted import DT, LAST, REPORT, SECONDS, STOPS, Scripted
@@ -242,6 +243,23 @@ def test_a_run_that_ends_too_soon_to_be_judged_is_not_called_still():
     assert broken(whole, Asked(STOPS, quiet=1.0)) == []
     too_late = broken(whole, Asked(STOPS, quiet=SECONDS))  # trembling is asked, but not all motion
     assert {b.limit for b in too_late} == {"too little time after the stop to judge the rest"}
+
+
+def test_how_far_and_how_long_the_surface_is_from_what_a_tracker_told_is_told():
+    """0.3 m aside in the frames 5 to 16, and a hand's breadth before."""
+    subject, asked = Scripted(), []
+
+    def tracked():
+        asked.append(True)
+        return subject.surface() + [0.3 if 5 <= len(asked) <= 16 else 0.08, 0.0, 0.0]
+
+    told = judged(play(subject, DT, SECONDS, tracked=tracked, tell=lambda _text: None), Asked(STOPS), {})
+    assert told["off_tracker"] == pytest.approx(0.3)
+    assert told["behind_tracker"] == pytest.approx(12 * DT)
+    assert told["broken"] == []
+    assert any("at most 0.30 m, over 0.1 m for 0.20 s" in line for line in said_of(told))
+    untracked = judged(play(Scripted(), DT, SECONDS, tell=lambda _text: None), Asked(STOPS), {})
+    assert untracked["off_tracker"] is None
 
 
 def test_a_frame_is_named():
