@@ -24,6 +24,8 @@ EDGE = 0.03  # m
 # The godet skirt's hem is 80 cm; the default body's legs, as it stands, measure 95 cm there. Jersey stretches by 15 %.
 SIZES = {"godet_skirt": 1.2}
 
+QUICK = "tshirt"  # the one that the short run of the tests has
+
 
 def name_of(path):
     """Without the ending that all of them have."""
@@ -37,7 +39,11 @@ def dressed(path, size):
 
 
 @pytest.mark.skipif(not FILES, reason=f"no GarmentCode patterns in {PATTERNS}")
-@pytest.mark.parametrize("path", FILES, ids=name_of)
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(path, marks=() if name_of(path) == QUICK else pytest.mark.long) for path in FILES],
+    ids=name_of,
+)
 def test_each_real_pattern_is_dressed(path):
     """At rest: clean by IPC Toolkit, no void step, every gap above the offset, stretched within the limit."""
     sim = dressed(path, SIZES.get(name_of(path), 1.0)).simulation
@@ -51,6 +57,7 @@ def test_each_real_pattern_is_dressed(path):
     assert judge.judge(cloth, surface).clean
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not FILES, reason=f"no GarmentCode patterns in {PATTERNS}")
 def test_trousers_for_a_wider_waist_are_told_to_slip():
     """The patterns were made for a waist of 84.3 cm; the default body's measures 77."""
@@ -62,6 +69,7 @@ def test_trousers_for_a_wider_waist_are_told_to_slip():
     assert "under the feet" in opening.advice
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not FILES, reason=f"no GarmentCode patterns in {PATTERNS}")
 def test_a_hem_too_narrow_for_the_legs_is_refused_as_too_tight():
     with pytest.raises(DressingError, match="too tight for this body") as caught:

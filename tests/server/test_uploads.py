@@ -296,6 +296,7 @@ def test_a_motion_of_no_human_names_the_joints_that_are_missing(live):
     assert "with joint=left_upper_arm=NAME" in body["remedy"]
 
 
+@pytest.mark.long
 def test_joints_whose_names_do_not_tell_can_be_told(live):
     odd = WALK.replace("LeftForeArm", "Gizmo 1").replace("RightHand\n", "Paw\n")
     unknown = refused(post(live, "motions", odd), 422, "motion.invalid")

@@ -82,6 +82,7 @@ def test_every_clip_is_retargeted_plausibly(body: BodyModel, path: Path) -> None
     assert_plausible(clip, retarget(clip, body, 0.0), body)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("path", CLIPS, ids=lambda path: path.stem)
 def test_bones_may_be_rolled_any_way(body: BodyModel, path: Path) -> None:
     """Limbs still point where the source's do, feet still stand: what counts is told by the poses, not by zero."""

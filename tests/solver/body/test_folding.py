@@ -84,6 +84,7 @@ def test_motions_that_do_not_fold_are_left_as_they_are(body: BodyModel) -> None:
     assert unfolded(body, world, clip.dt) is world
 
 
+@pytest.mark.long
 def test_captured_motions_fold_no_deeper(body: BodyModel) -> None:
     clips = [path for path in shared_clips() if path.stem.startswith(("bend_scoop", "cartwheel"))]
     if not clips:

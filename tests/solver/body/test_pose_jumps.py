@@ -33,6 +33,7 @@ def calibrated(clip: BvhClip, frames: int = 1, root: tuple[float, ...] | None = 
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("root", [None, (0.0, 0.0, 0.0), (4.0, 0.0, 7.0)])
 @pytest.mark.parametrize("frames", [1, 3])
 @pytest.mark.parametrize("every", [1, 2])

@@ -138,6 +138,7 @@ def test_a_trunk_points_where_the_sources_points_however_it_leans_at_rest(body: 
     assert np.degrees(apart.max()) < 1.0
 
 
+@pytest.mark.long
 def test_captured_people_stand_as_upright_as_they_stood(body: BodyModel) -> None:
     clips = shared_clips()
     if not clips:

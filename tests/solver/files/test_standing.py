@@ -110,6 +110,7 @@ def raw(frames):
     return RawFrames(frames.astype(np.float32), BODY.faces, 1 / 30, Told(), "a.npz", ())
 
 
+@pytest.mark.long
 def test_a_body_upside_down_is_turned_over_with_what_lies_on_it(strangers):
     frames = walk(strangers)[:4]
     over = [-1.0, -1.0, 1.0]
