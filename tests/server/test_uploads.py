@@ -16,14 +16,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from analytic_drape import FITTING_SIZE
 from asking import answer_to, refused
 from live_server import LiveServer
 
 from tryon_client import connect
 from tryon_protocol import SetMotionMessage, StatusMessage
 from tryon_server.uploads.check import Telling, check
-from tryon_server.uploads.service import _key
 from tryon_solver.body import default_body
 from tryon_solver.body.pose import Pose, skin
 
@@ -530,38 +528,6 @@ def test_a_body_that_can_not_be_worn_on_is_refused_and_the_server_goes_on(live, 
     assert live.http.get("/api/health").json()["status"] == "ok"
 
 
-def test_a_file_that_is_kept_already_is_known_again():
-    """Its key is of what was told when it was stored, before animations and facings could be."""
-    told = b'{"kind":"body","name":"","units":"cm","up":null,"fps":null}'
-    key, digest = _key(b"content", Telling(kind="body", name="any", units="cm"))
-    assert key == hashlib.sha256(b"content" + told).hexdigest()
-    assert digest == hashlib.sha256(b"content").hexdigest()
-    assert _key(b"content", Telling(kind="body", name="any", units="cm", animation="walk"))[0] != key
-    assert _key(b"content", Telling(kind="body", name="any", units="cm", facing="-z"))[0] != key
-    assert _key(b"content", Telling(kind="body", name="any", units="cm", joints={"head": "Top"}))[0] != key
-
-
-def test_what_nobody_thought_of_is_told_as_itself_and_not_as_too_much(monkeypatch):
-    def breaks(*_):
-        raise ZeroDivisionError("division by zero")
-
-    monkeypatch.setattr("tryon_server.runtime.bodies.load_moving_mesh", breaks)
-    reply = check(b"PK", Telling(kind="body", name="odd"))
-    assert reply.body is None
-    assert reply.problem is not None
-    assert (reply.status, reply.problem.code) == (500, "server.fault")
-    assert reply.problem.message.startswith("checking the body failed (ZeroDivisionError: division by zero): this is")
-    assert "Report it" in reply.problem.remedy
-    assert "in breaks" in reply.trace
-
-    def fills(*_):
-        raise MemoryError
-
-    monkeypatch.setattr("tryon_server.runtime.bodies.load_moving_mesh", fills)
-    with pytest.raises(MemoryError):
-        check(b"PK", Telling(kind="body", name="large"))
-
-
 @pytest.mark.parametrize(("kind", "cap"), [("motions", "64 MiB"), ("bodies", "128 MiB")])
 def test_300_mb_are_refused_before_they_are_sent(live, kind, cap):
     status, body, sent = answer_to(live, f"Content-Length: {300 * 10**6}", [b"[" * 1000], f"/api/{kind}")
@@ -595,39 +561,3 @@ def test_what_was_uploaded_survives_a_restart_and_a_lost_file_is_told(tmp_path):
     (tmp_path / "data" / "blobs" / digest[:2] / digest).unlink()
     refused(server.http.post("/api/sessions", json={"garment": "tube", "body": body["id"]}), 410, "body.lost")
     server.stop()
-
-
-# Size -----------------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("size", [0.4, 2.1, -1, "large", "1", True, None])
-def test_a_size_that_is_none_is_refused(live, size):
-    body = refused(live.http.post("/api/sessions", json={"garment": "tube", "size": size}), 422, "request.invalid")
-    assert body["place"] == "size"
-    assert body["message"].endswith('a size is a number from 0.5 to 2, or "fit"')
-
-
-@pytest.mark.parametrize(("size", "worn"), [("fit", FITTING_SIZE), (0.9, 0.9)])
-def test_the_size_that_is_worn_is_told_beside_the_one_that_was_asked_for(live, size, worn):
-    session = live.open(size=size)
-
-    async def told() -> float | None:
-        async with connect(live.stream_url(session)) as stream:
-            async for event in stream:
-                if isinstance(event, StatusMessage) and event.worn_size is not None:
-                    return event.worn_size
-        return None
-
-    assert asyncio.run(asyncio.wait_for(told(), 20.0)) == worn
-    info = live.http.get(f"/api/sessions/{session}").json()
-    assert (info["size"], info["worn_size"]) == (size, worn)
-    live.http.delete(f"/api/sessions/{session}")
-    ended = live.http.get(f"/api/sessions/{session}").json()
-    assert (ended["size"], ended["worn_size"]) == (size, None)
-
-
-def test_the_description_of_a_session_names_the_size_that_fits(live):
-    described = live.http.get("/openapi.json").json()
-    wish = described["paths"]["/api/sessions"]["post"]["requestBody"]["content"]["application/json"]["schema"]
-    for properties in (wish["properties"], described["components"]["schemas"]["SessionReply"]["properties"]):
-        assert {"const": "fit", "type": "string"} in properties["size"]["anyOf"]
