@@ -83,9 +83,11 @@ def close_seams(
         what = f"the seam of {names[0]} with itself stays {2e3 * open_by:.1f} mm open"
     if pulled < fabric.strain_limit:
         told = (
-            f"{what}: the body is between its sides, or its pieces start on the wrong side of each other",
+            f"{what}: the body or other fabric is between its sides, or its pieces start on the wrong side of each "
+            "other",
             f"panels.{names[0]}",
-            "Move the pieces so that what is sewn faces each other around the body, or enlarge them",
+            "Move the pieces so that what is sewn faces each other around the body; where the body is between, enlarge "
+            "them; where fabric is, choose a smaller size",
         )
         if open_by > GAPING:
             raise DressingError(*told)
