@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import closing
 from dataclasses import replace
+from functools import partial
 from multiprocessing.connection import Connection
 from typing import Any, Literal
 
@@ -35,6 +36,7 @@ from tryon_server.runtime.remaking import Remade, Remaking
 from tryon_server.runtime.reporting import report_of
 from tryon_server.runtime.sources import MotionSource, Move, PoseSource, SequenceSource, StillSource
 from tryon_server.runtime.stream_source import StreamSource
+from tryon_server.runtime.telling import Teller
 from tryon_server.runtime.waiting import WaitingChanges, refusal
 from tryon_server.sessions.commands import (
     AllowFrame,
@@ -46,7 +48,7 @@ from tryon_server.sessions.commands import (
     UseTrackedPose,
     WearFabric,
 )
-from tryon_server.sessions.events import Designed, EditRefused, Event, PhaseChanged, Reported, Troubled
+from tryon_server.sessions.events import Designed, EditRefused, PhaseChanged, Reported, Troubled
 from tryon_server.wording import as_parameters, in_parameters
 from tryon_solver.body.mesh_sequence import Moment
 from tryon_solver.body.pose import Pose
@@ -93,6 +95,8 @@ class Worker:
         beside: Beside,
     ) -> None:
         self._connection = connection
+        self._teller = Teller(connection)
+        self._tell = self._teller.tell
         self._order = order
         self._build = build
         self._load_motion = load_motion
@@ -137,6 +141,7 @@ class Worker:
                 pause = 0.0
             self._obey(pause)
             pause = self._work()
+            self._teller.catch_up()
             if self._drape is not None and self._remaking.under_way:
                 self._remake(self._drape)
                 pause = REMAKING_SECONDS if pause is None else min(pause, REMAKING_SECONDS)
@@ -269,7 +274,7 @@ class Worker:
         self._held = True
         self._held_last = command if self._remaking.under_way else None
         notes = (*asked.notes, f"{LATER}: {why}") if why else asked.notes
-        self._tell(Designed(design_of(asked.specification, asked.history, held=True, notes=notes)))
+        self._tell_design(asked.specification, asked.history, held=True, notes=notes)
 
     def _keep(self, change: Literal["value", "topology"]) -> None:
         """The pattern of the newest change is worn: answer all that wait, each once it was told; show what is held."""
@@ -281,8 +286,8 @@ class Worker:
                 self._tell(outcome)
                 continue
             self._history = outcome.history
-            self._tell(Designed(design_of(outcome.specification, outcome.history, notes=outcome.notes)))
-            self._tell(outcome.made(command, change))  # whoever is answered has seen the pattern
+            self._tell_design(outcome.specification, outcome.history, notes=outcome.notes)
+            self._teller.owe(partial(outcome.made, command, change))  # whoever is answered has seen the pattern
         held, self._held_last = self._held_last, None
         if held is not None:
             self._change(held)
@@ -343,7 +348,7 @@ class Worker:
         if self._held:
             notes = (f"{LATER}: {drape.outgrown}",)
             drape.reshape(self._history.specification)
-            self._tell(Designed(design_of(self._history.specification, self._history, held=True, notes=notes)))
+            self._tell_design(self._history.specification, self._history, held=True, notes=notes)
         elif not self._remaking.under_way and drape.outgrown != self._stuck:
             self._begin_remaking(self._history.specification, drape)
 
@@ -366,7 +371,7 @@ class Worker:
             self._fail(f"Dressing failed: {error!r}.", COARSER)
         else:
             if self._history is not None:
-                self._tell(Designed(design_of(self._history.specification, self._history)))
+                self._tell_design(self._history.specification, self._history)
             newest = self._waiting.newest
             if newest is not None and self._drape is not None:
                 self._begin_remaking(newest.specification, self._drape)
@@ -471,7 +476,7 @@ class Worker:
             self._trouble(error.code, error.place, error.message, error.remedy)
             return
         if frame is not None:
-            self._tell(frame)
+            self._teller.show(frame)
             self._meter.published(self._clock())
             self._report()
 
@@ -490,5 +495,5 @@ class Worker:
     def _trouble(self, code: str, place: str, message: str, remedy: str) -> None:
         self._tell(Troubled(code, place, message, remedy))
 
-    def _tell(self, event: Event) -> None:
-        self._connection.send(event)
+    def _tell_design(self, specification: Mapping[str, Any], history: History, **more: Any) -> None:
+        self._teller.owe(lambda: Designed(design_of(specification, history, **more)))

@@ -22,6 +22,7 @@ Points = NDArray[np.float64]
 # positions by arc length interpolate that table linearly: off by about length / TABLE_PIECES^2, 0.2 micrometres on 1 m.
 TABLE_PIECES = 2048
 TABLES_KEPT = 256
+SAMPLES_KEPT = 1024  # of some tens of points each
 GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 # SVG enlarges an arc's radius that cannot span its chord. Rounding of exported numbers explains this much of it.
@@ -48,9 +49,16 @@ class Bezier:
         return _bernstein(np.asarray(t, dtype=np.float64), len(self.controls) - 1) @ self.controls
 
     def speeds(self, t: ArrayLike) -> Points:
-        degree = len(self.controls) - 1
-        hodograph = degree * np.diff(self.controls, axis=0)
-        return np.linalg.norm(_bernstein(np.asarray(t, dtype=np.float64), degree - 1) @ hodograph, axis=1)
+        return self._speeds(_bernstein(np.asarray(t, dtype=np.float64), len(self.controls) - 2))
+
+    def table_speeds(self) -> Points:
+        """Those at the nodes of a table's pieces, (TABLE_PIECES * nodes,)."""
+        return self._speeds(_table_bernstein(len(self.controls) - 2))
+
+    def _speeds(self, bernstein: Points) -> Points:
+        hodograph = (len(self.controls) - 1) * np.diff(self.controls, axis=0)
+        x, y = (bernstein @ hodograph).T
+        return np.sqrt(x * x + y * y)
 
 
 @dataclass(frozen=True)
@@ -116,11 +124,9 @@ def length(curve: Curve) -> float:
 
 def sample_by_arc_length(curve: Curve, segments: int) -> Points:
     """Points (segments + 1, 2) m that cut the curve into pieces of equal arc length, both ends included."""
-    parameters, lengths = _length_table(curve)
-    wanted = np.linspace(0.0, lengths[-1], segments + 1)
-    t = np.interp(wanted, lengths, parameters)
-    t[0], t[-1] = 0.0, 1.0
-    return curve.points(t)
+    if isinstance(curve, Bezier):
+        return _samples_of_bezier(_key(curve), segments).copy()
+    return _samples_of(curve, segments)
 
 
 def parameter_at(curve: Curve, share: float) -> float:
@@ -170,19 +176,57 @@ def _bernstein(t: Points, degree: int) -> Points:
 
 def _length_table(curve: Curve) -> tuple[Points, Points]:
     """Parameters (TABLE_PIECES + 1,) and the curve's length [m] up to each of them, same shape; not to be changed."""
-    if isinstance(curve, Bezier):
-        return _table_of_bezier(np.asarray(curve.controls, dtype=np.float64).tobytes())
-    return _table_of(curve)
+    return _table_of_bezier(_key(curve)) if isinstance(curve, Bezier) else _table_of(curve)
+
+
+# An edit asks for the lengths and the samples of a pattern's edges several times each.
+
+
+def _key(curve: Bezier) -> bytes:
+    """The control points (D + 1, 2) float64 m, to look up by."""
+    return np.asarray(curve.controls, dtype=np.float64).tobytes()
+
+
+def _of_key(controls: bytes) -> Bezier:
+    return Bezier(np.frombuffer(controls).reshape(-1, 2))
 
 
 @lru_cache(maxsize=TABLES_KEPT)
 def _table_of_bezier(controls: bytes) -> tuple[Points, Points]:
-    """Of the control points (D + 1, 2) float64 m: an edit asks for those of a pattern's edges several times each."""
-    return _table_of(Bezier(np.frombuffer(controls).reshape(-1, 2)))
+    return _table_of(_of_key(controls))
+
+
+@lru_cache(maxsize=SAMPLES_KEPT)
+def _samples_of_bezier(controls: bytes, segments: int) -> Points:
+    return _samples_of(_of_key(controls), segments)
+
+
+def _samples_of(curve: Curve, segments: int) -> Points:
+    parameters, lengths = _length_table(curve)
+    wanted = np.linspace(0.0, lengths[-1], segments + 1)
+    t = np.interp(wanted, lengths, parameters)
+    t[0], t[-1] = 0.0, 1.0
+    return curve.points(t)
 
 
 def _table_of(curve: Curve) -> tuple[Points, Points]:
-    edges = np.linspace(0.0, 1.0, TABLE_PIECES + 1)
-    inside = (edges[:-1, None] + (GAUSS_NODES[None, :] + 1) / (2 * TABLE_PIECES)).ravel()
-    pieces = curve.speeds(inside).reshape(TABLE_PIECES, -1) @ GAUSS_WEIGHTS / (2 * TABLE_PIECES)
-    return edges, np.concatenate([[0.0], np.cumsum(pieces)])
+    speeds = curve.table_speeds() if isinstance(curve, Bezier) else curve.speeds(_table_nodes())
+    pieces = speeds.reshape(TABLE_PIECES, -1) @ GAUSS_WEIGHTS / (2 * TABLE_PIECES)
+    return _table_ends(), np.concatenate([[0.0], np.cumsum(pieces)])
+
+
+@lru_cache(maxsize=1)
+def _table_ends() -> Points:
+    """Where the pieces of a table end (TABLE_PIECES + 1,); not to be changed."""
+    return np.linspace(0.0, 1.0, TABLE_PIECES + 1)
+
+
+def _table_nodes() -> Points:
+    """The nodes of all its pieces."""
+    return (_table_ends()[:-1, None] + (GAUSS_NODES[None, :] + 1) / (2 * TABLE_PIECES)).ravel()
+
+
+@lru_cache(maxsize=4)
+def _table_bernstein(degree: int) -> Points:
+    """Bernstein polynomials of the degree at the nodes; not to be changed."""
+    return _bernstein(_table_nodes(), degree)

@@ -5,6 +5,8 @@ An outline is a closed polygon, shape (n, 2) in metres, the last point joined to
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +14,7 @@ Points = NDArray[np.float64]
 
 # Points times outline segments handled at once: bounds the memory of the all-pairs tests to a few hundred megabytes.
 PAIRS_AT_ONCE = 4_000_000
+CONTACTS_KEPT = 256  # whether outlines meet themselves: an edit has most of a pattern's pieces as they were
 
 
 def signed_area(outline: Points) -> float:
@@ -47,6 +50,12 @@ def self_contact(outline: Points, tolerance: float) -> tuple[int, int] | None:
     Segment i runs from point i to point i + 1. Neighbouring segments share a point; they are reported when they fold
     back onto each other.
     """
+    return _self_contact(np.asarray(outline, dtype=np.float64).tobytes(), tolerance)
+
+
+@lru_cache(maxsize=CONTACTS_KEPT)
+def _self_contact(points: bytes, tolerance: float) -> tuple[int, int] | None:
+    outline = np.frombuffer(points).reshape(-1, 2)
     count = len(outline)
     start, end = outline, np.roll(outline, -1, axis=0)
     low, high = np.minimum(start, end) - tolerance, np.maximum(start, end) + tolerance

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tryon_solver.geometry import curves
-from tryon_solver.geometry.altitudes import LARGEST_ASPECT, SMALLEST_ALTITUDE_SHARE, altitudes
+from tryon_solver.geometry.altitudes import LARGEST_ASPECT, SMALLEST_ALTITUDE_SHARE, altitudes_of, sides_of
 from tryon_solver.geometry.cage import Cage, build_cage
 from tryon_solver.geometry.curves import Points
 from tryon_solver.geometry.panel_mesh import PanelMesh, piece_frame
@@ -99,7 +99,7 @@ def begin_drag(mesh: PanelMesh, pattern: Pattern, xi: float) -> Drag:
 
 def _fault(mesh: PanelMesh, pattern: Pattern, xi: float) -> Remesh | None:
     """The worst triangle of those that the solver would refuse at the thickness xi [m]; None when there are none."""
-    altitude, side = altitudes(mesh.uv[mesh.faces])
+    altitude, side = altitudes_of(sides_of(mesh.uv, mesh.faces))
     flattest, lowest = int(np.argmin(altitude / side)), int(np.argmin(altitude))
     if altitude[flattest] * LARGEST_ASPECT <= side[flattest]:
         panel, near = _where(mesh, pattern, flattest)

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tryon_solver.geometry.altitudes import LARGEST_ASPECT
+from tryon_solver.geometry.altitudes import LARGEST_ASPECT, Side, Sides, sides_of
 from tryon_solver.geometry.constrained import Points
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.redesign.remesh import Remesh
@@ -41,7 +41,7 @@ def begin_ramp(before: PanelMesh, after: PanelMesh) -> Ramp | Remesh:
 
     The thickness of the cloth is not looked at: on the way a triangle may be lower than at both ends.
     """
-    one, other = _sides(before), _sides(after)
+    one, other = sides_of(before.uv, before.faces), sides_of(after.uv, after.faces)
     a, c = LARGEST_ASPECT * _crossed(one, one), LARGEST_ASPECT * _crossed(other, other)
     b = 0.5 * LARGEST_ASPECT * (_crossed(one, other) + _crossed(other, one))
     margin = np.full(len(a), np.inf)  # m^2, of the worst side; no way where it is not positive
@@ -58,18 +58,12 @@ def begin_ramp(before: PanelMesh, after: PanelMesh) -> Ramp | Remesh:
     return Remesh(f"{name!r} can't be drawn gradually into its new shape: {on_the_way}", name)
 
 
-def _sides(mesh: PanelMesh) -> list[Points]:
-    """The three sides of every triangle, (2, F) m each, from each corner to the next."""
-    corners = [mesh.uv[mesh.faces[:, k]].T for k in range(3)]
-    return [corners[(k + 1) % 3] - corners[k] for k in range(3)]
-
-
-def _crossed(one: list[Points], other: list[Points]) -> Points:
+def _crossed(one: Sides, other: Sides) -> Points:
     """(F,) m^2: the first sides of one crossed with the second sides of the other; of itself, twice the areas."""
     (x, y), (u, v) = one[0], other[1]
     return x * v - y * u
 
 
-def _dot(one: Points, other: Points) -> Points:
-    """(F,) m^2 of vectors (2, F) m."""
+def _dot(one: Side, other: Side) -> Points:
+    """(F,) m^2 of two sides of each triangle."""
     return one[0] * other[0] + one[1] * other[1]
