@@ -12,6 +12,7 @@ from typing import Any
 from scipy.sparse import csr_matrix
 
 from tryon_server.problems import problem_error
+from tryon_solver.geometry.overlay import Overlay
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.pattern import PatternError, parse_pattern
 from tryon_solver.geometry.piece_meshes import PieceMeshes, keep, kept
@@ -22,11 +23,12 @@ from tryon_solver.subspace.basis import basis_by_edges
 
 @dataclass(frozen=True, eq=False)
 class Cut:
-    """A pattern, plain JSON, its mesh in the size in which it is worn, the basis of that welded, and the meshes of its
-    pieces to be kept."""
+    """A pattern, plain JSON, its mesh in the size in which it is worn, that laid over what is worn, the basis of it
+    welded, and the meshes of its pieces to be kept."""
 
     specification: Mapping[str, Any]
     panels: PanelMesh
+    overlay: Overlay
     basis: csr_matrix
     pieces: PieceMeshes
 
@@ -35,10 +37,12 @@ class Cut:
 class Cutting:
     """Meshes a pattern, plain JSON, in `size` times its own by edges of `edge_length` m. Call it in any process.
 
-    `spacing` is the basis's, in mean edges; `known` are meshes of pieces that need not be made again.
+    `worn` is the mesh that it is to be put on from, in that size, too; `spacing` is the basis's, in mean edges; `known`
+    are meshes of pieces that need not be made again.
     """
 
     specification: Mapping[str, Any]
+    worn: PanelMesh
     edge_length: float
     size: float
     spacing: float
@@ -51,4 +55,5 @@ class Cutting:
             panels = mesh_in_size(parse_pattern(self.specification), self.edge_length, self.size)
         except PatternError as error:
             raise problem_error("pattern.invalid", error.message, error.remedy, place=error.place) from error
-        return Cut(self.specification, panels, basis_by_edges(weld(panels).garment(), self.spacing), kept())
+        basis = basis_by_edges(weld(panels).garment(), self.spacing)
+        return Cut(self.specification, panels, Overlay.of(self.worn, panels), basis, kept())

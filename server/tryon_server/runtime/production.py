@@ -161,9 +161,11 @@ class SolverDrape:
 
     def cutting(self, specification: Mapping[str, Any]) -> Cutting:
         """What makes the pattern's mesh, beside the simulation."""
-        assert self._worn is not None
+        worn = self._worn
+        assert worn is not None
+        before = worn.panels if self._edit is None else in_size(self._edit.wanted, worn.size)
         spacing = self.simulation.settings.subspace_spacing
-        return Cutting(specification, self._worn.edge_length, self._worn.size, spacing, kept())
+        return Cutting(specification, before, worn.edge_length, worn.size, spacing, kept())
 
     def recut(self, cut: Cut) -> Iterator[SolverDrape | None]:
         """That mesh put on from where this garment is worn, in parts; none where it can't be."""
@@ -177,7 +179,7 @@ class SolverDrape:
                 yield None
             assert prepared is not None
             before = worn.panels if self._edit is None else in_size(self._edit.now, worn.size)
-            carried = put_on(prepared, self.simulation, before)
+            carried = put_on(prepared, self.simulation, before, cut.overlay)
         except (CarryError, GarmentError) as error:
             logger.info("the garment is dressed anew: %s", error)
             return

@@ -22,7 +22,7 @@ from scipy.spatial import cKDTree
 from tryon_solver.dressing.stitching_on import stitched_on, without_stitches
 from tryon_solver.dressing.untangle import Freed, TangledError, untangle
 from tryon_solver.geometry.garment import Garment
-from tryon_solver.geometry.locate import locate
+from tryon_solver.geometry.overlay import Overlay
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.weld import WeldedMesh, weld
 from tryon_solver.scene import Scene
@@ -97,11 +97,14 @@ def prepare(worn: Simulation, after: PanelMesh, basis: sp.csr_matrix | None = No
     yield Prepared(simulation, after, joined)
 
 
-def put_on(prepared: Prepared, worn: Simulation, before: PanelMesh) -> Carried:
-    """The rest of `carry_over`, from where the garment `worn` is now; `before` is its mesh. Raises CarryError."""
+def put_on(prepared: Prepared, worn: Simulation, before: PanelMesh, overlay: Overlay | None = None) -> Carried:
+    """The rest of `carry_over`, from where the garment `worn` is now; `before` is its mesh, `overlay` the new one over
+    it, if that has been made; one over what it was before is not looked at. Raises CarryError."""
     assert worn.body is not None
     simulation, after, joined = prepared.simulation, prepared.mesh, prepared.welded
-    face, weights = locate(after.placed, before.placed[before.faces])
+    if overlay is None or not overlay.is_over(before):
+        overlay = Overlay.of(before, after)
+    face, weights = overlay.face, overlay.weights
     corners = worn.scene.garment.faces[face]
     places, speeds = (
         np.einsum("vk,vkd->vd", weights, values[corners].astype(np.float64))

@@ -21,6 +21,7 @@ from tryon_solver.dressing.carry_over import (
 )
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.locate import locate
+from tryon_solver.geometry.overlay import Overlay
 from tryon_solver.geometry.panel_mesh import mesh_pattern
 from tryon_solver.geometry.pattern import parse_pattern
 from tryon_solver.geometry.size import in_size
@@ -112,7 +113,7 @@ def test_the_old_garment_goes_on_as_if_nothing_were_made_beside_it_and_the_new_o
     *rest, prepared = parts
     assert set(rest) <= {None}
     assert prepared is not None
-    new = put_on(prepared, sim, walking.mesh).simulation
+    new = put_on(prepared, sim, walking.mesh, Overlay.of(walking.mesh, after)).simulation
     for one, other in zip(state_of(new), state_of(carry_over(sim, walking.mesh, after).simulation)):
         np.testing.assert_array_equal(one, other)
     assert np.abs(new.state.v.numpy()).max() > 0.1
@@ -122,6 +123,15 @@ def test_the_old_garment_goes_on_as_if_nothing_were_made_beside_it_and_the_new_o
     for k in range(1, 6):
         new.advance(walking.pose(AT + 3 + k), k / FPS)
         assert judge.judge(new.cloth_positions(), new.body_positions()).clean, k
+
+
+def test_an_overlay_over_what_the_garment_was_before_is_not_looked_at(walking):
+    after = cut(EDITS["cut and sewn"])
+    stale = Overlay(walking.mesh.placed + 1.0, np.full(len(after.uv), -1), np.full((len(after.uv), 3), np.nan))
+    *_, prepared = prepare(walking.sim, after)
+    new = put_on(prepared, walking.sim, walking.mesh, stale).simulation
+    for one, other in zip(state_of(new), state_of(carry_over(walking.sim, walking.mesh, after).simulation)):
+        np.testing.assert_array_equal(one, other)
 
 
 def built_where_it_is(sim):
