@@ -95,6 +95,9 @@ class FollowedObstacles:
         turned = quaternions.slerp(first.rotations, last.rotations, share)
         return Placed(turned, (1 - share) * first.shifts + share * last.shifts)
 
+    def part_way(self, first: Placed, last: Placed, share: float) -> Placed:
+        return self.between(first, last, share)  # as a whole they stand
+
     def place(self, _stance: Placed) -> np.ndarray:
         return np.zeros(3)
 
