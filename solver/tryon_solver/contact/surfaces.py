@@ -8,13 +8,17 @@ stencil appears once.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import warp as wp
 
-from tryon_solver.geometry.distinct import distinct
+from tryon_solver.geometry.distinct import ascending, distinct
 
 wp.set_module_options({"enable_backward": False})
+
+
+SURFACES_KEPT = 8
 
 
 @dataclass
@@ -44,7 +48,7 @@ class Surface:
         count = len(faces)
         return Surface(
             wp.array(faces.astype(np.int32), dtype=wp.vec3i, device=device),
-            wp.array(ownership(faces), dtype=wp.int32, device=device),
+            wp.array(ownership(faces - faces.min()), dtype=wp.int32, device=device),
             wp.zeros(count, dtype=wp.vec3, device=device),
             wp.zeros(count, dtype=wp.vec3, device=device),
             wp.zeros(count, dtype=wp.float32, device=device),
@@ -76,12 +80,20 @@ class Surface:
 
 
 def ownership(faces: np.ndarray) -> np.ndarray:
-    """(F,) int32 bits as in `Surface.owned`: the first triangle that has a vertex or an edge owns it."""
+    """(F,) int32 bits as in `Surface.owned`: the first triangle that has a vertex or an edge owns it.
+
+    Kept, since a body's triangles are those of the garment before, too."""
+    return _ownership(faces.astype(np.int32).tobytes())
+
+
+@lru_cache(maxsize=SURFACES_KEPT)
+def _ownership(triangles: bytes) -> np.ndarray:
+    faces = np.frombuffer(triangles, np.int32).reshape(-1, 3)
     owned = np.zeros(len(faces), np.int32)
     _, first = np.unique(faces.ravel(), return_index=True)
     np.bitwise_or.at(owned, first // 3, (1 << (first % 3)).astype(np.int32))
-    sides = np.sort(np.stack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]], axis=1).reshape(-1, 2), axis=1)
-    first = distinct(sides).first
+    sides = np.stack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]], axis=1).reshape(-1, 2)
+    first = distinct(ascending(sides)).first
     np.bitwise_or.at(owned, first // 3, (8 << (first % 3)).astype(np.int32))
     return owned
 

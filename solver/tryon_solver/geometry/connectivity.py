@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from tryon_solver.geometry.distinct import distinct
+from tryon_solver.geometry.distinct import ascending, distinct
 from tryon_solver.geometry.element_sum import ElementSum, stable_order
 
 CORNERS = np.array([[0, 1, 2], [1, 2, 0], [2, 0, 1]])  # a triangle's sides, each with the corner opposite
@@ -22,11 +22,15 @@ class Connectivity:
     def __init__(self, faces: np.ndarray, count: int) -> None:
         self.faces, self.count = faces, count
 
+    def complete(self) -> None:
+        """Make all that a simulation asks for: for who hands it on. Raises ManyTrianglesError."""
+        _ = self.edges, self.hinge_corners, self.corners, self.hinge_sum, self.pairs
+
     @cached_property
     def edges(self) -> np.ndarray:
         """(E, 2) int32 unique edges, smaller vertex first, sorted."""
         pairs = np.vstack([self.faces[:, [0, 1]], self.faces[:, [1, 2]], self.faces[:, [2, 0]]])
-        return distinct(np.sort(pairs, axis=1)).rows.astype(np.int32)
+        return distinct(ascending(pairs)).rows.astype(np.int32)
 
     @cached_property
     def hinges(self) -> np.ndarray:
@@ -34,31 +38,34 @@ class Connectivity:
 
         Raises ManyTrianglesError for an edge in more than two triangles.
         """
-        table = self.faces[:, CORNERS].reshape(-1, 3).astype(np.int64)
-        face = np.repeat(np.arange(len(self.faces)), 3)
-        key = np.sort(table[:, :2], axis=1)
-        order = stable_order(key[:, 1], self.count)
-        order = order[stable_order(key[order, 0], self.count)]
-        key, table, face = key[order], table[order], face[order]
-        same = (key[1:] == key[:-1]).all(axis=1)
-        if (same[1:] & same[:-1]).any():
-            at = int(np.flatnonzero(same[1:] & same[:-1])[0])
-            raise ManyTrianglesError(
-                f"edge {key[at, 0]}-{key[at, 1]} is in more than two triangles; split the garment there"
-            )
-        first = np.flatnonzero(same)
-        return np.column_stack([key[first], table[first, 2], table[first + 1, 2], face[first], face[first + 1]])
+        corners = self.hinge_corners
+        vertices = self.faces.ravel().astype(np.int64)
+        (start, end), apexes = corners[0, :2], corners[:, 2]
+        return np.column_stack([*(vertices[at] for at in (start, end, *apexes)), *(apexes // 3)])
 
     @cached_property
     def hinge_corners(self) -> np.ndarray:
-        """(2, 3, H): in each of a hinge's two triangles, which of all 3 F corners is v0, which v1, which the opposite
-        one."""
-        return np.array([[self._corner(side, column) for column in (0, 1, 2 + side)] for side in range(2)])
-
-    def _corner(self, side: int, column: int) -> np.ndarray:
-        """(H,) the corner, of the triangle on this side of each hinge, that is the vertex in this column."""
-        face, vertex = self.hinges[:, 4 + side], self.hinges[:, column]
-        return 3 * face + np.argmax(self.faces[face] == vertex[:, None], axis=1)
+        """(2, 3, H) int32: in each of a hinge's two triangles, which of all 3 F corners is v0, which v1, which the
+        opposite one. Raises ManyTrianglesError."""
+        first = np.arange(self.faces.size, dtype=np.int32)  # corner of each side of each triangle
+        second, apex = first + np.tile([1, 1, -2], len(self.faces)), first + np.tile([2, -1, -1], len(self.faces))
+        every = self.faces.ravel()
+        a, b = every, every[second]
+        low, high = np.minimum(a, b), np.maximum(a, b)
+        order = stable_order(high, self.count)
+        order = order[stable_order(low[order], self.count)]
+        low, high = low[order], high[order]
+        same = (low[1:] == low[:-1]) & (high[1:] == high[:-1])
+        if (same[1:] & same[:-1]).any():
+            at = int(np.flatnonzero(same[1:] & same[:-1])[0])
+            raise ManyTrianglesError(
+                f"edge {low[at]}-{high[at]} is in more than two triangles; split the garment there"
+            )
+        shared = np.flatnonzero(same)
+        sides = order[np.stack([shared, shared + 1])]  # (2, H)
+        rising = a[sides] < b[sides]
+        ends = np.where(rising, first[sides], second[sides]), np.where(rising, second[sides], first[sides])
+        return np.stack([*ends, apex[sides]], axis=1).astype(np.int32)
 
     @cached_property
     def corners(self) -> tuple[np.ndarray, np.ndarray]:

@@ -14,15 +14,13 @@ import scipy.sparse as sp
 
 @dataclass(frozen=True)
 class ElementSum:
-    """`pattern` (N, N), which has an entry wherever the sum may have one, columns ascending; `order` (E k k,) and
-    `starts` (nnz + 1,): the elements' entries, numbered element by element and row by row, that its entry i is the sum
-    of are `order[starts[i] : starts[i + 1]]`, ascending; `places` (E k k,): which of its entries each is added to;
-    `width` is k."""
+    """`pattern` (N, N), which has an entry wherever the sum may have one, columns ascending; `order` (E k k,) int32 and
+    `starts` (nnz + 1,) int32: the elements' entries, numbered element by element and row by row, that its entry i is
+    the sum of are `order[starts[i] : starts[i + 1]]`, ascending; `width` is k."""
 
     pattern: sp.csr_matrix
     order: np.ndarray
     starts: np.ndarray
-    places: np.ndarray
     width: int
 
     @staticmethod
@@ -35,13 +33,18 @@ class ElementSum:
         row, column = row[order], column[order]
         first = np.ones(len(order), bool)
         first[1:] = (row[1:] != row[:-1]) | (column[1:] != column[:-1])
-        places = np.empty(len(order), np.int64)
-        places[order] = np.cumsum(first) - 1
         rows = np.concatenate([[0], np.cumsum(np.bincount(row[first], minlength=count))])
-        starts = np.append(np.flatnonzero(first), len(order))
+        starts = np.append(np.flatnonzero(first), len(order)).astype(np.int32)
         ones = np.ones(len(starts) - 1)
         pattern = sp.csr_matrix((ones, column[first].astype(np.int32), rows.astype(np.int32)), shape=(count, count))
-        return ElementSum(pattern, order, starts, places, k)
+        return ElementSum(pattern, order, starts, k)
+
+    @property
+    def places(self) -> np.ndarray:
+        """(E k k,): which of the pattern's entries each of the elements' is added to."""
+        places = np.empty(len(self.order), np.int64)
+        places[self.order] = np.repeat(np.arange(len(self.starts) - 1), np.diff(self.starts))
+        return places
 
 
 def stable_order(numbers: np.ndarray, below: int) -> np.ndarray:

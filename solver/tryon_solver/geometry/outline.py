@@ -25,14 +25,19 @@ def signed_area(outline: Points) -> float:
 
 def contains(outline: Points, points: Points) -> NDArray[np.bool_]:
     """Whether each point (K, 2) m lies inside the outline, by the crossings of a ray towards +x, shape (K,)."""
-    start, end = outline, np.roll(outline, -1, axis=0)
+    x0, y0 = outline.T
+    x1, y1 = np.roll(outline, -1, axis=0).T
     inside = np.empty(len(points), dtype=bool)
     for rows in _blocks(len(points), len(outline)):
-        x, y = points[rows, :1], points[rows, 1:]
-        straddles = (start[:, 1] > y) != (end[:, 1] > y)
-        rise = np.where(straddles, end[:, 1] - start[:, 1], 1.0)
-        crossing = start[:, 0] + (y - start[:, 1]) * (end[:, 0] - start[:, 0]) / rise
-        inside[rows] = np.count_nonzero(straddles & (x < crossing), axis=1) % 2 == 1
+        x, y = points[rows].T
+        by_height = np.argsort(y, kind="stable")
+        first, last = (np.searchsorted(y[by_height], ends(y0, y1)) for ends in (np.minimum, np.maximum))
+        count = last - first  # of points beside each segment; a segment has its lower end, not its upper one
+        segment = np.repeat(np.arange(len(outline)), count)
+        point = by_height[np.arange(len(segment)) + np.repeat(first - np.cumsum(count) + count, count)]
+        crossing = x0[segment] + (y[point] - y0[segment]) * (x1 - x0)[segment] / (y1 - y0)[segment]
+        crossed = np.bincount(point[x[point] < crossing], minlength=len(x))
+        inside[rows] = crossed % 2 == 1
     return inside
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from tryon_solver.geometry.distinct import distinct
+from tryon_solver.geometry.distinct import ascending, distinct
 
 Indices = NDArray[np.int32]
 
@@ -58,9 +58,9 @@ def sewing_faults(faces: Indices, merged: Indices, sewn_edges: Indices) -> Sewin
     merged: merged vertex of every vertex, as from merge(). sewn_edges: (P, 2, 2) outline edges that a seam joins.
     """
     directed = face_edges(faces)
-    edges, _, side, uses = distinct(np.sort(directed, axis=1))
+    edges, _, side, uses = distinct(ascending(directed))
     on_outline = uses == 1
-    merged_edges = np.sort(merged[edges], axis=1)
+    merged_edges = ascending(merged[edges])
     group = distinct(merged_edges).which
     inner_count = np.bincount(group, weights=~on_outline)[group]
     outline_count = np.bincount(group, weights=on_outline)[group]
@@ -97,7 +97,7 @@ def pinched(faces: Indices, vertex_count: int) -> Indices:
 
 def _keys(edges: Indices, vertex_count: int) -> NDArray[np.int64]:
     """One number per undirected edge (K, 2)."""
-    ordered = np.sort(edges, axis=1).astype(np.int64)
+    ordered = ascending(edges).astype(np.int64)
     return ordered[:, 0] * vertex_count + ordered[:, 1]
 
 

@@ -2,7 +2,8 @@
 
 A hexagonal lattice inside, the Delaunay triangulation of all points with the outline forced into it, and rounds of
 moving each inner point to the area-weighted centroid of its triangles (after L. Chen and J. Xu, "Optimal Delaunay
-triangulations", J. Comp. Math. 22, 2004), which also spreads the lattice evenly up to the outline.
+triangulations", J. Comp. Math. 22, 2004), which also spreads the lattice evenly up to the outline. From round to round
+the triangulation is kept Delaunay by flips (delaunay_flips.py).
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from scipy.spatial import Delaunay, cKDTree
 
 from tryon_solver.geometry import outline
 from tryon_solver.geometry.constrained import Faces, Points, TriangulationError, constrain
+from tryon_solver.geometry.delaunay_flips import KeptDelaunay
 
 # In edge lengths. Lattice points this near to the outline would make flat triangles with it; a row of equilateral
 # triangles is 0.87 high, and smoothing draws the points between 0.55 and 1.4 there.
@@ -41,14 +43,15 @@ def triangulate(boundary: Points, edge_length: float) -> tuple[Points, Faces]:
     Raises TriangulationError when no triangulation contains the outline (it touches itself within rounding).
     """
     points = np.vstack([boundary, _lattice(boundary, edge_length)])
-    faces = _delaunay_inside(points, len(boundary), edge_length)
+    kept = KeptDelaunay(_delaunay_inside(points, len(boundary), edge_length))
     for round_ in range(SMOOTHING_ROUNDS):
         if round_ in FILLING_ROUNDS:
-            points = _fill_holes(points, faces, boundary, edge_length)
-            faces = _delaunay_inside(points, len(boundary), edge_length)
-        points = _smoothed(points, faces, len(boundary))
-        faces = _delaunay_inside(points, len(boundary), edge_length)
-    return polish(points, faces, len(boundary), edge_length), faces
+            before = len(points)
+            points = _fill_holes(points, kept.faces, boundary, edge_length)
+            kept.add(points, range(before, len(points)))
+        points = _smoothed(points, kept.faces, len(boundary))
+        kept.restore(points)
+    return polish(points, kept.faces, len(boundary), edge_length), kept.faces
 
 
 def polish(points: Points, faces: Faces, fixed: int, edge_length: float) -> Points:
@@ -59,13 +62,17 @@ def polish(points: Points, faces: Faces, fixed: int, edge_length: float) -> Poin
     points = points.copy()
     angles = np.linspace(0, 2 * np.pi, 12, endpoint=False)
     directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    corner = np.argsort(faces, axis=None, kind="stable")
+    first = np.searchsorted(faces.ravel()[corner], np.arange(len(points) + 1))
+    smallest = corner_angles(points, faces).min(axis=1)
     for round_ in range(POLISH_ROUNDS):
         step = 0.15 * edge_length * 0.8**round_
-        bad = faces[corner_angles(points, faces).min(axis=1) < POLISH_BELOW]
+        bad = faces[smallest < POLISH_BELOW]
         for vertex in np.unique(bad[bad >= fixed]):
-            star = faces[(faces == vertex).any(axis=1)]
+            around = corner[first[vertex] : first[vertex + 1]] // 3
             candidates = points[vertex] + np.vstack([[[0.0, 0.0]], step * directions, 0.3 * step * directions])
-            points[vertex] = candidates[np.argmax([_worst_angle(points, star, vertex, at) for at in candidates])]
+            points[vertex] = candidates[np.argmax(_worst_angles(points, faces[around], vertex, candidates))]
+            smallest[around] = corner_angles(points, faces[around]).min(axis=1)
     return points
 
 
@@ -85,9 +92,8 @@ def split_edges(points: Points, faces: Faces, edges: NDArray[np.int32], fixed: i
 
 def signed_areas(points: Points, faces: Faces) -> Points:
     """Areas [m^2] of the triangles (F,), positive counter-clockwise."""
-    p = points[faces]
-    ab, ac = p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]
-    return 0.5 * (ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0])
+    (ax, ay), (bx, by), (cx, cy) = (points[faces[:, k]].T for k in range(3))
+    return 0.5 * ((bx - ax) * (cy - ay) - (by - ay) * (cx - ax))
 
 
 def corner_angles(points: Points, faces: Faces) -> Points:
@@ -98,10 +104,11 @@ def corner_angles(points: Points, faces: Faces) -> Points:
     return np.degrees(np.arctan2(cross, np.sum(to_next * to_previous, axis=2)))
 
 
-def _worst_angle(points: Points, star: Faces, vertex: int, at: Points) -> float:
-    corners = np.where((star == vertex)[..., None], at, points[star])
-    separate = np.arange(star.size, dtype=np.int32).reshape(-1, 3)
-    return float(corner_angles(corners.reshape(-1, 2), separate).min())
+def _worst_angles(points: Points, star: Faces, vertex: int, places: Points) -> Points:
+    """Smallest angle [degrees] in the faces (S, 3) around a vertex were it at each of the places (K, 2) m, (K,)."""
+    corners = np.where((star == vertex)[..., None], places[:, None, None], points[star])
+    separate = np.arange(len(places) * star.size, dtype=np.int32).reshape(-1, 3)
+    return corner_angles(corners.reshape(-1, 2), separate).reshape(len(places), -1).min(axis=1)
 
 
 def _lattice(boundary: Points, edge_length: float) -> Points:
@@ -238,11 +245,14 @@ def _smoothed(points: Points, faces: Faces, fixed: int) -> Points:
     A point whose move would turn a triangle over stays too, so that none can leave the outline.
     """
     areas = signed_areas(points, faces)
-    weighted = np.repeat(areas[:, None] * points[faces].mean(axis=1), 3, axis=0)
     corner = faces.ravel()
     total = np.bincount(corner, weights=np.repeat(areas, 3), minlength=len(points))
-    moved = [np.bincount(corner, weights=weighted[:, k], minlength=len(points)) / total for k in (0, 1)]
-    smoothed = np.vstack([points[:fixed], np.stack(moved, axis=1)[fixed:]])
+    smoothed = points.copy()
+    for k in (0, 1):
+        at = points[:, k]
+        weighted = areas * ((at[faces[:, 0]] + at[faces[:, 1]] + at[faces[:, 2]]) / 3)
+        moved = np.bincount(corner, weights=np.repeat(weighted, 3), minlength=len(points))
+        smoothed[fixed:, k] = moved[fixed:] / total[fixed:]
     while True:
         turned = faces[signed_areas(smoothed, faces) <= 0]
         held = turned[(smoothed[turned] != points[turned]).any(axis=2)]
