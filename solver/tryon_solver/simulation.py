@@ -278,8 +278,8 @@ class Simulation:
 
     def inverse_to_make(self) -> Callable[[], np.ndarray]:
         """What makes `reduced_inverse` of the matrices as they are now, on another thread if that is to be."""
-        basis, system = self.basis, self.stiffness_matrix + sp.diags(self.diagonal(round(self.dt, FACTOR_DIGITS)))
-        return lambda: explicit_inverse(reduced_matrix(basis, system))
+        basis, stiffness, diagonal = self.basis, self.stiffness_matrix, self.diagonal(round(self.dt, FACTOR_DIGITS))
+        return lambda: explicit_inverse(reduced_matrix(basis, stiffness + sp.diags(diagonal)))
 
     def use_inverse(self, inverse: np.ndarray) -> None:
         """Search the subspace with this inverse, of steps as they are now."""

@@ -9,28 +9,22 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from scipy.sparse import csr_matrix
-
 from tryon_server.problems import problem_error
-from tryon_solver.geometry.overlay import Overlay
+from tryon_solver.dressing.new_cut import NewCut
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.pattern import PatternError, parse_pattern
-from tryon_solver.geometry.piece_meshes import PieceMeshes, keep, kept
+from tryon_solver.geometry.piece_meshes import PieceKey, PieceMesh, keep, kept
 from tryon_solver.geometry.size import mesh_in_size
-from tryon_solver.geometry.weld import weld
-from tryon_solver.subspace.basis import basis_by_edges
 
 
 @dataclass(frozen=True, eq=False)
 class Cut:
-    """A pattern, plain JSON, its mesh in the size in which it is worn, that laid over what is worn, the basis of it
-    welded, and the meshes of its pieces to be kept."""
+    """A pattern, plain JSON, as it is cut anew, and the meshes of its pieces to be kept, None of those that were
+    known."""
 
     specification: Mapping[str, Any]
-    panels: PanelMesh
-    overlay: Overlay
-    basis: csr_matrix
-    pieces: PieceMeshes
+    made: NewCut
+    pieces: Mapping[PieceKey, PieceMesh | None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +40,7 @@ class Cutting:
     edge_length: float
     size: float
     spacing: float
-    known: PieceMeshes
+    known: Mapping[PieceKey, PieceMesh | None]
 
     def __call__(self) -> Cut:
         """Raises ProblemError for a pattern that can't be meshed so."""
@@ -55,5 +49,5 @@ class Cutting:
             panels = mesh_in_size(parse_pattern(self.specification), self.edge_length, self.size)
         except PatternError as error:
             raise problem_error("pattern.invalid", error.message, error.remedy, place=error.place) from error
-        basis = basis_by_edges(weld(panels).garment(), self.spacing)
-        return Cut(self.specification, panels, Overlay.of(self.worn, panels), basis, kept())
+        pieces = {key: None if key in self.known else mesh for key, mesh in kept().items()}
+        return Cut(self.specification, NewCut.of(panels, self.worn, self.spacing), pieces)

@@ -40,7 +40,7 @@ from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.files.standing import facing
 from tryon_solver.geometry.garment import Garment, GarmentError
 from tryon_solver.geometry.panel_mesh import PanelMesh
-from tryon_solver.geometry.pattern import PatternError, parse_pattern, parse_pattern_bytes, read_pattern_file
+from tryon_solver.geometry.pattern import PatternError, parse_pattern_bytes, read_pattern_file
 from tryon_solver.geometry.piece_meshes import keep, kept
 from tryon_solver.geometry.placement import PlacementError
 from tryon_solver.geometry.size import in_size, mesh_in_size
@@ -48,7 +48,8 @@ from tryon_solver.geometry.wearable import check_wearable
 from tryon_solver.geometry.weld import weld
 from tryon_solver.live_edit import LiveEdit
 from tryon_solver.materials.fabric import FABRICS, Fabric
-from tryon_solver.redesign.drag import begin_drag
+from tryon_solver.redesign.drag import Drag, drag_in_parts
+from tryon_solver.redesign.parsed import parsed
 from tryon_solver.redesign.structure import difference
 from tryon_solver.reshape import OtherStructureError
 from tryon_solver.results import StepReport
@@ -90,12 +91,11 @@ class WornPattern:
     size: float
     edge_length: float
 
-    def edit_of(self, simulation: Simulation) -> LiveEdit:
-        """The simulated garment made ready to take on other shapes of this pattern."""
+    def drag_in_parts(self, thickness: float) -> Iterator[Drag | None]:
+        """Make it ready to take on other shapes in the same mesh; `thickness` m is the worn fabric's. None after each
+        part but the last."""
         own = in_size(self.panels, 1.0 / self.size)
-        thickness = simulation.scene.fabric.thickness / self.size
-        drag = begin_drag(own, parse_pattern(self.specification), thickness)
-        return LiveEdit(simulation, drag, self.size)
+        return drag_in_parts(own, parsed(self.specification), thickness / self.size)
 
 
 class SolverDrape:
@@ -137,6 +137,7 @@ class SolverDrape:
         self.specification = None if worn is None else worn.specification
         self.outgrown = ""
         self._worn = worn
+        self._drag: Drag | None = None  # made ready with the garment, or not
         self._edit: LiveEdit | None = None
         self._stance, self._time = pose, 0.0  # of the last advance
 
@@ -150,12 +151,16 @@ class SolverDrape:
         """Take on the pattern's shape; why that needs another mesh, or ""."""
         assert self._worn is not None
         self.outgrown = ""
-        pattern = parse_pattern(specification)
+        pattern = parsed(specification)
         if self._edit is None:
-            structure = difference(parse_pattern(self._worn.specification), pattern)
+            structure = difference(parsed(self._worn.specification), pattern)
             if structure is not None:  # told without what a drag begins with, which takes longer than a frame
                 return structure.message
-            self._edit = self._worn.edit_of(self.simulation)
+            drag = self._drag
+            if drag is None:
+                *_, drag = self._worn.drag_in_parts(self.simulation.scene.fabric.thickness)
+            assert drag is not None
+            self._edit = LiveEdit(self.simulation, drag, self._worn.size)
         remesh = self._edit.want(pattern)
         return "" if remesh is None else remesh.message
 
@@ -172,23 +177,30 @@ class SolverDrape:
         worn = self._worn
         assert worn is not None
         keep(cut.pieces)
+        panels = cut.made.mesh
+        drag: list[Drag | None] = [None]
+        own = replace(worn, specification=cut.specification, panels=panels)
+
+        def made_ready() -> Iterator[None]:
+            for drag[0] in own.drag_in_parts(self.simulation.scene.fabric.thickness):
+                yield None
+
         try:
             prepared = None
-            for made in prepare(self.simulation, cut.panels, cut.basis):
+            for made in prepare(self.simulation, cut.made, made_ready()):
                 prepared = made
                 yield None
             assert prepared is not None
             before = worn.panels if self._edit is None else in_size(self._edit.now, worn.size)
-            carried = put_on(prepared, self.simulation, before, cut.overlay)
+            carried = put_on(prepared, self.simulation, before)
         except (CarryError, GarmentError) as error:
             logger.info("the garment is dressed anew: %s", error)
             return
-        worn = replace(worn, specification=cut.specification, panels=cut.panels)
-        old, names = self.outfit, cut.panels.panel_names
-        drape = SolverDrape(carried.simulation, self._stance, names, old.body, old.notes, size=old.size, worn=worn)
+        old, names = self.outfit, panels.panel_names
+        drape = SolverDrape(carried.simulation, self._stance, names, old.body, old.notes, size=old.size, worn=own)
         drape.outfit = replace(drape.outfit, fit=old.fit, fitting_size=old.fitting_size)
         drape.own_motion, drape.origin = self.own_motion, self.origin
-        drape._dressed_at, drape._time = -self._time, self._time
+        drape._dressed_at, drape._time, drape._drag = -self._time, self._time, drag[0]
         yield drape
 
     def packed(self) -> PackedDrape:

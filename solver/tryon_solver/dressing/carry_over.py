@@ -9,22 +9,23 @@ is (dressing/untangle.py), and goes on from there with the body where it is.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import wait
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import cg
 from scipy.spatial import cKDTree
 
+from tryon_solver.dressing.new_cut import NewCut
 from tryon_solver.dressing.stitching_on import stitched_on, without_stitches
-from tryon_solver.dressing.untangle import Freed, TangledError, untangle
+from tryon_solver.dressing.untangle import Freed, Tangle, TangledError
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.overlay import Overlay
 from tryon_solver.geometry.panel_mesh import PanelMesh
-from tryon_solver.geometry.weld import WeldedMesh, weld
+from tryon_solver.geometry.weld import WeldedMesh
 from tryon_solver.scene import Scene
 from tryon_solver.simulation import BESIDE, Simulation
 
@@ -32,6 +33,7 @@ Points = NDArray[np.float64]
 
 SPREAD = 4.0  # times the widest gap of a seam that is drawn shut: so far from it the fabric comes along
 NEGLIGIBLE = 0.1  # mean edges: gaps narrower than this are bridged by the triangles at the seam
+BRIDGED = 1e-5  # of how far the fabric is drawn: so exactly
 ROOM = 1.2  # offsets of cloth from cloth that lie between edges that were sewn together before
 LIFT = 2e-3  # m at least off the fabric at which a pocket is laid on it, and
 LIFT_SHARE = 0.15  # of the mean edge: so far the two meshes may miss each other where the fabric is bent
@@ -46,12 +48,12 @@ class CarryError(ValueError):
 
 @dataclass(frozen=True)
 class Prepared:
-    """The new cut made ready to be put on: its simulation, the state of which counts for nothing yet, its mesh, and
-    that welded."""
+    """The new cut made ready to be put on: its simulation, the state of which counts for nothing yet, and what frees
+    that once it does."""
 
     simulation: Simulation
-    mesh: PanelMesh
-    welded: WeldedMesh
+    cut: NewCut
+    tangle: Tangle
 
 
 @dataclass(frozen=True)
@@ -69,41 +71,43 @@ def carry_over(worn: Simulation, before: PanelMesh, after: PanelMesh) -> Carried
     The new simulation has the old one's body in its stance, its collision surface, fabric, effects and settings; its
     clock begins at 0. Raises CarryError, or GarmentError as `build`; the old simulation is as it was.
     """
-    (prepared,) = (it for it in prepare(worn, after) if it is not None)
+    cut = NewCut.of(after, before, worn.settings.subspace_spacing)
+    (prepared,) = (it for it in prepare(worn, cut) if it is not None)
     return put_on(prepared, worn, before)
 
 
-def prepare(worn: Simulation, after: PanelMesh, basis: sp.csr_matrix | None = None) -> Iterator[Prepared | None]:
+def prepare(worn: Simulation, cut: NewCut, more: Iterable[object] = ()) -> Iterator[Prepared | None]:
     """All of `carry_over` that does not depend on where the garment `worn` is, which may be advanced meanwhile and
-    afterwards: in parts, None after each but the last.
-
-    `basis`: the new garment's `basis_by_edges`, if it has been made. Raises GarmentError as `build`.
-    """
+    afterwards: in parts, None after each but the last. `more` are parts of something else, done while the inverse is
+    being made. Raises GarmentError as `build`."""
     assert worn.scene.body is not None
     assert worn.body is not None
-    joined = weld(after)
-    flat = joined.mean_of_vertices(after.placed)
-    stitches = stitched_on(after, joined.welded_of_vertex, worn.scene.fabric)
+    flat = cut.welded.mean_of_vertices(cut.mesh.placed)
+    stitches = stitched_on(cut.mesh, cut.welded.welded_of_vertex, worn.scene.fabric)
     effects = (*without_stitches(worn.scene.effects), *stitches)
-    scene = Scene(joined.garment(), flat, worn.scene.body, worn.scene.fabric, effects)
+    scene = Scene(cut.garment, flat, worn.scene.body, worn.scene.fabric, effects)
     simulation = Simulation(scene, worn.settings, worn.device)
     yield None
-    yield from simulation.parts(worn.body.pose, None, basis)
+    yield from simulation.parts(worn.body.pose, None, cut.basis)
     simulation.set_diagonals(worn.dt)
     inverse = BESIDE.submit(simulation.inverse_to_make())
+    yield None
+    tangle = Tangle(simulation, ROUNDS)
+    for _ in more:
+        yield None
     while not wait([inverse], LOOK_SECONDS).done:
         yield None
     simulation.use_inverse(inverse.result())
-    yield Prepared(simulation, after, joined)
+    yield Prepared(simulation, cut, tangle)
 
 
-def put_on(prepared: Prepared, worn: Simulation, before: PanelMesh, overlay: Overlay | None = None) -> Carried:
-    """The rest of `carry_over`, from where the garment `worn` is now; `before` is its mesh, `overlay` the new one over
-    it, if that has been made; one over what it was before is not looked at. Raises CarryError."""
+def put_on(prepared: Prepared, worn: Simulation, before: PanelMesh) -> Carried:
+    """The rest of `carry_over`, from where the garment `worn` is now; `before` is its mesh. The cut's overlay, if it is
+    one over what the garment was before, is not looked at. Raises CarryError."""
     assert worn.body is not None
-    simulation, after, joined = prepared.simulation, prepared.mesh, prepared.welded
-    if overlay is None or not overlay.is_over(before):
-        overlay = Overlay.of(before, after)
+    simulation, cut = prepared.simulation, prepared.cut
+    after, joined = cut.mesh, cut.welded
+    overlay = cut.overlay if cut.overlay.is_over(before) else Overlay.of(before, after)
     face, weights = overlay.face, overlay.weights
     corners = worn.scene.garment.faces[face]
     places, speeds = (
@@ -116,7 +120,7 @@ def put_on(prepared: Prepared, worn: Simulation, before: PanelMesh, overlay: Ove
     x = drawn_back(simulation.scene.garment, x, ROOM * worn.contact.sizes.xi_self)
     simulation.start_at(x, worn.body_positions().astype(np.float64), worn.body.pose)
     try:
-        freed = untangle(simulation, rounds=ROUNDS)
+        freed = prepared.tangle.free()
     except TangledError as error:
         raise CarryError(f"where the garment is worn, {error}") from error
     most = float(simulation.stretches().max())
@@ -146,24 +150,30 @@ def drawn_together(mesh: PanelMesh, joined: WeldedMesh, x: Points) -> Points:
     """The unsewn vertices (V, 3) m with those that are sewn together in one place, the fabric beside them drawn along.
 
     How far from a seam is told by the widest gap: the displacement u solves u - l^2 Laplace(u) = 0 on the pieces'
-    graphs, l `SPREAD` times that gap, so that no triangle alone has to bridge it.
+    graphs, l `SPREAD` times that gap, so that no triangle alone has to bridge it. Of a piece all of whose own gaps are
+    negligible only the seams move.
     """
     way = joined.mean_of_vertices(x)[joined.welded_of_vertex] - x
     members = np.bincount(joined.welded_of_vertex)[joined.welded_of_vertex]
     sewn = members > 1
-    widest = float(np.linalg.norm(way, axis=1).max(initial=0.0))
-    sides = mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     length = mean_edge(mesh)
-    if widest < NEGLIGIBLE * length:
+    widest = np.zeros(len(mesh.panel_names))  # m, of each piece
+    np.maximum.at(widest, mesh.panel_of_vertex, np.linalg.norm(way, axis=1))
+    drawn = (widest >= NEGLIGIBLE * length)[mesh.panel_of_vertex]
+    if not drawn.any():
         return x + way
+    sides = mesh.faces[drawn[mesh.faces[:, 0]]][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     both = np.concatenate([sides, sides[:, ::-1]])
     links = sp.coo_matrix((np.ones(len(both)), (both[:, 0], both[:, 1])), shape=(len(x), len(x))).tocsr()
     degree = np.asarray(links.sum(axis=1)).ravel()
-    matrix = sp.diags(degree * (1.0 + (length / (SPREAD * widest)) ** 2)) - links
-    free = np.flatnonzero(~sewn)
+    matrix = sp.diags(degree * (1.0 + (length / (SPREAD * widest.max())) ** 2)) - links
+    free = np.flatnonzero(~sewn & drawn)
     rows = matrix.tocsr()[free]
     spread = np.where(sewn[:, None], way, 0.0)
-    spread[free] = splu(rows[:, free].tocsc()).solve(-(rows @ spread))
+    wanted, inner = -(rows @ spread), rows[:, free]
+    scaled = sp.diags(1.0 / inner.diagonal())
+    for k in range(3):  # the matrix is dominated by its diagonal: this takes a third of an elimination's time
+        spread[free, k], _ = cg(inner, wanted[:, k], rtol=BRIDGED, M=scaled)
     return x + spread
 
 

@@ -16,7 +16,7 @@ from tryon_solver.contact.rays import first_and_last_hit
 from tryon_solver.geometry.connectivity import Connectivity
 from tryon_solver.geometry.normals import vertex_normals
 from tryon_solver.geometry.proximity import Surface
-from tryon_solver.geometry.surface_repair import connected_faces, neighbours
+from tryon_solver.geometry.surface_repair import connected_faces
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -30,32 +30,27 @@ JUST_INSIDE = 1e-4  # m, where a ray into the limb starts
 class Dent:
     """The surface's way inwards. Vertices are in one space, `n` of cloth first."""
 
-    def __init__(
-        self,
-        x: np.ndarray,
-        n: int,
-        faces: np.ndarray,
-        edges: np.ndarray,
-        body_faces: np.ndarray,
-        group: np.ndarray,
-        sim: Simulation,
-    ) -> None:
-        self.n, self.faces, self.body_faces, self.device = n, faces, body_faces, sim.device
-        self.edges = edges
-        self.body_edges = Connectivity(body_faces, len(x)).edges
-        self.cloth_in_body = CrossingSearch(edges, body_faces, group, sim.device)
-        self.body_in_cloth = CrossingSearch(self.body_edges, faces, group, sim.device)
-        self.skin = x[n:].copy()
-        self.inward = -vertex_normals(self.skin, body_faces - n)
+    def __init__(self, sim: Simulation, group: np.ndarray) -> None:
+        """Of a simulation with a body; `group` as of CrossingSearch. `begin` says where its surface is."""
+        assert sim.scene.body is not None
+        garment = sim.scene.garment
+        self.n, self.faces, self.device = sim.cloth_count, garment.faces, sim.device
+        self.edges = garment.edges()
+        self.body_faces = sim.scene.body.faces + self.n
+        self.body_edges = Connectivity(sim.scene.body.faces, sim.body_count).edges + self.n
+        self.cloth_in_body = CrossingSearch(self.edges, self.body_faces, group, sim.device)
+        self.body_in_cloth = CrossingSearch(self.body_edges, self.faces, group, sim.device)
         self.clearance = sim.contact.sizes.xi_body + 0.1 * sim.contact.sizes.d_hat
-        through, _ = first_and_last_hit(
-            self.skin,
-            body_faces - n,
-            self.skin + JUST_INSIDE * self.inward,
-            self.inward,
-            np.full(len(self.skin), 4 * DEEPEST),
-            self.device,
-        )
+        self.part = connected_faces(len(self.faces), garment.hinges()[:, 4:])  # (F,) of the cloth
+
+    def begin(self, x: np.ndarray) -> None:
+        """The surface of x (A, 3) m is the skin that is to give way."""
+        skin_faces = self.body_faces - self.n
+        self.skin = x[self.n :].copy()
+        self.inward = -vertex_normals(self.skin, skin_faces)
+        start = self.skin + JUST_INSIDE * self.inward
+        far = np.full(len(self.skin), 4 * DEEPEST)
+        through, _ = first_and_last_hit(self.skin, skin_faces, start, self.inward, far, self.device)
         self.limit = np.minimum(np.where(through < 0, 4 * DEEPEST, through) * THROUGH, DEEPEST)
 
     def make_room(self, x: np.ndarray) -> None:
@@ -90,7 +85,6 @@ class Dent:
         cloth, _ = self.crossing_faces(x)
         if len(cloth):
             return cloth, "pass through the body too deeply for it to give way"
-        part = connected_faces(len(self.faces), neighbours(self.faces)[:, :2])
-        _, first = np.unique(part, return_index=True)
+        _, first = np.unique(self.part, return_index=True)
         inside = Surface(x[self.n :], self.body_faces - self.n).contains(x[self.faces[first, 0]])
-        return np.flatnonzero(np.isin(part, part[first[inside]])), "lie inside the body altogether"
+        return np.flatnonzero(np.isin(self.part, self.part[first[inside]])), "lie inside the body altogether"

@@ -74,42 +74,53 @@ def untangle(sim: Simulation, tell: Callable[[float], None] = lambda _share: Non
 
     Raises TangledError.
     """
-    tangle = _Tangle(sim, rounds)
-    return tangle.free(tell)
+    return Tangle(sim, rounds).free(tell)
 
 
-class _Tangle:
-    """A simulation's cloth and collision surface while they are being freed; x (A, 3) m."""
+class Tangle:
+    """A simulation's cloth and collision surface to be freed, in `most_rounds`: made ready before it is known where
+    they are."""
 
     def __init__(self, sim: Simulation, most_rounds: int) -> None:
         self.sim, self.most_rounds = sim, most_rounds
         self.n = sim.cloth_count
-        self.x = sim.state.x.numpy().astype(np.float64)
-        self.x_came = self.x[: self.n].copy()
         self.faces = sim.scene.garment.faces
         self.edges = sim.scene.garment.edges()
         group = sim.group.numpy()
         self.itself = CrossingSearch(self.edges, self.faces, group, sim.device) if "cloth" in sim.plan.touches else None
-        a, b = self.edges.T
-        self.length = np.linalg.norm(self.x[a] - self.x[b], axis=1)
-        self.valence = np.bincount(self.edges.ravel(), minlength=self.n).astype(np.float64)
-        both = np.concatenate([a, b, np.arange(self.n)]), np.concatenate([b, a, np.arange(self.n)])
-        links = sp.coo_matrix((np.ones(len(both[0])), both), shape=(self.n, self.n)).tocsr()
-        self.mean_of_neighbours = sp.diags(1.0 / (self.valence + 1.0)) @ links
-        self.listed = False  # are the candidates those around x?
         self.dent: Dent | None = None
         if sim.scene.body is not None and "body" in sim.plan.touches:
-            self.dent = Dent(self.x, self.n, self.faces, self.edges, sim.scene.body.faces + self.n, group, sim)
+            self.dent = Dent(sim, group)
 
     @cached_property
     def opposite(self) -> np.ndarray:
         """(E, 2) as of `_opposite_corners`: what crosses nothing has no need of it."""
         return _opposite_corners(self.faces, self.edges)
 
-    def free(self, tell: Callable[[float], None]) -> Freed:
+    @cached_property
+    def valence(self) -> np.ndarray:
+        """(N,) edges at each vertex."""
+        return np.bincount(self.edges.ravel(), minlength=self.n).astype(np.float64)
+
+    @cached_property
+    def mean_of_neighbours(self) -> sp.csr_matrix:
+        """(N, N), a vertex being a neighbour of its own."""
+        a, b = self.edges.T
+        both = np.concatenate([a, b, np.arange(self.n)]), np.concatenate([b, a, np.arange(self.n)])
+        links = sp.coo_matrix((np.ones(len(both[0])), both), shape=(self.n, self.n)).tocsr()
+        return sp.diags(1.0 / (self.valence + 1.0)) @ links
+
+    def free(self, tell: Callable[[float], None] = lambda _share: None) -> Freed:
+        """As `untangle`, from where the simulation is now."""
+        self.x = self.sim.state.x.numpy().astype(np.float64)  # (A, 3) m
+        self.x_came = self.x[: self.n].copy()
+        a, b = self.edges.T
+        self.length = np.linalg.norm(self.x[a] - self.x[b], axis=1)
+        self.listed = False  # are the candidates those around x?
         crossed_itself, crossed_body = self.crossing_counts()
         most, left = max(1, crossed_itself + crossed_body), crossed_itself + crossed_body
         if self.dent:
+            self.dent.begin(self.x)
             self.dent.make_room(self.x)
         too_close, rounds, stalled, best = None, 0, 0, np.inf
         while rounds < self.most_rounds and stalled < PATIENCE:

@@ -65,6 +65,10 @@ class PanelMesh:
         """The first vertex of the piece with this index."""
         return int(np.searchsorted(self.panel_of_vertex, panel))
 
+    def vertices_of(self, panel: int) -> slice:
+        """Those of the piece with this index."""
+        return slice(self.first_vertex(panel), self.first_vertex(panel + 1))
+
 
 def mesh_pattern(pattern: Pattern, edge_length: float) -> PanelMesh:
     """Mesh all pieces with triangles of about edge_length [m].

@@ -15,14 +15,17 @@ from tryon_solver.geometry.triangulate import triangulate
 
 PIECES_KEPT = 32
 
-PieceMeshes = dict[tuple[bytes, float], tuple[NDArray[np.float64], NDArray[np.int32]]]
-"""By outline, (n, 2) float64 m as bytes, and edge length [m]: points (V, 2) m and faces (F, 3) as of `triangulate`."""
+PieceKey = tuple[bytes, float]
+"""An outline, (n, 2) float64 m as bytes, and an edge length [m]."""
 
-_kept: PieceMeshes = {}  # the one used last stands last
+PieceMesh = tuple[NDArray[np.float64], NDArray[np.int32]]
+"""Points (V, 2) m and faces (F, 3) as of `triangulate`."""
+
+_kept: dict[PieceKey, PieceMesh] = {}  # the one used last stands last
 _lock = threading.Lock()
 
 
-def triangulated(outline: bytes, edge_length: float) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+def triangulated(outline: bytes, edge_length: float) -> PieceMesh:
     """Points (V, 2) m and faces (F, 3) of an outline, (n, 2) float64 m as bytes; of one that is kept, as they were.
 
     Raises TriangulationError as `triangulate`.
@@ -35,17 +38,20 @@ def triangulated(outline: bytes, edge_length: float) -> tuple[NDArray[np.float64
     return mesh
 
 
-def keep(meshes: Mapping[tuple[bytes, float], tuple[NDArray[np.float64], NDArray[np.int32]]]) -> None:
-    """Keep these, and of those kept before the ones used last, `PIECES_KEPT` in all."""
+def keep(meshes: Mapping[PieceKey, PieceMesh | None]) -> None:
+    """Keep these, as the ones used last, and of those kept before so many that they are `PIECES_KEPT` in all; None
+    stands for the mesh that is kept already, if it still is."""
     with _lock:
-        for key, mesh in meshes.items():
-            _kept.pop(key, None)
-            _kept[key] = mesh
+        for key, given in meshes.items():
+            mesh = _kept.pop(key, None) if given is None else given
+            if mesh is not None:
+                _kept.pop(key, None)
+                _kept[key] = mesh
         for key in list(_kept)[: max(0, len(_kept) - PIECES_KEPT)]:
             del _kept[key]
 
 
-def kept() -> PieceMeshes:
+def kept() -> dict[PieceKey, PieceMesh]:
     """Those that are kept, the one used last at the end."""
     with _lock:
         return dict(_kept)

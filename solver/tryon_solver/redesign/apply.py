@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from tryon_solver.geometry.pattern import Pattern, PatternError, parse_pattern
+from tryon_solver.geometry.pattern import Pattern, PatternError
 from tryon_solver.geometry.wearable import check_wearable
 from tryon_solver.redesign import edits
 from tryon_solver.redesign.bending import move_handle
@@ -15,6 +15,7 @@ from tryon_solver.redesign.darting import dart
 from tryon_solver.redesign.draft import Draft, read_draft
 from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.moving import lengthen, move_vertex, take_in
+from tryon_solver.redesign.parsed import parsed
 from tryon_solver.redesign.patching import patch, pocket
 from tryon_solver.redesign.scaling import scale_garment, scale_piece
 from tryon_solver.redesign.sewing import close_seam, ease, gather, open_seam, remove_piece
@@ -51,7 +52,7 @@ class Edited:
 
 
 def apply(specification: Mapping[str, Any], edit: edits.Edit) -> Edited:
-    """Apply the edit to a specification that parse_pattern passes, which stays as it is.
+    """Apply the edit to a specification that parse_pattern passes, which stays as it is: nobody writes to it later.
 
     Raises EditError, which says why, when the garment has nothing of the kind or would not be one any more: by the
     checks of parse_pattern and, for a garment that could be worn, of check_wearable. Raises PatternError when the
@@ -67,12 +68,12 @@ def change(draft: Draft, edit: edits.Edit) -> None:
 
 def changed(specification: Mapping[str, Any], make: Callable[[Draft], None], smaller: str) -> Edited:
     """What `make` makes of the specification, checked as apply says. smaller: the remedy for a result that is none."""
-    before = parse_pattern(specification)
+    before = parsed(specification)
     draft = read_draft(specification)
     make(draft)
     edited = draft.written()
     try:
-        after = parse_pattern(edited)
+        after = parsed(edited)
         if _wearable(before):
             check_wearable(after)
     except PatternError as error:

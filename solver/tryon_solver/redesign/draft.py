@@ -6,8 +6,8 @@ written back as it was read, to the digit and with whatever else the file holds.
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Mapping
-from copy import deepcopy
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -204,7 +204,7 @@ class Draft:
 
 def read_draft(specification: Mapping[str, Any]) -> Draft:
     """A draft of a specification that parse_pattern has passed; it shares nothing with the draft."""
-    spec = deepcopy(dict(specification))
+    spec = pickle.loads(pickle.dumps(dict(specification)))  # of plain values the quicker way to a deep copy
     units = float(spec["properties"]["units_in_meter"])
     body = spec["pattern"]
     panels = body["panels"]

@@ -6,6 +6,7 @@ on where the designer lets go, not on the way there. What is made at the start s
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -76,10 +77,17 @@ class Drag:
 
 
 def begin_drag(mesh: PanelMesh, pattern: Pattern, xi: float) -> Drag:
+    """What `drag_in_parts` comes to. Raises ValueError as that."""
+    *_, drag = drag_in_parts(mesh, pattern, xi)
+    assert drag is not None
+    return drag
+
+
+def drag_in_parts(mesh: PanelMesh, pattern: Pattern, xi: float) -> Iterator[Drag | None]:
     """The start of a drag of the pattern, whose mesh this is in the pattern's own size.
 
     xi [m] is the thickness of fabric that feels itself, as in `refuse_flat_triangles`; of a garment that is worn in
-    another size, its thickness over that size, and `in_size` makes what is worn.
+    another size, its thickness over that size, and `in_size` makes what is worn. None after each piece, then the drag.
     Raises ValueError for a mesh that is not the pattern's.
     """
     counts = [len(panel.edges) for panel in pattern.panels]
@@ -94,7 +102,8 @@ def begin_drag(mesh: PanelMesh, pattern: Pattern, xi: float) -> Drag:
         if np.abs(outline - points[: len(outline)]).max() > SAME_PLACE:
             raise ValueError(f"the mesh of {panel.name!r} is not of this pattern, or not in its own size")
         pieces.append(_Piece(panel, edges, build_cage(points, faces, len(outline))))
-    return Drag(mesh, pattern, xi, tuple(pieces))
+        yield None
+    yield Drag(mesh, pattern, xi, tuple(pieces))
 
 
 def _fault(mesh: PanelMesh, pattern: Pattern, xi: float) -> Remesh | None:

@@ -39,6 +39,14 @@ def test_what_was_handed_on_is_not_made_again(monkeypatch):
     assert triangulated(outline(3), 4.0) == mesh
 
 
+def test_a_mesh_that_is_kept_already_is_named_and_not_handed_on():
+    mesh = triangulated(outline(0), 1.0)
+    triangulated(outline(1), 1.0)
+    keep({(outline(0), 1.0): None, (outline(2), 1.0): None})
+    assert list(kept()) == [(outline(1), 1.0), (outline(0), 1.0)]  # the one used last at the end
+    assert kept()[outline(0), 1.0] is mesh
+
+
 def test_the_ones_used_last_are_kept():
     for number in range(PIECES_KEPT):
         triangulated(outline(number), 1.0 + number)

@@ -12,13 +12,18 @@ from tryon_solver import PRESETS, dress
 from tryon_solver.body.model import default_body
 from tryon_solver.body.motion import blend_in
 from tryon_solver.dressing.carry_over import (
+    BRIDGED,
     MOST_STRETCH,
+    SPREAD,
     CarryError,
     carry_over,
     drawn_back,
+    drawn_together,
+    mean_edge,
     prepare,
     put_on,
 )
+from tryon_solver.dressing.new_cut import NewCut
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.locate import locate
 from tryon_solver.geometry.overlay import Overlay
@@ -30,7 +35,6 @@ from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.redesign.apply import apply
 from tryon_solver.redesign.plain import parse_edit
 from tryon_solver.simulation import build
-from tryon_solver.subspace.basis import basis_by_edges
 
 FPS, EDGE = 30, 0.06
 AT = 15  # frames of the walk before the edit
@@ -101,7 +105,7 @@ def test_the_old_garment_goes_on_as_if_nothing_were_made_beside_it_and_the_new_o
     alone, sim = (built_where_it_is(walking.sim) for _ in range(2))
     alone.use_inverse(sim.search.inverse.numpy())  # made twice, the last bits may differ
     after = cut(EDITS["cut and sewn"])
-    parts = prepare(sim, after, basis_by_edges(weld(after).garment(), sim.settings.subspace_spacing))
+    parts = prepare(sim, NewCut.of(after, walking.mesh, sim.settings.subspace_spacing))
     asked = sim.cloth_positions()
     for k in range(1, 4):
         assert next(parts) is None
@@ -113,7 +117,7 @@ def test_the_old_garment_goes_on_as_if_nothing_were_made_beside_it_and_the_new_o
     *rest, prepared = parts
     assert set(rest) <= {None}
     assert prepared is not None
-    new = put_on(prepared, sim, walking.mesh, Overlay.of(walking.mesh, after)).simulation
+    new = put_on(prepared, sim, walking.mesh).simulation
     for one, other in zip(state_of(new), state_of(carry_over(sim, walking.mesh, after).simulation)):
         np.testing.assert_array_equal(one, other)
     assert np.abs(new.state.v.numpy()).max() > 0.1
@@ -128,10 +132,61 @@ def test_the_old_garment_goes_on_as_if_nothing_were_made_beside_it_and_the_new_o
 def test_an_overlay_over_what_the_garment_was_before_is_not_looked_at(walking):
     after = cut(EDITS["cut and sewn"])
     stale = Overlay(walking.mesh.placed + 1.0, np.full(len(after.uv), -1), np.full((len(after.uv), 3), np.nan))
-    *_, prepared = prepare(walking.sim, after)
-    new = put_on(prepared, walking.sim, walking.mesh, stale).simulation
+    made = NewCut.of(after, walking.mesh, walking.sim.settings.subspace_spacing)
+    *_, prepared = prepare(walking.sim, replace(made, overlay=stale))
+    new = put_on(prepared, walking.sim, walking.mesh).simulation
     for one, other in zip(state_of(new), state_of(carry_over(walking.sim, walking.mesh, after).simulation)):
         np.testing.assert_array_equal(one, other)
+
+
+def test_pieces_that_are_as_they_were_lie_where_they_lay(walking):
+    """What is told of them without a search is a place as the search finds it, and the other pieces are searched."""
+    before, after = walking.mesh, cut(EDITS["dart"])
+    made = Overlay.of(before, after)
+    face, weights = locate(after.placed, before.placed[before.faces])
+    for one, of in ((made.face, made.weights), (face, weights)):
+        there = np.einsum("vk,vkd->vd", of, before.placed[before.faces[one]])
+        np.testing.assert_allclose(there, after.placed, atol=2e-3)
+    told = np.flatnonzero(np.isin(after.panel_of_vertex, [list(after.panel_names).index("back")]))
+    assert (made.weights[told].max(axis=1) == 1.0).all()
+    corner = before.faces[made.face, made.weights.argmax(axis=1)]
+    np.testing.assert_array_equal(before.placed[corner][told], after.placed[told])
+    names = [before.panel_names[k] for k in before.panel_of_face[made.face[told]]]
+    assert set(names) == {"back"}
+    front = np.flatnonzero(after.panel_of_vertex == list(after.panel_names).index("front"))
+    np.testing.assert_array_equal(made.face[front], face[front])
+    np.testing.assert_array_equal(made.weights[front], weights[front])
+
+
+def test_a_gap_is_bridged_by_its_own_piece():
+    """A dart that gapes by 2 cm: u - l^2 Laplace(u) = 0 on the front's graph, and all others stay where they are."""
+    after = cut(EDITS["dart"])
+    joined = weld(after)
+    rng = np.random.default_rng(1)
+    x = rng.normal(size=(joined.vertex_count, 3))[joined.welded_of_vertex]
+    front = after.panel_of_vertex == list(after.panel_names).index("front")
+    twice = np.bincount(joined.welded_of_vertex[front], minlength=joined.vertex_count)[joined.welded_of_vertex] > 1
+    dart = np.flatnonzero(front & twice)
+    assert len(dart) >= 4
+    for vertex in dart:
+        x[vertex, 0] += 0.01 if (joined.welded_of_vertex[:vertex] == joined.welded_of_vertex[vertex]).any() else -0.01
+    moved = drawn_together(after, joined, x)
+    np.testing.assert_array_equal(moved[~front], x[~front])
+    np.testing.assert_allclose(moved[dart], joined.mean_of_vertices(x)[joined.welded_of_vertex[dart]], atol=1e-12)
+    u, length = moved - x, mean_edge(after)
+    free = np.flatnonzero(front & (np.bincount(joined.welded_of_vertex)[joined.welded_of_vertex] == 1))
+    assert np.abs(u[free]).max() > 1e-3
+    for vertex in free:
+        near = np.unique(after.faces[(after.faces == vertex).any(axis=1)])
+        near = near[near != vertex]
+        links = np.array([shared(after.faces, vertex, other) for other in near])
+        weight = links.sum() * (1 + (length / (SPREAD * 0.01)) ** 2)
+        np.testing.assert_allclose(weight * u[vertex], links @ u[near], atol=20 * BRIDGED * 0.01)
+
+
+def shared(faces, one, other):
+    """How many triangles have both vertices."""
+    return int(((faces == one).any(axis=1) & (faces == other).any(axis=1)).sum())
 
 
 def built_where_it_is(sim):
