@@ -3,7 +3,7 @@ where something is in the way."""
 
 import ipctk
 import numpy as np
-from harness.oracle import Oracle, near_each_other
+from harness.oracle import AT_A_GLANCE, Oracle, near_each_other
 from small_scenes import icosphere, sheet
 
 NOBODY, NOWHERE = np.zeros((0, 3), np.int32), np.zeros((0, 3))
@@ -55,14 +55,27 @@ def test_a_no_by_tolerance_is_asked_again(monkeypatch):
     oracle, asked = Oracle(faces, NOBODY, x, NOWHERE), []
     really = ipctk.Candidates.is_step_collision_free
 
-    def unsure(candidates, mesh, a, b):
+    def unsure(candidates, mesh, a, b, **how):
         asked.append(np.abs(b - a).max())
-        return asked[-1] < 0.05 and really(candidates, mesh, a, b)
+        return asked[-1] < 0.05 and really(candidates, mesh, a, b, **how)
 
     monkeypatch.setattr(ipctk.Candidates, "is_step_collision_free", unsure)
     assert oracle.colliding([(x, x + [0, 0, 0.1])]) == []
-    assert len(asked) == 17
-    assert asked[0] > 0.05 > max(asked[1:])
+    assert len(asked) == 18
+    assert min(asked[:2]) > 0.05 > max(asked[2:])
+
+
+def test_what_nears_by_over_nine_tenths_is_asked_exactly():
+    """The additive detection's no to it, which keeps a tenth of each distance, is not the last word."""
+    x, faces, count = sheets(1e-3)
+    after = x.copy()
+    after[count:, 1] -= 9.5e-4
+    oracle = Oracle(faces, NOBODY, x, NOWHERE)
+    may_meet = ipctk.Candidates()
+    may_meet.build(oracle.paths, fortran(x), fortran(after))
+    ends = oracle.paths, fortran(x), fortran(after)
+    assert not may_meet.is_step_collision_free(*ends, narrow_phase_ccd=AT_A_GLANCE)
+    assert oracle.colliding([(x, after)]) == []
 
 
 def fortran(x):

@@ -24,6 +24,8 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
+from tryon_solver.linalg.launch import launch
+
 wp.set_module_options({"enable_backward": False})
 
 SHARPNESS = 0.01  # m, r above: skin closer than this dominates skin further away
@@ -171,14 +173,14 @@ def find_field(
     `none` is that of `set_places`; `displacement_out` (A,) vec3 m keeps what it holds of the surface.
     """
     carry.motions.assign((motions - np.eye(4))[:, :3].astype(np.float32))
-    wp.launch(
+    launch(
         blend_kernel,
         carry.surface.size,
         [carry.skin_joints, carry.skin_weights, carry.motions],
         [carry.blends],
         device=x.device,
     )
-    wp.launch(
+    launch(
         field_kernel,
         carry.places.size - carry.surface.size,
         [carry.grid.id, carry.places, carry.surface, carry.blends, carry.motions, full, none, SHARPNESS, x],

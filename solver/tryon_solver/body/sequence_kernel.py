@@ -7,6 +7,7 @@ import warp as wp
 
 from tryon_solver.body.mesh_sequence import MeshSequence, Moment
 from tryon_solver.body.skinning import skin_vertices
+from tryon_solver.linalg.launch import launch
 
 
 class SequenceKernel:
@@ -28,7 +29,7 @@ class SequenceKernel:
         """The vertices (B,) vec3 m at the stance into `out`, seen from where `transforms` (J, 4, 4) are."""
         self._rest.assign(self.sequence.corrected_rest(stance))
         self._transforms.assign(np.ascontiguousarray(transforms))
-        wp.launch(
+        launch(
             skin_vertices,
             dim=self.sequence.vertex_count,
             inputs=[self._rest, self._joints, self._weights, self._transforms],

@@ -7,6 +7,7 @@ import warp as wp
 
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.pose import Pose, world_from_rest
+from tryon_solver.linalg.launch import launch
 
 
 @wp.kernel
@@ -81,7 +82,7 @@ class SkinningKernel:
     def run_transforms(self, transforms: np.ndarray, out: wp.array) -> None:
         """The same for joint transforms (J, 4, 4) float64, world from rest pose."""
         self._transforms.assign(np.ascontiguousarray(transforms))
-        wp.launch(
+        launch(
             skin_vertices,
             dim=self.model.vertex_count,
             inputs=[self._rest_vertices, self._skin_joints, self._skin_weights, self._transforms],

@@ -16,6 +16,7 @@ from tryon_solver.contact.candidates import Candidates, ContactSizes, Region, ca
 from tryon_solver.contact.ccd import time_of_impact
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
 from tryon_solver.linalg.device_loop import HITS, NUMBER, Passes
+from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
 
 wp.set_module_options({"enable_backward": False})
@@ -153,7 +154,7 @@ def count_leaving(
 ) -> None:
     """Count (int32) the vertices that x + alpha * displacement takes further than their budget from their anchors."""
     count_out.zero_()
-    wp.launch(
+    launch(
         leaving_kernel,
         len(x),
         [x, displacement, alpha, region.anchor, region.budget],
@@ -170,7 +171,7 @@ def leaving(x: wp.array, displacement: wp.array, alpha: wp.array, region: Region
 
 def stay_in_region(x: wp.array, displacement: wp.array, region: Region, alpha_out: wp.array) -> None:
     """Set alpha to the largest fractions that keep every vertex within its budget of its anchor."""
-    wp.launch(
+    launch(
         stay_kernel, len(x), [x, displacement, region.anchor, region.budget], [alpha_out], device=x.device
     )
 
@@ -196,7 +197,7 @@ def shorten(
     changed.fill_(-2)
 
     def shorten_once() -> None:
-        wp.launch(
+        launch(
             shorten_kernel,
             count,
             [
@@ -214,4 +215,4 @@ def shorten(
         )
 
     passes.repeat(shorten_once, MOST_PASSES)
-    wp.launch(give_up_kernel, len(x), [passes.state, MOST_PASSES], [alpha], device=x.device)
+    launch(give_up_kernel, len(x), [passes.state, MOST_PASSES], [alpha], device=x.device)

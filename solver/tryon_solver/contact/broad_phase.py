@@ -16,6 +16,7 @@ from tryon_solver.contact.distances import approach, stencil_vector, stencil_wei
 from tryon_solver.contact.found import CLOSE, STENCILS, Found, counted
 from tryon_solver.contact.surfaces import Surface
 from tryon_solver.contact.triangle_pairs import Side, pair_triangles, side_of, threads_over
+from tryon_solver.linalg.launch import launch
 
 wp.set_module_options({"enable_backward": False})
 
@@ -243,7 +244,7 @@ def extend(
 def take_apart(found: Found, cloth: Surface, other: Surface, region: Region, group: wp.array, x: wp.array) -> None:
     """Fill `found` with the stencils of its pairs of triangles, as far as there is room."""
     threads = threads_over(len(found.close), wp.get_device(x.device))
-    wp.launch(
+    launch(
         take_apart_kernel,
         threads,
         [

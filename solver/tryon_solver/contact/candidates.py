@@ -14,6 +14,7 @@ from tryon_solver.contact.distances import approach, stencil_vector, stencil_wei
 from tryon_solver.contact.found import Found
 from tryon_solver.linalg.blocks import MOST_THREADS
 from tryon_solver.linalg.device_loop import KeptGraph
+from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
 
 wp.set_module_options({"enable_backward": False})
@@ -177,7 +178,7 @@ def follow(candidates: Candidates, x_before: wp.array, x: wp.array, near: bool) 
     With `near`, those of the near list alone.
     """
     count, entries = candidates.entries(near)
-    wp.launch(
+    launch(
         follow_kernel,
         count,
         [*entries, candidates.ids, candidates.kind, x_before, x],
@@ -240,7 +241,7 @@ def list_near(
     """
     candidates.near_count.zero_()
     threads = candidates.threads
-    wp.launch(
+    launch(
         list_near_kernel,
         threads,
         [candidates.count, candidates.ids, candidates.kind, x, travel, cloth_count, sizes, int(settled), threads],
@@ -270,7 +271,7 @@ def list_closing_kernel(
 def list_closing(candidates: Candidates, displacement: wp.array, xi: float) -> None:
     """List as near the stencils that `displacement` (A,) m, taken as it is, could use up 1/MOST_USED of the gap of."""
     candidates.near_count.zero_()
-    wp.launch(
+    launch(
         list_closing_kernel,
         candidates.size,
         [candidates.ids, candidates.kind, candidates.distance, displacement, xi],

@@ -8,6 +8,8 @@ from __future__ import annotations
 import numpy as np
 import warp as wp
 
+from tryon_solver.linalg.launch import launch
+
 wp.set_module_options({"enable_backward": False})
 
 
@@ -98,7 +100,7 @@ class CrossingSearch:
         positions: wp.array = wp.array(x, dtype=wp.vec3, device=self.device)
         while True:
             self._count.zero_()
-            wp.launch(
+            launch(
                 crossings_kernel,
                 len(self.edges),
                 [self._bvh.id, self._edges, self._faces, self._group, positions],

@@ -22,6 +22,7 @@ import warp as wp
 from tryon_solver.contact.candidates import Candidates, ContactSizes, candidate_at, offset
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
 from tryon_solver.linalg.device_loop import HITS, NUMBER, Passes
+from tryon_solver.linalg.launch import launch
 
 wp.set_module_options({"enable_backward": False})
 
@@ -188,7 +189,7 @@ def deflect(
     changed.fill_(-2)
 
     def deflect_once() -> None:
-        wp.launch(
+        launch(
             deflect_kernel,
             count,
             [
@@ -205,7 +206,7 @@ def deflect(
             [changed, displacement, scratch.push, scratch.pushes, passes.state],
             device=x.device,
         )
-        wp.launch(
+        launch(
             apply_kernel,
             len(x),
             [passes.state, RELAXATION],

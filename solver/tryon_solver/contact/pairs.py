@@ -19,6 +19,7 @@ import warp as wp
 from tryon_solver.contact.barrier import barrier, barrier_curvature, barrier_gradient, mollifier
 from tryon_solver.contact.candidates import Candidates, ContactSizes, candidate_at, offset
 from tryon_solver.contact.distances import stencil_vector, stencil_weights
+from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
 
 wp.set_module_options({"enable_backward": False})
@@ -299,7 +300,7 @@ def look_for(
     count, entries = candidates.entries(near)
     pairs.counters.zero_()
     pairs.smallest_gap.fill_(parameters.sizes.d_hat)
-    wp.launch(
+    launch(
         collect_kernel,
         count,
         [
@@ -332,7 +333,7 @@ def look_for(
 def add_gradient(pairs: ContactPairs, x_ref: wp.array, x: wp.array, gradient_out: wp.array) -> None:
     """gradient += gradient at x of the model of the contact potential made at x_ref [N], of as many vertices as
     `gradient_out` is long."""
-    wp.launch(
+    launch(
         add_gradient_kernel,
         pairs.size,
         [pairs.counters, pairs.ids, pairs.lam, pairs.normal, pairs.slope, pairs.curvature, x_ref, x],
@@ -344,7 +345,7 @@ def add_gradient(pairs: ContactPairs, x_ref: wp.array, x: wp.array, gradient_out
 def add_product(pairs: ContactPairs, p: wp.array, product_out: wp.array) -> None:
     """product += C p, block (i, j) of a pair's C being lam_i lam_j (e kappa b'' n n^T + `beside`); of as many vertices
     as `product_out` is long."""
-    wp.launch(
+    launch(
         add_product_kernel,
         pairs.size,
         [pairs.counters, pairs.ids, pairs.lam, pairs.normal, pairs.curvature, pairs.beside, p],
@@ -355,7 +356,7 @@ def add_product(pairs: ContactPairs, p: wp.array, product_out: wp.array) -> None
 
 def add_diagonal(pairs: ContactPairs, blocks_out: wp.array) -> None:
     """blocks += the 3x3 diagonal blocks of C."""
-    wp.launch(
+    launch(
         add_diagonal_kernel,
         pairs.size,
         [pairs.counters, pairs.ids, pairs.lam, pairs.normal, pairs.curvature, pairs.beside],

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import warp as wp
 
+from tryon_solver.linalg.launch import launch
+
 wp.set_module_options({"enable_backward": False})
 
 MOST_HITS = 32  # of one ray
@@ -58,7 +60,7 @@ def first_and_last_hit(
     mesh = wp.Mesh(points, indices)
     first = wp.zeros(len(start), dtype=wp.float32, device=device)
     last = wp.zeros(len(start), dtype=wp.float32, device=device)
-    wp.launch(
+    launch(
         ray_kernel,
         len(start),
         [

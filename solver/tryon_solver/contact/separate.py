@@ -9,6 +9,7 @@ import warp as wp
 
 from tryon_solver.contact.candidates import Candidates, ContactSizes, offset
 from tryon_solver.contact.distances import stencil_vector, stencil_weights
+from tryon_solver.linalg.launch import launch
 
 wp.set_module_options({"enable_backward": False})
 
@@ -72,7 +73,7 @@ def push_apart(
     push = wp.zeros_like(x)
     weight = wp.zeros(len(x), dtype=wp.float32, device=device)
     close = wp.zeros(1, dtype=wp.int32, device=device)
-    wp.launch(
+    launch(
         push_kernel,
         candidates.size,
         [candidates.ids, candidates.kind, cloth_count, sizes, share, x],
@@ -81,5 +82,5 @@ def push_apart(
     )
     count = int(close.numpy()[0])
     if count:
-        wp.launch(apply_push_kernel, len(x), [push, weight, relaxation, x], device=device)
+        launch(apply_push_kernel, len(x), [push, weight, relaxation], [x], device=device)
     return count

@@ -14,6 +14,7 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.geometry.distinct import ascending, distinct
+from tryon_solver.linalg.launch import launch
 
 wp.set_module_options({"enable_backward": False})
 
@@ -66,7 +67,7 @@ class Surface:
         """
         device = self.faces.device
         self.gained.zero_()
-        wp.launch(
+        launch(
             face_boxes_kernel,
             self.face_count,
             [self.faces, centre, half_way, budget, margin],

@@ -13,6 +13,7 @@ from tryon_solver.contact.candidates import Region
 from tryon_solver.contact.found import CLOSE, PAIRS, Found
 from tryon_solver.contact.surfaces import Surface
 from tryon_solver.linalg.blocks import MOST_THREADS
+from tryon_solver.linalg.launch import launch
 
 wp.set_module_options({"enable_backward": False})
 
@@ -256,7 +257,7 @@ def pair_triangles(found: Found, cloth: Surface, other: Surface, region: Region,
     assert other.bvh is not None
     device, same = found.counts.device, int(other is cloth)
     own, others = side_of(cloth), side_of(other)
-    wp.launch(
+    launch(
         pair_triangles_kernel,
         cloth.face_count,
         [own, others, other.bvh.id, other.gained, same],
@@ -264,7 +265,7 @@ def pair_triangles(found: Found, cloth: Surface, other: Surface, region: Region,
         device=device,
     )
     threads = threads_over(len(found.triangles), device)
-    wp.launch(
+    launch(
         keep_close_kernel,
         threads,
         [found.triangles, own, others, same, other.reach, group, region.centre, region.half_way, threads],

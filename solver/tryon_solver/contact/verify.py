@@ -6,6 +6,7 @@ import warp as wp
 
 from tryon_solver.contact.candidates import Candidates, ContactSizes, offset
 from tryon_solver.contact.distances import stencil_vector, stencil_weights
+from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
 
 wp.set_module_options({"enable_backward": False})
@@ -114,15 +115,15 @@ def finite_kernel(x: wp.array(dtype=wp.vec3), violations_out: wp.array(dtype=wp.
 def is_finite(x: wp.array, counter: wp.array) -> bool:
     """Is every coordinate of x (A,) vec3 m a finite number?"""
     counter.zero_()
-    wp.launch(finite_kernel, len(x), [x], [counter], device=x.device)
+    launch(finite_kernel, len(x), [x], [counter], device=x.device)
     return int(read(counter)[0][0]) == 0
 
 
 def violations(candidates: Candidates, cloth_count: int, sizes: ContactSizes, x: wp.array, counter: wp.array) -> int:
     """Number of candidates closer than SAFE_SHARE of their thickness offset at x, plus vertices that are not finite."""
     counter.zero_()
-    wp.launch(finite_kernel, len(x), [x], [counter], device=x.device)
-    wp.launch(
+    launch(finite_kernel, len(x), [x], [counter], device=x.device)
+    launch(
         verify_kernel,
         candidates.size,
         [candidates.ids, candidates.kind, candidates.distance, cloth_count, sizes, x],

@@ -9,6 +9,7 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.effects.base import BuildContext
+from tryon_solver.linalg.launch import launch
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import AirDrag
 from tryon_solver.state import State
@@ -36,7 +37,7 @@ def bind(spec: AirDrag, context: BuildContext) -> Contribution | None:
     area = context.rest.spread
 
     def add_velocity_gradient(state: State, x: wp.array, gradient: wp.array) -> None:
-        wp.launch(
+        launch(
             add_drag_kernel,
             len(area),
             [spec.coefficient, state.dt, area, state.x_start, x],

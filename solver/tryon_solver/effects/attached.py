@@ -15,6 +15,7 @@ import warp as wp
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.linalg.constant_matrices import Term
 from tryon_solver.linalg.device_matrix import DeviceMatrix
+from tryon_solver.linalg.launch import launch
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import Attached
 
@@ -51,7 +52,7 @@ def bind(spec: Attached, context: BuildContext) -> Contribution | None:
     weights: wp.array = wp.array(spec.weights.astype(np.float32), dtype=wp.vec3, device=device)
 
     def add_gradient(positions: wp.array, gradient: wp.array) -> None:
-        wp.launch(
+        launch(
             add_attached_kernel,
             count,
             [vertices, onto, weights, spec.stiffness, positions],

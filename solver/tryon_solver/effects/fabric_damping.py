@@ -22,6 +22,7 @@ from tryon_solver.linalg import block_ell
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.constant_matrices import Term
 from tryon_solver.linalg.ell import add_rate_kernel
+from tryon_solver.linalg.launch import launch
 from tryon_solver.materials.strain_rate import strain_matrix_kernel
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import FabricDamping
@@ -44,11 +45,11 @@ def bind(spec: FabricDamping, context: BuildContext) -> Contribution | None:
     def start_step(state: State) -> None:
         frozen.blocks.zero_()
         inputs = [rest.faces, rest.gradients, rest.area, stiffness, spec.time, state.dt, frozen.slots, state.x_start]
-        wp.launch(strain_matrix_kernel, rest.face_count, inputs, [frozen.blocks], device=device)
+        launch(strain_matrix_kernel, rest.face_count, inputs, [frozen.blocks], device=device)
 
     def add_gradient(state: State, x: wp.array, gradient: wp.array) -> None:
         moved = [x, state.x_start]
-        wp.launch(
+        launch(
             block_ell.add_difference_kernel,
             frozen.row_count,
             [frozen.columns, frozen.blocks, *moved],
@@ -56,7 +57,7 @@ def bind(spec: FabricDamping, context: BuildContext) -> Contribution | None:
             device=device,
         )
         if bent is not None:
-            wp.launch(
+            launch(
                 add_rate_kernel,
                 bent.rows.row_count,
                 [bent.rows.columns, bent.rows.weights, spec.time, state.dt, *moved],

@@ -32,6 +32,7 @@ from tryon_solver.contact.barrier import barrier_gradient
 from tryon_solver.contact.pairs import ContactPairs
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.effects.presliding import Presliding, recall
+from tryon_solver.linalg.launch import launch
 from tryon_solver.plan import ContactTerm, Contribution
 from tryon_solver.scene import Friction
 from tryon_solver.state import State
@@ -275,7 +276,7 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
 
     def prepare(pairs: ContactPairs, state: State, x: wp.array, x_before: wp.array | None) -> None:
         make_room(pairs)
-        wp.launch(
+        launch(
             prepare_kernel,
             pairs.size,
             [
@@ -302,7 +303,7 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
         )
 
     def add_gradient(pairs: ContactPairs, state: State, x: wp.array, gradient: wp.array) -> None:
-        wp.launch(
+        launch(
             add_gradient_kernel,
             pairs.size,
             [
@@ -320,7 +321,7 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
         )
 
     def add_stiffness(pairs: ContactPairs) -> None:
-        wp.launch(
+        launch(
             add_stiffness_kernel,
             pairs.size,
             [pairs.counters, pairs.normal, held.weight, held.along],
@@ -334,7 +335,7 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
     def remember(pairs: ContactPairs, state: State) -> None:
         make_room(pairs)
         known = held.known
-        wp.launch(
+        launch(
             give_kernel,
             pairs.size,
             [

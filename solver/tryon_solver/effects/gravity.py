@@ -5,6 +5,7 @@ from __future__ import annotations
 import warp as wp
 
 from tryon_solver.effects.base import BuildContext
+from tryon_solver.linalg.launch import launch
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import Gravity
 
@@ -24,6 +25,6 @@ def bind(spec: Gravity, context: BuildContext) -> Contribution | None:
     acceleration = wp.vec3(*spec.acceleration)
 
     def add_acceleration(out: wp.array) -> None:
-        wp.launch(add_uniform_kernel, len(out), [acceleration], [out], device=context.device)
+        launch(add_uniform_kernel, len(out), [acceleration], [out], device=context.device)
 
     return Contribution("gravity", add_acceleration=add_acceleration)

@@ -10,6 +10,7 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.effects.base import BuildContext
+from tryon_solver.linalg.launch import launch
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import Pins
 
@@ -41,7 +42,7 @@ def bind(spec: Pins, context: BuildContext) -> Contribution | None:
 
     def add_gradient(x: wp.array, gradient: wp.array) -> None:
         inputs = [vertices, places, spec.stiffness, x]
-        wp.launch(add_pins_kernel, len(vertices), inputs, [gradient], device=device)
+        launch(add_pins_kernel, len(vertices), inputs, [gradient], device=device)
 
     def diagonal(_dt: float, _area: np.ndarray) -> np.ndarray:
         return held

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 
 import warp as wp
 
+from tryon_solver.linalg.launch import launch
+
 wp.set_module_options({"enable_backward": False})
 
 PLACES = 4  # of the table for each contact that there is room for
@@ -79,4 +81,4 @@ class Presliding:
         wp.copy(self.ids, ids, count=len(ids))
         wp.copy(self.given, given, count=len(given))
         self.table.zero_()
-        wp.launch(enter_kernel, len(ids), [self.count, self.ids], [self.table], device=self.table.device)
+        launch(enter_kernel, len(ids), [self.count, self.ids], [self.table], device=self.table.device)

@@ -15,6 +15,7 @@ import warp as wp
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.linalg.constant_matrices import Term
 from tryon_solver.linalg.device_matrix import DeviceMatrix
+from tryon_solver.linalg.launch import launch
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import Sewing
 
@@ -50,7 +51,7 @@ def bind(spec: Sewing, context: BuildContext) -> Contribution | None:
     share = wp.ones(1, dtype=wp.float32, device=device)
 
     def add_gradient(positions: wp.array, gradient: wp.array) -> None:
-        wp.launch(
+        launch(
             add_stitches_kernel,
             count,
             [stitches, apart, share, spec.stiffness, positions],

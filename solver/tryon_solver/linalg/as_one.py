@@ -12,6 +12,7 @@ from collections.abc import Callable
 import warp as wp
 
 from tryon_solver.linalg.blocks import BLOCK, whole_blocks
+from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.pcg import ConjugateGradients
 from tryon_solver.linalg.vectors import dot
 
@@ -66,10 +67,10 @@ def move_as_one(
     total = cg.preconditioned[0:1]
     total.zero_()
     threads = whole_blocks(moving)
-    wp.launch(total_kernel, threads, [cg.residual, moving, threads], [total], block_dim=BLOCK, device=device)
-    wp.launch(spread_kernel, count, [total, moving], [cg.direction], device=device)
+    launch(total_kernel, threads, [cg.residual, moving, threads], [total], block_dim=BLOCK, device=device)
+    launch(spread_kernel, count, [total, moving], [cg.direction], device=device)
     direction, product = cg.direction[:moving], cg.product[:moving]
     multiply(cg.direction, product)
     dot(cg.residual[:moving], direction, slope)
     dot(direction, product, curvature)
-    wp.launch(add_step_kernel, count, [slope, curvature, cg.direction], [solution], device=device)
+    launch(add_step_kernel, count, [slope, curvature, cg.direction], [solution], device=device)

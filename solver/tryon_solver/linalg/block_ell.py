@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
+from tryon_solver.linalg.launch import launch
+
 wp.set_module_options({"enable_backward": False})
 
 
@@ -71,7 +73,7 @@ def add_blocks_kernel(more: wp.array2d(dtype=wp.mat33), blocks: wp.array2d(dtype
 
 def add_blocks(rows: BlockRows, more: BlockRows) -> None:
     """rows += more, both over one mesh."""
-    wp.launch(
+    launch(
         add_blocks_kernel, (rows.row_count, rows.width), [more.blocks], [rows.blocks], device=rows.blocks.device
     )
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import warp as wp
 
+from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
 
 wp.set_module_options({"enable_backward": False})
@@ -80,11 +81,11 @@ class Passes:
     def repeat(self, one: Callable[[], None], at_most: int) -> None:
         """Launch `one` pass until it has no hits, `at_most` times; afterwards NUMBER passes have had some."""
         device = self.state.device
-        wp.launch(begin_kernel, 1, [at_most], [self.state], device=device)
+        launch(begin_kernel, 1, [at_most], [self.state], device=device)
 
         def turn() -> None:
             one()
-            wp.launch(next_kernel, 1, [at_most], [self.state], device=device)
+            launch(next_kernel, 1, [at_most], [self.state], device=device)
 
         wp.capture_while(self.state[1:2], turn)
 

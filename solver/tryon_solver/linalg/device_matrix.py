@@ -14,6 +14,8 @@ import numpy as np
 import scipy.sparse as sp
 import warp as wp
 
+from tryon_solver.linalg.launch import launch
+
 wp.set_module_options({"enable_backward": False})
 
 
@@ -58,7 +60,7 @@ class ElementMatrix:
     def add_up(self) -> None:
         """Let the total be that of the entries."""
         values = self.total.values
-        wp.launch(add_up_kernel, len(values), [self.entries, self.order, self.starts], [values], device=values.device)
+        launch(add_up_kernel, len(values), [self.entries, self.order, self.starts], [values], device=values.device)
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,7 @@ def add_together(summands: Sequence[Summand], values_out: wp.array) -> None:
     values_out.zero_()
     for summand in summands:
         inputs = [summand.matrix.values, wp.float64(summand.scale), summand.places]
-        wp.launch(add_scaled_kernel, len(summand.places), inputs, [values_out], device=values_out.device)
+        launch(add_scaled_kernel, len(summand.places), inputs, [values_out], device=values_out.device)
 
 
 def union(matrices: Sequence[sp.csr_matrix], count: int) -> sp.csr_matrix:

@@ -12,6 +12,8 @@ import numpy as np
 import scipy.sparse as sp
 import warp as wp
 
+from tryon_solver.linalg.launch import launch, launch_blocks
+
 wp.set_module_options({"enable_backward": False})
 
 WIDE_BLOCK = 64  # threads to a row of many entries
@@ -134,16 +136,16 @@ def add_rate_kernel(
 
 def multiply(matrix: EllMatrix, x: wp.array, y_out: wp.array) -> None:
     """y = S x, vec3 arrays of at least `row_count` entries; entries of y beyond the rows stay as they are."""
-    wp.launch(multiply_kernel, matrix.row_count, [matrix.columns, matrix.weights, x], [y_out], device=x.device)
+    launch(multiply_kernel, matrix.row_count, [matrix.columns, matrix.weights, x], [y_out], device=x.device)
 
 
 def multiply_wide(matrix: EllMatrix, x: wp.array, y_out: wp.array) -> None:
     """The same for a matrix of few rows with many entries each."""
-    wp.launch_tiled(
+    launch_blocks(
         multiply_wide_kernel,
-        dim=[matrix.row_count],
-        inputs=[matrix.columns, matrix.weights, x],
-        outputs=[y_out],
+        matrix.row_count,
+        [matrix.columns, matrix.weights, x],
+        [y_out],
         block_dim=WIDE_BLOCK,
         device=matrix.weights.device,
     )
@@ -151,4 +153,4 @@ def multiply_wide(matrix: EllMatrix, x: wp.array, y_out: wp.array) -> None:
 
 def add_difference(matrix: EllMatrix, x: wp.array, y_out: wp.array) -> None:
     """y += S x for a matrix whose rows sum to zero (an internal force)."""
-    wp.launch(add_difference_kernel, matrix.row_count, [matrix.columns, matrix.weights, x], [y_out], device=x.device)
+    launch(add_difference_kernel, matrix.row_count, [matrix.columns, matrix.weights, x], [y_out], device=x.device)

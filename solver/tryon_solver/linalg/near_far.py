@@ -11,6 +11,7 @@ import warp as wp
 
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.ell import EllMatrix, entry_places
+from tryon_solver.linalg.launch import launch
 
 wp.set_module_options({"enable_backward": False})
 
@@ -27,11 +28,11 @@ class NearFar:
         """self = a + scale b, all three with the same places."""
         parts = ((a.near, b.near, self.near), (a.far.weights, b.far.weights, self.far.weights))
         for one, other, out in parts:
-            wp.launch(set_sum_kernel, out.shape, [one, scale, other], [out], device=out.device)
+            launch(set_sum_kernel, out.shape, [one, scale, other], [out], device=out.device)
 
     def add_near(self, rows: BlockRows) -> None:
         """Add the near part to the blocks."""
-        wp.launch(add_near_kernel, self.near.shape, [self.near], [rows.blocks], device=self.near.device)
+        launch(add_near_kernel, self.near.shape, [self.near], [rows.blocks], device=self.near.device)
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,7 @@ class Places:
 
 def take(values: wp.array, places: wp.array, out: wp.array) -> None:
     """out[i, k] float32 = values[places[i, k]], zero where that is -1."""
-    wp.launch(take_kernel, out.shape, [values, places], [out], device=out.device)
+    launch(take_kernel, out.shape, [values, places], [out], device=out.device)
 
 
 @wp.kernel

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import warp as wp
 
 from tryon_solver.linalg import pcg_alone, pcg_together
+from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.paired_matrix import PairedMatrix
 from tryon_solver.linalg.pcg_together import FIRST_NORM, SCALARS, TAKEN
 from tryon_solver.linalg.vectors import dot
@@ -71,7 +72,7 @@ def precondition_kernel(
 
 def preconditioned_norm_sq(cg: ConjugateGradients, blocks: wp.array, gradient: wp.array, out: wp.array) -> None:
     """out[0] = <g, D^-1 g> with `blocks` the inverse diagonal blocks D^-1."""
-    wp.launch(precondition_kernel, len(gradient), [blocks, gradient], [cg.preconditioned], device=gradient.device)
+    launch(precondition_kernel, len(gradient), [blocks, gradient], [cg.preconditioned], device=gradient.device)
     dot(gradient, cg.preconditioned, out)
 
 
@@ -90,7 +91,7 @@ def solve(
     host reads nothing where the launches are recorded for a graph.
     """
     if wp.get_device(gradient.device).is_cpu:
-        wp.launch(
+        launch(
             pcg_alone.solve_kernel,
             1,
             [matrix, blocks, gradient, at_most, tolerance],

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warp as wp
 
 from tryon_solver.linalg.blocks import BLOCK, whole_blocks
+from tryon_solver.linalg.launch import launch
 
 wp.set_module_options({"enable_backward": False})
 
@@ -67,7 +68,7 @@ def dot(a: wp.array, b: wp.array, out: wp.array) -> None:
         # Warp's own needs memory for its partial sums, which the body of a loop in a graph cannot allocate
         out.zero_()
         threads = whole_blocks(len(a))
-        wp.launch(dot_kernel, threads, [a, b, threads], [out], block_dim=BLOCK, device=a.device)
+        launch(dot_kernel, threads, [a, b, threads], [out], block_dim=BLOCK, device=a.device)
     else:
         wp.utils.array_inner(a, b, out=out)
 
@@ -76,19 +77,19 @@ def find_largest(vectors: wp.array, largest_out: wp.array) -> None:
     """largest_out[0] = max_i |vectors_i|, on the device."""
     largest_out.zero_()
     threads = whole_blocks(len(vectors))
-    wp.launch(largest_kernel, threads, [vectors, threads], [largest_out], block_dim=BLOCK, device=vectors.device)
+    launch(largest_kernel, threads, [vectors, threads], [largest_out], block_dim=BLOCK, device=vectors.device)
 
 
 def add_scaled(scale: wp.array, p: wp.array, x_out: wp.array) -> None:
     """x += scale[0] p, over the length of p."""
-    wp.launch(add_scaled_kernel, len(p), [scale, p], [x_out], device=p.device)
+    launch(add_scaled_kernel, len(p), [scale, p], [x_out], device=p.device)
 
 
 def subtract(a: wp.array, b: wp.array, out: wp.array) -> None:
     """out = a - b, over the length of out."""
-    wp.launch(subtract_kernel, len(out), [a, b], [out], device=out.device)
+    launch(subtract_kernel, len(out), [a, b], [out], device=out.device)
 
 
 def move_origin(x: wp.array, by: wp.vec3) -> None:
     """x -= by: the same places seen from an origin `by` m away."""
-    wp.launch(move_origin_kernel, len(x), [by], [x], device=x.device)
+    launch(move_origin_kernel, len(x), [by], [x], device=x.device)

@@ -12,6 +12,7 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.geometry.garment import Garment
+from tryon_solver.linalg.launch import launch
 
 wp.set_module_options({"enable_backward": False})
 
@@ -63,9 +64,9 @@ class RestShape:
         """Let the corners lie at `uv_corners` (F, 3, 2) float64 m."""
         device = self.faces.device
         self.flat.assign(np.ascontiguousarray(uv_corners).reshape(-1, 2))
-        wp.launch(measure_kernel, self.face_count, [self.flat], [self.gradients, self.area], device=device)
+        launch(measure_kernel, self.face_count, [self.flat], [self.gradients, self.area], device=device)
         at_vertices = [self.mass, self.lumped, self.spread, self.reach]
-        wp.launch(
+        launch(
             gather_kernel,
             len(self.mass),
             [self.corners, self.starts, self.flat, self.density],

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
+from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
 from tryon_solver.materials.device import RestShape
 
@@ -56,4 +57,4 @@ class StretchMeter:
     def measure(self, x: wp.array) -> None:
         """The same, put into `stretch` (F,) float32 on the device."""
         triangles = [self.rest.faces, self.rest.gradients]
-        wp.launch(larger_kernel, len(self.stretch), [*triangles, x], [self.stretch], device=x.device)
+        launch(larger_kernel, len(self.stretch), [*triangles, x], [self.stretch], device=x.device)

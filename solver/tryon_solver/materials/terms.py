@@ -14,6 +14,7 @@ from tryon_solver.geometry.garment import Garment
 from tryon_solver.linalg.constant_matrices import Term
 from tryon_solver.linalg.device_matrix import DeviceMatrix, ElementMatrix
 from tryon_solver.linalg.ell import EllMatrix, add_difference, entry_places
+from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.near_far import take
 from tryon_solver.materials import bending, membrane
 from tryon_solver.materials.device import RestShape
@@ -90,7 +91,7 @@ def matrix_over(
     entries = summed.entries
 
     def make() -> None:
-        wp.launch(kernel, len(entries) // found.width**2, inputs, [entries], device=device)
+        launch(kernel, len(entries) // found.width**2, inputs, [entries], device=device)
         summed.add_up()
 
     return summed.total, make

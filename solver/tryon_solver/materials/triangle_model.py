@@ -9,6 +9,7 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.linalg.block_ell import BlockRows
+from tryon_solver.linalg.launch import launch
 from tryon_solver.materials.device import RestShape
 
 
@@ -54,4 +55,4 @@ class TriangleModel:
         self._launch(self.hessian_kernel, [rows.slots, x], rows.blocks)
 
     def _launch(self, kernel: Any, state: list[wp.array], output: wp.array) -> None:
-        wp.launch(kernel, self.rest.face_count, [*self.triangles, *state], [output], device=output.device)
+        launch(kernel, self.rest.face_count, [*self.triangles, *state], [output], device=output.device)

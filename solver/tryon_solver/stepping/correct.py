@@ -23,6 +23,7 @@ from tryon_solver.contact.deflect import deflect
 from tryon_solver.contact.verify import is_finite, violations
 from tryon_solver.linalg import pcg
 from tryon_solver.linalg.as_one import move_as_one
+from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.vectors import find_largest, subtract
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
@@ -106,7 +107,7 @@ def take_within_region(sim: Simulation, direction: wp.array) -> None:
     if sim.touching:
         prove_free(sim, direction)
     moved = [state.x, work.total]
-    wp.launch(move_kernel, sim.all_count, [direction, work.alpha], moved, device=sim.device)
+    launch(move_kernel, sim.all_count, [direction, work.alpha], moved, device=sim.device)
     if sim.touching:
         follow(sim, near=True)
 
@@ -146,7 +147,7 @@ def prove_free(sim: Simulation, direction: wp.array) -> None:
 def list_near(sim: Simulation, direction: wp.array, settled: bool) -> None:
     """List the candidates that a move from x by `direction` concerns, at any fractions."""
     sizes, work = sim.contact.sizes, sim.work
-    wp.launch(travel_kernel, sim.all_count, [direction], [work.travel], device=sim.device)
+    launch(travel_kernel, sim.all_count, [direction], [work.travel], device=sim.device)
     candidates.list_near(sim.candidates, sim.state.x, work.travel, sim.cloth_count, sizes, settled)
 
 
@@ -285,7 +286,7 @@ def go_a_little(sim: Simulation, began: float) -> None:
     for share in SHARES:
         start_again(sim)
         find_direction(sim, sim.second_budget)
-        wp.launch(shorten_kernel, sim.all_count, [share], [sim.work.direction], device=sim.device)
+        launch(shorten_kernel, sim.all_count, [share], [sim.work.direction], device=sim.device)
         take(sim, sim.work.direction)
         look_around(sim, near=True)
         if not led_astray(sim, began, imbalance(sim)):
@@ -391,9 +392,9 @@ def find_direction(sim: Simulation, budget: Budget) -> None:
     move_as_one(sim.cg, lambda p, product: outer_product(sim, p, product), sim.cloth_count, work.direction)
     find_largest(work.direction, sim.progress.length)
     trusted = [budget.trusted, sim.state.dt, sim.progress.trial, sim.progress.length]
-    wp.launch(trust_kernel, sim.all_count, trusted, [work.direction], device=sim.device)
+    launch(trust_kernel, sim.all_count, trusted, [work.direction], device=sim.device)
     sim.progress.judge_direction(sim.cg.first, settings.correction_unsettled, sim.state.dt)
-    wp.launch(keep_kernel, sim.all_count, [sim.progress.least_yet, sim.state.x], [work.least], device=sim.device)
+    launch(keep_kernel, sim.all_count, [sim.progress.least_yet, sim.state.x], [work.least], device=sim.device)
 
 
 def verify_commit(sim: Simulation) -> None:

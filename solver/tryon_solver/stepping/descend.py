@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import warp as wp
-
 from tryon_solver.linalg.ell import multiply
+from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.vectors import add_scaled, descent_length_kernel, dot
 from tryon_solver.stepping.gradient import system_product
 from tryon_solver.subspace.search import forget, remember, search_direction
@@ -32,7 +31,7 @@ def descend_in_subspace(sim: Simulation) -> None:
         system_product(sim, work.direction, product)
         dot(gradient, direction, slope)
         dot(direction, product, curvature)
-        wp.launch(descent_length_kernel, 1, [slope, curvature], [length], device=sim.device)
+        launch(descent_length_kernel, 1, [slope, curvature], [length], device=sim.device)
         add_scaled(length, direction, sim.state.x)
         add_scaled(length, product, gradient)
         remember(sim.search, length, product)

@@ -18,6 +18,7 @@ import warp as wp
 from tryon_solver.contact import pairs as contact_pairs
 from tryon_solver.linalg.blocks import BLOCK
 from tryon_solver.linalg.lanes import lanes_of, shares_of, sum_of_lanes
+from tryon_solver.linalg.launch import launch
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -92,7 +93,7 @@ def elastic_gradient(sim: Simulation, x: wp.array, gradient_out: wp.array, corre
     if correcting:
         for project in sim.stages.project_in_correction:
             project(x, work.corner_gradient)
-    wp.launch(
+    launch(
         gather_kernel,
         sim.cloth_count,
         [
@@ -114,7 +115,7 @@ def elastic_gradient(sim: Simulation, x: wp.array, gradient_out: wp.array, corre
         for add_velocity_gradient in sim.stages.add_velocity_gradient_in_correction:
             add_velocity_gradient(state, x, gradient_out)
     if sim.body_count:
-        wp.launch(
+        launch(
             skin_kernel,
             sim.body_count,
             [sim.cloth_count, sim.settings.skin_stiffness, state.hold, x, state.skin],
@@ -135,7 +136,7 @@ def add_contact_gradient(sim: Simulation, x_ref: wp.array, x: wp.array, gradient
 def system_product(sim: Simulation, p: wp.array, product_out: wp.array) -> None:
     """product = A p over the cloth, (N,) vec3; p (A,) vec3 moves the collision surface, too."""
     rows, lanes = sim.matrices.rows, lanes_of(sim.device)
-    wp.launch(
+    launch(
         rows_product_kernel,
         shares_of(rows.row_count, lanes),
         [rows.columns, rows.weights, sim.work.diagonal, p, lanes],
@@ -181,7 +182,7 @@ def invert_blocks_kernel(blocks: wp.array(dtype=wp.mat33)):
 def invert_diagonal_blocks(sim: Simulation) -> None:
     """Inverse 3x3 diagonal blocks of A, for the smoother and as block-Jacobi preconditioner."""
     work = sim.work
-    wp.launch(
+    launch(
         start_blocks_kernel,
         sim.all_count,
         [sim.matrices.diagonal, work.diagonal, sim.cloth_count],
@@ -189,4 +190,4 @@ def invert_diagonal_blocks(sim: Simulation) -> None:
         device=sim.device,
     )
     add_contact_blocks(sim, work.blocks)
-    wp.launch(invert_blocks_kernel, sim.all_count, [], [work.blocks], device=sim.device)
+    launch(invert_blocks_kernel, sim.all_count, [], [work.blocks], device=sim.device)

@@ -22,6 +22,8 @@ from dataclasses import dataclass
 
 import warp as wp
 
+from tryon_solver.linalg.launch import launch
+
 wp.set_module_options({"enable_backward": False})
 
 LEAST_SHARE = 0.1  # of its way: what went less is held as firmly as what went this
@@ -92,11 +94,11 @@ class Holding:
 
     def measure(self, moved: wp.array) -> None:
         """Take note of what `moved` (A,) m has of the way wanted."""
-        wp.launch(measure_kernel, len(moved), [self.wanted, self.allowed, moved], [self.share], device=moved.device)
+        launch(measure_kernel, len(moved), [self.wanted, self.allowed, moved], [self.share], device=moved.device)
 
     def add(self, diagonal: wp.array, blocks: wp.array) -> None:
         """Add what vertices are to be held by to the blocks (A,) and, in a copy, to the diagonal (A,) [N/m]."""
-        wp.launch(
+        launch(
             add_kernel,
             len(diagonal),
             [diagonal, self.share],

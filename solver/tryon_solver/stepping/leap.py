@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING
 
 import warp as wp
 
+from tryon_solver.linalg.launch import launch
+
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
 
@@ -43,5 +45,5 @@ def feel_motion(sim: Simulation, dt: float) -> None:
     of a body; `felt` (A,) m/s is the velocity with which it was carried that it has felt so far."""
     state, body = sim.state, sim.body
     assert body is not None
-    inputs = [sim.settings.hardest_kick, dt, state.x, body.felt, state.x_start]
-    wp.launch(feel_kernel, sim.all_count, inputs, device=sim.device)
+    inputs = [sim.settings.hardest_kick, dt, state.x]
+    launch(feel_kernel, sim.all_count, inputs, [body.felt, state.x_start], device=sim.device)

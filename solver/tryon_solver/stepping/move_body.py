@@ -12,6 +12,7 @@ from tryon_solver.body import carry as carrying
 from tryon_solver.contact import bounds, candidates
 from tryon_solver.contact.deflect import deflect
 from tryon_solver.linalg.device_loop import NUMBER
+from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
 from tryon_solver.stepping.leap import feel_motion
 from tryon_solver.stepping.record import as_one
@@ -44,8 +45,8 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
         before, end = body.transforms(), moving.transforms(stance)
         motion = end[0] @ np.linalg.inv(before[0])
         root = wp.mat44(*motion.ravel())
-        wp.launch(carrying.rigid_kernel, sim.all_count, [root], [state.x], device=sim.device)
-        wp.launch(carrying.rigid_kernel, sim.body_count, [root], [body.skin_now], device=sim.device)
+        launch(carrying.rigid_kernel, sim.all_count, [root], [state.x], device=sim.device)
+        launch(carrying.rigid_kernel, sim.body_count, [root], [body.skin_now], device=sim.device)
         before = motion @ before
         carrying.set_places(body.carry, state.x, settings.carry_none)
         set_displacement(sim, before, end, stance)
@@ -86,7 +87,7 @@ def set_displacement(sim: Simulation, before: np.ndarray, after: np.ndarray, sta
     motions = after @ np.linalg.inv(before)
     full, none = settings.carry_full, settings.carry_none
     carrying.find_field(body.carry, motions, sim.state.x, full, none, work.direction)
-    wp.launch(
+    launch(
         carrying.surface_kernel,
         sim.body_count,
         [sim.cloth_count, body.skin_now, body.skin_next],
@@ -100,7 +101,7 @@ def largest_travel(sim: Simulation) -> float:
     body = sim.body
     assert body is not None
     sim.largest_out.zero_()
-    wp.launch(
+    launch(
         carrying.travel_kernel,
         sim.body_count,
         [body.carry.near, body.skin_now, body.skin_next],
@@ -119,7 +120,7 @@ def carry_once(sim: Simulation, last: bool) -> None:
         search_along(sim, state.x, work.direction, 1.0 if last else 0.0)
         place_anchors(sim, 1.0)
         filter_motion(sim)
-    wp.launch(bounds.move_kernel, sim.all_count, [state.x, work.direction, work.alpha], [state.x], device=device)
+    launch(bounds.move_kernel, sim.all_count, [state.x, work.direction, work.alpha], [state.x], device=device)
     if sim.touching:
         follow(sim, near=False)
     wp.copy(body.skin_now, body.skin_next)
@@ -220,7 +221,7 @@ def limit_return(sim: Simulation, dt: float) -> None:
     """Where the surface is drawn in the coming step, to the skin at no more than `return_speed`, and how firmly."""
     body, settings = sim.body, sim.settings
     assert body is not None
-    wp.launch(
+    launch(
         limit_return_kernel,
         sim.body_count,
         [

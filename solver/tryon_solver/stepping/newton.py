@@ -13,6 +13,7 @@ import warp as wp
 
 from tryon_solver.contact import pairs as contact_pairs
 from tryon_solver.linalg import block_ell, pcg
+from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.paired_matrix import PairedMatrix
 from tryon_solver.stepping.gradient import add_contact_blocks, invert_blocks_kernel
 
@@ -37,7 +38,7 @@ def linearise(sim: Simulation) -> None:
     for add_hessian in sim.stages.add_hessian:
         add_hessian(sim.state.x, rows)
     sim.matrices.near_far.add_near(rows)
-    wp.launch(
+    launch(
         block_ell.diagonal_blocks_kernel,
         sim.all_count,
         [rows.blocks, work.diagonal],
@@ -46,7 +47,7 @@ def linearise(sim: Simulation) -> None:
     )
     add_contact_blocks(sim, work.blocks)
     sim.holding.add(work.diagonal, work.blocks)
-    wp.launch(invert_blocks_kernel, sim.all_count, [], [work.blocks], device=sim.device)
+    launch(invert_blocks_kernel, sim.all_count, [], [work.blocks], device=sim.device)
 
 
 def newton_matrix(sim: Simulation) -> PairedMatrix:
@@ -70,7 +71,7 @@ def solve_newton_system(sim: Simulation, at_most: int) -> None:
 def outer_product(sim: Simulation, p: wp.array, product_out: wp.array) -> None:
     """The product [N] of `newton_matrix` without the cloth's inner stiffness, which a move as one leaves alone but for
     rounding, and without what holds vertices; of as many vertices as `product_out` is long."""
-    wp.launch(scale_kernel, len(product_out), [sim.work.diagonal, p], [product_out], device=sim.device)
+    launch(scale_kernel, len(product_out), [sim.work.diagonal, p], [product_out], device=sim.device)
     add_contact_product(sim, p, product_out)
 
 

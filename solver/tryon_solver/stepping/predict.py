@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import warp as wp
 
+from tryon_solver.linalg.launch import launch
+
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
 
@@ -34,7 +36,7 @@ def predict_positions(sim: Simulation) -> None:
     state.acceleration.zero_()
     for add_acceleration in sim.stages.add_acceleration:
         add_acceleration(state.acceleration)
-    wp.launch(
+    launch(
         predict_kernel,
         sim.cloth_count,
         [state.x_start, state.v, state.acceleration, state.dt],

@@ -9,6 +9,7 @@ import warp as wp
 
 from tryon_solver.contact.pairs import ContactPairs
 from tryon_solver.linalg.device_loop import KeptGraph
+from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
 
 wp.set_module_options({"enable_backward": False})
@@ -328,4 +329,4 @@ class Progress:
         return Outcome(*asked, int(state[7]), moved, strayed, least, began, last)
 
     def _launch(self, kernel: wp.Kernel, inputs: list[object], outputs: list[wp.array]) -> None:
-        wp.launch(kernel, 1, inputs, outputs, device=self.state.device)
+        launch(kernel, 1, inputs, outputs, device=self.state.device)

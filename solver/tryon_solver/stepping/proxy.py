@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import warp as wp
 
 from tryon_solver.contact import pairs
+from tryon_solver.linalg.launch import launch
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient, invert_diagonal_blocks
 from tryon_solver.stepping.search import search_along
 
@@ -52,7 +53,7 @@ def build_contact_proxy(sim: Simulation) -> None:
     if sim.touching:
         wp.copy(sim.x_searched, state.x_feasible)
         wp.copy(work.total, state.x_feasible)
-        wp.launch(coast_kernel, sim.cloth_count, [state.x_start, state.v, state.dt], [work.total], device=sim.device)
+        launch(coast_kernel, sim.cloth_count, [state.x_start, state.v, state.dt], [work.total], device=sim.device)
         for term in sim.stages.contact:
             term.prepare(sim.pairs, state, work.total, None)
     invert_diagonal_blocks(sim)

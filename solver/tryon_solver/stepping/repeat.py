@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import warp as wp
 
+from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.vectors import find_largest, subtract
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ def judge_kernel(
 def repeat_until(sim: Simulation, at_most: int, cycle: tuple[Callable[[Simulation], None], ...]) -> None:
     """Run the cycle until its largest vertex move is below tolerance * dt, at most `at_most` times."""
     n, cycles = sim.cloth_count, sim.cycles
-    wp.launch(begin_kernel, 1, [], [cycles], device=sim.device)
+    launch(begin_kernel, 1, [], [cycles], device=sim.device)
 
     def run() -> None:
         wp.copy(sim.x_before, sim.state.x, count=n)
@@ -46,7 +47,7 @@ def repeat_until(sim: Simulation, at_most: int, cycle: tuple[Callable[[Simulatio
         subtract(sim.state.x, sim.x_before, sim.x_before)
         find_largest(sim.x_before, sim.largest_out)
         judged = [sim.largest_out, sim.settings.tolerance, sim.state.dt]
-        wp.launch(judge_kernel, 1, judged, [cycles], device=sim.device)
+        launch(judge_kernel, 1, judged, [cycles], device=sim.device)
 
     for _ in range(at_most):
         wp.capture_if(cycles[int(MORE) : int(MORE) + 1], run)

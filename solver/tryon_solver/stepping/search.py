@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import warp as wp
 
 from tryon_solver.contact import broad_phase, candidates
+from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.vectors import subtract
 
 if TYPE_CHECKING:
@@ -106,7 +107,7 @@ def search_around(sim: Simulation, x: wp.array, direction: wp.array) -> None:
     """
     region = sim.region
     slack = search_slack(sim) * 2**sim.searches
-    wp.launch(
+    launch(
         surround_kernel,
         sim.all_count,
         [x, direction, slack],
@@ -124,7 +125,7 @@ def search_along(sim: Simulation, x: wp.array, direction: wp.array, share: float
     the last step.
     """
     region = sim.region
-    wp.launch(
+    launch(
         accompany_kernel,
         sim.all_count,
         [sim.cloth_count, x, direction, sim.solved, share, search_slack(sim)],
@@ -141,7 +142,7 @@ def search_further(sim: Simulation, direction: wp.array, alpha: wp.array) -> Non
     The distances must be those at x.
     """
     region = sim.region
-    wp.launch(
+    launch(
         raise_kernel,
         sim.all_count,
         [sim.state.x, direction, alpha, region.anchor, search_slack(sim)],
@@ -163,7 +164,7 @@ def find(sim: Simulation, x: wp.array) -> None:
 def place_anchors(sim: Simulation, share: float) -> None:
     """Put the anchors at the given share of their ways."""
     region = sim.region
-    wp.launch(
+    launch(
         anchor_kernel,
         sim.all_count,
         [region.centre, region.half_way, share],

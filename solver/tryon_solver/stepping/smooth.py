@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import warp as wp
 
+from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.vectors import add_scaled, descent_length_kernel, dot
 from tryon_solver.stepping.gradient import system_product
 
@@ -82,13 +83,13 @@ def smooth_in_full_space(sim: Simulation) -> None:
     middle, half = 0.5 * (top + top / 4), 0.5 * (top - top / 4)
     sigma = middle / half
     rho = 1 / sigma
-    wp.launch(
+    launch(
         first_sweep_kernel, n, [work.blocks, gradient, 1 / middle], [residual, sweep, total], device=sim.device
     )
     for _ in range(count - 1):
         system_product(sim, work.direction, product)
         next_rho = 1 / (2 * sigma - rho)
-        wp.launch(
+        launch(
             next_sweep_kernel,
             n,
             [work.blocks, product, next_rho * rho, 2 * next_rho / half],
@@ -97,10 +98,10 @@ def smooth_in_full_space(sim: Simulation) -> None:
         )
         rho = next_rho
     system_product(sim, work.direction, product)
-    wp.launch(total_product_kernel, n, [gradient, residual, product], [product], device=sim.device)
+    launch(total_product_kernel, n, [gradient, residual, product], [product], device=sim.device)
     slope, curvature, length = sim.work.scalars[:3]
     dot(gradient, total, slope)
     dot(total, product, curvature)
-    wp.launch(descent_length_kernel, 1, [slope, curvature], [length], device=sim.device)
+    launch(descent_length_kernel, 1, [slope, curvature], [length], device=sim.device)
     add_scaled(length, total, sim.state.x)
     add_scaled(length, product, gradient)

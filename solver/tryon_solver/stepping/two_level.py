@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import warp as wp
 
+from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.vectors import add_scaled, dot
 from tryon_solver.stepping.gradient import system_product
 from tryon_solver.stepping.smooth import CONTACT_BOUND
@@ -105,15 +106,15 @@ def precondition(sim: Simulation, residual: wp.array, z: wp.array) -> None:
 
     def sweep() -> None:
         system_product(sim, z, product)
-        wp.launch(sweep_kernel, n, [work.blocks, scale, residual, product], [z], device=sim.device)
+        launch(sweep_kernel, n, [work.blocks, scale, residual, product], [z], device=sim.device)
 
     z.zero_()
     for _ in range(SWEEPS):
         sweep()
     system_product(sim, z, product)
-    wp.launch(difference_kernel, n, [residual, product], [product], device=sim.device)
+    launch(difference_kernel, n, [residual, product], [product], device=sim.device)
     correct_coarsely(coarse, product, product)
-    wp.launch(add_kernel, n, [product], [z], device=sim.device)
+    launch(add_kernel, n, [product], [z], device=sim.device)
     for _ in range(SWEEPS):
         sweep()
 
@@ -128,13 +129,13 @@ def solve_on_two_levels(sim: Simulation) -> None:
     direction.zero_()
     scalars.zero_()
     for _ in range(sim.settings.coarse_iterations):
-        wp.launch(negate_kernel, n, [gradient], [residual], device=device)
+        launch(negate_kernel, n, [gradient], [residual], device=device)
         precondition(sim, residual, z)
         wp.copy(previous, current)
         dot(residual, z[:n], current)
-        wp.launch(turn_kernel, n, [scalars, z], [direction], device=device)
+        launch(turn_kernel, n, [scalars, z], [direction], device=device)
         system_product(sim, direction, product)
         dot(direction[:n], product, curvature)
-        wp.launch(step_length_kernel, 1, [scalars], [length], device=device)
+        launch(step_length_kernel, 1, [scalars], [length], device=device)
         add_scaled(length, direction[:n], sim.state.x)
         add_scaled(length, product, gradient)

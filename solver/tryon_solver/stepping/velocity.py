@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import warp as wp
 
+from tryon_solver.linalg.launch import launch
+
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
 
@@ -23,4 +25,4 @@ def velocity_kernel(
 def update_velocity(sim: Simulation, dt: float) -> None:
     """v = (x - x_start)/dt [m/s]."""
     state = sim.state
-    wp.launch(velocity_kernel, sim.cloth_count, [state.x, state.x_start, dt], [state.v], device=sim.device)
+    launch(velocity_kernel, sim.cloth_count, [state.x, state.x_start, dt], [state.v], device=sim.device)

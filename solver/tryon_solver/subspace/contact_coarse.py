@@ -15,6 +15,7 @@ import scipy.sparse as sp
 import warp as wp
 
 from tryon_solver.linalg.ell import EllMatrix, multiply
+from tryon_solver.linalg.launch import launch
 
 wp.set_module_options({"enable_backward": False})
 
@@ -92,5 +93,5 @@ def correct_coarsely(level: ContactCoarseLevel, residual: wp.array, correction_o
     """correction = P (P^T A P)^-1 P^T residual, (N,) vec3 m from N."""
     device = residual.device
     multiply(level.restrict, residual, level.reduced)
-    wp.launch(apply_blocks_kernel, level.size, [level.inverse, level.reduced], [level.correction], device=device)
+    launch(apply_blocks_kernel, level.size, [level.inverse, level.reduced], [level.correction], device=device)
     multiply(level.prolong, level.correction, correction_out)

@@ -14,6 +14,7 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.linalg.ell import EllMatrix, multiply_wide
+from tryon_solver.linalg.launch import launch_blocks
 
 wp.set_module_options({"enable_backward": False})
 
@@ -199,27 +200,27 @@ def search_direction(search: ReducedSearch, gradient: wp.array) -> wp.array:
     multiply_wide(search.restrict, gradient, search.reduced_gradient)
     newest = (search.stored - 1) % search.memory
     kept = min(search.stored, search.memory)
-    wp.launch_tiled(
+    launch_blocks(
         first_loop_kernel,
-        dim=[1],
-        inputs=[search.reduced_gradient, search.steps, search.changes, search.rho, kept, newest],
-        outputs=[search.scratch, search.half],
+        1,
+        [search.reduced_gradient, search.steps, search.changes, search.rho, kept, newest],
+        [search.scratch, search.half],
         block_dim=BLOCK,
         device=device,
     )
-    wp.launch_tiled(
+    launch_blocks(
         apply_inverse_kernel,
-        dim=[search.size],
-        inputs=[search.inverse, search.half],
-        outputs=[search.direction],
+        search.size,
+        [search.inverse, search.half],
+        [search.direction],
         block_dim=BLOCK,
         device=device,
     )
-    wp.launch_tiled(
+    launch_blocks(
         second_loop_kernel,
-        dim=[1],
-        inputs=[search.steps, search.changes, search.rho, search.scratch, kept, newest],
-        outputs=[search.direction],
+        1,
+        [search.steps, search.changes, search.rho, search.scratch, kept, newest],
+        [search.direction],
         block_dim=BLOCK,
         device=device,
     )
@@ -230,11 +231,11 @@ def remember(search: ReducedSearch, length: wp.array, product: wp.array) -> None
     """Store the pair of the last direction: it was taken `length[0]` times, `product` (N,) is A B p."""
     device = search.direction.device
     multiply_wide(search.restrict, product, search.half)
-    wp.launch_tiled(
+    launch_blocks(
         remember_kernel,
-        dim=[1],
-        inputs=[length, search.direction, search.half, search.stored % search.memory],
-        outputs=[search.steps, search.changes, search.rho],
+        1,
+        [length, search.direction, search.half, search.stored % search.memory],
+        [search.steps, search.changes, search.rho],
         block_dim=BLOCK,
         device=device,
     )

@@ -233,5 +233,5 @@ def judged(record: Recording, asked: Asked, stated: Mapping[str, str]) -> dict[s
         "failure": record.failure,
         "broken": [b.plain() for b in found if b.limit not in stated],
         "stated": [{**b.plain(), "reason": stated[b.limit]} for b in found if b.limit in stated],
-        "advice": sorted({a for a in record.advice if a}, key=len)[-1:],
+        "advice": sorted({a for a in record.advice if a}, key=lambda text: (len(text), text))[-1:],
     }

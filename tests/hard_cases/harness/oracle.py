@@ -21,7 +21,8 @@ Move = tuple[np.ndarray, np.ndarray]
 """Positions (A, 3) float32 m before and after."""
 
 PIECES = 16
-TOGETHER = 0.02  # m: wider boxes find more that may meet than looking again costs
+TOGETHER = 0.01  # m: wider boxes find more that may meet than looking again costs
+AT_A_GLANCE = ipctk.AdditiveCCD()
 AS_ONE = 5e-6  # m by which rounding may leave a vertex from where a common motion takes it
 
 
@@ -75,10 +76,14 @@ class Oracle:
     def is_free(self, may_meet: ipctk.Candidates, before: np.ndarray, after: np.ndarray) -> bool:
         """Is the straight way of all vertices (A, 3) m free of collisions among those that may meet on it?
 
-        The toolkit answers no where it can't tell, by a tolerance that grows with the way: centimetres beside a fabric
-        of micrometres. Its no is asked again of each of PIECES parts of the way; the whole is free if they all are.
+        The toolkit's additive detection says yes at a glance of most, and no too of what keeps under a tenth of its
+        distance; its no is asked again of the inclusion-based one. That one's is no where it can't tell, by a tolerance
+        that grows with the way: centimetres beside a fabric of micrometres. It is asked again of each of PIECES parts
+        of the way; the whole is free if they all are.
         """
         start, end = (np.asfortranarray(x.astype(np.float64)) for x in (before, after))
+        if may_meet.is_step_collision_free(self.paths, start, end, narrow_phase_ccd=AT_A_GLANCE):
+            return True
         if may_meet.is_step_collision_free(self.paths, start, end):
             return True
         ends = np.linspace(0.0, 1.0, PIECES + 1)

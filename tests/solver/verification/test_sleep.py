@@ -91,13 +91,13 @@ def test_what_falls_asleep_would_have_been_at_rest_without_sleep(fallen_asleep):
 def test_asleep_frames_are_equal_bytes_and_nothing_is_solved(asleep, monkeypatch):
     sim = asleep
     cloth, surface, time = sim.cloth_positions().tobytes(), sim.body_positions().tobytes(), sim.state.time
-    launched, launch = set(), wp.launch
+    launched, launch = set(), wp.Launch.launch
 
-    def recorded(kernel, *arguments, **named):
-        launched.add(kernel.key)
-        return launch(kernel, *arguments, **named)
+    def recorded(command, *arguments):
+        launched.add(command.kernel.key)
+        return launch(command, *arguments)
 
-    monkeypatch.setattr(wp, "launch", recorded)
+    monkeypatch.setattr(wp.Launch, "launch", recorded)
     for k in range(1, 121):
         report = sim.advance(moved(0.5 * SLEEP.shift * np.sin(k)), time + k * DT)
         assert report.asleep

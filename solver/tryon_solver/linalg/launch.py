@@ -1,0 +1,80 @@
+"""Launching kernels: on a GPU as Warp does it, on a processor with arguments that were packed before.
+
+There Warp takes about 20 us to check and pack a launch's arguments, as long as a kernel takes for a thousand vertices,
+and a frame has hundreds of launches. Of an array a kernel gets its place in memory, its shape and its strides: a launch
+with the same ones goes with the same pack, whichever arrays they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from threading import Lock
+from typing import Any
+
+import warp as wp
+
+PACKS_KEPT = 2048  # a garment's frames have some two hundred
+
+Dim = int | tuple[int, ...]
+
+
+class _Packed:
+    """A launch of one kernel with certain arrays, as it was made last."""
+
+    def __init__(self, command: wp.Launch, dim: Dim, arguments: Sequence[Any]) -> None:
+        self.command, self.dim, self.values = command, dim, list(arguments)
+        self.others = [k for k, value in enumerate(arguments) if not isinstance(value, wp.array)]
+        for k in set(range(len(arguments))) - set(self.others):
+            self.values[k] = None  # nobody's memory is held
+
+    def launch(self, dim: Dim, arguments: Sequence[Any]) -> None:
+        command, values = self.command, self.values
+        if dim != self.dim:
+            command.set_dim(dim)
+            self.dim = dim
+        for k in self.others:
+            value = arguments[k]
+            if type(value) not in (int, float) or value != values[k]:  # a struct may have been written to
+                command.set_param_at_index(k, value)
+                values[k] = value
+        command.launch()
+
+
+_packed: dict[tuple[Any, ...], _Packed] = {}
+_packing = Lock()  # two threads that load a module at once would each unload the other's
+
+
+def launch(
+    kernel: wp.Kernel, dim: Dim, inputs: Sequence[Any], outputs: Sequence[Any], *, device: Any, block_dim: int = 256
+) -> None:
+    """`wp.launch` of a kernel without derivatives. No two threads may launch one with the same arrays at once."""
+    if not wp.get_device(device).is_cpu:
+        wp.launch(kernel, dim, inputs, outputs, device=device, block_dim=block_dim)
+        return
+    arguments = [*inputs, *outputs]
+    places: list[Any] = [kernel]
+    for value in arguments:
+        if isinstance(value, wp.array):
+            places += (value.ptr, value.shape, value.strides)
+    key = tuple(places)
+    kept = _packed.get(key)
+    if kept is not None:
+        kept.launch(dim, arguments)
+        return
+    with _packing:
+        command = wp.launch(kernel, dim, arguments, device=device, record_cmd=True)
+    if command is None:
+        return  # of no threads
+    command.launch()
+    command.fwd_args = None  # which holds the arrays
+    if len(_packed) == PACKS_KEPT:
+        _packed.clear()
+    _packed[key] = _Packed(command, dim, arguments)
+
+
+def launch_blocks(
+    kernel: wp.Kernel, blocks: int, inputs: Sequence[Any], outputs: Sequence[Any], *, device: Any, block_dim: int
+) -> None:
+    """`wp.launch_tiled`: a block of threads each for so many; on a processor a block is one thread."""
+    threads = 1 if wp.get_device(device).is_cpu else block_dim
+    launch(kernel, (blocks, threads), inputs, outputs, device=device, block_dim=block_dim)
