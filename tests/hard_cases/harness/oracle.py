@@ -76,10 +76,9 @@ class Oracle:
     def is_free(self, may_meet: ipctk.Candidates, before: np.ndarray, after: np.ndarray) -> bool:
         """Is the straight way of all vertices (A, 3) m free of collisions among those that may meet on it?
 
-        The toolkit's additive detection says yes at a glance of most, and no too of what keeps under a tenth of its
-        distance; its no is asked again of the inclusion-based one. That one's is no where it can't tell, by a tolerance
-        that grows with the way: centimetres beside a fabric of micrometres. It is asked again of each of PIECES parts
-        of the way; the whole is free if they all are.
+        The toolkit's additive detection says yes at a glance, as a rule; its no is asked again of the inclusion-based
+        one. That one answers no where it can't tell, by a tolerance that grows with the way: centimetres beside a
+        fabric of micrometres. Its no is asked again of each of PIECES parts; the whole is free if they all are.
         """
         start, end = (np.asfortranarray(x.astype(np.float64)) for x in (before, after))
         if may_meet.is_step_collision_free(self.paths, start, end, narrow_phase_ccd=AT_A_GLANCE):
