@@ -3,7 +3,7 @@ where something is in the way."""
 
 import ipctk
 import numpy as np
-from harness.oracle import AT_A_GLANCE, Oracle, near_each_other
+from harness.oracle import ALL_THE_SAME, AT_A_GLANCE, Oracle, near_each_other
 from small_scenes import icosphere, sheet
 
 NOBODY, NOWHERE = np.zeros((0, 3), np.int32), np.zeros((0, 3))
@@ -65,6 +65,21 @@ def test_a_no_by_tolerance_is_asked_again(monkeypatch):
     assert len(asked) == 18
     assert min(asked[:2]) > 0.05 > max(asked[2:])
     assert glances == [True] + 17 * [False]
+
+
+def test_each_eighth_way_is_asked_exactly_whatever_a_glance_says(monkeypatch):
+    """The additive detection is not proven against rounding: here it clears all."""
+    x, faces, count = sheets(1e-3)
+    through = x.copy()
+    through[count:, 1] -= 2e-3
+    oracle = Oracle(faces, NOBODY, x, NOWHERE)
+    really = ipctk.Candidates.is_step_collision_free
+
+    def careless(candidates, mesh, a, b, **how):
+        return bool(how) or really(candidates, mesh, a, b)
+
+    monkeypatch.setattr(ipctk.Candidates, "is_step_collision_free", careless)
+    assert oracle.colliding(20 * [(x, through)]) == [ALL_THE_SAME - 1, 2 * ALL_THE_SAME - 1]
 
 
 def fortran(x):

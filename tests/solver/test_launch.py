@@ -80,13 +80,14 @@ def test_a_launch_is_packed_once_and_holds_no_array(monkeypatch):
         return ordinary(*arguments, **named)
 
     monkeypatch.setattr(wp, "launch", counted)
-    for plus in range(5):
-        told(x, line_of(1.0, 0.0), plus, out)
+    lines = [line_of(1.0, 0.0) for _ in range(5)]
+    for plus, line in enumerate(lines):
+        told(x, line, plus, out)
     assert packed == [line_kernel]
-    seen = weakref.ref(x), weakref.ref(out)
-    del x, out
+    seen = [weakref.ref(array) for array in (x, out, *(line.offsets for line in lines))]
+    del x, out, line, lines
     gc.collect()
-    assert [array() for array in seen] == [None, None]
+    assert [array() for array in seen] == 7 * [None]
 
 
 def test_no_more_are_kept_than_said(monkeypatch):

@@ -22,22 +22,26 @@ class _Packed:
     """A launch of one kernel with certain arrays, as it was made last."""
 
     def __init__(self, command: wp.Launch, dim: Dim, arguments: Sequence[Any]) -> None:
-        self.command, self.dim, self.values = command, dim, list(arguments)
+        self.command, self.dim = command, dim
         self.others = [k for k, value in enumerate(arguments) if not isinstance(value, wp.array)]
-        for k in set(range(len(arguments))) - set(self.others):
-            self.values[k] = None  # nobody's memory is held
+        self.numbers = [number_of(value) for value in arguments]  # no arrays, nor structs, which hold some
 
     def launch(self, dim: Dim, arguments: Sequence[Any]) -> None:
-        command, values = self.command, self.values
+        command, numbers = self.command, self.numbers
         if dim != self.dim:
             command.set_dim(dim)
             self.dim = dim
         for k in self.others:
-            value = arguments[k]
-            if type(value) not in (int, float) or value != values[k]:  # a struct may have been written to
-                command.set_param_at_index(k, value)
-                values[k] = value
+            number = number_of(arguments[k])
+            if number is None or number != numbers[k]:  # a struct may have been written to
+                command.set_param_at_index(k, arguments[k])
+                numbers[k] = number
         command.launch()
+
+
+def number_of(value: object) -> int | float | None:
+    """A number that is told from another by comparing; None for whatever else."""
+    return value if type(value) in (int, float) else None  # type: ignore[return-value]
 
 
 _packed: dict[tuple[Any, ...], _Packed] = {}
@@ -67,7 +71,7 @@ def launch(
         return  # of no threads
     command.launch()
     command.fwd_args = None  # which holds the arrays
-    if len(_packed) == PACKS_KEPT:
+    if len(_packed) >= PACKS_KEPT:
         _packed.clear()
     _packed[key] = _Packed(command, dim, arguments)
 
