@@ -7,7 +7,15 @@ from analytic_drape import LATE_WIDTH, squares, width_of
 from scripted_worker import allow, frames, work
 
 from tryon_server.sessions.commands import ChangePattern, Run, WearFabric
-from tryon_server.sessions.events import Designed, EditMade, EditRefused, FrameReady, PhaseChanged, TopologyReady
+from tryon_server.sessions.events import (
+    Designed,
+    EditMade,
+    EditRefused,
+    FrameReady,
+    PhaseChanged,
+    Reported,
+    TopologyReady,
+)
 
 
 def scale(width: float) -> dict:
@@ -191,8 +199,16 @@ def test_a_shape_that_needs_another_mesh_on_the_way_is_let_go_where_it_is_only_h
 
 
 def test_another_fabric_is_worn_in_the_pattern_as_edited():
+    script = [(0.001, Run(True)), (0.001, allow(10**6)), (1.0, edit(1, 0.6)), (2.0, WearFabric("resting"))]
+    connection = work(script, 4.0)
+    assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2]
+    assert widths(connection)[-1] == (0.6, False)
+    assert [event.report.asleep for event in events(connection, Reported)][-1]
+
+
+def test_a_new_fabric_s_mesh_is_that_of_the_edited_pattern_and_all_edits_can_be_taken_back():
     connection, drapes = changed(edit(1, 0.6), WearFabric("denim"), ChangePattern("undo", 2))
-    assert [width_of(drape.specification) for drape in drapes] == [0.5, 0.6]
+    assert [width_of(drape.specification) for drape in drapes] == [0.5]
     assert widths(connection)[-1] == (0.5, False)
 
 

@@ -30,6 +30,7 @@ from tryon_solver.dressing.fit import DressingError
 from tryon_solver.dressing.untangle import TangledError
 from tryon_solver.geometry import piece_meshes
 from tryon_solver.geometry.placement import PlacementError
+from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.redesign.apply import apply
 from tryon_solver.redesign.plain import parse_edit
 
@@ -192,9 +193,9 @@ def test_another_cut_is_meshed_elsewhere_and_put_on_in_parts_while_the_old_one_i
     drape = production.build_drape(order, lambda *_: None)
     opened = apply(drape.specification, parse_edit({"kind": "open_seam", "panel": "front", "edge": 1})).specification
     assert "is sewn otherwise" in drape.reshape(opened)
-    cut = pickle.loads(pickle.dumps(pickle.loads(pickle.dumps(drape.cutting(opened)))()))
+    cut = pickle.loads(pickle.dumps(pickle.loads(pickle.dumps(drape.cutting(opened, order.fabric)))()))
     monkeypatch.setattr(piece_meshes, "triangulate", lambda *_: pytest.fail("both pieces were known"))
-    drape.cutting(opened)()
+    drape.cutting(opened, order.fabric)()
     parts, seen = drape.recut(cut), []
     for k, part in enumerate(parts, 1):
         if part is None:
@@ -210,6 +211,22 @@ def test_another_cut_is_meshed_elsewhere_and_put_on_in_parts_while_the_old_one_i
     assert nearest.max() < 0.01
     worn.advance(Pose(drape.pose.root + [0.0, 0.05, 0.0], drape.pose.rotations), len(seen) / 60)
     assert np.isfinite(worn.cloth_positions()).all()
+
+
+def test_another_fabric_is_put_on_where_the_garment_is_worn(order):
+    drape = production.build_drape(order, lambda *_: None)
+    drape.advance(Pose(drape.pose.root + [0.0, 0.01, 0.0], drape.pose.rotations), 1 / 60)
+    cut = pickle.loads(pickle.dumps(drape.cutting(drape.specification, "denim")))()
+    *_, worn = drape.recut(pickle.loads(pickle.dumps(cut)))
+    assert drape.simulation.scene.fabric.name != "denim"
+    assert worn.simulation.scene.fabric == FABRICS["denim"]
+    assert worn.specification == drape.specification
+    np.testing.assert_allclose(worn.cloth_positions(), drape.cloth_positions(), atol=3e-3)
+    worn.advance(Pose(drape.pose.root + [0.0, 0.02, 0.0], drape.pose.rotations), 2 / 60)
+    assert np.isfinite(worn.cloth_positions()).all()
+    again = worn.cutting(worn.specification, order.fabric)()
+    *_, back = worn.recut(again)
+    assert back.simulation.scene.fabric == drape.simulation.scene.fabric
 
 
 @pytest.mark.parametrize("kind", [PlacementError, DressingError])

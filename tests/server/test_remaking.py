@@ -12,8 +12,10 @@ from tryon_server.sessions.events import (
     Designed,
     EditMade,
     EditRefused,
+    FabricKept,
     FrameReady,
     PhaseChanged,
+    Reported,
     TopologyReady,
     Troubled,
 )
@@ -61,6 +63,11 @@ def times_of(connection, kind, **having):
         for t, event in zip(connection.times, connection.events)
         if isinstance(event, kind) and all(getattr(event, name) == value for name, value in having.items())
     ]
+
+
+def sleeps(connection):
+    """Is what is worn in the end of the fabric that is asleep?"""
+    return events(connection, Reported)[-1].report.asleep
 
 
 def last_design(connection):
@@ -173,12 +180,55 @@ def test_what_was_held_is_held_on_when_the_edit_is_refused():
     assert last_design(connection) == (0.6, True)
 
 
-def test_another_fabric_is_put_on_first_and_the_edit_after_it():
-    connection, drapes = changed(edit(1, 0.7), WearFabric("denim"))
+def test_another_fabric_and_the_edit_that_is_being_made_are_put_on_together():
+    connection, drapes = changed(edit(1, 0.7), WearFabric("resting"))
     assert answers(connection) == [1]
-    assert [width_of(drape.specification) for drape in drapes] == [0.5, 0.5]
-    assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2, 3]
+    assert [width_of(drape.specification) for drape in drapes] == [0.5]
+    assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2]
     assert last_design(connection) == (0.35, False)
+    assert sleeps(connection)
+
+
+def test_an_edit_does_not_wait_for_the_fabric_that_is_being_made_nor_lose_it():
+    connection, _ = changed(WearFabric("resting"), edit(1, 1.2))
+    assert times_of(connection, EditMade)[0] < ASKED + SECONDS
+    assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2]
+    assert last_design(connection) == (0.6, False)
+    assert sleeps(connection)
+
+
+def test_while_the_garment_is_made_of_another_fabric_the_old_one_streams():
+    connection, _ = changed(WearFabric("resting"))
+    when = [frame.t_published for frame in frames(connection)]
+    assert max(np.diff(when)) < 3 * INTERVAL
+    assert [event.phase for event in events(connection, PhaseChanged)].count("dressing") == 1
+
+
+def test_a_fabric_that_can_not_be_worn_is_told_and_the_old_one_worn_on():
+    connection, (drape,) = changed(WearFabric("tight"), edit(1, 1.1), apart=2.0)
+    (kept,) = events(connection, FabricKept)
+    assert kept.fabric == "cotton"
+    (trouble,) = events(connection, Troubled)
+    assert (trouble.place, trouble.remedy) == ("$.fabric", "Enlarge the pieces.")
+    assert "tight" in trouble.message
+    assert answers(connection) == [1]
+    assert drape.shapes == [0.55]
+    assert [event.topology_id for event in events(connection, TopologyReady)] == [1]
+    assert frames(connection)[-1].t_published > 3.9
+
+
+def test_an_edit_that_can_not_be_worn_does_not_take_the_fabric_with_it():
+    connection, _ = changed(edit(1, 0.5), WearFabric("resting"), until=6.0)
+    assert answers(connection) == [-1]
+    assert events(connection, FabricKept) == []
+    assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2]
+    assert sleeps(connection)
+
+
+def test_a_fabric_that_is_taken_back_in_the_meantime_is_not_made():
+    connection, _ = changed(WearFabric("denim"), WearFabric("cotton"))
+    assert [event.topology_id for event in events(connection, TopologyReady)] == [1]
+    assert events(connection, FabricKept, Troubled) == []
 
 
 def test_a_held_session_wears_the_edit_too():

@@ -223,13 +223,17 @@ def test_motion_that_cannot_be_played_is_reported_and_the_loop_goes_on():
     assert frames(connection)[-1].t_published > 3.9
 
 
-def test_other_fabric_is_dressed_anew_with_a_new_topology_and_a_frame_that_stands_alone():
+@pytest.mark.parametrize("first", ["cotton", "mesh"])
+def test_other_fabric_is_worn_with_a_new_topology_and_a_frame_that_stands_alone(first):
+    """A garment without a pattern is dressed anew; one with a pattern is worn on."""
     script = [(0.0, allow(1000)), (0.0, Run(True)), (1.0, WearFabric("denim"))]
-    connection = work(script, until=2.0)
+    connection = work(script, until=2.0, fabric=first)
     assert [event.topology_id for event in of(connection, TopologyReady)] == [1, 2]
     first_of_second = next(frame for frame in frames(connection) if frame.topology_id == 2)
     assert first_of_second.stands_alone
     assert frames(connection)[-1].t_published > 1.9
+    dressed = [event.phase for event in of(connection, PhaseChanged)].count("dressing")
+    assert dressed == {"cotton": 1, "mesh": 2}[first]
 
 
 def test_garment_that_cannot_be_dressed_is_reported_with_advice_and_may_be_dressed_otherwise():

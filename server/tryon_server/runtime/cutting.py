@@ -19,10 +19,11 @@ from tryon_solver.geometry.size import mesh_in_size
 
 @dataclass(frozen=True, eq=False)
 class Cut:
-    """A pattern, plain JSON, as it is cut anew, and the meshes of its pieces to be kept, None of those that were
-    known."""
+    """A pattern, plain JSON, as it is cut anew of the `fabric` of this name, and the meshes of its pieces to be kept,
+    None of those that were known."""
 
     specification: Mapping[str, Any]
+    fabric: str
     made: NewCut
     pieces: Mapping[PieceKey, PieceMesh | None]
 
@@ -40,6 +41,7 @@ class Cutting:
     edge_length: float
     size: float
     spacing: float
+    fabric: str
     known: Mapping[PieceKey, PieceMesh | None]
 
     def __call__(self) -> Cut:
@@ -50,4 +52,4 @@ class Cutting:
         except PatternError as error:
             raise problem_error("pattern.invalid", error.message, error.remedy, place=error.place) from error
         pieces = {key: None if key in self.known else mesh for key, mesh in kept().items()}
-        return Cut(self.specification, NewCut.of(panels, self.worn, self.spacing), pieces)
+        return Cut(self.specification, self.fabric, NewCut.of(panels, self.worn, self.spacing), pieces)

@@ -107,8 +107,8 @@ class Drape(Protocol):
         """Take on the pattern's shape, from the next ``advance`` on; why that needs another mesh, and then nothing is
         changed, or "". Not to be asked of a garment without a pattern."""
 
-    def cutting(self, specification: Mapping[str, Any]) -> Task:
-        """What makes the pattern's mesh, beside the simulation: for ``recut``."""
+    def cutting(self, specification: Mapping[str, Any], fabric: str) -> Task:
+        """What makes the pattern's mesh, beside the simulation, to be worn of this fabric: for ``recut``."""
 
     def recut(self, cut: Any) -> Iterator[Drape | None]:
         """Put on what ``cutting`` made where the garment is worn, in parts.

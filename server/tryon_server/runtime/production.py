@@ -164,30 +164,30 @@ class SolverDrape:
         remesh = self._edit.want(pattern)
         return "" if remesh is None else remesh.message
 
-    def cutting(self, specification: Mapping[str, Any]) -> Cutting:
-        """What makes the pattern's mesh, beside the simulation."""
+    def cutting(self, specification: Mapping[str, Any], fabric: str) -> Cutting:
+        """What makes the pattern's mesh, beside the simulation, to be worn of this fabric."""
         worn = self._worn
         assert worn is not None
         before = worn.panels if self._edit is None else in_size(self._edit.wanted, worn.size)
         spacing = self.simulation.settings.subspace_spacing
-        return Cutting(specification, before, worn.edge_length, worn.size, spacing, kept())
+        return Cutting(specification, before, worn.edge_length, worn.size, spacing, fabric, kept())
 
     def recut(self, cut: Cut) -> Iterator[SolverDrape | None]:
         """That mesh put on from where this garment is worn, in parts; none where it can't be."""
         worn = self._worn
         assert worn is not None
         keep(cut.pieces)
-        panels = cut.made.mesh
+        panels, fabric = cut.made.mesh, FABRICS[cut.fabric]
         drag: list[Drag | None] = [None]
         own = replace(worn, specification=cut.specification, panels=panels)
 
         def made_ready() -> Iterator[None]:
-            for drag[0] in own.drag_in_parts(self.simulation.scene.fabric.thickness):
+            for drag[0] in own.drag_in_parts(fabric.thickness):
                 yield None
 
         try:
             prepared = None
-            for made in prepare(self.simulation, cut.made, made_ready()):
+            for made in prepare(self.simulation, cut.made, fabric, made_ready()):
                 prepared = made
                 yield None
             assert prepared is not None

@@ -1,5 +1,5 @@
-"""Another garment made while the one before is worn: the pattern's next cut, or, where it can't be put on from where
-that is worn, dressed anew."""
+"""Another garment made while the one before is worn: the pattern's next cut, or the same in another fabric, or, where
+it can't be put on from where that is worn, dressed anew."""
 
 from __future__ import annotations
 
@@ -55,11 +55,11 @@ class Remaking:
         return self._parts is not None
 
     def begin(self, drape: Drape, order: DrapeOrder) -> None:
-        """Make the garment of the order's pattern, while this one is worn. What was being made is given up."""
+        """Make the garment of the order's pattern and fabric while this one is worn; what was being made is dropped."""
         assert order.specification is not None
         self.give_up()
         self._order = order
-        self._beside.begin(drape.cutting(order.specification))
+        self._beside.begin(drape.cutting(order.specification, order.fabric))
 
     def give_up(self) -> None:
         """Nobody wants any more what is being made."""

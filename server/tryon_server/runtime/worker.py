@@ -34,7 +34,7 @@ from tryon_server.runtime.publishing import Publisher
 from tryon_server.runtime.redesign import Wanted, wanted
 from tryon_server.runtime.remaking import Remade, Remaking
 from tryon_server.runtime.reporting import report_of
-from tryon_server.runtime.sources import MotionSource, Move, PoseSource, SequenceSource, StillSource
+from tryon_server.runtime.sources import MotionSource, Move, PoseSource, StillSource, by_itself
 from tryon_server.runtime.stream_source import StreamSource
 from tryon_server.runtime.telling import Teller
 from tryon_server.runtime.waiting import WaitingChanges, refusal
@@ -48,9 +48,8 @@ from tryon_server.sessions.commands import (
     UseTrackedPose,
     WearFabric,
 )
-from tryon_server.sessions.events import Designed, EditRefused, PhaseChanged, Reported, Troubled
+from tryon_server.sessions.events import Designed, EditRefused, FabricKept, PhaseChanged, Reported, Troubled
 from tryon_server.wording import as_parameters, in_parameters
-from tryon_solver.body.mesh_sequence import Moment
 from tryon_solver.body.pose import Pose
 from tryon_solver.body.tracking import TrackingError
 from tryon_solver.redesign.edit_error import EditError
@@ -136,7 +135,7 @@ class Worker:
         self._tell(PhaseChanged("preparing", "Starting the solver"))
         pause: float | None = 0.0
         while True:
-            if self._fabric != self._dressed_in:
+            if not self._dressed_in:
                 self._dress()
                 pause = 0.0
             self._obey(pause)
@@ -170,8 +169,7 @@ class Worker:
                 self._motion, self._motion_file = command.motion, command.file
                 self._follow()
             case WearFabric():
-                self._fabric = command.fabric
-                self._dressed_in = ""
+                self._change_fabric(command.fabric)
             case ChangePattern():
                 self._change(command)
 
@@ -208,12 +206,7 @@ class Worker:
             return
         own = self._drape.own_motion
         if own is not None or not isinstance(self._pose, Pose):
-            if isinstance(self._source, SequenceSource):
-                return  # which goes on, whatever is chosen
-            if own is not None and own.duration > 0 and isinstance(self._pose, Moment):
-                self._source = SequenceSource(own, self._pose.time)
-            else:
-                self._source = StillSource(self._pose)
+            self._source = by_itself(self._source, own, self._pose)
             return
         if self._motion is None:
             self._source = StreamSource(self._pose)
@@ -266,6 +259,7 @@ class Worker:
         self._remaking.give_up()
         self._waiting.add(command, asked)
         self._keep("value")
+        self._make_next(drape)
 
     def _show_held(self, command: ChangePattern, asked: Wanted, why: str) -> None:
         """Tell what the garment takes on, or why it does not."""
@@ -296,7 +290,24 @@ class Worker:
         for refused in self._waiting.take_refused():
             self._tell(refused)
 
-    # Another garment for the pattern ------------------------------------------------------------------------------
+    # Another garment for the pattern, or of another fabric --------------------------------------------------------
+
+    def _change_fabric(self, fabric: str) -> None:
+        """Have this fabric worn: as soon as the garment is made of it, or dressed anew where it has no pattern."""
+        self._fabric = fabric
+        if self._drape is None or self._history is None:
+            self._dressed_in = ""
+            return
+        self._remaking.give_up()
+        self._make_next(self._drape)
+
+    def _make_next(self, drape: Drape) -> None:
+        """Have the garment of the newest change made, and of the fabric that is to be worn, if it is not worn yet."""
+        newest = self._waiting.newest
+        if newest is not None:
+            self._begin_remaking(newest.specification, drape)
+        elif self._fabric != self._dressed_in and self._history is not None:
+            self._begin_remaking(self._history.specification, drape)
 
     def _begin_remaking(self, specification: Mapping[str, Any], drape: Drape) -> None:
         """Have a garment of this pattern made while this one is worn, in place of one that is being made."""
@@ -321,6 +332,7 @@ class Worker:
             self._not_remade(fault, drape)
 
     def _wear(self, remade: Remade) -> None:
+        self._dressed_in = self._fabric
         if remade.anew:
             self._put_on(remade.drape)
         else:
@@ -329,16 +341,21 @@ class Worker:
         self._keep("topology")
 
     def _not_remade(self, error: EditError, drape: Drape) -> None:
-        """Refuse the newest change, and go on with those before it; the old garment is worn on."""
+        """Refuse the newest change, or else the fabric, and go on with what was asked before it; the old garment is
+        worn on."""
         self._remaking.give_up()
-        if not self._waiting.refuse_newest(error):
+        if self._waiting.refuse_newest(error):
+            pass
+        elif self._fabric != self._dressed_in:
+            self._trouble("simulation_failed", "$.fabric", f"Of {self._fabric}, {error.message}.", error.remedy)
+            self._fabric = self._dressed_in
+            self._tell(FabricKept(self._fabric))
+        else:
             self._stuck = why = drape.outgrown
             what = f"{why or 'The shape needs another mesh'}, and made anew, {error.message}."
             self._trouble("simulation_failed", "$", what, error.remedy)
-        newest = self._waiting.newest
-        if newest is not None:
-            self._begin_remaking(newest.specification, drape)
-        else:
+        self._make_next(drape)
+        if not self._remaking.under_way:
             self._held_last = None
         self._tell_refused()
 

@@ -85,7 +85,7 @@ class FollowMotion:
 
 @dataclass(frozen=True)
 class WearFabric:
-    """Dress the garment anew in this fabric."""
+    """Have the garment in this fabric: one with a pattern from where it is worn, another one dressed anew."""
 
     fabric: str
 

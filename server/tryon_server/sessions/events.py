@@ -83,6 +83,13 @@ class Designed:
 
 
 @dataclass(frozen=True)
+class FabricKept:
+    """The fabric that was asked for can't be worn: the garment stays in this one."""
+
+    fabric: str
+
+
+@dataclass(frozen=True)
 class EditMade:
     """A change of the pattern that is to be kept has been made.
 
@@ -124,4 +131,15 @@ class Gone:
     detail: str
 
 
-Event = PhaseChanged | TopologyReady | FrameReady | Reported | Troubled | Designed | EditMade | EditRefused | Gone
+Event = (
+    PhaseChanged
+    | TopologyReady
+    | FrameReady
+    | Reported
+    | Troubled
+    | Designed
+    | FabricKept
+    | EditMade
+    | EditRefused
+    | Gone
+)

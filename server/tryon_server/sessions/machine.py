@@ -59,6 +59,7 @@ from tryon_server.sessions.events import (
     EditMade,
     EditRefused,
     Event,
+    FabricKept,
     FrameReady,
     Gone,
     PhaseChanged,
@@ -195,6 +196,9 @@ class Session:
             case Designed():
                 self._design = event.design
                 return self._tell_all(event.design, "design")
+            case FabricKept():
+                self.fabric = event.fabric
+                return self._status_if_changed(now)
             case EditMade():
                 return [Keep(event)]
             case EditRefused():

@@ -26,6 +26,7 @@ from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.overlay import Overlay
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.weld import WeldedMesh
+from tryon_solver.materials.fabric import Fabric
 from tryon_solver.scene import Scene
 from tryon_solver.simulation import BESIDE, Simulation
 
@@ -72,20 +73,22 @@ def carry_over(worn: Simulation, before: PanelMesh, after: PanelMesh) -> Carried
     clock begins at 0. Raises CarryError, or GarmentError as `build`; the old simulation is as it was.
     """
     cut = NewCut.of(after, before, worn.settings.subspace_spacing)
-    (prepared,) = (it for it in prepare(worn, cut) if it is not None)
+    (prepared,) = (it for it in prepare(worn, cut, worn.scene.fabric) if it is not None)
     return put_on(prepared, worn, before)
 
 
-def prepare(worn: Simulation, cut: NewCut, more: Iterable[object] = ()) -> Iterator[Prepared | None]:
-    """All of `carry_over` that does not depend on where the garment `worn` is, which may be advanced meanwhile and
-    afterwards: in parts, None after each but the last. `more` are parts of something else, done while the inverse is
-    being made. Raises GarmentError as `build`."""
+def prepare(
+    worn: Simulation, cut: NewCut, fabric: Fabric, more: Iterable[object] = ()
+) -> Iterator[Prepared | None]:
+    """All of `carry_over`, in this fabric, that does not depend on where the garment `worn` is, which may be advanced
+    meanwhile and afterwards: in parts, None after each but the last. `more` are parts of something else, done while the
+    inverse is being made. Raises GarmentError as `build`."""
     assert worn.scene.body is not None
     assert worn.body is not None
     flat = cut.welded.mean_of_vertices(cut.mesh.placed)
-    stitches = stitched_on(cut.mesh, cut.welded.welded_of_vertex, worn.scene.fabric)
+    stitches = stitched_on(cut.mesh, cut.welded.welded_of_vertex, fabric)
     effects = (*without_stitches(worn.scene.effects), *stitches)
-    scene = Scene(cut.garment, flat, worn.scene.body, worn.scene.fabric, effects)
+    scene = Scene(cut.garment, flat, worn.scene.body, fabric, effects)
     simulation = Simulation(scene, worn.settings, worn.device)
     yield None
     yield from simulation.parts(worn.body.pose, None, cut.basis)
@@ -117,14 +120,14 @@ def put_on(prepared: Prepared, worn: Simulation, before: PanelMesh) -> Carried:
     lay_on(before, after, face, places)
     x = joined.mean_of_vertices(drawn_together(after, joined, places))
     v = joined.mean_of_vertices(speeds)
-    x = drawn_back(simulation.scene.garment, x, ROOM * worn.contact.sizes.xi_self)
+    x = drawn_back(simulation.scene.garment, x, ROOM * simulation.contact.sizes.xi_self)
     simulation.start_at(x, worn.body_positions().astype(np.float64), worn.body.pose)
     try:
         freed = prepared.tangle.free()
     except TangledError as error:
         raise CarryError(f"where the garment is worn, {error}") from error
     most = float(simulation.stretches().max())
-    limit = MOST_STRETCH * worn.scene.fabric.strain_limit
+    limit = MOST_STRETCH * simulation.scene.fabric.strain_limit
     if most > limit:
         raise CarryError(f"where the garment is worn, it would be stretched to {most:.2f} times its length")
     simulation.state.v.assign(v.astype(np.float32))

@@ -90,7 +90,7 @@ def another_cut(sim: Simulation, mesh: PanelMesh, spec: Mapping[str, Any], edge:
     times.append(time.perf_counter())
     cut = NewCut.of(new, mesh, sim.settings.subspace_spacing)
     times.append(time.perf_counter())
-    *_, prepared = prepare(sim, cut)
+    *_, prepared = prepare(sim, cut, sim.scene.fabric)
     assert prepared is not None
     times.append(time.perf_counter())
     put_on(prepared, sim, mesh)

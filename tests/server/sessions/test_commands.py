@@ -20,7 +20,7 @@ from tryon_protocol import (
 )
 from tryon_server.sessions import OWN_MOTION
 from tryon_server.sessions.commands import FollowMotion, Run, UsePose, WearFabric
-from tryon_server.sessions.events import Gone, PhaseChanged, Reported, Troubled
+from tryon_server.sessions.events import FabricKept, Gone, PhaseChanged, Reported, Troubled
 
 QUARTER = math.sqrt(0.5)
 REST = (0.0, 0.0, 0.0, 1.0)
@@ -172,6 +172,17 @@ def test_fabric_that_is_worn_is_not_dressed_again_unless_dressing_had_failed():
     driver.simulation(PhaseChanged("failed", "too tight"))
     driver.say(1, SetFabricMessage(fabric="cotton"))
     assert driver.ordered(WearFabric) == [WearFabric("cotton")]
+
+
+def test_a_fabric_that_can_not_be_worn_is_not_the_session_s():
+    driver = Driver()
+    driver.dressed()
+    driver.connect(1)
+    driver.say(1, SetFabricMessage(fabric="denim"))
+    driver.simulation(FabricKept("cotton"))
+    assert driver.last(1, StatusMessage).fabric == "cotton"
+    driver.say(1, SetFabricMessage(fabric="denim"))
+    assert driver.ordered(WearFabric) == [WearFabric("denim")] * 2, "it may be tried again"
 
 
 def test_unknown_names_are_answered_with_the_request_number_and_what_there_is():

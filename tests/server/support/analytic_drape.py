@@ -128,16 +128,17 @@ class WavingSheet:
         self.shapes.append(width_of(specification))
         return ""
 
-    def cutting(self, specification):
-        return partial(deepcopy, specification)
+    def cutting(self, specification, fabric):
+        return partial(deepcopy, (specification, fabric))
 
     def recut(self, cut):
-        if width_of(cut) < RECUT:
+        specification, fabric = cut
+        if width_of(specification) < RECUT or fabric == "tight":
             return
         for _ in range(PARTS - 1):
             yield None
-        sheet = WavingSheet(self.behaviour)
-        sheet.specification, sheet.t, sheet.current, sheet.origin = cut, self.t, self.current, self.origin
+        sheet = WavingSheet(fabric)
+        sheet.specification, sheet.t, sheet.current, sheet.origin = specification, self.t, self.current, self.origin
         yield sheet
 
     def packed(self) -> WavingSheet:

@@ -105,7 +105,7 @@ def test_the_old_garment_goes_on_as_if_nothing_were_made_beside_it_and_the_new_o
     alone, sim = (built_where_it_is(walking.sim) for _ in range(2))
     alone.use_inverse(sim.search.inverse.numpy())  # made twice, the last bits may differ
     after = cut(EDITS["cut and sewn"])
-    parts = prepare(sim, NewCut.of(after, walking.mesh, sim.settings.subspace_spacing))
+    parts = prepare(sim, NewCut.of(after, walking.mesh, sim.settings.subspace_spacing), sim.scene.fabric)
     asked = sim.cloth_positions()
     for k in range(1, 4):
         assert next(parts) is None
@@ -129,11 +129,32 @@ def test_the_old_garment_goes_on_as_if_nothing_were_made_beside_it_and_the_new_o
         assert judge.judge(new.cloth_positions(), new.body_positions()).clean, k
 
 
+@pytest.mark.parametrize("name", sorted(set(FABRICS) - {"cotton_jersey"}))
+def test_the_same_cut_of_another_fabric_goes_on_where_the_garment_was(walking, name):
+    fabric = FABRICS[name]
+    made = NewCut.of(walking.mesh, walking.mesh, walking.sim.settings.subspace_spacing)
+    *_, prepared = prepare(walking.sim, made, fabric)
+    sim = put_on(prepared, walking.sim, walking.mesh).simulation
+    assert sim.scene.fabric == fabric
+    mass = fabric.areal_density / walking.sim.scene.fabric.areal_density
+    np.testing.assert_allclose(sim.mass.sum(), mass * walking.sim.mass.sum(), rtol=1e-6)
+    assert sim.contact.sizes.xi_self == pytest.approx(fabric.thickness)
+    np.testing.assert_allclose(sim.cloth_positions(), walking.sim.cloth_positions(), atol=3e-3)
+    judge = FrameJudge(sim.scene.garment.faces, walking.body.faces, sim.cloth_positions(), sim.body_positions())
+    assert judge.judge(sim.cloth_positions(), sim.body_positions()).clean
+    for k in range(1, 6):
+        x = sim.cloth_positions()
+        sim.advance(walking.pose(AT + k), k / FPS)
+        assert judge.judge(sim.cloth_positions(), sim.body_positions()).clean, k
+        fastest = FPS * np.linalg.norm(sim.cloth_positions() - x, axis=1).max()
+        assert fastest < walking.body_speed(AT + k) + FASTEST, k
+
+
 def test_an_overlay_over_what_the_garment_was_before_is_not_looked_at(walking):
     after = cut(EDITS["cut and sewn"])
     stale = Overlay(walking.mesh.placed + 1.0, np.full(len(after.uv), -1), np.full((len(after.uv), 3), np.nan))
     made = NewCut.of(after, walking.mesh, walking.sim.settings.subspace_spacing)
-    *_, prepared = prepare(walking.sim, replace(made, overlay=stale))
+    *_, prepared = prepare(walking.sim, replace(made, overlay=stale), walking.sim.scene.fabric)
     new = put_on(prepared, walking.sim, walking.mesh).simulation
     for one, other in zip(state_of(new), state_of(carry_over(walking.sim, walking.mesh, after).simulation)):
         np.testing.assert_array_equal(one, other)
