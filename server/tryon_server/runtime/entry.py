@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import signal
+import time
+from contextlib import closing
 from importlib import import_module
 from multiprocessing.connection import Connection
 from typing import Any
@@ -11,9 +14,20 @@ from tryon_server.runtime.order import WorkOrder, Workshop
 
 def run(connection: Connection, order: WorkOrder, workshop: Workshop) -> None:
     """Simulate ``order`` until the other end of ``connection`` closes."""
-    from tryon_server.runtime.worker import run_worker
+    from tryon_server.runtime.beside import ProcessBeside
+    from tryon_server.runtime.kernel_news import kernel_news
+    from tryon_server.runtime.worker import Worker
 
-    run_worker(connection, order, find(workshop.build), find(workshop.load_motion))
+    for number in (signal.SIGINT, signal.SIGTERM):  # Ctrl-C and service managers tell the server and all its processes;
+        signal.signal(number, signal.SIG_IGN)  # the server says goodbye to its clients and then ends its simulations
+    try:
+        beside = ProcessBeside()
+        build, load_motion = find(workshop.build), find(workshop.load_motion)
+        worker = Worker(connection, order, build, load_motion, time.monotonic, beside)
+        with closing(beside), kernel_news(worker.say):
+            worker.run()
+    except (EOFError, BrokenPipeError, ConnectionResetError):
+        return  # the server let go
 
 
 def find(name: str) -> Any:

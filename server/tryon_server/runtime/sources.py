@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from tryon_server.runtime.drape import Stance
 from tryon_solver.body.lead_back import LeadBack
-from tryon_solver.body.mesh_sequence import MeshSequence, Moment
+from tryon_solver.body.mesh_sequence import MeshSequence
 from tryon_solver.body.motion import Motion, blend_in
 from tryon_solver.body.pose import Pose
 
@@ -152,15 +152,6 @@ class StillSource:
         dt = self._pace.take(elapsed)
         self._stood += dt
         return Move(self._pose, dt, self._stood, 0)
-
-
-def by_itself(source: PoseSource | None, own: MeshSequence | None, stance: Stance) -> PoseSource:
-    """Of a body that moves by itself, if at all: which goes on, whatever is chosen, from where it stands."""
-    if isinstance(source, SequenceSource):
-        return source
-    if own is not None and own.duration > 0 and isinstance(stance, Moment):
-        return SequenceSource(own, stance.time)
-    return StillSource(stance)
 
 
 class MotionSource:

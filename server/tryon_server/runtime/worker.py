@@ -8,10 +8,7 @@ from __future__ import annotations
 
 import logging
 import math
-import signal
-import time
 from collections.abc import Callable, Mapping
-from contextlib import closing
 from dataclasses import replace
 from functools import partial
 from multiprocessing.connection import Connection
@@ -21,11 +18,10 @@ import numpy as np
 
 from tryon_protocol import POSE_CONVENTION, ProtocolError
 from tryon_server.problems import ProblemError
-from tryon_server.runtime.beside import Beside, ProcessBeside
+from tryon_server.runtime.beside import Beside
 from tryon_server.runtime.design import design_of
 from tryon_server.runtime.drape import BuildDrape, Drape, LoadMotion, Stance, StepFacts
 from tryon_server.runtime.followers import Follower
-from tryon_server.runtime.kernel_news import kernel_news
 from tryon_server.runtime.memory import give_back_freed
 from tryon_server.runtime.meter import Meter
 from tryon_server.runtime.order import WorkOrder
@@ -34,7 +30,8 @@ from tryon_server.runtime.publishing import Publisher
 from tryon_server.runtime.redesign import Wanted, wanted
 from tryon_server.runtime.remaking import Remade, Remaking
 from tryon_server.runtime.reporting import report_of
-from tryon_server.runtime.sources import MotionSource, Move, PoseSource, StillSource, by_itself
+from tryon_server.runtime.source_choice import chosen_source
+from tryon_server.runtime.sources import Move, PoseSource, StillSource
 from tryon_server.runtime.stream_source import StreamSource
 from tryon_server.runtime.telling import Teller
 from tryon_server.runtime.waiting import WaitingChanges, refusal
@@ -66,19 +63,6 @@ REMAKING_SECONDS = 0.01  # between looks at a garment that is being made
 FAILURES_IN_A_ROW = 30  # steps that may fail one after another before the session is given up
 LATER = "shown once it is let go"
 COARSER = "Choose another fabric, a coarser preset or a simpler pattern."
-
-
-def run_worker(connection: Connection, order: WorkOrder, build: BuildDrape, load_motion: LoadMotion) -> None:
-    """Body of the process: simulate ``order`` until the other end of ``connection`` closes."""
-    for number in (signal.SIGINT, signal.SIGTERM):  # Ctrl-C and service managers tell the server and all its processes;
-        signal.signal(number, signal.SIG_IGN)  # the server says goodbye to its clients and then ends its simulations
-    try:
-        beside = ProcessBeside()
-        worker = Worker(connection, order, build, load_motion, time.monotonic, beside)
-        with closing(beside), kernel_news(worker.say):
-            worker.run()
-    except (EOFError, BrokenPipeError, ConnectionResetError):
-        return  # the server let go
 
 
 class Worker:
@@ -204,16 +188,10 @@ class Worker:
         """Have the body follow the chosen motion, or a stream, from the pose in which it stands."""
         if self._drape is None or self._pose is None:
             return
-        own = self._drape.own_motion
-        if own is not None or not isinstance(self._pose, Pose):
-            self._source = by_itself(self._source, own, self._pose)
-            return
-        if self._motion is None:
-            self._source = StreamSource(self._pose)
-            return
+        name, file = self._motion, self._motion_file
+        play = None if name is None else lambda body: self._load_motion(name, body, file)
         try:
-            body = self._drape.outfit.body
-            self._source = MotionSource(self._load_motion(self._motion, body, self._motion_file), self._pose)
+            self._source = chosen_source(self._drape, self._pose, self._source, play)
         except Exception as error:
             logger.exception("the motion %r can't be played", self._motion)
             self._source = StillSource(self._pose)
@@ -332,12 +310,12 @@ class Worker:
             self._not_remade(fault, drape)
 
     def _wear(self, remade: Remade) -> None:
-        self._dressed_in = self._fabric
         if remade.anew:
             self._put_on(remade.drape)
         else:
             self._tell(self._publisher.dress(remade.drape, self._move))
             self._drape = remade.drape
+        self._dressed_in = self._fabric
         self._keep("topology")
 
     def _not_remade(self, error: EditError, drape: Drape) -> None:

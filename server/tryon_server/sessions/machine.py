@@ -94,11 +94,8 @@ class Session:
     ) -> None:
         """``uploaded``: names of motions that are there besides those of the rules. A ``motion`` of `OWN_MOTION` is
         that of a body that moves by itself, and the only one that it has."""
-        self.id = session_id
-        self.motion = motion
+        self.id, self.motion, self.fabric, self.playing = session_id, motion, fabric, True
         self._motions = (OWN_MOTION,) if motion == OWN_MOTION else (*rules.motions, *uploaded)
-        self.fabric = fabric
-        self.playing = True
         self._rules = rules
         self._viewers: dict[int, Viewer] = {}
         self._seats = Seats(new_token)
@@ -120,9 +117,8 @@ class Session:
         if self._ended or len(self._viewers) >= self._rules.max_viewers:
             full = f"The session has {self._rules.max_viewers} clients already."
             why = "The session has ended." if self._ended else full
-            return self._farewell(
-                client, ProtocolError("session_full", "$", why, "Open a new session."), FATAL_ERROR, now
-            )
+            fault = ProtocolError("session_full", "$", why, "Open a new session.")
+            return self._farewell(client, fault, FATAL_ERROR, now)
         poses = PoseStream(client, self._rules.smoothing)
         self._viewers[client] = Viewer(now, self._rules.messages_per_second, poses)
         return []
