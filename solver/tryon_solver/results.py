@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field, replace
 
+import numpy as np
+
 
 @dataclass(frozen=True)
 class StepReport:
@@ -22,7 +24,7 @@ class StepReport:
     residual: float  # m/s, largest move of the last Newton iteration over dt
     min_gap: float  # m, smallest distance of a contact pair less its offset; below 0: closer than the offset
     max_stretch: float  # -, largest principal stretch of any triangle
-    body_lag: float  # m, largest distance from the tracked skin to the collision surface, at most, after a leap
+    body_lag: float  # m, largest distance from the tracked skin to the collision surface
     pairs: int  # contact pairs at the end
     overlapping: int  # pairs found at or under their thickness offset
     retries: int  # steps made void, by verification or led astray: the garment was carried along, nothing else
@@ -55,5 +57,6 @@ class Counters:
     overlapping: int = 0
     retries: int = 0
     reverts: int = 0
-    behind: float = 0.0
+    asked: np.ndarray | None = None  # (B, 3) m, the skin of a pose that the step could not come to
+    behind: float = 0.0  # m, farthest that the skin is from there
     times: dict[str, float] = field(default_factory=dict)

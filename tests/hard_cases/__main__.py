@@ -202,7 +202,8 @@ def about(options: argparse.Namespace, seconds: float) -> dict[str, str]:
         f"{'each case its own time' if options.seconds is None else f'{options.seconds:g} s a case'}, "
         f"{'each case its own size' if options.vertices is None else f'about {options.vertices} vertices a case'}"
         f"{', launch by launch' if options.by_launches else ''}",
-        "IPC Toolkit": f"asked about every frame whose number {options.every} divides, the way to it, and the last",
+        "IPC Toolkit": f"asked about every frame whose number {options.every} divides, the way to it, and the last; "
+        "where there is nothing but cloth about all",
         "wall time": f"{seconds / 60:.1f} min, {options.jobs} at once",
     }
 

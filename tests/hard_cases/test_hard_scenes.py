@@ -1,5 +1,7 @@
 """A few of the hard cases, small and shortened, judged by every limit; `make hard` runs all of them whole."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from harness.judgement import UNASKED
@@ -34,6 +36,20 @@ def test_a_hard_case_and_the_rest_after_it(name):
     assert result["moves"] > result["frames"]
     assert result["asked"] == result["frames"] + 1
     assert result["trembling"] is not None
+
+
+def test_sheets_that_pass_through_each_other_between_two_frames_are_found():
+    """With contact switched off, by the preset whose frames are longest, and however few frames are to be asked about:
+    two open sheets have passed each other when the second frame is shown."""
+
+    def without_contact(ask):
+        run = named("zero_gravity").set_up(ask)
+        run.sim.touching = ()
+        return run
+
+    scene = replace(named("zero_gravity"), set_up=without_contact)
+    result = run_one(scene, Ask(VERTICES, PRESETS["draft"], seconds=0.5), every=4, tell=lambda _text: None)
+    assert result["not_free"] > 0
 
 
 @pytest.mark.parametrize("name", ["swept_by_plate", pytest.param("at_100m", marks=pytest.mark.long)])

@@ -35,7 +35,7 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
     """
     state, settings, body = sim.state, sim.settings, sim.body
     sim.listed = False
-    sim.counters.behind = 0.0
+    sim.counters.asked, sim.counters.behind = None, 0.0
     for start in (state.x_committed, state.x_start):
         wp.copy(start, state.x)
     if body is not None:
@@ -55,9 +55,11 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
         short = count > settings.most_substeps
         if short:
             count, share = settings.most_substeps, settings.most_substeps / count
-            sim.counters.behind = (1.0 - share) * travel
+            asked = body.skin_next.numpy().copy()
             stance = moving.part_way(start, stance, share)
             end = moving.transforms(stance)
+            moving.write(end, stance, body.skin_next)
+            sim.counters.asked, sim.counters.behind = asked, farthest(asked, body.skin_next.numpy())
         body.reached = stance, end
         for k in range(1, count + 1):
             part, after = stance, end
@@ -74,6 +76,11 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
         feel_motion(sim, interval.dt)
     sim.searches = 0
     wp.copy(state.x_feasible, state.x)
+
+
+def farthest(a: np.ndarray, b: np.ndarray) -> float:
+    """Largest distance [m] of vertices (B, 3) m of the same number."""
+    return float(np.linalg.norm(a.astype(np.float64) - b, axis=1).max())
 
 
 def set_displacement(sim: Simulation, before: np.ndarray, after: np.ndarray, stance: object) -> None:

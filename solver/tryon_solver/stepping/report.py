@@ -12,6 +12,7 @@ from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.vectors import find_largest, subtract
 from tryon_solver.materials.fabric import Fabric
 from tryon_solver.results import StepReport
+from tryon_solver.stepping.move_body import farthest
 from tryon_solver.stepping.repeat import TAKEN
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def make_report(sim: Simulation) -> StepReport:
         min_gap=gap,
         gap_offset=gap_offset,
         max_stretch=float(stretch.max()),
-        body_lag=lag + counters.behind,
+        body_lag=lag if counters.asked is None else farthest(sim.body_positions(), counters.asked),
         pairs=sim.pairs.size,
         overlapping=sim.pairs.overlapping,
         retries=counters.retries,

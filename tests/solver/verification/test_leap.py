@@ -91,6 +91,9 @@ def test_a_limb_that_leaps_is_followed_as_far_as_the_sub_steps_reach():
         assert judge.judge(sim.cloth_positions(), sim.body_positions()).clean, k
         assert report.substeps <= settings.most_substeps
         np.testing.assert_array_equal(sim.body.pose.root, goal.root if k >= LEAPS else case.pose_at(0).root)
+        skin = scene.body.surface(goal if k >= LEAPS else case.pose_at(0))
+        true = np.linalg.norm(sim.body_positions() - skin, axis=1).max()
+        assert report.body_lag == pytest.approx(true, abs=1e-5), k
         lags.append(report.body_lag)
         said.append("the pose leaps" in report.advice)
     begun = lags[LEAPS - 1 :]
