@@ -35,7 +35,7 @@ proof: $(VENV)/.dev $(BODY)
 
 HARD :=
 PRESET := live
-## make hard     play and judge every hard case: a table in build/hard/live, 1 when a limit was broken (an hour or more)
+## make hard     play and judge every hard case: a table in build/hard/live, 1 when a limit was broken (half an hour on two cores)
 # PRESET=draft or fit; HARD='--scenes needle corner --seconds 2' and others: .venv/bin/python tests/hard_cases --help
 hard: $(VENV)/.dev $(BODY)
 	$(BIN)/python tests/hard_cases --preset $(PRESET) --out build/hard/$(PRESET) $(HARD)
