@@ -99,7 +99,8 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
     add("--solver", default="ours", choices=("ours", "xpbd", "chebyshev", "vbd", "style3d"), help=others)
     add("--telling", action="store_true", help="the ten cases that other solvers can be given, whichever solver it is")
     add("--frames", action="store_true", help="keep what is seen, too, for pictures: NAME.npz beside NAME.json")
-    add("--every", type=int, default=2, metavar="K", help="IPC Toolkit is asked about each K-th frame (2)")
+    each = "IPC Toolkit is asked about each K-th frame (2), of cloth alone about all"
+    add("--every", type=int, default=2, metavar="K", help=each)
     launches = "on a GPU: without graphs, so that every accepted move is judged, not only the carried ones"
     add("--by-launches", action="store_true", help=launches)
     add("--jobs", type=int, default=os.cpu_count() or 1, help="cases at once (as many as there are processors)")

@@ -1,8 +1,8 @@
 """Conjugate gradients as one kernel of one thread: for the processor.
 
-There a launch costs as much as a thousand vertices' arithmetic, and an iteration has nine. In one kernel there is one,
-products and their sums are made in one pass, sums are float64 in a fixed order, and unknowns that nothing couples to
-others, most of a body's, are solved for at once and left out.
+There an iteration's nine launches would take as long as its arithmetic for a thousand vertices. In one kernel there is
+one, products and their sums are made in one pass, sums are float64 in a fixed order, and unknowns that nothing couples
+to others, most of a body's, are solved for at once and left out.
 """
 
 from __future__ import annotations
