@@ -111,7 +111,7 @@ def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser])
         help="what the garment's mesh rests in: its texture coordinates as its pattern, or the shape it comes in "
         "(default: found, and told)",
     )
-    simulate.add_argument("--fabric", metavar="NAME", help=f"{FABRICS} (default the first)")
+    simulate.add_argument("--fabric", metavar="NAME", help=f"{FABRICS} (default the pattern's own, or else the first)")
     simulate.add_argument(
         "--size",
         type=_size,
@@ -343,10 +343,11 @@ def run_simulate(options: argparse.Namespace) -> int:
     from tryon_server.runtime.local import load_catalogue
     from tryon_server.runtime.offline import simulate
     from tryon_server.runtime.order import DrapeOrder, MeshReading
+    from tryon_server.runtime.production import own_fabric
 
     order = DrapeOrder(
         pattern=options.garment,
-        fabric=options.fabric or load_catalogue().fabrics[0].name,
+        fabric=options.fabric or own_fabric(options.garment) or load_catalogue().fabrics[0].name,
         preset=options.preset,
         device=options.device,
         edge_length=options.edge_length,

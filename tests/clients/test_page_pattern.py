@@ -280,6 +280,19 @@ def test_darts_gathers_removals_and_the_whole_garment_by_numbers(page, tailor):
     assert next_edit() == {"kind": "remove_piece", "panel": "back"}
 
 
+def test_a_fabric_that_is_refused_is_not_chosen_any_more(page, tailor):
+    """One that is worn is an edit among those that can be taken back."""
+    chosen = page.locator("#fabrics label:has(input:checked)")
+    page.locator("#fabrics label", has_text="Denim").click()
+    assert tailor.hears(lambda message: isinstance(message, wire.SetFabricMessage)).fabric == "denim"
+    assert "Denim" in chosen.inner_text()
+    tailor.say(wire.ErrorMessage(code="edit_refused", place="panels", message="It is too tight.", remedy="Enlarge it."))
+    page.wait_for_function("() => document.querySelector('#fabrics input:checked').value === 'cotton'")
+    assert "It is too tight." in page.inner_text("body")
+    tailor.say(design(done=(DesignEdit(id=1, kind="change_fabric", panel=""),)))
+    page.wait_for_selector("#pattern-made:has-text('Fabric changed')", state="attached")
+
+
 def test_an_edge_is_sewn_to_the_one_that_is_chosen_next(page, tailor):
     page.mouse.click(*middle(edge(page, 0).locator(".reach")))
     page.click("text=Sew to…")

@@ -19,6 +19,8 @@ from tryon_client import connect
 from tryon_protocol import DesignMessage, EditedMessage, EditMessage, ErrorMessage, StatusMessage
 from tryon_server.persistence import EditRecord, SqlEdits, open_database
 
+DENIM = {"kind": "change_fabric", "fabric": "denim"}
+STEEL = DENIM | {"fabric": "steel"}
 WIDER = {"kind": "scale_piece", "panel": "front", "factors": [1.2, 1.0]}
 
 
@@ -145,6 +147,41 @@ def test_an_ended_session_keeps_its_edits_and_can_be_continued(server):
     third = dressed(server, continues=again)
     assert width_of(server.http.get(f"/api/sessions/{third}/pattern").json()) == 0.72
     refused(server.http.post("/api/sessions", json={"garment": "tube", "continues": "none"}), 404, "session.unknown")
+
+
+def test_another_fabric_is_an_edit_and_a_part_of_the_pattern(server):
+    session = dressed(server)
+    path = f"/api/sessions/{session}"
+
+    def fabric():
+        named = server.http.get(f"{path}/pattern").json()["properties"]["fabric"]
+        assert server.http.get(path).json()["fabric"] == named
+        return named
+
+    assert fabric() == "cotton"
+    reply = server.http.post(f"{path}/edits", json={"edit": DENIM})
+    assert (reply.status_code, reply.json()) == (201, {"id": 1, "last": 1, "change": "topology"})
+    assert fabric() == "denim"
+    told = refused(server.http.post(f"{path}/edits", json={"edit": STEEL}), 422, "edit.unknown_fabric")
+    assert (told["place"], "cotton, denim" in told["remedy"]) == ("edit.fabric", True)
+    server.http.post(f"{path}/edits/undo")
+    assert fabric() == "cotton"
+    server.http.post(f"{path}/edits/redo")
+    assert fabric() == "denim"
+
+
+def test_a_session_begins_in_the_fabric_that_its_pattern_names_unless_another_is_asked_for(server):
+    session = dressed(server)
+    server.http.post(f"/api/sessions/{session}/edits", json={"edit": DENIM})
+    pattern = server.http.get(f"/api/sessions/{session}/pattern").json()
+    garment = server.http.post("/api/garments", json=pattern).json()["id"]
+    for wish, worn in (({"garment": garment}, "denim"), ({"continues": session}, "denim"), ({}, "cotton")):
+        assert server.http.get(f"/api/sessions/{dressed(server, fabric=None, **wish)}").json()["fabric"] == worn
+    other = dressed(server, garment=garment, fabric="cotton")
+    assert server.http.get(f"/api/sessions/{other}/pattern").json()["properties"]["fabric"] == "cotton"
+    pattern["properties"]["fabric"] = "steel"
+    named = server.http.post("/api/garments", json=pattern).json()["id"]
+    refused(server.http.post("/api/sessions", json={"garment": named}), 422, "fabric.unknown")
 
 
 def test_an_edit_over_the_websocket_is_answered_and_shown(server):

@@ -6,7 +6,7 @@ import pytest
 from analytic_drape import LATE_WIDTH, squares, width_of
 from scripted_worker import allow, frames, work
 
-from tryon_server.sessions.commands import ChangePattern, Run, WearFabric
+from tryon_server.sessions.commands import ChangePattern, Run
 from tryon_server.sessions.events import (
     Designed,
     EditMade,
@@ -16,6 +16,8 @@ from tryon_server.sessions.events import (
     Reported,
     TopologyReady,
 )
+
+RESTING = {"kind": "change_fabric", "fabric": "resting"}
 
 
 def scale(width: float) -> dict:
@@ -199,7 +201,7 @@ def test_a_shape_that_needs_another_mesh_on_the_way_is_let_go_where_it_is_only_h
 
 
 def test_another_fabric_is_worn_in_the_pattern_as_edited():
-    script = [(0.001, Run(True)), (0.001, allow(10**6)), (1.0, edit(1, 0.6)), (2.0, WearFabric("resting"))]
+    script = [(0.001, Run(True)), (0.001, allow(10**6)), (1.0, edit(1, 0.6)), (2.0, ChangePattern("edit", 2, RESTING))]
     connection = work(script, 4.0)
     assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2]
     assert widths(connection)[-1] == (0.6, False)
@@ -207,7 +209,8 @@ def test_another_fabric_is_worn_in_the_pattern_as_edited():
 
 
 def test_a_new_fabric_s_mesh_is_that_of_the_edited_pattern_and_all_edits_can_be_taken_back():
-    connection, drapes = changed(edit(1, 0.6), WearFabric("denim"), ChangePattern("undo", 2))
+    undone = [ChangePattern("undo", 3), ChangePattern("undo", 4)]
+    connection, drapes = changed(edit(1, 0.6), ChangePattern("edit", 2, RESTING), *undone)
     assert [width_of(drape.specification) for drape in drapes] == [0.5]
     assert widths(connection)[-1] == (0.5, False)
 

@@ -7,12 +7,11 @@ from analytic_drape import LATE_WIDTH, width_of
 from scripted_worker import allow, frames, work
 
 from tryon_server.problems import problem_error
-from tryon_server.sessions.commands import ChangePattern, Run, WearFabric
+from tryon_server.sessions.commands import ChangePattern, Run
 from tryon_server.sessions.events import (
     Designed,
     EditMade,
     EditRefused,
-    FabricKept,
     FrameReady,
     PhaseChanged,
     Reported,
@@ -32,6 +31,10 @@ def scale(factor: float) -> dict:
 def edit(ticket: int, factor: float) -> ChangePattern:
     """The first square's width, 0.5 m at the start, times this. 0.7 needs another mesh, 0.62 to be dressed anew."""
     return ChangePattern("edit", ticket, scale(factor))
+
+
+def fabric(ticket: int, name: str) -> ChangePattern:
+    return ChangePattern("edit", ticket, {"kind": "change_fabric", "fabric": name})
 
 
 def changed(*commands, apart=0.1, until=4.0, build=analytic_drape.build, **more):
@@ -181,54 +184,74 @@ def test_what_was_held_is_held_on_when_the_edit_is_refused():
 
 
 def test_another_fabric_and_the_edit_that_is_being_made_are_put_on_together():
-    connection, drapes = changed(edit(1, 0.7), WearFabric("resting"))
-    assert answers(connection) == [1]
+    connection, drapes = changed(edit(1, 0.7), fabric(2, "resting"))
+    assert answers(connection) == [1, 2]
     assert [width_of(drape.specification) for drape in drapes] == [0.5]
     assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2]
     assert last_design(connection) == (0.35, False)
     assert sleeps(connection)
 
 
-def test_an_edit_does_not_wait_for_the_fabric_that_is_being_made_nor_lose_it():
-    connection, _ = changed(WearFabric("resting"), edit(1, 1.2))
-    assert times_of(connection, EditMade)[0] < ASKED + SECONDS
+def test_an_edit_of_what_is_being_made_of_another_fabric_is_one_of_that():
+    connection, _ = changed(fabric(1, "resting"), edit(2, 1.2))
+    assert answers(connection) == [1, 2]
     assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2]
     assert last_design(connection) == (0.6, False)
     assert sleeps(connection)
 
 
 def test_while_the_garment_is_made_of_another_fabric_the_old_one_streams():
-    connection, _ = changed(WearFabric("resting"))
+    connection, _ = changed(fabric(1, "resting"))
     when = [frame.t_published for frame in frames(connection)]
     assert max(np.diff(when)) < 3 * INTERVAL
     assert [event.phase for event in events(connection, PhaseChanged)].count("dressing") == 1
 
 
-def test_a_fabric_that_can_not_be_worn_is_told_and_the_old_one_worn_on():
-    connection, (drape,) = changed(WearFabric("tight"), edit(1, 1.1), apart=2.0)
-    (kept,) = events(connection, FabricKept)
-    assert kept.fabric == "cotton"
-    (trouble,) = events(connection, Troubled)
-    assert (trouble.place, trouble.remedy) == ("$.fabric", "Enlarge the pieces.")
-    assert "tight" in trouble.message
-    assert answers(connection) == [1]
+def test_a_fabric_is_told_with_the_pattern_that_names_it_once_it_is_worn():
+    """By name and in the pattern that is kept; taken back and made again it is as any edit."""
+    steps = [fabric(1, "denim"), ChangePattern("undo", 2), ChangePattern("redo", 3)]
+    connection, _ = changed(*steps, apart=2.0, until=8.0)
+    assert answers(connection) == [1, 2, 3]
+    told = [(event.fabric, event.design.done and event.design.done[-1].kind) for event in events(connection, Designed)]
+    assert told == [("cotton", ()), ("denim", "change_fabric"), ("cotton", ()), ("denim", "change_fabric")]
+    (made, undone, again) = events(connection, EditMade)
+    assert made.specification["properties"]["fabric"] == "denim"
+    assert [(each.id, each.last, each.change) for each in (made, undone, again)] == [
+        (1, 1, "topology"),
+        (1, 0, "topology"),
+        (1, 1, "topology"),
+    ]
+
+
+def test_a_fabric_that_can_not_be_worn_is_refused_and_the_old_one_worn_on():
+    connection, (drape,) = changed(fabric(1, "tight"), edit(2, 1.1), apart=2.0)
+    assert answers(connection) == [-1, 2]
+    (refused,) = events(connection, EditRefused)
+    assert refused.remedy == "Enlarge the pieces."
+    assert events(connection, Designed)[-1].fabric == "cotton"
     assert drape.shapes == [0.55]
     assert [event.topology_id for event in events(connection, TopologyReady)] == [1]
     assert frames(connection)[-1].t_published > 3.9
 
 
 def test_an_edit_that_can_not_be_worn_does_not_take_the_fabric_with_it():
-    connection, _ = changed(edit(1, 0.5), WearFabric("resting"), until=6.0)
-    assert answers(connection) == [-1]
-    assert events(connection, FabricKept) == []
+    connection, _ = changed(fabric(1, "resting"), edit(2, 0.5), until=6.0)
+    assert answers(connection) == [1, -2]
     assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2]
     assert sleeps(connection)
 
 
+def test_the_fabric_that_it_is_of_is_no_change():
+    connection, _ = changed(fabric(1, "cotton"))
+    (refused,) = events(connection, EditRefused)
+    assert (refused.place, refused.message) == ("fabric", "it is of 'cotton' already")
+
+
 def test_a_fabric_that_is_taken_back_in_the_meantime_is_not_made():
-    connection, _ = changed(WearFabric("denim"), WearFabric("cotton"))
+    connection, _ = changed(fabric(1, "denim"), fabric(2, "cotton"))
+    assert answers(connection) == [1, 2]
     assert [event.topology_id for event in events(connection, TopologyReady)] == [1]
-    assert events(connection, FabricKept, Troubled) == []
+    assert events(connection, Troubled) == []
 
 
 def test_a_held_session_wears_the_edit_too():

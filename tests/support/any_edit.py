@@ -11,6 +11,7 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
+from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.redesign import edits
 
 Item = TypeVar("Item")
@@ -90,6 +91,8 @@ def any_edit(chance: Chance, spec: Mapping[str, Any], kind: type[edits.Edit] | N
             return edits.Ease(panel, edge)
         case edits.OpenSeam:
             return edits.OpenSeam(panel, edge)
+        case edits.ChangeFabric:
+            return edits.ChangeFabric(chance.one_of(list(FABRICS)))
     raise ValueError(f"nobody knows how to draw a {made.kind}")
 
 

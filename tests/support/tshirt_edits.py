@@ -18,4 +18,5 @@ EDITS = [
     edits.Patch("front", (0.0, 0.2), 0.1, 0.08, 15.0),
     edits.Pocket("front", (0.08, 0.4), 0.1, 0.12),
     edits.RemovePiece("left_sleeve_back"),
+    edits.ChangeFabric("denim"),
 ]

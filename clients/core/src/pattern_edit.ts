@@ -13,7 +13,8 @@ export type PatternEdit =
   | { readonly kind: "patch" | "pocket"; readonly panel: string; readonly at: Point; readonly width: number; readonly height: number }
   | { readonly kind: "scale_piece"; readonly panel: string; readonly factors: Point }
   | { readonly kind: "scale_garment"; readonly factors: Point }
-  | { readonly kind: "remove_piece"; readonly panel: string };
+  | { readonly kind: "remove_piece"; readonly panel: string }
+  | { readonly kind: "change_fabric"; readonly fabric: string };
 
 /** The edit that moves a grip. */
 export function moveGrip(panel: string, grip: Grip, by: Point): PatternEdit {

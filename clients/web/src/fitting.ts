@@ -66,6 +66,7 @@ export class Fitting {
   private wish: SessionWish = { garment: "", motion: null, fabric: null, preset: null, size: 1, body: null };
   private link: Link = { state: "connecting" };
   private playing = true;
+  private fabricWorn: string | null = null;
   private motionBefore: string | null = null;
   private opening = 0;
 
@@ -318,6 +319,7 @@ export class Fitting {
 
   private follow(status: StatusMessage): void {
     this.playing = status.playing;
+    this.fabricWorn = status.fabric;
     if (status.motion !== this.wish.motion || status.fabric !== this.wish.fabric) {
       this.wish = { ...this.wish, motion: status.motion, fabric: status.fabric };
       this.view.choices(this.catalogue, this.wish);
@@ -329,6 +331,10 @@ export class Fitting {
     if (error.code === "unknown_session") {
       void this.open(this.wish); // the server was restarted: it has forgotten the session, the page has not
       return;
+    }
+    if (error.code === "edit_refused" && this.wish.fabric !== this.fabricWorn) {
+      this.wish = { ...this.wish, fabric: this.fabricWorn };
+      this.view.choices(this.catalogue, this.wish);
     }
     if (this.view.editRefused(error)) return;
     if (TOLD.has(error.code)) {

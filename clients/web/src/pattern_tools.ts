@@ -31,6 +31,7 @@ const MADE: Readonly<Record<string, string>> = {
   patch: "Patch sewn on",
   pocket: "Pocket sewn on",
   remove_piece: "Piece removed",
+  change_fabric: "Fabric changed",
 };
 
 /** What can be done to the edge or the piece that is chosen, by numbers, and the list of what was done. */

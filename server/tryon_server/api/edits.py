@@ -22,7 +22,7 @@ router = APIRouter(prefix="/api/sessions", tags=["edits"], responses=ERROR_REPLI
 EDIT_BODY = {
     "requestBody": {"required": True, "content": {"application/json": {"schema": EditRequest.model_json_schema()}}}
 }
-REFUSED = ("edit_refused", "invalid_field")  # what the edit is to blame for; all else is the moment's
+REFUSED = ("edit_refused", "invalid_field", "unknown_fabric")  # what the edit is to blame for; all else is the moment's
 
 
 @router.get("/{session_id}/edits")
@@ -71,5 +71,6 @@ async def _change(
     except ProtocolError as error:
         status = 422 if error.code in REFUSED else 409
         code = f"edit.{error.code.removeprefix('edit_')}"
-        raise problem_error(code, error.message, error.remedy, place=error.place, status=status) from error
+        place = error.place.removeprefix("$.")
+        raise problem_error(code, error.message, error.remedy, place=place, status=status) from error
     return EditedReply(id=made.id, last=made.last, change=made.change)

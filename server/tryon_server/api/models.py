@@ -126,7 +126,9 @@ class SessionRequest(Model):
 
     garment: Name = Field(description="id of a garment")
     motion: Name | None = Field(None, description="name of a motion; null: a client streams the poses")
-    fabric: Name | None = Field(None, description="name of a fabric; null: the first of GET /api/fabrics")
+    fabric: Name | None = Field(
+        None, description="name of a fabric; null: the pattern's own, else the first of GET /api/fabrics"
+    )
     preset: Name | None = Field(None, description="draft, live, fit or auto; null: the server's choice")
     size: Size = Field(1.0, description="of a sewing pattern, over its own; fit: the one that fits, by trying some on")
     body: Name | None = Field(None, description="id of an uploaded body, which brings its motion; null: the default")

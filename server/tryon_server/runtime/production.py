@@ -49,6 +49,7 @@ from tryon_solver.geometry.weld import weld
 from tryon_solver.live_edit import LiveEdit
 from tryon_solver.materials.fabric import FABRICS, Fabric
 from tryon_solver.redesign.drag import Drag, drag_in_parts
+from tryon_solver.redesign.fabrics import made_of
 from tryon_solver.redesign.parsed import parsed
 from tryon_solver.redesign.structure import difference
 from tryon_solver.reshape import OtherStructureError
@@ -334,7 +335,7 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
     if room.note:
         notes = (f"body: {room.note}", *notes)
     names, size = dressed.panels.panel_names, fitted.size
-    worn = WornPattern(json.loads(content), dressed.panels, size, edge_length)
+    worn = WornPattern(made_of(json.loads(content), fabric.name), dressed.panels, size, edge_length)
     told = how_read(order.body)
     return _drape(dressed.simulation, dressed.pose, names, body, moving, told, notes, opening, size, worn)
 
@@ -417,6 +418,17 @@ def _drape(
     drape = SolverDrape(simulation, pose, piece_names, shown, tuple(notes), opening, size, worn)
     drape.own_motion = None if moving is None else moving.sequence
     return drape
+
+
+def own_fabric(path: Path) -> str | None:
+    """What the pattern file says the garment is made of; None where it says nothing, is a mesh, or no pattern at all,
+    which is told when it is dressed."""
+    if is_mesh_file(path):
+        return None
+    try:
+        return parse_pattern_bytes(read_pattern_file(path)).fabric
+    except PatternError:
+        return None
 
 
 def is_mesh_file(path: Path) -> bool:

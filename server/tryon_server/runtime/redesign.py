@@ -6,11 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
+from tryon_server.runtime.order import DrapeOrder
 from tryon_server.sessions.commands import ChangePattern
 from tryon_server.sessions.events import EditMade
 from tryon_solver.redesign.apply import apply
 from tryon_solver.redesign.both_sides import apply_to_both
 from tryon_solver.redesign.edits import Edit
+from tryon_solver.redesign.fabrics import named_fabric
 from tryon_solver.redesign.history import History
 from tryon_solver.redesign.plain import parse_edit, plain
 
@@ -66,3 +68,8 @@ def wanted(history: History, command: ChangePattern) -> Wanted:
         return Wanted(history, edited.specification, edited.notes)
     after = history.append(edit, edited.specification)
     return Wanted(after, edited.specification, edited.notes, after.done[-1].id, edit)
+
+
+def of_pattern(order: DrapeOrder, specification: Mapping[str, Any]) -> DrapeOrder:
+    """The garment of this pattern in place of the order's, of the fabric that it names."""
+    return replace(order, fabric=named_fabric(specification) or order.fabric, specification=specification)

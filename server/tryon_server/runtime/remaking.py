@@ -1,5 +1,5 @@
-"""Another garment made while the one before is worn: the pattern's next cut, or the same in another fabric, or, where
-it can't be put on from where that is worn, dressed anew."""
+"""Another garment made while the one before is worn: the pattern's next cut, or, where it can't be put on from where
+that is worn, dressed anew."""
 
 from __future__ import annotations
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from multiprocessing.connection import Connection
@@ -27,7 +28,7 @@ from tryon_server.runtime.meter import Meter
 from tryon_server.runtime.order import WorkOrder
 from tryon_server.runtime.posture import Posture, local_turns
 from tryon_server.runtime.publishing import Publisher
-from tryon_server.runtime.redesign import Wanted, wanted
+from tryon_server.runtime.redesign import Wanted, of_pattern, wanted
 from tryon_server.runtime.remaking import Remade, Remaking
 from tryon_server.runtime.reporting import report_of
 from tryon_server.runtime.source_choice import chosen_source
@@ -36,6 +37,7 @@ from tryon_server.runtime.stream_source import StreamSource
 from tryon_server.runtime.telling import Teller
 from tryon_server.runtime.waiting import WaitingChanges, refusal
 from tryon_server.sessions.commands import (
+    UNASKED,
     AllowFrame,
     ChangePattern,
     Command,
@@ -45,7 +47,7 @@ from tryon_server.sessions.commands import (
     UseTrackedPose,
     WearFabric,
 )
-from tryon_server.sessions.events import Designed, EditRefused, FabricKept, PhaseChanged, Reported, Troubled
+from tryon_server.sessions.events import Designed, EditRefused, PhaseChanged, Reported, Troubled
 from tryon_server.wording import as_parameters, in_parameters
 from tryon_solver.body.pose import Pose
 from tryon_solver.body.tracking import TrackingError
@@ -90,7 +92,7 @@ class Worker:
         self._motion = order.motion
         self._motion_file = order.motion_file
         self._fabric = order.drape.fabric
-        self._dressed_in = ""
+        self._dress_due = True
         self._drape: Drape | None = None
         self._source: PoseSource | None = None
         self._follower: Follower | None = None
@@ -119,7 +121,7 @@ class Worker:
         self._tell(PhaseChanged("preparing", "Starting the solver"))
         pause: float | None = 0.0
         while True:
-            if not self._dressed_in:
+            if self._dress_due:
                 self._dress()
                 pause = 0.0
             self._obey(pause)
@@ -268,30 +270,33 @@ class Worker:
         for refused in self._waiting.take_refused():
             self._tell(refused)
 
-    # Another garment for the pattern, or of another fabric --------------------------------------------------------
+    # Another garment for the pattern ------------------------------------------------------------------------------
 
     def _change_fabric(self, fabric: str) -> None:
-        """Have this fabric worn: as soon as the garment is made of it, or dressed anew where it has no pattern."""
-        self._fabric = fabric
-        if self._drape is None or self._history is None:
-            self._dressed_in = ""
+        """Have the garment dressed anew of this fabric; one that is worn by its pattern, or was, by an edit of that."""
+        if self._history is None:
+            self._fabric, self._dress_due = fabric, True
             return
-        self._remaking.give_up()
-        self._make_next(self._drape)
+        command = ChangePattern("edit", UNASKED, {"kind": "change_fabric", "fabric": fabric})
+        if self._drape is not None:
+            self._change(command)
+            return
+        self._dress_due = True
+        with suppress(EditError):  # it is of that fabric already
+            asked = wanted(self._history, command)
+            self._history = asked.history
+            self._tell(asked.made(command, "topology"))
 
     def _make_next(self, drape: Drape) -> None:
-        """Have the garment of the newest change made, and of the fabric that is to be worn, if it is not worn yet."""
+        """Have the garment of the newest change made, if one waits."""
         newest = self._waiting.newest
         if newest is not None:
             self._begin_remaking(newest.specification, drape)
-        elif self._fabric != self._dressed_in and self._history is not None:
-            self._begin_remaking(self._history.specification, drape)
 
     def _begin_remaking(self, specification: Mapping[str, Any], drape: Drape) -> None:
         """Have a garment of this pattern made while this one is worn, in place of one that is being made."""
         give_back_freed()  # of the mesh before the one that is worn
-        order = replace(self._order.drape, fabric=self._fabric, specification=specification)
-        self._remaking.begin(drape, order)
+        self._remaking.begin(drape, of_pattern(self._order.drape, specification))
 
     def _remake(self, drape: Drape) -> None:
         """Go on making the garment that is to be worn next, for part of a frame's time; wear it once it is there."""
@@ -315,20 +320,12 @@ class Worker:
         else:
             self._tell(self._publisher.dress(remade.drape, self._move))
             self._drape = remade.drape
-        self._dressed_in = self._fabric
         self._keep("topology")
 
     def _not_remade(self, error: EditError, drape: Drape) -> None:
-        """Refuse the newest change, or else the fabric, and go on with what was asked before it; the old garment is
-        worn on."""
+        """Refuse the newest change, and go on with what was asked before it; the old garment is worn on."""
         self._remaking.give_up()
-        if self._waiting.refuse_newest(error):
-            pass
-        elif self._fabric != self._dressed_in:
-            self._trouble("simulation_failed", "$.fabric", f"Of {self._fabric}, {error.message}.", error.remedy)
-            self._fabric = self._dressed_in
-            self._tell(FabricKept(self._fabric))
-        else:
+        if not self._waiting.refuse_newest(error):
             self._stuck = why = drape.outgrown
             what = f"{why or 'The shape needs another mesh'}, and made anew, {error.message}."
             self._trouble("simulation_failed", "$", what, error.remedy)
@@ -351,12 +348,12 @@ class Worker:
 
     def _dress(self) -> None:
         self._remaking.give_up()
-        self._dressed_in = self._fabric
+        self._dress_due = False
         self._drape = self._source = None
         edited = None if self._history is None else self._history.specification
-        order = replace(self._order.drape, fabric=self._fabric, specification=edited or self._order.drape.specification)
+        order = replace(self._order.drape, fabric=self._fabric)
         try:
-            self._put_on(self._build(order, self._progress))
+            self._put_on(self._build(order if edited is None else of_pattern(order, edited), self._progress))
         except (ProblemError, ProtocolError) as error:
             fault = in_parameters(error.problem) if isinstance(error, ProblemError) else error
             what = f"{fault.message.rstrip('.')}."
@@ -491,4 +488,5 @@ class Worker:
         self._tell(Troubled(code, place, message, remedy))
 
     def _tell_design(self, specification: Mapping[str, Any], history: History, **more: Any) -> None:
-        self._teller.owe(lambda: Designed(design_of(specification, history, **more)))
+        fabric = of_pattern(self._order.drape, specification).fabric
+        self._teller.owe(lambda: Designed(design_of(specification, history, **more), fabric))

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from tryon_protocol import Skeleton, TrackedPose
 
 EditStep = Literal["edit", "undo", "redo"]
+UNASKED = -1  # in place of a ticket: nobody waits for the answer
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ class FollowMotion:
 
 @dataclass(frozen=True)
 class WearFabric:
-    """Have the garment in this fabric: one with a pattern from where it is worn, another one dressed anew."""
+    """Dress the garment anew, of this fabric: one that is worn by its pattern is changed by ``ChangePattern``."""
 
     fabric: str
 

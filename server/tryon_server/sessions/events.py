@@ -77,15 +77,9 @@ class Troubled:
 
 @dataclass(frozen=True)
 class Designed:
-    """The pattern as it is worn."""
+    """The pattern as it is worn, and the fabric that it names."""
 
     design: DesignMessage
-
-
-@dataclass(frozen=True)
-class FabricKept:
-    """The fabric that was asked for can't be worn: the garment stays in this one."""
-
     fabric: str
 
 
@@ -138,7 +132,6 @@ Event = (
     | Reported
     | Troubled
     | Designed
-    | FabricKept
     | EditMade
     | EditRefused
     | Gone

@@ -59,7 +59,6 @@ from tryon_server.sessions.events import (
     EditMade,
     EditRefused,
     Event,
-    FabricKept,
     FrameReady,
     Gone,
     PhaseChanged,
@@ -70,7 +69,7 @@ from tryon_server.sessions.events import (
 from tryon_server.sessions.flow import FrameFlow
 from tryon_server.sessions.pattern_changes import NOBODY, Asker, PatternChanges
 from tryon_server.sessions.pose_stream import PoseStream
-from tryon_server.sessions.rules import Rules, unknown
+from tryon_server.sessions.rules import Rules, check_fabric, check_motion, unknown
 from tryon_server.sessions.seats import Seats
 from tryon_server.sessions.status import OWN_MOTION, status_of
 from tryon_server.sessions.viewer import Viewer
@@ -191,10 +190,8 @@ class Session:
                 return self._tell_all(error_message(fault))
             case Designed():
                 self._design = event.design
-                return self._tell_all(event.design, "design")
-            case FabricKept():
-                self.fabric = event.fabric
-                return self._status_if_changed(now)
+                self.fabric = self.fabric if event.design.held else event.fabric
+                return [*self._tell_all(event.design, "design"), *self._status_if_changed(now)]
             case EditMade():
                 return [Keep(event)]
             case EditRefused():
@@ -212,9 +209,8 @@ class Session:
     ) -> tuple[int, list[Action]]:
         """Somebody without a connection asks for a change; the ticket that `Answer` will have, and what is to be done.
 
-        Raises:
-            ProtocolError: not now.
-        """
+        Raises ProtocolError: not now, or there is no such fabric."""
+        check_fabric(edit, self._rules.fabrics)
         command = self._changes.ask(Asker(NOBODY), step, edit, mirror, self._topology is not None)
         return command.ticket, [Order(command)]
 
@@ -380,12 +376,9 @@ class Session:
         return [Order(viewer.poses.take(message, pose, now)), *self._status_if_changed(now)]
 
     def _set_motion(self, client: int, viewer: Viewer, message: SetMotionMessage, now: float) -> list[Action]:
-        if self._motions == (OWN_MOTION,) and message.motion != OWN_MOTION:
-            what, remedy = "This body moves by itself and as it does.", "Open a session with the default body."
-            fault = ProtocolError("unknown_motion", "$.motion", what, remedy)
-            return self._answer_fault(client, viewer, fault, message.request, now)
-        if message.motion is not None and message.motion not in self._motions:
-            fault = unknown("unknown_motion", "motion", message.motion, self._motions)
+        try:
+            check_motion(message.motion, self._motions)
+        except ProtocolError as fault:
             return self._answer_fault(client, viewer, fault, message.request, now)
         self.motion = message.motion
         self._seats.release_poses()
@@ -396,8 +389,12 @@ class Session:
         if message.fabric not in self._rules.fabrics:
             fault = unknown("unknown_fabric", "fabric", message.fabric, self._rules.fabrics)
             return self._answer_fault(client, viewer, fault, message.request, now)
-        if message.fabric == self.fabric and self._phase.phase != "failed":
+        worn = self._phase.phase != "failed"
+        if worn and message.fabric == self.fabric and not self._changes.under_way:
             return []
+        if worn and self._design is not None:
+            edit = {"kind": "change_fabric", "fabric": message.fabric}
+            return self._edit(client, viewer, EditMessage(edit=edit, request=message.request), now)
         self.fabric = message.fabric
         return [Order(WearFabric(message.fabric)), *self._status_if_changed(now)]
 
@@ -405,6 +402,8 @@ class Session:
         self, client: int, viewer: Viewer, message: EditMessage | UndoMessage | RedoMessage, now: float
     ) -> list[Action]:
         try:
+            if isinstance(message, EditMessage):
+                check_fabric(message.edit, self._rules.fabrics)
             return [Order(self._changes.asked(client, message, self._topology is not None))]
         except ProtocolError as fault:
             return self._answer_fault(client, viewer, fault, message.request, now)

@@ -31,6 +31,11 @@ class PatternChanges:
         self._waiting: dict[int, Asker] = {}
         self._holder: int | None = None
 
+    @property
+    def under_way(self) -> bool:
+        """Is a change that is to be kept not answered yet?"""
+        return bool(self._waiting)
+
     def asked(self, client: int, message: EditMessage | UndoMessage | RedoMessage, dressed: bool) -> ChangePattern:
         """The command for what a client asks. Raises ProtocolError as `ask`."""
         asker = Asker(client, message.request)

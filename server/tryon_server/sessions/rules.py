@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from tryon_protocol import CREDIT, ProtocolError
 from tryon_server.sessions.smoothing import DEFAULT_SMOOTHING, Smoothing
+from tryon_server.sessions.status import OWN_MOTION
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,27 @@ class Rules:
     smoothing: Smoothing = DEFAULT_SMOOTHING
 
 
+def check_motion(motion: str | None, motions: Sequence[str]) -> None:
+    """Raises ProtocolError for a motion that is none of those of the session, of which `OWN_MOTION` may be the only
+    one. None is no motion, but poses that are streamed."""
+    if tuple(motions) == (OWN_MOTION,) and motion != OWN_MOTION:
+        what, remedy = "This body moves by itself and as it does.", "Open a session with the default body."
+        raise ProtocolError("unknown_motion", "$.motion", what, remedy)
+    if motion is not None and motion not in motions:
+        raise unknown("unknown_motion", "motion", motion, motions)
+
+
+def check_fabric(edit: Mapping[str, Any] | None, fabrics: Sequence[str]) -> None:
+    """Raises ProtocolError when the edit, plain JSON, is one to a fabric that there is not. All else is the solver's to
+    refuse."""
+    if edit is None or edit.get("kind") != "change_fabric":
+        return
+    name = edit.get("fabric")
+    if isinstance(name, str) and name not in fabrics:
+        raise unknown("unknown_fabric", "edit.fabric", name, fabrics)
+
+
 def unknown(code: str, kind: str, name: str, known: Sequence[str]) -> ProtocolError:
     """The fault of a name that is none of those known."""
-    return ProtocolError(code, f"$.{kind}", f"There is no {kind} {name!r}.", f"Choose one of: {', '.join(known)}.")
+    what = f"There is no {kind.rpartition('.')[2]} {name!r:.80}."
+    return ProtocolError(code, f"$.{kind}", what, f"Choose one of: {', '.join(known)}.")

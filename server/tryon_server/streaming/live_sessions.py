@@ -127,7 +127,7 @@ class LiveSessions:
         if opening.size != 1.0 and garment.notes:
             message = f"{garment.id!r} is a mesh, which is worn in the size it comes in"
             raise problem_error("size.of_mesh", message, "Leave the size out", place="size", status=422)
-        fabric = opening.fabric or self._rules.fabrics[0]
+        fabric = opening.fabric or await self._own_fabric(opening.continues, garment)
         _one_of("fabric", fabric, self._rules.fabrics)
         preset = opening.preset or self._settings.preset
         _one_of("preset", preset, self._catalogue.presets)
@@ -232,7 +232,21 @@ class LiveSessions:
         """
         record = await self.record(session_id)
         made = [edit for edit in await asyncio.to_thread(self._edits.all, session_id) if not edit.undone]
-        return made[-1].specification if made else await asyncio.to_thread(self._as_uploaded, record.garment)
+        if made:
+            return made[-1].specification
+        uploaded = await asyncio.to_thread(self._as_uploaded, record.garment)
+        return {**uploaded, "properties": {**uploaded["properties"], "fabric": record.fabric}}
+
+    async def _own_fabric(self, continues: str | None, garment: GarmentRecord) -> str:
+        """What the pattern that a session is to begin with says it is made of; the first fabric where it says nothing.
+        Raises ProblemError as `specification` does."""
+        if continues is not None:
+            specification = await self.specification(continues)
+        elif garment.notes:  # a mesh
+            specification = {}
+        else:
+            specification = await asyncio.to_thread(self._as_uploaded, garment.id)
+        return specification.get("properties", {}).get("fabric") or self._rules.fabrics[0]
 
     def _as_uploaded(self, garment_id: str) -> Mapping[str, Any]:
         garment = self._garments.get(garment_id)

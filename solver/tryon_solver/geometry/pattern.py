@@ -4,10 +4,11 @@ Source of the format: https://github.com/maria-korosteleva/GarmentCode (pygarmen
 specification is `{"pattern": {"panels": {name: panel}, "stitches": [...]}, "properties": {"units_in_meter": 100}}`.
 Everything is converted to metres here, once. Every fault raises PatternError, which names the place and the remedy.
 
-Two additions to the format. A stitch may carry the word "gather" as it may carry "right_wrong": it declares that one
+Three additions to the format. A stitch may carry the word "gather" as it may carry "right_wrong": it declares that one
 side is meant to be much longer than the other. A panel may lie on the right side of another, as a pocket does:
 `"on": {"panel": name, "at": [x, y], "turn": degrees, "open": [edges]}` puts its origin there in that panel's plane and
 sews it on along all edges but the open ones; its own translation and rotation then count for nothing.
+`properties.fabric` names what the garment is made of, for whoever dresses it and knows the name.
 """
 
 from __future__ import annotations
@@ -59,6 +60,7 @@ EDGES_TOTAL_MAX = 2000
 CHECK_SEGMENTS = 32  # straight pieces that stand for a curved edge in the outline test
 FLAT = 1e-4  # an outline thinner than this share of its length has no area to cross itself in
 
+FABRIC_NAME_MAX = 200  # characters
 STITCH_FLAGS = ("right_wrong", "gather")
 WHOLE = "specification"
 
@@ -114,6 +116,7 @@ class Pattern:
     panels: tuple[Panel, ...]
     stitches: tuple[Stitch, ...]
     patches: tuple[Patch, ...] = ()
+    fabric: str | None = None  # its name; None where the file names none
 
     @property
     def panel_names(self) -> tuple[str, ...]:
@@ -200,7 +203,8 @@ def parse_pattern(spec: Mapping[str, Any]) -> Pattern:
     panels = tuple(_panel(name, panels_spec[name], scale) for name in _panel_names(body, panels_spec))
     _check_garment_size(panels)
     stitches = _stitches(body.get("stitches", []), panels)
-    return Pattern(panels, stitches, _patches(panels_spec, panels, stitches, scale))
+    patches = _patches(panels_spec, panels, stitches, scale)
+    return Pattern(panels, stitches, patches, _fabric(spec["properties"].get("fabric")))
 
 
 def _has_edges(panel: Any) -> bool:
@@ -221,6 +225,13 @@ def _metres_per_unit(properties: Any) -> float:
         remedy = "Write curvature relative to the edge (GarmentCode's default)"
         raise PatternError(f"curvature coordinates {coordinates!r} are not read", "properties.curvature_coords", remedy)
     return 1.0 / units
+
+
+def _fabric(name: Any) -> str | None:
+    if name is not None and not (isinstance(name, str) and 0 < len(name) <= FABRIC_NAME_MAX):
+        message = f"not the name of a fabric, a text of at most {FABRIC_NAME_MAX} characters"
+        raise PatternError(message, "properties.fabric", "Name a fabric, or leave it out")
+    return name
 
 
 def _panel_names(body: Mapping[str, Any], panels: Mapping[str, Any]) -> list[str]:

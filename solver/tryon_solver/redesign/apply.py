@@ -14,6 +14,7 @@ from tryon_solver.redesign.cutting import cut
 from tryon_solver.redesign.darting import dart
 from tryon_solver.redesign.draft import Draft, read_draft
 from tryon_solver.redesign.edit_error import EditError
+from tryon_solver.redesign.fabrics import change_fabric
 from tryon_solver.redesign.moving import lengthen, move_vertex, take_in
 from tryon_solver.redesign.parsed import parsed
 from tryon_solver.redesign.patching import patch, pocket
@@ -39,6 +40,7 @@ CHANGES: dict[type[edits.Edit], Callable[[Draft, Any], None]] = {
     edits.Patch: patch,
     edits.Pocket: pocket,
     edits.RemovePiece: remove_piece,
+    edits.ChangeFabric: change_fabric,
 }
 
 
@@ -47,7 +49,7 @@ class Edited:
     """What an edit made."""
 
     specification: dict[str, Any]  # JSON that parse_pattern passes
-    change: Literal["value", "topology"]  # value: the same pieces, vertices, edges and seams, in other shapes
+    change: Literal["value", "topology"]  # value: the same fabric, pieces, vertices, edges and seams, in other shapes
     notes: tuple[str, ...]  # which partners followed, which seams fit no longer as they did
 
 

@@ -246,6 +246,16 @@ class RemovePiece(_Checked):
     remedy = "Keep the piece, or close another seam first that holds the rest around the body"
 
 
+@dataclass(frozen=True)
+class ChangeFabric(_Checked):
+    """Make the garment of another fabric, in the same pieces."""
+
+    fabric: Name
+
+    kind = "change_fabric"
+    remedy = "Choose another fabric"
+
+
 Edit = (
     MoveVertex
     | MoveHandle
@@ -262,6 +272,7 @@ Edit = (
     | Patch
     | Pocket
     | RemovePiece
+    | ChangeFabric
 )
 
 KINDS: dict[str, type[Edit]] = {
@@ -282,5 +293,6 @@ KINDS: dict[str, type[Edit]] = {
         Patch,
         Pocket,
         RemovePiece,
+        ChangeFabric,
     )
 }

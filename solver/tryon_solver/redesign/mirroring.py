@@ -40,7 +40,7 @@ def mirrored(specification: Mapping[str, Any], edit: edits.Edit) -> Mirrored:
     """
     parse_pattern(specification)
     draft = read_draft(specification)
-    if isinstance(edit, edits.ScaleGarment):
+    if isinstance(edit, edits.ScaleGarment | edits.ChangeFabric):
         return Mirrored(None, "it is of the whole garment")
     try:
         image = _image(draft, edit.panel)

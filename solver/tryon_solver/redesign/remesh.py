@@ -10,4 +10,4 @@ class Remesh:
     """The edit needs a new mesh, whatever it is an edit of: why, in words for the designer, and of which piece."""
 
     message: str
-    place: str  # the piece's name
+    place: str = ""  # the piece's name; "" where it is of all

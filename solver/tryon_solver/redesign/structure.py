@@ -1,4 +1,4 @@
-"""What a mesh's connectivity depends on besides lengths: the pieces, their edges, and how these are sewn."""
+"""What a worn mesh depends on besides lengths: the fabric, the pieces, their edges, and how these are sewn."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ ALONG = np.linspace(0.0, 1.0, 5)  # where on two curves of one kind a difference
 
 def difference(before: Pattern, after: Pattern) -> Remesh | None:
     """The first thing in which the structures of the two patterns differ; None when one mesh can serve both."""
+    if before.fabric != after.fabric:
+        return Remesh(f"it is of {after.fabric} instead of {before.fabric}")
     old = {panel.name: len(panel.edges) for panel in before.panels}
     new = {panel.name: len(panel.edges) for panel in after.panels}
     for name in [*old, *new]:

@@ -42,7 +42,8 @@ CATALOGUE: dict[str, list[dict[str, Any]]] = {
     "motions": [{"name": "walk", "seconds": 4.0, "title": "Walk", "found": None, "kept_as": None}],
     "bodies": [],
     "fabrics": [
-        {"name": "cotton", "areal_density": 0.2, "thickness": 5e-4, "strain_limit": 1.1, "colour": [0.5, 0.02, 0.03]}
+        {"name": name, "areal_density": 0.2, "thickness": 5e-4, "strain_limit": 1.1, "colour": colour}
+        for name, colour in (("cotton", [0.5, 0.02, 0.03]), ("denim", [0.1, 0.18, 0.36]))
     ],
 }
 Points = Sequence[tuple[float, float]]
@@ -158,7 +159,7 @@ def welcome() -> wire.WelcomeMessage:
         topology_id=0,
         subjects=("wearer",),
         motions=("walk",),
-        fabrics=("cotton",),
+        fabrics=("cotton", "denim"),
     )
 
 

@@ -7,10 +7,13 @@ import pytest
 from session_driver import JOINTS, Driver, pose
 
 from tryon_protocol import (
+    DesignMessage,
+    EditMessage,
     ErrorMessage,
     GoodbyeMessage,
     PauseMessage,
     PlayMessage,
+    ProtocolError,
     ReportMessage,
     SetFabricMessage,
     SetMotionMessage,
@@ -19,8 +22,8 @@ from tryon_protocol import (
     encode,
 )
 from tryon_server.sessions import OWN_MOTION
-from tryon_server.sessions.commands import FollowMotion, Run, UsePose, WearFabric
-from tryon_server.sessions.events import FabricKept, Gone, PhaseChanged, Reported, Troubled
+from tryon_server.sessions.commands import ChangePattern, FollowMotion, Run, UsePose, WearFabric
+from tryon_server.sessions.events import Designed, Gone, PhaseChanged, Reported, Troubled
 
 QUARTER = math.sqrt(0.5)
 REST = (0.0, 0.0, 0.0, 1.0)
@@ -174,15 +177,50 @@ def test_fabric_that_is_worn_is_not_dressed_again_unless_dressing_had_failed():
     assert driver.ordered(WearFabric) == [WearFabric("cotton")]
 
 
-def test_a_fabric_that_can_not_be_worn_is_not_the_session_s():
+def test_another_fabric_of_a_pattern_is_an_edit_of_it_and_told_once_it_is_worn():
     driver = Driver()
     driver.dressed()
     driver.connect(1)
-    driver.say(1, SetFabricMessage(fabric="denim"))
-    driver.simulation(FabricKept("cotton"))
+    driver.simulation(Designed(DesignMessage(held=False, panels=(), seams=(), done=(), undone=0), "cotton"))
+    driver.say(1, SetFabricMessage(fabric="denim", request=5))
+    (command,) = driver.ordered(ChangePattern)
+    assert (command.step, command.edit) == ("edit", {"kind": "change_fabric", "fabric": "denim"})
+    assert driver.ordered(WearFabric) == []
     assert driver.last(1, StatusMessage).fabric == "cotton"
+    driver.say(1, SetFabricMessage(fabric="cotton"))
+    assert len(driver.ordered(ChangePattern)) == 2, "the other one is on its way"
+    driver.simulation(Designed(DesignMessage(held=True, panels=(), seams=(), done=(), undone=0), "denim"))
+    assert driver.last(1, StatusMessage).fabric == "cotton", "nothing is kept of what is held"
+    driver.simulation(Designed(DesignMessage(held=False, panels=(), seams=(), done=(), undone=0), "denim"))
+    assert driver.last(1, StatusMessage).fabric == "denim"
+
+
+def test_after_dressing_has_failed_another_fabric_is_dressed_anew():
+    driver = Driver()
+    driver.dressed()
+    driver.connect(1)
+    driver.simulation(Designed(DesignMessage(held=False, panels=(), seams=(), done=(), undone=0), "cotton"))
+    driver.simulation(PhaseChanged("failed", "too tight"))
     driver.say(1, SetFabricMessage(fabric="denim"))
-    assert driver.ordered(WearFabric) == [WearFabric("denim")] * 2, "it may be tried again"
+    assert driver.ordered(WearFabric) == [WearFabric("denim")]
+
+
+@pytest.mark.parametrize("given", [{"fabric": "steel"}, {"fabric": 7}, {}])
+def test_an_edit_to_a_fabric_that_there_is_not_is_refused_with_those_that_there_are(given):
+    """What is no name is the solver's to refuse, as any field."""
+    driver = Driver()
+    driver.dressed()
+    driver.connect(1)
+    driver.say(1, EditMessage(edit={"kind": "change_fabric", **given}, request=8))
+    if given != {"fabric": "steel"}:
+        assert len(driver.ordered(ChangePattern)) == 1
+        return
+    assert driver.ordered(ChangePattern) == []
+    fault = driver.last(1, ErrorMessage)
+    assert (fault.code, fault.place, fault.request) == ("unknown_fabric", "$.edit.fabric", 8)
+    assert "cotton, denim" in fault.remedy
+    with pytest.raises(ProtocolError, match="no fabric 'steel'"):
+        driver.session.change_pattern("edit", {"kind": "change_fabric", **given})
 
 
 def test_unknown_names_are_answered_with_the_request_number_and_what_there_is():

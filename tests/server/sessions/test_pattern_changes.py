@@ -103,7 +103,7 @@ def test_a_refusal_of_what_is_held_goes_to_its_holder(driver):
 
 
 def test_the_design_is_told_to_all_and_to_who_comes_later(driver):
-    driver.simulation(Designed(DESIGN))
+    driver.simulation(Designed(DESIGN, "cotton"))
     driver.connect(3)
     for client in (1, 2, 3):
         assert driver.messages(client, DesignMessage) == [DESIGN]

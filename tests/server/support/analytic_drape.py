@@ -23,6 +23,7 @@ from tryon_server.runtime.drape import Outfit
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion
 from tryon_solver.body.pose import Pose, skin
+from tryon_solver.redesign.fabrics import made_of, named_fabric
 
 SIDE = 12
 NARROWEST, RECUT, TIGHTEST, LATE_WIDTH = 0.4, 0.33, 0.3, 0.7  # m, of the first square
@@ -114,7 +115,7 @@ class WavingSheet:
         self.origin = np.zeros(3)
         self.current, self.t, self.steps = self.pose, 0.0, 0
         self.hoard: list[np.ndarray] = []
-        self.specification = None if behaviour == "mesh" else squares()
+        self.specification = None if behaviour == "mesh" else made_of(squares(), behaviour)
         self.shapes: list[float] = []
         self.late = False
 
@@ -123,6 +124,8 @@ class WavingSheet:
 
     def reshape(self, specification) -> str:
         self.outgrown, self.late = "", width_of(specification) == LATE_WIDTH
+        if named_fabric(specification) != self.behaviour:
+            return "it is of another fabric"
         if width_of(specification) < NARROWEST:
             return "the sheet is squeezed"
         self.shapes.append(width_of(specification))

@@ -49,10 +49,11 @@ def an_edit(draw, spec, kind=None):
 
 
 def connectivity(spec):
-    """All that a value edit keeps: pieces, how many vertices each has, its edges' ends, the seams."""
+    """All that a value edit keeps: the fabric, pieces, how many vertices each has, its edges' ends, the seams."""
     panels = spec["pattern"]["panels"]
     ends = {name: [edge["endpoints"] for edge in panel["edges"]] for name, panel in panels.items()}
-    return {name: len(panel["vertices"]) for name, panel in panels.items()}, ends, seams(spec)
+    counts = {name: len(panel["vertices"]) for name, panel in panels.items()}
+    return spec["properties"].get("fabric"), counts, ends, seams(spec)
 
 
 @settings(max_examples=40)

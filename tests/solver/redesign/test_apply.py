@@ -12,7 +12,16 @@ from tryon_solver.redesign import edits
 from tryon_solver.redesign.apply import CHANGES, apply
 from tryon_solver.redesign.edit_error import EditError
 
-TOPOLOGY = (edits.OpenSeam, edits.CloseSeam, edits.Cut, edits.Dart, edits.Patch, edits.Pocket, edits.RemovePiece)
+TOPOLOGY = (
+    edits.OpenSeam,
+    edits.CloseSeam,
+    edits.Cut,
+    edits.Dart,
+    edits.Patch,
+    edits.Pocket,
+    edits.RemovePiece,
+    edits.ChangeFabric,
+)
 
 
 def test_every_edit_can_be_applied_and_is_tried_here():
