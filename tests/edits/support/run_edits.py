@@ -23,6 +23,7 @@ from tryon_server.sessions.commands import ChangePattern, Command
 from tryon_server.sessions.events import EditMade, EditRefused
 from tryon_solver.geometry.pattern import load_pattern
 from tryon_solver.geometry.size import mesh_with_vertices
+from tryon_solver.redesign.fabrics import made_of
 
 UNEDITED = 30  # frames of the motion before the first edit
 AFTER = 8  # frames after a change before the next: the ramp, and five that it is over
@@ -174,7 +175,7 @@ class EditRun:
 
 def session_pattern(order: DrapeOrder) -> Any:
     """The pattern's specification as a session has it."""
-    return json.loads(order.pattern.read_text())
+    return made_of(json.loads(order.pattern.read_text()), order.fabric)
 
 
 def changed_mesh(event: EditMade | EditRefused) -> bool:
