@@ -2,8 +2,8 @@
 
 Between two frames the pattern coordinates move on their way to what was wanted last (redesign/ramp.py), and the worn
 garment takes them up (reshape.py). However many edits come between two frames, only the newest counts. The inverse of
-the reduced matrix is made on a thread beside the simulation: what is ready is taken up before the next frame, and where
-the shape has moved on since, the next one is begun.
+the reduced matrix is made on a thread beside the simulation, once the shape stands, and now and then on a long way: what
+is ready is taken up before the next frame.
 """
 
 from __future__ import annotations
@@ -24,6 +24,8 @@ from tryon_solver.reshape import reshape
 from tryon_solver.simulation import BESIDE, Simulation
 
 RAMP_SECONDS = 0.1  # simulated, in which the rest shape goes from where it is to what is wanted
+INVERSE_SECONDS = 1.0  # simulated, between inverses of shapes on the way: made one after the other, the thread that
+# makes them slows the simulation beside it to half its rate, and an old one costs the search little
 
 
 class LiveEdit:
@@ -41,6 +43,7 @@ class LiveEdit:
         self._begun = 0.0
         self._making: tuple[PanelMesh, int, Future[np.ndarray]] | None = None
         self._inverse_of: PanelMesh = drag.mesh
+        self._inverse_at = sim.state.time  # when the shape last had its own inverse, or one was begun
         self._at_start = sim.factor_key, sim.search.inverse.numpy().copy()
         self._first = sim.scene.garment
 
@@ -68,7 +71,7 @@ class LiveEdit:
             self.now = self.wanted if share >= 1.0 else self._ramp.at(share)
             self._ramp = None if share >= 1.0 else self._ramp
             reshape(self.sim, self.garment())
-        self._go_on_with_inverse()
+        self._go_on_with_inverse(time)
 
     def garment(self) -> Garment:
         """What is worn, in the shape of `now`. At the start's it is the garment of then: brought to the pattern's own
@@ -89,13 +92,17 @@ class LiveEdit:
         if self._inverse_of is not self.now and not self._back_at_start():
             self._use(self.now, self.sim.reduced_inverse())
 
-    def _go_on_with_inverse(self) -> None:
+    def _go_on_with_inverse(self, time: float) -> None:
         if self._making is not None and self._making[2].done():
             mesh, key, made = self._making
             self._making = None
             if key == self.sim.factor_key:
                 self._use(mesh, made.result())
-        if self._making is None and self._inverse_of is not self.now and not self._back_at_start():
+        if self._inverse_of is self.now:
+            self._inverse_at = time
+        due = self._ramp is None or time - self._inverse_at >= INVERSE_SECONDS
+        if self._making is None and due and self._inverse_of is not self.now and not self._back_at_start():
+            self._inverse_at = time
             made = BESIDE.submit(self.sim.inverse_to_make())
             self._making = self.now, self.sim.factor_key, made
 

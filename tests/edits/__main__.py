@@ -48,6 +48,8 @@ def main(arguments: list[str] | None = None) -> int:
         return one(EditCase(**json.loads(options.one)), out)
     if options.rebuild:
         return rebuild(options, out)
+    if options.drag:
+        return drag(options, out)
     if options.document is not None:
         return document(options.document, out)
     commands = {
@@ -81,6 +83,15 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
     add("--device", default="cpu", help="cpu, cuda:0, ...")
     add("--seed", type=int, default=1)
     add("--rebuild", nargs="*", type=int, metavar="N", help="only time rebuilds of meshes with so many vertices")
+    add(
+        "--drag",
+        nargs="+",
+        type=int,
+        metavar="N",
+        help="only drag a hem of meshes with so many vertices, by 60 edits/s",
+    )
+    add("--seconds", type=float, default=60.0, metavar="S", help="that is dragged for (60)")
+    add("--fps", type=float, default=30.0, help="frames a second that the session publishes at most (30)")
     add("--jobs", type=int, default=1, help="cases at once")
     add("--out", type=Path, default=ROOT / "build" / "edits")
     add("--document", type=Path, metavar="FILE", help="play nothing: the page of what --out holds, and plots")
@@ -143,8 +154,22 @@ def rebuild(options: argparse.Namespace, out: Path) -> int:
     return 0
 
 
+def drag(options: argparse.Namespace, out: Path) -> int:
+    """Drag a hem and write how frames came meanwhile; 1 when one crosses."""
+    from drag_rate import drag_rate
+
+    rows = []
+    for vertices in options.drag:
+        rows.append(drag_rate(vertices, options.preset, options.device, options.seconds, out / "wardrobe", options.fps))
+        print(json.dumps(rows[-1]), flush=True)
+    about = {"commit": commit_of(ROOT), "machine": machine_of(options.device), "preset": options.preset}
+    (out / "drag.json").write_text(json.dumps({"about": about, "rows": rows}, indent=1))
+    return 1 if any(not row["crossing"].startswith("0 of ") for row in rows) else 0
+
+
 def document(page: Path, out: Path) -> int:
-    """Write the page of all cases that were played into a folder, and of the rebuilds that were timed there."""
+    """Write the page of all cases that were played into a folder, and of the rebuilds and drags timed there."""
+    import drag_rate
     from rebuild_times import plots, table
 
     results = {path.stem: json.loads(path.read_text()) for path in sorted(out.glob("*-*x*.json"))}
@@ -157,6 +182,9 @@ def document(page: Path, out: Path) -> int:
         for name, drawn in plots(made["rows"]).items():
             (folder / f"{name}.svg").write_text(drawn)
         text += table(made, page.stem)
+    dragged = out / "drag.json"
+    if dragged.exists():
+        text += drag_rate.table(json.loads(dragged.read_text()))
     page.write_text(text)
     return 1 if any(map(broken, results.values())) else 0
 

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from xml.etree import ElementTree
 
+import drag_rate
 import numpy as np
 import pytest
 from edit_case import EditCase, whole_proof
@@ -48,6 +49,16 @@ def test_a_walking_tshirt_is_edited_and_taken_back(tmp_path, case, asked, made, 
     text = markdown({case.name: result})
     assert "All holds." in text
     assert f"| {case.name} | {case.edits} | {case.edits} |" in text
+
+
+def test_a_hem_is_dragged_while_frames_come(tmp_path):
+    """By a session in a process of its own; how fast is the machine's."""
+    found = drag_rate.drag_rate(150, "draft", "cpu", 2.0, tmp_path)
+    assert found["held"] == 120
+    assert min(found["before"], found["during"]) > 0
+    assert found["crossing"].startswith("0 of ")
+    text = drag_rate.table({"about": {"commit": "none", "machine": "none", "preset": "draft"}, "rows": [found]})
+    assert f"| {found['vertices']} | 2 |" in text
 
 
 def test_the_whole_proof_has_every_kind_and_all_garments():

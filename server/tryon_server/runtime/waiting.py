@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from tryon_server.runtime.redesign import Wanted
-from tryon_server.sessions.commands import ChangePattern
+from tryon_server.sessions.commands import ChangePattern, Command
 from tryon_server.sessions.events import EditRefused
 from tryon_solver.redesign.edit_error import EditError
 
@@ -68,3 +69,10 @@ class WaitingChanges:
 def refusal(command: ChangePattern, error: EditError) -> EditRefused:
     """The event that says why a change can't be made."""
     return EditRefused(command.ticket, error.place, error.message, error.remedy)
+
+
+def newest_held(commands: Sequence[Command]) -> list[Command]:
+    """These commands without the edits that are only to be shown but the last of them: a drag sends more than frames
+    can show, and each takes a part of a frame's time to work out."""
+    held = [k for k, command in enumerate(commands) if isinstance(command, ChangePattern) and command.hold]
+    return [command for k, command in enumerate(commands) if k not in held[:-1]]

@@ -35,7 +35,7 @@ from tryon_server.runtime.source_choice import chosen_source
 from tryon_server.runtime.sources import Move, PoseSource, StillSource
 from tryon_server.runtime.stream_source import StreamSource
 from tryon_server.runtime.telling import Teller
-from tryon_server.runtime.waiting import WaitingChanges, refusal
+from tryon_server.runtime.waiting import WaitingChanges, newest_held, refusal
 from tryon_server.sessions.commands import (
     UNASKED,
     AllowFrame,
@@ -135,10 +135,12 @@ class Worker:
 
     def _obey(self, wait: float | None) -> None:
         """Take the commands that have come; wait up to this long [s] for some, None for ever."""
+        commands: list[Command] = []
         while self._connection.poll(wait):
-            for command in self._connection.recv():
-                self._take(command)
+            commands += self._connection.recv()
             wait = 0.0
+        for command in newest_held(commands):
+            self._take(command)
 
     def _take(self, command: Command) -> None:
         match command:

@@ -1,5 +1,6 @@
 """The demo's T-shirt is edited while it is worn: it follows at once, and passes through nothing."""
 
+from concurrent.futures import Future
 from functools import lru_cache
 
 import numpy as np
@@ -7,12 +8,12 @@ import pytest
 from frame_judge import FrameJudge
 from pattern_measures import demo
 
-from tryon_solver import PRESETS, dress
+from tryon_solver import PRESETS, dress, live_edit
 from tryon_solver.body.model import default_body
 from tryon_solver.geometry.panel_mesh import mesh_pattern
 from tryon_solver.geometry.pattern import parse_pattern
 from tryon_solver.geometry.size import in_size
-from tryon_solver.live_edit import RAMP_SECONDS, LiveEdit
+from tryon_solver.live_edit import INVERSE_SECONDS, RAMP_SECONDS, LiveEdit
 from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.redesign import edits
 from tryon_solver.redesign.apply import apply
@@ -112,6 +113,33 @@ def test_the_newest_edit_wins(worn):
         if edit.settled:
             break
     assert edit.settled  # the inverse came from its thread
+    edit.want(pattern_with())
+    edit.finish()
+
+
+def test_on_a_long_way_inverses_are_made_now_and_then_and_at_its_end(worn, monkeypatch):
+    """Each is ready at once, so that none keeps the next from being begun."""
+    begun = []
+
+    class AtOnce:
+        def submit(self, make):
+            begun.append(round(worn.frames / FPS, 2))
+            made = Future()
+            made.set_result(make())
+            return made
+
+    monkeypatch.setattr(live_edit, "BESIDE", AtOnce())
+    edit, start = worn.edit, worn.frames
+    for k in range(1, 76):
+        assert edit.want(longer(0.0004 * k)) is None
+        worn.advance()
+    assert len(begun) == 2, "in two and a half seconds"
+    assert begun[0] - start / FPS >= INVERSE_SECONDS
+    assert begun[1] - begun[0] >= INVERSE_SECONDS
+    for _ in range(round(RAMP_SECONDS * FPS) + 2):
+        worn.advance()
+    assert len(begun) == 3
+    assert edit.settled
     edit.want(pattern_with())
     edit.finish()
 
