@@ -2,8 +2,8 @@
 
 Between two frames the pattern coordinates move on their way to what was wanted last (redesign/ramp.py), and the worn
 garment takes them up (reshape.py). However many edits come between two frames, only the newest counts. The inverse of
-the reduced matrix is made on a thread beside the simulation, once the shape stands, and now and then on a long way: what
-is ready is taken up before the next frame.
+the reduced matrix is made on a thread beside the simulation, once the shape stands, and now and then on a long way:
+what is ready is taken up before the next frame.
 """
 
 from __future__ import annotations
