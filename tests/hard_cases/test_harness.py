@@ -12,12 +12,13 @@ import numpy as np
 import pytest
 from contact_scenes import square_on_sphere
 from harness.energy import EnergyMeter
-from harness.judgement import broken, judged
+from harness.judgement import broken, growth, judged
 from harness.kit import Pins, alone, led, square, strip
 from harness.obstacles import Obstacles, standing
 from harness.one import run_one
 from harness.oracle import SubSteps, listening, on_the_way
 from harness.play import play
+from harness.recording import Recording
 from harness.scene import Ask, Asked, HardScene, Run
 from harness.subject import Simulated, poison
 from harness.table import said_of
@@ -453,3 +454,12 @@ def test_names_are_words_and_each_is_there_once():
         assert scene.stresses
         assert " " not in scene.name
         assert not any(name != scene.name and name.startswith(scene.name + "_") for name in listed), scene.name
+
+
+def test_energy_that_grows_is_told_of_every_frame_in_which_it_is_over_the_least_before():
+    none = [0.0] * 5
+    record = Recording(DT, 1.1, 1.0, kinetic=[1.0, 0.0, 0.3, 0.3, 0.1], stored=none, fall=none, work=none)
+    np.testing.assert_allclose(growth(record), [0.0, 0.0, 0.3, 0.3, 0.1])
+    np.testing.assert_allclose(growth(record, 2), np.array([0.0, 0.0, 0.0]))
+    record.work = [0.0, 0.0, 0.3, 0.3, 0.3]
+    np.testing.assert_allclose(growth(record), 0.0, atol=1e-12)
