@@ -27,7 +27,7 @@ const DEFAULT = "default";
 const SIZE_WAITS_MS = 700;
 const PRESETS = [
   [AUTO, "Auto", "The server chooses what suits its processor"],
-  ["draft", "Draft", "Coarse and quick: for a processor without a graphics card"],
+  ["draft", "Draft", "Coarse and quick, for a processor without a graphics card: a blow stretches cloth and lets it jump for a frame"],
   ["live", "Live", "Fine, in real time on a graphics card"],
   ["fit", "Fit", "Finest: to judge the fit, slower than real time"],
 ] as const;
