@@ -73,6 +73,11 @@ class LiveEdit:
             reshape(self.sim, self.garment())
         self._go_on_with_inverse(time)
 
+    @property
+    def first(self) -> Garment:
+        """What was worn when the drag began."""
+        return self._first
+
     def garment(self) -> Garment:
         """What is worn, in the shape of `now`. At the start's it is the garment of then: brought to the pattern's own
         size and back, it would have other bits."""
@@ -81,11 +86,15 @@ class LiveEdit:
         worn = in_size(self.now, self.size)
         return replace(self.sim.scene.garment, uv_corners=worn.uv[worn.faces])
 
-    def finish(self) -> None:
-        """Be what is wanted at once, with its inverse: at the end of a session, or where runs must be alike."""
+    def arrive(self) -> None:
+        """Have the shape that is wanted at once; its inverse is made beside the simulation."""
         if self._ramp is not None:
             self.now, self._ramp = self.wanted, None
             reshape(self.sim, self.garment())
+
+    def finish(self) -> None:
+        """Be what is wanted at once, with its inverse: at the end of a session, or where runs must be alike."""
+        self.arrive()
         if self._making is not None:
             self._making[2].cancel()
             self._making = None

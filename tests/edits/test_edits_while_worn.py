@@ -81,8 +81,8 @@ def frame_at(cloth, t):
 
 
 @pytest.fixture
-def seen():
-    """What makes a watch see a frame; it has seen the sheets lie over each other, and then a change."""
+def watched():
+    """A watch that has seen the sheets lie over each other, and what makes it see a frame."""
     body = BodySurface(
         TETRAHEDRON,
         np.array([[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]]),
@@ -100,6 +100,13 @@ def seen():
         return watch.faults
 
     see(frame_at(SHEETS, 0.0))
+    return watch, see
+
+
+@pytest.fixture
+def seen(watched):
+    """What makes a watch see a frame; it has seen the sheets lie over each other, and then a change."""
+    watch, see = watched
     watch.changed("an edit")
     return see
 
@@ -128,6 +135,20 @@ def test_speed_counts_against_the_body_and_after_the_ramp(seen):
     assert [said.partition(":")[0] for said in faults.too_fast] == [f"frame {k + 1}, {k} after an edit" for k in (4, 5)]
     along = frame_at(cloth + [0.1, 0.0, 0.0], 6 / 30)
     assert len(seen(replace(along, body=TETRAHEDRON + [0.1, 0.0, 0.0])).too_fast) == 2
+
+
+def test_the_limit_of_speed_is_at_least_what_the_motion_gave_the_garment_before(watched):
+    """2 m/s before an edit: after it, and its ramp, 1.9 m/s is no fault of the edit, and 2.1 m/s is."""
+    watch, see = watched
+    x = SHEETS
+    for k, speed in enumerate([2.0, *[1.9] * 5, 2.1], 1):
+        x = x + [speed / 30, 0.0, 0.0]
+        faults = see(frame_at(x, k / 30))
+        if k == 1:
+            watch.changed("an edit")
+    assert faults.fastest_unedited == pytest.approx(2.0)
+    (said,) = faults.too_fast
+    assert said.startswith("frame 8, 6 after an edit: 2.10 m/s")
 
 
 def test_what_falls_may_be_fast_and_what_is_thrown_may_not(seen):

@@ -161,8 +161,7 @@ def test_another_mesh_that_can_not_be_carried_over_is_dressed_anew():
     assert [width_of(drape.specification) for drape in drapes] == [0.5, 0.31]
     assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2]
     assert connection.events.index(made) > connection.events.index(events(connection, TopologyReady)[1])
-    assert events(connection, FrameReady)[-1].topology_id == 2
-    assert drapes[1].steps > 5
+    assert [event.topology_id for event in events(connection, FrameReady)].count(2) > 5
 
 
 def test_another_mesh_is_not_shown_while_it_is_held():

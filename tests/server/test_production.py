@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from tryon_protocol import FrameDecoder, Topology, decode_server
 from tryon_server.problems import ProblemError
-from tryon_server.runtime import production
+from tryon_server.runtime import production, solver_drape
 from tryon_server.runtime.bodies import load_body
 from tryon_server.runtime.motions import list_motions, load_motion
 from tryon_server.runtime.order import DrapeOrder
@@ -177,7 +177,7 @@ def test_garment_is_dressed_once_and_worn_again_as_it_hung(order, monkeypatch):
 
 def test_a_dressed_garment_goes_to_another_process_and_on_as_it_hung(order):
     drape = production.build_drape(order, lambda *_: None)
-    again = pickle.loads(pickle.dumps(drape.packed())).unpacked()
+    *_, again = pickle.loads(pickle.dumps(drape.packed())).unpacking()
     np.testing.assert_array_equal(again.cloth_positions(), drape.cloth_positions())
     np.testing.assert_array_equal(again.body_positions(), drape.body_positions())
     assert (again.specification, again.outfit.notes) == (drape.specification, drape.outfit.notes)
@@ -187,6 +187,29 @@ def test_a_dressed_garment_goes_to_another_process_and_on_as_it_hung(order):
         again.advance(pose, k / 60)
     assert np.abs(again.cloth_positions() - drape.cloth_positions()).max() > 0.005
     assert again.reshape(again.specification) == "", "it can be edited"
+
+
+def test_a_garment_that_was_put_away_far_from_the_start_is_worn_again_there_and_in_its_shape(order):
+    drape = production.build_drape(order, lambda *_: None)
+    begun = drape.specification
+    wide = apply(begun, parse_edit({"kind": "scale_piece", "panel": "front", "factors": [1.02, 1.0]})).specification
+    away = np.array([40.0, 0.0, -20.0])
+    drape.leap(away)
+    assert drape.reshape(wide) == ""
+    for k in range(1, 9):
+        drape.advance(Pose(drape.pose.root + away + [0.0, 0.003 * k, 0.0], drape.pose.rotations), k / 60)
+    hung, where = drape.cloth_positions() + drape.origin, drape.body_positions() + drape.origin
+    *parts, again = pickle.loads(pickle.dumps(drape.packed())).unpacking(wide)
+    assert set(parts) == {None}
+    np.testing.assert_array_equal(again.cloth_positions() + again.origin, hung)
+    np.testing.assert_array_equal(again.body_positions() + again.origin, where)
+    np.testing.assert_allclose(again.pose.root, drape.pose.root + away + [0.0, 0.024, 0.0], atol=1e-9)
+    shape, first = (it.simulation.scene.garment.uv_corners for it in (again, drape))
+    np.testing.assert_array_equal(shape, first)
+    assert again.specification == begun, "its mesh is of the pattern that it was made of"
+    again.advance(again.pose, 1 / 60)
+    assert np.abs(again.cloth_positions() + again.origin - hung).max() < 0.005
+    assert again.reshape(begun) == "", "it is edited on"
 
 
 def test_another_cut_is_meshed_elsewhere_and_put_on_in_parts_while_the_old_one_is_worn(order, monkeypatch):
@@ -303,7 +326,7 @@ def solver_that_records():
         advance=lambda pose, _time, _longest_step: seen.places.append(np.array(pose.root)),
         move_origin=lambda by: seen.shifts.append(np.array(by)),
     )
-    return production.SolverDrape(simulation, Pose.rest(small_body()), (), small_body()), seen
+    return solver_drape.SolverDrape(simulation, Pose.rest(small_body()), (), small_body()), seen
 
 
 def test_the_solver_sees_a_few_metres_wherever_the_wearer_walks():
@@ -312,7 +335,7 @@ def test_the_solver_sees_a_few_metres_wherever_the_wearer_walks():
     for k, root in enumerate(roots, 1):
         drape.advance(Pose(root, drape.pose.rotations), k / 60)
         np.testing.assert_allclose(drape.origin + seen.places[-1], root, rtol=0, atol=1e-9)
-        assert np.abs(seen.places[-1]).max() <= production.FARTHEST
+        assert np.abs(seen.places[-1]).max() <= solver_drape.FARTHEST
     assert 15 < len(seen.shifts) < 40, "it moves seldom"
     np.testing.assert_array_equal(sum(seen.shifts), drape.origin)
     assert (drape.origin == np.round(drape.origin)).all()

@@ -97,6 +97,17 @@ def test_the_old_garment_streams_while_the_next_one_is_made(factor, tasks):
     assert drapes[0].steps > 1.5 * ASKED / INTERVAL
 
 
+def test_what_was_worn_before_is_worn_again_as_it_hung_where_it_can_not_be_carried_over():
+    """Narrow and wider again: taken back, the narrow one can't be put on from the wide one, but need not be dressed."""
+    connection, drapes = changed(edit(1, 0.62), edit(2, 1.22), ChangePattern("undo", 3), apart=1.5, until=6.0)
+    assert answers(connection) == [1, 2, 3]
+    assert [made.change for made in events(connection, EditMade)] == ["topology"] * 3
+    assert [width_of(drape.specification) for drape in drapes] == [0.5, 0.31]
+    assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2, 3, 4]
+    assert last_design(connection) == (0.31, False)
+    assert events(connection, Troubled) == []
+
+
 def test_frames_go_on_from_where_they_were():
     shown = frames(changed(edit(1, 0.7))[0])
     times = [frame.t_sim for frame in shown[1:]]

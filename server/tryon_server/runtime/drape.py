@@ -118,7 +118,7 @@ class Drape(Protocol):
         """
 
     def packed(self) -> Packed:
-        """Itself to be taken to another process, as it is worn."""
+        """Itself to be put away or taken to another process, as it is worn."""
 
     def leap(self, by: npt.NDArray[np.float64]) -> None:
         """Be elsewhere, body and garment as one, by (3,) whole metres, without having moved there."""
@@ -137,10 +137,11 @@ class Drape(Protocol):
 
 
 class Packed(Protocol):
-    """A garment on its way to another process: can be pickled."""
+    """A garment that was put away: can be pickled."""
 
-    def unpacked(self) -> Drape:
-        """The garment, at rest."""
+    def unpacking(self, specification: Mapping[str, Any] | None = None) -> Iterator[Drape | None]:
+        """The garment as it was worn, at rest, in parts, as those of ``recut``; in the shape of this pattern, which it
+        has had in its mesh."""
 
 
 BuildDrape = Callable[[DrapeOrder, Progress], Drape]

@@ -19,7 +19,8 @@ from tryon_server.runtime.drape import Drape, Progress
 from tryon_server.runtime.kernel_news import kernel_news
 from tryon_server.runtime.motions import closing_note, read_motion
 from tryon_server.runtime.order import DrapeOrder
-from tryon_server.runtime.production import SolverDrape, build_drape
+from tryon_server.runtime.production import build_drape
+from tryon_server.runtime.solver_drape import SolverDrape
 from tryon_server.runtime.sources import approach_seconds, leap_towards, moved
 from tryon_server.sessions.commands import MotionReading
 from tryon_server.unused import refuse_unused

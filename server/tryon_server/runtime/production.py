@@ -1,30 +1,26 @@
-"""The real drape: the solver's simulation behind the server's interface."""
+"""Garments dressed by the solver as a session orders them."""
 
 from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
 from tryon_protocol import GRID, check_grid
 from tryon_server.problems import problem_error
 from tryon_server.runtime.bodies import does_not_stand, how_read, load_body, load_moving_mesh, one_joint_body
-from tryon_server.runtime.cutting import Cut, Cutting
 from tryon_server.runtime.devices import AUTOMATIC, choose_device
-from tryon_server.runtime.drape import Outfit, Progress
+from tryon_server.runtime.drape import Progress
 from tryon_server.runtime.order import DrapeOrder
+from tryon_server.runtime.solver_drape import SolverDrape, WornPattern
 from tryon_server.runtime.wardrobe import Wardrobe, wardrobe_key
-from tryon_solver.body.mesh_sequence import MeshSequence
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.on_device import WornBody
 from tryon_solver.body.pose import Pose
-from tryon_solver.dressing.carry_over import CarryError, prepare, put_on
 from tryon_solver.dressing.dress import Dressed, dress
 from tryon_solver.dressing.dress_mesh import dress_mesh
 from tryon_solver.dressing.fit import DressingError, StanceError
@@ -41,19 +37,12 @@ from tryon_solver.files.standing import facing
 from tryon_solver.geometry.garment import Garment, GarmentError
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.pattern import PatternError, parse_pattern_bytes, read_pattern_file
-from tryon_solver.geometry.piece_meshes import keep, kept
 from tryon_solver.geometry.placement import PlacementError
-from tryon_solver.geometry.size import in_size, mesh_in_size
+from tryon_solver.geometry.size import mesh_in_size
 from tryon_solver.geometry.wearable import check_wearable
 from tryon_solver.geometry.weld import weld
-from tryon_solver.live_edit import LiveEdit
 from tryon_solver.materials.fabric import FABRICS, Fabric
-from tryon_solver.redesign.drag import Drag, drag_in_parts
 from tryon_solver.redesign.fabrics import made_of
-from tryon_solver.redesign.parsed import parsed
-from tryon_solver.redesign.structure import difference
-from tryon_solver.reshape import OtherStructureError
-from tryon_solver.results import StepReport
 from tryon_solver.scene import LIVE, Scene
 from tryon_solver.settings import PRESETS, Settings
 from tryon_solver.simulation import Simulation, build
@@ -62,9 +51,6 @@ logger = logging.getLogger(__name__)
 
 EDGE_LENGTHS = {"draft": 0.017, "live": 0.0085, "fit": 0.006}
 """Length of the mesh's edges [m] by preset: a T-shirt has about 2.5, 10 and 20 thousand vertices."""
-
-FARTHEST = 8.0
-"""Where the solver's origin is moved along [m]: a root this far from it along an axis. METHOD.md section 13."""
 
 STAGES = {
     "looking": "Looking for a frame to dress in",
@@ -81,189 +67,6 @@ TRY_ANOTHER_MESH = "Remesh the garment with longer edges, or choose a thinner fa
 TRY_ANOTHER = "Correct the pattern, or choose a longer edge length or another fabric."
 
 Named = TypeVar("Named")
-
-
-@dataclass(frozen=True)
-class WornPattern:
-    """A sewing pattern as it is worn: plain JSON, meshed in `size` times its own by edges of `edge_length` m."""
-
-    specification: Mapping[str, Any]
-    panels: PanelMesh
-    size: float
-    edge_length: float
-
-    def drag_in_parts(self, thickness: float) -> Iterator[Drag | None]:
-        """Make it ready to take on other shapes in the same mesh; `thickness` m is the worn fabric's. None after each
-        part but the last."""
-        own = in_size(self.panels, 1.0 / self.size)
-        return drag_in_parts(own, parsed(self.specification), thickness / self.size)
-
-
-class SolverDrape:
-    """A garment dressed by the solver, as the server's worker drives it."""
-
-    def __init__(
-        self,
-        simulation: Simulation,
-        pose: Any,
-        panel_names: tuple[str, ...],
-        body: BodyModel,
-        notes: tuple[str, ...] = (),
-        opening: Opening | None = None,
-        size: float | None = None,
-        worn: WornPattern | None = None,
-    ) -> None:
-        """`pose` is the stance in which it was dressed; `body` the body as told to clients; `notes` and `size` as in
-        Outfit; `opening` the one by which the garment hangs, where it hangs by one; `worn` the pattern, if there is
-        one."""
-        self.simulation = simulation
-        self._dressed_at = simulation.state.time
-        garment = simulation.scene.garment
-        fit = "" if opening is None else opening.advice
-        self.outfit = Outfit(
-            vertex_count=garment.vertex_count,
-            faces=garment.faces,
-            uv=garment.uv_corners if garment.spline_corners is None else garment.spline_corners,
-            panel_of_face=garment.panel_of_face,
-            panel_names=panel_names,
-            body=body,
-            fit=fit,
-            fitting_size=None if opening is None else opening.advised_size,
-            notes=notes,
-            size=size,
-        )
-        self.pose = pose
-        self.own_motion: MeshSequence | None = None
-        self.origin = np.zeros(3)
-        self.specification = None if worn is None else worn.specification
-        self.outgrown = ""
-        self._worn = worn
-        self._drag: Drag | None = None  # made ready with the garment, or not
-        self._edit: LiveEdit | None = None
-        self._stance, self._time = pose, 0.0  # of the last advance
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """How garment and body were read, and what there is to say of the fit, for people."""
-        outfit = self.outfit
-        return (*outfit.notes, f"fit: {outfit.fit}") if outfit.fit else outfit.notes
-
-    def reshape(self, specification: Mapping[str, Any]) -> str:
-        """Take on the pattern's shape; why that needs another mesh, or ""."""
-        assert self._worn is not None
-        self.outgrown = ""
-        pattern = parsed(specification)
-        if self._edit is None:
-            structure = difference(parsed(self._worn.specification), pattern)
-            if structure is not None:  # told without what a drag begins with, which takes longer than a frame
-                return structure.message
-            drag = self._drag
-            if drag is None:
-                *_, drag = self._worn.drag_in_parts(self.simulation.scene.fabric.thickness)
-            assert drag is not None
-            self._edit = LiveEdit(self.simulation, drag, self._worn.size)
-        remesh = self._edit.want(pattern)
-        return "" if remesh is None else remesh.message
-
-    def cutting(self, specification: Mapping[str, Any], fabric: str) -> Cutting:
-        """What makes the pattern's mesh, beside the simulation, to be worn of this fabric."""
-        worn = self._worn
-        assert worn is not None
-        before = worn.panels if self._edit is None else in_size(self._edit.wanted, worn.size)
-        spacing = self.simulation.settings.subspace_spacing
-        return Cutting(specification, before, worn.edge_length, worn.size, spacing, fabric, kept())
-
-    def recut(self, cut: Cut) -> Iterator[SolverDrape | None]:
-        """That mesh put on from where this garment is worn, in parts; none where it can't be."""
-        worn = self._worn
-        assert worn is not None
-        keep(cut.pieces)
-        panels, fabric = cut.made.mesh, FABRICS[cut.fabric]
-        drag: list[Drag | None] = [None]
-        own = replace(worn, specification=cut.specification, panels=panels)
-
-        def made_ready() -> Iterator[None]:
-            for drag[0] in own.drag_in_parts(fabric.thickness):
-                yield None
-
-        try:
-            prepared = None
-            for made in prepare(self.simulation, cut.made, fabric, made_ready()):
-                prepared = made
-                yield None
-            assert prepared is not None
-            before = worn.panels if self._edit is None else in_size(self._edit.now, worn.size)
-            carried = put_on(prepared, self.simulation, before)
-        except (CarryError, GarmentError) as error:
-            logger.info("the garment is dressed anew: %s", error)
-            return
-        old, names = self.outfit, panels.panel_names
-        drape = SolverDrape(carried.simulation, self._stance, names, old.body, old.notes, size=old.size, worn=own)
-        drape.outfit = replace(drape.outfit, fit=old.fit, fitting_size=old.fitting_size)
-        drape.own_motion, drape.origin = self.own_motion, self.origin
-        drape._dressed_at, drape._time, drape._drag = -self._time, self._time, drag[0]
-        yield drape
-
-    def packed(self) -> PackedDrape:
-        """Itself, as it was dressed and hangs."""
-        sim = self.simulation
-        assert sim.body is not None
-        scene = replace(sim.scene, x_start=sim.cloth_positions().astype(np.float64))
-        pose, surface = sim.body.pose, sim.body_positions().astype(np.float64)
-        return PackedDrape(scene, sim.settings, sim.device, pose, surface, self.outfit, self.own_motion, self._worn)
-
-    def leap(self, by: npt.NDArray[np.float64]) -> None:
-        """Be elsewhere by (3,) whole metres: nothing changes but where the solver's origin lies."""
-        self.origin = self.origin + by
-
-    def advance(self, pose: Any, t: float, longest_step: float = 0.0) -> StepReport:
-        """Simulate from the last pose's time to ``pose`` at time ``t`` [s], counted from the dressing."""
-        assert self.simulation.body is not None
-        moving = self.simulation.body.moving
-        place = moving.place(pose) - self.origin
-        far = np.abs(place) > FARTHEST
-        if far.any():
-            by = np.where(far, np.round(place), 0.0)
-            self.simulation.move_origin(by)
-            self.origin = self.origin + by
-        if self._edit is not None and not self.outgrown:
-            try:
-                self._edit.before_frame(self._dressed_at + t)
-            except (GarmentError, OtherStructureError) as error:
-                self.outgrown = str(error)
-        report = self.simulation.advance(moving.moved(pose, -self.origin), self._dressed_at + t, longest_step)
-        self._stance, self._time = pose, t
-        return report
-
-    def cloth_positions(self) -> npt.NDArray[np.float32]:
-        """(N, 3) positions of the cloth [m], from ``origin``."""
-        return self.simulation.cloth_positions()
-
-    def body_positions(self) -> npt.NDArray[np.float32]:
-        """(B, 3) positions of the body's simulated surface [m], from ``origin``."""
-        return self.simulation.body_positions()
-
-
-@dataclass(frozen=True, eq=False)
-class PackedDrape:
-    """A dressed garment as plain values: what its simulation is built of, `surface` (B, 3) m that of the body, and what
-    the drape has besides."""
-
-    scene: Scene
-    settings: Settings
-    device: str
-    pose: Any
-    surface: npt.NDArray[np.float64]
-    outfit: Outfit
-    own_motion: MeshSequence | None
-    worn: WornPattern | None
-
-    def unpacked(self) -> SolverDrape:
-        """The garment, at rest. Raises GarmentError as `build`."""
-        simulation = build(self.scene, self.settings, self.device, self.pose, self.surface)
-        drape = SolverDrape(simulation, self.pose, self.outfit.panel_names, self.outfit.body, worn=self.worn)
-        drape.outfit, drape.own_motion = self.outfit, self.own_motion
-        return drape
 
 
 def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:

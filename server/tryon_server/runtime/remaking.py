@@ -1,14 +1,16 @@
-"""Another garment made while the one before is worn: the pattern's next cut, or, where it can't be put on from where
-that is worn, dressed anew."""
+"""Another garment made while the one before is worn: the pattern's next cut; where it can't be put on from where that
+is worn, as it hung when it was worn before; and dressed anew where it never was."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from tryon_server.runtime.beside import Beside, Made, NotMade
 from tryon_server.runtime.drape import BuildDrape, Drape, Packed
 from tryon_server.runtime.order import DrapeOrder
+from tryon_server.runtime.worn_before import WornBefore
 from tryon_server.wording import in_parameters
 from tryon_solver.redesign.edit_error import EditError
 
@@ -27,7 +29,8 @@ class Dressing:
 
 @dataclass(frozen=True)
 class Remade:
-    """The garment that was asked for: dressed `anew`, in the stance in which one dresses, or where the old one was."""
+    """The garment that was asked for: put on `anew`, in another stance than the old one was worn in, or where that
+    was."""
 
     drape: Drape
     anew: bool
@@ -40,7 +43,9 @@ class Remaking:
     def __init__(self, beside: Beside, build: BuildDrape) -> None:
         self._beside = beside
         self._build = build
+        self._worn_before = WornBefore()
         self._order: DrapeOrder | None = None
+        self._dressing = False
         self._anew = False
         self._parts: Iterator[Drape | None] | None = None
 
@@ -64,7 +69,11 @@ class Remaking:
     def give_up(self) -> None:
         """Nobody wants any more what is being made."""
         self._beside.give_up()
-        self._order, self._parts, self._anew = None, None, False
+        self._order, self._parts, self._dressing, self._anew = None, None, False, False
+
+    def keep(self, drape: Drape, specification: Mapping[str, Any]) -> None:
+        """Keep this garment of this pattern, the place of which another takes now, for when that is wanted again."""
+        self._worn_before.keep(drape, specification)
 
     def go_on(self, drape: Drape) -> Remade | None:
         """Do the next part, between two frames of this garment, which is worn; the new one once it is there.
@@ -72,36 +81,43 @@ class Remaking:
         Raises EditError when it can't be put on, and then nothing is under way.
         """
         if self._parts is not None:
-            try:
-                made = next(self._parts)
-            except StopIteration:
-                self._parts = None
-                self._dress_anew()
-                return None
-            if made is None:
-                return None
-            self.give_up()
-            return Remade(made, anew=False)
+            return self._next_part(self._parts)
         outcome = self._beside.outcome()
         if isinstance(outcome, NotMade):
             self._not_made(outcome)
-        elif isinstance(outcome, Made) and self._anew:
-            self.give_up()
-            return Remade(outcome.value.unpacked(), anew=True)
+        elif isinstance(outcome, Made) and self._dressing:
+            self._parts = outcome.value.unpacking()
         elif isinstance(outcome, Made):
             self._parts = drape.recut(outcome.value)
         return None
 
+    def _next_part(self, parts: Iterator[Drape | None]) -> Remade | None:
+        try:
+            made = next(parts)
+        except StopIteration:
+            self._parts = None
+            self._put_on_anew()
+            return None
+        if made is None:
+            return None
+        anew = self._anew
+        self.give_up()
+        return Remade(made, anew)
+
     def _not_made(self, outcome: NotMade) -> None:
         """What can't be meshed is refused by dressing in the words of that."""
-        if not self._anew:
-            self._dress_anew()
+        if not self._dressing:
+            self._put_on_anew()
             return
         self.give_up()
         fault = in_parameters(outcome.problem)
         raise EditError(f"so it can't be worn: {fault.message}", fault.place, fault.remedy)
 
-    def _dress_anew(self) -> None:
+    def _put_on_anew(self) -> None:
+        """As it hung when it was worn before, or from the start."""
         assert self._order is not None
-        self._anew = True
-        self._beside.begin(Dressing(self._build, self._order))
+        assert self._order.specification is not None
+        self._parts, self._anew = self._worn_before.recall(self._order.specification), True
+        if self._parts is None:
+            self._dressing = True
+            self._beside.begin(Dressing(self._build, self._order))

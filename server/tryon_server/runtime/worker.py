@@ -308,7 +308,7 @@ class Worker:
             while remade is None and self._remaking.has_parts and self._clock() < end:
                 remade = self._remaking.go_on(drape)
             if remade is not None:
-                self._wear(remade)
+                self._wear(remade, drape)
         except EditError as error:
             self._not_remade(error, drape)
         except Exception as error:
@@ -316,7 +316,9 @@ class Worker:
             fault = EditError(f"the garment could not be made: {error!r}", "edit", "Edit something else")
             self._not_remade(fault, drape)
 
-    def _wear(self, remade: Remade) -> None:
+    def _wear(self, remade: Remade, before: Drape) -> None:
+        if self._history is not None:
+            self._remaking.keep(before, self._history.specification)
         if remade.anew:
             self._put_on(remade.drape)
         else:

@@ -10,7 +10,6 @@ is (dressing/untangle.py), and goes on from there with the body where it is.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from concurrent.futures import wait
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +18,7 @@ from numpy.typing import NDArray
 from scipy.sparse.linalg import cg
 from scipy.spatial import cKDTree
 
+from tryon_solver.build_in_parts import build_in_parts
 from tryon_solver.dressing.new_cut import NewCut
 from tryon_solver.dressing.stitching_on import stitched_on, without_stitches
 from tryon_solver.dressing.untangle import Freed, Tangle, TangledError
@@ -28,7 +28,7 @@ from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.weld import WeldedMesh
 from tryon_solver.materials.fabric import Fabric
 from tryon_solver.scene import Scene
-from tryon_solver.simulation import BESIDE, Simulation
+from tryon_solver.simulation import Simulation
 
 Points = NDArray[np.float64]
 
@@ -39,7 +39,6 @@ ROOM = 1.2  # offsets of cloth from cloth that lie between edges that were sewn 
 LIFT = 2e-3  # m at least off the fabric at which a pocket is laid on it, and
 LIFT_SHARE = 0.15  # of the mean edge: so far the two meshes may miss each other where the fabric is bent
 ROUNDS = 12  # of freeing, four times what cuts and darts of worn garments took: the wearer waits for them
-LOOK_SECONDS = 1e-3  # for an inverse that is being made
 MOST_STRETCH = 1.5  # times the fabric's limit: drawn so far together, cloth is better dressed anew
 
 
@@ -89,19 +88,9 @@ def prepare(
     stitches = stitched_on(cut.mesh, cut.welded.welded_of_vertex, fabric)
     effects = (*without_stitches(worn.scene.effects), *stitches)
     scene = Scene(cut.garment, flat, worn.scene.body, fabric, effects)
-    simulation = Simulation(scene, worn.settings, worn.device)
-    yield None
-    yield from simulation.parts(worn.body.pose, None, cut.basis)
-    simulation.set_diagonals(worn.dt)
-    inverse = BESIDE.submit(simulation.inverse_to_make())
-    yield None
-    tangle = Tangle(simulation, ROUNDS)
-    for _ in more:
-        yield None
-    while not wait([inverse], LOOK_SECONDS).done:
-        yield None
-    simulation.use_inverse(inverse.result())
-    yield Prepared(simulation, cut, tangle)
+    building = build_in_parts(scene, worn.settings, worn.device, worn.body.pose, None, worn.dt, cut.basis, more)
+    for simulation in building:
+        yield None if simulation is None else Prepared(simulation, cut, Tangle(simulation, ROUNDS))
 
 
 def put_on(prepared: Prepared, worn: Simulation, before: PanelMesh) -> Carried:

@@ -10,12 +10,15 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 from tryon_protocol import DecodedFrame, FrameDecoder, Topology, TopologyMessage, decode_server
 from tryon_server.runtime.beside import Made, NotMade, Task, carried_out
 from tryon_server.runtime.motions import load_motion
 from tryon_server.runtime.order import DrapeOrder, WorkOrder
-from tryon_server.runtime.production import SolverDrape, build_drape
+from tryon_server.runtime.production import build_drape
+from tryon_server.runtime.remaking import Dressing
+from tryon_server.runtime.solver_drape import SolverDrape
 from tryon_server.runtime.worker import Worker
 from tryon_server.sessions.commands import AllowFrame, ChangePattern, Command, Run
 from tryon_server.sessions.events import EditMade, EditRefused, Event, FrameReady, PhaseChanged, TopologyReady, Troubled
@@ -45,7 +48,7 @@ class Answer:
     event: EditMade | EditRefused
     before: tuple[Shown, ...]
     asked: float  # s by the machine's clock
-    dressed_anew: bool
+    put_on: Literal["", "as before", "anew"]  # in another stance: as it hung when it was worn before, or dressed anew
 
 
 class SessionError(RuntimeError):
@@ -56,6 +59,7 @@ class Here:
     """`Beside` in this process, at the first look: as many frames go by meanwhile on every machine."""
 
     def __init__(self) -> None:
+        self.dressings = 0
         self._task: Task | None = None
 
     def warm(self) -> None:
@@ -63,6 +67,7 @@ class Here:
 
     def begin(self, task: Task) -> None:
         """Do this when somebody looks."""
+        self.dressings += isinstance(task, Dressing)
         self._task = task
 
     def outcome(self) -> Made | NotMade | None:
@@ -82,7 +87,7 @@ class EditedSession:
         """`script` is called with this session and driven until it ends."""
         self.now = 0.0  # s, the worker's clock
         self.troubles: list[str] = []
-        self._dressed = 0  # times that the garment was put on from the start
+        self._put_on = 0  # times that a garment was put on in another stance than the one before
         self._order = WorkOrder(order, motion, FRAMES_PER_SECOND, KEYFRAME_SECONDS)
         self._frames: list[Shown] = []
         self._answers: list[EditMade | EditRefused] = []
@@ -91,7 +96,9 @@ class EditedSession:
         self._failed = ""
         self._script = script(self)
         self._commands: Sequence[Command] = ()
-        self._worker = Worker(self, self._order, build_drape, load_motion, self._clock, Here())  # type: ignore[arg-type]
+        self._here = Here()
+        order, here = self._order, self._here
+        self._worker = Worker(self, order, build_drape, load_motion, self._clock, here)  # type: ignore[arg-type]
 
     def _clock(self) -> float:
         return self.now
@@ -126,12 +133,13 @@ class EditedSession:
 
     def change(self, command: ChangePattern) -> Generator[Sequence[Command], None, Answer]:
         """Ask for a change of the pattern and wait for the answer."""
-        asked, dressed = time.perf_counter(), self._dressed
+        asked, put_on, dressings = time.perf_counter(), self._put_on, self._here.dressings
         yield (command,)
         event = yield from self.answer()
         before = tuple(self._frames)
         self._frames.clear()
-        return Answer(event, before, asked, self._dressed > dressed)
+        anew = "anew" if self._here.dressings > dressings else "as before"
+        return Answer(event, before, asked, anew if self._put_on > put_on else "")
 
     def answer(self) -> Generator[Sequence[Command], None, EditMade | EditRefused]:
         """The next answer to a change."""
@@ -178,6 +186,6 @@ class EditedSession:
             case Troubled():
                 self.troubles.append(event.message)
             case PhaseChanged(phase="ready"):
-                self._dressed += 1
+                self._put_on += 1
             case PhaseChanged(phase="failed"):
                 self._failed = event.detail

@@ -25,12 +25,14 @@ from tryon_solver.geometry.pattern import load_pattern
 from tryon_solver.geometry.size import mesh_with_vertices
 from tryon_solver.redesign.fabrics import made_of
 
-UNEDITED = 30  # frames of the motion before the first edit
+UNEDITED = 90  # frames of the motion before the first edit: several steps of a walk
 AFTER = 8  # frames after a change before the next: the ramp, and five that it is over
 SCRATCH = 4  # of so many new meshes one is held to what is built from scratch
 TELL_EVERY = 10  # changes
 ASKED_MOST = 60  # times as many as there are to be made: of some kinds few that are drawn are possible
 CRASHED = "the edit failed"
+NEW_MESH = ("carried", "anew")  # ways in which a change is made in a mesh that was made for it
+HOWS = ("value", *NEW_MESH, "as before")
 
 Tell = Callable[[str], None]
 
@@ -55,7 +57,7 @@ class EditRun:
         self.refused: Counter[str] = Counter()  # by kind and reason
         self.asked: Counter[str] = Counter()
         self.broken: list[str] = []
-        self.seconds: dict[str, list[float]] = {"value": [], "carried": [], "anew": []}
+        self.seconds: dict[str, list[float]] = {how: [] for how in HOWS}
         self.dressed_at = 0  # frame
         self.rebuilt = 0  # times that a new mesh's simulation was held to one built from scratch
         self.stretch = 0.0
@@ -125,15 +127,15 @@ class EditRun:
         answer = yield from session.change(command)
         for each in answer.before:
             self.watch.see(each)
-        if not self.take(steps, command, answer.event, answer.dressed_anew):
+        if not self.take(steps, command, answer.event, answer.put_on):
             return False
         self.watch.changed(described(command))
         shown = yield from session.frame()
-        how = "anew" if answer.dressed_anew else "carried" if changed_mesh(answer.event) else "value"
-        if answer.dressed_anew:
+        how = answer.put_on or ("carried" if changed_mesh(answer.event) else "value")
+        if answer.put_on:
             self.dressed_at = self.watch.faults.frames
         self.seconds[how].append(shown.came - answer.asked)
-        if how != "value" and len(self.seconds["carried"] + self.seconds["anew"]) % SCRATCH == 1:
+        if how in NEW_MESH and sum(len(self.seconds[each]) for each in NEW_MESH) % SCRATCH == 1:
             other = other_than_from_scratch(session.drape, self.order)
             self.rebuilt += 1
             self.broken += [f"after {described(command)}, other than built from scratch: {name}" for name in other]
@@ -147,7 +149,7 @@ class EditRun:
         return True
 
     def take(
-        self, steps: EditSteps, command: ChangePattern, event: EditMade | EditRefused, dressed_anew: bool = False
+        self, steps: EditSteps, command: ChangePattern, event: EditMade | EditRefused, put_on: str = ""
     ) -> bool:
         """Count an answer; was it made?"""
         kind = command.step if command.edit is None else str(command.edit["kind"])
@@ -159,7 +161,7 @@ class EditRun:
             elif event.message.startswith(CRASHED):
                 self.broken.append(f"{dict(command.edit)}: {event.message}")
             return False
-        how = event.change if not dressed_anew else "dressed anew"
+        how = f"put on {put_on}" if put_on else event.change
         self.made[f"{kind} ({how})"] += 1
         steps.made(event)
         return True

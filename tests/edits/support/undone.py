@@ -18,7 +18,8 @@ from edited_session import EditedSession, Script, Shown
 from tryon_protocol import DecodedFrame
 from tryon_server.runtime.motions import load_motion
 from tryon_server.runtime.order import DrapeOrder
-from tryon_server.runtime.production import SolverDrape, build_drape
+from tryon_server.runtime.production import build_drape
+from tryon_server.runtime.solver_drape import SolverDrape
 from tryon_server.runtime.sources import LONGEST_MOVE, MotionSource
 from tryon_solver.body.motion import Motion
 from tryon_solver.body.pose import Pose

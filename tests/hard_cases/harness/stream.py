@@ -9,7 +9,7 @@ import numpy as np
 from harness.kit import FRAME
 from harness.scene import Ask, Run
 from harness.wearer import BODY, REST, put_on, worn
-from tryon_server.runtime.production import SolverDrape
+from tryon_server.runtime.solver_drape import SolverDrape
 from tryon_server.runtime.stream_source import StreamSource
 from tryon_server.sessions.smoothing import DEFAULT_SMOOTHING, PlaceFilter, TurnFilter
 from tryon_solver.body.pose import Pose

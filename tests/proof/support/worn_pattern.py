@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from case import Case
 
-from tryon_server.runtime.production import SolverDrape
+from tryon_server.runtime.solver_drape import SolverDrape
 from tryon_server.runtime.wardrobe import wardrobe_key
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.pose import Pose

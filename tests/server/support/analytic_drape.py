@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import os
 import time
-from copy import deepcopy
+from copy import copy, deepcopy
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 
@@ -141,14 +141,21 @@ class WavingSheet:
         for _ in range(PARTS - 1):
             yield None
         sheet = WavingSheet(fabric)
-        sheet.specification, sheet.t, sheet.current, sheet.origin = specification, self.t, self.current, self.origin
+        sheet.specification = specification
+        sheet.t, sheet.current, sheet.origin = self.t, self.current, self.origin
         yield sheet
 
     def packed(self) -> WavingSheet:
         return self
 
-    def unpacked(self) -> WavingSheet:
-        return self
+    def unpacking(self, specification=None):
+        for _ in range(PARTS - 1):
+            yield None
+        sheet = copy(self)
+        sheet.t, sheet.steps, sheet.shapes = 0.0, 0, []
+        if specification is not None and specification != sheet.specification:
+            assert sheet.reshape(specification) == ""
+        yield sheet
 
     def leap(self, by: np.ndarray) -> None:
         self.origin = self.origin + by
