@@ -31,7 +31,9 @@ from peer_table import row as peer_row  # noqa: E402
 from process_pool import Tasks  # noqa: E402
 from provenance import commit_of, machine_of  # noqa: E402
 from roofline_table import section as roofs_told  # noqa: E402
-from worn import Case  # noqa: E402
+from worn import JERSEY, Case  # noqa: E402
+
+from tryon_solver.materials.fabric import FABRICS  # noqa: E402
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -61,7 +63,7 @@ def worn_cases(options: argparse.Namespace) -> list[dict[str, Any]]:
     for garment, motion, vertices, preset, sessions in itertools.product(
         options.garments, options.motions, options.vertices, options.presets, options.sessions
     ):
-        case = Case(garment, motion, vertices, preset, options.device, options.fps, sessions)
+        case = Case(garment, motion, vertices, preset, options.device, options.fps, sessions, options.fabric)
         results.append({"name": case.name, **measured_at_once(case, options)})
         print(row(results[-1]), flush=True)
     return results
@@ -89,7 +91,7 @@ def roofline_cases(options: argparse.Namespace) -> list[dict[str, Any]]:
     for garment, motion, vertices, preset in itertools.product(
         options.garments, options.motions, options.vertices, options.presets
     ):
-        case = Case(garment, motion, vertices, preset, options.device, options.fps)
+        case = Case(garment, motion, vertices, preset, options.device, options.fps, fabric=options.fabric)
         found = alone(f"{case.name}-roofline", ["--task", "roofline", "--one", json.dumps(case.plain())], options)
         results.append({"name": case.name, **found})
         print("\n".join(roofs_told(results[-1:])), flush=True)
@@ -175,6 +177,7 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     add("--vertices", nargs="+", type=int, default=[2500], metavar="N", help="of the cloth, about (2500)")
     add("--presets", nargs="+", default=["draft"], choices=PRESETS, help="(draft)")
     add("--sessions", nargs="+", type=int, default=[1], metavar="N", help="at once, a process each (1)")
+    add("--fabric", default=JERSEY, choices=FABRICS, help=f"meshes of over 90,000 need a thinner one ({JERSEY})")
     add("--device", default="cpu", help="cpu, cuda:0, ... (cpu)")
     add("--fps", type=float, default=30.0, help="frames a simulated second (30)")
     add("--seconds", type=float, default=3.0, metavar="S", help="time of the motion that is measured (3)")

@@ -19,13 +19,14 @@ from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.simulation import Simulation
 
 DEMO = Path(__file__).resolve().parents[2] / "server" / "tryon_server" / "demo"
+JERSEY = "cotton_jersey"
 LEAD = 1.0  # s, from the pose it was dressed in into the motion
 
 
 @dataclass(frozen=True)
 class Case:
-    """A garment and a motion of the demo by name, about how many vertices, preset and device, frames a second, and how
-    many such sessions at once, a process each."""
+    """A garment and a motion of the demo by name, about how many vertices, preset and device, frames a second, how many
+    such sessions at once, a process each, and of which fabric."""
 
     garment: str
     motion: str
@@ -34,11 +35,13 @@ class Case:
     device: str
     fps: float
     sessions: int = 1
+    fabric: str = JERSEY
 
     @property
     def name(self) -> str:
         """For file names and tables."""
         alone = f"{self.garment}-{self.motion}-{self.vertices}-{self.preset}-{self.device.replace(':', '')}"
+        alone += f"-{self.fabric}" * (self.fabric != JERSEY)
         return alone if self.sessions == 1 else f"{alone}-x{self.sessions}"
 
     def plain(self) -> dict[str, Any]:
@@ -50,7 +53,7 @@ def put_on(case: Case) -> tuple[Simulation, Callable[[float], Pose]]:
     """The garment, dressed and settled, and the body's pose so long after that [s]: led in, then round and round."""
     body = default_body()
     panels = mesh_with_vertices(load_pattern(DEMO / "patterns" / f"{case.garment}.json"), case.vertices)
-    dressed = dress(panels, body, FABRICS["cotton_jersey"], PRESETS[case.preset], case.device)
+    dressed = dress(panels, body, FABRICS[case.fabric], PRESETS[case.preset], case.device)
     motion = retarget(parse_bvh((DEMO / "motions" / f"{case.motion}.bvh").read_text()), body)
     lead = blend_in(dressed.pose, motion, LEAD)
 
