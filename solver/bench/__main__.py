@@ -173,7 +173,7 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python solver/bench", description=__doc__.partition("\n")[0])
     add = parser.add_argument
     add("--garments", nargs="*", default=["tshirt"], help="patterns of the demo; no name: none is worn (tshirt)")
-    add("--motions", nargs="+", default=["walk"], help="motions of the demo (walk)")
+    add("--motions", nargs="+", default=["walk"], help="motions of the demo, or BVH files (walk)")
     add("--vertices", nargs="+", type=int, default=[2500], metavar="N", help="of the cloth, about (2500)")
     add("--presets", nargs="+", default=["draft"], choices=PRESETS, help="(draft)")
     add("--sessions", nargs="+", type=int, default=[1], metavar="N", help="at once, a process each (1)")

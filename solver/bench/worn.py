@@ -25,8 +25,8 @@ LEAD = 1.0  # s, from the pose it was dressed in into the motion
 
 @dataclass(frozen=True)
 class Case:
-    """A garment and a motion of the demo by name, about how many vertices, preset and device, frames a second, how many
-    such sessions at once, a process each, and of which fabric."""
+    """A garment of the demo by name, a motion of the demo by name or of a BVH file, about how many vertices, preset and
+    device, frames a second, how many such sessions at once, a process each, and of which fabric."""
 
     garment: str
     motion: str
@@ -40,7 +40,7 @@ class Case:
     @property
     def name(self) -> str:
         """For file names and tables."""
-        alone = f"{self.garment}-{self.motion}-{self.vertices}-{self.preset}-{self.device.replace(':', '')}"
+        alone = f"{self.garment}-{Path(self.motion).stem}-{self.vertices}-{self.preset}-{self.device.replace(':', '')}"
         alone += f"-{self.fabric}" * (self.fabric != JERSEY)
         return alone if self.sessions == 1 else f"{alone}-x{self.sessions}"
 
@@ -54,7 +54,8 @@ def put_on(case: Case) -> tuple[Simulation, Callable[[float], Pose]]:
     body = default_body()
     panels = mesh_with_vertices(load_pattern(DEMO / "patterns" / f"{case.garment}.json"), case.vertices)
     dressed = dress(panels, body, FABRICS[case.fabric], PRESETS[case.preset], case.device)
-    motion = retarget(parse_bvh((DEMO / "motions" / f"{case.motion}.bvh").read_text()), body)
+    demo = DEMO / "motions" / f"{case.motion}.bvh"
+    motion = retarget(parse_bvh((demo if demo.exists() else Path(case.motion)).read_text()), body)
     lead = blend_in(dressed.pose, motion, LEAD)
 
     def pose(t: float) -> Pose:
