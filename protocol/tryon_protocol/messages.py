@@ -445,6 +445,10 @@ class ReportMessage(Message, tag="report", frozen=True, kw_only=True):
     ] = None
     advice: Annotated[str, Meta(description='for people: what is out of bounds, and what to try; "": nothing is')] = ""
     asleep: Annotated[bool, Meta(description="nothing moves: the garment is left as it is until it does")] = False
+    error: Annotated[
+        float | None,
+        Meta(description="m, estimated RMS distance of the cloth from where a step's equations balance; null: unknown"),
+    ] = None
 
 
 class ErrorMessage(Message, tag="error", frozen=True, kw_only=True):

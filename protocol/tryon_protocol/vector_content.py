@@ -126,6 +126,7 @@ def messages() -> dict[str, tuple[bytes, Any]]:
             real_time_factor=1.0,
             advice="the fabric is stretched by up to 35 %: try a larger size",
             asleep=True,
+            error=0.00075,
         ),
         _design(),
         m.EditedMessage(id=3, change="topology", request=10),

@@ -167,6 +167,7 @@ class Simulation:
         self.deflection = DeflectionScratch.allocate(self.all_count, device)
         self.largest_out = wp.zeros(1, dtype=wp.float32, device=device)
         self.cycles = wp.zeros(2, dtype=wp.int32, device=device)  # as in stepping/repeat.py
+        self.error = wp.zeros(1, dtype=wp.float32, device=device)  # m, as in stepping/estimate.py
         self.graphs: dict[str, KeptGraph] = {}  # by verb, as in stepping/record.py
         self.cg = ConjugateGradients.allocate(self.all_count, self.cloth_count, device)
         self.progress = Progress.allocate(device)
@@ -398,6 +399,7 @@ class Simulation:
         """Forget the figures of the last call of `advance`."""
         self.counters = Counters()
         self.cycles.zero_()
+        self.error.zero_()
         self.debt = 0.0
 
     def report(self) -> StepReport:

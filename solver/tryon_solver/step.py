@@ -14,6 +14,7 @@ from tryon_solver.results import StepReport
 from tryon_solver.stepping.contact_free import solve_without_contact
 from tryon_solver.stepping.correct import correct_penetration, verify_commit
 from tryon_solver.stepping.descend import descend_in_subspace, forget_search_history
+from tryon_solver.stepping.estimate import estimate_error
 from tryon_solver.stepping.move_body import move_body
 from tryon_solver.stepping.passes import contact_passes
 from tryon_solver.stepping.predict import predict_positions
@@ -79,6 +80,7 @@ def step(sim: Simulation, dt: float) -> None:
         sim.timed(correct_penetration)  # Newton-PCG on the full potential, every iterate proven free of contact
         sim.timed(verify_commit)  # float64 on what is near; else the pass is void and x goes back
     sim.timed(remember_contacts)  # how far each has given
+    sim.timed(estimate_error)  # how far from balance it ended
     sim.timed(update_velocity, dt)
 
 

@@ -20,6 +20,7 @@ export interface Figures {
   bodyLagMm: number;
   pairs: number;
   iterations: number;
+  errorMm: number;
   simulatedS: number;
   decodeMs: number;
   frameBytes: number;
@@ -60,6 +61,13 @@ const ROWS: readonly Row[] = [
   },
   { figure: "maxStretchPercent", name: "Largest stretch", title: "Beyond the length of the pattern", digits: 1, unit: "%" },
   { figure: "bodyLagMm", name: "Body lag", title: "How far the simulated surface of the body stays behind its skin", digits: 2, unit: "mm" },
+  {
+    figure: "errorMm",
+    name: "Solver error",
+    title: "Estimated: how far the cloth's vertices are, as a root mean square, from where a solver without end would take them in this step",
+    digits: 3,
+    unit: "mm",
+  },
   { figure: "pairs", name: "Contact pairs", title: "Near pairs that push on each other", digits: 0, unit: "" },
   { figure: "iterations", name: "Iterations", title: "Outer iterations of the last step", digits: 0, unit: "" },
   { figure: "decodeMs", name: "Decode", title: "Time to decode one frame and to shade it, in the page's worker", digits: 1, unit: "ms" },
@@ -70,7 +78,7 @@ const ROWS: readonly Row[] = [
 export class Readout {
   readonly figures: Figures = {
     frames: 0, fps: 0, drawnFps: 0, ageMs: NaN, solverMs: NaN, vertices: 0, clearanceMm: NaN, minGapMm: NaN, maxStretchPercent: NaN,
-    pace: NaN, bodyLagMm: NaN, pairs: NaN, iterations: NaN, simulatedS: NaN, decodeMs: NaN, frameBytes: NaN, seq: 0,
+    pace: NaN, bodyLagMm: NaN, pairs: NaN, iterations: NaN, errorMm: NaN, simulatedS: NaN, decodeMs: NaN, frameBytes: NaN, seq: 0,
     rootX: NaN, rootY: NaN, rootZ: NaN,
   };
   private readonly board = byId("readout", HTMLDetailsElement);
@@ -101,6 +109,7 @@ export class Readout {
     figures.bodyLagMm = report.body_lag * 1000;
     figures.pairs = report.pairs;
     figures.iterations = report.iterations;
+    figures.errorMm = typeof report.error !== "number" ? NaN : report.error * 1000;
     this.showStages();
   }
 

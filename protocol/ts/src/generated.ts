@@ -397,6 +397,8 @@ export interface ReportMessage {
   advice?: string;
   /** nothing moves: the garment is left as it is until it does. Default: false */
   asleep?: boolean;
+  /** m, estimated RMS distance of the cloth from where a step's equations balance; null: unknown. Default: null */
+  error?: number | null;
 }
 
 /**

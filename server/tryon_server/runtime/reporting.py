@@ -30,4 +30,5 @@ def report_of(facts: StepFacts, move: Move, solver_ms: float, seq: int, meter: M
         real_time_factor=meter.real_time_factor,
         advice=facts.advice,
         asleep=facts.asleep,
+        error=facts.error if math.isfinite(facts.error) else None,
     )

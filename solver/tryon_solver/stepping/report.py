@@ -30,8 +30,8 @@ def make_report(sim: Simulation) -> StepReport:
         pairs.look_for(sim.pairs, sim.candidates, sim.contact, sim.state.x)
     measure_lag(sim)
     sim.stretch.measure(sim.state.x)
-    sizes, gaps, cycles, lags, stretch = read(
-        sim.pairs.counters, sim.pairs.smallest_gap, sim.cycles, sim.largest_out, sim.stretch.stretch
+    sizes, gaps, cycles, lags, stretch, error = read(
+        sim.pairs.counters, sim.pairs.smallest_gap, sim.cycles, sim.largest_out, sim.stretch.stretch, sim.error
     )
     if anew and sim.pairs.know_size(sizes) > sim.pairs.capacity:
         pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x)  # once more: the list has to grow
@@ -44,6 +44,7 @@ def make_report(sim: Simulation) -> StepReport:
         iterations=int(cycles[TAKEN]),
         newton_iterations=counters.newton_iterations,
         residual=counters.residual,
+        error=float(error[0]),
         min_gap=gap,
         gap_offset=gap_offset,
         max_stretch=float(stretch.max()),

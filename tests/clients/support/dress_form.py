@@ -65,6 +65,7 @@ def quad(row: int, i: int) -> list[tuple[int, int, int]]:
 class Facts:
     iterations: int = 7
     residual: float = 1e-4
+    error: float = 2.5e-4
     min_gap: float = 0.0012
     gap_offset: float = 0.0018
     max_stretch: float = 1.043

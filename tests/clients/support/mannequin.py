@@ -22,6 +22,7 @@ ROWS = 16
 class Facts:
     iterations: int = 7
     residual: float = 1e-4
+    error: float = 2.5e-4
     min_gap: float = 0.0012
     max_stretch: float = 1.02
     body_lag: float = 0.0

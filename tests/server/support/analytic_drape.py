@@ -56,6 +56,7 @@ def quad(a: int, b: int) -> list[tuple[int, int, int]]:
 class Facts:
     iterations: int = 3
     residual: float = 1e-4
+    error: float = 2.5e-4
     min_gap: float = 0.002
     gap_offset: float = 0.0018
     max_stretch: float = 1.01
