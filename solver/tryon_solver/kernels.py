@@ -12,6 +12,7 @@ from tryon_solver.stepping import gradient
 from tryon_solver.subspace import search
 
 PACKAGE = "tryon_solver"
+WARPS_OWN = 256  # threads a block; told, since untold it is what a module was called with before
 IN_BLOCKS = (
     (BLOCK, (as_one, pcg_together, vectors, gradient)),
     (search.BLOCK, (search,)),
@@ -29,7 +30,7 @@ def compile_kernels(device: str) -> None:
     if not wp.get_device(device).is_cuda:
         return
     workers = os.cpu_count() or 1
-    wp.load_module(PACKAGE, device, recursive=True, max_workers=workers)
+    wp.load_module(PACKAGE, device, recursive=True, block_dim=WARPS_OWN, max_workers=workers)
     for threads, modules in IN_BLOCKS:
         loaded = [wp.get_module(module.__name__) for module in modules]
         wp.force_load(device, loaded, threads, workers)

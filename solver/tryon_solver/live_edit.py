@@ -8,6 +8,7 @@ what is ready is taken up before the next frame.
 
 from __future__ import annotations
 
+import math
 from concurrent.futures import Future
 from dataclasses import replace
 
@@ -16,7 +17,6 @@ import numpy as np
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.pattern import Pattern
-from tryon_solver.geometry.size import in_size
 from tryon_solver.redesign.drag import Drag
 from tryon_solver.redesign.ramp import Ramp, begin_ramp
 from tryon_solver.redesign.remesh import Remesh
@@ -24,6 +24,8 @@ from tryon_solver.reshape import reshape
 from tryon_solver.simulation import BESIDE, Simulation
 
 RAMP_SECONDS = 0.1  # simulated, in which the rest shape goes from where it is to what is wanted
+STEP_SECONDS = 0.03  # simulated, for which it stands on that way at least: of 20,000 vertices a host takes as long to
+# take up a shape as a GPU takes for a frame, and frames that come faster would come late for it
 INVERSE_SECONDS = 1.0  # simulated, between inverses of shapes on the way: made one after the other, the thread that
 # makes them slows the simulation beside it to half its rate, and an old one costs the search little
 
@@ -40,7 +42,8 @@ class LiveEdit:
         self.now: PanelMesh = drag.mesh
         self.wanted: PanelMesh = drag.mesh
         self._ramp: Ramp | None = None
-        self._begun = 0.0
+        self._begun = 0.0  # s, when the shape set out
+        self._stood_since = -math.inf  # s, when it became `now`
         self._making: tuple[PanelMesh, int, Future[np.ndarray]] | None = None
         self._inverse_of: PanelMesh = drag.mesh
         self._inverse_at = sim.state.time  # when the shape last had its own inverse, or one was begun
@@ -56,7 +59,9 @@ class LiveEdit:
         ramp = begin_ramp(self.now, mesh)
         if isinstance(ramp, Remesh):
             return ramp
-        self.wanted, self._ramp, self._begun = mesh, ramp, self.sim.state.time
+        now = self.sim.state.time
+        self._begun = now if self._ramp is None else max(self._begun, self._stood_since)
+        self.wanted, self._ramp = mesh, ramp
         return None
 
     @property
@@ -67,11 +72,16 @@ class LiveEdit:
     def before_frame(self, time: float) -> None:
         """Let the shape be what it should be at the frame's time [s], and take up an inverse that is ready."""
         if self._ramp is not None:
-            share = min((time - self._begun) / RAMP_SECONDS, 1.0)
-            self.now = self.wanted if share >= 1.0 else self._ramp.at(share)
-            self._ramp = None if share >= 1.0 else self._ramp
-            reshape(self.sim, self.garment())
+            self._go_on_the_way(self._ramp, time)
         self._go_on_with_inverse(time)
+
+    def _go_on_the_way(self, ramp: Ramp, time: float) -> None:
+        share = (time - self._begun) / RAMP_SECONDS
+        there = share >= 1.0
+        if there or time - self._stood_since >= STEP_SECONDS:
+            self.now, self._stood_since = self.wanted if there else ramp.at(share), time
+            self._ramp = None if there else ramp
+            reshape(self.sim, self.garment())
 
     @property
     def first(self) -> Garment:
@@ -83,8 +93,8 @@ class LiveEdit:
         size and back, it would have other bits."""
         if np.array_equal(self.now.uv, self.drag.mesh.uv):
             return self._first
-        worn = in_size(self.now, self.size)
-        return replace(self.sim.scene.garment, uv_corners=worn.uv[worn.faces])
+        uv = self.size * self.now.uv
+        return replace(self.sim.scene.garment, uv_corners=uv[self.now.faces])
 
     def arrive(self) -> None:
         """Have the shape that is wanted at once; its inverse is made beside the simulation."""

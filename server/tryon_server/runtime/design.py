@@ -10,10 +10,11 @@ import numpy as np
 from tryon_protocol import DesignEdge, DesignEdit, DesignMessage, DesignPanel, DesignPatch, DesignSeam
 from tryon_solver.geometry import curves
 from tryon_solver.geometry.curves import Curve, Points
-from tryon_solver.geometry.pattern import Pattern, parse_pattern
+from tryon_solver.geometry.pattern import Pattern
 from tryon_solver.redesign.bending import handle_places
 from tryon_solver.redesign.draft import Draft, Piece, read_draft
 from tryon_solver.redesign.history import History
+from tryon_solver.redesign.parsed import parsed
 
 CURVE_SEGMENTS = 24  # straight pieces by which a curved edge is drawn
 DIGITS = 6  # behind the point, of metres
@@ -38,7 +39,7 @@ def design_of(
         ),
         undone=len(history.undone),
         notes=tuple(notes),
-        patches=_patches(parse_pattern(specification)),
+        patches=_patches(parsed(specification)),
     )
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from tryon_server.runtime.redesign import Wanted
 from tryon_server.sessions.commands import ChangePattern, Command
 from tryon_server.sessions.events import EditRefused
 from tryon_solver.redesign.edit_error import EditError
+
+HELD_SHARE = 0.25  # of the time, that a drag's edits may take from the frames
 
 
 @dataclass
@@ -71,8 +74,33 @@ def refusal(command: ChangePattern, error: EditError) -> EditRefused:
     return EditRefused(command.ticket, error.place, error.message, error.remedy)
 
 
-def newest_held(commands: Sequence[Command]) -> list[Command]:
-    """These commands without the edits that are only to be shown but the last of them: a drag sends more than frames
-    can show, and each takes a part of a frame's time to work out."""
-    held = [k for k, command in enumerate(commands) if isinstance(command, ChangePattern) and command.hold]
-    return [command for k, command in enumerate(commands) if k not in held[:-1]]
+class HeldBack:
+    """A drag's edits, which are only to be shown: more of them come than frames can show, and each takes time to work
+    out. The newest one waits until those before it have taken no more than HELD_SHARE of the time; others are dropped.
+    """
+
+    def __init__(self) -> None:
+        self._waits: ChangePattern | None = None
+        self._due = -math.inf  # s
+
+    def take(self, commands: Sequence[Command], take: Callable[[Command], None], clock: Callable[[], float]) -> None:
+        """Take these commands in their order, and then the drag's newest edit, if it is time. Before an edit that is to
+        be kept, which ends the drag, it is not shown any more."""
+        for command in commands:
+            held = isinstance(command, ChangePattern) and command.hold
+            if isinstance(command, ChangePattern):
+                self._waits = command if held else None
+            if not held:
+                take(command)
+        begun = clock()
+        if self._waits is not None and begun >= self._due:
+            newest, self._waits = self._waits, None
+            take(newest)
+            self._due = begun + (clock() - begun) / HELD_SHARE
+
+    def wait(self, longest: float | None, now: float) -> float | None:
+        """For how long nothing is to be done here, if not for longer than this [s]; None: for ever."""
+        if self._waits is None:
+            return longest
+        left = max(self._due - now, 0.0)
+        return left if longest is None else min(longest, left)

@@ -35,7 +35,7 @@ from tryon_server.runtime.source_choice import chosen_source
 from tryon_server.runtime.sources import Move, PoseSource, StillSource
 from tryon_server.runtime.stream_source import StreamSource
 from tryon_server.runtime.telling import Teller
-from tryon_server.runtime.waiting import WaitingChanges, newest_held, refusal
+from tryon_server.runtime.waiting import HeldBack, WaitingChanges, refusal
 from tryon_server.sessions.commands import (
     UNASKED,
     AllowFrame,
@@ -105,6 +105,7 @@ class Worker:
         self._beside = beside
         self._remaking = Remaking(beside, build)
         self._waiting = WaitingChanges()
+        self._held_back = HeldBack()
         self._held_last: ChangePattern | None = None  # to be shown again once the garment is there that is being made
         self._stuck = ""  # why the worn shape needs another mesh, where none can be put on
         self._worn: tuple[str, float | None, tuple[str, ...], float | None] = ("", None, (), None)
@@ -136,11 +137,11 @@ class Worker:
     def _obey(self, wait: float | None) -> None:
         """Take the commands that have come; wait up to this long [s] for some, None for ever."""
         commands: list[Command] = []
+        wait = self._held_back.wait(wait, self._clock())
         while self._connection.poll(wait):
             commands += self._connection.recv()
             wait = 0.0
-        for command in newest_held(commands):
-            self._take(command)
+        self._held_back.take(commands, self._take, self._clock)
 
     def _take(self, command: Command) -> None:
         match command:
