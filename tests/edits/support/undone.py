@@ -20,7 +20,7 @@ from tryon_server.runtime.motions import load_motion
 from tryon_server.runtime.order import DrapeOrder
 from tryon_server.runtime.production import build_drape
 from tryon_server.runtime.solver_drape import SolverDrape
-from tryon_server.runtime.sources import LONGEST_MOVE, MotionSource
+from tryon_server.runtime.sources import LONGEST_MOVE, MotionSource, PoseSource, StillSource
 from tryon_solver.body.motion import Motion
 from tryon_solver.body.pose import Pose
 from tryon_solver.geometry.boundary_loops import boundary_loops
@@ -102,8 +102,9 @@ class Undone:
         """Lead the one that was never edited through the poses of the other, and compare."""
         roots, turns = np.array([p.root for p in poses]), np.array([p.rotations for p in poses])
         source = MotionSource(Motion(roots, turns, LONGEST_MOVE, "the edited one's"), never._stance)
-        lead = round(source._lead_seconds / LONGEST_MOVE)
-        heights = played(never, source, lead + len(poses) - 1, never._time)
+        heights = played(never, source, round(source._lead_seconds / LONGEST_MOVE), never._time)
+        for pose in poses[1:]:  # as they were: played by the source, the way's end would be led back to its beginning
+            heights += played(never, StillSource(pose), 1, never._time)
         its = [hem_height(f.cloth, edited.scene.garment.faces, f.root) for f in frames]
         last = round(COMPARED * self.continued)
         self.hem = float(np.mean(its[-last:])), float(np.mean(heights[-last:]))
@@ -136,7 +137,7 @@ def settled(drape: SolverDrape) -> bool:
     return drape._edit is None or drape._edit.settled
 
 
-def played(drape: SolverDrape, source: MotionSource, frames: int, t: float = 0.0) -> list[float]:
+def played(drape: SolverDrape, source: PoseSource, frames: int, t: float = 0.0) -> list[float]:
     """Move it for so many frames from `t` s on; the heights of its hem [m] over the root."""
     heights = []
     for _ in range(frames):
