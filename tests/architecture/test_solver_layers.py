@@ -24,7 +24,7 @@ LAYERS = (
     ("effects", "stepping"),
     ("step", "kernels"),
     ("simulation",),
-    ("reshape",),
+    ("reshape", "build_in_parts"),
     ("dressing", "baselines", "live_edit", "diff"),
 )
 

@@ -67,7 +67,7 @@ def markdown(results: Mapping[str, Mapping[str, Any]]) -> str:
     lines += [row(cells) for cells in kinds(played.values())]
     lines += ["", "## What does not hold", ""]
     for name, result in results.items():
-        lines += [f"- `{name}`: {each}" for each in broken(result)]
+        lines += [f"- `{name}`: {each}" for each in summed(result)]
     if not any(map(broken, results.values())):
         lines.append("All holds.")
     return "\n".join(lines) + "\n"
@@ -76,6 +76,17 @@ def markdown(results: Mapping[str, Mapping[str, Any]]) -> str:
 def broken(result: Mapping[str, Any]) -> list[str]:
     """What does not hold in a case."""
     return [result["failure"]] if "failure" in result else list(result["broken"])
+
+
+def summed(result: Mapping[str, Any]) -> list[str]:
+    """The same, frames that are too fast as one."""
+    fast = [] if "failure" in result else ["in " + said for said in result["faults"]["too_fast"]]
+    others = [each for each in broken(result) if each not in fast]
+    if not fast:
+        return others
+    faults = result["faults"]
+    most = f"at most {faults['fastest_of_itself']:.2f} m/s"
+    return [*others, f"{len(fast)} of {faults['frames']} frames are too fast, {most}; the first {fast[0]}"]
 
 
 def cells(name: str, result: Mapping[str, Any]) -> list[str]:
