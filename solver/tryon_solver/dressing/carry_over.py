@@ -39,6 +39,8 @@ ROOM = 1.2  # offsets of cloth from cloth that lie between edges that were sewn 
 LIFT = 2e-3  # m at least off the fabric at which a pocket is laid on it, and
 LIFT_SHARE = 0.15  # of the mean edge: so far the two meshes may miss each other where the fabric is bent
 ROUNDS = 12  # of freeing, four times what cuts and darts of worn garments took: the wearer waits for them
+EASING = 40  # rounds at most, in which what was drawn too long gives
+OVERSHOT = 1.2  # times what a round takes back: it is spread over neighbours that have to give it on
 MOST_STRETCH = 1.5  # times the fabric's limit: drawn so far together, cloth is better dressed anew
 
 
@@ -108,16 +110,17 @@ def put_on(prepared: Prepared, worn: Simulation, before: PanelMesh) -> Carried:
     )
     lay_on(before, after, face, places)
     x = joined.mean_of_vertices(drawn_together(after, joined, places))
+    garment, fabric = simulation.scene.garment, simulation.scene.fabric
+    x = eased(garment, x, places[after.faces], fabric.strain_limit)
     v = joined.mean_of_vertices(speeds)
-    x = drawn_back(simulation.scene.garment, x, ROOM * simulation.contact.sizes.xi_self)
+    x = drawn_back(garment, x, ROOM * simulation.contact.sizes.xi_self)
     simulation.start_at(x, worn.body_positions().astype(np.float64), worn.body.pose)
     try:
         freed = prepared.tangle.free()
     except TangledError as error:
         raise CarryError(f"where the garment is worn, {error}") from error
     most = float(simulation.stretches().max())
-    limit = MOST_STRETCH * simulation.scene.fabric.strain_limit
-    if most > limit:
+    if most > MOST_STRETCH * fabric.strain_limit:
         raise CarryError(f"where the garment is worn, it would be stretched to {most:.2f} times its length")
     simulation.state.v.assign(v.astype(np.float32))
     return Carried(simulation, joined, freed)
@@ -167,6 +170,36 @@ def drawn_together(mesh: PanelMesh, joined: WeldedMesh, x: Points) -> Points:
     for k in range(3):  # the matrix is dominated by its diagonal: this takes a third of an elimination's time
         spread[free, k], _ = cg(inner, wanted[:, k], rtol=BRIDGED, M=scaled)
     return x + spread
+
+
+def eased(garment: Garment, x: Points, before: Points, limit: float) -> Points:
+    """Vertices (N, 3) m, moved so that sides of triangles are no longer than the fabric bears, `limit` times their
+    length in the pattern, or than they were `before`, (F, 3, 3) m by corners: what was drawn together at the corners of
+    a seam's gap draws on what lies beside it. Goes on for EASING rounds, and leaves the rest to the solver."""
+    ends = garment.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    longest = np.maximum(limit * _sides(garment.uv_corners), _sides(before))
+    x, moved = x.copy(), np.ones(len(x), bool)
+    for _ in range(EASING):
+        look = np.flatnonzero(moved[ends[:, 0]] | moved[ends[:, 1]])
+        side = x[ends[look, 1]] - x[ends[look, 0]]
+        length = np.linalg.norm(side, axis=1)
+        late = length > longest[look]
+        over = look[late]
+        if not len(over):
+            break
+        pull = (0.5 * (1.0 - longest[over] / length[late]))[:, None] * side[late]
+        at, inverse, count = np.unique(ends[over], return_inverse=True, return_counts=True)
+        moved[:] = False
+        moved[at] = True
+        pulls = np.stack([pull, -pull], axis=1).reshape(-1, 3)
+        total = np.stack([np.bincount(inverse.ravel(), weights=pulls[:, k]) for k in range(3)], axis=1)
+        x[at] += OVERSHOT * total / count[:, None]
+    return x
+
+
+def _sides(corners: Points) -> Points:
+    """(3 F,) lengths of the sides of triangles given by their corners (F, 3, 2 or 3), from each to the next."""
+    return np.linalg.norm(corners[:, [1, 2, 0]] - corners, axis=2).ravel()
 
 
 def drawn_back(garment: Garment, x: Points, room: float) -> Points:

@@ -27,7 +27,7 @@ from tryon_solver.simulation import Simulation
 
 DEMO = Path(__file__).resolve().parents[3] / "server" / "tryon_server" / "demo"
 LEAD = 1.0  # s, from the pose it was dressed in into the motion
-BEGIN = 0.8  # s into that, where the reference sets out
+BEGIN = 1.6  # s after that began, where the reference sets out: the motion itself
 FIRST = 3  # steps of the reference that are not counted: its contacts begin without having given
 
 

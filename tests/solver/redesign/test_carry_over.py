@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from frame_judge import FrameJudge
 from pattern_measures import demo
+from small_scenes import sheet
 from worn_garment import demo_motion
 
 from tryon_solver import PRESETS, dress
@@ -19,6 +20,7 @@ from tryon_solver.dressing.carry_over import (
     carry_over,
     drawn_back,
     drawn_together,
+    eased,
     mean_edge,
     prepare,
     put_on,
@@ -250,6 +252,34 @@ def test_beyond_the_old_edge_the_cloth_goes_on_straight():
     found = np.einsum("vk,vkd->vd", weights, old.placed[old.faces[face]])
     np.testing.assert_allclose(found, new.placed, atol=2e-3)
     assert weights.min() < -0.1
+
+
+def stretches(garment, x):
+    """(3 F,) lengths of the triangles' sides over those in the pattern."""
+    corners, flat = x[garment.faces], garment.uv_corners
+    lengths, own = (np.linalg.norm(at[:, [1, 2, 0]] - at, axis=2) for at in (corners, flat))
+    return (lengths / own).ravel()
+
+
+def test_what_is_drawn_too_long_draws_on_what_lies_beside_it():
+    """A sheet with one vertex 3 cm aside, of edges of 1 cm: longest at its corner, it gives all around."""
+    garment, x = sheet(21, 21, 0.2, 0.2)
+    before, drawn = x[garment.faces], x.copy()
+    drawn[220] += [0.03, 0.0, 0.0]
+    assert stretches(garment, drawn).max() > 2.5
+    given = eased(garment, drawn, before, 1.15)
+    assert stretches(garment, given).max() < 1.5
+    moved = np.linalg.norm(given - drawn, axis=1)
+    assert moved[220] < 0.03
+    assert 8 < (moved > 1e-4).sum() < len(x) / 2, "what is far away stays"
+    np.testing.assert_array_equal(eased(garment, x, before, 1.15), x)
+
+
+def test_what_was_stretched_before_may_be_so_and_gives_no_further():
+    garment, x = sheet(11, 11, 0.2, 0.2)
+    wide = 1.4 * x
+    np.testing.assert_array_equal(eased(garment, wide, wide[garment.faces], 1.15), wide)
+    assert stretches(garment, eased(garment, wide, x[garment.faces], 1.15)).max() < 1.4
 
 
 def test_what_lies_on_each_other_is_drawn_back():
