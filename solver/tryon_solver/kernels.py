@@ -30,7 +30,7 @@ def compile_kernels(device: str) -> None:
     if not wp.get_device(device).is_cuda:
         return
     workers = os.cpu_count() or 1
-    wp.load_module(PACKAGE, device, recursive=True, block_dim=WARPS_OWN, max_workers=workers)
+    wp.load_module(PACKAGE, device, True, WARPS_OWN, workers)  # of all below it
     for threads, modules in IN_BLOCKS:
         loaded = [wp.get_module(module.__name__) for module in modules]
         wp.force_load(device, loaded, threads, workers)
