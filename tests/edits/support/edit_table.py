@@ -49,7 +49,7 @@ def markdown(results: Mapping[str, Mapping[str, Any]]) -> str:
         f"its ramp of {RAMP:g} s; the limit is {SPEED_LIMIT:g} m/s, or, if that is higher, the speed that the motion",
         "gave the garment before it was edited; and what a vertex has fallen since the change does not count:",
         "sqrt(v^2 - 2 g h), as cloth that has lost what held it falls. The hem's mean height after all was taken back",
-        f"is compared with that of a garment that was never edited (–: it was not); the limit is {1e3 * HEM_LIMIT:g} mm.",
+        f"is compared with that of a garment that was never edited (–: was not); the limit is {1e3 * HEM_LIMIT:g} mm.",
         "Memory is what the process has taken, after a tenth of the changes and at the end.",
         "",
         row(HEAD),
