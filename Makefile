@@ -8,7 +8,7 @@ WEB := server/tryon_server/web/.built
 WEB_SOURCES := $(shell find protocol/ts clients/core clients/web -name '*.ts' -not -path '*/node_modules/*' -o -name '*.css' \
 	-not -path '*/node_modules/*' -o -name '*.html' -not -path '*/node_modules/*' -o -name '*.mjs' -not -path '*/node_modules/*')
 
-.PHONY: help demo test long check chromium proof edits accuracy hard hard-peers hard-page bench bench-page reference precision lock
+.PHONY: help demo test long check chromium proof edits edits-page accuracy accuracy-page hard hard-peers hard-page bench bench-page reference precision lock
 help:
 	@grep -hE '^## ' $(MAKEFILE_LIST) | sed 's/## //'
 
@@ -61,11 +61,19 @@ hard-page: $(VENV)/.dev
 	$(BIN)/python tests/hard_cases --document docs/hard_cases.md --of $(RUNS:%=docs/hard/runs/%.json) \
 	--beside docs/hard/peers.json || [ $$? = 1 ]
 
+## make edits-page  docs/edits.md of the runs kept in docs/edits/runs
+edits-page: $(VENV)/.dev
+	$(BIN)/python tests/edits --document docs/edits.md --out docs/edits/runs || [ $$? = 1 ]
+
 ACCURACY :=
 ## make accuracy  errors of single steps against a float64 Newton IPC reference, by preset: build/accuracy (hours)
 # ACCURACY='--states 12 --sweep' and others: .venv/bin/python tests/accuracy --help
 accuracy: $(VENV)/.dev $(BODY)
 	$(BIN)/python tests/accuracy $(ACCURACY)
+
+## make accuracy-page  docs/accuracy.md of the runs kept in docs/accuracy/runs
+accuracy-page: $(VENV)/.dev
+	$(BIN)/python tests/accuracy --document docs/accuracy.md --out docs/accuracy/runs || [ $$? = 1 ]
 
 BENCH :=
 ## make bench    time of a frame and where it goes, with judged frames: a table in build/bench (a few minutes)

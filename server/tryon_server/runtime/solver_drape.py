@@ -158,7 +158,7 @@ class SolverDrape:
             before = worn.panels if self._edit is None else in_size(self._edit.now, worn.size)
             carried = put_on(prepared, self.simulation, before)
         except (CarryError, GarmentError) as error:
-            logger.info("the garment is dressed anew: %s", error)
+            logger.info("the garment can't be carried over: %s", error)
             return
         old, names = self.outfit, panels.panel_names
         drape = SolverDrape(carried.simulation, self._stance, names, old.body, old.notes, size=old.size, worn=own)
