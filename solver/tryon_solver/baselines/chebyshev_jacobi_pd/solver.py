@@ -101,7 +101,7 @@ class ChebyshevJacobi:
                 w = 4 / (4 - rho**2 * w)
             frames = elastic.Frames.at(d, q)
             stress = elastic.membrane(d, frames).slope + elastic.strain_limit(d, frames).slope
-            gradient = elastic.corner_gradient(d, stress) + d.bending @ q
+            gradient = elastic.corner_gradient(d, stress) + d.bending @ q + d.attached @ q
             gradient += (d.mass / h**2)[:, None] * (q - x_hat) + (d.drag / h * d.contact.area)[:, None] * (q - start)
             moved = q - gamma * inverse[:, None] * gradient
             q, previous = w * (moved - previous) + previous, q
@@ -109,10 +109,10 @@ class ChebyshevJacobi:
 
 
 def stiffness_matrix(discrete: Discrete) -> sp.csr_matrix:
-    """(N, N) N/m: projective dynamics' constant K, membrane with strain limit, and bending."""
+    """(N, N) N/m: projective dynamics' constant K, membrane with strain limit, bending, and what is sewn on."""
     cloth, g = discrete.fabric, discrete.corner_gradients
     k = np.array([cloth.k_warp, cloth.k_weft]) + discrete.limit_stiffness
     blocks = np.einsum("t,tia,a,tja->tij", discrete.face_area, g, k, g)
     rows, columns = np.repeat(discrete.faces, 3, axis=1).ravel(), np.tile(discrete.faces, (1, 3)).ravel()
     n = discrete.cloth_count
-    return sp.csr_matrix((blocks.ravel(), (rows, columns)), shape=(n, n)) + discrete.bending
+    return sp.csr_matrix((blocks.ravel(), (rows, columns)), shape=(n, n)) + discrete.bending + discrete.attached

@@ -13,6 +13,7 @@ import scipy.sparse as sp
 from tryon_solver.materials.fabric import Fabric
 from tryon_solver.scene import (
     AirDrag,
+    Attached,
     BodyContact,
     FabricDamping,
     Friction,
@@ -55,6 +56,7 @@ class Discrete:
     face_area: np.ndarray  # (F,) m^2
     mass: np.ndarray  # (N,) kg
     bending: sp.csr_matrix  # (N, N) N/m
+    attached: sp.csr_matrix  # (N, N) N/m, of what is sewn onto other cloth
     acceleration: np.ndarray  # (3,) m/s^2
     limit_stiffness: float  # N/m, 0 without a strain limit
     drag: float  # N s/m^3
@@ -79,7 +81,7 @@ class Discrete:
             raise ValueError("the reference takes garments whose seams are closed")
         if scene.panel_fabrics:
             raise ValueError("the reference takes garments of one fabric")
-        known = (Gravity, BodyContact, SelfContact, Friction, StrainLimit, AirDrag, FabricDamping)
+        known = (Gravity, BodyContact, SelfContact, Friction, StrainLimit, AirDrag, FabricDamping, Attached)
         effects = {type(effect): effect for effect in scene.effects}
         for kind in effects:
             if kind not in known:
@@ -98,6 +100,7 @@ class Discrete:
             face_area=garment.signed_areas(),
             mass=fabric.areal_density * garment.vertex_areas(),
             bending=bending_matrix(scene),
+            attached=attached_matrix(scene),
             acceleration=np.array(gravity.acceleration) if isinstance(gravity, Gravity) else np.zeros(3),
             limit_stiffness=limit.stiffness if isinstance(limit, StrainLimit) else 0.0,
             drag=drag.coefficient if isinstance(drag, AirDrag) else 0.0,
@@ -133,6 +136,25 @@ def bending_matrix(scene: Scene) -> sp.csr_matrix:
         rows = rows + sp.csr_matrix((entries.ravel(), places), shape=(count, n))
     weights = scene.fabric.k_bend / (area[hinges[:, 4]] + area[hinges[:, 5]])
     return sp.csr_matrix(rows.T @ sp.diags(weights) @ rows)
+
+
+def attached_rows(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """What is sewn onto other cloth: vertices (K, 4), weights (K, 4) whose sum of places is how far apart the two are,
+    and stiffness (K,) N/m."""
+    specs = [effect for effect in scene.effects if isinstance(effect, Attached)]
+    ids = [np.column_stack([spec.vertices, spec.onto]) for spec in specs]
+    weights = [np.column_stack([np.ones(len(spec.vertices)), -spec.weights]) for spec in specs]
+    stiffness = [np.full(len(spec.vertices), spec.stiffness) for spec in specs]
+    none = np.zeros((0, 4))
+    return np.vstack([none.astype(np.int64), *ids]), np.vstack([none, *weights]), np.concatenate([none[:, 0], *stiffness])
+
+
+def attached_matrix(scene: Scene) -> sp.csr_matrix:
+    """(N, N) N/m: sum over stitches of k w^T w, w the weights that make how far apart the two are."""
+    ids, weights, stiffness = attached_rows(scene)
+    places = (np.repeat(np.arange(len(ids)), 4), ids.ravel())
+    rows = sp.csr_matrix((weights.ravel(), places), shape=(len(ids), scene.garment.vertex_count))
+    return sp.csr_matrix(rows.T @ sp.diags(stiffness) @ rows)
 
 
 def contact_sizes(scene: Scene, settings: Settings) -> ContactSizes:

@@ -87,7 +87,7 @@ class Lagged:
         out = elastic.summed(self.pairs.ids, contact, len(x))
         out[:n] += problem.inertia[:, None] * (cloth - problem.x_hat) + problem.drag[:, None] * moved[:n]
         out[:n] += elastic.corner_gradient(discrete, stress)
-        out[:n] += discrete.bending @ (cloth + problem.damping * moved[:n])
+        out[:n] += discrete.bending @ (cloth + problem.damping * moved[:n]) + discrete.attached @ cloth
         out[n:] += self._surface_secant()[:, None] * (x[n:] - problem.skin)
         out[discrete.held] = 0.0
         return out
@@ -108,7 +108,7 @@ class Lagged:
         total = float((discrete.face_area * per_area).sum())
         total += 0.5 * float((problem.inertia[:, None] * (cloth - problem.x_hat) ** 2).sum())
         total += 0.5 * float((problem.drag[:, None] * moved[:n] ** 2).sum())
-        bent = discrete.bending @ cloth
+        bent = (discrete.bending + discrete.attached) @ cloth
         total += 0.5 * float((cloth * bent).sum())
         total += 0.5 * problem.damping * float((moved[:n] * (discrete.bending @ moved[:n])).sum())
         change = np.einsum("tid,tia->tda", moved[discrete.faces], discrete.corner_gradients)
@@ -133,7 +133,7 @@ class Lagged:
         parts = [scatter(discrete.faces, blocks.reshape(-1, 9, 9), count)]
         parts.append(scatter(self.pairs.ids, self.pairs.hessian(clamped), count))
         parts.append(scatter(self.pairs.ids, self.friction.hessian(self.x - problem.x_start), count))
-        constant = (1 + problem.damping) * discrete.bending
+        constant = (1 + problem.damping) * discrete.bending + discrete.attached
         constant = sp.block_diag([constant, sp.csr_matrix((count - n, count - n))]) if count > n else constant
         diagonal = np.concatenate([problem.inertia + problem.drag, self._surface_secant()])
         parts.append(sp.kron(constant + sp.diags(diagonal), sp.eye(3)))
