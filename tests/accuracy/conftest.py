@@ -3,5 +3,6 @@
 import sys
 from pathlib import Path
 
-for folder in (Path(__file__).parent / "support", Path(__file__).parents[2] / "solver" / "bench"):
-    sys.path.append(str(folder))
+ROOT = Path(__file__).parents[2]
+FOLDERS = ("accuracy/support", "precision", "hard_cases", "proof/support")
+sys.path += [str(ROOT / "tests" / folder) for folder in FOLDERS] + [str(ROOT / "solver" / "bench")]

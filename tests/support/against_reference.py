@@ -52,7 +52,14 @@ def simulation_at(case: ContactScene, motion: Motion, settings: Settings, device
 
 
 def restore_contacts(sim: Simulation, motion: Motion) -> None:
-    """Let the solver's contacts have given what the reference's have; both are named by their vertices."""
+    """Let the solver's contacts have given what the reference's have."""
+    for term in sim.stages.contact:
+        term.restore(*known_contacts(sim, motion))
+
+
+def known_contacts(sim: Simulation, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+    """The reference's contacts as the solver lists them, (P, 4), and how far each has given, (P, 3) m; both know them
+    by their vertices. Searches around the reference's state."""
     find_pairs(sim, motion.x)
     size, known = sim.candidates.size, motion.known
     kinds, ids = sim.candidates.kind.numpy()[:size], sim.candidates.ids.numpy()[:size]
@@ -63,8 +70,7 @@ def restore_contacts(sim: Simulation, motion: Motion) -> None:
         turned = kind == EDGE_EDGE and set(own[:2].tolist()) != set(theirs[:2].tolist())
         found.append(own)
         given.append(-slip if turned else slip)
-    for term in sim.stages.contact:
-        term.restore(np.array(found, np.int32).reshape(-1, 4), np.array(given).reshape(-1, 3))
+    return np.array(found, np.int32).reshape(-1, 4), np.array(given).reshape(-1, 3)
 
 
 def contact_name(kind: int, ids: np.ndarray) -> tuple[object, ...]:

@@ -107,20 +107,25 @@ def with_contact(model: newton.Model, fabric: Fabric) -> newton.Model:
 
 
 def chosen(
-    model: newton.Model, solver: str, pipeline: newton.CollisionPipeline, whole: bool, led: bool = False
+    model: newton.Model,
+    solver: str,
+    pipeline: newton.CollisionPipeline,
+    whole: bool,
+    led: bool = False,
+    iterations: int = ITERATIONS,
 ) -> SolverVBD | SolverStyle3D | SolverXPBD:
     """The solver. `whole`, of VBD: the pipeline, which finds contacts of whole surfaces, is its own, and bounds moves
     by them; `led`: rigid bodies are led from outside."""
     if solver == "xpbd":
-        return SolverXPBD(model, iterations=ITERATIONS)
+        return SolverXPBD(model, iterations=iterations)
     if solver == "style3d":
-        made = SolverStyle3D(model, config=SolverStyle3D.Config(iterations=ITERATIONS))
+        made = SolverStyle3D(model, config=SolverStyle3D.Config(iterations=iterations))
         made.collision.radius = RADIUS
         return made
     own = {"rigid_soft_enable_dat": True, "collision_pipeline": pipeline} if whole else {}
     return SolverVBD(
         model,
-        iterations=ITERATIONS,
+        iterations=iterations,
         integrate_with_external_rigid_solver=led,
         particle_enable_self_contact=True,
         particle_self_contact_margin=MARGIN,

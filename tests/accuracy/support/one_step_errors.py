@@ -3,65 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
-import numpy as np
 from accuracy_case import AccuracyCase
-from against_reference import KEPT_IN, ReferenceStep, rms, simulation_at
-from contact_scenes import ContactScene
+from against_reference import KEPT_IN, ReferenceStep, known_contacts
+from error_measures import Measures, rounded
+from methods import Method
+from recorded import Writer
+from steppers import Stepper, stepper_of
+from worn_start import Worn, worn_at_start
 
-from tryon_solver import PRESETS, dress
 from tryon_solver.baselines.newton_ipc import Motion, Reference
-from tryon_solver.body.bvh import parse_bvh
-from tryon_solver.body.model import default_body
-from tryon_solver.body.motion import blend_in
-from tryon_solver.body.pose import Pose
-from tryon_solver.body.retarget import retarget
-from tryon_solver.geometry.pattern import load_pattern
-from tryon_solver.geometry.size import mesh_with_vertices
-from tryon_solver.materials.fabric import FABRICS
-from tryon_solver.settings import Settings
-from tryon_solver.simulation import Simulation
+from tryon_solver.settings import PRESETS
+from tryon_solver.simulation import Simulation, build
 
-DEMO = Path(__file__).resolve().parents[3] / "server" / "tryon_server" / "demo"
-LEAD = 1.0  # s, from the pose it was dressed in into the motion
-BEGIN = 1.6  # s after that began, where the reference sets out: the motion itself
 FIRST = 3  # steps of the reference that are not counted: its contacts begin without having given
-
-
-@dataclass(frozen=True)
-class Worn:
-    """A garment in motion: the scene, poses by number, and where the reference begins, (A, 3) m and (N, 3) m/s."""
-
-    scene: ContactScene
-    x: np.ndarray
-    v: np.ndarray
-
-
-def put_on(case: AccuracyCase) -> Worn:
-    """Dressed, and led into the motion at the preset `live` in the case's steps."""
-    body = default_body()
-    panels = mesh_with_vertices(load_pattern(DEMO / "patterns" / f"{case.garment}.json"), case.vertices, case.size)
-    dressed = dress(panels, body, FABRICS[case.fabric], PRESETS["live"], "cpu")
-    motion = retarget(parse_bvh((DEMO / "motions" / f"{case.motion}.bvh").read_text()), body)
-    lead, sim = blend_in(dressed.pose, motion, LEAD), dressed.simulation
-    begun, steps = sim.state.time, round(BEGIN / case.dt)
-
-    def pose_at(number: int) -> Pose:
-        t = (steps + number) * case.dt
-        return lead.sample(t) if t < lead.duration else motion.sample(t - lead.duration, loop=True)
-
-    for k in range(1 - steps, 1):
-        sim.advance(pose_at(k), begun + (steps + k) * case.dt)
-    x = np.vstack([sim.cloth_positions(), sim.body_positions()]).astype(np.float64)
-    scene = replace(sim.scene, x_start=sim.cloth_positions().astype(np.float64))
-    return Worn(ContactScene(case.scene, scene, pose_at), x, sim.state.v.numpy().astype(np.float64))
+TRAJECTORY = 0.5  # s: cloth buckles, and after a while two ways that began alike have no more in common
 
 
 def reference_steps(worn: Worn, case: AccuracyCase) -> Iterator[ReferenceStep]:
-    """The reference's steps that count; kept on disk."""
+    """The reference's steps that count, numbered from FIRST + 1 on; kept on disk. Raises NotConvergedError."""
     ref, pose_at = Reference(worn.scene.scene, kept_in=KEPT_IN), worn.scene.pose_at
     motion = Motion(worn.x, worn.v, pose_at(0))
     for number in range(1, FIRST + case.states + 1):
@@ -72,32 +33,70 @@ def reference_steps(worn: Worn, case: AccuracyCase) -> Iterator[ReferenceStep]:
         motion = after
 
 
-def errors(
-    case: AccuracyCase, settings: Mapping[str, Settings], tell: Callable[[str], None]
-) -> dict[str, list[dict[str, Any]]]:
-    """Of each settings, a row for each state: the step's `error` (RMS over the cloth), its `largest` and the `estimate`
-    of it in mm, the `ms` it took, Newton iterations, and whether it was void. Raises NotConvergedError."""
-    worn = put_on(case)
-    rows: dict[str, list[dict[str, Any]]] = {name: [] for name in settings}
+def measure_errors(
+    case: AccuracyCase,
+    methods: Mapping[str, Method],
+    device: str,
+    writer: Writer,
+    tell: Callable[[str], None],
+    every: int = 1,
+) -> None:
+    """A row of each method for each `every`-th state: `state`, `method`, what `Measures` says of the end, the `ms`
+    under way and what the solver told. What is in the writer's file is not measured again."""
+    worn = worn_at_start(case)
+    measures = Measures(worn.scene, worn.x, case.dt)
+    finder: Simulation = build(worn.scene.scene, PRESETS["live"], "cpu", worn.scene.pose_at(0), tangled=True)
+    steppers: dict[str, Stepper] = {}
     for step in reference_steps(worn, case):
-        for name, its in settings.items():
-            rows[name].append(one_step(worn.scene, step, replace(its, largest_step=case.dt), case.dt))
-        said = (f"{name} {its[-1]['error']:.3f} mm" for name, its in rows.items() if name in PRESETS)
-        tell(f"state {step.number - FIRST}: {', '.join(said)}")
-    return rows
+        state = step.number - FIRST
+        if (state - 1) % every or is_whole(writer, state, methods):
+            continue
+        writer.drop(state)
+        measures.begin(step)
+        contacts = known_contacts(finder, step.before)
+        rows = []
+        for name, method in methods.items():
+            if name not in steppers:
+                steppers[name] = stepper_of(worn.scene, method, device)
+                steppers[name].begin(step.before, contacts)
+                steppers[name].step(worn.scene.pose_at(step.number), case.dt)  # what is compiled and captured is then
+            steppers[name].begin(step.before, contacts)
+            ended = steppers[name].step(worn.scene.pose_at(step.number), case.dt)
+            rows.append({"state": state, "method": name, **measures.of(ended.x), "ms": rounded(ended.ms), **ended.told})
+        writer.add(rows)
+        tell(f"state {state}: {', '.join(said(row) for row in rows[:4])}")
 
 
-def one_step(scene: ContactScene, step: ReferenceStep, settings: Settings, dt: float) -> dict[str, Any]:
-    """A row."""
-    sim: Simulation = simulation_at(scene, step.before, settings)
-    report = sim.advance(scene.pose_at(step.number), dt)
-    n = sim.cloth_count
-    off = sim.cloth_positions().astype(np.float64) - step.after.x[:n]
-    return {
-        "error": 1e3 * rms(off),
-        "largest": 1e3 * float(np.linalg.norm(off, axis=1).max()),
-        "estimate": 1e3 * report.error,
-        "ms": sum(report.times_ms.values()),
-        "newton": report.newton_iterations,
-        "void": report.retries > 0,
-    }
+def measure_trajectories(
+    case: AccuracyCase, methods: Mapping[str, Method], device: str, writer: Writer, tell: Callable[[str], None]
+) -> None:
+    """The same of ways that begin together, at the first state, and go on by themselves for TRAJECTORY s."""
+    worn = worn_at_start(case)
+    measures = Measures(worn.scene, worn.x, case.dt)
+    finder: Simulation = build(worn.scene.scene, PRESETS["live"], "cpu", worn.scene.pose_at(0), tangled=True)
+    steppers: dict[str, Stepper] = {}
+    for step in reference_steps(worn, case):
+        state = step.number - FIRST
+        if state * case.dt > TRAJECTORY * (1 + 1e-9):
+            return
+        measures.begin(step)
+        rows = []
+        for name, method in methods.items():
+            if name not in steppers:
+                steppers[name] = stepper_of(worn.scene, method, device)
+                steppers[name].begin(step.before, known_contacts(finder, step.before))
+            ended = steppers[name].step(worn.scene.pose_at(step.number), case.dt)
+            if not is_whole(writer, state, methods):
+                rows.append({"state": state, "method": name, **measures.of(ended.x), **ended.told})
+        writer.add(rows)
+        tell(f"state {state}: {', '.join(said(row) for row in rows)}")
+
+
+def is_whole(writer: Writer, state: int, methods: Mapping[str, Method]) -> bool:
+    """Are there rows of all methods of that state?"""
+    return {row["method"] for row in writer.rows if row["state"] == state} >= set(methods)
+
+
+def said(row: Mapping[str, Any]) -> str:
+    """A row in short."""
+    return f"{row['method']} {row['error']} mm"

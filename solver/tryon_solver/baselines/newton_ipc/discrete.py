@@ -145,8 +145,9 @@ def attached_rows(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     ids = [np.column_stack([spec.vertices, spec.onto]) for spec in specs]
     weights = [np.column_stack([np.ones(len(spec.vertices)), -spec.weights]) for spec in specs]
     stiffness = [np.full(len(spec.vertices), spec.stiffness) for spec in specs]
-    none = np.zeros((0, 4))
-    return np.vstack([none.astype(np.int64), *ids]), np.vstack([none, *weights]), np.concatenate([none[:, 0], *stiffness])
+    if not specs:
+        return np.zeros((0, 4), np.int64), np.zeros((0, 4)), np.zeros(0)
+    return np.vstack(ids).astype(np.int64), np.vstack(weights), np.concatenate(stiffness)
 
 
 def attached_matrix(scene: Scene) -> sp.csr_matrix:

@@ -31,7 +31,7 @@ from tryon_solver.settings import Settings
 
 
 class Xpbd:
-    """A scene solved by XPBD. `held` (K,) cloth vertices stand still; `substeps` of every step, `iterations` of each."""
+    """A scene solved by XPBD. `held` (K,) cloth vertices stand still; `substeps` of a step, `iterations` of each."""
 
     def __init__(
         self,

@@ -1,0 +1,144 @@
+"""What the files of lines say, put together by case: errors, times at scale, ways from one start, tailor's measures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from accuracy_case import AccuracyCase
+from recorded import Recorded, read_all
+
+Row = Mapping[str, Any]
+PRESETS, TRAJECTORY, TIMES = "presets", "trajectory", "times"
+CPU = "cpu"
+
+
+@dataclass
+class Measured:
+    """One case on one device: rows by method, and of each method its family, its solver and what was varied."""
+
+    case: AccuracyCase
+    device: str
+    rows: dict[str, list[Row]] = field(default_factory=dict)
+    family: dict[str, str] = field(default_factory=dict)
+    about: dict[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """In words."""
+        on = "" if self.device == CPU else f", {self.device}"
+        return f"{self.case.scene}, 1/{1 / self.case.dt:.0f} s{on}"
+
+    @property
+    def place(self) -> str:
+        """For names of files."""
+        return f"{self.case.name}-{self.device.replace(':', '')}"
+
+    @property
+    def presets(self) -> list[str]:
+        """In the order of what they cost."""
+        return [name for name, family in self.family.items() if family == PRESETS]
+
+    def of_solver(self, *solvers: str) -> list[str]:
+        """Methods of these solvers."""
+        return [name for name in self.rows if self.about[name]["solver"] in solvers]
+
+    @property
+    def shared(self) -> set[int]:
+        """States of which there are rows by every method."""
+        return set.intersection(*({row["state"] for row in rows} for rows in self.rows.values()))
+
+    def median(self, method: str, figure: str) -> float:
+        """Over the states that all methods have; infinite where half of the ends are not a number."""
+        states = self.shared
+        values = [row[figure] for row in self.rows[method] if row["state"] in states]
+        return float(np.median([np.inf if value is None else value for value in values]))
+
+    def point(self, method: str) -> tuple[float, float]:
+        """ms and error [mm], medians."""
+        return self.median(method, "ms"), self.median(method, "error")
+
+
+@dataclass(frozen=True)
+class Found:
+    """All that was measured."""
+
+    errors: list[Measured]
+    trajectories: list[Measured]
+    times: list[Measured]
+    tailor: list[Row]
+    about: list[Mapping[str, str]]
+
+
+def read_results(folder: Path) -> Found:
+    """Of a folder of files of lines."""
+    files = read_all(folder)
+    of = {kind: [f for f in files if is_of(f, kind)] for kind in (TRAJECTORY, TIMES)}
+    errors = [f for f in files if "case" in f.head and f.head["family"] not in (TRAJECTORY, TIMES) and f.rows]
+    tailor = [row for f in files if "tailor" in f.head for row in f.rows]
+    return Found(
+        together(errors), together(of[TRAJECTORY]), together(of[TIMES]), tailor, [f.head["about"] for f in files]
+    )
+
+
+def is_of(recorded: Recorded, family: str) -> bool:
+    """Is it of that family, and is there anything in it?"""
+    return recorded.head.get("family") == family and bool(recorded.rows)
+
+
+def together(files: Iterable[Recorded]) -> list[Measured]:
+    """By case and device, presets first; what there are no rows of is left out."""
+    found: dict[tuple[AccuracyCase, str], Measured] = {}
+    for recorded in sorted(files, key=lambda f: f.head["family"] != PRESETS):
+        case = AccuracyCase(**recorded.head["case"])
+        measured = found.setdefault((case, recorded.head["device"]), Measured(case, recorded.head["device"]))
+        for name, about in recorded.head["methods"].items():
+            rows = [row for row in recorded.rows if row["method"] == name]
+            if rows:
+                measured.rows[name] = rows
+                measured.family[name] = recorded.head["family"]
+                measured.about[name] = about
+    return list(found.values())
+
+
+def front(points: Mapping[str, tuple[float, float]]) -> list[str]:
+    """Those of (ms, error) than which no other is both as fast and as near, by time."""
+    names = [name for name, point in points.items() if np.isfinite(point).all()]
+
+    def beaten(name: str) -> bool:
+        ms, error = points[name]
+        return any((m, e) != (ms, error) and m <= ms and e <= error for m, e in (points[n] for n in names))
+
+    return sorted((name for name in names if not beaten(name)), key=lambda name: points[name])
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> list[str]:
+    """Lines of Markdown."""
+    return [
+        f"| {' | '.join(head)} |",
+        "|---" * len(head) + "|",
+        *(f"| {' | '.join(map(str, row))} |" for row in rows),
+    ]
+
+
+def digits(value: float | None, count: int = 3) -> str:
+    """So many digits that count; a dash for none."""
+    if value is None or not np.isfinite(value):
+        return "-"
+    return f"{float(f'{value:.{count}g}'):.10g}"
+
+
+def geometric_mean(values: Sequence[float]) -> float:
+    """Of ratios."""
+    return float(np.exp(np.mean(np.log(values))))
+
+
+def ratios(
+    measured: Sequence[Measured], one: str, other: str, figure: Callable[[Measured, str], float]
+) -> list[float]:
+    """other over one in each case that has both, where both are numbers above 0."""
+    pairs = [(figure(m, one), figure(m, other)) for m in measured if one in m.rows and other in m.rows]
+    return [b / a for a, b in pairs if np.isfinite((a, b)).all() and a > 0 and b > 0]

@@ -1,0 +1,107 @@
+"""What is promised, and where it does not hold."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from accuracy_data import CPU, Found, Measured, Row, digits
+from methods import TITLES
+
+WITHIN = ((2.0, 0.8), (4.0, 0.99))  # times the true error, and for which share of the steps of what was held out
+NEGLIGIBLE = 0.05  # mm: where both are under it the estimate counts as right
+REFERENCE, AGREEMENT = "reference", 0.05  # the preset, and what it may be off, RMS over all steps [mm]
+JUDGED = 5.0  # mm: other solvers' steps with larger errors are not compared
+OTHERS = ("xpbd", "chebyshev", "newton_ipc", "vbd", "style3d")
+
+
+def within(rows: Sequence[Row], times: float, negligible: float = NEGLIGIBLE) -> float:
+    """Share of the steps whose estimate is within so many times their error; both may be negligible instead."""
+    return float(np.mean([is_within(row, times, negligible) for row in rows]))
+
+
+def is_within(row: Row, times: float, negligible: float = NEGLIGIBLE) -> bool:
+    """Of one step."""
+    error, estimate = row["error"], row["estimate"]
+    return max(error, estimate) <= negligible or error / times <= estimate <= error * times
+
+
+def preset_rows(found: Found, held_out: bool | None = None) -> list[tuple[Measured, str, Row]]:
+    """All steps at presets on the CPU, of what was held out or not, or of all."""
+    return [
+        (measured, name, row)
+        for measured in found.errors
+        if measured.device == CPU and (held_out is None or measured.case.held_out == held_out)
+        for name in measured.presets
+        for row in measured.rows[name]
+        if row["error"] is not None
+    ]
+
+
+def broken(found: Found) -> list[str]:
+    """In words, each."""
+    return [*estimate_broken(found), *order_broken(found), *reference_broken(found), *fronts_broken(found)]
+
+
+def estimate_broken(found: Found) -> list[str]:
+    """The estimate, on what was held out."""
+    rows = [row for _, _, row in preset_rows(found, held_out=True)]
+    return [
+        f"within x{times:g} are {100 * within(rows, times):.1f} % of the estimates, not {100 * share:g} %"
+        for times, share in WITHIN
+        if rows and within(rows, times) < share
+    ]
+
+
+def order_broken(found: Found) -> list[str]:
+    """Each preset's median error is under that of the one before it."""
+    said = []
+    for measured in found.errors:
+        names = measured.presets
+        for one, other in pairwise(names):
+            errors = [float(np.median([row["error"] for row in measured.rows[name]])) for name in (one, other)]
+            if errors[1] > errors[0]:
+                far = " and ".join(f"{digits(error)} mm" for error in errors)
+                said.append(f"{measured.name}: {other} is further off than {one} ({far})")
+    return said
+
+
+def reference_broken(found: Found) -> list[str]:
+    """The preset that claims it is Newton's equal, over all steps of each case."""
+    said = []
+    for measured in found.errors:
+        if REFERENCE in measured.presets:
+            off = float(np.sqrt(np.mean([row["error"] ** 2 for row in measured.rows[REFERENCE]])))
+            if off > AGREEMENT:
+                said.append(f"{measured.name}: preset {REFERENCE} is {digits(off)} mm from Newton IPC, RMS")
+    if not any(REFERENCE in measured.presets for measured in found.errors):
+        said.append(f"there is no preset {REFERENCE} to be held to Newton IPC")
+    return said
+
+
+def fronts_broken(found: Found) -> list[str]:
+    """Where another solver's step is nearer than each of ours that takes no longer, its error being under JUDGED."""
+    return [
+        f"{measured.name}: {name} takes {digits(ms)} ms and is {digits(error)} mm off; ours in no more time "
+        f"{'takes longer at its fastest' if best is None else f'is {digits(best)} mm off'}"
+        for measured in found.errors
+        for name, ms, error, best in beyond_ours(measured)
+    ]
+
+
+def beyond_ours(measured: Measured) -> list[tuple[str, float, float, float | None]]:
+    """Method, ms and error of each that is not on or above our front, and our error in no more time, if we have any."""
+    ours = [measured.point(name) for name in measured.of_solver("ours")]
+    found = []
+    for name in measured.of_solver(*OTHERS):
+        ms, error = measured.point(name)
+        best = min((e for m, e in ours if m <= ms), default=None)
+        if error < JUDGED and (best is None or best > error):
+            found.append((name, ms, error, best))
+    return found
+
+
+def title(measured: Measured, method: str) -> str:
+    """Of a method's solver."""
+    return TITLES[str(measured.about[method]["solver"])]

@@ -1,0 +1,124 @@
+"""The page: what accuracy costs in time. Everything in it is made of the files of lines."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from accuracy_data import CPU, Found, read_results
+from accuracy_limits import JUDGED, NEGLIGIBLE, broken
+from accuracy_plots import plots
+from accuracy_tables import (
+    estimate_lines,
+    front_table,
+    guarantee_table,
+    others_table,
+    preset_table,
+    price_table,
+    scale_table,
+    sweep_table,
+    tailor_tables,
+    trajectory_table,
+)
+
+
+def write_page(page: Path, folder: Path) -> int:
+    """Write the page of a folder of files of lines, and its plots into a folder named as the page; 1 where something
+    does not hold."""
+    found = read_results(folder)
+    drawn = plots(found)
+    beside = page.parent / page.stem
+    beside.mkdir(parents=True, exist_ok=True)
+    for old in beside.glob("*.svg"):
+        old.unlink()
+    for name, (_, svg) in drawn.items():
+        (beside / name).write_text(svg)
+    page.write_text(markdown(found, {name: title for name, (title, _) in drawn.items()}, page.stem))
+    print("\n".join(broken(found) or ["All holds."]))
+    return 1 if broken(found) else 0
+
+
+def markdown(found: Found, drawn: dict[str, str], beside: str) -> str:
+    """The page; `drawn` are the plots' files in the folder `beside`, with their titles."""
+    lines = ["# What accuracy costs in time", ""]
+    for what in ("commit", "machine"):
+        lines.append(f"- {what}: {'; '.join(sorted({about[what] for about in found.about}))}")
+    lines += ["", *PREFACE, "", "## What does not hold", "", *(f"- {said}" for said in broken(found))]
+    if not broken(found):
+        lines.append("All holds.")
+    lines += ["", "## Single steps at the presets", "", *PRESETS_SAID, "", *preset_table(found)]
+    lines += ["", "## The estimate", "", *estimate_lines(found)]
+    swept = [measured for measured in found.errors if len(measured.rows) > len(measured.presets)]
+    lines += section("What a step up in accuracy costs", PRICE_SAID, price_table(found))
+    if found.times:
+        lines += section("Times at a garment's scale", SCALE_SAID, scale_table(found))
+    if any(measured.of_solver("trial") for measured in found.errors):
+        lines += section("What the guarantee costs", GUARANTEE_SAID, guarantee_table(found))
+    if swept:
+        lines += section("Error against time", FRONT_SAID, front_table(found))
+    for name, title in drawn.items():
+        lines += ["", f"![{title}]({beside}/{name})"]
+    lines += section("Other solvers", OTHERS_SAID, others_table(found))
+    if found.trajectories:
+        lines += section("Ways that begin together", TRAJECTORY_SAID, trajectory_table(found))
+    if found.tailor:
+        lines += ["", "## Discretisation, by a tailor's measures", "", *TAILOR_SAID, "", *tailor_tables(found.tailor)]
+    if swept:
+        lines += ["", "## Every settings, by case"]
+    for measured in swept:
+        on = "" if measured.device == CPU else f" on {measured.device}"
+        lines += ["", f"### {measured.name}{on}: {len(measured.shared)} states", "", *sweep_table(measured)]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def section(title: str, said: list[str], rows: list[str]) -> list[str]:
+    """A chapter with a table."""
+    return ["", f"## {title}", "", *said, "", *rows]
+
+
+PREFACE = [
+    "Written by `python tests/accuracy --document`; nothing here is typed by hand. Each solver takes one step from",
+    "each of the states that a float64 Newton IPC reference goes through in a garment's motion, and is held to where",
+    "the reference is after the same step. Names of scenes that end in a device are of steps taken there; the others,",
+    "and the reference, are of the CPU. Times of single steps are of small garments and of a processor that may have",
+    "been busy with other cases: they compare within a case. Times at a garment's scale are measured apart.",
+]
+PRESETS_SAID = [
+    "Distance of the cloth's vertices from the reference's, RMS over the cloth and the largest of them; principal",
+    "stretches' and normals' difference, RMS over the triangles; the incremental potential above the reference's.",
+    "Void: steps that ended where the body's motion had carried the cloth. Crossed: ends in which IPC Toolkit finds a",
+    "crossing.",
+    f"An estimate counts as right where it and the error are under {NEGLIGIBLE:g} mm; in brackets without that.",
+]
+PRICE_SAID = [
+    "Geometric means over the cases that have both, of the ratio of medians. `Newton n x m` is `live` with n Newton",
+    "iterations of m conjugate gradients in its correction; passes repeat proxy and correction until they converge.",
+]
+SCALE_SAID = ["The same motion, played on; what was timed is `advance`, with the device waited for."]
+GUARANTEE_SAID = [
+    "The correction is where contact is resolved on the full potential and every move is bounded by collision",
+    "detection; the check is in float64. PD alone is the same step up to there: the trial that projective dynamics",
+    "with the contacts' quadratic proxy ends in after 4 cycles, as in `live`, and after 32. Counted are the ends that",
+    "cross.",
+]
+FRONT_SAID = [
+    "Of our settings those than which none is both as fast and as near, by time; time and error are against the one",
+    "before.",
+]
+OTHERS_SAID = [
+    "Each takes the same step from the same state. XPBD, Chebyshev-Jacobi PD and Newton IPC are in numpy and float64:",
+    "their times are those of these programs, and what they could be as compiled ones is not known; how near they come",
+    "at all is. A step that is cut into sub-steps is nearer to the motion's own course than one step of implicit Euler",
+    "is, which is what all are held to: of these, errors of the order of g dt^2 are no fault. Newton's solvers have",
+    "soft contacts and a body that does not yield, so that theirs is another model's error, too. Compared are steps",
+    f"with errors under {JUDGED:g} mm.",
+]
+TRAJECTORY_SAID = [
+    "RMS [mm] between a run at a preset and the reference's, which begin in the same state and go on by themselves.",
+]
+TAILOR_SAID = [
+    "Cloth at rest at preset `live`, with one size changed. Drape coefficient: Cusick's test, a disc of 300 mm of wool",
+    "twill on a pedestal of 180 mm. Settled drape: the same disc at each preset, held to the float64 reference after",
+    "as many steps; `off` is RMS [mm]. Bending length: of a cantilever, by the heavy elastica. Wrinkle wavelength: of",
+    "a stretched sheet whose width is gathered, after Cerda and Mahadevan 2003. Hem: of a skirt over the floor;",
+    "`waves` is how much it goes up and down, RMS [mm].",
+]

@@ -1,0 +1,289 @@
+"""Tables of the page: errors of the presets and of the sweep, what steps up cost, what the guarantee costs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from accuracy_data import Found, Measured, Row, digits, front, geometric_mean, ratios, table
+from accuracy_limits import OTHERS, WITHIN, beyond_ours, is_within, preset_rows, title, within
+from accuracy_plots import CHAINS, at_scale, chain, scale_ms
+
+HEAD = (
+    "scene",
+    "settings",
+    "steps",
+    "RMS p50 / p90 / max [mm]",
+    "largest p50 / max [mm]",
+    "strain RMS [%]",
+    "normal RMS [degrees]",
+    "energy [mJ]",
+    "ms p50",
+    "void",
+    "crossed",
+    *(f"within x{times:g}" for times, _ in WITHIN),
+)
+CHAIN_STEPS = ("newton", "passes", "cycles", "iterations", "substeps")
+
+
+def preset_table(found: Found) -> list[str]:
+    """Of the single steps at presets."""
+    return table(HEAD, [preset_row(m, name) for m in found.errors for name in m.presets])
+
+
+def preset_row(measured: Measured, name: str) -> list[object]:
+    """Of that table."""
+    rows = measured.rows[name]
+    errors = [row["error"] for row in rows]
+    energies = [row["energy"] for row in rows if row["energy"] is not None]
+    p50, p90 = np.percentile(errors, (50, 90))
+    return [
+        measured.name + " (held out)" * measured.case.held_out,
+        name,
+        len(rows),
+        f"{digits(p50)} / {digits(p90)} / {digits(max(errors))}",
+        f"{digits(median(rows, 'largest'))} / {digits(max(row['largest'] for row in rows))}",
+        digits(median(rows, "strain")),
+        digits(median(rows, "normal")),
+        digits(float(np.median(energies)) if energies else None),
+        digits(median(rows, "ms")),
+        sum(row["void"] for row in rows),
+        sum(row["crossed"] > 0 for row in rows),
+        *(f"{100 * within(rows, t):.0f} % ({100 * within(rows, t, 0.0):.0f})" for t, _ in WITHIN),
+    ]
+
+
+def median(rows: Sequence[Row], figure: str) -> float:
+    """Of the steps."""
+    return float(np.median([row[figure] for row in rows]))
+
+
+def estimate_lines(found: Found) -> list[str]:
+    """How many estimates are right, and the steps where they are furthest from it."""
+    lines = []
+    for held_out, said in ((True, "held out"), (False, "fitted to")):
+        rows = [row for _, _, row in preset_rows(found, held_out)]
+        if rows:
+            shares = " and ".join(f"x{t:g} for {100 * within(rows, t):.1f} %" for t, _ in WITHIN)
+            strict = " and ".join(f"x{t:g} for {100 * within(rows, t, 0.0):.1f} %" for t, _ in WITHIN)
+            lines.append(f"- Scenes {said}, {len(rows)} steps: within {shares}; without what is negligible, {strict}.")
+    far = [(m, name, row) for m, name, row in preset_rows(found) if not is_within(row, WITHIN[-1][0])]
+    if not far:
+        return lines
+    head = ("scene", "settings", "state", "error [mm]", "largest [mm]", "estimate [mm]", "estimate / error", "Newton")
+    cells = [
+        (
+            m.name,
+            name,
+            row["state"],
+            digits(row["error"]),
+            digits(row["largest"]),
+            digits(row["estimate"]),
+            digits(row["estimate"] / row["error"]),
+            row["newton"],
+        )
+        for m, name, row in far
+    ]
+    return [*lines, "", f"Not within x{WITHIN[-1][0]:g}:", "", *table(head, cells)]
+
+
+def price_table(found: Found) -> list[str]:
+    """What each step up in accuracy costs: from each preset to the next, and along each chain of the sweep."""
+    rows = []
+    groups: dict[tuple[str, str], list[Measured]] = {}
+    for measured in found.errors:
+        for one, other in pairwise(measured.presets):
+            groups.setdefault((one, other), []).append(measured)
+        for solver, varied, same in CHAINS.values():
+            names = chain(measured, solver, varied, same)
+            for one, other in pairwise(names):
+                if solver in ("ours", "trial") and varied in CHAIN_STEPS:
+                    groups.setdefault((one, other), []).append(measured)
+    for (one, other), cases in groups.items():
+        time = ratios(cases, one, other, lambda m, name: m.median(name, "ms"))
+        error = ratios(cases, one, other, lambda m, name: m.median(name, "error"))
+        if time and error:
+            scales = [scale_ratio(found, device, one, other) for device in ("cpu", "cuda:0")]
+            cells = [f"x{digits(ratio, 2)}" if ratio else "-" for ratio in scales]
+            said = f"/{digits(1 / geometric_mean(error), 2)}"
+            rows.append((one, other, len(time), f"x{digits(geometric_mean(time), 2)}", *cells, said))
+    head = ("from", "to", "cases", "time, 600 vertices", "time at scale, CPU", "time at scale, GPU", "error")
+    return table(head, rows)
+
+
+def scale_ratio(found: Found, device: str, one: str, other: str) -> float | None:
+    """Of the times at a garment's scale on that device, a mean over the scenes."""
+    of_device = [times for times in found.times if times.device == device]
+    times = ratios(of_device, one, other, scale_ms)
+    return geometric_mean(times) if times else None
+
+
+def scale_table(found: Found) -> list[str]:
+    """Times at a garment's scale of the presets."""
+    head = ("scene", "vertices", "settings", "ms p50", "ms max", "correction and check", "estimate", "pairs")
+    rows = []
+    for times in found.times:
+        for name in times.presets or [n for n in times.rows if n in ("draft", "live", "fit")]:
+            row = times.rows[name][0]
+            ms = scale_ms(times, name)
+            rows.append(
+                (
+                    times.name,
+                    row["cloth_vertices"],
+                    name,
+                    digits(ms),
+                    digits(max(row["ms"])),
+                    f"{100 * (row['ms_correction'] + row['ms_check']) / np.mean(row['ms']):.0f} %",
+                    f"{100 * row['ms_estimate'] / np.mean(row['ms']):.0f} %",
+                    f"{row['pairs']:.0f}",
+                )
+            )
+    return table(head, rows)
+
+
+def guarantee_table(found: Found) -> list[str]:
+    """What the correction and the check cost, and where a step would end without them."""
+    head = (
+        "scene",
+        "correction and check of `live`",
+        "estimate",
+        "`live` [ms]",
+        "error [mm]",
+        "crossed",
+        "PD alone [ms]",
+        "error [mm]",
+        "crossed",
+        "PD alone, most cycles [ms]",
+        "error [mm]",
+        "crossed",
+    )
+    rows = []
+    for measured in found.errors:
+        trials = chain(measured, "trial", "cycles", {})
+        if "live" not in measured.rows or not trials:
+            continue
+        live = measured.rows["live"]
+        whole = sum(row["ms"] for row in live)
+        cells: list[object] = [
+            measured.name,
+            f"{100 * sum(row['ms_correction'] + row['ms_check'] for row in live) / whole:.0f} %",
+            f"{100 * sum(row['ms_estimate'] for row in live) / whole:.0f} %",
+        ]
+        alike = [name for name in trials if measured.about[name]["at"]["cycles"] == 4]
+        for name in ("live", *alike, trials[-1]):
+            of = measured.rows[name]
+            crossed = f"{sum(row['crossed'] > 0 for row in of)} of {len(of)}"
+            cells += [digits(measured.median(name, "ms")), digits(measured.median(name, "error")), crossed]
+        rows.append(cells)
+    return table(head, rows)
+
+
+def sweep_table(measured: Measured) -> list[str]:
+    """Every method of a case, by time."""
+    points = {name: measured.point(name) for name in measured.rows}
+    ours = front({name: points[name] for name in measured.of_solver("ours")})
+    head = ("settings", "ms p50", "RMS p50 [mm]", "largest p50 [mm]", "strain [%]", "normal", "crossed", "on our front")
+    rows = []
+    for name in sorted(points, key=lambda n: points[n]):
+        of = measured.rows[name]
+        figures = [digits(measured.median(name, f)) for f in ("error", "largest", "strain", "normal")]
+        crossed = f"{sum(row['crossed'] > 0 for row in of)} of {len(of)}"
+        rows.append((name, digits(points[name][0]), *figures, crossed, "yes" if name in ours else ""))
+    return table(head, rows)
+
+
+def front_table(found: Found) -> list[str]:
+    """Along our front in each case: what each step up costs there, and at scale."""
+    rows = []
+    for measured in found.errors:
+        points = {name: measured.point(name) for name in measured.of_solver("ours")}
+        if len(points) <= len(measured.presets):
+            continue
+        names, before = front(points), None
+        times = {t.device: at_scale(found, t) for t in found.times if t.case.scene == measured.case.scene}
+        for name in names:
+            ms, error = points[name]
+            step = ("", "") if before is None else (f"x{digits(ms / before[0], 2)}", f"/{digits(before[1] / error, 2)}")
+            scale = [digits(times.get(device, {}).get(name, (np.inf, 0))[0]) for device in ("cpu", "cuda:0")]
+            rows.append((measured.name, name, digits(ms), *scale, digits(error), *step))
+            before = ms, error
+    head = ("scene", "settings", "ms, 600 vertices", "ms at scale, CPU", "ms at scale, GPU", "RMS [mm]", "time", "error")
+    return table(head, rows)
+
+
+def others_table(found: Found) -> list[str]:
+    """Other solvers' steps, and how near ours are in no more time."""
+    rows = []
+    for measured in found.errors:
+        ours = {name: measured.point(name) for name in measured.of_solver("ours")}
+        beyond = {name for name, *_ in beyond_ours(measured)}
+        for name in measured.of_solver(*OTHERS):
+            ms, error = measured.point(name)
+            of = measured.rows[name]
+            best = min((e for m, e in ours.values() if m <= ms), default=np.inf)
+            faster = min((m for m, e in ours.values() if e <= error), default=np.inf)
+            rows.append(
+                (
+                    measured.name,
+                    f"{title(measured, name)}: {name}",
+                    digits(ms),
+                    digits(error),
+                    f"{sum(row['crossed'] > 0 for row in of)} of {len(of)}",
+                    digits(best),
+                    digits(faster),
+                    "no" if name in beyond else "yes",
+                )
+            )
+    head = (
+        "scene",
+        "solver",
+        "ms p50",
+        "RMS p50 [mm]",
+        "crossed",
+        "ours in no more time [mm]",
+        "ours as near [ms]",
+        "ours on or below",
+    )
+    return table(head, rows)
+
+
+def trajectory_table(found: Found) -> list[str]:
+    """How far ways that began together are apart."""
+    tenths = (0.1, 0.2, 0.3, 0.4, 0.5)
+    rows = []
+    for measured in found.trajectories:
+        for name, of in measured.rows.items():
+            by_state = {row["state"]: row for row in of}
+            numbers = [round(t / measured.case.dt) for t in tenths]
+            cells = [digits(by_state[k]["error"]) if k in by_state else "-" for k in numbers]
+            rows.append((measured.name, name, *cells, sum(row["crossed"] > 0 for row in of)))
+    return table(("scene", "settings", *(f"after {t:g} s" for t in tenths), "crossed"), rows)
+
+
+def tailor_tables(rows: Sequence[Row]) -> list[str]:
+    """By measure and by what was varied; changes are to the finest."""
+    lines: list[str] = []
+    groups: dict[tuple[str, str], list[Row]] = {}
+    for row in rows:
+        groups.setdefault((row["measure"], row["varied"]), []).append(row)
+    for (measure, varied), of in sorted(groups.items()):
+        of = sorted(of, key=lambda row: row["at"], reverse=varied.startswith("edge"))
+        known = ("measure", "unit", "varied", "value", "at", "exact", "vertices")
+        more = list(dict.fromkeys(name for row in of for name in row if name not in known))
+        head = (varied, "vertices", f"{measure} [{of[0]['unit']}]", "exact", "from the last", *more)
+        cells = [
+            (
+                digits(row["at"]),
+                row["vertices"],
+                digits(row["value"], 4),
+                digits(row["exact"], 4),
+                f"{100 * (row['value'] / of[-1]['value'] - 1):+.1f} %",
+                *(digits(row[name]) if isinstance(row.get(name), float | int) else row.get(name, "-") for name in more),
+            )
+            for row in of
+        ]
+        lines += [f"### {measure.capitalize()}, by {varied}", "", *table(head, cells), ""]
+    return lines
+
+
