@@ -108,7 +108,7 @@ def price_table(found: Found) -> list[str]:
             cells = [f"x{digits(ratio, 2)}" if ratio else "-" for ratio in scales]
             said = f"/{digits(1 / geometric_mean(error), 2)}"
             rows.append((one, other, len(time), f"x{digits(geometric_mean(time), 2)}", *cells, said))
-    head = ("from", "to", "cases", "time, 600 vertices", "time at scale, CPU", "time at scale, GPU", "error")
+    head = ("from", "to", "cases", "time, small", "time at scale, CPU", "time at scale, GPU", "error")
     return table(head, rows)
 
 
@@ -208,7 +208,7 @@ def front_table(found: Found) -> list[str]:
             scale = [digits(times.get(device, {}).get(name, (np.inf, 0))[0]) for device in ("cpu", "cuda:0")]
             rows.append((measured.name, name, digits(ms), *scale, digits(error), *step))
             before = ms, error
-    head = ("scene", "settings", "ms, 600 vertices", "ms at scale, CPU", "ms at scale, GPU", "RMS [mm]", "time", "error")
+    head = ("scene", "settings", "ms, small", "ms at scale, CPU", "ms at scale, GPU", "RMS [mm]", "time", "error")
     return table(head, rows)
 
 

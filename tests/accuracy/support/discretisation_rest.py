@@ -40,7 +40,7 @@ def come_to_rest(sim: Simulation, pose: Pose | None, longest: float = LONGEST) -
 
 
 def meshed(outline: np.ndarray, edge: float) -> tuple[Garment, np.ndarray]:
-    """A piece of that outline (P, 2) m, meshed as garments are with edges of about `edge` m, and its pattern (N, 2) m."""
+    """A piece of that outline (P, 2) m, meshed with edges of about `edge` m, and its pattern's places (N, 2) m."""
     panel = {
         "vertices": (100 * outline).tolist(),
         "edges": [{"endpoints": [k, (k + 1) % len(outline)]} for k in range(len(outline))],

@@ -1,0 +1,183 @@
+"""The page tells what was measured, and names what does not hold."""
+
+from xml.etree import ElementTree
+
+import pytest
+from accuracy_case import AccuracyCase
+from accuracy_data import front, read_results
+from accuracy_limits import beyond_ours, broken, within
+from accuracy_page import write_page
+from accuracy_plots import chain
+from recorded import Writer
+
+ABOUT = {"commit": "none", "machine": "none"}
+
+
+def rows(method, *pairs, ms=5.0, **more):
+    """A row for each (error, estimate)."""
+    return [
+        {
+            "state": k,
+            "method": method,
+            "error": error,
+            "largest": 3 * error,
+            "strain": 0.1 * error,
+            "normal": error,
+            "energy": None if k else error,
+            "crossed": 0,
+            "ms": ms,
+            "estimate": estimate,
+            "newton": 4,
+            "void": False,
+            "ms_correction": 0.5 * ms,
+            "ms_check": 0.1 * ms,
+            "ms_estimate": 0.05 * ms,
+            **more,
+        }
+        for k, (error, estimate) in enumerate(pairs)
+    ]
+
+
+def put(folder, family, methods, case=None, device="cpu"):
+    """A file of lines: methods are name -> (about, rows)."""
+    case = case or AccuracyCase("skirt", "walk", 1 / 60, held_out=True)
+    head = {
+        "about": ABOUT,
+        "case": case.plain(),
+        "family": family,
+        "device": device,
+        "methods": {name: about for name, (about, _) in methods.items()},
+    }
+    writer = Writer(folder / f"{case.name}-{family}.jsonl", head)
+    for _, of in methods.values():
+        writer.add(of)
+
+
+def about(solver="ours", **at):
+    return {"solver": solver, "at": at}
+
+
+def put_presets(folder, draft, live, **more):
+    """With a preset `reference`, which is right."""
+    exact = rows("reference", (0.001, 0.001), (0.001, 0.001), ms=50.0)
+    methods = {"draft": (about(), rows("draft", *draft)), "live": (about(), rows("live", *live, ms=10.0))}
+    put(folder, "presets", {**methods, "reference": (about(), exact)}, **more)
+
+
+def test_estimates_are_counted():
+    four = rows("draft", (1.0, 1.9), (1.0, 0.4), (0.01, 0.04), (2.0, 2.0))
+    assert within(four, 2.0) == 0.75
+    assert within(four, 2.0, 0.0) == 0.5
+    assert within(four, 4.0) == within(four, 4.0, 0.0) == 1.0
+
+
+def test_a_front_is_what_nothing_beats():
+    points = {"a": (1.0, 9.0), "b": (2.0, 3.0), "slow": (3.0, 3.0), "c": (4.0, 1.0), "blown": (0.5, float("inf"))}
+    assert front(points) == ["a", "b", "c"]
+
+
+def test_the_page_tells_errors_and_that_all_holds(tmp_path, capsys):
+    put_presets(tmp_path, ((1.0, 1.2), (0.8, 0.5)), ((0.1, 0.1), (0.2, 0.3)))
+    put(
+        tmp_path,
+        "newton",
+        {
+            f"Newton {n} x 60": (
+                about(newton=n, gradients=60),
+                rows(f"Newton {n} x 60", *[(1 / n, 1 / n)] * 2, ms=3.0 * n),
+            )
+            for n in (1, 2, 4)
+        },
+    )
+    put(
+        tmp_path,
+        "trial",
+        {
+            f"PD alone, {n} cycles": (
+                about("trial", cycles=n),
+                rows(f"PD alone, {n} cycles", (2.0, 0), (2.0, 0), crossed=n),
+            )
+            for n in (4, 32)
+        },
+    )
+    put(
+        tmp_path,
+        "baselines",
+        {"XPBD, 5 iterations": (about("xpbd", iterations=5), rows("XPBD, 5 iterations", (4.0, 0), (4.0, 0), ms=80.0))},
+    )
+    timed = {
+        "cloth_vertices": 2500,
+        "ms": [40.0, 50.0],
+        "ms_correction": 30.0,
+        "ms_check": 1.0,
+        "ms_estimate": 2.0,
+        "pairs": 9,
+    }
+    large = AccuracyCase("skirt", "walk", 1 / 60, vertices=2500, held_out=True)
+    put(
+        tmp_path,
+        "times",
+        {
+            "draft": (about(), [{"method": "draft", **timed}]),
+            "live": (about(), [{"method": "live", **{**timed, "ms": [120.0, 140.0]}}]),
+        },
+        case=large,
+    )
+    put(tmp_path, "trajectory", {"draft": (about(), [{"state": 6, "method": "draft", "error": 7.5, "crossed": 0}])})
+    for at, value in ((10.0, 52.0), (5.0, 50.0)):
+        figures = {"measure": "drape coefficient", "unit": "%", "varied": "edge [mm]", "exact": None, "vertices": 9}
+        Writer(tmp_path / f"tailor-{at:g}.jsonl", {"about": ABOUT, "tailor": f"{at:g}"}).add(
+            [{**figures, "at": at, "value": value}]
+        )
+    page = tmp_path / "page.md"
+    assert write_page(page, tmp_path) == 0
+    assert capsys.readouterr().out == "All holds.\n"
+    said = page.read_text()
+    for line in (
+        "| skirt, walk, 1/60 s (held out) | draft | 2 | 0.9 / 0.98 / 1 |",
+        "| draft | live | 1 | x2 | x2.9 | - | /6 |",
+        "| Newton 1 x 60 | Newton 2 x 60 | 1 | x2 | - | - | /2 |",
+        "| skirt, walk, 1/60 s | 60 % | 5 % | 10 | 0.15 | 0 of 2 | 5 | 2 | 2 of 2 |",
+        "| skirt, walk, 1/60 s | XPBD: XPBD, 5 iterations | 80 | 4 | 0 of 2 | 0.001 | 3 | yes |",
+        "| skirt, walk, 1/60 s | draft | 7.5 | - |",
+        "| 10 | 9 | 52 | - | +4.0 % |",
+    ):
+        assert line in said, line
+    drawn = sorted(path.name.split("-skirt")[0] for path in (tmp_path / "page").glob("*.svg"))
+    assert drawn == ["by-iterations", "by-time", "pareto", "scale-cpu.svg"]
+    for path in (tmp_path / "page").glob("*.svg"):
+        assert ElementTree.fromstring(path.read_text()).tag.endswith("svg")
+        assert f"page/{path.name}" in said
+    (measured,) = read_results(tmp_path).errors
+    assert chain(measured, "ours", "newton", {"gradients": 60}) == [f"Newton {n} x 60" for n in (1, 2, 4)]
+
+
+def test_what_does_not_hold_is_named(tmp_path):
+    put_presets(tmp_path, ((0.1, 0.1), (0.1, 0.9)), ((0.3, 0.3), (0.3, 0.02)))
+    put(tmp_path, "baselines", {"XPBD, 1": (about("xpbd", iterations=1), rows("XPBD, 1", (0.2, 0), (0.2, 0), ms=1.0))})
+    found = broken(read_results(tmp_path))
+    assert [said.split(" are ")[0] for said in found[:2]] == ["within x2", "within x4"]
+    assert "live is further off than draft (0.1 mm and 0.3 mm)" in found[2]
+    assert "XPBD, 1 takes 1 ms and is 0.2 mm off; ours in no more time takes longer at its fastest" in found[3]
+    assert len(found) == 4
+
+
+def test_what_was_fitted_to_promises_nothing_of_the_estimate(tmp_path):
+    case = AccuracyCase("skirt", "walk", 1 / 60)
+    put_presets(tmp_path, ((0.3, 3.0), (0.3, 3.0)), ((0.2, 0.2), (0.2, 0.2)), case=case)
+    assert broken(read_results(tmp_path)) == []
+
+
+def test_a_preset_that_claims_newtons_accuracy_is_held_to_it(tmp_path):
+    off = {"reference": (about(), rows("reference", (0.06, 0.06), (0.05, 0.05)))}
+    put(tmp_path, "presets", off)
+    (said,) = broken(read_results(tmp_path))
+    assert "preset reference is 0.0552 mm from Newton IPC" in said
+
+
+@pytest.mark.parametrize(("error", "named"), [(4.9, True), (5.1, False)])
+def test_steps_further_off_than_is_judged_are_not_compared(tmp_path, error, named):
+    put_presets(tmp_path, ((6.0, 6.0), (6.0, 6.0)), ((5.5, 5.5), (5.5, 5.5)))
+    put(tmp_path, "peers", {"VBD": (about("vbd", iterations=5), rows("VBD", (error, 0), (error, 0), ms=1.0))})
+    (measured,) = read_results(tmp_path).errors
+    assert bool(beyond_ours(measured)) == named
