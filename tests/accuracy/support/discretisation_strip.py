@@ -3,13 +3,13 @@
 - Bending length c = (B/w)^(1/3) (Peirce 1930), B = k_bend and w the weight of an area: a strip that juts out by L over
   an edge bends as the heavy elastica, B theta'' = w (L - s) cos theta, whose chord's angle tells L/c. The chord of a
   simulated strip is measured, and the c told for which the elastica has that angle.
-- Wavelength of a sheet under tension T along its length L, whose width is gathered: 2 sqrt(pi) (B/T)^(1/4) sqrt(L)
+- Wavelength of a sheet under tension T along its length L, drawn together across: 2 sqrt(pi) (B/T)^(1/4) sqrt(L)
   (Cerda and Mahadevan 2003): bending resists short waves, tension long ones, for they are higher.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from scipy.integrate import solve_bvp
 from scipy.interpolate import LinearNDInterpolator
 from scipy.optimize import brentq
 
+from tryon_solver.geometry.garment import Garment
 from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.scene import AirDrag, FabricDamping, Gravity, Pins, Scene, StrainLimit
 from tryon_solver.simulation import build
@@ -35,20 +36,19 @@ class Strip:
     edges: tuple[float, ...]
     edge: float
 
-    def meshed(self, edge: float, wider: float = 1.0) -> tuple[Any, np.ndarray]:
-        """Garment, whose pattern is so many times wider, and flat places (N, 3) m, x from 0 on and z about 0."""
+    def meshed(self, edge: float) -> tuple[Garment, np.ndarray]:
+        """Garment and flat places (N, 3) m, x from 0 on and z about 0."""
         outline = np.array([[0, -0.5], [1, -0.5], [1, 0.5], [0, 0.5]]) * [self.long, self.wide]
         garment, uv = meshed(outline, 1e-3 * edge)
         uv = uv - uv.min(0) - [0, 0.5 * self.wide]
-        if wider != 1:
-            garment = replace(garment, uv_corners=garment.uv_corners * [1, wider])
         return garment, np.column_stack([uv[:, 0], np.zeros(len(uv)), -uv[:, 1]])
 
 
-BENT = Strip(0.10, 0.025, "wool_twill", (8.0, 5.0, 3.5, 2.5), 3.5)
+BENT = Strip(0.10, 0.06, "wool_twill", (8.0, 5.0, 3.5, 2.5), 3.5)
 HELD = 0.04  # m of the bent strip lie on the plate
 WRINKLED = Strip(0.25, 0.30, "cotton_jersey", (16.0, 12.0, 8.0, 6.0), 8.0)
-STRETCHED, GATHERED = 0.04, 0.03  # by which the sheet is longer than its pattern, and its pattern wider than it
+STRETCHED, GATHERED = 0.04, 0.004  # by which the sheet is longer than its pattern, and narrower in the end
+GATHERING = 0.001  # 1/s: so slowly that the first wave to grow is the one that needs least
 NOISE = 3e-4  # m, of a sheet that does not know yet how it will wrinkle
 HARMONICS = 40  # half waves across the sheet that are looked for
 
@@ -61,7 +61,8 @@ def bending_length(edge: float | None = None, rate: float | None = None) -> dict
     effects = (Gravity(), AirDrag(), FabricDamping(), StrainLimit(), Pins(held))
     sim = build(Scene(garment, x, None, fabric, effects), live_with(rate or AT_60), "cpu")
     cloth, speed = come_to_rest(sim, None)
-    edge_at, tip = x[held, 0].max(), cloth[x[:, 0] > BENT.long - 1e-6].mean(0)
+    edge_at = 0.5 * (x[held, 0].max() + x[x[:, 0] > HELD, 0].min())  # bends from somewhere between the two on
+    tip = cloth[x[:, 0] > BENT.long - 1e-6].mean(0)
     angle = np.arctan2(-tip[1], tip[0] - edge_at)
     found = (BENT.long - edge_at) / ratio_of_angle(angle) ** (1 / 3)
     exact = (fabric.k_bend / (fabric.areal_density * G)) ** (1 / 3)
@@ -88,8 +89,8 @@ def chord_angle(ratio: float) -> float:
 
 
 def wrinkle_wavelength(edge: float | None = None, rate: float | None = None) -> dict[str, Any]:
-    """The mean wavelength [mm] across the middle of a stretched sheet whose pattern is wider than it is held."""
-    garment, x = WRINKLED.meshed(edge or WRINKLED.edge, 1 + GATHERED)
+    """The mean wavelength [mm] across the middle of a stretched sheet whose border is drawn together."""
+    garment, x = WRINKLED.meshed(edge or WRINKLED.edge)
     fabric = FABRICS[WRINKLED.fabric]
     x = x * [1 + STRETCHED, 1, 1]
     long, half = x[:, 0].max(), 0.5 * WRINKLED.wide
@@ -97,14 +98,20 @@ def wrinkle_wavelength(edge: float | None = None, rate: float | None = None) -> 
     x[~border, 1] = NOISE * np.random.default_rng(3).uniform(-1, 1, int((~border).sum()))
     effects = (AirDrag(), FabricDamping(), Pins(np.flatnonzero(border)))
     sim = build(Scene(garment, x, None, fabric, effects), live_with(rate or AT_60), "cpu")
+    (places,) = (c.values["places"] for c in sim.plan.contributions if c.name == "pins")
+    dt = sim.settings.largest_step
+    for k in range(1, round(GATHERED / GATHERING / dt) + 1):
+        places.assign((x[border] * [1, 1, 1 - k * dt * GATHERING]).astype(np.float32))
+        sim.advance(None, k * dt)
     cloth, speed = come_to_rest(sim, None)
+    half *= 1 - GATHERED
     tension = fabric.k_warp * STRETCHED
     exact = 2 * np.sqrt(np.pi) * (fabric.k_bend / tension) ** 0.25 * np.sqrt(long)
     across = np.linspace(-half, half, 401)
     height = LinearNDInterpolator(cloth[:, [0, 2]], cloth[:, 1], fill_value=0.0)(0.5 * long, across)
     number = np.arange(1, HARMONICS + 1)
-    power = (np.sin(np.pi * number[:, None] * (across + half) / WRINKLED.wide) @ height) ** 2
-    found = 2 * WRINKLED.wide / ((power * number).sum() / power.sum())
+    power = (np.sin(np.pi * number[:, None] * (across + half) / (2 * half)) @ height) ** 2
+    found = 4 * half / ((power * number).sum() / power.sum())
     varied = {"edge [mm]": edge} if edge else {"steps [1/s]": rate}
     more = {"speed": speed, "height": 1e3 * float(np.abs(height).max())}
     return tailors_row("wrinkle wavelength", "mm", 1e3 * found, varied, len(x), 1e3 * exact, **more)
