@@ -23,7 +23,7 @@ WINDOW = 60  # times that are remembered of each part
 DEAREST = 0.05  # share of them that a part may exceed
 LONGER = 4  # times as long as the settings have them, sub-steps may be under a deadline
 BODY_SHARE = 0.5  # of what is left, at most, for sub-steps that could be longer ones
-FEWEST = 2  # iterations of the correction that cycles leave time for
+FEWEST = 2  # iterations of the correction, late or not: one leaves cloth so crumpled that the next steps are dearer
 RESERVE = 0.03  # share of the deadline that nothing is planned for
 
 
@@ -159,7 +159,7 @@ class Hurried:
             self._one.add(now - self._since)
             self._times = self._times or self._all.expected / self._one.expected
         self._since = now
-        return max(1, min(most, self._affordable()))
+        return min(most, max(FEWEST, self._affordable()))
 
     def again(self, most: int) -> int:
         count = min(most, self._affordable())

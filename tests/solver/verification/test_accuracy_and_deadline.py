@@ -145,13 +145,13 @@ def test_a_deadline_is_met_once_the_costs_are_known_and_its_time_is_used(clock):
 
 
 def test_what_is_dear_is_given_up_first_where_the_deadline_is_short(clock):
-    machine = Machine(clock, hurried(9e-3))
+    machine = Machine(clock, hurried(10e-3))
     calls = [machine.call(wanted=8) for _ in range(200)]
     for took, late, [(substeps, _, iterations)] in calls[10:]:
-        assert took <= 9e-3
+        assert took <= 10e-3
         assert late == 0
         assert substeps < 8, "longer ones"
-        assert iterations >= 1
+        assert iterations >= 2
     assert {cycles for _, _, [(_, cycles, _)] in calls[10:]} == {1}
 
 
@@ -160,7 +160,7 @@ def test_a_deadline_that_can_not_be_met_is_missed_by_what_is_told_with_the_least
     calls = [machine.call(wanted=8) for _ in range(20)]
     for took, late, spent in calls[3:]:
         assert late == pytest.approx(took - 2e-3)
-        assert spent == [(2, 1, 1)], "sub-steps no more than four times as long"
+        assert spent == [(2, 1, 2)], "sub-steps no more than four times as long"
 
 
 def test_the_time_of_a_call_is_shared_by_its_steps(clock):
@@ -207,6 +207,6 @@ def test_the_body_comes_as_far_under_a_deadline_with_fewer_longer_sub_steps(met)
     assert report.substeps == -(-usual.substeps // 4)
     assert np.allclose(rushed.body.skin_now.numpy(), patient.body.skin_now.numpy(), atol=1e-6)
     assert report.late > 0
-    assert report.newton_iterations == 1
+    assert report.newton_iterations <= 2
     assert "deadline was missed" in report.advice
     assert usual.late == 0
