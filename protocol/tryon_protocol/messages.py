@@ -241,6 +241,23 @@ class SetFabricMessage(Message, tag="set_fabric", frozen=True, kw_only=True):
     request: Request = None
 
 
+class SetAccuracyMessage(Message, tag="set_accuracy", frozen=True, kw_only=True):
+    """Choose how accurately the session's frames are solved from the next one on, and what each may take.
+
+    Nothing is dressed or built anew. Whatever is chosen, no frame penetrates.
+    """
+
+    accuracy: Annotated[
+        Annotated[float, Meta(ge=1e-6, le=0.1)] | None,
+        Meta(description="m, 1e-6 to 0.1: `report.error` that a frame is solved down to; null: as the preset has it"),
+    ] = None
+    deadline_ms: Annotated[
+        Annotated[float, Meta(ge=1, le=10_000)] | None,
+        Meta(description="ms, 1 to 10 000: wall time that solving a frame may take; null: what it takes"),
+    ] = None
+    request: Request = None
+
+
 class EditMessage(Message, tag="edit", frozen=True, kw_only=True):
     """Change the garment's pattern while it is worn. The server answers `edited`, or `error` and nothing has changed.
 
@@ -413,6 +430,8 @@ class StatusMessage(Message, tag="status", frozen=True, kw_only=True):
         float | None,
         Meta(description="size in which the dressed pattern is worn, over its own; null: not dressed, or a mesh"),
     ] = None
+    accuracy: Annotated[float | None, Meta(description="m, as chosen by `set_accuracy`")] = None
+    deadline_ms: Annotated[float | None, Meta(description="ms, as chosen by `set_accuracy`")] = None
 
 
 class ReportMessage(Message, tag="report", frozen=True, kw_only=True):
@@ -449,6 +468,7 @@ class ReportMessage(Message, tag="report", frozen=True, kw_only=True):
         float | None,
         Meta(description="m, estimated RMS distance of the cloth from where a step's equations balance; null: unknown"),
     ] = None
+    late_ms: Annotated[float, Meta(ge=0, description="ms that solving took beyond `status.deadline_ms`")] = 0
 
 
 class ErrorMessage(Message, tag="error", frozen=True, kw_only=True):
@@ -488,6 +508,7 @@ ClientMessage = Union[  # noqa: UP007 - a runtime value that decoders are built 
     PauseMessage,
     SetMotionMessage,
     SetFabricMessage,
+    SetAccuracyMessage,
     EditMessage,
     UndoMessage,
     RedoMessage,

@@ -81,6 +81,7 @@ def messages() -> dict[str, tuple[bytes, Any]]:
         m.PauseMessage(request=7),
         m.SetMotionMessage(motion="walk", request=8),
         m.SetFabricMessage(fabric="Baumwolle, köperbindig", request=9),
+        m.SetAccuracyMessage(accuracy=0.00025, deadline_ms=11, request=13),
         m.EditMessage(
             edit={"kind": "move_vertex", "panel": "front", "vertex": 2, "by": [0.0125, -0.03]},
             mirror=True,
@@ -127,6 +128,7 @@ def messages() -> dict[str, tuple[bytes, Any]]:
             advice="the fabric is stretched by up to 35 %: try a larger size",
             asleep=True,
             error=0.00075,
+            late_ms=0.5,
         ),
         _design(),
         m.EditedMessage(id=3, change="topology", request=10),

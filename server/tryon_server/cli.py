@@ -39,7 +39,7 @@ FACINGS = ("x", "-x", "y", "-y", "z", "-z")
 BVH_UNITS = ("m", "dm", "asf", "in", "ft", "cm", "mm")  # as the solver's UNITS of BVH files; asf: CMU's
 FABRICS = "cotton_jersey, cotton_poplin, wool_twill, denim or silk_charmeuse"  # as the solver has them
 MOTIONS = "walk, jumping_jack, squat or turn"  # as demo/motions has them
-PRESETS = "draft, live, fit or auto"
+PRESETS = "draft, live, fit, reference or auto"
 
 
 FASTEST_POSES = 1000.0  # a second, of a simulated tracker: over ten times a headset's

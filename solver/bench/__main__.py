@@ -60,10 +60,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def worn_cases(options: argparse.Namespace) -> list[dict[str, Any]]:
     """Every combination that was asked for, measured and told."""
     results: list[dict[str, Any]] = []
-    for garment, motion, vertices, preset, sessions in itertools.product(
-        options.garments, options.motions, options.vertices, options.presets, options.sessions
+    for garment, motion, vertices, preset, sessions, accuracy, deadline in itertools.product(
+        options.garments,
+        options.motions,
+        options.vertices,
+        options.presets,
+        options.sessions,
+        options.accuracies or [None],
+        options.deadlines or [None],
     ):
-        case = Case(garment, motion, vertices, preset, options.device, options.fps, sessions, options.fabric)
+        alike = options.device, options.fps, sessions, options.fabric
+        case = Case(garment, motion, vertices, preset, *alike, accuracy_mm=accuracy, deadline_ms=deadline)
         results.append({"name": case.name, **measured_at_once(case, options)})
         print(row(results[-1]), flush=True)
     return results
@@ -177,6 +184,8 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     add("--vertices", nargs="+", type=int, default=[2500], metavar="N", help="of the cloth, about (2500)")
     add("--presets", nargs="+", default=["draft"], choices=PRESETS, help="(draft)")
     add("--sessions", nargs="+", type=int, default=[1], metavar="N", help="at once, a process each (1)")
+    add("--accuracies", nargs="*", type=float, metavar="MM", help="estimated errors that frames are solved down to")
+    add("--deadlines", nargs="*", type=float, metavar="MS", help="wall time that each frame may take")
     add("--fabric", default=JERSEY, choices=FABRICS, help=f"meshes of over 90,000 need a thinner one ({JERSEY})")
     add("--device", default="cpu", help="cpu, cuda:0, ... (cpu)")
     add("--fps", type=float, default=30.0, help="frames a simulated second (30)")

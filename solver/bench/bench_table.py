@@ -12,6 +12,8 @@ COLUMNS = (
     "case",
     "vertices",
     "frame p50 / p99 / max [ms]",
+    "late",
+    "error p50 / p99 [mm]",
     "of real time",
     "Newton p50 / max",
     "pairs p50 / max",
@@ -69,6 +71,8 @@ def row(result: Mapping[str, Any]) -> str:
         r["name"],
         r["cloth_vertices"],
         f"{ms['p50']:.1f} / {ms['p99']:.1f} / {ms['max']:.1f}",
+        "–" if r.get("deadline_ms") is None else f"{r['late']} of {r['frames']}",
+        f"{r['error_mm']['p50']:.3f} / {r['error_mm']['p99']:.3f}" if "error_mm" in r else "–",  # not in older runs
         f"{r['simulated_over_wall']:.2f}",
         f"{newton['p50']:.0f} / {newton['max']:.0f}",
         f"{pairs['p50']:.0f} / {pairs['max']:.0f}",

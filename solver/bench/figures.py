@@ -33,7 +33,7 @@ def of_all(sessions: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         "slowest_p50_ms": max(s["frame_ms"]["p50"] for s in sessions),
         **{name: min(s[name] for s in sessions) for name in smallest},
         **{name: max(s[name] for s in sessions) for name in largest},
-        **{name: sum(s[name] for s in sessions) for name in ("frames", "void", "asked", "unclean")},
+        **{name: sum(s[name] for s in sessions) for name in ("frames", "void", "late", "asked", "unclean")},
         "memory_mib": None if None in memories else sum(memories),
         "growth_mib": {name: sum(s["growth_mib"][name] for s in sessions) for name in sessions[0]["growth_mib"]},
         "simulated_over_wall": min(s["simulated_over_wall"] for s in sessions),

@@ -74,6 +74,8 @@ def measured(case: Case, seconds: float, every: int, company: Company) -> dict[s
         "steps": mean([r.steps for r in reports]),
         "substeps": dict(sorted(Counter(str(r.substeps) for r in reports).items(), key=lambda entry: int(entry[0]))),
         "newton": spread([r.newton_iterations for r in reports]),
+        "error_mm": spread([1e3 * r.error for r in reports]),
+        "late": sum(r.late > 0 for r in reports),
         "pairs": spread([r.pairs for r in reports]),
         "min_gap": min(r.min_gap for r in reports),
         "max_stretch": max(r.max_stretch for r in reports),

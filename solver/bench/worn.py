@@ -26,7 +26,8 @@ LEAD = 1.0  # s, from the pose it was dressed in into the motion
 @dataclass(frozen=True)
 class Case:
     """A garment of the demo by name, a motion of the demo by name or of a BVH file, about how many vertices, preset and
-    device, frames a second, how many such sessions at once, a process each, and of which fabric."""
+    device, frames a second, how many such sessions at once, a process each, of which fabric, down to which error [mm]
+    and in which time [ms]; None: by the preset's budget, and in what it takes."""
 
     garment: str
     motion: str
@@ -36,12 +37,16 @@ class Case:
     fps: float
     sessions: int = 1
     fabric: str = JERSEY
+    accuracy_mm: float | None = None
+    deadline_ms: float | None = None
 
     @property
     def name(self) -> str:
         """For file names and tables."""
         alone = f"{self.garment}-{Path(self.motion).stem}-{self.vertices}-{self.preset}-{self.device.replace(':', '')}"
         alone += f"-{self.fabric}" * (self.fabric != JERSEY)
+        alone += "" if self.accuracy_mm is None else f"-to-{self.accuracy_mm:g}mm"
+        alone += "" if self.deadline_ms is None else f"-in-{self.deadline_ms:g}ms"
         return alone if self.sessions == 1 else f"{alone}-x{self.sessions}"
 
     def plain(self) -> dict[str, Any]:
@@ -61,4 +66,10 @@ def put_on(case: Case) -> tuple[Simulation, Callable[[float], Pose]]:
     def pose(t: float) -> Pose:
         return lead.sample(t) if t < lead.duration else motion.sample(t - lead.duration, loop=True)
 
+    dressed.simulation.buy(thousandth(case.accuracy_mm), thousandth(case.deadline_ms))
     return dressed.simulation, pose
+
+
+def thousandth(value: float | None) -> float | None:
+    """mm in m, or ms in s."""
+    return None if value is None else 1e-3 * value

@@ -13,11 +13,12 @@ STRETCH_ANY = 1.10  # of the fabric's limit, for every triangle
 LAG = 10e-3  # m from the skin to the collision surface; skin that the body itself pinches may be part of it
 
 
-def advise(counters: Counters, debt: float, fabric: Fabric, stretch: np.ndarray, lag: float) -> str:
+def advise(counters: Counters, debt: float, fabric: Fabric, stretch: np.ndarray, lag: float, late: float) -> str:
     """Sentences about one call of `advance`, "" when there is nothing to say.
 
     `stretch` (F,) is the larger principal stretch of each triangle, `lag` the largest distance [m] from the tracked
-    skin to the collision surface, `debt` the time [s] that a gap in the poses left to be simulated.
+    skin to the collision surface, `debt` the time [s] that a gap in the poses left to be simulated, `late` that by
+    which the deadline was missed.
     """
     said = []
     if counters.retries:
@@ -26,6 +27,8 @@ def advise(counters: Counters, debt: float, fabric: Fabric, stretch: np.ndarray,
         said.append(f"in {counters.reverts} of them the body moved and the garment stayed behind")
     if debt:
         said.append(f"{debt:.2f} s of motion are still to be simulated: poses came too rarely")
+    if late:
+        said.append(f"the deadline was missed by {1e3 * late:.1f} ms: allow more time, or choose a coarser mesh")
     if counters.behind:
         said.append(f"the pose leaps: the skin is up to {counters.behind:.2f} m short of it, and goes on from there")
     strained = []

@@ -33,13 +33,14 @@ class StepReport:
     error: float = 0.0  # m, estimated RMS distance of the cloth from where a step balances; the largest of the steps
     reverts: int = 0  # of these, steps whose carried state failed too: cloth and surface stayed where they were
     times_ms: dict[str, float] = field(default_factory=dict)  # wall time per stage
+    late: float = 0.0  # s of wall time, by which the call ended after the settings' deadline; 0 without one
     asleep: bool = False  # nothing moves and nothing was done: the figures are those of the state as it fell asleep
     advice: str = ""  # what to do when something above is out of bounds (advice.py); "" when nothing is
 
     def sleeping(self, time: float, debt: float) -> StepReport:
         """Figures of a call in which nothing was done, from those of the state that has not moved since."""
         done = replace(self, steps=0, substeps=0, iterations=0, newton_iterations=0, residual=0.0, retries=0, reverts=0)
-        return replace(done, time=time, debt=debt, times_ms={}, asleep=True)
+        return replace(done, time=time, debt=debt, times_ms={}, late=0.0, asleep=True)
 
     def to_dict(self) -> dict[str, object]:
         """Plain values, ready for JSON."""

@@ -88,6 +88,15 @@ class Settings:
     """How far from where it is expected a vertex may go before candidates are searched for again, at most [m]; on fine
     cloth it is less (stepping/search.py)."""
 
+    accuracy: float | None = None
+    """RMS distance from balance at which a step may end, as estimated [m] (stepping/near.py): the correction goes on
+    until there, whatever its budget. None: it ends by its budget."""
+    deadline: float | None = None
+    """What a call of `advance` may take [s] (stepping/pace.py): the correction goes on for as long as that allows, and
+    sub-steps are longer and cycles fewer where it must be. None: a call takes what it takes."""
+    most_iterations: int = 100
+    """Newton iterations of a correction that ends by `accuracy` or `deadline`, at most."""
+
     deterministic: bool = False
     """Two runs end in equal bytes, or `build` refuses: on the CPU they do, on CUDA they can't yet."""
 
@@ -115,7 +124,8 @@ class Settings:
             "carry_full",
             "search_slack",
         )
-        for name in positive:
+        may_be_none = ("accuracy", "deadline")
+        for name in (*positive, *(name for name in may_be_none if getattr(self, name) is not None)):
             value = getattr(self, name)
             if not 0 < value < float("inf"):
                 raise ValueError(f"settings.{name} must be a finite number above 0, not {value!r}")
@@ -124,6 +134,7 @@ class Settings:
             "correction_iterations",
             "correction_pcg_iterations",
             "second_pcg_iterations",
+            "most_iterations",
             "contact_passes",
             "history",
             "most_substeps",
@@ -148,6 +159,15 @@ class Settings:
         if self.carry_none <= self.carry_full:
             raise ValueError("settings.carry_none must be larger than settings.carry_full")
 
+    @property
+    def ends_by_budget(self) -> bool:
+        """Does a correction end by its budget, and by nothing else that is asked for?"""
+        return self.accuracy is None and self.deadline is None
+
+    def by_budget(self) -> Settings:
+        """The same with corrections that do."""
+        return replace(self, accuracy=None, deadline=None)
+
 
 PRESETS: dict[str, Settings] = {
     "draft": Settings(
@@ -163,4 +183,13 @@ PRESETS: dict[str, Settings] = {
     ),
     "live": Settings(),
     "fit": replace(Settings(), largest_step=1 / 120, outer_iterations=8, correction_iterations=16),
+    "reference": replace(
+        Settings(),
+        largest_step=1 / 120,
+        outer_iterations=8,
+        correction_iterations=50,
+        correction_pcg_iterations=400,
+        correction_pcg_tolerance=1e-3,
+        contact_passes=20,
+    ),
 }

@@ -39,6 +39,7 @@ from tryon_solver.settings import Settings
 from tryon_solver.state import State, Workspace, positions
 from tryon_solver.step import advance
 from tryon_solver.stepping.hold import Holding
+from tryon_solver.stepping.pace import Hurried, Pace, Unhurried
 from tryon_solver.stepping.progress import TRUSTED, TRUSTED_AGAIN, Budget, Progress
 from tryon_solver.stepping.report import make_report, smallest_gap
 from tryon_solver.stepping.start import refuse_touching_start
@@ -57,11 +58,12 @@ BESIDE = ThreadPoolExecutor(max_workers=1, thread_name_prefix="inverse")
 
 @dataclass(frozen=True)
 class PoseInterval:
-    """One solver step's share of the way to a stance of the body (None without one); `dt` s."""
+    """One solver step's share of the way to a stance of the body (None without one); `dt` s, the first of `left`."""
 
     end: Any
     end_time: float
     dt: float
+    left: int
 
 
 @dataclass
@@ -166,7 +168,9 @@ class Simulation:
         self.searches = 0
         self.deflection = DeflectionScratch.allocate(self.all_count, device)
         self.largest_out = wp.zeros(1, dtype=wp.float32, device=device)
-        self.cycles = wp.zeros(2, dtype=wp.int32, device=device)  # as in stepping/repeat.py
+        self.cycles = wp.zeros(3, dtype=wp.int32, device=device)  # as in stepping/repeat.py
+        self.most_cycles = wp.zeros(1, dtype=wp.int32, device=device)
+        self.accuracy = wp.zeros(1, dtype=wp.float32, device=device)  # m, as in stepping/near.py
         self.error = wp.zeros(1, dtype=wp.float32, device=device)  # m, as in stepping/estimate.py
         self.graphs: dict[str, KeptGraph] = {}  # by verb, as in stepping/record.py
         self.cg = ConjugateGradients.allocate(self.all_count, self.cloth_count, device)
@@ -175,6 +179,7 @@ class Simulation:
         settings = self.settings
         self.budget = Budget(settings.correction_iterations, settings.correction_pcg_iterations, TRUSTED)
         self.second_budget = Budget(settings.second_iterations, settings.second_pcg_iterations, TRUSTED_AGAIN)
+        self.buy(settings.accuracy, settings.deadline)
         self.went_back = False  # did the last correction end where it had been nearest to balance?
 
     def _assemble(self, basis: csr_matrix) -> None:
@@ -304,6 +309,19 @@ class Simulation:
             self.coarse = ContactCoarseLevel.build(coarse, self.device)
         self.coarse.rest = reduced_matrix(self.coarse.basis, self.stiffness_matrix + sp.diags(diagonal))
 
+    def buy(self, accuracy: float | None, deadline: float | None) -> None:
+        """From the next step on, as if built with these `Settings.accuracy` [m] and `Settings.deadline` [s].
+
+        Raises ValueError as the settings do. Nothing else changes, and nothing is built anew.
+        """
+        self.settings = settings = replace(self.settings, accuracy=accuracy, deadline=deadline)
+        asked = None if accuracy is None else 1.0
+        self.recorded_settings = replace(settings, accuracy=asked, deadline=None)  # what graphs are recorded for
+        self.accuracy.fill_(accuracy or 0.0)
+        self.pace: Pace = Unhurried(settings) if deadline is None else Hurried(settings, self.device)
+        most = settings.correction_iterations if settings.ends_by_budget else settings.most_iterations
+        self.budget.iterations = most
+
     # -- running -------------------------------------------------------------------------------------------------
 
     def start_at(self, cloth: np.ndarray, surface: np.ndarray, pose: Any) -> None:
@@ -362,7 +380,7 @@ class Simulation:
         share = bridged / gap
         for k in range(1, count + 1):
             end = self.stance_between(first, pose, share * k / count)
-            yield PoseInterval(end, start_time + bridged * k / count, bridged / count)
+            yield PoseInterval(end, start_time + bridged * k / count, bridged / count, 1 + count - k)
 
     def stance_between(self, first: Any, last: Any, share: float) -> Any:
         """The body's stance at `share` of the way; whatever was given for a scene without a body."""
@@ -397,6 +415,7 @@ class Simulation:
 
     def start_report(self) -> None:
         """Forget the figures of the last call of `advance`."""
+        self.pace.begin()
         self.counters = Counters()
         self.cycles.zero_()
         self.error.zero_()

@@ -346,6 +346,27 @@ def test_session_is_found_and_ended(live):
     assert (ended["state"], ended["detail"]) == ("closed", "Ended by request")
 
 
+def test_accuracy_and_deadline_of_a_live_session_are_chosen_and_told(live):
+    session = live.http.post("/api/sessions", json={"garment": "tube"}).json()
+    assert (session["accuracy"], session["deadline_ms"]) == (None, None)
+    address = f"/api/sessions/{session['id']}/accuracy"
+    chosen = live.http.put(address, json={"accuracy": 0.0002, "deadline_ms": 11}).json()
+    assert (chosen["id"], chosen["accuracy"], chosen["deadline_ms"]) == (session["id"], 0.0002, 11)
+    assert live.http.get(f"/api/sessions/{session['id']}").json()["deadline_ms"] == 11
+    again = live.http.put(address, json={}).json()
+    assert (again["accuracy"], again["deadline_ms"]) == (None, None)
+    for wish, place in (
+        ({"accuracy": 0}, "accuracy"),
+        ({"accuracy": "fine"}, "accuracy"),
+        ({"deadline_ms": 0.5}, "deadline_ms"),
+        ({"deadline": 11}, "deadline"),
+    ):
+        assert refused(live.http.put(address, json=wish), 422, "request.invalid")["place"] == place
+    live.http.delete(f"/api/sessions/{session['id']}")
+    refused(live.http.put(address, json={}), 409, "session.ended")
+    refused(live.http.put("/api/sessions/nobody/accuracy", json={}), 404, "session.unknown")
+
+
 def test_unknown_session_and_address_are_refused(live):
     refused(live.http.get("/api/sessions/nobody"), 404, "session.unknown")
     refused(live.http.delete("/api/sessions/nobody"), 404, "session.unknown")

@@ -120,7 +120,7 @@ def test_simulate_records_a_garment_on_a_body_of_ones_own(folder):
         (["--garment", "{}/flat.json"], ["panel 'back' has no area, or nearly none", "an outline of 120.0 cm"]),
         (["--garment", "{}/nan.json"], ["panels.front.translation[1]", "nan"]),
         (["--fabric", "steel"], ["no fabric 'steel'", "cotton_jersey"]),
-        (["--preset", "perfect"], ["no preset 'perfect'", "Choose one of: auto, draft, live, fit"]),
+        (["--preset", "perfect"], ["no preset 'perfect'", "Choose one of: auto, draft, live, fit, reference"]),
         (["--seconds", "1e9"], ["seconds", "6e+10 frames", "limit of 4 GiB", "Record less than", "--fps"]),
         (["--seconds", "1e308"], ["seconds", "limit of 4 GiB"]),
         (["--device", "cuda:77"], ["no device 'cuda:77'", "cpu"]),

@@ -14,7 +14,15 @@ from tryon_protocol import Skeleton, TrackedPose
 from tryon_server.runtime.order import DrapeOrder, WorkOrder
 from tryon_server.runtime.stream_source import LONGEST_STEP
 from tryon_server.runtime.worker import FAILURES_IN_A_ROW, Worker
-from tryon_server.sessions.commands import AllowFrame, FollowMotion, Run, UsePose, UseTrackedPose, WearFabric
+from tryon_server.sessions.commands import (
+    AllowFrame,
+    BuyAccuracy,
+    FollowMotion,
+    Run,
+    UsePose,
+    UseTrackedPose,
+    WearFabric,
+)
 from tryon_server.sessions.events import FrameReady, PhaseChanged, Reported, TopologyReady, Troubled
 
 REST = np.tile([0.0, 0.0, 0.0, 1.0], (3, 1))
@@ -73,6 +81,16 @@ def test_simulated_time_is_wall_time():
 def test_advice_of_the_solver_is_in_the_reports():
     connection = work([(0.0, allow(1000)), (0.0, Run(True))], until=1.0, fabric="denim")
     assert of(connection, Reported)[-1].report.advice == "the fabric is stretched by 35 %"
+
+
+def test_accuracy_and_deadline_are_those_of_the_newest_command_in_every_garment():
+    bought = [(0.3, BuyAccuracy(1e-4)), (0.6, BuyAccuracy(2e-4, 0.0015)), (1.2, WearFabric("denim"))]
+    connection = work([(0.0, allow(1000)), (0.0, Run(True)), *bought], until=2.4)
+    told = [(event.report.error, event.report.late_ms) for event in of(connection, Reported)]
+    assert told[0] == (2.5e-4, 0.0), "as the preset has it"
+    assert told[-1] == (2e-4, pytest.approx(0.5)), "half a millisecond late, of denim"
+    assert of(connection, Reported)[-1].report.advice
+    assert list(dict.fromkeys(error for error, _ in told)) == [2.5e-4, 1e-4, 2e-4]
 
 
 def test_while_the_garment_sleeps_reports_say_so_and_frames_go_on_by_the_clock():

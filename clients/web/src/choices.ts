@@ -30,6 +30,7 @@ const PRESETS = [
   ["draft", "Draft", "Coarse and quick, for a processor without a graphics card: a blow stretches cloth and lets it jump for a frame"],
   ["live", "Live", "Fine, in real time on a graphics card"],
   ["fit", "Fit", "Finest: to judge the fit, slower than real time"],
+  ["reference", "Reference", "As fine as Fit, and every step solved to its end, however long that takes"],
 ] as const;
 
 /** The panel of choices. */

@@ -246,6 +246,20 @@ export interface SetFabricMessage {
 }
 
 /**
+ * Choose how accurately the session's frames are solved from the next one on, and what each may take. Nothing is
+ * dressed or built anew. Whatever is chosen, no frame penetrates.
+ */
+export interface SetAccuracyMessage {
+  type: "set_accuracy";
+  /** m, 1e-6 to 0.1: `report.error` that a frame is solved down to; null: as the preset has it. Default: null */
+  accuracy?: number | null;
+  /** ms, 1 to 10 000: wall time that solving a frame may take; null: what it takes. Default: null */
+  deadline_ms?: number | null;
+  /** number chosen by the client and repeated in the `error` that answers this command; null: none. Default: null */
+  request?: number | null;
+}
+
+/**
  * Change the garment's pattern while it is worn. The server answers `edited`, or `error` and nothing has
  * changed. With `hold` the change is shown and not kept, as while it is dragged: the next `edit` takes its
  * place, and of those that come between two frames the newest counts. It is always a change of the pattern that
@@ -357,6 +371,10 @@ export interface StatusMessage {
   notes?: readonly string[];
   /** size in which the dressed pattern is worn, over its own; null: not dressed, or a mesh. Default: null */
   worn_size?: number | null;
+  /** m, as chosen by `set_accuracy`. Default: null */
+  accuracy?: number | null;
+  /** ms, as chosen by `set_accuracy`. Default: null */
+  deadline_ms?: number | null;
 }
 
 /** What the solver did for one published frame. Sent at most a few times a second, the newest wins. */
@@ -399,6 +417,8 @@ export interface ReportMessage {
   asleep?: boolean;
   /** m, estimated RMS distance of the cloth from where a step's equations balance; null: unknown. Default: null */
   error?: number | null;
+  /** ms that solving took beyond `status.deadline_ms`. Default: 0 */
+  late_ms?: number;
 }
 
 /**
@@ -479,13 +499,14 @@ export type ClientMessage =
   | PauseMessage
   | SetMotionMessage
   | SetFabricMessage
+  | SetAccuracyMessage
   | EditMessage
   | UndoMessage
   | RedoMessage
   | PingMessage
   | ByeMessage;
 
-export const CLIENT_MESSAGE_TYPES: readonly ClientMessage["type"][] = ["hello", "skeleton", "pose", "ack", "keyframe_request", "play", "pause", "set_motion", "set_fabric", "edit", "undo", "redo", "ping", "bye"];
+export const CLIENT_MESSAGE_TYPES: readonly ClientMessage["type"][] = ["hello", "skeleton", "pose", "ack", "keyframe_request", "play", "pause", "set_motion", "set_fabric", "set_accuracy", "edit", "undo", "redo", "ping", "bye"];
 
 export type ServerMessage =
   | WelcomeMessage
@@ -534,6 +555,10 @@ export function isSetMotionMessage(message: { type: string }): message is SetMot
 
 export function isSetFabricMessage(message: { type: string }): message is SetFabricMessage {
   return message.type === "set_fabric";
+}
+
+export function isSetAccuracyMessage(message: { type: string }): message is SetAccuracyMessage {
+  return message.type === "set_accuracy";
 }
 
 export function isEditMessage(message: { type: string }): message is EditMessage {

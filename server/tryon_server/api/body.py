@@ -74,6 +74,11 @@ def _too_long(cap: int, remedy: str) -> Problem:
     return Problem(code="body.too_long", place="body", message=message, remedy=remedy)
 
 
+def json_body(kind: type[BaseModel]) -> dict[str, object]:
+    """What /openapi.json is to say of a request whose body `read_json` reads."""
+    return {"requestBody": {"required": True, "content": {"application/json": {"schema": kind.model_json_schema()}}}}
+
+
 def read_json(content: bytes, kind: type[Request]) -> Request:
     """A request's body as what it is to be: JSON in UTF-8 of at most ``MAX_JSON_BYTES``.
 

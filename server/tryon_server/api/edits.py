@@ -10,7 +10,7 @@ from fastapi import APIRouter, Request, Response
 
 from tryon_protocol import ProtocolError
 from tryon_server.api.access import ServicesDep
-from tryon_server.api.body import read_json
+from tryon_server.api.body import json_body, read_json
 from tryon_server.api.faults import ERROR_REPLIES
 from tryon_server.api.models import EditedReply, EditReply, EditRequest
 from tryon_server.problems import problem_error
@@ -19,9 +19,6 @@ from tryon_server.sessions.commands import EditStep
 
 router = APIRouter(prefix="/api/sessions", tags=["edits"], responses=ERROR_REPLIES)
 
-EDIT_BODY = {
-    "requestBody": {"required": True, "content": {"application/json": {"schema": EditRequest.model_json_schema()}}}
-}
 REFUSED = ("edit_refused", "invalid_field", "unknown_fabric")  # what the edit is to blame for; all else is the moment's
 
 
@@ -32,7 +29,7 @@ async def list_edits(session_id: str, services: ServicesDep) -> list[EditReply]:
     return [EditReply(id=e.id, edit=dict(e.edit), mirror=e.mirror, made=e.made, undone=e.undone) for e in kept]
 
 
-@router.post("/{session_id}/edits", status_code=201, openapi_extra=EDIT_BODY)
+@router.post("/{session_id}/edits", status_code=201, openapi_extra=json_body(EditRequest))
 async def make_edit(session_id: str, request: Request, services: ServicesDep) -> EditedReply:
     """Edit the pattern while it is worn; answered when the edit is kept. One that is refused changes nothing."""
     wish = read_json(await request.body(), EditRequest)

@@ -129,7 +129,7 @@ class SessionRequest(Model):
     fabric: Name | None = Field(
         None, description="name of a fabric; null: the pattern's own, else the first of GET /api/fabrics"
     )
-    preset: Name | None = Field(None, description="draft, live, fit or auto; null: the server's choice")
+    preset: Name | None = Field(None, description="draft, live, fit, reference or auto; null: the server's choice")
     size: Size = Field(1.0, description="of a sewing pattern, over its own; fit: the one that fits, by trying some on")
     body: Name | None = Field(None, description="id of an uploaded body, which brings its motion; null: the default")
 
@@ -148,6 +148,17 @@ class SessionRequest(Model):
             return handler(value)
         except ValidationError as error:
             raise fault from error
+
+
+class AccuracyRequest(Model):
+    """How accurately a session's frames are to be solved, and in what time; null: as the preset has it, no limit."""
+
+    accuracy: Annotated[float, Field(ge=1e-6, le=0.1)] | None = Field(
+        None, description="m: the estimated RMS error that a frame is solved down to"
+    )
+    deadline_ms: Annotated[float, Field(ge=1, le=10_000)] | None = Field(
+        None, description="ms of wall time that solving a frame may take; accuracy gives way to it"
+    )
 
 
 class SessionReply(Model):
@@ -170,6 +181,8 @@ class SessionReply(Model):
     worn_size: float | None = Field(
         description="of the pattern, over its own; null: it is not dressed yet or not any more, or a mesh"
     )
+    accuracy: float | None = Field(description="m, as chosen by PUT /api/sessions/{id}/accuracy or `set_accuracy`")
+    deadline_ms: float | None = Field(description="ms, likewise")
     viewers: int
     stream: str
 

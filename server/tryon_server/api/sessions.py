@@ -6,13 +6,14 @@ from fastapi import APIRouter, Request, Response, WebSocket
 
 from tryon_protocol import SUBPROTOCOL, ProtocolError, StatusMessage, encode, error_message
 from tryon_server.api.access import ServicesDep, same_origin
-from tryon_server.api.body import read_json
+from tryon_server.api.body import json_body, read_json
 from tryon_server.api.faults import ERROR_REPLIES, reply
-from tryon_server.api.models import SessionReply, SessionRequest
+from tryon_server.api.models import AccuracyRequest, SessionReply, SessionRequest
 from tryon_server.persistence import SessionRecord
-from tryon_server.problems import Problem
+from tryon_server.problems import Problem, problem_error
 from tryon_server.services import Services
 from tryon_server.sessions.actions import NO_SUCH_SESSION
+from tryon_server.sessions.commands import BuyAccuracy
 from tryon_server.streaming.live_sessions import Opening
 from tryon_server.streaming.websocket import serve_client
 
@@ -20,12 +21,7 @@ router = APIRouter(prefix="/api/sessions", tags=["sessions"], responses=ERROR_RE
 stream_router = APIRouter(prefix="/api/sessions")
 
 
-WISH_BODY = {
-    "requestBody": {"required": True, "content": {"application/json": {"schema": SessionRequest.model_json_schema()}}}
-}
-
-
-@router.post("", status_code=201, openapi_extra=WISH_BODY)
+@router.post("", status_code=201, openapi_extra=json_body(SessionRequest))
 async def open_session(request: Request, response: Response, services: ServicesDep) -> SessionReply:
     """Open a session and begin to dress the garment; its websocket tells how that goes."""
     wish = read_json(await request.body(), SessionRequest)
@@ -50,6 +46,20 @@ async def get_session(session_id: str, services: ServicesDep) -> SessionReply:
     if live is not None:
         live.machine.asked_for(live.now)
     return _reply(await services.sessions.record(session_id), services)
+
+
+@router.put("/{session_id}/accuracy", openapi_extra=json_body(AccuracyRequest))
+async def choose_accuracy(session_id: str, request: Request, services: ServicesDep) -> SessionReply:
+    """Choose what a live session's frames are worth, from the next one on; nothing is dressed anew."""
+    wish = read_json(await request.body(), AccuracyRequest)
+    record = await services.sessions.record(session_id)
+    live = services.sessions.get(session_id)
+    if live is None:
+        remedy = "Open a new one with POST /api/sessions"
+        raise problem_error("session.ended", "the session has ended", remedy, place="session", status=409)
+    deadline = None if wish.deadline_ms is None else 1e-3 * wish.deadline_ms
+    live.buy(BuyAccuracy(wish.accuracy, deadline))
+    return _reply(record, services)
 
 
 @router.delete("/{session_id}", status_code=204)
@@ -124,6 +134,8 @@ def _reply(record: SessionRecord, services: Services) -> SessionReply:
         fitting_size=status.fitting_size,
         notes=list(status.notes),
         worn_size=status.worn_size,
+        accuracy=status.accuracy,
+        deadline_ms=status.deadline_ms,
         viewers=0 if live is None else live.machine.viewer_count,
         stream=f"/api/sessions/{record.id}/stream",
     )

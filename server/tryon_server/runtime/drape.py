@@ -78,6 +78,8 @@ class StepFacts(Protocol):
     @property
     def times_ms(self) -> Mapping[str, float]: ...
     @property
+    def late(self) -> float: ...
+    @property
     def asleep(self) -> bool: ...
     @property
     def advice(self) -> str: ...
@@ -124,6 +126,10 @@ class Drape(Protocol):
 
     def leap(self, by: npt.NDArray[np.float64]) -> None:
         """Be elsewhere, body and garment as one, by (3,) whole metres, without having moved there."""
+
+    def buy(self, accuracy: float | None, deadline: float | None) -> None:
+        """Solve so from the next ``advance`` on: down to an estimated error of ``accuracy`` [m], in ``deadline`` [s] of
+        wall time; None: as the preset has it, and in what it takes."""
 
     def advance(self, pose: Stance, t: float, longest_step: float = 0.0) -> StepFacts:
         """Simulate from the last pose's time to ``pose`` at time ``t`` [s], counted from the dressing.

@@ -49,7 +49,7 @@ from tryon_solver.simulation import Simulation, build
 
 logger = logging.getLogger(__name__)
 
-EDGE_LENGTHS = {"draft": 0.017, "live": 0.0085, "fit": 0.006}
+EDGE_LENGTHS = {"draft": 0.017, "live": 0.0085, "fit": 0.006, "reference": 0.006}
 """Length of the mesh's edges [m] by preset: a T-shirt has about 2.5, 10 and 20 thousand vertices."""
 
 STAGES = {

@@ -31,4 +31,5 @@ def report_of(facts: StepFacts, move: Move, solver_ms: float, seq: int, meter: M
         advice=facts.advice,
         asleep=facts.asleep,
         error=facts.error if math.isfinite(facts.error) else None,
+        late_ms=1e3 * facts.late,
     )

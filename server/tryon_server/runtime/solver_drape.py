@@ -175,11 +175,17 @@ class SolverDrape:
         scene = replace(sim.scene, garment=garment, x_start=sim.cloth_positions().astype(np.float64))
         pose, surface = sim.body.pose, sim.body_positions().astype(np.float64)
         more = self.outfit, self.own_motion, self._worn, self.origin
-        return PackedDrape(scene, sim.settings, sim.device, pose, surface, *more)
+        return PackedDrape(scene, sim.settings.by_budget(), sim.device, pose, surface, *more)
 
     def leap(self, by: npt.NDArray[np.float64]) -> None:
         """Be elsewhere by (3,) whole metres: nothing changes but where the solver's origin lies."""
         self.origin = self.origin + by
+
+    def buy(self, accuracy: float | None, deadline: float | None) -> None:
+        """Solve so from the next ``advance`` on: to an error of ``accuracy`` [m], in ``deadline`` [s]."""
+        settings = self.simulation.settings
+        if (settings.accuracy, settings.deadline) != (accuracy, deadline):
+            self.simulation.buy(accuracy, deadline)
 
     def advance(self, pose: Any, t: float, longest_step: float = 0.0) -> StepReport:
         """Simulate from the last pose's time to ``pose`` at time ``t`` [s], counted from the dressing."""

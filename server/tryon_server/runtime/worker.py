@@ -17,28 +17,27 @@ from typing import Any, Literal
 
 import numpy as np
 
-from tryon_protocol import POSE_CONVENTION, ProtocolError
+from tryon_protocol import ProtocolError
 from tryon_server.problems import ProblemError
 from tryon_server.runtime.beside import Beside
 from tryon_server.runtime.design import design_of
 from tryon_server.runtime.drape import BuildDrape, Drape, LoadMotion, Stance, StepFacts
-from tryon_server.runtime.followers import Follower
 from tryon_server.runtime.memory import give_back_freed
 from tryon_server.runtime.meter import Meter
 from tryon_server.runtime.order import WorkOrder
-from tryon_server.runtime.posture import Posture, local_turns
+from tryon_server.runtime.pose_taking import PoseTaking
 from tryon_server.runtime.publishing import Publisher
 from tryon_server.runtime.redesign import Wanted, of_pattern, wanted
 from tryon_server.runtime.remaking import Remade, Remaking
 from tryon_server.runtime.reporting import report_of
 from tryon_server.runtime.source_choice import chosen_source
 from tryon_server.runtime.sources import Move, PoseSource, StillSource
-from tryon_server.runtime.stream_source import StreamSource
 from tryon_server.runtime.telling import Teller
 from tryon_server.runtime.waiting import HeldBack, WaitingChanges, refusal
 from tryon_server.sessions.commands import (
     UNASKED,
     AllowFrame,
+    BuyAccuracy,
     ChangePattern,
     Command,
     FollowMotion,
@@ -49,8 +48,6 @@ from tryon_server.sessions.commands import (
 )
 from tryon_server.sessions.events import Designed, EditRefused, PhaseChanged, Reported, Troubled
 from tryon_server.wording import as_parameters, in_parameters
-from tryon_solver.body.pose import Pose
-from tryon_solver.body.tracking import TrackingError
 from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.history import History
 
@@ -58,7 +55,6 @@ logger = logging.getLogger(__name__)
 
 REPORT_SECONDS = 0.25  # between reports
 PROGRESS_SECONDS = 0.2  # between tellings of the same stage's progress
-COMPLAINT_SECONDS = 1.0  # between complaints of a tracker that can't be followed
 IDLE_SECONDS = 0.05  # between looks at a source that had nothing to do
 REMAKING_SHARE = 0.5  # of the time that a frame took, after which no further part of another garment is begun
 REMAKING_SECONDS = 0.01  # between looks at a garment that is being made
@@ -95,9 +91,8 @@ class Worker:
         self._dress_due = True
         self._drape: Drape | None = None
         self._source: PoseSource | None = None
-        self._follower: Follower | None = None
-        self._posture: Posture | None = None
-        self._complained = -math.inf
+        self._poses = PoseTaking(clock, self._trouble)
+        self._bought = BuyAccuracy()
         self._pose: Stance | None = None
         self._move: Move | None = None  # the last one; None of a garment that has not moved since it was dressed
         self._history: History | None = None
@@ -148,9 +143,9 @@ class Worker:
             case AllowFrame():
                 self._publisher.allow(command)
             case UsePose():
-                self._use(command, Pose(root=command.root, rotations=command.rotations))
+                self._poses.take(command, self._source)
             case UseTrackedPose():
-                self._track(command)
+                self._poses.track(command, self._source)
             case Run():
                 self._running = command.running
                 self._last_look = self._clock()
@@ -159,35 +154,10 @@ class Worker:
                 self._follow()
             case WearFabric():
                 self._change_fabric(command.fabric)
+            case BuyAccuracy():
+                self._bought = command
             case ChangePattern():
                 self._change(command)
-
-    def _use(self, command: UsePose | UseTrackedPose, pose: Pose) -> None:
-        if not isinstance(self._source, StreamSource):
-            return
-        self._source.take(command.stream, command.seq, command.t_capture, pose)
-        convention, sent = POSE_CONVENTION, pose.rotations
-        if isinstance(command, UseTrackedPose):
-            convention, sent = command.skeleton.convention, local_turns(command)
-        if self._posture is not None:
-            odd = self._posture.told(command.stream, command.t_capture, pose, convention, sent)
-            if odd is not None:
-                self._trouble(odd.code, odd.place, odd.message, odd.remedy)
-
-    def _track(self, command: UseTrackedPose) -> None:
-        """Use a tracker's pose; one that can't be followed is told once a second."""
-        if self._follower is None:
-            return
-        try:
-            self._use(command, self._follower.pose(command))
-        except TrackingError as error:
-            now = self._clock()
-            if now - self._complained >= COMPLAINT_SECONDS:
-                self._complained = now
-                why = str(error)
-                self._trouble(
-                    "invalid_skeleton", f"$.{error.field}", why[:1].upper() + why[1:] + ".", "Send `skeleton` anew."
-                )
 
     def _follow(self) -> None:
         """Have the body follow the chosen motion, or a stream, from the pose in which it stands."""
@@ -380,8 +350,7 @@ class Worker:
         if drape.specification is not None:
             self._history = self._history or History(drape.specification)
             self._beside.warm()
-        self._follower = Follower(drape.outfit.body)
-        self._posture = Posture(drape.outfit.body)
+        self._poses.begin(drape.outfit.body)
         self._simulated, self._failures, self._cost, self._move = 0.0, 0, 0.0, None
         self._follow()
         self._tell(announcement)
@@ -441,6 +410,7 @@ class Worker:
         begun = self._clock()
         try:
             drape.leap(move.leap)
+            drape.buy(self._bought.accuracy, self._bought.deadline)
             facts = drape.advance(move.pose, self._simulated + move.dt, move.longest_step)
             sound = bool(np.isfinite(drape.cloth_positions()).all() and np.isfinite(drape.body_positions()).all())
         except Exception as error:

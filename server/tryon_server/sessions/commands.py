@@ -92,6 +92,15 @@ class WearFabric:
 
 
 @dataclass(frozen=True)
+class BuyAccuracy:
+    """Solve frames down to an estimated error of ``accuracy`` [m], each in ``deadline`` [s]; None: as the preset has
+    it, and in what it takes."""
+
+    accuracy: float | None = None
+    deadline: float | None = None
+
+
+@dataclass(frozen=True)
 class ChangePattern:
     """Make ``edit`` (plain JSON; None with ``hold``: show what is kept), take the last edit back or make it again.
 
@@ -125,4 +134,4 @@ class AllowFrame:
     again: bool
 
 
-Command = UsePose | UseTrackedPose | Run | FollowMotion | WearFabric | ChangePattern | AllowFrame
+Command = UsePose | UseTrackedPose | Run | FollowMotion | WearFabric | BuyAccuracy | ChangePattern | AllowFrame

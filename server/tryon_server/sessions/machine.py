@@ -27,6 +27,7 @@ from tryon_protocol import (
     ProtocolError,
     RedoMessage,
     ServerMessage,
+    SetAccuracyMessage,
     SetFabricMessage,
     SetMotionMessage,
     SkeletonMessage,
@@ -53,7 +54,7 @@ from tryon_server.sessions.actions import (
     Order,
     Send,
 )
-from tryon_server.sessions.commands import EditStep, FollowMotion, Run, WearFabric
+from tryon_server.sessions.commands import BuyAccuracy, EditStep, FollowMotion, Run, WearFabric
 from tryon_server.sessions.events import (
     Designed,
     EditMade,
@@ -69,7 +70,7 @@ from tryon_server.sessions.events import (
 from tryon_server.sessions.flow import FrameFlow
 from tryon_server.sessions.pattern_changes import NOBODY, Asker, PatternChanges
 from tryon_server.sessions.pose_stream import PoseStream
-from tryon_server.sessions.rules import Rules, check_fabric, check_motion, unknown
+from tryon_server.sessions.rules import Rules, check_fabric, check_motion, check_pose, unknown
 from tryon_server.sessions.seats import Seats
 from tryon_server.sessions.status import OWN_MOTION, status_of
 from tryon_server.sessions.viewer import Viewer
@@ -103,6 +104,7 @@ class Session:
         self._topology: TopologyReady | None = None
         self._design: DesignMessage | None = None
         self._changes = PatternChanges()
+        self._bought = BuyAccuracy()
         self._last_status: StatusMessage | None = None
         self._running = False
         self._last_pose_used = float("-inf")
@@ -214,6 +216,11 @@ class Session:
         command = self._changes.ask(Asker(NOBODY), step, edit, mirror, self._topology is not None)
         return command.ticket, [Order(command)]
 
+    def buy(self, wanted: BuyAccuracy, now: float) -> list[Action]:
+        """Frames are to be solved so from now on."""
+        self._bought = wanted
+        return [Order(wanted), *self._status_if_changed(now)]
+
     def tick(self, now: float) -> list[Action]:
         """Time went by; to be called a few times a second."""
         if self._ended:
@@ -274,7 +281,7 @@ class Session:
     def status(self, now: float) -> StatusMessage:
         """The session's state in one message."""
         pose_age = now - self._last_pose_used
-        return status_of(self._phase, self.motion, self.fabric, self.playing, self._ended, pose_age)
+        return status_of(self._phase, self.motion, self.fabric, self.playing, self._ended, pose_age, self._bought)
 
     # Messages of clients ------------------------------------------------------------------------------------------
 
@@ -338,6 +345,9 @@ class Session:
                 return self._set_motion(client, viewer, message, now)
             case SetFabricMessage():
                 return self._set_fabric(client, viewer, message, now)
+            case SetAccuracyMessage():
+                deadline = None if message.deadline_ms is None else 1e-3 * message.deadline_ms
+                return self.buy(BuyAccuracy(message.accuracy, deadline), now)
             case EditMessage() | UndoMessage() | RedoMessage():
                 return self._edit(client, viewer, message, now)
             case ByeMessage():
@@ -350,20 +360,8 @@ class Session:
     def _pose(self, client: int, viewer: Viewer, message: PoseMessage, now: float) -> list[Action]:
         if message.ack:
             self._flow.acknowledge(client, message.ack)
-        if self._topology is None:
-            raise ProtocolError(
-                "unexpected_message",
-                "$",
-                "The garment is still being dressed, so no pose can be used yet.",
-                "Wait for `topology`.",
-            )
-        if self.motion is not None:
-            raise ProtocolError(
-                "unexpected_message",
-                "$",
-                f"The server plays the motion {self.motion!r}.",
-                "Send set_motion with null first.",
-            )
+        check_pose(self._topology is not None, self.motion)
+        assert self._topology is not None
         pose = viewer.poses.check(message, self._topology.joint_names, (SUBJECT,), self._topology.followable, now)
         if not self._seats.may_pose(client, now):
             raise ProtocolError(

@@ -48,6 +48,16 @@ def check_motion(motion: str | None, motions: Sequence[str]) -> None:
         raise unknown("unknown_motion", "motion", motion, motions)
 
 
+def check_pose(dressed: bool, motion: str | None) -> None:
+    """Raises ProtocolError when a pose is of no use: while the garment is being dressed, or a motion is played."""
+    if not dressed:
+        what = "The garment is still being dressed, so no pose can be used yet."
+        raise ProtocolError("unexpected_message", "$", what, "Wait for `topology`.")
+    if motion is not None:
+        what = f"The server plays the motion {motion!r}."
+        raise ProtocolError("unexpected_message", "$", what, "Send set_motion with null first.")
+
+
 def check_fabric(edit: Mapping[str, Any] | None, fabrics: Sequence[str]) -> None:
     """Raises ProtocolError when the edit, plain JSON, is one to a fabric that there is not. All else is the solver's to
     refuse."""

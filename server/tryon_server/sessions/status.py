@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from tryon_protocol import StatusMessage
 from tryon_protocol.messages import SessionState
+from tryon_server.sessions.commands import BuyAccuracy
 from tryon_server.sessions.events import PhaseChanged
 
 OWN_MOTION = "own"  # name of the motion that a body brings along
@@ -11,7 +12,13 @@ POSE_STALE_SECONDS = 2.0  # without a pose for this long the session says that i
 
 
 def status_of(
-    phase: PhaseChanged, motion: str | None, fabric: str, playing: bool, ended: bool, pose_age: float
+    phase: PhaseChanged,
+    motion: str | None,
+    fabric: str,
+    playing: bool,
+    ended: bool,
+    pose_age: float,
+    bought: BuyAccuracy,
 ) -> StatusMessage:
     """The state in one message; ``pose_age`` is how long ago the last pose was used [s]."""
     state, detail = _state(phase, motion, playing, ended, pose_age)
@@ -26,6 +33,8 @@ def status_of(
         fitting_size=phase.fitting_size,
         notes=phase.notes,
         worn_size=phase.worn_size,
+        accuracy=bought.accuracy,
+        deadline_ms=None if bought.deadline is None else round(1e3 * bought.deadline, 6),
     )
 
 

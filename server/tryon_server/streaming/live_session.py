@@ -13,7 +13,7 @@ from tryon_protocol import ProtocolError
 from tryon_server.runtime.interface import Simulation
 from tryon_server.sessions import Action, Close, End, Order, Send, SendFrame, Session
 from tryon_server.sessions.actions import POLICY_VIOLATION, Answer, Keep
-from tryon_server.sessions.commands import Command, EditStep
+from tryon_server.sessions.commands import BuyAccuracy, Command, EditStep
 from tryon_server.sessions.events import EditMade, Event, PhaseChanged, Troubled
 from tryon_server.streaming.outbox import Outbox, OutboxFullError
 
@@ -86,6 +86,10 @@ class LiveSession:
         asked = self._asked[ticket] = self._loop.create_future()
         self._carry_out(actions)
         return await asked
+
+    def buy(self, wanted: BuyAccuracy) -> None:
+        """Have frames solved so from now on, for somebody without a connection."""
+        self._carry_out(self.machine.buy(wanted, self.now))
 
     def disconnect(self, client: int, left: bool = False) -> None:
         """A connection has ended; ``left``: the client closed it in good order."""

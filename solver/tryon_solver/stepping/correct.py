@@ -27,6 +27,7 @@ from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.vectors import find_largest, subtract
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
+from tryon_solver.stepping.near import make_last_if_near
 from tryon_solver.stepping.newton import linearise, outer_product, solve_newton_system
 from tryon_solver.stepping.progress import Budget, Outcome
 from tryon_solver.stepping.record import baked
@@ -259,10 +260,12 @@ def correct_penetration(sim: Simulation) -> None:
     subtract(sim.state.x, sim.state.x_feasible, sim.to_trial)
     find_largest(sim.to_trial, sim.progress.trial)
     once = settings.contact_passes == 1
-    outcome = iterate_newton(sim, sim.budget, once, starting=True)
+    outcome = iterate_newton(sim, sim.budget, sim.pace.iterations(sim.budget.iterations), once, starting=True)
     if once and settings.second_iterations and led_astray(sim, outcome.began, outcome.last):
-        start_again(sim)
-        outcome = iterate_newton(sim, sim.second_budget, extensible=False)
+        again = sim.pace.again(sim.second_budget.iterations)
+        if again:
+            start_again(sim)
+            outcome = iterate_newton(sim, sim.second_budget, again, extensible=False)
     if once:
         leave_off(sim, outcome)
     if outcome.iterations:
@@ -311,12 +314,12 @@ def start_again(sim: Simulation) -> None:
     look_around(sim, near=False)
 
 
-def iterate_newton(sim: Simulation, budget: Budget, extensible: bool, starting: bool = False) -> Outcome:
-    """Newton iterations, until nothing moves or the budget is spent: from x as looked around, or `starting` from what
+def iterate_newton(sim: Simulation, budget: Budget, at_most: int, extensible: bool, starting: bool = False) -> Outcome:
+    """Newton iterations, until nothing moves or `at_most` are made: from x as looked around, or `starting` from what
     `choose_start` takes."""
     progress, settings = sim.progress, sim.settings
-    extensions = settings.correction_extensions if extensible else 0
-    progress.begin(budget.iterations, extensions, settings.searches - sim.searches, starting)
+    extensions = settings.correction_extensions if extensible and settings.ends_by_budget else 0
+    progress.begin(at_most, extensions, settings.searches - sim.searches, starting)
 
     def turn() -> None:
         sim.pairs.cover_in_graph()
@@ -334,6 +337,9 @@ def iterate_newton(sim: Simulation, budget: Budget, extensible: bool, starting: 
             progress.resume()
         else:
             break
+        least = 0 if outcome.wants_search and not outcome.starting else 1  # no direction waits to be taken
+        progress.limit(max(least, sim.pace.more(settings.most_iterations)))
+    sim.pace.corrected(outcome.iterations)
     sim.counters.newton_iterations += outcome.iterations
     return outcome
 
@@ -394,6 +400,7 @@ def find_direction(sim: Simulation, budget: Budget) -> None:
     trusted = [budget.trusted, sim.state.dt, sim.progress.trial, sim.progress.length]
     launch(trust_kernel, sim.all_count, trusted, [work.direction], device=sim.device)
     sim.progress.judge_direction(sim.cg.first, settings.correction_unsettled, sim.state.dt)
+    make_last_if_near(sim)
     launch(keep_kernel, sim.all_count, [sim.progress.least_yet, sim.state.x], [work.least], device=sim.device)
 
 

@@ -34,6 +34,7 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
     A step has so many sub-steps at most: a pose further away than they reach is come to in the next ones.
     """
     state, settings, body = sim.state, sim.settings, sim.body
+    sim.pace.begin_step(interval.left)
     sim.listed = False
     sim.counters.asked, sim.counters.behind = None, 0.0
     for start in (state.x_committed, state.x_start):
@@ -61,6 +62,7 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
             moving.write(end, stance, body.skin_next)
             sim.counters.asked, sim.counters.behind = asked, farthest(asked, body.skin_next.numpy())
         body.reached = stance, end
+        count = sim.pace.substeps(count)
         for k in range(1, count + 1):
             part, after = stance, end
             if k < count:
@@ -76,6 +78,7 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
         feel_motion(sim, interval.dt)
     sim.searches = 0
     wp.copy(state.x_feasible, state.x)
+    sim.most_cycles.fill_(sim.pace.cycles())
 
 
 def farthest(a: np.ndarray, b: np.ndarray) -> float:

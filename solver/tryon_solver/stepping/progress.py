@@ -177,6 +177,11 @@ def resume_kernel(searches: int, state: wp.array(dtype=wp.int32)):
     state[SEARCHES] = state[SEARCHES] - searches
 
 
+@wp.kernel
+def limit_kernel(most: int, state: wp.array(dtype=wp.int32)):
+    state[LEFT] = wp.min(state[LEFT], most)
+
+
 class Budget:
     """How many Newton iterations a correction has, and conjugate gradients each; it is one graph on a GPU.
 
@@ -315,6 +320,10 @@ class Progress:
     def searched(self) -> None:
         """The same, after a further search."""
         self._launch(resume_kernel, [1], [self.state])
+
+    def limit(self, most: int) -> None:
+        """No more than so many further directions are to be found."""
+        self._launch(limit_kernel, [most], [self.state])
 
     def read(self, pairs: ContactPairs | None = None) -> Outcome:
         """Waits for the device. `pairs` know their size then, too."""

@@ -53,4 +53,4 @@ def baked(sim: Simulation) -> tuple[object, ...]:
     where nobody looks any more."""
     lists, pairs = sim.candidates, sim.pairs
     kept = tuple(term.room() for term in sim.stages.contact)
-    return sim.settings, pairs.size > 0, lists.ids.ptr, lists.capacity, pairs.ids.ptr, pairs.capacity, kept
+    return sim.recorded_settings, pairs.size > 0, lists.ids.ptr, lists.capacity, pairs.ids.ptr, pairs.capacity, kept

@@ -17,11 +17,13 @@ wp.set_module_options({"enable_backward": False})
 
 MORE = wp.constant(0)  # 1 while another cycle is to be run
 TAKEN = wp.constant(1)  # cycles since the report began
+LEFT = wp.constant(2)  # that may be run before the repetition ends
 
 
 @wp.kernel
-def begin_kernel(cycles: wp.array(dtype=wp.int32)):
+def begin_kernel(most: wp.array(dtype=wp.int32), cycles: wp.array(dtype=wp.int32)):
     cycles[MORE] = 1
+    cycles[LEFT] = most[0]
 
 
 @wp.kernel
@@ -32,13 +34,15 @@ def judge_kernel(
     cycles: wp.array(dtype=wp.int32),
 ):
     cycles[TAKEN] = cycles[TAKEN] + 1
-    cycles[MORE] = wp.where(longest[0] < tolerance * dt[0], 0, 1)
+    cycles[LEFT] = cycles[LEFT] - 1
+    cycles[MORE] = wp.where(longest[0] < tolerance * dt[0] or cycles[LEFT] <= 0, 0, 1)
 
 
 def repeat_until(sim: Simulation, at_most: int, cycle: tuple[Callable[[Simulation], None], ...]) -> None:
-    """Run the cycle until its largest vertex move is below tolerance * dt, at most `at_most` times."""
+    """Run the cycle until its largest vertex move is below tolerance * dt, at most `at_most` times, nor more often than
+    the step's pace has it."""
     n, cycles = sim.cloth_count, sim.cycles
-    launch(begin_kernel, 1, [], [cycles], device=sim.device)
+    launch(begin_kernel, 1, [sim.most_cycles], [cycles], device=sim.device)
 
     def run() -> None:
         wp.copy(sim.x_before, sim.state.x, count=n)

@@ -36,7 +36,7 @@ def make_report(sim: Simulation) -> StepReport:
     if anew and sim.pairs.know_size(sizes) > sim.pairs.capacity:
         pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x)  # once more: the list has to grow
     gap, gap_offset = with_offset(sim, gaps) if touching else no_gap(sim)
-    lag = float(lags[0])
+    lag, late = float(lags[0]), sim.pace.end()
     return StepReport(
         time=sim.state.time,
         steps=counters.steps,
@@ -55,8 +55,9 @@ def make_report(sim: Simulation) -> StepReport:
         reverts=counters.reverts,
         debt=sim.debt,
         times_ms=dict(counters.times),
+        late=late,
         asleep=sim.state.asleep,
-        advice=advise(counters, sim.debt, *strained(sim, stretch), lag),
+        advice=advise(counters, sim.debt, *strained(sim, stretch), lag, late),
     )
 
 

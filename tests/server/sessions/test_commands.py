@@ -15,6 +15,7 @@ from tryon_protocol import (
     PlayMessage,
     ProtocolError,
     ReportMessage,
+    SetAccuracyMessage,
     SetFabricMessage,
     SetMotionMessage,
     StatusMessage,
@@ -22,7 +23,7 @@ from tryon_protocol import (
     encode,
 )
 from tryon_server.sessions import OWN_MOTION
-from tryon_server.sessions.commands import ChangePattern, FollowMotion, Run, UsePose, WearFabric
+from tryon_server.sessions.commands import BuyAccuracy, ChangePattern, FollowMotion, Run, UsePose, WearFabric
 from tryon_server.sessions.events import Designed, Gone, PhaseChanged, Reported, Troubled
 
 QUARTER = math.sqrt(0.5)
@@ -221,6 +222,25 @@ def test_an_edit_to_a_fabric_that_there_is_not_is_refused_with_those_that_there_
     assert "cotton, denim" in fault.remedy
     with pytest.raises(ProtocolError, match="no fabric 'steel'"):
         driver.session.change_pattern("edit", {"kind": "change_fabric", **given})
+
+
+def test_accuracy_and_deadline_are_chosen_for_all_clients():
+    driver = streaming()
+    driver.connect(2)
+    assert driver.last(2, StatusMessage).accuracy is None
+    driver.say(1, SetAccuracyMessage(accuracy=5e-5, deadline_ms=11.1))
+    assert driver.ordered(BuyAccuracy) == [BuyAccuracy(5e-5, pytest.approx(0.0111))]
+    assert (driver.last(2, StatusMessage).accuracy, driver.last(2, StatusMessage).deadline_ms) == (5e-5, 11.1)
+    driver.say(2, SetAccuracyMessage())
+    assert driver.ordered(BuyAccuracy)[-1] == BuyAccuracy(None, None)
+    assert (driver.last(1, StatusMessage).accuracy, driver.last(1, StatusMessage).deadline_ms) == (None, None)
+    for number, (field, value) in enumerate(
+        [("accuracy", 0.0), ("accuracy", float("nan")), ("accuracy", 1.0), ("deadline_ms", 0.5), ("deadline_ms", "11")]
+    ):
+        driver.say_bytes(1, msgspec.msgpack.encode({"type": "set_accuracy", field: value, "request": 50 + number}))
+        fault = driver.last(1, ErrorMessage)
+        assert (fault.code, fault.place, fault.request) == ("invalid_field", f"$.{field}", 50 + number)
+    assert len(driver.ordered(BuyAccuracy)) == 2
 
 
 def test_unknown_names_are_answered_with_the_request_number_and_what_there_is():

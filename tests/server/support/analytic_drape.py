@@ -28,6 +28,7 @@ from tryon_solver.redesign.fabrics import made_of, named_fabric
 SIDE = 12
 NARROWEST, RECUT, TIGHTEST, LATE_WIDTH = 0.4, 0.33, 0.3, 0.7  # m, of the first square
 PARTS = 4  # in which another mesh is put on
+QUICKEST = 0.002  # s, in which it solves a frame
 FITTING_SIZE = 0.93  # what a size that is looked for comes to
 
 
@@ -64,6 +65,7 @@ class Facts:
     pairs: int = 4
     retries: int = 0
     times_ms: dict[str, float] = field(default_factory=lambda: {"solve": 0.5})
+    late: float = 0.0
     asleep: bool = False
     advice: str = ""
 
@@ -119,6 +121,7 @@ class WavingSheet:
         self.specification = None if behaviour == "mesh" else made_of(squares(), behaviour)
         self.shapes: list[float] = []
         self.late = False
+        self.bought: tuple[float | None, float | None] = (None, None)
 
     own_motion = None
     outgrown = ""
@@ -161,6 +164,9 @@ class WavingSheet:
     def leap(self, by: np.ndarray) -> None:
         self.origin = self.origin + by
 
+    def buy(self, accuracy: float | None, deadline: float | None) -> None:
+        self.bought = accuracy, deadline
+
     def advance(self, pose: Pose, t: float, longest_step: float = 0.0) -> Facts:  # noqa: ARG002
         assert t > self.t, "time goes forward"
         pose.validate(self.outfit.body)
@@ -177,7 +183,10 @@ class WavingSheet:
             time.sleep(0.2)
         self.current, self.t = pose, t
         advice = "the fabric is stretched by 35 %" if self.behaviour == "denim" else ""
-        return Facts(asleep=self.behaviour == "resting", advice=advice)
+        accuracy, deadline = self.bought
+        error = Facts.error if accuracy is None else accuracy
+        late = 0.0 if deadline is None or deadline >= QUICKEST else QUICKEST - deadline
+        return Facts(asleep=self.behaviour == "resting", advice=advice, error=error, late=late)
 
     def cloth_positions(self) -> np.ndarray:
         wave = 0.05 * np.sin(6 * self.flat[:, 0] + 5 * self.t)

@@ -1,0 +1,47 @@
+"""Ending the correction where it is near enough to balance: what `Settings.accuracy` asks for.
+
+Newton's direction leads to where the step balances, as far as conjugate gradients got and the energy is quadratic: its
+RMS length over the cloth, times SCALE, is how far that is. SCALE was fitted: the median, over garments, motions and
+lengths of step, of the true error after such a correction over what it was asked for, is kept under 1 (METHOD.md
+section 15). Ours.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import warp as wp
+
+from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.vectors import dot
+from tryon_solver.stepping.progress import LEFT
+
+if TYPE_CHECKING:
+    from tryon_solver.simulation import Simulation
+
+wp.set_module_options({"enable_backward": False})
+
+SCALE = 2.0
+
+
+@wp.kernel
+def make_last_kernel(
+    accuracy: wp.array(dtype=wp.float32),
+    squared: wp.array(dtype=wp.float32),
+    count: int,
+    scale: float,
+    state: wp.array(dtype=wp.int32),
+):
+    if scale * wp.sqrt(squared[0] / float(count)) <= accuracy[0]:
+        state[LEFT] = 0
+
+
+def make_last_if_near(sim: Simulation) -> None:
+    """Let the iteration whose direction was found be the correction's last, if that is no longer than the accuracy that
+    is asked for."""
+    if sim.settings.accuracy is None:
+        return
+    direction, squared = sim.work.direction[: sim.cloth_count], sim.work.scalars[0]
+    dot(direction, direction, squared)
+    asked = [sim.accuracy, squared, sim.cloth_count, SCALE]
+    launch(make_last_kernel, 1, asked, [sim.progress.state], device=sim.device)

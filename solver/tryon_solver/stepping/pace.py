@@ -1,0 +1,191 @@
+"""How much of its budgets a step spends: all of them, or what a deadline leaves time for.
+
+Every iterate of the correction is free of contact, so that it may end at any of them: a deadline costs accuracy and
+never freedom from penetration. Under one, each part of a step is given what the parts before it have left, less what
+those after it are expected to take: sub-steps of the body first, then the scheme's cycles, and the correction has the
+rest. What a part takes is what it took lately: all but the dearest of its last WINDOW times. Ours.
+"""
+
+from __future__ import annotations
+
+import time as clock
+from collections import deque
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+import warp as wp
+
+from tryon_solver.linalg.read_back import wait
+from tryon_solver.settings import Settings
+
+WINDOW = 60  # times that are remembered of each part
+DEAREST = 0.05  # share of them that a part may exceed
+LONGER = 4  # times as long as the settings have them, sub-steps may be under a deadline
+BODY_SHARE = 0.5  # of what is left, at most, for sub-steps that could be longer ones
+FEWEST = 2  # iterations of the correction, late or not: one leaves cloth so crumpled that the next steps are dearer
+RESERVE = 0.03  # share of the deadline that nothing is planned for
+
+
+class Pace(Protocol):
+    """What a step may spend, asked in the order of the step."""
+
+    def begin(self) -> None:
+        """A call of `advance` begins."""
+
+    def begin_step(self, left: int) -> None:
+        """A step begins, the first of the `left` that are to be made in this call."""
+
+    def substeps(self, wanted: int) -> int:
+        """Sub-steps of the body, of `wanted` by the settings."""
+
+    def cycles(self) -> int:
+        """Cycles of the scheme, after the sub-steps."""
+
+    def iterations(self, most: int) -> int:
+        """Newton iterations of the correction, of `most` by the settings; waits for the device where time counts."""
+
+    def again(self, most: int) -> int:
+        """Newton iterations of a correction that is done again; 0: there is no time."""
+
+    def more(self, most: int) -> int:
+        """Newton iterations that may still be made by a correction that stopped on the way, at most."""
+
+    def corrected(self, iterations: int) -> None:
+        """The correction has made so many; the device has been waited for."""
+
+    def end(self) -> float:
+        """The call ends, the device has been waited for: how long after its deadline [s], 0 without one."""
+
+
+class Unhurried:
+    """Without a deadline: what the settings say."""
+
+    def __init__(self, settings: Settings) -> None:
+        self._cycles = settings.outer_iterations
+
+    def begin(self) -> None:
+        pass
+
+    def begin_step(self, left: int) -> None:
+        pass
+
+    def substeps(self, wanted: int) -> int:
+        return wanted
+
+    def cycles(self) -> int:
+        return self._cycles
+
+    def iterations(self, most: int) -> int:
+        return most
+
+    def again(self, most: int) -> int:
+        return most
+
+    def more(self, most: int) -> int:
+        return most
+
+    def corrected(self, iterations: int) -> None:
+        pass
+
+    def end(self) -> float:
+        return 0.0
+
+
+@dataclass
+class Cost:
+    """What one of something takes [s]; `first` until one was seen."""
+
+    first: float
+    seen: deque[float] = field(default_factory=lambda: deque(maxlen=WINDOW))
+
+    def add(self, seconds: float, count: int = 1) -> None:
+        """So many took so long together."""
+        self.seen.append(seconds / count)
+
+    @property
+    def expected(self) -> float:
+        """All but the dearest take less."""
+        return float(np.quantile(self.seen, 1 - DEAREST)) if self.seen else self.first
+
+
+class Hurried:
+    """With a deadline [s] for each call of `advance`, met by what its parts took in the calls before."""
+
+    def __init__(self, settings: Settings, device: str) -> None:
+        assert settings.deadline is not None
+        self._device, self._deadline, self._most_cycles = device, settings.deadline, settings.outer_iterations
+        guess = settings.deadline / 20
+        self._substep, self._iteration, self._tail = Cost(guess), Cost(guess), Cost(guess)
+        self._one, self._all = Cost(guess), Cost(guess)  # cycles, each with search and proxy
+        self._times = 0.0  # as dear as one cycle all were when both were taken in turn; 0: all were taken last
+        self._cycles, self._substeps = 1, 0
+        self._begun = self._step_end = self._since = 0.0
+        self._corrected = False
+
+    def begin(self) -> None:
+        self._begun = clock.perf_counter()
+        self._corrected = False
+
+    def begin_step(self, left: int) -> None:
+        now = clock.perf_counter()
+        self._end_tail(now)
+        end = self._begun + (1 - RESERVE) * self._deadline
+        self._step_end = now + max(0.0, end - now) / left
+        self._since, self._substeps = now, 0
+
+    def substeps(self, wanted: int) -> int:
+        affordable = int(BODY_SHARE * self._left() / self._substep.expected)
+        self._substeps = min(wanted, max(affordable, -(-wanted // LONGER)))
+        return self._substeps
+
+    def cycles(self) -> int:
+        now = clock.perf_counter()
+        if self._substeps:
+            self._substep.add(now - self._since, self._substeps)
+        self._since = now
+        spare = self._left() - self._tail.expected - (1 + FEWEST) * self._iteration.expected
+        dear = self._times * self._one.expected if self._times else self._all.expected
+        self._cycles = self._most_cycles if dear <= spare else 1
+        return self._cycles
+
+    def iterations(self, most: int) -> int:
+        wait(wp.get_device(self._device))
+        now = clock.perf_counter()
+        if self._cycles == self._most_cycles:
+            self._all.add(now - self._since)
+            self._times = 0.0
+        else:
+            self._one.add(now - self._since)
+            self._times = self._times or self._all.expected / self._one.expected
+        self._since = now
+        return min(most, max(FEWEST, self._affordable()))
+
+    def again(self, most: int) -> int:
+        count = min(most, self._affordable())
+        return count if count >= FEWEST else 0
+
+    def more(self, most: int) -> int:
+        return min(most, 1 + self._affordable())
+
+    def corrected(self, iterations: int) -> None:
+        now = clock.perf_counter()
+        self._iteration.add(now - self._since, 1 + iterations)
+        self._since, self._corrected = now, True
+
+    def end(self) -> float:
+        now = clock.perf_counter()
+        self._end_tail(now)
+        return max(0.0, now - self._begun - self._deadline)
+
+    def _end_tail(self, now: float) -> None:
+        if self._corrected:
+            self._tail.add(now - self._since)
+            self._corrected = False
+
+    def _left(self) -> float:
+        return self._step_end - clock.perf_counter()
+
+    def _affordable(self) -> int:
+        """Iterations, after choosing where they begin, which takes about as long as one."""
+        return int((self._left() - self._tail.expected) / self._iteration.expected) - 1

@@ -1,0 +1,212 @@
+"""What `Settings.accuracy` and `Settings.deadline` buy: errors as small as asked for, and calls as short, by a
+clock that the test winds."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from against_reference import rms, simulation_at
+from contact_scenes import DT, square_on_sphere
+
+from tryon_solver.baselines.newton_ipc import Motion
+from tryon_solver.settings import PRESETS
+from tryon_solver.simulation import build
+from tryon_solver.stepping import pace
+from tryon_solver.stepping.pace import Hurried
+
+LIVE = PRESETS["live"]
+
+
+@pytest.fixture(scope="module")
+def met():
+    """A square that has just met a ball: the case, and the state that a step sets out from."""
+    case = square_on_sphere()
+    sim = build(case.scene, LIVE, "cpu", case.pose_at(0))
+    for k in range(1, 13):
+        sim.advance(case.pose_at(k), k * DT)
+    x = np.vstack([sim.cloth_positions(), sim.body_positions()]).astype(np.float64)
+    return case, Motion(x, sim.state.v.numpy().astype(np.float64), case.pose_at(12))
+
+
+def step(met, settings):
+    case, motion = met
+    sim = simulation_at(case, motion, settings)
+    report = sim.advance(case.pose_at(13), DT)
+    return report, sim.cloth_positions()
+
+
+def test_the_smaller_the_error_that_is_asked_for_the_smaller_it_is_and_the_more_iterations_it_takes(met):
+    _, true = step(met, replace(PRESETS["reference"], largest_step=DT))
+    errors, taken = [], []
+    for accuracy in (3e-4, 3e-5, 3e-6):
+        report, x = step(met, replace(LIVE, accuracy=accuracy))
+        errors.append(rms((x - true).astype(np.float64)))
+        taken.append(report.newton_iterations)
+        assert errors[-1] < 2 * accuracy
+    assert errors[0] > 3 * errors[1] > 9 * errors[2] > 0
+    assert taken[0] < taken[1] < taken[2]
+
+
+def test_a_budget_that_is_too_small_for_the_accuracy_is_not_kept_to(met):
+    short = replace(LIVE, correction_iterations=1, second_iterations=0, correction_extensions=0)
+    report, _ = step(met, short)
+    assert report.newton_iterations == 1
+    asked, _ = step(met, replace(short, accuracy=3e-6))
+    assert asked.newton_iterations > 2
+    assert asked.error < report.error / 10
+    capped, _ = step(met, replace(short, accuracy=3e-6, most_iterations=2))
+    assert capped.newton_iterations == 2
+
+
+def test_it_is_bought_anew_while_the_simulation_runs_and_nothing_is_built(met):
+    case, motion = met
+    sim = simulation_at(case, motion, LIVE)
+    before = {name: value for name, value in vars(sim).items() if name not in BOUGHT}
+    sim.buy(1e-3, 0.5)
+    assert {name: value for name, value in vars(sim).items() if name not in BOUGHT} == before
+    first = sim.advance(case.pose_at(13), DT)
+    sim.buy(1e-6, None)
+    second = sim.advance(case.pose_at(14), 2 * DT)
+    assert first.newton_iterations < second.newton_iterations
+    sim.buy(None, None)
+    assert sim.settings == LIVE
+    assert sim.advance(case.pose_at(15), 3 * DT).newton_iterations <= LIVE.correction_iterations
+
+
+BOUGHT = ("settings", "recorded_settings", "pace", "budget", "accuracy")
+
+
+@pytest.mark.parametrize(("field", "value"), [("accuracy", 0.0), ("accuracy", float("nan")), ("deadline", -0.01)])
+def test_what_can_not_be_bought_is_refused_by_name(met, field, value):
+    with pytest.raises(ValueError, match=rf"settings\.{field} must be a finite number above 0"):
+        replace(LIVE, **{field: value})
+    case, motion = met
+    sim = simulation_at(case, motion, LIVE)
+    with pytest.raises(ValueError, match=rf"settings\.{field}"):
+        sim.buy(**{"accuracy": None, "deadline": None, field: value})
+    assert sim.settings == LIVE
+
+
+class Clock:
+    """A clock that stands still but for what it is told."""
+
+    def __init__(self):
+        self.now = 100.0
+
+    def perf_counter(self):
+        return self.now
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    wound = Clock()
+    monkeypatch.setattr(pace, "clock", wound)
+    return wound
+
+
+class Machine:
+    """Plays calls of `advance` on a clock, for a pace: seconds for a sub-step, a cycle, an iteration, and the rest."""
+
+    def __init__(self, clock, hurried, substep=1e-3, search=1e-3, cycle=5e-4, iteration=1e-3, tail=1e-3):
+        self.clock, self.pace = clock, hurried
+        self.substep, self.search, self.cycle, self.iteration, self.tail = substep, search, cycle, iteration, tail
+
+    def call(self, steps=1, wanted=1, slower=1.0):
+        """One call; what it took [s], how late it was by the pace, and sub-steps, cycles, iterations of its steps."""
+        begun, spent, hurried = self.clock.now, [], self.pace
+        hurried.begin()
+        for k in range(steps):
+            hurried.begin_step(steps - k)
+            substeps = hurried.substeps(wanted)
+            self.clock.now += slower * substeps * self.substep
+            cycles = hurried.cycles()
+            self.clock.now += slower * (self.search + cycles * self.cycle)
+            iterations = hurried.iterations(100)
+            self.clock.now += slower * (1 + iterations) * self.iteration
+            hurried.corrected(iterations)
+            self.clock.now += slower * self.tail
+            spent.append((substeps, cycles, iterations))
+        late = hurried.end()
+        return self.clock.now - begun, late, spent
+
+
+def hurried(deadline):
+    return Hurried(replace(LIVE, deadline=deadline), "cpu")
+
+
+def test_a_deadline_is_met_once_the_costs_are_known_and_its_time_is_used(clock):
+    machine = Machine(clock, hurried(20e-3))
+    calls = [machine.call() for _ in range(30)]
+    for took, late, spent in calls[3:]:
+        assert took <= 20e-3
+        assert late == 0
+        assert took > 20e-3 - 2 * machine.iteration - 0.03 * 20e-3, "no further iteration would have fitted"
+        assert spent[0][1] == LIVE.outer_iterations
+
+
+def test_what_is_dear_is_given_up_first_where_the_deadline_is_short(clock):
+    machine = Machine(clock, hurried(10e-3))
+    calls = [machine.call(wanted=8) for _ in range(200)]
+    for took, late, [(substeps, _, iterations)] in calls[10:]:
+        assert took <= 10e-3
+        assert late == 0
+        assert substeps < 8, "longer ones"
+        assert iterations >= 2
+    assert {cycles for _, _, [(_, cycles, _)] in calls[10:]} == {1}
+
+
+def test_a_deadline_that_can_not_be_met_is_missed_by_what_is_told_with_the_least_of_everything(clock):
+    machine = Machine(clock, hurried(2e-3))
+    calls = [machine.call(wanted=8) for _ in range(20)]
+    for took, late, spent in calls[3:]:
+        assert late == pytest.approx(took - 2e-3)
+        assert spent == [(2, 1, 2)], "sub-steps no more than four times as long"
+
+
+def test_the_time_of_a_call_is_shared_by_its_steps(clock):
+    machine = Machine(clock, hurried(40e-3))
+    took, late, spent = [machine.call(steps=3) for _ in range(10)][-1]
+    assert took <= 40e-3
+    assert late == 0
+    assert max(iterations for _, _, iterations in spent) <= 1 + min(iterations for _, _, iterations in spent)
+
+
+def test_a_machine_that_gets_slower_is_followed(clock):
+    machine = Machine(clock, hurried(20e-3))
+    before = [machine.call() for _ in range(30)][-1]
+    after = [machine.call(slower=2.0) for _ in range(30)]
+    assert sum(late > 0 for _, late, _ in after) <= 6, "until that is seen"
+    assert after[-1][1] == 0
+    assert after[-1][2][0][2] < before[2][0][2]
+
+
+def test_a_correction_that_stops_on_the_way_or_is_done_again_has_what_is_left(clock):
+    hurried_pace = hurried(20e-3)
+    machine = Machine(clock, hurried_pace)
+    for _ in range(10):
+        machine.call()
+    hurried_pace.begin()
+    hurried_pace.begin_step(1)
+    hurried_pace.substeps(1)
+    hurried_pace.cycles()
+    planned = hurried_pace.iterations(100)
+    clock.now += 6e-3
+    assert 0 <= hurried_pace.more(100) <= planned - 5
+    assert 0 < hurried_pace.again(100) <= planned - 5
+    clock.now += 20e-3
+    assert hurried_pace.more(100) <= 0
+    assert hurried_pace.again(100) == 0
+
+
+def test_the_body_comes_as_far_under_a_deadline_with_fewer_longer_sub_steps(met):
+    case, motion = met
+    patient = simulation_at(case, motion, replace(LIVE, substep_travel=1e-4))
+    usual = patient.advance(case.pose_at(16), DT)
+    rushed = simulation_at(case, motion, replace(LIVE, substep_travel=1e-4, deadline=1e-6))
+    report = rushed.advance(case.pose_at(16), DT)
+    assert report.substeps == -(-usual.substeps // 4)
+    assert np.allclose(rushed.body.skin_now.numpy(), patient.body.skin_now.numpy(), atol=1e-6)
+    assert report.late > 0
+    assert report.newton_iterations <= 2
+    assert "deadline was missed" in report.advice
+    assert usual.late == 0
