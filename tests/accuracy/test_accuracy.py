@@ -85,6 +85,16 @@ def test_a_simulation_that_has_moved_begins_anew_as_if_built_there(square, conta
     assert np.abs(ends[0] - step.before.x).max() > 1e-3
 
 
+def test_contacts_are_looked_for_no_further_a_second_time(square):
+    """Of state after state with one simulation: each search of a step looks twice as far as the one before."""
+    case, step = square
+    sim, sizes = build(case.scene, PRESETS["live"], "cpu", STILL, tangled=True), []
+    for _ in range(2):
+        known_contacts(sim, step.before)
+        sizes.append(sim.candidates.size)
+    assert sizes[0] == sizes[1] > 0
+
+
 @pytest.mark.parametrize(
     ("method", "most"),
     [
