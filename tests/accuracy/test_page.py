@@ -174,7 +174,7 @@ def test_a_preset_that_claims_newtons_accuracy_is_held_to_it(tmp_path):
     put(tmp_path, "presets", {"reference": (about(), off)})
     (said,) = broken(read_results(tmp_path))
     assert "preset reference is 0.0569 mm from Newton IPC, RMS; 2 of 3 steps are further off" in said
-    assert said.endswith("1 of these end in a balance of their own")
+    assert said.endswith("1 of these in a balance of their own")
 
 
 @pytest.mark.parametrize(("error", "named"), [(4.9, True), (5.1, False)])

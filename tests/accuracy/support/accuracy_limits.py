@@ -81,7 +81,7 @@ def reference_broken(found: Found) -> list[str]:
                 balanced = sum((row.get("own_balance") or np.inf) < AGREEMENT for row in far)
                 said.append(
                     f"{measured.name}: preset {REFERENCE} is {digits(off)} mm from Newton IPC, RMS; {len(far)} of "
-                    f"{len(rows)} steps are further off than {AGREEMENT:g} mm, and {balanced} of these end in a balance "
+                    f"{len(rows)} steps are further off than {AGREEMENT:g} mm, {balanced} of these in a balance "
                     "of their own"
                 )
     if not any(REFERENCE in measured.presets for measured in found.errors):
