@@ -53,7 +53,10 @@ class LiveEdit:
     def want(self, pattern: Pattern) -> Remesh | None:
         """Let the garment become this pattern, from the next frame on; Remesh, and nothing changes, where it can't in
         the mesh that it has."""
-        mesh = self.drag.moved(pattern)
+        return self.want_mesh(self.drag.moved(pattern))
+
+    def want_mesh(self, mesh: PanelMesh | Remesh) -> Remesh | None:
+        """`want` of a pattern for which this is `drag.moved`."""
         if isinstance(mesh, Remesh):
             return mesh
         ramp = begin_ramp(self.now, mesh)
