@@ -1,5 +1,7 @@
 """A short form of `python tests/edits`, and what its judge makes of frames that are bad in one way each."""
 
+import json
+from collections import Counter
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -7,6 +9,7 @@ import drag_rate
 import numpy as np
 import pytest
 from edit_case import EditCase, whole_proof
+from edit_steps import EditSteps
 from edit_table import markdown
 from edited_session import Shown
 from frames_after import FrameWatch
@@ -15,6 +18,8 @@ from rebuild_times import TOPOLOGY, VALUE, plots, table
 from run_edits import EditRun
 
 from tryon_protocol import BodySurface, DecodedFrame, Topology
+from tryon_server.runtime.redesign import wanted
+from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.edits import KINDS
 
 LENGTHENED = {"lengthen (value)": 1, "undo (value)": 1}
@@ -59,6 +64,33 @@ def test_a_hem_is_dragged_while_frames_come(tmp_path):
     assert found["crossing"].startswith("0 of ")
     text = drag_rate.table({"about": {"commit": "none", "machine": "none", "preset": "draft"}, "rows": [found]})
     assert f"| {found['vertices']} | 2 |" in text
+
+
+def test_the_seams_that_are_closed_are_some_that_were_opened():
+    """Of a garment all of whose seams are closed nearly every other closing is refused, after it was dressed for it:
+    a case of fifty would take as many hours."""
+    specification = json.loads(EditCase().pattern.read_text())
+    steps, made = EditSteps(specification, "close_seam", deepest=12, seed=1), Counter()
+    closed = seams_of(specification)
+    for _ in range(200):
+        command = steps.next()
+        kind = command.step if command.edit is None else command.edit["kind"]
+        try:
+            asked = wanted(steps.history, command)
+        except EditError:
+            made[f"{kind} refused"] += 1
+            continue
+        assert seams_of(asked.specification) <= closed
+        made[kind] += 1
+        steps.history = asked.history
+    assert min(made[kind] for kind in ("open_seam", "close_seam", "undo")) > 20
+    assert not made["close_seam refused"]
+
+
+def seams_of(specification):
+    """The pairs of edges that are sewn together, by piece and number."""
+    stitches = specification["pattern"]["stitches"]
+    return {tuple(sorted((side["panel"], side["edge"]) for side in stitch[:2])) for stitch in stitches}
 
 
 def test_the_whole_proof_has_every_kind_and_all_garments():
