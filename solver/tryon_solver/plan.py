@@ -54,7 +54,8 @@ class Contribution:
     constant matrix; `rate_stiffness` (N, N) N s/m, over dt, the correction's. Rows of all three must sum to zero, as
     those of inner forces do: the correction multiplies by differences. What holds the cloth to a place is
     `diagonal(dt, area)` (N,) float64 N/m, which enters both beside the inertia, of the fabric's area (N,) m^2 around
-    each vertex; `touches` names the surfaces the cloth may touch: "cloth", "body"; `sleep` says when nothing is to be
+    each vertex; what of it is another in every step, `add_diagonal(state, diagonal_out)` adds on the device once a
+    step, after `start_step`, (N,) float32 N/m; `touches` names the surfaces the cloth may touch: "cloth", "body"; `sleep` says when nothing is to be
     done at all. `reshape` makes anew, in place, what was made of the rest shape, once that has changed (reshape.py):
     what works with it need not know.
     """
@@ -71,6 +72,7 @@ class Contribution:
     stiffness: Term | None = None
     rate_stiffness: Term | None = None
     diagonal: Callable[[float, np.ndarray], np.ndarray] | None = None
+    add_diagonal: Callable[[State, wp.array], None] | None = None  # state, diagonal_out
     touches: tuple[str, ...] = ()
     contact: ContactTerm | None = None
     sleep: Sleep | None = None
@@ -113,6 +115,7 @@ class StepPlan:
             "stiffness",
             "rate_stiffness",
             "diagonal",
+            "add_diagonal",
             "touches",
             "contact",
             "sleep",
@@ -142,6 +145,7 @@ class Stages:
     add_velocity_gradient: tuple[Callable[..., object], ...]
     add_velocity_gradient_in_correction: tuple[Callable[..., object], ...]
     add_hessian: tuple[Callable[..., object], ...]
+    add_diagonal: tuple[Callable[..., object], ...]
     contact: tuple[ContactTerm, ...]
 
     @staticmethod
@@ -156,5 +160,6 @@ class Stages:
             add_velocity_gradient=plan.stage("add_velocity_gradient"),
             add_velocity_gradient_in_correction=plan.stage("add_velocity_gradient_in_correction"),
             add_hessian=plan.stage("add_hessian"),
+            add_diagonal=plan.stage("add_diagonal"),
             contact=tuple(c.contact for c in plan.contributions if c.contact is not None),
         )
