@@ -55,9 +55,9 @@ class Contribution:
     those of inner forces do: the correction multiplies by differences. What holds the cloth to a place is
     `diagonal(dt, area)` (N,) float64 N/m, which enters both beside the inertia, of the fabric's area (N,) m^2 around
     each vertex; what of it is another in every step, `add_diagonal(state, diagonal_out)` adds on the device once a
-    step, after `start_step`, (N,) float32 N/m; `touches` names the surfaces the cloth may touch: "cloth", "body"; `sleep` says when nothing is to be
-    done at all. `reshape` makes anew, in place, what was made of the rest shape, once that has changed (reshape.py):
-    what works with it need not know.
+    step, after `start_step`, (N,) float32 N/m. `touches` names the surfaces the cloth may touch: "cloth", "body";
+    `sleep` says when nothing is to be done at all. `reshape` makes anew, in place, what was made of the rest shape,
+    once that has changed (reshape.py): what works with it need not know.
     """
 
     name: str

@@ -40,7 +40,7 @@ def check_vertices(name: str, vertices: np.ndarray, scene: Scene) -> None:
 
 def check_number(name: str, value: float, above: bool = False) -> None:
     """Raise ValueError unless the value is finite and at least 0, or `above` it."""
-    if not (0 < value if above else 0 <= value) or value == float("inf"):
+    if not (value > 0 if above else value >= 0) or value == float("inf"):
         raise ValueError(f"{name} must be a finite number {'above' if above else 'of at least'} 0, not {value!r}")
 
 
@@ -235,6 +235,30 @@ class Pins(EffectSpec):
 
 
 @dataclass(frozen=True)
+class Fasteners(EffectSpec):
+    """Buttons, hooks, the teeth of zips: `pairs` (K, 2) int32 of vertices, each held together by `stiffness` N/m.
+
+    The contribution's value "closed" (K,) float32, all 1 at the start, may be written between steps: 0 is open, and
+    shares in between let what is far apart come together gently.
+    """
+
+    module: ClassVar[str] = "tryon_solver.effects.fasteners"
+
+    pairs: np.ndarray
+    stiffness: float = 2e4
+
+    def __post_init__(self) -> None:
+        check_number("fasteners: stiffness", self.stiffness)
+        if (self.pairs[:, 0] == self.pairs[:, 1]).any():
+            bad = int(np.argmax(self.pairs[:, 0] == self.pairs[:, 1]))
+            raise ValueError(f"fasteners: pair {bad} is vertex {self.pairs[bad, 0]} twice; name two vertices")
+
+    def check(self, scene: Scene) -> None:
+        """Raises ValueError for a vertex that the garment does not have."""
+        check_vertices("fasteners", self.pairs, scene)
+
+
+@dataclass(frozen=True)
 class Pressure(EffectSpec):
     """Inflated pieces: `pressure` Pa more behind the cloth than before it, on the triangles of `panels`, all if none is
     named. It pushes to the front, which is outside where a closed piece is seen counter-clockwise from there.
@@ -306,7 +330,8 @@ class Creases(EffectSpec):
 
     def __post_init__(self) -> None:
         if self.angles.shape != (len(self.edges),):
-            raise ValueError(f"creases: {len(self.edges)} edges, but angles of shape {self.angles.shape}; give one each")
+            shape = self.angles.shape
+            raise ValueError(f"creases: {len(self.edges)} edges, but angles of shape {shape}; give one for each")
         if not (np.abs(self.angles) <= SHARPEST_CREASE).all():
             bad = int(np.argmin(np.abs(self.angles) <= SHARPEST_CREASE))
             raise ValueError(

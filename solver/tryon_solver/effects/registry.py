@@ -1,5 +1,5 @@
-"""From what a scene asks for to what does it. Importing this imports no effect: Warp compiles a whole module at once, so
-a module that is never imported is never compiled."""
+"""From what a scene asks for to what does it. Importing this imports no effect: Warp compiles a whole module at once,
+so a module that is never imported is never compiled."""
 
 from __future__ import annotations
 
