@@ -28,7 +28,9 @@ class ContactTerm:
     x as well; `add_gradient(pairs, state, x, gradient_out)`, of as many vertices as that is long;
     `add_stiffness(pairs)` adds its matrices to `pairs.beside`; `tangential(pairs)` (size,) float64 N/m, its stiffness
     across the normal; `remember(pairs, state)` keeps for the next step how far each pair has given at the end of this
-    one; `kept()` returns that, (P, 4) int32 vertices and (P, 3) float32 m, and `restore(ids, given)` takes it up again.
+    one; `kept()` returns that, (P, 4) int32 vertices and (P, 3) float32 m, and `restore(ids, given)` takes it up again;
+    `restrain(pairs, move)` shortens a move (A,) vec3 m of the cloth from where the pairs were collected that would pass
+    by a balance on its way.
     """
 
     make_room: Callable[[ContactPairs], None]
@@ -40,6 +42,7 @@ class ContactTerm:
     remember: Callable[[ContactPairs, State], None]
     kept: Callable[[], tuple[np.ndarray, np.ndarray]]
     restore: Callable[[np.ndarray, np.ndarray], None]
+    restrain: Callable[[ContactPairs, wp.array], None] | None = None
 
 
 @dataclass(frozen=True)
