@@ -74,7 +74,10 @@ class SelfContact(EffectSpec):
 
 @dataclass(frozen=True)
 class Friction(EffectSpec):
-    """Coulomb friction on every contact the scene has; coefficients come from the fabric.
+    """Coulomb friction on every contact the scene has; coefficients come from the fabric, unless they are given here.
+
+    `static` (P + 1, P + 1) coefficients between the garment's P panels, each of its own material, and the body, which
+    is last; `kinetic` likewise, of what slides, nowhere more than `static`, which it is where it is not given.
 
     A contact gives by up to `presliding` m before it slides, and its force grows smoothly with that; it keeps what it
     has given from step to step, so that what sticks stays.
@@ -83,6 +86,37 @@ class Friction(EffectSpec):
     module: ClassVar[str] = "tryon_solver.effects.friction"
 
     presliding: float = 1e-4
+    static: np.ndarray | None = None
+    kinetic: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        check_number("friction: presliding", self.presliding, above=True)
+        if self.static is None:
+            if self.kinetic is None:
+                return
+            raise ValueError("friction: kinetic coefficients without static ones; give both")
+        for name, table in (("static", self.static), ("kinetic", self.kinetic)):
+            if table is None:
+                continue
+            if table.ndim != 2 or table.shape[0] != table.shape[1] or len(table) != len(self.static):
+                raise ValueError(f"friction: {name} has shape {table.shape}; give a square table, both alike")
+            if not (np.isfinite(table).all() and (table >= 0).all() and (table == table.T).all()):
+                raise ValueError(f"friction: {name} must be symmetric, of finite numbers of at least 0")
+        if self.kinetic is not None and (self.kinetic > self.static).any():
+            i, j = np.argwhere(self.kinetic > self.static)[0]
+            raise ValueError(
+                f"friction: what slides resists more than what sticks at [{i}, {j}]: kinetic {self.kinetic[i, j]} over "
+                f"static {self.static[i, j]}; lower it"
+            )
+
+    def check(self, scene: Scene) -> None:
+        """Raises ValueError for a table of another number of materials than the garment's panels and the body."""
+        panels = int(scene.garment.panel_of_face.max()) + 1
+        if self.static is not None and len(self.static) != panels + 1:
+            raise ValueError(
+                f"friction: static is for {len(self.static)} materials; the garment has {panels} panels, and the body "
+                "is one more"
+            )
 
 
 @dataclass(frozen=True)

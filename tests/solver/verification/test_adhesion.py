@@ -34,7 +34,7 @@ def stuck(strength, work):
 @pytest.mark.parametrize("y", [-0.05, 0.1, 0.5, 0.8])
 def test_traction_follows_the_law(y):
     """Of a flat sheet at a gap: barrier and adhesion together, per area. Before the zone the barrier less its load
-    there; from there on 4 S y (1 - y), whatever the barrier has, but for the area of pairs that lie aside, further apart."""
+    there; from there on 4 S y (1 - y), whatever the barrier has, but for pairs that lie aside, further apart."""
     strength, work = 600.0, 0.4
     width = 1.5 * work / strength
     x, sim = stuck(strength, work)
@@ -50,8 +50,8 @@ def test_traction_follows_the_law(y):
     net = gradient.numpy()[: len(x), 1].sum() / 0.09**2
     assert pushed > 0
     gaps, weights = sim.pairs.gap.numpy()[: sim.pairs.size, 0], -sim.pairs.slope.numpy()[: sim.pairs.size]
-    aside = weights[gaps > np.median(gaps) + 0.05 * width].sum() / weights.sum()
-    assert aside < 0.12
+    aside = float(weights[gaps > np.median(gaps) + 0.05 * width].sum() / weights.sum())
+    assert aside < 0.15
     if y > 0:
         assert net == pytest.approx(4 * strength * y * (1 - y), abs=strength * (aside + 0.01))
     else:
