@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 import reference_energies as reference
-from drape_states import compressed, crumpled, rounded, stretched, term_hessian, vertex_gradient
+from drape_states import compressed, crumpled, rounded, sheared, stretched, term_hessian, vertex_gradient
 from effect_terms import contribution, effect_gradient
 from small_scenes import device_vectors, fabric, flattened, icosphere, sheet
 
 from tryon_solver.geometry.garment import Garment
-from tryon_solver.scene import Creases, Elastic, ElasticLine, Pressure, Scene
+from tryon_solver.scene import Creases, Elastic, ElasticLine, Pressure, Scene, StretchCurves
 from tryon_solver.simulation import build
 
 STEP = 1e-6
-CLOTH = fabric(k_bend=3e-5)
+CLOTH = fabric(k_bend=3e-5)  # of k_warp 250 and k_weft 200 N/m
 COLUMN = np.array([[2, 7], [7, 12], [12, 17], [17, 22]], np.int32)  # down the middle of a sheet of 5 x 5
 ROW = np.array([[10, 11], [11, 12], [12, 13], [13, 14]], np.int32)
 
@@ -101,3 +101,38 @@ def test_pressure_is_the_gradient_of_minus_p_v(rng):
     assert np.abs(expected).max() > 0.1
     found = vertex_gradient(garment, contribution(sim, "pressure"), x)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-4 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("kind", [stretched, sheared, crumpled])
+def test_stretch_curves(rng, kind):
+    """On top of the membrane, for strains on all pieces of the curves and beyond."""
+    curves = StretchCurves(warp=((0.1, 40.0), (0.25, 200.0)), weft=((0.15, 45.0), (0.2, 90.0), (0.3, 200.0)))
+    sim, uv = built(curves)
+    garment, x = sim.scene.garment, rounded(kind(uv, rng))
+    own = CLOTH.k_warp, CLOTH.k_weft
+
+    def work(points, k, strain):
+        knots = np.array([(0.0, 0.0), *points])
+        slopes = np.diff(knots[:, 1]) / np.diff(knots[:, 0])
+        begun = np.append(0, np.cumsum((knots[1:, 1] + knots[:-1, 1]) / 2 * np.diff(knots[:, 0])))
+        piece = np.clip(np.searchsorted(knots[:, 0], strain) - 1, 0, len(slopes) - 1)
+        way = strain - knots[piece, 0]
+        whole = begun[piece] + (knots[piece, 1] + slopes[piece] * way / 2) * way
+        return np.where(strain > 0, whole - k / 2 * strain**2, 0)
+
+    def energy(at):
+        strain = np.linalg.norm(reference.deformation_gradients(at, garment), axis=-2) - 1
+        both = sum(work(p, k, strain[..., d]) for d, (p, k) in enumerate(zip((curves.warp, curves.weft), own)))
+        return (garment.signed_areas() * both).sum(-1)
+
+    expected = reference.gradient(energy, x, STEP)
+    assert np.abs(expected).max() > 0.01
+    term = contribution(sim, "stretch_curves")
+    found = vertex_gradient(garment, term, x)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=2e-4 * np.abs(expected).max())
+    assert term.energy(device_vectors(x)) == pytest.approx(float(energy(x)), rel=1e-4)
+    hessian = reference.hessian(energy, x, STEP)
+    assert np.linalg.eigvalsh(hessian).min() > -1e-3 * np.abs(hessian).max()
+    np.testing.assert_allclose(
+        term_hessian(garment, term, x), hessian, rtol=0, atol=2e-3 * np.abs(hessian).max()
+    )
