@@ -104,8 +104,9 @@ class StepPlan:
         """Of the constant matrices, in the order in which they are added."""
         return tuple(t for c in self.contributions for t in (c.stiffness, c.rate_stiffness) if t is not None)
 
-    def describe(self) -> str:
-        """Stages and the contributions in them, one line each."""
+    def describe(self, times: Mapping[str, Mapping[str, float]] | None = None) -> str:
+        """Stages and the contributions in them, one line each; behind a name the ms of a call, where `times` has them
+        (stepping/clocked.py measures them)."""
         stages = (
             "add_acceleration",
             "project",
@@ -125,9 +126,15 @@ class StepPlan:
         )
         lines = []
         for stage in stages:
-            names = [c.name for c in self.contributions if takes_part(c, stage)]
+            names = [named(c.name, stage, times or {}) for c in self.contributions if takes_part(c, stage)]
             lines.append(f"{stage}: {', '.join(names) if names else '-'}")
         return "\n".join(lines)
+
+
+def named(name: str, stage: str, times: Mapping[str, Mapping[str, float]]) -> str:
+    """The name, with what a call takes."""
+    taken = times.get(name, {}).get(stage)
+    return name if taken is None else f"{name} {taken:.3f} ms"
 
 
 def takes_part(contribution: Contribution, stage: str) -> bool:

@@ -18,6 +18,8 @@ von Karman's spectrum along the wind, with the standard deviation s = I U and th
 
     S(f) = 4 s^2 L/U (1 + 70.8 (f L/U)^2)^(-5/6)
 
+t is the value "clock" (1,) float64 s, which each step moves on.
+
 **Shelter** (ours): the body's surface as it stands is drawn into a grid across the wind, which keeps in each cell how
 far upwind it begins. Behind that the wind has the share 1 - shelter exp(-way/length). The grid repeats itself after
 CELLS cells, far outside a body, so it needs no bounds.
@@ -255,7 +257,7 @@ def bind(spec: Wind, context: BuildContext) -> Contribution | None:
         start_step=start_step,
         add_velocity_gradient=add_velocity_gradient,
         add_diagonal=add_diagonal,
-        values={"velocity": velocity},
+        values={"velocity": velocity, "clock": clock},
     )
 
 

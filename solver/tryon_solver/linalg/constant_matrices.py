@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import warp as wp
@@ -15,8 +16,10 @@ import warp as wp
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.device_matrix import DeviceMatrix, Summand, add_together, union
 from tryon_solver.linalg.ell import EllMatrix, entry_places
-from tryon_solver.linalg.live_entries import Form, LiveEntries, LiveSum
 from tryon_solver.linalg.near_far import NearFar, Places, take
+
+if TYPE_CHECKING:
+    from tryon_solver.linalg.live_entries import LiveEntries
 
 
 @dataclass(frozen=True)
@@ -83,6 +86,8 @@ class ConstantMatrices:
         """What takes up the entries of terms that may be others in every step; None where there are none."""
         if not live:
             return None
+        from tryon_solver.linalg.live_entries import Form, LiveEntries, LiveSum  # not compiled for who has none
+
         summands = [summand for _, summand in live]
         whole = LiveSum(self.total.values, summands, [Form(self._places, self.rows.weights)])
         whole.forms.append(Form(self._on_diagonal, self.diagonal))
