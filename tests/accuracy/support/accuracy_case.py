@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from tryon_solver.settings import PRESETS, Settings
@@ -60,5 +60,10 @@ def scenes(dt: float, **more: Any) -> list[AccuracyCase]:
 
 
 def presets(dt: float) -> Mapping[str, Settings]:
-    """Those that take steps of `dt` s, whose largest step is as long or longer, by name."""
-    return {name: preset for name, preset in PRESETS.items() if preset.largest_step >= dt * (1 - 1e-9)}
+    """All by name, in steps of `dt` s, also those whose own are shorter."""
+    return {name: replace(preset, largest_step=max(preset.largest_step, dt)) for name, preset in PRESETS.items()}
+
+
+def takes_such_steps(preset: str, dt: float) -> bool:
+    """Are the preset's own steps as long as `dt` s, or longer?"""
+    return PRESETS[preset].largest_step >= dt * (1 - 1e-9)

@@ -52,10 +52,10 @@ class Measured:
         return set.intersection(*({row["state"] for row in rows} for rows in self.rows.values()))
 
     def median(self, method: str, figure: str) -> float:
-        """Over the states that all methods have; infinite where half of the ends are not a number."""
+        """Over the states that all methods have; infinite without any, and where half of the ends are not a number."""
         states = self.shared
         values = [row[figure] for row in self.rows[method] if row["state"] in states]
-        return float(np.median([np.inf if value is None else value for value in values]))
+        return float(np.median([np.inf if value is None else value for value in values] or [np.inf]))
 
     def point(self, method: str) -> tuple[float, float]:
         """ms and error [mm], medians."""

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
+from accuracy_case import takes_such_steps
 from accuracy_data import CPU, Found, Measured, Row, digits
 from methods import TITLES
 
@@ -28,12 +29,13 @@ def is_within(row: Row, times: float, negligible: float = NEGLIGIBLE) -> bool:
 
 
 def preset_rows(found: Found, held_out: bool | None = None) -> list[tuple[Measured, str, Row]]:
-    """All steps at presets on the CPU, of what was held out or not, or of all."""
+    """All steps on the CPU at presets whose own are no shorter, of what was held out or not, or of all."""
     return [
         (measured, name, row)
         for measured in found.errors
         if measured.device == CPU and (held_out is None or measured.case.held_out == held_out)
         for name in measured.presets
+        if takes_such_steps(name, measured.case.dt)
         for row in measured.rows[name]
         if row["error"] is not None
     ]

@@ -83,6 +83,7 @@ PREFACE = [
     "been busy with other cases: they compare within a case. Times at a garment's scale are measured apart.",
 ]
 PRESETS_SAID = [
+    "All presets take the same steps here, also those whose own are shorter; estimates are judged of the others.",
     "Distance of the cloth's vertices from the reference's, RMS over the cloth and the largest of them; principal",
     "stretches' and normals' difference, RMS over the triangles; the incremental potential above the reference's.",
     "Void: steps that ended where the body's motion had carried the cloth. Crossed: ends in which IPC Toolkit finds a",

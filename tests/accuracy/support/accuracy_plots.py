@@ -11,6 +11,7 @@ from svg import Line, line_chart
 
 CHAINS = {  # what is swept alone, by the solver, the number that is varied, and what else is the same in all of a chain
     "ours, Newton iterations": ("ours", "newton", {"gradients": 60}),
+    "ours, accuracy": ("ours", "accuracy", {}),
     "ours, contact passes": ("ours", "passes", {}),
     "PD alone, cycles": ("trial", "cycles", {}),
     "Newton IPC": ("newton_ipc", "tolerance", {}),
@@ -64,18 +65,19 @@ def solver_lines(measured: Measured) -> list[Line]:
 
 
 def chain(measured: Measured, solver: str, varied: str, same: Mapping[str, float]) -> list[str]:
-    """Methods of a chain, by what is varied; what is varied with something else in them is in no chain."""
+    """Methods of a chain, the dearest last; what is varied with something else in them is in no chain."""
     names = []
     for name in measured.of_solver(solver):
         at = dict(measured.about[name]["at"])
         if varied in at and {k: v for k, v in at.items() if k != varied} == dict(same):
             names.append(name)
-    return sorted(names, key=lambda name: measured.about[name]["at"][varied])
+    coarsest_first = varied in ("tolerance", "accuracy")
+    return sorted(names, key=lambda name: measured.about[name]["at"][varied], reverse=coarsest_first)
 
 
 def iterations(measured: Measured, name: str, varied: str) -> float:
-    """How many it had: what was varied, or what Newton told of a tolerance."""
-    if varied == "tolerance":
+    """How many it had: what was varied, or what Newton told where it ends by itself."""
+    if varied in ("tolerance", "accuracy"):
         return measured.median(name, "newton")
     return float(measured.about[name]["at"][varied])
 

@@ -24,7 +24,7 @@ HEAD = (
     "crossed",
     *(f"within x{times:g}" for times, _ in WITHIN),
 )
-CHAIN_STEPS = ("newton", "passes", "cycles", "iterations", "substeps")
+CHAIN_STEPS = ("accuracy", "newton", "passes", "cycles", "iterations", "substeps")
 
 
 def preset_table(found: Found) -> list[str]:

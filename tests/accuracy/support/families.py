@@ -15,12 +15,18 @@ LIVE = PRESETS["live"]
 WITHOUT_CYCLES = {"outer_iterations": 1, "reduced_iterations": 0, "smoothing_sweeps": 0}
 NEWTON = (1, 2, 4, 8, 16, 32)
 GRADIENTS = (10, 30, 60, 120)
+ACCURACIES = (5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05)  # mm
 REDUCED, SMOOTHING = (0, 2, 4), (0, 5, 10)
 
 
 def preset_family(case: AccuracyCase) -> Mapping[str, Method]:
-    """Those that take the case's steps."""
+    """All, in the case's steps."""
     return {name: ours(settings) for name, settings in presets(case.dt).items()}
+
+
+def accuracy_family(case: AccuracyCase) -> Mapping[str, Method]:
+    """`live`, its correction going on until the estimated error is small enough."""
+    return {f"to {mm:g} mm": changed(case, {"accuracy": 1e-3 * mm}, accuracy=mm) for mm in ACCURACIES}
 
 
 def newton_family(case: AccuracyCase) -> Mapping[str, Method]:
@@ -106,6 +112,7 @@ def peer_family(_case: AccuracyCase) -> Mapping[str, Method]:
 
 FAMILIES = {
     "presets": preset_family,
+    "accuracy": accuracy_family,
     "newton": newton_family,
     "cycles": cycle_family,
     "others": other_family,
@@ -115,8 +122,8 @@ FAMILIES = {
     "peers": peer_family,
     "trajectory": preset_family,
 }
-SWEPT = ("newton", "cycles", "others", "trial", "precision")
-ON_DEVICE = ("presets", "newton", "cycles", "others", "trial", "peers", "trajectory")  # the others are numpy's
+SWEPT = ("accuracy", "newton", "cycles", "others", "trial", "precision")
+ON_DEVICE = ("presets", "trajectory", "accuracy", "newton", "cycles", "others", "trial", "peers")  # not numpy's
 FREE_RUNNING = ("trajectory",)  # from the first state on, and not from each
 
 

@@ -58,8 +58,9 @@ def measure_errors(
         for name, method in methods.items():
             if name not in steppers:
                 steppers[name] = stepper_of(worn.scene, method, device)
-                steppers[name].begin(step.before, contacts)
-                steppers[name].step(worn.scene.pose_at(step.number), case.dt)  # what is compiled and captured is then
+                if steppers[name].is_compiled:  # or captured: with a first step, which is not timed
+                    steppers[name].begin(step.before, contacts)
+                    steppers[name].step(worn.scene.pose_at(step.number), case.dt)
             steppers[name].begin(step.before, contacts)
             ended = steppers[name].step(worn.scene.pose_at(step.number), case.dt)
             rows.append({"state": state, "method": name, **measures.of(ended.x), "ms": rounded(ended.ms), **ended.told})

@@ -31,6 +31,8 @@ class UnsaidError(ValueError):
 class ByNewton:
     """`at` has iterations, and sub-steps where a step is to be cut."""
 
+    is_compiled = True
+
     def __init__(self, scene: ContactScene, method: Method, device: str) -> None:
         """Raises UnsaidError."""
         of = scene.scene

@@ -43,7 +43,9 @@ class Ended:
 
 
 class Stepper(Protocol):
-    """Takes steps of a scene."""
+    """Takes steps of a scene; `is_compiled` when it is used first."""
+
+    is_compiled: bool
 
     def begin(self, motion: Motion, contacts: Contacts | None) -> None:
         """The next step begins there, its contacts having given so much."""
@@ -58,6 +60,8 @@ class StoppedError(Exception):
 
 class Ours:
     """Our solver at the method's settings; as its twin in float64; or only as far as the trial, without correction."""
+
+    is_compiled = True
 
     def __init__(self, scene: ContactScene, method: Method, device: str) -> None:
         self.scene, self.device = scene, device
@@ -117,6 +121,8 @@ NO_CONTACTS: Contacts = (np.zeros((0, 4), np.int32), np.zeros((0, 3)))
 
 class Baseline:
     """One of ours that are written in numpy, in float64."""
+
+    is_compiled = False
 
     def __init__(self, scene: ContactScene, method: Method) -> None:
         at = {name: int(value) for name, value in method.at.items() if name != "tolerance"}
