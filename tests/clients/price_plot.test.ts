@@ -6,7 +6,7 @@ import { decadeAxis, evenAxis } from "../../clients/core/src/axis.ts";
 import { accuracyAt, DIAL_END, positionOf } from "../../clients/core/src/dial.ts";
 import { PriceLog } from "../../clients/core/src/price_log.ts";
 import { significant } from "../../clients/web/src/format.ts";
-import { inWords } from "../../clients/web/src/price_plot.ts";
+import { inWords, usualMs } from "../../clients/web/src/price_plot.ts";
 
 const REPORT: ReportMessage = {
   type: "report", seq: 1, t_sim: 0, iterations: 1, residual: 0, min_gap: null, max_stretch: 1, body_lag: 0, pairs: 0, retries: 0,
@@ -64,6 +64,15 @@ test("the newest prices are kept, of frames that were solved and whose error is 
   assert.equal(log.prices.length, 3);
   log.reset();
   assert.deepEqual(log.prices, []);
+});
+
+test("of twenty frames the slowest is left out of what they usually take, of fewer none", () => {
+  const taking = (times: readonly number[]) => times.map((solverMs) => ({ errorMm: 1, solverMs, lateMs: 0, deadlineMs: null }));
+  const times = Array.from({ length: 19 }, (_, i) => 19 - i);
+  assert.equal(usualMs([]), 0);
+  assert.equal(usualMs(taking(times)), 19);
+  assert.equal(usualMs(taking([5000, ...times])), 19);
+  assert.equal(usualMs(taking([5000, 4000, ...times])), 4000);
 });
 
 test("the newest price in words says whether the deadline was met, if it stood by then", () => {

@@ -47,7 +47,10 @@ export class AccuracyPanel {
         this.choose({ deadlineMs: this.typed });
       });
     }
-    this.section.addEventListener("toggle", () => this.draw());
+    this.section.addEventListener("toggle", () => {
+      this.draw();
+      if (this.section.open) this.section.scrollIntoView({ block: "nearest" });
+    });
     this.show(this.desk.choice);
   }
 
@@ -98,7 +101,7 @@ export class AccuracyPanel {
   }
 
   private showAccuracy(accuracy: number | null): void {
-    const told = accuracy === null ? AS_DETAIL : millimetres(accuracy);
+    const told = accuracy === null ? AS_DETAIL : `at most ${millimetres(accuracy)}`;
     this.dial.ariaValueText = told;
     this.dial.classList.toggle("idle", accuracy === null);
     this.asDetail.ariaPressed = String(accuracy === null);
@@ -111,7 +114,7 @@ export class AccuracyPanel {
     this.plot.draw(prices, this.desk.choice);
     setText(byId("price-newest"), inWords(prices.at(-1), this.desk.choice.deadlineMs));
     const late = prices.filter(({ lateMs }) => lateMs > 0).length;
-    setText(byId("price-late"), late ? `${late} of the last ${prices.length} came late` : "");
+    setText(byId("price-late"), late ? `${late} of ${prices.length} reported frames came late` : "");
   }
 }
 

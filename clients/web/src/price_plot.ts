@@ -5,7 +5,7 @@ import { put, svg } from "./svg.ts";
 
 /** The drawing's own size; it is scaled with its element. */
 const [WIDTH, HEIGHT] = [276, 196];
-const ROOM = { left: 44, right: WIDTH - 8, top: 18, bottom: HEIGHT - 34 };
+const ROOM = { left: 44, right: WIDTH - 14, top: 18, bottom: HEIGHT - 34 };
 /** what axes hold while nothing else is known [ms, mm] */
 const USUAL_MS = 20;
 const USUAL_MM = 0.1;
@@ -13,6 +13,17 @@ const USUAL_MM = 0.1;
 const FAINTEST = 0.12;
 /** beside a line that is further along its axis than this, a label goes to the side with more room */
 const FAR = 0.6;
+/** above this there is no room for a label over its line */
+const HIGH = 0.9;
+
+/** share of the prices that the axis of time may leave out, so that one slow frame does not press all others together */
+const BEYOND = 0.05;
+
+/** What was asked for: a line, and what is written at it, over all that is drawn. */
+interface Limit {
+  readonly line: SVGElement;
+  readonly label: SVGElement;
+}
 
 /** What frames' accuracy takes: the estimated error of each over the time of solving it, and what was asked for. */
 export class PricePlot {
@@ -23,10 +34,11 @@ export class PricePlot {
   /** @param prices oldest first */
   draw(prices: readonly Price[], choice: AccuracyChoice): void {
     const asked = choice.accuracy === null ? null : 1000 * choice.accuracy;
-    const times = evenAxis(Math.max(...prices.map(({ solverMs }) => solverMs), choice.deadlineMs ?? 0) || USUAL_MS);
+    const times = evenAxis(Math.max(usualMs(prices), choice.deadlineMs ?? 0) || USUAL_MS);
     const errors = errorAxis([...prices.map(({ errorMm }) => errorMm), ...(asked === null ? [] : [asked])]);
-    const lines = [...askedLine(errors, asked), ...deadlineLine(times, choice.deadlineMs)];
-    this.element.replaceChildren(...grid(times, errors), ...lines, ...dots(prices, times, errors));
+    const limits = [askedLimit(errors, asked), deadlineLimit(times, choice.deadlineMs)].filter((limit) => limit !== undefined);
+    const [lines, labels] = [limits.map(({ line }) => line), limits.map(({ label }) => label)];
+    this.element.replaceChildren(...grid(times, errors), ...lines, ...dots(prices, times, errors), ...labels);
     this.element.setAttribute("aria-label", inWords(prices.at(-1), choice.deadlineMs));
   }
 }
@@ -37,6 +49,12 @@ export function inWords(newest: Price | undefined, deadlineMs: number | null): s
   if (deadlineMs === null) return price;
   const verdict = newest?.deadlineMs === deadlineMs ? `, ${newest.lateMs > 0 ? `missed by ${newest.lateMs.toFixed(1)} ms` : "met"}` : "";
   return `${price}; deadline ${significant(deadlineMs, 4)} ms${verdict}`;
+}
+
+/** The time that all but the dearest few frames took at most [ms]; 0 without any. */
+export function usualMs(prices: readonly Price[]): number {
+  const times = prices.map(({ solverMs }) => solverMs).sort((a, b) => a - b);
+  return times.at(times.length - 1 - Math.floor(BEYOND * times.length)) ?? 0;
 }
 
 function errorAxis(errors: readonly number[]): Axis {
@@ -65,32 +83,34 @@ function grid(times: Axis, errors: Axis): SVGElement[] {
   ];
 }
 
-function askedLine(errors: Axis, askedMm: number | null): SVGElement[] {
-  if (askedMm === null) return [];
+function askedLimit(errors: Axis, askedMm: number | null): Limit | undefined {
+  if (askedMm === null) return undefined;
   const y = up(errors, askedMm);
-  const below = errors.at(askedMm) > 0.9;
-  return [
-    line("asked", [ROOM.left, y], [ROOM.right, y]),
-    text("asked-label", ROOM.right - 3, below ? y + 10 : y - 4, `${significant(askedMm, 2)} mm`),
-  ];
+  const below = errors.at(askedMm) > HIGH;
+  return {
+    line: line("asked", [ROOM.left, y], [ROOM.right, y]),
+    label: text("asked-label", ROOM.right - 3, below ? y + 11 : y - 4, `at most ${significant(askedMm, 2)} mm`),
+  };
 }
 
-function deadlineLine(times: Axis, deadlineMs: number | null): SVGElement[] {
-  if (deadlineMs === null) return [];
+function deadlineLimit(times: Axis, deadlineMs: number | null): Limit | undefined {
+  if (deadlineMs === null) return undefined;
   const x = across(times, deadlineMs);
   const label = text("deadline-label", x, ROOM.top - 6, `deadline ${significant(deadlineMs, 4)} ms`);
   put(label, { "text-anchor": times.at(deadlineMs) > FAR ? "end" : "start" });
-  return [line("deadline", [x, ROOM.top - 3], [x, ROOM.bottom]), label];
+  return { line: line("deadline", [x, ROOM.top - 3], [x, ROOM.bottom]), label };
 }
 
+/** One for each price, fainter the older it is; at the border stands an arrow for one that took longer than it. */
 function dots(prices: readonly Price[], times: Axis, errors: Axis): SVGElement[] {
-  const last = prices.length - 1;
   return prices.map(({ errorMm, solverMs, lateMs }, i) => {
-    const late = lateMs > 0 ? " late" : "";
-    const place = { cx: across(times, solverMs), cy: up(errors, errorMm) };
-    if (i === last) return svg("circle", { class: `dot newest${late}`, ...place, r: 4.5 });
-    const opacity = FAINTEST + (1 - FAINTEST) * ((i + 1) / prices.length) ** 2;
-    return svg("circle", { class: `dot${late}`, ...place, r: 2.6, opacity });
+    const newest = i === prices.length - 1;
+    const kind = `dot${lateMs > 0 ? " late" : ""}${newest ? " newest" : ""}`;
+    const [y, r] = [up(errors, errorMm), newest ? 4.5 : 2.6];
+    const opacity = newest ? 1 : FAINTEST + (1 - FAINTEST) * ((i + 1) / prices.length) ** 2;
+    if (solverMs <= times.ends[1]) return svg("circle", { class: kind, cx: across(times, solverMs), cy: y, r, opacity });
+    const [tip, back] = [ROOM.right + 2 * r, ROOM.right + 1];
+    return svg("path", { class: `${kind} beyond`, d: `M${tip} ${y}L${back} ${y - r}V${y + r}Z`, opacity });
   });
 }
 
