@@ -70,13 +70,14 @@ test("a session that is joined keeps its own choice", () => {
 });
 
 test("nothing is said to a new session where nothing was chosen, nor twice where nothing changed", () => {
-  const { desk: made, sent } = desk();
+  const { desk: made, sent, shown } = desk();
   made.began(false);
   made.welcomed();
   assert.deepEqual(sent, []);
   made.choose(FINE);
   made.choose({ ...FINE });
   assert.deepEqual(sent, [FINE]);
+  assert.deepEqual(shown, [FINE, FINE]); // what was on its way to another choice shows this one again
 });
 
 test("a choice that the server rounds is the same", () => {

@@ -23,7 +23,7 @@ export class AccuracyDesk {
 
   /**
    * @param send says it to the session; lost while there is no connection
-   * @param show told of every change, and of choices of its own, too
+   * @param show told of every change, and of every choice at this page, even of what stands already
    */
   constructor(
     private readonly send: (message: SetAccuracyMessage) => void,
@@ -36,10 +36,11 @@ export class AccuracyDesk {
 
   /** Somebody at this page chooses. */
   choose(choice: AccuracyChoice): void {
-    if (same(choice, this.current)) return;
-    this.current = choice;
-    this.owed = true;
-    this.tell();
+    if (!same(choice, this.current)) {
+      this.current = choice;
+      this.owed = true;
+      this.tell();
+    }
     this.show(choice);
   }
 

@@ -15,7 +15,6 @@ const FAINTEST = 0.12;
 const FAR = 0.6;
 /** above this there is no room for a label over its line */
 const HIGH = 0.9;
-
 /** share of the prices that the axis of time may leave out, so that one slow frame does not press all others together */
 const BEYOND = 0.05;
 
