@@ -69,8 +69,8 @@ def played(scene: Any, n: int, with_it: bool, frames: int, tracker: wp.ScopedMem
     return {"imported": imported() - before, "launched": set(LAUNCHED), "bytes": live_bytes(tracker)}
 
 
-def milliseconds(scene: Any, n: int, frames: int) -> tuple[float, float]:
-    """Medians of frames without and with the effect, in turn."""
+def milliseconds(scene: Any, n: int, frames: int) -> tuple[float, float, float]:
+    """Medians of frames without and with the effect, in turn, and what one call of each of its stages takes."""
     sims = [scene.built(n, with_it) for with_it in (False, True)]
     times: list[list[float]] = [[], []]
     for k in range(frames):
@@ -79,7 +79,12 @@ def milliseconds(scene: Any, n: int, frames: int) -> tuple[float, float]:
             sim.advance(pose, (k + 1) * DT)
             own.append(1e3 * (time.perf_counter() - begun))
     quiet = [np.median(own[frames // 4 :]) for own in times]
-    return float(quiet[0]), float(quiet[1])
+    from tryon_solver.stepping.clocked import contribution_times
+
+    (bare, _), (full, _) = sims
+    mine = {c.name for c in full.plan.contributions} - {c.name for c in bare.plan.contributions}
+    calls = contribution_times(full)
+    return float(quiet[0]), float(quiet[1]), sum(sum(calls[name].values()) for name in mine)
 
 
 def costs(n: int, frames: int) -> list[dict[str, Any]]:
@@ -108,25 +113,24 @@ def costs(n: int, frames: int) -> list[dict[str, Any]]:
     return found
 
 
-def table(found: list[dict[str, Any]], n: int, timed: dict[str, tuple[float, float]]) -> str:
+def table(found: list[dict[str, Any]], n: int, timed: dict[str, tuple[float, float, float]]) -> str:
     """In Markdown."""
     lines = [
         BEGIN,
         "",
         f"Squares of {n} by {n} vertices (the ball has 642), medians of frames of 1/60 s with and without the effect",
-        f"in turn, at preset `live`, on one of {os.cpu_count()} cores ({platform.machine()}). Kernels are those that only",
-        "the scene with the effect launches, its own or not; memory is what it allocates more.",
+        f"in turn, at preset `live`, on one of {os.cpu_count()} cores ({platform.machine()}). Kernels are those that",
+        "only the scene with the effect launches, its own or not; memory is what it allocates more. Where cloth moves",
+        "otherwise with the effect, another number of iterations is in the ratio: below 1 it calms what it acts on.",
         "",
-        "| effect | scene: cloth that | ms without | ms with | ratio | kernels | KiB |",
-        "|---|---|---|---|---|---|---|",
+        "| effect | scene: cloth that | ms without | ms with | ratio | ms, a call of each stage | kernels | KiB |",
+        "|---|---|---|---|---|---|---|---|",
     ]
     for cost in found:
-        bare, full = timed[cost["name"]]
+        bare, full, calls = timed[cost["name"]]
         kernels = ", ".join(k.rpartition(".")[2].removesuffix("_kernel") for k in cost["launched"]) or "-"
-        lines.append(
-            f"| {cost['name']} | {cost['shows']} | {bare:.1f} | {full:.1f} | {full / bare:.2f} | {kernels} | "
-            f"{cost['bytes'] / 1024:.0f} |"
-        )
+        figures = f"{bare:.1f} | {full:.1f} | {full / bare:.2f} | {calls:.3f}"
+        lines.append(f"| {cost['name']} | {cost['shows']} | {figures} | {kernels} | {cost['bytes'] / 1024:.0f} |")
     return "\n".join([*lines, "", END])
 
 
