@@ -25,10 +25,10 @@ from tryon_solver.redesign.edits import KINDS
 LENGTHENED = {"lengthen (value)": 1, "undo (value)": 1}
 THREE_EDITS = {
     "ease (value)": 1,
-    "remove_piece (topology)": 1,
-    "take_in (value)": 1,
+    "change_fabric (topology)": 1,
+    "gather (value)": 1,
     "undo (value)": 2,
-    "undo (dressed anew)": 1,
+    "undo (topology)": 1,
 }
 
 

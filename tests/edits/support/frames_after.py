@@ -43,6 +43,7 @@ class Faults:
             "crossing": self.crossing,
             "not_numbers": self.not_numbers,
             "too_fast": self.too_fast,
+            "around": AROUND,
             "fastest": self.fastest,
             "fastest_of_itself": self.fastest_of_itself,
             "fastest_on_ramp": self.fastest_on_ramp,
