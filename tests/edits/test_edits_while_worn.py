@@ -12,7 +12,7 @@ from edit_case import EditCase, whole_proof
 from edit_steps import EditSteps
 from edit_table import markdown
 from edited_session import Shown
-from frames_after import FrameWatch
+from frames_after import FrameWatch, speed_on_body
 from levels import grown
 from rebuild_times import TOPOLOGY, VALUE, plots, table
 from run_edits import EditRun
@@ -25,10 +25,10 @@ from tryon_solver.redesign.edits import KINDS
 LENGTHENED = {"lengthen (value)": 1, "undo (value)": 1}
 THREE_EDITS = {
     "ease (value)": 1,
-    "remove_piece (topology)": 1,
-    "take_in (value)": 1,
+    "change_fabric (topology)": 1,
+    "gather (value)": 1,
     "undo (value)": 2,
-    "undo (dressed anew)": 1,
+    "undo (topology)": 1,
 }
 
 
@@ -167,6 +167,19 @@ def test_speed_counts_against_the_body_and_after_the_ramp(seen):
     assert [said.partition(":")[0] for said in faults.too_fast] == [f"frame {k + 1}, {k} after an edit" for k in (4, 5)]
     along = frame_at(cloth + [0.1, 0.0, 0.0], 6 / 30)
     assert len(seen(replace(along, body=TETRAHEDRON + [0.1, 0.0, 0.0])).too_fast) == 2
+
+
+@pytest.mark.parametrize(("apart", "fast"), [(0.14, False), (0.16, True)])
+def test_cloth_between_limbs_goes_with_either(apart, fast):
+    """One limb stands, the other passes at 3 m/s; a vertex that goes with the farther one is too fast only where that
+    is not around it."""
+    body = np.array([[0.0, 0.0, 0.05], [0.0, 0.0, -apart]])
+    before = replace(frame_at(np.zeros((1, 3)), 0.0), body=body)
+    passing = np.array([0.1, 0.0, 0.0])
+    after = replace(frame_at(passing[None], 1 / 30), body=body + [[0.0] * 3, passing])
+    assert speed_on_body(before, after, 1 / 30) == pytest.approx(3.0 if fast else 0.0)
+    stays = replace(after, cloth=before.cloth)
+    assert speed_on_body(before, stays, 1 / 30) == pytest.approx(0.0)
 
 
 def test_the_limit_of_speed_is_at_least_what_the_motion_gave_the_garment_before(watched):
