@@ -70,12 +70,14 @@ effects-page: $(VENV)/.dev
 	$(BIN)/python tests/support/effect_costs.py --vertices 33 --frames 60 --document docs/effects.md
 
 ACCURACY :=
-## make accuracy  errors of single steps against a float64 Newton IPC reference, by preset: build/accuracy (hours)
-# ACCURACY='--states 12 --sweep' and others: .venv/bin/python tests/accuracy --help
+## make accuracy  what accuracy costs: errors of steps against a float64 Newton IPC reference: build/accuracy (hours)
+# ACCURACY='--states 12 --sweep --jobs 8', '--times --vertices 2500', '--tailor', '--device cuda:0' and others:
+# .venv/bin/python tests/accuracy --help. What was cut off goes on where it was.
 accuracy: $(VENV)/.dev $(BODY)
 	$(BIN)/python tests/accuracy $(ACCURACY)
 
-## make accuracy-page  docs/accuracy.md of the runs kept in docs/accuracy/runs
+## make accuracy-page  docs/accuracy.md of the runs kept in docs/accuracy/runs, with its plots
+# To keep a run of yours there: cp build/accuracy/*.jsonl docs/accuracy/runs
 accuracy-page: $(VENV)/.dev
 	$(BIN)/python tests/accuracy --document docs/accuracy.md --out docs/accuracy/runs || [ $$? = 1 ]
 

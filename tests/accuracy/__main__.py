@@ -162,7 +162,8 @@ def one(options: argparse.Namespace) -> int:
     elif family in FREE_RUNNING:
         measure_trajectories(case, methods, device, writer, tell)
     else:
-        measure_errors(case, methods, device, writer, tell, 1 if family == FIRST_OF_ALL else options.every)
+        first = family == FIRST_OF_ALL
+        measure_errors(case, methods, device, writer, tell, 1 if first else options.every, explain=first)
     return done(options, f"{case.name}-{family}")
 
 

@@ -158,7 +158,7 @@ def test_what_does_not_hold_is_named(tmp_path):
     found = broken(read_results(tmp_path))
     assert [said.split(" are ")[0] for said in found[:2]] == ["within x2", "within x4"]
     assert "live is further off than draft (0.1 mm and 0.3 mm)" in found[2]
-    assert "XPBD, 1 takes 1 ms and is 0.2 mm off; ours in no more time takes longer at its fastest" in found[3]
+    assert "XPBD, 1 takes 1 ms and is 0.2 mm off, crossed in 0 of 2 ends; ours takes longer at its fastest" in found[3]
     assert len(found) == 4
 
 
@@ -181,3 +181,22 @@ def test_steps_further_off_than_is_judged_are_not_compared(tmp_path, error, name
     put(tmp_path, "peers", {"VBD": (about("vbd", iterations=5), rows("VBD", (error, 0), (error, 0), ms=1.0))})
     (measured,) = read_results(tmp_path).errors
     assert bool(beyond_ours(measured)) == named
+
+
+def test_errors_that_nobody_asks_to_be_smaller_are_alike(tmp_path):
+    """Newton in float64 is always nearer to Newton in float64."""
+    put_presets(tmp_path, ((0.3, 0.3), (0.3, 0.3)), ((0.04, 0.04), (0.04, 0.04)))
+    exact = {"Newton IPC": (about("newton_ipc", tolerance=1e-6), rows("Newton IPC", (1e-6, 0), (1e-6, 0), ms=20.0))}
+    put(tmp_path, "baselines", exact)
+    (measured,) = read_results(tmp_path).errors
+    assert beyond_ours(measured) == []
+
+
+def test_a_step_in_another_fold_is_told_by_its_own_balance(tmp_path):
+    put_presets(tmp_path, ((1.0, 1.0), (1.0, 1.0)), ((0.9, 0.1), (0.2, 0.2)))
+    (path,) = tmp_path.glob("*presets.jsonl")
+    path.write_text(path.read_text().replace('"estimate": 0.1,', '"estimate": 0.1, "own_balance": 0.08,'))
+    write_page(tmp_path / "page.md", tmp_path)
+    said = (tmp_path / "page.md").read_text()
+    assert "Held out, of the balance that Newton finds from where the step ended: within x2 for 100.0 %" in said
+    assert "| skirt, walk, 1/60 s | live | 0 | 0.9 | 2.7 | 0.08 | 0.1 | 0.111 | 4 |" in said

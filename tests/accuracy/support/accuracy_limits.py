@@ -84,22 +84,33 @@ def reference_broken(found: Found) -> list[str]:
 
 def fronts_broken(found: Found) -> list[str]:
     """Where another solver's step is nearer than each of ours that takes no longer, its error being under JUDGED."""
-    return [
-        f"{measured.name}: {name} takes {digits(ms)} ms and is {digits(error)} mm off; ours in no more time "
-        f"{'takes longer at its fastest' if best is None else f'is {digits(best)} mm off'}"
-        for measured in found.errors
-        for name, ms, error, best in beyond_ours(measured)
-    ]
+    said = []
+    for measured in found.errors:
+        for name, ms, error, best in beyond_ours(measured):
+            rows = measured.rows[name]
+            crossed = f"crossed in {sum(row['crossed'] > 0 for row in rows)} of {len(rows)} ends"
+            ours = "ours takes longer at its fastest"
+            if best is not None:
+                ours = f"ours in no more time is {digits(best)} mm off"
+            trials = [(e, m) for m, e in map(measured.point, measured.of_solver("trial")) if m <= ms]
+            alone = f"; PD alone is {digits(min(trials)[0])} mm off in {digits(min(trials)[1])} ms" if trials else ""
+            said.append(
+                f"{measured.name}: {name} takes {digits(ms)} ms and is {digits(error)} mm off, {crossed}; {ours}{alone}"
+            )
+    return said
 
 
 def beyond_ours(measured: Measured) -> list[tuple[str, float, float, float | None]]:
-    """Method, ms and error of each that is not on or above our front, and our error in no more time, if we have any."""
+    """Method, ms and error of each that is not on or above our front, and our error in no more time, if we have any.
+
+    Errors under AGREEMENT are as good as each other.
+    """
     ours = [measured.point(name) for name in measured.of_solver("ours")]
     found = []
     for name in measured.of_solver(*OTHERS):
         ms, error = measured.point(name)
         best = min((e for m, e in ours if m <= ms), default=None)
-        if error < JUDGED and (best is None or best > error):
+        if error < JUDGED and (best is None or best > max(error, AGREEMENT)):
             found.append((name, ms, error, best))
     return found
 

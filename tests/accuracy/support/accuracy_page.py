@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from accuracy_data import CPU, Found, read_results
-from accuracy_limits import JUDGED, NEGLIGIBLE, broken
+from accuracy_limits import AGREEMENT, JUDGED, NEGLIGIBLE, broken
 from accuracy_plots import plots
 from accuracy_tables import (
     estimate_lines,
@@ -111,7 +111,7 @@ OTHERS_SAID = [
     "at all is. A step that is cut into sub-steps is nearer to the motion's own course than one step of implicit Euler",
     "is, which is what all are held to: of these, errors of the order of g dt^2 are no fault. Newton's solvers have",
     "soft contacts and a body that does not yield, so that theirs is another model's error, too. Compared are steps",
-    f"with errors under {JUDGED:g} mm.",
+    f"with errors under {JUDGED:g} mm; those under {AGREEMENT:g} mm are as good as each other.",
 ]
 TRAJECTORY_SAID = [
     "RMS [mm] between a run at a preset and the reference's, which begin in the same state and go on by themselves.",

@@ -11,6 +11,8 @@ from frame_judge import FrameJudge, principal_stretches
 from harness.crossed import Crossings
 
 from tryon_solver.baselines.newton_ipc import Reference
+from tryon_solver.baselines.newton_ipc.march import TOLERANCE
+from tryon_solver.baselines.newton_ipc.newton import NotConvergedError, solve
 from tryon_solver.geometry.garment import Garment
 
 DIGITS = 5  # that are written down
@@ -64,6 +66,16 @@ class Measures:
             "energy": self._energy(x),
         }
         return {**{name: rounded(value) for name, value in figures.items()}, "crossed": self._crossed(cloth, x[n:])}
+
+    def own_balance(self, x: np.ndarray) -> float | None:
+        """How far [mm], RMS over the cloth's vertices, Newton goes from x (A, 3) m to balance: of the several that a
+        step of slack cloth can have, to the one it was on the way to. None where it does not get there."""
+        n = self.garment.vertex_count
+        try:
+            there = solve(self.lagged.problem, self.reference.search, x, TOLERANCE).x
+        except (ValueError, NotConvergedError):  # a pair at or under its offset, or no end
+            return None
+        return rounded(1e3 * rms(np.linalg.norm(there[:n] - x[:n], axis=1)))
 
     def _energy(self, x: np.ndarray) -> float | None:
         try:
