@@ -74,9 +74,16 @@ def reference_broken(found: Found) -> list[str]:
     said = []
     for measured in found.errors:
         if REFERENCE in measured.presets:
-            off = float(np.sqrt(np.mean([row["error"] ** 2 for row in measured.rows[REFERENCE]])))
+            rows = measured.rows[REFERENCE]
+            off = float(np.sqrt(np.mean([row["error"] ** 2 for row in rows])))
             if off > AGREEMENT:
-                said.append(f"{measured.name}: preset {REFERENCE} is {digits(off)} mm from Newton IPC, RMS")
+                far = [row for row in rows if row["error"] > AGREEMENT]
+                balanced = sum((row.get("own_balance") or np.inf) < AGREEMENT for row in far)
+                said.append(
+                    f"{measured.name}: preset {REFERENCE} is {digits(off)} mm from Newton IPC, RMS; {len(far)} of "
+                    f"{len(rows)} steps are further off than {AGREEMENT:g} mm, {balanced} of these in a balance "
+                    "of their own"
+                )
     if not any(REFERENCE in measured.presets for measured in found.errors):
         said.append(f"there is no preset {REFERENCE} to be held to Newton IPC")
     return said
