@@ -17,14 +17,21 @@ from tryon_server.runtime.beside import ProcessBeside
 from tryon_server.runtime.design import design_of
 from tryon_server.runtime.held_edits import HeldEdits
 from tryon_server.runtime.redesign import wanted
+from tryon_server.runtime.solver_drape import SolverDrape
 from tryon_server.runtime.worn_pattern import WornPattern
 from tryon_server.sessions.commands import ChangePattern
+from tryon_solver import PRESETS
+from tryon_solver.body import default_body
 from tryon_solver.geometry.pattern import parse_pattern
 from tryon_solver.geometry.size import in_size, mesh_in_size
+from tryon_solver.geometry.weld import weld
+from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.redesign.drag import begin_drag
 from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.history import History
 from tryon_solver.redesign.remesh import Remesh
+from tryon_solver.scene import Scene
+from tryon_solver.simulation import build
 
 PATIENCE = 60.0  # s, for a process to start on a busy machine
 SIZE, THICKNESS = 0.9, 0.6e-3
@@ -88,6 +95,28 @@ def test_an_edit_has_the_bits_that_it_has_here(beside, worn):
         drawn = design_of(found.specification, HISTORY, held=True, notes=found.notes, drawn=found.drawn)
         assert drawn == design_of(here.specification, HISTORY, held=True, notes=here.notes)
         assert edits.outcome(worn) is None
+
+
+def test_a_garment_takes_on_the_shape_that_was_found_elsewhere(worn):
+    """As the one that it finds itself, and no other; why it needs another mesh it is told with the shape."""
+    mesh, body = worn.pattern.panels, default_body()
+    welded = weld(mesh)
+    scene = Scene(welded.garment(), welded.mean_of_vertices(mesh.placed), body, FABRICS["cotton_jersey"])
+    one, other = (
+        SolverDrape(sim, body.start(), mesh.panel_names, body, size=SIZE, worn=worn.pattern)
+        for sim in (build(scene, PRESETS["draft"], "cpu", body.start(), None, tangled=True) for _ in range(2))
+    )
+    longer, shorter = (wanted(HISTORY, hem(by)).specification for by in (0.02, -0.02))
+    assert one.shape_of is one.shape_of
+    assert one.reshape(longer, one.shape_of(longer)) == other.reshape(longer) == ""
+    one.advance(one.pose, 1 / 30)
+    other.advance(other.pose, 1 / 30)
+    rest = [drape.simulation.scene.garment.uv_corners for drape in (one, other)]
+    assert np.array_equal(*rest)
+    assert not np.array_equal(rest[0], welded.garment().uv_corners)
+    assert one.reshape(shorter, one.shape_of(shorter)) == ""
+    gone = wanted(HISTORY, held({"kind": "remove_piece", "panel": "left_sleeve_back"})).specification
+    assert one.reshape(gone, one.shape_of(gone)) == other.reshape(gone) != ""
 
 
 def test_why_one_needs_another_mesh_is_told(beside, worn):
