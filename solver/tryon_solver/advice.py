@@ -6,19 +6,21 @@ import numpy as np
 
 from tryon_solver.materials.fabric import FABRICS, Fabric
 from tryon_solver.results import Counters
+from tryon_solver.settings import Settings
 
 STRETCH_MOST = 1.02  # of the fabric's limit, for all but OVERSTRETCHED of the triangles
 OVERSTRETCHED = 1e-3
 STRETCH_ANY = 1.10  # of the fabric's limit, for every triangle
+FAR = 4.0  # times the accuracy asked for: within that an error is told rightly, nearly always
 LAG = 10e-3  # m from the skin to the collision surface; skin that the body itself pinches may be part of it
 
 
-def advise(counters: Counters, debt: float, fabric: Fabric, stretch: np.ndarray, lag: float, late: float) -> str:
+def advise(counters: Counters, debt: float, fabric: Fabric, stretch: np.ndarray, lag: float, more: str = "") -> str:
     """Sentences about one call of `advance`, "" when there is nothing to say.
 
     `stretch` (F,) is the larger principal stretch of each triangle, `lag` the largest distance [m] from the tracked
-    skin to the collision surface, `debt` the time [s] that a gap in the poses left to be simulated, `late` that by
-    which the deadline was missed.
+    skin to the collision surface, `debt` the time [s] that a gap in the poses left to be simulated, `more` what
+    there is to say besides.
     """
     said = []
     if counters.retries:
@@ -27,8 +29,8 @@ def advise(counters: Counters, debt: float, fabric: Fabric, stretch: np.ndarray,
         said.append(f"in {counters.reverts} of them the body moved and the garment stayed behind")
     if debt:
         said.append(f"{debt:.2f} s of motion are still to be simulated: poses came too rarely")
-    if late:
-        said.append(f"the deadline was missed by {1e3 * late:.1f} ms: allow more time, or choose a coarser mesh")
+    if more:
+        said.append(more)
     if counters.behind:
         said.append(f"the pose leaps: the skin is up to {counters.behind:.2f} m short of it, and goes on from there")
     strained = []
@@ -46,6 +48,17 @@ def advise(counters: Counters, debt: float, fabric: Fabric, stretch: np.ndarray,
             f"try {tries}"
         )
     return "; ".join(said)
+
+
+def unmet(settings: Settings, error: float, late: float) -> str:
+    """What was asked for of a step and not had: `late` [s] by which the deadline was missed, `error` [m] as estimated.
+    An error that a deadline left no time to lower is not told: it is what was asked for."""
+    if late:
+        return f"the deadline was missed by {1e3 * late:.1f} ms: allow more time, or choose a coarser mesh"
+    if settings.accuracy is not None and settings.deadline is None and error > FAR * settings.accuracy:
+        wanted = f"an error of {1e3 * settings.accuracy:.2g} mm was not reached"
+        return f"{wanted}, it is {1e3 * error:.2g} mm: shorter steps (a finer preset) or a slower motion come nearer"
+    return ""
 
 
 def overstretched(fabric: Fabric, stretch: np.ndarray) -> bool:

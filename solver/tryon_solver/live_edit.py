@@ -53,7 +53,10 @@ class LiveEdit:
     def want(self, pattern: Pattern) -> Remesh | None:
         """Let the garment become this pattern, from the next frame on; Remesh, and nothing changes, where it can't in
         the mesh that it has."""
-        mesh = self.drag.moved(pattern)
+        return self.want_mesh(self.drag.moved(pattern))
+
+    def want_mesh(self, mesh: PanelMesh | Remesh) -> Remesh | None:
+        """`want` of a pattern for which this is `drag.moved`."""
         if isinstance(mesh, Remesh):
             return mesh
         ramp = begin_ramp(self.now, mesh)
@@ -93,8 +96,8 @@ class LiveEdit:
         size and back, it would have other bits."""
         if np.array_equal(self.now.uv, self.drag.mesh.uv):
             return self._first
-        uv = self.size * self.now.uv
-        return replace(self.sim.scene.garment, uv_corners=uv[self.now.faces])
+        corners = np.take(self.size * self.now.uv, self.now.faces, axis=0)  # a tenth of what indexing takes
+        return replace(self.sim.scene.garment, uv_corners=corners)
 
     def arrive(self) -> None:
         """Have the shape that is wanted at once; its inverse is made beside the simulation."""

@@ -28,7 +28,9 @@ class ContactTerm:
     x as well; `add_gradient(pairs, state, x, gradient_out)`, of as many vertices as that is long;
     `add_stiffness(pairs)` adds its matrices to `pairs.beside`; `tangential(pairs)` (size,) float64 N/m, its stiffness
     across the normal; `remember(pairs, state)` keeps for the next step how far each pair has given at the end of this
-    one; `kept()` returns that, (P, 4) int32 vertices and (P, 3) float32 m, and `restore(ids, given)` takes it up again.
+    one; `kept()` returns that, (P, 4) int32 vertices and (P, 3) float32 m, and `restore(ids, given)` takes it up again;
+    `restrain(pairs, move)` shortens a move (A,) vec3 m of the cloth from where the pairs were collected that would pass
+    by a balance on its way.
     """
 
     make_room: Callable[[ContactPairs], None]
@@ -40,6 +42,7 @@ class ContactTerm:
     remember: Callable[[ContactPairs, State], None]
     kept: Callable[[], tuple[np.ndarray, np.ndarray]]
     restore: Callable[[np.ndarray, np.ndarray], None]
+    restrain: Callable[[ContactPairs, wp.array], None] | None = None
 
 
 @dataclass(frozen=True)
@@ -54,9 +57,10 @@ class Contribution:
     constant matrix; `rate_stiffness` (N, N) N s/m, over dt, the correction's. Rows of all three must sum to zero, as
     those of inner forces do: the correction multiplies by differences. What holds the cloth to a place is
     `diagonal(dt, area)` (N,) float64 N/m, which enters both beside the inertia, of the fabric's area (N,) m^2 around
-    each vertex; `touches` names the surfaces the cloth may touch: "cloth", "body"; `sleep` says when nothing is to be
-    done at all. `reshape` makes anew, in place, what was made of the rest shape, once that has changed (reshape.py):
-    what works with it need not know.
+    each vertex; what of it is another in every step, `add_diagonal(state, diagonal_out)` adds on the device once a
+    step, after `start_step`, (N,) float32 N/m. `touches` names the surfaces the cloth may touch: "cloth", "body";
+    `sleep` says when nothing is to be done at all. `reshape` makes anew, in place, what was made of the rest shape,
+    once that has changed (reshape.py): what works with it need not know.
     """
 
     name: str
@@ -71,6 +75,7 @@ class Contribution:
     stiffness: Term | None = None
     rate_stiffness: Term | None = None
     diagonal: Callable[[float, np.ndarray], np.ndarray] | None = None
+    add_diagonal: Callable[[State, wp.array], None] | None = None  # state, diagonal_out
     touches: tuple[str, ...] = ()
     contact: ContactTerm | None = None
     sleep: Sleep | None = None
@@ -99,8 +104,9 @@ class StepPlan:
         """Of the constant matrices, in the order in which they are added."""
         return tuple(t for c in self.contributions for t in (c.stiffness, c.rate_stiffness) if t is not None)
 
-    def describe(self) -> str:
-        """Stages and the contributions in them, one line each."""
+    def describe(self, times: Mapping[str, Mapping[str, float]] | None = None) -> str:
+        """Stages and the contributions in them, one line each; behind a name the ms of a call, where `times` has them
+        (stepping/clocked.py measures them)."""
         stages = (
             "add_acceleration",
             "project",
@@ -113,15 +119,22 @@ class StepPlan:
             "stiffness",
             "rate_stiffness",
             "diagonal",
+            "add_diagonal",
             "touches",
             "contact",
             "sleep",
         )
         lines = []
         for stage in stages:
-            names = [c.name for c in self.contributions if takes_part(c, stage)]
+            names = [named(c.name, stage, times or {}) for c in self.contributions if takes_part(c, stage)]
             lines.append(f"{stage}: {', '.join(names) if names else '-'}")
         return "\n".join(lines)
+
+
+def named(name: str, stage: str, times: Mapping[str, Mapping[str, float]]) -> str:
+    """The name, with what a call takes."""
+    taken = times.get(name, {}).get(stage)
+    return name if taken is None else f"{name} {taken:.3f} ms"
 
 
 def takes_part(contribution: Contribution, stage: str) -> bool:
@@ -142,6 +155,7 @@ class Stages:
     add_velocity_gradient: tuple[Callable[..., object], ...]
     add_velocity_gradient_in_correction: tuple[Callable[..., object], ...]
     add_hessian: tuple[Callable[..., object], ...]
+    add_diagonal: tuple[Callable[..., object], ...]
     contact: tuple[ContactTerm, ...]
 
     @staticmethod
@@ -156,5 +170,6 @@ class Stages:
             add_velocity_gradient=plan.stage("add_velocity_gradient"),
             add_velocity_gradient_in_correction=plan.stage("add_velocity_gradient_in_correction"),
             add_hessian=plan.stage("add_hessian"),
+            add_diagonal=plan.stage("add_diagonal"),
             contact=tuple(c.contact for c in plan.contributions if c.contact is not None),
         )

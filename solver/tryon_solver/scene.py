@@ -7,141 +7,63 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tryon_solver.body.on_device import WornBody
+from tryon_solver.effect_specs import (
+    SHARPEST_CREASE,
+    Adhesion,
+    AirDrag,
+    Attached,
+    BodyContact,
+    Creases,
+    EffectSpec,
+    Elastic,
+    ElasticLine,
+    FabricDamping,
+    Fasteners,
+    Friction,
+    Gravity,
+    Gusts,
+    Pins,
+    Pressure,
+    SelfContact,
+    Sewing,
+    Sleep,
+    StrainLimit,
+    StretchCurves,
+    Wind,
+)
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.materials.fabric import FABRICS, Fabric
 
+__all__ = [
+    "LIVE",
+    "SHARPEST_CREASE",
+    "WORN",
+    "Adhesion",
+    "AirDrag",
+    "Attached",
+    "BodyContact",
+    "Creases",
+    "Effect",
+    "EffectSpec",
+    "Elastic",
+    "ElasticLine",
+    "FabricDamping",
+    "Fasteners",
+    "Friction",
+    "Gravity",
+    "Gusts",
+    "Pins",
+    "Pressure",
+    "Scene",
+    "SelfContact",
+    "Sewing",
+    "Sleep",
+    "StrainLimit",
+    "StretchCurves",
+    "Wind",
+]
 
-@dataclass(frozen=True)
-class Gravity:
-    """Uniform gravity; `acceleration` m/s^2."""
-
-    acceleration: tuple[float, float, float] = (0.0, -9.81, 0.0)
-
-
-@dataclass(frozen=True)
-class BodyContact:
-    """Contact between cloth and the body's collision surface."""
-
-
-@dataclass(frozen=True)
-class SelfContact:
-    """Contact between cloth and cloth."""
-
-
-@dataclass(frozen=True)
-class Friction:
-    """Coulomb friction on every contact the scene has; coefficients come from the fabric.
-
-    A contact gives by up to `presliding` m before it slides, and its force grows smoothly with that; it keeps what it
-    has given from step to step, so that what sticks stays.
-    """
-
-    presliding: float = 1e-4
-
-
-@dataclass(frozen=True)
-class StrainLimit:
-    """Stiffens the fabric beyond its strain limit; `stiffness` N/m acts on the excess."""
-
-    stiffness: float = 20000.0
-
-
-@dataclass(frozen=True)
-class AirDrag:
-    """Air at rest slows the cloth's motion through it; `coefficient` N s/m^3: force per area and speed.
-
-    A plate broadside on feels 1/2 rho c_d v per speed: with c_d 1.2 to 2 that is 1.0 to 1.7 N s/m^3 at walking speed,
-    1.4 m/s. A hem swings more slowly, but to and fro, for which c_d is several times as large (Keulegan and Carpenter
-    1958). So the default is the most that steady air has: with it a dress comes to rest soonest (docs/measured.md).
-    """
-
-    coefficient: float = 1.7
-
-
-@dataclass(frozen=True)
-class FabricDamping:
-    """Damping within the fabric; `time` s is beta of the force -beta H v (effects/fabric_damping.py).
-
-    A mode of frequency f is damped by the ratio pi f beta of critical: 5 ms is 13 % at 8 Hz and 3 % at 2 Hz, at which
-    cloth swings. That is what tensile tests of fabrics say: a cycle that gives back 55 to 70 % of its work has the loss
-    factor 0.05 to 0.07, 2 pi f beta.
-    """
-
-    time: float = 5e-3
-
-
-@dataclass(frozen=True)
-class Sewing:
-    """Open seams being drawn together while a garment is dressed.
-
-    `stitches` (S, 2) int32 vertex pairs, each held by a spring of `stiffness` N/m at `share` of the way it was apart at
-    the start; the contribution's value "share" (1,) is lowered from 1 to 0.
-    """
-
-    stitches: np.ndarray
-    stiffness: float
-
-
-@dataclass(frozen=True)
-class Attached:
-    """Cloth sewn flat onto other cloth, as a pocket is: each of `vertices` (K,) int32 is drawn by a spring of
-    `stiffness` N/m to the place on the cloth beneath that `weights` (K, 3) of the vertices `onto` (K, 3) int32 say.
-
-    How far it stays off, the contact between the two says.
-    """
-
-    vertices: np.ndarray
-    onto: np.ndarray
-    weights: np.ndarray
-    stiffness: float
-
-
-@dataclass(frozen=True)
-class Pins:
-    """Cloth held or led by springs: `vertices` (K,) int32, each once, held where they start by `stiffness` N/m.
-
-    The contribution's value "places" (K,) vec3 m may be written between steps: the vertices follow.
-    """
-
-    vertices: np.ndarray
-    stiffness: float = 2e4
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.stiffness < float("inf"):
-            raise ValueError(f"pins: stiffness must be a finite number of at least 0 N/m, not {self.stiffness!r}")
-        once, count = np.unique(self.vertices, return_counts=True)
-        if (count > 1).any():
-            raise ValueError(f"pins: vertex {int(once[np.argmax(count)])} is listed twice; list it once")
-
-
-@dataclass(frozen=True)
-class Sleep:
-    """Cloth that hangs still on a body that stands still is left as it is until something moves.
-
-    It falls asleep when for `time` s the cloth was no faster than `speed` m/s RMS, and no vertex of cloth or collision
-    surface faster than `fastest` m/s. It wakes when a point of the skin is more than `shift` m from where it was then.
-    Whoever changes something else, such as a contribution's values, wakes the simulation (Simulation.wake).
-    """
-
-    speed: float = 1e-3
-    fastest: float = 2.5e-3
-    time: float = 0.5
-    shift: float = 1e-4
-
-
-Effect = (
-    Gravity
-    | BodyContact
-    | SelfContact
-    | Friction
-    | StrainLimit
-    | AirDrag
-    | FabricDamping
-    | Sewing
-    | Attached
-    | Pins
-    | Sleep
-)
+Effect = EffectSpec
 
 WORN: tuple[Effect, ...] = (
     Gravity(),
@@ -182,18 +104,12 @@ class Scene:
             bad = int(np.flatnonzero(~np.isfinite(self.x_start).all(axis=1))[0])
             raise ValueError(f"x_start: vertex {bad} is not a finite position")
         self._check_panel_fabrics()
-        for effect in self.effects:
-            if isinstance(effect, Pins) and len(effect.vertices):
-                first, last = int(effect.vertices.min()), int(effect.vertices.max())
-                if first < 0 or last >= self.garment.vertex_count:
-                    bad = first if first < 0 else last
-                    raise ValueError(f"pins: there is no vertex {bad}; the garment has {self.garment.vertex_count}")
         kinds = [type(effect) for effect in self.effects]
         for kind in kinds:
             if kinds.count(kind) > 1:
                 raise ValueError(f"effects: {kind.__name__} is listed twice; list it once")
-        if self.body is None and BodyContact in kinds:
-            raise ValueError("effects: BodyContact needs a body; give the scene one or leave the effect out")
+        for effect in self.effects:
+            effect.check(self)
 
     def _check_panel_fabrics(self) -> None:
         panels = int(self.garment.panel_of_face.max()) + 1

@@ -189,6 +189,8 @@ class Simulation:
         self.matrices = ConstantMatrices(self.plan.terms, self.hessian_rows, self.cloth_count, device)
         self.basis = basis
         self.mass_per_dt2 = wp.zeros(self.cloth_count, dtype=wp.float32, device=device)
+        if self.stages.add_diagonal:  # what of the diagonal is the same in all steps of one length (N,) N/m
+            self.steady_diagonal = wp.zeros(self.cloth_count, dtype=wp.float32, device=device)
         self._inverses: dict[int, np.ndarray] = {}
         self.dt = 0.0
         self.coarse: ContactCoarseLevel | None = None
@@ -263,6 +265,8 @@ class Simulation:
         diagonal = self.diagonal(dt)
         held = np.full(self.body_count, self.settings.skin_stiffness)
         self.work.diagonal.assign(np.concatenate([diagonal, held]).astype(np.float32))
+        if self.stages.add_diagonal:
+            self.steady_diagonal.assign(diagonal.astype(np.float32))
         self._set_coarse_rest(diagonal)
 
     def diagonal(self, dt: float) -> np.ndarray:

@@ -11,6 +11,7 @@ import tryon_solver
 ROOT = Path(tryon_solver.__file__).parent
 PUBLIC = (
     "scene.py",
+    "effect_specs.py",
     "state.py",
     "results.py",
     "geometry/garment.py",
@@ -26,7 +27,7 @@ ARRAY = re.compile(r"^(wp\.array|np\.ndarray|NDArray\[|Points$|Indices$)")
 SHAPE = re.compile(r"\([\w* +-]+(,[\w\s+*-]*)*\)")
 INTEGER = re.compile(r"int32|bool|Indices")
 UNIT = re.compile(
-    r"\b(m|kg|N|J|s|m/s|m/s\^2|N/m|m/N|m\^2|1/m)\b|\bunit\b|quaternion|sum to 1|fraction|world from"
+    r"\b(m|kg|N|J|s|m/s|m/s\^2|N/m|m/N|m\^2|1/m|rad)\b|\bunit\b|quaternion|sum to 1|fraction|world from"
 )
 
 

@@ -20,6 +20,7 @@ LAYERS = (
     ("materials", "subspace", "contact", "body"),
     ("files",),
     ("advice",),
+    ("effect_specs",),
     ("scene",),
     ("effects", "stepping"),
     ("step", "kernels"),

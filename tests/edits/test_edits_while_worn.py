@@ -1,5 +1,7 @@
 """A short form of `python tests/edits`, and what its judge makes of frames that are bad in one way each."""
 
+import json
+from collections import Counter
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -7,23 +9,26 @@ import drag_rate
 import numpy as np
 import pytest
 from edit_case import EditCase, whole_proof
+from edit_steps import EditSteps
 from edit_table import markdown
 from edited_session import Shown
-from frames_after import FrameWatch
+from frames_after import FrameWatch, speed_on_body
 from levels import grown
 from rebuild_times import TOPOLOGY, VALUE, plots, table
 from run_edits import EditRun
 
 from tryon_protocol import BodySurface, DecodedFrame, Topology
+from tryon_server.runtime.redesign import wanted
+from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.edits import KINDS
 
 LENGTHENED = {"lengthen (value)": 1, "undo (value)": 1}
 THREE_EDITS = {
     "ease (value)": 1,
-    "remove_piece (topology)": 1,
-    "take_in (value)": 1,
+    "change_fabric (topology)": 1,
+    "gather (value)": 1,
     "undo (value)": 2,
-    "undo (dressed anew)": 1,
+    "undo (topology)": 1,
 }
 
 
@@ -59,6 +64,33 @@ def test_a_hem_is_dragged_while_frames_come(tmp_path):
     assert found["crossing"].startswith("0 of ")
     text = drag_rate.table({"about": {"commit": "none", "machine": "none", "preset": "draft"}, "rows": [found]})
     assert f"| {found['vertices']} | 2 |" in text
+
+
+def test_the_seams_that_are_closed_are_some_that_were_opened():
+    """Of a garment all of whose seams are closed nearly every other closing is refused, after it was dressed for it:
+    a case of fifty would take as many hours."""
+    specification = json.loads(EditCase().pattern.read_text())
+    steps, made = EditSteps(specification, "close_seam", deepest=12, seed=1), Counter()
+    closed = seams_of(specification)
+    for _ in range(200):
+        command = steps.next()
+        kind = command.step if command.edit is None else command.edit["kind"]
+        try:
+            asked = wanted(steps.history, command)
+        except EditError:
+            made[f"{kind} refused"] += 1
+            continue
+        assert seams_of(asked.specification) <= closed
+        made[kind] += 1
+        steps.history = asked.history
+    assert min(made[kind] for kind in ("open_seam", "close_seam", "undo")) > 20
+    assert not made["close_seam refused"]
+
+
+def seams_of(specification):
+    """The pairs of edges that are sewn together, by piece and number."""
+    stitches = specification["pattern"]["stitches"]
+    return {tuple(sorted((side["panel"], side["edge"]) for side in stitch[:2])) for stitch in stitches}
 
 
 def test_the_whole_proof_has_every_kind_and_all_garments():
@@ -135,6 +167,19 @@ def test_speed_counts_against_the_body_and_after_the_ramp(seen):
     assert [said.partition(":")[0] for said in faults.too_fast] == [f"frame {k + 1}, {k} after an edit" for k in (4, 5)]
     along = frame_at(cloth + [0.1, 0.0, 0.0], 6 / 30)
     assert len(seen(replace(along, body=TETRAHEDRON + [0.1, 0.0, 0.0])).too_fast) == 2
+
+
+@pytest.mark.parametrize(("apart", "fast"), [(0.14, False), (0.16, True)])
+def test_cloth_between_limbs_goes_with_either(apart, fast):
+    """One limb stands, the other passes at 3 m/s; a vertex that goes with the farther one is too fast only where that
+    is not around it."""
+    body = np.array([[0.0, 0.0, 0.05], [0.0, 0.0, -apart]])
+    before = replace(frame_at(np.zeros((1, 3)), 0.0), body=body)
+    passing = np.array([0.1, 0.0, 0.0])
+    after = replace(frame_at(passing[None], 1 / 30), body=body + [[0.0] * 3, passing])
+    assert speed_on_body(before, after, 1 / 30) == pytest.approx(3.0 if fast else 0.0)
+    stays = replace(after, cloth=before.cloth)
+    assert speed_on_body(before, stays, 1 / 30) == pytest.approx(0.0)
 
 
 def test_the_limit_of_speed_is_at_least_what_the_motion_gave_the_garment_before(watched):

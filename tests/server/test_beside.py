@@ -99,6 +99,20 @@ def test_what_is_given_up_is_ended_in_the_middle(beside, tmp_path, replaced):
     until(lambda: not runs(number))
 
 
+def test_what_is_short_is_waited_for_rather_than_ended(beside):
+    """Another task is done by the same process, and what nobody waited for does not come back."""
+    beside.begin(os.getpid)
+    number = until(beside.outcome).value
+    beside.begin(partial(time.sleep, 0.05), short=True)
+    assert beside.doing is not None
+    beside.begin(os.getpid)
+    assert until(beside.outcome) == Made(number)
+    beside.begin(partial(time.sleep, 600.0), short=True)
+    beside.give_up()
+    assert beside.doing is None
+    until(lambda: not runs(number))
+
+
 def test_a_task_that_was_not_read_yet_can_be_given_up():
     with closing(ProcessBeside()) as beside:
         beside.begin(partial(tasks.length, bytes(50_000_000)))  # the process has hardly been started

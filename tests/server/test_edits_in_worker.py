@@ -84,6 +84,7 @@ def test_what_is_held_is_shown_and_counts_from_what_is_kept():
     assert drape.shapes == [0.6, 0.8, 0.5, 0.75, 0.9]
     assert widths(connection)[1:] == [(0.6, True), (0.8, True), (0.5, True), (0.75, True), (0.9, False)]
     assert [made.id for made in events(connection, EditMade)] == [1]
+    assert connection.beside.begun == 3, "what is held is worked out beside the simulation"
 
 
 def test_edits_are_taken_back_and_made_again():

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tryon_server.runtime.waiting import HELD_SHARE, HeldBack
+from tryon_server.runtime.waiting import HELD_SHARE, LOOK_SECONDS, HeldBack
 from tryon_server.sessions.commands import ChangePattern, Run
 
 KEPT, UNDO = ChangePattern("edit", 7, {"kind": "lengthen"}), ChangePattern("undo", 8)
@@ -18,10 +18,10 @@ class Desk:
     def __init__(self, seconds=0.02):
         self.now, self.seconds, self.taken, self.back = 10.0, seconds, [], HeldBack()
 
-    def come(self, *commands):
+    def come(self, *commands, busy=False):
         """They come; those that were taken now."""
         before = len(self.taken)
-        self.back.take(commands, self._take, lambda: self.now)
+        self.back.take(commands, self._take, lambda: self.now, busy)
         return self.taken[before:]
 
     def _take(self, command):
@@ -59,11 +59,20 @@ def test_the_last_of_a_drag_is_taken_once_it_is_time_though_nothing_follows():
     desk = Desk()
     assert desk.come(held(1)) == [held(1)]
     assert desk.come(held(2)) == []
-    left = desk.back.wait(None, desk.now)
+    left = desk.back.wait(None, desk.now, busy=False)
     assert left == pytest.approx(0.02 / HELD_SHARE - 0.02)
-    assert desk.back.wait(0.01, desk.now) == 0.01
+    assert desk.back.wait(0.01, desk.now, busy=False) == 0.01
     desk.now += left
-    assert desk.back.wait(None, desk.now) == pytest.approx(0.0)
+    assert desk.back.wait(None, desk.now, busy=False) == pytest.approx(0.0)
     desk.now += 1e-9
     assert desk.come() == [held(2)]
-    assert desk.back.wait(None, desk.now) is None
+    assert desk.back.wait(None, desk.now, busy=False) is None
+
+
+def test_while_one_is_worked_out_the_newest_waits_and_what_is_no_drag_does_not():
+    desk = Desk()
+    assert desk.come(held(1), busy=True) == []
+    assert desk.come(held(2), Run(True), busy=True) == [Run(True)]
+    assert desk.back.wait(None, desk.now, busy=True) == LOOK_SECONDS
+    assert desk.come() == [held(2)]
+    assert desk.back.wait(None, desk.now, busy=True) == LOOK_SECONDS, "until it is there"

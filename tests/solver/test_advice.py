@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from small_scenes import sheet
 
-from tryon_solver.advice import advise, nearest_limit
+from tryon_solver.advice import advise, nearest_limit, unmet
 from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.results import Counters
 from tryon_solver.scene import Gravity, Scene
+from tryon_solver.settings import Settings
 from tryon_solver.simulation import build
 
 DENIM = FABRICS["denim"]  # bears 5 %
@@ -22,13 +23,13 @@ def stretches(most: float, share: float = 1.0, count: int = 5000) -> np.ndarray:
 
 
 def test_nothing_is_said_of_what_is_in_bounds():
-    assert advise(Counters(), 0.0, DENIM, stretches(1.05), 10e-3, 0.0) == ""
-    assert advise(Counters(), 0.0, DENIM, stretches(1.05 * 1.09, share=1e-3), 0.0, 0.0) == ""
+    assert advise(Counters(), 0.0, DENIM, stretches(1.05), 10e-3) == ""
+    assert advise(Counters(), 0.0, DENIM, stretches(1.05 * 1.09, share=1e-3), 0.0) == ""
 
 
 @pytest.mark.parametrize(("most", "share"), [(1.05 * 1.03, 2e-3), (1.05 * 1.11, 2e-4), (1.35, 0.5)])
 def test_fabric_beyond_its_limit_is_told_with_what_to_try(most, share):
-    said = advise(Counters(), 0.0, DENIM, stretches(most, share), 0.0, 0.0)
+    said = advise(Counters(), 0.0, DENIM, stretches(most, share), 0.0)
     assert f"stretched by up to {100 * (most - 1):.0f} % (denim bears 5 %)" in said
     assert "too tight for this motion" in said
     for remedy in ("cotton_jersey: 15 %", "a larger size", "preset"):
@@ -37,7 +38,7 @@ def test_fabric_beyond_its_limit_is_told_with_what_to_try(most, share):
 
 
 def test_surface_far_behind_the_skin_is_told_with_what_to_try():
-    said = advise(Counters(), 0.0, DENIM, stretches(1.0), 22.4e-3, 0.0)
+    said = advise(Counters(), 0.0, DENIM, stretches(1.0), 22.4e-3)
     assert "22 mm behind the skin" in said
     assert "caught between parts of the body" in said
     assert "a larger size" in said
@@ -45,13 +46,13 @@ def test_surface_far_behind_the_skin_is_told_with_what_to_try():
 
 
 def test_the_fabric_that_stretches_most_is_not_offered_another_one():
-    said = advise(Counters(), 0.0, JERSEY, stretches(1.5), 0.0, 0.0)
+    said = advise(Counters(), 0.0, JERSEY, stretches(1.5), 0.0)
     assert "bears 15 %" in said
     assert "a fabric that stretches more" not in said
 
 
 def test_everything_is_told_at_once():
-    said = advise(Counters(retries=3, reverts=2), 0.25, DENIM, stretches(1.35), 22e-3, 0.0)
+    said = advise(Counters(retries=3, reverts=2), 0.25, DENIM, stretches(1.35), 22e-3)
     for part in ("3 steps were void", "in 2 of them", "0.25 s of motion", "35 %", "and the cloth holds", "22 mm"):
         assert part in said
 
@@ -71,9 +72,20 @@ def test_of_several_fabrics_the_one_nearest_its_limit_is_told():
     fabric, stretch = nearest_limit([JERSEY, DENIM, JERSEY], np.array([1.12, 1.10, 1.0]))
     assert fabric is DENIM
     np.testing.assert_allclose(stretch, [1.12 / 1.15 * 1.05, 1.10, 1.0 / 1.15 * 1.05])
-    assert "denim bears 5 %" in advise(Counters(), 0.0, fabric, stretch, 0.0, 0.0)
+    assert "denim bears 5 %" in advise(Counters(), 0.0, fabric, stretch, 0.0)
 
 
 def test_a_missed_deadline_is_told_with_what_to_do():
-    said = advise(Counters(), 0.0, DENIM, stretches(1.0), 0.0, 0.0021)
+    hurried = Settings(deadline=0.011)
+    said = unmet(hurried, 1e-3, 0.0021)
     assert said == "the deadline was missed by 2.1 ms: allow more time, or choose a coarser mesh"
+    assert advise(Counters(), 0.0, DENIM, stretches(1.0), 0.0, said) == said
+    assert unmet(hurried, 1e-3, 0.0) == ""
+
+
+def test_an_error_far_above_the_one_asked_for_is_told_unless_a_deadline_left_no_time():
+    asked = Settings(accuracy=8e-5)
+    assert unmet(asked, 1.5e-3, 0.0).startswith("an error of 0.08 mm was not reached, it is 1.5 mm: shorter steps")
+    assert unmet(asked, 3e-4, 0.0) == ""
+    assert unmet(Settings(accuracy=8e-5, deadline=0.011), 1.5e-3, 0.0) == ""
+    assert unmet(Settings(), 1.5e-3, 0.0) == ""

@@ -50,6 +50,16 @@ def sheet(columns: int, rows: int, width: float, height: float) -> tuple[Garment
     return garment_of(uv, grid_faces(columns, rows)), np.column_stack([uv[:, 0], np.zeros(len(uv)), -uv[:, 1]])
 
 
+def flattened(x: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """(F, 3, 2) m: each triangle laid flat by itself."""
+    a, b, c = (x[faces[:, k]] for k in range(3))
+    length = np.linalg.norm(b - a, axis=1)
+    along = ((b - a) * (c - a)).sum(1) / length
+    height = np.linalg.norm(np.cross(b - a, c - a), axis=1) / length
+    zero = 0 * length
+    return np.stack([np.column_stack(corner) for corner in ((zero, zero), (length, zero), (along, height))], axis=1)
+
+
 def layers(count: int, columns: int, rows: int, size: float, apart: float) -> tuple[Garment, np.ndarray]:
     """`count` square sheets, each a panel, stacked along y at distances `apart` m."""
     uv, faces = grid_uv(columns, rows, size, size), grid_faces(columns, rows)

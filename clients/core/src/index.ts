@@ -1,6 +1,9 @@
 /** Client core: everything a viewer needs besides drawing. Framework-free. */
+export { AccuracyDesk, type AccuracyChoice } from "./accuracy_desk.ts";
+export { decadeAxis, evenAxis, type Axis } from "./axis.ts";
 export { Client, steadyNow, type ClientEvents } from "./client.ts";
 export type { Link } from "./connection.ts";
+export { accuracyAt, DIAL_END, positionOf } from "./dial.ts";
 export { GarmentScene, type Shape } from "./garment_scene.ts";
 export { readDesign, sewnTo, type Design, type Point, type Sewn } from "./pattern_design.ts";
 export { PatternDesk, type DeskSurroundings } from "./pattern_desk.ts";
@@ -8,6 +11,7 @@ export type { PatternEdit } from "./pattern_edit.ts";
 export { layOut, type Layout } from "./pattern_layout.ts";
 export { lengthOf, middleOf, type Grip } from "./pattern_shape.ts";
 export { PaceMeter, RateMeter } from "./meters.ts";
+export { PriceLog, type Price } from "./price_log.ts";
 export {
   Api,
   RequestError,

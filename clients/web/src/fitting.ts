@@ -36,8 +36,8 @@ export interface FittingView {
   notice(notice: Notice): void;
   /** what there is to choose from, and what is chosen */
   choices(catalogue: Catalogue, wish: SessionWish): void;
-  /** another session begins; its client replaces the one before */
-  began(client: Client): void;
+  /** another session begins, which was opened or `joined`; its client replaces the one before */
+  began(client: Client, joined: boolean): void;
 }
 
 export interface Catalogue {
@@ -81,7 +81,7 @@ export class Fitting {
     await this.loadCatalogue();
     const joined = joinId === null ? undefined : await this.find(joinId);
     if (joined) {
-      this.enter(joined);
+      this.enter(joined, true);
       return;
     }
     const garment = usualGarment(this.catalogue);
@@ -271,7 +271,7 @@ export class Fitting {
         return;
       }
       this.wish = wish;
-      this.enter(session);
+      this.enter(session, false);
       if (left && left.id !== session.id) await this.end(left);
     } catch (error) {
       if (turn !== this.opening) return;
@@ -282,7 +282,7 @@ export class Fitting {
     }
   }
 
-  private enter(session: SessionInfo): void {
+  private enter(session: SessionInfo, joined: boolean): void {
     this.client?.close();
     this.session = session;
     const { garment, motion, fabric, size, body } = session;
@@ -305,7 +305,7 @@ export class Fitting {
       },
     });
     this.client = client;
-    this.view.began(client);
+    this.view.began(client, joined);
     this.view.choices(this.catalogue, this.wish);
     client.open(this.api.streamUrl(session));
   }

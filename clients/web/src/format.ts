@@ -18,3 +18,8 @@ export function simulatedTime(seconds: number): string {
   const text = withUnit(Math.abs(seconds), 1, "s");
   return seconds <= -0.05 ? `starts in ${text}` : text;
 }
+
+/** The figure with so many significant digits, without zeros that say nothing: 0.25, 11, 1000. */
+export function significant(value: number, digits: number): string {
+  return String(Number(value.toPrecision(digits)));
+}

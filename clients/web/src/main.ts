@@ -1,5 +1,6 @@
 import { Api, RateMeter, steadyNow, type Fabric } from "@tryon/core";
 
+import { AccuracyPanel } from "./accuracy.ts";
 import { AdviceLine } from "./advice.ts";
 import { Ar } from "./ar.ts";
 import { Choices } from "./choices.ts";
@@ -45,6 +46,7 @@ class Studio implements FittingView {
     (message) => this.fitting.client?.send(message),
     (notice) => this.board.show(notice),
   );
+  private readonly accuracy = new AccuracyPanel((message) => this.fitting.client?.send(message));
   private readonly drawn = new RateMeter();
   private readonly fitting: Fitting;
   private readonly panel: Choices;
@@ -157,11 +159,13 @@ class Studio implements FittingView {
     this.subject = welcome.subjects[0];
     this.pattern.forget(); // it is told anew
     this.ar.welcomed();
+    this.accuracy.welcomed();
   }
 
   status(...[status]: Parameters<FittingView["status"]>): void {
     this.statusLine.setStatus(status);
     this.fit.show(status);
+    this.accuracy.take(status);
     this.panel.wornIn(status.worn_size ?? null, status.state === "failed");
     this.view.dataset.state = status.state;
     if (status.state === "preparing" || status.state === "dressing") this.advice.hide(); // it was of what is taken off
@@ -170,6 +174,7 @@ class Studio implements FittingView {
 
   report(...[report]: Parameters<FittingView["report"]>): void {
     this.readout.setReport(report);
+    this.accuracy.report(report);
     this.advice.show(report.advice ?? "");
   }
 
@@ -197,9 +202,10 @@ class Studio implements FittingView {
     this.dress();
   }
 
-  began(): void {
+  began(...[, joined]: Parameters<FittingView["began"]>): void {
     this.pattern.forget();
     this.readout.reset();
+    this.accuracy.began(joined);
     this.advice.hide();
     this.board.hideFault();
   }

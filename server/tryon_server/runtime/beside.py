@@ -21,6 +21,7 @@ from tryon_server.problems import Problem, ProblemError
 
 logger = logging.getLogger(__name__)
 
+SHORT_SECONDS = 0.2  # that a short task which nobody waits for is given to end, before it is ended
 LESS_URGENT = 5  # steps of niceness: where processors are few, a frame goes first
 
 Task = Callable[[], Any]
@@ -47,8 +48,13 @@ class Beside(Protocol):
     def warm(self) -> None:
         """Be ready for a task soon; returns at once."""
 
-    def begin(self, task: Task) -> None:
-        """Do this; returns at once. What was being done is given up."""
+    @property
+    def doing(self) -> Task | None:
+        """What is being done, for whoever began it; None where nothing is."""
+
+    def begin(self, task: Task, short: bool = False) -> None:
+        """Do this; returns at once. What was being done is given up. `short`: it takes less time than to start anew
+        what does it, so that giving it up is waiting for its end."""
 
     def outcome(self) -> Made | NotMade | None:
         """How the task ended, once it has, and then no more; returns at once."""
@@ -67,7 +73,8 @@ class ProcessBeside:
         self._process: subprocess.Popen[bytes] | None = None
         self._connection: Connection | None = None
         self._sender: threading.Thread | None = None
-        self._busy = False
+        self._task: Task | None = None
+        self._short = False
         self._fault = ""
 
     def warm(self) -> None:
@@ -89,11 +96,16 @@ class ProcessBeside:
         finally:
             there.close()  # so that the end of either process is the end of the pipe
 
-    def begin(self, task: Task) -> None:
-        """Have the process do this; returns at once."""
+    @property
+    def doing(self) -> Task | None:
+        """What the process is doing."""
+        return self._task
+
+    def begin(self, task: Task, short: bool = False) -> None:
+        """Have the process do this; returns at once, unless it is at the end of what is short."""
         self.give_up()
         self.warm()
-        self._busy = True
+        self._task, self._short = task, short
         if self._connection is not None:
             # A pipe takes less at once than a task may be long, and a process that starts reads nothing yet.
             arguments = self._connection, pickle.dumps(task)
@@ -102,7 +114,7 @@ class ProcessBeside:
 
     def outcome(self) -> Made | NotMade | None:
         """How the task ended, once it has, and then no more; returns at once."""
-        if not self._busy:
+        if self._task is None:
             return None
         if self._connection is None:
             return self._ended(self._fault)
@@ -112,19 +124,23 @@ class ProcessBeside:
             outcome: Made | NotMade = self._connection.recv()
         except (EOFError, OSError):
             return self._ended("the process that was to do it has ended")
-        self._busy = False
+        self._task = None
         return outcome
 
     def give_up(self) -> None:
         """Nobody waits for the task any more."""
-        if self._busy:
+        if self._task is None:
+            return
+        if self._short and self._connection is not None and self._connection.poll(SHORT_SECONDS):
+            self.outcome()
+        else:
             self.close()
 
     def close(self) -> None:
         """End the process."""
         process, self._process = self._process, None
         connection, self._connection = self._connection, None
-        self._busy, self._fault = False, ""
+        self._task, self._fault = None, ""
         if process is not None:
             process.kill()
             process.wait()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
+import msgspec
 import numpy as np
 
 from tryon_protocol import DesignEdge, DesignEdit, DesignMessage, DesignPanel, DesignPatch, DesignSeam
@@ -22,9 +23,16 @@ SHAPES: dict[int, Literal["line", "quadratic", "cubic"]] = {2: "line", 3: "quadr
 
 
 def design_of(
-    specification: Mapping[str, Any], history: History, held: bool = False, notes: Sequence[str] = ()
+    specification: Mapping[str, Any],
+    history: History,
+    held: bool = False,
+    notes: Sequence[str] = (),
+    drawn: DesignMessage | None = None,
 ) -> DesignMessage:
-    """The pattern of a specification that parse_pattern passes, and what can be undone and redone."""
+    """The pattern of a specification that parse_pattern passes, and what can be undone and redone. `drawn` is that of
+    another history, if it has been made."""
+    if drawn is not None:
+        return msgspec.structs.replace(drawn, held=held, notes=tuple(notes), **_history(history))
     draft = read_draft(specification)
     number = {
         edge: (k, e) for k, piece in enumerate(draft.pieces.values()) for e, edge in enumerate(piece.edges)
@@ -33,14 +41,18 @@ def design_of(
         held=held,
         panels=tuple(_panel(draft, piece) for piece in draft.pieces.values()),
         seams=tuple(DesignSeam(first=number[seam.first], second=number[seam.second]) for seam in draft.seams),
-        done=tuple(
-            DesignEdit(id=entry.id, kind=entry.edit.kind, panel=str(getattr(entry.edit, "panel", "")))
-            for entry in history.done
-        ),
-        undone=len(history.undone),
-        notes=tuple(notes),
         patches=_patches(parsed(specification)),
+        notes=tuple(notes),
+        **_history(history),
     )
+
+
+def _history(history: History) -> dict[str, Any]:
+    done = (
+        DesignEdit(id=entry.id, kind=entry.edit.kind, panel=str(getattr(entry.edit, "panel", "")))
+        for entry in history.done
+    )
+    return {"done": tuple(done), "undone": len(history.undone)}
 
 
 def _patches(pattern: Pattern) -> tuple[DesignPatch, ...]:

@@ -107,9 +107,13 @@ class Drape(Protocol):
     specification: Mapping[str, Any] | None
     outgrown: str
 
-    def reshape(self, specification: Mapping[str, Any]) -> str:
+    def reshape(self, specification: Mapping[str, Any], shape: Any = None) -> str:
         """Take on the pattern's shape, from the next ``advance`` on; why that needs another mesh, and then nothing is
-        changed, or "". Not to be asked of a garment without a pattern."""
+        changed, or "". ``shape`` is what ``shape_of`` found for it. Not to be asked of a garment without a pattern."""
+
+    @property
+    def shape_of(self) -> Callable[[Mapping[str, Any]], Any]:
+        """What finds the shape of a pattern in this garment's mesh, in any process, as ``reshape`` does here."""
 
     def cutting(self, specification: Mapping[str, Any], fabric: str) -> Task:
         """What makes the pattern's mesh, beside the simulation, to be worn of this fabric: for ``recut``."""

@@ -16,8 +16,9 @@ from tryon_server.runtime.bodies import does_not_stand, how_read, load_body, loa
 from tryon_server.runtime.devices import AUTOMATIC, choose_device
 from tryon_server.runtime.drape import Progress
 from tryon_server.runtime.order import DrapeOrder
-from tryon_server.runtime.solver_drape import SolverDrape, WornPattern
+from tryon_server.runtime.solver_drape import SolverDrape
 from tryon_server.runtime.wardrobe import Wardrobe, wardrobe_key
+from tryon_server.runtime.worn_pattern import WornPattern
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.on_device import WornBody
 from tryon_solver.body.pose import Pose

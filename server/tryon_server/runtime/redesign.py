@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
+from tryon_protocol import DesignMessage
 from tryon_server.runtime.order import DrapeOrder
 from tryon_server.sessions.commands import ChangePattern
 from tryon_server.sessions.events import EditMade
@@ -29,6 +30,9 @@ class Wanted:
         notes: what happened besides, for people.
         id: of the edit that is made, taken back or made again; 0 of one that is only shown.
         edit: a new edit.
+        shape: the pattern's in the mesh of the garment that is worn, where that was worked out, as its ``shape_of``
+            finds it.
+        drawn: the pattern as clients draw it, of another history, where that was worked out.
     """
 
     history: History
@@ -36,6 +40,8 @@ class Wanted:
     notes: tuple[str, ...] = ()
     id: int = 0
     edit: Edit | None = None
+    shape: Any = None
+    drawn: DesignMessage | None = None
 
     def mesh_of_its_own(self, worn: Mapping[str, Any] | None) -> str:
         """Why it needs another mesh, though that of the `worn` pattern may take on its shape, or "": with all edits

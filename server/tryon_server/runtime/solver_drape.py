@@ -13,19 +13,20 @@ import numpy.typing as npt
 
 from tryon_server.runtime.cutting import Cut, Cutting
 from tryon_server.runtime.drape import Outfit
+from tryon_server.runtime.worn_pattern import Shapes, WornPattern
 from tryon_solver.body.mesh_sequence import MeshSequence
 from tryon_solver.body.model import BodyModel
 from tryon_solver.build_in_parts import build_in_parts
 from tryon_solver.dressing.carry_over import CarryError, prepare, put_on
 from tryon_solver.dressing.opening import Opening
 from tryon_solver.geometry.garment import GarmentError
-from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.piece_meshes import keep, kept
 from tryon_solver.geometry.size import in_size
 from tryon_solver.live_edit import LiveEdit
 from tryon_solver.materials.fabric import FABRICS
-from tryon_solver.redesign.drag import Drag, drag_in_parts
+from tryon_solver.redesign.drag import Drag, Shape
 from tryon_solver.redesign.parsed import parsed
+from tryon_solver.redesign.remesh import Remesh
 from tryon_solver.redesign.structure import difference
 from tryon_solver.reshape import OtherStructureError
 from tryon_solver.results import StepReport
@@ -37,22 +38,6 @@ logger = logging.getLogger(__name__)
 
 FARTHEST = 8.0
 """Where the solver's origin is moved along [m]: a root this far from it along an axis. METHOD.md section 13."""
-
-
-@dataclass(frozen=True)
-class WornPattern:
-    """A sewing pattern as it is worn: plain JSON, meshed in `size` times its own by edges of `edge_length` m."""
-
-    specification: Mapping[str, Any]
-    panels: PanelMesh
-    size: float
-    edge_length: float
-
-    def drag_in_parts(self, thickness: float) -> Iterator[Drag | None]:
-        """Make it ready to take on other shapes in the same mesh; `thickness` m is the worn fabric's. None after each
-        part but the last."""
-        own = in_size(self.panels, 1.0 / self.size)
-        return drag_in_parts(own, parsed(self.specification), thickness / self.size)
 
 
 class SolverDrape:
@@ -96,6 +81,7 @@ class SolverDrape:
         self._worn = worn
         self._drag: Drag | None = None  # made ready with the garment, or not
         self._edit: LiveEdit | None = None
+        self._shapes: Shapes | None = None  # of which somebody has asked
         self._stance, self._time = pose, 0.0  # of the last advance
 
     @property
@@ -104,22 +90,36 @@ class SolverDrape:
         outfit = self.outfit
         return (*outfit.notes, f"fit: {outfit.fit}") if outfit.fit else outfit.notes
 
-    def reshape(self, specification: Mapping[str, Any]) -> str:
-        """Take on the pattern's shape; why that needs another mesh, or ""."""
+    def reshape(self, specification: Mapping[str, Any], shape: Shape | Remesh | None = None) -> str:
+        """Take on the pattern's shape, which `shape_of` found if it is given; why that needs another mesh, or ""."""
         assert self._worn is not None
         self.outgrown = ""
-        pattern = parsed(specification)
-        if self._edit is None:
-            structure = difference(parsed(self._worn.specification), pattern)
+        if isinstance(shape, Remesh):
+            return shape.message
+        if shape is None and self._edit is None:
+            structure = difference(parsed(self._worn.specification), parsed(specification))
             if structure is not None:  # told without what a drag begins with, which takes longer than a frame
                 return structure.message
+        edit = self._begun_edit(self._worn)
+        remesh = edit.want(parsed(specification)) if shape is None else edit.want_mesh(edit.drag.mesh_in(shape))
+        return "" if remesh is None else remesh.message
+
+    def _begun_edit(self, worn: WornPattern) -> LiveEdit:
+        if self._edit is None:
             drag = self._drag
             if drag is None:
-                *_, drag = self._worn.drag_in_parts(self.simulation.scene.fabric.thickness)
+                *_, drag = worn.drag_in_parts(self.simulation.scene.fabric.thickness)
             assert drag is not None
-            self._edit = LiveEdit(self.simulation, drag, self._worn.size)
-        remesh = self._edit.want(pattern)
-        return "" if remesh is None else remesh.message
+            self._edit = LiveEdit(self.simulation, drag, worn.size)
+        return self._edit
+
+    @property
+    def shape_of(self) -> Shapes:
+        """What finds the shapes of other patterns in this garment's mesh, in any process."""
+        if self._shapes is None:
+            assert self._worn is not None
+            self._shapes = self._worn.shapes(self.simulation.scene.fabric.thickness)
+        return self._shapes
 
     def arrive(self, specification: Mapping[str, Any]) -> None:
         """Have the pattern's shape at once, which its mesh has had before."""

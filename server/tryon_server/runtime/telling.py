@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 
-from tryon_server.sessions.events import Event
+from tryon_server.sessions.events import Event, PhaseChanged
+
+PROGRESS_SECONDS = 0.2  # between tellings of the same stage's progress
 
 
 class Teller:
@@ -33,3 +36,19 @@ class Teller:
         """Tell all that is owed."""
         while self._owed:
             self._connection.send(self._owed.popleft()())
+
+
+class Progress:
+    """Tells which stage of the dressing is under way, and how much of it is done, now and then."""
+
+    def __init__(self, tell: Callable[[Event], None], clock: Callable[[], float]) -> None:
+        self._tell, self._clock = tell, clock
+        self._told = ("", -math.inf)  # stage, and when [s]
+
+    def __call__(self, stage: str, share: float | None) -> None:
+        """So much of it is done; None where that is not known."""
+        now = self._clock()
+        if stage == self._told[0] and now - self._told[1] < PROGRESS_SECONDS:
+            return
+        self._told = (stage, now)
+        self._tell(PhaseChanged("dressing", stage, share))

@@ -12,6 +12,7 @@ from tryon_server.sessions.events import EditRefused
 from tryon_solver.redesign.edit_error import EditError
 
 HELD_SHARE = 0.25  # of the time, that a drag's edits may take from the frames
+LOOK_SECONDS = 0.002  # between looks at an edit that is being worked out, while there is nothing else to do
 
 
 @dataclass
@@ -76,16 +77,19 @@ def refusal(command: ChangePattern, error: EditError) -> EditRefused:
 
 class HeldBack:
     """A drag's edits, which are only to be shown: more of them come than frames can show, and each takes time to work
-    out. The newest one waits until those before it have taken no more than HELD_SHARE of the time; others are dropped.
+    out. The newest one waits until those before it have taken no more than HELD_SHARE of the time, and while one is
+    being worked out beside the simulation; others are dropped.
     """
 
     def __init__(self) -> None:
         self._waits: ChangePattern | None = None
         self._due = -math.inf  # s
 
-    def take(self, commands: Sequence[Command], take: Callable[[Command], None], clock: Callable[[], float]) -> None:
-        """Take these commands in their order, and then the drag's newest edit, if it is time. Before an edit that is to
-        be kept, which ends the drag, it is not shown any more."""
+    def take(
+        self, commands: Sequence[Command], take: Callable[[Command], None], clock: Callable[[], float], busy: bool
+    ) -> None:
+        """Take these commands in their order, and then the drag's newest edit, if it is time and not `busy` with
+        another. Before an edit that is to be kept, which ends the drag, it is not shown any more."""
         for command in commands:
             held = isinstance(command, ChangePattern) and command.hold
             if isinstance(command, ChangePattern):
@@ -93,14 +97,14 @@ class HeldBack:
             if not held:
                 take(command)
         begun = clock()
-        if self._waits is not None and begun >= self._due:
+        if self._waits is not None and begun >= self._due and not busy:
             newest, self._waits = self._waits, None
             take(newest)
             self._due = begun + (clock() - begun) / HELD_SHARE
 
-    def wait(self, longest: float | None, now: float) -> float | None:
+    def wait(self, longest: float | None, now: float, busy: bool) -> float | None:
         """For how long nothing is to be done here, if not for longer than this [s]; None: for ever."""
-        if self._waits is None:
+        if self._waits is None and not busy:
             return longest
-        left = max(self._due - now, 0.0)
+        left = LOOK_SECONDS if busy else max(self._due - now, 0.0)
         return left if longest is None else min(longest, left)

@@ -22,6 +22,7 @@ from tryon_server.problems import ProblemError
 from tryon_server.runtime.beside import Beside
 from tryon_server.runtime.design import design_of
 from tryon_server.runtime.drape import BuildDrape, Drape, LoadMotion, Stance, StepFacts
+from tryon_server.runtime.held_edits import HeldEdits, Outcome
 from tryon_server.runtime.memory import give_back_freed
 from tryon_server.runtime.meter import Meter
 from tryon_server.runtime.order import WorkOrder
@@ -32,7 +33,7 @@ from tryon_server.runtime.remaking import Remade, Remaking
 from tryon_server.runtime.reporting import report_of
 from tryon_server.runtime.source_choice import chosen_source
 from tryon_server.runtime.sources import Move, PoseSource, StillSource
-from tryon_server.runtime.telling import Teller
+from tryon_server.runtime.telling import Progress, Teller
 from tryon_server.runtime.waiting import HeldBack, WaitingChanges, refusal
 from tryon_server.sessions.commands import (
     UNASKED,
@@ -54,7 +55,6 @@ from tryon_solver.redesign.history import History
 logger = logging.getLogger(__name__)
 
 REPORT_SECONDS = 0.25  # between reports
-PROGRESS_SECONDS = 0.2  # between tellings of the same stage's progress
 IDLE_SECONDS = 0.05  # between looks at a source that had nothing to do
 REMAKING_SHARE = 0.5  # of the time that a frame took, after which no further part of another garment is begun
 REMAKING_SECONDS = 0.01  # between looks at a garment that is being made
@@ -78,6 +78,7 @@ class Worker:
         self._connection = connection
         self._teller = Teller(connection)
         self._tell = self._teller.tell
+        self._progress = Progress(self._tell, clock)
         self._order = order
         self._build = build
         self._load_motion = load_motion
@@ -101,6 +102,7 @@ class Worker:
         self._remaking = Remaking(beside, build)
         self._waiting = WaitingChanges()
         self._held_back = HeldBack()
+        self._held_edits = HeldEdits(beside)
         self._held_last: ChangePattern | None = None  # to be shown again once the garment is there that is being made
         self._stuck = ""  # why the worn shape needs another mesh, where none can be put on
         self._worn: tuple[str, float | None, tuple[str, ...], float | None] = ("", None, (), None)
@@ -110,7 +112,6 @@ class Worker:
         self._failures = 0
         self._last_look = clock()
         self._last_report = -math.inf
-        self._told: tuple[str, float] = ("", -math.inf)
 
     def run(self) -> None:
         """Until the connection closes, which raises EOFError or a kind of OSError."""
@@ -132,11 +133,15 @@ class Worker:
     def _obey(self, wait: float | None) -> None:
         """Take the commands that have come; wait up to this long [s] for some, None for ever."""
         commands: list[Command] = []
-        wait = self._held_back.wait(wait, self._clock())
+        busy = self._held_edits.under_way
+        wait = self._held_back.wait(wait, self._clock(), busy)
         while self._connection.poll(wait):
             commands += self._connection.recv()
             wait = 0.0
-        self._held_back.take(commands, self._take, self._clock)
+        self._held_back.take(commands, self._take, self._clock, busy)
+        worked_out = self._held_edits.outcome(self._drape)
+        if worked_out is not None:
+            self._change(*worked_out)
 
     def _take(self, command: Command) -> None:
         match command:
@@ -175,14 +180,18 @@ class Worker:
 
     # The pattern --------------------------------------------------------------------------------------------------
 
-    def _change(self, command: ChangePattern) -> None:
+    def _change(self, command: ChangePattern, worked_out: Outcome | None = None) -> None:
         """Change the pattern as asked; where that can't be, nothing is changed and the answer says why."""
         try:
             if self._drape is None or self._history is None:
                 what = "has no sewing pattern" if self._drape is not None else "is not dressed"
                 raise EditError(f"the garment {what}", "edit", "Edit a garment that was made of one, once it is worn")
+            if worked_out is None and self._held_edits.take(command, self._history, self._drape):
+                return
             newest = None if command.hold else self._waiting.newest
-            self._show(command, wanted(self._history if newest is None else newest.history, command), self._drape)
+            history = self._history if newest is None else newest.history
+            asked = wanted(history, command) if worked_out is None else worked_out.wanted(history)
+            self._show(command, asked, self._drape)
         except EditError as error:
             self._refuse(command, error)
         except Exception as error:
@@ -200,7 +209,7 @@ class Worker:
     def _show(self, command: ChangePattern, asked: Wanted, drape: Drape) -> None:
         """Wear the pattern that is asked for, at once or as soon as it is made. Raises EditError when the garment can't
         be made so, and it is as before."""
-        why = asked.mesh_of_its_own(drape.specification) or drape.reshape(asked.specification)
+        why = asked.mesh_of_its_own(drape.specification) or drape.reshape(asked.specification, asked.shape)
         if command.hold:
             self._show_held(command, asked, why)
             return
@@ -221,7 +230,7 @@ class Worker:
         self._held = True
         self._held_last = command if self._remaking.under_way else None
         notes = (*asked.notes, f"{LATER}: {why}") if why else asked.notes
-        self._tell_design(asked.specification, asked.history, held=True, notes=notes)
+        self._tell_design(asked.specification, asked.history, held=True, notes=notes, drawn=asked.drawn)
 
     def _keep(self, change: Literal["value", "topology"]) -> None:
         """The pattern of the newest change is worn: answer all that wait, each once it was told; show what is held."""
@@ -365,13 +374,6 @@ class Worker:
         """Tell what is being done, if the garment is still being dressed."""
         if self._drape is None:
             self._tell(PhaseChanged("preparing", what))
-
-    def _progress(self, stage: str, share: float | None) -> None:
-        now = self._clock()
-        if stage == self._told[0] and now - self._told[1] < PROGRESS_SECONDS:
-            return
-        self._told = (stage, now)
-        self._tell(PhaseChanged("dressing", stage, share))
 
     def _fail(self, message: str, remedy: str) -> None:
         self._drape = self._source = None

@@ -5,6 +5,10 @@ which includes the body's own motion, the force on vertex i is
 
     -lam_i mu N f1(|u|) u/|u|,   f1(y) = (2 - y/s) y/s for y < s, else 1,   s = `presliding`.
 
+mu is that of the two materials that touch (Friction.static). Where their kinetic coefficient is less, f1 falls from 1
+at s to mu_k/mu at 2 s and stays there: a contact sticks up to mu N, and resists with mu_k N once it slides by s or more
+in a step, 6 mm/s at 1/60 s.
+
 N and n are lagged per iteration. Source of the potential within a step: Li et al. 2020 (IPC), section 5. There g = 0
 and s = eps_v dt: friction begins each step without force, and what sticks creeps. Here g is what the contact had given
 by the end of the last step (presliding.py), at most s, as Cundall and Strack 1979 ("A discrete numerical model for
@@ -34,7 +38,7 @@ from tryon_solver.effects.base import BuildContext
 from tryon_solver.effects.presliding import Presliding, recall
 from tryon_solver.linalg.launch import launch
 from tryon_solver.plan import ContactTerm, Contribution
-from tryon_solver.scene import Friction
+from tryon_solver.scene import Friction, Scene
 from tryon_solver.state import State
 
 wp.set_module_options({"enable_backward": False})
@@ -68,6 +72,14 @@ def f1(y: float, e: float) -> float:
 
 
 @wp.func
+def resistance(y: float, e: float, kinetic: float) -> float:
+    """The same where of what slides the share `kinetic` is left."""
+    if y > e:
+        return kinetic + (1.0 - kinetic) * wp.max(2.0 - y / e, 0.0)
+    return f1(y, e)
+
+
+@wp.func
 def force_before(
     v: wp.vec4i, w: wp.vec4, n: wp.vec3, gap: wp.vec3, x: wp.array(dtype=wp.vec3), x_before: wp.array(dtype=wp.vec3)
 ) -> float:
@@ -86,9 +98,8 @@ def prepare_kernel(
     normal: wp.array(dtype=wp.vec3),
     slope: wp.array(dtype=wp.float32),
     gap: wp.array(dtype=wp.vec3),
-    cloth_count: int,
-    mu_body: float,
-    mu_self: float,
+    material: wp.array(dtype=wp.int32),
+    coefficients: wp.array2d(dtype=wp.vec2),
     presliding: float,
     iterating: int,
     x: wp.array(dtype=wp.vec3),
@@ -101,7 +112,8 @@ def prepare_kernel(
     weight_out: wp.array(dtype=wp.float32),
     along_out: wp.array(dtype=wp.vec4),
 ):
-    """weight = mu N f1(|u|)/|u| [N/m]; along = (t, what the stiffness along t has beyond it [N/m])."""
+    """weight = mu N f1(|u|)/|u| [N/m]; along = (t, what the stiffness along t has beyond it [N/m]). `coefficients`
+    (M, M) of mu and mu_k between the materials (A,) of a stencil's first and its last vertex, one of each side."""
     c = wp.tid()
     if c >= counters[0]:
         return
@@ -110,17 +122,17 @@ def prepare_kernel(
     given_out[c] = given
     u = slip(v, lam[c], normal[c], given, x, x_start)
     y = wp.length(u)
-    mu = mu_self
-    for k in range(4):
-        if v[k] >= cloth_count:
-            mu = mu_body
-    coulomb = -mu * slope[c]
+    mu = coefficients[material[v[0]], material[v[3]]]
+    coulomb = -mu[0] * slope[c]
+    kinetic = float(1.0)
+    if mu[0] > 0.0:
+        kinetic = mu[1] / mu[0]
     settled = bool(False)
     if iterating == 1:
         ratio = force_before(v, lam[c], normal[c], gap[c], x, x_before)
         coulomb *= wp.min(ratio, 1.0)
         settled = ratio > SETTLED and ratio * SETTLED < 1.0
-    weight = coulomb / wp.max(y, presliding)
+    weight = coulomb * resistance(y, presliding, kinetic) / wp.max(y, presliding)
     if y < presliding:
         weight = coulomb * (2.0 - y / presliding) / presliding
     weight_out[c] = weight
@@ -134,7 +146,8 @@ def prepare_kernel(
     if not turned and y > presliding and y < y_before:
         return
     if turned:
-        stiffness = coulomb * (f1(y, presliding) + f1(y_before, presliding)) / (y + y_before)
+        together = resistance(y, presliding, kinetic) + resistance(y_before, presliding, kinetic)
+        stiffness = coulomb * together / (y + y_before)
     t = u / y
     along_out[c] = wp.vec4(t[0], t[1], t[2], stiffness - weight)
 
@@ -260,12 +273,33 @@ class FrictionOfPairs:
         self.end_with(count, entries, wp.array(given, dtype=wp.vec3, device=self.device))
 
 
+def materials_of(spec: Friction, scene: Scene) -> np.ndarray:
+    """(A,) int32: each vertex's row of the coefficients: the body's is the last, a seam's that of its last panel."""
+    garment = scene.garment
+    own = np.zeros(garment.vertex_count, np.int32)
+    if spec.static is not None:
+        own[garment.faces] = garment.panel_of_face[:, None]
+    body = 0 if scene.body is None else len(scene.body.rest_vertices)
+    last = 1 if spec.static is None else len(spec.static) - 1
+    return np.concatenate([own, np.full(body, last, np.int32)])
+
+
+def coefficients_of(spec: Friction, scene: Scene) -> np.ndarray:
+    """(M, M, 2) float32: mu and mu_k between materials."""
+    cloth, body = scene.fabric.mu_self, scene.fabric.mu_body
+    static = np.array([[cloth, body], [body, 0.0]]) if spec.static is None else spec.static
+    kinetic = static if spec.kinetic is None else spec.kinetic
+    return np.stack([static, kinetic], axis=2).astype(np.float32)
+
+
 def bind(spec: Friction, context: BuildContext) -> Contribution | None:
-    """None when the fabric is frictionless everywhere."""
-    fabric, device = context.scene.fabric, context.device
-    if fabric.mu_body == 0 and fabric.mu_self == 0:
+    """None when all is frictionless."""
+    device = context.device
+    table = coefficients_of(spec, context.scene)
+    if not table.any():
         return None
-    cloth_count = context.scene.garment.vertex_count
+    material: wp.array = wp.array(materials_of(spec, context.scene), dtype=wp.int32, device=device)
+    coefficients: wp.array = wp.array(table, dtype=wp.vec2, device=device)
     held = FrictionOfPairs(FIRST_ROOM, device)
 
     def begin(_state: State) -> None:
@@ -286,9 +320,8 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
                 pairs.normal,
                 pairs.slope,
                 pairs.gap,
-                cloth_count,
-                fabric.mu_body,
-                fabric.mu_self,
+                material,
+                coefficients,
                 spec.presliding,
                 int(x_before is not None),
                 x,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tryon_solver.geometry.garment import Garment, GarmentError
+from tryon_solver.geometry.garment import Garment, GarmentError, by_corners
 
 SMALLEST_ALTITUDE_SHARE = 0.4  # a thickness above this share of a triangle's altitude would touch itself at rest
 LARGEST_ASPECT = 1e3  # longest side over altitude
@@ -15,7 +15,8 @@ Sides = tuple[Side, Side, Side]
 
 def altitudes(uv_corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(F,) m: each triangle's (F, 3, 2) m smallest altitude, negative where it is clockwise, and its longest side."""
-    (ax, ay), (bx, by), (cx, cy) = (uv_corners[:, (k + 1) % 3].T - uv_corners[:, k].T for k in range(3))
+    corners = by_corners(uv_corners)
+    (ax, ay), (bx, by), (cx, cy) = (corners[(k + 1) % 3] - corners[k] for k in range(3))
     return altitudes_of(((ax, ay), (bx, by), (cx, cy)))
 
 
@@ -23,7 +24,7 @@ def sides_of(uv: np.ndarray, faces: np.ndarray) -> Sides:
     """The sides of the triangles faces (F, 3) of points (V, 2) m: three times (F,) m along x and y, from each corner to
     the next. By columns, which takes half the time of gathering corners."""
     x, y = np.ascontiguousarray(uv[:, 0]), np.ascontiguousarray(uv[:, 1])
-    at = [(x[corner], y[corner]) for corner in np.ascontiguousarray(faces.T)]
+    at = [(x.take(corner), y.take(corner)) for corner in np.ascontiguousarray(faces.T, dtype=np.intp)]
     (ax, ay), (bx, by), (cx, cy) = at
     return (bx - ax, by - ay), (cx - bx, cy - by), (ax - cx, ay - cy)
 

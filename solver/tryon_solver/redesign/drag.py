@@ -47,6 +47,14 @@ class _Piece:
 
 
 @dataclass(frozen=True)
+class Shape:
+    """What an edit of a drag makes of its mesh: `uv` (V, 2) m and `placed` (V, 3) m, as in PanelMesh."""
+
+    uv: Points
+    placed: Points
+
+
+@dataclass(frozen=True)
 class Drag:
     """A drag's start: the mesh, the pattern it is of, the cloth's thickness [m], and what every edit of it uses."""
 
@@ -74,6 +82,10 @@ class Drag:
             placed.append(piece_frame(panel, uv[-1]))
         mesh = replace(self.mesh, uv=np.vstack(uv), placed=np.vstack(placed))
         return _fault(mesh, pattern, self.xi) or mesh
+
+    def mesh_in(self, shape: Shape) -> PanelMesh:
+        """The mesh in a shape that an edit of it has."""
+        return replace(self.mesh, uv=shape.uv, placed=shape.placed)
 
 
 def begin_drag(mesh: PanelMesh, pattern: Pattern, xi: float) -> Drag:

@@ -258,6 +258,9 @@ def correct_penetration(sim: Simulation) -> None:
     settings = sim.settings
     sim.holding.release()
     subtract(sim.state.x, sim.state.x_feasible, sim.to_trial)
+    for term in sim.stages.contact:
+        if term.restrain is not None:
+            term.restrain(sim.pairs, sim.to_trial)
     find_largest(sim.to_trial, sim.progress.trial)
     once = settings.contact_passes == 1
     outcome = iterate_newton(sim, sim.budget, sim.pace.iterations(sim.budget.iterations), once, starting=True)

@@ -3,7 +3,7 @@
 Newton's direction leads to where the step balances, as far as conjugate gradients got and the energy is quadratic: its
 RMS length over the cloth, times SCALE, is how far that is. SCALE was fitted: the median, over garments, motions and
 lengths of step, of the true error after such a correction over what it was asked for, is kept under 1 (METHOD.md
-section 15). Ours.
+section 14). Where directions have not become shorter for PATIENCE iterations, none that follows can be hoped to. Ours.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import warp as wp
 
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.vectors import dot
-from tryon_solver.stepping.progress import LEFT
+from tryon_solver.stepping.progress import LEFT, SHORTEST, SINCE
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 wp.set_module_options({"enable_backward": False})
 
 SCALE = 2.0
+SHORTER = wp.constant(0.7)  # times the shortest before it, a direction is a gain
+PATIENCE = wp.constant(8)  # iterations without one
 
 
 @wp.kernel
@@ -31,17 +33,23 @@ def make_last_kernel(
     count: int,
     scale: float,
     state: wp.array(dtype=wp.int32),
+    lengths: wp.array(dtype=wp.float32),
 ):
-    if scale * wp.sqrt(squared[0] / float(count)) <= accuracy[0]:
+    length = wp.sqrt(squared[0] / float(count))
+    state[SINCE] = state[SINCE] + 1
+    if length < SHORTER * lengths[SHORTEST]:
+        lengths[SHORTEST] = length
+        state[SINCE] = 0
+    if scale * length <= accuracy[0] or state[SINCE] >= PATIENCE:
         state[LEFT] = 0
 
 
 def make_last_if_near(sim: Simulation) -> None:
     """Let the iteration whose direction was found be the correction's last, if that is no longer than the accuracy that
-    is asked for."""
+    is asked for, or if none has become shorter for long."""
     if sim.settings.accuracy is None:
         return
     direction, squared = sim.work.direction[: sim.cloth_count], sim.work.scalars[0]
     dot(direction, direction, squared)
     asked = [sim.accuracy, squared, sim.cloth_count, SCALE]
-    launch(make_last_kernel, 1, asked, [sim.progress.state], device=sim.device)
+    launch(make_last_kernel, 1, asked, [sim.progress.state, sim.progress.lengths], device=sim.device)

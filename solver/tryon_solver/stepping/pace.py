@@ -3,7 +3,8 @@
 Every iterate of the correction is free of contact, so that it may end at any of them: a deadline costs accuracy and
 never freedom from penetration. Under one, each part of a step is given what the parts before it have left, less what
 those after it are expected to take: sub-steps of the body first, then the scheme's cycles, and the correction has the
-rest. What a part takes is what it took lately: all but the dearest of its last WINDOW times. Ours.
+rest, no less than its own budget: fewer iterations save little and leave cloth crumpled, whose next steps are dearer.
+What a part takes is what it took lately: all but the dearest of its last WINDOW times. Ours.
 """
 
 from __future__ import annotations
@@ -21,9 +22,9 @@ from tryon_solver.settings import Settings
 
 WINDOW = 60  # times that are remembered of each part
 DEAREST = 0.05  # share of them that a part may exceed
-LONGER = 4  # times as long as the settings have them, sub-steps may be under a deadline
+LONGER = 2  # times as long as the settings have them, sub-steps may be under a deadline
 BODY_SHARE = 0.5  # of what is left, at most, for sub-steps that could be longer ones
-FEWEST = 2  # iterations of the correction, late or not: one leaves cloth so crumpled that the next steps are dearer
+START = 2  # times as long as an iteration it takes to choose where the first begins
 RESERVE = 0.03  # share of the deadline that nothing is planned for
 
 
@@ -115,6 +116,7 @@ class Hurried:
     def __init__(self, settings: Settings, device: str) -> None:
         assert settings.deadline is not None
         self._device, self._deadline, self._most_cycles = device, settings.deadline, settings.outer_iterations
+        self._least = settings.correction_iterations
         guess = settings.deadline / 20
         self._substep, self._iteration, self._tail = Cost(guess), Cost(guess), Cost(guess)
         self._one, self._all = Cost(guess), Cost(guess)  # cycles, each with search and proxy
@@ -144,7 +146,7 @@ class Hurried:
         if self._substeps:
             self._substep.add(now - self._since, self._substeps)
         self._since = now
-        spare = self._left() - self._tail.expected - (1 + FEWEST) * self._iteration.expected
+        spare = self._left() - self._tail.expected - (START + self._least) * self._iteration.expected
         dear = self._times * self._one.expected if self._times else self._all.expected
         self._cycles = self._most_cycles if dear <= spare else 1
         return self._cycles
@@ -159,18 +161,18 @@ class Hurried:
             self._one.add(now - self._since)
             self._times = self._times or self._all.expected / self._one.expected
         self._since = now
-        return min(most, max(FEWEST, self._affordable()))
+        return min(most, max(self._least, self._affordable()))
 
     def again(self, most: int) -> int:
         count = min(most, self._affordable())
-        return count if count >= FEWEST else 0
+        return count if count >= self._least else 0
 
     def more(self, most: int) -> int:
-        return min(most, 1 + self._affordable())
+        return min(most, START + self._affordable())
 
     def corrected(self, iterations: int) -> None:
         now = clock.perf_counter()
-        self._iteration.add(now - self._since, 1 + iterations)
+        self._iteration.add(now - self._since, START + iterations)
         self._since, self._corrected = now, True
 
     def end(self) -> float:
@@ -187,5 +189,5 @@ class Hurried:
         return self._step_end - clock.perf_counter()
 
     def _affordable(self) -> int:
-        """Iterations, after choosing where they begin, which takes about as long as one."""
-        return int((self._left() - self._tail.expected) / self._iteration.expected) - 1
+        """Iterations, after choosing where they begin."""
+        return int((self._left() - self._tail.expected) / self._iteration.expected) - START

@@ -33,6 +33,12 @@ def predict_positions(sim: Simulation) -> None:
     wp.copy(state.x_feasible, state.x)
     for start_step in sim.stages.start_step:
         start_step(state)
+    if sim.matrices.live is not None:
+        sim.matrices.live.take_up()
+    if sim.stages.add_diagonal:
+        wp.copy(sim.work.diagonal, sim.steady_diagonal, count=sim.cloth_count)
+        for add_diagonal in sim.stages.add_diagonal:
+            add_diagonal(state, sim.work.diagonal)
     state.acceleration.zero_()
     for add_acceleration in sim.stages.add_acceleration:
         add_acceleration(state.acceleration)

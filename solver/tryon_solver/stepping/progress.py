@@ -38,7 +38,8 @@ STRAYED = wp.constant(13)  # 1 if the budget's last iteration begins in the midd
 STARTING = wp.constant(14)  # 1 until it is chosen where the first iteration begins; a condition, as is
 TRYING = wp.constant(15)  # 1 if the way to the trial can be taken now; and
 GOING_BACK = wp.constant(16)  # 1 if the trial is further from balance than where its way began
-PLACES = 17
+SINCE = wp.constant(17)  # iterations since a direction was much shorter than all before it (near.py)
+PLACES = 18
 
 # Places in `lengths` [m], from the fourth on [J]: <g, D^-1 g>, how far from balance.
 LENGTH = wp.constant(0)  # of the direction's longest vector
@@ -51,7 +52,8 @@ LAST = wp.constant(6)  # of the last
 TRIAL = wp.constant(7)  # way to the trial, of the vertex that goes farthest [m]
 STANDING = wp.constant(8)  # at x_feasible [J]
 TRIED = wp.constant(9)  # at the trial, as far as the way there is free [J]
-LENGTHS = 10
+SHORTEST = wp.constant(10)  # of the directions so far, as a root mean square over the cloth (near.py) [m]
+LENGTHS = 11
 
 
 @wp.kernel
@@ -78,6 +80,7 @@ def begin_kernel(
     lengths[FIRST] = 0.0
     lengths[BEGAN] = 0.0
     lengths[LAST] = 0.0
+    lengths[SHORTEST] = wp.inf
 
 
 @wp.kernel

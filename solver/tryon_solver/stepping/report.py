@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tryon_solver.advice import advise, nearest_limit
+from tryon_solver.advice import advise, nearest_limit, unmet
 from tryon_solver.contact import pairs
 from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.vectors import find_largest, subtract
@@ -57,7 +57,7 @@ def make_report(sim: Simulation) -> StepReport:
         times_ms=dict(counters.times),
         late=late,
         asleep=sim.state.asleep,
-        advice=advise(counters, sim.debt, *strained(sim, stretch), lag, late),
+        advice=advise(counters, sim.debt, *strained(sim, stretch), lag, unmet(sim.settings, float(error[0]), late)),
     )
 
 

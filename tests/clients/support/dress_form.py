@@ -1,19 +1,24 @@
 """A drape without a solver, made to be looked at: a dressmaker's form on three joints that wears a swinging tunic.
 
-The fabric called ``tight`` can't be put on; every other one can, and ``denim`` brings advice.
+The fabric called ``tight`` can't be put on; every other one can, and ``denim`` brings advice. Its frames have whatever
+error is asked for; under a deadline they take QUICKEST at least.
 """
 
 from __future__ import annotations
 
+import time
 from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
 from tryon_server.problems import problem_error
 from tryon_server.runtime.drape import Outfit
+from tryon_solver.advice import advise
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion
 from tryon_solver.body.pose import Pose, skin
+from tryon_solver.materials.fabric import FABRICS
+from tryon_solver.results import Counters
 
 HEIGHTS = [0.0, 0.45, 0.85, 1.0, 1.25, 1.4, 1.5, 1.62, 1.72]
 RADII = [0.10, 0.13, 0.17, 0.14, 0.17, 0.10, 0.06, 0.09, 0.03]
@@ -22,6 +27,7 @@ ROWS = 24
 JOINTS = ("hips", "chest", "head")
 SECONDS = 4.0
 FITTING_SIZE = 0.93  # what a size that is looked for comes to
+QUICKEST = 0.02  # s, in which it solves a frame under a deadline
 ADVICE = "the fabric is stretched by up to 35 %; try a larger size"
 
 
@@ -75,6 +81,7 @@ class Facts:
     times_ms: dict[str, float] = field(default_factory=lambda: {"smooth": 3.0, "correct_penetration": 5.5})
     advice: str = ""
     asleep: bool = False
+    late: float = 0.0
 
     def to_dict(self) -> dict[str, object]:
         return asdict(self)
@@ -102,6 +109,7 @@ class Tunic:
         self.pose = Pose.rest(body)
         self.origin = np.zeros(3)
         self.current, self.t = self.pose, 0.0
+        self.bought: tuple[float | None, float | None] = (None, None)
 
     own_motion = None
     specification = None
@@ -110,9 +118,18 @@ class Tunic:
     def leap(self, by: np.ndarray) -> None:
         self.origin = self.origin + by
 
+    def buy(self, accuracy: float | None, deadline: float | None) -> None:
+        self.bought = accuracy, deadline
+
     def advance(self, pose: Pose, t: float, longest_step: float = 0.0) -> Facts:  # noqa: ARG002
         self.current, self.t = pose, t
-        return Facts(advice=self.advice)
+        accuracy, deadline = self.bought
+        error = Facts.error if accuracy is None else accuracy
+        if deadline is None:
+            return Facts(advice=self.advice, error=error)
+        time.sleep(QUICKEST)
+        late = max(0.0, QUICKEST - deadline)
+        return Facts(advice=late_advice(late) if late else self.advice, error=error, late=late)
 
     def cloth_positions(self) -> np.ndarray:
         loose = np.clip((1.3 - self.heights) / 0.5, 0.0, 1.0)
@@ -126,6 +143,11 @@ class Tunic:
 
     def _here(self) -> Pose:
         return Pose(self.current.root - self.origin, self.current.rotations)
+
+
+def late_advice(late: float) -> str:
+    """As the solver says it, of `late` s."""
+    return advise(Counters(), 0.0, FABRICS["denim"], np.ones(1), 0.0, late)
 
 
 def build(order, progress) -> Tunic:

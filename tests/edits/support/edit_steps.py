@@ -10,7 +10,7 @@ from any_edit import Seeded, any_edit
 from tryon_server.sessions.commands import ChangePattern
 from tryon_server.sessions.events import EditMade
 from tryon_solver.redesign.edit_error import EditError
-from tryon_solver.redesign.edits import KINDS
+from tryon_solver.redesign.edits import KINDS, CloseSeam, OpenSeam
 from tryon_solver.redesign.history import History
 from tryon_solver.redesign.plain import parse_edit, plain
 
@@ -22,10 +22,13 @@ class EditSteps:
     """Steps of a session whose pattern is `specification`."""
 
     def __init__(self, specification: Mapping[str, Any], kind: str, deepest: int, seed: int) -> None:
-        """`kind`: a name of KINDS, each edit of which is taken back before the next, or any other word for all."""
+        """`kind`: a name of KINDS, each edit of which is taken back before the next, or any other word for all. Of a
+        garment that is sewn nothing can be closed and worn but what was opened: of CloseSeam each edit closes the seam
+        that one before it opens, and both are taken back."""
         self.history = History(specification)
         self.kinds = [KINDS[kind]] if kind in KINDS else list(KINDS.values())
-        self.deepest = 1 if kind in KINDS else deepest
+        self.closes = kind == CloseSeam.kind
+        self.deepest = 2 if self.closes else 1 if kind in KINDS else deepest
         self.chance = Seeded(seed)
         self.ticket = 0
 
@@ -37,8 +40,22 @@ class EditSteps:
             return ChangePattern("redo", self.ticket)
         if depth and self.chance.real(0, self.deepest) < depth:
             return ChangePattern("undo", self.ticket)
-        edit = any_edit(self.chance, self.history.specification, self.chance.one_of(self.kinds))
+        if self.closes and depth:
+            return ChangePattern("edit", self.ticket, plain(self._closing()))
+        kind = OpenSeam if self.closes else self.chance.one_of(self.kinds)
+        edit = any_edit(self.chance, self.history.specification, kind)
         return ChangePattern("edit", self.ticket, plain(edit), mirror=self.chance.real(0, 1) < MIRRORED)
+
+    def _closing(self) -> CloseSeam:
+        """The seam closed that was opened last."""
+        opened = self.history.done[-1].edit
+        assert isinstance(opened, OpenSeam)
+        stitches = self.history.undo().specification["pattern"]["stitches"]
+        for first, second, *flags in stitches:
+            ends = [(side["panel"], side["edge"]) for side in (first, second)]
+            if (opened.panel, opened.edge) in ends:
+                return CloseSeam(*ends[0], *ends[1], right_wrong="right_wrong" in flags)
+        raise EditError("what was opened was no seam", "edit", "Open one")
 
     def undo(self) -> ChangePattern:
         """Take the last edit back."""

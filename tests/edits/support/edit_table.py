@@ -6,9 +6,10 @@ from collections import defaultdict
 from collections.abc import Mapping
 from typing import Any
 
-from frames_after import ASKED_AFTER, EVERY, RAMP, SPEED_LIMIT
+from frames_after import AROUND, ASKED_AFTER, EVERY, RAMP, SPEED_LIMIT
 from undone import HEM_LIMIT
 
+NEAREST = "*"  # at speeds of runs that were judged before others than the nearest point counted
 HEAD = (
     "case",
     "edits",
@@ -45,11 +46,14 @@ def markdown(results: Mapping[str, Mapping[str, Any]]) -> str:
     lines += [
         "",
         f"IPC Toolkit is asked about the {ASKED_AFTER} frames after each change and every {EVERY}th otherwise.",
-        "Speeds are those of the fastest vertex against the nearest point of the body, in frames after a change and",
-        f"its ramp of {RAMP:g} s; the limit is {SPEED_LIMIT:g} m/s, or, if that is higher, the speed that the motion",
+        "Speeds are those of the fastest vertex against the nearest point of the body, or, if it is less, against any",
+        f"within {100 * AROUND:g} cm, as cloth between two legs goes with either ({NEAREST}: nearest alone),",
+        f"in frames after a change and its ramp of {RAMP:g} s;",
+        f"the limit is {SPEED_LIMIT:g} m/s, or, if that is higher, the speed that the motion",
         "gave the garment before it was edited; and what a vertex has fallen since the change does not count:",
         "sqrt(v^2 - 2 g h), as cloth that has lost what held it falls. The hem's mean height after all was taken back",
         f"is compared with that of a garment that was never edited (–: was not); the limit is {1e3 * HEM_LIMIT:g} mm.",
+        "Where it is farther, the other one is put where this one hangs, and has to hang there, too (in brackets).",
         "Memory is what the process has taken, after a tenth of the changes and at the end.",
         "",
         row(HEAD),
@@ -98,6 +102,9 @@ def cells(name: str, result: Mapping[str, Any]) -> list[str]:
 
     hows = (count(how=h) + count(how=h, back=True) for h in ("(value", "(topology", "(put on anew", "(put on as"))
     hem, memory = result["undone"]["hem"], result["memory"]
+    nearest = "" if "around" in faults else NEAREST
+    put = result["undone"].get("hem_there")  # not in runs of before it was asked
+    there = "" if put is None else f" ({1e3 * (hem[0] - put):+.1f})"
     return [
         name,
         str(count()),
@@ -108,11 +115,9 @@ def cells(name: str, result: Mapping[str, Any]) -> list[str]:
         str(faults["asked"]),
         str(len(faults["crossing"])),
         str(len(faults["not_numbers"])),
-        f"{faults['fastest']:.2f}",
-        f"{faults['fastest_of_itself']:.2f}",
-        f"{faults['fastest_unedited']:.2f}",
+        *(f"{faults[speed]:.2f}{nearest}" for speed in ("fastest", "fastest_of_itself", "fastest_unedited")),
         f"{result['stretch']:.2f}",
-        "–" if hem is None else f"{1e3 * (hem[0] - hem[1]):+.1f}",
+        "–" if hem is None else f"{1e3 * (hem[0] - hem[1]):+.1f}{there}",
         "–" if not memory else f"{memory[len(memory) // 10] / 1e6:.0f}, {memory[-1] / 1e6:.0f}",
         str(result["rebuilt"]),
     ]

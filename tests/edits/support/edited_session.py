@@ -65,7 +65,12 @@ class Here:
     def warm(self) -> None:
         """It is."""
 
-    def begin(self, task: Task) -> None:
+    @property
+    def doing(self) -> Task | None:
+        """What is to be done when somebody looks."""
+        return self._task
+
+    def begin(self, task: Task, short: bool = False) -> None:  # noqa: ARG002
         """Do this when somebody looks."""
         self.dressings += isinstance(task, Dressing)
         self._task = task

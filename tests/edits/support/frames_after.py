@@ -17,6 +17,7 @@ EVERY = 10  # of the others, one in so many
 RAMP = 0.1  # s in which a worn shape goes to what is wanted: its own motion, which the limit of speed leaves out
 SPEED_LIMIT = 1.5  # m/s of a vertex on the body, but for what it has fallen since the change; or, where the motion
 # takes the garment faster than this before it was edited, as around the shins of who walks, so fast
+AROUND = 0.15  # m: cloth between two limbs that pass each other goes with either, whichever is nearer
 GRAVITY = 9.81  # m/s^2: cloth that has lost what held it falls, and is at that speed after 0.15 s
 
 
@@ -42,6 +43,7 @@ class Faults:
             "crossing": self.crossing,
             "not_numbers": self.not_numbers,
             "too_fast": self.too_fast,
+            "around": AROUND,
             "fastest": self.fastest,
             "fastest_of_itself": self.fastest_of_itself,
             "fastest_on_ramp": self.fastest_on_ramp,
@@ -112,8 +114,14 @@ class FrameWatch:
 
 
 def speed_on_body(before: DecodedFrame, after: DecodedFrame, dt: float) -> np.ndarray:
-    """(N,) m/s of the cloth's vertices, each against the point of the body that was nearest."""
-    _, nearest = cKDTree(before.body).query(before.cloth)
-    way = (after.cloth - before.cloth) - (after.body - before.body)[nearest]
-    result: np.ndarray = np.linalg.norm(way, axis=1) / dt
+    """(N,) m/s of the cloth's vertices, each against the point of the body that was nearest; of those faster than half
+    of SPEED_LIMIT the least against any point within AROUND."""
+    points = cKDTree(before.body)
+    _, nearest = points.query(before.cloth)
+    way, of_body = after.cloth - before.cloth, after.body - before.body
+    result: np.ndarray = np.linalg.norm(way - of_body[nearest], axis=1) / dt
+    for k in np.flatnonzero(result > SPEED_LIMIT / 2):
+        around = points.query_ball_point(before.cloth[k], AROUND)
+        if around:
+            result[k] = np.linalg.norm(way[k] - of_body[around], axis=1).min() / dt
     return result

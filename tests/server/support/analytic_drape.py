@@ -126,7 +126,12 @@ class WavingSheet:
     own_motion = None
     outgrown = ""
 
-    def reshape(self, specification) -> str:
+    @property
+    def shape_of(self):
+        return width_of
+
+    def reshape(self, specification, shape=None) -> str:
+        assert shape in (None, width_of(specification))
         self.outgrown, self.late = "", width_of(specification) == LATE_WIDTH
         if named_fabric(specification) != self.behaviour:
             return "it is of another fabric"

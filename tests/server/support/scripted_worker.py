@@ -30,8 +30,12 @@ class InThisProcess:
     def warm(self) -> None:
         pass
 
-    def begin(self, task) -> None:
-        self.task, self.done_at = task, self.clock() + self.seconds
+    @property
+    def doing(self):
+        return self.task
+
+    def begin(self, task, short=False) -> None:
+        self.task, self.done_at = task, self.clock() + (0.0 if short else self.seconds)
         self.begun += 1
 
     def outcome(self) -> Made | NotMade | None:

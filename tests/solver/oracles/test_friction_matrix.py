@@ -17,9 +17,9 @@ def share_kernel(y: wp.array(dtype=wp.float32), out: wp.array(dtype=wp.float32))
     out[i] = f1(y[i], E)
 
 
-def prepared(slip, before, given=0.0):
+def prepared(slip, before, given=0.0, kinetic=0.5):
     """(force over slip, stiffness along the slip) [N/m] of a vertex that slid by so much on one that is fixed, after
-    it had given so much [m]."""
+    it had given so much [m]; `kinetic` coefficient of what slides."""
     wp.init()
 
     def vectors(first):
@@ -40,9 +40,8 @@ def prepared(slip, before, given=0.0):
         wp.array([[0.0, 1.0, 0.0]], dtype=wp.vec3, device="cpu"),
         wp.array([-0.8], dtype=wp.float32, device="cpu"),
         wp.array([[1e-3, 2e-3, 5e-5]], dtype=wp.vec3, device="cpu"),
-        4,
-        np.nan,
-        0.5,
+        wp.array([1, 0, 0, 0], dtype=wp.int32, device="cpu"),
+        wp.array([[[np.nan] * 2, [0.5, kinetic]], [[0.5, kinetic], [np.nan] * 2]], dtype=wp.vec2, device="cpu"),
         E,
         1,
         vectors([slip, 0.0, 0.0]),
@@ -71,6 +70,14 @@ def test_a_growing_slip_has_its_own_slope(slip):
     slope = COULOMB * (share(slip + h) - share(slip - h)) / (2 * h)
     assert stiffness == pytest.approx(slope, rel=1e-3, abs=1e-4 * COULOMB / E)
     assert (stiffness > 0.05 * COULOMB / E) == (slip < E)
+
+
+@pytest.mark.parametrize(("slip", "left"), [(0.5 * E, 1.0), (E, 1.0), (1.5 * E, 0.8), (2 * E, 0.6), (1e-3, 0.6)])
+def test_of_what_slides_the_kinetic_coefficient_is_left(slip, left):
+    """mu_k/mu = 0.6: all of it up to s, 0.6 from 2 s on; no slope where it falls."""
+    force, stiffness = prepared(slip, 0.5 * slip, kinetic=0.3)
+    assert force * slip == pytest.approx(COULOMB * left * share(min(slip, E)), rel=1e-5)
+    assert slip < E or stiffness == pytest.approx(0.0, abs=1e-4 * COULOMB / E)
 
 
 def test_a_slip_that_was_turned_round_has_the_chord():

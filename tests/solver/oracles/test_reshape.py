@@ -10,8 +10,20 @@ from contact_scenes import EFFECTS, sleeve_on_limb, square_on_sphere
 from small_scenes import STILL, fabric, sheet
 
 from tryon_solver.geometry.garment import GarmentError
+from tryon_solver.geometry.lines import line_between
 from tryon_solver.reshape import OtherStructureError, reshape
-from tryon_solver.scene import FabricDamping, Gravity, Pins, Scene, StrainLimit
+from tryon_solver.scene import (
+    Creases,
+    Elastic,
+    ElasticLine,
+    FabricDamping,
+    Fasteners,
+    Gravity,
+    Pins,
+    Scene,
+    StrainLimit,
+    Wind,
+)
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
 from tryon_solver.subspace.basis import explicit_inverse, reduced_matrix
@@ -73,6 +85,41 @@ def test_all_that_is_made_of_the_shape_is_as_if_built_of_it():
     assert set(same(arrays(sim), before)) == set(before) - untouched
     np.testing.assert_array_equal(sim.mass, fresh.mass)
     assert abs(sim.stiffness_matrix - fresh.stiffness_matrix).max() == 0
+
+
+def test_effects_that_are_made_of_the_shape_are_as_if_built_of_it():
+    """Elastic by its edges' lengths, creases by their hinges, wind by areas, buttons by nothing."""
+    garment, x = sheet(7, 7, 0.2, 0.2)
+    middle = line_between(garment, 21, 27)
+    effects = (
+        Elastic((ElasticLine(middle, 0.7, 20.0),)),
+        Creases(middle, np.full(len(middle), 1.2)),
+        Fasteners(np.array([[0, 48]], np.int32)),
+        Wind((1.0, 2.0, 0.0)),
+    )
+    scene = Scene(garment, x, None, fabric(), effects)
+    other = drawn(garment, 1.2, 0.9)
+    sim, fresh = build(scene), build(replace(scene, garment=other))
+    before = gradients(sim)
+    reshape(sim, other)
+    assert same(arrays(sim), arrays(fresh)) == []
+    assert same(gradients(sim), gradients(fresh)) == []
+    assert set(same(gradients(sim), before)) >= {"elastic", "creases", "wind"}
+
+
+def gradients(sim):
+    """Of each contribution that acts on positions or velocities: its forces at the start."""
+    found = {}
+    for contribution in sim.plan.contributions:
+        out = wp.zeros(sim.cloth_count, dtype=wp.vec3, device="cpu")
+        if contribution.start_step is not None:
+            contribution.start_step(sim.state)
+        if contribution.add_gradient is not None:
+            contribution.add_gradient(sim.state.x, out)
+        if contribution.add_velocity_gradient is not None:
+            contribution.add_velocity_gradient(sim.state, sim.state.x, out)
+        found[contribution.name] = out.numpy()
+    return found
 
 
 def test_the_last_bits_of_a_step_are_not_in_the_inverse():

@@ -122,7 +122,7 @@ class Machine:
             cycles = hurried.cycles()
             self.clock.now += slower * (self.search + cycles * self.cycle)
             iterations = hurried.iterations(100)
-            self.clock.now += slower * (1 + iterations) * self.iteration
+            self.clock.now += slower * (2 + iterations) * self.iteration
             hurried.corrected(iterations)
             self.clock.now += slower * self.tail
             spent.append((substeps, cycles, iterations))
@@ -131,7 +131,7 @@ class Machine:
 
 
 def hurried(deadline):
-    return Hurried(replace(LIVE, deadline=deadline), "cpu")
+    return Hurried(replace(LIVE, deadline=deadline, correction_iterations=2), "cpu")
 
 
 def test_a_deadline_is_met_once_the_costs_are_known_and_its_time_is_used(clock):
@@ -145,10 +145,10 @@ def test_a_deadline_is_met_once_the_costs_are_known_and_its_time_is_used(clock):
 
 
 def test_what_is_dear_is_given_up_first_where_the_deadline_is_short(clock):
-    machine = Machine(clock, hurried(10e-3))
+    machine = Machine(clock, hurried(12e-3))
     calls = [machine.call(wanted=8) for _ in range(200)]
     for took, late, [(substeps, _, iterations)] in calls[10:]:
-        assert took <= 10e-3
+        assert took <= 12e-3
         assert late == 0
         assert substeps < 8, "longer ones"
         assert iterations >= 2
@@ -160,7 +160,7 @@ def test_a_deadline_that_can_not_be_met_is_missed_by_what_is_told_with_the_least
     calls = [machine.call(wanted=8) for _ in range(20)]
     for took, late, spent in calls[3:]:
         assert late == pytest.approx(took - 2e-3)
-        assert spent == [(2, 1, 2)], "sub-steps no more than four times as long"
+        assert spent == [(4, 1, 2)], "sub-steps no more than twice as long, and the budget"
 
 
 def test_the_time_of_a_call_is_shared_by_its_steps(clock):
@@ -191,8 +191,8 @@ def test_a_correction_that_stops_on_the_way_or_is_done_again_has_what_is_left(cl
     hurried_pace.cycles()
     planned = hurried_pace.iterations(100)
     clock.now += 6e-3
-    assert 0 <= hurried_pace.more(100) <= planned - 5
     assert 0 < hurried_pace.again(100) <= planned - 5
+    assert hurried_pace.more(100) == hurried_pace.again(100) + 2, "where it begins is chosen already"
     clock.now += 20e-3
     assert hurried_pace.more(100) <= 0
     assert hurried_pace.again(100) == 0
@@ -204,9 +204,9 @@ def test_the_body_comes_as_far_under_a_deadline_with_fewer_longer_sub_steps(met)
     usual = patient.advance(case.pose_at(16), DT)
     rushed = simulation_at(case, motion, replace(LIVE, substep_travel=1e-4, deadline=1e-6))
     report = rushed.advance(case.pose_at(16), DT)
-    assert report.substeps == -(-usual.substeps // 4)
+    assert report.substeps == -(-usual.substeps // 2)
     assert np.allclose(rushed.body.skin_now.numpy(), patient.body.skin_now.numpy(), atol=1e-6)
     assert report.late > 0
-    assert report.newton_iterations <= 2
+    assert report.newton_iterations <= LIVE.correction_iterations
     assert "deadline was missed" in report.advice
     assert usual.late == 0

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from small_scenes import STILL, fabric, rigid_body, sheet, slab, turn
 
+from tryon_solver.geometry.garment import Garment
 from tryon_solver.scene import BodyContact, Friction, Gravity, Scene
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
@@ -13,12 +14,12 @@ from tryon_solver.simulation import build
 G, DT = 9.81, 1 / 60
 
 
-def laid(mu, degrees, settings, friction):
-    """A sheet laid on an incline at rest, and the way down."""
+def laid(mu, degrees, settings, friction, height=0.003):
+    """A sheet laid on an incline at rest, `height` m above it, and the way down."""
     tilt = turn((0, 0, -degrees))
     garment, x = sheet(6, 6, 0.1, 0.1)
     body, faces = slab(0.8, 0.3, 0.02, 0.05)
-    x = (x + np.array([-0.25, 0.003, 0.003])) @ tilt.T
+    x = (x + np.array([-0.25, height, 0.003])) @ tilt.T
     scene = Scene(
         garment,
         x,
@@ -87,3 +88,47 @@ def test_slides_fast_when_converged(mu, degrees):
     """Up to 1.6 m/s, over cells of the body's mesh in every step."""
     settings = replace(PRESETS["live"], correction_iterations=30)
     check_sliding(mu, degrees, speeds(*laid(mu, degrees, settings, Friction()), 40), 3, 39, 0.03)
+
+
+def test_what_sticks_by_the_static_coefficient_slides_by_the_kinetic_one():
+    """tan 20 degrees is 0.36: between mu_k 0.2 and mu 0.5 it rests; pushed off at 0.2 m/s, it accelerates by mu_k."""
+    table = Friction(static=np.array([[0.3, 0.5], [0.5, 0.0]]), kinetic=np.array([[0.3, 0.2], [0.2, 0.0]]))
+    sim, down = laid(0.9, 20, PRESETS["live"], table, 3.767e-3)  # where the barrier carries it; its own mu is not asked
+    v = speeds(sim, down, 40)
+    assert np.abs(v[-5:]).max() < 3e-4
+    sim.state.v.assign(np.tile(0.2 * down, (36, 1)).astype(np.float32))
+    found = []
+    for k in range(40, 52):
+        sim.advance(STILL, (k + 1) * DT)
+        found.append((sim.state.v.numpy() @ down).mean())
+    check_sliding(0.2, 20, np.array(found), 3, int(np.argmax(np.array(found) > 0.33)) or 11, 0.1)
+
+
+def test_panels_of_other_materials_have_their_own_coefficients():
+    """Two sheets side by side on one incline: one slides as if it were alone, the other stays."""
+    tilt = turn((0, 0, -20))
+    garment, x = sheet(6, 6, 0.1, 0.1)
+    faces = np.vstack([garment.faces, garment.faces + 36])
+    both = Garment(faces, np.vstack([garment.uv_corners] * 2), np.repeat([0, 1], len(garment.faces)), 72)
+    x = np.vstack([x + [-0.25, 0.003, z] for z in (-0.053, 0.057)]) @ tilt.T
+    body, body_faces = slab(0.8, 0.3, 0.02, 0.05)
+    table = np.array([[0.0, 0.0, 0.6], [0.0, 0.0, 0.1], [0.6, 0.1, 0.0]])
+    effects = (Gravity(), BodyContact(), Friction(static=table))
+    sim = build(Scene(both, x, rigid_body(body @ tilt.T, body_faces), fabric(), effects), PRESETS["live"], "cpu", STILL)
+    found = []
+    for k in range(14):
+        sim.advance(STILL, (k + 1) * DT)
+        found.append((sim.state.v.numpy() @ tilt[:, 0]).reshape(2, 36).mean(axis=1))
+    stays, slides = np.array(found).T
+    assert np.abs(stays[-4:]).max() < 3e-3
+    check_sliding(0.1, 20, slides, 3, int(np.argmax(slides > 0.33)) or 13, 0.1)
+
+
+def test_friction_is_checked_by_name():
+    with pytest.raises(ValueError, match=r"more than what sticks at \[0, 1\]"):
+        Friction(static=np.full((2, 2), 0.2), kinetic=np.array([[0.1, 0.3], [0.3, 0.1]]))
+    with pytest.raises(ValueError, match="static must be symmetric"):
+        Friction(static=np.array([[0.1, 0.2], [0.3, 0.1]]))
+    garment, x = sheet(3, 3, 0.1, 0.1)
+    with pytest.raises(ValueError, match="static is for 3 materials; the garment has 1 panels"):
+        Scene(garment, x, None, fabric(), (Friction(static=np.zeros((3, 3))),))

@@ -10,7 +10,7 @@ from small_scenes import STILL, fabric, garment_of, rigid_body, sheet, slab, tur
 from tryon_solver.baselines.newton_ipc import Reference
 from tryon_solver.geometry.panel_mesh import mesh_pattern
 from tryon_solver.geometry.pattern import parse_pattern
-from tryon_solver.scene import AirDrag, BodyContact, Friction, Gravity, Scene, SelfContact, StrainLimit
+from tryon_solver.scene import AirDrag, BodyContact, Friction, Gravity, Scene, SelfContact, StrainLimit, Wind
 
 G = 9.81
 
@@ -174,9 +174,7 @@ def test_refuses_what_it_has_no_energy_for():
     garment, x = sheet(3, 3, 0.1, 0.1)
     known = Reference(Scene(garment, x, None, fabric(), (Gravity(), StrainLimit(), AirDrag(), SelfContact())))
     assert known.discrete.touches_self
-
-    class Wind:
-        pass
-
     with pytest.raises(ValueError, match="Wind"):
         Reference(Scene(garment, x, None, fabric(), (Wind(),)))
+    with pytest.raises(ValueError, match=r"leave Friction\.static out"):
+        Reference(Scene(garment, x, None, fabric(), (SelfContact(), Friction(static=np.zeros((2, 2))))))

@@ -9,12 +9,15 @@ from tryon_solver.scene import (
     FabricDamping,
     Friction,
     Gravity,
+    Gusts,
     Scene,
     SelfContact,
     Sleep,
     StrainLimit,
+    Wind,
 )
 from tryon_solver.simulation import build
+from tryon_solver.stepping.clocked import contribution_times
 
 NAMES = {
     Gravity: "gravity",
@@ -86,6 +89,30 @@ def test_effect_with_nothing_to_do_is_left_out(effect, cloth):
 def test_fabric_without_bending_has_no_bending_term():
     plan = described((), fabric(k_bend=0.0))
     assert {name for names in plan.values() for name in names} == {"membrane"}
+
+
+def test_the_plan_tells_what_calls_take_when_it_is_asked_to():
+    """Every stage that does something in a step has a time; steps go on as if nothing had been measured."""
+    garment, x = sheet(5, 5, 0.2, 0.2)
+    x[:, 1] += 0.053
+    effects = (Gravity(), BodyContact(), SelfContact(), Friction(), StrainLimit(), FabricDamping())
+    blown = (*effects, Wind((1.0, 0.0, 0.0), Gusts()))
+    ends = []
+    for measuring in (False, True):
+        sim = build(Scene(garment, x, rigid_body(*icosphere(0.05, 1)), fabric(), blown), None, "cpu", STILL)
+        for k in range(12):
+            sim.advance(STILL, (k + 1) / 60)
+            if measuring and k == 8:
+                times = contribution_times(sim, repeats=2)
+        ends.append(sim.cloth_positions())
+    assert (ends[0] == ends[1]).all()
+    assert set(times["wind"]) == {"start_step", "add_velocity_gradient", "add_diagonal"}
+    assert set(times["friction"]) == {"start_step", "contact"}
+    assert times["body_contact"] == {}
+    assert all(taken > 0 for stages in times.values() for taken in stages.values())
+    told = sim.plan.describe({"gravity": {"add_acceleration": 0.25}})
+    assert "add_acceleration: gravity 0.250 ms" in told.splitlines()
+    assert "0.250" not in sim.plan.describe()
 
 
 def test_effect_listed_twice_is_refused():

@@ -88,6 +88,8 @@ class Discrete:
                 raise ValueError(f"the reference has no energy for the effect {kind.__name__}")
         gravity, limit, drag = effects.get(Gravity), effects.get(StrainLimit), effects.get(AirDrag)
         damping, friction = effects.get(FabricDamping), effects.get(Friction)
+        if isinstance(friction, Friction) and friction.static is not None:
+            raise ValueError("the reference has the fabric's coefficients of friction; leave Friction.static out")
         n = garment.vertex_count
         body = scene.body
         return Discrete(

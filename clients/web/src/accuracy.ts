@@ -1,0 +1,156 @@
+import { accuracyAt, AccuracyDesk, DIAL_END, positionOf, PriceLog, type AccuracyChoice } from "@tryon/core";
+import type { ReportMessage, SetAccuracyMessage, StatusMessage } from "@tryon/protocol";
+
+import { byId, setText } from "./dom.ts";
+import { significant } from "./format.ts";
+import { inWords, PricePlot } from "./price_plot.ts";
+
+/** after a movement of the dial, or a key in the field, until it is taken for meant [ms] */
+const DIAL_WAITS_MS = 150;
+const DEADLINE_WAITS_MS = 600;
+
+const AS_DETAIL = "as the detail has it";
+
+/** The section of accuracy and deadline: what is asked for, and a plot of what frames reach and take. */
+export class AccuracyPanel {
+  private readonly section = byId("accuracy", HTMLDetailsElement);
+  private readonly dial = byId("accuracy-dial", HTMLInputElement);
+  private readonly asDetail = byId("accuracy-default", HTMLButtonElement);
+  private readonly deadline = byId("deadline", HTMLInputElement);
+  private readonly shortcuts = [...byId("deadlines").querySelectorAll("button")];
+  private readonly plot = new PricePlot(document.querySelector<SVGSVGElement>("#price-plot")!);
+  private readonly log = new PriceLog();
+  private readonly desk: AccuracyDesk;
+  private readonly dialPause = new Pause();
+  private readonly deadlinePause = new Pause();
+
+  constructor(send: (message: SetAccuracyMessage) => void) {
+    this.desk = new AccuracyDesk(send, (choice) => this.show(choice));
+    this.dial.max = String(DIAL_END);
+    this.dial.addEventListener("input", () => {
+      this.showAccuracy(this.dialled);
+      this.dialPause.begin(DIAL_WAITS_MS, () => this.choose({ accuracy: this.dialled }));
+    });
+    this.asDetail.addEventListener("click", () => {
+      this.dialPause.cancel();
+      this.choose({ accuracy: null });
+    });
+    this.deadline.addEventListener("input", () => {
+      this.deadlinePause.cancel();
+      if (this.deadline.validity.valid) this.deadlinePause.begin(DEADLINE_WAITS_MS, () => this.choose({ deadlineMs: this.typed }));
+    });
+    this.deadline.addEventListener("change", () => this.deadlinePause.endNow());
+    for (const button of this.shortcuts) {
+      button.addEventListener("click", () => {
+        this.deadlinePause.cancel();
+        this.deadline.value = button.value;
+        this.choose({ deadlineMs: this.typed });
+      });
+    }
+    this.section.addEventListener("toggle", () => {
+      this.draw();
+      if (this.section.open) this.section.scrollIntoView({ block: "nearest" });
+    });
+    this.show(this.desk.choice);
+  }
+
+  /** Another session begins, which this page opened or joined. */
+  began(joined: boolean): void {
+    this.desk.began(joined);
+    this.log.reset();
+    this.draw();
+  }
+
+  welcomed(): void {
+    this.desk.welcomed();
+  }
+
+  take(status: StatusMessage): void {
+    this.desk.take(status);
+  }
+
+  report(report: ReportMessage): void {
+    if (this.log.add(report, this.desk.choice.deadlineMs)) this.draw();
+  }
+
+  private choose(changed: Partial<AccuracyChoice>): void {
+    this.desk.choose({ ...this.desk.choice, ...changed });
+  }
+
+  private get dialled(): number {
+    return accuracyAt(this.dial.valueAsNumber);
+  }
+
+  private get typed(): number | null {
+    return this.deadline.value === "" ? null : this.deadline.valueAsNumber;
+  }
+
+  /** Shows what stands; what somebody is about to choose stays as it is. */
+  private show({ accuracy, deadlineMs }: AccuracyChoice): void {
+    if (!this.dialPause.waits) {
+      this.showAccuracy(accuracy);
+      const position = accuracy === null ? this.dial.valueAsNumber : positionOf(accuracy);
+      if (position !== this.dial.valueAsNumber) this.dial.value = String(position);
+    }
+    if (!this.deadlinePause.waits && this.typed !== deadlineMs && this.deadline.validity.valid) {
+      this.deadline.value = deadlineMs === null ? "" : significant(deadlineMs, 6);
+    }
+    for (const button of this.shortcuts) button.ariaPressed = String(button.value === (deadlineMs === null ? "" : String(deadlineMs)));
+    setText(byId("accuracy-short"), inShort(accuracy, deadlineMs));
+    this.draw();
+  }
+
+  private showAccuracy(accuracy: number | null): void {
+    const told = accuracy === null ? AS_DETAIL : `at most ${millimetres(accuracy)}`;
+    this.dial.ariaValueText = told;
+    this.dial.classList.toggle("idle", accuracy === null);
+    this.asDetail.ariaPressed = String(accuracy === null);
+    setText(byId("accuracy-told"), told);
+  }
+
+  private draw(): void {
+    if (!this.section.open) return;
+    const { prices } = this.log;
+    this.plot.draw(prices, this.desk.choice);
+    setText(byId("price-newest"), inWords(prices.at(-1), this.desk.choice.deadlineMs));
+    const late = prices.filter(({ lateMs }) => lateMs > 0).length;
+    setText(byId("price-late"), late ? `${late} of ${prices.length} reported frames came late` : "");
+  }
+}
+
+/** Waits until somebody is done choosing. */
+class Pause {
+  private timer = 0;
+  private then: (() => void) | undefined;
+
+  get waits(): boolean {
+    return this.then !== undefined;
+  }
+
+  /** Begins to wait, anew if it does already. */
+  begin(ms: number, then: () => void): void {
+    window.clearTimeout(this.timer);
+    this.then = then;
+    this.timer = window.setTimeout(() => this.endNow(), ms);
+  }
+
+  endNow(): void {
+    const { then } = this;
+    this.cancel();
+    then?.();
+  }
+
+  cancel(): void {
+    window.clearTimeout(this.timer);
+    this.then = undefined;
+  }
+}
+
+function inShort(accuracy: number | null, deadlineMs: number | null): string {
+  const error = accuracy === null ? AS_DETAIL : millimetres(accuracy);
+  return deadlineMs === null ? error : `${accuracy === null ? "" : `${error}, `}in ${significant(deadlineMs, 4)} ms`;
+}
+
+function millimetres(accuracy: number): string {
+  return `${significant(1000 * accuracy, 2)} mm`;
+}

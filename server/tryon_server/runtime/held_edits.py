@@ -1,0 +1,111 @@
+"""A drag's edits worked out beside the simulation: sixty of them a second may come, and each takes Python as long as a
+frame takes a GPU."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from tryon_protocol import DesignMessage
+from tryon_server.runtime.beside import Beside, Made
+from tryon_server.runtime.design import design_of
+from tryon_server.runtime.drape import Drape
+from tryon_server.runtime.redesign import Wanted, wanted
+from tryon_server.sessions.commands import ChangePattern
+from tryon_solver.redesign.edit_error import EditError
+from tryon_solver.redesign.history import History
+
+
+@dataclass(frozen=True, eq=False)
+class WorkedOut:
+    """What a held edit makes: the pattern, plain JSON, and what happened besides; shape and drawing as in Wanted."""
+
+    specification: Mapping[str, Any]
+    notes: tuple[str, ...]
+    shape: Any
+    drawn: DesignMessage
+
+    def wanted(self, history: History) -> Wanted:
+        """What it asks for of the pattern with this history."""
+        return Wanted(history, self.specification, self.notes, shape=self.shape, drawn=self.drawn)
+
+
+@dataclass(frozen=True)
+class Refused:
+    """Why a held edit can't be made."""
+
+    message: str
+    place: str
+    remedy: str
+
+    def wanted(self, _history: History) -> Wanted:
+        """Raises EditError."""
+        raise EditError(self.message, self.place, self.remedy)
+
+
+Outcome = WorkedOut | Refused
+
+
+@dataclass(frozen=True, eq=False)
+class WorkingOut:
+    """Works a held edit of this pattern out. Call it in any process."""
+
+    specification: Mapping[str, Any]
+    command: ChangePattern
+    shape_of: Callable[[Mapping[str, Any]], Any]
+
+    def __call__(self) -> Outcome:
+        nothing_done = History(self.specification)
+        try:
+            asked = wanted(nothing_done, self.command)
+        except EditError as error:
+            return Refused(error.message, error.place, error.remedy)
+        drawn = design_of(asked.specification, nothing_done, held=True)
+        return WorkedOut(asked.specification, asked.notes, self.shape_of(asked.specification), drawn)
+
+
+class HeldEdits:
+    """At most one edit that is being worked out `beside`, which serves others, too: they go first."""
+
+    def __init__(self, beside: Beside) -> None:
+        self._beside = beside
+        self._task: WorkingOut | None = None
+        self._drape: Drape | None = None  # whose shape is to be found
+
+    @property
+    def under_way(self) -> bool:
+        """Is one being worked out?"""
+        return self._task is not None and self._beside.doing is self._task
+
+    def take(self, command: ChangePattern, history: History, drape: Drape) -> bool:
+        """Have it worked out, if it is an edit that is held and nothing else is being done beside; any other command
+        ends the drag, and what is being worked out is given up."""
+        if not command.hold or command.edit is None:
+            self.give_up()
+            return False
+        if self._beside.doing is not None:
+            return False
+        self._task, self._drape = WorkingOut(history.specification, command, drape.shape_of), drape
+        self._beside.begin(self._task, short=True)
+        return True
+
+    def give_up(self) -> None:
+        """Nobody waits for it any more."""
+        if self.under_way:
+            self._beside.give_up()
+        self._task = self._drape = None
+
+    def outcome(self, worn: Drape | None) -> tuple[ChangePattern, Outcome | None] | None:
+        """The edit, once it is worked out, and what it came to; None where another garment is worn by now, or where it
+        was given up for something else. Then no more; returns at once."""
+        task, under_way = self._task, self.under_way
+        ended = self._beside.outcome() if under_way else None
+        if task is None or (under_way and ended is None):
+            return None
+        drape, self._task, self._drape = self._drape, None, None
+        if ended is None or drape is not worn:
+            return task.command, None
+        if isinstance(ended, Made):
+            return task.command, ended.value
+        return task.command, Refused(ended.problem.message, ended.problem.place, ended.problem.remedy)

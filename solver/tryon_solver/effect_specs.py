@@ -1,0 +1,458 @@
+"""What a scene may ask for: one frozen class of numbers for each effect. Importing this imports no effect."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from tryon_solver.geometry.lines import corners_of_edges, hinges_of_edges
+
+if TYPE_CHECKING:
+    from tryon_solver.scene import Scene
+
+SHARPEST_CREASE = 2.8  # rad: 160 degrees
+
+
+@dataclass(frozen=True)
+class EffectSpec:
+    """What a scene asks for, in numbers; one class for each effect, those made outside this package among them
+    (docs/effects.md says how).
+
+    `module` is imported when a scene lists the effect, and not before: its `bind(spec, context)` returns the
+    effect's Contribution (plan.py), or None where there is nothing to do.
+    """
+
+    module: ClassVar[str]
+
+    def check(self, scene: Scene) -> None:
+        """Raise ValueError, naming field, place and remedy, where the effect does not suit the scene."""
+
+
+def check_vertices(name: str, vertices: np.ndarray, scene: Scene) -> None:
+    """Raise ValueError for the first of `vertices`, of any shape, that the garment does not have."""
+    count = scene.garment.vertex_count
+    outside = vertices[(vertices < 0) | (vertices >= count)]
+    if len(outside):
+        raise ValueError(f"{name}: there is no vertex {int(outside[0])}; the garment has {count}")
+
+
+def check_number(name: str, value: float, above: bool = False) -> None:
+    """Raise ValueError unless the value is finite and at least 0, or `above` it."""
+    if not (value > 0 if above else value >= 0) or value == float("inf"):
+        raise ValueError(f"{name} must be a finite number {'above' if above else 'of at least'} 0, not {value!r}")
+
+
+@dataclass(frozen=True)
+class Gravity(EffectSpec):
+    """Uniform gravity; `acceleration` m/s^2."""
+
+    module: ClassVar[str] = "tryon_solver.effects.gravity"
+
+    acceleration: tuple[float, float, float] = (0.0, -9.81, 0.0)
+
+
+@dataclass(frozen=True)
+class BodyContact(EffectSpec):
+    """Contact between cloth and the body's collision surface."""
+
+    module: ClassVar[str] = "tryon_solver.effects.body_contact"
+
+    def check(self, scene: Scene) -> None:
+        """Raises ValueError for a scene without a body."""
+        if scene.body is None:
+            raise ValueError("effects: BodyContact needs a body; give the scene one or leave the effect out")
+
+
+@dataclass(frozen=True)
+class SelfContact(EffectSpec):
+    """Contact between cloth and cloth."""
+
+    module: ClassVar[str] = "tryon_solver.effects.self_contact"
+
+
+@dataclass(frozen=True)
+class Friction(EffectSpec):
+    """Coulomb friction on every contact the scene has; coefficients come from the fabric, unless they are given here.
+
+    `static` (P + 1, P + 1), without unit: coefficients between the garment's P panels, each of its own material, and
+    the body, which is last; `kinetic` (P + 1, P + 1), without unit: of what slides, nowhere more than `static`, which
+    it is where it is not given.
+
+    A contact gives by up to `presliding` m before it slides, and its force grows smoothly with that; it keeps what it
+    has given from step to step, so that what sticks stays.
+    """
+
+    module: ClassVar[str] = "tryon_solver.effects.friction"
+
+    presliding: float = 1e-4
+    static: np.ndarray | None = None
+    kinetic: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        check_number("friction: presliding", self.presliding, above=True)
+        if self.static is None:
+            if self.kinetic is None:
+                return
+            raise ValueError("friction: kinetic coefficients without static ones; give both")
+        for name, table in (("static", self.static), ("kinetic", self.kinetic)):
+            if table is None:
+                continue
+            if table.ndim != 2 or table.shape[0] != table.shape[1] or len(table) != len(self.static):
+                raise ValueError(f"friction: {name} has shape {table.shape}; give a square table, both alike")
+            if not (np.isfinite(table).all() and (table >= 0).all() and (table == table.T).all()):
+                raise ValueError(f"friction: {name} must be symmetric, of finite numbers of at least 0")
+        if self.kinetic is not None and (self.kinetic > self.static).any():
+            i, j = np.argwhere(self.kinetic > self.static)[0]
+            raise ValueError(
+                f"friction: what slides resists more than what sticks at [{i}, {j}]: kinetic {self.kinetic[i, j]} over "
+                f"static {self.static[i, j]}; lower it"
+            )
+
+    def check(self, scene: Scene) -> None:
+        """Raises ValueError for a table of another number of materials than the garment's panels and the body."""
+        panels = int(scene.garment.panel_of_face.max()) + 1
+        if self.static is not None and len(self.static) != panels + 1:
+            raise ValueError(
+                f"friction: static is for {len(self.static)} materials; the garment has {panels} panels, and the body "
+                "is one more"
+            )
+
+
+@dataclass(frozen=True)
+class StrainLimit(EffectSpec):
+    """Stiffens the fabric beyond its strain limit; `stiffness` N/m acts on the excess."""
+
+    module: ClassVar[str] = "tryon_solver.effects.strain_limit"
+
+    stiffness: float = 20000.0
+
+
+@dataclass(frozen=True)
+class StretchCurves(EffectSpec):
+    """Measured curves of a fabric that stiffens as it is stretched: along `warp` and `weft` points of strain [-] and
+    tension [N/m], from a strip's tensile test, rising; from (0, 0) to the first and between them it is linear, and
+    beyond the last it goes on as before it. Along a direction without points the fabric's own stiffness holds.
+
+    The fabric's `k_warp` and `k_weft` stay what resists at first: no part of a curve may be less steep.
+    """
+
+    module: ClassVar[str] = "tryon_solver.effects.stretch_curves"
+
+    warp: tuple[tuple[float, float], ...] = ()
+    weft: tuple[tuple[float, float], ...] = ()
+
+    def __post_init__(self) -> None:
+        for name, points in (("warp", self.warp), ("weft", self.weft)):
+            for k, ((strain, tension), (next_strain, next_tension)) in enumerate(pairwise(((0.0, 0.0), *points))):
+                if not (next_strain > strain and next_tension >= tension and next_tension < float("inf")):
+                    raise ValueError(f"stretch curves: {name} does not rise to point {k}; order the points by strain")
+
+    def check(self, scene: Scene) -> None:
+        """Raises ValueError for a curve that is somewhere less steep than the fabric's own stiffness."""
+        for name, points in (("warp", self.warp), ("weft", self.weft)):
+            own = float(scene.of_fabrics(f"k_{name}").max())
+            for k, ((strain, tension), (next_strain, next_tension)) in enumerate(pairwise(((0.0, 0.0), *points))):
+                tangent = (next_tension - tension) / (next_strain - strain)
+                if tangent < own * (1 - 1e-9):
+                    raise ValueError(
+                        f"stretch curves: up to point {k} {name} has {tangent:.4g} N/m, less than the fabric's "
+                        f"k_{name} of {own:.4g} N/m; lower k_{name} to the curve's least slope"
+                    )
+
+
+@dataclass(frozen=True)
+class AirDrag(EffectSpec):
+    """Air at rest slows the cloth's motion through it; `coefficient` N s/m^3: force per area and speed.
+
+    A plate broadside on feels 1/2 rho c_d v per speed: with c_d 1.2 to 2 that is 1.0 to 1.7 N s/m^3 at walking speed,
+    1.4 m/s. A hem swings more slowly, but to and fro, for which c_d is several times as large (Keulegan and Carpenter
+    1958). So the default is the most that steady air has: with it a dress comes to rest soonest (docs/measured.md).
+    """
+
+    module: ClassVar[str] = "tryon_solver.effects.air_drag"
+
+    coefficient: float = 1.7
+
+
+@dataclass(frozen=True)
+class Gusts:
+    """Turbulence of the wind along its direction: von Karman's spectrum as a sum of sines (effects/wind.py).
+
+    `intensity` is the speed's standard deviation over its mean, `length` m how large eddies are; `seed` draws phases.
+    """
+
+    intensity: float = 0.2
+    length: float = 5.0
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Wind(EffectSpec):
+    """Air that moves at `velocity` m/s, or stands still, and presses on each triangle by the square of the speed
+    between them. It takes the place of AirDrag, which is linear.
+
+    `broadside` and `along` are the coefficients of force for air that meets a triangle straight on and that strokes it,
+    by 1/2 `density` (kg/m^3) times area and speed squared: a plate has about 1.2 and 0.01 (Hoerner 1965). Where the
+    body is upwind the wind has the share 1 - `shelter` of its speed, and wins back the rest over `shelter_length` m.
+    The contribution's value "velocity" (1,) vec3 m/s may be written between steps.
+    """
+
+    module: ClassVar[str] = "tryon_solver.effects.wind"
+
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    gusts: Gusts | None = None
+    shelter: float = 0.0
+    shelter_length: float = 1.0
+    density: float = 1.2
+    broadside: float = 1.2
+    along: float = 0.01
+
+    def __post_init__(self) -> None:
+        for name in ("density", "broadside", "along"):
+            check_number(f"wind: {name}", getattr(self, name))
+        if self.along > self.broadside:
+            raise ValueError(f"wind: along {self.along} exceeds broadside {self.broadside}; lower it")
+        if not 0 <= self.shelter <= 1:
+            raise ValueError(f"wind: shelter must be a share from 0 to 1, not {self.shelter!r}")
+        check_number("wind: shelter_length", self.shelter_length, above=True)
+        if self.gusts is not None:
+            check_number("wind: gusts.intensity", self.gusts.intensity)
+            check_number("wind: gusts.length", self.gusts.length, above=True)
+            if not any(self.velocity):
+                raise ValueError("wind: gusts are a share of the wind's speed, which is 0; give it a velocity")
+
+    def check(self, scene: Scene) -> None:
+        """Raises ValueError beside AirDrag, in gusts beside Sleep, or for a body's shelter where there is none."""
+        kinds = [type(effect) for effect in scene.effects]
+        if AirDrag in kinds:
+            raise ValueError("effects: Wind and AirDrag are two laws of the same air; list one of them")
+        if self.gusts is not None and Sleep in kinds:
+            raise ValueError("effects: cloth that is asleep feels no gusts; leave Sleep out, or the gusts")
+        if self.shelter and scene.body is None:
+            raise ValueError("wind: shelter needs a body; give the scene one or set shelter to 0")
+
+
+@dataclass(frozen=True)
+class FabricDamping(EffectSpec):
+    """Damping within the fabric; `time` s is beta of the force -beta H v (effects/fabric_damping.py).
+
+    A mode of frequency f is damped by the ratio pi f beta of critical: 5 ms is 13 % at 8 Hz and 3 % at 2 Hz, at which
+    cloth swings. That is what tensile tests of fabrics say: a cycle that gives back 55 to 70 % of its work has the loss
+    factor 0.05 to 0.07, 2 pi f beta.
+    """
+
+    module: ClassVar[str] = "tryon_solver.effects.fabric_damping"
+
+    time: float = 5e-3
+
+
+@dataclass(frozen=True)
+class Sewing(EffectSpec):
+    """Open seams being drawn together while a garment is dressed.
+
+    `stitches` (S, 2) int32 vertex pairs, each held by a spring of `stiffness` N/m at `share` of the way it was apart at
+    the start; the contribution's value "share" (1,) is lowered from 1 to 0.
+    """
+
+    module: ClassVar[str] = "tryon_solver.effects.sewing"
+
+    stitches: np.ndarray
+    stiffness: float
+
+
+@dataclass(frozen=True)
+class Attached(EffectSpec):
+    """Cloth sewn flat onto other cloth, as a pocket is: each of `vertices` (K,) int32 is drawn by a spring of
+    `stiffness` N/m to the place on the cloth beneath that `weights` (K, 3) of the vertices `onto` (K, 3) int32 say.
+
+    How far it stays off, the contact between the two says.
+    """
+
+    module: ClassVar[str] = "tryon_solver.effects.attached"
+
+    vertices: np.ndarray
+    onto: np.ndarray
+    weights: np.ndarray
+    stiffness: float
+
+
+@dataclass(frozen=True)
+class Pins(EffectSpec):
+    """Cloth held or led by springs: `vertices` (K,) int32, each once, held where they start by `stiffness` N/m.
+
+    The contribution's value "places" (K,) vec3 m may be written between steps: the vertices follow.
+    """
+
+    module: ClassVar[str] = "tryon_solver.effects.pins"
+
+    vertices: np.ndarray
+    stiffness: float = 2e4
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.stiffness < float("inf"):
+            raise ValueError(f"pins: stiffness must be a finite number of at least 0 N/m, not {self.stiffness!r}")
+        once, count = np.unique(self.vertices, return_counts=True)
+        if (count > 1).any():
+            raise ValueError(f"pins: vertex {int(once[np.argmax(count)])} is listed twice; list it once")
+
+    def check(self, scene: Scene) -> None:
+        """Raises ValueError for a vertex that the garment does not have."""
+        check_vertices("pins", self.vertices, scene)
+
+
+@dataclass(frozen=True)
+class Fasteners(EffectSpec):
+    """Buttons, hooks, the teeth of zips: `pairs` (K, 2) int32 of vertices, each held together by `stiffness` N/m.
+
+    The contribution's value "closed" (K,) float32, all 1 at the start, may be written between steps: 0 is open, and
+    shares in between let what is far apart come together gently.
+    """
+
+    module: ClassVar[str] = "tryon_solver.effects.fasteners"
+
+    pairs: np.ndarray
+    stiffness: float = 2e4
+
+    def __post_init__(self) -> None:
+        check_number("fasteners: stiffness", self.stiffness)
+        if (self.pairs[:, 0] == self.pairs[:, 1]).any():
+            bad = int(np.argmax(self.pairs[:, 0] == self.pairs[:, 1]))
+            raise ValueError(f"fasteners: pair {bad} is vertex {self.pairs[bad, 0]} twice; name two vertices")
+
+    def check(self, scene: Scene) -> None:
+        """Raises ValueError for a vertex that the garment does not have."""
+        check_vertices("fasteners", self.pairs, scene)
+
+
+@dataclass(frozen=True)
+class Pressure(EffectSpec):
+    """Inflated pieces: `pressure` Pa more behind the cloth than before it, on the triangles of `panels`, all if none is
+    named. It pushes to the front, which is outside where a closed piece is seen counter-clockwise from there.
+
+    The contribution's value "pressure" (1,) Pa may be written between steps.
+    """
+
+    module: ClassVar[str] = "tryon_solver.effects.pressure"
+
+    pressure: float
+    panels: tuple[int, ...] = ()
+
+    def check(self, scene: Scene) -> None:
+        """Raises ValueError for a panel that the garment does not have, or a pressure that is no number."""
+        if not abs(self.pressure) < float("inf"):
+            raise ValueError(f"pressure: must be a finite number of Pa, not {self.pressure!r}")
+        count = int(scene.garment.panel_of_face.max()) + 1
+        for panel in self.panels:
+            if not 0 <= panel < count:
+                raise ValueError(f"pressure: there is no panel {panel}; the garment has {count}, numbered from 0")
+
+
+@dataclass(frozen=True)
+class ElasticLine:
+    """Elastic sewn along `edges` (K, 2) int32 of the mesh, vertex pairs: unstrained it is `ratio` times as long as
+    the line is in the pattern, and pulls with `stiffness` N times what it is longer than that, over the pattern's
+    length. It does not push.
+    """
+
+    edges: np.ndarray
+    ratio: float
+    stiffness: float
+
+    def __post_init__(self) -> None:
+        check_number("elastic: ratio", self.ratio, above=True)
+        check_number("elastic: stiffness", self.stiffness)
+
+
+@dataclass(frozen=True)
+class Elastic(EffectSpec):
+    """Waistbands, belts, shirring threads, drawstrings: lines of the cloth that are drawn to another length.
+
+    The contribution's value "ratio" (L,) float32, one for each of the L `lines`, may be written between steps.
+    """
+
+    module: ClassVar[str] = "tryon_solver.effects.elastic"
+
+    lines: tuple[ElasticLine, ...]
+
+    def check(self, scene: Scene) -> None:
+        """Raises ValueError for what is no edge of the garment's mesh."""
+        for k, line in enumerate(self.lines):
+            corners_of_edges(scene.garment, line.edges, f"elastic: line {k}")
+
+
+@dataclass(frozen=True)
+class Creases(EffectSpec):
+    """Pressed creases, pleats and shaped seams: along `edges` (K, 2) int32 of the mesh, vertex pairs, the cloth rests
+    at `angles` (K,) rad between its sides' normals instead of flat.
+
+    Above 0 the edge is a ridge as seen from the front, below a valley. What holds it there is the fabric's own bending
+    stiffness. The contribution's value "angles" (K,) float32 rad may be written between steps.
+    """
+
+    module: ClassVar[str] = "tryon_solver.effects.creases"
+
+    edges: np.ndarray
+    angles: np.ndarray
+
+    def __post_init__(self) -> None:
+        if self.angles.shape != (len(self.edges),):
+            shape = self.angles.shape
+            raise ValueError(f"creases: {len(self.edges)} edges, but angles of shape {shape}; give one for each")
+        if not (np.abs(self.angles) <= SHARPEST_CREASE).all():
+            bad = int(np.argmin(np.abs(self.angles) <= SHARPEST_CREASE))
+            raise ValueError(
+                f"creases: angle {bad} is {self.angles[bad]!r} rad; no fold is sharper than {SHARPEST_CREASE} rad, "
+                "beyond which its sides touch"
+            )
+
+    def check(self, scene: Scene) -> None:
+        """Raises ValueError for what is no inner edge of the garment's mesh."""
+        hinges_of_edges(scene.garment, self.edges, "creases")
+
+
+@dataclass(frozen=True)
+class Adhesion(EffectSpec):
+    """Contacts that stick: tape, hook and loop, static or wet cling. Each m^2 in contact resists being pulled off with
+    up to `strength` Pa, and takes `work` J/m^2 to part; what is parted sticks again when it is pressed on again.
+
+    `vertices` (K,) int32 are the sticky ones, all of the cloth if None. The contribution's value "share" (1,) float32,
+    1 at the start, may be written between steps: what dries sticks less. Orders of magnitude: static cling 5 Pa and
+    5e-4 J/m^2, wet cloth on skin 100 Pa and 0.05 J/m^2, tape 1 kPa and 1 J/m^2.
+    """
+
+    module: ClassVar[str] = "tryon_solver.effects.adhesion"
+
+    strength: float
+    work: float
+    vertices: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        check_number("adhesion: strength", self.strength)
+        check_number("adhesion: work", self.work)
+
+    def check(self, scene: Scene) -> None:
+        """Raises ValueError where there is no contact to stick to, or no such vertex."""
+        if not any(isinstance(effect, (BodyContact, SelfContact)) for effect in scene.effects):
+            raise ValueError("adhesion: nothing is touched; list BodyContact or SelfContact, or leave Adhesion out")
+        if self.vertices is not None:
+            check_vertices("adhesion", self.vertices, scene)
+
+
+@dataclass(frozen=True)
+class Sleep(EffectSpec):
+    """Cloth that hangs still on a body that stands still is left as it is until something moves.
+
+    It falls asleep when for `time` s the cloth was no faster than `speed` m/s RMS, and no vertex of cloth or collision
+    surface faster than `fastest` m/s. It wakes when a point of the skin is more than `shift` m from where it was then.
+    Whoever changes something else, such as a contribution's values, wakes the simulation (Simulation.wake).
+    """
+
+    module: ClassVar[str] = "tryon_solver.effects.sleep"
+
+    speed: float = 1e-3
+    fastest: float = 2.5e-3
+    time: float = 0.5
+    shift: float = 1e-4

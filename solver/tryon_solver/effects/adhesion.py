@@ -1,0 +1,309 @@
+"""Contacts that stick, and part when they are pulled far enough: a cohesive zone within the barrier's reach.
+
+The barrier (contact/barrier.py) keeps surfaces apart by a gap g and ends at g_hat. In the outer part of its reach, of
+the width w = 3 W/(2 S), a sticky contact pulls instead of pushing. With g0 = g_hat - w, where it is at rest,
+
+    traction per area   t(g) = 4 S y (1 - y),   y = (g - g0)/w from 0 to 1                                  [Pa]
+
+whose largest value is the strength S and whose integral the work W [J/m^2]. What the term adds to a pair is t and what
+takes the barrier back to where it was at g0: so beyond g0 the two together are t, and before g0 the barrier without
+the load that it has at g0. Friction knows that load: what sticks is held aside by mu times it, and by nothing where
+there is no friction. An energy of g alone: where cloth parts, the same work is done whatever the law's form
+(Griffith 1921), so a strip is peeled off at a right angle by W times its width (Kendall 1975). Adhesion as a potential
+within the barrier's reach, with the barrier's load giving friction its normal force: after augmented IPC (Fang, Li,
+Jiang, Kaufman 2023); the law is ours. It has no memory: what has parted sticks again as before.
+
+**Area.** Stencils overlap: a vertex is in several pairs, and has in each a share of its area by how hard the barrier
+pushes there, N = -e kappa b' (what lies aside, or is nearly parallel, counts little),
+
+    area of a pair = sum over its vertices of N |lam_i| A_i/s_i,   s_i = sum over all pairs of N |lam_i|
+
+the larger of both sides' where both are sticky cloth, so that all pairs together have the area that is in contact. The
+shares are taken with the pairs. Where cloth feels cloth nearer than d_hat because its mesh is fine, g_hat is less, w
+shrinks with it and so does the work.
+
+In the matrix of a pair the barrier's curvature beyond g0 is replaced by t', where that is positive.
+
+**What holds must be found first.** t falls beyond its peak, so a step may have two balances, stuck and parted, and
+cloth that is stuck must stay with the first as long as there is one. In 1/60 s a load takes free cloth millimetres
+away, past all of w. So the contact proxy goes on as a spring with the slope t' of where it is made, and the way to the
+trial from which the correction begins is shortened, at vertices of pairs that hold, to where t has its peak
+(`restrain`). From there Newton's method comes to the stuck balance from below, for t is concave; where there is none it
+passes the peak.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import warp as wp
+
+from tryon_solver.contact.barrier import barrier_gradient
+from tryon_solver.contact.pairs import ContactPairs
+from tryon_solver.effects.base import BuildContext
+from tryon_solver.linalg.launch import launch
+from tryon_solver.plan import ContactTerm, Contribution
+from tryon_solver.scene import Adhesion
+from tryon_solver.state import State
+
+wp.set_module_options({"enable_backward": False})
+
+FIRST_ROOM = 1 << 10  # pairs; it grows with their list
+WIDEST = 0.9  # of d_hat: what is left keeps surfaces apart
+
+
+@wp.kernel
+def count_shares_kernel(
+    counters: wp.array(dtype=wp.int32),
+    ids: wp.array(dtype=wp.vec4i),
+    lam: wp.array(dtype=wp.vec4),
+    slope: wp.array(dtype=wp.float32),
+    shares: wp.array(dtype=wp.float32),
+):
+    """shares[i] += -e kappa b' |lam_i|"""
+    c = wp.tid()
+    if c >= counters[0]:
+        return
+    for k in range(4):
+        if ids[c][k] < shares.shape[0]:
+            wp.atomic_add(shares, ids[c][k], -slope[c] * wp.abs(lam[c][k]))
+
+
+@wp.kernel
+def prepare_kernel(
+    counters: wp.array(dtype=wp.int32),
+    ids: wp.array(dtype=wp.vec4i),
+    lam: wp.array(dtype=wp.vec4),
+    slope: wp.array(dtype=wp.float32),
+    gap: wp.array(dtype=wp.vec3),
+    sticky: wp.array(dtype=wp.float32),
+    shares: wp.array(dtype=wp.float32),
+    width: float,
+    area_out: wp.array(dtype=wp.float32),
+    load_out: wp.array(dtype=wp.float32),
+):
+    """Of each pair its area [m^2], and the barrier's force at g0 [N]; `sticky` (N,) m^2, `width` w/d_hat."""
+    c = wp.tid()
+    if c >= counters[0]:
+        return
+    one = float(0.0)
+    other = float(0.0)
+    for k in range(4):
+        i = ids[c][k]
+        if i < sticky.shape[0] and shares[i] > 0.0:
+            part = -slope[c] * wp.abs(lam[c][k]) * sticky[i] / shares[i]
+            if lam[c][k] > 0.0:
+                one += part
+            else:
+                other += part
+    area_out[c] = wp.max(one, other)
+    g = gap[c]
+    g0 = g[1] * (1.0 - width)
+    load = slope[c]
+    if g[0] < g0:
+        load = slope[c] * barrier_gradient(g0, g[1], g[2]) / barrier_gradient(g[0], g[1], g[2])
+    load_out[c] = -load
+
+
+@wp.kernel
+def add_gradient_kernel(
+    counters: wp.array(dtype=wp.int32),
+    ids: wp.array(dtype=wp.vec4i),
+    lam: wp.array(dtype=wp.vec4),
+    normal: wp.array(dtype=wp.vec3),
+    slope: wp.array(dtype=wp.float32),
+    curvature: wp.array(dtype=wp.float32),
+    gap: wp.array(dtype=wp.vec3),
+    area: wp.array(dtype=wp.float32),
+    load: wp.array(dtype=wp.float32),
+    cloth_count: int,
+    offset_body: float,
+    offset_self: float,
+    strength: float,
+    width: float,
+    share: wp.array(dtype=wp.float32),
+    proxy: int,
+    x: wp.array(dtype=wp.vec3),
+    gradient_out: wp.array(dtype=wp.vec3),
+):
+    """At x, along the normals of where the pairs were collected; `share` scales all of it. The `proxy` is linear."""
+    c = wp.tid()
+    if c >= counters[0] or area[c] == 0.0:
+        return
+    v = ids[c]
+    n = normal[c]
+    g = -offset_self
+    for k in range(4):
+        if v[k] >= cloth_count:
+            g = -offset_body
+    for k in range(4):
+        g += lam[c][k] * wp.dot(n, x[v[k]])
+    reach = gap[c][1]
+    w = width * reach
+    y = (g - (reach - w)) / w
+    pushed = wp.min(slope[c] + curvature[c] * (g - gap[c][0]), 0.0)  # by the barrier's one-sided model, pairs.py
+    pull = load[c]
+    if proxy == 1:
+        z = (gap[c][0] - (reach - w)) / w
+        pull = slope[c] + curvature[c] * (g - gap[c][0]) + load[c] - pushed
+        if z > 0.0:
+            pull = 4.0 * strength * area[c] * (z * (1.0 - z) + wp.max(1.0 - 2.0 * z, 0.0) * (y - z)) - pushed
+    elif y >= 1.0:
+        return
+    elif y > 0.0:
+        pull = 4.0 * strength * area[c] * y * (1.0 - y) - pushed
+    for k in range(4):
+        if v[k] < gradient_out.shape[0]:
+            wp.atomic_add(gradient_out, v[k], (share[0] * lam[c][k] * pull) * n)
+
+
+@wp.kernel
+def add_stiffness_kernel(
+    counters: wp.array(dtype=wp.int32),
+    normal: wp.array(dtype=wp.vec3),
+    curvature: wp.array(dtype=wp.float32),
+    gap: wp.array(dtype=wp.vec3),
+    area: wp.array(dtype=wp.float32),
+    strength: float,
+    width: float,
+    share: wp.array(dtype=wp.float32),
+    beside: wp.array(dtype=wp.mat33),
+):
+    c = wp.tid()
+    if c >= counters[0] or area[c] == 0.0:
+        return
+    w = width * gap[c][1]
+    y = (gap[c][0] - (gap[c][1] - w)) / w
+    if y > 0.0:
+        rising = 4.0 * strength * area[c] * wp.max(1.0 - 2.0 * y, 0.0) / w
+        beside[c] = beside[c] + share[0] * (rising - curvature[c]) * wp.outer(normal[c], normal[c])
+
+
+@wp.kernel
+def allow_kernel(
+    counters: wp.array(dtype=wp.int32),
+    ids: wp.array(dtype=wp.vec4i),
+    lam: wp.array(dtype=wp.vec4),
+    normal: wp.array(dtype=wp.vec3),
+    gap: wp.array(dtype=wp.vec3),
+    area: wp.array(dtype=wp.float32),
+    width: float,
+    move: wp.array(dtype=wp.vec3),
+    shares: wp.array(dtype=wp.float32),
+):
+    """Which share of its move a vertex may make so that no pair that holds is parted beyond the peak of t."""
+    c = wp.tid()
+    if c >= counters[0] or area[c] == 0.0:
+        return
+    w = width * gap[c][1]
+    allowed = gap[c][1] - 0.5 * w - gap[c][0]
+    parted = float(0.0)
+    for k in range(4):
+        parted += lam[c][k] * wp.dot(normal[c], move[ids[c][k]])
+    if allowed > 0.0 and parted > allowed:
+        for k in range(4):
+            if ids[c][k] < shares.shape[0] and lam[c][k] != 0.0:
+                wp.atomic_min(shares, ids[c][k], allowed / parted)
+
+
+@wp.kernel
+def shorten_kernel(shares: wp.array(dtype=wp.float32), move: wp.array(dtype=wp.vec3)):
+    i = wp.tid()
+    move[i] = shares[i] * move[i]
+
+
+def zone_width(spec: Adhesion, d_hat: float) -> float:
+    """w/d_hat. Raises ValueError for a zone that does not fit into the barrier's reach."""
+    width = 1.5 * spec.work / spec.strength / d_hat
+    if width > WIDEST:
+        most = WIDEST * d_hat * spec.strength / 1.5
+        raise ValueError(
+            f"adhesion: work {spec.work} J/m^2 at a strength of {spec.strength} Pa acts over {width * d_hat:.2e} m, "
+            f"and contact reaches {d_hat} m; lower work to {most:.3g} J/m^2, or raise strength or settings.d_hat"
+        )
+    return width
+
+
+class AdhesionOfPairs:
+    """Per contact pair, for one that there is room for: `area` float32 m^2, `load` float32 N; `shares` (N,) float32.
+    `proxy`: was the last model made for the contact proxy?"""
+
+    def __init__(self, cloth_count: int, device: str) -> None:
+        self.device = device
+        self.shares = wp.zeros(cloth_count, dtype=wp.float32, device=device)
+        self.proxy = False
+        self._allocate(FIRST_ROOM)
+
+    def _allocate(self, capacity: int) -> None:
+        self.area = wp.zeros(capacity, dtype=wp.float32, device=self.device)
+        self.load = wp.zeros(capacity, dtype=wp.float32, device=self.device)
+
+    def room(self) -> int:
+        """For how many pairs."""
+        return len(self.area)
+
+    def make_room(self, pairs: ContactPairs) -> None:
+        """For as many as `pairs` has room for."""
+        if self.room() < pairs.capacity:
+            self._allocate(pairs.capacity)
+
+
+def bind(spec: Adhesion, context: BuildContext) -> Contribution | None:
+    """None when nothing sticks."""
+    if spec.strength == 0 or spec.work == 0 or (spec.vertices is not None and len(spec.vertices) == 0):
+        return None
+    settings, device, scene = context.settings, context.device, context.scene
+    width = zone_width(spec, settings.d_hat)
+    count = scene.garment.vertex_count
+    held = AdhesionOfPairs(count, device)
+    share = wp.ones(1, dtype=wp.float32, device=device)
+    sticky = wp.zeros(count, dtype=wp.float32, device=device)
+    offset_self = scene.fabric.thickness
+    offset_body = settings.body_offset + 0.5 * offset_self
+
+    def reshape() -> None:
+        area = context.rest.spread.numpy().copy()
+        if spec.vertices is not None:
+            area[np.setdiff1d(np.arange(count), spec.vertices)] = 0
+        sticky.assign(area)
+
+    def prepare(pairs: ContactPairs, _state: State, _x: wp.array, x_before: wp.array | None) -> None:
+        held.make_room(pairs)
+        held.proxy = x_before is None
+        held.shares.zero_()
+        weights = [pairs.counters, pairs.ids, pairs.lam, pairs.slope]
+        launch(count_shares_kernel, pairs.size, weights, [held.shares], device=device)
+        inputs = [*weights, pairs.gap, sticky, held.shares, width]
+        launch(prepare_kernel, pairs.size, inputs, [held.area, held.load], device=device)
+
+    def add_gradient(pairs: ContactPairs, _state: State, x: wp.array, gradient: wp.array) -> None:
+        model = [pairs.counters, pairs.ids, pairs.lam, pairs.normal, pairs.slope, pairs.curvature, pairs.gap]
+        own = [held.area, held.load, count, offset_body, offset_self, spec.strength, width, share, int(held.proxy)]
+        launch(add_gradient_kernel, pairs.size, [*model, *own, x], [gradient], device=device)
+
+    def add_stiffness(pairs: ContactPairs) -> None:
+        model = [pairs.counters, pairs.normal, pairs.curvature, pairs.gap]
+        inputs = [*model, held.area, spec.strength, width, share]
+        launch(add_stiffness_kernel, pairs.size, inputs, [pairs.beside], device=device)
+
+    def tangential(pairs: ContactPairs) -> np.ndarray:
+        return np.zeros(pairs.size)
+
+    def remember(_pairs: ContactPairs, _state: State) -> None:
+        """Nothing: the law has no memory."""
+
+    def kept() -> tuple[np.ndarray, np.ndarray]:
+        return np.zeros((0, 4), np.int32), np.zeros((0, 3), np.float32)
+
+    def restore(_ids: np.ndarray, _given: np.ndarray) -> None:
+        """Nothing: the law has no memory."""
+
+    def restrain(pairs: ContactPairs, move: wp.array) -> None:
+        held.shares.fill_(1.0)
+        inputs = [pairs.counters, pairs.ids, pairs.lam, pairs.normal, pairs.gap, held.area, width, move]
+        launch(allow_kernel, pairs.size, inputs, [held.shares], device=device)
+        launch(shorten_kernel, count, [held.shares], [move], device=device)
+
+    term = ContactTerm(
+        held.make_room, held.room, prepare, add_gradient, add_stiffness, tangential, remember, kept, restore, restrain
+    )
+    return Contribution("adhesion", contact=term, reshape=reshape, values={"share": share})

@@ -1,0 +1,109 @@
+"""Measured stretch curves: what a fabric resists beyond its own stiffness, along warp and weft.
+
+    Psi = A sum_d Phi_d(e_d),   Phi_d' = max(T_d(e) - k_d e, 0),   e_u = |f_u| - 1, e_v = |f_v| - 1
+
+T [N/m] is the curve, linear between its points, and k the fabric's stiffness that the membrane (membrane.py) has for
+the same strain: together a strip that is pulled along u has the tension T_u. Tangents of at least k make Phi convex.
+Piecewise tangent moduli along warp and weft: Volino, Magnenat-Thalmann and Faure 2009, "A simple approach to nonlinear
+tensile stiffness for accurate cloth simulation", there as splines of strain.
+"""
+
+from __future__ import annotations
+
+import warp as wp
+
+from tryon_solver.materials.membrane import add_to_corners, deformation_gradient
+from tryon_solver.materials.principal import add_to_blocks
+
+wp.set_module_options({"enable_backward": False})
+
+
+@wp.func
+def beyond(curves: wp.array2d(dtype=wp.vec4), direction: int, k: float, strain: float):
+    """T - k e [N/m], its slope and its integral; zero in compression and along a direction without points.
+
+    `curves` (2, K): strain, tension, tangent and work [J/m^2] where each piece begins.
+    """
+    piece = int(-1)
+    for j in range(curves.shape[1]):
+        if strain > curves[direction, j][0]:
+            piece = j
+    if piece < 0:
+        return 0.0, 0.0, 0.0
+    c = curves[direction, piece]
+    way = strain - c[0]
+    tension = c[1] + c[2] * way - k * strain
+    work = c[3] + (c[1] + 0.5 * c[2] * way) * way - 0.5 * k * strain * strain
+    return tension, c[2] - k, work
+
+
+@wp.kernel
+def project_kernel(
+    faces: wp.array(dtype=wp.vec3i),
+    gradients: wp.array2d(dtype=wp.vec2),
+    area: wp.array(dtype=wp.float32),
+    stiffness: wp.array(dtype=wp.vec2),
+    curves: wp.array2d(dtype=wp.vec4),
+    x: wp.array(dtype=wp.vec3),
+    corner_gradient_out: wp.array2d(dtype=wp.vec3),
+):
+    """Adds A (T - k e) f/|f| g_i to each corner, along both directions."""
+    t = wp.tid()
+    f_u, f_v = deformation_gradient(x, faces[t], gradients[t, 1], gradients[t, 2])
+    t_u, _slope_u, _work_u = beyond(curves, 0, stiffness[t][0], wp.length(f_u) - 1.0)
+    t_v, _slope_v, _work_v = beyond(curves, 1, stiffness[t][1], wp.length(f_v) - 1.0)
+    p_u = area[t] * t_u * wp.normalize(f_u)
+    p_v = area[t] * t_v * wp.normalize(f_v)
+    add_to_corners(corner_gradient_out, gradients, t, p_u, p_v)
+
+
+@wp.kernel
+def energy_kernel(
+    faces: wp.array(dtype=wp.vec3i),
+    gradients: wp.array2d(dtype=wp.vec2),
+    area: wp.array(dtype=wp.float32),
+    stiffness: wp.array(dtype=wp.vec2),
+    curves: wp.array2d(dtype=wp.vec4),
+    x: wp.array(dtype=wp.vec3),
+    energy_out: wp.array(dtype=wp.float32),
+):
+    """Psi per triangle [J]."""
+    t = wp.tid()
+    f_u, f_v = deformation_gradient(x, faces[t], gradients[t, 1], gradients[t, 2])
+    _t_u, _slope_u, work_u = beyond(curves, 0, stiffness[t][0], wp.length(f_u) - 1.0)
+    _t_v, _slope_v, work_v = beyond(curves, 1, stiffness[t][1], wp.length(f_v) - 1.0)
+    energy_out[t] = area[t] * (work_u + work_v)
+
+
+@wp.func
+def along_and_across(tension: float, slope: float, f: wp.vec3) -> wp.mat33:
+    """Hessian of Phi(|f| - 1): Phi'' d d^T + Phi'/|f| (I - d d^T), d = f/|f|."""
+    d = wp.normalize(f)
+    across = tension / wp.length(f)
+    return (slope - across) * wp.outer(d, d) + across * wp.identity(n=3, dtype=wp.float32)
+
+
+@wp.kernel
+def hessian_kernel(
+    faces: wp.array(dtype=wp.vec3i),
+    gradients: wp.array2d(dtype=wp.vec2),
+    area: wp.array(dtype=wp.float32),
+    stiffness: wp.array(dtype=wp.vec2),
+    curves: wp.array2d(dtype=wp.vec4),
+    slots: wp.array2d(dtype=wp.int32),
+    x: wp.array(dtype=wp.vec3),
+    blocks_out: wp.array2d(dtype=wp.mat33),
+):
+    """Adds the Hessian of Psi, which is positive semidefinite."""
+    t = wp.tid()
+    face = faces[t]
+    g0 = gradients[t, 0]
+    g1 = gradients[t, 1]
+    g2 = gradients[t, 2]
+    f_u, f_v = deformation_gradient(x, face, g1, g2)
+    t_u, slope_u, _work_u = beyond(curves, 0, stiffness[t][0], wp.length(f_u) - 1.0)
+    t_v, slope_v, _work_v = beyond(curves, 1, stiffness[t][1], wp.length(f_v) - 1.0)
+    if slope_u > 0.0 or slope_v > 0.0 or t_u > 0.0 or t_v > 0.0:
+        h_uu = area[t] * along_and_across(t_u, slope_u, f_u)
+        h_vv = area[t] * along_and_across(t_v, slope_v, f_v)
+        add_to_blocks(blocks_out, slots, t, face, g0, g1, g2, h_uu, wp.mat33(), h_vv)

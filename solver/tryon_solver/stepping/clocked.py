@@ -1,0 +1,85 @@
+"""What each contribution takes in each of its stages, measured when it is asked for and at no other time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import warp as wp
+
+from tryon_solver.plan import ContactTerm, Contribution
+
+if TYPE_CHECKING:
+    from tryon_solver.simulation import Simulation
+
+
+def contribution_times(sim: Simulation, repeats: int = 20) -> dict[str, dict[str, float]]:
+    """By contribution and stage, ms of one call at the state as it is, the mean of `repeats` after one that is not
+    counted. Waits for the device, and allocates what calls write to. Changes nothing that the next step goes by: what a
+    call keeps for a step the next step's own replaces, and values that a call moves on are put back.
+
+    A step calls most stages once an iteration, `start_step`, `add_acceleration` and `add_diagonal` once, those of the
+    constant matrices never: they have no times.
+    """
+    times: dict[str, dict[str, float]] = {}
+    for contribution in sim.plan.contributions:
+        kept = {name: wp.clone(value) for name, value in contribution.values.items()}
+        calls = calls_of(sim, contribution)
+        times[contribution.name] = {stage: clocked(sim, call, repeats) for stage, call in calls.items()}
+        for name, value in kept.items():
+            wp.copy(contribution.values[name], value)
+    return times
+
+
+def calls_of(sim: Simulation, contribution: Contribution) -> dict[str, Callable[[], None]]:
+    """One call of each of its stages, with outputs that nobody reads."""
+    state, x = sim.state, sim.state.x
+    vectors, numbers = wp.zeros_like(sim.work.gradient), wp.zeros_like(sim.work.diagonal)
+    corners = wp.zeros_like(sim.work.corner_gradient)
+    arguments: dict[str, tuple[object, ...]] = {
+        "start_step": (state,),
+        "add_diagonal": (state, numbers),
+        "add_acceleration": (vectors[: sim.cloth_count],),
+        "project": (x, corners),
+        "project_in_correction": (x, corners),
+        "add_gradient": (x, vectors),
+        "add_velocity_gradient": (state, x, vectors),
+        "add_velocity_gradient_in_correction": (state, x, vectors),
+        "add_hessian": (x, sim.hessian_rows),  # cleared before it is summed the next time
+    }
+    calls = {}
+    for stage, given in arguments.items():
+        call = getattr(contribution, stage)
+        if call is not None:
+            calls[stage] = bound(call, given)
+    if contribution.contact is not None and sim.pairs.size:
+        calls["contact"] = contact_call(sim, contribution.contact, vectors)
+    return calls
+
+
+def bound(call: Callable[..., None], given: tuple[object, ...]) -> Callable[[], None]:
+    """The call with what it is given."""
+    return lambda: call(*given)
+
+
+def contact_call(sim: Simulation, term: ContactTerm, vectors: wp.array) -> Callable[[], None]:
+    """All that an iteration asks of a contact term."""
+
+    def call() -> None:
+        term.prepare(sim.pairs, sim.state, sim.state.x, sim.x_searched)
+        term.add_gradient(sim.pairs, sim.state, sim.state.x, vectors)
+        term.add_stiffness(sim.pairs)
+
+    return call
+
+
+def clocked(sim: Simulation, call: Callable[[], None], repeats: int) -> float:
+    """ms."""
+    call()
+    wp.synchronize_device(sim.device)
+    begun = time.perf_counter()
+    for _ in range(repeats):
+        call()
+    wp.synchronize_device(sim.device)
+    return 1e3 * (time.perf_counter() - begun) / repeats

@@ -1,0 +1,253 @@
+"""The dial of accuracy, the deadline and their plot on the page, in a real Chromium."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from typing import Any
+from urllib.request import Request, urlopen
+
+import pytest
+from browser import PATIENCE, another_session, open_page, wait_for_frames, wait_for_state
+from dress_form import QUICKEST
+
+from tryon_client import connect
+from tryon_protocol import DecodedFrame, ReportMessage, StatusMessage, Topology
+
+pytestmark = pytest.mark.browser
+
+
+@pytest.fixture(scope="module")
+def shared(chromium, studio):
+    page = open_page(chromium, studio.url)
+    wait_for_state(page, "running")
+    yield page
+    page.context.close()
+
+
+@pytest.fixture
+def page(shared):
+    """The page with its section open, nothing chosen. It must run without an uncaught error."""
+    if not shared.evaluate("document.getElementById('accuracy').open"):
+        shared.click("#accuracy > summary")
+    shared.click("#accuracy-default")
+    shared.locator("#deadlines button", has_text="none").click()
+    wait_for_state(shared, "running")
+    yield shared
+    assert shared.faults == []
+
+
+def session_of(page) -> str:
+    return page.evaluate("new URL(location.href).searchParams.get('session')")
+
+
+def ask(studio, page) -> dict:
+    with urlopen(f"{studio.url}api/sessions/{session_of(page)}") as reply:
+        return json.load(reply)
+
+
+def choose_elsewhere(studio, page, **choice) -> None:
+    """As somebody else would."""
+    path = f"{studio.url}api/sessions/{session_of(page)}/accuracy"
+    urlopen(Request(path, json.dumps(choice).encode(), {"Content-Type": "application/json"}, method="PUT")).close()
+
+
+def dial_to(page, accuracy: str) -> None:
+    """By its keys, as one who sees what it says."""
+    page.locator("#accuracy-dial").focus()
+    page.keyboard.press("Home")
+    for _ in range(26):
+        if page.inner_text("#accuracy-told") == f"at most {accuracy}":
+            return
+        page.keyboard.press("ArrowRight")
+    raise AssertionError(f"the dial has no {accuracy}")
+
+
+def wait_for_plot(page, selector: str) -> None:
+    page.wait_for_selector(f"#price-plot {selector}", state="attached")
+
+
+@contextmanager
+def another_client(studio, page) -> Iterator[list[Any]]:
+    """What another client of the page's session receives: frames, topologies, messages; it grows meanwhile."""
+    stream = f"{studio.url}api/sessions/{session_of(page)}/stream".replace("http", "ws", 1)
+    received: list[Any] = []
+    over = threading.Event()
+
+    async def listen() -> None:
+        async with connect(stream) as client:
+            async for event in client:
+                received.append(event)
+                if over.is_set():
+                    return
+
+    with ThreadPoolExecutor(1) as thread:  # the browser's driver has an event loop running in this one
+        done = thread.submit(asyncio.run, listen())
+        wait_for(page, lambda: any(isinstance(event, DecodedFrame) for event in received))
+        yield received
+        over.set()
+        done.result(30)
+
+
+def wait_for(page, true: Callable[[], bool]) -> None:
+    for _ in range(PATIENCE // 50):
+        if true():
+            return
+        page.wait_for_timeout(50)
+    raise AssertionError("it does not come about")
+
+
+def test_choices_reach_another_client_and_nothing_is_dressed_anew(page, studio):
+    session = session_of(page)
+    with another_client(studio, page) as received:
+        dial_to(page, "0.05 mm")
+        page.locator("#deadlines button", has_text="33").click()
+        wait_for(page, lambda: told(received)[-1] == (5e-5, 33.0))
+        seen = len(received)
+        wait_for(page, lambda: sum(isinstance(event, DecodedFrame) for event in received[seen:]) > 5)
+        page.click("#accuracy-default")
+        wait_for(page, lambda: told(received)[-1] == (None, 33.0))
+    frames = [event for event in received if isinstance(event, DecodedFrame)]
+    assert len({frame.topology_id for frame in frames}) == 1
+    assert sum(isinstance(event, Topology) for event in received) == 1
+    numbers = [frame.seq for frame in frames]
+    assert numbers == sorted(numbers)
+    assert {event.state for event in received if isinstance(event, StatusMessage)} == {"running"}
+    reported = [event for event in received if isinstance(event, ReportMessage)]
+    assert any(report.error == pytest.approx(5e-5) for report in reported), "the solver has not heard of it"
+    assert session_of(page) == session
+
+
+def told(received: list[Any]) -> list[tuple[float | None, float | None]]:
+    return [(event.accuracy, event.deadline_ms) for event in received if isinstance(event, StatusMessage)]
+
+
+def test_a_drag_of_the_dial_is_sent_once_it_rests(page, studio):
+    drag = """dial => {
+        for (const position of [3, 8, 12, 20, 25]) {
+            dial.value = position;
+            dial.dispatchEvent(new Event("input", { bubbles: true }));
+        }
+        return document.getElementById("accuracy-told").textContent;
+    }"""
+    with another_client(studio, page) as received:
+        before = len(told(received))
+        assert page.locator("#accuracy-dial").evaluate(drag) == "at most 3 mm", "what is dialled is said at once"
+        wait_for(page, lambda: told(received)[-1] == (3e-3, None))
+        assert told(received)[before:] == [(3e-3, None)]
+
+
+def test_what_another_client_chooses_is_shown(page, studio):
+    choose_elsewhere(studio, page, accuracy=2e-4, deadline_ms=66)
+    page.wait_for_function("document.getElementById('accuracy-told').textContent === 'at most 0.2 mm'")
+    assert page.input_value("#deadline") == "66"
+    assert page.locator("#deadlines button[aria-pressed='true']").inner_text() == "66"
+    assert page.locator("#accuracy-dial").get_attribute("aria-valuetext") == "at most 0.2 mm"
+    assert page.locator("#accuracy-default[aria-pressed='false']").count() == 1
+    choose_elsewhere(studio, page, accuracy=0.05)  # further than the dial goes
+    page.wait_for_function("document.getElementById('accuracy-told').textContent === 'at most 50 mm'")
+    assert page.input_value("#accuracy-dial") == page.locator("#accuracy-dial").get_attribute("max")
+    assert page.input_value("#deadline") == ""
+    choose_elsewhere(studio, page)
+    page.wait_for_selector("#accuracy-default[aria-pressed='true']")
+    assert page.inner_text("#accuracy-told") == "as the detail has it"
+
+
+def test_a_bad_deadline_is_told_beside_the_field_and_not_sent(page, studio):
+    page.fill("#deadline", "50")
+    page.keyboard.press("Enter")
+    wait_for(page, lambda: ask(studio, page)["deadline_ms"] == 50)
+    for bad in ("0.5", "20000", "-3"):
+        page.fill("#deadline", bad)
+        page.keyboard.press("Enter")
+        assert page.inner_text("#deadline-hint") == "A deadline is 1 to 10 000 ms; leave it empty for none"
+        page.wait_for_timeout(800)  # longer than anything waits to be sent
+        assert ask(studio, page)["deadline_ms"] == 50
+        assert page.input_value("#deadline") == bad
+    page.fill("#deadline", "")
+    assert page.locator("#deadline-hint").is_hidden()
+    wait_for(page, lambda: ask(studio, page)["deadline_ms"] is None)
+
+
+def test_the_plot_has_lines_at_what_is_asked_for_and_a_dot_for_each_report(page):
+    assert page.locator("#price-plot .deadline, #price-plot .asked").count() == 0
+    dial_to(page, "0.1 mm")
+    page.locator("#deadlines button", has_text="100").click()
+    wait_for_plot(page, ".deadline")
+    wait_for_plot(page, ".asked")
+    assert page.locator("#price-plot .deadline-label").text_content() == "deadline 100 ms"
+    assert page.locator("#price-plot .asked-label").text_content() == "at most 0.1 mm"
+    assert [text.text_content() for text in page.locator("#price-plot .title").all()] == [
+        "time of solving a frame, ms",
+        "estimated error, mm",
+    ]
+    dots = page.locator("#price-plot .dot").count()
+    wait_for(page, lambda: page.locator("#price-plot .dot").count() > dots)
+    assert page.locator("#price-plot .newest").count() == 1
+    wait_for(page, lambda: page.locator("#price-plot").get_attribute("aria-label").endswith("; deadline 100 ms, met"))
+    at = page.evaluate(
+        """() => {
+            const read = (kind, name) => Number(document.querySelector(`#price-plot .${kind}`).getAttribute(name));
+            const left = read("asked", "x1"); // where 0 ms is
+            return {
+                error: read("newest", "cy"), asked: read("asked", "y1"),
+                share: (read("newest", "cx") - left) / (read("deadline", "x1") - left),
+                ms: tryon.readout.solverMs,
+            };
+        }"""
+    )
+    assert at["error"] == pytest.approx(at["asked"], abs=0.02), "its error is what was asked for"
+    assert at["share"] == pytest.approx(at["ms"] / 100, abs=1e-3)
+    assert page.locator("#price-plot .newest.late").count() == 0
+
+
+def test_late_frames_are_marked_and_advised_of(page):
+    page.fill("#deadline", "5")
+    page.keyboard.press("Enter")
+    wait_for_plot(page, ".dot.newest.late")
+    assert page.locator("#price-plot").get_attribute("aria-label").endswith("; deadline 5 ms, missed by 15.0 ms")
+    assert "came late" in page.inner_text("#price-late")
+    page.wait_for_selector("#advice:visible")
+    late = 1e3 * QUICKEST - 5
+    assert page.inner_text("#advice").startswith(f"The deadline was missed by {late:.1f} ms")
+
+
+def test_the_plot_is_drawn_only_while_its_section_is_open(page):
+    wait_for_plot(page, ".dot")
+    page.click("#accuracy > summary")
+    drawn = "document.getElementById('price-plot').innerHTML"
+    before = page.evaluate(drawn)
+    wait_for_frames(page, 20)
+    assert page.evaluate(drawn) == before
+    page.click("#accuracy > summary")
+    wait_for(page, lambda: page.evaluate(drawn) != before)
+
+
+def test_another_session_of_the_page_has_the_choice_again(page, studio):
+    dial_to(page, "0.02 mm")
+    page.locator("#deadlines button", has_text="100").click()
+    session = session_of(page)
+    with another_session(page):
+        page.locator("#presets label", has_text="Draft").click()
+    assert session_of(page) != session
+    wait_for(page, lambda: (ask(studio, page)["accuracy"], ask(studio, page)["deadline_ms"]) == (2e-5, 100))
+    assert page.inner_text("#accuracy-told") == "at most 0.02 mm"
+
+
+def test_a_page_that_joins_shows_what_the_session_has(page, studio):
+    page.locator("#deadlines button", has_text="66").click()
+    wait_for(page, lambda: ask(studio, page)["deadline_ms"] == 66)
+    page.set_viewport_size({"width": 360, "height": 740})
+    page.reload()
+    wait_for(page, lambda: page.text_content("#accuracy-short") == "in 66 ms")
+    page.click("#accuracy > summary")
+    wait_for_plot(page, ".deadline")
+    box = page.locator("#price-plot").bounding_box()
+    assert box["x"] >= 0
+    assert box["x"] + box["width"] <= 360
+    assert page.evaluate("document.documentElement.scrollWidth") == 360
+    assert ask(studio, page)["deadline_ms"] == 66

@@ -1,0 +1,65 @@
+"""Adding an effect adds exactly its own modules, kernels and memory, and a scene without it has none of them.
+
+All effects' scenes, in one process (tests/support/effect_costs.py): first without, then with, one after the other.
+"""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+SCRIPT = Path(__file__).resolve().parents[2] / "support" / "effect_costs.py"
+# they let the core's own contact work, or leave it nothing to do: no kernel is theirs alone
+OF_THE_CORE = {"BodyContact", "SelfContact", "Sleep"}
+NOTHING_TO_KEEP = {"Gravity", "AirDrag", "BodyContact", "SelfContact", "Sleep"}
+EVERYWHERE = {"Gravity", "AirDrag", "BodyContact", "Friction", "Pins"}  # other effects' scenes have them, too
+
+
+@pytest.fixture(scope="module")
+def costs():
+    done = subprocess.run([sys.executable, str(SCRIPT)], capture_output=True, text=True, check=False, timeout=280)
+    assert done.returncode == 0, done.stderr[-3000:]
+    return {cost["name"]: cost for cost in json.loads(done.stdout.strip().splitlines()[-1])}
+
+
+def test_every_effect_has_a_scene(costs):
+    from tryon_solver import scene
+
+    kinds = {name for name, kind in vars(scene).items() if isinstance(kind, type) and hasattr(kind, "module")}
+    assert len(kinds) > 15
+    assert kinds <= set(costs)
+
+
+def test_modules_are_imported_when_the_first_scene_with_the_effect_is_built(costs):
+    """All scenes have been built without their effect before, so what a scene without it imports is imported."""
+    seen = set()
+    for name, cost in costs.items():
+        if name not in EVERYWHERE and not set(cost["own"]) <= seen:
+            assert cost["imported"] == cost["own"], name
+        assert set(cost["imported"]) <= set(cost["own"]), name
+        seen |= set(cost["own"])
+
+
+def test_kernels_are_its_own(costs):
+    """But for products with matrices, which FabricDamping has of linalg."""
+    for name, cost in costs.items():
+        modules = {kernel.rpartition(".")[0] for kernel in cost["launched"]}
+        if name in OF_THE_CORE:
+            assert not modules & {m for other in costs.values() for m in other["own"]}, name
+            continue
+        assert modules & set(cost["own"]), name
+        shared = {"tryon_solver.linalg.block_ell", "tryon_solver.linalg.ell", "tryon_solver.linalg.near_far"}
+        assert modules - set(cost["own"]) <= (shared if name == "FabricDamping" else set()), name
+
+
+def test_memory_is_allocated_by_its_modules(costs):
+    for name, cost in costs.items():
+        files = {f"{module.rpartition('.')[2]}.py" for module in cost["own"]}
+        if name in OF_THE_CORE:
+            assert not set(cost["allocated_in"]) & files
+        else:
+            assert set(cost["allocated_in"]) <= files, name
+            assert bool(cost["allocated_in"]) == (name not in NOTHING_TO_KEEP), name
+            assert (cost["bytes"] > 0) == (name not in NOTHING_TO_KEEP), name
