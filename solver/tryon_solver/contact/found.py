@@ -13,6 +13,12 @@ PAIRS = wp.constant(0)
 CLOSE = wp.constant(1)
 STENCILS = wp.constant(2)
 
+MOST = 1 << 28  # pairs or stencils: 6 GiB, and half of that again while it is made
+
+
+class CrowdedError(RuntimeError):
+    """More contacts are in reach of a step than can be kept; the message says how many, and what to change."""
+
 
 @dataclass
 class Found:
@@ -50,7 +56,11 @@ class Found:
         return self.triangles.ptr, self.ids.ptr
 
     def with_room(self, pairs: int, stencils: int) -> Found:
-        """Itself, or in its place one with room for so many."""
+        """Itself, or in its place one with room for so many. Raises CrowdedError where no memory would do."""
+        if max(pairs, stencils) > MOST or min(pairs, stencils) < 0:  # more than 2^31 are counted as below none
+            raise CrowdedError(
+                f"over {MOST} contacts are in reach of one step: take shorter steps, a slower motion or a coarser mesh"
+            )
         if pairs <= len(self.triangles) and stencils <= len(self.ids):
             return self
         return Found.allocate(

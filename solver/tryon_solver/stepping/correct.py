@@ -341,7 +341,7 @@ def iterate_newton(sim: Simulation, budget: Budget, at_most: int, extensible: bo
         else:
             break
         least = 0 if outcome.wants_search and not outcome.starting else 1  # no direction waits to be taken
-        progress.limit(max(least, sim.pace.more(settings.most_iterations)))
+        progress.limit(max(least, sim.pace.more(settings.most_iterations, outcome.iterations)))
     sim.pace.corrected(outcome.iterations)
     sim.counters.newton_iterations += outcome.iterations
     return outcome

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 wp.set_module_options({"enable_backward": False})
 
+RAISE_EDGES = 4.0  # of the cloth's mean edge, that a search reaches further than the one before, at most: where all go
+# far at once, more pairs are in reach than any memory holds; their way is shortened instead
 SLACK_EDGES = 0.08  # of the cloth's mean edge: more than that finds fine cloth's neighbours, ring upon ring; and
 SLACK_EDGES_ON_GPU = 0.16  # on a GPU, where candidates are cheap and another search waits for the host
 SURFACE_SHARE = 0.25  # of the slack is granted to the collision surface, which seldom leaves the skin
@@ -74,13 +76,14 @@ def raise_kernel(
     alpha: wp.array(dtype=wp.float32),
     anchor: wp.array(dtype=wp.vec3),
     slack: float,
+    most: float,
     budget: wp.array(dtype=wp.float32),
 ):
-    """Who would leave is granted the way there and the slack."""
+    """Who would leave is granted the way there and the slack, `most` at a time."""
     i = wp.tid()
     far = wp.length(x[i] + alpha[i] * direction[i] - anchor[i])
     if far > budget[i]:
-        budget[i] = far + slack
+        budget[i] = wp.min(far + slack, budget[i] + most)
 
 
 @wp.kernel
@@ -145,7 +148,7 @@ def search_further(sim: Simulation, direction: wp.array, alpha: wp.array) -> Non
     launch(
         raise_kernel,
         sim.all_count,
-        [sim.state.x, direction, alpha, region.anchor, search_slack(sim)],
+        [sim.state.x, direction, alpha, region.anchor, search_slack(sim), RAISE_EDGES * sim.mean_edge],
         [region.budget],
         device=sim.device,
     )

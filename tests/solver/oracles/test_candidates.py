@@ -8,6 +8,7 @@ from reference_distances import stencil_distances
 from tangles import Tangle, keys
 
 from tryon_solver.contact import bounds, candidates
+from tryon_solver.contact.found import CrowdedError, Found
 from tryon_solver.stepping import search
 
 SAMPLES = 8
@@ -219,3 +220,29 @@ def opposite(key, a, b):
     side = ids[:1] if kind == 0 else ids[:2]
     other = ids[1:] if kind == 0 else ids[2:]
     return (a in side and b in other) or (b in side and a in other)
+
+
+def test_a_far_direction_widens_the_search_by_a_few_edges_at_a_time_and_is_shortened_to_that(tangle, rng):
+    """All at once a metre further: more would be in reach than any memory holds, in a finer mesh."""
+    sim = tangle.sim
+    tangle.set_motion(tangle.x, np.zeros_like(tangle.x))
+    search.search_along(sim, sim.state.x, sim.work.direction, 0.0)
+    search.place_anchors(sim, 1.0)
+    before = sim.region.budget.numpy().copy()
+    far = stray(rng, np.ones(len(tangle.x)))
+    sim.work.direction.assign(far.astype(np.float32))
+    sim.work.alpha.fill_(1.0)
+    search.search_further(sim, sim.work.direction, sim.work.alpha)
+    most = search.RAISE_EDGES * sim.mean_edge
+    assert np.allclose(sim.region.budget.numpy(), before + most)
+    sim.work.alpha.fill_(1.0)
+    bounds.stay_in_region(sim.state.x, sim.work.direction, sim.region, sim.work.alpha)
+    gone = sim.work.alpha.numpy() * np.linalg.norm(far, axis=1)
+    assert (gone <= before + most + 1e-6).all()
+    assert gone.max() > 0.9 * most
+
+
+@pytest.mark.parametrize("counted", [(1 << 29, 8), (8, 1 << 29), (8, -5)])
+def test_more_contacts_than_any_memory_holds_are_refused_with_what_to_change(counted):
+    with pytest.raises(CrowdedError, match="shorter steps, a slower motion or a coarser mesh"):
+        Found.allocate(8, 8, "cpu").with_room(*counted)
