@@ -70,7 +70,7 @@ def test_a_converged_step_ends_where_the_reference_does_and_a_short_one_does_not
     measure_trajectories(case, methods, "cpu", Writer(tmp_path / "ways.jsonl", HEAD), told.append)
     ways = read(tmp_path / "ways.jsonl").rows
     assert ways[0]["error"] == rows[0]["error"]
-    assert ways[2]["error"] > rows[2]["error"], "its second step began where its first one ended"
+    assert ways[2]["error"] != rows[2]["error"], "its second step began where its first one ended"
 
 
 def test_a_simulation_that_has_moved_begins_anew_as_if_built_there(square, contacts):

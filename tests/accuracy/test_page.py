@@ -162,6 +162,11 @@ def test_what_does_not_hold_is_named(tmp_path):
     assert len(found) == 4
 
 
+def test_presets_that_are_both_as_near_as_float32_is_are_in_order(tmp_path):
+    put_presets(tmp_path, ((0.3, 0.3), (0.3, 0.3)), ((0.0005, 0.0005), (0.0005, 0.0005)))
+    assert broken(read_results(tmp_path)) == [], "reference is 0.001 mm off"
+
+
 def test_what_was_fitted_to_promises_nothing_of_the_estimate(tmp_path):
     case = AccuracyCase("skirt", "walk", 1 / 60)
     put_presets(tmp_path, ((0.3, 3.0), (0.3, 3.0)), ((0.2, 0.2), (0.2, 0.2)), case=case)

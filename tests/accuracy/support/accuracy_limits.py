@@ -13,6 +13,7 @@ from methods import TITLES
 WITHIN = ((2.0, 0.8), (4.0, 0.99))  # times the true error, and for which share of the steps of what was held out
 NEGLIGIBLE = 0.05  # mm: where both are under it the estimate counts as right
 REFERENCE, AGREEMENT = "reference", 0.05  # the preset, and what it may be off, RMS over all steps [mm]
+ROUNDING = 0.01  # mm: medians under it are as good as each other, for they are those of float32
 JUDGED = 5.0  # mm: other solvers' steps with larger errors are not compared
 OTHERS = ("xpbd", "chebyshev", "newton_ipc", "vbd", "style3d")
 
@@ -57,13 +58,13 @@ def estimate_broken(found: Found) -> list[str]:
 
 
 def order_broken(found: Found) -> list[str]:
-    """Each preset's median error is under that of the one before it."""
+    """Each preset's median error is under that of the one before it, or under ROUNDING."""
     said = []
     for measured in found.errors:
         names = measured.presets
         for one, other in pairwise(names):
             errors = [float(np.median([row["error"] for row in measured.rows[name]])) for name in (one, other)]
-            if errors[1] > errors[0]:
+            if errors[1] > max(errors[0], ROUNDING):
                 far = " and ".join(f"{digits(error)} mm" for error in errors)
                 said.append(f"{measured.name}: {other} is further off than {one} ({far})")
     return said
