@@ -6,7 +6,6 @@ import numpy as np
 
 from tryon_solver.materials.fabric import FABRICS, Fabric
 from tryon_solver.results import Counters
-from tryon_solver.settings import Settings
 
 STRETCH_MOST = 1.02  # of the fabric's limit, for all but OVERSTRETCHED of the triangles
 OVERSTRETCHED = 1e-3
@@ -50,13 +49,13 @@ def advise(counters: Counters, debt: float, fabric: Fabric, stretch: np.ndarray,
     return "; ".join(said)
 
 
-def unmet(settings: Settings, error: float, late: float) -> str:
-    """What was asked for of a step and not had: `late` [s] by which the deadline was missed, `error` [m] as estimated.
-    An error that a deadline left no time to lower is not told: it is what was asked for."""
+def unmet(accuracy: float | None, error: float, late: float) -> str:
+    """What was asked for of a step and not had: `late` [s] by which the deadline was missed, and `error` [m] as
+    estimated where `accuracy` [m] was to be come to whatever it takes."""
     if late:
         return f"the deadline was missed by {1e3 * late:.1f} ms: allow more time, or choose a coarser mesh"
-    if settings.accuracy is not None and settings.deadline is None and error > FAR * settings.accuracy:
-        wanted = f"an error of {1e3 * settings.accuracy:.2g} mm was not reached"
+    if accuracy is not None and error > FAR * accuracy:
+        wanted = f"an error of {1e3 * accuracy:.2g} mm was not reached"
         return f"{wanted}, it is {1e3 * error:.2g} mm: shorter steps (a finer preset) or a slower motion come nearer"
     return ""
 

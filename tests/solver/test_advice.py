@@ -8,7 +8,6 @@ from tryon_solver.advice import advise, nearest_limit, unmet
 from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.results import Counters
 from tryon_solver.scene import Gravity, Scene
-from tryon_solver.settings import Settings
 from tryon_solver.simulation import build
 
 DENIM = FABRICS["denim"]  # bears 5 %
@@ -76,16 +75,12 @@ def test_of_several_fabrics_the_one_nearest_its_limit_is_told():
 
 
 def test_a_missed_deadline_is_told_with_what_to_do():
-    hurried = Settings(deadline=0.011)
-    said = unmet(hurried, 1e-3, 0.0021)
+    said = unmet(None, 1e-3, 0.0021)
     assert said == "the deadline was missed by 2.1 ms: allow more time, or choose a coarser mesh"
     assert advise(Counters(), 0.0, DENIM, stretches(1.0), 0.0, said) == said
-    assert unmet(hurried, 1e-3, 0.0) == ""
+    assert unmet(None, 1e-3, 0.0) == ""
 
 
-def test_an_error_far_above_the_one_asked_for_is_told_unless_a_deadline_left_no_time():
-    asked = Settings(accuracy=8e-5)
-    assert unmet(asked, 1.5e-3, 0.0).startswith("an error of 0.08 mm was not reached, it is 1.5 mm: shorter steps")
-    assert unmet(asked, 3e-4, 0.0) == ""
-    assert unmet(Settings(accuracy=8e-5, deadline=0.011), 1.5e-3, 0.0) == ""
-    assert unmet(Settings(), 1.5e-3, 0.0) == ""
+def test_an_error_far_above_the_one_asked_for_is_told():
+    assert unmet(8e-5, 1.5e-3, 0.0).startswith("an error of 0.08 mm was not reached, it is 1.5 mm: shorter steps")
+    assert unmet(8e-5, 3e-4, 0.0) == ""

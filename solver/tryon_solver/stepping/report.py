@@ -37,6 +37,7 @@ def make_report(sim: Simulation) -> StepReport:
         pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x)  # once more: the list has to grow
     gap, gap_offset = with_offset(sim, gaps) if touching else no_gap(sim)
     lag, late = float(lags[0]), sim.pace.end()
+    wanted = sim.settings.accuracy if sim.settings.deadline is None else None  # else what there was time for
     return StepReport(
         time=sim.state.time,
         steps=counters.steps,
@@ -57,7 +58,7 @@ def make_report(sim: Simulation) -> StepReport:
         times_ms=dict(counters.times),
         late=late,
         asleep=sim.state.asleep,
-        advice=advise(counters, sim.debt, *strained(sim, stretch), lag, unmet(sim.settings, float(error[0]), late)),
+        advice=advise(counters, sim.debt, *strained(sim, stretch), lag, unmet(wanted, float(error[0]), late)),
     )
 
 
