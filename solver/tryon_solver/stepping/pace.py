@@ -3,7 +3,7 @@
 Every iterate of the correction is free of contact, so that it may end at any of them: a deadline costs accuracy and
 never freedom from penetration. Under one, each part of a step is given what the parts before it have left, less what
 those after it are expected to take: sub-steps of the body first, then the scheme's cycles, and the correction has the
-rest, no less than its own budget: fewer iterations save little and leave cloth crumpled, whose next steps are dearer.
+rest, no less than half its budget: fewer iterations save little and leave cloth crumpled, whose next steps are dearer.
 What a part takes is what it took lately: all but the dearest of its last WINDOW times. Ours.
 """
 
@@ -116,7 +116,7 @@ class Hurried:
     def __init__(self, settings: Settings, device: str) -> None:
         assert settings.deadline is not None
         self._device, self._deadline, self._most_cycles = device, settings.deadline, settings.outer_iterations
-        self._least = settings.correction_iterations
+        self._least = -(-settings.correction_iterations // 2)
         guess = settings.deadline / 20
         self._substep, self._iteration, self._tail = Cost(guess), Cost(guess), Cost(guess)
         self._one, self._all = Cost(guess), Cost(guess)  # cycles, each with search and proxy
