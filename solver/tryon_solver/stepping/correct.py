@@ -31,7 +31,7 @@ from tryon_solver.stepping.near import make_last_if_near
 from tryon_solver.stepping.newton import linearise, outer_product, solve_newton_system
 from tryon_solver.stepping.progress import Budget, Outcome
 from tryon_solver.stepping.record import baked
-from tryon_solver.stepping.search import follow, search_around, search_further
+from tryon_solver.stepping.search import a_few_edges, follow, search_around, search_further
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -97,7 +97,7 @@ def take(sim: Simulation, direction: wp.array) -> None:
     work.alpha.fill_(1.0)
     searchable = bool(sim.touching) and sim.searches < sim.settings.searches
     if searchable and bounds.leaving(sim.state.x, direction, work.alpha, sim.region, work.hits):
-        search_further(sim, direction, work.alpha)
+        search_further(sim, direction, work.alpha, a_few_edges(sim))
     take_within_region(sim, direction)
 
 
@@ -333,7 +333,8 @@ def iterate_newton(sim: Simulation, budget: Budget, at_most: int, extensible: bo
         budget.graph.run(lambda: wp.capture_while(progress.going_on, turn), baked(sim), sim.device)
         outcome = progress.read(sim.pairs)
         if outcome.wants_search:
-            search_further(sim, sim.to_trial if outcome.starting else sim.work.direction, sim.work.alpha)
+            wanted = sim.to_trial if outcome.starting else sim.work.direction
+            search_further(sim, wanted, sim.work.alpha, a_few_edges(sim))
             progress.searched()
         elif outcome.wants_room:
             make_room(sim, outcome.starting)

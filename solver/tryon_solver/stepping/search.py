@@ -8,6 +8,7 @@ slack.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import warp as wp
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 wp.set_module_options({"enable_backward": False})
 
-RAISE_EDGES = 4.0  # of the cloth's mean edge, that a search reaches further than the one before, at most: where all go
+FURTHER_EDGES = 4.0  # of the cloth's mean edge, that the correction has a search reach further, at most: where all go
 # far at once, more pairs are in reach than any memory holds; their way is shortened instead
 SLACK_EDGES = 0.08  # of the cloth's mean edge: more than that finds fine cloth's neighbours, ring upon ring; and
 SLACK_EDGES_ON_GPU = 0.16  # on a GPU, where candidates are cheap and another search waits for the host
@@ -103,6 +104,11 @@ def search_slack(sim: Simulation) -> float:
     return min(sim.settings.search_slack, edges * sim.mean_edge)
 
 
+def a_few_edges(sim: Simulation) -> float:
+    """How much further the correction has a search reach than the one before it, at most [m]."""
+    return FURTHER_EDGES * sim.mean_edge
+
+
 def search_around(sim: Simulation, x: wp.array, direction: wp.array) -> None:
     """Find the candidates of every motion within a slack of the paths from x along `direction`, wherever it stops.
 
@@ -139,8 +145,9 @@ def search_along(sim: Simulation, x: wp.array, direction: wp.array, share: float
     find(sim, x)
 
 
-def search_further(sim: Simulation, direction: wp.array, alpha: wp.array) -> None:
-    """Raise the budgets of the vertices that `alpha` times `direction` from x takes out of the region; extend the list.
+def search_further(sim: Simulation, direction: wp.array, alpha: wp.array, most: float = math.inf) -> None:
+    """Raise the budgets of the vertices that `alpha` times `direction` from x takes out of the region, by `most` m at
+    most; extend the list.
 
     The distances must be those at x.
     """
@@ -148,7 +155,7 @@ def search_further(sim: Simulation, direction: wp.array, alpha: wp.array) -> Non
     launch(
         raise_kernel,
         sim.all_count,
-        [sim.state.x, direction, alpha, region.anchor, search_slack(sim), RAISE_EDGES * sim.mean_edge],
+        [sim.state.x, direction, alpha, region.anchor, search_slack(sim), most],
         [region.budget],
         device=sim.device,
     )

@@ -232,8 +232,8 @@ def test_a_far_direction_widens_the_search_by_a_few_edges_at_a_time_and_is_short
     far = stray(rng, np.ones(len(tangle.x)))
     sim.work.direction.assign(far.astype(np.float32))
     sim.work.alpha.fill_(1.0)
-    search.search_further(sim, sim.work.direction, sim.work.alpha)
-    most = search.RAISE_EDGES * sim.mean_edge
+    most = search.a_few_edges(sim)
+    search.search_further(sim, sim.work.direction, sim.work.alpha, most)
     assert np.allclose(sim.region.budget.numpy(), before + most)
     sim.work.alpha.fill_(1.0)
     bounds.stay_in_region(sim.state.x, sim.work.direction, sim.region, sim.work.alpha)
