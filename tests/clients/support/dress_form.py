@@ -13,7 +13,7 @@ import numpy as np
 
 from tryon_server.problems import problem_error
 from tryon_server.runtime.drape import Outfit
-from tryon_solver.advice import advise
+from tryon_solver.advice import advise, unmet
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion
 from tryon_solver.body.pose import Pose, skin
@@ -147,7 +147,7 @@ class Tunic:
 
 def late_advice(late: float) -> str:
     """As the solver says it, of `late` s."""
-    return advise(Counters(), 0.0, FABRICS["denim"], np.ones(1), 0.0, late)
+    return advise(Counters(), 0.0, FABRICS["denim"], np.ones(1), 0.0, unmet(None, 0.0, late))
 
 
 def build(order, progress) -> Tunic:
