@@ -127,7 +127,7 @@ class Settings:
         may_be_none = ("accuracy", "deadline")
         for name in (*positive, *(name for name in may_be_none if getattr(self, name) is not None)):
             value = getattr(self, name)
-            if not 0 < value < float("inf"):
+            if isinstance(value, (bool, str)) or not 0 < value < float("inf"):
                 raise ValueError(f"settings.{name} must be a finite number above 0, not {value!r}")
         counts = (
             "outer_iterations",

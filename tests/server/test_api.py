@@ -358,6 +358,8 @@ def test_accuracy_and_deadline_of_a_live_session_are_chosen_and_told(live):
     for wish, place in (
         ({"accuracy": 0}, "accuracy"),
         ({"accuracy": "fine"}, "accuracy"),
+        ({"accuracy": "1e-4"}, "accuracy"),
+        ({"deadline_ms": True}, "deadline_ms"),
         ({"deadline_ms": 0.5}, "deadline_ms"),
         ({"deadline": 11}, "deadline"),
     ):

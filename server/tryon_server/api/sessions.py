@@ -58,6 +58,7 @@ async def choose_accuracy(session_id: str, request: Request, services: ServicesD
         remedy = "Open a new one with POST /api/sessions"
         raise problem_error("session.ended", "the session has ended", remedy, place="session", status=409)
     deadline = None if wish.deadline_ms is None else 1e-3 * wish.deadline_ms
+    live.machine.asked_for(live.now)
     live.buy(BuyAccuracy(wish.accuracy, deadline))
     return _reply(record, services)
 

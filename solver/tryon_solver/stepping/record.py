@@ -20,14 +20,7 @@ def recorded(sim: Simulation, verb: Callable[[Simulation], None]) -> None:
     graph = sim.graphs.setdefault(verb.__name__, KeptGraph())
 
     def launch(_sim: Simulation) -> None:
-        graph.run(body, baked(sim), sim.device)
-
-    def body() -> None:
-        size = sim.pairs.size
-        if size:
-            sim.pairs.cover_in_graph()
-        verb(sim)
-        sim.pairs.size = size
+        graph.run(lambda: over_any_pairs(sim, lambda: verb(sim)), baked(sim), sim.device)
 
     launch.__name__ = verb.__name__
     sim.timed(launch)
@@ -38,7 +31,16 @@ def as_one(sim: Simulation, name: str, body: Callable[[], None]) -> None:
     if not keeps_graphs(sim.device):
         body()
         return
-    sim.graphs.setdefault(name, KeptGraph()).run(body, baked(sim), sim.device)
+    sim.graphs.setdefault(name, KeptGraph()).run(lambda: over_any_pairs(sim, body), baked(sim), sim.device)
+
+
+def over_any_pairs(sim: Simulation, body: Callable[[], None]) -> None:
+    """Launch what `body` launches, within a graph over whatever number of pairs there may be when it is repeated."""
+    size = sim.pairs.size
+    if size:
+        sim.pairs.cover_in_graph()
+    body()
+    sim.pairs.size = size
 
 
 def unrecorded(sim: Simulation, verb: Callable[[Simulation], None]) -> None:
