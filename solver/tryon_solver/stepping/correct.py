@@ -341,8 +341,10 @@ def iterate_newton(sim: Simulation, budget: Budget, at_most: int, extensible: bo
             progress.resume()
         else:
             break
-        least = 0 if outcome.wants_search and not outcome.starting else 1  # no direction waits to be taken
-        progress.limit(max(least, sim.pace.more(settings.most_iterations, outcome.iterations)))
+        more = sim.pace.more(outcome.iterations)
+        if more is not None:
+            least = 0 if outcome.wants_search and not outcome.starting else 1  # no direction waits to be taken
+            progress.limit(max(least, more))
     sim.pace.corrected(outcome.iterations)
     sim.counters.newton_iterations += outcome.iterations
     return outcome

@@ -3,7 +3,7 @@
 At the committed state the correction's Newton matrix and gradient are made once more, and conjugate gradients go a few
 ITERATIONS towards Newton's next direction. That is short of the error, which takes several of Newton's iterations, each
 solved to the end; but the two grow together. SCALE is the one number that was fitted: the median, over garments,
-motions and presets, of the true error over the length of that direction (METHOD.md section 15). Ours.
+motions and presets, of the true error over the length of that direction (METHOD.md section 14). Ours.
 """
 
 from __future__ import annotations

@@ -49,8 +49,9 @@ class Pace(Protocol):
     def again(self, most: int) -> int:
         """Newton iterations of a correction that is done again; 0: there is no time."""
 
-    def more(self, most: int, made: int) -> int:
-        """Newton iterations that a correction may still make, at most, that stopped on the way after so many."""
+    def more(self, made: int) -> int | None:
+        """Newton iterations that a correction may still make, at most, that stopped on the way after so many; None: as
+        many as it has left."""
 
     def corrected(self, iterations: int) -> None:
         """The correction has made so many; the device has been waited for."""
@@ -83,8 +84,8 @@ class Unhurried:
     def again(self, most: int) -> int:
         return most
 
-    def more(self, most: int, made: int) -> int:
-        return most - made
+    def more(self, made: int) -> int | None:  # noqa: ARG002 - as Pace has it
+        return None
 
     def corrected(self, iterations: int) -> None:
         pass
@@ -167,8 +168,8 @@ class Hurried:
         count = min(most, self._affordable())
         return count if count >= self._least else 0
 
-    def more(self, most: int, made: int) -> int:
-        return min(most - made, max(self._least - made, START + self._affordable()))
+    def more(self, made: int) -> int | None:
+        return max(self._least - made, START + self._affordable())
 
     def corrected(self, iterations: int) -> None:
         now = clock.perf_counter()

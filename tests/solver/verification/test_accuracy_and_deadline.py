@@ -193,9 +193,9 @@ def test_a_correction_that_stops_on_the_way_or_is_done_again_has_what_is_left(cl
     planned = hurried_pace.iterations(100)
     clock.now += 6e-3
     assert 0 < hurried_pace.again(100) <= planned - 5
-    assert hurried_pace.more(100, 1) == hurried_pace.again(100) + 2, "where it begins is chosen already"
+    assert hurried_pace.more(1) == hurried_pace.again(100) + 2, "where it begins is chosen already"
     clock.now += 20e-3
-    assert [hurried_pace.more(100, made) for made in (0, 1, 2)] == [2, 1, 0], "late or not, half its budget"
+    assert [hurried_pace.more(made) for made in (0, 1, 2)] == [2, 1, 0], "late or not, half its budget"
     assert hurried_pace.again(100) == 0
 
 
