@@ -41,6 +41,9 @@ class Settings:
     correction_unsettled: float = 0.05
     """A budget that came hardly nearer to balance ended too early where moves longer than this times dt are to come
     [m/s * s]."""
+    correction_nearness: float | None = None
+    """Where it is estimated to be so near to balance, as a root mean square, times dt [m/s * s], the correction ends
+    (stepping/near.py); else when the budget and all its extensions are spent. None: it ends by its budget."""
     correction_pcg_iterations: int = 60
     correction_pcg_tolerance: float = 1e-2
     """Relative residual at which the correction's conjugate gradients stop."""
@@ -124,7 +127,7 @@ class Settings:
             "carry_full",
             "search_slack",
         )
-        may_be_none = ("accuracy", "deadline")
+        may_be_none = ("accuracy", "deadline", "correction_nearness")
         for name in (*positive, *(name for name in may_be_none if getattr(self, name) is not None)):
             value = getattr(self, name)
             if isinstance(value, (bool, str)) or not 0 < value < float("inf"):
@@ -162,10 +165,25 @@ class Settings:
     @property
     def ends_by_budget(self) -> bool:
         """Does a correction end by its budget, and by nothing else that is asked for?"""
-        return self.accuracy is None and self.deadline is None
+        return self.deadline is None and not self.ends_when_near
 
-    def by_budget(self) -> Settings:
-        """The same with corrections that do."""
+    @property
+    def ends_when_near(self) -> bool:
+        """Does a correction end where it is near enough to balance? With a deadline it goes on while there is time,
+        unless an accuracy is asked for."""
+        return self.accuracy is not None or (self.correction_nearness is not None and self.deadline is None)
+
+    @property
+    def longest_correction(self) -> int:
+        """Newton iterations of a correction, at most, without its extensions where it has some."""
+        if self.ends_by_budget:
+            return self.correction_iterations
+        if self.accuracy is None and self.deadline is None:
+            return self.correction_iterations * (1 + self.correction_extensions)
+        return self.most_iterations
+
+    def unbought(self) -> Settings:
+        """The same without an accuracy or a deadline of its own."""
         return replace(self, accuracy=None, deadline=None)
 
 
@@ -174,6 +192,7 @@ PRESETS: dict[str, Settings] = {
         largest_step=1 / 30,
         outer_iterations=2,
         correction_iterations=4,
+        correction_nearness=0.03,
         correction_pcg_iterations=30,
         second_iterations=12,
         second_pcg_iterations=60,

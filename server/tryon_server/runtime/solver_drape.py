@@ -175,7 +175,7 @@ class SolverDrape:
         scene = replace(sim.scene, garment=garment, x_start=sim.cloth_positions().astype(np.float64))
         pose, surface = sim.body.pose, sim.body_positions().astype(np.float64)
         more = self.outfit, self.own_motion, self._worn, self.origin
-        return PackedDrape(scene, sim.settings.by_budget(), sim.device, pose, surface, *more)
+        return PackedDrape(scene, sim.settings.unbought(), sim.device, pose, surface, *more)
 
     def leap(self, by: npt.NDArray[np.float64]) -> None:
         """Be elsewhere by (3,) whole metres: nothing changes but where the solver's origin lies."""

@@ -90,7 +90,7 @@ def prepare(
     stitches = stitched_on(cut.mesh, cut.welded.welded_of_vertex, fabric)
     effects = (*without_stitches(worn.scene.effects), *stitches)
     scene = Scene(cut.garment, flat, worn.scene.body, fabric, effects)
-    settings, pose = worn.settings.by_budget(), worn.body.pose
+    settings, pose = worn.settings.unbought(), worn.body.pose
     building = build_in_parts(scene, settings, worn.device, pose, None, worn.dt, cut.basis, more)
     for simulation in building:
         yield None if simulation is None else Prepared(simulation, cut, Tangle(simulation, ROUNDS))

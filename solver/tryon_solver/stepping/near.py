@@ -1,4 +1,5 @@
-"""Ending the correction where it is near enough to balance: what `Settings.accuracy` asks for.
+"""Ending the correction where it is near enough to balance: what `Settings.accuracy` asks for, or else
+`Settings.correction_nearness`.
 
 Newton's direction leads to where the step balances, as far as conjugate gradients got and the energy is quadratic: its
 RMS length over the cloth, times SCALE, is how far that is. SCALE was fitted: the median, over garments, motions and
@@ -29,6 +30,8 @@ PATIENCE = wp.constant(8)  # iterations without one
 @wp.kernel
 def make_last_kernel(
     accuracy: wp.array(dtype=wp.float32),
+    nearness: float,
+    dt: wp.array(dtype=wp.float32),
     squared: wp.array(dtype=wp.float32),
     count: int,
     scale: float,
@@ -40,16 +43,21 @@ def make_last_kernel(
     if length < SHORTER * lengths[SHORTEST]:
         lengths[SHORTEST] = length
         state[SINCE] = 0
-    if scale * length <= accuracy[0] or state[SINCE] >= PATIENCE:
+    enough = accuracy[0]
+    if enough <= 0.0:  # none is asked for
+        enough = nearness * dt[0]
+    if scale * length <= enough or state[SINCE] >= PATIENCE:
         state[LEFT] = 0
 
 
 def make_last_if_near(sim: Simulation) -> None:
-    """Let the iteration whose direction was found be the correction's last, if that is no longer than the accuracy that
-    is asked for, or if none has become shorter for long."""
-    if sim.settings.accuracy is None:
+    """Let the iteration whose direction was found be the correction's last, if that is no longer than is near enough,
+    or if none has become shorter for long."""
+    settings = sim.settings
+    if not settings.ends_when_near:
         return
     direction, squared = sim.work.direction[: sim.cloth_count], sim.work.scalars[0]
     dot(direction, direction, squared)
-    asked = [sim.accuracy, squared, sim.cloth_count, SCALE]
+    nearness = settings.correction_nearness or 0.0
+    asked = [sim.accuracy, nearness, sim.state.dt, squared, sim.cloth_count, SCALE]
     launch(make_last_kernel, 1, asked, [sim.progress.state, sim.progress.lengths], device=sim.device)

@@ -12,6 +12,7 @@ from svg import Line, line_chart
 CHAINS = {  # what is swept alone, by the solver, the number that is varied, and what else is the same in all of a chain
     "ours, Newton iterations": ("ours", "newton", {"gradients": 60}),
     "ours, accuracy": ("ours", "accuracy", {}),
+    "ours, accuracy from draft": ("ours", "accuracy", {"from_draft": 1}),
     "ours, contact passes": ("ours", "passes", {}),
     "PD alone, cycles": ("trial", "cycles", {}),
     "Newton IPC": ("newton_ipc", "tolerance", {}),

@@ -25,8 +25,15 @@ def preset_family(case: AccuracyCase) -> Mapping[str, Method]:
 
 
 def accuracy_family(case: AccuracyCase) -> Mapping[str, Method]:
-    """`live`, its correction going on until the estimated error is small enough."""
-    return {f"to {mm:g} mm": changed(case, {"accuracy": 1e-3 * mm}, accuracy=mm) for mm in ACCURACIES}
+    """`live`, and `draft`, their correction going on until the estimated error is small enough."""
+    draft = replace(PRESETS["draft"], largest_step=case.dt)
+    return {
+        **{f"to {mm:g} mm": changed(case, {"accuracy": 1e-3 * mm}, accuracy=mm) for mm in ACCURACIES},
+        **{
+            f"draft to {mm:g} mm": ours(replace(draft, accuracy=1e-3 * mm), accuracy=mm, from_draft=1)
+            for mm in ACCURACIES
+        },
+    }
 
 
 def newton_family(case: AccuracyCase) -> Mapping[str, Method]:

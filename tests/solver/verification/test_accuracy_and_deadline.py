@@ -58,6 +58,28 @@ def test_a_budget_that_is_too_small_for_the_accuracy_is_not_kept_to(met):
     assert capped.newton_iterations == 2
 
 
+def test_a_correction_ends_where_it_is_as_near_as_is_enough_at_that_length_of_step(met):
+    spent, _ = step(met, replace(LIVE, correction_nearness=None))
+    near, far = (replace(LIVE, correction_nearness=speed) for speed in (1.8e-4, 1.8e-2))  # over DT, 3e-6 and 3e-4 m
+    for speed_settings, accuracy in ((near, 3e-6), (far, 3e-4)):
+        same, _ = step(met, replace(LIVE, accuracy=accuracy))
+        assert step(met, speed_settings)[0].newton_iterations == same.newton_iterations
+    assert step(met, far)[0].newton_iterations < spent.newton_iterations
+    asked, _ = step(met, replace(far, accuracy=3e-6))
+    assert asked.newton_iterations == step(met, near)[0].newton_iterations  # what is asked for comes first
+
+
+def test_one_that_does_not_come_so_near_ends_with_its_budget_and_extensions(met):
+    never = replace(LIVE, correction_nearness=1e-12, correction_iterations=1, correction_extensions=2)
+    assert step(met, replace(never, second_iterations=0))[0].newton_iterations == 3
+
+
+def test_with_a_deadline_time_is_not_left_unused_for_being_near_enough(met):
+    near = replace(LIVE, correction_nearness=1.8e-2)
+    in_time = [step(met, replace(settings, deadline=100.0))[0].newton_iterations for settings in (near, LIVE)]
+    assert in_time[0] == in_time[1] > step(met, near)[0].newton_iterations
+
+
 def test_it_is_bought_anew_while_the_simulation_runs_and_nothing_is_built(met):
     case, motion = met
     sim = simulation_at(case, motion, LIVE)
@@ -74,6 +96,12 @@ def test_it_is_bought_anew_while_the_simulation_runs_and_nothing_is_built(met):
 
 
 BOUGHT = ("settings", "recorded_settings", "pace", "budget", "accuracy")
+
+
+@pytest.mark.parametrize("value", [0.0, -0.01, float("nan"), float("inf"), True, "1e-4"])
+def test_a_nearness_that_can_not_be_is_refused_by_name(value):
+    with pytest.raises(ValueError, match=r"settings\.correction_nearness must be a finite number above 0"):
+        replace(LIVE, correction_nearness=value)
 
 
 @pytest.mark.parametrize("field", ["accuracy", "deadline"])
