@@ -37,13 +37,15 @@ class Settings:
     correction_iterations: int = 12
     """Newton iterations of the penetration correction, at most."""
     correction_extensions: int = 3
-    """How often that budget is given once more in a step where it ends in the middle of a snap, at most."""
+    """How often that budget is given once more in a step where it ends in the middle of a snap, or not near enough, at
+    most."""
     correction_unsettled: float = 0.05
     """A budget that came hardly nearer to balance ended too early where moves longer than this times dt are to come
     [m/s * s]."""
     correction_nearness: float | None = None
-    """Where it is estimated to be so near to balance, as a root mean square, times dt [m/s * s], the correction ends
-    (stepping/near.py); else when the budget and all its extensions are spent. None: it ends by its budget."""
+    """Near enough to balance, estimated as a root mean square, times dt [m/s * s] (stepping/near.py): a correction that
+    is nearer ends before its budget, but for cloth that hardly moves, and one that is not is extended. None: neither.
+    """
     correction_pcg_iterations: int = 60
     correction_pcg_tolerance: float = 1e-2
     """Relative residual at which the correction's conjugate gradients stop."""
@@ -165,22 +167,7 @@ class Settings:
     @property
     def ends_by_budget(self) -> bool:
         """Does a correction end by its budget, and by nothing else that is asked for?"""
-        return self.deadline is None and not self.ends_when_near
-
-    @property
-    def ends_when_near(self) -> bool:
-        """Does a correction end where it is near enough to balance? With a deadline it goes on while there is time,
-        unless an accuracy is asked for."""
-        return self.accuracy is not None or (self.correction_nearness is not None and self.deadline is None)
-
-    @property
-    def longest_correction(self) -> int:
-        """Newton iterations of a correction, at most, without its extensions where it has some."""
-        if self.ends_by_budget:
-            return self.correction_iterations
-        if self.accuracy is None and self.deadline is None:
-            return self.correction_iterations * (1 + self.correction_extensions)
-        return self.most_iterations
+        return self.accuracy is None and self.deadline is None
 
     def unbought(self) -> Settings:
         """The same without an accuracy or a deadline of its own."""

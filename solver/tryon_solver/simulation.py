@@ -319,11 +319,13 @@ class Simulation:
         Raises ValueError as the settings do. Nothing else changes, and nothing is built anew.
         """
         self.settings = settings = replace(self.settings, accuracy=accuracy, deadline=deadline)
-        ends = 1.0 if settings.ends_when_near else None  # which value is asked for is read on the device
-        self.recorded_settings = replace(settings, accuracy=ends, deadline=None)  # what graphs are recorded for
+        asked = None if accuracy is None else 1.0  # the value is read on the device
+        timed = None if deadline is None else 1.0
+        self.recorded_settings = replace(settings, accuracy=asked, deadline=timed)  # what graphs are recorded for
         self.accuracy.fill_(accuracy or 0.0)
         self.pace: Pace = Unhurried(settings) if deadline is None else Hurried(settings, self.device)
-        self.budget.iterations = settings.longest_correction
+        most = settings.correction_iterations if settings.ends_by_budget else settings.most_iterations
+        self.budget.iterations = most
 
     # -- running -------------------------------------------------------------------------------------------------
 

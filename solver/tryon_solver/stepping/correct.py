@@ -27,7 +27,7 @@ from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.vectors import find_largest, subtract
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
-from tryon_solver.stepping.near import make_last_if_near
+from tryon_solver.stepping.near import make_last_if_near, measure_nearness
 from tryon_solver.stepping.newton import linearise, outer_product, solve_newton_system
 from tryon_solver.stepping.progress import Budget, Outcome
 from tryon_solver.stepping.record import baked
@@ -405,6 +405,7 @@ def find_direction(sim: Simulation, budget: Budget) -> None:
     find_largest(work.direction, sim.progress.length)
     trusted = [budget.trusted, sim.state.dt, sim.progress.trial, sim.progress.length]
     launch(trust_kernel, sim.all_count, trusted, [work.direction], device=sim.device)
+    measure_nearness(sim)
     sim.progress.judge_direction(sim.cg.first, settings.correction_unsettled, sim.state.dt)
     make_last_if_near(sim)
     launch(keep_kernel, sim.all_count, [sim.progress.least_yet, sim.state.x], [work.least], device=sim.device)

@@ -4,7 +4,10 @@
 Newton's direction leads to where the step balances, as far as conjugate gradients got and the energy is quadratic: its
 RMS length over the cloth, times SCALE, is how far that is. SCALE was fitted: the median, over garments, motions and
 lengths of step, of the true error after such a correction over what it was asked for, is kept under 1 (METHOD.md
-section 14). Where directions have not become shorter for PATIENCE iterations, none that follows can be hoped to. Ours.
+section 14). Where directions have not become shorter for PATIENCE iterations, none that follows can be hoped to.
+
+A preset's own end is another for cloth that hangs still. There every step is near, and what each leaves undone the
+cloth would be seen to tremble by: so it has to be near by the way that the step goes, too, beside the body's. Ours.
 """
 
 from __future__ import annotations
@@ -14,8 +17,8 @@ from typing import TYPE_CHECKING
 import warp as wp
 
 from tryon_solver.linalg.launch import launch
-from tryon_solver.linalg.vectors import dot
-from tryon_solver.stepping.progress import LEFT, SHORTEST, SINCE
+from tryon_solver.linalg.vectors import dot, subtract
+from tryon_solver.stepping.progress import CLOSE, FAR, LEFT, NEAR, SHORTEST, SINCE
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -25,13 +28,31 @@ wp.set_module_options({"enable_backward": False})
 SCALE = 2.0
 SHORTER = wp.constant(0.7)  # times the shortest before it, a direction is a gain
 PATIENCE = wp.constant(8)  # iterations without one
+OF_WAY = 0.5  # share of the step's way that is near enough
 
 
 @wp.kernel
-def make_last_kernel(
-    accuracy: wp.array(dtype=wp.float32),
+def compare_kernel(
     nearness: float,
+    scale: float,
+    of_way: float,
+    count: int,
     dt: wp.array(dtype=wp.float32),
+    squared: wp.array(dtype=wp.float32),
+    way_squared: wp.array(dtype=wp.float32),
+    state_out: wp.array(dtype=wp.int32),
+):
+    off = scale * wp.sqrt(squared[0] / float(count))
+    way = wp.sqrt(way_squared[0] / float(count))
+    far = off > nearness * dt[0]
+    state_out[FAR] = wp.where(far, 1, 0)
+    state_out[CLOSE] = wp.where(far, 0, 1)
+    state_out[NEAR] = wp.where(far or off > of_way * way, 0, 1)
+
+
+@wp.kernel
+def compare_asked_kernel(
+    accuracy: wp.array(dtype=wp.float32),
     squared: wp.array(dtype=wp.float32),
     count: int,
     scale: float,
@@ -43,21 +64,36 @@ def make_last_kernel(
     if length < SHORTER * lengths[SHORTEST]:
         lengths[SHORTEST] = length
         state[SINCE] = 0
-    enough = accuracy[0]
-    if enough <= 0.0:  # none is asked for
-        enough = nearness * dt[0]
-    if scale * length <= enough or state[SINCE] >= PATIENCE:
+    state[NEAR] = wp.where(scale * length <= accuracy[0] or state[SINCE] >= PATIENCE, 1, 0)
+
+
+@wp.kernel
+def make_last_kernel(state: wp.array(dtype=wp.int32)):
+    if state[NEAR] == 1:
         state[LEFT] = 0
 
 
+def measure_nearness(sim: Simulation) -> None:
+    """Tell whether the iteration whose direction was found is to be the correction's last, and whether it begins
+    further from balance than is near enough: by the accuracy that is asked for, or else by the preset's nearness."""
+    settings, state, work, n = sim.settings, sim.state, sim.work, sim.cloth_count
+    nearness, told = settings.correction_nearness, sim.progress.state
+    direction, squared, way_squared = work.direction[:n], work.scalars[0], work.scalars[1]
+    if settings.accuracy is not None:
+        dot(direction, direction, squared)
+        asked = [sim.accuracy, squared, n, SCALE]
+        launch(compare_asked_kernel, 1, asked, [told, sim.progress.lengths], device=sim.device)
+    elif nearness is not None and settings.deadline is None:  # else it goes on while there is time
+        dot(direction, direction, squared)
+        way = work.total[:n]  # which is free until the move
+        subtract(state.x[:n], state.x_feasible[:n], way)
+        dot(way, way, way_squared)
+        enough = [nearness, SCALE, OF_WAY, n, state.dt, squared, way_squared]
+        launch(compare_kernel, 1, enough, [told], device=sim.device)
+
+
 def make_last_if_near(sim: Simulation) -> None:
-    """Let the iteration whose direction was found be the correction's last, if that is no longer than is near enough,
-    or if none has become shorter for long."""
-    settings = sim.settings
-    if not settings.ends_when_near:
+    """Let the iteration whose direction was found be the correction's last if it is near enough."""
+    if sim.settings.accuracy is None and sim.settings.correction_nearness is None:
         return
-    direction, squared = sim.work.direction[: sim.cloth_count], sim.work.scalars[0]
-    dot(direction, direction, squared)
-    nearness = settings.correction_nearness or 0.0
-    asked = [sim.accuracy, nearness, sim.state.dt, squared, sim.cloth_count, SCALE]
-    launch(make_last_kernel, 1, asked, [sim.progress.state, sim.progress.lengths], device=sim.device)
+    launch(make_last_kernel, 1, [], [sim.progress.state], device=sim.device)
