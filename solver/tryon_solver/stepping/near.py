@@ -28,7 +28,7 @@ wp.set_module_options({"enable_backward": False})
 SCALE = 2.0
 SHORTER = wp.constant(0.7)  # times the shortest before it, a direction is a gain
 PATIENCE = wp.constant(8)  # iterations without one
-OF_WAY = 0.5  # share of the step's way that is near enough
+OF_WAY = 0.35  # share of the step's way that is near enough
 
 
 @wp.kernel
