@@ -23,6 +23,7 @@ from tryon_solver.scene import (
     FabricDamping,
     Fasteners,
     Friction,
+    Gas,
     Gravity,
     Gusts,
     Pins,
@@ -183,6 +184,7 @@ SCENES = tuple(
             added(hung, AIR, lambda _: FabricDamping()),
         ),
         ("Pressure", ours("effects.pressure"), "a balloon", added(ball, (AirDrag(),), lambda _: Pressure(300.0))),
+        ("Gas", ours("effects.gas", "linalg.dyad"), "a ball full of air", added(ball, AIR, lambda _: Gas())),
         ("Elastic", ours("effects.elastic"), "is drawn in along a line", added(hung, AIR, pulled)),
         ("Creases", ours("effects.creases"), "is pleated once", added(hung, AIR, pleated)),
         (

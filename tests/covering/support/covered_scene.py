@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from covered_cloths import RADIUS, Cloth, make_cloth
@@ -14,6 +15,7 @@ from worn_garment import demo_motion
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import blend_in
 from tryon_solver.body.pose import Pose
+from tryon_solver.geometry.enclosed import enclosed_volume
 from tryon_solver.materials.fabric import FABRICS, Fabric
 from tryon_solver.scene import (
     Adhesion,
@@ -27,6 +29,7 @@ from tryon_solver.scene import (
     FabricDamping,
     Fasteners,
     Friction,
+    Gas,
     Gravity,
     Gusts,
     Pins,
@@ -54,6 +57,8 @@ STICKS = {"tape": (600.0, 0.4), "static cling": (5.0, 5e-4), "wet cling": (100.0
 BLOWN = 15.0  # Pa, out and in again
 SOFT_PIN = 2000.0  # N/m
 LED = 0.05  # m: radius of the circle on which pins are led, two seconds to a turn
+AMBIENT = 101325.0  # Pa
+PUMPED = 0.02  # of the gas, in and out again
 STEEPER = 4.0  # times the fabric's own stiffness, of a curve's second part
 
 
@@ -67,6 +72,12 @@ class CoveredScene:
     stance: Stance
     written: dict[tuple[str, str], np.ndarray] = field(default_factory=dict)
 
+    @cached_property
+    def room(self) -> float:
+        """m^3 within the first panel at the start."""
+        garment = self.cloth.garment
+        return enclosed_volume(self.cloth.x, garment.faces[garment.panel_of_face == 0])
+
     @property
     def rate(self) -> float:
         """Frames a second."""
@@ -75,7 +86,7 @@ class CoveredScene:
     def write(self, time: float) -> None:
         """What is changed in the running scene by the time [s]; who sleeps is woken where that is something else."""
         for name, value, numbers in self._changes(time):
-            wanted = np.asarray(numbers, np.float32)
+            wanted = np.asarray(numbers, np.float64)
             if not np.array_equal(wanted, self.written.get((name, value))):
                 contribution = next(c for c in self.sim.plan.contributions if c.name == name)
                 contribution.values[value].assign(wanted)
@@ -101,6 +112,9 @@ class CoveredScene:
             yield "sewing", "share", [max(0.0, 1.0 - time)]
         if row["pressure"] == "blown":
             yield "pressure", "pressure", [BLOWN * np.sin(np.pi * time)]
+        if row["pressure"] == "gas":
+            pumped = 1.0 + PUMPED * np.sin(np.pi * time)
+            yield "gas", "amount", [pumped * AMBIENT * self.room]
         if row["adhesion"] == "wet cling":
             yield "adhesion", "share", [1.0 if time < 1.5 else 0.3]
 
@@ -175,6 +189,8 @@ def worked(row: Row, cloth: Cloth) -> Iterator[Effect]:
     """What a tailor adds."""
     if row["pressure"] == "blown":
         yield Pressure(0.0)
+    if row["pressure"] == "gas":
+        yield Gas(panels=(0,))
     if row["elastic"] != "none":
         yield Elastic((ElasticLine(cloth.across, 0.8 if row["elastic"] == "band" else 1.0, 15.0),))
     if row["creases"] != "none":

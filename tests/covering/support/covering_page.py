@@ -28,14 +28,14 @@ def introduction() -> list[str]:
     """What is played and how it is judged."""
     every = FACTORS.pairs()
     return [
-        "Scenes of 3 s in which any two variants of any two effects that may meet do meet: a pairwise covering array of",
-        f"{len(LEVELS)} factors, {sum(map(len, LEVELS.values()))} levels and {len(every)} pairs (`tests/covering`;",
+        "Scenes of 3 s in which any two variants of any two effects that may meet do meet: a pairwise covering array",
+        f"of {len(LEVELS)} factors, {sum(map(len, LEVELS.values()))} levels and {len(every)} pairs (`tests/covering`;",
         "`make effects` plays it, a test proves that it covers all pairs). IPC Toolkit judges every second frame for",
-        "what crosses of the surfaces that contact keeps apart in the scene. Speeds are of the fastest vertex, less what",
-        "its fall gives it; stretch is the largest of any triangle; `at the end` the cloth's RMS speed in the last",
-        "frame; void are steps that were made so (METHOD.md, section 8). Where values are written in the running scene",
-        "(drawstrings drawn, buttons opened, pins led, creases pressed anew, seams closed, blown out and in, what dries)",
-        "`support/covered_scene.py` says when.",
+        "what crosses of the surfaces that contact keeps apart in the scene. Speeds are of the fastest vertex, less",
+        "what its fall gives it; stretch is the largest of any triangle; `at the end` is the cloth's RMS speed in the",
+        "last frame; void are steps that were made so (METHOD.md, section 8). When values are written in the running",
+        "scene (drawstrings drawn, buttons opened, pins led, creases pressed anew, seams closed, blown out and in,",
+        "pumped, what dries) `support/covered_scene.py` says.",
         "",
         "| factor | levels |",
         "|---|---|",
