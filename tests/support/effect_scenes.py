@@ -160,7 +160,7 @@ SCENES = tuple(
         ("SelfContact", ours("effects.self_contact"), "falls on cloth", added(two, AIR, lambda _: SelfContact(), 4e-3)),
         (
             "Friction",
-            ours("effects.friction", "effects.presliding"),
+            ours("effects.friction", "effects.presliding", "effects.slip"),
             "stays on a ball",
             added(draped, TOUCH, lambda _: Friction()),
         ),
