@@ -461,7 +461,9 @@ class Creases(EffectSpec):
 @dataclass(frozen=True)
 class Adhesion(EffectSpec):
     """Contacts that stick: tape, hook and loop, static or wet cling. Each m^2 in contact resists being pulled off with
-    up to `strength` Pa, and takes `work` J/m^2 to part; what is parted sticks again when it is pressed on again.
+    up to `strength` Pa, and takes `work` J/m^2 to part; what is parted sticks again when it is pressed on again. It
+    resists being pushed aside with up to `shear` Pa, `strength` if None, and gives by up to `presliding` m before it
+    slips.
 
     `vertices` (K,) int32 are the sticky ones, all of the cloth if None. The contribution's value "share" (1,) float32,
     1 at the start, may be written between steps: what dries sticks less. Orders of magnitude: static cling 5 Pa and
@@ -473,10 +475,15 @@ class Adhesion(EffectSpec):
     strength: float
     work: float
     vertices: np.ndarray | None = None
+    shear: float | None = None
+    presliding: float = 1e-4
 
     def __post_init__(self) -> None:
         check_number("adhesion: strength", self.strength)
         check_number("adhesion: work", self.work)
+        if self.shear is not None:
+            check_number("adhesion: shear", self.shear)
+        check_number("adhesion: presliding", self.presliding, above=True)
 
     def check(self, scene: Scene) -> None:
         """Raises ValueError where there is no contact to stick to, or no such vertex."""

@@ -164,7 +164,12 @@ SCENES = tuple(
             "stays on a ball",
             added(draped, TOUCH, lambda _: Friction()),
         ),
-        ("Adhesion", ours("effects.adhesion"), "sticks to a ball", added(draped, TOUCH, lambda _: TAPE)),
+        (
+            "Adhesion",
+            ours("effects.adhesion", "effects.presliding", "effects.slip"),
+            "sticks to a ball",
+            added(draped, TOUCH, lambda _: TAPE),
+        ),
         (
             "StrainLimit",
             ours("effects.strain_limit", "materials.strain_limit"),
