@@ -8,7 +8,7 @@ WEB := server/tryon_server/web/.built
 WEB_SOURCES := $(shell find protocol/ts clients/core clients/web -name '*.ts' -not -path '*/node_modules/*' -o -name '*.css' \
 	-not -path '*/node_modules/*' -o -name '*.html' -not -path '*/node_modules/*' -o -name '*.mjs' -not -path '*/node_modules/*')
 
-.PHONY: help demo test long check chromium proof edits edits-page effects-page accuracy accuracy-page hard hard-peers hard-page bench bench-page reference precision lock
+.PHONY: help demo test long check chromium proof edits edits-page effects effects-page effects-together-page accuracy accuracy-page hard hard-peers hard-page bench bench-page reference precision lock
 help:
 	@grep -hE '^## ' $(MAKEFILE_LIST) | sed 's/## //'
 
@@ -64,6 +64,18 @@ hard-page: $(VENV)/.dev
 ## make edits-page  docs/edits.md of the runs kept in docs/edits/runs
 edits-page: $(VENV)/.dev
 	$(BIN)/python tests/edits --document docs/edits.md --out docs/edits/runs || [ $$? = 1 ]
+
+EFFECTS :=
+## make effects  all effects together: scenes in which every pair of variants meets, judged: a table in build/effects (an hour on two cores)
+# EFFECTS='--jobs 28', '--device cuda:0', '--scenes 3 7 --seconds 1' and others: .venv/bin/python tests/covering --help.
+# What was cut off goes on where it was.
+effects: $(VENV)/.dev $(BODY)
+	$(BIN)/python tests/covering $(EFFECTS)
+
+## make effects-together-page  docs/effects_together.md of the runs kept in docs/effects/runs
+# To keep a run of yours there: cp build/effects/scenes.jsonl docs/effects/runs/cpu.jsonl
+effects-together-page: $(VENV)/.dev
+	$(BIN)/python tests/covering --document docs/effects_together.md --of $(wildcard docs/effects/runs/*.jsonl) || [ $$? = 1 ]
 
 ## make effects-page  docs/effects.md: what each effect costs on this machine (a few minutes)
 effects-page: $(VENV)/.dev

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from tryon_solver.geometry.enclosed import closed_by_caps, enclosed_volume
 from tryon_solver.geometry.lines import corners_of_edges, hinges_of_edges
 
 if TYPE_CHECKING:
+    from tryon_solver.geometry.garment import Garment
     from tryon_solver.scene import Scene
 
 SHARPEST_CREASE = 2.8  # rad: 160 degrees
@@ -37,6 +39,14 @@ def check_vertices(name: str, vertices: np.ndarray, scene: Scene) -> None:
     outside = vertices[(vertices < 0) | (vertices >= count)]
     if len(outside):
         raise ValueError(f"{name}: there is no vertex {int(outside[0])}; the garment has {count}")
+
+
+def check_panels(name: str, panels: tuple[int, ...], scene: Scene) -> None:
+    """Raise ValueError for the first of `panels` that the garment does not have."""
+    count = int(scene.garment.panel_of_face.max()) + 1
+    for panel in panels:
+        if not 0 <= panel < count:
+            raise ValueError(f"{name}: there is no panel {panel}; the garment has {count}, numbered from 0")
 
 
 def check_number(name: str, value: float, above: bool = False) -> None:
@@ -344,10 +354,45 @@ class Pressure(EffectSpec):
         """Raises ValueError for a panel that the garment does not have, or a pressure that is no number."""
         if not abs(self.pressure) < float("inf"):
             raise ValueError(f"pressure: must be a finite number of Pa, not {self.pressure!r}")
-        count = int(scene.garment.panel_of_face.max()) + 1
-        for panel in self.panels:
-            if not 0 <= panel < count:
-                raise ValueError(f"pressure: there is no panel {panel}; the garment has {count}, numbered from 0")
+        check_panels("pressure", self.panels, scene)
+
+
+@dataclass(frozen=True)
+class Gas(EffectSpec):
+    """Gas shut in by the `panels`, all if none is named: together one piece, seen counter-clockwise from outside, whose
+    openings count as closed by flat caps. It has `volume` m^3 at the pressure around it, `ambient` Pa, and keeps its
+    temperature: its pressure is `ambient` times `volume` over the volume that is left to it. None: as much as the piece
+    has room for at the start.
+
+    The contribution's values may be written between steps: "amount" (1,) float64 J, pressure times volume, more where
+    gas is pumped in; "ambient" (1,) float64 Pa.
+    """
+
+    module: ClassVar[str] = "tryon_solver.effects.gas"
+
+    volume: float | None = None
+    ambient: float = 101325.0
+    panels: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.volume is not None:
+            check_number("gas: volume", self.volume)
+        check_number("gas: ambient", self.ambient, above=True)
+
+    def check(self, scene: Scene) -> None:
+        """Raises ValueError for a panel that the garment does not have, or a piece that encloses nothing."""
+        check_panels("gas", self.panels, scene)
+        faces = closed_by_caps(self.faces_of(scene.garment))
+        found = enclosed_volume(scene.x_start, faces)
+        if found <= 0:
+            raise ValueError(
+                f"gas: at the start the piece encloses {found:.3g} m^3; give a piece with room in it, its triangles "
+                "counter-clockwise as seen from outside"
+            )
+
+    def faces_of(self, garment: Garment) -> np.ndarray:
+        """(F, 3) int32: the triangles that shut the gas in."""
+        return garment.faces[np.isin(garment.panel_of_face, self.panels)] if self.panels else garment.faces
 
 
 @dataclass(frozen=True)
@@ -416,7 +461,9 @@ class Creases(EffectSpec):
 @dataclass(frozen=True)
 class Adhesion(EffectSpec):
     """Contacts that stick: tape, hook and loop, static or wet cling. Each m^2 in contact resists being pulled off with
-    up to `strength` Pa, and takes `work` J/m^2 to part; what is parted sticks again when it is pressed on again.
+    up to `strength` Pa, and takes `work` J/m^2 to part; what is parted sticks again when it is pressed on again. It
+    resists being pushed aside with up to `shear` Pa, `strength` if None, and gives by up to `presliding` m before it
+    slips.
 
     `vertices` (K,) int32 are the sticky ones, all of the cloth if None. The contribution's value "share" (1,) float32,
     1 at the start, may be written between steps: what dries sticks less. Orders of magnitude: static cling 5 Pa and
@@ -428,10 +475,15 @@ class Adhesion(EffectSpec):
     strength: float
     work: float
     vertices: np.ndarray | None = None
+    shear: float | None = None
+    presliding: float = 1e-4
 
     def __post_init__(self) -> None:
         check_number("adhesion: strength", self.strength)
         check_number("adhesion: work", self.work)
+        if self.shear is not None:
+            check_number("adhesion: shear", self.shear)
+        check_number("adhesion: presliding", self.presliding, above=True)
 
     def check(self, scene: Scene) -> None:
         """Raises ValueError where there is no contact to stick to, or no such vertex."""

@@ -15,6 +15,7 @@ from tryon_solver.state import State
 
 if TYPE_CHECKING:
     from tryon_solver.contact.pairs import ContactPairs
+    from tryon_solver.linalg.dyad import Dyad
     from tryon_solver.scene import Sleep
 
 
@@ -58,7 +59,8 @@ class Contribution:
     those of inner forces do: the correction multiplies by differences. What holds the cloth to a place is
     `diagonal(dt, area)` (N,) float64 N/m, which enters both beside the inertia, of the fabric's area (N,) m^2 around
     each vertex; what of it is another in every step, `add_diagonal(state, diagonal_out)` adds on the device once a
-    step, after `start_step`, (N,) float32 N/m. `touches` names the surfaces the cloth may touch: "cloth", "body";
+    step, after `start_step`, (N,) float32 N/m. `dyad` is what of the Hessian is dense, c w w^T, for the correction
+    alone. `touches` names the surfaces the cloth may touch: "cloth", "body";
     `sleep` says when nothing is to be done at all. `reshape` makes anew, in place, what was made of the rest shape,
     once that has changed (reshape.py): what works with it need not know.
     """
@@ -76,6 +78,7 @@ class Contribution:
     rate_stiffness: Term | None = None
     diagonal: Callable[[float, np.ndarray], np.ndarray] | None = None
     add_diagonal: Callable[[State, wp.array], None] | None = None  # state, diagonal_out
+    dyad: Dyad | None = None
     touches: tuple[str, ...] = ()
     contact: ContactTerm | None = None
     sleep: Sleep | None = None
@@ -120,6 +123,7 @@ class StepPlan:
             "rate_stiffness",
             "diagonal",
             "add_diagonal",
+            "dyad",
             "touches",
             "contact",
             "sleep",
@@ -156,6 +160,7 @@ class Stages:
     add_velocity_gradient_in_correction: tuple[Callable[..., object], ...]
     add_hessian: tuple[Callable[..., object], ...]
     add_diagonal: tuple[Callable[..., object], ...]
+    dyads: tuple[Dyad, ...]
     contact: tuple[ContactTerm, ...]
 
     @staticmethod
@@ -171,5 +176,6 @@ class Stages:
             add_velocity_gradient_in_correction=plan.stage("add_velocity_gradient_in_correction"),
             add_hessian=plan.stage("add_hessian"),
             add_diagonal=plan.stage("add_diagonal"),
+            dyads=tuple(c.dyad for c in plan.contributions if c.dyad is not None),
             contact=tuple(c.contact for c in plan.contributions if c.contact is not None),
         )

@@ -23,6 +23,7 @@ from tryon_solver.scene import (
     FabricDamping,
     Fasteners,
     Friction,
+    Gas,
     Gravity,
     Gusts,
     Pins,
@@ -159,11 +160,16 @@ SCENES = tuple(
         ("SelfContact", ours("effects.self_contact"), "falls on cloth", added(two, AIR, lambda _: SelfContact(), 4e-3)),
         (
             "Friction",
-            ours("effects.friction", "effects.presliding"),
+            ours("effects.friction", "effects.presliding", "effects.slip"),
             "stays on a ball",
             added(draped, TOUCH, lambda _: Friction()),
         ),
-        ("Adhesion", ours("effects.adhesion"), "sticks to a ball", added(draped, TOUCH, lambda _: TAPE)),
+        (
+            "Adhesion",
+            ours("effects.adhesion", "effects.presliding", "effects.slip"),
+            "sticks to a ball",
+            added(draped, TOUCH, lambda _: TAPE),
+        ),
         (
             "StrainLimit",
             ours("effects.strain_limit", "materials.strain_limit"),
@@ -183,6 +189,7 @@ SCENES = tuple(
             added(hung, AIR, lambda _: FabricDamping()),
         ),
         ("Pressure", ours("effects.pressure"), "a balloon", added(ball, (AirDrag(),), lambda _: Pressure(300.0))),
+        ("Gas", ours("effects.gas", "linalg.dyad"), "a ball full of air", added(ball, AIR, lambda _: Gas())),
         ("Elastic", ours("effects.elastic"), "is drawn in along a line", added(hung, AIR, pulled)),
         ("Creases", ours("effects.creases"), "is pleated once", added(hung, AIR, pleated)),
         (

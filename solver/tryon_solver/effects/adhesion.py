@@ -7,22 +7,31 @@ the width w = 3 W/(2 S), a sticky contact pulls instead of pushing. With g0 = g_
 
 whose largest value is the strength S and whose integral the work W [J/m^2]. What the term adds to a pair is t and what
 takes the barrier back to where it was at g0: so beyond g0 the two together are t, and before g0 the barrier without
-the load that it has at g0. Friction knows that load: what sticks is held aside by mu times it, and by nothing where
-there is no friction. An energy of g alone: where cloth parts, the same work is done whatever the law's form
-(Griffith 1921), so a strip is peeled off at a right angle by W times its width (Kendall 1975). Adhesion as a potential
-within the barrier's reach, with the barrier's load giving friction its normal force: after augmented IPC (Fang, Li,
-Jiang, Kaufman 2023); the law is ours. It has no memory: what has parted sticks again as before.
+the load that it has at g0; friction knows that load. An energy of g alone: where cloth parts, the same work is done
+whatever the law's form (Griffith 1921), so a strip is peeled off at a right angle by W times its width (Kendall 1975),
+and by a fifth more where it is held sideways, too, for the peeled edge slips. Adhesion as a potential within the
+barrier's reach, with the barrier's load giving friction its normal force: after augmented IPC (Fang, Li, Jiang, Kaufman
+2023); the law is ours. It has no memory: what has parted sticks again as before.
 
 **Area.** Stencils overlap: a vertex is in several pairs, and has in each a share of its area by how hard the barrier
 pushes there, N = -e kappa b' (what lies aside, or is nearly parallel, counts little),
 
     area of a pair = sum over its vertices of N |lam_i| A_i/s_i,   s_i = sum over all pairs of N |lam_i|
 
-the larger of both sides' where both are sticky cloth, so that all pairs together have the area that is in contact. The
-shares are taken with the pairs. Where cloth feels cloth nearer than d_hat because its mesh is fine, g_hat is less, w
-shrinks with it and so does the work.
+half of it where both sides are sticky cloth, so that all pairs together have the area that is in contact: all that is
+around the vertices of what touches, by up to a cell more than there is at its border. The shares are taken with the
+pairs. Where cloth feels cloth nearer than d_hat because its mesh is fine, g_hat is less, w shrinks with it and so does
+the work.
 
 In the matrix of a pair the barrier's curvature beyond g0 is replaced by t', where that is positive.
+
+**Sideways** each m^2 holds with up to its shear strength T, as friction does with a Coulomb force, and remembers what
+it has given (slip.py), whatever it is pressed with; what is being pulled off has lost its share of it:
+
+    F = T area (1 - y) beyond g0,   T area before it
+
+So what sticks neither creeps nor slips below T times its area, and slips with that resistance above, as tape does. The
+idea is augmented IPC's tangential adhesion; there what has slipped resists no more within a step.
 
 **What holds must be found first.** t falls beyond its peak, so a step may have two balances, stuck and parted, and
 cloth that is stuck must stay with the first as long as there is one. In 1/60 s a load takes free cloth millimetres
@@ -34,20 +43,23 @@ passes the peak.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import warp as wp
 
 from tryon_solver.contact.barrier import barrier_gradient
 from tryon_solver.contact.pairs import ContactPairs
 from tryon_solver.effects.base import BuildContext
+from tryon_solver.effects.presliding import recall
+from tryon_solver.effects.slip import FIRST_ROOM, SlipOfPairs, hold, slip
 from tryon_solver.linalg.launch import launch
-from tryon_solver.plan import ContactTerm, Contribution
+from tryon_solver.plan import Contribution
 from tryon_solver.scene import Adhesion
 from tryon_solver.state import State
 
 wp.set_module_options({"enable_backward": False})
 
-FIRST_ROOM = 1 << 10  # pairs; it grows with their list
 WIDEST = 0.9  # of d_hat: what is left keeps surfaces apart
 
 
@@ -95,7 +107,9 @@ def prepare_kernel(
                 one += part
             else:
                 other += part
-    area_out[c] = wp.max(one, other)
+    area_out[c] = one + other
+    if one > 0.0 and other > 0.0:
+        area_out[c] = 0.5 * (one + other)
     g = gap[c]
     g0 = g[1] * (1.0 - width)
     load = slope[c]
@@ -223,6 +237,46 @@ def zone_width(spec: Adhesion, d_hat: float) -> float:
     return width
 
 
+@wp.kernel
+def hold_kernel(
+    counters: wp.array(dtype=wp.int32),
+    ids: wp.array(dtype=wp.vec4i),
+    lam: wp.array(dtype=wp.vec4),
+    normal: wp.array(dtype=wp.vec3),
+    gap: wp.array(dtype=wp.vec3),
+    area: wp.array(dtype=wp.float32),
+    shear: float,
+    width: float,
+    share: wp.array(dtype=wp.float32),
+    presliding: float,
+    iterating: int,
+    x: wp.array(dtype=wp.vec3),
+    x_before: wp.array(dtype=wp.vec3),
+    x_start: wp.array(dtype=wp.vec3),
+    table: wp.array(dtype=wp.int32),
+    known_ids: wp.array(dtype=wp.vec4i),
+    known: wp.array(dtype=wp.vec3),
+    given_out: wp.array(dtype=wp.vec3),
+    weight_out: wp.array(dtype=wp.float32),
+    along_out: wp.array(dtype=wp.vec4),
+):
+    """What each pair is held aside with: `given` [m], `weight` and `along` as slip.py's `hold` has them."""
+    c = wp.tid()
+    if c >= counters[0]:
+        return
+    v = ids[c]
+    given = recall(v, table, known_ids, known)
+    w = width * gap[c][1]
+    y = wp.max((gap[c][0] - (gap[c][1] - w)) / w, 0.0)
+    most = share[0] * shear * area[c] * wp.max(1.0 - y, 0.0)
+    u = slip(v, lam[c], normal[c], given, x, x_start)
+    before = slip(v, lam[c], normal[c], given, x_before, x_start)
+    weight, along = hold(u, before, most, presliding, 1.0, iterating == 1)
+    given_out[c] = given
+    weight_out[c] = weight
+    along_out[c] = along
+
+
 class AdhesionOfPairs:
     """Per contact pair, for one that there is room for: `area` float32 m^2, `load` float32 N; `shares` (N,) float32.
     `proxy`: was the last model made for the contact proxy?"""
@@ -253,6 +307,7 @@ def bind(spec: Adhesion, context: BuildContext) -> Contribution | None:
         return None
     settings, device, scene = context.settings, context.device, context.scene
     width = zone_width(spec, settings.d_hat)
+    shear = spec.strength if spec.shear is None else spec.shear
     count = scene.garment.vertex_count
     held = AdhesionOfPairs(count, device)
     share = wp.ones(1, dtype=wp.float32, device=device)
@@ -266,36 +321,37 @@ def bind(spec: Adhesion, context: BuildContext) -> Contribution | None:
             area[np.setdiff1d(np.arange(count), spec.vertices)] = 0
         sticky.assign(area)
 
-    def prepare(pairs: ContactPairs, _state: State, _x: wp.array, x_before: wp.array | None) -> None:
+    aside = SlipOfPairs(FIRST_ROOM, spec.presliding, device)
+
+    def make_room(pairs: ContactPairs) -> None:
         held.make_room(pairs)
+        aside.make_room(pairs.capacity)
+
+    def prepare(pairs: ContactPairs, state: State, x: wp.array, x_before: wp.array | None) -> None:
+        make_room(pairs)
         held.proxy = x_before is None
         held.shares.zero_()
         weights = [pairs.counters, pairs.ids, pairs.lam, pairs.slope]
         launch(count_shares_kernel, pairs.size, weights, [held.shares], device=device)
         inputs = [*weights, pairs.gap, sticky, held.shares, width]
         launch(prepare_kernel, pairs.size, inputs, [held.area, held.load], device=device)
+        model = [pairs.counters, pairs.ids, pairs.lam, pairs.normal, pairs.gap, held.area, shear, width, share]
+        slips = [spec.presliding, int(x_before is not None), x, x if x_before is None else x_before, state.x_start]
+        known = [aside.known.table, aside.known.ids, aside.known.given]
+        outputs = [aside.given, aside.weight, aside.along]
+        launch(hold_kernel, pairs.size, [*model, *slips, *known], outputs, device=device)
 
-    def add_gradient(pairs: ContactPairs, _state: State, x: wp.array, gradient: wp.array) -> None:
+    def add_gradient(pairs: ContactPairs, state: State, x: wp.array, gradient: wp.array) -> None:
         model = [pairs.counters, pairs.ids, pairs.lam, pairs.normal, pairs.slope, pairs.curvature, pairs.gap]
         own = [held.area, held.load, count, offset_body, offset_self, spec.strength, width, share, int(held.proxy)]
         launch(add_gradient_kernel, pairs.size, [*model, *own, x], [gradient], device=device)
+        aside.add_gradient(pairs, state, x, gradient)
 
     def add_stiffness(pairs: ContactPairs) -> None:
         model = [pairs.counters, pairs.normal, pairs.curvature, pairs.gap]
         inputs = [*model, held.area, spec.strength, width, share]
         launch(add_stiffness_kernel, pairs.size, inputs, [pairs.beside], device=device)
-
-    def tangential(pairs: ContactPairs) -> np.ndarray:
-        return np.zeros(pairs.size)
-
-    def remember(_pairs: ContactPairs, _state: State) -> None:
-        """Nothing: the law has no memory."""
-
-    def kept() -> tuple[np.ndarray, np.ndarray]:
-        return np.zeros((0, 4), np.int32), np.zeros((0, 3), np.float32)
-
-    def restore(_ids: np.ndarray, _given: np.ndarray) -> None:
-        """Nothing: the law has no memory."""
+        aside.add_stiffness(pairs)
 
     def restrain(pairs: ContactPairs, move: wp.array) -> None:
         held.shares.fill_(1.0)
@@ -303,7 +359,8 @@ def bind(spec: Adhesion, context: BuildContext) -> Contribution | None:
         launch(allow_kernel, pairs.size, inputs, [held.shares], device=device)
         launch(shorten_kernel, count, [held.shares], [move], device=device)
 
-    term = ContactTerm(
-        held.make_room, held.room, prepare, add_gradient, add_stiffness, tangential, remember, kept, restore, restrain
+    acting = {"add_gradient": add_gradient, "add_stiffness": add_stiffness, "restrain": restrain}
+    term = replace(aside.term(prepare), make_room=make_room, **acting)
+    return Contribution(
+        "adhesion", start_step=aside.begin, contact=term, reshape=reshape, values={"share": share}
     )
-    return Contribution("adhesion", contact=term, reshape=reshape, values={"share": share})

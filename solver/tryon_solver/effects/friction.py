@@ -35,48 +35,16 @@ import warp as wp
 from tryon_solver.contact.barrier import barrier_gradient
 from tryon_solver.contact.pairs import ContactPairs
 from tryon_solver.effects.base import BuildContext
-from tryon_solver.effects.presliding import Presliding, recall
+from tryon_solver.effects.presliding import recall
+from tryon_solver.effects.slip import FIRST_ROOM, SlipOfPairs, hold, slip
 from tryon_solver.linalg.launch import launch
-from tryon_solver.plan import ContactTerm, Contribution
+from tryon_solver.plan import Contribution
 from tryon_solver.scene import Friction, Scene
 from tryon_solver.state import State
 
 wp.set_module_options({"enable_backward": False})
 
-FIRST_ROOM = 1 << 10  # contacts; it grows with the list of pairs
 SETTLED = 0.5  # share that the normal force of a pair keeps, or kept, from an iteration to the next to be relied on
-
-
-@wp.func
-def slip(
-    v: wp.vec4i,
-    w: wp.vec4,
-    n: wp.vec3,
-    given: wp.vec3,
-    x: wp.array(dtype=wp.vec3),
-    x_start: wp.array(dtype=wp.vec3),
-) -> wp.vec3:
-    """u = (I - n n^T) (g + sum_i lam_i (x_i - x_start_i)) [m]."""
-    u = given
-    for k in range(4):
-        u += w[k] * (x[v[k]] - x_start[v[k]])
-    return u - wp.dot(u, n) * n
-
-
-@wp.func
-def f1(y: float, e: float) -> float:
-    """Share of the Coulomb force at slip y [-]."""
-    if y >= e:
-        return 1.0
-    return (2.0 - y / e) * y / e
-
-
-@wp.func
-def resistance(y: float, e: float, kinetic: float) -> float:
-    """The same where of what slides the share `kinetic` is left."""
-    if y > e:
-        return kinetic + (1.0 - kinetic) * wp.max(2.0 - y / e, 0.0)
-    return f1(y, e)
 
 
 @wp.func
@@ -121,7 +89,6 @@ def prepare_kernel(
     given = recall(v, table, known_ids, known)
     given_out[c] = given
     u = slip(v, lam[c], normal[c], given, x, x_start)
-    y = wp.length(u)
     mu = coefficients[material[v[0]], material[v[3]]]
     coulomb = -mu[0] * slope[c]
     kinetic = float(1.0)
@@ -132,145 +99,12 @@ def prepare_kernel(
         ratio = force_before(v, lam[c], normal[c], gap[c], x, x_before)
         coulomb *= wp.min(ratio, 1.0)
         settled = ratio > SETTLED and ratio * SETTLED < 1.0
-    weight = coulomb * resistance(y, presliding, kinetic) / wp.max(y, presliding)
-    if y < presliding:
-        weight = coulomb * (2.0 - y / presliding) / presliding
+    before = wp.vec3()
+    if settled:
+        before = slip(v, lam[c], normal[c], given, x_before, x_start)
+    weight, along = hold(u, before, coulomb, presliding, kinetic, settled)
     weight_out[c] = weight
-    along_out[c] = wp.vec4()
-    if not settled or y == 0.0:
-        return
-    stiffness = 2.0 * coulomb * wp.max(1.0 - y / presliding, 0.0) / presliding
-    before = slip(v, lam[c], normal[c], given, x_before, x_start)
-    y_before = wp.length(before)
-    turned = wp.dot(u, before) < 0.0
-    if not turned and y > presliding and y < y_before:
-        return
-    if turned:
-        together = resistance(y, presliding, kinetic) + resistance(y_before, presliding, kinetic)
-        stiffness = coulomb * together / (y + y_before)
-    t = u / y
-    along_out[c] = wp.vec4(t[0], t[1], t[2], stiffness - weight)
-
-
-@wp.kernel
-def add_gradient_kernel(
-    counters: wp.array(dtype=wp.int32),
-    ids: wp.array(dtype=wp.vec4i),
-    lam: wp.array(dtype=wp.vec4),
-    normal: wp.array(dtype=wp.vec3),
-    weight: wp.array(dtype=wp.float32),
-    given: wp.array(dtype=wp.vec3),
-    x: wp.array(dtype=wp.vec3),
-    x_start: wp.array(dtype=wp.vec3),
-    gradient_out: wp.array(dtype=wp.vec3),
-):
-    c = wp.tid()
-    if c >= counters[0]:
-        return
-    v = ids[c]
-    w = lam[c]
-    f = weight[c] * slip(v, w, normal[c], given[c], x, x_start)
-    for k in range(4):
-        if v[k] < gradient_out.shape[0]:
-            wp.atomic_add(gradient_out, v[k], w[k] * f)
-
-
-@wp.kernel
-def give_kernel(
-    counters: wp.array(dtype=wp.int32),
-    ids: wp.array(dtype=wp.vec4i),
-    lam: wp.array(dtype=wp.vec4),
-    normal: wp.array(dtype=wp.vec3),
-    presliding: float,
-    x: wp.array(dtype=wp.vec3),
-    x_start: wp.array(dtype=wp.vec3),
-    table: wp.array(dtype=wp.int32),
-    known_ids: wp.array(dtype=wp.vec4i),
-    known: wp.array(dtype=wp.vec3),
-    given_out: wp.array(dtype=wp.vec3),
-):
-    """The slip at the end of a step is what the next one begins with; of what slides, as much as it resists."""
-    c = wp.tid()
-    if c >= wp.min(counters[0], given_out.shape[0]):
-        return
-    v = ids[c]
-    u = slip(v, lam[c], normal[c], recall(v, table, known_ids, known), x, x_start)
-    y = wp.length(u)
-    if y > presliding:
-        u = (presliding / y) * u
-    given_out[c] = u
-
-
-@wp.kernel
-def add_stiffness_kernel(
-    counters: wp.array(dtype=wp.int32),
-    normal: wp.array(dtype=wp.vec3),
-    weight: wp.array(dtype=wp.float32),
-    along: wp.array(dtype=wp.vec4),
-    beside: wp.array(dtype=wp.mat33),
-):
-    c = wp.tid()
-    if c >= counters[0]:
-        return
-    n = normal[c]
-    t = wp.vec3(along[c][0], along[c][1], along[c][2])
-    tangential = weight[c] * (wp.identity(n=3, dtype=wp.float32) - wp.outer(n, n)) + along[c][3] * wp.outer(t, t)
-    beside[c] = beside[c] + tangential
-
-
-class FrictionOfPairs:
-    """Per contact pair, for one that there is room for: `given` vec3 m, how far it had given when the step began;
-    `weight` float32 N/m and `along` vec4, see prepare_kernel. `known` holds the contacts that the step began with,
-    `ended` (count, ids, given) those it ended with, as in Presliding."""
-
-    def __init__(self, capacity: int, device: str) -> None:
-        self.device = device
-        self._allocate(capacity)
-
-    def _allocate(self, capacity: int) -> None:
-        self.known = Presliding.allocate(capacity, self.device)
-        self.ended = (
-            wp.zeros(1, dtype=wp.int32, device=self.device),
-            wp.zeros(capacity, dtype=wp.vec4i, device=self.device),
-            wp.zeros(capacity, dtype=wp.vec3, device=self.device),
-        )
-        self.given = wp.zeros(capacity, dtype=wp.vec3, device=self.device)
-        self.weight = wp.zeros(capacity, dtype=wp.float32, device=self.device)
-        self.along = wp.zeros(capacity, dtype=wp.vec4, device=self.device)
-
-    def room(self) -> int:
-        """For how many pairs."""
-        return len(self.weight)
-
-    def make_room(self, capacity: int) -> None:
-        """For so many pairs, a power of two; what is known stays so."""
-        if self.room() >= capacity:
-            return
-        known, ended = self.known, self.ended
-        self._allocate(capacity)
-        self.known.replace_by(known.count, known.ids, known.given)
-        self.end_with(*ended)
-
-    def end_with(self, count: wp.array, ids: wp.array, given: wp.array) -> None:
-        """The next step begins with these contacts: arrays as in Presliding, not longer than there is room for."""
-        kept_count, kept_ids, kept_given = self.ended
-        wp.copy(kept_count, count, count=1)
-        wp.copy(kept_ids, ids, count=len(ids))
-        wp.copy(kept_given, given, count=len(given))
-
-    def kept(self) -> tuple[np.ndarray, np.ndarray]:
-        """(P, 4) int32 vertices of the contacts that the next step begins with, (P, 3) float32 m how far each has
-        given."""
-        count, ids, given = self.ended
-        known = int(count.numpy()[0])
-        return ids.numpy()[:known], given.numpy()[:known]
-
-    def restore(self, ids: np.ndarray, given: np.ndarray) -> None:
-        """Let the next step begin with what `kept` returned."""
-        self.make_room(1 << max(len(ids) - 1, 0).bit_length())
-        count: wp.array = wp.array([len(ids)], dtype=wp.int32, device=self.device)
-        entries: wp.array = wp.array(ids, dtype=wp.vec4i, device=self.device)
-        self.end_with(count, entries, wp.array(given, dtype=wp.vec3, device=self.device))
+    along_out[c] = along
 
 
 def materials_of(spec: Friction, scene: Scene) -> np.ndarray:
@@ -300,16 +134,10 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
         return None
     material: wp.array = wp.array(materials_of(spec, context.scene), dtype=wp.int32, device=device)
     coefficients: wp.array = wp.array(table, dtype=wp.vec2, device=device)
-    held = FrictionOfPairs(FIRST_ROOM, device)
-
-    def begin(_state: State) -> None:
-        held.known.replace_by(*held.ended)
-
-    def make_room(pairs: ContactPairs) -> None:
-        held.make_room(pairs.capacity)
+    held = SlipOfPairs(FIRST_ROOM, spec.presliding, device)
 
     def prepare(pairs: ContactPairs, state: State, x: wp.array, x_before: wp.array | None) -> None:
-        make_room(pairs)
+        held.make_room(pairs.capacity)
         launch(
             prepare_kernel,
             pairs.size,
@@ -335,60 +163,4 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
             device=device,
         )
 
-    def add_gradient(pairs: ContactPairs, state: State, x: wp.array, gradient: wp.array) -> None:
-        launch(
-            add_gradient_kernel,
-            pairs.size,
-            [
-                pairs.counters,
-                pairs.ids,
-                pairs.lam,
-                pairs.normal,
-                held.weight,
-                held.given,
-                x,
-                state.x_start,
-            ],
-            [gradient],
-            device=device,
-        )
-
-    def add_stiffness(pairs: ContactPairs) -> None:
-        launch(
-            add_stiffness_kernel,
-            pairs.size,
-            [pairs.counters, pairs.normal, held.weight, held.along],
-            [pairs.beside],
-            device=device,
-        )
-
-    def tangential(pairs: ContactPairs) -> np.ndarray:
-        return held.weight.numpy()[: pairs.size].astype(np.float64)
-
-    def remember(pairs: ContactPairs, state: State) -> None:
-        make_room(pairs)
-        known = held.known
-        launch(
-            give_kernel,
-            pairs.size,
-            [
-                pairs.counters,
-                pairs.ids,
-                pairs.lam,
-                pairs.normal,
-                spec.presliding,
-                state.x,
-                state.x_start,
-                known.table,
-                known.ids,
-                known.given,
-            ],
-            [held.given],
-            device=device,
-        )
-        held.end_with(pairs.counters, pairs.ids, held.given)
-
-    term = ContactTerm(
-        make_room, held.room, prepare, add_gradient, add_stiffness, tangential, remember, held.kept, held.restore
-    )
-    return Contribution("friction", start_step=begin, contact=term)
+    return Contribution("friction", start_step=held.begin, contact=held.term(prepare))

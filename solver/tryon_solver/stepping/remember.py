@@ -1,4 +1,4 @@
-"""What contacts keep from one step to the next: how far each has given tangentially (effects/friction.py)."""
+"""What contacts keep from one step to the next: how far each has given tangentially (effects/slip.py)."""
 
 from __future__ import annotations
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 import warp as wp
 
-from tryon_solver.effects.friction import f1, prepare_kernel
+from tryon_solver.effects.friction import prepare_kernel
 from tryon_solver.effects.presliding import Presliding
+from tryon_solver.effects.slip import f1
 
 E = 1.7e-6  # m, presliding
 COULOMB = 0.4  # N: mu 0.5, 0.8 N of normal force

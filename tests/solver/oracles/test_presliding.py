@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import warp as wp
 
-from tryon_solver.effects.friction import FrictionOfPairs
 from tryon_solver.effects.presliding import Presliding, recall
+from tryon_solver.effects.slip import SlipOfPairs
 
 UNKNOWN = [7, 8, 9, 1_000_000]
 
@@ -74,7 +74,7 @@ def test_the_order_of_entry_does_not_matter(rng):
 
 def test_more_room_keeps_what_is_known(rng):
     ids, given = contacts(rng, 60)
-    held = FrictionOfPairs(64, "cpu")
+    held = SlipOfPairs(64, 1e-4, "cpu")
     held.restore(ids, given)
     held.known.replace_by(*held.ended)
     held.make_room(256)
@@ -86,7 +86,7 @@ def test_more_room_keeps_what_is_known(rng):
 
 def test_more_is_restored_than_there_was_room_for(rng):
     ids, given = contacts(rng, 300)
-    held = FrictionOfPairs(16, "cpu")
+    held = SlipOfPairs(16, 1e-4, "cpu")
     held.restore(ids, given)
     for kept, expected in zip(held.kept(), (ids, given)):
         np.testing.assert_array_equal(kept, expected)

@@ -7,7 +7,18 @@ from effect_terms import contribution
 from small_scenes import STILL, fabric, rigid_body, sheet, slab, turn
 
 from tryon_solver.contact import pairs
-from tryon_solver.scene import Adhesion, AirDrag, BodyContact, FabricDamping, Pins, Pressure, Scene
+from tryon_solver.geometry.garment import Garment
+from tryon_solver.scene import (
+    Adhesion,
+    AirDrag,
+    BodyContact,
+    FabricDamping,
+    Gravity,
+    Pins,
+    Pressure,
+    Scene,
+    SelfContact,
+)
 from tryon_solver.settings import Settings
 from tryon_solver.simulation import build
 from tryon_solver.stepping.gradient import add_contact_gradient
@@ -27,7 +38,7 @@ def stuck(strength, work):
     height = settings.body_offset + cloth.thickness / 2 + settings.d_hat - 1.5 * work / strength
     x = x @ turn((0, 17, 0)).T + [0.001, height, 0.002]
     aside = Pins(np.arange(49, dtype=np.int32), strength / 400)  # so weak that they only keep it from drifting aside
-    effects = (AirDrag(20.0), BodyContact(), aside, Pressure(0.0), Adhesion(strength, work))
+    effects = (AirDrag(20.0), BodyContact(), aside, Pressure(0.0), Adhesion(strength, work, shear=0.0))
     return x, build(Scene(garment, x, rigid_body(body, faces), cloth, effects), settings, "cpu", STILL)
 
 
@@ -81,6 +92,76 @@ def test_holds_below_its_strength_and_lets_go_above(strength, work):
     assert (pulled_at(sim, 1.05 * strength).cloth_positions() - x)[:, 1].min() > 0.01
 
 
+def sheared(acceleration, shear, **values):
+    """A sheet on a slab that is all sticky, drawn along it by `acceleration`: positions after each of 30 steps."""
+    strength, work = 40.0, 0.02
+    settings = Settings(**FIRM)
+    cloth = fabric(areal_density=0.3, k_warp=3e3, k_weft=3e3, k_shear=1e3, k_bend=5e-2)
+    garment, x = sheet(7, 7, 0.09, 0.09)
+    body, faces = slab(0.7, 0.2, 0.02, 0.04)
+    height = settings.body_offset + cloth.thickness / 2 + settings.d_hat - 1.5 * work / strength
+    x = x @ turn((0, 17, 0)).T + [-0.2, height, 0.002]
+    effects = (Gravity((acceleration, 0.0, 0.0)), BodyContact(), Adhesion(strength, work, shear=shear, **values))
+    sim = build(Scene(garment, x, rigid_body(body, faces), cloth, effects), settings, "cpu", STILL)
+    found = [x]
+    for k in range(30):
+        sim.advance(STILL, (k + 1) * DT)
+        found.append(sim.cloth_positions().astype(np.float64))
+    return np.array(found)
+
+
+def test_plate_carries_shear_strength_times_area_and_slips_above():
+    """Gravity along the plate. Below T area the sheet gives by f1's share of the presliding, s (1 - sqrt(1 - load/T)),
+    and stays; above, what is left of the load accelerates it: a - T/sigma. Pairs that lie aside count for little: all
+    together have up to 8 % less than the sheet's area."""
+    shear, sigma = 3.0, 0.3
+    held = sheared(0.8 * shear / sigma, shear)
+    given = (held - held[0])[..., 0]
+    for carrying in (0.92, 1.0):
+        edge = 1e-4 * (1 - np.sqrt(1 - 0.8 / carrying))
+        assert np.sign(given[-1].mean() - edge) == (1 if carrying == 1.0 else -1)
+    assert np.abs(given[-1] - given[-10]).max() < 1e-7
+    slipping = sheared(1.2 * shear / sigma, shear)
+    v = np.diff(slipping[..., 0].mean(axis=1)) / DT
+    assert (v[15] - v[2]) / (13 * DT) == pytest.approx(0.24 * shear / sigma, abs=0.041 * shear / sigma)
+    free = sheared(0.1 * shear / sigma, 0.0)
+    assert (free - free[0])[-1, :, 0].mean() > 0.5 * 0.05 * shear / sigma * 0.5**2
+
+
+def test_lap_joint_holds_its_overlap_times_the_shear_strength():
+    """The end of one of two strips is drawn away slowly: the pull rises to T times the overlap, and falls as that gets
+    shorter. Vertices count with all the area around them, whose triangles touch in part: a cell more, at the most."""
+    shear, cell, length, width, lap, hold = 400.0, 0.01, 0.1, 0.03, 0.055, 500.0
+    cloth = fabric(areal_density=0.3, k_warp=5e3, k_weft=5e3, k_shear=1e3, k_bend=1e-3)
+    garment, x = sheet(11, 4, length, width)
+    count = len(x)
+    both = Garment(
+        np.vstack([garment.faces, garment.faces + count]),
+        np.vstack([garment.uv_corners] * 2),
+        np.repeat(np.arange(2, dtype=np.int32), len(garment.faces)),
+        2 * count,
+    )
+    strength, work = 100.0, 0.05
+    height = cloth.thickness + Settings().d_hat - 1.5 * work / strength
+    x = np.vstack([x, x + [length - lap, height, 2e-4]])
+    first = np.flatnonzero(x[:count, 0] < -length / 2 + 1e-6)
+    last = count + np.flatnonzero(x[count:, 0] > x[count:, 0].max() - 1e-6)
+    ends = Pins(np.concatenate([first, last]).astype(np.int32), hold)
+    effects = (AirDrag(5.0), SelfContact(), ends, Adhesion(strength, work, shear=shear))
+    sim = build(Scene(both, x, None, cloth, effects))
+    places, pulled = contribution(sim, "pins").values["places"], []
+    led = x[ends.vertices]
+    for k in range(60):
+        led[len(first) :, 0] += 1.5e-4
+        places.assign(led.astype(np.float32))
+        sim.advance(None, (k + 1) * DT)
+        pulled.append(hold * (led - sim.cloth_positions()[ends.vertices])[len(first) :, 0].sum())
+    shifted = sim.cloth_positions()[last, 0].mean() - x[last, 0].mean()
+    assert shifted > cell / 2
+    for overlap, force in ((lap, np.max(pulled)), (lap - shifted, pulled[-1])):
+        assert 0.97 * overlap < force / (shear * width) < overlap + cell
+
+
 def test_what_dries_lets_go():
     x, sim = stuck(40.0, 0.02)
     assert np.abs(pulled_at(sim, 20.0).cloth_positions() - x).max() < 1e-3
@@ -98,7 +179,7 @@ def test_strip_is_peeled_off_at_a_right_angle_by_work_times_width(work):
     settings = Settings(d_hat=8e-3, **FIRM)
     x = x + [0, settings.body_offset + cloth.thickness / 2 + settings.d_hat - 1.5 * work / strength, 0.0007]
     end = np.flatnonzero(x[:, 0] > 0.0599).astype(np.int32)
-    effects = (AirDrag(1.0), FabricDamping(), BodyContact(), Pins(end, hold), Adhesion(strength, work))
+    effects = (AirDrag(1.0), FabricDamping(), BodyContact(), Pins(end, hold), Adhesion(strength, work, shear=0.0))
     sim = build(Scene(garment, x, rigid_body(body, faces), cloth, effects), settings, "cpu", STILL)
     places, pulled = contribution(sim, "pins").values["places"], []
     for k in range(75):

@@ -1,0 +1,131 @@
+"""Gas that cloth shuts in: a ball, an airbed, a puffed chamber; as it is squeezed its pressure rises.
+
+The ideal gas at one temperature (Boyle 1662): p V = n R T stays, V the volume within the triangles and the caps that
+close their openings. Against the pressure around, p_a, its potential and the force on the vertices are
+
+    E(V) = p_a V - n R T ln V,   f = (n R T/V - p_a) w,   w_i = dV/dx_i = sum over triangles at i of A n/3
+
+the follower load of pressure.py with a pressure that follows the volume. Of the Hessian
+
+    n R T/V^2 w w^T - (n R T/V - p_a) d^2V/dx^2
+
+the first is a dyad, dense but positive semidefinite, and so stiff that nothing works without it: air in a ball of 10 cm
+resists its skin's breathing ten thousand times more than the skin's inertia does. The correction takes it whole
+(linalg/dyad.py), for one more system to solve an iteration. The second turns forces along with the normals and is left
+out, as in pressure.py. Projective dynamics, which knows no dyad, goes on with the pressure that the last step ended
+with; what it is otherwise acts in the correction alone. A step that begins with 1 % too little room would send the skin
+off by a metre with the pressure of its start, where a micrometre relieves it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import warp as wp
+
+from tryon_solver.effects.base import BuildContext
+from tryon_solver.geometry.enclosed import closed_by_caps, enclosed_volume
+from tryon_solver.linalg.dyad import Dyad
+from tryon_solver.linalg.launch import launch
+from tryon_solver.plan import Contribution
+from tryon_solver.scene import Gas
+from tryon_solver.state import State
+
+wp.set_module_options({"enable_backward": False})
+
+LEAST = wp.constant(wp.float64(1e-4))  # of the gas's volume at the pressure around: below it the law is at its end
+
+
+@wp.kernel
+def measure_kernel(
+    faces: wp.array(dtype=wp.vec3i),
+    x: wp.array(dtype=wp.vec3),
+    volume: wp.array(dtype=wp.float64),
+    slope: wp.array(dtype=wp.vec3),
+):
+    """volume += x0 . (x1 x x2)/6 about a vertex; slope += (x1 - x0) x (x2 - x0)/6 at each corner."""
+    f = faces[wp.tid()]
+    origin = x[faces[0][0]]
+    x0 = x[f[0]] - origin
+    x1 = x[f[1]] - origin
+    x2 = x[f[2]] - origin
+    wp.atomic_add(volume, 0, wp.float64(wp.dot(x0, wp.cross(x1, x2))) / wp.float64(6.0))
+    push = wp.cross(x1 - x0, x2 - x0) / 6.0
+    for k in range(3):
+        wp.atomic_add(slope, f[k], push)
+
+
+@wp.kernel
+def follow_kernel(
+    volume: wp.array(dtype=wp.float64),
+    amount: wp.array(dtype=wp.float64),
+    ambient: wp.array(dtype=wp.float64),
+    gauge_out: wp.array(dtype=wp.float32),
+    stiffness_out: wp.array(dtype=wp.float32),
+):
+    """n R T/V - p_a [Pa] and n R T/V^2 [Pa/m^3]"""
+    v = wp.max(volume[0], LEAST * amount[0] / ambient[0])
+    gauge_out[0] = wp.float32(amount[0] / v - ambient[0])
+    stiffness_out[0] = wp.float32(amount[0] / (v * v))
+
+
+@wp.kernel
+def add_push_kernel(
+    gauge: wp.array(dtype=wp.float32),
+    without: wp.array(dtype=wp.float32),
+    slope: wp.array(dtype=wp.vec3),
+    gradient_out: wp.array(dtype=wp.vec3),
+):
+    """gradient -= (gauge - without) w"""
+    i = wp.tid()
+    gradient_out[i] = gradient_out[i] - (gauge[0] - without[0]) * slope[i]
+
+
+def bind(spec: Gas, context: BuildContext) -> Contribution | None:
+    """None where no gas is shut in."""
+    device, scene = context.device, context.scene
+    garment = scene.garment
+    faces = closed_by_caps(spec.faces_of(garment))
+    start = enclosed_volume(scene.x_start, faces)
+    volume = start if spec.volume is None else spec.volume
+    if volume == 0:
+        return None
+    closed: wp.array = wp.array(faces, dtype=wp.vec3i, device=device)
+    amount: wp.array = wp.array([spec.ambient * volume], dtype=wp.float64, device=device)
+    ambient: wp.array = wp.array([spec.ambient], dtype=wp.float64, device=device)
+    now: wp.array = wp.zeros(1, dtype=wp.float64, device=device)
+    gauge, gauge_before, unused, nothing = (wp.zeros(1, dtype=wp.float32, device=device) for _ in range(4))
+    body = 0 if scene.body is None else len(scene.body.rest_vertices)
+    dyad = Dyad(garment.vertex_count + body, device)
+
+    def measure(x: wp.array, gauge_out: wp.array) -> None:
+        now.zero_()
+        dyad.vector.zero_()
+        launch(measure_kernel, len(faces), [closed, x], [now, dyad.vector], device=device)
+        launch(follow_kernel, 1, [now, amount, ambient], [gauge_out, dyad.stiffness], device=device)
+
+    def start_step(_state: State) -> None:
+        wp.copy(gauge_before, gauge)
+
+    def add_gradient(x: wp.array, gradient: wp.array) -> None:
+        measure(x, unused)
+        inputs = [gauge_before, nothing, dyad.vector]
+        launch(add_push_kernel, garment.vertex_count, inputs, [gradient], device=device)
+
+    def add_in_correction(_state: State, x: wp.array, gradient: wp.array) -> None:
+        measure(x, gauge)
+        inputs = [gauge, gauge_before, dyad.vector]
+        launch(add_push_kernel, garment.vertex_count, inputs, [gradient], device=device)
+
+    def energy(x: wp.array) -> float:
+        within = enclosed_volume(x.numpy().astype(np.float64), faces)
+        return float(ambient.numpy()[0] * within - amount.numpy()[0] * np.log(within))
+
+    return Contribution(
+        "gas",
+        start_step=start_step,
+        add_gradient=add_gradient,
+        add_velocity_gradient_in_correction=add_in_correction,
+        dyad=dyad,
+        energy=energy,
+        values={"amount": amount, "ambient": ambient},
+    )

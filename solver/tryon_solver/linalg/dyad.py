@@ -1,0 +1,54 @@
+"""A dense dyad c w w^T beside a sparse matrix A: its solutions from those of A (Sherman and Morrison 1950).
+
+    (A + c w w^T)^-1 b = y + c (w.y)/(1 - c w.z) z,   A y = b,   A z = -w
+
+With A positive definite w.z is below 0, so nothing is divided by less than 1. Where conjugate gradients are cut short y
+and z are near their solutions only, and what is found still has less of w than y had.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import warp as wp
+
+from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.vectors import dot
+
+wp.set_module_options({"enable_backward": False})
+
+
+@wp.kernel
+def amend_kernel(
+    stiffness: wp.array(dtype=wp.float32),
+    along: wp.array(dtype=wp.float32),
+    given: wp.array(dtype=wp.float32),
+    response: wp.array(dtype=wp.vec3),
+    solution: wp.array(dtype=wp.vec3),
+):
+    """y += c (w.y)/(1 - c w.z) z"""
+    i = wp.tid()
+    c = stiffness[0]
+    solution[i] = solution[i] + (c * along[0] / (1.0 - c * given[0])) * response[i]
+
+
+class Dyad:
+    """`vector` w (A,) vec3 and `stiffness` c (1,) float32, whose owner writes both."""
+
+    def __init__(self, count: int, device: str) -> None:
+        self.vector: wp.array = wp.zeros(count, dtype=wp.vec3, device=device)
+        self.stiffness: wp.array = wp.zeros(1, dtype=wp.float32, device=device)
+        self._response: wp.array = wp.zeros(count, dtype=wp.vec3, device=device)
+        self._along: wp.array = wp.zeros(1, dtype=wp.float32, device=device)
+        self._given: wp.array = wp.zeros(1, dtype=wp.float32, device=device)
+
+    def respond(self, solve: Callable[[wp.array, wp.array], None]) -> None:
+        """Find z; `solve(b, out)` solves A out = -b."""
+        solve(self.vector, self._response)
+        dot(self.vector, self._response, self._given)
+
+    def amend(self, solution: wp.array) -> None:
+        """Of a solution (A,) with A make that with the dyad, after `respond`."""
+        dot(self.vector, solution, self._along)
+        inputs = [self.stiffness, self._along, self._given, self._response]
+        launch(amend_kernel, len(solution), inputs, [solution], device=solution.device)

@@ -1,0 +1,232 @@
+"""A row of the array as a scene that can be played: what it is made of, and what is written while it runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from covered_cloths import RADIUS, Cloth, make_cloth
+from covering_array import Row
+from small_scenes import icosphere, rigid_body
+from worn_garment import demo_motion
+
+from tryon_solver.body.model import BodyModel
+from tryon_solver.body.motion import blend_in
+from tryon_solver.body.pose import Pose
+from tryon_solver.geometry.enclosed import enclosed_volume
+from tryon_solver.materials.fabric import FABRICS, Fabric
+from tryon_solver.scene import (
+    Adhesion,
+    AirDrag,
+    Attached,
+    BodyContact,
+    Creases,
+    Effect,
+    Elastic,
+    ElasticLine,
+    FabricDamping,
+    Fasteners,
+    Friction,
+    Gas,
+    Gravity,
+    Gusts,
+    Pins,
+    Pressure,
+    Scene,
+    SelfContact,
+    Sewing,
+    Sleep,
+    StrainLimit,
+    StretchCurves,
+    Wind,
+)
+from tryon_solver.settings import PRESETS
+from tryon_solver.simulation import Simulation, build
+
+Stance = Callable[[float], Pose | None]
+AIR: dict[str, tuple[Effect, ...]] = {
+    "none": (),
+    "still": (AirDrag(),),
+    "wind": (Wind((1.5, 0.0, 2.0)),),
+    "sheltered": (Wind((3.0, 0.0, 1.0), shelter=0.8),),
+    "gusts": (Wind((2.0, 0.0, -2.0), Gusts(0.3, seed=3)),),
+}
+STICKS = {"tape": (600.0, 0.4), "static cling": (5.0, 5e-4), "wet cling": (100.0, 0.05)}  # Pa, J/m^2
+BLOWN = 15.0  # Pa, out and in again
+SOFT_PIN = 2000.0  # N/m
+LED = 0.05  # m: radius of the circle on which pins are led, two seconds to a turn
+AMBIENT = 101325.0  # Pa
+PUMPED = 0.02  # of the gas, in and out again
+STEEPER = 4.0  # times the fabric's own stiffness, of a curve's second part
+
+
+@dataclass(frozen=True)
+class CoveredScene:
+    """A `row` of the array, built at rest: `sim`, how the body stands at a time [s], what was `written` last."""
+
+    row: Row
+    cloth: Cloth
+    sim: Simulation
+    stance: Stance
+    written: dict[tuple[str, str], np.ndarray] = field(default_factory=dict)
+
+    @cached_property
+    def room(self) -> float:
+        """m^3 within the first panel at the start."""
+        garment = self.cloth.garment
+        return enclosed_volume(self.cloth.x, garment.faces[garment.panel_of_face == 0])
+
+    @property
+    def rate(self) -> float:
+        """Frames a second."""
+        return float(self.row["rate"])
+
+    def write(self, time: float) -> None:
+        """What is changed in the running scene by the time [s]; who sleeps is woken where that is something else."""
+        for name, value, numbers in self._changes(time):
+            wanted = np.asarray(numbers, np.float64)
+            if not np.array_equal(wanted, self.written.get((name, value))):
+                contribution = next(c for c in self.sim.plan.contributions if c.name == name)
+                contribution.values[value].assign(wanted)
+                self.written[name, value] = wanted
+                self.sim.wake()
+
+    def _changes(self, time: float) -> Iterator[tuple[str, str, np.ndarray | list[float]]]:
+        """Contributions, their values and the numbers that are written into them."""
+        row = self.row
+        if row["elastic"] == "drawstring":
+            yield "elastic", "ratio", [1.0 - 0.4 * min(time, 1.0)]
+        if row["fasteners"] != "none":
+            since = time - 2.0 if row["fasteners"] == "opened" and time > 1.0 else time
+            share = min(1.0, since + 0.02) ** 2 if since > 0 else 0.0
+            yield "fasteners", "closed", np.full(len(self.cloth.buttons), share)
+        if row["pins"] != "none":
+            turn = np.pi * time if row["pins"] == "led" else 0.0
+            circle = LED * np.array([np.sin(turn), 1 - np.cos(turn), 0.0])
+            yield "pins", "places", self.cloth.x[self.cloth.corners] + circle + self._carried(time)
+        if row["creases"] == "pressed anew":
+            yield "creases", "angles", np.full(len(self.cloth.along), 1.5 * np.cos(np.pi * time))
+        if row["sewing"] != "none":
+            yield "sewing", "share", [max(0.0, 1.0 - time)]
+        if row["pressure"] == "blown":
+            yield "pressure", "pressure", [BLOWN * np.sin(np.pi * time)]
+        if row["pressure"] == "gas":
+            pumped = 1.0 + PUMPED * np.sin(np.pi * time)
+            yield "gas", "amount", [pumped * AMBIENT * self.room]
+        if row["adhesion"] == "wet cling":
+            yield "adhesion", "share", [1.0 if time < 1.5 else 0.3]
+
+    def _carried(self, time: float) -> np.ndarray:
+        """(3,) m by which a person has gone."""
+        now, then = self.stance(time), self.stance(0.0)
+        if self.cloth.worn is None or now is None or then is None:
+            return np.zeros(3)
+        return np.asarray(now.root - then.root)
+
+
+def make_scene(row: Row, device: str = "cpu") -> CoveredScene:
+    """Build what a row asks for."""
+    cloth = make_cloth(row["cloth"], row["fabric"])
+    lies_on: tuple[np.ndarray, np.ndarray] | None = None
+    if row["attached"] != "none":
+        cloth, above, beneath = cloth.patched()
+        lies_on = above, beneath
+    fabric = FABRICS[row["fabric"]]
+    body, stance = body_of(row, cloth)
+    effects = (*effects_of(row, cloth, fabric), *attached(lies_on))
+    scene = Scene(cloth.garment, cloth.x, body, fabric, effects)
+    surface = None if cloth.worn is None else cloth.worn.surface
+    sim = build(scene, PRESETS[row["preset"]], device, stance(0.0), surface)
+    return CoveredScene(row, cloth, sim, stance)
+
+
+def body_of(row: Row, cloth: Cloth) -> tuple[BodyModel | None, Stance]:
+    """The body, and its stance at a time [s]."""
+    if row["body"] == "none":
+        return None, lambda _: None
+    if cloth.worn is not None:
+        body = cloth.worn.body
+        walk = blend_in(Pose.rest(body), demo_motion("walk", body), 1.0)
+        return body, walk.sample
+    ball, faces = icosphere(RADIUS, 2)
+    moving = row["body"] == "moving ball"
+
+    def stance(time: float) -> Pose:
+        """It swings to and fro and turns, from rest."""
+        way = 0.5 * (1 - np.cos(2 * np.pi * time)) if moving else 0.0
+        half = 0.4 * way
+        return Pose(np.array([0.1 * way, 0.03 * way, 0.0]), np.array([[0.0, np.sin(half), 0.0, np.cos(half)]]))
+
+    return rigid_body(ball, faces), stance
+
+
+def effects_of(row: Row, cloth: Cloth, fabric: Fabric) -> Iterator[Effect]:
+    """All but the patch."""
+    if row["gravity"] == "down":
+        yield Gravity()
+    if row["body contact"] == "on":
+        yield BodyContact()
+    if row["self contact"] == "on":
+        yield SelfContact()
+    if row["friction"] == "fabric":
+        yield Friction()
+    if row["friction"] == "pairs":
+        yield by_pairs(int(cloth.garment.panel_of_face.max()) + 1)
+    yield from AIR[row["air"]]
+    if row["damping"] != "none":
+        yield FabricDamping()
+    yield from stretching(row["stretch"], fabric)
+    if row["adhesion"] != "none":
+        yield Adhesion(*STICKS[row["adhesion"]], cloth.taped if row["adhesion"] == "tape" else None)
+    yield from worked(row, cloth)
+    if row["sleep"] != "none":
+        yield Sleep()
+
+
+def worked(row: Row, cloth: Cloth) -> Iterator[Effect]:
+    """What a tailor adds."""
+    if row["pressure"] == "blown":
+        yield Pressure(0.0)
+    if row["pressure"] == "gas":
+        yield Gas(panels=(0,))
+    if row["elastic"] != "none":
+        yield Elastic((ElasticLine(cloth.across, 0.8 if row["elastic"] == "band" else 1.0, 15.0),))
+    if row["creases"] != "none":
+        yield Creases(cloth.along, np.full(len(cloth.along), 1.5))
+    if row["fasteners"] != "none":
+        yield Fasteners(cloth.buttons, SOFT_PIN)
+    if row["sewing"] != "none":
+        yield Sewing(cloth.dart, SOFT_PIN)
+    if row["pins"] != "none":
+        yield Pins(cloth.corners, SOFT_PIN)
+
+
+def by_pairs(panels: int) -> Friction:
+    """Every pair of panels has coefficients of its own, and slides more easily than it sticks."""
+    k = np.arange(panels + 1)
+    static = 0.2 + 0.4 * np.abs(np.sin(k[:, None] + k[None]))
+    return Friction(static=static, kinetic=0.7 * static)
+
+
+def stretching(kind: str, fabric: Fabric) -> Iterator[Effect]:
+    """What the fabric does beyond its own stiffness."""
+    if kind in ("limit", "both"):
+        yield StrainLimit()
+    if kind in ("curves", "both"):
+        yield StretchCurves(
+            *(
+                ((0.05, 0.05 * k), (0.15, 0.05 * k + 0.1 * STEEPER * k))
+                for k in (1.0001 * fabric.k_warp, 1.0001 * fabric.k_weft)
+            )
+        )
+
+
+def attached(lies_on: tuple[np.ndarray, np.ndarray] | None) -> Iterator[Effect]:
+    """The patch, sewn on at all its vertices."""
+    if lies_on is None:
+        return
+    above, beneath = lies_on
+    weights = np.tile([1.0, 0.0, 0.0], (len(above), 1))
+    yield Attached(above, np.repeat(beneath[:, None], 3, axis=1), weights, 300.0)

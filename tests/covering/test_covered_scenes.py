@@ -1,0 +1,67 @@
+"""A few of the array's scenes, their first half second; `python tests/covering` plays all."""
+
+import covered_run
+import numpy as np
+import pytest
+from covered_run import crosses, play
+from effect_factors import rows
+from frame_judge import FrameVerdict
+
+SECONDS = 0.5
+
+
+def of(**levels):
+    """The first row that has these."""
+    return next(row for row in rows() if levels.items() <= row.items())
+
+
+@pytest.mark.parametrize(
+    "levels",
+    [
+        {"cloth": "stack", "attached": "patch", "preset": "draft"},
+        {"cloth": "balloon", "body": "moving ball"},
+        {"cloth": "strip", "body": "none", "air": "gusts"},
+        {"cloth": "skirt", "preset": "draft"},
+    ],
+)
+def test_effects_together_penetrate_nothing(levels):
+    figures = play(of(**levels), SECONDS)
+    assert figures["broken"] == []
+    assert figures["judged"] >= 8
+    assert figures["fastest"] > 1e-3
+
+
+def test_what_crosses_is_told_only_of_what_the_scene_keeps_apart():
+    of_itself, of_body, inside = (FrameVerdict(True, *flags) for flags in ((True, False, 0), (0, True, 0), (0, 0, 3)))
+    assert crosses(of_itself, cloth=True, body=False)
+    assert not crosses(of_itself, cloth=False, body=True)
+    for verdict in (of_body, inside):
+        assert crosses(verdict, cloth=False, body=True)
+        assert not crosses(verdict, cloth=True, body=False)
+
+
+def test_a_run_that_goes_wrong_is_told(monkeypatch):
+    """A state that crosses, and one that is no number, each with its frame."""
+    row = of(cloth="sheet", **{"body contact": "on", "self contact": "on"})
+    made = covered_run.make_scene
+
+    def spoilt(at_frame, spoil):
+        def make(row, device):
+            scene = made(row, device)
+            positions, frame = scene.sim.cloth_positions, iter(range(100))
+
+            def cloth_positions():
+                x = positions()
+                return spoil(x) if next(frame) >= at_frame else x
+
+            scene.sim.cloth_positions = cloth_positions
+            return scene
+
+        monkeypatch.setattr(covered_run, "make_scene", make)
+        return play(row, 0.1)
+
+    crossing = spoilt(2, lambda x: x * [1, 1, -0.01] - [0, 0.05, 0])
+    assert crossing["crossing"]
+    assert any("body_intersecting=True" in said for said in crossing["broken"])
+    lost = spoilt(2, lambda x: np.where(np.arange(len(x))[:, None] == 4, np.nan, x))
+    assert lost["broken"] == ["frame 2: a position is not a finite number"]
