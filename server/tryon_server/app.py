@@ -13,7 +13,7 @@ from pathlib import Path
 from fastapi import Depends, FastAPI
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 
-from tryon_server.api import bodies, catalogue, edits, faults, garments, motions, page, sessions
+from tryon_server.api import bodies, catalogue, edits, faults, garments, looks, motions, page, sessions
 from tryon_server.api.access import refuse_strangers
 from tryon_server.api.body import CappedBodies
 from tryon_server.garments.limited import Limits
@@ -82,7 +82,8 @@ def create_app(
     if settings.host in LOOPBACK:  # a page of another name that resolves to this machine must not pass as our own
         app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
     faults.install(app)
-    for router in (catalogue.router, garments.router, motions.router, bodies.router, sessions.router, edits.router):
+    parts = (catalogue, looks, garments, motions, bodies, sessions, edits)
+    for router in (part.router for part in parts):
         app.include_router(router, dependencies=[Depends(refuse_strangers)])
     app.include_router(sessions.stream_router)
     page.install(app, web)

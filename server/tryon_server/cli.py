@@ -37,7 +37,10 @@ REST_SHAPES = ("pattern", "shape")
 BODY_AXES = ("y", "z", "x")
 FACINGS = ("x", "-x", "y", "-y", "z", "-z")
 BVH_UNITS = ("m", "dm", "asf", "in", "ft", "cm", "mm")  # as the solver's UNITS of BVH files; asf: CMU's
-FABRICS = "cotton_jersey, cotton_poplin, wool_twill, denim or silk_charmeuse"  # as the solver has them
+FABRICS = (  # as the solver has them
+    "cotton_jersey, cotton_poplin, wool_twill, denim, silk_charmeuse, viscose_jersey, polyester_satin, linen, "
+    "silk_taffeta or cotton_canvas"
+)
 MOTIONS = "walk, jumping_jack, squat or turn"  # as demo/motions has them
 PRESETS = "draft, live, fit, reference or auto"
 

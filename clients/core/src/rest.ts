@@ -92,8 +92,27 @@ export interface Fabric {
   readonly areal_density: number;
   readonly thickness: number;
   readonly strain_limit: number;
-  /** linear RGB, 0 to 1 */
-  readonly colour: readonly [number, number, number];
+  /** what its numbers follow */
+  readonly source: string;
+  readonly look: FabricLook;
+}
+
+/** Linear RGB, 0 to 1. */
+export type Colour = readonly [number, number, number];
+
+/** How a fabric looks: maps of one tile of its weave, which the server makes; paths on it, PNG as glTF has them. */
+export interface FabricLook {
+  /** mean of the face */
+  readonly colour: Colour;
+  /** length of a tile along the pattern's u and v [m] */
+  readonly tile: readonly [number, number];
+  /** soft shine at grazing angles, its strength included */
+  readonly sheen: Colour;
+  readonly sheen_roughness: number;
+  /** `?dye=RRGGBB` dyes it */
+  readonly colour_map: string;
+  readonly normal_map: string;
+  readonly roughness_map: string;
 }
 
 /** Of a sewing pattern, over its own; "fit": the one that fits, which the server looks for by trying some on. */
@@ -217,6 +236,11 @@ export class Api {
 
   async endSession(id: string): Promise<void> {
     await this.ask("DELETE", `api/sessions/${encodeURIComponent(id)}`);
+  }
+
+  /** Address of a file that the server told the path of. */
+  fileUrl(path: string): string {
+    return new URL(path.replace(/^\//, ""), this.base).href;
   }
 
   /** Address of a session's stream. */

@@ -5,10 +5,11 @@ import { AdviceLine } from "./advice.ts";
 import { Ar } from "./ar.ts";
 import { Choices } from "./choices.ts";
 import { byId, setText } from "./dom.ts";
-import { colourOf, lookOf } from "./fabrics.ts";
+import { cssColour } from "./fabrics.ts";
 import { Figure } from "./figure.ts";
 import { FitCard } from "./fit.ts";
 import { Fitting, type FittingView } from "./fitting.ts";
+import { FabricMaterial } from "./materials.ts";
 import { NoticeBoard, type Notice } from "./notice.ts";
 import { PatternPanel } from "./pattern.ts";
 import { Readout, type Figures } from "./readout.ts";
@@ -36,7 +37,7 @@ const NOT_POSED: Notice = {
 /** The page's parts, and how they are connected. */
 class Studio implements FittingView {
   private readonly stage = new Stage(byId("stage", HTMLCanvasElement));
-  private readonly figure = new Figure();
+  private readonly figure: Figure;
   private readonly readout = new Readout();
   private readonly advice = new AdviceLine();
   private readonly fit = new FitCard((size) => void this.fitting.wearSize(size));
@@ -58,9 +59,10 @@ class Studio implements FittingView {
   private readonly view = byId("view");
 
   constructor() {
+    const api = new Api(new URL(".", location.href));
+    this.figure = new Figure(new FabricMaterial((path) => api.fileUrl(path), () => this.stage.invalidate()));
     this.stage.scene.add(this.figure.object);
-    const here = new URL(".", location.href);
-    this.fitting = new Fitting(new Api(here), new URL(WORKER_FILE, import.meta.url), this);
+    this.fitting = new Fitting(api, new URL(WORKER_FILE, import.meta.url), this);
     this.panel = new Choices({
       garment: (id) => void this.fitting.wear(id),
       size: (size) => void this.fitting.wearSize(size),
@@ -136,10 +138,8 @@ class Studio implements FittingView {
 
   private dress(): void {
     if (!this.fabric) return;
-    this.figure.fabric.setLook(lookOf(this.fabric));
-    this.figure.fabric.setColour(this.colour ?? colourOf(this.fabric));
-    byId("colours").style.setProperty("--own", colourOf(this.fabric));
-    this.stage.invalidate();
+    this.figure.fabric.wear({ look: this.fabric.look, dye: this.colour, print: undefined });
+    byId("colours").style.setProperty("--own", cssColour(this.fabric.look.colour));
   }
 
   // FittingView ----------------------------------------------------------------------------------------------------

@@ -8,11 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from tryon_server.runtime.order import WorkOrder
 from tryon_server.sessions.commands import Command
 from tryon_server.sessions.events import Event
+
+if TYPE_CHECKING:
+    from tryon_solver.materials.look import Look
 
 
 class Simulation(Protocol):
@@ -48,13 +51,17 @@ class MotionEntry:
 
 @dataclass(frozen=True)
 class FabricEntry:
-    """A fabric to choose: mass per area [kg/m^2], thickness [m], largest stretch [1], linear RGB in 0 to 1."""
+    """A fabric to choose: mass per area [kg/m^2], thickness [m], largest stretch [1], how it looks, bending stiffness
+    [N m], what its numbers follow, and the drape coefficients published for such cloth, least and most [1]."""
 
     name: str
     areal_density: float
     thickness: float
     strain_limit: float
-    colour: tuple[float, float, float]
+    look: Look
+    bending: float = 0.0
+    source: str = ""
+    drape: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
