@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 
 from tryon_solver.materials.look import Look
 
@@ -27,17 +27,17 @@ class Fabric:
     strain_limit: float  # -
     mu_body: float  # - Coulomb coefficient against skin
     mu_self: float  # - Coulomb coefficient against cloth
-    look: Look = Look()  # for display only
+    look: Look = field(default_factory=Look)  # for display only
     source: str = ""
     drape: tuple[float, float] | None = None  # - least and most published; None: none was found
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if field.name in ("name", "look", "source", "drape"):
+        for name in (entry.name for entry in fields(self)):
+            value = getattr(self, name)
+            if name in ("name", "look", "source", "drape"):
                 continue
             if not (isinstance(value, (int, float)) and 0 <= value < float("inf")):
-                raise ValueError(f"fabric {self.name!r}: {field.name} must be a finite number >= 0, not {value!r}")
+                raise ValueError(f"fabric {self.name!r}: {name} must be a finite number >= 0, not {value!r}")
         if not self.areal_density > 0:
             raise ValueError(f"fabric {self.name!r}: areal_density must be above 0 kg/m^2")
         if self.k_shear > min(self.k_warp, self.k_weft):
@@ -48,7 +48,7 @@ class Fabric:
         if self.strain_limit <= 1:
             raise ValueError(f"fabric {self.name!r}: strain_limit must be above 1, the rest length")
         if self.drape is not None and not 0 <= self.drape[0] <= self.drape[1] <= 1:
-            raise ValueError(f"fabric {self.name!r}: drape must be two shares from 0 to 1, least first, not {self.drape}")
+            raise ValueError(f"fabric {self.name!r}: drape must be two shares of 1, least first, not {self.drape}")
 
 
 # What is measured and what is estimated of each fabric: METHOD.md section 4, docs/fabrics.md. A contact's thickness is
@@ -152,7 +152,13 @@ FABRICS: dict[str, Fabric] = {
             mu_body=0.2,
             mu_self=0.2,
             look=Look(
-                "satin", (0.62, 0.50, 0.64), pitch=(0.1e-3, 0.2e-3), relief=0.1, roughness=0.36, sheen=0.35, unevenness=0.05
+                "satin",
+                (0.62, 0.50, 0.64),
+                pitch=(0.1e-3, 0.2e-3),
+                relief=0.1,
+                roughness=0.36,
+                sheen=0.35,
+                unevenness=0.05,
             ),
             source="density of 19 momme; strain limit of silk: Li et al. 2021; stiffnesses estimated",
             drape=(0.20, 0.40),
@@ -186,7 +192,13 @@ FABRICS: dict[str, Fabric] = {
             mu_body=0.2,
             mu_self=0.2,
             look=Look(
-                "satin", (0.42, 0.015, 0.045), pitch=(0.12e-3, 0.25e-3), relief=0.12, roughness=0.25, sheen=0.1, unevenness=0.03
+                "satin",
+                (0.42, 0.015, 0.045),
+                pitch=(0.12e-3, 0.25e-3),
+                relief=0.12,
+                roughness=0.25,
+                sheen=0.1,
+                unevenness=0.03,
             ),
             source="density of a dress satin; stiffnesses set by its drape",
             drape=(0.43, 0.70),

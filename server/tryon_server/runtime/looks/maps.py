@@ -43,9 +43,9 @@ def face_colour(look: Look, dye: Colour | None = None) -> Colour:
     return (red, green, blue)
 
 
-def sheen_colour(look: Look, dye: Colour | None = None) -> Colour:
+def sheen_colour(look: Look) -> Colour:
     """Of the soft shine at grazing angles, linear RGB, its strength included."""
-    red, green, blue = (look.sheen * (SHEEN_WHITE + (1 - SHEEN_WHITE) * part) for part in face_colour(look, dye))
+    red, green, blue = (look.sheen * (SHEEN_WHITE + (1 - SHEEN_WHITE) * part) for part in face_colour(look))
     return (red, green, blue)
 
 
