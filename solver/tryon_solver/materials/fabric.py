@@ -129,7 +129,7 @@ FABRICS: dict[str, Fabric] = {
             look=Look(
                 "twill",
                 (0.022, 0.050, 0.135),
-                weft=(0.46, 0.47, 0.46),
+                weft=(0.25, 0.26, 0.27),
                 pitch=(0.34e-3, 0.52e-3),
                 relief=0.6,
                 roughness=0.9,

@@ -30,8 +30,8 @@ SKIN = {"baseColorFactor": [0.55, 0.37, 0.29, 1.0], "metallicFactor": 0.0, "roug
 class Part:
     """One surface of a scene.
 
-    positions: (N, 3) m. faces: (F, 3) triangles, counter-clockwise from outside. uv: (F, 3, 2) m, pattern coordinates of
-    each corner, and panel_of_face: (F,), the piece that a triangle is of: two may use the same coordinates; None of
+    positions: (N, 3) m. faces: (F, 3) triangles, counter-clockwise from outside. uv: (F, 3, 2) m, pattern coordinates
+    of each corner, and panel_of_face: (F,), the piece that a triangle is of: two may use the same coordinates; None of
     what has no pattern. surface: what it looks like; None: as skin.
     """
 
@@ -158,7 +158,7 @@ def split_corners(part: Part) -> tuple[npt.NDArray[np.integer[Any]], npt.NDArray
 
 
 def vertex_normals(positions: npt.NDArray[np.float32], faces: npt.NDArray[np.integer[Any]]) -> npt.NDArray[np.float32]:
-    """(N, 3) unit, of all triangles around a vertex by their areas, so that a seam is smooth; up where there are none."""
+    """(N, 3) unit, of all triangles around a vertex by their areas, seams are smooth; up where there are none."""
     a, b, c = (positions[faces[:, k]].astype(np.float64) for k in range(3))
     across = np.cross(b - a, c - a)
     normals = np.zeros((len(positions), 3))

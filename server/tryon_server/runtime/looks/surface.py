@@ -42,7 +42,7 @@ class Finish:
     printed: Repeat | None = None
 
 
-def surface_of(name: str, look: Look, finish: Finish = Finish()) -> Surface:  # noqa: B008
+def surface_of(name: str, look: Look, finish: Finish = Finish()) -> Surface:
     """The surface of the fabric of this name."""
     size = tile_size(look)
     return Surface(
