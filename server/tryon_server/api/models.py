@@ -134,6 +134,19 @@ class FabricReply(Model):
     look: LookReply
 
 
+class PrintReply(Model):
+    """A picture that repeats over a garment in place of its fabric's colour."""
+
+    id: str
+    name: str
+    kind: str = Field(description="image/png or image/jpeg")
+    pixels: tuple[int, int] = Field(description="along its width and height")
+    size: tuple[float, float] = Field(description="width and height on the cloth, m")
+    image: str = Field(description="path of the file")
+    created: float
+    kept_as: KeptAs = None
+
+
 class DeviceReply(Model):
     """Something that this server can simulate on."""
 

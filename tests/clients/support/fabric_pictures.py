@@ -25,10 +25,10 @@ from studio import free_port  # noqa: E402
 
 from tryon_solver.materials.fabric import FABRICS  # noqa: E402
 
-VIEW = (1500, 1000)  # px, of the page
-WHOLE = (250, 560)  # px, of the picture of the garment, around the middle of the stage
+VIEW = (1100, 900)  # px, of the page
+WHOLE = (260, 620)  # px, of the picture of the garment, around the middle of the stage
 NEAR = 110  # px, of the picture from nearby
-WHEEL = 14  # notches towards it
+WHEEL = 4  # turns of it towards the cloth, of a thousand pixels each
 AT_SKIRT = 0.12  # of the stage's height, below its middle: what is looked at from nearby
 COLUMNS = 5
 START_SECONDS, DRESS_SECONDS = 60.0, 240.0
@@ -132,8 +132,8 @@ def pictures(browser: Browser, url: str, garment: str, fabric: str) -> dict[str,
     assert box is not None
     page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] * (0.5 + AT_SKIRT))
     for _ in range(WHEEL):
-        page.mouse.wheel(0, -240)
-        page.wait_for_timeout(60)
+        page.mouse.wheel(0, -1000)
+        page.wait_for_timeout(300)
     page.wait_for_timeout(4000)
     close = clipped(page, NEAR, NEAR, AT_SKIRT)
     page.context.close()
