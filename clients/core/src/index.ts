@@ -25,6 +25,7 @@ export {
   type Motion,
   type MotionReading,
   type MotionUnits,
+  type Print,
   type SessionInfo,
   type SessionWish,
   type Size,

@@ -115,6 +115,17 @@ export interface FabricLook {
   readonly roughness_map: string;
 }
 
+/** A picture that repeats over a garment in place of its fabric's colour. */
+export interface Print {
+  readonly id: string;
+  readonly name: string;
+  /** width and height on the cloth [m] */
+  readonly size: readonly [number, number];
+  /** path of its file on the server */
+  readonly image: string;
+  readonly kept_as: string | null;
+}
+
 /** Of a sewing pattern, over its own; "fit": the one that fits, which the server looks for by trying some on. */
 export type Size = number | "fit";
 
@@ -226,6 +237,20 @@ export class Api {
     await this.ask("DELETE", `api/bodies/${encodeURIComponent(id)}`);
   }
 
+  prints(): Promise<Print[]> {
+    return this.ask("GET", "api/prints");
+  }
+
+  /** Sends a picture, PNG or JPEG, that is to be so wide on the cloth [m]. */
+  uploadPrint(content: Blob, name: string, width: number): Promise<Print> {
+    const query = new URLSearchParams({ name, width: String(width) });
+    return this.ask("POST", `api/prints?${query.toString()}`, content);
+  }
+
+  async removePrint(id: string): Promise<void> {
+    await this.ask("DELETE", `api/prints/${encodeURIComponent(id)}`);
+  }
+
   openSession(wish: SessionWish): Promise<SessionInfo> {
     return this.ask("POST", "api/sessions", JSON.stringify(wish));
   }
@@ -236,6 +261,12 @@ export class Api {
 
   async endSession(id: string): Promise<void> {
     await this.ask("DELETE", `api/sessions/${encodeURIComponent(id)}`);
+  }
+
+  /** Address of what a session shows now, as a .glb: in a dye (#RRGGBB) or a print in place of its own colour. */
+  glbUrl(session: string, dye: string | undefined, print: Print | undefined): string {
+    const query = new URLSearchParams(print ? { print: print.id } : dye ? { dye: dye.replace("#", "") } : {});
+    return new URL(`api/sessions/${encodeURIComponent(session)}/garment.glb?${query.toString()}`, this.base).href;
   }
 
   /** Address of a file that the server told the path of. */

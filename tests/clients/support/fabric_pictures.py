@@ -27,9 +27,8 @@ from tryon_solver.materials.fabric import FABRICS  # noqa: E402
 
 VIEW = (1100, 900)  # px, of the page
 WHOLE = (260, 620)  # px, of the picture of the garment, around the middle of the stage
-NEAR = 110  # px, of the picture from nearby
+NEAR = 150  # px, of the picture from nearby
 WHEEL = 4  # turns of it towards the cloth, of a thousand pixels each
-AT_SKIRT = 0.12  # of the stage's height, below its middle: what is looked at from nearby
 COLUMNS = 5
 START_SECONDS, DRESS_SECONDS = 60.0, 240.0
 
@@ -127,27 +126,26 @@ def pictures(browser: Browser, url: str, garment: str, fabric: str) -> dict[str,
     page.wait_for_selector('#view[data-shown="figure"]')
     page.wait_for_function(MAPS_ARE_HERE)
     page.wait_for_timeout(4000)
-    far = clipped(page, *WHOLE, 0.0)
+    far = clipped(page, *WHOLE)
     box = page.locator("#stage").bounding_box()
     assert box is not None
-    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] * (0.5 + AT_SKIRT))
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     for _ in range(WHEEL):
         page.mouse.wheel(0, -1000)
         page.wait_for_timeout(300)
     page.wait_for_timeout(4000)
-    close = clipped(page, NEAR, NEAR, AT_SKIRT)
+    close = clipped(page, NEAR, NEAR)
     page.context.close()
     ask(f"{url}api/sessions/{session}", "DELETE")
     print(f"{fabric}: {time.monotonic() - begun:.0f} s", flush=True)
     return {"name": fabric, "far": far, "close": close}
 
 
-def clipped(page: Page, width: int, height: int, below: float) -> str:
-    """A piece of what the stage shows around its middle, or so far below it over its height, without what stands over
-    it."""
+def clipped(page: Page, width: int, height: int) -> str:
+    """A piece of what the stage shows around its middle, without what stands over it."""
     box = page.locator("#stage").bounding_box()
     assert box is not None
-    x, y = box["x"] + box["width"] / 2 - width / 2, box["y"] + box["height"] * (0.5 + below) - height / 2
+    x, y = box["x"] + box["width"] / 2 - width / 2, box["y"] + box["height"] / 2 - height / 2
     style = ".top, .bar, .readout, .notice, .advice { visibility: hidden }"
     clip = {"x": x, "y": y, "width": width, "height": height}
     return base64.b64encode(page.screenshot(clip=clip, style=style)).decode()
