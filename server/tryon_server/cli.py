@@ -159,6 +159,9 @@ def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser])
     simulate.add_argument("--preset", default="auto", help=f"accuracy: {PRESETS}, by the device (default auto)")
     simulate.add_argument("--out", required=True, type=Path, metavar="OUT", help="file to write: .npz, or .glb")
     simulate.add_argument("--glb", type=Path, metavar="FILE", help="write the last frame as a .glb scene, too")
+    simulate.add_argument("--dye", metavar="RRGGBB", help="colour in a .glb (default the fabric's own)")
+    simulate.add_argument("--print", type=Path, metavar="FILE", help="picture over the cloth in a .glb: .png or .jpg")
+    simulate.add_argument("--print-width", type=_positive, metavar="METRES", help="of it on the cloth")
     simulate.set_defaults(run=run_simulate)
 
 
@@ -344,10 +347,12 @@ def run_simulate(options: argparse.Namespace) -> int:
 
     from tryon_server.progress_bar import ProgressBar
     from tryon_server.runtime.local import load_catalogue
+    from tryon_server.runtime.looks.told import told_finish
     from tryon_server.runtime.offline import simulate
     from tryon_server.runtime.order import DrapeOrder, MeshReading
     from tryon_server.runtime.production import own_fabric
 
+    finish = told_finish(options.dye, options.print, options.print_width)
     order = DrapeOrder(
         pattern=options.garment,
         fabric=options.fabric or own_fabric(options.garment) or load_catalogue().fabrics[0].name,
@@ -369,6 +374,7 @@ def run_simulate(options: argparse.Namespace) -> int:
             options.fps,
             bar.show,
             motion_reading=_motion_reading(options),
+            finish=finish,
         )
     for note in recording.notes:
         print(note)

@@ -51,8 +51,8 @@ class Fabric:
             raise ValueError(f"fabric {self.name!r}: drape must be two shares of 1, least first, not {self.drape}")
 
 
-# What is measured and what is estimated of each fabric: METHOD.md section 4, docs/fabrics.md. A contact's thickness is
-# not below 0.4 mm, so the thinnest cloth here lies on itself as if it were somewhat thicker than it is.
+# What is published and what is estimated of each fabric: docs/fabrics.md. A contact's thickness is not below 0.4 mm, so
+# the thinnest cloth here lies on itself as if it were somewhat thicker than it is.
 FABRICS: dict[str, Fabric] = {
     fabric.name: fabric
     for fabric in (
