@@ -345,9 +345,9 @@ def run_simulate(options: argparse.Namespace) -> int:
     for path in filter(None, (options.out, options.glb)):
         _check_writable(path)
 
+    from tryon_server.looks.told import told_finish
     from tryon_server.progress_bar import ProgressBar
     from tryon_server.runtime.local import load_catalogue
-    from tryon_server.runtime.looks.told import told_finish
     from tryon_server.runtime.offline import simulate
     from tryon_server.runtime.order import DrapeOrder, MeshReading
     from tryon_server.runtime.production import own_fabric

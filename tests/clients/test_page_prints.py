@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from browser import open_page, picture, wait_for_frames, wait_for_state
 
-from tryon_server.runtime.looks.png import png
+from tryon_server.looks.png import png
 
 pytestmark = pytest.mark.browser
 

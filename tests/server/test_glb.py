@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from tryon_server.runtime.looks.glb import Part, glb, split_corners, vertex_normals
-from tryon_server.runtime.looks.maps import map_png, tile_size
-from tryon_server.runtime.looks.surface import Finish, Repeat, surface_of
+from tryon_server.looks.glb import Part, glb, split_corners, vertex_normals
+from tryon_server.looks.maps import map_png, tile_size
+from tryon_server.looks.surface import Finish, Repeat, surface_of
 from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.materials.look import Look
 

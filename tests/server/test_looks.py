@@ -9,11 +9,11 @@ import pytest
 from fastapi.testclient import TestClient
 from live_server import make_app
 
+from tryon_server.looks.dye import read_dye
+from tryon_server.looks.maps import TEXELS, colours, face_colour, normals, roughness, tile_size
+from tryon_server.looks.png import SIGNATURE, png
+from tryon_server.looks.weave import COVERAGE, THREADS, tile_of
 from tryon_server.problems import ProblemError
-from tryon_server.runtime.looks.dye import read_dye
-from tryon_server.runtime.looks.maps import TEXELS, colours, face_colour, normals, roughness, tile_size
-from tryon_server.runtime.looks.png import SIGNATURE, png
-from tryon_server.runtime.looks.weave import COVERAGE, THREADS, tile_of
 from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.materials.look import Look
 

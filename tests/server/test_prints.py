@@ -10,9 +10,9 @@ import pytest
 from fastapi.testclient import TestClient
 from live_server import make_app
 
+from tryon_server.looks.picture import Picture, read_picture
+from tryon_server.looks.png import SIGNATURE, chunk, png
 from tryon_server.problems import ProblemError
-from tryon_server.runtime.looks.picture import Picture, read_picture
-from tryon_server.runtime.looks.png import SIGNATURE, chunk, png
 
 CHECKS = np.indices((24, 36)).sum(0) % 2  # rows, columns
 PICTURE = png(np.repeat((255 * CHECKS).astype(np.uint8)[..., None], 3, axis=2))

@@ -11,8 +11,8 @@ import pytest
 import trimesh
 from asking import refused
 
-from tryon_server.runtime.looks.png import png
-from tryon_server.runtime.looks.weave import TEXELS
+from tryon_server.looks.png import png
+from tryon_server.looks.weave import TEXELS
 
 PICTURE = png(np.full((16, 32, 3), 90, np.uint8))
 

@@ -11,11 +11,11 @@ from tryon_protocol import DecodedFrame, Topology
 from tryon_server.api.access import ServicesDep
 from tryon_server.api.faults import ERROR_REPLIES
 from tryon_server.api.looks import Dye, fabric_named
+from tryon_server.looks.dye import read_dye
+from tryon_server.looks.glb import Part, glb
+from tryon_server.looks.surface import Finish, Repeat, surface_of
 from tryon_server.problems import problem_error
 from tryon_server.runtime.interface import FabricEntry
-from tryon_server.runtime.looks.dye import read_dye
-from tryon_server.runtime.looks.glb import Part, glb
-from tryon_server.runtime.looks.surface import Finish, Repeat, surface_of
 from tryon_server.services import Services
 from tryon_server.streaming.snapshot import snapshot
 

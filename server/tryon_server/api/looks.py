@@ -10,10 +10,10 @@ from fastapi import APIRouter, Query, Response
 from tryon_server.api.access import ServicesDep
 from tryon_server.api.faults import ERROR_REPLIES
 from tryon_server.api.models import LookReply
+from tryon_server.looks.dye import read_dye
+from tryon_server.looks.maps import SHEEN_ROUGHNESS, face_colour, map_png, sheen_colour, tile_size
 from tryon_server.problems import problem_error
 from tryon_server.runtime.interface import Catalogue, FabricEntry
-from tryon_server.runtime.looks.dye import read_dye
-from tryon_server.runtime.looks.maps import SHEEN_ROUGHNESS, face_colour, map_png, sheen_colour, tile_size
 
 router = APIRouter(prefix="/api/fabrics", tags=["fabrics"], responses=ERROR_REPLIES)
 

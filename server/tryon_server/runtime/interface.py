@@ -8,14 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
+from tryon_server.looks.look import Look
 from tryon_server.runtime.order import WorkOrder
 from tryon_server.sessions.commands import Command
 from tryon_server.sessions.events import Event
-
-if TYPE_CHECKING:
-    from tryon_solver.materials.look import Look
 
 
 class Simulation(Protocol):

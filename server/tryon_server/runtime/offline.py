@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tryon_server.looks.glb import Part, glb
+from tryon_server.looks.surface import Finish, Surface, surface_of
 from tryon_server.problems import ProblemError, problem_error
 from tryon_server.runtime.bodies import kind_of_body, load_body, moves_itself
 from tryon_server.runtime.drape import Drape, Progress
 from tryon_server.runtime.kernel_news import kernel_news
-from tryon_server.runtime.looks.glb import Part, glb
-from tryon_server.runtime.looks.surface import Finish, Surface, surface_of
 from tryon_server.runtime.motions import closing_note, read_motion
 from tryon_server.runtime.order import DrapeOrder
 from tryon_server.runtime.production import build_drape

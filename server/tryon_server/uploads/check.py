@@ -15,8 +15,8 @@ import msgspec
 
 from tryon_server.findings import BodyFacts, MotionFacts, PrintFacts
 from tryon_server.garments.limited import apply_limits, run_child, unforeseen
+from tryon_server.looks.picture import read_picture
 from tryon_server.problems import Problem, ProblemError
-from tryon_server.runtime.looks.picture import read_picture
 from tryon_server.unused import note_unused
 from tryon_server.wording import as_parameters, in_parameters
 

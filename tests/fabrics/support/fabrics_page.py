@@ -72,7 +72,7 @@ LOOKS = """
 
 The page in Chromium, each dress simulated in its fabric on the body as it stands, beside it its skirt from nearby
 (`python tests/clients/support/fabric_pictures.py`). Colour, normals and roughness are maps of one tile of the weave
-(`server/tryon_server/runtime/looks`), in metres of the pattern; a `.glb` carries the same.
+(`server/tryon_server/looks`), in metres of the pattern; a `.glb` carries the same.
 
 """
 

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-if TYPE_CHECKING:
-    from tryon_solver.materials.look import Look
+from tryon_server.looks.look import Look
 
 Floats = npt.NDArray[np.float64]
 

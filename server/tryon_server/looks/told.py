@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from tryon_server.looks.dye import read_dye
+from tryon_server.looks.picture import read_picture
+from tryon_server.looks.surface import Finish, Repeat
 from tryon_server.problems import problem_error
-from tryon_server.runtime.looks.dye import read_dye
-from tryon_server.runtime.looks.picture import read_picture
-from tryon_server.runtime.looks.surface import Finish, Repeat
 
 
 def told_finish(dye: str | None, picture: Path | None, width: float | None) -> Finish:

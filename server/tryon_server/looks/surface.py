@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from tryon_server.runtime.looks.maps import SHEEN_ROUGHNESS, Colour, map_png, sheen_colour, tile_size
-
-if TYPE_CHECKING:
-    from tryon_solver.materials.look import Look
+from tryon_server.looks.look import Colour, Look
+from tryon_server.looks.maps import SHEEN_ROUGHNESS, map_png, sheen_colour, tile_size
 
 PNG = "image/png"
 

@@ -7,19 +7,16 @@ pattern, so that a thread is as thick in every garment. Rows go from the top dow
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from tryon_server.runtime.looks.png import png
-from tryon_server.runtime.looks.weave import COVERAGE, TEXELS, THREADS, Tile, tile_of
-
-if TYPE_CHECKING:
-    from tryon_solver.materials.look import Look
+from tryon_server.looks.look import Colour, Look
+from tryon_server.looks.png import png
+from tryon_server.looks.weave import COVERAGE, TEXELS, THREADS, Tile, tile_of
 
 Kind = Literal["colour", "normal", "roughness"]
-Colour = tuple[float, float, float]
 Pixels = npt.NDArray[np.uint8]
 
 SHADE = 0.55  # how much darker it is between the yarns, where little light comes
