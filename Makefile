@@ -8,7 +8,7 @@ WEB := server/tryon_server/web/.built
 WEB_SOURCES := $(shell find protocol/ts clients/core clients/web -name '*.ts' -not -path '*/node_modules/*' -o -name '*.css' \
 	-not -path '*/node_modules/*' -o -name '*.html' -not -path '*/node_modules/*' -o -name '*.mjs' -not -path '*/node_modules/*')
 
-.PHONY: help demo test long check chromium proof edits edits-page effects effects-page effects-together-page accuracy accuracy-page hard hard-peers hard-page bench bench-page reference precision lock
+.PHONY: help demo test long check chromium proof edits edits-page effects effects-page effects-together-page fabrics-page accuracy accuracy-page hard hard-peers hard-page bench bench-page reference precision lock
 help:
 	@grep -hE '^## ' $(MAKEFILE_LIST) | sed 's/## //'
 
@@ -80,6 +80,11 @@ effects-together-page: $(VENV)/.dev
 ## make effects-page  docs/effects.md: what each effect costs on this machine (a few minutes)
 effects-page: $(VENV)/.dev
 	$(BIN)/python tests/support/effect_costs.py --vertices 33 --frames 60 --document docs/effects.md
+
+## make fabrics-page  docs/fabrics.md: how each fabric drapes and looks; measures those that are not in docs/fabrics/runs
+fabrics-page: $(VENV)/.dev
+	$(BIN)/python tests/fabrics --out docs/fabrics/runs
+	$(BIN)/python tests/fabrics --out docs/fabrics/runs --document docs/fabrics.md
 
 ACCURACY :=
 ## make accuracy  what accuracy costs: errors of steps against a float64 Newton IPC reference: build/accuracy (hours)

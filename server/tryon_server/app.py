@@ -13,7 +13,7 @@ from pathlib import Path
 from fastapi import Depends, FastAPI
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 
-from tryon_server.api import bodies, catalogue, edits, faults, garments, motions, page, sessions
+from tryon_server.api import bodies, catalogue, edits, faults, garments, glb, looks, motions, page, prints, sessions
 from tryon_server.api.access import refuse_strangers
 from tryon_server.api.body import CappedBodies
 from tryon_server.garments.limited import Limits
@@ -24,6 +24,7 @@ from tryon_server.persistence import (
     FileBlobs,
     KeptFiles,
     MotionRecord,
+    PrintRecord,
     SessionStore,
     SqlEdits,
     SqlGarments,
@@ -37,7 +38,7 @@ from tryon_server.runtime.local import local_runtime
 from tryon_server.services import Services
 from tryon_server.settings import PREFIX, Settings
 from tryon_server.streaming.live_sessions import LiveSessions
-from tryon_server.uploads.service import BodyUploads, MotionUploads
+from tryon_server.uploads.service import BodyUploads, MotionUploads, PrintUploads
 
 BUILT_IN_PATTERNS = Path(__file__).parent / "demo" / "patterns"
 CHECKS_AT_ONCE = 2  # each keeps a processor busy
@@ -77,12 +78,14 @@ def create_app(
         garments.PATH: (settings.max_pattern_bytes, f"{PREFIX}MAX_PATTERN_BYTES"),
         motions.PATH: (settings.max_motion_bytes, f"{PREFIX}MAX_MOTION_BYTES"),
         bodies.PATH: (settings.max_body_bytes, f"{PREFIX}MAX_BODY_BYTES"),
+        prints.PATH: (settings.max_print_bytes, f"{PREFIX}MAX_PRINT_BYTES"),
     }
     app.add_middleware(CappedBodies, file_caps=file_caps)
     if settings.host in LOOPBACK:  # a page of another name that resolves to this machine must not pass as our own
         app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
     faults.install(app)
-    for router in (catalogue.router, garments.router, motions.router, bodies.router, sessions.router, edits.router):
+    parts = (catalogue, looks, garments, motions, bodies, prints, sessions, edits, glb)
+    for router in (part.router for part in parts):
         app.include_router(router, dependencies=[Depends(refuse_strangers)])
     app.include_router(sessions.stream_router)
     page.install(app, web)
@@ -91,7 +94,7 @@ def create_app(
 
 def prepare(
     settings: Settings, patterns: Path = BUILT_IN_PATTERNS
-) -> tuple[GarmentService, MotionUploads, BodyUploads, KeptFiles, SessionStore, EditStore]:
+) -> tuple[GarmentService, MotionUploads, BodyUploads, PrintUploads, KeptFiles, SessionStore, EditStore]:
     """Open the database and have the built-in garments in it; takes a while the first time, next to nothing afterwards.
 
     Raises:
@@ -105,11 +108,14 @@ def prepare(
     limits = Limits(seconds=settings.upload_check_seconds, address_space=settings.upload_check_bytes)
     motion_uploads = MotionUploads("motion", SqlUploads(database, MotionRecord), files, limits)
     body_uploads = BodyUploads("body", SqlUploads(database, BodyRecord), files, limits)
-    return garment_service, motion_uploads, body_uploads, files, SqlSessions(database), SqlEdits(database)
+    prints = PrintUploads("print", SqlUploads(database, PrintRecord), files, limits)
+    return garment_service, motion_uploads, body_uploads, prints, files, SqlSessions(database), SqlEdits(database)
 
 
 def _start(settings: Settings, runtime: Runtime, patterns: Path, server: str) -> Services:
-    garment_service, motion_uploads, body_uploads, files, session_store, edit_store = prepare(settings, patterns)
+    garment_service, motion_uploads, body_uploads, print_uploads, files, session_store, edit_store = prepare(
+        settings, patterns
+    )
     session_store.end_all_open(time.time(), "The server was restarted")
     live = LiveSessions(
         settings,
@@ -128,6 +134,7 @@ def _start(settings: Settings, runtime: Runtime, patterns: Path, server: str) ->
         garments=garment_service,
         motions=motion_uploads,
         bodies=body_uploads,
+        prints=print_uploads,
         runtime=runtime,
         sessions=live,
         version=version("tryon"),

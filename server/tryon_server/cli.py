@@ -37,7 +37,10 @@ REST_SHAPES = ("pattern", "shape")
 BODY_AXES = ("y", "z", "x")
 FACINGS = ("x", "-x", "y", "-y", "z", "-z")
 BVH_UNITS = ("m", "dm", "asf", "in", "ft", "cm", "mm")  # as the solver's UNITS of BVH files; asf: CMU's
-FABRICS = "cotton_jersey, cotton_poplin, wool_twill, denim or silk_charmeuse"  # as the solver has them
+FABRICS = (  # as the solver has them
+    "cotton_jersey, cotton_poplin, wool_twill, denim, silk_charmeuse, viscose_jersey, polyester_satin, linen, "
+    "silk_taffeta or cotton_canvas"
+)
 MOTIONS = "walk, jumping_jack, squat or turn"  # as demo/motions has them
 PRESETS = "draft, live, fit, reference or auto"
 
@@ -156,6 +159,9 @@ def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser])
     simulate.add_argument("--preset", default="auto", help=f"accuracy: {PRESETS}, by the device (default auto)")
     simulate.add_argument("--out", required=True, type=Path, metavar="OUT", help="file to write: .npz, or .glb")
     simulate.add_argument("--glb", type=Path, metavar="FILE", help="write the last frame as a .glb scene, too")
+    simulate.add_argument("--dye", metavar="RRGGBB", help="colour in a .glb (default the fabric's own)")
+    simulate.add_argument("--print", type=Path, metavar="FILE", help="picture over the cloth in a .glb: .png or .jpg")
+    simulate.add_argument("--print-width", type=_positive, metavar="METRES", help="of it on the cloth")
     simulate.set_defaults(run=run_simulate)
 
 
@@ -339,12 +345,14 @@ def run_simulate(options: argparse.Namespace) -> int:
     for path in filter(None, (options.out, options.glb)):
         _check_writable(path)
 
+    from tryon_server.looks.told import told_finish
     from tryon_server.progress_bar import ProgressBar
     from tryon_server.runtime.local import load_catalogue
     from tryon_server.runtime.offline import simulate
     from tryon_server.runtime.order import DrapeOrder, MeshReading
     from tryon_server.runtime.production import own_fabric
 
+    finish = told_finish(options.dye, options.print, options.print_width)
     order = DrapeOrder(
         pattern=options.garment,
         fabric=options.fabric or own_fabric(options.garment) or load_catalogue().fabrics[0].name,
@@ -366,6 +374,7 @@ def run_simulate(options: argparse.Namespace) -> int:
             options.fps,
             bar.show,
             motion_reading=_motion_reading(options),
+            finish=finish,
         )
     for note in recording.notes:
         print(note)

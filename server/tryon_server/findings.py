@@ -1,4 +1,4 @@
-"""What is found out about files that say little themselves: motions, and bodies that move. Lengths in m, times in s."""
+"""What is found out about files that say little themselves: motions, bodies that move, prints. In metres, seconds."""
 
 from __future__ import annotations
 
@@ -43,3 +43,17 @@ class BodyFacts(msgspec.Struct, frozen=True, kw_only=True):
     frame_count: int
     vertex_count: int
     notes: tuple[str, ...]
+
+
+class PrintFacts(msgspec.Struct, frozen=True, kw_only=True):
+    """A picture that can be printed on cloth.
+
+    Attributes:
+        kind: its MIME type.
+        pixels: along its width and height.
+        size: of it on the cloth, width and height.
+    """
+
+    kind: str
+    pixels: tuple[int, int]
+    size: tuple[float, float]

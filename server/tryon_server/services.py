@@ -9,7 +9,7 @@ from tryon_server.garments.service import GarmentService
 from tryon_server.runtime.interface import Runtime
 from tryon_server.settings import Settings
 from tryon_server.streaming.live_sessions import LiveSessions
-from tryon_server.uploads.service import BodyUploads, MotionUploads
+from tryon_server.uploads.service import BodyUploads, MotionUploads, PrintUploads
 
 
 @dataclass(frozen=True)
@@ -20,6 +20,7 @@ class Services:
     garments: GarmentService
     motions: MotionUploads
     bodies: BodyUploads
+    prints: PrintUploads
     runtime: Runtime
     sessions: LiveSessions
     version: str

@@ -32,6 +32,7 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         max_pattern_bytes: largest pattern file accepted [bytes].
         max_motion_bytes: largest motion file accepted [bytes].
         max_body_bytes: largest file of a body accepted [bytes].
+        max_print_bytes: largest picture accepted [bytes].
         pattern_check_seconds: longest time that checking an uploaded pattern may take [s].
         pattern_check_bytes: most address space that checking may use [bytes].
         upload_check_seconds: longest time that checking an uploaded motion or body may take [s].
@@ -69,6 +70,7 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     max_pattern_bytes: Count = 16 * 2**20
     max_motion_bytes: Count = 64 * 2**20
     max_body_bytes: Count = 128 * 2**20
+    max_print_bytes: Count = 16 * 2**20
     pattern_check_seconds: Positive = 20.0
     pattern_check_bytes: Count = 4 * 2**30
     upload_check_seconds: Positive = 120.0

@@ -23,7 +23,8 @@ def test_health_and_catalogue(live):
     assert sway == {"name": "sway", "seconds": 1.0, "title": "sway", "found": None, "kept_as": None}
     fabrics = live.http.get("/api/fabrics").json()
     assert fabrics[0]["name"] == "cotton"
-    assert set(fabrics[0]) == {"name", "areal_density", "thickness", "strain_limit", "colour"}
+    numbers = {"areal_density", "thickness", "strain_limit", "bending", "drape"}
+    assert set(fabrics[0]) == {"name", "source", "look", *numbers}
     assert live.http.get("/api/devices").json()[0]["name"] == "cpu"
     paths = live.http.get("/openapi.json").json()["paths"]
     assert {"/api/garments", "/api/sessions", "/api/sessions/{session_id}"} <= set(paths)

@@ -138,6 +138,11 @@ def test_simulate_records_a_garment_on_a_body_of_ones_own(folder):
         (["--out", "{}/absent/o.npz"], ["can't be written"]),
         (["--out", "{}/o.txt"], ["neither .npz nor .glb"]),
         (["--glb", "{}"], ["can't be written"]),
+        (["--dye", "reddish"], ["'reddish' is no colour"]),
+        (["--print", "{}/absent.png", "--print-width", "0.2"], ["absent.png can't be read"]),
+        (["--print", "{}/not.json", "--print-width", "0.2"], ["neither PNG nor JPEG"]),
+        (["--print", "{}/not.json"], ["--print-width"]),
+        (["--print-width", "0.2"], ["says nothing without --print"]),
     ],
 )
 def test_what_is_wrong_is_said_in_one_line_with_advice(folder, capsys, options, says):

@@ -92,8 +92,38 @@ export interface Fabric {
   readonly areal_density: number;
   readonly thickness: number;
   readonly strain_limit: number;
-  /** linear RGB, 0 to 1 */
-  readonly colour: readonly [number, number, number];
+  /** what its numbers follow */
+  readonly source: string;
+  readonly look: FabricLook;
+}
+
+/** Linear RGB, 0 to 1. */
+export type Colour = readonly [number, number, number];
+
+/** How a fabric looks: maps of one tile of its weave, which the server makes; paths on it, PNG as glTF has them. */
+export interface FabricLook {
+  /** mean of the face */
+  readonly colour: Colour;
+  /** length of a tile along the pattern's u and v [m] */
+  readonly tile: readonly [number, number];
+  /** soft shine at grazing angles, its strength included */
+  readonly sheen: Colour;
+  readonly sheen_roughness: number;
+  /** `?dye=RRGGBB` dyes it */
+  readonly colour_map: string;
+  readonly normal_map: string;
+  readonly roughness_map: string;
+}
+
+/** A picture that repeats over a garment in place of its fabric's colour. */
+export interface Print {
+  readonly id: string;
+  readonly name: string;
+  /** width and height on the cloth [m] */
+  readonly size: readonly [number, number];
+  /** path of its file on the server */
+  readonly image: string;
+  readonly kept_as: string | null;
 }
 
 /** Of a sewing pattern, over its own; "fit": the one that fits, which the server looks for by trying some on. */
@@ -207,6 +237,20 @@ export class Api {
     await this.ask("DELETE", `api/bodies/${encodeURIComponent(id)}`);
   }
 
+  prints(): Promise<Print[]> {
+    return this.ask("GET", "api/prints");
+  }
+
+  /** Sends a picture, PNG or JPEG, that is to be so wide on the cloth [m]. */
+  uploadPrint(content: Blob, name: string, width: number): Promise<Print> {
+    const query = new URLSearchParams({ name, width: String(width) });
+    return this.ask("POST", `api/prints?${query.toString()}`, content);
+  }
+
+  async removePrint(id: string): Promise<void> {
+    await this.ask("DELETE", `api/prints/${encodeURIComponent(id)}`);
+  }
+
   openSession(wish: SessionWish): Promise<SessionInfo> {
     return this.ask("POST", "api/sessions", JSON.stringify(wish));
   }
@@ -217,6 +261,17 @@ export class Api {
 
   async endSession(id: string): Promise<void> {
     await this.ask("DELETE", `api/sessions/${encodeURIComponent(id)}`);
+  }
+
+  /** Address of what a session shows now, as a .glb: in a dye (#RRGGBB) or a print in place of its own colour. */
+  glbUrl(session: string, dye: string | undefined, print: Print | undefined): string {
+    const query = new URLSearchParams(print ? { print: print.id } : dye ? { dye: dye.replace("#", "") } : {});
+    return new URL(`api/sessions/${encodeURIComponent(session)}/garment.glb?${query.toString()}`, this.base).href;
+  }
+
+  /** Address of a file that the server told the path of. */
+  fileUrl(path: string): string {
+    return new URL(path.replace(/^\//, ""), this.base).href;
   }
 
   /** Address of a session's stream. */

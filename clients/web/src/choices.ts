@@ -1,7 +1,7 @@
 import type { SessionWish, Size } from "@tryon/core";
 
 import { byId, make, RadioGroup, setText } from "./dom.ts";
-import { colourOf, DYES, lookOf, swatchTexture } from "./fabrics.ts";
+import { DYES, swatchStyle } from "./fabrics.ts";
 import type { Catalogue } from "./fitting.ts";
 
 /** What a person may choose. */
@@ -123,8 +123,8 @@ export class Choices {
       this.bodies.offer(own.length ? [usual, ...own] : [], wish.body ?? DEFAULT);
       this.fabrics.offer(
         fabrics.map((fabric) => {
-          const cloth = dyed("span", "cloth", colourOf(fabric));
-          cloth.style.setProperty("--texture", swatchTexture(lookOf(fabric)));
+          const cloth = make("span", { class: "cloth" });
+          for (const [property, value] of Object.entries(swatchStyle(fabric))) cloth.style.setProperty(property, value);
           const title = `${Math.round(fabric.areal_density * 1000)} g/m², stretches up to ${Math.round((fabric.strain_limit - 1) * 100)} %`;
           return { value: fabric.name, title, content: [cloth, sentence(fabric.name)] };
         }),

@@ -6,18 +6,20 @@ import { FabricMaterial, skinMaterial } from "./materials.ts";
 /** Body and garment as three.js objects that show the newest frame of a `GarmentScene`. */
 export class Figure {
   readonly object = new THREE.Group();
-  readonly fabric = new FabricMaterial();
   private readonly skin = skinMaterial();
   private readonly occluder = new THREE.MeshBasicMaterial({ colorWrite: false });
   private readonly body = new THREE.Mesh<THREE.BufferGeometry, THREE.Material>(new THREE.BufferGeometry(), this.skin);
-  private readonly cloth = new THREE.Mesh(new THREE.BufferGeometry(), this.fabric.material);
-  private readonly seams = new THREE.LineSegments(new THREE.BufferGeometry(), this.fabric.seam);
-  private readonly parts = [this.body, this.cloth, this.seams];
+  private readonly cloth: THREE.Mesh;
+  private readonly seams: THREE.LineSegments;
+  private readonly parts: readonly (THREE.Mesh | THREE.LineSegments)[];
   private scene: GarmentScene | undefined;
   private topologyVersion = -1;
   private frameVersion = -1;
 
-  constructor() {
+  constructor(readonly fabric: FabricMaterial) {
+    this.cloth = new THREE.Mesh(new THREE.BufferGeometry(), fabric.material);
+    this.seams = new THREE.LineSegments(new THREE.BufferGeometry(), fabric.seam);
+    this.parts = [this.body, this.cloth, this.seams];
     for (const mesh of [this.body, this.cloth]) {
       mesh.castShadow = true;
       mesh.receiveShadow = true;

@@ -1,16 +1,18 @@
-import { Api, RateMeter, steadyNow, type Fabric } from "@tryon/core";
+import { Api, RateMeter, steadyNow, type Fabric, type Print } from "@tryon/core";
 
 import { AccuracyPanel } from "./accuracy.ts";
 import { AdviceLine } from "./advice.ts";
 import { Ar } from "./ar.ts";
 import { Choices } from "./choices.ts";
 import { byId, setText } from "./dom.ts";
-import { colourOf, lookOf } from "./fabrics.ts";
+import { cssColour } from "./fabrics.ts";
 import { Figure } from "./figure.ts";
 import { FitCard } from "./fit.ts";
 import { Fitting, type FittingView } from "./fitting.ts";
+import { FabricMaterial } from "./materials.ts";
 import { NoticeBoard, type Notice } from "./notice.ts";
 import { PatternPanel } from "./pattern.ts";
+import { PrintPanel } from "./prints.ts";
 import { Readout, type Figures } from "./readout.ts";
 import { Stage } from "./stage.ts";
 import { StatusLine } from "./status.ts";
@@ -36,7 +38,8 @@ const NOT_POSED: Notice = {
 /** The page's parts, and how they are connected. */
 class Studio implements FittingView {
   private readonly stage = new Stage(byId("stage", HTMLCanvasElement));
-  private readonly figure = new Figure();
+  private readonly api = new Api(new URL(".", location.href));
+  private readonly figure: Figure;
   private readonly readout = new Readout();
   private readonly advice = new AdviceLine();
   private readonly fit = new FitCard((size) => void this.fitting.wearSize(size));
@@ -54,13 +57,15 @@ class Studio implements FittingView {
   private subject: string | undefined;
   private fabric: Fabric | undefined;
   private colour: string | undefined;
+  private print: Print | undefined;
   private readonly play = byId("play", HTMLButtonElement);
   private readonly view = byId("view");
 
   constructor() {
+    const { api } = this;
+    this.figure = new Figure(new FabricMaterial((path) => api.fileUrl(path), () => this.stage.invalidate()));
     this.stage.scene.add(this.figure.object);
-    const here = new URL(".", location.href);
-    this.fitting = new Fitting(new Api(here), new URL(WORKER_FILE, import.meta.url), this);
+    this.fitting = new Fitting(api, new URL(WORKER_FILE, import.meta.url), this);
     this.panel = new Choices({
       garment: (id) => void this.fitting.wear(id),
       size: (size) => void this.fitting.wearSize(size),
@@ -87,10 +92,28 @@ class Studio implements FittingView {
       drawn: () => this.noteDrawn(steadyNow()),
       failed: (why) => this.board.show({ title: "AR could not be entered", message: why }),
     });
+    const prints = new PrintPanel(
+      api,
+      (print) => {
+        this.print = print;
+        this.dress();
+      },
+      (notice) => this.board.show(notice),
+    );
+    const save = byId("save-glb", HTMLAnchorElement);
+    save.addEventListener("click", () => {
+      save.href = api.glbUrl(new URLSearchParams(location.search).get("session") ?? "", this.colour, this.print);
+    });
+    save.href = "#"; // a link only with an address: it is that of the click
     new Upload({
       garment: (file, reading) => this.fitting.add(file, reading),
       motion: (file, reading) => this.fitting.addMotion(file, reading),
       body: (file, reading) => this.fitting.addBody(file, reading),
+      picture: (file) => {
+        if (!prints.takes(file)) return false;
+        void prints.add(file);
+        return true;
+      },
     });
     this.play.addEventListener("click", () => this.fitting.togglePlay());
     byId("reset-view").addEventListener("click", () => this.stage.resetView());
@@ -136,10 +159,9 @@ class Studio implements FittingView {
 
   private dress(): void {
     if (!this.fabric) return;
-    this.figure.fabric.setLook(lookOf(this.fabric));
-    this.figure.fabric.setColour(this.colour ?? colourOf(this.fabric));
-    byId("colours").style.setProperty("--own", colourOf(this.fabric));
-    this.stage.invalidate();
+    const print = this.print && { url: this.api.fileUrl(this.print.image), size: this.print.size };
+    this.figure.fabric.wear({ look: this.fabric.look, dye: this.colour, print });
+    byId("colours").style.setProperty("--own", cssColour(this.fabric.look.colour));
   }
 
   // FittingView ----------------------------------------------------------------------------------------------------

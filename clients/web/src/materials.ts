@@ -1,18 +1,5 @@
+import type { FabricLook } from "@tryon/core";
 import * as THREE from "three";
-
-import { weaveNormals, type Weave } from "./weave.ts";
-
-/** How a fabric looks: its surface, not its mechanics. */
-export interface FabricLook {
-  readonly weave: Weave;
-  /** distance between neighbouring threads [m] */
-  readonly pitch: number;
-  /** how deep the weave's relief is drawn, 0 to 1 */
-  readonly relief: number;
-  readonly roughness: number;
-  /** strength of the soft shine at grazing angles that fibres give, 0 to 1 */
-  readonly sheen: number;
-}
 
 /** The wearer's skin: matte, warm, with a faint glow at the rims where light enters it. */
 export function skinMaterial(): THREE.MeshPhysicalMaterial {
@@ -31,13 +18,35 @@ export function skinMaterial(): THREE.MeshPhysicalMaterial {
  */
 const LIFT = "mvPosition.xyz *= 1.0 - 0.002 / length(mvPosition.xyz);\ngl_Position = projectionMatrix * mvPosition;";
 
+/** One picture that repeats over the pattern: where it is, and its size [m]. */
+export interface Repeat {
+  readonly url: string;
+  readonly size: readonly [number, number];
+}
+
+/** What a garment is to look like: its fabric's look, a colour that takes the place of its own, a print over that. */
+export interface Surface {
+  readonly look: FabricLook;
+  readonly dye: string | undefined;
+  readonly print: Repeat | undefined;
+}
+
 /** One material for whatever is worn: it changes colour and weave, and is seen from both sides, the inside a little darker. */
 export class FabricMaterial {
   readonly material: THREE.MeshPhysicalMaterial;
   readonly seam: THREE.LineBasicMaterial;
-  private readonly weaves = new Map<string, THREE.Texture>();
+  private readonly loader = new THREE.TextureLoader();
+  private readonly textures = new Map<string, Promise<THREE.Texture>>();
+  private worn: Surface | undefined;
 
-  constructor() {
+  /**
+   * @param address of a file that the server told the path of
+   * @param changed called when a picture has come
+   */
+  constructor(
+    private readonly address: (path: string) => string,
+    private readonly changed: () => void,
+  ) {
     this.material = new THREE.MeshPhysicalMaterial({ side: THREE.DoubleSide, shadowSide: THREE.DoubleSide });
     this.material.onBeforeCompile = (shader) => {
       shader.fragmentShader = shader.fragmentShader.replace(
@@ -51,26 +60,62 @@ export class FabricMaterial {
     };
   }
 
-  /** Shows another fabric. A weave is made when it is first worn and kept. */
-  setLook(look: FabricLook): void {
-    const key = `${look.weave}/${look.pitch}`;
-    let normals = this.weaves.get(key);
-    if (!normals) {
-      normals = weaveNormals(look.weave, look.pitch);
-      this.weaves.set(key, normals);
-    }
-    this.material.normalMap = normals;
-    this.material.normalScale.setScalar(look.relief);
-    this.material.roughness = look.roughness;
-    this.material.sheen = look.sheen;
-    this.material.sheenRoughness = 0.55;
-    this.material.needsUpdate = true;
+  /** Shows another surface: in its mean colour at once, with its weave as soon as the pictures are here. */
+  wear(surface: Surface): void {
+    this.worn = surface;
+    const { look, dye, print } = surface;
+    const { material } = this;
+    const colour = dye === undefined ? new THREE.Color(...look.colour) : new THREE.Color(dye);
+    this.seam.color.copy(colour).multiplyScalar(0.35);
+    if (!material.map) material.color.copy(colour);
+    material.sheen = 1;
+    material.sheenColor.setRGB(...look.sheen);
+    material.sheenRoughness = look.sheen_roughness;
+    const query = dye === undefined ? "" : `?dye=${dye.replace("#", "")}`;
+    const own: Repeat = { url: this.address(look.colour_map) + query, size: look.tile };
+    const maps = Promise.all([
+      this.texture(print ?? own, THREE.SRGBColorSpace),
+      this.texture({ url: this.address(look.normal_map), size: look.tile }, THREE.NoColorSpace),
+      this.texture({ url: this.address(look.roughness_map), size: look.tile }, THREE.NoColorSpace),
+    ]);
+    maps.then(
+      ([map, normalMap, roughnessMap]) => {
+        if (this.worn !== surface) return; // another one has been chosen meanwhile
+        material.color.setScalar(1);
+        Object.assign(material, { map, normalMap, roughnessMap, roughness: 1 });
+        this.show();
+      },
+      () => {
+        if (this.worn !== surface) return; // without its pictures a fabric still has its colour
+        Object.assign(material, { map: null, normalMap: null, roughnessMap: null, roughness: 0.9 });
+        material.color.copy(colour);
+        this.show();
+      },
+    );
+    this.show();
   }
 
-  /** Dyes the fabric; seams are drawn in a darker shade of the same colour. */
-  setColour(colour: string): void {
-    this.material.color.set(colour);
-    this.material.sheenColor.set(colour).lerp(new THREE.Color("#ffffff"), 0.55);
-    this.seam.color.set(colour).multiplyScalar(0.35);
+  private show(): void {
+    this.material.needsUpdate = true;
+    this.changed();
+  }
+
+  /** A repeating picture; one that was fetched is kept. */
+  private texture({ url, size }: Repeat, colourSpace: THREE.ColorSpace): Promise<THREE.Texture> {
+    const key = `${url} ${size.join(" ")}`;
+    let coming = this.textures.get(key);
+    if (!coming) {
+      coming = this.loader.loadAsync(url).then((texture) => {
+        texture.colorSpace = colourSpace;
+        texture.wrapS = THREE.RepeatWrapping;
+        texture.wrapT = THREE.RepeatWrapping;
+        texture.anisotropy = 8;
+        texture.repeat.set(1 / size[0], 1 / size[1]);
+        return texture;
+      });
+      coming.catch(() => this.textures.delete(key)); // to be asked for again
+      this.textures.set(key, coming);
+    }
+    return coming;
   }
 }

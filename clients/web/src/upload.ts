@@ -7,6 +7,8 @@ export interface Taker {
   garment(file: File, reading: MeshReading): Promise<void>;
   motion(file: File, reading: MotionReading): Promise<void>;
   body(file: File, reading: BodyReading): Promise<void>;
+  /** takes a picture that was dropped; returns whether it is one */
+  picture(file: File): boolean;
 }
 
 /** A picker for one kind of file; it takes one at a time. */
@@ -42,7 +44,7 @@ export class Upload {
   private readonly bodies: Picker;
   private depth = 0;
 
-  constructor(taker: Taker) {
+  constructor(private readonly taker: Taker) {
     const picker = (label: string, input: string, add: (file: File) => Promise<void>) => new Picker(label, byId(input, HTMLInputElement), add);
     this.garments = picker("upload", "pattern-file", (file) => taker.garment(file, meshReading()));
     this.motions = picker("upload-motion", "motion-file", (file) => taker.motion(file, motionReading()));
@@ -55,7 +57,7 @@ export class Upload {
       this.depth = 0;
       this.zone.hidden = true;
       const file = event.dataTransfer?.files[0];
-      if (file) void this.pickerOf(file, event.target).take(file);
+      if (file && !this.taker.picture(file)) void this.pickerOf(file, event.target).take(file);
     });
   }
 

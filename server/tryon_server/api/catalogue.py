@@ -5,6 +5,7 @@ from __future__ import annotations
 from fastapi import APIRouter
 
 from tryon_server.api.access import ServicesDep
+from tryon_server.api.looks import look_reply
 from tryon_server.api.models import DeviceReply, FabricReply, HealthReply
 
 router = APIRouter(prefix="/api", tags=["server"])
@@ -19,7 +20,19 @@ async def health(services: ServicesDep) -> HealthReply:
 @router.get("/fabrics")
 async def list_fabrics(services: ServicesDep) -> list[FabricReply]:
     """The fabrics; the first one is the default."""
-    return [FabricReply.model_validate(fabric) for fabric in services.runtime.catalogue.fabrics]
+    return [
+        FabricReply(
+            name=fabric.name,
+            areal_density=fabric.areal_density,
+            thickness=fabric.thickness,
+            strain_limit=fabric.strain_limit,
+            bending=fabric.bending,
+            source=fabric.source,
+            drape=fabric.drape,
+            look=look_reply(fabric),
+        )
+        for fabric in services.runtime.catalogue.fabrics
+    ]
 
 
 @router.get("/devices")

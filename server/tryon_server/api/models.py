@@ -103,6 +103,22 @@ def kept_as(known: str, told: str) -> str | None:
     return None if known == told.strip() else known
 
 
+Colour = tuple[float, float, float]
+
+
+class LookReply(Model):
+    """How a fabric looks: pictures of one tile of its weave, which repeats over the pattern."""
+
+    weave: str = Field(description="plain, twill, satin or knit")
+    colour: Colour = Field(description="mean of the face, linear RGB, 0 to 1")
+    tile: tuple[float, float] = Field(description="length of a tile along the pattern's u and v, m")
+    sheen: Colour = Field(description="soft shine at grazing angles, linear RGB, its strength included")
+    sheen_roughness: float
+    colour_map: str = Field(description="path of a PNG, sRGB; ?dye=RRGGBB dyes the warp in another colour")
+    normal_map: str = Field(description="path of a PNG as glTF has it: x along u, y along v, which goes up in it")
+    roughness_map: str = Field(description="path of a PNG as glTF has it: green is roughness, blue metal")
+
+
 class FabricReply(Model):
     """A fabric to choose."""
 
@@ -110,7 +126,25 @@ class FabricReply(Model):
     areal_density: float = Field(description="kg/m^2")
     thickness: float = Field(description="m")
     strain_limit: float = Field(description="largest stretch; 1.1 is ten per cent longer than the pattern")
-    colour: tuple[float, float, float] = Field(description="linear RGB, 0 to 1")
+    bending: float = Field(description="bending stiffness, N m")
+    source: str = Field(description="what these numbers follow, and which are estimated")
+    drape: tuple[float, float] | None = Field(
+        description="Cusick's drape coefficient as published for such cloth, least and most, 0 to 1; null: none found"
+    )
+    look: LookReply
+
+
+class PrintReply(Model):
+    """A picture that repeats over a garment in place of its fabric's colour."""
+
+    id: str
+    name: str
+    kind: str = Field(description="image/png or image/jpeg")
+    pixels: tuple[int, int] = Field(description="along its width and height")
+    size: tuple[float, float] = Field(description="width and height on the cloth, m")
+    image: str = Field(description="path of the file")
+    created: float
+    kept_as: KeptAs = None
 
 
 class DeviceReply(Model):

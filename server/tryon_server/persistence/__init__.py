@@ -6,7 +6,14 @@ from tryon_server.persistence.garments import GarmentRecord, GarmentStore, SqlGa
 from tryon_server.persistence.kept_files import KeptFiles
 from tryon_server.persistence.sessions import FIT, SessionRecord, SessionStore, Size, SqlSessions
 from tryon_server.persistence.tables import open_database
-from tryon_server.persistence.uploads import BodyRecord, MotionRecord, SqlUploads, UploadStore, digest_in_use
+from tryon_server.persistence.uploads import (
+    BodyRecord,
+    MotionRecord,
+    PrintRecord,
+    SqlUploads,
+    UploadStore,
+    digest_in_use,
+)
 
 __all__ = [
     "FIT",
@@ -19,6 +26,7 @@ __all__ = [
     "GarmentStore",
     "KeptFiles",
     "MotionRecord",
+    "PrintRecord",
     "SessionRecord",
     "SessionStore",
     "Size",

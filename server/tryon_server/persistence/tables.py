@@ -33,7 +33,7 @@ readings = Table(  # how a garment that is a mesh is read
     Column("reading", Text, nullable=False),  # JSON: units, up, rest_shape, notes
 )
 
-uploads = Table(  # motions and bodies
+uploads = Table(  # motions, bodies and prints
     "uploads",
     metadata,
     Column("id", String(64), primary_key=True),

@@ -1,4 +1,4 @@
-"""Uploaded motions and bodies: what is known about each file."""
+"""Uploaded motions, bodies and prints: what is known about each file."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import msgspec
 from sqlalchemy import ColumnElement, Engine, select
 from sqlalchemy.exc import IntegrityError
 
-from tryon_server.findings import BodyFacts, MotionFacts
+from tryon_server.findings import BodyFacts, MotionFacts, PrintFacts
 from tryon_server.persistence import tables
 
 
@@ -44,7 +44,18 @@ class BodyRecord(msgspec.Struct, frozen=True, kw_only=True):
     facing: str | None = None
 
 
-Record = TypeVar("Record", MotionRecord, BodyRecord)
+class PrintRecord(msgspec.Struct, frozen=True, kw_only=True):
+    """A stored print: as ``MotionRecord``; how wide it is on the cloth is told, and in its facts."""
+
+    id: str
+    name: str
+    key: str
+    digest: str
+    created: float
+    facts: PrintFacts
+
+
+Record = TypeVar("Record", MotionRecord, BodyRecord, PrintRecord)
 
 
 class UploadStore(Protocol[Record]):
@@ -117,7 +128,7 @@ class SqlUploads(Generic[Record]):
 
 
 def digest_in_use(engine: Engine, digest: str) -> bool:
-    """Whether a garment, a motion or a body has the file of this digest."""
+    """Whether a garment, a motion, a body or a print has the file of this digest."""
     queries = [select(table.c.id).where(table.c.digest == digest) for table in (tables.uploads, tables.garments)]
     with engine.connect() as connection:
         return any(connection.execute(query).first() is not None for query in queries)

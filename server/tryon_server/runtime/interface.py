@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
+from tryon_server.looks.look import Look
 from tryon_server.runtime.order import WorkOrder
 from tryon_server.sessions.commands import Command
 from tryon_server.sessions.events import Event
@@ -48,13 +49,17 @@ class MotionEntry:
 
 @dataclass(frozen=True)
 class FabricEntry:
-    """A fabric to choose: mass per area [kg/m^2], thickness [m], largest stretch [1], linear RGB in 0 to 1."""
+    """A fabric to choose: mass per area [kg/m^2], thickness [m], largest stretch [1], how it looks, bending stiffness
+    [N m], what its numbers follow, and the drape coefficients published for such cloth, least and most [1]."""
 
     name: str
     areal_density: float
     thickness: float
     strain_limit: float
-    colour: tuple[float, float, float]
+    look: Look
+    bending: float = 0.0
+    source: str = ""
+    drape: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)

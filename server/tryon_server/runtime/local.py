@@ -35,7 +35,16 @@ def load_catalogue() -> Catalogue:
     from tryon_solver.settings import PRESETS
 
     fabrics = tuple(
-        FabricEntry(fabric.name, fabric.areal_density, fabric.thickness, fabric.strain_limit, fabric.colour)
+        FabricEntry(
+            fabric.name,
+            fabric.areal_density,
+            fabric.thickness,
+            fabric.strain_limit,
+            fabric.look,
+            fabric.k_bend,
+            fabric.source,
+            fabric.drape,
+        )
         for fabric in FABRICS.values()
     )
     return Catalogue(motions=list_motions(), fabrics=fabrics, presets=(AUTOMATIC, *PRESETS))

@@ -7,12 +7,15 @@ import math
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from tryon_server.looks.glb import Part, glb
+from tryon_server.looks.surface import Finish, Surface, surface_of
 from tryon_server.problems import ProblemError, problem_error
 from tryon_server.runtime.bodies import kind_of_body, load_body, moves_itself
 from tryon_server.runtime.drape import Drape, Progress
@@ -48,6 +51,9 @@ class Recording:
         dt: time between frames [s].
         reports: what the solver reported on the way to each frame but the first.
         notes: what was found in files that say little themselves, and what was done about it.
+        cloth_uv: (F, 3, 2) float32 m, pattern coordinates of each corner; None where there is nothing to draw on it.
+        cloth_panels: (F,) int32, the pattern's piece of each triangle.
+        surface: what the cloth looks like.
     """
 
     cloth: npt.NDArray[np.float32]
@@ -57,6 +63,9 @@ class Recording:
     dt: float
     reports: tuple[dict[str, Any], ...]
     notes: tuple[str, ...] = ()
+    cloth_uv: npt.NDArray[np.float32] | None = None
+    cloth_panels: npt.NDArray[np.int32] | None = None
+    surface: Surface | None = None
 
     def advice(self) -> list[str]:
         """What the solver advised in the frames with the most stretch, body lag and void steps; none: [].
@@ -74,7 +83,8 @@ class Recording:
         return said + [f"  at {k * self.dt:.2f} s: {self.reports[k - 1]['advice']}" for k in sorted(worst)]
 
     def save(self, path: Path) -> None:
-        """Write an .npz, an array per attribute; ``reports`` and ``notes`` are JSON. It appears whole or not at all."""
+        """Write an .npz, an array per attribute but those of the looks; ``reports`` and ``notes`` are JSON. It appears
+        whole or not at all."""
         arrays = {name: getattr(self, name) for name in ("cloth", "cloth_faces", "body", "body_faces")}
         draft = path.with_name(f".{path.name}.{os.getpid()}")
         try:
@@ -86,14 +96,10 @@ class Recording:
             raise _unwritable(path, error) from error
 
     def save_glb(self, path: Path) -> None:
-        """Write the last frame as a .glb scene of two meshes, ``cloth`` and ``body``."""
-        import trimesh  # slow to load, and only this needs it
-
-        scene = trimesh.Scene()
-        for name, positions, faces in (("cloth", self.cloth, self.cloth_faces), ("body", self.body, self.body_faces)):
-            scene.add_geometry(trimesh.Trimesh(positions[-1], faces, process=False), node_name=name, geom_name=name)
+        """Write the last frame as a .glb scene of two meshes, ``cloth`` in its fabric and ``body``."""
+        cloth = Part("cloth", self.cloth[-1], self.cloth_faces, self.cloth_uv, self.cloth_panels, self.surface)
         try:
-            scene.export(path, file_type="glb")
+            path.write_bytes(glb([cloth, Part("body", self.body[-1], self.body_faces)]))
         except OSError as error:
             raise _unwritable(path, error) from error
 
@@ -105,6 +111,7 @@ def simulate(
     fps: float,
     progress: Progress,
     motion_reading: MotionReading = MotionReading(),  # noqa: B008
+    finish: Finish = Finish(),  # noqa: B008
 ) -> Recording:
     """Dress the garment and record it.
 
@@ -115,6 +122,7 @@ def simulate(
         fps: frames per second, 1/``fps`` s apart.
         progress: told what is being done.
         motion_reading: what is told about a BVH file.
+        finish: what is done to the fabric's looks.
 
     Raises:
         ProblemError: something does not fit; names the place and the remedy.
@@ -143,10 +151,10 @@ def simulate(
                 raise _out_of_range("seconds", f"the body's frames last {own.duration:.2f} s", "Ask for no more")
             back = LeadBack(own, own.dressed_at)
             _lead(drape, back.sample, back.duration, fps, progress)
-            return _record(drape, back.duration, own.sample, seconds, fps, progress)
+            return _record(drape, back.duration, own.sample, seconds, fps, progress, finish)
         if played is None:
             seconds = STILL_SECONDS if seconds is None else seconds
-            return _record(drape, 0.0, lambda _t: drape.pose, seconds, fps, progress)
+            return _record(drape, 0.0, lambda _t: drape.pose, seconds, fps, progress, finish)
         seconds = played.duration if seconds is None else seconds
         loop = seconds > played.duration + 1e-9
         if loop:
@@ -156,7 +164,8 @@ def simulate(
         start = moved(drape.pose, leap)
         lead = blend_in(start, played, approach_seconds(start, played.pose(0)))
         _lead(drape, lead.sample, lead.duration, fps, progress)
-        recording = _record(drape, lead.duration, lambda t: played.sample(t, loop=loop), seconds, fps, progress)
+        sample = partial(played.sample, loop=loop)
+        recording = _record(drape, lead.duration, sample, seconds, fps, progress, finish)
         return replace(recording, notes=(*(f"motion: {note}" for note in found), *recording.notes))
 
 
@@ -192,7 +201,13 @@ def _lead(
 
 
 def _record(
-    drape: SolverDrape, began: float, pose_at: Callable[[float], Any], seconds: float, fps: float, progress: Progress
+    drape: SolverDrape,
+    began: float,
+    pose_at: Callable[[float], Any],
+    seconds: float,
+    fps: float,
+    progress: Progress,
+    finish: Finish,
 ) -> Recording:
     """Record from the drape's present state on, ``began`` s after its dressing."""
     cloth_count, body_count = drape.outfit.vertex_count, len(drape.outfit.body.rest_vertices)
@@ -206,6 +221,7 @@ def _record(
         cloth[k] = drape.cloth_positions() + drape.origin
         body[k] = drape.body_positions() + drape.origin
     progress("Simulating", 1.0)
+    fabric = drape.simulation.scene.fabric
     return Recording(
         cloth=cloth,
         cloth_faces=np.asarray(drape.outfit.faces, dtype=np.int32),
@@ -214,6 +230,9 @@ def _record(
         dt=1.0 / fps,
         reports=tuple(reports),
         notes=drape.notes,
+        cloth_uv=np.asarray(drape.outfit.uv, dtype=np.float32),
+        cloth_panels=np.asarray(drape.outfit.panel_of_face, dtype=np.int32),
+        surface=surface_of(fabric.name, fabric.look, finish),
     )
 
 

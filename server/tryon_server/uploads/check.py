@@ -1,4 +1,4 @@
-"""Checks one uploaded motion or body; the body of the child process of an upload, as of a garment's.
+"""Checks one uploaded motion, body or print; the body of the child process of an upload, as of a garment's.
 
 What a session does with the file later is done here once, by the same code, so that what is wrong is said at once.
 """
@@ -13,8 +13,9 @@ from pathlib import Path
 
 import msgspec
 
-from tryon_server.findings import BodyFacts, MotionFacts
+from tryon_server.findings import BodyFacts, MotionFacts, PrintFacts
 from tryon_server.garments.limited import apply_limits, run_child, unforeseen
+from tryon_server.looks.picture import read_picture
 from tryon_server.problems import Problem, ProblemError
 from tryon_server.unused import note_unused
 from tryon_server.wording import as_parameters, in_parameters
@@ -31,6 +32,7 @@ class Telling(msgspec.Struct, frozen=True, kw_only=True):
     animation: str | None = None
     facing: str | None = None
     joints: dict[str, str] | None = None
+    width: float | None = None
 
 
 class UploadReply(msgspec.Struct, frozen=True, kw_only=True):
@@ -38,6 +40,7 @@ class UploadReply(msgspec.Struct, frozen=True, kw_only=True):
 
     motion: MotionFacts | None = None
     body: BodyFacts | None = None
+    print: PrintFacts | None = None
     problem: Problem | None = None
     status: int = 200
     trace: str = ""
@@ -50,6 +53,8 @@ def check(content: bytes, told: Telling) -> UploadReply:
         try:
             if told.kind == "motion":
                 return UploadReply(motion=check_motion(content, told))
+            if told.kind == "print":
+                return UploadReply(print=check_print(content, told))
             path.write_bytes(content)
             return UploadReply(body=check_body(path, told))
         except ProblemError as error:
@@ -90,6 +95,14 @@ def check_body(path: Path, told: Telling) -> BodyFacts:
         vertex_count=sequence.vertex_count,
         notes=tuple(as_parameters(note) for note in (*body.notes, *unused)),
     )
+
+
+def check_print(content: bytes, told: Telling) -> PrintFacts:
+    """Read a picture that is to be so wide on the cloth. Raises ProblemError."""
+    assert told.width is not None
+    picture = read_picture(content)
+    size = (told.width, told.width * picture.height / picture.width)
+    return PrintFacts(kind=picture.kind, pixels=(picture.width, picture.height), size=size)
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""Motions and bodies of the server: upload, look-up, removal."""
+"""Motions, bodies and prints of the server: upload, look-up, removal."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Generic
 import msgspec
 
 from tryon_server.garments.limited import Limits, Work, run_limited
-from tryon_server.persistence import BodyRecord, KeptFiles, MotionRecord, UploadStore
+from tryon_server.persistence import BodyRecord, KeptFiles, MotionRecord, PrintRecord, UploadStore
 from tryon_server.persistence.uploads import Record
 from tryon_server.problems import ProblemError, problem_error
 from tryon_server.sessions.commands import MotionReading
@@ -24,14 +24,18 @@ logger = logging.getLogger(__name__)
 MAX_NAME_LENGTH = 200
 ID_WORDS = 40  # letters of a name that are in the id
 ID_DIGITS = 10  # of its key
-REMEDIES = {"motion": "Cut it into shorter motions", "body": "Export fewer frames, or a coarser mesh"}
+REMEDIES = {
+    "motion": "Cut it into shorter motions",
+    "body": "Export fewer frames, or a coarser mesh",
+    "print": "Make the picture smaller",
+}
 
 
 class Uploads(Generic[Record]):
     """Stores one kind of file by content. Blocking: call it from a worker thread. Safe to call from several threads.
 
     Args:
-        kind: ``motion`` or ``body``.
+        kind: ``motion``, ``body`` or ``print``.
         records: where what is known of them is kept.
         files: where the files are kept.
         limits: what checking one may use.
@@ -214,6 +218,27 @@ class BodyUploads(Uploads[BodyRecord]):
         return self._added(content, told, record)
 
 
+class PrintUploads(Uploads[PrintRecord]):
+    """Uploaded prints."""
+
+    def add(self, content: bytes, name: str, width: float) -> PrintRecord:
+        """Check a picture that is to be `width` m wide on the cloth, and store it; the same in the same width is the
+        same print.
+
+        Raises:
+            ProblemError: 422, it is no picture that can be shown, or the name is unfit.
+        """
+        told = Telling(kind="print", name=checked_name("print", name), width=width)
+
+        def record(key: str, digest: str, found: UploadReply) -> PrintRecord:
+            assert found.print is not None
+            return PrintRecord(
+                id=_id(told.name, key), name=told.name, key=key, digest=digest, created=time.time(), facts=found.print
+            )
+
+        return self._added(content, told, record)
+
+
 def checked_name(kind: str, name: str) -> str:
     """The name without blanks around it. Raises ProblemError when it is unfit."""
     name = name.strip()
@@ -226,7 +251,7 @@ def checked_name(kind: str, name: str) -> str:
 def _key(content: bytes, told: Telling) -> tuple[str, str]:
     """The hash of a file with what was told about it, and that of the file alone."""
     fields = msgspec.structs.asdict(msgspec.structs.replace(told, name=""))
-    for later in ("animation", "facing", "joints"):  # the keys of files that are kept already know none of them
+    for later in ("animation", "facing", "joints", "width"):  # keys of files that are kept already know none
         if fields[later] is None:
             del fields[later]
     said = msgspec.json.encode(fields)

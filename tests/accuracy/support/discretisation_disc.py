@@ -16,7 +16,7 @@ from discretisation_rest import AT_60, come_to_rest, live_with, meshed, tailors_
 from small_scenes import STILL, rigid_body
 
 from tryon_solver.baselines.newton_ipc import Reference
-from tryon_solver.materials.fabric import FABRICS
+from tryon_solver.materials.fabric import FABRICS, Fabric
 from tryon_solver.scene import WORN, Scene
 from tryon_solver.settings import PRESETS, Settings
 from tryon_solver.simulation import build
@@ -76,10 +76,11 @@ def drape_against_reference(preset: str) -> dict[str, Any]:
     return tailors_row("settled drape", "%", 100 * coefficient, {"steps [1/s]": 1 / dt}, len(cloth), truth, **more)
 
 
-def disc_scene(edge: float, settings: Settings, thickness: float | None = None) -> Scene:
+def disc_scene(
+    edge: float, settings: Settings, thickness: float | None = None, fabric: Fabric = FABRICS[DISC.fabric]
+) -> Scene:
     """The disc, meshed by edges of `edge` mm, just out of reach above the pedestal."""
     garment, uv = meshed(circle(DISC.radius), 1e-3 * edge)
-    fabric = FABRICS[DISC.fabric]
     fabric = fabric if thickness is None else replace(fabric, thickness=thickness)
     top = settings.body_offset + 0.5 * fabric.thickness + settings.d_hat
     angle, radius = np.arctan2(uv[:, 1], uv[:, 0]), np.linalg.norm(uv, axis=1)
@@ -98,8 +99,17 @@ def circle(radius: float) -> np.ndarray:
     return fair * radius * np.column_stack([np.cos(angle), np.sin(angle)])
 
 
-def of_shadow(scene: Scene, cloth: np.ndarray, directions: int = 720) -> tuple[float, int]:
+def of_shadow(scene: Scene, cloth: np.ndarray) -> tuple[float, int]:
     """Drape coefficient of cloth (N, 3) m, and how often its outline goes out and in again."""
+    outline = shadow(scene, cloth)
+    area = np.pi * (outline**2).mean()
+    inner, outer = np.pi * DISC.pedestal**2, np.pi * DISC.radius**2
+    waves = np.abs(np.fft.rfft(outline))[1:21]
+    return float((area - inner) / (outer - inner)), int(1 + np.argmax(waves))
+
+
+def shadow(scene: Scene, cloth: np.ndarray, directions: int = 720) -> np.ndarray:
+    """(directions,) m, from the pedestal's middle to the edge of the shadow of cloth (N, 3) m."""
     faces = scene.garment.faces
     sides = np.unique(np.sort(np.vstack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1), axis=0)
     share = np.linspace(0, 1, 20)[:, None, None]
@@ -107,7 +117,4 @@ def of_shadow(scene: Scene, cloth: np.ndarray, directions: int = 720) -> tuple[f
     which = ((np.arctan2(points[:, 1], points[:, 0]) / (2 * np.pi) % 1) * directions).astype(int) % directions
     outline = np.zeros(directions)
     np.maximum.at(outline, which, np.linalg.norm(points, axis=1))
-    shadow = np.pi * (outline**2).mean()
-    inner, outer = np.pi * DISC.pedestal**2, np.pi * DISC.radius**2
-    waves = np.abs(np.fft.rfft(outline))[1:21]
-    return float((shadow - inner) / (outer - inner)), int(1 + np.argmax(waves))
+    return outline

@@ -99,6 +99,10 @@ def serve(port: int, folder: Path, web: Path, workshop: str) -> None:
     from tryon_server.runtime.order import Workshop
     from tryon_server.settings import Settings
     from tryon_server.streaming.server import Server, listen
+    from tryon_solver.materials.look import Look
+
+    def fabric(name: str) -> FabricEntry:
+        return FabricEntry(name, 0.2, 5e-4, 1.1, Look(colour=FABRICS[name]))
 
     def runtime(settings: Settings) -> Runtime:
         works = Workshop(f"{workshop}:build", f"{workshop}:load_motion")
@@ -106,7 +110,7 @@ def serve(port: int, folder: Path, web: Path, workshop: str) -> None:
             placement=LocalProcesses(works, settings.session_memory_bytes),
             catalogue=Catalogue(
                 motions=(MotionEntry("walk", 4.0), MotionEntry("turn", 4.0)),
-                fabrics=tuple(FabricEntry(name, 0.2, 5e-4, 1.1, colour) for name, colour in FABRICS.items()),
+                fabrics=tuple(fabric(name) for name in FABRICS),
                 presets=("auto", "draft", "live", "fit"),
             ),
             devices=lambda: (Device("cpu", "the test's processor", None),),

@@ -15,11 +15,12 @@ from tryon_server.runtime.local_processes import LocalProcesses
 from tryon_server.runtime.order import Workshop
 from tryon_server.settings import Settings
 from tryon_server.streaming.server import Server, listen
+from tryon_solver.materials.look import Look
 
 FABRICS = ("cotton", "denim", "tight", "nan", "failing", "crash", "greedy", "slow")
 CATALOGUE = Catalogue(
     motions=(MotionEntry("sway", 1.0),),
-    fabrics=tuple(FabricEntry(name, 0.2, 5e-4, 1.1, (0.5, 0.5, 0.5)) for name in FABRICS),
+    fabrics=tuple(FabricEntry(name, 0.2, 5e-4, 1.1, Look()) for name in FABRICS),
     presets=("auto", "draft", "live"),
 )
 

@@ -1,0 +1,1 @@
+"""How fabrics look: maps of their weave, made here alone, for the page and for files."""
