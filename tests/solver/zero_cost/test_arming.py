@@ -12,11 +12,13 @@ compile_effects(["tryon_solver.effects.pressure"], "cpu")
 """
 BIND = """
 import sys
-import numpy as np
 import warp as wp
 wp.config.kernel_cache_dir = sys.argv[1]
 from tryon_solver.effects.pressure import add_pressure_kernel
-wp.get_module(add_pressure_kernel.module.name).load(wp.get_device("cpu"))
+numbers = wp.zeros(1, dtype=wp.int32, device="cpu")
+faces, pressure = wp.zeros(1, dtype=wp.vec3i, device="cpu"), wp.zeros(1, dtype=wp.float32, device="cpu")
+x, out = wp.zeros(3, dtype=wp.vec3, device="cpu"), wp.zeros((1, 3), dtype=wp.vec3, device="cpu")
+wp.launch(add_pressure_kernel, 1, [numbers, faces, pressure, x], [out], device="cpu")
 """
 
 
@@ -30,4 +32,5 @@ def test_an_armed_effect_is_compiled_once_and_nothing_else_is(tmp_path):
     assert ["effects.pressure" in line for line in first] == [True], first
     assert "(compiled)" in first[0]
     bound = lines_of(BIND, tmp_path)
+    assert ["effects.pressure" in line for line in bound] == [True], bound
     assert "(cached)" in bound[0]
