@@ -13,7 +13,7 @@ from pathlib import Path
 from fastapi import Depends, FastAPI
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 
-from tryon_server.api import bodies, catalogue, edits, faults, garments, motions, page, sessions
+from tryon_server.api import bodies, catalogue, edits, effects, faults, garments, motions, page, sessions
 from tryon_server.api.access import refuse_strangers
 from tryon_server.api.body import CappedBodies
 from tryon_server.garments.limited import Limits
@@ -82,8 +82,9 @@ def create_app(
     if settings.host in LOOPBACK:  # a page of another name that resolves to this machine must not pass as our own
         app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
     faults.install(app)
-    for router in (catalogue.router, garments.router, motions.router, bodies.router, sessions.router, edits.router):
-        app.include_router(router, dependencies=[Depends(refuse_strangers)])
+    choosing, wearing = (catalogue, garments, motions, bodies), (sessions, edits, effects)
+    for module in (*choosing, *wearing):
+        app.include_router(module.router, dependencies=[Depends(refuse_strangers)])
     app.include_router(sessions.stream_router)
     page.install(app, web)
     return app

@@ -5,11 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from tryon_solver.effect_words.fields import EffectError, choose_one_of
+from tryon_solver.effect_words.rules import Parameters, in_scene
 from tryon_solver.effect_words.table import BY_NAME, CLINGS, WORDS
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.lines import chain, hinges_of_edges
@@ -38,7 +38,6 @@ from tryon_solver.scene import (
     Wind,
 )
 
-Parameters = Mapping[str, Any]
 WORN_ON_BODY = "body"  # in place of a piece's name
 
 
@@ -112,11 +111,6 @@ def effects_of(asked: Mapping[str, Parameters], cut: Cut) -> tuple[Effect, ...]:
     return tuple(spec_of(word.name, asked[word.name], cut) for word in WORDS if word.name in in_scene(asked))
 
 
-def in_scene(asked: Mapping[str, Parameters]) -> frozenset[str]:
-    """Names of those that are not left out."""
-    return frozenset(asked) - frozenset(left_out(asked))
-
-
 def spec_of(name: str, parameters: Parameters, cut: Cut) -> Effect:
     """What a scene lists for an effect. Raises EffectError."""
     try:
@@ -140,19 +134,6 @@ def check(scene: Scene, asked: Mapping[str, Parameters], cut: Cut) -> tuple[Effe
     return effects
 
 
-def left_out(asked: Mapping[str, Parameters]) -> dict[str, str]:
-    """Name of each effect that is not in the scene though it is asked for -> why, for people."""
-    why = {
-        name: f"{word.title.lower()} takes its place"
-        for word in (BY_NAME[asked_name] for asked_name in asked)
-        for name in word.takes_place_of
-        if name in asked
-    }
-    if "sleep" in asked and asked.get("wind", {}).get("gusts", 0.0) > 0:
-        why["sleep"] = "cloth that is asleep feels no gusts"
-    return why
-
-
 def in_place(error: ValueError, name: str) -> EffectError:
     """A spec's or a scene's own words about an effect as field, place and remedy."""
     message, _, remedy = str(error).partition("; ")
@@ -168,27 +149,6 @@ def values_of(name: str, parameters: Parameters, cut: Cut) -> dict[str, np.ndarr
     by their names, shaped as there."""
     maker = VALUES.get(name)
     return {} if maker is None else maker(parameters, cut)
-
-
-def same_but_values(name: str, before: Parameters, after: Parameters) -> bool:
-    """Can a scene that has the effect as it was `before` be given `after` by its values alone?"""
-    if name not in VALUES:
-        return False
-    if name == "wind" and (before["gusts"] or after["gusts"]):  # their spectrum is that of the wind's speed
-        return False
-    fields = BY_NAME[name].fields
-    return _fixed(fields, before) == _fixed(fields, after)
-
-
-def _fixed(fields: Sequence[Any], parameters: Parameters) -> list[Any]:
-    """What of the parameters can't be written to a running scene."""
-    found: list[Any] = []
-    for field in fields:
-        if not field.live:
-            found.append(parameters[field.name])
-        elif hasattr(field, "fields"):
-            found.append([_fixed(field.fields, row) for row in parameters[field.name]])
-    return found
 
 
 def _gravity(p: Parameters, _cut: Cut) -> Effect:

@@ -8,23 +8,14 @@ import pytest
 from small_scenes import garment_of, grid_faces, grid_uv
 
 from tryon_solver.effect_words.fields import EffectError
+from tryon_solver.effect_words.rules import in_scene, left_out, same_but_values
 from tryon_solver.effect_words.table import LIVE, WORDS, live, word_of
 from tryon_solver.geometry.panel_mesh import mesh_pattern
 from tryon_solver.geometry.pattern import load_pattern
 from tryon_solver.geometry.weld import weld
 from tryon_solver.scene import LIVE as LIVE_SCENE
 from tryon_solver.scene import Friction, Scene, Wind
-from tryon_solver.worn_effects import (
-    MAKERS,
-    VALUES,
-    Cut,
-    check,
-    effects_of,
-    in_scene,
-    left_out,
-    same_but_values,
-    values_of,
-)
+from tryon_solver.worn_effects import MAKERS, VALUES, Cut, check, effects_of, values_of
 
 SKIRT = "server/tryon_server/demo/patterns/skirt.json"
 WAIST = [{"panel": "skirt_front", "edge": 2}, {"panel": "skirt_back", "edge": 2}]
