@@ -118,7 +118,7 @@ def spec_of(name: str, parameters: Parameters, cut: Cut) -> Effect:
     except EffectError:
         raise
     except ValueError as error:  # a spec's own check
-        raise in_place(error, name) from error
+        raise in_place(error) from error
 
 
 def check(scene: Scene, asked: Mapping[str, Parameters], cut: Cut) -> tuple[Effect, ...]:
@@ -129,15 +129,15 @@ def check(scene: Scene, asked: Mapping[str, Parameters], cut: Cut) -> tuple[Effe
     try:
         replace(scene, effects=effects)
     except ValueError as error:
-        named = str(error).partition(":")[0].replace(" ", "_")
-        raise in_place(error, named) from error
+        raise in_place(error) from error
     return effects
 
 
-def in_place(error: ValueError, name: str) -> EffectError:
-    """A spec's or a scene's own words about an effect as field, place and remedy."""
+def in_place(error: ValueError) -> EffectError:
+    """A spec's or a scene's own words, "effect: what is wrong; what to do", as field, place and remedy."""
     message, _, remedy = str(error).partition("; ")
     kind, _, said = message.partition(": ")
+    name = kind.replace(" ", "_")
     field = said.split(" ", 1)[0].rstrip(":")
     known = [field.name for field in BY_NAME[name].fields] if name in BY_NAME else []
     place = f"parameters.{field}" if field in known else "parameters"

@@ -85,7 +85,7 @@ class SolverEffects:
                 made = part
                 yield None
         except ValueError as error:
-            raise in_place(error, "") from error
+            raise in_place(error) from error
         assert made is not None
         take_over(made, self._worn.simulation)
         self._write(made, {name: own for name, own in asked.items() if own != self.asked.get(name)})
