@@ -29,6 +29,7 @@ LOOK_SECONDS = 0.02  # between looks at what is being compiled
 CHOICE_SECONDS = 1.0  # between looks at what garment and motion may call for
 CHOSEN = "chosen by itself: "
 ASKED = "asked for"
+TAKEN_OFF = "taken off"
 USUAL = "every garment is worn with it"
 OWN = "the pattern has it"
 
@@ -298,8 +299,11 @@ class EffectDesk:
         )
 
     def _why(self, name: str, worn: DrapeEffects) -> str:
-        if name in self._wishes:
-            return self._wishes[name].why if self._wishes[name].state != "absent" else "taken off"
+        wish = self._wishes.get(name)
+        if wish is not None and wish.state != "absent":
+            return wish.why
+        if wish is not None:
+            return TAKEN_OFF if name in {**live(), **worn.own} else ""
         if name in worn.own:
             return OWN
         return USUAL if name in worn.asked else ""

@@ -27,7 +27,7 @@ CATALOGUE = Catalogue(
 
 
 def analytic_runtime(settings: Settings) -> Runtime:
-    workshop = Workshop("analytic_drape:build", "analytic_drape:load_motion", "analytic_effects:Compiled")
+    workshop = Workshop("analytic_drape:build", "analytic_drape:load_motion", "pretended_effects:Compiled")
     return Runtime(
         placement=LocalProcesses(workshop, settings.session_memory_bytes),
         catalogue=CATALOGUE,

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import analytic_drape
 import pytest
-from analytic_effects import Compiled
+from pretended_effects import Compiled
 
 from tryon_protocol import FrameDecoder, Topology, decode_server
 from tryon_server.runtime.arming import Armoury

@@ -1,5 +1,5 @@
-"""Effects of the analytic drape: they do nothing but to be there. A pressure on pieces is refused at once, one of 666
-Pa once it is half bound, and one of 13 Pa breaks."""
+"""Effects of drapes without a solver: they do nothing but to be there. A pressure on pieces is refused at once, one of
+666 Pa once it is half bound, and one of 13 Pa breaks."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Compiled:
         return self.names
 
 
-class AnalyticEffects:
+class PretendedEffects:
     def __init__(self, asked=None) -> None:
         self.asked = live() if asked is None else asked
         self.own = {}
