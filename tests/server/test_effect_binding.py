@@ -100,7 +100,7 @@ def test_what_does_not_suit_is_refused_and_nothing_changes(bag):
     with pytest.raises(EffectError):
         bag.effects.check(asked(pressure={"panels": ["sleeve"]}))
     wrong = asked(adhesion={"kind": "static_cling", "strength": 1.0, "work": 50.0})
-    with pytest.raises(EffectError, match="parameters.work: .*Lower work"):
+    with pytest.raises(EffectError, match=r"parameters\.work: .*Lower work"):
         for _ in bag.effects.rebind(wrong):
             pass
     assert bag.simulation is simulation

@@ -138,6 +138,28 @@ def test_what_was_asked_for_is_kept_and_continued(own_server, worn):
     http.delete(f"/api/sessions/{again}")
 
 
+def test_time_stands_still_while_nobody_watches(own_server, worn):
+    path, session = worn
+    assert "Nobody watches" in own_server.http.get(f"/api/sessions/{session}").json()["detail"]
+
+    async def watch(frames):
+        """The times that so many frames show."""
+        async with connect(own_server.stream_url(session)) as stream:
+            times = []
+            async for frame in stream.frames():
+                times.append(frame.t_sim)
+                if len(times) == frames:
+                    assert "Nobody watches" not in stream.status.detail
+                    return times
+        raise AssertionError(times)
+
+    seen = asyncio.run(asyncio.wait_for(watch(60), 30.0))
+    own_server.http.put(f"{path}/wind", json={})  # what is asked meanwhile is done: it needs no time
+    time.sleep(1.0)
+    later = asyncio.run(asyncio.wait_for(watch(5), 30.0))
+    assert 0.0 <= later[0] - seen[-1] < 0.5 < seen[-1] - seen[1], "but for what was on its way"
+
+
 def test_by_itself_is_a_choice_of_its_own(own_server, worn):
     http, (path, _) = own_server.http, worn
     assert not http.get(path).json()["auto"]
