@@ -289,8 +289,7 @@ class Session:
     def status(self, now: float) -> StatusMessage:
         """The session's state in one message."""
         pose_age = now - self._last_pose_used
-        told = self._phase, self.motion, self.fabric, self.playing, self._ended, pose_age, self._bought
-        return status_of(*told, watched=bool(self._viewers))
+        return status_of(self._phase, self.motion, self.fabric, self.playing, self._ended, pose_age, self._bought)
 
     # Messages of clients ------------------------------------------------------------------------------------------
 

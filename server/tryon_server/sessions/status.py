@@ -8,7 +8,6 @@ from tryon_server.sessions.commands import BuyAccuracy
 from tryon_server.sessions.events import PhaseChanged
 
 OWN_MOTION = "own"  # name of the motion that a body brings along
-UNWATCHED = "Nobody watches: time stands still until somebody does"
 POSE_STALE_SECONDS = 2.0  # without a pose for this long the session says that it waits for one
 
 
@@ -20,12 +19,9 @@ def status_of(
     ended: bool,
     pose_age: float,
     bought: BuyAccuracy,
-    watched: bool,
 ) -> StatusMessage:
     """The state in one message; ``pose_age`` is how long ago the last pose was used [s]."""
     state, detail = _state(phase, motion, playing, ended, pose_age)
-    if state == "running" and not watched:
-        detail = UNWATCHED
     return StatusMessage(
         state=state,
         detail=detail,
