@@ -80,6 +80,14 @@ class Cut:
             way += along[1:]
         return np.array([v for v, before in zip(way, [-1, *way]) if v != before], np.int32)
 
+    def mesh_edges(self, edges: Sequence[Parameters], place: str) -> np.ndarray:
+        """(K, 2) int32 edges of the mesh along these edges of the pattern, in any order, each once, though both sides
+        of a seam be named. Raises EffectError for an edge that there is not."""
+        along = [chain(self._edge(edge, f"{place}[{k}]")) for k, edge in enumerate(edges)]
+        together = np.vstack(along)
+        _, first = np.unique(np.sort(together, axis=1), axis=0, return_index=True)
+        return together[np.sort(first)]
+
     def facing(self, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Two lines (K,), (L,), the second turned about if so its ends lie nearer to those of the first, where the
         pattern puts its pieces."""
@@ -199,7 +207,7 @@ def _pressure(p: Parameters, cut: Cut) -> Effect:
 
 def _elastic(p: Parameters, cut: Cut) -> Effect:
     lines = [
-        ElasticLine(chain(cut.line(row["along"], f"parameters.lines[{k}].along")), row["ratio"], row["stiffness"])
+        ElasticLine(cut.mesh_edges(row["along"], f"parameters.lines[{k}].along"), row["ratio"], row["stiffness"])
         for k, row in enumerate(p["lines"])
     ]
     return Elastic(tuple(lines))
@@ -209,7 +217,7 @@ def _creases(p: Parameters, cut: Cut) -> Creases:
     edges, angles = [], []
     for k, row in enumerate(p["lines"]):
         place = f"parameters.lines[{k}].along"
-        line = chain(cut.line(row["along"], place))
+        line = cut.mesh_edges(row["along"], place)
         try:
             hinges_of_edges(cut.garment, line, "creases")
         except ValueError as error:

@@ -21,14 +21,17 @@ HEM = [{"panel": "front", "edge": 0}, {"panel": "back", "edge": 0}]
 @pytest.fixture(scope="module")
 def hung(tmp_path_factory):
     """A bag over a capsule, put away."""
-    folder = tmp_path_factory.mktemp("bag")
+    return hang(tmp_path_factory.mktemp("bag"), patterns.bag(60.0, 40.0)).packed()
+
+
+def hang(folder, pattern):
     capsule = trimesh.creation.capsule(height=0.6, radius=0.14, count=[16, 16])
     capsule.apply_transform(trimesh.transformations.rotation_matrix(-np.pi / 2, [1, 0, 0]))
     capsule.apply_translation([0, 0.75, 0])
     capsule.export(folder / "capsule.ply")
-    (folder / "bag.json").write_bytes(patterns.as_bytes(patterns.bag(60.0, 40.0)))
+    (folder / "bag.json").write_bytes(patterns.as_bytes(pattern))
     order = DrapeOrder(folder / "bag.json", "cotton_jersey", "draft", "cpu", 0.06, folder / "capsule.ply")
-    return production.build_drape(order, lambda *_: None).packed()
+    return production.build_drape(order, lambda *_: None)
 
 
 @pytest.fixture
@@ -126,6 +129,25 @@ def test_effects_go_along_to_another_cut_and_to_another_process(bag):
     assert "pressure" in divided.effects.asked
     assert "fasteners" not in divided.effects.asked, "its edges are others"
     advance(divided, 2)
+
+
+def test_what_a_pattern_carries_is_worn_from_the_first_and_in_its_next_cut(tmp_path):
+    pattern = patterns.bag(60.0, 40.0)
+    for name in ("front", "back"):
+        pattern["pattern"]["panels"][name]["edges"][0]["elastic"] = {"ratio": 0.7, "stiffness": 60.0}
+    drape = hang(tmp_path, pattern)
+    assert "elastic" in plan(drape)
+    assert drape.effects.own == {"elastic": drape.effects.asked["elastic"]}
+    assert width(drape, drape.cloth_positions().astype(np.float64)) < 1.0, "it was put on so: the hem is 1.2 m long"
+    dart = {"kind": "dart", "panel": "front", "edge": 0, "position": 0.5, "width": 0.05, "depth": 0.1}
+    cut = apply(drape.specification, parse_edit(dart)).specification
+    *_, other = drape.recut(drape.cutting(cut, "cotton_jersey")())
+    (line,) = other.effects.asked["elastic"]["lines"]
+    assert len(line["along"]) == 3, "on both sides of the dart"
+    bind(drape, {name: own for name, own in drape.effects.asked.items() if name != "elastic"})
+    *_, without = drape.recut(drape.cutting(cut, "cotton_jersey")())
+    assert "elastic" not in without.effects.asked, "it was taken off"
+    assert "elastic" in without.effects.own
 
 
 def test_what_each_takes_is_measured_when_it_is_asked_for(bag):

@@ -183,6 +183,26 @@ def test_what_a_garment_can_not_be_worn_with_is_armed_and_says_why():
     assert sheet.effects.bound == 0
 
 
+def test_what_the_pattern_has_says_so_and_can_be_taken_off_and_back():
+    pressed = {"lines": [{"along": [{"panel": "front", "edge": 1}], "angle": 60.0}]}
+
+    def creased(order, progress):
+        sheet = analytic_drape.build(order, progress)
+        sheet.effects.own = {"creases": pressed}
+        sheet.effects.asked = {**sheet.effects.asked, "creases": pressed}
+        return sheet
+
+    off, on = (ChangeEffect(ticket, "creases", state) for ticket, state in ((1, "absent"), (2, "active")))
+    connection, (sheet,) = told(off, on, apart=1.0, build=creased)
+    first, *_ = news(connection)
+    assert states(first)["creases"].why == "the pattern has it"
+    off_then = next(event for event in news(connection) if 1 in event.answers)
+    assert states(off_then)["creases"].why == "taken off"
+    assert states(off_then)["creases"].state == "absent"
+    assert sheet.effects.asked["creases"] == pressed
+    assert answered(connection) == [1, 2]
+
+
 def test_by_itself_it_arms_what_garment_and_motion_may_call_for_and_says_why():
     def brisk(order, progress):
         sheet = analytic_drape.build(order, progress)

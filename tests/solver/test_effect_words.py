@@ -109,7 +109,8 @@ def test_a_line_follows_the_patterns_edges_around_the_waist(skirt):
 
 def test_lines_refuse_what_does_not_hang_together(skirt):
     apart = [{"panel": "skirt_front", "edge": 0}, {"panel": "skirt_back", "edge": 2}]
-    assert refused("elastic", {"lines": [{"along": apart}]}, skirt[0]).place == "parameters.lines[0].along[1]"
+    row = {"first": apart, "second": SIDES}
+    assert refused("fasteners", {"rows": [row]}, skirt[0]).place == "parameters.rows[0].first[1]"
     none = [{"panel": "skirt_front", "edge": 9}]
     assert refused("elastic", {"lines": [{"along": none}]}, skirt[0]).place == "parameters.lines[0].along[0].edge"
     border = {"lines": [{"along": WAIST[:1]}]}

@@ -13,6 +13,7 @@ from tryon_server.runtime.drape import Asked, Character
 from tryon_server.runtime.worn_pattern import WornPattern
 from tryon_solver.effect_words.fields import EffectError
 from tryon_solver.effect_words.rules import LINED, Parameters
+from tryon_solver.effect_words.table import live
 from tryon_solver.geometry.boundary_loops import boundary_loops
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.weld import weld
@@ -44,13 +45,14 @@ class SolverEffects:
         own: those that its pattern calls for.
     """
 
-    def __init__(self, worn: Worn, panel_names: tuple[str, ...], asked: Asked) -> None:
-        self.asked = asked
-        self.own: Asked = {}
+    def __init__(self, worn: Worn, panel_names: tuple[str, ...], asked: Asked | None) -> None:
+        pattern = worn.worn_pattern
+        self.own: Asked = {} if pattern is None else parsed(pattern.specification).effects
+        self.asked: Asked = {**live(), **self.own} if asked is None else asked
         self._worn = worn
         self._names = panel_names
         self._cut: Cut | None = None
-        self._write(worn.simulation, asked)
+        self._write(worn.simulation, self.asked)
 
     @property
     def cut(self) -> Cut:
@@ -139,13 +141,15 @@ def cut_of(garment: Garment, panel_names: tuple[str, ...], pattern: WornPattern 
     return Cut(garment, panel_names, counts, pattern.panels, weld(pattern.panels).welded_of_vertex)
 
 
-def in_another_cut(asked: Asked, before: Cut, after: Cut) -> dict[str, Parameters]:
+def in_another_cut(worn: SolverEffects, after: Cut, own: Asked) -> dict[str, Parameters]:
     """Of what a garment is worn with, what another cut of it can be worn with as well: nothing along edges whose
-    numbers may mean others, and nothing on pieces that are gone."""
+    numbers may mean others, and nothing on pieces that are gone. What its pattern called for is as the pattern of the
+    other cut has it, its `own`."""
+    before = worn.cut
     same = before.panel_names == after.panel_names and before.edge_counts == after.edge_counts
-    kept = {}
-    for name, parameters in asked.items():
-        if same or name not in LINED:
+    kept = {name: new for name, new in own.items() if worn.asked.get(name) == worn.own.get(name)}
+    for name, parameters in worn.asked.items():
+        if name not in worn.own and (same or name not in LINED):
             with suppress(EffectError):
                 spec_of(name, parameters, after)
                 kept[name] = parameters

@@ -20,7 +20,6 @@ from tryon_solver.body.model import BodyModel
 from tryon_solver.build_in_parts import build_in_parts
 from tryon_solver.dressing.carry_over import CarryError, prepare, put_on
 from tryon_solver.dressing.opening import Opening
-from tryon_solver.effect_words.table import live
 from tryon_solver.geometry.garment import GarmentError
 from tryon_solver.geometry.piece_meshes import keep, kept
 from tryon_solver.geometry.size import in_size
@@ -60,7 +59,7 @@ class SolverDrape:
     ) -> None:
         """`pose` is the stance in which it was dressed; `body` the body as told to clients; `notes` and `size` as in
         Outfit; `opening` the one by which the garment hangs, where it hangs by one; `worn` the pattern, if there is
-        one; `asked` the effects that it is worn with, where they are not the usual ones."""
+        one; `asked` the effects that it is worn with, where they are not the usual ones and those of its pattern."""
         self.simulation = simulation
         self._dressed_at = simulation.state.time
         garment = simulation.scene.garment
@@ -87,7 +86,7 @@ class SolverDrape:
         self._edit: LiveEdit | None = None
         self._shapes: Shapes | None = None  # of which somebody has asked
         self._stance, self._time = pose, 0.0  # of the last advance
-        self.effects = SolverEffects(self, panel_names, live() if asked is None else asked)
+        self.effects = SolverEffects(self, panel_names, asked)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -150,7 +149,7 @@ class SolverDrape:
         drag: list[Drag | None] = [None]
         own = replace(worn, specification=cut.specification, panels=panels)
         cut_after = cut_of(cut.made.garment, panels.panel_names, own)
-        asked = in_another_cut(self.effects.asked, self.effects.cut, cut_after)
+        asked = in_another_cut(self.effects, cut_after, parsed(cut.specification).effects)
 
         def made_ready() -> Iterator[None]:
             for drag[0] in own.drag_in_parts(fabric.thickness):

@@ -66,6 +66,12 @@ GUSTS = (
     Number("gust_length", "how large its eddies are", "m", low=0.1, high=100.0, untold=5.0),
     Number("seed", "which gusts are drawn", "", high=2**31 - 1, whole=True),
 )
+ELASTIC = (
+    Number("ratio", "its length, over the line's", "", low=0.2, high=1.5, untold=0.8, live=True),
+    Number("stiffness", "force per strain", "N", low=0.1, high=1000.0, untold=30.0),
+)
+CREASE = (Number("angle", "above 0 a ridge", "degrees", low=-160.0, high=160.0, untold=60.0, live=True),)
+BUTTONS = Number("buttons", "how many, evenly; null: a zip", "", low=1, high=64, open=True, whole=True)
 WORDS = (
     EffectWord(
         "gravity",
@@ -155,11 +161,7 @@ WORDS = (
                 "edges of the pattern with elastic in them",
                 live=True,
                 needed=True,
-                fields=(
-                    _line("edges that it is sewn along"),
-                    Number("ratio", "its length, over the line's", "", low=0.2, high=1.5, untold=0.8, live=True),
-                    Number("stiffness", "force per strain", "N", low=0.1, high=1000.0, untold=30.0),
-                ),
+                fields=(_line("edges that it is sewn along"), *ELASTIC),
             ),
         ),
     ),
@@ -173,10 +175,7 @@ WORDS = (
                 "sewn edges of the pattern that are pressed",
                 live=True,
                 needed=True,
-                fields=(
-                    _line("edges that are pressed"),
-                    Number("angle", "above 0 a ridge", "degrees", low=-160.0, high=160.0, untold=60.0, live=True),
-                ),
+                fields=(_line("edges that are pressed"), *CREASE),
             ),
         ),
     ),
@@ -193,7 +192,7 @@ WORDS = (
                 fields=(
                     Edges("first", "one side", needed=True),
                     Edges("second", "the other side", needed=True),
-                    Number("buttons", "how many, evenly; null: a zip", "", low=1, high=64, open=True, whole=True),
+                    BUTTONS,
                     Number("closed", "1: closed, 0: open", "", untold=1.0, live=True),
                 ),
             ),
@@ -223,6 +222,12 @@ WORDS = (
     ),
 )
 BY_NAME: Mapping[str, EffectWord] = {word.name: word for word in WORDS}
+ON_EDGES: Mapping[str, tuple[Field, ...]] = {
+    "elastic": ELASTIC,
+    "crease": CREASE,
+    "fastened": (Panel("as", "a name that both sides have", needed=True), BUTTONS),
+}
+"""What an edge of a pattern may carry (geometry/edge_effects.py), and the parameters of each."""
 LIVE = ("gravity", "body_contact", "self_contact", "friction", "strain_limit", "air_drag", "fabric_damping", "sleep")
 """What a garment is worn with unless something else is asked for: the scene's LIVE (tryon_solver/scene.py)."""
 
