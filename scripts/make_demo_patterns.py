@@ -42,6 +42,7 @@ class Body:
 
 
 BODY = Body()
+WAISTBAND = {"ratio": 0.9, "stiffness": 30.0}  # N: worn at its own length it is pulled with 3 N, as a soft waistband is
 FRONT_Z, BACK_Z = 24.0, -18.0  # clear of the chest and of the back
 
 
@@ -73,6 +74,11 @@ class Piece:
     def arc(self, name: str, end: Point, radius: float, counter_clockwise: bool) -> Piece:
         """The smaller circular arc from the last point to the end."""
         return self._add(name, end, {"type": "circle", "params": [rounded(radius), 0, int(counter_clockwise)]})
+
+    def carry(self, name: str, **effects: dict) -> Piece:
+        """Have the edge carry elastic, a crease or buttons, as edge_effects.py reads them."""
+        self.edges[self.names.index(name)] |= effects
+        return self
 
     def spec(self) -> dict:
         """The panel in the specification's form."""
@@ -312,13 +318,16 @@ def skirt_seams() -> list[tuple[str, str, str, str]]:
 
 
 def skirt() -> dict:
-    """A flared skirt whose waist is the body's smallest girth, far less than the hips', so that it cannot slide down.
+    """A flared skirt whose waist is the body's smallest girth, far less than the hips', so that it cannot slide down;
+    elastic in it holds it where it is.
 
     Cloth lies 2 to 3 mm off the skin, where the girth is 1.5 cm more: the waist is stretched by 2 %, within any fabric.
     """
     shape = FlaredSkirt(waist=BODY.waist_girth, length=50.0, angle=100.0)
     height = BODY.waist_height - 1.0
     pieces = {"skirt_front": shape.piece(height, True), "skirt_back": shape.piece(height, False)}
+    for piece in pieces.values():
+        piece.carry("waist", elastic=WAISTBAND)
     return garment(pieces, skirt_seams())
 
 
@@ -392,7 +401,8 @@ class TrouserLeg:
 
 
 def trousers() -> dict:
-    """Loose trousers down to the ankles: four pieces. Their waist is the body's smallest girth, as the skirt's."""
+    """Loose trousers down to the ankles: four pieces. Their waist is the body's smallest girth, as the skirt's, and has
+    elastic in it."""
     hip = (BODY.hip_girth + 6.0) / 4
     same = {"top": BODY.waist_height - 1.0, "widest": 83.0, "fork": 68.0, "bottom": 12.0}
     front = TrouserLeg(waist=BODY.waist_girth / 4, hip=hip, beyond=6.0, outer=21.0, **same)
@@ -403,6 +413,8 @@ def trousers() -> dict:
         "back_left": back.piece(1.0, False),
         "back_right": back.piece(-1.0, False),
     }
+    for piece in pieces.values():
+        piece.carry("waist", elastic=WAISTBAND)
     seams = [
         (f"front_{side}", edge, f"back_{side}", edge)
         for side in ("left", "right")

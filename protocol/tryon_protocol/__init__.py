@@ -3,6 +3,7 @@
 from .control import decode_client, decode_server, encode, error_message, is_frame, negotiate, request_of
 from .conventions import CONVENTIONS, Convention
 from .decoder import DecodedFrame, FrameDecoder
+from .effect_messages import AUTO, EffectState
 from .encoder import KEYFRAME_INTERVAL, FrameEncoder
 from .errors import ProtocolError
 from .frames import Codec, EncodedFrame, FrameHeader, read_header
@@ -25,19 +26,23 @@ from .messages import (
     DesignSeam,
     EditedMessage,
     EditMessage,
+    EffectsMessage,
     ErrorMessage,
     GoodbyeMessage,
     HelloMessage,
     KeyframeRequestMessage,
+    MeasureEffectsMessage,
     PauseMessage,
     PingMessage,
     PlayMessage,
     PongMessage,
     PoseMessage,
     RedoMessage,
+    RemoveEffectMessage,
     ReportMessage,
     ServerMessage,
     SetAccuracyMessage,
+    SetEffectMessage,
     SetFabricMessage,
     SetMotionMessage,
     SkeletonMessage,
@@ -52,6 +57,7 @@ from .validation import Skeleton, TrackedPose, validate_pose, validate_skeleton,
 from .window import CREDIT, ViewerWindow
 
 __all__ = [
+    "AUTO",
     "CONVENTIONS",
     "CREDIT",
     "GRID",
@@ -77,6 +83,8 @@ __all__ = [
     "DesignSeam",
     "EditMessage",
     "EditedMessage",
+    "EffectState",
+    "EffectsMessage",
     "EncodedFrame",
     "ErrorMessage",
     "FrameDecoder",
@@ -85,6 +93,7 @@ __all__ = [
     "GoodbyeMessage",
     "HelloMessage",
     "KeyframeRequestMessage",
+    "MeasureEffectsMessage",
     "PauseMessage",
     "PingMessage",
     "PlayMessage",
@@ -92,9 +101,11 @@ __all__ = [
     "PoseMessage",
     "ProtocolError",
     "RedoMessage",
+    "RemoveEffectMessage",
     "ReportMessage",
     "ServerMessage",
     "SetAccuracyMessage",
+    "SetEffectMessage",
     "SetFabricMessage",
     "SetMotionMessage",
     "Skeleton",

@@ -7,6 +7,8 @@ ERROR_CODES = frozenset(
         "contorted",
         "edit_not_kept",
         "edit_refused",
+        "effect_refused",
+        "effects_not_kept",
         "invalid_ack",
         "invalid_field",
         "invalid_pose",

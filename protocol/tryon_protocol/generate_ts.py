@@ -17,7 +17,7 @@ from typing import Any, get_args
 
 from msgspec import NODEFAULT, inspect
 
-from . import conventions, frames, grid, messages, window
+from . import conventions, effect_messages, frames, grid, messages, window
 
 OUTPUT = Path(__file__).resolve().parents[1] / "ts" / "src" / "generated.ts"
 _SCALARS: dict[type[inspect.Type], str] = {
@@ -41,7 +41,7 @@ def typescript() -> str:
     nested = [
         *(messages.ArrayData, messages.ClothTopology, messages.BodyTopology),
         *(messages.DesignEdge, messages.DesignPanel, messages.DesignSeam, messages.DesignPatch),
-        messages.DesignEdit,
+        *(messages.DesignEdit, effect_messages.EffectState),
     ]
     structs: list[inspect.StructType] = []
     for struct in inspect.multi_type_info([*nested, *client, *server]):

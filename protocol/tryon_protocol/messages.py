@@ -11,6 +11,9 @@ from typing import Annotated, Any, Literal, Union
 
 from msgspec import Meta, Struct
 
+from .effect_messages import EffectsMessage, MeasureEffectsMessage, RemoveEffectMessage, SetEffectMessage
+from .message_base import U32, Message, Name, Number, Request, Text
+
 SUBPROTOCOL = "tryon.v1"
 MAJOR_VERSION = 1
 MAX_CLIENT_MESSAGE_BYTES = 65536
@@ -23,14 +26,6 @@ POSE_SMOOTHINGS = ("one-euro", "none")
 MAX_JOINTS = 1024
 """A pose or skeleton with more joints than this is refused."""
 
-U32 = Annotated[int, Meta(ge=0, le=2**32 - 1)]
-Number = Annotated[int, Meta(ge=1, le=2**32 - 1)]
-Name = Annotated[str, Meta(min_length=1, max_length=200)]
-Text = Annotated[str, Meta(max_length=500)]
-Request = Annotated[
-    U32 | None,
-    Meta(description="number chosen by the client and repeated in the `error` that answers this command; null: none"),
-]
 Vector = tuple[float, float, float]
 Point = tuple[float, float]
 Quaternion = tuple[float, float, float, float]
@@ -79,10 +74,6 @@ class BodyTopology(Struct, frozen=True, kw_only=True):
     rest_joints: Annotated[ArrayData, Meta(description="float32 (J,3) m: joint centres in the rest pose")]
     skin_joints: Annotated[ArrayData, Meta(description="uint16 (B,K): joints that move each vertex")]
     skin_weights: Annotated[ArrayData, Meta(description="float32 (B,K): their weights, each row sums to 1")]
-
-
-class Message(Struct, tag_field="type", frozen=True, kw_only=True):
-    """Base of all control messages: a map whose field "type" names the message."""
 
 
 # From the client to the server ------------------------------------------------------------------------------------
@@ -509,6 +500,9 @@ ClientMessage = Union[  # noqa: UP007 - a runtime value that decoders are built 
     SetMotionMessage,
     SetFabricMessage,
     SetAccuracyMessage,
+    SetEffectMessage,
+    RemoveEffectMessage,
+    MeasureEffectsMessage,
     EditMessage,
     UndoMessage,
     RedoMessage,
@@ -520,6 +514,7 @@ ServerMessage = Union[  # noqa: UP007
     TopologyMessage,
     StatusMessage,
     ReportMessage,
+    EffectsMessage,
     DesignMessage,
     EditedMessage,
     ErrorMessage,

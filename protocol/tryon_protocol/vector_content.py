@@ -9,6 +9,7 @@ import numpy as np
 import zstandard
 from msgspec import Struct
 
+from . import effect_messages as effects
 from . import messages as m
 from .control import encode
 from .conventions import CONVENTIONS
@@ -82,6 +83,9 @@ def messages() -> dict[str, tuple[bytes, Any]]:
         m.SetMotionMessage(motion="walk", request=8),
         m.SetFabricMessage(fabric="Baumwolle, köperbindig", request=9),
         m.SetAccuracyMessage(accuracy=0.00025, deadline_ms=11, request=13),
+        m.SetEffectMessage(name="wind", parameters={"velocity": [0.5, 0, -2.25]}, state="armed", request=14),
+        m.RemoveEffectMessage(name="auto", request=15),
+        m.MeasureEffectsMessage(request=16),
         m.EditMessage(
             edit={"kind": "move_vertex", "panel": "front", "vertex": 2, "by": [0.0125, -0.03]},
             mirror=True,
@@ -130,6 +134,11 @@ def messages() -> dict[str, tuple[bytes, Any]]:
             error=0.00075,
             late_ms=0.5,
         ),
+        m.EffectsMessage(
+            effects=_effects(),
+            auto=True,
+            plan="add_acceleration: gravity",
+        ),
         _design(),
         m.EditedMessage(id=3, change="topology", request=10),
         m.ErrorMessage(
@@ -149,6 +158,14 @@ def messages() -> dict[str, tuple[bytes, Any]]:
                 tag = "pose_of_a_tracker"
             named[f"{side}_{tag}"] = (encode(message), _plain(message))
     return named
+
+
+def _effects() -> tuple[effects.EffectState, ...]:
+    down = {"acceleration": [0.0, -9.81, 0.0]}
+    return (
+        effects.EffectState(name="gravity", state="active", parameters=down, ms=0.125),
+        effects.EffectState(name="wind", state="armed", pending="binding", why="böig", stages={"start_step": 0.5}),
+    )
 
 
 def _design() -> m.DesignMessage:

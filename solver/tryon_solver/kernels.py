@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+import sys
+from collections.abc import Sequence
+from importlib import import_module
 
 import warp as wp
 
@@ -34,3 +37,18 @@ def compile_kernels(device: str) -> None:
     for threads, modules in IN_BLOCKS:
         loaded = [wp.get_module(module.__name__) for module in modules]
         wp.force_load(device, loaded, threads, workers)
+
+
+def compile_effects(modules: Sequence[str], device: str) -> None:
+    """Have the kernels of these modules of effects in Warp's cache, and those that they import: for whoever binds them
+    later, in another process. What a scene without effects has is imported and not compiled."""
+    import_module(f"{PACKAGE}.simulation")
+    before = set(sys.modules)
+    for module in modules:
+        import_module(module)
+    if wp.get_device(device).is_cuda:
+        compile_kernels(device)
+        return
+    own = {*modules, *(name for name in sys.modules if name.startswith(PACKAGE) and name not in before)}
+    for name in sorted(own):
+        wp.load_module(name, device)

@@ -45,9 +45,9 @@ class LiveEdit:
         self._begun = 0.0  # s, when the shape set out
         self._stood_since = -math.inf  # s, when it became `now`
         self._making: tuple[PanelMesh, int, Future[np.ndarray]] | None = None
-        self._inverse_of: PanelMesh = drag.mesh
+        self._inverse_of: PanelMesh | None = drag.mesh
         self._inverse_at = sim.state.time  # when the shape last had its own inverse, or one was begun
-        self._at_start = sim.factor_key, sim.search.inverse.numpy().copy()
+        self._at_start: tuple[int, np.ndarray] | None = sim.factor_key, sim.search.inverse.numpy().copy()
         self._first = sim.scene.garment
 
     def want(self, pattern: Pattern) -> Remesh | None:
@@ -66,6 +66,15 @@ class LiveEdit:
         self._begun = now if self._ramp is None else max(self._begun, self._stood_since)
         self.wanted, self._ramp = mesh, ramp
         return None
+
+    def go_on_in(self, sim: Simulation) -> None:
+        """The garment, in the shape of `now`, is simulated by another simulation from here on, under other effects.
+        What was made for the matrices of the one before serves no longer, nor is it known whether `sim` has an inverse
+        of this very shape."""
+        self.sim = sim
+        if self._making is not None:
+            self._making[2].cancel()
+        self._making = self._at_start = self._inverse_of = None
 
     @property
     def settled(self) -> bool:
@@ -131,6 +140,8 @@ class LiveEdit:
     def _back_at_start(self) -> bool:
         """Is it, and with the inverse of then? That is kept: made again, its last bits would depend on where in memory
         it is made."""
+        if self._at_start is None:
+            return False
         key, inverse = self._at_start
         if key != self.sim.factor_key or not np.array_equal(self.now.uv, self.drag.mesh.uv):
             return False

@@ -169,8 +169,8 @@ class Settings:
         """Does a correction end by its budget, and by nothing else that is asked for?"""
         return self.accuracy is None and self.deadline is None
 
-    def unbought(self) -> Settings:
-        """The same without an accuracy or a deadline of its own."""
+    def by_budget(self) -> Settings:
+        """The same with corrections that do."""
         return replace(self, accuracy=None, deadline=None)
 
 

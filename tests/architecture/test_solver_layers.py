@@ -13,6 +13,7 @@ LONGEST_FILE = 600
 
 # From the ground up. Modules of one layer may import each other's, if they are in the same folder or listed in BESIDE.
 LAYERS = (
+    ("effect_words",),
     ("geometry", "linalg", "settings", "device"),
     ("redesign",),
     ("state", "results"),
@@ -22,11 +23,11 @@ LAYERS = (
     ("advice",),
     ("effect_specs",),
     ("scene",),
-    ("effects", "stepping"),
+    ("effects", "stepping", "worn_effects"),
     ("step", "kernels"),
     ("simulation",),
     ("reshape", "build_in_parts"),
-    ("dressing", "baselines", "live_edit", "diff"),
+    ("dressing", "baselines", "live_edit", "rebind", "diff"),
 )
 
 

@@ -2,6 +2,7 @@ import type {
   ClientMessage,
   DesignMessage,
   EditedMessage,
+  EffectsMessage,
   ErrorMessage,
   GoodbyeMessage,
   ReportMessage,
@@ -20,6 +21,7 @@ export interface ClientEvents {
   welcome(message: WelcomeMessage): void;
   status(message: StatusMessage): void;
   report(message: ReportMessage): void;
+  effects(message: EffectsMessage): void;
   design(message: DesignMessage): void;
   edited(message: EditedMessage): void;
   error(message: ErrorMessage): void;
@@ -95,6 +97,9 @@ export class Client {
         return;
       case "report":
         this.events.report(message.message);
+        return;
+      case "effects":
+        this.events.effects(message.message);
         return;
       case "design":
         this.events.design(message.message);

@@ -2,6 +2,19 @@
 export { AccuracyDesk, type AccuracyChoice } from "./accuracy_desk.ts";
 export { decadeAxis, evenAxis, type Axis } from "./axis.ts";
 export { Client, steadyNow, type ClientEvents } from "./client.ts";
+export { EffectDesk, type EffectParameters, type EffectRequest } from "./effect_desk.ts";
+export {
+  polarOf,
+  Scale,
+  vectorOf,
+  type ChoiceField,
+  type EffectField,
+  type EffectWord,
+  type NumberField,
+  type Polar,
+  type RowsField,
+  type VectorField,
+} from "./effect_words.ts";
 export type { Link } from "./connection.ts";
 export { accuracyAt, DIAL_END, positionOf } from "./dial.ts";
 export { GarmentScene, type Shape } from "./garment_scene.ts";

@@ -1,4 +1,5 @@
 /** The server's REST side, as far as the clients use it. Lengths in metres, areas in square metres. */
+import type { EffectWord } from "./effect_words.ts";
 
 export interface Garment {
   readonly id: string;
@@ -185,6 +186,10 @@ export class Api {
 
   motions(): Promise<Motion[]> {
     return this.ask("GET", "api/motions");
+  }
+
+  effects(): Promise<EffectWord[]> {
+    return this.ask("GET", "api/effects");
   }
 
   fabrics(): Promise<Fabric[]> {

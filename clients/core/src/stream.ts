@@ -119,6 +119,9 @@ export class Stream implements Listener {
       case "report":
         this.post({ kind: "report", message }, []);
         return;
+      case "effects":
+        this.post({ kind: "effects", message }, []);
+        return;
       case "design":
         this.post({ kind: "design", message }, []);
         return;

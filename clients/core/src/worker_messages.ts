@@ -4,6 +4,7 @@ import type {
   ClientMessage,
   DesignMessage,
   EditedMessage,
+  EffectsMessage,
   ErrorMessage,
   GoodbyeMessage,
   ReportMessage,
@@ -56,6 +57,7 @@ export type ToPage =
   | { readonly kind: "welcome"; readonly message: WelcomeMessage }
   | { readonly kind: "status"; readonly message: StatusMessage }
   | { readonly kind: "report"; readonly message: ReportMessage }
+  | { readonly kind: "effects"; readonly message: EffectsMessage }
   | { readonly kind: "design"; readonly message: DesignMessage }
   | { readonly kind: "edited"; readonly message: EditedMessage }
   | { readonly kind: "error"; readonly message: ErrorMessage }

@@ -21,6 +21,7 @@ from tryon_protocol import (
     DecodedFrame,
     DesignMessage,
     EditedMessage,
+    EffectsMessage,
     ErrorMessage,
     FrameDecoder,
     GoodbyeMessage,
@@ -46,6 +47,7 @@ Event = Union[  # noqa: UP007
     StatusMessage,
     ReportMessage,
     DesignMessage,
+    EffectsMessage,
     EditedMessage,
     ErrorMessage,
     PongMessage,
@@ -65,7 +67,7 @@ class Stream:
 
     Every frame is acknowledged as soon as it is decoded, which is what paces the server.
 
-    welcome: the server's answer to `hello`. topology, status, report, design: the newest received, or None.
+    welcome: the server's answer to `hello`. topology, status, report, design, effects: the newest received, or None.
     errors: all `error` messages received, oldest first. goodbye: why the server closes, or None.
     """
 
@@ -80,6 +82,7 @@ class Stream:
         self.report: ReportMessage | None = None
         self.errors: list[ErrorMessage] = []
         self.design: DesignMessage | None = None
+        self.effects: EffectsMessage | None = None
         self.goodbye: GoodbyeMessage | None = None
 
     async def __aiter__(self) -> AsyncIterator[Event]:
@@ -163,6 +166,8 @@ class Stream:
             self.status = message
         elif isinstance(message, ReportMessage):
             self.report = message
+        elif isinstance(message, EffectsMessage):
+            self.effects = message
         elif isinstance(message, DesignMessage):
             self.design = message
         elif isinstance(message, GoodbyeMessage):

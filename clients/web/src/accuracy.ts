@@ -3,6 +3,7 @@ import type { ReportMessage, SetAccuracyMessage, StatusMessage } from "@tryon/pr
 
 import { byId, setText } from "./dom.ts";
 import { significant } from "./format.ts";
+import { Pause } from "./pause.ts";
 import { inWords, PricePlot } from "./price_plot.ts";
 
 /** after a movement of the dial, or a key in the field, until it is taken for meant [ms] */
@@ -115,34 +116,6 @@ export class AccuracyPanel {
     setText(byId("price-newest"), inWords(prices.at(-1), this.desk.choice.deadlineMs));
     const late = prices.filter(({ lateMs }) => lateMs > 0).length;
     setText(byId("price-late"), late ? `${late} of ${prices.length} reported frames came late` : "");
-  }
-}
-
-/** Waits until somebody is done choosing. */
-class Pause {
-  private timer = 0;
-  private then: (() => void) | undefined;
-
-  get waits(): boolean {
-    return this.then !== undefined;
-  }
-
-  /** Begins to wait, anew if it does already. */
-  begin(ms: number, then: () => void): void {
-    window.clearTimeout(this.timer);
-    this.then = then;
-    this.timer = window.setTimeout(() => this.endNow(), ms);
-  }
-
-  endNow(): void {
-    const { then } = this;
-    this.cancel();
-    then?.();
-  }
-
-  cancel(): void {
-    window.clearTimeout(this.timer);
-    this.then = undefined;
   }
 }
 

@@ -4,6 +4,7 @@ import {
   RequestError,
   type Body,
   type BodyReading,
+  type EffectWord,
   type Fabric,
   type Garment,
   type Link,
@@ -14,7 +15,7 @@ import {
   type SessionWish,
   type Size,
 } from "@tryon/core";
-import type { DesignMessage, EditedMessage, ErrorMessage, ReportMessage, StatusMessage, WelcomeMessage } from "@tryon/protocol";
+import type { DesignMessage, EditedMessage, EffectsMessage, ErrorMessage, ReportMessage, StatusMessage, WelcomeMessage } from "@tryon/protocol";
 
 import type { UploadKind } from "./choices.ts";
 import type { Notice } from "./notice.ts";
@@ -28,6 +29,10 @@ export interface FittingView {
   welcomed(welcome: WelcomeMessage): void;
   status(status: StatusMessage): void;
   report(report: ReportMessage): void;
+  /** the effects of the session's scene */
+  effects(effects: EffectsMessage): void;
+  /** something that was asked of effects was refused, which is said besides */
+  effectRefused(error: ErrorMessage): void;
   /** the sewing pattern as it is worn */
   design(design: DesignMessage): void;
   edited(edited: EditedMessage): void;
@@ -45,6 +50,7 @@ export interface Catalogue {
   motions: Motion[];
   bodies: Body[];
   fabrics: Fabric[];
+  effects: EffectWord[];
 }
 
 /** Largest file that is sent to the server at all [bytes]. */
@@ -61,7 +67,7 @@ const NO_GARMENT = "No garment yet: add a sewing pattern or a mesh";
  */
 export class Fitting {
   client: Client | undefined;
-  private readonly catalogue: Catalogue = { garments: [], motions: [], bodies: [], fabrics: [] };
+  private readonly catalogue: Catalogue = { garments: [], motions: [], bodies: [], fabrics: [], effects: [] };
   private session: SessionInfo | undefined;
   private wish: SessionWish = { garment: "", motion: null, fabric: null, preset: null, size: 1, body: null };
   private link: Link = { state: "connecting" };
@@ -235,8 +241,9 @@ export class Fitting {
 
   private async readCatalogue(): Promise<void> {
     const { api } = this;
-    const [garments, motions, bodies, fabrics] = await Promise.all([api.garments(), api.motions(), api.bodies(), api.fabrics()]);
-    Object.assign(this.catalogue, { garments, motions, bodies, fabrics });
+    const asked = [api.garments(), api.motions(), api.bodies(), api.fabrics(), api.effects()] as const;
+    const [garments, motions, bodies, fabrics, effects] = await Promise.all(asked);
+    Object.assign(this.catalogue, { garments, motions, bodies, fabrics, effects });
     this.view.choices(this.catalogue, this.wish);
   }
 
@@ -297,6 +304,7 @@ export class Fitting {
       welcome: (welcome) => this.view.welcomed(welcome),
       status: (status) => this.follow(status),
       report: (report) => this.view.report(report),
+      effects: (effects) => this.view.effects(effects),
       design: (design) => this.view.design(design),
       edited: (edited) => this.view.edited(edited),
       error: (error) => this.fault(error),
@@ -336,6 +344,7 @@ export class Fitting {
       this.wish = { ...this.wish, fabric: this.fabricWorn };
       this.view.choices(this.catalogue, this.wish);
     }
+    if (error.code === "effect_refused") this.view.effectRefused(error);
     if (this.view.editRefused(error)) return;
     if (TOLD.has(error.code)) {
       this.view.notice({ title: "How the body is tracked", message: error.message, remedy: error.remedy, told: true });

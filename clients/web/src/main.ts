@@ -5,6 +5,7 @@ import { AdviceLine } from "./advice.ts";
 import { Ar } from "./ar.ts";
 import { Choices } from "./choices.ts";
 import { byId, setText } from "./dom.ts";
+import { EffectsPanel } from "./effects.ts";
 import { cssColour } from "./fabrics.ts";
 import { Figure } from "./figure.ts";
 import { FitCard } from "./fit.ts";
@@ -50,6 +51,7 @@ class Studio implements FittingView {
     (notice) => this.board.show(notice),
   );
   private readonly accuracy = new AccuracyPanel((message) => this.fitting.client?.send(message));
+  private readonly effectsPanel = new EffectsPanel((message) => this.fitting.client?.send(message));
   private readonly drawn = new RateMeter();
   private readonly fitting: Fitting;
   private readonly panel: Choices;
@@ -172,7 +174,10 @@ class Studio implements FittingView {
 
   link(...[link]: Parameters<FittingView["link"]>): void {
     this.statusLine.setLink(link);
-    if (link.state !== "open") this.pattern.forget();
+    if (link.state !== "open") {
+      this.pattern.forget();
+      this.effectsPanel.forget();
+    }
     this.play.disabled = link.state === "connecting" || link.state === "reconnecting";
     if (link.state === "closed") this.showPlaying(false, "Start again");
   }
@@ -200,6 +205,14 @@ class Studio implements FittingView {
     this.advice.show(report.advice ?? "");
   }
 
+  effects(...[effects]: Parameters<FittingView["effects"]>): void {
+    this.effectsPanel.take(effects);
+  }
+
+  effectRefused(...[error]: Parameters<FittingView["effectRefused"]>): void {
+    this.effectsPanel.refused(error);
+  }
+
   design(...[design]: Parameters<FittingView["design"]>): void {
     this.pattern.design(design);
   }
@@ -218,6 +231,7 @@ class Studio implements FittingView {
 
   choices(...[catalogue, wish]: Parameters<FittingView["choices"]>): void {
     this.panel.show(catalogue, wish);
+    this.effectsPanel.offer(catalogue.effects);
     const fabric = catalogue.fabrics.find(({ name }) => name === wish.fabric) ?? catalogue.fabrics.at(0);
     if (fabric === this.fabric) return;
     this.fabric = fabric;

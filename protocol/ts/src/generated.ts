@@ -116,6 +116,24 @@ export interface DesignEdit {
   panel: string;
 }
 
+/** An effect in this session. */
+export interface EffectState {
+  /** its name; GET /api/effects says what each is and takes */
+  name: string;
+  /** absent: costs nothing; armed: its kernels are compiled, nothing else; active: it acts */
+  state: "absent" | "active" | "armed";
+  /** what is under way on the way to what was asked for; "": nothing. Default: "" */
+  pending?: "" | "binding" | "compiling";
+  /** all of them, as they stand; of what is absent by default */
+  parameters?: Record<string, unknown>;
+  /** for people: why it is what it is. Default: "" */
+  why?: string;
+  /** a call of each of its stages, as measured last; null: not measured. Default: null */
+  ms?: number | null;
+  /** ms of a call of each stage, as measured last */
+  stages?: Record<string, number>;
+}
+
 /** First message of a client. The server answers with `welcome`, or with a fatal `error`. */
 export interface HelloMessage {
   type: "hello";
@@ -255,6 +273,40 @@ export interface SetAccuracyMessage {
   accuracy?: number | null;
   /** ms, 1 to 10 000: wall time that solving a frame may take; null: what it takes. Default: null */
   deadline_ms?: number | null;
+  /** number chosen by the client and repeated in the `error` that answers this command; null: none. Default: null */
+  request?: number | null;
+}
+
+/**
+ * Have an effect act in the session, change it, or have it armed: its kernels compiled and nothing else.
+ * Answered by `effects`, or by `error` and nothing has changed. An effect that acts already and is only changed
+ * in what may be written to a running scene does so from the next frame on; otherwise it is made ready beside
+ * the simulation and taken up between two frames.
+ */
+export interface SetEffectMessage {
+  type: "set_effect";
+  /** a name of `effects`, or "auto": arm what garment and motion may call for */
+  name: string;
+  /** parameters by name, those left out as they are by default; null: as they stand. Default: null */
+  parameters?: Record<string, unknown> | null;
+  /** what it is to be. Default: "active" */
+  state?: "active" | "armed";
+  /** number chosen by the client and repeated in the `error` that answers this command; null: none. Default: null */
+  request?: number | null;
+}
+
+/** Have an effect act no longer in the session, nor be armed. Answered as `set_effect`. */
+export interface RemoveEffectMessage {
+  type: "remove_effect";
+  /** a name of `effects`, or "auto" */
+  name: string;
+  /** number chosen by the client and repeated in the `error` that answers this command; null: none. Default: null */
+  request?: number | null;
+}
+
+/** Have what each effect takes measured, in the scene as it is. Answered by `effects`. */
+export interface MeasureEffectsMessage {
+  type: "measure_effects";
   /** number chosen by the client and repeated in the `error` that answers this command; null: none. Default: null */
   request?: number | null;
 }
@@ -421,6 +473,17 @@ export interface ReportMessage {
   late_ms?: number;
 }
 
+/** The effects of the session's scene. Sent on joining once the garment is dressed, and on every change. */
+export interface EffectsMessage {
+  type: "effects";
+  /** all that there are, those that are absent, too */
+  effects: readonly EffectState[];
+  /** what garment and motion may call for is armed by itself. Default: false */
+  auto?: boolean;
+  /** for people: the stages of a step and who takes part in each, with ms where measured. Default: "" */
+  plan?: string;
+}
+
 /**
  * The garment's sewing pattern as it is worn. Sent on joining once it is dressed, and on every change of it. A
  * garment that is a mesh has none.
@@ -500,26 +563,30 @@ export type ClientMessage =
   | SetMotionMessage
   | SetFabricMessage
   | SetAccuracyMessage
+  | SetEffectMessage
+  | RemoveEffectMessage
+  | MeasureEffectsMessage
   | EditMessage
   | UndoMessage
   | RedoMessage
   | PingMessage
   | ByeMessage;
 
-export const CLIENT_MESSAGE_TYPES: readonly ClientMessage["type"][] = ["hello", "skeleton", "pose", "ack", "keyframe_request", "play", "pause", "set_motion", "set_fabric", "set_accuracy", "edit", "undo", "redo", "ping", "bye"];
+export const CLIENT_MESSAGE_TYPES: readonly ClientMessage["type"][] = ["hello", "skeleton", "pose", "ack", "keyframe_request", "play", "pause", "set_motion", "set_fabric", "set_accuracy", "set_effect", "remove_effect", "measure_effects", "edit", "undo", "redo", "ping", "bye"];
 
 export type ServerMessage =
   | WelcomeMessage
   | TopologyMessage
   | StatusMessage
   | ReportMessage
+  | EffectsMessage
   | DesignMessage
   | EditedMessage
   | ErrorMessage
   | PongMessage
   | GoodbyeMessage;
 
-export const SERVER_MESSAGE_TYPES: readonly ServerMessage["type"][] = ["welcome", "topology", "status", "report", "design", "edited", "error", "pong", "goodbye"];
+export const SERVER_MESSAGE_TYPES: readonly ServerMessage["type"][] = ["welcome", "topology", "status", "report", "effects", "design", "edited", "error", "pong", "goodbye"];
 
 export function isHelloMessage(message: { type: string }): message is HelloMessage {
   return message.type === "hello";
@@ -561,6 +628,18 @@ export function isSetAccuracyMessage(message: { type: string }): message is SetA
   return message.type === "set_accuracy";
 }
 
+export function isSetEffectMessage(message: { type: string }): message is SetEffectMessage {
+  return message.type === "set_effect";
+}
+
+export function isRemoveEffectMessage(message: { type: string }): message is RemoveEffectMessage {
+  return message.type === "remove_effect";
+}
+
+export function isMeasureEffectsMessage(message: { type: string }): message is MeasureEffectsMessage {
+  return message.type === "measure_effects";
+}
+
 export function isEditMessage(message: { type: string }): message is EditMessage {
   return message.type === "edit";
 }
@@ -595,6 +674,10 @@ export function isStatusMessage(message: { type: string }): message is StatusMes
 
 export function isReportMessage(message: { type: string }): message is ReportMessage {
   return message.type === "report";
+}
+
+export function isEffectsMessage(message: { type: string }): message is EffectsMessage {
+  return message.type === "effects";
 }
 
 export function isDesignMessage(message: { type: string }): message is DesignMessage {

@@ -221,6 +221,48 @@ class SessionReply(Model):
     stream: str
 
 
+class EffectWordReply(Model):
+    """An effect that sessions can be asked for."""
+
+    name: str
+    title: str
+    about: str
+    kept: bool = Field(description="it can't be taken off: that nothing penetrates rests on it")
+    fields: list[dict[str, Any]] = Field(
+        description="its parameters: name, about, unit, kind, default; live: a running scene takes it up at once; "
+        "needed: it has to be told; and what that kind has besides, such as low and high"
+    )
+
+
+class EffectRequest(Model):
+    """What an effect of a session is to be."""
+
+    parameters: dict[str, Any] | None = Field(
+        None, description="by name, those left out as they are by default; null: all as they stand"
+    )
+    state: Literal["active", "armed"] = Field("active", description="armed: its kernels compiled, and nothing else")
+
+
+class EffectReply(Model):
+    """An effect of a session, as in the protocol's `effects`."""
+
+    name: str
+    state: Literal["absent", "armed", "active"]
+    pending: Literal["", "compiling", "binding"] = Field(description="what is under way to what was asked for")
+    parameters: dict[str, Any]
+    why: str = Field(description="for people")
+    ms: float | None = Field(description="a call of each of its stages; null: not measured")
+    stages: dict[str, float] = Field(description="ms of a call of each stage")
+
+
+class EffectsReply(Model):
+    """The effects of a session."""
+
+    effects: list[EffectReply]
+    auto: bool = Field(description="what garment and motion may call for is armed by itself")
+    plan: str = Field(description="the stages of a step and who takes part in each, with ms where measured")
+
+
 class EditRequest(Model):
     """An edit of the pattern that a session wears."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fastapi import APIRouter, Request, Response, WebSocket
+from msgspec import structs
 
 from tryon_protocol import SUBPROTOCOL, ProtocolError, StatusMessage, encode, error_message
 from tryon_server.api.access import ServicesDep, same_origin
@@ -16,6 +17,8 @@ from tryon_server.sessions.actions import NO_SUCH_SESSION
 from tryon_server.sessions.commands import BuyAccuracy
 from tryon_server.streaming.live_sessions import Opening
 from tryon_server.streaming.websocket import serve_client
+
+UNWATCHED = "Nobody watches: time stands still until somebody does"
 
 router = APIRouter(prefix="/api/sessions", tags=["sessions"], responses=ERROR_REPLIES)
 stream_router = APIRouter(prefix="/api/sessions")
@@ -120,6 +123,8 @@ def _reply(record: SessionRecord, services: Services) -> SessionReply:
         )
     else:
         status = live.machine.status(live.now)
+        if status.state == "running" and not live.machine.viewer_count:
+            status = structs.replace(status, detail=UNWATCHED)
     return SessionReply(
         id=record.id,
         garment=record.garment,

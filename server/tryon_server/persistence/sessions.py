@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Literal, Protocol
+from collections.abc import Mapping
+from typing import Any, Literal, Protocol
 
 import msgspec
 from sqlalchemy import ColumnElement, Engine, select
@@ -47,6 +48,12 @@ class SessionStore(Protocol):
     def get(self, session_id: str) -> SessionRecord | None:
         """The session with this id, or None."""
 
+    def keep_effects(self, session_id: str, wishes: Mapping[str, Any]) -> None:
+        """Keep what is asked of the session's effects, plain JSON, in place of what was asked before."""
+
+    def effects(self, session_id: str) -> Mapping[str, Any]:
+        """What is asked of the session's effects; {} where nothing is."""
+
 
 WISH = ("size", "body")  # kept aside, as one text
 WHOLE = select(tables.sessions, tables.wishes.c.wish).outerjoin(
@@ -77,6 +84,19 @@ class SqlSessions:
         update = tables.sessions.update().where(tables.sessions.c.ended.is_(None), *which)
         with self._engine.begin() as connection:
             return connection.execute(update.values(ended=when, ending=why[:500])).rowcount
+
+    def keep_effects(self, session_id: str, wishes: Mapping[str, Any]) -> None:
+        kept = tables.effects
+        with self._engine.begin() as connection:
+            connection.execute(kept.delete().where(kept.c.session == session_id))
+            connection.execute(kept.insert().values(session=session_id, wishes=msgspec.json.encode(wishes).decode()))
+
+    def effects(self, session_id: str) -> Mapping[str, Any]:
+        kept = tables.effects
+        with self._engine.connect() as connection:
+            text = connection.execute(select(kept.c.wishes).where(kept.c.session == session_id)).scalar()
+        wishes: Mapping[str, Any] = {} if text is None else msgspec.json.decode(text)
+        return wishes
 
     def get(self, session_id: str) -> SessionRecord | None:
         with self._engine.connect() as connection:

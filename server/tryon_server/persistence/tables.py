@@ -64,6 +64,13 @@ sessions = Table(
     Column("ending", String(500)),  # why it ended, for people
 )
 
+effects = Table(  # what is asked of those that act in sessions
+    "effects",
+    metadata,
+    Column("session", String(64), primary_key=True),
+    Column("wishes", Text, nullable=False),  # JSON
+)
+
 edits = Table(  # of the patterns that sessions wear
     "edits",
     metadata,

@@ -62,6 +62,9 @@ class Beside(Protocol):
     def give_up(self) -> None:
         """Nobody waits for the task any more."""
 
+    def close(self) -> None:
+        """End whatever does tasks, and what is done; it begins anew with the next task."""
+
 
 class ProcessBeside:
     """`Beside` in another process, which ends with this one, however that ends.

@@ -17,6 +17,7 @@ from tryon_solver.body.mesh_sequence import MeshSequence, Moment
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion
 from tryon_solver.body.pose import Pose
+from tryon_solver.effect_words.rules import Parameters
 
 Stance = Pose | Moment
 """How a body stands: a pose of one that is posed, a moment of one that moves by itself."""
@@ -86,6 +87,64 @@ class StepFacts(Protocol):
     def to_dict(self) -> Mapping[str, Any]: ...
 
 
+@dataclass(frozen=True)
+class Character:
+    """What a garment and its motion are like, from which is told which effects they may call for.
+
+    Attributes:
+        speed: of the cloth, RMS over its vertices [m/s].
+        off_body: median distance of its vertices from the body [m].
+        stretch: largest principal stretch of its triangles.
+        limit: the fabric's largest stretch.
+        layered: a piece lies on another.
+        closed: it has no opening.
+    """
+
+    speed: float
+    off_body: float
+    stretch: float
+    limit: float
+    layered: bool
+    closed: bool
+
+
+Asked = Mapping[str, Parameters]
+"""Effects by name, each with all its parameters (tryon_solver/effect_words)."""
+
+
+class DrapeEffects(Protocol):
+    """The effects of a dressed garment.
+
+    Attributes:
+        asked: which it is worn with; another value where they have changed.
+        own: those that its pattern calls for.
+    """
+
+    asked: Asked
+    own: Asked
+
+    def check(self, asked: Asked) -> None:
+        """Raises EffectError where it can't be worn with these."""
+
+    def write(self, asked: Asked) -> None:
+        """Be worn with these from the next ``advance`` on, which differ by values alone (same_but_values)."""
+
+    def rebind(self, asked: Asked) -> Iterator[None]:
+        """Come to be worn with these, in parts, between which the garment may be advanced; it is once they are done.
+
+        Raises EffectError, and then nothing has changed.
+        """
+
+    def times(self) -> Iterator[tuple[str, Mapping[str, float]]]:
+        """What each part of the scene takes: its name, and ms of a call by stage, measured as it is asked for."""
+
+    def plan(self, times: Mapping[str, Mapping[str, float]]) -> str:
+        """The stages of a step and who takes part in each, with those times, for people."""
+
+    def character(self) -> Character:
+        """What garment and motion are like now."""
+
+
 class Drape(Protocol):
     """A dressed garment that can be advanced in time.
 
@@ -98,6 +157,7 @@ class Drape(Protocol):
         specification: the sewing pattern that its mesh was made of, plain JSON that parse_pattern passes; None of a
             garment that has none.
         outgrown: why the shape it was last told to take needs another mesh, found on the way to it; "" as a rule.
+        effects: what acts on it besides its fabric.
     """
 
     outfit: Outfit
@@ -106,6 +166,9 @@ class Drape(Protocol):
     origin: npt.NDArray[np.float64]
     specification: Mapping[str, Any] | None
     outgrown: str
+
+    @property
+    def effects(self) -> DrapeEffects: ...
 
     def reshape(self, specification: Mapping[str, Any], shape: Any = None) -> str:
         """Take on the pattern's shape, from the next ``advance`` on; why that needs another mesh, and then nothing is

@@ -14,6 +14,7 @@ from tryon_server.runtime.order import WorkOrder, Workshop
 
 def run(connection: Connection, order: WorkOrder, workshop: Workshop) -> None:
     """Simulate ``order`` until the other end of ``connection`` closes."""
+    from tryon_server.runtime.arming import Armoury
     from tryon_server.runtime.beside import ProcessBeside
     from tryon_server.runtime.kernel_news import kernel_news
     from tryon_server.runtime.worker import Worker
@@ -21,10 +22,11 @@ def run(connection: Connection, order: WorkOrder, workshop: Workshop) -> None:
     for number in (signal.SIGINT, signal.SIGTERM):  # Ctrl-C and service managers tell the server and all its processes;
         signal.signal(number, signal.SIG_IGN)  # the server says goodbye to its clients and then ends its simulations
     try:
-        beside = ProcessBeside()
+        beside, compiler = ProcessBeside(), ProcessBeside()
         build, load_motion = find(workshop.build), find(workshop.load_motion)
-        worker = Worker(connection, order, build, load_motion, time.monotonic, beside)
-        with closing(beside), kernel_news(worker.say):
+        armoury = Armoury(compiler, order.drape.device, find(workshop.compile_effects))
+        worker = Worker(connection, order, build, load_motion, time.monotonic, beside, armoury)
+        with closing(beside), closing(compiler), kernel_news(worker.say):
             worker.run()
     except (EOFError, BrokenPipeError, ConnectionResetError):
         return  # the server let go

@@ -6,9 +6,9 @@ into one process, or onto other machines, fits behind the same interface.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 from tryon_server.looks.look import Look
 from tryon_server.runtime.order import WorkOrder
@@ -64,11 +64,13 @@ class FabricEntry:
 
 @dataclass(frozen=True)
 class Catalogue:
-    """What there is to choose from; the first fabric and the first motion are the defaults."""
+    """What there is to choose from; the first fabric and the first motion are the defaults. ``effects``, each plain
+    JSON: its name, title, what it is about, and its parameters."""
 
     motions: tuple[MotionEntry, ...]
     fabrics: tuple[FabricEntry, ...]
     presets: tuple[str, ...]
+    effects: tuple[Mapping[str, Any], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,7 @@ def local_runtime(settings: Settings) -> Runtime:
 def load_catalogue() -> Catalogue:
     """What the solver and the demo offer."""
     from tryon_server.runtime.motions import list_motions
+    from tryon_solver.effect_words.table import WORDS
     from tryon_solver.materials.fabric import FABRICS
     from tryon_solver.settings import PRESETS
 
@@ -47,4 +48,5 @@ def load_catalogue() -> Catalogue:
         )
         for fabric in FABRICS.values()
     )
-    return Catalogue(motions=list_motions(), fabrics=fabrics, presets=(AUTOMATIC, *PRESETS))
+    presets, effects = (AUTOMATIC, *PRESETS), tuple(word.described() for word in WORDS)
+    return Catalogue(motions=list_motions(), fabrics=fabrics, presets=presets, effects=effects)

@@ -1,12 +1,12 @@
 """Commands on their way to a simulation that may be too busy to read: of each kind only the newest is kept, but all
-edits that are to be kept, of which a session lets only so many wait."""
+edits that are to be kept and all that is asked of effects, of which a session lets only so many wait."""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Hashable
 
-from tryon_server.sessions.commands import ChangePattern, Command
+from tryon_server.sessions.commands import ChangeEffect, ChangePattern, Command, MeasureEffects
 
 
 class Mailbox:
@@ -46,4 +46,6 @@ def kind_of(command: Command) -> Hashable:
     """Commands of one kind give way to each other."""
     if isinstance(command, ChangePattern) and not command.hold:
         return command.ticket
+    if isinstance(command, ChangeEffect | MeasureEffects):
+        return "effects", command.ticket
     return type(command).__name__

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -73,10 +73,12 @@ class Workshop:
     Attributes:
         build: a ``BuildDrape`` (drape.py).
         load_motion: a ``LoadMotion`` (drape.py).
+        compile_effects: makes a task of effects' names and a device, which has their kernels compiled (arming.py).
     """
 
     build: str = "tryon_server.runtime.production:build_drape"
     load_motion: str = "tryon_server.runtime.motions:load_motion"
+    compile_effects: str = "tryon_server.runtime.arming:Compiling"
 
 
 @dataclass(frozen=True)
@@ -90,6 +92,7 @@ class WorkOrder:
         frames_per_second: most frames published per second of wall time [1/s].
         keyframe_seconds: longest time between frames that stand alone [s].
         motion_file: where the motion is, if it was uploaded.
+        effects: what was asked of its effects before, plain JSON (effect_desk.py).
     """
 
     drape: DrapeOrder
@@ -97,3 +100,4 @@ class WorkOrder:
     frames_per_second: float
     keyframe_seconds: float
     motion_file: MotionFile | None = None
+    effects: Mapping[str, Any] = field(default_factory=dict)

@@ -30,6 +30,7 @@ from tryon_solver.dressing.opening import Opening
 from tryon_solver.dressing.stance import Covered
 from tryon_solver.dressing.stitching_on import stitched_on
 from tryon_solver.dressing.to_fit import OWN, TRY_SIZES, Fitted, dress_to_fit, told_by_height
+from tryon_solver.effect_words.table import live
 from tryon_solver.files.convention import Told
 from tryon_solver.files.garment_file import is_mesh, read_garment
 from tryon_solver.files.mesh_body import MeshBody
@@ -37,16 +38,17 @@ from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.files.standing import facing
 from tryon_solver.geometry.garment import Garment, GarmentError
 from tryon_solver.geometry.panel_mesh import PanelMesh
-from tryon_solver.geometry.pattern import PatternError, parse_pattern_bytes, read_pattern_file
+from tryon_solver.geometry.pattern import Pattern, PatternError, parse_pattern_bytes, read_pattern_file
 from tryon_solver.geometry.placement import PlacementError
 from tryon_solver.geometry.size import mesh_in_size
 from tryon_solver.geometry.wearable import check_wearable
 from tryon_solver.geometry.weld import weld
 from tryon_solver.materials.fabric import FABRICS, Fabric
 from tryon_solver.redesign.fabrics import made_of
-from tryon_solver.scene import LIVE, Scene
+from tryon_solver.scene import LIVE, Effect, Scene
 from tryon_solver.settings import PRESETS, Settings
 from tryon_solver.simulation import Simulation, build
+from tryon_solver.worn_effects import Cut, effects_of
 
 logger = logging.getLogger(__name__)
 
@@ -104,11 +106,14 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
             panels = own if size == (order.size or OWN) else mesh_in_size(pattern, edge_length, size)
             tell = _worded(progress, size if order.size is None else None)
 
+            effects = pattern_effects(pattern, panels)
+
             def wear(body: WornBody) -> Dressed:
                 if order.wardrobe is None or not isinstance(body, BodyModel):
-                    return dress(panels, body, fabric, settings, device, LIVE, progress=tell)
+                    return dress(panels, body, fabric, settings, device, effects, progress=tell)
                 key = wardrobe_key(content, body, (fabric, settings, edge_length, size))
-                return _dress_as_before(panels, body, fabric, settings, device, tell, Wardrobe(order.wardrobe), key)
+                wardrobe = Wardrobe(order.wardrobe)
+                return _dress_as_before(panels, body, fabric, effects, settings, device, tell, wardrobe, key)
 
             return room.put_on(wear)
 
@@ -142,6 +147,16 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
     worn = WornPattern(made_of(json.loads(content), fabric.name), dressed.panels, size, edge_length)
     told = how_read(order.body)
     return _drape(dressed.simulation, dressed.pose, names, body, moving, told, notes, opening, size, worn)
+
+
+def pattern_effects(pattern: Pattern, panels: PanelMesh) -> tuple[Effect, ...]:
+    """What a garment of this pattern and mesh is worn with: the usual, and what its edges call for."""
+    own = pattern.effects
+    if not own:
+        return LIVE
+    welded, counts = weld(panels), tuple(len(panel.edges) for panel in pattern.panels)
+    cut = Cut(welded.garment(), panels.panel_names, counts, panels, welded.welded_of_vertex)
+    return effects_of({**live(), **own}, cut)
 
 
 def canonical(specification: Mapping[str, Any]) -> bytes:
@@ -247,6 +262,7 @@ def _dress_as_before(
     panels: PanelMesh,
     body: BodyModel,
     fabric: Fabric,
+    effects: tuple[Effect, ...],
     settings: Settings,
     device: str,
     tell: Callable[[str, float], None],
@@ -258,7 +274,7 @@ def _dress_as_before(
     count = welded.vertex_count
     hung = wardrobe.recall(key, count + len(body.rest_vertices))
     if hung is None:
-        dressed = dress(panels, body, fabric, settings, device, LIVE, progress=tell)
+        dressed = dress(panels, body, fabric, settings, device, effects, progress=tell)
         simulation = dressed.simulation
         wardrobe.keep(key, np.vstack([simulation.cloth_positions(), simulation.body_positions()]))
         return dressed
@@ -266,8 +282,8 @@ def _dress_as_before(
     garment = Garment(welded.vertex_of_corner, welded.uv_corners, welded.panel_of_face, welded.vertex_count)
     pose = Pose.rest(body)
     cloth, surface = np.split(hung.astype(np.float64), [count])
-    effects = (*LIVE, *stitched_on(panels, welded.welded_of_vertex, fabric))
-    simulation = build(Scene(garment, cloth, body, fabric, effects), settings, device, pose, surface)
+    worn = (*effects, *stitched_on(panels, welded.welded_of_vertex, fabric))
+    simulation = build(Scene(garment, cloth, body, fabric, worn), settings, device, pose, surface)
     return Dressed(simulation, welded, panels, pose)
 
 

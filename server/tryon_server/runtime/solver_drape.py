@@ -12,7 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from tryon_server.runtime.cutting import Cut, Cutting
-from tryon_server.runtime.drape import Outfit
+from tryon_server.runtime.drape import Asked, Outfit
+from tryon_server.runtime.effect_binding import SolverEffects, cut_of, in_another_cut
 from tryon_server.runtime.worn_pattern import Shapes, WornPattern
 from tryon_solver.body.mesh_sequence import MeshSequence
 from tryon_solver.body.model import BodyModel
@@ -33,6 +34,7 @@ from tryon_solver.results import StepReport
 from tryon_solver.scene import Scene
 from tryon_solver.settings import Settings
 from tryon_solver.simulation import Simulation
+from tryon_solver.worn_effects import effects_of
 
 logger = logging.getLogger(__name__)
 
@@ -53,10 +55,11 @@ class SolverDrape:
         opening: Opening | None = None,
         size: float | None = None,
         worn: WornPattern | None = None,
+        asked: Asked | None = None,
     ) -> None:
         """`pose` is the stance in which it was dressed; `body` the body as told to clients; `notes` and `size` as in
         Outfit; `opening` the one by which the garment hangs, where it hangs by one; `worn` the pattern, if there is
-        one."""
+        one; `asked` the effects that it is worn with, where they are not the usual ones and those of its pattern."""
         self.simulation = simulation
         self._dressed_at = simulation.state.time
         garment = simulation.scene.garment
@@ -78,11 +81,12 @@ class SolverDrape:
         self.origin = np.zeros(3)
         self.specification = None if worn is None else worn.specification
         self.outgrown = ""
-        self._worn = worn
+        self.worn_pattern = self._worn = worn
         self._drag: Drag | None = None  # made ready with the garment, or not
         self._edit: LiveEdit | None = None
         self._shapes: Shapes | None = None  # of which somebody has asked
         self._stance, self._time = pose, 0.0  # of the last advance
+        self.effects = SolverEffects(self, panel_names, asked)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -144,6 +148,8 @@ class SolverDrape:
         panels, fabric = cut.made.mesh, FABRICS[cut.fabric]
         drag: list[Drag | None] = [None]
         own = replace(worn, specification=cut.specification, panels=panels)
+        cut_after = cut_of(cut.made.garment, panels.panel_names, own)
+        asked = in_another_cut(self.effects, cut_after, parsed(cut.specification).effects)
 
         def made_ready() -> Iterator[None]:
             for drag[0] in own.drag_in_parts(fabric.thickness):
@@ -151,7 +157,7 @@ class SolverDrape:
 
         try:
             prepared = None
-            for made in prepare(self.simulation, cut.made, fabric, made_ready()):
+            for made in prepare(self.simulation, cut.made, fabric, made_ready(), effects_of(asked, cut_after)):
                 prepared = made
                 yield None
             assert prepared is not None
@@ -161,7 +167,9 @@ class SolverDrape:
             logger.info("the garment can't be carried over: %s", error)
             return
         old, names = self.outfit, panels.panel_names
-        drape = SolverDrape(carried.simulation, self._stance, names, old.body, old.notes, size=old.size, worn=own)
+        drape = SolverDrape(
+            carried.simulation, self._stance, names, old.body, old.notes, size=old.size, worn=own, asked=asked
+        )
         drape.outfit = replace(drape.outfit, fit=old.fit, fitting_size=old.fitting_size)
         drape.own_motion, drape.origin = self.own_motion, self.origin
         drape._dressed_at, drape._time, drape._drag = -self._time, self._time, drag[0]
@@ -174,8 +182,14 @@ class SolverDrape:
         garment = sim.scene.garment if edit is None else edit.first
         scene = replace(sim.scene, garment=garment, x_start=sim.cloth_positions().astype(np.float64))
         pose, surface = sim.body.pose, sim.body_positions().astype(np.float64)
-        more = self.outfit, self.own_motion, self._worn, self.origin
-        return PackedDrape(scene, sim.settings.unbought(), sim.device, pose, surface, *more)
+        more = self.outfit, self.own_motion, self._worn, self.origin, self.effects.asked
+        return PackedDrape(scene, sim.settings.by_budget(), sim.device, pose, surface, *more)
+
+    def go_on_in(self, simulation: Simulation) -> None:
+        """Be simulated by this one from here on, which is where the one before is."""
+        self.simulation = simulation
+        if self._edit is not None:
+            self._edit.go_on_in(simulation)
 
     def leap(self, by: npt.NDArray[np.float64]) -> None:
         """Be elsewhere by (3,) whole metres: nothing changes but where the solver's origin lies."""
@@ -229,6 +243,7 @@ class PackedDrape:
     own_motion: MeshSequence | None
     worn: WornPattern | None
     origin: npt.NDArray[np.float64]
+    asked: Asked
 
     def unpacking(self, specification: Mapping[str, Any] | None = None) -> Iterator[SolverDrape | None]:
         """The garment, at rest, in parts, None after each but the last; in this shape, if its mesh has had it.
@@ -250,7 +265,8 @@ class PackedDrape:
                 continue
             assert simulation.body is not None
             stance = simulation.body.moving.moved(self.pose, self.origin)
-            drape = SolverDrape(simulation, stance, self.outfit.panel_names, self.outfit.body, worn=self.worn)
+            names, body = self.outfit.panel_names, self.outfit.body
+            drape = SolverDrape(simulation, stance, names, body, worn=self.worn, asked=self.asked)
             drape.outfit, drape.own_motion, drape.origin = self.outfit, self.own_motion, self.origin
             drape._drag = drag[0]
             if specification is not None and specification != drape.specification:

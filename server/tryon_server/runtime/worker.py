@@ -19,9 +19,11 @@ import numpy as np
 
 from tryon_protocol import ProtocolError
 from tryon_server.problems import ProblemError
+from tryon_server.runtime.arming import Armoury
 from tryon_server.runtime.beside import Beside
 from tryon_server.runtime.design import design_of
 from tryon_server.runtime.drape import BuildDrape, Drape, LoadMotion, Stance, StepFacts
+from tryon_server.runtime.effect_desk import EffectDesk
 from tryon_server.runtime.held_edits import HeldEdits, Outcome
 from tryon_server.runtime.memory import give_back_freed
 from tryon_server.runtime.meter import Meter
@@ -39,9 +41,11 @@ from tryon_server.sessions.commands import (
     UNASKED,
     AllowFrame,
     BuyAccuracy,
+    ChangeEffect,
     ChangePattern,
     Command,
     FollowMotion,
+    MeasureEffects,
     Run,
     UsePose,
     UseTrackedPose,
@@ -64,7 +68,8 @@ COARSER = "Choose another fabric, a coarser preset or a simpler pattern."
 
 
 class Worker:
-    """One session's simulation. ``clock`` is the server's steady clock [s]; ``beside`` makes what is worn next."""
+    """One session's simulation. ``clock`` is the server's steady clock [s]; ``beside`` makes what is worn next, and
+    ``armoury`` has its effects compiled."""
 
     def __init__(
         self,
@@ -74,6 +79,7 @@ class Worker:
         load_motion: LoadMotion,
         clock: Callable[[], float],
         beside: Beside,
+        armoury: Armoury,
     ) -> None:
         self._connection = connection
         self._teller = Teller(connection)
@@ -100,6 +106,7 @@ class Worker:
         self._held = False
         self._beside = beside
         self._remaking = Remaking(beside, build)
+        self._effects = EffectDesk(self._tell, armoury, clock, order.effects)
         self._waiting = WaitingChanges()
         self._held_back = HeldBack()
         self._held_edits = HeldEdits(beside)
@@ -127,6 +134,9 @@ class Worker:
             if self._drape is not None and self._remaking.under_way:
                 self._remake(self._drape)
                 pause = REMAKING_SECONDS if pause is None else min(pause, REMAKING_SECONDS)
+            worn = None if self._drape is None else self._drape.effects
+            again = self._effects.go_on(worn, self._cost, self._remaking.under_way)
+            pause = again if pause is None else min(pause, pause if again is None else again)
 
     # Commands -----------------------------------------------------------------------------------------------------
 
@@ -163,6 +173,8 @@ class Worker:
                 self._bought = command
             case ChangePattern():
                 self._change(command)
+            case ChangeEffect() | MeasureEffects():
+                self._effects.take(command)
 
     def _follow(self) -> None:
         """Have the body follow the chosen motion, or a stream, from the pose in which it stands."""

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
-from tryon_protocol import ProtocolError
+from tryon_protocol import EffectsMessage, ProtocolError
 from tryon_server.sessions.commands import Command
 from tryon_server.sessions.events import EditMade
 
@@ -74,10 +76,25 @@ class Answer:
 
 
 @dataclass(frozen=True)
+class KeepEffects:
+    """Keep for good what was asked of the session's effects, plain JSON."""
+
+    wishes: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class AnswerEffects:
+    """Tell whoever asked without a connection how what it asked of effects ended."""
+
+    ticket: int
+    outcome: EffectsMessage | ProtocolError
+
+
+@dataclass(frozen=True)
 class End:
     """End the session: stop its simulation and forget it."""
 
     reason: str
 
 
-Action = Send | SendFrame | Close | Order | Keep | Answer | End
+Action = Send | SendFrame | Close | Order | Keep | Answer | KeepEffects | AnswerEffects | End

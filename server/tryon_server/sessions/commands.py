@@ -116,6 +116,26 @@ class ChangePattern:
 
 
 @dataclass(frozen=True)
+class ChangeEffect:
+    """Have an effect be in this state, with these parameters (plain JSON; None: as they stand).
+
+    ``ticket`` is repeated in the event that answers.
+    """
+
+    ticket: int
+    name: str
+    state: Literal["absent", "armed", "active"]
+    parameters: Mapping[str, Any] | None = None
+
+
+@dataclass(frozen=True)
+class MeasureEffects:
+    """Find out what each effect takes. ``ticket`` as in ChangeEffect."""
+
+    ticket: int
+
+
+@dataclass(frozen=True)
 class AllowFrame:
     """How many frames may have been encoded and handed over since the session began, and in which forms the next one.
 
@@ -134,4 +154,15 @@ class AllowFrame:
     again: bool
 
 
-Command = UsePose | UseTrackedPose | Run | FollowMotion | WearFabric | BuyAccuracy | ChangePattern | AllowFrame
+Command = (
+    UsePose
+    | UseTrackedPose
+    | Run
+    | FollowMotion
+    | WearFabric
+    | BuyAccuracy
+    | ChangePattern
+    | ChangeEffect
+    | MeasureEffects
+    | AllowFrame
+)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from tryon_protocol import DesignMessage, EncodedFrame, ReportMessage
+from tryon_protocol import DesignMessage, EffectsMessage, EncodedFrame, ReportMessage
 from tryon_server.sessions.commands import EditStep
 
 Phase = Literal["preparing", "dressing", "ready", "failed"]
@@ -119,6 +119,31 @@ class EditRefused:
 
 
 @dataclass(frozen=True)
+class EffectsTold:
+    """The effects as they are now.
+
+    Attributes:
+        effects: what clients are told.
+        wishes: what was asked for, to be kept: plain JSON.
+        answers: tickets of commands that are done with this.
+    """
+
+    effects: EffectsMessage
+    wishes: Mapping[str, Any]
+    answers: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class EffectRefused:
+    """An effect can't be as it was asked for: nothing has changed. ``ticket`` of the command that asked."""
+
+    ticket: int
+    place: str
+    message: str
+    remedy: str
+
+
+@dataclass(frozen=True)
 class Gone:
     """The simulation's process has ended without being asked to."""
 
@@ -134,5 +159,7 @@ Event = (
     | Designed
     | EditMade
     | EditRefused
+    | EffectsTold
+    | EffectRefused
     | Gone
 )

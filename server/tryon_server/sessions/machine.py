@@ -19,6 +19,7 @@ from tryon_protocol import (
     GoodbyeMessage,
     HelloMessage,
     KeyframeRequestMessage,
+    MeasureEffectsMessage,
     PauseMessage,
     PingMessage,
     PlayMessage,
@@ -26,14 +27,15 @@ from tryon_protocol import (
     PoseMessage,
     ProtocolError,
     RedoMessage,
+    RemoveEffectMessage,
     ServerMessage,
     SetAccuracyMessage,
+    SetEffectMessage,
     SetFabricMessage,
     SetMotionMessage,
     SkeletonMessage,
     StatusMessage,
     UndoMessage,
-    WelcomeMessage,
     decode_client,
     encode,
     error_message,
@@ -55,10 +57,13 @@ from tryon_server.sessions.actions import (
     Send,
 )
 from tryon_server.sessions.commands import BuyAccuracy, EditStep, FollowMotion, Run, WearFabric
+from tryon_server.sessions.effect_talk import EffectTalk
 from tryon_server.sessions.events import (
     Designed,
     EditMade,
     EditRefused,
+    EffectRefused,
+    EffectsTold,
     Event,
     FrameReady,
     Gone,
@@ -70,12 +75,11 @@ from tryon_server.sessions.events import (
 from tryon_server.sessions.flow import FrameFlow
 from tryon_server.sessions.pattern_changes import NOBODY, Asker, PatternChanges
 from tryon_server.sessions.pose_stream import PoseStream
-from tryon_server.sessions.rules import Rules, check_fabric, check_motion, check_pose, unknown
+from tryon_server.sessions.rules import SUBJECT, Rules, check_fabric, check_motion, check_pose, unknown
 from tryon_server.sessions.seats import Seats
 from tryon_server.sessions.status import OWN_MOTION, status_of
 from tryon_server.sessions.viewer import Viewer
 
-SUBJECT = "wearer"
 HELLO_SECONDS = 10.0  # a connection that has not said hello by then is closed
 
 
@@ -103,7 +107,7 @@ class Session:
         self._phase = PhaseChanged("preparing", "The simulation is starting")
         self._topology: TopologyReady | None = None
         self._design: DesignMessage | None = None
-        self._changes = PatternChanges()
+        self._changes, self.effects = PatternChanges(), EffectTalk()
         self._bought = BuyAccuracy()
         self._last_status: StatusMessage | None = None
         self._running = False
@@ -199,6 +203,10 @@ class Session:
             case EditRefused():
                 fault = ProtocolError("edit_refused", event.place, event.message, event.remedy)
                 return self._answer_edit(event.ticket, fault, now)
+            case EffectsTold():
+                return [*self.effects.told(event), *self._tell_all(event.effects, "effects")]
+            case EffectRefused():
+                return self.effects.refused(event)
             case Gone():
                 return self._simulation_gone(event, now)
 
@@ -303,24 +311,15 @@ class Session:
         viewer.greeted = True
         viewer.takes_zstd = "zstd" in message.codecs
         self._flow.open(client, viewer.takes_zstd)
-        welcome = WelcomeMessage(
-            version=version,
-            session=self.id,
-            epoch=self._rules.epoch,
-            server=self._rules.server,
-            clock=now,
-            credit=self._rules.credit,
-            topology_id=self._topology.topology_id if self._topology else 0,
-            subjects=(SUBJECT,),
-            motions=self._motions,
-            fabrics=self._rules.fabrics,
-            resume_token=token,
-        )
+        topology_id = self._topology.topology_id if self._topology else 0
+        welcome = self._rules.welcome(version, self.id, now, topology_id, self._motions, token)
         actions += [Send(client, encode(welcome)), Send(client, encode(self.status(now)), "status")]
         if self._topology:
             actions += self._send_topology(client)
         if self._design:
             actions.append(Send(client, encode(self._design), "design"))
+        if self.effects.newest:
+            actions.append(Send(client, encode(self.effects.newest), "effects"))
         return [*actions, *self._steer(), *self._flow.orders()]
 
     def _obey(self, client: int, viewer: Viewer, message: ClientMessage, now: float) -> list[Action]:
@@ -350,6 +349,8 @@ class Session:
                 return self.buy(BuyAccuracy(message.accuracy, deadline), now)
             case EditMessage() | UndoMessage() | RedoMessage():
                 return self._edit(client, viewer, message, now)
+            case SetEffectMessage() | RemoveEffectMessage() | MeasureEffectsMessage():
+                return self.effects.obey(client, message)
             case ByeMessage():
                 return [*self._leave(client, now, for_good=True), Close(client, NORMAL, "Goodbye")]
             case HelloMessage():

@@ -6,9 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from tryon_protocol import CREDIT, ProtocolError
+from tryon_protocol import CREDIT, ProtocolError, WelcomeMessage
 from tryon_server.sessions.smoothing import DEFAULT_SMOOTHING, Smoothing
 from tryon_server.sessions.status import OWN_MOTION
+
+SUBJECT = "wearer"
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,25 @@ class Rules:
     messages_per_second: float = 240.0
     grace_seconds: float = 60.0
     smoothing: Smoothing = DEFAULT_SMOOTHING
+
+
+    def welcome(
+        self, version: int, session: str, now: float, topology_id: int, motions: Sequence[str], token: str
+    ) -> WelcomeMessage:
+        """The answer to a client's hello: its session's body has these ``motions``."""
+        return WelcomeMessage(
+            version=version,
+            session=session,
+            epoch=self.epoch,
+            server=self.server,
+            clock=now,
+            credit=self.credit,
+            topology_id=topology_id,
+            subjects=(SUBJECT,),
+            motions=tuple(motions),
+            fabrics=self.fabrics,
+            resume_token=token,
+        )
 
 
 def check_motion(motion: str | None, motions: Sequence[str]) -> None:

@@ -7,19 +7,22 @@ import itertools
 import logging
 import time
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
-from tryon_protocol import ProtocolError
+from tryon_protocol import EffectsMessage, ProtocolError
 from tryon_server.runtime.interface import Simulation
 from tryon_server.sessions import Action, Close, End, Order, Send, SendFrame, Session
-from tryon_server.sessions.actions import POLICY_VIOLATION, Answer, Keep
+from tryon_server.sessions.actions import POLICY_VIOLATION, Answer, AnswerEffects, Keep, KeepEffects
 from tryon_server.sessions.commands import BuyAccuracy, Command, EditStep
+from tryon_server.sessions.effect_talk import EffectTalk
 from tryon_server.sessions.events import EditMade, Event, PhaseChanged, Troubled
 from tryon_server.streaming.outbox import Outbox, OutboxFullError
 
 logger = logging.getLogger(__name__)
 
 TICK_SECONDS = 0.1
+
+Answered = TypeVar("Answered")
 
 
 class LiveSession:
@@ -31,6 +34,7 @@ class LiveSession:
         on_end: called once, with the reason, when the session has ended.
         complete: adds to a command for the simulation what the machine does not know, such as where a file is.
         keep: stores a change of the pattern; blocking. Raises what the store raises.
+        keep_effects: stores what is asked of the effects, likewise.
     """
 
     def __init__(
@@ -40,12 +44,15 @@ class LiveSession:
         on_end: Callable[[LiveSession, str], None],
         complete: Callable[[Command], Command] = lambda command: command,
         keep: Callable[[EditMade], None] = lambda _made: None,
+        keep_effects: Callable[[Mapping[str, Any]], None] = lambda _wishes: None,
     ) -> None:
         self.machine = machine
         self._complete = complete
         self._keep = keep
+        self._keep_effects = keep_effects
         self._keeping: asyncio.Task[None] | None = None
         self._asked: dict[int, asyncio.Future[EditMade]] = {}
+        self._asked_effects: dict[int, asyncio.Future[EffectsMessage]] = {}
         self._on_end = on_end
         self._outboxes: dict[int, Outbox] = {}
         self._numbers = itertools.count(1)
@@ -84,6 +91,17 @@ class LiveSession:
         """
         ticket, actions = self.machine.change_pattern(step, edit, mirror)
         asked = self._asked[ticket] = self._loop.create_future()
+        self._carry_out(actions)
+        return await asked
+
+    async def ask_effects(self, ask: Callable[[EffectTalk], tuple[int, list[Action]]]) -> EffectsMessage:
+        """Ask something of the effects for somebody without a connection; the effects once that is done.
+
+        Raises:
+            ProtocolError: it was refused, or not now.
+        """
+        ticket, actions = ask(self.machine.effects)
+        asked = self._asked_effects[ticket] = self._loop.create_future()
         self._carry_out(actions)
         return await asked
 
@@ -140,13 +158,21 @@ class LiveSession:
                     self._simulation.order(self._complete(command))
                 case Keep(made):
                     self._keeping = self._loop.create_task(self._keep_after(self._keeping, made))
+                case KeepEffects(wishes):
+                    self._keeping = self._loop.create_task(self._keep_effects_after(self._keeping, wishes))
                 case Answer(ticket, outcome):
-                    self._answer(self._asked.pop(ticket, None), outcome)
+                    _answer(self._asked.pop(ticket, None), outcome)
+                case AnswerEffects(ticket, told):
+                    _answer(self._asked_effects.pop(ticket, None), told)
                 case End(reason):
                     self._simulation.stop()
-                    for asked in self._asked.values():
-                        self._answer(asked, ProtocolError("unknown_session", "$", f"{reason}.", "Open a new session."))
+                    fault = ProtocolError("unknown_session", "$", f"{reason}.", "Open a new session.")
+                    for edit in self._asked.values():
+                        _answer(edit, fault)
+                    for effect in self._asked_effects.values():
+                        _answer(effect, fault)
                     self._asked.clear()
+                    self._asked_effects.clear()
                     self._on_end(self, reason)
         for client in overflowed:
             self._outboxes.pop(client).overflow(POLICY_VIOLATION, "The client reads nothing")
@@ -165,11 +191,23 @@ class LiveSession:
             fault = ProtocolError("edit_not_kept", "$", what, "Make room on its disk, then undo and repeat the edit.")
         self._carry_out(self.machine.kept(made, fault, self.now))
 
-    @staticmethod
-    def _answer(asked: asyncio.Future[EditMade] | None, outcome: EditMade | ProtocolError) -> None:
-        if asked is None or asked.done():  # who asked has gone
-            return
-        if isinstance(outcome, ProtocolError):
-            asked.set_exception(outcome)
-        else:
-            asked.set_result(outcome)
+    async def _keep_effects_after(self, before: asyncio.Task[None] | None, wishes: Mapping[str, Any]) -> None:
+        """Store what is asked of the effects, after what was to be stored before."""
+        if before is not None:
+            await before
+        try:
+            await asyncio.to_thread(self._keep_effects, wishes)
+        except Exception as error:
+            logger.exception("session %s: what is asked of its effects could not be stored", self.machine.id)
+            what = f"The effects are changed, but that could not be stored: {error!r:.200}."
+            self._simulated(Troubled("effects_not_kept", "$", what, "Make room on its disk, then change them again."))
+
+
+def _answer(asked: asyncio.Future[Answered] | None, outcome: Answered | ProtocolError) -> None:
+    """Give whoever asked what came of it, unless it has gone."""
+    if asked is None or asked.done():
+        return
+    if isinstance(outcome, ProtocolError):
+        asked.set_exception(outcome)
+    else:
+        asked.set_result(outcome)

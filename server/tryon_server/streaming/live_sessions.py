@@ -165,6 +165,7 @@ class LiveSessions:
             self._ended,
             partial(self._complete, record.id),
             partial(self._keep, record.id),
+            partial(self._store.keep_effects, record.id),
         )
         self._live[record.id] = live
         return live
@@ -276,7 +277,13 @@ class LiveSessions:
             made=record.created,
         )
         await asyncio.to_thread(self._edits.add, beginning)
-        return replace(order, drape=replace(order.drape, specification=specification))
+        effects = await asyncio.to_thread(self._store.effects, session_id)
+        return replace(order, drape=replace(order.drape, specification=specification), effects=effects)
+
+    async def effects(self, session_id: str) -> Mapping[str, Any]:
+        """What is asked of a session's effects, live or ended, plain JSON. Raises ProblemError 404."""
+        await self.record(session_id)
+        return await asyncio.to_thread(self._store.effects, session_id)
 
     def get(self, session_id: str) -> LiveSession | None:
         """The live session with this id, or None."""

@@ -27,7 +27,7 @@ from tryon_solver.geometry.overlay import Overlay
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.weld import WeldedMesh
 from tryon_solver.materials.fabric import Fabric
-from tryon_solver.scene import Scene
+from tryon_solver.scene import Effect, Scene
 from tryon_solver.simulation import Simulation
 
 Points = NDArray[np.float64]
@@ -79,18 +79,23 @@ def carry_over(worn: Simulation, before: PanelMesh, after: PanelMesh) -> Carried
 
 
 def prepare(
-    worn: Simulation, cut: NewCut, fabric: Fabric, more: Iterable[object] = ()
+    worn: Simulation,
+    cut: NewCut,
+    fabric: Fabric,
+    more: Iterable[object] = (),
+    effects: tuple[Effect, ...] | None = None,
 ) -> Iterator[Prepared | None]:
     """All of `carry_over`, in this fabric, that does not depend on where the garment `worn` is, which may be advanced
     meanwhile and afterwards: in parts, None after each but the last. `more` are parts of something else, done while the
-    inverse is being made. Raises GarmentError as `build`."""
+    inverse is being made; `effects` are the new cut's, the worn one's own if none are given. Raises GarmentError as
+    `build`."""
     assert worn.scene.body is not None
     assert worn.body is not None
     flat = cut.welded.mean_of_vertices(cut.mesh.placed)
     stitches = stitched_on(cut.mesh, cut.welded.welded_of_vertex, fabric)
-    effects = (*without_stitches(worn.scene.effects), *stitches)
-    scene = Scene(cut.garment, flat, worn.scene.body, fabric, effects)
-    settings, pose = worn.settings.unbought(), worn.body.pose
+    own = without_stitches(worn.scene.effects if effects is None else effects)
+    scene = Scene(cut.garment, flat, worn.scene.body, fabric, (*own, *stitches))
+    settings, pose = worn.settings.by_budget(), worn.body.pose
     building = build_in_parts(scene, settings, worn.device, pose, None, worn.dt, cut.basis, more)
     for simulation in building:
         yield None if simulation is None else Prepared(simulation, cut, Tangle(simulation, ROUNDS))

@@ -4,11 +4,12 @@ Source of the format: https://github.com/maria-korosteleva/GarmentCode (pygarmen
 specification is `{"pattern": {"panels": {name: panel}, "stitches": [...]}, "properties": {"units_in_meter": 100}}`.
 Everything is converted to metres here, once. Every fault raises PatternError, which names the place and the remedy.
 
-Three additions to the format. A stitch may carry the word "gather" as it may carry "right_wrong": it declares that one
+Four additions to the format. A stitch may carry the word "gather" as it may carry "right_wrong": it declares that one
 side is meant to be much longer than the other. A panel may lie on the right side of another, as a pocket does:
 `"on": {"panel": name, "at": [x, y], "turn": degrees, "open": [edges]}` puts its origin there in that panel's plane and
 sews it on along all edges but the open ones; its own translation and rotation then count for nothing.
-`properties.fabric` names what the garment is made of, for whoever dresses it and knows the name.
+`properties.fabric` names what the garment is made of, for whoever dresses it and knows the name. Edges may carry
+elastic, creases, buttons and zips (edge_effects.py).
 """
 
 from __future__ import annotations
@@ -22,8 +23,10 @@ from typing import Any
 
 import numpy as np
 
+from tryon_solver.effect_words.fields import EffectError
 from tryon_solver.geometry import curves, outline
 from tryon_solver.geometry.curves import Points
+from tryon_solver.geometry.edge_effects import EdgeEffect, called_for, read_edge_effects
 from tryon_solver.geometry.located_error import LocatedError
 from tryon_solver.geometry.patch import Patch, lies_within, overlap
 from tryon_solver.geometry.text_check import RENAME_IT, find_unencodable
@@ -117,10 +120,16 @@ class Pattern:
     stitches: tuple[Stitch, ...]
     patches: tuple[Patch, ...] = ()
     fabric: str | None = None  # its name; None where the file names none
+    edge_effects: tuple[EdgeEffect, ...] = ()
 
     @property
     def panel_names(self) -> tuple[str, ...]:
         return tuple(panel.name for panel in self.panels)
+
+    @property
+    def effects(self) -> dict[str, dict[str, Any]]:
+        """What its edges call for: effects by name, with all their parameters."""
+        return called_for(self.edge_effects, self.panel_names, [len(panel.edges) for panel in self.panels])
 
 
 class NotJsonError(PatternError):
@@ -204,7 +213,15 @@ def parse_pattern(spec: Mapping[str, Any]) -> Pattern:
     _check_garment_size(panels)
     stitches = _stitches(body.get("stitches", []), panels)
     patches = _patches(panels_spec, panels, stitches, scale)
-    return Pattern(panels, stitches, patches, _fabric(spec["properties"].get("fabric")))
+    effects = _edge_effects(panels, panels_spec)
+    return Pattern(panels, stitches, patches, _fabric(spec["properties"].get("fabric")), effects)
+
+
+def _edge_effects(panels: Sequence[Panel], specs: Mapping[str, Any]) -> tuple[EdgeEffect, ...]:
+    try:
+        return read_edge_effects([(panel.name, specs[panel.name]["edges"]) for panel in panels])
+    except EffectError as error:
+        raise PatternError(error.message, error.place, error.remedy) from error
 
 
 def _has_edges(panel: Any) -> bool:

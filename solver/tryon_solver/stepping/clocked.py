@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 import warp as wp
@@ -22,14 +22,18 @@ def contribution_times(sim: Simulation, repeats: int = 20) -> dict[str, dict[str
     A step calls most stages once an iteration, `start_step`, `add_acceleration` and `add_diagonal` once, those of the
     constant matrices never: they have no times.
     """
-    times: dict[str, dict[str, float]] = {}
+    return dict(times_in_parts(sim, repeats))
+
+
+def times_in_parts(sim: Simulation, repeats: int = 20) -> Iterator[tuple[str, dict[str, float]]]:
+    """`contribution_times`, a contribution with each `next`: the simulation may be advanced in between."""
     for contribution in sim.plan.contributions:
         kept = {name: wp.clone(value) for name, value in contribution.values.items()}
         calls = calls_of(sim, contribution)
-        times[contribution.name] = {stage: clocked(sim, call, repeats) for stage, call in calls.items()}
+        times = {stage: clocked(sim, call, repeats) for stage, call in calls.items()}
         for name, value in kept.items():
             wp.copy(contribution.values[name], value)
-    return times
+        yield contribution.name, times
 
 
 def calls_of(sim: Simulation, contribution: Contribution) -> dict[str, Callable[[], None]]:

@@ -10,6 +10,7 @@ import time
 from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
+from pretended_effects import PretendedEffects
 
 from tryon_server.problems import problem_error
 from tryon_server.runtime.drape import Outfit
@@ -110,6 +111,7 @@ class Tunic:
         self.origin = np.zeros(3)
         self.current, self.t = self.pose, 0.0
         self.bought: tuple[float | None, float | None] = (None, None)
+        self.effects = PretendedEffects()
 
     own_motion = None
     specification = None

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass, field
 
 import numpy as np
 from dress_form import AROUND, quad
+from pretended_effects import PretendedEffects
 
 from tryon_server.runtime.drape import Outfit
 from tryon_solver.body.bvh import parse_bvh
@@ -57,6 +58,7 @@ class Tunic:
         self.pose = Pose.rest(self.model)
         self.origin = np.zeros(3)
         self.current = self.pose
+        self.effects = PretendedEffects()
 
     own_motion = None
     specification = None

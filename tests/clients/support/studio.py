@@ -99,19 +99,21 @@ def serve(port: int, folder: Path, web: Path, workshop: str) -> None:
     from tryon_server.runtime.order import Workshop
     from tryon_server.settings import Settings
     from tryon_server.streaming.server import Server, listen
+    from tryon_solver.effect_words.table import WORDS
     from tryon_solver.materials.look import Look
 
     def fabric(name: str) -> FabricEntry:
         return FabricEntry(name, 0.2, 5e-4, 1.1, Look(colour=FABRICS[name]))
 
     def runtime(settings: Settings) -> Runtime:
-        works = Workshop(f"{workshop}:build", f"{workshop}:load_motion")
+        works = Workshop(f"{workshop}:build", f"{workshop}:load_motion", "pretended_effects:Compiled")
         return Runtime(
             placement=LocalProcesses(works, settings.session_memory_bytes),
             catalogue=Catalogue(
                 motions=(MotionEntry("walk", 4.0), MotionEntry("turn", 4.0)),
                 fabrics=tuple(fabric(name) for name in FABRICS),
                 presets=("auto", "draft", "live", "fit"),
+                effects=tuple(word.described() for word in WORDS),
             ),
             devices=lambda: (Device("cpu", "the test's processor", None),),
         )
@@ -122,4 +124,5 @@ def serve(port: int, folder: Path, web: Path, workshop: str) -> None:
 
 
 if __name__ == "__main__":
+    sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "support"))
     serve(int(sys.argv[1]), Path(sys.argv[2]), Path(sys.argv[3]), sys.argv[4])

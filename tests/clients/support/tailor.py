@@ -41,6 +41,7 @@ CATALOGUE: dict[str, list[dict[str, Any]]] = {
     "garments": [{"id": "shirt", "kept_as": None, **GARMENT}],
     "motions": [{"name": "walk", "seconds": 4.0, "title": "Walk", "found": None, "kept_as": None}],
     "bodies": [],
+    "effects": [],
     "fabrics": [
         {"name": name, "areal_density": 0.2, "thickness": 5e-4, "strain_limit": 1.1, "colour": colour}
         for name, colour in (("cotton", [0.5, 0.02, 0.03]), ("denim", [0.1, 0.18, 0.36]))

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from tryon_protocol import DecodedFrame, FrameDecoder, Topology, TopologyMessage, decode_server
+from tryon_server.runtime.arming import Armoury, Compiling
 from tryon_server.runtime.beside import Made, NotMade, Task, carried_out
 from tryon_server.runtime.motions import load_motion
 from tryon_server.runtime.order import DrapeOrder, WorkOrder
@@ -84,6 +85,10 @@ class Here:
         """Do nothing."""
         self._task = None
 
+    def close(self) -> None:
+        """Do nothing."""
+        self._task = None
+
 
 class EditedSession:
     """A worker and what it sends."""
@@ -102,8 +107,8 @@ class EditedSession:
         self._script = script(self)
         self._commands: Sequence[Command] = ()
         self._here = Here()
-        order, here = self._order, self._here
-        self._worker = Worker(self, order, build_drape, load_motion, self._clock, here)  # type: ignore[arg-type]
+        order, here, armoury = self._order, self._here, Armoury(Here(), order.drape.device, Compiling)
+        self._worker = Worker(self, order, build_drape, load_motion, self._clock, here, armoury)  # type: ignore[arg-type]
 
     def _clock(self) -> float:
         return self.now

@@ -17,6 +17,7 @@ from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 
 import numpy as np
+from pretended_effects import PretendedEffects
 
 from tryon_server.problems import problem_error
 from tryon_server.runtime.drape import Outfit
@@ -122,6 +123,7 @@ class WavingSheet:
         self.shapes: list[float] = []
         self.late = False
         self.bought: tuple[float | None, float | None] = (None, None)
+        self.effects = PretendedEffects()
 
     own_motion = None
     outgrown = ""
@@ -150,6 +152,7 @@ class WavingSheet:
         for _ in range(PARTS - 1):
             yield None
         sheet = WavingSheet(fabric)
+        sheet.effects = PretendedEffects(self.effects.asked)
         sheet.specification = specification
         sheet.t, sheet.current, sheet.origin = self.t, self.current, self.origin
         yield sheet

@@ -15,6 +15,7 @@ from tryon_server.runtime.local_processes import LocalProcesses
 from tryon_server.runtime.order import Workshop
 from tryon_server.settings import Settings
 from tryon_server.streaming.server import Server, listen
+from tryon_solver.effect_words.table import WORDS
 from tryon_solver.materials.look import Look
 
 FABRICS = ("cotton", "denim", "tight", "nan", "failing", "crash", "greedy", "slow")
@@ -22,11 +23,12 @@ CATALOGUE = Catalogue(
     motions=(MotionEntry("sway", 1.0),),
     fabrics=tuple(FabricEntry(name, 0.2, 5e-4, 1.1, Look()) for name in FABRICS),
     presets=("auto", "draft", "live"),
+    effects=tuple(word.described() for word in WORDS),
 )
 
 
 def analytic_runtime(settings: Settings) -> Runtime:
-    workshop = Workshop("analytic_drape:build", "analytic_drape:load_motion")
+    workshop = Workshop("analytic_drape:build", "analytic_drape:load_motion", "pretended_effects:Compiled")
     return Runtime(
         placement=LocalProcesses(workshop, settings.session_memory_bytes),
         catalogue=CATALOGUE,

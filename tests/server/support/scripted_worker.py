@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import analytic_drape
 import pytest
+from pretended_effects import Compiled
 
 from tryon_protocol import FrameDecoder, Topology, decode_server
+from tryon_server.runtime.arming import Armoury
 from tryon_server.runtime.beside import Made, NotMade, carried_out
 from tryon_server.runtime.order import DrapeOrder, WorkOrder
 from tryon_server.runtime.worker import Worker
@@ -45,6 +48,9 @@ class InThisProcess:
         return carried_out(task)
 
     def give_up(self) -> None:
+        self.task = None
+
+    def close(self) -> None:
         self.task = None
 
 
@@ -86,9 +92,11 @@ def work(
     motion: str | None = "sway",
     build=analytic_drape.build,
     seconds_beside: float = 0.0,
+    effects=None,
 ) -> ScriptedConnection:
     connection = ScriptedConnection(script, until)
     order = WorkOrder(DrapeOrder(Path("pattern.json"), fabric, "draft", "cpu"), motion, 50.0, 1.0)
+    order = replace(order, effects=effects or {})
     worker = Worker(connection, order, build, analytic_drape.load_motion, *clock_of(connection, seconds_beside))
     with pytest.raises(LetGoError):
         worker.run()
@@ -98,7 +106,8 @@ def work(
 def clock_of(connection: ScriptedConnection, seconds_beside: float = 0.0):
     """The last arguments of a worker by the connection's clock."""
     connection.beside = InThisProcess(lambda: connection.now, seconds_beside)
-    return connection.beside.clock, connection.beside
+    compiler = InThisProcess(lambda: connection.now, seconds_beside)
+    return connection.beside.clock, connection.beside, Armoury(compiler, "cpu", Compiled)
 
 
 def allow(total: int, **forms: bool) -> AllowFrame:

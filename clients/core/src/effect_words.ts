@@ -1,0 +1,121 @@
+/** Effects that a session can be asked for, as `GET /api/effects` describes them. */
+
+interface FieldBase {
+  readonly name: string;
+  /** what it is, for people */
+  readonly about: string;
+  readonly unit: string;
+  /** a running scene takes it up at once */
+  readonly live: boolean;
+  readonly default: unknown;
+}
+
+export interface NumberField extends FieldBase {
+  readonly kind: "number";
+  readonly low: number;
+  readonly high: number;
+  /** it may be null, for the usual */
+  readonly open: boolean;
+  readonly whole: boolean;
+}
+
+export interface VectorField extends FieldBase {
+  readonly kind: "vector";
+  readonly longest: number;
+}
+
+export interface ChoiceField extends FieldBase {
+  readonly kind: "choice";
+  readonly of: readonly string[];
+}
+
+export interface RowsField extends FieldBase {
+  readonly kind: "rows";
+  readonly fields: readonly EffectField[];
+}
+
+/** Pieces, edges and curves: what is told by the pattern, or by somebody who writes it. */
+export interface NamedField extends FieldBase {
+  readonly kind: "panel" | "panels" | "edges" | "curve";
+}
+
+export type EffectField = NumberField | VectorField | ChoiceField | RowsField | NamedField;
+
+export interface EffectWord {
+  readonly name: string;
+  readonly title: string;
+  readonly about: string;
+  /** it can't be taken off */
+  readonly kept: boolean;
+  readonly fields: readonly EffectField[];
+}
+
+/** A direction as people say it: how much, towards where about the vertical [degrees, 0: to the front, 90: to the body's
+ * left], and how far above the horizontal [degrees]. */
+export interface Polar {
+  readonly size: number;
+  readonly heading: number;
+  readonly rise: number;
+}
+
+/** Of a vector x, y, z, Y up, the body facing +Z. What has no direction points to the front. */
+export function polarOf([x, y, z]: readonly [number, number, number]): Polar {
+  const size = Math.hypot(x, y, z);
+  const level = Math.hypot(x, z);
+  const heading = level > 1e-9 * size ? (degrees(Math.atan2(x, z)) + 360) % 360 : 0;
+  return { size, heading, rise: size > 0 ? degrees(Math.atan2(y, level)) : 0 };
+}
+
+export function vectorOf({ size, heading, rise }: Polar): [number, number, number] {
+  const [about, above] = [radians(heading), radians(rise)];
+  const level = size * Math.cos(above);
+  return [round(level * Math.sin(about)), round(size * Math.sin(above)), round(level * Math.cos(about))];
+}
+
+/** Positions of a slider for a number: even steps, or even ratios where the bounds are far apart. */
+export class Scale {
+  private readonly ratios: boolean;
+
+  constructor(
+    private readonly low: number,
+    private readonly high: number,
+    private readonly whole: boolean,
+  ) {
+    this.ratios = !whole && low > 0 && high / low >= 1000;
+  }
+
+  /** how many positions there are above the lowest, 0 */
+  get end(): number {
+    return this.whole ? Math.min(this.high - this.low, 1000) : 200;
+  }
+
+  valueAt(position: number): number {
+    const share = position / this.end;
+    if (this.ratios) return tidy(this.low * (this.high / this.low) ** share);
+    const value = this.low + share * (this.high - this.low);
+    return this.whole ? Math.round(value) : tidy(value);
+  }
+
+  positionOf(value: number): number {
+    const inside = Math.min(Math.max(value, this.low), this.high);
+    const share = this.ratios ? Math.log(inside / this.low) / Math.log(this.high / this.low) : (inside - this.low) / (this.high - this.low);
+    return Math.round(share * this.end);
+  }
+}
+
+/** As many digits as anybody sets by hand. */
+function tidy(value: number): number {
+  return Number(value.toPrecision(3));
+}
+
+function round(value: number): number {
+  return Math.round(1e4 * value) / 1e4 + 0;
+}
+
+function degrees(angle: number): number {
+  return (180 / Math.PI) * angle;
+}
+
+function radians(angle: number): number {
+  return (Math.PI / 180) * angle;
+}

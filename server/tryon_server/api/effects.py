@@ -1,0 +1,108 @@
+"""Effects that act in a session: which there are, what is asked for, what they take."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Literal
+
+from fastapi import APIRouter, Request
+
+from tryon_protocol import EffectsMessage, ProtocolError
+from tryon_server.api.access import ServicesDep
+from tryon_server.api.body import json_body, read_json
+from tryon_server.api.faults import ERROR_REPLIES
+from tryon_server.api.models import EffectReply, EffectRequest, EffectsReply, EffectWordReply
+from tryon_server.problems import problem_error
+from tryon_server.services import Services
+from tryon_server.sessions.actions import Action
+from tryon_server.sessions.effect_talk import EffectTalk
+
+router = APIRouter(prefix="/api", tags=["effects"], responses=ERROR_REPLIES)
+
+Ask = Callable[[EffectTalk], tuple[int, list[Action]]]
+
+
+@router.get("/effects")
+async def list_effects(services: ServicesDep) -> list[EffectWordReply]:
+    """All effects that a session can be asked for, and their parameters."""
+    return [EffectWordReply.model_validate(dict(word)) for word in services.runtime.catalogue.effects]
+
+
+@router.get("/sessions/{session_id}/effects")
+async def session_effects(session_id: str, services: ServicesDep, measure: bool = False) -> EffectsReply:
+    """The effects of a live session, and the plan of its steps; with `measure` what each takes, measured now."""
+    if measure:
+        return _reply(await _asked(session_id, services, lambda effects: effects.measure()))
+    return _reply(await _newest(session_id, services))
+
+
+@router.get("/sessions/{session_id}/effects/{name}")
+async def session_effect(session_id: str, name: str, services: ServicesDep) -> EffectReply:
+    """One effect of a live session."""
+    return _one(await _newest(session_id, services), name)
+
+
+@router.put("/sessions/{session_id}/effects/{name}", openapi_extra=json_body(EffectRequest))
+async def set_effect(session_id: str, name: str, request: Request, services: ServicesDep) -> EffectsReply:
+    """Have an effect act in a live session, or armed, or changed; answered once it is. What is refused changes nothing.
+
+    The name `auto` has those armed that garment and motion may call for.
+    """
+    wish = read_json(await request.body(), EffectRequest)
+    return await _change(session_id, services, name, wish)
+
+
+@router.delete("/sessions/{session_id}/effects/{name}")
+async def remove_effect(session_id: str, name: str, services: ServicesDep) -> EffectsReply:
+    """Have an effect act no longer in a live session; answered once it does not."""
+    return await _change(session_id, services, name, None)
+
+
+async def _change(session_id: str, services: Services, name: str, wish: EffectRequest | None) -> EffectsReply:
+    state: Literal["absent", "armed", "active"] = "absent" if wish is None else wish.state
+    parameters = None if wish is None else wish.parameters
+    return _reply(await _asked(session_id, services, lambda effects: effects.change(name, state, parameters)))
+
+
+async def _newest(session_id: str, services: Services) -> EffectsMessage:
+    """What was told last. Raises ProblemError 404, 409 where there is nothing to tell."""
+    await services.sessions.record(session_id)
+    live = services.sessions.get(session_id)
+    if live is None:
+        remedy = "Open a session that continues it: POST /api/sessions with its id as `continues`"
+        raise problem_error("session.ended", "the session has ended", remedy, place="session", status=409)
+    live.machine.asked_for(live.now)
+    newest = live.machine.effects.newest
+    if newest is None:
+        message, remedy = "the garment is still being dressed", "Ask once the session's state is `running`"
+        raise problem_error("effects.early", message, remedy, place="session", status=409)
+    return newest
+
+
+async def _asked(session_id: str, services: Services, ask: Ask) -> EffectsMessage:
+    """What is told once what is asked is done. Raises ProblemError 404, 409, 422."""
+    await _newest(session_id, services)
+    live = services.sessions.get(session_id)
+    assert live is not None
+    try:
+        return await live.ask_effects(ask)
+    except ProtocolError as error:
+        status = 422 if error.code == "effect_refused" else 409
+        code = f"effect.{error.code.removeprefix('effect_')}"
+        raise problem_error(
+            code, error.message, error.remedy, place=error.place.removeprefix("$."), status=status
+        ) from error
+
+
+def _one(effects: EffectsMessage, name: str) -> EffectReply:
+    for effect in effects.effects:
+        if effect.name == name:
+            return EffectReply.model_validate(effect)
+    remedy = f"Use one of {', '.join(effect.name for effect in effects.effects)}"
+    raise problem_error("effect.unknown", f"there is no effect {name!r:.80}", remedy, place="name", status=404)
+
+
+def _reply(effects: EffectsMessage) -> EffectsReply:
+    return EffectsReply.model_validate(effects)
+
+

@@ -1,0 +1,324 @@
+"""The effects of a session: what is asked for, and how the garment comes to be worn with it.
+
+What is asked for is kept as wishes over what the garment has of itself, so that it holds for whatever garment is worn
+next. An effect goes from absent to armed, its kernels compiled by another process, to active: bound to the scene beside
+the one that goes on, and taken up between two frames.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from tryon_protocol import AUTO, EffectsMessage, EffectState
+from tryon_server.runtime.arming import Armoury
+from tryon_server.runtime.drape import DrapeEffects
+from tryon_server.runtime.effect_choice import called_for
+from tryon_server.sessions.commands import ChangeEffect, MeasureEffects
+from tryon_server.sessions.events import EffectRefused, EffectsTold, Event
+from tryon_solver.effect_words.fields import EffectError
+from tryon_solver.effect_words.rules import Parameters, left_out, same_but_values
+from tryon_solver.effect_words.table import WORDS, live, word_of
+
+logger = logging.getLogger(__name__)
+
+SHARE = 0.5  # of the time that a frame took, after which no further part of another scene is begun
+LOOK_SECONDS = 0.02  # between looks at what is being compiled
+CHOICE_SECONDS = 1.0  # between looks at what garment and motion may call for
+CHOSEN = "chosen by itself: "
+ASKED = "asked for"
+TAKEN_OFF = "taken off"
+USUAL = "every garment is worn with it"
+OWN = "the pattern has it"
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What an effect is to be, whatever the garment has of itself."""
+
+    state: Literal["absent", "armed", "active"]
+    parameters: Parameters
+    why: str = ASKED
+
+
+class EffectDesk:
+    """Takes what is asked of effects, and has the garment come to be worn with it.
+
+    Args:
+        tell: tells an event.
+        armoury: has effects compiled.
+        clock: the server's steady clock [s].
+        wishes: what was asked for before, as `wishes` gives it.
+    """
+
+    def __init__(
+        self, tell: Callable[[Event], None], armoury: Armoury, clock: Callable[[], float], wishes: Mapping[str, Any]
+    ) -> None:
+        self._tell = tell
+        self._armoury = armoury
+        self._clock = clock
+        self._auto = bool(wishes.get(AUTO))
+        self._wishes = {name: Wish(**wish) for name, wish in wishes.get("effects", {}).items()}
+        self._held = dict(self._wishes)  # those with which a garment was worn last
+        self._worn: DrapeEffects | None = None
+        self._parts: Iterator[None] | None = None
+        self._binding: Mapping[str, Parameters] = {}
+        self._waiting: list[int] = []  # tickets of changes
+        self._measurers: list[int] = []
+        self._measuring: Iterator[tuple[str, Mapping[str, float]]] | None = None
+        self._times: dict[str, Mapping[str, float]] = {}
+        self._told: tuple[EffectsMessage, Mapping[str, Any]] | None = None
+        self._chosen_at = -CHOICE_SECONDS
+        self._quiet = False  # there was nothing to do when it was last looked
+
+    @property
+    def wishes(self) -> dict[str, Any]:
+        """What is asked for, plain JSON, to be kept."""
+        wishes = {
+            name: {"state": wish.state, "parameters": dict(wish.parameters), "why": wish.why}
+            for name, wish in self._wishes.items()
+        }
+        return {AUTO: self._auto, "effects": wishes} if wishes or self._auto else {}
+
+    # What is asked ------------------------------------------------------------------------------------------------
+
+    def take(self, command: ChangeEffect | MeasureEffects) -> None:
+        """Somebody asks; answered at once where it is refused."""
+        self._quiet = False
+        try:
+            if self._worn is None:
+                raise EffectError("the garment is not worn", "name", "Ask once it is dressed")
+            if isinstance(command, MeasureEffects):
+                self._measurers.append(command.ticket)
+            else:
+                self._change(command, self._worn)
+        except EffectError as error:
+            self._refuse(command.ticket, error)
+
+    def _change(self, command: ChangeEffect, worn: DrapeEffects) -> None:
+        if command.name == AUTO:
+            self._auto = command.state != "absent"
+            self._chosen_at = self._clock() - CHOICE_SECONDS
+            if self._auto:
+                self._choose(worn)
+            else:
+                self._wishes = {name: wish for name, wish in self._wishes.items() if not wish.why.startswith(CHOSEN)}
+            self._waiting.append(command.ticket)
+            return
+        word = word_of(command.name)
+        if word.kept and command.state != "active":
+            fault = f"{word.title.lower()} can't be taken off, since it is what keeps the garment from penetrating"
+            raise EffectError(fault, "name", "Leave it active")
+        parameters = self._stands(command.name, worn)
+        if command.parameters is not None or (parameters is None and command.state == "active"):
+            parameters = word.parameters(command.parameters)
+        wishes = {**self._wishes, command.name: Wish(command.state, parameters or {})}
+        worn.check(self._wanted(wishes, worn))
+        self._wishes = wishes
+        self._waiting.append(command.ticket)
+
+    def _stands(self, name: str, worn: DrapeEffects) -> Parameters | None:
+        """The effect's parameters as they are, or were when it was worn last; None of what never was."""
+        if name in self._wishes and self._wishes[name].parameters:
+            return self._wishes[name].parameters
+        return {**live(), **worn.own}.get(name)
+
+    def _refuse(self, ticket: int, error: EffectError) -> None:
+        self._tell(EffectRefused(ticket, error.place, error.message, error.remedy))
+
+    # What is worn -------------------------------------------------------------------------------------------------
+
+    def go_on(self, worn: DrapeEffects | None, cost: float, busy: bool) -> float | None:
+        """Do what is next for what is ``worn``, between two frames, each of which takes ``cost`` [s]; not beside other
+        work that makes a scene, where there is some (``busy``). How long to wait before the next look [s]; None: there
+        is nothing to do.
+        """
+        if worn is not self._worn:
+            self._worn, self._parts, self._measuring, self._quiet = worn, None, None, False
+            self._times.clear()
+        if worn is None or (self._quiet and not self._choose(worn)):
+            return None
+        self._arm(worn)
+        pause: float | None = LOOK_SECONDS if self._armoury.compiling else None
+        wanted = self._wanted(self._wishes, worn)
+        if self._parts is not None and self._binding != wanted:
+            self._parts = None
+        if self._parts is None and worn.asked != wanted and all(self._armoury.is_ready(name) for name in wanted):
+            pause = self._begin(wanted, worn, busy)
+        if self._parts is not None:
+            pause = 0.0
+            self._bind(cost)
+        if self._measurers:
+            pause = 0.0
+            self._measure(worn)
+        self._tell_news(worn)
+        self._quiet = pause is None
+        return pause
+
+    def _wanted(self, wishes: Mapping[str, Wish], worn: DrapeEffects) -> dict[str, Parameters]:
+        """The effects that are to act, and all their parameters."""
+        wanted: dict[str, Parameters] = {**live(), **worn.own}
+        for name, wish in wishes.items():
+            if wish.state == "active":
+                wanted[name] = wish.parameters
+            else:
+                wanted.pop(name, None)
+        return wanted
+
+    def _choose(self, worn: DrapeEffects) -> bool:
+        """Arm what garment and motion may call for, if that is wished, and nobody has said otherwise of it; whether
+        there is something new."""
+        now = self._clock()
+        if not self._auto or now - self._chosen_at < CHOICE_SECONDS:
+            return False
+        self._chosen_at = now
+        new = {
+            name: Wish("armed", {}, f"{CHOSEN}{why}")
+            for name, why in called_for(worn.character()).items()
+            if name not in self._wishes and name not in worn.asked
+        }
+        self._wishes.update(new)
+        return bool(new)
+
+    def _arm(self, worn: DrapeEffects) -> None:
+        self._armoury.hold(worn.asked)
+        fault = self._armoury.look()
+        if fault is not None:
+            logger.warning("kernels of effects could not be compiled: %s", fault.problem.message)
+        armed = [name for name, wish in self._wishes.items() if wish.state == "armed"]
+        self._armoury.want([*self._wanted(self._wishes, worn), *armed])
+
+    def _begin(self, wanted: dict[str, Parameters], worn: DrapeEffects, busy: bool) -> float | None:
+        if _by_values(worn.asked, wanted):
+            worn.write(wanted)
+            return None
+        if not busy:
+            self._binding, self._parts = wanted, worn.rebind(wanted)
+        return 0.0 if not busy else LOOK_SECONDS
+
+    def _bind(self, cost: float) -> None:
+        """Go on making the scene with other effects, for part of a frame's time; wear it once it is there."""
+        assert self._parts is not None
+        end = self._clock() + SHARE * cost
+        try:
+            next(self._parts)
+            while self._clock() < end:
+                next(self._parts)
+        except StopIteration:
+            self._parts = None
+            self._times.clear()
+        except EffectError as error:
+            self._not_bound(error)
+        except Exception as error:
+            logger.exception("effects could not be bound")
+            self._not_bound(EffectError(f"it failed: {error!r:.200}", "name", "Ask for something else"))
+
+    def _not_bound(self, error: EffectError) -> None:
+        """Go on with what there was."""
+        worn, self._parts = self._worn, None
+        assert worn is not None
+        self._wishes = {name: self._possible(name, wish, worn, error) for name, wish in self._held.items()}
+        waiting, self._waiting = self._waiting, []
+        for ticket in waiting:
+            self._refuse(ticket, error)
+
+    def _possible(self, name: str, wish: Wish, worn: DrapeEffects, error: EffectError) -> Wish:
+        """The wish, but armed where this garment can't be worn with it, as where an edit took its lines."""
+        if wish.state != "active" or worn.asked.get(name) == wish.parameters:
+            return wish
+        return Wish("armed", wish.parameters, f"not worn: {error.message}")
+
+    def _measure(self, worn: DrapeEffects) -> None:
+        if self._measuring is None:
+            self._measuring = iter(worn.times())
+        part = next(self._measuring, None)
+        if part is not None:
+            self._times[part[0]] = part[1]
+            return
+        self._measuring = None
+
+    # Telling ------------------------------------------------------------------------------------------------------
+
+    def _tell_news(self, worn: DrapeEffects) -> None:
+        """Tell the effects if anything of them is new, or somebody waits for it and has not to wait longer."""
+        settled = worn.asked == self._wanted(self._wishes, worn) and not self._pending_names(worn)
+        answers: list[int] = []
+        if settled:
+            self._held = dict(self._wishes)
+            answers, self._waiting = self._waiting, []
+        if self._measurers and self._measuring is None:
+            answers += self._measurers
+            self._measurers = []
+        if self._measuring is not None:
+            return
+        news = EffectsMessage(effects=self._states(worn), auto=self._auto, plan=worn.plan(self._times)), self.wishes
+        if news != self._told or answers:
+            self._told = news
+            self._tell(EffectsTold(*news, tuple(answers)))
+
+    def _pending_names(self, worn: DrapeEffects) -> dict[str, Literal["compiling", "binding"]]:
+        """What is under way for which effects."""
+        wanted = self._wanted(self._wishes, worn)
+        pending: dict[str, Literal["compiling", "binding"]] = {}
+        for name in {*wanted, *worn.asked}:
+            if wanted.get(name) != worn.asked.get(name):
+                pending[name] = "binding"
+        for name in (*wanted, *(name for name, wish in self._wishes.items() if wish.state == "armed")):
+            if not self._armoury.is_ready(name):
+                pending[name] = "compiling"
+        return pending
+
+    def _states(self, worn: DrapeEffects) -> tuple[EffectState, ...]:
+        pending, out = self._pending_names(worn), left_out(worn.asked)
+        return tuple(self._state(word.name, worn, pending.get(word.name, ""), out) for word in WORDS)
+
+    def _state(
+        self,
+        name: str,
+        worn: DrapeEffects,
+        pending: Literal["", "compiling", "binding"],
+        out: Mapping[str, str],
+    ) -> EffectState:
+        wish = self._wishes.get(name)
+        state: Literal["absent", "armed", "active"] = "absent"
+        if name in worn.asked:
+            state = "armed" if name in out else "active"
+        elif wish is not None and wish.state != "absent" and self._armoury.is_ready(name):
+            state = "armed"
+        stages = self._times.get(name, {})
+        return EffectState(
+            name=name,
+            state=state,
+            pending=pending,
+            parameters=dict(worn.asked.get(name) or (wish.parameters if wish else {}) or _by_default(name)),
+            why=out.get(name, "") or self._why(name, worn),
+            ms=round(sum(stages.values()), 4) if stages else None,
+            stages={stage: round(ms, 4) for stage, ms in stages.items()},
+        )
+
+    def _why(self, name: str, worn: DrapeEffects) -> str:
+        wish = self._wishes.get(name)
+        if wish is not None and wish.state != "absent":
+            return wish.why
+        if wish is not None:
+            return TAKEN_OFF if name in {**live(), **worn.own} else ""
+        if name in worn.own:
+            return OWN
+        return USUAL if name in worn.asked else ""
+
+
+def _by_values(before: Mapping[str, Parameters], after: Mapping[str, Parameters]) -> bool:
+    """Do these differ by nothing but what may be written to a running scene?"""
+    if set(before) != set(after) or set(left_out(before)) != set(left_out(after)):
+        return False
+    changed = [name for name in after if after[name] != before[name]]
+    return all(same_but_values(name, before[name], after[name]) for name in changed)
+
+
+def _by_default(name: str) -> Parameters:
+    try:
+        return word_of(name).parameters()
+    except EffectError:  # it needs lines of a pattern, which nobody has told
+        return {}

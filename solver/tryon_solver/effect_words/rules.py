@@ -1,0 +1,50 @@
+"""What effects that are asked for have to do with each other, and which changes of them a running scene takes up."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from tryon_solver.effect_words.fields import Field, Rows
+from tryon_solver.effect_words.table import BY_NAME
+
+Parameters = Mapping[str, Any]
+LINED = ("elastic", "creases", "fasteners")
+"""Effects along edges of the pattern, by their numbers."""
+
+
+def in_scene(asked: Mapping[str, Parameters]) -> frozenset[str]:
+    """Names of those that are not left out."""
+    return frozenset(asked) - frozenset(left_out(asked))
+
+
+def left_out(asked: Mapping[str, Parameters]) -> dict[str, str]:
+    """Name of each effect that is not in the scene though it is asked for -> why, for people."""
+    why = {
+        name: f"{word.title.lower()} takes its place"
+        for word in (BY_NAME[asked_name] for asked_name in asked)
+        for name in word.takes_place_of
+        if name in asked
+    }
+    if "sleep" in asked and asked.get("wind", {}).get("gusts", 0.0) > 0:
+        why["sleep"] = "cloth that is asleep feels no gusts"
+    return why
+
+
+def same_but_values(name: str, before: Parameters, after: Parameters) -> bool:
+    """Can a scene that has the effect as it was `before` be given `after` by its values alone?"""
+    if name == "wind" and (before["gusts"] or after["gusts"]):  # their spectrum is that of the wind's speed
+        return False
+    fields = BY_NAME[name].fields
+    return _fixed(fields, before) == _fixed(fields, after)
+
+
+def _fixed(fields: Sequence[Field], parameters: Parameters) -> list[Any]:
+    """What of the parameters can't be written to a running scene."""
+    found: list[Any] = []
+    for field in fields:
+        if not field.live:
+            found.append(parameters[field.name])
+        elif isinstance(field, Rows):
+            found.append([_fixed(field.fields, row) for row in parameters[field.name]])
+    return found

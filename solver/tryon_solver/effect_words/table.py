@@ -1,0 +1,244 @@
+"""The effects that a running scene can be asked for, by name, with their parameters.
+
+Light to import: nothing of the solver is needed to check what somebody asks for. What becomes of it in a scene is
+tryon_solver/worn_effects.py.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from tryon_solver.effect_words.fields import (
+    Choice,
+    Curve,
+    Edges,
+    EffectError,
+    Field,
+    Number,
+    Panel,
+    Panels,
+    Rows,
+    Vector,
+    checked,
+    choose_one_of,
+)
+
+AUTO = "auto"  # in place of an effect's name: have those armed that garment and motion may call for
+CLINGS = {"static_cling": (5.0, 5e-4), "wet": (100.0, 0.05), "hook_and_loop": (2e4, 15.0), "tape": (1e3, 1.0)}
+"""How strongly contacts stick: strength [Pa] and work [J/m^2], orders of magnitude (effect_specs.Adhesion); of hook
+and loop those of a light closure, as on a cuff."""
+
+
+@dataclass(frozen=True)
+class EffectWord:
+    """An effect by name: a `title` and what it is `about`, for people, and its parameters. `kept`: it can't be taken
+    off, since what frames promise rests on it. `takes_place_of` names what is left out while it is active."""
+
+    name: str
+    title: str
+    about: str
+    fields: tuple[Field, ...] = ()
+    kept: bool = False
+    takes_place_of: tuple[str, ...] = ()
+
+    def parameters(self, given: Any = None) -> dict[str, Any]:
+        """All of its parameters, plain JSON, those that are not given by default. Raises EffectError."""
+        return checked(self.fields, {} if given is None else given, "parameters")
+
+    def described(self) -> dict[str, Any]:
+        """The word as plain JSON."""
+        fields = [field.described() for field in self.fields]
+        return {"name": self.name, "title": self.title, "about": self.about, "kept": self.kept, "fields": fields}
+
+
+def _coefficient(name: str, about: str) -> Number:
+    return Number(name, about, "", high=2.0, open=True)
+
+
+def _line(about: str) -> Edges:
+    return Edges("along", about, needed=True)
+
+
+GUSTS = (
+    Number("gusts", "how much the wind's speed varies, over its mean; 0: it blows evenly", "", high=1.0),
+    Number("gust_length", "how large its eddies are", "m", low=0.1, high=100.0, untold=5.0),
+    Number("seed", "which gusts are drawn", "", high=2**31 - 1, whole=True),
+)
+ELASTIC = (
+    Number("ratio", "its length, over the line's", "", low=0.2, high=1.5, untold=0.8, live=True),
+    Number("stiffness", "force per strain", "N", low=0.1, high=1000.0, untold=30.0),
+)
+CREASE = (Number("angle", "above 0 a ridge", "degrees", low=-160.0, high=160.0, untold=60.0, live=True),)
+BUTTONS = Number("buttons", "how many, evenly; null: a zip", "", low=1, high=64, open=True, whole=True)
+WORDS = (
+    EffectWord(
+        "gravity",
+        "Gravity",
+        "weight",
+        (Vector("acceleration", "of what falls", "m/s²", longest=50.0, untold=(0.0, -9.81, 0.0)),),
+    ),
+    EffectWord("body_contact", "Contact with the body", "keeps the cloth off the body", kept=True),
+    EffectWord("self_contact", "Contact with itself", "keeps the cloth off the cloth", kept=True),
+    EffectWord(
+        "friction",
+        "Friction",
+        "static and kinetic, of all contacts; what is not told has the fabric's own",
+        (
+            Number("presliding", "by how much a contact gives before it slides", "m", low=1e-6, high=1e-2, untold=1e-4),
+            _coefficient("body", "static, between cloth and body"),
+            _coefficient("body_kinetic", "of cloth that slides on the body"),
+            _coefficient("cloth", "static, between cloth and cloth"),
+            _coefficient("cloth_kinetic", "of cloth that slides on cloth"),
+            Rows(
+                "pairs",
+                "two pieces, or a piece and the body, that have others",
+                fields=(
+                    Panel("first", "a piece of the garment", needed=True),
+                    Panel("second", 'another one, the same, or "body"', needed=True),
+                    Number("static", "while they stick", "", high=2.0, untold=0.3),
+                    _coefficient("kinetic", "while they slide"),
+                ),
+            ),
+        ),
+    ),
+    EffectWord(
+        "strain_limit",
+        "Strain limit",
+        "stiffens the fabric where it is stretched as far as it goes",
+        (Number("stiffness", "of what is stretched farther", "N/m", low=100.0, high=1e5, untold=20000.0),),
+    ),
+    EffectWord(
+        "stretch_curves",
+        "Measured stretch",
+        "measured curves of the fabric: tension by strain, from (0, 0) on, nowhere less steep than the fabric's own",
+        (Curve("warp", "along the warp", "N/m"), Curve("weft", "along the weft", "N/m")),
+    ),
+    EffectWord(
+        "air_drag",
+        "Air at rest",
+        "slows the cloth in proportion to its speed",
+        (Number("coefficient", "force per area and speed", "N s/m³", high=20.0, untold=1.7),),
+    ),
+    EffectWord(
+        "wind",
+        "Wind",
+        "air that blows, or stands still, and presses by the square of the speed; it takes the place of air at rest",
+        (
+            Vector("velocity", "where it blows to", "m/s", live=True, longest=30.0, untold=(2.0, 0.0, 0.0)),
+            *GUSTS,
+            Number("shelter", "share of it that the body keeps off what is behind it", "", high=1.0, untold=0.8),
+            Number("shelter_length", "in which it wins that back", "m", low=0.05, high=20.0, untold=1.0),
+            Number("density", "of the air", "kg/m³", high=10.0, untold=1.2),
+            Number("broadside", "coefficient of cloth that the air meets straight on", "", high=5.0, untold=1.2),
+            Number("along", "coefficient of cloth that it strokes", "", high=5.0, untold=0.01),
+        ),
+        takes_place_of=("air_drag",),
+    ),
+    EffectWord(
+        "fabric_damping",
+        "Damping of the fabric",
+        "calms vibrations within the cloth",
+        (Number("time", "damping over stiffness (effect_specs.FabricDamping)", "s", high=0.1, untold=5e-3),),
+    ),
+    EffectWord(
+        "pressure",
+        "Inflated pieces",
+        "more pressure behind the cloth than before it",
+        (
+            Number("pressure", "how much more", "Pa", low=-200.0, high=1000.0, untold=20.0, live=True),
+            Panels("panels", "pieces that it acts on; none: all"),
+        ),
+    ),
+    EffectWord(
+        "elastic",
+        "Elastic",
+        "waistbands, cuffs, drawstrings: lines of the pattern that are drawn to another length",
+        (
+            Rows(
+                "lines",
+                "edges of the pattern with elastic in them",
+                live=True,
+                needed=True,
+                fields=(_line("edges that it is sewn along"), *ELASTIC),
+            ),
+        ),
+    ),
+    EffectWord(
+        "creases",
+        "Creases",
+        "seams that are pressed: they rest at an angle instead of flat",
+        (
+            Rows(
+                "lines",
+                "sewn edges of the pattern that are pressed",
+                live=True,
+                needed=True,
+                fields=(_line("edges that are pressed"), *CREASE),
+            ),
+        ),
+    ),
+    EffectWord(
+        "fasteners",
+        "Buttons and zips",
+        "hold two edges of the pattern together, and can be opened",
+        (
+            Rows(
+                "rows",
+                "pairs of edges of the pattern that are fastened",
+                live=True,
+                needed=True,
+                fields=(
+                    Edges("first", "one side", needed=True),
+                    Edges("second", "the other side", needed=True),
+                    BUTTONS,
+                    Number("closed", "1: closed, 0: open", "", untold=1.0, live=True),
+                ),
+            ),
+            Number("stiffness", "of each button or tooth", "N/m", low=10.0, high=1e5, untold=2e4),
+        ),
+    ),
+    EffectWord(
+        "adhesion",
+        "Adhesion",
+        "contacts that stick: tape, hook and loop, static or wet cling",
+        (
+            Choice("kind", "what makes it stick", of=tuple(CLINGS)),
+            Number("strength", "against being pulled off; null: the kind's", "Pa", high=1e5, open=True),
+            Number("work", "to part it; null: the kind's", "J/m²", high=100.0, open=True),
+            Number("share", "of it that still sticks", "", untold=1.0, live=True),
+            Panels("panels", "pieces that are sticky; none: all"),
+        ),
+    ),
+    EffectWord(
+        "sleep",
+        "Sleep",
+        "leaves a garment alone that hangs still on a body that stands still",
+        (
+            Number("time", "for which nothing has to have moved", "s", low=0.05, high=60.0, untold=0.5),
+            Number("speed", "below which cloth stands still, RMS", "m/s", low=1e-5, high=0.1, untold=1e-3),
+        ),
+    ),
+)
+BY_NAME: Mapping[str, EffectWord] = {word.name: word for word in WORDS}
+ON_EDGES: Mapping[str, tuple[Field, ...]] = {
+    "elastic": ELASTIC,
+    "crease": CREASE,
+    "fastened": (Panel("as", "a name that both sides have", needed=True), BUTTONS),
+}
+"""What an edge of a pattern may carry (geometry/edge_effects.py), and the parameters of each."""
+LIVE = ("gravity", "body_contact", "self_contact", "friction", "strain_limit", "air_drag", "fabric_damping", "sleep")
+"""What a garment is worn with unless something else is asked for: the scene's LIVE (tryon_solver/scene.py)."""
+
+
+def live() -> dict[str, dict[str, Any]]:
+    """Parameters of each of LIVE, by name."""
+    return {name: BY_NAME[name].parameters() for name in LIVE}
+
+
+def word_of(name: str) -> EffectWord:
+    """The effect of this name. Raises EffectError, which lists those that there are."""
+    if name not in BY_NAME:
+        raise EffectError(f"there is no effect {name!r:.80}", "name", choose_one_of(name, tuple(BY_NAME)))
+    return BY_NAME[name]

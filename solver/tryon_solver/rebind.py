@@ -1,0 +1,81 @@
+"""Other effects for a garment that is being worn: Algorithm 2's edit where the plan changes and the mesh stays.
+
+A plan's arrays, matrices and recorded graphs are of the effects it was bound with, so another set of them is another
+simulation. It is built beside the one that goes on, in parts between its frames, and takes over its state between two
+of them: positions, velocities, how far each contact has given, the body's stance and the clock. What is not of the
+effects stays, the subspace's basis among it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import warp as wp
+
+from tryon_solver.build_in_parts import build_in_parts
+from tryon_solver.plan import Contribution
+from tryon_solver.reshape import reshape
+from tryon_solver.scene import Effect
+from tryon_solver.simulation import Simulation
+from tryon_solver.stepping.clocked import calls_of
+
+
+def with_effects(worn: Simulation, effects: tuple[Effect, ...]) -> Iterator[Simulation | None]:
+    """A simulation of the worn garment under these effects, in parts, None after each but the last; `worn` may be
+    advanced meanwhile, and `take_over` is to follow. What it calls is called once, so that no kernel is left to load.
+
+    Raises ValueError, naming field, place and remedy, for effects that don't suit the scene or each other, and then
+    nothing was built.
+    """
+    scene = replace(worn.scene, effects=effects, x_start=worn.cloth_positions().astype(np.float64))
+    pose = None if worn.body is None else worn.body.pose
+    surface = worn.body_positions().astype(np.float64)
+    for simulation in build_in_parts(scene, worn.settings, worn.device, pose, surface, worn.dt, worn.basis):
+        if simulation is not None:
+            for contribution in simulation.plan.contributions:
+                for call in calls_of(simulation, contribution).values():
+                    call()
+                yield None
+        yield simulation
+
+
+def take_over(simulation: Simulation, worn: Simulation) -> None:
+    """Be where the garment `worn` is now, as if these effects had been its own from here on; awake.
+
+    An effect that both have, the very same spec, goes on with the values that were written to it.
+    """
+    if simulation.scene.garment is not worn.scene.garment:  # it was edited meanwhile
+        reshape(simulation, worn.scene.garment)
+    ours, theirs = simulation.state, worn.state
+    for name in ("x", "x_committed", "x_start", "x_feasible", "v", "skin", "hold"):
+        wp.copy(getattr(ours, name), getattr(theirs, name))
+    for places in (simulation.x_searched, simulation.x_listed, simulation.x_carried):
+        wp.copy(places, theirs.x)
+    wp.copy(simulation.solved, worn.solved)
+    simulation.went_back = worn.went_back
+    ours.time = theirs.time
+    simulation.wake()
+    if simulation.body is not None and worn.body is not None:
+        simulation.body.pose, simulation.body.reached = worn.body.pose, worn.body.reached
+        for name in ("skin_now", "skin_next", "felt"):
+            wp.copy(getattr(simulation.body, name), getattr(worn.body, name))
+    simulation.buy(worn.settings.accuracy, worn.settings.deadline)
+    _keep_values(simulation, worn)
+
+
+def _keep_values(simulation: Simulation, worn: Simulation) -> None:
+    """What contributions have that the scene does not say: contacts' slips, and values written since."""
+    before = {c.name: c for c in worn.plan.contributions}
+    same = {type(effect) for effect in simulation.scene.effects if any(effect is other for other in worn.scene.effects)}
+    names = {kind.module.rpartition(".")[2] for kind in same}
+    for contribution in simulation.plan.contributions:
+        other: Contribution | None = before.get(contribution.name)
+        if other is None:
+            continue
+        if contribution.contact is not None and other.contact is not None:
+            contribution.contact.restore(*other.contact.kept())
+        if contribution.name in names:
+            for name, value in contribution.values.items():
+                wp.copy(value, other.values[name])

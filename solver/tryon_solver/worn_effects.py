@@ -1,0 +1,293 @@
+"""What the effects that people ask for by name (effect_words) are in the scene of a worn garment: specs, on the lines
+and pieces of its pattern."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tryon_solver.effect_words.fields import EffectError, choose_one_of
+from tryon_solver.effect_words.rules import Parameters, in_scene
+from tryon_solver.effect_words.table import BY_NAME, CLINGS, WORDS
+from tryon_solver.geometry.garment import Garment
+from tryon_solver.geometry.lines import chain, hinges_of_edges
+from tryon_solver.geometry.panel_mesh import PanelMesh
+from tryon_solver.geometry.sampled_outline import vertices_along
+from tryon_solver.scene import (
+    Adhesion,
+    AirDrag,
+    Attached,
+    BodyContact,
+    Creases,
+    Effect,
+    Elastic,
+    ElasticLine,
+    FabricDamping,
+    Fasteners,
+    Friction,
+    Gravity,
+    Gusts,
+    Pressure,
+    Scene,
+    SelfContact,
+    Sleep,
+    StrainLimit,
+    StretchCurves,
+    Wind,
+)
+
+WORN_ON_BODY = "body"  # in place of a piece's name
+
+
+@dataclass(frozen=True)
+class Cut:
+    """What names of pieces and numbers of edges mean in a worn garment: its triangles, the names of its pieces, and,
+    of one that was made of a pattern, how many edges each piece has there, the mesh of them, and which of the garment's
+    vertices each of that is, (V,)."""
+
+    garment: Garment
+    panel_names: tuple[str, ...]
+    edge_counts: tuple[int, ...] = ()
+    panels: PanelMesh | None = None
+    vertex: np.ndarray | None = None
+
+    def panel(self, name: str, place: str) -> int:
+        """The number of the piece of this name. Raises EffectError."""
+        if name not in self.panel_names:
+            raise EffectError(f"there is no piece {name!r:.80}", place, choose_one_of(name, self.panel_names))
+        return self.panel_names.index(name)
+
+    def line(self, edges: Sequence[Parameters], place: str) -> np.ndarray:
+        """(K + 1,) int32 vertices of the garment along these edges of the pattern, one after the other.
+
+        Raises EffectError for an edge that there is not, or that does not go on from the one before.
+        """
+        way: list[int] = []
+        for k, edge in enumerate(edges):
+            along = [int(vertex) for vertex in self._edge(edge, f"{place}[{k}]")]
+            if not way:
+                way = along
+                continue
+            if len(way) > 1 and k == 1 and way[-1] not in (along[0], along[-1]):
+                way.reverse()
+            if along[0] != way[-1]:
+                along.reverse()
+            if along[0] != way[-1]:
+                fault = f"edge {edge['edge']} of {edge['panel']} does not begin where the one before ends"
+                raise EffectError(fault, f"{place}[{k}]", "List edges in their order, or make two lines of them")
+            way += along[1:]
+        return np.array([v for v, before in zip(way, [-1, *way]) if v != before], np.int32)
+
+    def mesh_edges(self, edges: Sequence[Parameters], place: str) -> np.ndarray:
+        """(K, 2) int32 edges of the mesh along these edges of the pattern, in any order, each once, though both sides
+        of a seam be named. Raises EffectError for an edge that there is not."""
+        along = [chain(self._edge(edge, f"{place}[{k}]")) for k, edge in enumerate(edges)]
+        together = np.vstack(along)
+        _, first = np.unique(np.sort(together, axis=1), axis=0, return_index=True)
+        return together[np.sort(first)]
+
+    def facing(self, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Two lines (K,), (L,), the second turned about if so its ends lie nearer to those of the first, where the
+        pattern puts its pieces."""
+        assert self.panels is not None
+        assert self.vertex is not None
+        placed = np.zeros((self.garment.vertex_count, 3))
+        placed[self.vertex] = self.panels.placed
+        ends = placed[first[[0, -1]]]
+        as_is, turned = (np.linalg.norm(ends - placed[second[list(at)]], axis=1).sum() for at in ((0, -1), (-1, 0)))
+        return first, second if as_is <= turned else second[::-1]
+
+    def _edge(self, edge: Parameters, place: str) -> np.ndarray:
+        panel, number = self.panel(edge["panel"], f"{place}.panel"), edge["edge"]
+        if self.panels is None or self.vertex is None:
+            remedy = "Leave it out: a garment that is a mesh has no edges of a pattern"
+            raise EffectError("the garment has no pattern", place, remedy)
+        counts = self.edge_counts
+        if number >= counts[panel]:
+            fault = f"{edge['panel']} has no edge {number}"
+            raise EffectError(fault, f"{place}.edge", f"Use 0 to {counts[panel] - 1}")
+        start = int(sum(counts[:panel]))
+        segments = self.panels.segments[start : start + counts[panel]].tolist()
+        return self.vertex[vertices_along(segments)[number] + self.panels.first_vertex(panel)]
+
+
+def effects_of(asked: Mapping[str, Parameters], cut: Cut) -> tuple[Effect, ...]:
+    """The scene's effects for these, by name, each with all its parameters (EffectWord.parameters); one whose place
+    another takes is left out, and so is sleep in gusts. Raises EffectError."""
+    return tuple(spec_of(word.name, asked[word.name], cut) for word in WORDS if word.name in in_scene(asked))
+
+
+def spec_of(name: str, parameters: Parameters, cut: Cut) -> Effect:
+    """What a scene lists for an effect. Raises EffectError."""
+    try:
+        return MAKERS[name](parameters, cut)
+    except EffectError:
+        raise
+    except ValueError as error:  # a spec's own check
+        raise in_place(error) from error
+
+
+def check(scene: Scene, asked: Mapping[str, Parameters], cut: Cut) -> tuple[Effect, ...]:
+    """`effects_of`, in this scene, whose stitches of pockets and patches stay. Raises EffectError where an effect does
+    not suit the scene or another effect."""
+    stitches = tuple(effect for effect in scene.effects if isinstance(effect, Attached))
+    effects = (*effects_of(asked, cut), *stitches)
+    try:
+        replace(scene, effects=effects)
+    except ValueError as error:
+        raise in_place(error) from error
+    return effects
+
+
+def in_place(error: ValueError) -> EffectError:
+    """A spec's or a scene's own words, "effect: what is wrong; what to do", as field, place and remedy."""
+    message, _, remedy = str(error).partition("; ")
+    kind, _, said = message.partition(": ")
+    name = kind.replace(" ", "_")
+    field = said.split(" ", 1)[0].rstrip(":")
+    known = [field.name for field in BY_NAME[name].fields] if name in BY_NAME else []
+    place = f"parameters.{field}" if field in known else "parameters"
+    return EffectError(said or kind, place, (remedy or "Change its parameters")[:1].upper() + remedy[1:])
+
+
+def values_of(name: str, parameters: Parameters, cut: Cut) -> dict[str, np.ndarray]:
+    """What of an effect a running scene takes up without being bound anew: the values of its contribution (plan.py)
+    by their names, shaped as there."""
+    maker = VALUES.get(name)
+    return {} if maker is None else maker(parameters, cut)
+
+
+def _gravity(p: Parameters, _cut: Cut) -> Effect:
+    return Gravity(tuple(p["acceleration"]))
+
+
+def _friction(p: Parameters, cut: Cut) -> Effect:
+    told = ("body", "body_kinetic", "cloth", "cloth_kinetic")
+    if all(p[name] is None for name in told) and not p["pairs"]:
+        return Friction(presliding=p["presliding"])
+    for name in ("body", "cloth"):
+        if p[name] is None:
+            raise EffectError(
+                f"{name} is not told", f"parameters.{name}", "Give both static coefficients, or none and no pairs"
+            )
+    count = len(cut.panel_names)
+    static = np.full((count + 1, count + 1), float(p["cloth"]))
+    static[count, :] = static[:, count] = p["body"]
+    kinetic = static.copy()
+    if p["cloth_kinetic"] is not None:
+        kinetic[:count, :count] = p["cloth_kinetic"]
+    if p["body_kinetic"] is not None:
+        kinetic[count, :] = kinetic[:, count] = p["body_kinetic"]
+    for k, pair in enumerate(p["pairs"]):
+        place = f"parameters.pairs[{k}]"
+        one = cut.panel(pair["first"], f"{place}.first")
+        other = count if pair["second"] == WORN_ON_BODY else cut.panel(pair["second"], f"{place}.second")
+        static[one, other] = static[other, one] = pair["static"]
+        sliding = pair["static"] if pair["kinetic"] is None else pair["kinetic"]
+        kinetic[one, other] = kinetic[other, one] = sliding
+    return Friction(p["presliding"], static, kinetic)
+
+
+def _stretch_curves(p: Parameters, _cut: Cut) -> Effect:
+    return StretchCurves(*(tuple((x, y) for x, y in p[name]) for name in ("warp", "weft")))
+
+
+def _wind(p: Parameters, _cut: Cut) -> Effect:
+    gusts = Gusts(p["gusts"], p["gust_length"], int(p["seed"])) if p["gusts"] else None
+    numbers = {name: p[name] for name in ("shelter", "shelter_length", "density", "broadside", "along")}
+    return Wind(tuple(p["velocity"]), gusts, **numbers)
+
+
+def _pressure(p: Parameters, cut: Cut) -> Effect:
+    panels = [cut.panel(name, f"parameters.panels[{k}]") for k, name in enumerate(p["panels"])]
+    return Pressure(p["pressure"], tuple(panels))
+
+
+def _elastic(p: Parameters, cut: Cut) -> Effect:
+    lines = [
+        ElasticLine(cut.mesh_edges(row["along"], f"parameters.lines[{k}].along"), row["ratio"], row["stiffness"])
+        for k, row in enumerate(p["lines"])
+    ]
+    return Elastic(tuple(lines))
+
+
+def _creases(p: Parameters, cut: Cut) -> Creases:
+    edges, angles = [], []
+    for k, row in enumerate(p["lines"]):
+        place = f"parameters.lines[{k}].along"
+        line = cut.mesh_edges(row["along"], place)
+        try:
+            hinges_of_edges(cut.garment, line, "creases")
+        except ValueError as error:
+            remedy = "Press an edge that is sewn: a border has but one side"
+            raise EffectError("it is no seam along all its length", place, remedy) from error
+        edges.append(line)
+        angles.append(np.full(len(line), np.radians(row["angle"])))
+    return Creases(np.vstack(edges), np.concatenate(angles))
+
+
+def _fasteners(p: Parameters, cut: Cut) -> Effect:
+    return Fasteners(np.vstack(_fastened(p, cut)), p["stiffness"])
+
+
+def _fastened(p: Parameters, cut: Cut) -> list[np.ndarray]:
+    """Pairs (K, 2) int32 of vertices of each row: buttons in the middle of equal parts of both edges, a zip's teeth at
+    all vertices of the one that has fewer."""
+    rows = []
+    for k, row in enumerate(p["rows"]):
+        sides = cut.facing(*(cut.line(row[side], f"parameters.rows[{k}].{side}") for side in ("first", "second")))
+        count = row["buttons"] or min(len(side) for side in sides)
+        shares = (np.arange(count) + 0.5) / count if row["buttons"] else np.linspace(0.0, 1.0, count)
+        pairs = np.column_stack([side[np.rint(shares * (len(side) - 1)).astype(int)] for side in sides])
+        apart = pairs[:, 0] != pairs[:, 1]
+        if not apart.any():
+            place = f"parameters.rows[{k}]"
+            raise EffectError("the two edges are one seam", place, "Name two edges that are not sewn together")
+        rows.append(pairs[apart].astype(np.int32))
+    return rows
+
+
+def _closed(p: Parameters, cut: Cut) -> np.ndarray:
+    counts = [len(pairs) for pairs in _fastened(p, cut)]
+    return np.repeat([row["closed"] for row in p["rows"]], counts).astype(np.float32)
+
+
+def _adhesion(p: Parameters, cut: Cut) -> Effect:
+    strength, work = CLINGS[p["kind"]]
+    vertices = None
+    if p["panels"]:
+        panels = [cut.panel(name, f"parameters.panels[{k}]") for k, name in enumerate(p["panels"])]
+        faces = cut.garment.faces[np.isin(cut.garment.panel_of_face, panels)]
+        vertices = np.unique(faces).astype(np.int32)
+    strength = strength if p["strength"] is None else p["strength"]
+    work = work if p["work"] is None else p["work"]
+    return Adhesion(strength, work, vertices)
+
+
+MAKERS: Mapping[str, Callable[[Parameters, Cut], Effect]] = {
+    "gravity": _gravity,
+    "body_contact": lambda _p, _cut: BodyContact(),
+    "self_contact": lambda _p, _cut: SelfContact(),
+    "friction": _friction,
+    "strain_limit": lambda p, _cut: StrainLimit(p["stiffness"]),
+    "stretch_curves": _stretch_curves,
+    "air_drag": lambda p, _cut: AirDrag(p["coefficient"]),
+    "wind": _wind,
+    "fabric_damping": lambda p, _cut: FabricDamping(p["time"]),
+    "pressure": _pressure,
+    "elastic": _elastic,
+    "creases": _creases,
+    "fasteners": _fasteners,
+    "adhesion": _adhesion,
+    "sleep": lambda p, _cut: Sleep(speed=p["speed"], fastest=2.5 * p["speed"], time=p["time"]),
+}
+VALUES: Mapping[str, Callable[[Parameters, Cut], dict[str, np.ndarray]]] = {
+    "wind": lambda p, _cut: {"velocity": np.array([p["velocity"]], np.float32)},
+    "pressure": lambda p, _cut: {"pressure": np.array([p["pressure"]], np.float32)},
+    "elastic": lambda p, _cut: {"ratio": np.array([row["ratio"] for row in p["lines"]], np.float32)},
+    "creases": lambda p, cut: {"angles": _creases(p, cut).angles.astype(np.float32)},
+    "fasteners": lambda p, cut: {"closed": _closed(p, cut)},
+    "adhesion": lambda p, _cut: {"share": np.array([p["share"]], np.float32)},
+}

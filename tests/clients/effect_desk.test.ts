@@ -1,0 +1,112 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import type { EffectsMessage, EffectState, ErrorMessage } from "@tryon/protocol";
+import { EffectDesk, type EffectRequest } from "../../clients/core/src/effect_desk.ts";
+import { polarOf, Scale, vectorOf } from "../../clients/core/src/effect_words.ts";
+
+function desk(): { desk: EffectDesk; sent: EffectRequest[]; shows: () => number } {
+  const sent: EffectRequest[] = [];
+  let shows = 0;
+  const made = new EffectDesk(
+    (message) => sent.push(message),
+    () => (shows += 1),
+  );
+  return { desk: made, sent, shows: () => shows };
+}
+
+function told(...effects: EffectState[]): EffectsMessage {
+  return { type: "effects", effects, auto: false, plan: "" };
+}
+
+function wind(state: EffectState["state"], velocity: number[] = [1, 0, 0], more: Partial<EffectState> = {}): EffectState {
+  return { name: "wind", state, parameters: { velocity }, ...more };
+}
+
+function refusal(request: number): ErrorMessage {
+  return { type: "error", code: "effect_refused", place: "$.parameters", message: "", remedy: "", fatal: false, request };
+}
+
+test("what was asked stands until the session tells it, and not what was told before", () => {
+  const { desk: made, sent } = desk();
+  made.take(told(wind("active")));
+  made.ask("wind", "active", { velocity: [0, 0, 2] });
+  const request = sent[0].request!;
+  assert.deepEqual(sent, [{ type: "set_effect", name: "wind", parameters: { velocity: [0, 0, 2] }, state: "active", request }]);
+  made.take(told(wind("active"))); // it was on its way
+  assert.deepEqual(made.effect("wind")?.parameters, { velocity: [0, 0, 2] });
+  assert.equal(made.effect("wind")?.pending, "binding");
+  made.take(told(wind("active", [0, 0, 2], { pending: "compiling" })));
+  assert.equal(made.effect("wind")?.pending, "compiling");
+  made.take(told(wind("active", [0, 0, 2])));
+  assert.equal(made.effect("wind")?.pending, undefined);
+  made.take(told(wind("active", [0, 0, 5]))); // somebody else's
+  assert.deepEqual(made.effect("wind")?.parameters, { velocity: [0, 0, 5] });
+});
+
+test("what is refused is as the session told it before, and nobody else's refusal matters", () => {
+  const { desk: made, sent } = desk();
+  made.take(told(wind("active")));
+  made.ask("wind", "active", { velocity: [0, 99, 0] });
+  const { request } = sent[0];
+  assert.equal(made.refused(refusal(request! + 1)), false);
+  assert.deepEqual(made.effect("wind")?.parameters, { velocity: [0, 99, 0] });
+  assert.equal(made.refused(refusal(request!)), true);
+  assert.deepEqual(made.effect("wind"), wind("active"));
+});
+
+test("an effect that another takes the place of is settled when it is armed", () => {
+  const { desk: made } = desk();
+  made.take(told({ name: "air_drag", state: "absent" }));
+  made.ask("air_drag", "active");
+  made.take(told({ name: "air_drag", state: "armed" }));
+  assert.deepEqual(made.effect("air_drag"), { name: "air_drag", state: "armed" });
+});
+
+test("taking off, arming and measuring are said as such", () => {
+  const { desk: made, sent } = desk();
+  made.ask("wind", "absent");
+  made.setAuto(true);
+  made.setAuto(false);
+  made.measure();
+  assert.deepEqual(
+    sent.map(({ type, ...rest }) => [type, "name" in rest ? rest.name : ""]),
+    [["remove_effect", "wind"], ["set_effect", "auto"], ["remove_effect", "auto"], ["measure_effects", ""]],
+  );
+  assert.equal(new Set(sent.map(({ request }) => request)).size, 4);
+});
+
+test("nothing is known of another session", () => {
+  const { desk: made, shows } = desk();
+  made.take(told(wind("active")));
+  made.ask("wind", "absent");
+  made.forget();
+  assert.equal(made.known, false);
+  assert.equal(made.effect("wind"), undefined);
+  assert.equal(shows(), 3);
+});
+
+test("a direction is the vector that it was made of", () => {
+  assert.deepEqual(vectorOf({ size: 2, heading: 90, rise: 0 }), [2, 0, 0]);
+  assert.deepEqual(vectorOf({ size: 9.81, heading: 0, rise: -90 }), [0, -9.81, 0]);
+  assert.deepEqual(polarOf([0, -9.81, 0]), { size: 9.81, heading: 0, rise: -90 });
+  assert.deepEqual(polarOf([0, 0, 0]), { size: 0, heading: 0, rise: 0 });
+  for (const vector of [[1, 2, -3], [-4, 0.5, 1], [0, 3, 0]] as const) {
+    for (const [k, value] of vectorOf(polarOf(vector)).entries()) assert.ok(Math.abs(value - vector[k]) < 1e-3);
+  }
+});
+
+test("a slider's positions are values in bounds, and back", () => {
+  for (const [low, high, whole] of [[0, 20, false], [1e-6, 1e-2, false], [-200, 1000, false], [1, 64, true]] as const) {
+    const scale = new Scale(low, high, whole);
+    assert.equal(scale.positionOf(low), 0);
+    assert.equal(scale.positionOf(high), scale.end);
+    assert.equal(scale.positionOf(10 * high), scale.end);
+    for (let position = 0; position <= scale.end; position += 7) {
+      const value = scale.valueAt(position);
+      assert.ok(value >= low && value <= high);
+      assert.ok(Math.abs(scale.positionOf(value) - position) <= 1, `${position} of ${low} to ${high}`);
+    }
+  }
+  assert.equal(new Scale(1e-6, 1e-2, false).valueAt(100), 1e-4, "where bounds are far apart, by ratios");
+});

@@ -1,0 +1,167 @@
+"""The solver's effects behind the server's interface: bound to a garment that is worn, and carried to its next cut."""
+
+import pickle
+
+import numpy as np
+import patterns
+import pytest
+import trimesh
+
+from tryon_server.runtime import production
+from tryon_server.runtime.order import DrapeOrder
+from tryon_solver.effect_words.fields import EffectError
+from tryon_solver.effect_words.table import live, word_of
+from tryon_solver.redesign.apply import apply
+from tryon_solver.redesign.plain import parse_edit
+
+DT = 1 / 30
+HEM = [{"panel": "front", "edge": 0}, {"panel": "back", "edge": 0}]
+
+
+@pytest.fixture(scope="module")
+def hung(tmp_path_factory):
+    """A bag over a capsule, put away."""
+    return hang(tmp_path_factory.mktemp("bag"), patterns.bag(60.0, 40.0)).packed()
+
+
+def hang(folder, pattern):
+    capsule = trimesh.creation.capsule(height=0.6, radius=0.14, count=[16, 16])
+    capsule.apply_transform(trimesh.transformations.rotation_matrix(-np.pi / 2, [1, 0, 0]))
+    capsule.apply_translation([0, 0.75, 0])
+    capsule.export(folder / "capsule.ply")
+    (folder / "bag.json").write_bytes(patterns.as_bytes(pattern))
+    order = DrapeOrder(folder / "bag.json", "cotton_jersey", "draft", "cpu", 0.06, folder / "capsule.ply")
+    return production.build_drape(order, lambda *_: None)
+
+
+@pytest.fixture
+def bag(hung):
+    *_, drape = pickle.loads(pickle.dumps(hung)).unpacking()
+    return drape
+
+
+def asked(**more):
+    return {**live(), **{name: word_of(name).parameters(given) for name, given in more.items()}}
+
+
+def advance(drape, frames):
+    for _ in range(frames):
+        drape.advance(drape.pose, drape._time + DT)
+    return drape.cloth_positions().astype(np.float64)
+
+
+def bind(drape, wanted):
+    parts = 0
+    for _ in drape.effects.rebind(wanted):
+        parts += 1
+        advance(drape, 1)  # it goes on
+    assert parts > 3
+    return drape
+
+
+def plan(drape):
+    return {contribution.name for contribution in drape.simulation.plan.contributions}
+
+
+def width(drape, x):
+    line = drape.effects.cut.line(HEM, "")
+    return np.linalg.norm(np.diff(x[line], axis=0), axis=1).sum()
+
+
+def test_elastic_draws_the_hem_in_and_is_let_go_by_its_value(bag):
+    before = width(bag, advance(bag, 3))
+    own = asked(elastic={"lines": [{"along": HEM, "ratio": 0.6, "stiffness": 60.0}]})
+    bind(bag, own)
+    assert "elastic" in plan(bag)
+    drawn = width(bag, advance(bag, 20))
+    assert drawn < 0.85 * before
+    simulation = bag.simulation
+    loose = asked(elastic={"lines": [{"along": HEM, "ratio": 1.2, "stiffness": 60.0}]})
+    bag.effects.write(loose)
+    assert bag.simulation is simulation, "nothing is built anew"
+    assert bag.effects.asked == loose
+    assert width(bag, advance(bag, 20)) > 1.1 * drawn
+    bind(bag, asked())
+    assert "elastic" not in plan(bag)
+
+
+def test_frames_go_on_from_where_they_were(bag):
+    at = advance(bag, 2)
+    bag.simulation.state.asleep = True  # what sleeps is woken
+    bind(bag, asked(wind={"velocity": [0, 0, 5], "shelter": 0}))
+    assert not bag.simulation.state.asleep
+    steps = len(list(bag.effects.plan({}).splitlines()))
+    assert steps > 10
+    moved = np.linalg.norm(bag.cloth_positions() - at, axis=1)
+    assert moved.max() < 0.01, "no vertex jumps while nothing else acts"
+    assert np.linalg.norm(advance(bag, 15) - at, axis=1).max() > 0.02
+    assert "air_drag" not in plan(bag)
+
+
+def test_what_does_not_suit_is_refused_and_nothing_changes(bag):
+    simulation = bag.simulation
+    with pytest.raises(EffectError):
+        bag.effects.check(asked(pressure={"panels": ["sleeve"]}))
+    wrong = asked(adhesion={"kind": "static_cling", "strength": 1.0, "work": 50.0})
+    with pytest.raises(EffectError, match=r"parameters\.work: .*Lower work"):
+        for _ in bag.effects.rebind(wrong):
+            pass
+    assert bag.simulation is simulation
+    assert bag.effects.asked == live()
+
+
+def test_effects_go_along_to_another_cut_and_to_another_process(bag):
+    buttons = {"rows": [{"first": HEM[:1], "second": HEM[1:], "buttons": 2, "closed": 0.01}]}
+    bind(bag, asked(pressure={"pressure": 5.0}, fasteners=buttons))
+    closed = next(c for c in bag.simulation.plan.contributions if c.name == "fasteners").values["closed"]
+    assert (closed.numpy() == np.float32(0.01)).all()
+    *_, copy = pickle.loads(pickle.dumps(bag.packed())).unpacking()
+    assert copy.effects.asked == bag.effects.asked
+    assert plan(copy) == plan(bag)
+    again = next(c for c in copy.simulation.plan.contributions if c.name == "fasteners").values["closed"]
+    assert np.array_equal(again.numpy(), closed.numpy())
+    wider = apply(bag.specification, parse_edit({"kind": "scale_piece", "panel": "front", "factors": [1.0, 1.1]}))
+    *_, other = bag.recut(bag.cutting(wider.specification, "cotton_jersey")())
+    assert other.effects.asked == bag.effects.asked, "the same pieces and edges"
+    dart = {"kind": "dart", "panel": "front", "edge": 0, "position": 0.5, "width": 0.05, "depth": 0.1}
+    cut = apply(wider.specification, parse_edit(dart))
+    *_, divided = other.recut(other.cutting(cut.specification, "cotton_jersey")())
+    assert "pressure" in divided.effects.asked
+    assert "fasteners" not in divided.effects.asked, "its edges are others"
+    advance(divided, 2)
+
+
+def test_what_a_pattern_carries_is_worn_from_the_first_and_in_its_next_cut(tmp_path):
+    pattern = patterns.bag(60.0, 40.0)
+    for name in ("front", "back"):
+        pattern["pattern"]["panels"][name]["edges"][0]["elastic"] = {"ratio": 0.7, "stiffness": 60.0}
+    drape = hang(tmp_path, pattern)
+    assert "elastic" in plan(drape)
+    assert drape.effects.own == {"elastic": drape.effects.asked["elastic"]}
+    assert width(drape, drape.cloth_positions().astype(np.float64)) < 1.0, "it was put on so: the hem is 1.2 m long"
+    dart = {"kind": "dart", "panel": "front", "edge": 0, "position": 0.5, "width": 0.05, "depth": 0.1}
+    cut = apply(drape.specification, parse_edit(dart)).specification
+    *_, other = drape.recut(drape.cutting(cut, "cotton_jersey")())
+    (line,) = other.effects.asked["elastic"]["lines"]
+    assert len(line["along"]) == 3, "on both sides of the dart"
+    bind(drape, {name: own for name, own in drape.effects.asked.items() if name != "elastic"})
+    *_, without = drape.recut(drape.cutting(cut, "cotton_jersey")())
+    assert "elastic" not in without.effects.asked, "it was taken off"
+    assert "elastic" in without.effects.own
+
+
+def test_what_each_takes_is_measured_when_it_is_asked_for(bag):
+    advance(bag, 1)
+    times = dict(bag.effects.times())
+    assert times["gravity"]["add_acceleration"] > 0
+    assert "friction" in bag.effects.plan(times)
+    assert "ms" in bag.effects.plan(times)
+
+
+def test_what_a_garment_is_like(bag):
+    advance(bag, 1)
+    character = bag.effects.character()
+    assert 0.0 <= character.speed < 3.0
+    assert 0.0 < character.off_body < 0.2
+    assert not character.closed
+    assert not character.layered

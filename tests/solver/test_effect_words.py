@@ -1,0 +1,176 @@
+"""Effects as people ask for them: every fault names its place and a remedy, and what is asked for becomes the specs
+that it says."""
+
+import json
+
+import numpy as np
+import pytest
+from small_scenes import garment_of, grid_faces, grid_uv
+
+from tryon_solver.effect_words.fields import EffectError
+from tryon_solver.effect_words.rules import in_scene, left_out, same_but_values
+from tryon_solver.effect_words.table import LIVE, WORDS, live, word_of
+from tryon_solver.geometry.panel_mesh import mesh_pattern
+from tryon_solver.geometry.pattern import load_pattern
+from tryon_solver.geometry.weld import weld
+from tryon_solver.scene import LIVE as LIVE_SCENE
+from tryon_solver.scene import Friction, Scene, Wind
+from tryon_solver.worn_effects import MAKERS, VALUES, Cut, check, effects_of, values_of
+
+SKIRT = "server/tryon_server/demo/patterns/skirt.json"
+WAIST = [{"panel": "skirt_front", "edge": 2}, {"panel": "skirt_back", "edge": 2}]
+SIDES = [{"panel": "skirt_front", "edge": 1}]
+
+
+@pytest.fixture(scope="module")
+def skirt():
+    pattern = load_pattern(SKIRT)
+    panels = mesh_pattern(pattern, 0.05)
+    welded = weld(panels)
+    counts = tuple(len(panel.edges) for panel in pattern.panels)
+    return Cut(welded.garment(), panels.panel_names, counts, panels, welded.welded_of_vertex), panels, welded
+
+
+@pytest.fixture
+def sheet():
+    """A garment without a pattern, of one piece."""
+    return Cut(garment_of(grid_uv(3, 3, 0.2, 0.2), grid_faces(3, 3)), ("sheet",))
+
+
+def asked(name, given, cut):
+    return effects_of({name: word_of(name).parameters(given)}, cut)
+
+
+def refused(name, given, cut):
+    with pytest.raises(EffectError) as told:
+        asked(name, given, cut)
+    assert told.value.message
+    assert told.value.remedy
+    return told.value
+
+
+def test_every_word_has_a_maker_and_is_plain_json():
+    assert {word.name for word in WORDS} == set(MAKERS)
+    assert set(VALUES) <= set(MAKERS)
+    for word in WORDS:
+        assert json.loads(json.dumps(word.described())) == word.described()
+
+
+def test_what_is_worn_without_asking_is_the_scenes_own(sheet):
+    assert effects_of(live(), sheet) == LIVE_SCENE
+    assert len(LIVE) == len(LIVE_SCENE)
+
+
+def test_an_unknown_name_lists_those_that_there_are():
+    with pytest.raises(EffectError, match="wind") as told:
+        word_of("wnd")
+    assert all(word.name in told.value.remedy for word in WORDS)
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "place"),
+    [
+        ("wind", {"velocity": [1, 2]}, "parameters.velocity"),
+        ("wind", {"velocity": [1, "2", 3]}, "parameters.velocity[1]"),
+        ("wind", {"velocity": [30, 30, 0]}, "parameters.velocity"),
+        ("wind", {"velocity": [1, float("nan"), 0]}, "parameters.velocity[1]"),
+        ("wind", {"speed": 3}, "parameters.speed"),
+        ("wind", {"velocity": [0, 0, 0], "gusts": 0.2}, "parameters.gusts"),
+        ("wind", [], "parameters"),
+        ("wind", {"shelter": True}, "parameters.shelter"),
+        ("wind", {"seed": 1.5}, "parameters.seed"),
+        ("pressure", {"panels": ["sleeve"]}, "parameters.panels[0]"),
+        ("pressure", {"panels": "sheet"}, "parameters.panels"),
+        ("adhesion", {"kind": "glue"}, "parameters.kind"),
+        ("friction", {"body": 0.5}, "parameters.cloth"),
+        ("friction", {"body": 0.5, "cloth": 0.3, "cloth_kinetic": 0.4}, "parameters"),
+        ("friction", {"pairs": [{"first": "sheet"}]}, "parameters.pairs[0].second"),
+        ("stretch_curves", {"warp": [[0.1, 5], [0.05, 9]]}, "parameters.warp"),
+        ("elastic", {}, "parameters.lines"),
+        ("elastic", {"lines": [{"along": WAIST}]}, "parameters.lines[0].along[0].panel"),
+        ("elastic", {"lines": [{"along": [{"panel": "sheet", "edge": 0}]}]}, "parameters.lines[0].along[0]"),
+        ("body_contact", {"stiffness": 1}, "parameters.stiffness"),
+    ],
+)
+def test_a_fault_names_its_place(name, given, place, sheet):
+    assert refused(name, given, sheet).place == place
+
+
+def test_a_line_follows_the_patterns_edges_around_the_waist(skirt):
+    cut, panels, welded = skirt
+    line = cut.line(WAIST, "lines")
+    assert line[0] == line[-1], "the waist is closed"
+    assert len(set(line)) == len(line) - 1
+    x = welded.mean_of_vertices(panels.placed)
+    assert len(line) > 10
+    assert np.ptp(x[line, 1]) < 0.05, "it lies at one height"
+    assert x[line, 1].min() > np.quantile(x[:, 1], 0.9), "at the top"
+
+
+def test_lines_refuse_what_does_not_hang_together(skirt):
+    apart = [{"panel": "skirt_front", "edge": 0}, {"panel": "skirt_back", "edge": 2}]
+    row = {"first": apart, "second": SIDES}
+    assert refused("fasteners", {"rows": [row]}, skirt[0]).place == "parameters.rows[0].first[1]"
+    none = [{"panel": "skirt_front", "edge": 9}]
+    assert refused("elastic", {"lines": [{"along": none}]}, skirt[0]).place == "parameters.lines[0].along[0].edge"
+    border = {"lines": [{"along": WAIST[:1]}]}
+    assert "seam" in refused("creases", border, skirt[0]).message
+    seam = {"rows": [{"first": SIDES, "second": [{"panel": "skirt_back", "edge": 3}]}]}
+    assert "seam" in refused("fasteners", seam, skirt[0]).message
+
+
+def test_creases_and_buttons_lie_on_their_edges(skirt):
+    cut = skirt[0]
+    creases = word_of("creases").parameters({"lines": [{"along": SIDES, "angle": 90.0}]})
+    (spec,) = effects_of({"creases": creases}, cut)
+    assert np.array_equal(spec.edges, np.column_stack([cut.line(SIDES, ""), np.roll(cut.line(SIDES, ""), -1)])[:-1])
+    np.testing.assert_allclose(spec.angles, np.pi / 2)
+    row = {"first": WAIST[:1], "second": WAIST[1:], "buttons": 3, "closed": 0.25}
+    buttons = word_of("fasteners").parameters({"rows": [row]})
+    (spec,) = effects_of({"fasteners": buttons}, cut)
+    front, back = (cut.line(WAIST[k : k + 1], "") for k in (0, 1))
+    assert len(spec.pairs) == 3
+    assert np.isin(spec.pairs[:, 0], front).all()
+    assert np.isin(spec.pairs[:, 1], back).all()
+    np.testing.assert_array_equal(values_of("fasteners", buttons, cut)["closed"], np.float32([0.25] * 3))
+
+
+def test_friction_of_pairs_of_pieces(skirt):
+    given = {"body": 0.4, "cloth": 0.3, "body_kinetic": 0.2, "pairs": [{"first": "skirt_back", "second": "body"}]}
+    (spec,) = effects_of({"friction": word_of("friction").parameters(given)}, skirt[0])
+    assert isinstance(spec, Friction)
+    np.testing.assert_allclose(spec.static, [[0.3, 0.3, 0.4], [0.3, 0.3, 0.3], [0.4, 0.3, 0.4]])
+    np.testing.assert_allclose(spec.kinetic, [[0.3, 0.3, 0.2], [0.3, 0.3, 0.3], [0.2, 0.3, 0.2]])
+
+
+def test_wind_takes_the_place_of_air_at_rest_and_gusts_of_sleep(sheet):
+    calm = {**live(), "wind": word_of("wind").parameters()}
+    assert set(left_out(calm)) == {"air_drag"}
+    gusty = {**live(), "wind": word_of("wind").parameters({"gusts": 0.3})}
+    assert set(left_out(gusty)) == {"air_drag", "sleep"}
+    assert in_scene(gusty) == {*live(), "wind"} - {"air_drag", "sleep"}
+    assert any(isinstance(effect, Wind) for effect in effects_of(gusty, sheet))
+
+
+def test_an_effect_that_does_not_suit_the_scene_is_refused_in_its_own_words(sheet):
+    scene = Scene(sheet.garment, np.zeros((9, 3)), None, effects=())
+    for name, what in (("wind", "shelter"), ("adhesion", "nothing is touched")):
+        with pytest.raises(EffectError, match=what) as told:
+            check(scene, {name: word_of(name).parameters()}, sheet)
+        assert told.value.place.startswith("parameters")
+    assert check(scene, {"wind": word_of("wind").parameters({"shelter": 0})}, sheet)
+
+
+def test_values_are_told_from_what_has_to_be_bound_anew():
+    def same(name, before, after):
+        word = word_of(name)
+        return same_but_values(name, word.parameters(before), word.parameters(after))
+
+    assert same("wind", {"velocity": [1, 0, 0]}, {"velocity": [0, 0, 2]})
+    assert not same("wind", {"velocity": [1, 0, 0]}, {"velocity": [0, 0, 2], "shelter": 0})
+    assert not same("wind", {"gusts": 0.2}, {"gusts": 0.2, "velocity": [1, 0, 0]})
+    lines = [{"along": WAIST, "ratio": ratio} for ratio in (0.9, 0.7)]
+    assert same("elastic", {"lines": lines[:1]}, {"lines": lines[1:]})
+    assert not same("elastic", {"lines": lines[:1]}, {"lines": lines})
+    assert not same("elastic", {"lines": lines[:1]}, {"lines": [{**lines[0], "stiffness": 9}]})
+    assert not same("air_drag", {}, {"coefficient": 1})
