@@ -6,8 +6,9 @@ RMS length over the cloth, times SCALE, is how far that is. SCALE was fitted: th
 lengths of step, of the true error after such a correction over what it was asked for, is kept under 1 (METHOD.md
 section 14). Where directions have not become shorter for PATIENCE iterations, none that follows can be hoped to.
 
-A preset's own end is another for cloth that hangs still. There every step is near, and what each leaves undone the
-cloth would be seen to tremble by: so it has to be near by the way that the step goes, too, beside the body's. Ours.
+A preset's own end is another for cloth that hangs still. There every step is near, and by what each leaves undone the
+cloth would be seen to tremble: so it has to be near by the way that the step goes, too, beside the body's, OF_WAY of
+it (METHOD.md section 14 has what other shares do). Ours.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import warp as wp
 
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.vectors import dot, subtract
-from tryon_solver.stepping.progress import CLOSE, FAR, LEFT, NEAR, SHORTEST, SINCE
+from tryon_solver.stepping.progress import APART, BEYOND, LAST_ONE, LEFT, SHORTEST, SINCE, WITHIN
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -28,7 +29,7 @@ wp.set_module_options({"enable_backward": False})
 SCALE = 2.0
 SHORTER = wp.constant(0.7)  # times the shortest before it, a direction is a gain
 PATIENCE = wp.constant(8)  # iterations without one
-OF_WAY = 0.35  # share of the step's way that is near enough
+OF_WAY = 0.3  # share of the step's way that is near enough
 
 
 @wp.kernel
@@ -44,10 +45,9 @@ def compare_kernel(
 ):
     off = scale * wp.sqrt(squared[0] / float(count))
     way = wp.sqrt(way_squared[0] / float(count))
-    far = off > nearness * dt[0]
-    state_out[FAR] = wp.where(far, 1, 0)
-    state_out[CLOSE] = wp.where(far, 0, 1)
-    state_out[NEAR] = wp.where(far or off > of_way * way, 0, 1)
+    within = off <= nearness * dt[0]
+    state_out[APART] = wp.where(within, WITHIN, BEYOND)
+    state_out[LAST_ONE] = wp.where(within and off <= of_way * way, 1, 0)
 
 
 @wp.kernel
@@ -64,12 +64,12 @@ def compare_asked_kernel(
     if length < SHORTER * lengths[SHORTEST]:
         lengths[SHORTEST] = length
         state[SINCE] = 0
-    state[NEAR] = wp.where(scale * length <= accuracy[0] or state[SINCE] >= PATIENCE, 1, 0)
+    state[LAST_ONE] = wp.where(scale * length <= accuracy[0] or state[SINCE] >= PATIENCE, 1, 0)
 
 
 @wp.kernel
 def make_last_kernel(state: wp.array(dtype=wp.int32)):
-    if state[NEAR] == 1:
+    if state[LAST_ONE] == 1:
         state[LEFT] = 0
 
 

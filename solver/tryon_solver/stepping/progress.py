@@ -39,10 +39,12 @@ STARTING = wp.constant(14)  # 1 until it is chosen where the first iteration beg
 TRYING = wp.constant(15)  # 1 if the way to the trial can be taken now; and
 GOING_BACK = wp.constant(16)  # 1 if the trial is further from balance than where its way began
 SINCE = wp.constant(17)  # iterations since a direction was much shorter than all before it (near.py)
-FAR = wp.constant(18)  # 1 if the iteration begins further from balance than is near enough; and
-NEAR = wp.constant(19)  # 1 if it is to be the last, being near enough (near.py)
-CLOSE = wp.constant(20)
-PLACES = 21
+APART = wp.constant(18)  # where the iteration begins: 0 is not told, WITHIN or BEYOND what is near enough; and
+LAST_ONE = wp.constant(19)  # 1 if it is to be the last, being near enough (near.py)
+PLACES = 20
+
+WITHIN = wp.constant(1)
+BEYOND = wp.constant(2)
 
 # Places in `lengths` [m], from the fourth on [J]: <g, D^-1 g>, how far from balance.
 LENGTH = wp.constant(0)  # of the direction's longest vector
@@ -133,10 +135,10 @@ def judge_direction_kernel(
     if state[LEFT] == 0:
         astray = imbalance[0] > ASTRAY * lengths[LEAST]
         hardly_nearer = imbalance[0] > HARDLY_NEARER * lengths[FIRST]
-        stuck = state[FOUND] > 2 and lengths[LENGTH] > unsettled * dt[0] and hardly_nearer
-        stuck = stuck and state[CLOSE] == 0
+        snapping = lengths[LENGTH] > unsettled * dt[0] and state[APART] != WITHIN
+        stuck = state[FOUND] > 2 and snapping and hardly_nearer
         state[STRAYED] = wp.where(astray or stuck, 1, 0)
-        if (state[STRAYED] == 1 or state[FAR] == 1) and state[EXTENSIONS] > 0:
+        if (state[STRAYED] == 1 or state[APART] == BEYOND) and state[EXTENSIONS] > 0:
             state[STRAYED] = 0
             state[EXTENSIONS] = state[EXTENSIONS] - 1
             state[LEFT] = state[BUDGET]

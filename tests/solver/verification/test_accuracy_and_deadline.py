@@ -11,7 +11,7 @@ from contact_scenes import DT, square_on_sphere
 from tryon_solver.baselines.newton_ipc import Motion
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
-from tryon_solver.stepping import pace
+from tryon_solver.stepping import near, pace
 from tryon_solver.stepping.pace import Hurried
 
 LIVE = PRESETS["live"]
@@ -58,26 +58,35 @@ def test_a_budget_that_is_too_small_for_the_accuracy_is_not_kept_to(met):
     assert capped.newton_iterations == 2
 
 
-def test_a_correction_ends_where_it_is_as_near_as_is_enough_at_that_length_of_step(met):
-    spent, _ = step(met, replace(LIVE, correction_nearness=None))
-    near, far = (replace(LIVE, correction_nearness=speed) for speed in (1.8e-4, 1.8e-2))  # over DT, 3e-6 and 3e-4 m
-    for speed_settings, accuracy in ((near, 3e-6), (far, 3e-4)):
-        same, _ = step(met, replace(LIVE, accuracy=accuracy))
-        assert step(met, speed_settings)[0].newton_iterations == same.newton_iterations
-    assert step(met, far)[0].newton_iterations < spent.newton_iterations
-    asked, _ = step(met, replace(far, accuracy=3e-6))
-    assert asked.newton_iterations == step(met, near)[0].newton_iterations  # what is asked for comes first
+def test_a_correction_that_is_near_enough_at_that_length_of_step_ends_before_its_budget(met):
+    taken = [step(met, replace(LIVE, correction_nearness=speed))[0].newton_iterations for speed in (1e-1, 1e-2)]
+    spent, _ = step(met, LIVE)
+    assert 0 < taken[0] < taken[1] < spent.newton_iterations
 
 
-def test_one_that_does_not_come_so_near_ends_with_its_budget_and_extensions(met):
-    never = replace(LIVE, correction_nearness=1e-12, correction_iterations=1, correction_extensions=2)
-    assert step(met, replace(never, second_iterations=0))[0].newton_iterations == 3
+def test_cloth_that_hardly_moves_has_to_be_near_by_its_own_way_and_takes_as_long_as_without(met, monkeypatch):
+    far_too_near = replace(LIVE, correction_nearness=1e3)  # all is within it
+    early, _ = step(met, far_too_near)
+    monkeypatch.setattr(near, "OF_WAY", 1e-6)
+    spent, _ = step(met, replace(LIVE, correction_extensions=0))
+    assert step(met, far_too_near)[0].newton_iterations == spent.newton_iterations > early.newton_iterations
+
+
+def test_one_that_is_not_near_enough_when_its_budget_ends_is_extended(met):
+    short = replace(LIVE, correction_iterations=1, correction_extensions=2, second_iterations=0)
+    assert step(met, replace(short, correction_nearness=1e-9))[0].newton_iterations == 3
+    assert step(met, replace(short, correction_nearness=1e3))[0].newton_iterations == 1
 
 
 def test_with_a_deadline_time_is_not_left_unused_for_being_near_enough(met):
-    near = replace(LIVE, correction_nearness=1.8e-2)
-    in_time = [step(met, replace(settings, deadline=100.0))[0].newton_iterations for settings in (near, LIVE)]
-    assert in_time[0] == in_time[1] > step(met, near)[0].newton_iterations
+    near_enough = replace(LIVE, correction_nearness=3e-2)
+    in_time = [step(met, replace(s, deadline=100.0))[0].newton_iterations for s in (near_enough, LIVE)]
+    assert in_time[0] == in_time[1] > step(met, near_enough)[0].newton_iterations
+
+
+def test_an_accuracy_that_is_asked_for_comes_before_what_is_near_enough(met):
+    asked, _ = step(met, replace(LIVE, accuracy=3e-6, correction_nearness=1e3))
+    assert asked.newton_iterations == step(met, replace(LIVE, accuracy=3e-6))[0].newton_iterations
 
 
 def test_it_is_bought_anew_while_the_simulation_runs_and_nothing_is_built(met):
