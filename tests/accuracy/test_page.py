@@ -207,3 +207,18 @@ def test_a_step_in_another_fold_is_told_by_its_own_balance(tmp_path):
     said = (tmp_path / "page.md").read_text()
     assert "Held out, of the balance that Newton finds from where the step ended: within x2 for 100.0 %" in said
     assert "| skirt, walk, 1/60 s | live | 0 | 0.9 | 2.7 | 0.08 | 0.1 | 0.111 | 4 |" in said
+
+
+def test_a_case_with_more_states_speaks_for_its_presets_and_the_settings_of_all_are_on_a_page_beside(tmp_path):
+    put_presets(tmp_path, ((1.0, 1.2), (0.8, 0.5)), ((0.1, 0.1), (0.2, 0.3)))
+    few = AccuracyCase("skirt", "walk", 1 / 60, held_out=True, states=2)
+    put_presets(tmp_path, ((7.0, 7.0), (7.0, 7.0)), ((8.0, 8.0), (8.0, 8.0)), case=few)
+    newton = {"Newton 1 x 60": (about(newton=1, gradients=60), rows("Newton 1 x 60", (3.0, 3.0), (3.0, 3.0)))}
+    put(tmp_path, "newton", newton, case=few)
+    found = read_results(tmp_path)
+    assert [measured.case.states for measured in found.presets] == [AccuracyCase("skirt", "walk", 1 / 60).states]
+    assert not any("live is further off than draft" in said for said in broken(found))
+    write_page(tmp_path / "page.md", tmp_path)
+    assert "Newton 1 x 60" in (tmp_path / "page" / "settings.md").read_text()
+    assert "(../page.md)" in (tmp_path / "page" / "settings.md").read_text()
+    assert "(page/settings.md)" in (tmp_path / "page.md").read_text()

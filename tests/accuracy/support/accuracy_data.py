@@ -72,6 +72,16 @@ class Found:
     tailor: list[Row]
     about: list[Mapping[str, str]]
 
+    @property
+    def presets(self) -> list[Measured]:
+        """Of each scene, length of step and device the one with the most steps at presets."""
+        most: dict[str, Measured] = {}
+        for measured in self.errors:
+            other = most.get(measured.name)
+            if measured.presets and (other is None or other.case.states < measured.case.states):
+                most[measured.name] = measured
+        return [measured for measured in self.errors if measured is most.get(measured.name)]
+
 
 def read_results(folder: Path) -> Found:
     """Of a folder of files of lines."""

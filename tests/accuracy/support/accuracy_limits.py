@@ -33,7 +33,7 @@ def preset_rows(found: Found, held_out: bool | None = None) -> list[tuple[Measur
     """All steps on the CPU at presets whose own are no shorter, of what was held out or not, or of all."""
     return [
         (measured, name, row)
-        for measured in found.errors
+        for measured in found.presets
         if measured.device == CPU and (held_out is None or measured.case.held_out == held_out)
         for name in measured.presets
         if takes_such_steps(name, measured.case.dt)
@@ -60,7 +60,7 @@ def estimate_broken(found: Found) -> list[str]:
 def order_broken(found: Found) -> list[str]:
     """Each preset's median error is under that of the one before it, or under ROUNDING."""
     said = []
-    for measured in found.errors:
+    for measured in found.presets:
         names = measured.presets
         for one, other in pairwise(names):
             errors = [float(np.median([row["error"] for row in measured.rows[name]])) for name in (one, other)]
@@ -73,7 +73,7 @@ def order_broken(found: Found) -> list[str]:
 def reference_broken(found: Found) -> list[str]:
     """The preset that claims it is Newton's equal, over all steps of each case."""
     said = []
-    for measured in found.errors:
+    for measured in found.presets:
         if REFERENCE in measured.presets:
             rows = measured.rows[REFERENCE]
             off = float(np.sqrt(np.mean([row["error"] ** 2 for row in rows])))

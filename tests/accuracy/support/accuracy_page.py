@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from accuracy_data import CPU, Found, read_results
+from accuracy_data import Found, Measured, read_results
 from accuracy_limits import AGREEMENT, JUDGED, NEGLIGIBLE, broken
 from accuracy_plots import plots
 from accuracy_tables import (
@@ -33,6 +33,7 @@ def write_page(page: Path, folder: Path) -> int:
     for name, (_, svg) in drawn.items():
         (beside / name).write_text(svg)
     page.write_text(markdown(found, {name: title for name, (title, _) in drawn.items()}, page.stem))
+    (beside / "settings.md").write_text(every_setting(found, page.name))
     print("\n".join(broken(found) or ["All holds."]))
     return 1 if broken(found) else 0
 
@@ -47,7 +48,7 @@ def markdown(found: Found, drawn: dict[str, str], beside: str) -> str:
         lines.append("All holds.")
     lines += ["", "## Single steps at the presets", "", *PRESETS_SAID, "", *preset_table(found)]
     lines += ["", "## The estimate", "", *estimate_lines(found)]
-    swept = [measured for measured in found.errors if len(measured.rows) > len(measured.presets)]
+    swept = swept_cases(found)
     lines += section("What a step up in accuracy costs", PRICE_SAID, price_table(found))
     if found.times:
         lines += section("Times at a garment's scale", SCALE_SAID, scale_table(found))
@@ -63,11 +64,21 @@ def markdown(found: Found, drawn: dict[str, str], beside: str) -> str:
     if found.tailor:
         lines += ["", "## Discretisation, by a tailor's measures", "", *TAILOR_SAID, "", *tailor_tables(found.tailor)]
     if swept:
-        lines += ["", "## Every settings, by case"]
-    for measured in swept:
-        on = "" if measured.device == CPU else f" on {measured.device}"
-        lines += ["", f"### {measured.name}{on}: {len(measured.shared)} states", "", *sweep_table(measured)]
+        lines += ["", f"Every settings of every case: [settings.md]({beside}/settings.md)."]
     return "\n".join(lines).rstrip() + "\n"
+
+
+def swept_cases(found: Found) -> list[Measured]:
+    """Those that have more than the presets."""
+    return [measured for measured in found.errors if len(measured.rows) > len(measured.presets)]
+
+
+def every_setting(found: Found, page: str) -> str:
+    """The page beside: all that was measured of single steps, by case."""
+    lines = ["# Every settings, by case", "", f"Of [what accuracy costs in time](../{page}); made with it."]
+    for measured in swept_cases(found):
+        lines += ["", f"## {measured.name}: {len(measured.shared)} states", "", *sweep_table(measured)]
+    return "\n".join(lines) + "\n"
 
 
 def section(title: str, said: list[str], rows: list[str]) -> list[str]:

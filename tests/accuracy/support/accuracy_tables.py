@@ -29,7 +29,7 @@ CHAIN_STEPS = ("accuracy", "newton", "passes", "cycles", "iterations", "substeps
 
 def preset_table(found: Found) -> list[str]:
     """Of the single steps at presets."""
-    return table(HEAD, [preset_row(m, name) for m in found.errors for name in m.presets])
+    return table(HEAD, [preset_row(m, name) for m in found.presets for name in m.presets])
 
 
 def preset_row(measured: Measured, name: str) -> list[object]:
@@ -117,9 +117,10 @@ def price_table(found: Found) -> list[str]:
     """What each step up in accuracy costs: from each preset to the next, and along each chain of the sweep."""
     rows = []
     groups: dict[tuple[str, str], list[Measured]] = {}
-    for measured in found.errors:
+    for measured in found.presets:
         for one, other in pairwise(measured.presets):
             groups.setdefault((one, other), []).append(measured)
+    for measured in found.errors:
         for solver, varied, same in CHAINS.values():
             names = chain(measured, solver, varied, same)
             for one, other in pairwise(names):
@@ -296,11 +297,12 @@ def tailor_tables(rows: Sequence[Row]) -> list[str]:
         of = sorted(of, key=lambda row: row["at"], reverse=varied.startswith("edge"))
         known = ("measure", "unit", "varied", "value", "at", "exact", "vertices")
         more = list(dict.fromkeys(name for row in of for name in row if name not in known))
-        head = (varied, "vertices", f"{measure} [{of[0]['unit']}]", "exact", "from the last", *more)
+        counted = () if varied == "vertices" else ("vertices",)
+        head = (varied, *counted, f"{measure} [{of[0]['unit']}]", "exact", "from the last", *more)
         cells = [
             (
                 digits(row["at"]),
-                row["vertices"],
+                *(row[name] for name in counted),
                 digits(row["value"], 4),
                 digits(row["exact"], 4),
                 f"{100 * (row['value'] / of[-1]['value'] - 1):+.1f} %",
