@@ -22,6 +22,7 @@ LAYERS = (
     ("advice",),
     ("effect_specs",),
     ("scene",),
+    ("offsets",),
     ("effects", "stepping"),
     ("step", "kernels"),
     ("simulation",),
