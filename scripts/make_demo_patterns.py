@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draft the demo's own sewing patterns (T-shirt, overshirt, skirt, dress, trousers) for the default body, as JSON files.
+"""Draft the demo's own sewing patterns (T-shirt, overshirt, skirt, dress, trousers) for the default body, as JSON.
 
 The drafts are ours; only the file format is GarmentCode's. All lengths here are centimetres, angles degrees. Pieces are
 drawn as the viewer in front of the wearer sees them: x to the wearer's left, y up; back pieces turn clockwise, so that
