@@ -17,6 +17,7 @@ from tryon_solver.body.mesh_sequence import MeshSequence, Moment
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion
 from tryon_solver.body.pose import Pose
+from tryon_solver.geometry.garment import Layer
 
 Stance = Pose | Moment
 """How a body stands: a pose of one that is posed, a moment of one that moves by itself."""
@@ -25,9 +26,18 @@ Progress = Callable[[str, float | None], None]
 """Told what is being done, in words for people, and the fraction of it that is done, None when that is not known."""
 
 
+@dataclass(frozen=True)
+class GarmentPart:
+    """One garment of what is worn: the name of its fabric; `layer`: its own, and which vertices, triangles and panels
+    are its."""
+
+    fabric: str
+    layer: Layer
+
+
 @dataclass(frozen=True, eq=False)
 class Outfit:
-    """What stays as it is while the garment moves.
+    """What stays as it is while what is worn moves.
 
     Attributes:
         vertex_count: N, vertices of the cloth.
@@ -40,6 +50,7 @@ class Outfit:
         fitting_size: the size of its pattern that would fit, over its own; None where no other one would fit better.
         notes: how garment and body were read from files that say little, and what was mended, for people.
         size: in which its pattern is worn, over its own; None for a mesh.
+        garments: what is worn, from the innermost outwards; () where that has no name.
     """
 
     vertex_count: int
@@ -52,6 +63,7 @@ class Outfit:
     fitting_size: float | None = None
     notes: tuple[str, ...] = ()
     size: float | None = None
+    garments: tuple[GarmentPart, ...] = ()
 
 
 class StepFacts(Protocol):
@@ -95,6 +107,9 @@ class Drape(Protocol):
         own_motion: the body's frames, if it came as a mesh; then it stands only as they show it.
         origin: (3,) m, whole metres: where the origin of the positions lies in the session's space, in which the poses
             are. It follows the body, so that float32 holds the positions.
+        names: of the garments that are worn, from the innermost outwards.
+        edited: which of them the following speak of: ``specification``, ``reshape``, ``shape_of``, ``cutting`` and
+            ``recut``; ``edit_garment`` chooses it.
         specification: the sewing pattern that its mesh was made of, plain JSON that parse_pattern passes; None of a
             garment that has none.
         outgrown: why the shape it was last told to take needs another mesh, found on the way to it; "" as a rule.
@@ -104,8 +119,20 @@ class Drape(Protocol):
     pose: Stance
     own_motion: MeshSequence | None
     origin: npt.NDArray[np.float64]
-    specification: Mapping[str, Any] | None
     outgrown: str
+
+    @property
+    def names(self) -> tuple[str, ...]: ...
+    @property
+    def edited(self) -> str: ...
+    @property
+    def specification(self) -> Mapping[str, Any] | None: ...
+
+    def edit_garment(self, name: str) -> None:
+        """Edits are of this garment from now on."""
+
+    def take_off(self, name: str) -> Iterator[Drape | None]:
+        """What is worn without the garment of this name, as it is worn then, in parts as those of ``recut``."""
 
     def reshape(self, specification: Mapping[str, Any], shape: Any = None) -> str:
         """Take on the pattern's shape, from the next ``advance`` on; why that needs another mesh, and then nothing is

@@ -77,5 +77,5 @@ def wanted(history: History, command: ChangePattern) -> Wanted:
 
 
 def of_pattern(order: DrapeOrder, specification: Mapping[str, Any]) -> DrapeOrder:
-    """The garment of this pattern in place of the order's, of the fabric that it names."""
-    return replace(order, fabric=named_fabric(specification) or order.fabric, specification=specification)
+    """The garment of this pattern in place of the order's that is edited, of the fabric that it names."""
+    return order.with_pattern(specification, named_fabric(specification) or order.of_edited.fabric)

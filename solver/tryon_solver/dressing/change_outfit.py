@@ -6,7 +6,7 @@ free as it is; a new cut is carried over from the old one (carry_over.py) with a
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
@@ -42,10 +42,15 @@ def without(worn: WornOutfit, name: str, more: Iterable[object] = ()) -> Iterato
 
 
 def recut(
-    worn: WornOutfit, name: str, cut: NewCut, before: PanelMesh, fabric: Fabric, more: Iterable[object] = ()
+    worn: WornOutfit,
+    name: str,
+    cut: NewCut,
+    before: Callable[[], PanelMesh],
+    fabric: Fabric,
+    more: Iterable[object] = (),
 ) -> Iterator[WornOutfit | None]:
     """Put the new cut of the garment of this name on, of this fabric, where it is worn, as `without` in parts; `before`
-    is its mesh as it is worn, asked for when the last part is made.
+    tells its mesh as it is worn then, and is asked for the last part.
 
     Raises CarryError where it can't be put on so, GarmentError as `build`.
     """
@@ -69,7 +74,7 @@ def recut(
         x, v = sim.cloth_positions(), sim.state.v.numpy()
         faces = worn.outfit.garment.faces[own.faces] - first
         where = x[own.vertices], v[own.vertices]
-        places, speeds = laid_over(cut, before, faces, where, fabric, ROOM * fabric.thickness)
+        places, speeds = laid_over(cut, before(), faces, where, fabric, ROOM * fabric.thickness)
         _start(simulation, sim, with_cut(places, x))
         freed_where_worn(tangle)
         simulation.state.v.assign(with_cut(speeds, v).astype(np.float32))

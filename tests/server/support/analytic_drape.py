@@ -125,6 +125,12 @@ class WavingSheet:
 
     own_motion = None
     outgrown = ""
+    names: tuple[str, ...] = ("",)
+    edited = ""
+
+    def edit_garment(self, name) -> None:
+        assert name in self.names
+        self.edited = name
 
     @property
     def shape_of(self):
