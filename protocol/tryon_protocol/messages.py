@@ -392,7 +392,7 @@ class DesignEdit(Struct, frozen=True, kw_only=True):
 
 
 class DesignMessage(Message, tag="design", frozen=True, kw_only=True):
-    """The garment's sewing pattern as it is worn. Sent on joining once it is dressed, and on every change of it.
+    """The edited garment's sewing pattern as it is worn. Sent on joining once it is dressed, and on every change of it.
 
     A garment that is a mesh has none.
     """
@@ -406,6 +406,7 @@ class DesignMessage(Message, tag="design", frozen=True, kw_only=True):
         tuple[str, ...], Meta(description="for people: which pieces followed, which seams fit no longer as they did")
     ] = ()
     patches: Annotated[tuple[DesignPatch, ...], Meta(description="what lies on other pieces, as pockets do")] = ()
+    garment: Annotated[str, Meta(description='which of `topology.cloth.garments` it is of; "": they have no names')] = ""
 
 
 class EditedMessage(Message, tag="edited", frozen=True, kw_only=True):

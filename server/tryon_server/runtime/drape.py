@@ -126,6 +126,13 @@ class Drape(Protocol):
     @property
     def edited(self) -> str: ...
     @property
+    def specifications(self) -> Mapping[str, Mapping[str, Any] | None]:
+        """The pattern that each garment's mesh was made of, by name; None of one that has none."""
+
+    def size_of(self, name: str) -> float | None:
+        """In which the pattern of the garment of this name is worn, over its own; None of a mesh."""
+
+    @property
     def specification(self) -> Mapping[str, Any] | None: ...
 
     def edit_garment(self, name: str) -> None:

@@ -104,6 +104,16 @@ class SolverDrape:
         """The pattern that its mesh was made of, of the garment that is edited."""
         return self.own.specification
 
+    @property
+    def specifications(self) -> Mapping[str, Mapping[str, Any] | None]:
+        """The pattern of each garment, by name."""
+        return {one.worn.name: one.specification for one in self.garments}
+
+    def size_of(self, name: str) -> float | None:
+        """In which the pattern of the garment of this name is worn, over its own; None of a mesh."""
+        pattern = self.garments[self.names.index(name)].pattern
+        return None if pattern is None else pattern.size
+
     def edit_garment(self, name: str) -> None:
         """Edits are of this garment from now on."""
         assert name in self.names, name

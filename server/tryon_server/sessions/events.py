@@ -96,6 +96,7 @@ class EditMade:
         edit: of a new edit, plain JSON.
         mirror: of a new edit, whether it was made on both sides.
         specification: of a new edit, the pattern that it made, plain JSON.
+        garment: which one of those that are worn; "" of one without a name.
     """
 
     ticket: int
@@ -106,11 +107,29 @@ class EditMade:
     edit: Mapping[str, Any] | None = None
     mirror: bool = False
     specification: Mapping[str, Any] | None = None
+    garment: str = ""
 
 
 @dataclass(frozen=True)
 class EditRefused:
     """A change of the pattern can't be made: nothing has changed. ``ticket`` as in EditMade; 0 of one that was held."""
+
+    ticket: int
+    place: str
+    message: str
+    remedy: str
+
+
+@dataclass(frozen=True)
+class OutfitWorn:
+    """The outfit of the command with this ticket is worn."""
+
+    ticket: int
+
+
+@dataclass(frozen=True)
+class OutfitRefused:
+    """It can't be worn: what was worn is worn on. The rest as in EditRefused."""
 
     ticket: int
     place: str
@@ -134,5 +153,7 @@ Event = (
     | Designed
     | EditMade
     | EditRefused
+    | OutfitWorn
+    | OutfitRefused
     | Gone
 )

@@ -6,15 +6,15 @@ import asyncio
 import itertools
 import logging
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from tryon_protocol import ProtocolError
 from tryon_server.runtime.interface import Simulation
-from tryon_server.sessions import Action, Close, End, Order, Send, SendFrame, Session
+from tryon_server.sessions import Action, Close, End, Order, Send, SendFrame, WardrobeSession
 from tryon_server.sessions.actions import POLICY_VIOLATION, Answer, Keep
-from tryon_server.sessions.commands import BuyAccuracy, Command, EditStep
-from tryon_server.sessions.events import EditMade, Event, PhaseChanged, Troubled
+from tryon_server.sessions.commands import BuyAccuracy, Command, EditStep, WornItem
+from tryon_server.sessions.events import EditMade, Event, OutfitWorn, PhaseChanged, Troubled
 from tryon_server.streaming.outbox import Outbox, OutboxFullError
 
 logger = logging.getLogger(__name__)
@@ -35,7 +35,7 @@ class LiveSession:
 
     def __init__(
         self,
-        machine: Session,
+        machine: WardrobeSession,
         start_simulation: Callable[[Callable[[Event], None]], Simulation],
         on_end: Callable[[LiveSession, str], None],
         complete: Callable[[Command], Command] = lambda command: command,
@@ -45,7 +45,7 @@ class LiveSession:
         self._complete = complete
         self._keep = keep
         self._keeping: asyncio.Task[None] | None = None
-        self._asked: dict[int, asyncio.Future[EditMade]] = {}
+        self._asked: dict[int, asyncio.Future[Any]] = {}  # of what was made, by ticket
         self._on_end = on_end
         self._outboxes: dict[int, Outbox] = {}
         self._numbers = itertools.count(1)
@@ -75,17 +75,30 @@ class LiveSession:
         self._carry_out(self.machine.receive_text(client, self.now))
 
     async def change_pattern(
-        self, step: EditStep, edit: Mapping[str, Any] | None = None, mirror: bool = False
+        self, step: EditStep, edit: Mapping[str, Any] | None = None, mirror: bool = False, garment: str = ""
     ) -> EditMade:
         """Change the pattern for somebody without a connection; what was made, once it is kept.
 
         Raises:
             ProtocolError: it was refused, or not now.
         """
-        ticket, actions = self.machine.change_pattern(step, edit, mirror)
-        asked = self._asked[ticket] = self._loop.create_future()
+        ticket, actions = self.machine.change_pattern(step, edit, mirror, garment)
+        asked: asyncio.Future[EditMade] = self._loop.create_future()
+        self._asked[ticket] = asked
         self._carry_out(actions)
         return await asked
+
+    async def change_outfit(self, items: Sequence[WornItem], edited: str, order: Any) -> None:
+        """Wear these garments, and edit the one of this name; returns once they are worn.
+
+        Raises:
+            ProtocolError: they can't be worn so, or not now; what was worn is worn on.
+        """
+        ticket, actions = self.machine.change_outfit(items, edited, order)
+        asked: asyncio.Future[OutfitWorn] = self._loop.create_future()
+        self._asked[ticket] = asked
+        self._carry_out(actions)
+        await asked
 
     def buy(self, wanted: BuyAccuracy) -> None:
         """Have frames solved so from now on, for somebody without a connection."""
@@ -166,7 +179,7 @@ class LiveSession:
         self._carry_out(self.machine.kept(made, fault, self.now))
 
     @staticmethod
-    def _answer(asked: asyncio.Future[EditMade] | None, outcome: EditMade | ProtocolError) -> None:
+    def _answer(asked: asyncio.Future[Any] | None, outcome: EditMade | OutfitWorn | ProtocolError) -> None:
         if asked is None or asked.done():  # who asked has gone
             return
         if isinstance(outcome, ProtocolError):

@@ -128,6 +128,13 @@ class WavingSheet:
     names: tuple[str, ...] = ("",)
     edited = ""
 
+    @property
+    def specifications(self):
+        return {self.edited: self.specification}
+
+    def size_of(self, name) -> float | None:  # noqa: ARG002
+        return self.outfit.size
+
     def edit_garment(self, name) -> None:
         assert name in self.names
         self.edited = name
