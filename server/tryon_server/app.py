@@ -13,7 +13,7 @@ from pathlib import Path
 from fastapi import Depends, FastAPI
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 
-from tryon_server.api import bodies, catalogue, edits, faults, garments, motions, page, sessions
+from tryon_server.api import bodies, catalogue, edits, faults, garments, motions, outfits, page, sessions
 from tryon_server.api.access import refuse_strangers
 from tryon_server.api.body import CappedBodies
 from tryon_server.garments.limited import Limits
@@ -24,9 +24,11 @@ from tryon_server.persistence import (
     FileBlobs,
     KeptFiles,
     MotionRecord,
+    OutfitStore,
     SessionStore,
     SqlEdits,
     SqlGarments,
+    SqlOutfits,
     SqlSessions,
     SqlUploads,
     digest_in_use,
@@ -82,8 +84,8 @@ def create_app(
     if settings.host in LOOPBACK:  # a page of another name that resolves to this machine must not pass as our own
         app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
     faults.install(app)
-    for router in (catalogue.router, garments.router, motions.router, bodies.router, sessions.router, edits.router):
-        app.include_router(router, dependencies=[Depends(refuse_strangers)])
+    for part in (catalogue, garments, motions, bodies, sessions, edits, outfits):
+        app.include_router(part.router, dependencies=[Depends(refuse_strangers)])
     app.include_router(sessions.stream_router)
     page.install(app, web)
     return app
@@ -91,7 +93,7 @@ def create_app(
 
 def prepare(
     settings: Settings, patterns: Path = BUILT_IN_PATTERNS
-) -> tuple[GarmentService, MotionUploads, BodyUploads, KeptFiles, SessionStore, EditStore]:
+) -> tuple[GarmentService, MotionUploads, BodyUploads, KeptFiles, SessionStore, EditStore, OutfitStore]:
     """Open the database and have the built-in garments in it; takes a while the first time, next to nothing afterwards.
 
     Raises:
@@ -105,11 +107,13 @@ def prepare(
     limits = Limits(seconds=settings.upload_check_seconds, address_space=settings.upload_check_bytes)
     motion_uploads = MotionUploads("motion", SqlUploads(database, MotionRecord), files, limits)
     body_uploads = BodyUploads("body", SqlUploads(database, BodyRecord), files, limits)
-    return garment_service, motion_uploads, body_uploads, files, SqlSessions(database), SqlEdits(database)
+    stores = SqlSessions(database), SqlEdits(database), SqlOutfits(database)
+    return garment_service, motion_uploads, body_uploads, files, *stores
 
 
 def _start(settings: Settings, runtime: Runtime, patterns: Path, server: str) -> Services:
-    garment_service, motion_uploads, body_uploads, files, session_store, edit_store = prepare(settings, patterns)
+    prepared = prepare(settings, patterns)
+    garment_service, motion_uploads, body_uploads, files, session_store, edit_store, outfit_store = prepared
     session_store.end_all_open(time.time(), "The server was restarted")
     live = LiveSessions(
         settings,
@@ -121,6 +125,7 @@ def _start(settings: Settings, runtime: Runtime, patterns: Path, server: str) ->
         files,
         session_store,
         edit_store,
+        outfit_store,
         server,
     )
     return Services(

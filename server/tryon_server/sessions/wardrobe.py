@@ -30,6 +30,10 @@ class WardrobeSession(Session):
         """What the session is opened with."""
         self.items, self.edited = tuple(items), edited
 
+    def number_of(self, name: str) -> int | None:
+        """That of the worn garment of this name, which its edits are kept by; None where there is none."""
+        return next((item.number for item in self.items if item.name == name), None)
+
     def change_outfit(self, items: Sequence[WornItem], edited: str, order: Any) -> tuple[int, list[Action]]:
         """Somebody asks for these garments; the ticket that `Answer` will have, and what is to be done.
 

@@ -118,19 +118,26 @@ class WavingSheet:
         self.origin = np.zeros(3)
         self.current, self.t, self.steps = self.pose, 0.0, 0
         self.hoard: list[np.ndarray] = []
-        self.specification = None if behaviour == "mesh" else made_of(squares(), behaviour)
+        self.edited = ""
+        self.specifications = {"": None if behaviour == "mesh" else made_of(squares(), behaviour)}
         self.shapes: list[float] = []
         self.late = False
         self.bought: tuple[float | None, float | None] = (None, None)
 
     own_motion = None
     outgrown = ""
-    names: tuple[str, ...] = ("",)
-    edited = ""
 
     @property
-    def specifications(self):
-        return {self.edited: self.specification}
+    def specification(self):
+        return self.specifications[self.edited]
+
+    @specification.setter
+    def specification(self, specification) -> None:
+        self.specifications = {**self.specifications, self.edited: specification}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(self.specifications)
 
     def size_of(self, name) -> float | None:  # noqa: ARG002
         return self.outfit.size
@@ -138,6 +145,14 @@ class WavingSheet:
     def edit_garment(self, name) -> None:
         assert name in self.names
         self.edited = name
+
+    def take_off(self, name):
+        for _ in range(PARTS - 1):
+            yield None
+        sheet = copy(self)
+        sheet.specifications = {own: value for own, value in self.specifications.items() if own != name}
+        sheet.edited = self.edited if self.edited in sheet.names else sheet.names[-1]
+        yield sheet
 
     @property
     def shape_of(self):
@@ -163,7 +178,7 @@ class WavingSheet:
         for _ in range(PARTS - 1):
             yield None
         sheet = WavingSheet(fabric)
-        sheet.specification = specification
+        sheet.specifications, sheet.edited = {**self.specifications, self.edited: specification}, self.edited
         sheet.t, sheet.current, sheet.origin = self.t, self.current, self.origin
         yield sheet
 
@@ -230,9 +245,14 @@ def build(order, progress) -> WavingSheet:
         on = on if order.body_name else ""
         on += f"; it rests in its {order.reading.rest_shape}" if order.reading.rest_shape else ""
         raise problem_error("garment.unfit", f"a seam of {order.garment_name!r} stayed open{on}", "Enlarge the pieces.")
+    for over in order.over:
+        if over.fabric == "tight":
+            why = f"{over.garment_name} can't be put on over {order.worn_as}"
+            raise problem_error("garment.unfit", why, "Enlarge it.", place=f"garments.{over.worn_as}")
     sheet = WavingSheet(order.fabric)
-    if order.specification is not None:
-        sheet.specification = order.specification
+    worn = {one.worn_as: one.specification or made_of(squares(), one.fabric) for one in order.garments}
+    worn[order.worn_as] = order.specification or sheet.specification
+    sheet.specifications, sheet.edited = worn, order.of_edited.worn_as
     sheet.outfit = replace(sheet.outfit, size=FITTING_SIZE if order.size is None else order.size)
     return sheet
 
