@@ -406,7 +406,7 @@ class DesignMessage(Message, tag="design", frozen=True, kw_only=True):
         tuple[str, ...], Meta(description="for people: which pieces followed, which seams fit no longer as they did")
     ] = ()
     patches: Annotated[tuple[DesignPatch, ...], Meta(description="what lies on other pieces, as pockets do")] = ()
-    garment: Annotated[str, Meta(description='which of `topology.cloth.garments` it is of; "": they have no names')] = ""
+    garment: Annotated[str, Meta(description='which of `topology.cloth.garments` it is of; "": it has no name')] = ""
 
 
 class EditedMessage(Message, tag="edited", frozen=True, kw_only=True):

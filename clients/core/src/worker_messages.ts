@@ -5,6 +5,7 @@ import type {
   DesignMessage,
   EditedMessage,
   ErrorMessage,
+  GarmentTopology,
   GoodbyeMessage,
   ReportMessage,
   StatusMessage,
@@ -48,6 +49,8 @@ export interface TopologyEvent {
   /** simulated vertices of the garment */
   readonly vertexCount: number;
   readonly cloth: RenderMesh;
+  /** what is worn, from the innermost outwards; empty: one garment, of which nothing is told */
+  readonly garments: readonly GarmentTopology[];
   readonly body: { readonly vertexCount: number; readonly index: Uint32Array };
 }
 

@@ -15,6 +15,7 @@ import { Readout, type Figures } from "./readout.ts";
 import { Stage } from "./stage.ts";
 import { StatusLine } from "./status.ts";
 import { Upload } from "./upload.ts";
+import { Wardrobe } from "./wardrobe.ts";
 
 /** file name of the bundled worker, filled in by the build */
 declare const WORKER_FILE: string;
@@ -53,6 +54,11 @@ class Studio implements FittingView {
   private readonly ar: Ar;
   private subject: string | undefined;
   private fabric: Fabric | undefined;
+  private known: readonly Fabric[] = [];
+  /** name of the garment that is edited */
+  private editing = "";
+  private dressed = -1;
+  private readonly wardrobe: Wardrobe;
   private colour: string | undefined;
   private readonly play = byId("play", HTMLButtonElement);
   private readonly view = byId("view");
@@ -60,7 +66,13 @@ class Studio implements FittingView {
   constructor() {
     this.stage.scene.add(this.figure.object);
     const here = new URL(".", location.href);
-    this.fitting = new Fitting(new Api(here), new URL(WORKER_FILE, import.meta.url), this);
+    const api = new Api(here);
+    this.fitting = new Fitting(api, new URL(WORKER_FILE, import.meta.url), this);
+    this.wardrobe = new Wardrobe(api, {
+      session: () => this.fitting.sessionId,
+      notice: (notice) => this.board.show(notice),
+      busy: (sentence) => this.statusLine.setBusy(sentence),
+    });
     this.panel = new Choices({
       garment: (id) => void this.fitting.wear(id),
       size: (size) => void this.fitting.wearSize(size),
@@ -114,6 +126,7 @@ class Studio implements FittingView {
       client.scene.take();
       if (this.figure.update(client.scene)) {
         this.stage.invalidate();
+        this.dressAnew(client.scene.topologyVersion);
         this.view.dataset.shown = this.figure.shown ? "figure" : "nothing";
       }
       const frame = client.scene.figures;
@@ -127,6 +140,14 @@ class Studio implements FittingView {
     requestAnimationFrame(this.draw);
   };
 
+  /** Another topology may be of other garments, in other fabrics. */
+  private dressAnew(topology: number): void {
+    if (topology === this.dressed) return;
+    this.dressed = topology;
+    this.dress();
+    void this.wardrobe.refresh();
+  }
+
   private noteDrawn(now: number): void {
     const { client } = this.fitting;
     if (!client) return;
@@ -136,8 +157,15 @@ class Studio implements FittingView {
 
   private dress(): void {
     if (!this.fabric) return;
-    this.figure.fabric.setLook(lookOf(this.fabric));
-    this.figure.fabric.setColour(this.colour ?? colourOf(this.fabric));
+    const { garments } = this.fitting.client?.scene ?? { garments: [] };
+    const several = garments.length > 1;
+    this.figure.fabrics.forEach((material, k) => {
+      const own = several ? this.known.find(({ name }) => name === garments.at(k)?.fabric) : undefined;
+      const fabric = own ?? this.fabric;
+      if (!fabric) return;
+      material.setLook(lookOf(fabric));
+      material.setColour((several && garments.at(k)?.name !== this.editing ? undefined : this.colour) ?? colourOf(fabric));
+    });
     byId("colours").style.setProperty("--own", colourOf(this.fabric));
     this.stage.invalidate();
   }
@@ -180,6 +208,10 @@ class Studio implements FittingView {
 
   design(...[design]: Parameters<FittingView["design"]>): void {
     this.pattern.design(design);
+    if (design.garment === undefined || design.garment === this.editing) return;
+    this.editing = design.garment;
+    this.dress();
+    void this.wardrobe.refresh();
   }
 
   edited(...[edited]: Parameters<FittingView["edited"]>): void {
@@ -196,6 +228,8 @@ class Studio implements FittingView {
 
   choices(...[catalogue, wish]: Parameters<FittingView["choices"]>): void {
     this.panel.show(catalogue, wish);
+    this.known = catalogue.fabrics;
+    this.wardrobe.offer(catalogue.garments);
     const fabric = catalogue.fabrics.find(({ name }) => name === wish.fabric) ?? catalogue.fabrics.at(0);
     if (fabric === this.fabric) return;
     this.fabric = fabric;
@@ -204,6 +238,7 @@ class Studio implements FittingView {
 
   began(...[, joined]: Parameters<FittingView["began"]>): void {
     this.pattern.forget();
+    this.dressed = -1;
     this.readout.reset();
     this.accuracy.began(joined);
     this.advice.hide();

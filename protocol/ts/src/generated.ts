@@ -466,7 +466,7 @@ export interface DesignMessage {
   notes?: readonly string[];
   /** what lies on other pieces, as pockets do. Default: [] */
   patches?: readonly DesignPatch[];
-  /** which of `topology.cloth.garments` it is of; "": they have no names. Default: "" */
+  /** which of `topology.cloth.garments` it is of; "": it has no name. Default: "" */
   garment?: string;
 }
 

@@ -10,8 +10,8 @@ from harness.kit import FRAME
 from harness.scene import Ask, Run
 from harness.wearer import BODY, REST, put_on, worn
 from tryon_server.runtime.solver_drape import SolverDrape
-from tryon_server.runtime.worn_garment import alone
 from tryon_server.runtime.stream_source import StreamSource
+from tryon_server.runtime.worn_garment import alone
 from tryon_server.sessions.smoothing import DEFAULT_SMOOTHING, PlaceFilter, TurnFilter
 from tryon_solver.body.pose import Pose
 from tryon_solver.results import StepReport

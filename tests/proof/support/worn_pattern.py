@@ -12,8 +12,8 @@ import numpy as np
 from case import Case
 
 from tryon_server.runtime.solver_drape import SolverDrape
-from tryon_server.runtime.worn_garment import alone
 from tryon_server.runtime.wardrobe import wardrobe_key
+from tryon_server.runtime.worn_garment import alone
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.pose import Pose
 from tryon_solver.dressing.dress import Dressed, dress
