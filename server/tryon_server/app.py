@@ -23,6 +23,7 @@ from tryon_server.api import (
     glb,
     looks,
     motions,
+    outfits,
     page,
     prints,
     sessions,
@@ -37,10 +38,12 @@ from tryon_server.persistence import (
     FileBlobs,
     KeptFiles,
     MotionRecord,
+    OutfitStore,
     PrintRecord,
     SessionStore,
     SqlEdits,
     SqlGarments,
+    SqlOutfits,
     SqlSessions,
     SqlUploads,
     digest_in_use,
@@ -97,7 +100,7 @@ def create_app(
     if settings.host in LOOPBACK:  # a page of another name that resolves to this machine must not pass as our own
         app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
     faults.install(app)
-    choosing, wearing = (catalogue, looks, garments, motions, bodies, prints), (sessions, edits, effects, glb)
+    choosing, wearing = (catalogue, looks, garments, motions, bodies, prints), (sessions, edits, effects, outfits, glb)
     for module in (*choosing, *wearing):
         app.include_router(module.router, dependencies=[Depends(refuse_strangers)])
     app.include_router(sessions.stream_router)
@@ -107,7 +110,7 @@ def create_app(
 
 def prepare(
     settings: Settings, patterns: Path = BUILT_IN_PATTERNS
-) -> tuple[GarmentService, MotionUploads, BodyUploads, PrintUploads, KeptFiles, SessionStore, EditStore]:
+) -> tuple[GarmentService, MotionUploads, BodyUploads, PrintUploads, KeptFiles, SessionStore, EditStore, OutfitStore]:
     """Open the database and have the built-in garments in it; takes a while the first time, next to nothing afterwards.
 
     Raises:
@@ -122,13 +125,14 @@ def prepare(
     motion_uploads = MotionUploads("motion", SqlUploads(database, MotionRecord), files, limits)
     body_uploads = BodyUploads("body", SqlUploads(database, BodyRecord), files, limits)
     prints = PrintUploads("print", SqlUploads(database, PrintRecord), files, limits)
-    return garment_service, motion_uploads, body_uploads, prints, files, SqlSessions(database), SqlEdits(database)
+    stores = SqlSessions(database), SqlEdits(database), SqlOutfits(database)
+    return garment_service, motion_uploads, body_uploads, prints, files, *stores
 
 
 def _start(settings: Settings, runtime: Runtime, patterns: Path, server: str) -> Services:
-    garment_service, motion_uploads, body_uploads, print_uploads, files, session_store, edit_store = prepare(
-        settings, patterns
-    )
+    prepared = prepare(settings, patterns)
+    garment_service, motion_uploads, body_uploads, print_uploads, files = prepared[:5]
+    session_store, edit_store, outfit_store = prepared[5:]
     session_store.end_all_open(time.time(), "The server was restarted")
     live = LiveSessions(
         settings,
@@ -140,6 +144,7 @@ def _start(settings: Settings, runtime: Runtime, patterns: Path, server: str) ->
         files,
         session_store,
         edit_store,
+        outfit_store,
         server,
     )
     return Services(

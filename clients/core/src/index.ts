@@ -42,6 +42,7 @@ export {
   type SessionInfo,
   type SessionWish,
   type Size,
+  type WornItem,
 } from "./rest.ts";
 export { Wearer, type Tracking, type TrackedFrame } from "./wearer.ts";
 export type { FrameFigures } from "./worker_messages.ts";

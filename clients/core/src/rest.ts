@@ -141,6 +141,21 @@ export interface SessionWish {
   readonly body: string | null;
 }
 
+/** A garment to be put on: null lets the server choose the fabric, or have it outermost. */
+export interface WearWish {
+  readonly garment: string;
+  readonly fabric: string | null;
+}
+
+/** A garment of what a session wears, from the innermost outwards. */
+export interface WornItem {
+  /** its name among what is worn */
+  readonly name: string;
+  readonly garment: string;
+  readonly fabric: string;
+  readonly edited: boolean;
+}
+
 export interface SessionInfo {
   readonly id: string;
   readonly garment: string;
@@ -279,6 +294,25 @@ export class Api {
     return new URL(path.replace(/^\//, ""), this.base).href;
   }
 
+  /** What a session wears, from the innermost outwards. */
+  worn(session: string): Promise<WornItem[]> {
+    return this.ask("GET", wornPath(session));
+  }
+
+  /** Puts a garment on over what is worn; answered once it is worn. */
+  putOn(session: string, wish: WearWish): Promise<WornItem[]> {
+    return this.ask("POST", wornPath(session), JSON.stringify(wish));
+  }
+
+  takeOff(session: string, name: string): Promise<WornItem[]> {
+    return this.ask("DELETE", `${wornPath(session)}/${encodeURIComponent(name)}`);
+  }
+
+  /** Wears the same in this order, from the innermost outwards, and edits the garment of this name; null: as it is. */
+  rearrange(session: string, order: readonly string[] | null, edited: string | null): Promise<WornItem[]> {
+    return this.ask("PUT", wornPath(session), JSON.stringify({ order, edited }));
+  }
+
   /** Address of a session's stream. */
   streamUrl(session: SessionInfo): string {
     const url = new URL(session.stream.replace(/^\//, ""), this.base);
@@ -303,6 +337,10 @@ export class Api {
     if (response.ok) return reply as T;
     throw refusal(reply, response.status);
   }
+}
+
+function wornPath(session: string): string {
+  return `api/sessions/${encodeURIComponent(session)}/garments`;
 }
 
 function parse(text: string): unknown {

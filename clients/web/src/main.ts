@@ -18,6 +18,7 @@ import { Readout, type Figures } from "./readout.ts";
 import { Stage } from "./stage.ts";
 import { StatusLine } from "./status.ts";
 import { Upload } from "./upload.ts";
+import { Wardrobe } from "./wardrobe.ts";
 
 /** file name of the bundled worker, filled in by the build */
 declare const WORKER_FILE: string;
@@ -58,6 +59,11 @@ class Studio implements FittingView {
   private readonly ar: Ar;
   private subject: string | undefined;
   private fabric: Fabric | undefined;
+  private known: readonly Fabric[] = [];
+  /** name of the garment that is edited */
+  private editing = "";
+  private dressed = -1;
+  private readonly wardrobe: Wardrobe;
   private colour: string | undefined;
   private print: Print | undefined;
   private readonly play = byId("play", HTMLButtonElement);
@@ -65,9 +71,14 @@ class Studio implements FittingView {
 
   constructor() {
     const { api } = this;
-    this.figure = new Figure(new FabricMaterial((path) => api.fileUrl(path), () => this.stage.invalidate()));
+    this.figure = new Figure(() => new FabricMaterial((path) => api.fileUrl(path), () => this.stage.invalidate()));
     this.stage.scene.add(this.figure.object);
     this.fitting = new Fitting(api, new URL(WORKER_FILE, import.meta.url), this);
+    this.wardrobe = new Wardrobe(api, {
+      session: () => this.fitting.sessionId,
+      notice: (notice) => this.board.show(notice),
+      busy: (sentence) => this.statusLine.setBusy(sentence),
+    });
     this.panel = new Choices({
       garment: (id) => void this.fitting.wear(id),
       size: (size) => void this.fitting.wearSize(size),
@@ -139,6 +150,7 @@ class Studio implements FittingView {
       client.scene.take();
       if (this.figure.update(client.scene)) {
         this.stage.invalidate();
+        this.dressAnew(client.scene.topologyVersion);
         this.view.dataset.shown = this.figure.shown ? "figure" : "nothing";
       }
       const frame = client.scene.figures;
@@ -152,6 +164,14 @@ class Studio implements FittingView {
     requestAnimationFrame(this.draw);
   };
 
+  /** Another topology may be of other garments, in other fabrics. */
+  private dressAnew(topology: number): void {
+    if (topology === this.dressed) return;
+    this.dressed = topology;
+    this.dress();
+    void this.wardrobe.refresh();
+  }
+
   private noteDrawn(now: number): void {
     const { client } = this.fitting;
     if (!client) return;
@@ -160,10 +180,18 @@ class Studio implements FittingView {
   }
 
   private dress(): void {
-    if (!this.fabric) return;
+    const chosen = this.fabric;
+    if (!chosen) return;
     const print = this.print && { url: this.api.fileUrl(this.print.image), size: this.print.size };
-    this.figure.fabric.wear({ look: this.fabric.look, dye: this.colour, print });
-    byId("colours").style.setProperty("--own", cssColour(this.fabric.look.colour));
+    const { garments } = this.fitting.client?.scene ?? { garments: [] };
+    const several = garments.length > 1;
+    this.figure.fabrics.forEach((material, k) => {
+      const garment = several ? garments.at(k) : undefined;
+      const { look } = this.known.find(({ name }) => name === garment?.fabric) ?? chosen;
+      if (garment && garment.name !== this.editing) material.wear({ look, dye: undefined, print: undefined });
+      else material.wear({ look, dye: this.colour, print });
+    });
+    byId("colours").style.setProperty("--own", cssColour(chosen.look.colour));
   }
 
   // FittingView ----------------------------------------------------------------------------------------------------
@@ -215,6 +243,10 @@ class Studio implements FittingView {
 
   design(...[design]: Parameters<FittingView["design"]>): void {
     this.pattern.design(design);
+    if (design.garment === undefined || design.garment === this.editing) return;
+    this.editing = design.garment;
+    this.dress();
+    void this.wardrobe.refresh();
   }
 
   edited(...[edited]: Parameters<FittingView["edited"]>): void {
@@ -232,6 +264,8 @@ class Studio implements FittingView {
   choices(...[catalogue, wish]: Parameters<FittingView["choices"]>): void {
     this.panel.show(catalogue, wish);
     this.effectsPanel.offer(catalogue.effects);
+    this.known = catalogue.fabrics;
+    this.wardrobe.offer(catalogue.garments);
     const fabric = catalogue.fabrics.find(({ name }) => name === wish.fabric) ?? catalogue.fabrics.at(0);
     if (fabric === this.fabric) return;
     this.fabric = fabric;
@@ -240,6 +274,7 @@ class Studio implements FittingView {
 
   began(...[, joined]: Parameters<FittingView["began"]>): void {
     this.pattern.forget();
+    this.dressed = -1;
     this.readout.reset();
     this.accuracy.began(joined);
     this.advice.hide();

@@ -4,6 +4,7 @@ from tryon_server.persistence.blobs import BlobStore, FileBlobs
 from tryon_server.persistence.edits import EditRecord, EditStore, SqlEdits
 from tryon_server.persistence.garments import GarmentRecord, GarmentStore, SqlGarments
 from tryon_server.persistence.kept_files import KeptFiles
+from tryon_server.persistence.outfits import OutfitRecord, OutfitStore, SqlOutfits, WornRecord
 from tryon_server.persistence.sessions import FIT, SessionRecord, SessionStore, Size, SqlSessions
 from tryon_server.persistence.tables import open_database
 from tryon_server.persistence.uploads import (
@@ -26,15 +27,19 @@ __all__ = [
     "GarmentStore",
     "KeptFiles",
     "MotionRecord",
+    "OutfitRecord",
+    "OutfitStore",
     "PrintRecord",
     "SessionRecord",
     "SessionStore",
     "Size",
     "SqlEdits",
     "SqlGarments",
+    "SqlOutfits",
     "SqlSessions",
     "SqlUploads",
     "UploadStore",
+    "WornRecord",
     "digest_in_use",
     "open_database",
 ]

@@ -65,7 +65,7 @@ def shorten_kernel(
         p1 = a1 * displacement[v[1]]
         p2 = a2 * displacement[v[2]]
         p3 = a3 * displacement[v[3]]
-        xi = offset(v, kind[c], cloth_count, sizes)
+        xi = offset(v, cloth_count, sizes)
         closer = approach(kind[c], p0, p1, p2, p3)
         if (1.0 - KEPT_GAP) * (distance[c] - xi) > closer:
             continue

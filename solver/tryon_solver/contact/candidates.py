@@ -22,22 +22,36 @@ wp.set_module_options({"enable_backward": False})
 
 @wp.struct
 class ContactSizes:
-    """Lengths [m] of the contact model, one number for contact with the body and one for cloth on cloth."""
+    """Lengths [m] of the contact model, one number for contact with the body and one for cloth on cloth.
+
+    Of an outfit these are the largest, and each surface has its own share: `half` (A,) m of the offset belongs to each
+    vertex, half the thickness of its cloth or the body's offset; `garment` (A,) int32 says whose cloth it is. Of a
+    garment alone both are empty.
+    """
 
     xi_body: float
     xi_self: float
     d_hat: float
+    half: wp.array(dtype=wp.float32)
+    garment: wp.array(dtype=wp.int32)
 
 
 @wp.func
-def offset(ids: wp.vec4i, kind: int, cloth_count: int, sizes: ContactSizes) -> float:
-    """Thickness offset xi [m] of a stencil."""
-    second = ids[1]
-    if kind == 1:
-        second = ids[2]
-    if ids[0] >= cloth_count or second >= cloth_count:
+def offset(ids: wp.vec4i, cloth_count: int, sizes: ContactSizes) -> float:
+    """Thickness offset xi [m] of a stencil; of either kind, its first and its last vertex are on different sides."""
+    if sizes.half.shape[0] > 0:
+        return sizes.half[ids[0]] + sizes.half[ids[3]]
+    if ids[0] >= cloth_count or ids[3] >= cloth_count:
         return sizes.xi_body
     return sizes.xi_self
+
+
+@wp.func
+def same_garment(ids: wp.vec4i, sizes: ContactSizes) -> bool:
+    """Are both sides of a stencil of cloth on cloth of one garment?"""
+    if sizes.garment.shape[0] == 0:
+        return True
+    return sizes.garment[ids[0]] == sizes.garment[ids[3]]
 
 
 @dataclass
@@ -213,7 +227,7 @@ def list_near_kernel(
         together = travel[v[0]] + wp.max(t1, wp.max(t2, t3))
         if kind[c] == 1:
             together = wp.max(travel[v[0]], t1) + wp.max(t2, t3)
-        xi = offset(v, kind[c], cloth_count, sizes)
+        xi = offset(v, cloth_count, sizes)
         far = xi + wp.max(MOST_USED * together, sizes.d_hat + together)
         d = distance[c]
         if d <= far:
