@@ -126,7 +126,7 @@ class Tunic:
         self.origin = np.zeros(3)
         self.current, self.t = self.pose, 0.0
         self.bought: tuple[float | None, float | None] = (None, None)
-        self.effects = PretendedEffects()
+        self.effects = PretendedEffects(garments=self.names)
 
     own_motion = None
     outgrown = ""
