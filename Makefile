@@ -77,9 +77,11 @@ effects: $(VENV)/.dev $(BODY)
 effects-together-page: $(VENV)/.dev
 	$(BIN)/python tests/covering --document docs/effects_together.md --of $(wildcard docs/effects/runs/*.jsonl) || [ $$? = 1 ]
 
-## make effects-page  docs/effects.md: what each effect costs on this machine (a few minutes)
+## make effects-page  docs/effects.md: pictures of each effect, what it costs on this machine, a plain T-shirt before and now
 effects-page: $(VENV)/.dev
+	$(BIN)/python tests/support/effect_pictures.py --out docs/effects --document docs/effects.md
 	$(BIN)/python tests/support/effect_costs.py --vertices 33 --frames 60 --document docs/effects.md
+	$(BIN)/python tests/support/before_effects.py --document docs/effects.md
 
 ACCURACY :=
 ## make accuracy  what accuracy costs: errors of steps against a float64 Newton IPC reference: build/accuracy (hours)
