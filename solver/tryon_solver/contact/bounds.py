@@ -163,6 +163,31 @@ def count_leaving(
     )
 
 
+@wp.kernel
+def outside_kernel(
+    x: wp.array(dtype=wp.vec3),
+    displacement: wp.array(dtype=wp.vec3),
+    anchor: wp.array(dtype=wp.vec3),
+    budget: wp.array(dtype=wp.float32),
+    outside_out: wp.array(dtype=wp.int32),
+):
+    """One within a ball at both ends of a straight way is so all along it."""
+    i = wp.tid()
+    here = x[i] - anchor[i]
+    farthest = wp.max(wp.length_sq(here), wp.length_sq(here + displacement[i]))
+    if farthest > budget[i] * budget[i]:
+        wp.atomic_add(outside_out, 0, 1)
+
+
+def outside(x: wp.array, displacement: wp.array, region: Region, counter: wp.array) -> int:
+    """How many vertices are further than their budget from their anchors somewhere on the way from x (A,) m along
+    `displacement`, for the host, which waits for it. `counter` (1,) int32 is scratch."""
+    counter.zero_()
+    inputs = [x, displacement, region.anchor, region.budget]
+    launch(outside_kernel, len(x), inputs, [counter], device=x.device)
+    return int(read(counter)[0][0])
+
+
 def leaving(x: wp.array, displacement: wp.array, alpha: wp.array, region: Region, counter: wp.array) -> int:
     """The same for the host, which waits for it. `counter` (1,) int32 is scratch."""
     count_leaving(x, displacement, alpha, region, counter)

@@ -201,6 +201,31 @@ def follow(candidates: Candidates, x_before: wp.array, x: wp.array, near: bool) 
     )
 
 
+@wp.kernel
+def measure_kernel(
+    count: wp.array(dtype=wp.int32),
+    threads: int,
+    ids: wp.array(dtype=wp.vec4i),
+    kind: wp.array(dtype=wp.int32),
+    x: wp.array(dtype=wp.vec3),
+    distance_out: wp.array(dtype=wp.float32),
+):
+    for c in range(wp.tid(), count[0], threads):
+        v = ids[c]
+        x0 = x[v[0]]
+        x1 = x[v[1]]
+        x2 = x[v[2]]
+        x3 = x[v[3]]
+        distance_out[c] = wp.length(stencil_vector(stencil_weights(kind[c], x0, x1, x2, x3), x0, x1, x2, x3))
+
+
+def measure(candidates: Candidates, x: wp.array) -> None:
+    """Have the distances of all of them at x (A,) m, in place of bounds that get lower from move to move."""
+    threads = candidates.threads
+    inputs = [candidates.count, threads, candidates.ids, candidates.kind, x]
+    launch(measure_kernel, threads, inputs, [candidates.distance], device=x.device)
+
+
 MOST_USED = 1.25  # a stencil whose gap is this many times what a move can use up of it needs no filter
 
 
