@@ -24,10 +24,7 @@ PLACES = {
 SOURCES = {
     "METHOD.md": ("solver", "server/tryon_server/runtime"),
     "README.md": ("solver", "server", "clients"),
-    "protocol/PROTOCOL.md": (
-        *("protocol", "server/tryon_server/sessions", "server/tryon_server/api"),
-        *("solver/tryon_solver/redesign", "solver/tryon_solver/effect_words"),
-    ),
+    "protocol/PROTOCOL.md": ("protocol", "server/tryon_server/sessions", "solver/tryon_solver/redesign"),
 }
 SUFFIXES = (".py", ".md", ".json", ".yaml", ".sh", ".ts", ".png")
 
