@@ -116,7 +116,9 @@ class LookReply(Model):
     sheen_roughness: float
     colour_map: str = Field(description="path of a PNG, sRGB; ?dye=RRGGBB dyes the warp in another colour")
     normal_map: str = Field(description="path of a PNG as glTF has it: x along u, y along v, which goes up in it")
-    roughness_map: str = Field(description="path of a PNG as glTF has it: green is roughness, blue metal")
+    roughness_map: str = Field(
+        description="path of a PNG as glTF has it: green is roughness, blue metal, which stands for filaments' lustre"
+    )
 
 
 class FabricReply(Model):
