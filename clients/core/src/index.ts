@@ -20,6 +20,7 @@ export {
   type Colour,
   type Fabric,
   type FabricLook,
+  type Finish,
   type Garment,
   type MeshReading,
   type Motion,

@@ -149,6 +149,13 @@ class PrintReply(Model):
     kept_as: KeptAs = None
 
 
+class FinishChoice(Model):
+    """What takes the place of the fabric's own colour in a session; null: not that."""
+
+    dye: Name | None = Field(None, description="colour of the warp in sRGB, RRGGBB")
+    print: Name | None = Field(None, description="id of a print")
+
+
 class DeviceReply(Model):
     """Something that this server can simulate on."""
 

@@ -2,6 +2,7 @@
 
 from tryon_server.persistence.blobs import BlobStore, FileBlobs
 from tryon_server.persistence.edits import EditRecord, EditStore, SqlEdits
+from tryon_server.persistence.finishes import FinishRecord, FinishStore, SqlFinishes
 from tryon_server.persistence.garments import GarmentRecord, GarmentStore, SqlGarments
 from tryon_server.persistence.kept_files import KeptFiles
 from tryon_server.persistence.sessions import FIT, SessionRecord, SessionStore, Size, SqlSessions
@@ -22,6 +23,8 @@ __all__ = [
     "EditRecord",
     "EditStore",
     "FileBlobs",
+    "FinishRecord",
+    "FinishStore",
     "GarmentRecord",
     "GarmentStore",
     "KeptFiles",
@@ -31,6 +34,7 @@ __all__ = [
     "SessionStore",
     "Size",
     "SqlEdits",
+    "SqlFinishes",
     "SqlGarments",
     "SqlSessions",
     "SqlUploads",

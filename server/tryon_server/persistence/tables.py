@@ -51,6 +51,14 @@ wishes = Table(  # what a session was opened with besides
     Column("wish", Text, nullable=False),  # JSON: size, body
 )
 
+finishes = Table(  # what sessions chose for the looks of their fabric
+    "finishes",
+    metadata,
+    Column("session", String(64), primary_key=True),
+    Column("dye", String(7)),
+    Column("print", String(64)),
+)
+
 sessions = Table(
     "sessions",
     metadata,
