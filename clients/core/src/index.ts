@@ -33,6 +33,7 @@ export {
   type Colour,
   type Fabric,
   type FabricLook,
+  type Finish,
   type Garment,
   type MeshReading,
   type Motion,

@@ -127,6 +127,12 @@ export interface Print {
   readonly kept_as: string | null;
 }
 
+/** What takes the place of a fabric's own colour: a dye (#RRGGBB) or a print, by its id. */
+export interface Finish {
+  readonly dye: string | null;
+  readonly print: string | null;
+}
+
 /** Of a sewing pattern, over its own; "fit": the one that fits, which the server looks for by trying some on. */
 export type Size = number | "fit";
 
@@ -271,6 +277,15 @@ export class Api {
     await this.ask("DELETE", `api/prints/${encodeURIComponent(id)}`);
   }
 
+  /** What a session chose last for the looks of its fabric. */
+  finish(session: string): Promise<Finish> {
+    return this.ask("GET", `api/sessions/${encodeURIComponent(session)}/finish`);
+  }
+
+  chooseFinish(session: string, finish: Finish): Promise<Finish> {
+    return this.ask("PUT", `api/sessions/${encodeURIComponent(session)}/finish`, JSON.stringify(finish));
+  }
+
   openSession(wish: SessionWish): Promise<SessionInfo> {
     return this.ask("POST", "api/sessions", JSON.stringify(wish));
   }
@@ -283,10 +298,9 @@ export class Api {
     await this.ask("DELETE", `api/sessions/${encodeURIComponent(id)}`);
   }
 
-  /** Address of what a session shows now, as a .glb: in a dye (#RRGGBB) or a print in place of its own colour. */
-  glbUrl(session: string, dye: string | undefined, print: Print | undefined): string {
-    const query = new URLSearchParams(print ? { print: print.id } : dye ? { dye: dye.replace("#", "") } : {});
-    return new URL(`api/sessions/${encodeURIComponent(session)}/garment.glb?${query.toString()}`, this.base).href;
+  /** Address of what a session shows now, as a .glb. */
+  glbUrl(session: string): string {
+    return this.fileUrl(`api/sessions/${encodeURIComponent(session)}/garment.glb`);
   }
 
   /** Address of a file that the server told the path of. */

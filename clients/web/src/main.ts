@@ -1,4 +1,4 @@
-import { Api, RateMeter, steadyNow, type Fabric, type Print } from "@tryon/core";
+import { Api, RateMeter, RequestError, steadyNow, type Fabric, type Print } from "@tryon/core";
 
 import { AccuracyPanel } from "./accuracy.ts";
 import { AdviceLine } from "./advice.ts";
@@ -66,6 +66,7 @@ class Studio implements FittingView {
   private readonly wardrobe: Wardrobe;
   private colour: string | undefined;
   private print: Print | undefined;
+  private readonly prints: PrintPanel;
   private readonly play = byId("play", HTMLButtonElement);
   private readonly view = byId("view");
 
@@ -87,7 +88,7 @@ class Studio implements FittingView {
       fabric: (name) => this.fitting.sewFrom(name),
       colour: (colour) => {
         this.colour = colour;
-        this.dress();
+        this.finish();
       },
       preset: (name) => void this.fitting.detail(name),
       remove: (kind, id, called) => {
@@ -105,17 +106,17 @@ class Studio implements FittingView {
       drawn: () => this.noteDrawn(steadyNow()),
       failed: (why) => this.board.show({ title: "AR could not be entered", message: why }),
     });
-    const prints = new PrintPanel(
+    this.prints = new PrintPanel(
       api,
       (print) => {
         this.print = print;
-        this.dress();
+        this.finish();
       },
       (notice) => this.board.show(notice),
     );
     const save = byId("save-glb", HTMLAnchorElement);
     save.addEventListener("click", () => {
-      save.href = api.glbUrl(new URLSearchParams(location.search).get("session") ?? "", this.colour, this.print);
+      save.href = api.glbUrl(this.session);
     });
     save.href = "#"; // a link only with an address: it is that of the click
     new Upload({
@@ -123,8 +124,8 @@ class Studio implements FittingView {
       motion: (file, reading) => this.fitting.addMotion(file, reading),
       body: (file, reading) => this.fitting.addBody(file, reading),
       picture: (file) => {
-        if (!prints.takes(file)) return false;
-        void prints.add(file);
+        if (!this.prints.takes(file)) return false;
+        void this.prints.add(file);
         return true;
       },
     });
@@ -192,6 +193,30 @@ class Studio implements FittingView {
       else material.wear({ look, dye: this.colour, print });
     });
     byId("colours").style.setProperty("--own", cssColour(chosen.look.colour));
+  }
+
+  /** Of the session that is shown; "": none yet. */
+  private get session(): string {
+    return new URLSearchParams(location.search).get("session") ?? "";
+  }
+
+  /** Shows what was chosen for the fabric's looks, and tells the session, for others and for files. */
+  private finish(): void {
+    this.dress();
+    const dye = this.print ? null : (this.colour ?? null); // a print takes its place
+    if (this.session) this.api.chooseFinish(this.session, { dye, print: this.print?.id ?? null }).catch(unanswered);
+  }
+
+  /** Shows what others chose for the session that was joined. */
+  private async joinFinish(): Promise<void> {
+    const session = this.session;
+    const { dye, print } = await this.api.finish(session);
+    const worn = await this.prints.join(print);
+    if (session !== this.session) return; // another one is shown by now
+    this.colour = dye ?? undefined;
+    this.print = worn;
+    this.panel.dyedIn(dye);
+    this.dress();
   }
 
   // FittingView ----------------------------------------------------------------------------------------------------
@@ -277,6 +302,8 @@ class Studio implements FittingView {
     this.dressed = -1;
     this.readout.reset();
     this.accuracy.began(joined);
+    if (joined) this.joinFinish().catch(unanswered);
+    else this.finish();
     this.advice.hide();
     this.board.hideFault();
   }
@@ -285,6 +312,11 @@ class Studio implements FittingView {
     this.play.ariaPressed = String(playing);
     setText(byId("play-text"), text);
   }
+}
+
+/** Of looks, which are there without the server's answer, too: that it does not answer is told where it matters. */
+function unanswered(error: unknown): void {
+  if (!(error instanceof RequestError)) throw error;
 }
 
 try {

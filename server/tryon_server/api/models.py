@@ -116,7 +116,9 @@ class LookReply(Model):
     sheen_roughness: float
     colour_map: str = Field(description="path of a PNG, sRGB; ?dye=RRGGBB dyes the warp in another colour")
     normal_map: str = Field(description="path of a PNG as glTF has it: x along u, y along v, which goes up in it")
-    roughness_map: str = Field(description="path of a PNG as glTF has it: green is roughness, blue metal")
+    roughness_map: str = Field(
+        description="path of a PNG as glTF has it: green is roughness, blue metal, which stands for filaments' lustre"
+    )
 
 
 class FabricReply(Model):
@@ -145,6 +147,13 @@ class PrintReply(Model):
     image: str = Field(description="path of the file")
     created: float
     kept_as: KeptAs = None
+
+
+class FinishChoice(Model):
+    """What takes the place of the fabric's own colour in a session; null: not that."""
+
+    dye: Name | None = Field(None, description="colour of the warp in sRGB, RRGGBB")
+    print: Name | None = Field(None, description="id of a print")
 
 
 class DeviceReply(Model):

@@ -2,6 +2,7 @@
 
 from tryon_server.persistence.blobs import BlobStore, FileBlobs
 from tryon_server.persistence.edits import EditRecord, EditStore, SqlEdits
+from tryon_server.persistence.finishes import FinishRecord, FinishStore, SqlFinishes
 from tryon_server.persistence.garments import GarmentRecord, GarmentStore, SqlGarments
 from tryon_server.persistence.kept_files import KeptFiles
 from tryon_server.persistence.outfits import OutfitRecord, OutfitStore, SqlOutfits, WornRecord
@@ -23,6 +24,8 @@ __all__ = [
     "EditRecord",
     "EditStore",
     "FileBlobs",
+    "FinishRecord",
+    "FinishStore",
     "GarmentRecord",
     "GarmentStore",
     "KeptFiles",
@@ -34,6 +37,7 @@ __all__ = [
     "SessionStore",
     "Size",
     "SqlEdits",
+    "SqlFinishes",
     "SqlGarments",
     "SqlOutfits",
     "SqlSessions",

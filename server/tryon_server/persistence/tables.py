@@ -58,6 +58,14 @@ outfits = Table(  # what a session wears, where that is not only the garment tha
     Column("outfit", Text, nullable=False),  # JSON
 )
 
+finishes = Table(  # what sessions chose for the looks of their fabric
+    "finishes",
+    metadata,
+    Column("session", String(64), primary_key=True),
+    Column("dye", String(7)),
+    Column("print", String(64)),
+)
+
 sessions = Table(
     "sessions",
     metadata,
