@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Sequence
 
+import numpy as np
 from fastapi import APIRouter, Request, Response
 
-from tryon_protocol import DecodedFrame, Topology
+from tryon_protocol import DecodedFrame, GarmentTopology, Topology
 from tryon_server.api.access import ServicesDep
 from tryon_server.api.body import json_body, read_json
 from tryon_server.api.faults import ERROR_REPLIES
@@ -14,7 +16,7 @@ from tryon_server.api.looks import fabric_named
 from tryon_server.api.models import FinishChoice
 from tryon_server.looks.dye import read_dye
 from tryon_server.looks.glb import Part, glb
-from tryon_server.looks.surface import Finish, Repeat, surface_of
+from tryon_server.looks.surface import Finish, Repeat, Surface, surface_of
 from tryon_server.persistence import FinishRecord
 from tryon_server.problems import problem_error
 from tryon_server.runtime.interface import FabricEntry
@@ -55,9 +57,9 @@ async def choose_finish(session_id: str, request: Request, services: ServicesDep
 
 @router.get("/{session_id}/garment.glb", response_class=Response)
 async def get_garment(session_id: str, services: ServicesDep) -> Response:
-    """The newest frame of a live session: the garment in its fabric, as it is finished, and the body.
+    """The newest frame of a live session: each garment in its fabric, the edited one as it is finished, and the body.
 
-    In m, in the session's space. Texture coordinates are the pattern's in metres; the fabric's maps are inside.
+    In m, in the session's space. Texture coordinates are the pattern's in metres; the fabrics' maps are inside.
     """
     await services.sessions.record(session_id)
     live = services.sessions.get(session_id)
@@ -65,10 +67,15 @@ async def get_garment(session_id: str, services: ServicesDep) -> Response:
         remedy = "Open a new one with POST /api/sessions"
         raise problem_error("session.ended", "the session has ended", remedy, place="session", status=409)
     live.machine.asked_for(live.now)
-    fabric = fabric_named(services.runtime.catalogue, live.machine.fabric)
     finish = await asyncio.to_thread(_finish, services, session_id)
     topology, frame = await snapshot(live)
-    content = await asyncio.to_thread(_scene, topology, frame, fabric, finish)
+    fabrics = [live.machine.fabric]
+    finishes = [finish]
+    if len(topology.garments) > 1:
+        fabrics = [one.fabric for one in topology.garments]
+        finishes = [finish if one.name == live.machine.edited else Finish() for one in topology.garments]
+    entries = [fabric_named(services.runtime.catalogue, name) for name in fabrics]
+    content = await asyncio.to_thread(_scene, topology, frame, list(zip(entries, finishes)))
     return Response(content, media_type=GLB, headers={"Cache-Control": "no-store"})
 
 
@@ -81,7 +88,21 @@ def _finish(services: Services, session_id: str) -> Finish:
     return Finish(printed=Repeat(services.prints.path(found).read_bytes(), found.facts.size, found.facts.kind))
 
 
-def _scene(topology: Topology, frame: DecodedFrame, fabric: FabricEntry, finish: Finish) -> bytes:
-    surface = surface_of(fabric.name, fabric.look, finish)
-    cloth = Part("garment", frame.cloth, topology.faces, topology.uv, topology.panel_of_face, surface)
-    return glb([cloth, Part("body", frame.body, topology.body.faces)])
+def _scene(topology: Topology, frame: DecodedFrame, worn: Sequence[tuple[FabricEntry, Finish]]) -> bytes:
+    """A part for each garment, of its fabric and in its finish, from the innermost outwards, and the body."""
+    surfaces = [surface_of(fabric.name, fabric.look, finish) for fabric, finish in worn]
+    if len(surfaces) == 1:
+        cloth = [Part("garment", frame.cloth, topology.faces, topology.uv, topology.panel_of_face, surfaces[0])]
+    else:
+        cloth = [_garment(topology, frame, one, surface) for one, surface in zip(topology.garments, surfaces)]
+    return glb([*cloth, Part("body", frame.body, topology.body.faces)])
+
+
+def _garment(topology: Topology, frame: DecodedFrame, one: GarmentTopology, surface: Surface) -> Part:
+    """One of several garments, its vertices numbered from 0."""
+    (vertex, vertices), (face, faces) = one.vertices, one.faces
+    own = slice(face, face + faces)
+    uv = None if topology.uv is None else topology.uv[own]
+    panels = None if topology.panel_of_face is None else topology.panel_of_face[own]
+    corners = topology.faces[own].astype(np.int64) - vertex
+    return Part(one.name, frame.cloth[vertex : vertex + vertices], corners, uv, panels, surface)
