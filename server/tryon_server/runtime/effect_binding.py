@@ -113,10 +113,13 @@ class SolverEffects:
         return name not in asked or (name in self.asked and asked[name] == self.asked[name])
 
     def _write(self, simulation: Simulation, asked: Asked) -> None:
+        valued = [name for name in asked if name in VALUES]
+        if not valued:
+            return
         bound = {contribution.name: contribution for contribution in simulation.plan.contributions}
-        for name, parameters in asked.items():
-            if name in bound and name in VALUES:
-                for value, numbers in values_of(name, parameters, self.cut).items():
+        for name in valued:
+            if name in bound:
+                for value, numbers in values_of(name, asked[name], self.cut).items():
                     bound[name].values[value].assign(numbers)
 
     def times(self) -> Iterator[tuple[str, Mapping[str, float]]]:
