@@ -14,7 +14,7 @@ from pathlib import Path
 from fastapi import Depends, FastAPI
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 
-from tryon_server.api import bodies, catalogue, edits, faults, finish, garments, looks, motions, page, prints, sessions
+from tryon_server.api import bodies, catalogue, edits, faults, garments, glb, looks, motions, page, prints, sessions
 from tryon_server.api.access import refuse_strangers
 from tryon_server.api.body import CappedBodies
 from tryon_server.garments.limited import Limits
@@ -87,7 +87,7 @@ def create_app(
     if settings.host in LOOPBACK:  # a page of another name that resolves to this machine must not pass as our own
         app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
     faults.install(app)
-    parts = (catalogue, looks, garments, motions, bodies, prints, sessions, edits, finish)
+    parts = (catalogue, looks, garments, motions, bodies, prints, sessions, edits, glb)
     for router in (part.router for part in parts):
         app.include_router(router, dependencies=[Depends(refuse_strangers)])
     app.include_router(sessions.stream_router)
