@@ -20,8 +20,8 @@ from tryon_server.api import (
     edits,
     effects,
     faults,
-    finish,
     garments,
+    glb,
     looks,
     motions,
     outfits,
@@ -104,7 +104,7 @@ def create_app(
         app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
     faults.install(app)
     choosing = catalogue, looks, garments, motions, bodies, prints
-    for module in (*choosing, sessions, edits, effects, outfits, finish):
+    for module in (*choosing, sessions, edits, effects, outfits, glb):
         app.include_router(module.router, dependencies=[Depends(refuse_strangers)])
     app.include_router(sessions.stream_router)
     page.install(app, web)

@@ -139,7 +139,8 @@ def test_two_garments_with_wind_a_print_an_edit_and_another_outfit(server):
         assert list(found) == ["skirt", "tshirt", "body"]
         assert (found["skirt"]["name"], found["tshirt"]["name"]) == ("cotton_jersey", "viscose_jersey")
         assert PICTURE in file.content
-        scale = found["skirt"]["pbrMetallicRoughness"]["baseColorTexture"]["extensions"]["KHR_texture_transform"]["scale"]
+        colour = found["skirt"]["pbrMetallicRoughness"]["baseColorTexture"]
+        scale = colour["extensions"]["KHR_texture_transform"]["scale"]
         assert scale == pytest.approx([1 / 0.4, 1 / 0.2]), "the print is on the garment that is edited"
 
         dart = {"kind": "dart", "panel": "skirt_front", "edge": 0, "position": 0.5, "width": 0.03, "depth": 0.1}

@@ -1,4 +1,4 @@
-"""How a session finishes its fabric, and what it shows as a .glb file."""
+"""What a session shows as a .glb file, and how it finishes its fabric."""
 
 from __future__ import annotations
 
