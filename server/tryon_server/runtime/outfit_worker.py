@@ -14,7 +14,7 @@ from tryon_server.runtime.outfitting import Outfitting, as_edited
 from tryon_server.runtime.publishing import Publisher
 from tryon_server.runtime.remaking import Remade, Remaking
 from tryon_server.runtime.sources import Move
-from tryon_server.sessions.commands import ChangeOutfit
+from tryon_server.sessions.commands import ChangeOutfit, ChangePattern
 from tryon_server.sessions.events import Event, OutfitRefused, OutfitWorn
 from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.history import History
@@ -35,6 +35,9 @@ class OutfitWorker:
     _remaking: Remaking
     _outfitting: Outfitting
     _held_edits: HeldEdits
+    _held: bool
+    _held_last: ChangePattern | None
+    _stuck: str
     _tell: Callable[[Event], None]
 
     def _put_on(self, drape: Drape) -> None:
@@ -123,10 +126,17 @@ class OutfitWorker:
             what = f"it could not be made: {error!r}"
             self._tell(OutfitRefused(ticket, "garments", what, "Wear something else"))
 
+    def _drop_outfit(self, why: str, remedy: str) -> None:
+        """What is worn is worn no more: another outfit that is on its way is refused."""
+        if self._outfitting.under_way:
+            self._tell(OutfitRefused(self._outfitting.ticket, "garments", why, remedy))
+            self._outfitting.give_up()
+
     def _wear_outfit(self, remade: Remade) -> None:
         drape, order = remade.drape, self._outfitting.order
         assert order is not None
         self._outfitting.give_up()
+        self._held, self._held_last, self._stuck = False, None, ""
         self._remaking.forget()
         drape.edit_garment(order.of_edited.worn_as)
         if remade.anew:

@@ -357,6 +357,7 @@ class Worker(OutfitWorker):
 
     def _dress(self) -> None:
         self._remaking.give_up()
+        self._drop_outfit("the garment is dressed anew", "Try again once it is worn")
         self._dress_due = False
         self._drape = self._source = None
         order = as_edited(replace(self._order.drape, fabric=self._fabric), self._histories)
@@ -403,6 +404,7 @@ class Worker(OutfitWorker):
     def _fail(self, message: str, remedy: str) -> None:
         self._drape = self._source = None
         self._remaking.give_up()
+        self._drop_outfit(f"the garment is not worn any more: {message}", remedy)
         self._waiting.refuse_all(EditError(f"the garment is not worn any more: {message}", "edit", remedy))
         self._tell_refused()
         self._trouble("simulation_failed", "$", message, remedy)
