@@ -13,11 +13,13 @@ from tryon_server.runtime.order import DrapeOrder, GarmentOrder
 from tryon_server.runtime.publishing import topology_of
 from tryon_solver.body.pose import Pose
 from tryon_solver.dressing.fit import DressingError
+from tryon_solver.effect_words.table import live, word_of
 from tryon_solver.geometry.garment import GarmentError
 from tryon_solver.geometry.pattern import PatternError
 from tryon_solver.geometry.placement import PlacementError
 from tryon_solver.redesign.apply import apply
 from tryon_solver.redesign.plain import parse_edit
+from tryon_solver.scene import Elastic
 
 
 @pytest.fixture(scope="module")
@@ -124,6 +126,48 @@ def test_one_is_taken_off_between_two_frames_and_edits_of_the_other_stay(drape):
     assert np.array_equal(left.simulation.scene.garment.uv_corners, now)
     left.advance(raised(drape, 9), 9 / 60)
     assert np.abs(left.cloth_positions() - drape.cloth_positions()[own.vertices]).max() < 0.02
+
+
+def test_effects_act_on_all_that_is_worn_and_go_along_with_their_pieces(drape):
+    """Elastic in the inner hem goes through a new cut of the outer garment, stickiness of that is lost with it."""
+    hem = [{"panel": "inner/front", "edge": 0}, {"panel": "inner/back", "edge": 0}]
+    given = {
+        "wind": {"velocity": [0.0, 0.0, 2.0]},
+        "elastic": {"lines": [{"along": hem, "ratio": 0.9}]},
+        "adhesion": {"kind": "static_cling", "panels": ["outer/back"]},
+    }
+    wanted = {**live(), **{name: word_of(name).parameters(own) for name, own in given.items()}}
+    drape.effects.check(wanted)
+    for k, _ in enumerate(drape.effects.rebind(wanted)):
+        drape.advance(raised(drape, 1), (k + 1) / 60)
+    edges = elastic_edges(drape)
+    assert len(edges) > 5
+    assert edges.max() < drape.layer_of("outer").vertices.start
+    *_, again = pickle.loads(pickle.dumps(drape.packed())).unpacking()
+    assert again.effects.asked == drape.effects.asked == wanted
+
+    drape.edit_garment("outer")
+    *_, cut = drape.recut(drape.cutting(edited(drape, "open_seam", edge=1), "denim")())
+    assert cut.effects.asked == wanted
+    assert np.array_equal(elastic_edges(cut), edges)
+    *_, left = cut.take_off("outer")
+    assert left.effects.asked == {name: own for name, own in wanted.items() if name != "adhesion"}
+    assert np.array_equal(elastic_edges(left), edges)
+    assert left.effects.under_garments("elastic", wanted["elastic"])["lines"][0]["along"] == hem
+
+    drape.edit_garment("inner")
+    *_, other = drape.recut(drape.cutting(edited(drape, "open_seam", edge=1), "cotton_jersey")())
+    assert set(wanted) - set(other.effects.asked) <= {"elastic"}
+    *_, outer = drape.take_off("inner")
+    assert set(wanted) - set(outer.effects.asked) == {"elastic"}, "its lines are gone"
+    outer.advance(raised(drape, 2), outer._time + 1 / 60)
+    assert np.isfinite(outer.cloth_positions()).all()
+
+
+def elastic_edges(drape):
+    """Of the mesh, that have elastic in them."""
+    (spec,) = (effect for effect in drape.simulation.scene.effects if isinstance(effect, Elastic))
+    return spec.lines[0].edges
 
 
 @pytest.mark.parametrize("kind", [DressingError, PlacementError, PatternError, GarmentError])
