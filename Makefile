@@ -77,9 +77,12 @@ effects: $(VENV)/.dev $(BODY)
 effects-together-page: $(VENV)/.dev
 	$(BIN)/python tests/covering --document docs/effects_together.md --of $(wildcard docs/effects/runs/*.jsonl) || [ $$? = 1 ]
 
-## make effects-page  docs/effects.md: what each effect costs on this machine (a few minutes)
+## make effects-page  docs/effects.md: pictures of each effect, what it costs by the runs kept, a plain T-shirt before and now
+# What it costs here: .venv/bin/python tests/support/effect_costs.py --vertices 33 --frames 60 --out docs/effects/runs/costs-cpu.json
 effects-page: $(VENV)/.dev
-	$(BIN)/python tests/support/effect_costs.py --vertices 33 --frames 60 --document docs/effects.md
+	$(BIN)/python tests/support/effect_pictures.py --out docs/effects --document docs/effects.md
+	$(BIN)/python tests/support/effect_costs.py --document docs/effects.md --of $(wildcard docs/effects/runs/costs-*.json)
+	$(BIN)/python tests/support/before_effects.py --document docs/effects.md
 
 ## make fabrics-page  docs/fabrics.md: how each fabric drapes and looks; measures those that are not in docs/fabrics/runs
 fabrics-page: $(VENV)/.dev

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draft the demo's own sewing patterns (T-shirt, skirt, dress, trousers) for the default body and write them as JSON.
+"""Draft the demo's own sewing patterns (T-shirt, overshirt, skirt, dress, trousers) for the default body, as JSON.
 
 The drafts are ours; only the file format is GarmentCode's. All lengths here are centimetres, angles degrees. Pieces are
 drawn as the viewer in front of the wearer sees them: x to the wearer's left, y up; back pieces turn clockwise, so that
@@ -44,6 +44,7 @@ class Body:
 BODY = Body()
 WAISTBAND = {"ratio": 0.9, "stiffness": 30.0}  # N: worn at its own length it is pulled with 3 N, as a soft waistband is
 FRONT_Z, BACK_Z = 24.0, -18.0  # clear of the chest and of the back
+BETWEEN_HALVES = 0.5  # of an open front, and its middle
 
 
 @dataclass
@@ -159,6 +160,19 @@ class Bodice:
         piece.line("lower", (self.lower, 0.0)).line("side_left", (self.chest, self.underarm))
         return self._top(piece, "left", 1.0, neck_depth).line("side_right", (-self.lower, 0.0))
 
+    def half_front(self, s: float, neck_depth: float, height: float) -> Piece:
+        """The front's half on the side s = +1 (left) or -1 (right), open along its middle; counter-clockwise."""
+        start, one, two, end = self.armhole(s)
+        drop = self.top - 0.55 * neck_depth
+        side, middle, neck = (s * self.lower, 0.0), (0.0, self.top - neck_depth), (s * self.neck, self.top)
+        leans = (s * self.neck, drop), (s * 0.55 * self.neck, self.top - neck_depth)
+        piece = Piece((0.0, 0.0), "body", (s * BETWEEN_HALVES, height, FRONT_Z))
+        if s > 0:
+            piece.line("lower", side).line("side", start).cubic("armhole", end, one, two).line("shoulder", neck)
+            return piece.cubic("neck", middle, *leans).line("centre", (0.0, 0.0))
+        piece.line("centre", middle).cubic("neck", neck, leans[1], leans[0]).line("shoulder", end)
+        return piece.cubic("armhole", start, two, one).line("side", side).line("lower", (0.0, 0.0))
+
     def back(self, neck_depth: float, height: float) -> Piece:
         """The back piece, seen from the front; clockwise."""
         piece = Piece((self.lower, 0.0), "body", (0.0, height, BACK_Z))
@@ -239,6 +253,26 @@ class Sleeve:
         return piece.cubic("cap", tip, two, one)
 
 
+def sleeves(bodice: Bodice, girth: float, cuff: float, length: float) -> dict[str, Piece]:
+    """Set-in sleeves for the bodice's armholes, each of two pieces: `girth` at the underarm, `cuff` half the girth at
+    the hem, which lies `length` below the underarm."""
+    armhole = bezier_length(bodice.armhole(1.0))
+    cap = solve(lambda c: bezier_length(Sleeve(girth / 2, girth / 2, 20.0, c).cap_curve()) - armhole, 1.0, 20.0)
+    sleeve = Sleeve(width=girth / 2, cuff=cuff, length=cap + length, cap=cap)
+    return {
+        f"{side}_sleeve_{half}": sleeve.piece(s, half == "front")
+        for side, s in (("left", 1.0), ("right", -1.0))
+        for half in ("front", "back")
+    }
+
+
+def sleeve_seams(side: str, front_armhole: tuple[str, str]) -> list[tuple[str, str, str, str]]:
+    """A sleeve's own seams, and those to the back and to the front's armhole, an edge of a piece."""
+    front, back = f"{side}_sleeve_front", f"{side}_sleeve_back"
+    seams = [(*front_armhole, front, "cap"), ("back", f"armhole_{side}", back, "cap")]
+    return [*seams, (front, "top", back, "top"), (front, "underarm", back, "underarm")]
+
+
 def tshirt() -> dict:
     """A loose T-shirt with set-in sleeves: six pieces."""
     ease = 9.0
@@ -252,23 +286,35 @@ def tshirt() -> dict:
         fall=4.6,
     )
     height = BODY.shoulder_point_height + 2.5 - bodice.top
-    armhole = bezier_length(bodice.armhole(1.0))
-    width = (BODY.upper_arm_girth + 8.0) / 2
-    cap = solve(lambda c: bezier_length(Sleeve(width, width, 20.0, c).cap_curve()) - armhole, 1.0, 20.0)
-    sleeve = Sleeve(width=width, cuff=width - 1.5, length=cap + 8.0, cap=cap)
-    pieces = {
-        "front": bodice.front(8.5, height),
-        "back": bodice.back(2.2, height),
-        "left_sleeve_front": sleeve.piece(1.0, True),
-        "left_sleeve_back": sleeve.piece(1.0, False),
-        "right_sleeve_front": sleeve.piece(-1.0, True),
-        "right_sleeve_back": sleeve.piece(-1.0, False),
-    }
+    girth = BODY.upper_arm_girth + 8.0
+    pieces = {"front": bodice.front(8.5, height), "back": bodice.back(2.2, height)}
+    pieces |= sleeves(bodice, girth, girth / 2 - 1.5, 8.0)
     seams = bodice_seams("front", "back")
     for side in ("left", "right"):
-        front, back = f"{side}_sleeve_front", f"{side}_sleeve_back"
-        seams += [("front", f"armhole_{side}", front, "cap"), ("back", f"armhole_{side}", back, "cap")]
-        seams += [(front, "top", back, "top"), (front, "underarm", back, "underarm")]
+        seams += sleeve_seams(side, ("front", f"armhole_{side}"))
+    return garment(pieces, seams)
+
+
+def overshirt() -> dict:
+    """A shirt to be worn open over a T-shirt: seven pieces, wider everywhere, with sleeves to the elbows."""
+    bodice = Bodice(
+        lower=(BODY.hip_girth + 20.0) / 4,
+        chest=(BODY.bust_girth + 22.0) / 4,
+        underarm=40.5,
+        shoulder=21.5,
+        neck=9.8,
+        top=68.0,
+        fall=4.8,
+    )
+    height = BODY.shoulder_point_height + 3.5 - bodice.top
+    girth = BODY.upper_arm_girth + 16.0
+    pieces = {f"front_{side}": bodice.half_front(s, 12.0, height) for side, s in (("left", 1.0), ("right", -1.0))}
+    pieces |= {"back": bodice.back(2.8, height), **sleeves(bodice, girth, girth / 2 - 2.0, 18.0)}
+    seams = []
+    for side in ("left", "right"):
+        front = f"front_{side}"
+        seams += [(front, edge, "back", f"{edge}_{side}") for edge in ("side", "shoulder")]
+        seams += sleeve_seams(side, (front, "armhole"))
     return garment(pieces, seams)
 
 
@@ -425,7 +471,7 @@ def trousers() -> dict:
     return garment(pieces, seams)
 
 
-GARMENTS = {"tshirt": tshirt, "skirt": skirt, "dress": dress, "trousers": trousers}
+GARMENTS = {"tshirt": tshirt, "overshirt": overshirt, "skirt": skirt, "dress": dress, "trousers": trousers}
 
 
 def write_patterns(folder: Path) -> list[Path]:

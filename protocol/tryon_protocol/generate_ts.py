@@ -39,7 +39,7 @@ def typescript() -> str:
     ]
     client, server = get_args(messages.ClientMessage), get_args(messages.ServerMessage)
     nested = [
-        *(messages.ArrayData, messages.ClothTopology, messages.BodyTopology),
+        *(messages.ArrayData, messages.GarmentTopology, messages.ClothTopology, messages.BodyTopology),
         *(messages.DesignEdge, messages.DesignPanel, messages.DesignSeam, messages.DesignPatch),
         *(messages.DesignEdit, effect_messages.EffectState),
     ]

@@ -26,6 +26,9 @@ POSE_SMOOTHINGS = ("one-euro", "none")
 MAX_JOINTS = 1024
 """A pose or skeleton with more joints than this is refused."""
 
+WhichGarment = Annotated[
+    str, Meta(max_length=200, description='a name of `topology.cloth.garments`, edited from now on; "": the edited one')
+]
 Vector = tuple[float, float, float]
 Point = tuple[float, float]
 Quaternion = tuple[float, float, float, float]
@@ -45,8 +48,19 @@ class ArrayData(Struct, frozen=True, kw_only=True):
     data: Annotated[bytes, Meta(description="elements in C order; product of shape times element size bytes inflated")]
 
 
+class GarmentTopology(Struct, frozen=True, kw_only=True):
+    """One garment of what is worn: which vertices, triangles and pattern pieces of the cloth are its own. They lie one
+    after the other."""
+
+    name: Annotated[str, Meta(description="its name among what is worn, as edits name it")]
+    fabric: Annotated[str, Meta(description="what it is made of")]
+    vertices: Annotated[tuple[U32, U32], Meta(description="its first vertex and how many it has")]
+    faces: Annotated[tuple[U32, U32], Meta(description="its first triangle and how many it has")]
+    panels: Annotated[tuple[U32, U32], Meta(description="its first pattern piece and how many it has")]
+
+
 class ClothTopology(Struct, frozen=True, kw_only=True):
-    """What does not change from frame to frame about the garment."""
+    """What does not change from frame to frame about what is worn."""
 
     vertex_count: Annotated[int, Meta(ge=1, le=2**31 - 1, description="number N of welded cloth vertices in a frame")]
     faces: Annotated[
@@ -60,6 +74,10 @@ class ClothTopology(Struct, frozen=True, kw_only=True):
         ArrayData | None, Meta(description="uint16 (F,): index into `panel_names` of each triangle's pattern piece")
     ] = None
     panel_names: Annotated[tuple[str, ...], Meta(description="names of the pattern pieces; empty: not told")] = ()
+    garments: Annotated[
+        tuple[GarmentTopology, ...],
+        Meta(description="what is worn, from the innermost outwards; empty: one garment, of which nothing is told"),
+    ] = ()
 
 
 class BodyTopology(Struct, frozen=True, kw_only=True):
@@ -262,18 +280,21 @@ class EditMessage(Message, tag="edit", frozen=True, kw_only=True):
     ]
     mirror: Annotated[bool, Meta(description="do the same on the symmetric piece, or side")] = False
     hold: Annotated[bool, Meta(description="show it, don't keep it; there is no `edited`")] = False
+    garment: WhichGarment = ""
     request: Request = None
 
 
 class UndoMessage(Message, tag="undo", frozen=True, kw_only=True):
     """Take the last edit back. Answered as `edit`."""
 
+    garment: WhichGarment = ""
     request: Request = None
 
 
 class RedoMessage(Message, tag="redo", frozen=True, kw_only=True):
     """Make the edit again that was taken back last. Answered as `edit`."""
 
+    garment: WhichGarment = ""
     request: Request = None
 
 
@@ -362,7 +383,7 @@ class DesignEdit(Struct, frozen=True, kw_only=True):
 
 
 class DesignMessage(Message, tag="design", frozen=True, kw_only=True):
-    """The garment's sewing pattern as it is worn. Sent on joining once it is dressed, and on every change of it.
+    """The edited garment's sewing pattern as it is worn. Sent on joining once it is dressed, and on every change of it.
 
     A garment that is a mesh has none.
     """
@@ -376,6 +397,7 @@ class DesignMessage(Message, tag="design", frozen=True, kw_only=True):
         tuple[str, ...], Meta(description="for people: which pieces followed, which seams fit no longer as they did")
     ] = ()
     patches: Annotated[tuple[DesignPatch, ...], Meta(description="what lies on other pieces, as pockets do")] = ()
+    garment: Annotated[str, Meta(description='which of `topology.cloth.garments` it is of; "": it has no name')] = ""
 
 
 class EditedMessage(Message, tag="edited", frozen=True, kw_only=True):

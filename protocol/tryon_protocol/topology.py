@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .arrays import pack_array, unpack_array
 from .errors import ProtocolError
 from .grid import GRID
-from .messages import ArrayData, BodyTopology, ClothTopology, TopologyMessage
+from .messages import ArrayData, BodyTopology, ClothTopology, GarmentTopology, TopologyMessage
 
 Floats = npt.NDArray[np.float32]
 Indices = npt.NDArray[np.uint32]
@@ -67,7 +67,8 @@ class Topology:
 
     topology_id: 1 or more; a new one for every change. cloth_vertex_count: N.
     faces: (F,3) uint32 cloth triangles. uv: (F,3,2) float32 m pattern coordinates of the triangle corners, or None.
-    panel_of_face: (F,) uint16 index into panel_names, or None. grid: q in m.
+    panel_of_face: (F,) uint16 index into panel_names, or None. grid: q in m. garments: what is worn, from the innermost
+    outwards, each with its own share of vertices, triangles and panels, one after the other; () if that is not told.
 
     Raises:
         ProtocolError: code "invalid_array", naming the array, when they don't fit together.
@@ -81,6 +82,7 @@ class Topology:
     panel_of_face: npt.NDArray[np.uint16] | None = None
     panel_names: tuple[str, ...] = ()
     grid: float = field(default=GRID)
+    garments: tuple[GarmentTopology, ...] = ()
 
     def __post_init__(self) -> None:
         if not 1 <= self.topology_id < 2**32:
@@ -96,6 +98,23 @@ class Topology:
         if self.panel_of_face is not None:
             _convert(self, "panel_of_face", "cloth", np.uint16, (len(self.faces),))
             _check_indices(self.panel_of_face, len(self.panel_names), "cloth.panel_of_face", "panel")
+        if self.garments:
+            self._check_garments()
+
+    def _check_garments(self) -> None:
+        whole = {"vertices": self.cloth_vertex_count, "faces": len(self.faces), "panels": len(self.panel_names)}
+        if not self.panel_names:
+            del whole["panels"]
+        for kind, count in whole.items():
+            first = 0
+            for number, garment in enumerate(self.garments):
+                start, own = getattr(garment, kind)
+                if start != first:
+                    place = f"cloth.garments[{number}].{kind}"
+                    raise _invalid(place, f"They begin at {start}.", f"Begin at {first}, where the others end.")
+                first += own
+            if first != count:
+                raise _invalid("cloth.garments", f"They have {first} {kind} of {count}.", "Share out all of them.")
 
     def to_message(self, *, compress: bool = True) -> TopologyMessage:
         """compress: zstd every array; False for a client that named no "zstd" in its hello."""
@@ -113,6 +132,7 @@ class Topology:
                 uv=None if self.uv is None else pack(self.uv, "float32"),
                 panel_of_face=None if self.panel_of_face is None else pack(self.panel_of_face, "uint16"),
                 panel_names=self.panel_names,
+                garments=self.garments,
             ),
             body=BodyTopology(
                 rest_vertices=pack(body.rest_vertices, "float32"),
@@ -144,6 +164,7 @@ class Topology:
             uv=uv,
             panel_of_face=panel_of_face,
             panel_names=cloth.panel_names,
+            garments=cloth.garments,
             grid=message.grid,
             body=BodySurface(
                 rest_vertices=vertices,

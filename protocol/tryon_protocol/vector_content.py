@@ -56,6 +56,15 @@ def topology(topology_id: int = 1) -> Topology:
         uv=corners.astype(np.float32),
         panel_of_face=(faces[:, 0] % CLOTH_SEGMENTS >= CLOTH_SEGMENTS // 2).astype(np.uint16),
         panel_names=("front", "dos à pinces"),
+        garments=(
+            m.GarmentTopology(
+                name="tube",
+                fabric="cotton",
+                vertices=(0, CLOTH_SEGMENTS * CLOTH_ROWS),
+                faces=(0, len(faces)),
+                panels=(0, 2),
+            ),
+        ),
     )
 
 
@@ -91,6 +100,7 @@ def messages() -> dict[str, tuple[bytes, Any]]:
             mirror=True,
             hold=True,
             request=10,
+            garment="tube",
         ),
         m.UndoMessage(request=11),
         m.RedoMessage(request=12),

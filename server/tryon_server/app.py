@@ -6,6 +6,7 @@ import time
 from collections.abc import AsyncIterator, Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager
+from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -23,6 +24,7 @@ from tryon_server.api import (
     glb,
     looks,
     motions,
+    outfits,
     page,
     prints,
     sessions,
@@ -35,12 +37,16 @@ from tryon_server.persistence import (
     BodyRecord,
     EditStore,
     FileBlobs,
+    FinishStore,
     KeptFiles,
     MotionRecord,
+    OutfitStore,
     PrintRecord,
     SessionStore,
     SqlEdits,
+    SqlFinishes,
     SqlGarments,
+    SqlOutfits,
     SqlSessions,
     SqlUploads,
     digest_in_use,
@@ -97,17 +103,30 @@ def create_app(
     if settings.host in LOOPBACK:  # a page of another name that resolves to this machine must not pass as our own
         app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
     faults.install(app)
-    choosing, wearing = (catalogue, looks, garments, motions, bodies, prints), (sessions, edits, effects, glb)
-    for module in (*choosing, *wearing):
+    choosing = catalogue, looks, garments, motions, bodies, prints
+    for module in (*choosing, sessions, edits, effects, outfits, glb):
         app.include_router(module.router, dependencies=[Depends(refuse_strangers)])
     app.include_router(sessions.stream_router)
     page.install(app, web)
     return app
 
 
-def prepare(
-    settings: Settings, patterns: Path = BUILT_IN_PATTERNS
-) -> tuple[GarmentService, MotionUploads, BodyUploads, PrintUploads, KeptFiles, SessionStore, EditStore]:
+@dataclass(frozen=True)
+class Prepared:
+    """What there is before anything is simulated."""
+
+    garments: GarmentService
+    motions: MotionUploads
+    bodies: BodyUploads
+    prints: PrintUploads
+    files: KeptFiles
+    sessions: SessionStore
+    edits: EditStore
+    outfits: OutfitStore
+    finishes: FinishStore
+
+
+def prepare(settings: Settings, patterns: Path = BUILT_IN_PATTERNS) -> Prepared:
     """Open the database and have the built-in garments in it; takes a while the first time, next to nothing afterwards.
 
     Raises:
@@ -121,33 +140,42 @@ def prepare(
     limits = Limits(seconds=settings.upload_check_seconds, address_space=settings.upload_check_bytes)
     motion_uploads = MotionUploads("motion", SqlUploads(database, MotionRecord), files, limits)
     body_uploads = BodyUploads("body", SqlUploads(database, BodyRecord), files, limits)
-    prints = PrintUploads("print", SqlUploads(database, PrintRecord), files, limits)
-    return garment_service, motion_uploads, body_uploads, prints, files, SqlSessions(database), SqlEdits(database)
+    return Prepared(
+        garments=garment_service,
+        motions=motion_uploads,
+        bodies=body_uploads,
+        prints=PrintUploads("print", SqlUploads(database, PrintRecord), files, limits),
+        files=files,
+        sessions=SqlSessions(database),
+        edits=SqlEdits(database),
+        outfits=SqlOutfits(database),
+        finishes=SqlFinishes(database),
+    )
 
 
 def _start(settings: Settings, runtime: Runtime, patterns: Path, server: str) -> Services:
-    garment_service, motion_uploads, body_uploads, print_uploads, files, session_store, edit_store = prepare(
-        settings, patterns
-    )
-    session_store.end_all_open(time.time(), "The server was restarted")
+    ready = prepare(settings, patterns)
+    ready.sessions.end_all_open(time.time(), "The server was restarted")
     live = LiveSessions(
         settings,
         runtime.catalogue,
         runtime.placement,
-        garment_service,
-        motion_uploads,
-        body_uploads,
-        files,
-        session_store,
-        edit_store,
+        ready.garments,
+        ready.motions,
+        ready.bodies,
+        ready.files,
+        ready.sessions,
+        ready.edits,
+        ready.outfits,
         server,
     )
     return Services(
         settings=settings,
-        garments=garment_service,
-        motions=motion_uploads,
-        bodies=body_uploads,
-        prints=print_uploads,
+        garments=ready.garments,
+        motions=ready.motions,
+        bodies=ready.bodies,
+        prints=ready.prints,
+        finishes=ready.finishes,
         runtime=runtime,
         sessions=live,
         version=version("tryon"),

@@ -6,6 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 from tryon_server.garments.service import GarmentService
+from tryon_server.persistence import FinishStore
 from tryon_server.runtime.interface import Runtime
 from tryon_server.settings import Settings
 from tryon_server.streaming.live_sessions import LiveSessions
@@ -21,6 +22,7 @@ class Services:
     motions: MotionUploads
     bodies: BodyUploads
     prints: PrintUploads
+    finishes: FinishStore
     runtime: Runtime
     sessions: LiveSessions
     version: str

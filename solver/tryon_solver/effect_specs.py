@@ -86,6 +86,7 @@ class SelfContact(EffectSpec):
 @dataclass(frozen=True)
 class Friction(EffectSpec):
     """Coulomb friction on every contact the scene has; coefficients come from the fabric, unless they are given here.
+    Between two garments it is the geometric mean of their fabrics'.
 
     `static` (P + 1, P + 1), without unit: coefficients between the garment's P panels, each of its own material, and
     the body, which is last; `kinetic` (P + 1, P + 1), without unit: of what slides, nowhere more than `static`, which

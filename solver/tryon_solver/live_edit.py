@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tryon_solver.geometry.garment import Garment
+from tryon_solver.geometry.garment import Garment, Layer
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.pattern import Pattern
 from tryon_solver.redesign.drag import Drag
@@ -31,14 +31,15 @@ INVERSE_SECONDS = 1.0  # simulated, between inverses of shapes on the way: made 
 
 
 class LiveEdit:
-    """The drag `drag` of a garment that `sim` simulates in `size` times the pattern's own.
+    """The drag `drag` of a garment that `sim` simulates in `size` times the pattern's own, as `layer` of an outfit.
 
     Whoever drives the simulation calls `before_frame` before each `advance`. `now` is the mesh as it is worn, in the
     pattern's own size; `wanted` what it is on its way to, or where it is.
     """
 
-    def __init__(self, sim: Simulation, drag: Drag, size: float = 1.0) -> None:
+    def __init__(self, sim: Simulation, drag: Drag, size: float = 1.0, layer: Layer | None = None) -> None:
         self.sim, self.drag, self.size = sim, drag, size
+        self._own = slice(None) if layer is None else layer.faces
         self.now: PanelMesh = drag.mesh
         self.wanted: PanelMesh = drag.mesh
         self._ramp: Ramp | None = None
@@ -95,18 +96,26 @@ class LiveEdit:
             self._ramp = None if there else ramp
             reshape(self.sim, self.garment())
 
-    @property
-    def first(self) -> Garment:
-        """What was worn when the drag began."""
-        return self._first
+    def taken_back(self, garment: Garment) -> Garment:
+        """What is worn, or another shape of it, with this garment's part of it as it was when the drag began."""
+        return self._with_own(garment, self._first.uv_corners[self._own])
 
     def garment(self) -> Garment:
-        """What is worn, in the shape of `now`. At the start's it is the garment of then: brought to the pattern's own
-        size and back, it would have other bits."""
+        """What is worn, in the shape of `now`. At the start's it has the corners of then: brought to the pattern's own
+        size and back, they would have other bits."""
+        worn = self.sim.scene.garment
         if np.array_equal(self.now.uv, self.drag.mesh.uv):
-            return self._first
+            return self.taken_back(worn)
         corners = np.take(self.size * self.now.uv, self.now.faces, axis=0)  # a tenth of what indexing takes
-        return replace(self.sim.scene.garment, uv_corners=corners)
+        return self._with_own(worn, corners)
+
+    def _with_own(self, garment: Garment, corners: np.ndarray) -> Garment:
+        """The garment with these `corners` (K, 3, 2) m in this one's part of it."""
+        if self._own == slice(None):
+            return replace(garment, uv_corners=corners)
+        every = garment.uv_corners.copy()
+        every[self._own] = corners
+        return replace(garment, uv_corners=every)
 
     def arrive(self) -> None:
         """Have the shape that is wanted at once; its inverse is made beside the simulation."""

@@ -13,8 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from tryon_solver.geometry.altitudes import refuse_flat_triangles
 from tryon_solver.geometry.garment import Garment
+from tryon_solver.offsets import refuse_what_bears_no_contact
 from tryon_solver.simulation import Simulation
 
 
@@ -32,7 +32,7 @@ def reshape(sim: Simulation, garment: Garment) -> None:
     worn = sim.scene.garment
     if garment.vertex_count != worn.vertex_count or not np.array_equal(garment.faces, worn.faces):
         raise OtherStructureError("the garment has other triangles than the one that is worn")
-    refuse_flat_triangles(garment, sim.contact.sizes.xi_self if "cloth" in sim.plan.touches else 0.0)
+    refuse_what_bears_no_contact(sim.scene, garment, sim.plan.touches)
     sim.scene = replace(sim.scene, garment=garment)
     sim.take_shape()
     sim.matrices.fill()

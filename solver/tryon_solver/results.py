@@ -29,7 +29,8 @@ class StepReport:
     overlapping: int  # pairs found at or under their thickness offset
     retries: int  # steps made void, by verification or led astray: the garment was carried along, nothing else
     debt: float  # s, time a gap in the poses left to be simulated
-    gap_offset: float = 0.0  # m, that pair's offset: its surfaces are min_gap + gap_offset apart, always above 0
+    gap_offset: float = 0.0  # m, that pair's offset: its surfaces are min_gap + gap_offset apart, always above 0; of
+    # several garments the least that such a pair has
     error: float = 0.0  # m, estimated RMS distance of the cloth from where a step balances; the largest of the steps
     reverts: int = 0  # of these, steps whose carried state failed too: cloth and surface stayed where they were
     times_ms: dict[str, float] = field(default_factory=dict)  # wall time per stage

@@ -87,7 +87,8 @@ class Scene:
 
     `garment` welded triangles; `x_start` (N, 3) float64 m, an intersection-free position of its vertices; `body` a
     posed body's model, a sequence of meshes, or None; `effects` what the scene calls for: what is not listed costs
-    nothing. `panel_fabrics`: the fabric of each panel where they differ; thickness and friction are `fabric`'s in all.
+    nothing. `panel_fabrics`: the fabric of each panel where they differ; thickness and friction are `fabric`'s in all,
+    or one for each garment of an outfit (geometry/outfit.py).
     """
 
     garment: Garment
@@ -114,18 +115,29 @@ class Scene:
             effect.check(self)
 
     def _check_panel_fabrics(self) -> None:
-        panels = int(self.garment.panel_of_face.max()) + 1
+        panels = self.garment.panel_count
         if len(self.panel_fabrics) not in (0, panels):
             count = len(self.panel_fabrics)
             raise ValueError(f"panel_fabrics: {count} fabrics for {panels} panels; give one for each")
+        layers = self.garment.layers
+        first = [layer.panels.start for layer in layers for _ in range(layer.panels.start, layer.panels.stop)]
         for panel, fabric in enumerate(self.panel_fabrics):
+            common = self.panel_fabrics[first[panel]] if layers else self.fabric
             for name in ("thickness", "mu_body", "mu_self"):
-                own, all_ = getattr(fabric, name), getattr(self.fabric, name)
+                own, all_ = getattr(fabric, name), getattr(common, name)
                 if own != all_:
+                    whose = "the first panel of its garment" if layers else "the scene's fabric"
                     raise ValueError(
-                        f"panel_fabrics: {name} of panel {panel} is {own}, the scene's fabric has {all_}; contact "
-                        "knows one for all panels"
+                        f"panel_fabrics: {name} of panel {panel} is {own}, {whose} has {all_}; contact knows one for "
+                        "all panels of a garment"
                     )
+
+    def fabric_of_garments(self) -> list[Fabric]:
+        """The fabric of each garment, from the innermost outwards, as contact knows it: one of a garment alone."""
+        layers = self.garment.layers
+        if not layers or not self.panel_fabrics:
+            return [self.fabric] * max(1, len(layers))
+        return [self.panel_fabrics[layer.panels.start] for layer in layers]
 
     def fabric_of_face(self) -> list[Fabric]:
         """(F,) each triangle's fabric."""

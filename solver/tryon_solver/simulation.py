@@ -15,13 +15,12 @@ import warp as wp
 
 from tryon_solver.body.carry import Carry
 from tryon_solver.body.on_device import MovingBody
-from tryon_solver.contact.candidates import Candidates, ContactSizes, Region
+from tryon_solver.contact.candidates import Candidates, Region
 from tryon_solver.contact.deflect import DeflectionScratch
 from tryon_solver.contact.pairs import ContactModel, ContactPairs, ContactParameters
 from tryon_solver.contact.surfaces import Surface
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.effects.registry import bind
-from tryon_solver.geometry.altitudes import refuse_flat_triangles
 from tryon_solver.kernels import compile_kernels
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.constant_matrices import ConstantMatrices
@@ -32,6 +31,7 @@ from tryon_solver.linalg.vectors import find_largest, move_origin
 from tryon_solver.materials.device import RestShape
 from tryon_solver.materials.stretch import StretchMeter
 from tryon_solver.materials.terms import bind_bending, bind_membrane
+from tryon_solver.offsets import contact_sizes, refuse_what_bears_no_contact
 from tryon_solver.plan import Stages, StepPlan
 from tryon_solver.results import Counters, StepReport
 from tryon_solver.scene import Scene
@@ -43,7 +43,7 @@ from tryon_solver.stepping.pace import Hurried, Pace, Unhurried
 from tryon_solver.stepping.progress import TRUSTED, TRUSTED_AGAIN, Budget, Progress
 from tryon_solver.stepping.report import make_report, smallest_gap
 from tryon_solver.stepping.start import refuse_touching_start
-from tryon_solver.subspace.basis import basis_by_edges, explicit_inverse, reduced_matrix
+from tryon_solver.subspace.basis import basis_by_edges, reduced_inverse, reduced_matrix
 from tryon_solver.subspace.contact_coarse import ContactCoarseLevel
 from tryon_solver.subspace.search import ReducedSearch
 
@@ -162,6 +162,7 @@ class Simulation:
         self.x_searched = wp.clone(x)  # where the contact pairs were collected last
         self.x_listed = wp.clone(x)  # where the candidates' distances were last brought up to
         self.listed = False  # is the candidate list complete around x?
+        self.list_age = 0  # steps since it was found
         self.solved = wp.zeros_like(x)  # (A,) m, by which the last step's solve moved the carried state
         self.x_carried = wp.clone(x)  # where the body's motion led to, before the first contact pass
         self.to_trial = wp.zeros_like(x)
@@ -214,14 +215,10 @@ class Simulation:
     def _prepare_contact(self) -> None:
         scene, settings, device = self.scene, self.settings, self.device
         garment = scene.garment
-        xi_self = scene.fabric.thickness
-        sizes = ContactSizes()
-        sizes.xi_self = xi_self
-        sizes.xi_body = settings.body_offset + 0.5 * xi_self
-        sizes.d_hat = settings.d_hat
+        sizes = contact_sizes(scene, settings, self.body_count, device)
         touches = self.plan.touches
-        refuse_flat_triangles(garment, xi_self if "cloth" in touches else 0.0)
-        self.cloth = Surface.build(garment.faces, xi_self + settings.d_hat, device)
+        refuse_what_bears_no_contact(scene, garment, touches)
+        self.cloth = Surface.build(garment.faces, sizes.xi_self + settings.d_hat, device)
         surfaces = {"cloth": self.cloth}
         body_edge = 0.0
         if scene.body is not None:
@@ -289,7 +286,8 @@ class Simulation:
     def inverse_to_make(self) -> Callable[[], np.ndarray]:
         """What makes `reduced_inverse` of the matrices as they are now, on another thread if that is to be."""
         basis, stiffness, diagonal = self.basis, self.stiffness_matrix, self.diagonal(round(self.dt, FACTOR_DIGITS))
-        return lambda: explicit_inverse(reduced_matrix(basis, stiffness + sp.diags(diagonal)))
+        parts = [layer.vertices for layer in self.scene.garment.layers]
+        return lambda: reduced_inverse(basis, stiffness + sp.diags(diagonal), parts)
 
     def use_inverse(self, inverse: np.ndarray) -> None:
         """Search the subspace with this inverse, of steps as they are now."""

@@ -3,18 +3,16 @@ and pieces of its pattern."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
-from tryon_solver.effect_words.fields import EffectError, choose_one_of
+from tryon_solver.effect_words.fields import EffectError
 from tryon_solver.effect_words.rules import Parameters, in_scene
 from tryon_solver.effect_words.table import BY_NAME, CLINGS, WORDS
-from tryon_solver.geometry.garment import Garment
-from tryon_solver.geometry.lines import chain, hinges_of_edges
-from tryon_solver.geometry.panel_mesh import PanelMesh
-from tryon_solver.geometry.sampled_outline import vertices_along
+from tryon_solver.geometry.lines import hinges_of_edges
+from tryon_solver.geometry.named_lines import Cut
 from tryon_solver.scene import (
     Adhesion,
     AirDrag,
@@ -39,78 +37,6 @@ from tryon_solver.scene import (
 )
 
 WORN_ON_BODY = "body"  # in place of a piece's name
-
-
-@dataclass(frozen=True)
-class Cut:
-    """What names of pieces and numbers of edges mean in a worn garment: its triangles, the names of its pieces, and,
-    of one that was made of a pattern, how many edges each piece has there, the mesh of them, and which of the garment's
-    vertices each of that is, (V,)."""
-
-    garment: Garment
-    panel_names: tuple[str, ...]
-    edge_counts: tuple[int, ...] = ()
-    panels: PanelMesh | None = None
-    vertex: np.ndarray | None = None
-
-    def panel(self, name: str, place: str) -> int:
-        """The number of the piece of this name. Raises EffectError."""
-        if name not in self.panel_names:
-            raise EffectError(f"there is no piece {name!r:.80}", place, choose_one_of(name, self.panel_names))
-        return self.panel_names.index(name)
-
-    def line(self, edges: Sequence[Parameters], place: str) -> np.ndarray:
-        """(K + 1,) int32 vertices of the garment along these edges of the pattern, one after the other.
-
-        Raises EffectError for an edge that there is not, or that does not go on from the one before.
-        """
-        way: list[int] = []
-        for k, edge in enumerate(edges):
-            along = [int(vertex) for vertex in self._edge(edge, f"{place}[{k}]")]
-            if not way:
-                way = along
-                continue
-            if len(way) > 1 and k == 1 and way[-1] not in (along[0], along[-1]):
-                way.reverse()
-            if along[0] != way[-1]:
-                along.reverse()
-            if along[0] != way[-1]:
-                fault = f"edge {edge['edge']} of {edge['panel']} does not begin where the one before ends"
-                raise EffectError(fault, f"{place}[{k}]", "List edges in their order, or make two lines of them")
-            way += along[1:]
-        return np.array([v for v, before in zip(way, [-1, *way]) if v != before], np.int32)
-
-    def mesh_edges(self, edges: Sequence[Parameters], place: str) -> np.ndarray:
-        """(K, 2) int32 edges of the mesh along these edges of the pattern, in any order, each once, though both sides
-        of a seam be named. Raises EffectError for an edge that there is not."""
-        along = [chain(self._edge(edge, f"{place}[{k}]")) for k, edge in enumerate(edges)]
-        together = np.vstack(along)
-        _, first = np.unique(np.sort(together, axis=1), axis=0, return_index=True)
-        return together[np.sort(first)]
-
-    def facing(self, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Two lines (K,), (L,), the second turned about if so its ends lie nearer to those of the first, where the
-        pattern puts its pieces."""
-        assert self.panels is not None
-        assert self.vertex is not None
-        placed = np.zeros((self.garment.vertex_count, 3))
-        placed[self.vertex] = self.panels.placed
-        ends = placed[first[[0, -1]]]
-        as_is, turned = (np.linalg.norm(ends - placed[second[list(at)]], axis=1).sum() for at in ((0, -1), (-1, 0)))
-        return first, second if as_is <= turned else second[::-1]
-
-    def _edge(self, edge: Parameters, place: str) -> np.ndarray:
-        panel, number = self.panel(edge["panel"], f"{place}.panel"), edge["edge"]
-        if self.panels is None or self.vertex is None:
-            remedy = "Leave it out: a garment that is a mesh has no edges of a pattern"
-            raise EffectError("the garment has no pattern", place, remedy)
-        counts = self.edge_counts
-        if number >= counts[panel]:
-            fault = f"{edge['panel']} has no edge {number}"
-            raise EffectError(fault, f"{place}.edge", f"Use 0 to {counts[panel] - 1}")
-        start = int(sum(counts[:panel]))
-        segments = self.panels.segments[start : start + counts[panel]].tolist()
-        return self.vertex[vertices_along(segments)[number] + self.panels.first_vertex(panel)]
 
 
 def effects_of(asked: Mapping[str, Parameters], cut: Cut) -> tuple[Effect, ...]:

@@ -23,6 +23,7 @@ LAYERS = (
     ("advice",),
     ("effect_specs",),
     ("scene",),
+    ("offsets",),
     ("effects", "stepping", "worn_effects"),
     ("step", "kernels"),
     ("simulation",),

@@ -90,3 +90,19 @@ test("a server that does not answer is told as such", async () => {
   const api = new Api(new URL("http://example.test/"), () => Promise.reject(new TypeError("failed")));
   await assert.rejects(api.motions(), (error) => error instanceof RequestError && error.status === 0 && error.remedy !== "");
 });
+
+test("what is worn is listed, put on, taken off and rearranged under the session's address", async () => {
+  const { api, asked } = answering(200, '[{"name":"tshirt","garment":"tshirt","fabric":"denim","edited":true}]');
+  const worn = await api.worn("a b");
+  assert.deepEqual(worn, [{ name: "tshirt", garment: "tshirt", fabric: "denim", edited: true }]);
+  await api.putOn("a b", { garment: "skirt", fabric: null });
+  await api.takeOff("a b", "skirt/2");
+  await api.rearrange("a b", ["skirt", "tshirt"], null);
+  const address = "http://example.test/try/api/sessions/a%20b/garments";
+  assert.deepEqual(asked, [
+    { url: address, method: "GET", body: undefined },
+    { url: address, method: "POST", body: '{"garment":"skirt","fabric":null}' },
+    { url: `${address}/skirt%2F2`, method: "DELETE", body: undefined },
+    { url: address, method: "PUT", body: '{"order":["skirt","tshirt"],"edited":null}' },
+  ]);
+});

@@ -61,6 +61,10 @@ def test_a_print_is_worn_listed_saved_and_taken_off(page):
     content = Path(download.value.path()).read_bytes()
     assert content[:4] == b"glTF"
     assert STRIPES in content
+    other = open_page(page.context.browser, page.url)
+    until(other, yellowish, 500)  # who joins the session sees it, too
+    assert other.locator("#prints label", has_text="stripes").locator("input").is_checked()
+    other.context.close()
     page.locator("#prints label", has_text="None").click()
     for _ in range(60):
         if yellowish(picture(page)) == 0:

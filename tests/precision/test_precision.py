@@ -88,7 +88,8 @@ def test_twin_is_in_float64(start):
         for name, value in vars(arrays).items():
             if isinstance(value, wp.array):
                 assert getattr(value.dtype, "_wp_scalar_type_", value.dtype) in (wp.float64, wp.int32), name
-    names = ("contact.pairs", "contact.bounds", "effects.friction", "stepping.correct", "linalg.pcg", "linalg.ell")
+    names = ("contact.pairs", "contact.bounds", "effects.friction", "effects.slip", "stepping.correct")
+    names += ("linalg.pcg", "linalg.ell")
     values = [value for name in names for value in vars(twin_module(name)).values()]
     kernels = [value for value in values if isinstance(value, wp.Kernel)]
     assert len(kernels) > 10

@@ -8,7 +8,15 @@ import msgspec
 import numpy as np
 import pytest
 
-from tryon_protocol import BodySurface, ProtocolError, Topology, TopologyMessage, decode_server, encode
+from tryon_protocol import (
+    BodySurface,
+    GarmentTopology,
+    ProtocolError,
+    Topology,
+    TopologyMessage,
+    decode_server,
+    encode,
+)
 from tryon_protocol.arrays import MAX_ARRAY_BYTES
 
 
@@ -94,6 +102,35 @@ def test_a_garment_that_does_not_fit_is_refused(topology, changes, place) -> Non
     with pytest.raises(ProtocolError) as caught:
         replace(topology, **changes)
     assert (caught.value.code, caught.value.place) == ("invalid_array", place)
+
+
+def parts(*shares):
+    """Garments with these shares of vertices, triangles and panels, one after the other."""
+    starts = np.cumsum([(0, 0, 0), *shares], axis=0)[:-1].tolist()
+    return tuple(
+        GarmentTopology(name=f"g{k}", fabric="cotton", **dict(zip(("vertices", "faces", "panels"), zip(first, share))))
+        for k, (first, share) in enumerate(zip(starts, shares))
+    )
+
+
+@pytest.mark.parametrize(
+    ("shares", "place"),
+    [
+        ([(40, 60, 1), (19, 36, 1)], "cloth.garments"),
+        ([(40, 60, 1), (20, 35, 1)], "cloth.garments"),
+        ([(40, 60, 1), (20, 36, 2)], "cloth.garments"),
+    ],
+)
+def test_garments_share_out_all_of_the_cloth(topology, shares, place) -> None:
+    assert (topology.cloth_vertex_count, len(topology.faces)) == (60, 96)
+    whole = replace(topology, garments=parts((40, 60, 1), (20, 36, 1)))
+    assert Topology.from_message(whole.to_message()).garments == whole.garments
+    with pytest.raises(ProtocolError) as caught:
+        replace(topology, garments=parts(*shares))
+    assert (caught.value.code, caught.value.place) == ("invalid_array", place)
+    with pytest.raises(ProtocolError) as caught:
+        replace(topology, garments=whole.garments[::-1])
+    assert caught.value.place == "cloth.garments[0].vertices"
 
 
 @pytest.mark.parametrize(

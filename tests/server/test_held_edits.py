@@ -18,6 +18,7 @@ from tryon_server.runtime.design import design_of
 from tryon_server.runtime.held_edits import HeldEdits
 from tryon_server.runtime.redesign import wanted
 from tryon_server.runtime.solver_drape import SolverDrape
+from tryon_server.runtime.worn_garment import alone
 from tryon_server.runtime.worn_pattern import WornPattern
 from tryon_server.sessions.commands import ChangePattern
 from tryon_solver import PRESETS
@@ -103,7 +104,7 @@ def test_a_garment_takes_on_the_shape_that_was_found_elsewhere(worn):
     welded = weld(mesh)
     scene = Scene(welded.garment(), welded.mean_of_vertices(mesh.placed), body, FABRICS["cotton_jersey"])
     one, other = (
-        SolverDrape(sim, body.start(), mesh.panel_names, body, size=SIZE, worn=worn.pattern)
+        SolverDrape(sim, body.start(), (alone(sim, mesh.panel_names, worn.pattern),), body, size=SIZE)
         for sim in (build(scene, PRESETS["draft"], "cpu", body.start(), None, tangled=True) for _ in range(2))
     )
     longer, shorter = (wanted(HISTORY, hem(by)).specification for by in (0.02, -0.02))

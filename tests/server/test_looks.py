@@ -138,6 +138,13 @@ def test_rough_fibres_lie_between_the_yarns():
     assert np.corrcoef(rough.ravel(), height.ravel())[0, 1] < -0.99
 
 
+def test_lustre_is_that_of_the_yarns_crowns_and_cotton_has_none():
+    shiny = np.flipud(roughness(Look("satin", lustre=0.4, unevenness=0.0)))[..., 2] / 255
+    assert shiny.max() == pytest.approx(0.4, abs=1 / 255)
+    assert shiny.min() < 0.2
+    assert not roughness(Look("plain"))[..., 2].any()
+
+
 @pytest.mark.parametrize(
     ("field", "value"), [("weave", "felt"), ("sheen", 1.5), ("colour", (2, 0, 0)), ("weft", (0, 0)), ("pitch", (0, 1))]
 )

@@ -11,6 +11,7 @@ import pytest
 import trimesh
 from analytic_drape import small_body
 from scipy.spatial import cKDTree
+from small_scenes import sheet
 
 from tryon_protocol import FrameDecoder, Topology, decode_server
 from tryon_server.problems import ProblemError
@@ -21,6 +22,7 @@ from tryon_server.runtime.order import DrapeOrder
 from tryon_server.runtime.publishing import Publisher
 from tryon_server.runtime.sources import Move
 from tryon_server.runtime.wardrobe import CAPACITY, Wardrobe, wardrobe_key
+from tryon_server.runtime.worn_garment import alone
 from tryon_server.sessions.commands import AllowFrame
 from tryon_server.wording import in_parameters
 from tryon_solver.body.model import default_body
@@ -318,15 +320,16 @@ def test_a_wearer_ten_kilometres_away_wears_the_same(order):
 def solver_that_records():
     """Stands for a dressed garment: notes the poses that the solver gets and how its origin was moved."""
     seen = SimpleNamespace(places=[], shifts=[])
-    garment = SimpleNamespace(vertex_count=0, faces=None, uv_corners=None, spline_corners=None, panel_of_face=None)
+    garment, _ = sheet(2, 2, 0.1, 0.1)
     simulation = SimpleNamespace(
         state=SimpleNamespace(time=2.0),
-        scene=SimpleNamespace(garment=garment),
+        scene=SimpleNamespace(garment=garment, fabric=FABRICS["cotton_jersey"]),
         body=SimpleNamespace(moving=small_body().on_device("cpu")),
         advance=lambda pose, _time, _longest_step: seen.places.append(np.array(pose.root)),
         move_origin=lambda by: seen.shifts.append(np.array(by)),
     )
-    return solver_drape.SolverDrape(simulation, Pose.rest(small_body()), (), small_body()), seen
+    own = alone(simulation, ("all",), None)
+    return solver_drape.SolverDrape(simulation, Pose.rest(small_body()), (own,), small_body()), seen
 
 
 def test_the_solver_sees_a_few_metres_wherever_the_wearer_walks():

@@ -28,6 +28,11 @@ def session(live):
     return session
 
 
+def finish(live, session: str, **wish):
+    """The reply to that choice."""
+    return live.http.put(f"/api/sessions/{session}/finish", json=wish)
+
+
 def scene_of(content: bytes) -> dict:
     (size,) = struct.unpack("<I", content[12:16])
     return json.loads(content[20 : 20 + size])
@@ -61,14 +66,20 @@ def test_a_second_client_changes_nothing_for_the_first(live, session):
 
 def test_a_print_is_in_the_file_in_its_size(live, session):
     kept = live.http.post("/api/prints?name=Grey&width=0.4", content=PICTURE).json()
-    reply = live.http.get(f"/api/sessions/{session}/garment.glb?print={kept['id']}")
+    chosen = finish(live, session, print=kept["id"])
+    told = live.http.get(f"/api/sessions/{session}/finish").json()
+    assert chosen.json() == told == {"dye": None, "print": kept["id"]}
+    reply = live.http.get(f"/api/sessions/{session}/garment.glb")
     assert scales(scene_of(reply.content)) == pytest.approx([1 / 0.4, 1 / 0.2])
     assert PICTURE in reply.content
 
 
 def test_a_dye_is_in_the_file(live, session):
     """The fabric's map in that colour, which is another file than that of its own colour."""
-    own, red = (live.http.get(f"/api/sessions/{session}/garment.glb{dye}").content for dye in ("", "?dye=ff0000"))
+    finish(live, session)
+    own = live.http.get(f"/api/sessions/{session}/garment.glb").content
+    finish(live, session, dye="ff0000")
+    red = live.http.get(f"/api/sessions/{session}/garment.glb").content
     dyed = live.http.get("/api/fabrics/cotton/colour.png?dye=ff0000").content
     assert dyed in red
     assert dyed not in own
@@ -76,15 +87,26 @@ def test_a_dye_is_in_the_file(live, session):
 
 
 @pytest.mark.parametrize(
-    ("path", "status", "code"),
+    ("wish", "status", "code"),
     [
-        ("garment.glb?dye=red", 422, "dye.invalid"),
-        ("garment.glb?dye=ff0000&print=x", 422, "dye.unused"),
-        ("garment.glb?print=x", 404, "print.unknown"),
+        ({"dye": "red"}, 422, "dye.invalid"),
+        ({"dye": "ff0000", "print": "x"}, 422, "dye.unused"),
+        ({"print": "x"}, 404, "print.unknown"),
+        ({"colour": "ff0000"}, 422, "request.invalid"),
     ],
 )
-def test_what_can_not_be_is_refused(live, session, path, status, code):
-    refused(live.http.get(f"/api/sessions/{session}/{path}"), status, code)
+def test_what_can_not_be_is_refused_and_changes_nothing(live, session, wish, status, code):
+    finish(live, session, dye="00ff00")
+    refused(finish(live, session, **wish), status, code)
+    assert live.http.get(f"/api/sessions/{session}/finish").json() == {"dye": "00ff00", "print": None}
+
+
+def test_a_print_that_was_removed_is_told_of(live, session):
+    kept = live.http.post("/api/prints?name=Gone&width=0.7", content=PICTURE).json()
+    finish(live, session, print=kept["id"])
+    live.http.delete(f"/api/prints/{kept['id']}")
+    refused(live.http.get(f"/api/sessions/{session}/garment.glb"), 404, "print.unknown")
+    finish(live, session)
 
 
 def test_there_is_no_file_of_a_session_that_is_not(live):

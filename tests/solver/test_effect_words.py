@@ -10,12 +10,13 @@ from small_scenes import garment_of, grid_faces, grid_uv
 from tryon_solver.effect_words.fields import EffectError
 from tryon_solver.effect_words.rules import in_scene, left_out, same_but_values
 from tryon_solver.effect_words.table import LIVE, WORDS, live, word_of
+from tryon_solver.geometry.named_lines import Cut
 from tryon_solver.geometry.panel_mesh import mesh_pattern
 from tryon_solver.geometry.pattern import load_pattern
 from tryon_solver.geometry.weld import weld
 from tryon_solver.scene import LIVE as LIVE_SCENE
 from tryon_solver.scene import Friction, Scene, Wind
-from tryon_solver.worn_effects import MAKERS, VALUES, Cut, check, effects_of, values_of
+from tryon_solver.worn_effects import MAKERS, VALUES, check, effects_of, values_of
 
 SKIRT = "server/tryon_server/demo/patterns/skirt.json"
 WAIST = [{"panel": "skirt_front", "edge": 2}, {"panel": "skirt_back", "edge": 2}]
@@ -28,13 +29,13 @@ def skirt():
     panels = mesh_pattern(pattern, 0.05)
     welded = weld(panels)
     counts = tuple(len(panel.edges) for panel in pattern.panels)
-    return Cut(welded.garment(), panels.panel_names, counts, panels, welded.welded_of_vertex), panels, welded
+    return Cut.of_pattern(welded.garment(), panels, welded, counts), panels, welded
 
 
 @pytest.fixture
 def sheet():
     """A garment without a pattern, of one piece."""
-    return Cut(garment_of(grid_uv(3, 3, 0.2, 0.2), grid_faces(3, 3)), ("sheet",))
+    return Cut.of_mesh(garment_of(grid_uv(3, 3, 0.2, 0.2), grid_faces(3, 3)), ("sheet",))
 
 
 def asked(name, given, cut):

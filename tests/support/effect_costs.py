@@ -1,8 +1,9 @@
-"""What each effect costs: `python effect_costs.py [--vertices 9] [--frames 3] [--document docs/effects.md]`.
+"""What each effect costs: `python effect_costs.py [--vertices 33 --frames 60 --device cuda:0 --out FILE]`.
 
 In one process, which has to be new: first all scenes without their effect, then, one after the other, with it. What is
-imported, launched and allocated then and was not before is the effect's. Prints one JSON object; with --document the
-table of that file is written anew, of frames with and without, in turn.
+imported, launched and allocated then and was not before is the effect's. Prints one JSON object; with --out frames are
+timed, with and without in turn, and the file has all of it. `--document docs/effects.md --of FILE ...` measures nothing
+and writes the tables of such files into that page anew.
 """
 
 from __future__ import annotations
@@ -10,8 +11,6 @@ from __future__ import annotations
 import argparse
 import io
 import json
-import os
-import platform
 import re
 import sys
 import time
@@ -21,7 +20,8 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests" / "examples"))
 
 LAUNCHED: set[str] = set()
 KEPT: list[object] = []  # simulations: where one was freed another's launch could look like one that is known
@@ -57,26 +57,29 @@ def imported() -> set[str]:
     return {name for name in sys.modules if name == "hem_weights" or name.startswith("tryon_solver.")}
 
 
-def played(scene: Any, n: int, with_it: bool, frames: int, tracker: wp.ScopedMemoryTracker) -> dict[str, Any]:
+def played(
+    scene: Any, n: int, with_it: bool, frames: int, tracker: wp.ScopedMemoryTracker, device: str
+) -> dict[str, Any]:
     """A scene's run: what was imported before and during it, launched, and is allocated."""
     before = imported()
     LAUNCHED.clear()
     tracker.clear()
-    sim, pose = scene.built(n, with_it)
+    sim, pose = scene.built(n, with_it, device)
     KEPT.append(sim)
     for k in range(frames):
         sim.advance(pose, (k + 1) * DT)
     return {"imported": imported() - before, "launched": set(LAUNCHED), "bytes": live_bytes(tracker)}
 
 
-def milliseconds(scene: Any, n: int, frames: int) -> tuple[float, float, float]:
+def milliseconds(scene: Any, n: int, frames: int, device: str) -> tuple[float, float, float]:
     """Medians of frames without and with the effect, in turn, and what one call of each of its stages takes."""
-    sims = [scene.built(n, with_it) for with_it in (False, True)]
+    sims = [scene.built(n, with_it, device) for with_it in (False, True)]
     times: list[list[float]] = [[], []]
     for k in range(frames):
         for (sim, pose), own in zip(sims, times):
             begun = time.perf_counter()
             sim.advance(pose, (k + 1) * DT)
+            wp.synchronize_device(device)
             own.append(1e3 * (time.perf_counter() - begun))
     quiet = [np.median(own[frames // 4 :]) for own in times]
     from tryon_solver.stepping.clocked import contribution_times
@@ -87,16 +90,16 @@ def milliseconds(scene: Any, n: int, frames: int) -> tuple[float, float, float]:
     return float(quiet[0]), float(quiet[1]), sum(sum(calls[name].values()) for name in mine)
 
 
-def costs(n: int, frames: int) -> list[dict[str, Any]]:
+def costs(n: int, frames: int, device: str) -> list[dict[str, Any]]:
     """Of each effect: what only the scene with it imports, launches and allocates."""
     watch()
     found = []
     with wp.ScopedMemoryTracker("effects", print=False) as tracker:
         from effect_scenes import SCENES
 
-        without = [played(scene, n, False, frames, tracker) for scene in SCENES]
+        without = [played(scene, n, False, frames, tracker, device) for scene in SCENES]
         for scene, bare in zip(SCENES, without):
-            cost = played(scene, n, True, frames, tracker)
+            cost = played(scene, n, True, frames, tracker, device)
             files = {file: size - bare["bytes"].get(file, 0.0) for file, size in cost["bytes"].items()}
             found.append(
                 {
@@ -113,24 +116,42 @@ def costs(n: int, frames: int) -> list[dict[str, Any]]:
     return found
 
 
-def table(found: list[dict[str, Any]], n: int, timed: dict[str, tuple[float, float, float]]) -> str:
+def measured(n: int, frames: int, device: str) -> dict[str, Any]:
+    """All of it, with the times of frames and where they were measured."""
+    found = costs(n, min(frames, 3), device)
+    from effect_scenes import SCENES
+    from provenance import commit_of, machine_of
+
+    for cost, scene in zip(found, SCENES):
+        cost["ms"] = milliseconds(scene, n, frames, device)
+    about = {"commit": commit_of(ROOT), "machine": machine_of(device), "vertices": n, "frames": frames}
+    return {"about": about, "effects": found}
+
+
+def tables(runs: list[dict[str, Any]]) -> str:
     """In Markdown."""
     lines = [
         BEGIN,
         "",
-        f"Squares of {n} by {n} vertices (the ball has 642), medians of frames of 1/60 s with and without the effect",
-        f"in turn, at preset `live`, on one of {os.cpu_count()} cores ({platform.machine()}). Kernels are those that",
+        "Medians of frames of 1/60 s with and without the effect in turn, at preset `live`. Kernels are those that",
         "only the scene with the effect launches, its own or not; memory is what it allocates more. Where cloth moves",
         "otherwise with the effect, another number of iterations is in the ratio: below 1 it calms what it acts on.",
-        "",
-        "| effect | scene: cloth that | ms without | ms with | ratio | ms, a call of each stage | kernels | KiB |",
-        "|---|---|---|---|---|---|---|---|",
     ]
-    for cost in found:
-        bare, full, calls = timed[cost["name"]]
-        kernels = ", ".join(k.rpartition(".")[2].removesuffix("_kernel") for k in cost["launched"]) or "-"
-        figures = f"{bare:.1f} | {full:.1f} | {full / bare:.2f} | {calls:.3f}"
-        lines.append(f"| {cost['name']} | {cost['shows']} | {figures} | {kernels} | {cost['bytes'] / 1024:.0f} |")
+    for run in runs:
+        about = run["about"]
+        lines += [
+            "",
+            f"On {about['machine']}, commit {about['commit']};",
+            f"squares of {about['vertices']} by {about['vertices']} vertices, a ball of 642, {about['frames']} frames:",
+            "",
+            "| effect | scene: cloth that | ms without | ms with | ratio | ms, a call of each stage | kernels | KiB |",
+            "|---|---|---|---|---|---|---|---|",
+        ]
+        for cost in run["effects"]:
+            bare, full, calls = cost["ms"]
+            kernels = ", ".join(k.rpartition(".")[2].removesuffix("_kernel") for k in cost["launched"]) or "-"
+            figures = f"{bare:.1f} | {full:.1f} | {full / bare:.2f} | {calls:.3f}"
+            lines.append(f"| {cost['name']} | {cost['shows']} | {figures} | {kernels} | {cost['bytes'] / 1024:.0f} |")
     return "\n".join([*lines, "", END])
 
 
@@ -138,18 +159,19 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--vertices", type=int, default=9, help="to a side of the squares")
     parser.add_argument("--frames", type=int, default=3)
-    parser.add_argument("--document", type=Path, help="a file whose table is written anew")
+    parser.add_argument("--device", default="cpu", help="cpu, cuda:0, ...")
+    parser.add_argument("--out", type=Path, help="a JSON file, of times as well")
+    parser.add_argument("--document", type=Path, help="a page whose tables are written anew, of the files --of")
+    parser.add_argument("--of", type=Path, nargs="+", default=[])
     asked = parser.parse_args()
-    found = costs(asked.vertices, min(asked.frames, 3))
-    if asked.document is None:
-        print(json.dumps(found))
-        return
-    from effect_scenes import SCENES
-
-    timed = {scene.name: milliseconds(scene, asked.vertices, asked.frames) for scene in SCENES}
-    text = asked.document.read_text()
-    head, _, rest = text.partition(BEGIN)
-    asked.document.write_text(head + table(found, asked.vertices, timed) + rest.partition(END)[2])
+    if asked.document is not None:
+        runs = [json.loads(path.read_text()) for path in asked.of]
+        head, _, rest = asked.document.read_text().partition(BEGIN)
+        asked.document.write_text(head + tables(runs) + rest.partition(END)[2])
+    elif asked.out is None:
+        print(json.dumps(costs(asked.vertices, asked.frames, asked.device)))
+    else:
+        asked.out.write_text(json.dumps(measured(asked.vertices, asked.frames, asked.device), indent=1))
 
 
 if __name__ == "__main__":

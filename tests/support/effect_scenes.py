@@ -52,11 +52,11 @@ class EffectScene:
     shows: str
     made: Callable[[int, bool], Scene]
 
-    def built(self, n: int, with_it: bool) -> tuple[Simulation, Pose | None]:
+    def built(self, n: int, with_it: bool, device: str = "cpu") -> tuple[Simulation, Pose | None]:
         """The simulation and the stance of its body."""
         scene = self.made(n, with_it)
         pose = None if scene.body is None else STILL
-        return build(scene, None, "cpu", pose), pose
+        return build(scene, None, device, pose), pose
 
 
 def hung(n: int, *effects: Effect) -> Scene:

@@ -24,11 +24,15 @@ class Compiled:
 
 
 class PretendedEffects:
-    def __init__(self, asked=None) -> None:
+    def __init__(self, asked=None, garments=("",)) -> None:
         self.asked = live() if asked is None else asked
+        self.garments = garments
         self.own = {}
         self.now = CALM
         self.bound, self.written, self.measured = 0, 0, 0
+
+    def under_garments(self, _name, parameters):
+        return parameters
 
     def check(self, asked) -> None:
         if asked.get("pressure", {}).get("panels"):

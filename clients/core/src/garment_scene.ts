@@ -1,5 +1,7 @@
 /** What can be drawn now: arrays that live as long as a topology and are overwritten by each frame. */
 
+import type { GarmentTopology } from "@tryon/protocol";
+
 import type { FrameFigures, FrameLayout, TopologyEvent } from "./worker_messages.ts";
 
 /**
@@ -29,6 +31,8 @@ export function layoutOf(clothVertices: number, bodyVertices: number): FrameLayo
 export class GarmentScene {
   cloth: Shape | undefined;
   body: Shape | undefined;
+  /** what is worn, from the innermost outwards, each with its share of the triangles; empty: one garment */
+  garments: readonly GarmentTopology[] = [];
   /** simulated vertices of the garment: fewer than are drawn, since a seam is drawn once per piece */
   vertexCount = 0;
   faceCount = 0;
@@ -49,6 +53,7 @@ export class GarmentScene {
     this.layout = layoutOf(cloth.source.length, body.vertexCount);
     this.cloth = shape(cloth.source.length, cloth.uv, cloth.index, cloth.seams);
     this.body = shape(body.vertexCount, new Float32Array(body.vertexCount * 2), body.index, new Uint32Array(0));
+    this.garments = event.garments;
     this.vertexCount = event.vertexCount;
     this.faceCount = cloth.index.length / 3;
     this.topologyVersion += 1;

@@ -33,6 +33,7 @@ export {
   type Colour,
   type Fabric,
   type FabricLook,
+  type Finish,
   type Garment,
   type MeshReading,
   type Motion,
@@ -42,6 +43,7 @@ export {
   type SessionInfo,
   type SessionWish,
   type Size,
+  type WornItem,
 } from "./rest.ts";
 export { Wearer, type Tracking, type TrackedFrame } from "./wearer.ts";
 export type { FrameFigures } from "./worker_messages.ts";

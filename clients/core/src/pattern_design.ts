@@ -40,7 +40,7 @@ export function readDesign(message: DesignMessage): Design {
   });
   const notes = listOf(message.notes ?? [], "notes");
   must(notes.every((note) => typeof note === "string"), "notes", "is no text");
-  return { ...message, notes, patches };
+  return { ...message, notes, patches, garment: message.garment ?? "" };
 }
 
 function checkPanel(panel: DesignPanel, place: string): void {

@@ -127,6 +127,12 @@ export interface Print {
   readonly kept_as: string | null;
 }
 
+/** What takes the place of a fabric's own colour: a dye (#RRGGBB) or a print, by its id. */
+export interface Finish {
+  readonly dye: string | null;
+  readonly print: string | null;
+}
+
 /** Of a sewing pattern, over its own; "fit": the one that fits, which the server looks for by trying some on. */
 export type Size = number | "fit";
 
@@ -139,6 +145,21 @@ export interface SessionWish {
   readonly size: Size;
   /** id of an uploaded body, which brings its motion; null: the default one */
   readonly body: string | null;
+}
+
+/** A garment to be put on: null lets the server choose the fabric, or have it outermost. */
+export interface WearWish {
+  readonly garment: string;
+  readonly fabric: string | null;
+}
+
+/** A garment of what a session wears, from the innermost outwards. */
+export interface WornItem {
+  /** its name among what is worn */
+  readonly name: string;
+  readonly garment: string;
+  readonly fabric: string;
+  readonly edited: boolean;
 }
 
 export interface SessionInfo {
@@ -256,6 +277,15 @@ export class Api {
     await this.ask("DELETE", `api/prints/${encodeURIComponent(id)}`);
   }
 
+  /** What a session chose last for the looks of its fabric. */
+  finish(session: string): Promise<Finish> {
+    return this.ask("GET", `api/sessions/${encodeURIComponent(session)}/finish`);
+  }
+
+  chooseFinish(session: string, finish: Finish): Promise<Finish> {
+    return this.ask("PUT", `api/sessions/${encodeURIComponent(session)}/finish`, JSON.stringify(finish));
+  }
+
   openSession(wish: SessionWish): Promise<SessionInfo> {
     return this.ask("POST", "api/sessions", JSON.stringify(wish));
   }
@@ -268,15 +298,33 @@ export class Api {
     await this.ask("DELETE", `api/sessions/${encodeURIComponent(id)}`);
   }
 
-  /** Address of what a session shows now, as a .glb: in a dye (#RRGGBB) or a print in place of its own colour. */
-  glbUrl(session: string, dye: string | undefined, print: Print | undefined): string {
-    const query = new URLSearchParams(print ? { print: print.id } : dye ? { dye: dye.replace("#", "") } : {});
-    return new URL(`api/sessions/${encodeURIComponent(session)}/garment.glb?${query.toString()}`, this.base).href;
+  /** Address of what a session shows now, as a .glb. */
+  glbUrl(session: string): string {
+    return this.fileUrl(`api/sessions/${encodeURIComponent(session)}/garment.glb`);
   }
 
   /** Address of a file that the server told the path of. */
   fileUrl(path: string): string {
     return new URL(path.replace(/^\//, ""), this.base).href;
+  }
+
+  /** What a session wears, from the innermost outwards. */
+  worn(session: string): Promise<WornItem[]> {
+    return this.ask("GET", wornPath(session));
+  }
+
+  /** Puts a garment on over what is worn; answered once it is worn. */
+  putOn(session: string, wish: WearWish): Promise<WornItem[]> {
+    return this.ask("POST", wornPath(session), JSON.stringify(wish));
+  }
+
+  takeOff(session: string, name: string): Promise<WornItem[]> {
+    return this.ask("DELETE", `${wornPath(session)}/${encodeURIComponent(name)}`);
+  }
+
+  /** Wears the same in this order, from the innermost outwards, and edits the garment of this name; null: as it is. */
+  rearrange(session: string, order: readonly string[] | null, edited: string | null): Promise<WornItem[]> {
+    return this.ask("PUT", wornPath(session), JSON.stringify({ order, edited }));
   }
 
   /** Address of a session's stream. */
@@ -303,6 +351,10 @@ export class Api {
     if (response.ok) return reply as T;
     throw refusal(reply, response.status);
   }
+}
+
+function wornPath(session: string): string {
+  return `api/sessions/${encodeURIComponent(session)}/garments`;
 }
 
 function parse(text: string): unknown {

@@ -82,7 +82,8 @@ export class Stream implements Listener {
     };
     this.buffers.resize(layout.length * Float32Array.BYTES_PER_ELEMENT);
     const body = { vertexCount: bodyVertices, index: topology.body.faces };
-    this.post({ kind: "topology", id: topology.topologyId, vertexCount: topology.clothVertexCount, cloth: mesh, body }, []);
+    const { topologyId: id, clothVertexCount: vertexCount, garments } = topology;
+    this.post({ kind: "topology", id, vertexCount, cloth: mesh, garments, body }, []);
   }
 
   frame(bytes: Uint8Array, receivedMs: number): number | "missing_base" {

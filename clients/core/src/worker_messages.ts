@@ -6,6 +6,7 @@ import type {
   EditedMessage,
   EffectsMessage,
   ErrorMessage,
+  GarmentTopology,
   GoodbyeMessage,
   ReportMessage,
   StatusMessage,
@@ -49,6 +50,8 @@ export interface TopologyEvent {
   /** simulated vertices of the garment */
   readonly vertexCount: number;
   readonly cloth: RenderMesh;
+  /** what is worn, from the innermost outwards; empty: one garment, of which nothing is told */
+  readonly garments: readonly GarmentTopology[];
   readonly body: { readonly vertexCount: number; readonly index: Uint32Array };
 }
 

@@ -139,6 +139,11 @@ export class Choices {
     this.presets.select(wish.preset ?? AUTO);
   }
 
+  /** Shows the colour that was chosen elsewhere; null: the fabric's own. */
+  dyedIn(colour: string | null): void {
+    this.colours.select(colour ?? OWN);
+  }
+
   /** Shows the size in which the garment is worn, where it was the server that chose it, or that none was found. */
   wornIn(size: number | null, failed: boolean): void {
     this.worn = size;

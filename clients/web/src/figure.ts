@@ -6,19 +6,23 @@ import { FabricMaterial, skinMaterial } from "./materials.ts";
 /** Body and garment as three.js objects that show the newest frame of a `GarmentScene`. */
 export class Figure {
   readonly object = new THREE.Group();
+  /** of the garments that are worn, from the innermost outwards; of one alone, the first */
+  readonly fabrics: FabricMaterial[];
   private readonly skin = skinMaterial();
   private readonly occluder = new THREE.MeshBasicMaterial({ colorWrite: false });
   private readonly body = new THREE.Mesh<THREE.BufferGeometry, THREE.Material>(new THREE.BufferGeometry(), this.skin);
-  private readonly cloth: THREE.Mesh;
+  private readonly cloth = new THREE.Mesh<THREE.BufferGeometry, THREE.Material[]>(new THREE.BufferGeometry(), []);
   private readonly seams: THREE.LineSegments;
   private readonly parts: readonly (THREE.Mesh | THREE.LineSegments)[];
   private scene: GarmentScene | undefined;
   private topologyVersion = -1;
   private frameVersion = -1;
 
-  constructor(readonly fabric: FabricMaterial) {
-    this.cloth = new THREE.Mesh(new THREE.BufferGeometry(), fabric.material);
-    this.seams = new THREE.LineSegments(new THREE.BufferGeometry(), fabric.seam);
+  /** @param another makes a material for a garment that is worn with others */
+  constructor(private readonly another: () => FabricMaterial) {
+    const first = another();
+    this.fabrics = [first];
+    this.seams = new THREE.LineSegments(new THREE.BufferGeometry(), first.seam);
     this.parts = [this.body, this.cloth, this.seams];
     for (const mesh of [this.body, this.cloth]) {
       mesh.castShadow = true;
@@ -67,10 +71,19 @@ export class Figure {
     if (!scene.cloth || !scene.body) return;
     this.body.geometry = geometryOf(scene.body);
     this.cloth.geometry = geometryOf(scene.cloth);
+    this.shareOut(scene.garments.map(({ faces }) => faces), scene.faceCount);
     const lines = new THREE.BufferGeometry();
     lines.setAttribute("position", this.cloth.geometry.getAttribute("position"));
     lines.setIndex(new THREE.BufferAttribute(scene.cloth.seams, 1));
     this.seams.geometry = lines;
+  }
+
+  /** Draws each garment's triangles, its first and how many it has, in a material of its own. */
+  private shareOut(shares: readonly (readonly [number, number])[], faceCount: number): void {
+    const all = shares.length ? shares : [[0, faceCount] as const];
+    while (this.fabrics.length < all.length) this.fabrics.push(this.another());
+    this.cloth.material = all.map((_share, k) => this.fabrics[k].material);
+    all.forEach(([first, count], k) => this.cloth.geometry.addGroup(3 * first, 3 * count, k));
   }
 }
 

@@ -115,6 +115,11 @@ export class Fitting {
     return this.open({ ...this.wish, body, motion: body === null ? (motion?.name ?? null) : null });
   }
 
+  /** The session that is shown. */
+  get sessionId(): string | undefined {
+    return this.session?.id;
+  }
+
   /** Whether an uploaded body is worn, which has a motion of its own and takes no poses. */
   get movesByItself(): boolean {
     return this.wish.body !== null;

@@ -1,4 +1,4 @@
-import { Api, RateMeter, steadyNow, type Fabric, type Print } from "@tryon/core";
+import { Api, RateMeter, RequestError, steadyNow, type Fabric, type Print } from "@tryon/core";
 
 import { AccuracyPanel } from "./accuracy.ts";
 import { AdviceLine } from "./advice.ts";
@@ -18,6 +18,7 @@ import { Readout, type Figures } from "./readout.ts";
 import { Stage } from "./stage.ts";
 import { StatusLine } from "./status.ts";
 import { Upload } from "./upload.ts";
+import { Wardrobe } from "./wardrobe.ts";
 
 /** file name of the bundled worker, filled in by the build */
 declare const WORKER_FILE: string;
@@ -58,16 +59,27 @@ class Studio implements FittingView {
   private readonly ar: Ar;
   private subject: string | undefined;
   private fabric: Fabric | undefined;
+  private known: readonly Fabric[] = [];
+  /** name of the garment that is edited */
+  private editing = "";
+  private dressed = -1;
+  private readonly wardrobe: Wardrobe;
   private colour: string | undefined;
   private print: Print | undefined;
+  private readonly prints: PrintPanel;
   private readonly play = byId("play", HTMLButtonElement);
   private readonly view = byId("view");
 
   constructor() {
     const { api } = this;
-    this.figure = new Figure(new FabricMaterial((path) => api.fileUrl(path), () => this.stage.invalidate()));
+    this.figure = new Figure(() => new FabricMaterial((path) => api.fileUrl(path), () => this.stage.invalidate()));
     this.stage.scene.add(this.figure.object);
     this.fitting = new Fitting(api, new URL(WORKER_FILE, import.meta.url), this);
+    this.wardrobe = new Wardrobe(api, {
+      session: () => this.fitting.sessionId,
+      notice: (notice) => this.board.show(notice),
+      busy: (sentence) => this.statusLine.setBusy(sentence),
+    });
     this.panel = new Choices({
       garment: (id) => void this.fitting.wear(id),
       size: (size) => void this.fitting.wearSize(size),
@@ -76,7 +88,7 @@ class Studio implements FittingView {
       fabric: (name) => this.fitting.sewFrom(name),
       colour: (colour) => {
         this.colour = colour;
-        this.dress();
+        this.finish();
       },
       preset: (name) => void this.fitting.detail(name),
       remove: (kind, id, called) => {
@@ -94,17 +106,17 @@ class Studio implements FittingView {
       drawn: () => this.noteDrawn(steadyNow()),
       failed: (why) => this.board.show({ title: "AR could not be entered", message: why }),
     });
-    const prints = new PrintPanel(
+    this.prints = new PrintPanel(
       api,
       (print) => {
         this.print = print;
-        this.dress();
+        this.finish();
       },
       (notice) => this.board.show(notice),
     );
     const save = byId("save-glb", HTMLAnchorElement);
     save.addEventListener("click", () => {
-      save.href = api.glbUrl(new URLSearchParams(location.search).get("session") ?? "", this.colour, this.print);
+      save.href = api.glbUrl(this.session);
     });
     save.href = "#"; // a link only with an address: it is that of the click
     new Upload({
@@ -112,8 +124,8 @@ class Studio implements FittingView {
       motion: (file, reading) => this.fitting.addMotion(file, reading),
       body: (file, reading) => this.fitting.addBody(file, reading),
       picture: (file) => {
-        if (!prints.takes(file)) return false;
-        void prints.add(file);
+        if (!this.prints.takes(file)) return false;
+        void this.prints.add(file);
         return true;
       },
     });
@@ -139,6 +151,7 @@ class Studio implements FittingView {
       client.scene.take();
       if (this.figure.update(client.scene)) {
         this.stage.invalidate();
+        this.dressAnew(client.scene.topologyVersion);
         this.view.dataset.shown = this.figure.shown ? "figure" : "nothing";
       }
       const frame = client.scene.figures;
@@ -152,6 +165,14 @@ class Studio implements FittingView {
     requestAnimationFrame(this.draw);
   };
 
+  /** Another topology may be of other garments, in other fabrics. */
+  private dressAnew(topology: number): void {
+    if (topology === this.dressed) return;
+    this.dressed = topology;
+    this.dress();
+    void this.wardrobe.refresh();
+  }
+
   private noteDrawn(now: number): void {
     const { client } = this.fitting;
     if (!client) return;
@@ -160,10 +181,42 @@ class Studio implements FittingView {
   }
 
   private dress(): void {
-    if (!this.fabric) return;
+    const chosen = this.fabric;
+    if (!chosen) return;
     const print = this.print && { url: this.api.fileUrl(this.print.image), size: this.print.size };
-    this.figure.fabric.wear({ look: this.fabric.look, dye: this.colour, print });
-    byId("colours").style.setProperty("--own", cssColour(this.fabric.look.colour));
+    const { garments } = this.fitting.client?.scene ?? { garments: [] };
+    const several = garments.length > 1;
+    this.figure.fabrics.forEach((material, k) => {
+      const garment = several ? garments.at(k) : undefined;
+      const { look } = this.known.find(({ name }) => name === garment?.fabric) ?? chosen;
+      if (garment && garment.name !== this.editing) material.wear({ look, dye: undefined, print: undefined });
+      else material.wear({ look, dye: this.colour, print });
+    });
+    byId("colours").style.setProperty("--own", cssColour(chosen.look.colour));
+  }
+
+  /** Of the session that is shown; "": none yet. */
+  private get session(): string {
+    return new URLSearchParams(location.search).get("session") ?? "";
+  }
+
+  /** Shows what was chosen for the fabric's looks, and tells the session, for others and for files. */
+  private finish(): void {
+    this.dress();
+    const dye = this.print ? null : (this.colour ?? null); // a print takes its place
+    if (this.session) this.api.chooseFinish(this.session, { dye, print: this.print?.id ?? null }).catch(unanswered);
+  }
+
+  /** Shows what others chose for the session that was joined. */
+  private async joinFinish(): Promise<void> {
+    const session = this.session;
+    const { dye, print } = await this.api.finish(session);
+    const worn = await this.prints.join(print);
+    if (session !== this.session) return; // another one is shown by now
+    this.colour = dye ?? undefined;
+    this.print = worn;
+    this.panel.dyedIn(dye);
+    this.dress();
   }
 
   // FittingView ----------------------------------------------------------------------------------------------------
@@ -215,6 +268,10 @@ class Studio implements FittingView {
 
   design(...[design]: Parameters<FittingView["design"]>): void {
     this.pattern.design(design);
+    if (design.garment === undefined || design.garment === this.editing) return;
+    this.editing = design.garment;
+    this.dress();
+    void this.wardrobe.refresh();
   }
 
   edited(...[edited]: Parameters<FittingView["edited"]>): void {
@@ -232,6 +289,8 @@ class Studio implements FittingView {
   choices(...[catalogue, wish]: Parameters<FittingView["choices"]>): void {
     this.panel.show(catalogue, wish);
     this.effectsPanel.offer(catalogue.effects);
+    this.known = catalogue.fabrics;
+    this.wardrobe.offer(catalogue.garments);
     const fabric = catalogue.fabrics.find(({ name }) => name === wish.fabric) ?? catalogue.fabrics.at(0);
     if (fabric === this.fabric) return;
     this.fabric = fabric;
@@ -240,8 +299,11 @@ class Studio implements FittingView {
 
   began(...[, joined]: Parameters<FittingView["began"]>): void {
     this.pattern.forget();
+    this.dressed = -1;
     this.readout.reset();
     this.accuracy.began(joined);
+    if (joined) this.joinFinish().catch(unanswered);
+    else this.finish();
     this.advice.hide();
     this.board.hideFault();
   }
@@ -250,6 +312,11 @@ class Studio implements FittingView {
     this.play.ariaPressed = String(playing);
     setText(byId("play-text"), text);
   }
+}
+
+/** Of looks, which are there without the server's answer, too: that it does not answer is told where it matters. */
+function unanswered(error: unknown): void {
+  if (!(error instanceof RequestError)) throw error;
 }
 
 try {

@@ -82,12 +82,12 @@ export class FabricMaterial {
       ([map, normalMap, roughnessMap]) => {
         if (this.worn !== surface) return; // another one has been chosen meanwhile
         material.color.setScalar(1);
-        Object.assign(material, { map, normalMap, roughnessMap, roughness: 1 });
+        Object.assign(material, { map, normalMap, roughnessMap, metalnessMap: roughnessMap, roughness: 1, metalness: 1 });
         this.show();
       },
       () => {
         if (this.worn !== surface) return; // without its pictures a fabric still has its colour
-        Object.assign(material, { map: null, normalMap: null, roughnessMap: null, roughness: 0.9 });
+        Object.assign(material, { map: null, normalMap: null, roughnessMap: null, metalnessMap: null, roughness: 0.9, metalness: 0 });
         material.color.copy(colour);
         this.show();
       },

@@ -13,6 +13,7 @@ export class PrintPanel {
   private readonly width = byId("print-width", HTMLInputElement);
   private prints: readonly Print[] = [];
   private worn: Print | undefined;
+  private readonly listed: Promise<void>;
 
   /**
    * @param chosen told of the print that is to be worn; undefined: none
@@ -36,7 +37,15 @@ export class PrintPanel {
       const file = picker.files?.[0];
       if (file) void this.add(file).finally(() => (picker.value = "")); // so that it can be chosen again, corrected
     });
-    void this.read();
+    this.listed = this.read();
+  }
+
+  /** Shows that the print of this id is worn, which was chosen elsewhere; null: none. Returns it. */
+  async join(id: string | null): Promise<Print | undefined> {
+    await this.listed;
+    this.worn = this.prints.find((print) => print.id === id);
+    this.show();
+    return this.worn;
   }
 
   /** Whether a file is one of these, by its ending. */

@@ -32,7 +32,24 @@ export interface ArrayData {
   data: Uint8Array;
 }
 
-/** What does not change from frame to frame about the garment. */
+/**
+ * One garment of what is worn: which vertices, triangles and pattern pieces of the cloth are its own. They lie
+ * one after the other.
+ */
+export interface GarmentTopology {
+  /** its name among what is worn, as edits name it */
+  name: string;
+  /** what it is made of */
+  fabric: string;
+  /** its first vertex and how many it has */
+  vertices: readonly [number, number];
+  /** its first triangle and how many it has */
+  faces: readonly [number, number];
+  /** its first pattern piece and how many it has */
+  panels: readonly [number, number];
+}
+
+/** What does not change from frame to frame about what is worn. */
 export interface ClothTopology {
   /** number N of welded cloth vertices in a frame */
   vertex_count: number;
@@ -44,6 +61,8 @@ export interface ClothTopology {
   panel_of_face?: ArrayData | null;
   /** names of the pattern pieces; empty: not told. Default: [] */
   panel_names?: readonly string[];
+  /** what is worn, from the innermost outwards; empty: one garment, of which nothing is told. Default: [] */
+  garments?: readonly GarmentTopology[];
 }
 
 /** The body model of the session: a surface of B vertices bound to J joints, posed by PROTOCOL.md section 8. */
@@ -325,6 +344,8 @@ export interface EditMessage {
   mirror?: boolean;
   /** show it, don't keep it; there is no `edited`. Default: false */
   hold?: boolean;
+  /** a name of `topology.cloth.garments`, edited from now on; "": the edited one. Default: "" */
+  garment?: string;
   /** number chosen by the client and repeated in the `error` that answers this command; null: none. Default: null */
   request?: number | null;
 }
@@ -332,6 +353,8 @@ export interface EditMessage {
 /** Take the last edit back. Answered as `edit`. */
 export interface UndoMessage {
   type: "undo";
+  /** a name of `topology.cloth.garments`, edited from now on; "": the edited one. Default: "" */
+  garment?: string;
   /** number chosen by the client and repeated in the `error` that answers this command; null: none. Default: null */
   request?: number | null;
 }
@@ -339,6 +362,8 @@ export interface UndoMessage {
 /** Make the edit again that was taken back last. Answered as `edit`. */
 export interface RedoMessage {
   type: "redo";
+  /** a name of `topology.cloth.garments`, edited from now on; "": the edited one. Default: "" */
+  garment?: string;
   /** number chosen by the client and repeated in the `error` that answers this command; null: none. Default: null */
   request?: number | null;
 }
@@ -485,8 +510,8 @@ export interface EffectsMessage {
 }
 
 /**
- * The garment's sewing pattern as it is worn. Sent on joining once it is dressed, and on every change of it. A
- * garment that is a mesh has none.
+ * The edited garment's sewing pattern as it is worn. Sent on joining once it is dressed, and on every change of
+ * it. A garment that is a mesh has none.
  */
 export interface DesignMessage {
   type: "design";
@@ -504,6 +529,8 @@ export interface DesignMessage {
   notes?: readonly string[];
   /** what lies on other pieces, as pockets do. Default: [] */
   patches?: readonly DesignPatch[];
+  /** which of `topology.cloth.garments` it is of; "": it has no name. Default: "" */
+  garment?: string;
 }
 
 /** Answer to `edit`, `undo` and `redo`: it is done, and kept whatever happens to the server. */

@@ -1,5 +1,5 @@
 import { ProtocolError } from "./errors.ts";
-import type { ArrayData, TopologyMessage } from "./generated.ts";
+import type { ArrayData, GarmentTopology, TopologyMessage } from "./generated.ts";
 import { inflateExactly } from "./inflate.ts";
 import type { Inflate } from "./inflate.ts";
 
@@ -48,6 +48,8 @@ export interface Topology {
   /** (F) index into panelNames; null: not told */
   panelOfFace: Uint16Array | null;
   panelNames: readonly string[];
+  /** what is worn, from the innermost outwards; empty: one garment, of which nothing is told */
+  garments: readonly GarmentTopology[];
   body: BodySurface;
 }
 
@@ -68,6 +70,7 @@ export function readTopology(message: TopologyMessage, inflate: Inflate): Topolo
     uv: cloth.uv ? read(cloth.uv, "cloth.uv", "float32", [triangles, 3, 2]) : null,
     panelOfFace: cloth.panel_of_face ? read(cloth.panel_of_face, "cloth.panel_of_face", "uint16", [triangles]) : null,
     panelNames: cloth.panel_names ?? [],
+    garments: cloth.garments ?? [],
     body: {
       restVertices: read(body.rest_vertices, "body.rest_vertices", "float32", [vertices, 3]),
       faces: read(body.faces, "body.faces", "uint32", [body.faces.shape[0] ?? 0, 3]),

@@ -23,9 +23,10 @@ REFUSED = ("edit_refused", "invalid_field", "unknown_fabric")  # what the edit i
 
 
 @router.get("/{session_id}/edits")
-async def list_edits(session_id: str, services: ServicesDep) -> list[EditReply]:
-    """The edits of a session's pattern, live or ended, oldest first, with those that were taken back."""
-    kept = await services.sessions.edits(session_id)
+async def list_edits(session_id: str, services: ServicesDep, garment: str = "") -> list[EditReply]:
+    """The edits of the pattern of a session's garment, the edited one unless it is named, live or ended, oldest first,
+    with those that were taken back."""
+    kept = await services.sessions.edits(session_id, garment)
     return [EditReply(id=e.id, edit=dict(e.edit), mirror=e.mirror, made=e.made, undone=e.undone) for e in kept]
 
 
@@ -33,30 +34,36 @@ async def list_edits(session_id: str, services: ServicesDep) -> list[EditReply]:
 async def make_edit(session_id: str, request: Request, services: ServicesDep) -> EditedReply:
     """Edit the pattern while it is worn; answered when the edit is kept. One that is refused changes nothing."""
     wish = read_json(await request.body(), EditRequest)
-    return await _change(session_id, services, "edit", wish.edit, wish.mirror)
+    return await _change(session_id, services, "edit", wish.edit, wish.mirror, wish.garment)
 
 
 @router.post("/{session_id}/edits/undo")
-async def undo_edit(session_id: str, services: ServicesDep) -> EditedReply:
-    """Take the last edit back."""
-    return await _change(session_id, services, "undo")
+async def undo_edit(session_id: str, services: ServicesDep, garment: str = "") -> EditedReply:
+    """Take the last edit back, of the garment of this name or the edited one."""
+    return await _change(session_id, services, "undo", garment=garment)
 
 
 @router.post("/{session_id}/edits/redo")
-async def redo_edit(session_id: str, services: ServicesDep) -> EditedReply:
-    """Make the edit again that was taken back last."""
-    return await _change(session_id, services, "redo")
+async def redo_edit(session_id: str, services: ServicesDep, garment: str = "") -> EditedReply:
+    """Make the edit again that was taken back last, of the garment of this name or the edited one."""
+    return await _change(session_id, services, "redo", garment=garment)
 
 
 @router.get("/{session_id}/pattern")
-async def pattern(session_id: str, services: ServicesDep) -> Response:
-    """The pattern as it stands after the session's edits, live or ended: JSON that POST /api/garments takes."""
-    specification = await services.sessions.specification(session_id)
+async def pattern(session_id: str, services: ServicesDep, garment: str = "") -> Response:
+    """The pattern of a garment, the edited one unless it is named, as it stands after the session's edits, live or
+    ended: JSON that POST /api/garments takes."""
+    specification = await services.sessions.specification(session_id, garment)
     return Response(json.dumps(specification), media_type="application/json")
 
 
 async def _change(
-    session_id: str, services: Services, step: EditStep, edit: Mapping[str, Any] | None = None, mirror: bool = False
+    session_id: str,
+    services: Services,
+    step: EditStep,
+    edit: Mapping[str, Any] | None = None,
+    mirror: bool = False,
+    garment: str = "",
 ) -> EditedReply:
     await services.sessions.record(session_id)
     live = services.sessions.get(session_id)
@@ -64,7 +71,7 @@ async def _change(
         remedy = "Open a session that continues it: POST /api/sessions with its id as `continues`"
         raise problem_error("session.ended", "the session has ended", remedy, place="session", status=409)
     try:
-        made = await live.change_pattern(step, edit, mirror)
+        made = await live.change_pattern(step, edit, mirror, garment)
     except ProtocolError as error:
         status = 422 if error.code in REFUSED else 409
         code = f"edit.{error.code.removeprefix('edit_')}"

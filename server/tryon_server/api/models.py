@@ -116,7 +116,9 @@ class LookReply(Model):
     sheen_roughness: float
     colour_map: str = Field(description="path of a PNG, sRGB; ?dye=RRGGBB dyes the warp in another colour")
     normal_map: str = Field(description="path of a PNG as glTF has it: x along u, y along v, which goes up in it")
-    roughness_map: str = Field(description="path of a PNG as glTF has it: green is roughness, blue metal")
+    roughness_map: str = Field(
+        description="path of a PNG as glTF has it: green is roughness, blue metal, which stands for filaments' lustre"
+    )
 
 
 class FabricReply(Model):
@@ -145,6 +147,13 @@ class PrintReply(Model):
     image: str = Field(description="path of the file")
     created: float
     kept_as: KeptAs = None
+
+
+class FinishChoice(Model):
+    """What takes the place of the fabric's own colour in a session; null: not that."""
+
+    dye: Name | None = Field(None, description="colour of the warp in sRGB, RRGGBB")
+    print: Name | None = Field(None, description="id of a print")
 
 
 class DeviceReply(Model):
@@ -261,10 +270,39 @@ class EffectsReply(Model):
     effects: list[EffectReply]
     auto: bool = Field(description="what garment and motion may call for is armed by itself")
     plan: str = Field(description="the stages of a step and who takes part in each, with ms where measured")
+class WearRequest(Model):
+    """A garment to be put on over others, or under them."""
+
+    garment: Name = Field(description="id of a garment")
+    fabric: Name | None = Field(None, description="name of a fabric; null: the pattern's own, else the first one")
+    size: Annotated[float, Field(ge=0.5, le=2.0, strict=True)] = Field(1.0, description="of its pattern, over its own")
+    position: Annotated[int, Field(ge=0, strict=True)] | None = Field(
+        None, description="from the innermost, 0; null: outermost"
+    )
+    replaces: Name | None = Field(None, description="name of a worn garment that it takes the place of")
+
+
+class OutfitRequest(Model):
+    """Another order of what is worn, or another garment to edit; null: as it is."""
+
+    order: list[Name] | None = Field(None, description="names of all that is worn, from the innermost outwards")
+    edited: Name | None = Field(None, description="name of the garment that edits are of")
+
+
+class WornReply(Model):
+    """A garment of what a session wears."""
+
+    name: str = Field(description="its name there, as edits name it")
+    garment: str
+    fabric: str
+    size: Size = Field(description="as it was asked for")
+    edited: bool = Field(description="edits that name none are of this one")
 
 
 class EditRequest(Model):
     """An edit of the pattern that a session wears."""
+
+    garment: Name = Field("", description="name of a worn garment, edited from now on; empty: the edited one")
 
     edit: dict[str, Any] = Field(description="kind, and that kind's fields; see PROTOCOL.md section 3.2")
     mirror: bool = Field(False, description="do the same on the symmetric piece, or side")

@@ -94,10 +94,14 @@ def normals(look: Look) -> Pixels:
 
 
 def roughness(look: Look) -> Pixels:
-    """(TEXELS, TEXELS, 3): green is roughness, blue metal, of which there is none; as glTF packs the two."""
+    """(TEXELS, TEXELS, 3): green is roughness, blue metal, as glTF packs the two.
+
+    There is no metal in cloth. But what filaments throw back has been inside of them and has their colour (Irawan and
+    Marschner 2012), which among glTF's surfaces only metals do: the look's lustre, less between the yarns.
+    """
     _, height = _napped(look)
     rough = look.roughness + 0.5 * (1 - look.roughness) * (1 - height.clip(0, 1))
-    return _as_seen(np.stack([np.ones_like(rough), rough, np.zeros_like(rough)], axis=-1))
+    return _as_seen(np.stack([np.ones_like(rough), rough, look.lustre * height.clip(0, 1)], axis=-1))
 
 
 def _srgb(linear: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

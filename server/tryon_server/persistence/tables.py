@@ -51,6 +51,21 @@ wishes = Table(  # what a session was opened with besides
     Column("wish", Text, nullable=False),  # JSON: size, body
 )
 
+outfits = Table(  # what a session wears, where that is not only the garment that it was opened with
+    "outfits",
+    metadata,
+    Column("session", String(64), primary_key=True),
+    Column("outfit", Text, nullable=False),  # JSON
+)
+
+finishes = Table(  # what sessions chose for the looks of their fabric
+    "finishes",
+    metadata,
+    Column("session", String(64), primary_key=True),
+    Column("dye", String(7)),
+    Column("print", String(64)),
+)
+
 sessions = Table(
     "sessions",
     metadata,

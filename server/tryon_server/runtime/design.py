@@ -28,11 +28,12 @@ def design_of(
     held: bool = False,
     notes: Sequence[str] = (),
     drawn: DesignMessage | None = None,
+    garment: str = "",
 ) -> DesignMessage:
     """The pattern of a specification that parse_pattern passes, and what can be undone and redone. `drawn` is that of
-    another history, if it has been made."""
+    another history, if it has been made; `garment` the name under which it is worn."""
     if drawn is not None:
-        return msgspec.structs.replace(drawn, held=held, notes=tuple(notes), **_history(history))
+        return msgspec.structs.replace(drawn, held=held, notes=tuple(notes), garment=garment, **_history(history))
     draft = read_draft(specification)
     number = {
         edge: (k, e) for k, piece in enumerate(draft.pieces.values()) for e, edge in enumerate(piece.edges)
@@ -43,6 +44,7 @@ def design_of(
         seams=tuple(DesignSeam(first=number[seam.first], second=number[seam.second]) for seam in draft.seams),
         patches=_patches(parsed(specification)),
         notes=tuple(notes),
+        garment=garment,
         **_history(history),
     )
 

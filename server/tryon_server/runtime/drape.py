@@ -18,6 +18,7 @@ from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion
 from tryon_solver.body.pose import Pose
 from tryon_solver.effect_words.rules import Parameters
+from tryon_solver.geometry.garment import Layer
 
 Stance = Pose | Moment
 """How a body stands: a pose of one that is posed, a moment of one that moves by itself."""
@@ -26,9 +27,18 @@ Progress = Callable[[str, float | None], None]
 """Told what is being done, in words for people, and the fraction of it that is done, None when that is not known."""
 
 
+@dataclass(frozen=True)
+class GarmentPart:
+    """One garment of what is worn: the name of its fabric; `layer`: its own, and which vertices, triangles and panels
+    are its."""
+
+    fabric: str
+    layer: Layer
+
+
 @dataclass(frozen=True, eq=False)
 class Outfit:
-    """What stays as it is while the garment moves.
+    """What stays as it is while what is worn moves.
 
     Attributes:
         vertex_count: N, vertices of the cloth.
@@ -41,6 +51,7 @@ class Outfit:
         fitting_size: the size of its pattern that would fit, over its own; None where no other one would fit better.
         notes: how garment and body were read from files that say little, and what was mended, for people.
         size: in which its pattern is worn, over its own; None for a mesh.
+        garments: what is worn, from the innermost outwards; () where that has no name.
     """
 
     vertex_count: int
@@ -53,6 +64,7 @@ class Outfit:
     fitting_size: float | None = None
     notes: tuple[str, ...] = ()
     size: float | None = None
+    garments: tuple[GarmentPart, ...] = ()
 
 
 class StepFacts(Protocol):
@@ -113,15 +125,23 @@ Asked = Mapping[str, Parameters]
 
 
 class DrapeEffects(Protocol):
-    """The effects of a dressed garment.
+    """The effects of what is worn.
 
     Attributes:
         asked: which it is worn with; another value where they have changed.
-        own: those that its pattern calls for.
+        own: those that its patterns call for.
+        garments: names of what is worn, from the innermost outwards.
     """
 
     asked: Asked
     own: Asked
+
+    @property
+    def garments(self) -> tuple[str, ...]: ...
+
+    def under_garments(self, name: str, parameters: Parameters) -> Parameters:
+        """The effect's parameters with each piece called by its garment's name and its own, which hold for whatever is
+        worn with that garment, too."""
 
     def check(self, asked: Asked) -> None:
         """Raises EffectError where it can't be worn with these."""
@@ -154,6 +174,9 @@ class Drape(Protocol):
         own_motion: the body's frames, if it came as a mesh; then it stands only as they show it.
         origin: (3,) m, whole metres: where the origin of the positions lies in the session's space, in which the poses
             are. It follows the body, so that float32 holds the positions.
+        names: of the garments that are worn, from the innermost outwards.
+        edited: which of them the following speak of: ``specification``, ``reshape``, ``shape_of``, ``cutting`` and
+            ``recut``; ``edit_garment`` chooses it.
         specification: the sewing pattern that its mesh was made of, plain JSON that parse_pattern passes; None of a
             garment that has none.
         outgrown: why the shape it was last told to take needs another mesh, found on the way to it; "" as a rule.
@@ -164,11 +187,29 @@ class Drape(Protocol):
     pose: Stance
     own_motion: MeshSequence | None
     origin: npt.NDArray[np.float64]
-    specification: Mapping[str, Any] | None
     outgrown: str
 
     @property
     def effects(self) -> DrapeEffects: ...
+    @property
+    def names(self) -> tuple[str, ...]: ...
+    @property
+    def edited(self) -> str: ...
+    @property
+    def specifications(self) -> Mapping[str, Mapping[str, Any] | None]:
+        """The pattern that each garment's mesh was made of, by name; None of one that has none."""
+
+    def size_of(self, name: str) -> float | None:
+        """In which the pattern of the garment of this name is worn, over its own; None of a mesh."""
+
+    @property
+    def specification(self) -> Mapping[str, Any] | None: ...
+
+    def edit_garment(self, name: str) -> None:
+        """Edits are of this garment from now on."""
+
+    def take_off(self, name: str) -> Iterator[Drape | None]:
+        """What is worn without the garment of this name, as it is worn then, in parts as those of ``recut``."""
 
     def reshape(self, specification: Mapping[str, Any], shape: Any = None) -> str:
         """Take on the pattern's shape, from the next ``advance`` on; why that needs another mesh, and then nothing is

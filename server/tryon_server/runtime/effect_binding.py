@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import Any, Protocol
 
@@ -10,56 +10,67 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from tryon_server.runtime.drape import Asked, Character
-from tryon_server.runtime.worn_pattern import WornPattern
+from tryon_server.runtime.worn_garment import WornGarment
+from tryon_solver.dressing.outfit import Outfit
 from tryon_solver.effect_words.fields import EffectError
-from tryon_solver.effect_words.rules import LINED, Parameters
+from tryon_solver.effect_words.rules import LINED, Parameters, together, with_pieces
 from tryon_solver.effect_words.table import live
 from tryon_solver.geometry.boundary_loops import boundary_loops
-from tryon_solver.geometry.garment import Garment
-from tryon_solver.geometry.weld import weld
+from tryon_solver.geometry.named_lines import Cut
+from tryon_solver.geometry.outfit import garments_of
 from tryon_solver.rebind import take_over, with_effects
 from tryon_solver.redesign.parsed import parsed
 from tryon_solver.simulation import Simulation
 from tryon_solver.stepping.clocked import times_in_parts
-from tryon_solver.worn_effects import VALUES, Cut, check, in_place, spec_of, values_of
+from tryon_solver.worn_effects import VALUES, WORN_ON_BODY, check, in_place, spec_of, values_of
 
 REPEATS = 5  # of a call that is measured, since frames wait for them
 LOOKED_AT = 1000  # vertices, from which how loosely a garment hangs is told
 
 
-class Worn(Protocol):
-    """A garment whose simulation may give way to another one of the same garment."""
+class WornTogether(Protocol):
+    """What is worn, the simulation of which may give way to another one of the same garments."""
 
     simulation: Simulation
-    worn_pattern: WornPattern | None
+
+    @property
+    def garments(self) -> Sequence[WornGarment]:
+        """From the innermost outwards."""
 
     def go_on_in(self, simulation: Simulation) -> None:
         """Be simulated by this one from here on."""
 
 
 class SolverEffects:
-    """The effects of one garment.
+    """The effects of what is worn.
 
     Attributes:
         asked: which it is worn with, as they were asked for.
-        own: those that its pattern calls for.
+        own: those that its patterns call for.
     """
 
-    def __init__(self, worn: Worn, panel_names: tuple[str, ...], asked: Asked | None) -> None:
-        pattern = worn.worn_pattern
-        self.own: Asked = {} if pattern is None else parsed(pattern.specification).effects
+    def __init__(self, worn: WornTogether, asked: Asked | None) -> None:
+        self.own = own_of(worn.garments)
         self.asked: Asked = {**live(), **self.own} if asked is None else asked
         self._worn = worn
-        self._names = panel_names
         self._cut: Cut | None = None
         self._write(worn.simulation, self.asked)
+
+    @property
+    def garments(self) -> tuple[str, ...]:
+        """Names of what is worn, from the innermost outwards."""
+        return tuple(one.worn.name for one in self._worn.garments)
+
+    def under_garments(self, name: str, parameters: Parameters) -> Parameters:
+        """The effect's parameters with each piece called by its garment's name and its own."""
+        cut = self.cut
+        return with_pieces(name, parameters, lambda piece: piece if piece == WORN_ON_BODY else cut.full_name(piece))
 
     @property
     def cut(self) -> Cut:
         """What names of pieces and numbers of edges mean in it."""
         if self._cut is None:
-            pattern, garment = self._worn.worn_pattern, self._worn.simulation.scene.garment
-            self._cut = cut_of(garment, self._names, pattern)
+            self._cut = cut_of(self._worn.garments)
         return self._cut
 
     def check(self, asked: Asked) -> None:
@@ -102,10 +113,13 @@ class SolverEffects:
         return name not in asked or (name in self.asked and asked[name] == self.asked[name])
 
     def _write(self, simulation: Simulation, asked: Asked) -> None:
+        valued = [name for name in asked if name in VALUES]
+        if not valued:
+            return
         bound = {contribution.name: contribution for contribution in simulation.plan.contributions}
-        for name, parameters in asked.items():
-            if name in bound and name in VALUES:
-                for value, numbers in values_of(name, parameters, self.cut).items():
+        for name in valued:
+            if name in bound:
+                for value, numbers in values_of(name, asked[name], self.cut).items():
                     bound[name].values[value].assign(numbers)
 
     def times(self) -> Iterator[tuple[str, Mapping[str, float]]]:
@@ -117,9 +131,9 @@ class SolverEffects:
         return self._worn.simulation.plan.describe(times)
 
     def character(self) -> Character:
-        """What the garment is like now."""
+        """What is worn is like this now; of several garments what any of them is."""
         simulation = self._worn.simulation
-        garment, pattern = simulation.scene.garment, self._worn.worn_pattern
+        scene, patterns = simulation.scene, [one.pattern for one in self._worn.garments]
         v = simulation.state.v.numpy().astype(np.float64)
         cloth, body = simulation.cloth_positions(), simulation.body_positions()
         some = cloth[:: max(len(cloth) // LOOKED_AT, 1)]
@@ -127,30 +141,73 @@ class SolverEffects:
             speed=float(np.sqrt((v**2).sum(1).mean())),
             off_body=float(np.median(cKDTree(body).query(some)[0])),
             stretch=simulation.reported.max_stretch,
-            limit=simulation.scene.fabric.strain_limit,
-            layered=pattern is not None and bool(len(pattern.panels.laid.vertices)),
-            closed=not boundary_loops(garment.faces),
+            limit=min(fabric.strain_limit for fabric in scene.fabric_of_garments()),
+            layered=any(pattern is not None and len(pattern.panels.laid.vertices) for pattern in patterns),
+            closed=any(not boundary_loops(garment.faces) for garment in garments_of(scene.garment)),
         )
 
 
-def cut_of(garment: Garment, panel_names: tuple[str, ...], pattern: WornPattern | None) -> Cut:
-    """What names of pieces and numbers of edges mean in a garment that was made of this pattern, or of none."""
-    if pattern is None:
-        return Cut(garment, panel_names)
-    counts = tuple(len(panel.edges) for panel in parsed(pattern.specification).panels)
-    return Cut(garment, panel_names, counts, pattern.panels, weld(pattern.panels).welded_of_vertex)
+def cut_of(garments: Sequence[WornGarment]) -> Cut:
+    """What names of pieces and numbers of edges mean in what is worn."""
+    outfit = Outfit(tuple(one.worn for one in garments))
+    return Cut.together(outfit.garment, [_cut_of_one(one) for one in garments])
 
 
-def in_another_cut(worn: SolverEffects, after: Cut, own: Asked) -> dict[str, Parameters]:
-    """Of what a garment is worn with, what another cut of it can be worn with as well: nothing along edges whose
-    numbers may mean others, and nothing on pieces that are gone. What its pattern called for is as the pattern of the
-    other cut has it, its `own`."""
-    before = worn.cut
-    same = before.panel_names == after.panel_names and before.edge_counts == after.edge_counts
+def _cut_of_one(one: WornGarment) -> Cut:
+    worn = one.worn
+    if one.specification is None or worn.panels is None or worn.welded is None:
+        return Cut.of_mesh(worn.garment, worn.piece_names, worn.name)
+    counts = tuple(len(panel.edges) for panel in parsed(one.specification).panels)
+    return Cut.of_pattern(worn.garment, worn.panels, worn.welded, counts, worn.name)
+
+
+def own_of(garments: Sequence[WornGarment]) -> Asked:
+    """What the patterns of these garments call for, by the names that their pieces have together."""
+    each: list[Asked] = []
+    for one in garments:
+        own: Asked = {} if one.specification is None else parsed(one.specification).effects
+        if len(garments) > 1:
+            alone = _cut_of_one(one)
+            own = {name: with_pieces(name, parameters, alone.full_name) for name, parameters in own.items()}
+        each.append(own)
+    return together(each)
+
+
+def in_other_garments(worn: SolverEffects, garments: Sequence[WornGarment]) -> dict[str, Parameters]:
+    """Of what is worn with effects, what these garments can be worn with as well, others of them or in another cut:
+    nothing along edges whose numbers may mean others, and nothing on pieces that are gone. What its patterns called for
+    is as theirs have it."""
+    own, after = own_of(garments), cut_of(garments)
     kept = {name: new for name, new in own.items() if worn.asked.get(name) == worn.own.get(name)}
-    for name, parameters in worn.asked.items():
-        if name not in worn.own and (same or name not in LINED):
-            with suppress(EffectError):
-                spec_of(name, parameters, after)
-                kept[name] = parameters
+    other = {garment for garment, _ in _edges_of(worn.cut).items() - _edges_of(after).items()}
+    same_garments = tuple(one.worn.name for one in garments) == worn.garments
+    for name, given in worn.asked.items():
+        if name in worn.own:
+            continue
+        parameters = given if same_garments else worn.under_garments(name, given)
+        if name in LINED and other & _garments_named(name, parameters, worn.cut):
+            continue
+        with suppress(EffectError):
+            spec_of(name, parameters, after)
+            kept[name] = parameters
     return kept
+
+
+def _edges_of(cut: Cut) -> dict[str, tuple[tuple[str, int], ...]]:
+    """Of each garment the names of its pieces, and how many edges each has."""
+    return {
+        garment: tuple((piece.name, len(piece.edges)) for piece in cut.pieces if piece.garment == garment)
+        for garment in {piece.garment for piece in cut.pieces}
+    }
+
+
+def _garments_named(name: str, parameters: Parameters, cut: Cut) -> set[str]:
+    """Those whose pieces the effect's parameters name."""
+    found: list[str] = []
+
+    def note(piece: str) -> str:
+        found.append(cut.pieces[cut.panel(piece, "")].garment)
+        return piece
+
+    with_pieces(name, parameters, note)
+    return set(found)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from tryon_protocol import AUTO, EffectsMessage, EffectState
@@ -136,6 +136,7 @@ class EffectDesk:
         is nothing to do.
         """
         if worn is not self._worn:
+            self._name_pieces(worn)
             self._worn, self._parts, self._measuring, self._quiet = worn, None, None, False
             self._times.clear()
         if worn is None or (self._quiet and not self._choose(worn)):
@@ -143,7 +144,7 @@ class EffectDesk:
         self._arm(worn)
         pause: float | None = LOOK_SECONDS if self._armoury.compiling else None
         wanted = self._wanted(self._wishes, worn)
-        if self._parts is not None and self._binding != wanted:
+        if self._parts is not None and (busy or self._binding != wanted):  # what is worn may give way to another scene
             self._parts = None
         if self._parts is None and worn.asked != wanted and all(self._armoury.is_ready(name) for name in wanted):
             pause = self._begin(wanted, worn, busy)
@@ -156,6 +157,22 @@ class EffectDesk:
         self._tell_news(worn)
         self._quiet = pause is None
         return pause
+
+    def _name_pieces(self, worn: DrapeEffects | None) -> None:
+        """Where other garments come to be worn, have the wishes name pieces with the garments that they are of."""
+        before = self._worn
+        if before is None or worn is None or worn.garments == before.garments:
+            return
+
+        def named(wishes: Mapping[str, Wish]) -> dict[str, Wish]:
+            told = {name: wish for name, wish in wishes.items() if wish.parameters}
+            under = {
+                name: replace(wish, parameters=before.under_garments(name, wish.parameters))
+                for name, wish in told.items()
+            }
+            return {**wishes, **under}
+
+        self._wishes, self._held = named(self._wishes), named(self._held)
 
     def _wanted(self, wishes: Mapping[str, Wish], worn: DrapeEffects) -> dict[str, Parameters]:
         """The effects that are to act, and all their parameters."""
@@ -219,10 +236,25 @@ class EffectDesk:
         """Go on with what there was."""
         worn, self._parts = self._worn, None
         assert worn is not None
-        self._wishes = {name: self._possible(name, wish, worn, error) for name, wish in self._held.items()}
+        unfit = self._unfit(worn)
+        if unfit:
+            self._held = {**self._held, **unfit}
+            self._wishes = dict(self._held)
+        else:
+            self._wishes = {name: self._possible(name, wish, worn, error) for name, wish in self._held.items()}
         waiting, self._waiting = self._waiting, []
         for ticket in waiting:
             self._refuse(ticket, error)
+
+    def _unfit(self, worn: DrapeEffects) -> dict[str, Wish]:
+        """Of what held before, each that can't be worn with this, though nothing else be asked for, armed."""
+        unfit = {}
+        for name, wish in self._held.items():
+            try:
+                worn.check(self._wanted({name: wish}, worn))
+            except EffectError as error:
+                unfit[name] = self._possible(name, wish, worn, error)
+        return {name: wish for name, wish in unfit.items() if wish.state == "armed"}
 
     def _possible(self, name: str, wish: Wish, worn: DrapeEffects, error: EffectError) -> Wish:
         """The wish, but armed where this garment can't be worn with it, as where an edit took its lines."""

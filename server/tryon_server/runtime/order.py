@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +32,19 @@ class MeshReading:
 
 
 @dataclass(frozen=True)
+class GarmentOrder:
+    """A garment to be worn, under the name ``worn_as`` that no other of its outfit has; the rest as in DrapeOrder."""
+
+    worn_as: str
+    pattern: Path
+    fabric: str
+    specification: Mapping[str, Any] | None = None
+    size: float | None = 1.0
+    garment_name: str | None = None
+    reading: MeshReading = MeshReading()
+
+
+@dataclass(frozen=True)
 class DrapeOrder:
     """Which garment is to be draped and how.
 
@@ -49,6 +62,9 @@ class DrapeOrder:
         wardrobe: folder where dressed garments are kept for the next time; None to dress anew.
         reading: how to read a garment that is a mesh.
         body_reading: how to read a body that is a mesh.
+        worn_as: the garment's name among those that are worn; "" where nobody asks.
+        over: what is put on over it, one after the other.
+        edited: which of them is edited, by that name; "" for the outermost.
     """
 
     pattern: Path
@@ -64,6 +80,33 @@ class DrapeOrder:
     garment_name: str | None = None
     body_name: str | None = None
     specification: Mapping[str, Any] | None = None
+    worn_as: str = ""
+    over: tuple[GarmentOrder, ...] = ()
+    edited: str = ""
+
+    @property
+    def garments(self) -> tuple[GarmentOrder, ...]:
+        """All of them, from the innermost outwards."""
+        own = {item.name: getattr(self, item.name) for item in fields(GarmentOrder)}
+        return (GarmentOrder(**own), *self.over)
+
+    @property
+    def of_edited(self) -> GarmentOrder:
+        """The garment that is edited."""
+        every = self.garments
+        return next((one for one in every if one.worn_as == self.edited), every[-1])
+
+    def wearing(self, garments: tuple[GarmentOrder, ...], edited: str = "") -> DrapeOrder:
+        """The same with these garments, at least one, from the innermost outwards."""
+        first, *over = garments
+        own = {item.name: getattr(first, item.name) for item in fields(GarmentOrder)}
+        return replace(self, **own, over=tuple(over), edited=edited)
+
+    def with_pattern(self, specification: Mapping[str, Any], fabric: str) -> DrapeOrder:
+        """The same with the edited garment of this pattern and fabric."""
+        own = self.of_edited
+        changed = replace(own, specification=specification, fabric=fabric)
+        return self.wearing(tuple(changed if one is own or one == own else one for one in self.garments), self.edited)
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -15,9 +16,11 @@ from tryon_server.problems import problem_error
 from tryon_server.runtime.bodies import does_not_stand, how_read, load_body, load_moving_mesh, one_joint_body
 from tryon_server.runtime.devices import AUTOMATIC, choose_device
 from tryon_server.runtime.drape import Progress
-from tryon_server.runtime.order import DrapeOrder
+from tryon_server.runtime.effect_binding import cut_of, own_of
+from tryon_server.runtime.order import DrapeOrder, GarmentOrder
 from tryon_server.runtime.solver_drape import SolverDrape
 from tryon_server.runtime.wardrobe import Wardrobe, wardrobe_key
+from tryon_server.runtime.worn_garment import WornGarment, alone
 from tryon_server.runtime.worn_pattern import WornPattern
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.on_device import WornBody
@@ -27,6 +30,8 @@ from tryon_solver.dressing.dress_mesh import dress_mesh
 from tryon_solver.dressing.fit import DressingError, StanceError
 from tryon_solver.dressing.fitting_room import FittingRoom
 from tryon_solver.dressing.opening import Opening
+from tryon_solver.dressing.outfit import Worn
+from tryon_solver.dressing.put_over import put_over
 from tryon_solver.dressing.stance import Covered
 from tryon_solver.dressing.stitching_on import stitched_on
 from tryon_solver.dressing.to_fit import OWN, TRY_SIZES, Fitted, dress_to_fit, told_by_height
@@ -37,6 +42,7 @@ from tryon_solver.files.mesh_body import MeshBody
 from tryon_solver.files.raw_mesh import MeshFileError
 from tryon_solver.files.standing import facing
 from tryon_solver.geometry.garment import Garment, GarmentError
+from tryon_solver.geometry.named_lines import Cut
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.pattern import Pattern, PatternError, parse_pattern_bytes, read_pattern_file
 from tryon_solver.geometry.placement import PlacementError
@@ -48,7 +54,7 @@ from tryon_solver.redesign.fabrics import made_of
 from tryon_solver.scene import LIVE, Effect, Scene
 from tryon_solver.settings import PRESETS, Settings
 from tryon_solver.simulation import Simulation, build
-from tryon_solver.worn_effects import Cut, effects_of
+from tryon_solver.worn_effects import effects_of
 
 logger = logging.getLogger(__name__)
 
@@ -63,6 +69,10 @@ STAGES = {
     "settling": "Letting the garment settle",
     "as before": "Dressing as before",
     "dressed": "Dressed",
+    "placing over": "Placing the next garment's pieces around what is worn",
+    "sewing over": "Sewing the next garment over what is worn",
+    "settling over": "Letting all that is worn settle",
+    "dressed over": "Dressed",
 }
 
 A_WHOLE_BODY = "Export all of the person, from head to feet: by the height is told where a pattern belongs on a body"
@@ -73,11 +83,56 @@ Named = TypeVar("Named")
 
 
 def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
-    """Mesh the pattern, load the body and dress it.
+    """Mesh the patterns, load the body and dress it, one garment over the other.
 
     Raises:
-        ProblemError: something in the order does not fit, or the garment can't be put on; says what to try.
+        ProblemError: something in the order does not fit, or a garment can't be put on; says what to try.
     """
+    drape = build_innermost(order, progress)
+    for garment in order.over:
+        drape = put_on_over(drape, garment, order, progress)
+    drape.edited = order.of_edited.worn_as
+    return drape
+
+
+def put_on_over(drape: SolverDrape, garment: GarmentOrder, order: DrapeOrder, progress: Progress) -> SolverDrape:
+    """The garment put on over what the drape has on, which is as it was dressed. Raises ProblemError."""
+    named, place = garment.garment_name or garment.worn_as, f"garments.{garment.worn_as}"
+    what = f"{named} can't be put on over {drape.names[-1]}"
+    if is_mesh_file(garment.pattern):
+        remedy = "Wear it innermost, or choose a sewing pattern"
+        raise problem_error("garment.unfit", f"{what}: it is a mesh", remedy, place=place, status=422)
+    fabric = _named(FABRICS, "fabric", garment.fabric)
+    preset = choose_preset(order.preset, drape.simulation.device)
+    edge_length, size = order.edge_length or EDGE_LENGTHS[preset], garment.size or OWN
+    tell = _worded(progress)
+    try:
+        told = garment.specification
+        content = read_pattern_file(garment.pattern) if told is None else canonical(told)
+        pattern = parse_pattern_bytes(content)
+        check_wearable(pattern)
+        panels = mesh_in_size(pattern, edge_length, size)
+        own = WornPattern(made_of(json.loads(content), fabric.name), panels, size, edge_length)
+        outermost = WornGarment(Worn.of_pattern(garment.worn_as, panels, weld(panels), fabric), own)
+        garments = (*drape.garments, outermost)
+        effects = worn_with(garments)
+        worn = put_over(
+            drape.worn_outfit(), garment.worn_as, panels, fabric, effects, progress=lambda s, k: tell(f"{s} over", k)
+        )
+    except (PatternError, PlacementError, DressingError) as error:
+        message = f"{what}: {error.message}"
+        raise problem_error("garment.unfit", message, error.remedy, place=place, status=422) from error
+    except GarmentError as error:
+        raise problem_error("garment.unfit", f"{what}: {error}", TRY_ANOTHER, place=place, status=422) from error
+    old = drape.outfit
+    over = SolverDrape(worn.simulation, worn.pose, garments, old.body, old.notes, size=old.size)
+    over.outfit = replace(over.outfit, fit=old.fit, fitting_size=old.fitting_size)
+    over.own_motion, over.origin = drape.own_motion, drape.origin
+    return over
+
+
+def build_innermost(order: DrapeOrder, progress: Progress) -> SolverDrape:
+    """The innermost garment of the order, dressed. Raises ProblemError."""
     device = choose_device(order.device)
     preset = choose_preset(order.preset, device)
     fabric = _named(FABRICS, "fabric", order.fabric)
@@ -146,7 +201,8 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
     names, size = dressed.panels.panel_names, fitted.size
     worn = WornPattern(made_of(json.loads(content), fabric.name), dressed.panels, size, edge_length)
     told = how_read(order.body)
-    return _drape(dressed.simulation, dressed.pose, names, body, moving, told, notes, opening, size, worn)
+    innermost = alone(dressed.simulation, names, worn, order.worn_as)
+    return _drape(dressed.simulation, dressed.pose, innermost, body, moving, told, notes, opening, size)
 
 
 def pattern_effects(pattern: Pattern, panels: PanelMesh) -> tuple[Effect, ...]:
@@ -155,8 +211,13 @@ def pattern_effects(pattern: Pattern, panels: PanelMesh) -> tuple[Effect, ...]:
     if not own:
         return LIVE
     welded, counts = weld(panels), tuple(len(panel.edges) for panel in pattern.panels)
-    cut = Cut(welded.garment(), panels.panel_names, counts, panels, welded.welded_of_vertex)
-    return effects_of({**live(), **own}, cut)
+    return effects_of({**live(), **own}, Cut.of_pattern(welded.garment(), panels, welded, counts))
+
+
+def worn_with(garments: Sequence[WornGarment]) -> tuple[Effect, ...]:
+    """The same of garments that are worn together."""
+    own = own_of(garments)
+    return effects_of({**live(), **own}, cut_of(garments)) if own else LIVE
 
 
 def canonical(specification: Mapping[str, Any]) -> bytes:
@@ -215,26 +276,26 @@ def build_mesh_drape(
         message = f"the garment can't be put on: {error}"
         raise problem_error("garment.unfit", message, TRY_ANOTHER_MESH, place="garment", status=422) from error
     notes = tuple(f"garment: {note}" for note in dressed.notes)
-    return _drape(dressed.simulation, dressed.pose, dressed.piece_names, body, moving, how_read(order.body), notes)
+    own = alone(dressed.simulation, dressed.piece_names, None, order.worn_as)
+    return _drape(dressed.simulation, dressed.pose, own, body, moving, how_read(order.body), notes)
 
 
 def _drape(
     simulation: Simulation,
     pose: Any,
-    piece_names: tuple[str, ...],
+    own: WornGarment,
     body: WornBody,
     moving: MeshBody | None,
     standing_notes: tuple[str, ...],
     garment_notes: tuple[str, ...],
     opening: Opening | None = None,
     size: float | None = None,
-    worn: WornPattern | None = None,
 ) -> SolverDrape:
     """The drape of a dressed garment, with what was found out about body and garment."""
     told = standing_notes if moving is None else moving.notes
     notes = [*(f"body: {note}" for note in told), *garment_notes]
     shown = body if isinstance(body, BodyModel) else one_joint_body(body.rest_vertices, body.faces)
-    drape = SolverDrape(simulation, pose, piece_names, shown, tuple(notes), opening, size, worn)
+    drape = SolverDrape(simulation, pose, (own,), shown, tuple(notes), opening, size)
     drape.own_motion = None if moving is None else moving.sequence
     return drape
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tryon_protocol import BodySurface, EncodedFrame, FrameEncoder, Topology, encode
+from tryon_protocol import BodySurface, EncodedFrame, FrameEncoder, GarmentTopology, Topology, encode
 from tryon_server.runtime.drape import Drape, Outfit, Stance
 from tryon_server.runtime.sources import Move
 from tryon_server.sessions.commands import AllowFrame
@@ -135,4 +135,19 @@ def topology_of(outfit: Outfit, topology_id: int) -> Topology:
         uv=np.asarray(outfit.uv, dtype=np.float32),
         panel_of_face=np.asarray(outfit.panel_of_face, dtype=np.uint16),
         panel_names=outfit.panel_names,
+        garments=tuple(
+            GarmentTopology(
+                name=part.layer.name,
+                fabric=part.fabric,
+                vertices=span(part.layer.vertices),
+                faces=span(part.layer.faces),
+                panels=span(part.layer.panels),
+            )
+            for part in outfit.garments
+        ),
     )
+
+
+def span(places: slice) -> tuple[int, int]:
+    """The first of them and how many there are."""
+    return places.start, places.stop - places.start

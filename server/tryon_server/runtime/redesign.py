@@ -52,7 +52,7 @@ class Wanted:
     def made(self, command: ChangePattern, change: Literal["value", "topology"]) -> EditMade:
         """The event that tells that it is done."""
         last = self.history.done[-1].id if self.history.done else 0
-        made = EditMade(command.ticket, command.step, self.id, last, change)
+        made = EditMade(command.ticket, command.step, self.id, last, change, garment=command.garment)
         if self.edit is None:
             return made
         return replace(made, edit=plain(self.edit), mirror=command.mirror, specification=self.specification)
@@ -77,5 +77,5 @@ def wanted(history: History, command: ChangePattern) -> Wanted:
 
 
 def of_pattern(order: DrapeOrder, specification: Mapping[str, Any]) -> DrapeOrder:
-    """The garment of this pattern in place of the order's, of the fabric that it names."""
-    return replace(order, fabric=named_fabric(specification) or order.fabric, specification=specification)
+    """The garment of this pattern in place of the order's that is edited, of the fabric that it names."""
+    return order.with_pattern(specification, named_fabric(specification) or order.of_edited.fabric)

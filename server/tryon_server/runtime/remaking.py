@@ -61,10 +61,11 @@ class Remaking:
 
     def begin(self, drape: Drape, order: DrapeOrder) -> None:
         """Make the garment of the order's pattern and fabric while this one is worn; what was being made is dropped."""
-        assert order.specification is not None
+        wanted = order.of_edited
+        assert wanted.specification is not None
         self.give_up()
         self._order = order
-        self._beside.begin(drape.cutting(order.specification, order.fabric))
+        self._beside.begin(drape.cutting(wanted.specification, wanted.fabric))
 
     def give_up(self) -> None:
         """Nobody wants any more what is being made."""
@@ -72,8 +73,14 @@ class Remaking:
         self._order, self._parts, self._dressing, self._anew = None, None, False, False
 
     def keep(self, drape: Drape, specification: Mapping[str, Any]) -> None:
-        """Keep this garment of this pattern, the place of which another takes now, for when that is wanted again."""
-        self._worn_before.keep(drape, specification)
+        """Keep this garment of this pattern, the place of which another takes now, for when that is wanted again. One
+        that is worn with others is not kept: these may be others then."""
+        if len(drape.names) == 1:
+            self._worn_before.keep(drape, specification)
+
+    def forget(self) -> None:
+        """What was worn before is wanted no more: other garments are worn."""
+        self._worn_before = WornBefore()
 
     def go_on(self, drape: Drape) -> Remade | None:
         """Do the next part, between two frames of this garment, which is worn; the new one once it is there.
@@ -116,8 +123,10 @@ class Remaking:
     def _put_on_anew(self) -> None:
         """As it hung when it was worn before, or from the start."""
         assert self._order is not None
-        assert self._order.specification is not None
-        self._parts, self._anew = self._worn_before.recall(self._order.specification), True
+        wanted = self._order.of_edited.specification
+        assert wanted is not None
+        alone = not self._order.over
+        self._parts, self._anew = self._worn_before.recall(wanted) if alone else None, True
         if self._parts is None:
             self._dressing = True
             self._beside.begin(Dressing(self._build, self._order))

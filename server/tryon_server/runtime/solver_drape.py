@@ -4,7 +4,7 @@ put away."""
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,26 +12,28 @@ import numpy as np
 import numpy.typing as npt
 
 from tryon_server.runtime.cutting import Cut, Cutting
-from tryon_server.runtime.drape import Asked, Outfit
-from tryon_server.runtime.effect_binding import SolverEffects, cut_of, in_another_cut
+from tryon_server.runtime.drape import Asked, GarmentPart, Outfit
+from tryon_server.runtime.effect_binding import SolverEffects, cut_of, in_other_garments
+from tryon_server.runtime.worn_garment import WornGarment
 from tryon_server.runtime.worn_pattern import Shapes, WornPattern
 from tryon_solver.body.mesh_sequence import MeshSequence
 from tryon_solver.body.model import BodyModel
 from tryon_solver.build_in_parts import build_in_parts
 from tryon_solver.dressing.carry_over import CarryError, prepare, put_on
+from tryon_solver.dressing.change_outfit import recut, without
 from tryon_solver.dressing.opening import Opening
-from tryon_solver.geometry.garment import GarmentError
+from tryon_solver.dressing.outfit import Outfit as Together
+from tryon_solver.dressing.outfit import Worn, WornOutfit
+from tryon_solver.geometry.garment import GarmentError, Layer
 from tryon_solver.geometry.piece_meshes import keep, kept
-from tryon_solver.geometry.size import in_size
-from tryon_solver.live_edit import LiveEdit
 from tryon_solver.materials.fabric import FABRICS
-from tryon_solver.redesign.drag import Drag, Shape
+from tryon_solver.redesign.drag import Shape
 from tryon_solver.redesign.parsed import parsed
 from tryon_solver.redesign.remesh import Remesh
 from tryon_solver.redesign.structure import difference
 from tryon_solver.reshape import OtherStructureError
 from tryon_solver.results import StepReport
-from tryon_solver.scene import Scene
+from tryon_solver.scene import Effect, Scene
 from tryon_solver.settings import Settings
 from tryon_solver.simulation import Simulation
 from tryon_solver.worn_effects import effects_of
@@ -49,17 +51,17 @@ class SolverDrape:
         self,
         simulation: Simulation,
         pose: Any,
-        panel_names: tuple[str, ...],
+        garments: Sequence[WornGarment],
         body: BodyModel,
         notes: tuple[str, ...] = (),
         opening: Opening | None = None,
         size: float | None = None,
-        worn: WornPattern | None = None,
         asked: Asked | None = None,
     ) -> None:
-        """`pose` is the stance in which it was dressed; `body` the body as told to clients; `notes` and `size` as in
-        Outfit; `opening` the one by which the garment hangs, where it hangs by one; `worn` the pattern, if there is
-        one; `asked` the effects that it is worn with, where they are not the usual ones and those of its pattern."""
+        """`pose` is the stance in which it was dressed; `garments` what is worn, from the innermost outwards; `body`
+        the body as told to clients; `notes` and `size` as in Outfit; `opening` the one by which the garment hangs,
+        where it hangs by one; `asked` the effects that it is worn with, where they are not the usual ones and those of
+        its patterns."""
         self.simulation = simulation
         self._dressed_at = simulation.state.time
         garment = simulation.scene.garment
@@ -69,24 +71,22 @@ class SolverDrape:
             faces=garment.faces,
             uv=garment.uv_corners if garment.spline_corners is None else garment.spline_corners,
             panel_of_face=garment.panel_of_face,
-            panel_names=panel_names,
+            panel_names=piece_names_of(garments),
             body=body,
             fit=fit,
             fitting_size=None if opening is None else opening.advised_size,
             notes=notes,
             size=size,
+            garments=told_of(garments),
         )
+        self.garments = tuple(garments)
+        self.edited = self.garments[0].worn.name
         self.pose = pose
         self.own_motion: MeshSequence | None = None
         self.origin = np.zeros(3)
-        self.specification = None if worn is None else worn.specification
         self.outgrown = ""
-        self.worn_pattern = self._worn = worn
-        self._drag: Drag | None = None  # made ready with the garment, or not
-        self._edit: LiveEdit | None = None
-        self._shapes: Shapes | None = None  # of which somebody has asked
         self._stance, self._time = pose, 0.0  # of the last advance
-        self.effects = SolverEffects(self, panel_names, asked)
+        self.effects = SolverEffects(self, asked)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -94,102 +94,154 @@ class SolverDrape:
         outfit = self.outfit
         return (*outfit.notes, f"fit: {outfit.fit}") if outfit.fit else outfit.notes
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the garments that are worn, from the innermost outwards."""
+        return tuple(one.worn.name for one in self.garments)
+
+    @property
+    def own(self) -> WornGarment:
+        """The garment that is edited."""
+        return self.garments[self.names.index(self.edited)]
+
+    @property
+    def specification(self) -> Mapping[str, Any] | None:
+        """The pattern that its mesh was made of, of the garment that is edited."""
+        return self.own.specification
+
+    @property
+    def specifications(self) -> Mapping[str, Mapping[str, Any] | None]:
+        """The pattern of each garment, by name."""
+        return {one.worn.name: one.specification for one in self.garments}
+
+    def size_of(self, name: str) -> float | None:
+        """In which the pattern of the garment of this name is worn, over its own; None of a mesh."""
+        pattern = self.garments[self.names.index(name)].pattern
+        return None if pattern is None else pattern.size
+
+    def edit_garment(self, name: str) -> None:
+        """Edits are of this garment from now on."""
+        assert name in self.names, name
+        self.edited = name
+
+    def layer_of(self, name: str) -> Layer | None:
+        """Where in an outfit the garment of this name is; None where it is alone."""
+        return next((layer for layer in self.simulation.scene.garment.layers if layer.name == name), None)
+
     def reshape(self, specification: Mapping[str, Any], shape: Shape | Remesh | None = None) -> str:
         """Take on the pattern's shape, which `shape_of` found if it is given; why that needs another mesh, or ""."""
-        assert self._worn is not None
-        self.outgrown = ""
+        own, self.outgrown = self.own, ""
+        assert own.specification is not None
         if isinstance(shape, Remesh):
             return shape.message
-        if shape is None and self._edit is None:
-            structure = difference(parsed(self._worn.specification), parsed(specification))
+        if shape is None and own.edit is None:
+            structure = difference(parsed(own.specification), parsed(specification))
             if structure is not None:  # told without what a drag begins with, which takes longer than a frame
                 return structure.message
-        edit = self._begun_edit(self._worn)
+        edit = own.begun_edit(self.simulation, self.layer_of(self.edited))
         remesh = edit.want(parsed(specification)) if shape is None else edit.want_mesh(edit.drag.mesh_in(shape))
         return "" if remesh is None else remesh.message
 
-    def _begun_edit(self, worn: WornPattern) -> LiveEdit:
-        if self._edit is None:
-            drag = self._drag
-            if drag is None:
-                *_, drag = worn.drag_in_parts(self.simulation.scene.fabric.thickness)
-            assert drag is not None
-            self._edit = LiveEdit(self.simulation, drag, worn.size)
-        return self._edit
-
     @property
     def shape_of(self) -> Shapes:
-        """What finds the shapes of other patterns in this garment's mesh, in any process."""
-        if self._shapes is None:
-            assert self._worn is not None
-            self._shapes = self._worn.shapes(self.simulation.scene.fabric.thickness)
-        return self._shapes
+        """What finds the shapes of other patterns in the edited garment's mesh, in any process."""
+        return self.own.shape_of()
 
     def arrive(self, specification: Mapping[str, Any]) -> None:
         """Have the pattern's shape at once, which its mesh has had before."""
         why = self.reshape(specification)
         assert not why, why
-        assert self._edit is not None
-        self._edit.arrive()
+        assert self.own.edit is not None
+        self.own.edit.arrive()
 
     def cutting(self, specification: Mapping[str, Any], fabric: str) -> Cutting:
         """What makes the pattern's mesh, beside the simulation, to be worn of this fabric."""
-        worn = self._worn
-        assert worn is not None
-        before = worn.panels if self._edit is None else in_size(self._edit.wanted, worn.size)
-        spacing = self.simulation.settings.subspace_spacing
-        return Cutting(specification, before, worn.edge_length, worn.size, spacing, fabric, kept())
+        own = self.own
+        assert own.pattern is not None
+        spacing, before = self.simulation.settings.subspace_spacing, own.mesh_wanted()
+        return Cutting(specification, before, own.pattern.edge_length, own.pattern.size, spacing, fabric, kept())
 
     def recut(self, cut: Cut) -> Iterator[SolverDrape | None]:
         """That mesh put on from where this garment is worn, in parts; none where it can't be."""
-        worn = self._worn
-        assert worn is not None
+        own = self.own
+        assert own.pattern is not None
         keep(cut.pieces)
         panels, fabric = cut.made.mesh, FABRICS[cut.fabric]
-        drag: list[Drag | None] = [None]
-        own = replace(worn, specification=cut.specification, panels=panels)
-        cut_after = cut_of(cut.made.garment, panels.panel_names, own)
-        asked = in_another_cut(self.effects, cut_after, parsed(cut.specification).effects)
-
-        def made_ready() -> Iterator[None]:
-            for drag[0] in own.drag_in_parts(fabric.thickness):
-                yield None
-
+        pattern = replace(own.pattern, specification=cut.specification, panels=panels)
+        new = WornGarment(Worn.of_pattern(self.edited, panels, cut.made.welded, fabric), pattern)
+        garments = [new if one is own else one for one in self.garments]
+        asked = in_other_garments(self.effects, garments)
+        effects = effects_of(asked, cut_of(garments))
         try:
-            prepared = None
-            for made in prepare(self.simulation, cut.made, fabric, made_ready(), effects_of(asked, cut_after)):
-                prepared = made
-                yield None
-            assert prepared is not None
-            before = worn.panels if self._edit is None else in_size(self._edit.now, worn.size)
-            carried = put_on(prepared, self.simulation, before)
+            recut = self._recut_alone if len(garments) == 1 else self._recut_among
+            for simulation in recut(cut, new, effects):
+                yield None if simulation is None else self._gone_on(simulation, garments, asked)
         except (CarryError, GarmentError) as error:
             logger.info("the garment can't be carried over: %s", error)
-            return
-        old, names = self.outfit, panels.panel_names
-        drape = SolverDrape(
-            carried.simulation, self._stance, names, old.body, old.notes, size=old.size, worn=own, asked=asked
-        )
+
+    def _recut_alone(
+        self, cut: Cut, new: WornGarment, effects: tuple[Effect, ...]
+    ) -> Iterator[Simulation | None]:
+        prepared = None
+        for made in prepare(self.simulation, cut.made, new.worn.fabric, new.drag_in_parts(), effects):
+            prepared = made
+            yield None
+        assert prepared is not None
+        yield put_on(prepared, self.simulation, self.own.mesh_now()).simulation
+
+    def _recut_among(
+        self, cut: Cut, new: WornGarment, effects: tuple[Effect, ...]
+    ) -> Iterator[Simulation | None]:
+        worn, fabric, more = self.worn_outfit(), new.worn.fabric, new.drag_in_parts()
+        for made in recut(worn, self.edited, cut.made, self.own.mesh_now, fabric, more, effects):
+            yield None if made is None else made.simulation
+
+    def worn_outfit(self) -> WornOutfit:
+        """All that is worn, in the shapes that their meshes were made in."""
+        return WornOutfit(Together(tuple(one.worn for one in self.garments)), self.simulation, self._stance)
+
+    def take_off(self, name: str) -> Iterator[SolverDrape | None]:
+        """The others worn on without the garment of this name, in parts as those of ``recut``."""
+        for one in self.garments:
+            if one.edit is not None:
+                one.edit.arrive()
+        garment = self.simulation.scene.garment
+        shaped = [one.arrived(garment, self.layer_of(one.worn.name)) for one in self.garments]
+        worn = WornOutfit(Together(tuple(one.worn for one in shaped)), self.simulation, self._stance)
+        left = [one for one in shaped if one.worn.name != name]
+        asked = in_other_garments(self.effects, left)
+        for made in without(worn, name, effects=effects_of(asked, cut_of(left))):
+            yield None if made is None else self._gone_on(made.simulation, left, asked)
+
+    def _gone_on(self, simulation: Simulation, garments: Sequence[WornGarment], asked: Asked) -> SolverDrape:
+        """What is worn from now on, where this was, with these effects."""
+        old = self.outfit
+        drape = SolverDrape(simulation, self._stance, garments, old.body, old.notes, size=old.size, asked=asked)
+        drape.edited = self.edited if self.edited in drape.names else drape.names[-1]
         drape.outfit = replace(drape.outfit, fit=old.fit, fitting_size=old.fitting_size)
         drape.own_motion, drape.origin = self.own_motion, self.origin
-        drape._dressed_at, drape._time, drape._drag = -self._time, self._time, drag[0]
-        yield drape
+        drape._dressed_at, drape._time = -self._time, self._time
+        return drape
 
     def packed(self) -> PackedDrape:
         """Itself, as it is worn."""
-        sim, edit = self.simulation, self._edit
+        sim = self.simulation
         assert sim.body is not None
-        garment = sim.scene.garment if edit is None else edit.first
+        garment = sim.scene.garment
+        for one in self.garments:
+            garment = garment if one.edit is None else one.edit.taken_back(garment)
         scene = replace(sim.scene, garment=garment, x_start=sim.cloth_positions().astype(np.float64))
         pose, surface = sim.body.pose, sim.body_positions().astype(np.float64)
-        more = self.outfit, self.own_motion, self._worn, self.origin, self.effects.asked
+        worn = tuple((one.worn, one.pattern) for one in self.garments)
+        more = self.outfit, self.own_motion, worn, self.edited, self.origin, self.effects.asked
         return PackedDrape(scene, sim.settings.by_budget(), sim.device, pose, surface, *more)
 
     def go_on_in(self, simulation: Simulation) -> None:
         """Be simulated by this one from here on, which is where the one before is."""
         self.simulation = simulation
-        if self._edit is not None:
-            self._edit.go_on_in(simulation)
+        for one in self.garments:
+            if one.edit is not None:
+                one.edit.go_on_in(simulation)
 
     def leap(self, by: npt.NDArray[np.float64]) -> None:
         """Be elsewhere by (3,) whole metres: nothing changes but where the solver's origin lies."""
@@ -211,11 +263,12 @@ class SolverDrape:
             by = np.where(far, np.round(place), 0.0)
             self.simulation.move_origin(by)
             self.origin = self.origin + by
-        if self._edit is not None and not self.outgrown:
-            try:
-                self._edit.before_frame(self._dressed_at + t)
-            except (GarmentError, OtherStructureError) as error:
-                self.outgrown = str(error)
+        for one in self.garments:
+            if one.edit is not None and not self.outgrown:
+                try:
+                    one.edit.before_frame(self._dressed_at + t)
+                except (GarmentError, OtherStructureError) as error:
+                    self.outgrown = str(error)
         report = self.simulation.advance(moving.moved(pose, -self.origin), self._dressed_at + t, longest_step)
         self._stance, self._time = pose, t
         return report
@@ -241,7 +294,8 @@ class PackedDrape:
     surface: npt.NDArray[np.float64]
     outfit: Outfit
     own_motion: MeshSequence | None
-    worn: WornPattern | None
+    worn: tuple[tuple[Worn, WornPattern | None], ...]
+    edited: str
     origin: npt.NDArray[np.float64]
     asked: Asked
 
@@ -250,14 +304,9 @@ class PackedDrape:
 
         Raises GarmentError as `build`.
         """
-        drag: list[Drag | None] = [None]
-
-        def made_ready() -> Iterator[None]:
-            if self.worn is not None:
-                for drag[0] in self.worn.drag_in_parts(self.scene.fabric.thickness):
-                    yield None
-
-        step, more = self.settings.largest_step, made_ready()
+        garments = [WornGarment(worn, pattern) for worn, pattern in self.worn]
+        edited = next(one for one in garments if one.worn.name == self.edited)
+        step, more = self.settings.largest_step, edited.drag_in_parts()
         parts = build_in_parts(self.scene, self.settings, self.device, self.pose, self.surface, step, None, more)
         for simulation in parts:
             if simulation is None:
@@ -265,10 +314,22 @@ class PackedDrape:
                 continue
             assert simulation.body is not None
             stance = simulation.body.moving.moved(self.pose, self.origin)
-            names, body = self.outfit.panel_names, self.outfit.body
-            drape = SolverDrape(simulation, stance, names, body, worn=self.worn, asked=self.asked)
+            drape = SolverDrape(simulation, stance, garments, self.outfit.body, asked=self.asked)
+            drape.edited = self.edited
             drape.outfit, drape.own_motion, drape.origin = self.outfit, self.own_motion, self.origin
-            drape._drag = drag[0]
             if specification is not None and specification != drape.specification:
                 drape.arrive(specification)
             yield drape
+
+
+def piece_names_of(garments: Sequence[WornGarment]) -> tuple[str, ...]:
+    """As clients are told them."""
+    return Together(tuple(one.worn for one in garments)).piece_names
+
+
+def told_of(garments: Sequence[WornGarment]) -> tuple[GarmentPart, ...]:
+    """What clients are told of each; () of garments without names."""
+    if not all(one.worn.name for one in garments):
+        return ()
+    layers = Together(tuple(one.worn for one in garments)).layers
+    return tuple(GarmentPart(one.worn.fabric.name, layer) for one, layer in zip(garments, layers))

@@ -70,6 +70,11 @@ class WaitingChanges:
         return [(change.command, change.outcome) for change in changes]
 
 
+def sooner(one: float | None, other: float | None) -> float | None:
+    """The shorter of two pauses [s]; None is none, and waits for ever."""
+    return min((pause for pause in (one, other) if pause is not None), default=None)
+
+
 def refusal(command: ChangePattern, error: EditError) -> EditRefused:
     """The event that says why a change can't be made."""
     return EditRefused(command.ticket, error.place, error.message, error.remedy)

@@ -28,6 +28,8 @@ from tryon_server.runtime.held_edits import HeldEdits, Outcome
 from tryon_server.runtime.memory import give_back_freed
 from tryon_server.runtime.meter import Meter
 from tryon_server.runtime.order import WorkOrder
+from tryon_server.runtime.outfit_worker import OutfitWorker
+from tryon_server.runtime.outfitting import Outfitting, as_edited
 from tryon_server.runtime.pose_taking import PoseTaking
 from tryon_server.runtime.publishing import Publisher
 from tryon_server.runtime.redesign import Wanted, of_pattern, wanted
@@ -36,12 +38,13 @@ from tryon_server.runtime.reporting import report_of
 from tryon_server.runtime.source_choice import chosen_source
 from tryon_server.runtime.sources import Move, PoseSource, StillSource
 from tryon_server.runtime.telling import Progress, Teller
-from tryon_server.runtime.waiting import HeldBack, WaitingChanges, refusal
+from tryon_server.runtime.waiting import HeldBack, WaitingChanges, refusal, sooner
 from tryon_server.sessions.commands import (
     UNASKED,
     AllowFrame,
     BuyAccuracy,
     ChangeEffect,
+    ChangeOutfit,
     ChangePattern,
     Command,
     FollowMotion,
@@ -51,9 +54,16 @@ from tryon_server.sessions.commands import (
     UseTrackedPose,
     WearFabric,
 )
-from tryon_server.sessions.events import Designed, EditRefused, PhaseChanged, Reported, Troubled
+from tryon_server.sessions.events import (
+    Designed,
+    EditRefused,
+    PhaseChanged,
+    Reported,
+    Troubled,
+)
 from tryon_server.wording import as_parameters, in_parameters
 from tryon_solver.redesign.edit_error import EditError
+from tryon_solver.redesign.fabrics import named_fabric
 from tryon_solver.redesign.history import History
 
 logger = logging.getLogger(__name__)
@@ -61,13 +71,12 @@ logger = logging.getLogger(__name__)
 REPORT_SECONDS = 0.25  # between reports
 IDLE_SECONDS = 0.05  # between looks at a source that had nothing to do
 REMAKING_SHARE = 0.5  # of the time that a frame took, after which no further part of another garment is begun
-REMAKING_SECONDS = 0.01  # between looks at a garment that is being made
 FAILURES_IN_A_ROW = 30  # steps that may fail one after another before the session is given up
 LATER = "shown once it is let go"
 COARSER = "Choose another fabric, a coarser preset or a simpler pattern."
 
 
-class Worker:
+class Worker(OutfitWorker):
     """One session's simulation. ``clock`` is the server's steady clock [s]; ``beside`` makes what is worn next, and
     ``armoury`` has its effects compiled."""
 
@@ -102,11 +111,12 @@ class Worker:
         self._bought = BuyAccuracy()
         self._pose: Stance | None = None
         self._move: Move | None = None  # the last one; None of a garment that has not moved since it was dressed
-        self._history: History | None = None
+        self._histories: dict[str, History] = {}
         self._held = False
         self._beside = beside
         self._remaking = Remaking(beside, build)
         self._effects = EffectDesk(self._tell, armoury, clock, order.effects)
+        self._outfitting = Outfitting(beside, build)
         self._waiting = WaitingChanges()
         self._held_back = HeldBack()
         self._held_edits = HeldEdits(beside)
@@ -131,12 +141,9 @@ class Worker:
             self._obey(pause)
             pause = self._work()
             self._teller.catch_up()
-            if self._drape is not None and self._remaking.under_way:
-                self._remake(self._drape)
-                pause = REMAKING_SECONDS if pause is None else min(pause, REMAKING_SECONDS)
+            pause = sooner(pause, self._go_on_making())
             worn = None if self._drape is None else self._drape.effects
-            again = self._effects.go_on(worn, self._cost, self._remaking.under_way)
-            pause = again if pause is None else min(pause, pause if again is None else again)
+            pause = sooner(pause, self._effects.go_on(worn, self._cost, self._making))
 
     # Commands -----------------------------------------------------------------------------------------------------
 
@@ -175,6 +182,8 @@ class Worker:
                 self._change(command)
             case ChangeEffect() | MeasureEffects():
                 self._effects.take(command)
+            case ChangeOutfit():
+                self._change_outfit(command)
 
     def _follow(self) -> None:
         """Have the body follow the chosen motion, or a stream, from the pose in which it stands."""
@@ -198,6 +207,10 @@ class Worker:
             if self._drape is None or self._history is None:
                 what = "has no sewing pattern" if self._drape is not None else "is not dressed"
                 raise EditError(f"the garment {what}", "edit", "Edit a garment that was made of one, once it is worn")
+            if self._outfitting.under_way:
+                raise EditError("other garments are being put on", "edit", "Edit it once they are worn")
+            self._edit_garment(command.garment)
+            command = replace(command, garment=self._edited)
             if worked_out is None and self._held_edits.take(command, self._history, self._drape):
                 return
             newest = None if command.hold else self._waiting.newest
@@ -253,7 +266,7 @@ class Worker:
             if isinstance(outcome, EditRefused):
                 self._tell(outcome)
                 continue
-            self._history = outcome.history
+            self._histories[self._edited] = outcome.history
             self._tell_design(outcome.specification, outcome.history, notes=outcome.notes)
             self._teller.owe(partial(outcome.made, command, change))  # whoever is answered has seen the pattern
         held, self._held_last = self._held_last, None
@@ -278,7 +291,7 @@ class Worker:
         self._dress_due = True
         with suppress(EditError):  # it is of that fabric already
             asked = wanted(self._history, command)
-            self._history = asked.history
+            self._histories[self._edited] = asked.history
             self._tell(asked.made(command, "topology"))
 
     def _make_next(self, drape: Drape) -> None:
@@ -290,7 +303,7 @@ class Worker:
     def _begin_remaking(self, specification: Mapping[str, Any], drape: Drape) -> None:
         """Have a garment of this pattern made while this one is worn, in place of one that is being made."""
         give_back_freed()  # of the mesh before the one that is worn
-        self._remaking.begin(drape, of_pattern(self._order.drape, specification))
+        self._remaking.begin(drape, of_pattern(self._ordered(), specification))
 
     def _remake(self, drape: Drape) -> None:
         """Go on making the garment that is to be worn next, for part of a frame's time; wear it once it is there."""
@@ -344,12 +357,12 @@ class Worker:
 
     def _dress(self) -> None:
         self._remaking.give_up()
+        self._drop_outfit("the garment is dressed anew", "Try again once it is worn")
         self._dress_due = False
         self._drape = self._source = None
-        edited = None if self._history is None else self._history.specification
-        order = replace(self._order.drape, fabric=self._fabric)
+        order = as_edited(replace(self._order.drape, fabric=self._fabric), self._histories)
         try:
-            self._put_on(self._build(order if edited is None else of_pattern(order, edited), self._progress))
+            self._put_on(self._build(order, self._progress))
         except (ProblemError, ProtocolError) as error:
             fault = in_parameters(error.problem) if isinstance(error, ProblemError) else error
             what = f"{fault.message.rstrip('.')}."
@@ -368,9 +381,10 @@ class Worker:
         """Go on with a newly dressed garment. Raises ProtocolError when it can't be told."""
         announcement = self._publisher.dress(drape)
         self._drape, self._pose = drape, drape.pose
-        if drape.specification is not None:
-            self._history = self._history or History(drape.specification)
-            self._beside.warm()
+        for name, specification in drape.specifications.items():
+            if specification is not None:
+                self._histories.setdefault(name, History(specification))
+                self._beside.warm()
         self._poses.begin(drape.outfit.body)
         self._simulated, self._failures, self._cost, self._move = 0.0, 0, 0.0, None
         self._follow()
@@ -390,6 +404,7 @@ class Worker:
     def _fail(self, message: str, remedy: str) -> None:
         self._drape = self._source = None
         self._remaking.give_up()
+        self._drop_outfit(f"the garment is not worn any more: {message}", remedy)
         self._waiting.refuse_all(EditError(f"the garment is not worn any more: {message}", "edit", remedy))
         self._tell_refused()
         self._trouble("simulation_failed", "$", message, remedy)
@@ -477,5 +492,6 @@ class Worker:
         self._tell(Troubled(code, place, message, remedy))
 
     def _tell_design(self, specification: Mapping[str, Any], history: History, **more: Any) -> None:
-        fabric = of_pattern(self._order.drape, specification).fabric
-        self._teller.owe(lambda: Designed(design_of(specification, history, **more), fabric))
+        fabric = named_fabric(specification) or self._order.drape.of_edited.fabric
+        garment = self._edited
+        self._teller.owe(lambda: Designed(design_of(specification, history, garment=garment, **more), fabric))

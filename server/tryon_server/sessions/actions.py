@@ -8,7 +8,7 @@ from typing import Any
 
 from tryon_protocol import EffectsMessage, ProtocolError
 from tryon_server.sessions.commands import Command
-from tryon_server.sessions.events import EditMade
+from tryon_server.sessions.events import EditMade, OutfitWorn
 
 # Close codes: RFC 6455 section 7.4 and PROTOCOL.md section 1.
 NORMAL = 1000
@@ -69,10 +69,10 @@ class Keep:
 
 @dataclass(frozen=True)
 class Answer:
-    """Tell whoever asked without a connection how the change of the pattern with this ticket ended."""
+    """Tell whoever asked without a connection how the change with this ticket ended."""
 
     ticket: int
-    outcome: EditMade | ProtocolError
+    outcome: EditMade | OutfitWorn | ProtocolError
 
 
 @dataclass(frozen=True)

@@ -113,6 +113,32 @@ class ChangePattern:
     edit: Mapping[str, Any] | None = None
     mirror: bool = False
     hold: bool = False
+    garment: str = ""
+
+
+@dataclass(frozen=True)
+class WornItem:
+    """A garment of an outfit, by its `name` there: the stored garment's id, fabric and `size`, over its pattern's own.
+    Its `number` is its own in the session, and no other garment ever has it there."""
+
+    name: str
+    garment: str
+    fabric: str
+    size: float | None
+    number: int
+
+
+@dataclass(frozen=True)
+class ChangeOutfit:
+    """Wear these garments, from the innermost outwards, and edit the one of this name. ``ticket`` as of ChangePattern.
+
+    ``order`` is how they are dressed; the session does not look into it.
+    """
+
+    ticket: int
+    items: tuple[WornItem, ...]
+    edited: str
+    order: Any = None
 
 
 @dataclass(frozen=True)
@@ -164,5 +190,6 @@ Command = (
     | ChangePattern
     | ChangeEffect
     | MeasureEffects
+    | ChangeOutfit
     | AllowFrame
 )

@@ -96,6 +96,7 @@ class EditMade:
         edit: of a new edit, plain JSON.
         mirror: of a new edit, whether it was made on both sides.
         specification: of a new edit, the pattern that it made, plain JSON.
+        garment: which one of those that are worn; "" of one without a name.
     """
 
     ticket: int
@@ -106,6 +107,7 @@ class EditMade:
     edit: Mapping[str, Any] | None = None
     mirror: bool = False
     specification: Mapping[str, Any] | None = None
+    garment: str = ""
 
 
 @dataclass(frozen=True)
@@ -144,6 +146,23 @@ class EffectRefused:
 
 
 @dataclass(frozen=True)
+class OutfitWorn:
+    """The outfit of the command with this ticket is worn."""
+
+    ticket: int
+
+
+@dataclass(frozen=True)
+class OutfitRefused:
+    """It can't be worn: what was worn is worn on. The rest as in EditRefused."""
+
+    ticket: int
+    place: str
+    message: str
+    remedy: str
+
+
+@dataclass(frozen=True)
 class Gone:
     """The simulation's process has ended without being asked to."""
 
@@ -161,5 +180,7 @@ Event = (
     | EditRefused
     | EffectsTold
     | EffectRefused
+    | OutfitWorn
+    | OutfitRefused
     | Gone
 )

@@ -209,19 +209,21 @@ class Session:
                 return self.effects.refused(event)
             case Gone():
                 return self._simulation_gone(event, now)
+            case _:  # of the wardrobe (wardrobe.py)
+                return []
 
     def kept(self, made: EditMade, fault: ProtocolError | None, now: float) -> list[Action]:
         """A change of the pattern has been stored, or why it could not be."""
         return self._answer_edit(made.ticket, fault or made, now)
 
     def change_pattern(
-        self, step: EditStep, edit: Mapping[str, Any] | None = None, mirror: bool = False
+        self, step: EditStep, edit: Mapping[str, Any] | None = None, mirror: bool = False, garment: str = ""
     ) -> tuple[int, list[Action]]:
         """Somebody without a connection asks for a change; the ticket that `Answer` will have, and what is to be done.
 
         Raises ProtocolError: not now, or there is no such fabric."""
         check_fabric(edit, self._rules.fabrics)
-        command = self._changes.ask(Asker(NOBODY), step, edit, mirror, self._topology is not None)
+        command = self._changes.ask(Asker(NOBODY), step, edit, mirror, self._topology is not None, garment)
         return command.ticket, [Order(command)]
 
     def buy(self, wanted: BuyAccuracy, now: float) -> list[Action]:

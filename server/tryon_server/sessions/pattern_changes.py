@@ -42,16 +42,22 @@ class PatternChanges:
         match message:
             case EditMessage(hold=True):
                 refuse_before(dressed)
-                return self._hold(client, message.edit, message.mirror)
+                return self._hold(client, message.edit, message.mirror, message.garment)
             case EditMessage():
-                return self.ask(asker, "edit", message.edit, message.mirror, dressed)
+                return self.ask(asker, "edit", message.edit, message.mirror, dressed, message.garment)
             case UndoMessage():
-                return self.ask(asker, "undo", None, False, dressed)
+                return self.ask(asker, "undo", None, False, dressed, message.garment)
             case RedoMessage():
-                return self.ask(asker, "redo", None, False, dressed)
+                return self.ask(asker, "redo", None, False, dressed, message.garment)
 
     def ask(
-        self, asker: Asker, step: EditStep, edit: Mapping[str, Any] | None, mirror: bool, dressed: bool
+        self,
+        asker: Asker,
+        step: EditStep,
+        edit: Mapping[str, Any] | None,
+        mirror: bool,
+        dressed: bool,
+        garment: str = "",
     ) -> ChangePattern:
         """The command for a change that is to be kept. What is held is shown no longer then.
 
@@ -68,11 +74,17 @@ class PatternChanges:
         self._holder = None
         ticket = next(self._tickets)
         self._waiting[ticket] = asker
-        return ChangePattern(step, ticket, edit, mirror)
+        return ChangePattern(step, ticket, edit, mirror, garment=garment)
 
-    def _hold(self, client: int, edit: Mapping[str, Any] | None, mirror: bool) -> ChangePattern:
+    def _hold(
+        self, client: int, edit: Mapping[str, Any] | None, mirror: bool, garment: str = ""
+    ) -> ChangePattern:
         self._holder = None if edit is None else client
-        return ChangePattern("edit", HELD, edit, mirror, hold=True)
+        return ChangePattern("edit", HELD, edit, mirror, hold=True, garment=garment)
+
+    def new_ticket(self) -> int:
+        """A number that no change has had, for one of another kind."""
+        return next(self._tickets)
 
     def left(self, client: int) -> ChangePattern | None:
         """A client has left: the command that drops what it held, if it did."""

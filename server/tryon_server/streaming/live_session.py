@@ -6,16 +6,16 @@ import asyncio
 import itertools
 import logging
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
 from tryon_protocol import EffectsMessage, ProtocolError
 from tryon_server.runtime.interface import Simulation
-from tryon_server.sessions import Action, Close, End, Order, Send, SendFrame, Session
+from tryon_server.sessions import Action, Close, End, Order, Send, SendFrame, WardrobeSession
 from tryon_server.sessions.actions import POLICY_VIOLATION, Answer, AnswerEffects, Keep, KeepEffects
-from tryon_server.sessions.commands import BuyAccuracy, Command, EditStep
+from tryon_server.sessions.commands import BuyAccuracy, Command, EditStep, WornItem
 from tryon_server.sessions.effect_talk import EffectTalk
-from tryon_server.sessions.events import EditMade, Event, PhaseChanged, Troubled
+from tryon_server.sessions.events import EditMade, Event, OutfitWorn, PhaseChanged, Troubled
 from tryon_server.streaming.outbox import Outbox, OutboxFullError
 
 logger = logging.getLogger(__name__)
@@ -39,7 +39,7 @@ class LiveSession:
 
     def __init__(
         self,
-        machine: Session,
+        machine: WardrobeSession,
         start_simulation: Callable[[Callable[[Event], None]], Simulation],
         on_end: Callable[[LiveSession, str], None],
         complete: Callable[[Command], Command] = lambda command: command,
@@ -51,7 +51,7 @@ class LiveSession:
         self._keep = keep
         self._keep_effects = keep_effects
         self._keeping: asyncio.Task[None] | None = None
-        self._asked: dict[int, asyncio.Future[EditMade]] = {}
+        self._asked: dict[int, asyncio.Future[Any]] = {}  # of what was made, by ticket
         self._asked_effects: dict[int, asyncio.Future[EffectsMessage]] = {}
         self._on_end = on_end
         self._outboxes: dict[int, Outbox] = {}
@@ -82,15 +82,16 @@ class LiveSession:
         self._carry_out(self.machine.receive_text(client, self.now))
 
     async def change_pattern(
-        self, step: EditStep, edit: Mapping[str, Any] | None = None, mirror: bool = False
+        self, step: EditStep, edit: Mapping[str, Any] | None = None, mirror: bool = False, garment: str = ""
     ) -> EditMade:
         """Change the pattern for somebody without a connection; what was made, once it is kept.
 
         Raises:
             ProtocolError: it was refused, or not now.
         """
-        ticket, actions = self.machine.change_pattern(step, edit, mirror)
-        asked = self._asked[ticket] = self._loop.create_future()
+        ticket, actions = self.machine.change_pattern(step, edit, mirror, garment)
+        asked: asyncio.Future[EditMade] = self._loop.create_future()
+        self._asked[ticket] = asked
         self._carry_out(actions)
         return await asked
 
@@ -104,6 +105,18 @@ class LiveSession:
         asked = self._asked_effects[ticket] = self._loop.create_future()
         self._carry_out(actions)
         return await asked
+
+    async def change_outfit(self, items: Sequence[WornItem], edited: str, order: Any) -> None:
+        """Wear these garments, and edit the one of this name; returns once they are worn.
+
+        Raises:
+            ProtocolError: they can't be worn so, or not now; what was worn is worn on.
+        """
+        ticket, actions = self.machine.change_outfit(items, edited, order)
+        asked: asyncio.Future[OutfitWorn] = self._loop.create_future()
+        self._asked[ticket] = asked
+        self._carry_out(actions)
+        await asked
 
     def buy(self, wanted: BuyAccuracy) -> None:
         """Have frames solved so from now on, for somebody without a connection."""
@@ -167,8 +180,8 @@ class LiveSession:
                 case End(reason):
                     self._simulation.stop()
                     fault = ProtocolError("unknown_session", "$", f"{reason}.", "Open a new session.")
-                    for edit in self._asked.values():
-                        _answer(edit, fault)
+                    for change in self._asked.values():
+                        _answer(change, fault)
                     for effect in self._asked_effects.values():
                         _answer(effect, fault)
                     self._asked.clear()

@@ -7,7 +7,7 @@ import json
 import logging
 import secrets
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -22,6 +22,8 @@ from tryon_server.persistence import (
     GarmentRecord,
     KeptFiles,
     MotionRecord,
+    OutfitRecord,
+    OutfitStore,
     SessionRecord,
     SessionStore,
     Size,
@@ -29,11 +31,12 @@ from tryon_server.persistence import (
 from tryon_server.problems import ProblemError, problem_error
 from tryon_server.runtime.interface import Catalogue, Placement
 from tryon_server.runtime.order import DrapeOrder, MeshReading, WorkOrder
-from tryon_server.sessions import OWN_MOTION, Rules, Session
+from tryon_server.sessions import OWN_MOTION, Rules, WardrobeSession
 from tryon_server.sessions.commands import Command, FollowMotion, MotionFile, MotionReading
 from tryon_server.sessions.events import EditMade
 from tryon_server.settings import Settings
 from tryon_server.streaming.live_session import LiveSession
+from tryon_server.streaming.wardrobes import BEGINNING, Wardrobes, history_key
 from tryon_server.uploads.service import BodyUploads, MotionUploads
 
 logger = logging.getLogger(__name__)
@@ -41,7 +44,6 @@ logger = logging.getLogger(__name__)
 RESTART_RETRY_SECONDS = (
     2.0  # after a restart of the server clients come back no sooner than this, spread over twice that
 )
-BEGINNING = 0  # in place of an edit's number: the pattern that a session began with, where that is another one's
 UNWATCHED_SECONDS = 10.0  # a session that nobody has watched for this long may make room for a new one
 
 
@@ -84,6 +86,7 @@ class LiveSessions:
         files: KeptFiles,
         store: SessionStore,
         edits: EditStore,
+        outfits: OutfitStore,
         server: str,
     ) -> None:
         self._settings = settings
@@ -94,6 +97,7 @@ class LiveSessions:
         self._files = files
         self._store = store
         self._edits = edits
+        self.wardrobes = Wardrobes(garments, files, edits, outfits)
         there = (motion for motion in motions.all() if _is_there(motions, motion))
         self._motions = {motion.id: _Motion(motion.digest, _file_of(motions, motion)) for motion in there}
         self._live: dict[str, LiveSession] = {}
@@ -149,16 +153,21 @@ class LiveSessions:
             await asyncio.to_thread(self._store.add, record)
             if opening.continues is not None:
                 order = await self._go_on_from(opening.continues, record, order)
+            worn = await asyncio.to_thread(self.wardrobes.begin, record, opening.continues)
+            order = replace(order, drape=self.wardrobes.ordered(record.id, worn, order.drape))
             self._make_room()
         except ProblemError as error:
             await self._note_end(record.id, error.problem.message)
             raise
-        return self._start(record, order)
+        live = self._start(record, order)
+        live.machine.begin_with(self.wardrobes.items(worn), worn.edited)
+        return live
 
     def _start(self, record: SessionRecord, order: WorkOrder) -> LiveSession:
         new_token = partial(secrets.token_urlsafe, 24)
         now = time.monotonic()
-        machine = Session(record.id, self._rules, record.motion, record.fabric, new_token, now, tuple(self._motions))
+        motions = tuple(self._motions)
+        machine = WardrobeSession(record.id, self._rules, record.motion, record.fabric, new_token, now, motions)
         live = LiveSession(
             machine,
             lambda on_event: self._placement.place(order, on_event),
@@ -206,12 +215,18 @@ class LiveSessions:
 
     def _keep(self, session_id: str, made: EditMade) -> None:
         """Store a change of a session's pattern; blocking."""
+        live = self._live.get(session_id)
+        number = None if live is None else live.machine.number_of(made.garment)
+        if number is None:
+            kept_under = self.wardrobes.history_of(session_id, made.garment)
+        else:  # newer than what is kept
+            kept_under = history_key(session_id, number)
         if made.edit is None or made.specification is None:
-            self._edits.mark(session_id, made.id, undone=made.step == "undo")
+            self._edits.mark(kept_under, made.id, undone=made.step == "undo")
             return
         self._edits.add(
             EditRecord(
-                session=session_id,
+                session=kept_under,
                 id=made.id,
                 edit=made.edit,
                 mirror=made.mirror,
@@ -220,29 +235,75 @@ class LiveSessions:
             )
         )
 
-    async def edits(self, session_id: str) -> list[EditRecord]:
-        """The edits of a session's pattern, live or ended, oldest first. Raises ProblemError 404."""
+    async def edits(self, session_id: str, garment: str = "") -> list[EditRecord]:
+        """The edits of the pattern of a session's garment of this name, the edited one for "", live or ended, oldest
+        first. Raises ProblemError 404."""
         await self.record(session_id)
-        return [edit for edit in await asyncio.to_thread(self._edits.all, session_id) if edit.id != BEGINNING]
+        kept_under = await asyncio.to_thread(self.wardrobes.history_of, session_id, garment)
+        return [edit for edit in await asyncio.to_thread(self._edits.all, kept_under) if edit.id != BEGINNING]
 
-    async def specification(self, session_id: str) -> Mapping[str, Any]:
-        """The pattern of a session as it stands after its edits, plain JSON.
+    async def specification(self, session_id: str, garment: str = "") -> Mapping[str, Any]:
+        """The pattern of a session's garment as it stands after its edits, plain JSON; of this name, or the edited one.
 
         Raises:
             ProblemError: 404 no such session or garment, 409 its garment is a mesh, 410 the garment's file is gone.
         """
         record = await self.record(session_id)
+        worn = await asyncio.to_thread(self.wardrobes.one, record, garment)
+        edited = await asyncio.to_thread(self.wardrobes.as_edited, session_id, worn)
+        if edited is not None:
+            return edited
+        return await self._unedited(worn.garment, worn.fabric)
+
+    async def _first_specification(self, session_id: str) -> Mapping[str, Any]:
+        """The same of the garment that the session was opened with."""
+        record = await self.record(session_id)
         made = [edit for edit in await asyncio.to_thread(self._edits.all, session_id) if not edit.undone]
-        if made:
-            return made[-1].specification
-        uploaded = await asyncio.to_thread(self._as_uploaded, record.garment)
-        return {**uploaded, "properties": {**uploaded["properties"], "fabric": record.fabric}}
+        return made[-1].specification if made else await self._unedited(record.garment, record.fabric)
+
+    async def _unedited(self, garment: str, fabric: str) -> Mapping[str, Any]:
+        uploaded = await asyncio.to_thread(self._as_uploaded, garment)
+        return {**uploaded, "properties": {**uploaded["properties"], "fabric": fabric}}
+
+    async def change_outfit(self, session_id: str, change: Callable[[OutfitRecord], OutfitRecord]) -> OutfitRecord:
+        """Have a live session wear another outfit, made of what it wears; what it wears, once it is worn and kept.
+
+        Raises:
+            ProblemError: 404 no such session, 409 it has ended, or what `change` raises.
+            ProtocolError: it can't be worn so, or not now; what was worn is worn on.
+        """
+        record, live = await self.record(session_id), self._live.get(session_id)
+        if live is None:
+            remedy = "Open a session that continues it: POST /api/sessions with its id as `continues`"
+            raise problem_error("session.ended", "the session has ended", remedy, place="session", status=409)
+        live.machine.asked_for(live.now)
+        wanted = change(await self.outfit(record))
+        await asyncio.to_thread(self.wardrobes.hold, session_id, wanted)
+        order = await asyncio.to_thread(self.wardrobes.garments, session_id, wanted)
+        await live.change_outfit(self.wardrobes.items(wanted), wanted.edited, order)
+        await asyncio.to_thread(self.wardrobes.keep, session_id, wanted)
+        return wanted
+
+    async def outfit(self, record: SessionRecord) -> OutfitRecord:
+        """What a session wears, with the fabrics that edits have chosen."""
+        outfit, live = await asyncio.to_thread(self.wardrobes.of, record), self._live.get(record.id)
+        return outfit if live is None else self.wardrobes.as_worn(outfit, live.machine.items, live.machine.edited)
+
+    async def fabric_for(self, garment_id: str, asked: str | None) -> str:
+        """What a garment is to be made of: as asked for, else its pattern's own, else the first fabric.
+
+        Raises ProblemError: 404 no such garment, 422 no such fabric.
+        """
+        garment = await asyncio.to_thread(self._garments.get, garment_id)
+        fabric = asked or await self._own_fabric(None, garment)
+        _one_of("fabric", fabric, self._rules.fabrics)
+        return fabric
 
     async def _own_fabric(self, continues: str | None, garment: GarmentRecord) -> str:
         """What the pattern that a session is to begin with says it is made of; the first fabric where it says nothing.
         Raises ProblemError as `specification` does."""
         if continues is not None:
-            specification = await self.specification(continues)
+            specification = await self._first_specification(continues)
         elif garment.notes:  # a mesh
             specification = {}
         else:
@@ -267,7 +328,7 @@ class LiveSessions:
         if before.garment != record.garment:
             message = f"session {session_id!r} wore the garment {before.garment!r}"
             raise problem_error("continues.other", message, "Choose that garment", place="continues", status=422)
-        specification = await self.specification(session_id)
+        specification = await self._first_specification(session_id)
         beginning = EditRecord(
             session=record.id,
             id=BEGINNING,

@@ -65,7 +65,7 @@ def shorten_kernel(
         p1 = a1 * displacement[v[1]]
         p2 = a2 * displacement[v[2]]
         p3 = a3 * displacement[v[3]]
-        xi = offset(v, kind[c], cloth_count, sizes)
+        xi = offset(v, cloth_count, sizes)
         closer = approach(kind[c], p0, p1, p2, p3)
         if (1.0 - KEPT_GAP) * (distance[c] - xi) > closer:
             continue
@@ -161,6 +161,31 @@ def count_leaving(
         [count_out],
         device=x.device,
     )
+
+
+@wp.kernel
+def outside_kernel(
+    x: wp.array(dtype=wp.vec3),
+    displacement: wp.array(dtype=wp.vec3),
+    anchor: wp.array(dtype=wp.vec3),
+    budget: wp.array(dtype=wp.float32),
+    outside_out: wp.array(dtype=wp.int32),
+):
+    """One within a ball at both ends of a straight way is so all along it."""
+    i = wp.tid()
+    here = x[i] - anchor[i]
+    farthest = wp.max(wp.length_sq(here), wp.length_sq(here + displacement[i]))
+    if farthest > budget[i] * budget[i]:
+        wp.atomic_add(outside_out, 0, 1)
+
+
+def outside(x: wp.array, displacement: wp.array, region: Region, counter: wp.array) -> int:
+    """How many vertices are further than their budget from their anchors somewhere on the way from x (A,) m along
+    `displacement`, for the host, which waits for it. `counter` (1,) int32 is scratch."""
+    counter.zero_()
+    inputs = [x, displacement, region.anchor, region.budget]
+    launch(outside_kernel, len(x), inputs, [counter], device=x.device)
+    return int(read(counter)[0][0])
 
 
 def leaving(x: wp.array, displacement: wp.array, alpha: wp.array, region: Region, counter: wp.array) -> int:

@@ -22,22 +22,36 @@ wp.set_module_options({"enable_backward": False})
 
 @wp.struct
 class ContactSizes:
-    """Lengths [m] of the contact model, one number for contact with the body and one for cloth on cloth."""
+    """Lengths [m] of the contact model, one number for contact with the body and one for cloth on cloth.
+
+    Of an outfit these are the largest, and each surface has its own share: `half` (A,) m of the offset belongs to each
+    vertex, half the thickness of its cloth or the body's offset; `garment` (A,) int32 says whose cloth it is. Of a
+    garment alone both are empty.
+    """
 
     xi_body: float
     xi_self: float
     d_hat: float
+    half: wp.array(dtype=wp.float32)
+    garment: wp.array(dtype=wp.int32)
 
 
 @wp.func
-def offset(ids: wp.vec4i, kind: int, cloth_count: int, sizes: ContactSizes) -> float:
-    """Thickness offset xi [m] of a stencil."""
-    second = ids[1]
-    if kind == 1:
-        second = ids[2]
-    if ids[0] >= cloth_count or second >= cloth_count:
+def offset(ids: wp.vec4i, cloth_count: int, sizes: ContactSizes) -> float:
+    """Thickness offset xi [m] of a stencil; of either kind, its first and its last vertex are on different sides."""
+    if sizes.half.shape[0] > 0:
+        return sizes.half[ids[0]] + sizes.half[ids[3]]
+    if ids[0] >= cloth_count or ids[3] >= cloth_count:
         return sizes.xi_body
     return sizes.xi_self
+
+
+@wp.func
+def same_garment(ids: wp.vec4i, sizes: ContactSizes) -> bool:
+    """Are both sides of a stencil of cloth on cloth of one garment?"""
+    if sizes.garment.shape[0] == 0:
+        return True
+    return sizes.garment[ids[0]] == sizes.garment[ids[3]]
 
 
 @dataclass
@@ -187,6 +201,31 @@ def follow(candidates: Candidates, x_before: wp.array, x: wp.array, near: bool) 
     )
 
 
+@wp.kernel
+def measure_kernel(
+    count: wp.array(dtype=wp.int32),
+    threads: int,
+    ids: wp.array(dtype=wp.vec4i),
+    kind: wp.array(dtype=wp.int32),
+    x: wp.array(dtype=wp.vec3),
+    distance_out: wp.array(dtype=wp.float32),
+):
+    for c in range(wp.tid(), count[0], threads):
+        v = ids[c]
+        x0 = x[v[0]]
+        x1 = x[v[1]]
+        x2 = x[v[2]]
+        x3 = x[v[3]]
+        distance_out[c] = wp.length(stencil_vector(stencil_weights(kind[c], x0, x1, x2, x3), x0, x1, x2, x3))
+
+
+def measure(candidates: Candidates, x: wp.array) -> None:
+    """Have the distances of all of them at x (A,) m, in place of bounds that get lower from move to move."""
+    threads = candidates.threads
+    inputs = [candidates.count, threads, candidates.ids, candidates.kind, x]
+    launch(measure_kernel, threads, inputs, [candidates.distance], device=x.device)
+
+
 MOST_USED = 1.25  # a stencil whose gap is this many times what a move can use up of it needs no filter
 
 
@@ -213,7 +252,7 @@ def list_near_kernel(
         together = travel[v[0]] + wp.max(t1, wp.max(t2, t3))
         if kind[c] == 1:
             together = wp.max(travel[v[0]], t1) + wp.max(t2, t3)
-        xi = offset(v, kind[c], cloth_count, sizes)
+        xi = offset(v, cloth_count, sizes)
         far = xi + wp.max(MOST_USED * together, sizes.d_hat + together)
         d = distance[c]
         if d <= far:

@@ -84,7 +84,7 @@ def deflect_kernel(
             newest = wp.max(wp.max(changed[v[0]], changed[v[1]]), wp.max(changed[v[2]], changed[v[3]]))
             if newest < number - 1:
                 continue
-        xi = offset(v, kind[c], cloth_count, sizes)
+        xi = offset(v, cloth_count, sizes)
         p0 = displacement[v[0]]
         p1 = displacement[v[1]]
         p2 = displacement[v[2]]

@@ -17,7 +17,7 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.contact.barrier import barrier, barrier_curvature, barrier_gradient, mollifier
-from tryon_solver.contact.candidates import Candidates, ContactSizes, candidate_at, offset
+from tryon_solver.contact.candidates import Candidates, ContactSizes, candidate_at, offset, same_garment
 from tryon_solver.contact.distances import stencil_vector, stencil_weights
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
@@ -132,7 +132,7 @@ def collect_kernel(
         c = candidate_at(near, some, entry)
         v = candidate_ids[c]
         kind = candidate_kind[c]
-        xi = offset(v, kind, cloth_count, sizes)
+        xi = offset(v, cloth_count, sizes)
         if candidate_distance[c] > xi + sizes.d_hat:
             continue
         x0 = x[v[0]]
@@ -157,7 +157,8 @@ def collect_kernel(
                 touches_body = True
         eps = model.eps_body
         if not touches_body:
-            g_hat = wp.min(g_hat, reach - xi)
+            if same_garment(v, sizes):
+                g_hat = wp.min(g_hat, reach - xi)
             eps = model.eps_self
         g = d - xi
         if g >= g_hat:

@@ -36,7 +36,7 @@ def push_kernel(
     lam = stencil_weights(kind[c], x0, x1, x2, x3)
     way = stencil_vector(lam, x0, x1, x2, x3)
     d = wp.length(way)
-    xi = offset(v, kind[c], cloth_count, sizes)
+    xi = offset(v, cloth_count, sizes)
     wanted = share * xi
     if d >= wanted or d == 0.0:
         return

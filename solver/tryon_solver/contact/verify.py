@@ -83,7 +83,7 @@ def verify_kernel(
     if distance[c] > 2.0 * wp.max(sizes.xi_body, sizes.xi_self):
         return
     v = ids[c]
-    xi = offset(v, kind[c], cloth_count, sizes)
+    xi = offset(v, cloth_count, sizes)
     x0 = x[v[0]]
     x1 = x[v[1]]
     x2 = x[v[2]]

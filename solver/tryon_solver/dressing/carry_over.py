@@ -106,30 +106,50 @@ def put_on(prepared: Prepared, worn: Simulation, before: PanelMesh) -> Carried:
     one over what the garment was before, is not looked at. Raises CarryError."""
     assert worn.body is not None
     simulation, cut = prepared.simulation, prepared.cut
+    room = ROOM * simulation.contact.sizes.xi_self
+    where = worn.cloth_positions(), worn.state.v.numpy()
+    x, v = laid_over(cut, before, worn.scene.garment.faces, where, simulation.scene.fabric, room)
+    simulation.start_at(x, worn.body_positions().astype(np.float64), worn.body.pose)
+    freed = freed_where_worn(prepared.tangle)
+    simulation.state.v.assign(v.astype(np.float32))
+    return Carried(simulation, cut.welded, freed)
+
+
+def laid_over(
+    cut: NewCut,
+    before: PanelMesh,
+    faces: NDArray[np.int32],
+    where: tuple[NDArray[np.float32], NDArray[np.float32]],
+    fabric: Fabric,
+    room: float,
+) -> tuple[Points, Points]:
+    """Where the new cut's vertices (N, 3) m lie, and how fast they are [m/s], from `where` those of the garment with
+    these `faces` (F, 3) are, whose mesh is `before`; `room` m is to be between what was sewn together."""
     after, joined = cut.mesh, cut.welded
     overlay = cut.overlay if cut.overlay.is_over(before) else Overlay.of(before, after)
-    face, weights = overlay.face, overlay.weights
-    corners = worn.scene.garment.faces[face]
+    corners = faces[overlay.face]
     places, speeds = (
-        np.einsum("vk,vkd->vd", weights, values[corners].astype(np.float64))
-        for values in (worn.cloth_positions(), worn.state.v.numpy())
+        np.einsum("vk,vkd->vd", overlay.weights, values[corners].astype(np.float64)) for values in where
     )
-    lay_on(before, after, face, places)
+    lay_on(before, after, overlay.face, places)
     x = joined.mean_of_vertices(drawn_together(after, joined, places))
-    garment, fabric = simulation.scene.garment, simulation.scene.fabric
-    x = eased(garment, x, places[after.faces], fabric.strain_limit)
-    v = joined.mean_of_vertices(speeds)
-    x = drawn_back(garment, x, ROOM * simulation.contact.sizes.xi_self)
-    simulation.start_at(x, worn.body_positions().astype(np.float64), worn.body.pose)
+    x = eased(cut.garment, x, places[after.faces], fabric.strain_limit)
+    return drawn_back(cut.garment, x, room), joined.mean_of_vertices(speeds)
+
+
+def freed_where_worn(tangle: Tangle) -> Freed:
+    """Free what was put on where it is worn. Raises CarryError where that can't be, or stretches it too far."""
     try:
-        freed = prepared.tangle.free()
+        freed = tangle.free()
     except TangledError as error:
         raise CarryError(f"where the garment is worn, {error}") from error
-    most = float(simulation.stretches().max())
-    if most > MOST_STRETCH * fabric.strain_limit:
-        raise CarryError(f"where the garment is worn, it would be stretched to {most:.2f} times its length")
-    simulation.state.v.assign(v.astype(np.float32))
-    return Carried(simulation, joined, freed)
+    scene = tangle.sim.scene
+    limits = scene.of_fabrics("strain_limit")[:, 0]
+    stretch = tangle.sim.stretches()
+    worst = int(np.argmax(stretch / limits))
+    if stretch[worst] > MOST_STRETCH * limits[worst]:
+        raise CarryError(f"where the garment is worn, it would be stretched to {stretch[worst]:.2f} times its length")
+    return freed
 
 
 def lay_on(before: PanelMesh, after: PanelMesh, face: NDArray[np.int64], places: Points) -> None:

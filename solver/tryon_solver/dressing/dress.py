@@ -27,12 +27,14 @@ from tryon_solver.dressing.fit import (
     with_opening,
 )
 from tryon_solver.dressing.opening import Opening, opening_as_drawn, upper_opening
+from tryon_solver.dressing.outfit import Beneath, Outfit, Worn
 from tryon_solver.dressing.stitching_on import stitch_stiffness, stitched_on
 from tryon_solver.dressing.untangle import TangledError, untangle
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.placement import PlacementError, place_around
-from tryon_solver.geometry.weld import WeldedMesh, weld
+from tryon_solver.geometry.proximity import Surface
+from tryon_solver.geometry.weld import WeldedMesh, unsewn, weld
 from tryon_solver.materials.fabric import Fabric
 from tryon_solver.scene import WORN, AirDrag, BodyContact, Effect, Scene, SelfContact, Sewing, StrainLimit
 from tryon_solver.settings import Settings
@@ -92,13 +94,7 @@ def dress(
     surface = body.surface(pose)
     progress("placing", 0.0)
     clearance = settings.body_offset + 0.5 * fabric.thickness + settings.d_hat
-    try:
-        x_start = place_around(panels, surface, body.faces, clearance)
-    except PlacementError:
-        raise
-    except (ValueError, IndexError, ZeroDivisionError) as error:  # of numbers that no standing body has
-        remedy = "Give a body that stands upright on y = 0 over x = z = 0, faces +Z and holds its arms away from itself"
-        raise PlacementError(f"the pieces find no place around this body ({error})", "body", remedy) from error
+    x_start = place(panels, surface, body.faces, clearance)
     joined = weld(panels)
     with unforeseen_refused("the pieces can't be sewn on this body"):
         try:
@@ -111,7 +107,7 @@ def dress(
                 if tangled:
                     untangle(simulation, rounds=ROUNDS)
                 settle(simulation, pose, settle_seconds, progress)
-                check_rest(simulation, joined, panels)
+                check_rest(simulation, panels.panel_names)
         except DressingError as error:
             if too_large := slips_off(panels, surface, body.faces):
                 raise too_large from error
@@ -122,6 +118,19 @@ def dress(
             raise
     progress("dressed", 1.0)
     return Dressed(simulation, joined, panels, pose)
+
+
+def place(
+    panels: PanelMesh, surface: np.ndarray, faces: np.ndarray, clearance: float, beneath: tuple[Surface, ...] = ()
+) -> np.ndarray:
+    """As place_around(), whatever the numbers are. Raises PlacementError."""
+    try:
+        return place_around(panels, surface, faces, clearance, beneath)
+    except PlacementError:
+        raise
+    except (ValueError, IndexError, ZeroDivisionError) as error:  # of numbers that no standing body has
+        remedy = "Give a body that stands upright on y = 0 over x = z = 0, faces +Z and holds its arms away from itself"
+        raise PlacementError(f"the pieces find no place around this body ({error})", "body", remedy) from error
 
 
 @contextmanager
@@ -146,12 +155,13 @@ def settle(simulation: Simulation, pose: Any, seconds: float, progress: Progress
 
 @dataclass(frozen=True)
 class Sewn:
-    """A garment whose seams were closed: its welded vertices x (N, 3) m, the surface's (B, 3) m, and why they may
-    touch or cross, if that is so."""
+    """A garment whose seams were closed: its welded vertices x (N, 3) m, the surface's (B, 3) m, why they may touch or
+    cross, if that is so, and where what is worn beneath has come to, (U, 3) m."""
 
     x: np.ndarray
     surface: np.ndarray
     fault: CrumpledError | None
+    beneath: np.ndarray
 
 
 def sew(
@@ -164,11 +174,12 @@ def sew(
     settings: Settings,
     device: str,
     progress: Progress,
+    beneath: Beneath | None = None,
 ) -> Sewn:
     """Close all seams under contact. Raises DressingError for one that stays wide open, or open under tension."""
 
     def in_time(seconds: float) -> Sewn:
-        return _sew_in(seconds, panels, joined, x_start, body, pose, fabric, settings, device, progress)
+        return _sew_in(seconds, panels, joined, x_start, body, pose, fabric, settings, device, progress, beneath)
 
     sewn = in_time(SEWING_SECONDS)
     if isinstance(sewn.fault, CrumpledError):
@@ -189,6 +200,7 @@ def _sew_in(
     settings: Settings,
     device: str,
     progress: Progress,
+    beneath: Beneath | None,
 ) -> Sewn:
     """As sew(), the stitches drawn together in that time [s]."""
     corners = panels.faces
@@ -199,16 +211,22 @@ def _sew_in(
         len(panels.uv),
         group=joined.welded_of_vertex,
     )
-    stitches = Sewing(panels.stitches, stitch_stiffness(fabric))
-    stitched = stitched_on(panels, np.arange(len(panels.uv), dtype=np.int32), fabric)
-    effects = (BodyContact(), SelfContact(), StrainLimit(), AirDrag(SEWING_DRAG), stitches, *stitched)
+    first = 0 if beneath is None else len(beneath.x)
+    stitches = Sewing(first + panels.stitches, stitch_stiffness(fabric))
+    own = Worn("", pieces, fabric, panels.panel_names, panels, unsewn(panels))
+    effects = (BodyContact(), SelfContact(), StrainLimit(), AirDrag(SEWING_DRAG), stitches)
+    if beneath is None:
+        surface, scene = None, Outfit((own,)).scene(x_start, body, effects)
+    else:
+        surface, every = beneath.surface, beneath.outfit.with_outermost(own)
+        scene = every.scene(np.vstack([beneath.x, x_start]), body, (*effects, beneath.held()))
     settings = replace(
         settings,
         largest_step=min(settings.largest_step, 1 / 60),
         skin_stiffness=STILL_STIFFNESS,
         skin_hold=STILL_HOLD,
     )
-    simulation = build(Scene(pieces, x_start, body, fabric, effects), settings, device, pose)
+    simulation = build(scene, settings, device, pose, surface)
     share = next(c for c in simulation.plan.contributions if c.name == "sewing").values["share"]
     frames = round((seconds + CLOSING_SECONDS) / settings.largest_step)
     for k in range(frames):
@@ -216,9 +234,10 @@ def _sew_in(
         time = (k + 1) * settings.largest_step
         share.fill_(max(0.0, 1.0 - time / seconds))
         simulation.advance(pose, time)
-    x = simulation.cloth_positions().astype(np.float64)
-    stretches = simulation.stretches()
+    under, x = np.split(simulation.cloth_positions().astype(np.float64), [first])
+    stretches = simulation.stretches()[-len(panels.faces) :]
     x_welded, fault = close_seams(panels, joined, fabric, stretches, x)
-    if fault is None and not proven_free(simulation, x_welded[joined.welded_of_vertex] - x):
+    way = np.vstack([np.zeros_like(under), x_welded[joined.welded_of_vertex] - x])
+    if fault is None and not proven_free(simulation, way):
         fault = weld_blocked(panels, joined, fabric, stretches, x)
-    return Sewn(x_welded, simulation.body_positions().astype(np.float64), fault)
+    return Sewn(x_welded, simulation.body_positions().astype(np.float64), fault, under)

@@ -131,15 +131,15 @@ def _widest_seam(
     return float(gap[worst]), pieces, float(stretch[np.isin(panels.panel_of_face, pieces)].max())
 
 
-def check_rest(simulation: Simulation, joined: WeldedMesh, panels: PanelMesh) -> None:
-    """The garment has come to rest: is it free of the body and of itself, and within what its fabric can bear?
+def check_rest(simulation: Simulation, panel_names: tuple[str, ...]) -> None:
+    """What is worn has come to rest: is it free of the body and of itself, and within what its fabric can bear?
 
     Raises TightError naming the piece where it is not; CrowdedError where its fabric is hardly stretched.
     """
-    fabric, report = simulation.scene.fabric, simulation.reported
-    stretch = simulation.stretches()
-    worst = int(np.argmax(stretch))
-    name = panels.panel_names[joined.panel_of_face[worst]]
+    scene, report = simulation.scene, simulation.reported
+    stretch, fabrics = simulation.stretches(), scene.fabric_of_face()
+    worst = int(np.argmax(stretch / np.array([fabric.strain_limit for fabric in fabrics])))
+    name, fabric = panel_names[scene.garment.panel_of_face[worst]], fabrics[worst]
     if stretch[worst] > MOST_STRETCH * fabric.strain_limit:
         raise TightError(
             f"the body stretches {name} by {percent(float(stretch[worst]))}: {allowed(fabric)}; the garment is too "

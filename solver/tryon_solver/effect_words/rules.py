@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from tryon_solver.effect_words.fields import Field, Rows
+from tryon_solver.effect_words.fields import Edges, Field, Panel, Panels, Rows
 from tryon_solver.effect_words.table import BY_NAME
 
 Parameters = Mapping[str, Any]
@@ -37,6 +37,41 @@ def same_but_values(name: str, before: Parameters, after: Parameters) -> bool:
         return False
     fields = BY_NAME[name].fields
     return _fixed(fields, before) == _fixed(fields, after)
+
+
+def with_pieces(name: str, parameters: Parameters, called: Callable[[str], str]) -> dict[str, Any]:
+    """The effect's parameters with the pieces that they name `called` otherwise."""
+    return _with_pieces(BY_NAME[name].fields, parameters, called)
+
+
+def _with_pieces(fields: Sequence[Field], parameters: Parameters, called: Callable[[str], str]) -> dict[str, Any]:
+    changed = dict(parameters)
+    for field in fields:
+        value = parameters[field.name]
+        if isinstance(field, Panel):
+            changed[field.name] = called(value)
+        elif isinstance(field, Panels):
+            changed[field.name] = [called(piece) for piece in value]
+        elif isinstance(field, Edges):
+            changed[field.name] = [{**edge, "panel": called(edge["panel"])} for edge in value]
+        elif isinstance(field, Rows):
+            changed[field.name] = [_with_pieces(field.fields, row, called) for row in value]
+    return changed
+
+
+def together(each: Sequence[Mapping[str, Parameters]]) -> dict[str, Parameters]:
+    """The effects of several garments as those of an outfit: of one that more than one has, the rows of all."""
+    found: dict[str, Parameters] = {}
+    for own in each:
+        for name, parameters in own.items():
+            before = found.get(name, {})
+            rows = {
+                field.name: [*before.get(field.name, ()), *parameters[field.name]]
+                for field in BY_NAME[name].fields
+                if isinstance(field, Rows)
+            }
+            found[name] = {**parameters, **rows}
+    return found
 
 
 def _fixed(fields: Sequence[Field], parameters: Parameters) -> list[Any]:

@@ -49,11 +49,13 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.contact.barrier import barrier_gradient
+from tryon_solver.contact.candidates import ContactSizes, offset
 from tryon_solver.contact.pairs import ContactPairs
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.effects.presliding import recall
 from tryon_solver.effects.slip import FIRST_ROOM, SlipOfPairs, hold, slip
 from tryon_solver.linalg.launch import launch
+from tryon_solver.offsets import contact_sizes
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import Adhesion
 from tryon_solver.state import State
@@ -130,8 +132,7 @@ def add_gradient_kernel(
     area: wp.array(dtype=wp.float32),
     load: wp.array(dtype=wp.float32),
     cloth_count: int,
-    offset_body: float,
-    offset_self: float,
+    sizes: ContactSizes,
     strength: float,
     width: float,
     share: wp.array(dtype=wp.float32),
@@ -145,10 +146,7 @@ def add_gradient_kernel(
         return
     v = ids[c]
     n = normal[c]
-    g = -offset_self
-    for k in range(4):
-        if v[k] >= cloth_count:
-            g = -offset_body
+    g = -offset(v, cloth_count, sizes)
     for k in range(4):
         g += lam[c][k] * wp.dot(n, x[v[k]])
     reach = gap[c][1]
@@ -312,8 +310,8 @@ def bind(spec: Adhesion, context: BuildContext) -> Contribution | None:
     held = AdhesionOfPairs(count, device)
     share = wp.ones(1, dtype=wp.float32, device=device)
     sticky = wp.zeros(count, dtype=wp.float32, device=device)
-    offset_self = scene.fabric.thickness
-    offset_body = settings.body_offset + 0.5 * offset_self
+    body_count = 0 if scene.body is None else len(scene.body.rest_vertices)
+    sizes = contact_sizes(scene, settings, body_count, device)
 
     def reshape() -> None:
         area = context.rest.spread.numpy().copy()
@@ -343,7 +341,7 @@ def bind(spec: Adhesion, context: BuildContext) -> Contribution | None:
 
     def add_gradient(pairs: ContactPairs, state: State, x: wp.array, gradient: wp.array) -> None:
         model = [pairs.counters, pairs.ids, pairs.lam, pairs.normal, pairs.slope, pairs.curvature, pairs.gap]
-        own = [held.area, held.load, count, offset_body, offset_self, spec.strength, width, share, int(held.proxy)]
+        own = [held.area, held.load, count, sizes, spec.strength, width, share, int(held.proxy)]
         launch(add_gradient_kernel, pairs.size, [*model, *own, x], [gradient], device=device)
         aside.add_gradient(pairs, state, x, gradient)
 

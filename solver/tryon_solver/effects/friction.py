@@ -29,6 +29,8 @@ the secant stays: a pair that fell deep into its barrier for one iteration would
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import warp as wp
 
@@ -38,6 +40,7 @@ from tryon_solver.effects.base import BuildContext
 from tryon_solver.effects.presliding import recall
 from tryon_solver.effects.slip import FIRST_ROOM, SlipOfPairs, hold, slip
 from tryon_solver.linalg.launch import launch
+from tryon_solver.materials.fabric import Fabric
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import Friction, Scene
 from tryon_solver.state import State
@@ -108,22 +111,40 @@ def prepare_kernel(
 
 
 def materials_of(spec: Friction, scene: Scene) -> np.ndarray:
-    """(A,) int32: each vertex's row of the coefficients: the body's is the last, a seam's that of its last panel."""
+    """(A,) int32: each vertex's row of the coefficients: the body's is the last, a seam's that of its last panel. They
+    are of panels where a table is given, of an outfit's garments where none is."""
     garment = scene.garment
     own = np.zeros(garment.vertex_count, np.int32)
+    last = max(1, len(garment.layers))
     if spec.static is not None:
         own[garment.faces] = garment.panel_of_face[:, None]
+        last = len(spec.static) - 1
+    else:
+        for number, layer in enumerate(garment.layers):
+            own[layer.vertices] = number
     body = 0 if scene.body is None else len(scene.body.rest_vertices)
-    last = 1 if spec.static is None else len(spec.static) - 1
     return np.concatenate([own, np.full(body, last, np.int32)])
 
 
 def coefficients_of(spec: Friction, scene: Scene) -> np.ndarray:
-    """(M, M, 2) float32: mu and mu_k between materials."""
-    cloth, body = scene.fabric.mu_self, scene.fabric.mu_body
-    static = np.array([[cloth, body], [body, 0.0]]) if spec.static is None else spec.static
+    """(M, M, 2) float32: mu and mu_k between materials.
+
+    Two fabrics have the geometric mean of what each has against itself, unless a table says what it is.
+    """
+    static = between_fabrics(scene.fabric_of_garments()) if spec.static is None else spec.static
     kinetic = static if spec.kinetic is None else spec.kinetic
     return np.stack([static, kinetic], axis=2).astype(np.float32)
+
+
+def between_fabrics(fabrics: Sequence[Fabric]) -> np.ndarray:
+    """(K + 1, K + 1), without unit: between K fabrics and the body, which is last."""
+    own = np.array([fabric.mu_self for fabric in fabrics])
+    skin = np.array([fabric.mu_body for fabric in fabrics])
+    table = np.zeros((len(fabrics) + 1, len(fabrics) + 1))
+    table[:-1, :-1] = np.sqrt(np.outer(own, own))
+    table[np.diag_indices(len(fabrics))] = own  # a root of a square may be off in its last digit
+    table[:-1, -1] = table[-1, :-1] = skin
+    return table
 
 
 def bind(spec: Friction, context: BuildContext) -> Contribution | None:

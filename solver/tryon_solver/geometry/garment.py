@@ -15,6 +15,16 @@ class GarmentError(ValueError):
 
 
 @dataclass(frozen=True)
+class Layer:
+    """One garment of an outfit: its name, and which of the outfit's vertices, triangles and panels are its own."""
+
+    name: str
+    vertices: slice
+    faces: slice
+    panels: slice
+
+
+@dataclass(frozen=True)
 class Garment:
     """Welded triangles with their pattern.
 
@@ -23,8 +33,9 @@ class Garment:
     `group` (vertex_count,) int32: vertices of one group are meant to become one (stitches not yet closed) and don't
     collide with each other's triangles; None when every vertex stands for itself.
     `spline_corners` (F, 3, 2) m, coordinates over which the subspace lays its splines where `uv_corners` do not hang
-    together from triangle to triangle; None for uv_corners. `connectivity` is made of the triangles, and handed on to
-    another shape of them.
+    together from triangle to triangle; None for uv_corners. `layers`: of an outfit (outfit.py) its garments, from the
+    innermost outwards; () of a garment alone. `connectivity` is made of the triangles, and handed on to another shape
+    of them.
     """
 
     faces: np.ndarray
@@ -33,6 +44,7 @@ class Garment:
     vertex_count: int
     group: np.ndarray | None = None
     spline_corners: np.ndarray | None = None
+    layers: tuple[Layer, ...] = ()
     connectivity: Connectivity = field(default=None, repr=False, compare=False)  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
@@ -81,6 +93,11 @@ class Garment:
         """(2, F) m each, from corner 0."""
         start, second, third = by_corners(self.uv_corners)
         return second - start, third - start
+
+    @property
+    def panel_count(self) -> int:
+        """How many panels there are; they are 0..panel_count-1."""
+        return int(self.panel_of_face.max()) + 1
 
     def vertex_areas(self) -> np.ndarray:
         """(vertex_count,) m^2, a third of the rest area around each vertex."""

@@ -9,7 +9,7 @@ those before; then what lies on a piece, over it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,9 +34,14 @@ class PlacementError(LocatedError):
 
 
 def place_around(
-    mesh: PanelMesh, body_vertices: Points, body_faces: NDArray[np.int32], clearance: float
+    mesh: PanelMesh,
+    body_vertices: Points,
+    body_faces: NDArray[np.int32],
+    clearance: float,
+    worn: Sequence[Surface] = (),
 ) -> NDArray[np.float64]:
-    """Positions (V, 3) m of the mesh's vertices around the body, pieces unstretched and at least clearance [m] apart.
+    """Positions (V, 3) m of the mesh's vertices around the body, pieces unstretched and at least clearance [m] apart,
+    and from what is `worn` already, which they go around, too.
 
     body_vertices: (B, 3) m, y up, facing +z, arms away from the trunk. body_faces: (F, 3), closed, turning outwards.
     Raises PlacementError naming a piece that finds no free place.
@@ -57,7 +62,7 @@ def place_around(
     }
     pieces = [flat_piece(mesh, index, body.vertices, trunk, arms) for index in range(len(sides))]
     result = np.full((len(mesh.uv), 3), np.nan)
-    placed: list[Surface] = []
+    placed: list[Surface] = list(worn)
     patches = set(np.unique(mesh.panel_of_vertex[mesh.laid.vertices]).tolist())
     alone = [sheet for sheet in sheets(mesh, pieces, BETWEEN * clearance) if not patches & set(sheet.panels)]
     for sheet in sorted(alone, key=lambda sheet: sheet.order):

@@ -51,3 +51,9 @@ def weld(mesh: PanelMesh) -> WeldedMesh:
         panel_of_face=mesh.panel_of_face,
         seam_edges=np.unique(sewn, axis=0).astype(np.int32),
     )
+
+
+def unsewn(mesh: PanelMesh) -> WeldedMesh:
+    """The pieces as they are before they are sewn: every vertex by itself."""
+    every = np.arange(len(mesh.uv), dtype=np.int32)
+    return WeldedMesh(mesh.faces, mesh.uv[mesh.faces], every, mesh.panel_of_face, np.zeros((0, 2), np.int32))

@@ -8,7 +8,7 @@ from typing import Literal, get_args
 
 Weave = Literal["plain", "twill", "satin", "knit"]
 WEAVES: tuple[str, ...] = get_args(Weave)
-SHARES = ("relief", "roughness", "sheen", "unevenness", "nap", "mottle")
+SHARES = ("relief", "roughness", "lustre", "sheen", "unevenness", "nap", "mottle")
 
 Colour = tuple[float, float, float]
 
@@ -27,6 +27,7 @@ class Look:
     pitch: tuple[float, float] = (1e-3, 1e-3)  # m, from thread to thread along u and v; of a knit, its stitches
     relief: float = 0.5  # - depth of the weave over the pitch
     roughness: float = 0.9  # - of the fibres, as glTF has it: its square is the width of a highlight
+    lustre: float = 0.0  # - of the light, how much long floats of filament throw back in their own colour
     sheen: float = 0.3  # - soft shine at grazing angles, which fibres that stand off give
     unevenness: float = 0.1  # - how much a yarn's thickness changes along it, over its mean
     nap: float = 0.0  # - how far raised fibres hide the weave

@@ -16,7 +16,7 @@ from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
 from tryon_solver.stepping.leap import feel_motion
 from tryon_solver.stepping.record import as_one
-from tryon_solver.stepping.search import follow, place_anchors, search_along, search_further
+from tryon_solver.stepping.search import follow, list_holds, place_anchors, search_along, search_further
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import PoseInterval, Simulation
@@ -48,6 +48,7 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
         root = wp.mat44(*motion.ravel())
         launch(carrying.rigid_kernel, sim.all_count, [root], [state.x], device=sim.device)
         launch(carrying.rigid_kernel, sim.body_count, [root], [body.skin_now], device=sim.device)
+        launch(carrying.rigid_kernel, sim.all_count, [root], [sim.region.anchor], device=sim.device)
         before = motion @ before
         carrying.set_places(body.carry, state.x, settings.carry_none)
         set_displacement(sim, before, end, stance)
@@ -127,8 +128,9 @@ def carry_once(sim: Simulation, last: bool) -> None:
     assert body is not None
     work.alpha.fill_(1.0)
     if sim.touching:
-        search_along(sim, state.x, work.direction, 1.0 if last else 0.0)
-        place_anchors(sim, 1.0)
+        if not list_holds(sim, state.x, work.direction):
+            search_along(sim, state.x, work.direction, 1.0 if last else 0.0)
+            place_anchors(sim, 1.0)
         filter_motion(sim)
     launch(bounds.move_kernel, sim.all_count, [state.x, work.direction, work.alpha], [state.x], device=device)
     if sim.touching:

@@ -15,7 +15,7 @@ import warp as wp
 from tryon_solver.contact import pairs
 from tryon_solver.linalg.launch import launch
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient, invert_diagonal_blocks
-from tryon_solver.stepping.search import search_along
+from tryon_solver.stepping.search import list_holds, search_along
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -41,7 +41,8 @@ def find_pairs(sim: Simulation) -> None:
         return
     if not sim.listed:
         sim.work.direction.zero_()
-        search_along(sim, sim.state.x_feasible, sim.work.direction, 1.0)
+        if not list_holds(sim, sim.state.x_feasible, sim.work.direction):
+            search_along(sim, sim.state.x_feasible, sim.work.direction, 1.0)
     pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x_feasible)
     for term in sim.stages.contact:
         term.make_room(sim.pairs)

@@ -11,6 +11,7 @@ from tryon_solver.contact import pairs
 from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.vectors import find_largest, subtract
 from tryon_solver.materials.fabric import Fabric
+from tryon_solver.offsets import least_offsets
 from tryon_solver.results import StepReport
 from tryon_solver.stepping.move_body import farthest
 from tryon_solver.stepping.repeat import TAKEN
@@ -81,10 +82,11 @@ def no_gap(sim: Simulation) -> tuple[float, float]:
 
 
 def with_offset(sim: Simulation, gaps: np.ndarray) -> tuple[float, float]:
-    """The smaller of the smallest gaps (2,) m to the body and of cloth to cloth, and its offset [m]."""
-    sizes = sim.contact.sizes
+    """The smaller of the smallest gaps (2,) m to the body and of cloth to cloth, and its offset [m]: of an outfit the
+    least that one of that sort has."""
+    of_body, of_cloth = least_offsets(sim.scene, sim.settings)
     body, cloth = (float(gap) for gap in gaps)
-    return (body, sizes.xi_body) if body <= cloth else (cloth, sizes.xi_self)
+    return (body, of_body) if body <= cloth else (cloth, of_cloth)
 
 
 def measure_lag(sim: Simulation) -> None:

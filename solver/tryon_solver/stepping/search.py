@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import warp as wp
 
-from tryon_solver.contact import broad_phase, candidates
+from tryon_solver.contact import bounds, broad_phase, candidates
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.vectors import subtract
 
@@ -26,6 +26,7 @@ FURTHER_EDGES = 4.0  # of the cloth's mean edge, that the correction has a searc
 # far at once, more pairs are in reach than any memory holds; their way is shortened instead
 SLACK_EDGES = 0.08  # of the cloth's mean edge: more than that finds fine cloth's neighbours, ring upon ring; and
 SLACK_EDGES_ON_GPU = 0.16  # on a GPU, where candidates are cheap and another search waits for the host
+LONGEST_SERVED = 60  # steps, by a list after the one that it was found in
 SURFACE_SHARE = 0.25  # of the slack is granted to the collision surface, which seldom leaves the skin
 
 
@@ -163,12 +164,29 @@ def search_further(sim: Simulation, direction: wp.array, alpha: wp.array, most: 
     sim.searches += 1
 
 
+def list_holds(sim: Simulation, x: wp.array, direction: wp.array) -> bool:
+    """Is the list of the step before complete for all that go from x along `direction`, wherever they stop? Then its
+    distances are measured at x, and nothing is searched. Waits for the device.
+
+    It is as long as every vertex is in its ball: on a body that stands, or whose root alone moves, as the anchors do
+    with it (stencils are told by distances, which that leaves as they are), for LONGEST_SERVED steps at most: each
+    rounds the anchors once more, and what budgets have grown to would never shrink.
+    """
+    if sim.list_age >= LONGEST_SERVED or bounds.outside(x, direction, sim.region, sim.work.hits):
+        return False
+    candidates.measure(sim.candidates, x)
+    sim.list_age += 1
+    wp.copy(sim.x_listed, x)
+    sim.listed = True
+    return True
+
+
 def find(sim: Simulation, x: wp.array) -> None:
     """Fill the candidate list for the region as it is set."""
     broad_phase.find(sim.candidates, sim.cloth, sim.touching, sim.region, sim.group, x)
     wp.copy(sim.x_listed, x)
     sim.searches += 1
-    sim.listed = True
+    sim.listed, sim.list_age = True, 0
 
 
 def place_anchors(sim: Simulation, share: float) -> None:

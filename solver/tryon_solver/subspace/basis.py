@@ -8,11 +8,14 @@ seam vertex lies in several panels: its row is the mean of its rows there, so ro
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import scipy.sparse as sp
 
 from tryon_solver.geometry.distinct import distinct
 from tryon_solver.geometry.garment import Garment
+from tryon_solver.geometry.outfit import garments_of
 from tryon_solver.linalg.dense_inverse import spd_inverse
 
 SPACINGS_ACROSS = 3  # a panel narrower than this many spacings gets a finer grid across
@@ -74,8 +77,10 @@ def spline_basis(garment: Garment, spacing: float) -> sp.csr_matrix:
 
 
 def basis_by_edges(garment: Garment, edges: float) -> sp.csr_matrix:
-    """`spline_basis` with grid points so many mean edges of the pattern apart."""
-    return spline_basis(garment, edges * garment.mean_edge_length())
+    """`spline_basis` with grid points so many mean edges of the pattern apart; of an outfit each garment's own."""
+    each = garments_of(garment)
+    bases = [spline_basis(one, edges * one.mean_edge_length()) for one in each]
+    return bases[0] if len(bases) == 1 else sp.csr_matrix(sp.block_diag(bases))
 
 
 def reduced_matrix(basis: sp.csr_matrix, system: sp.csr_matrix) -> np.ndarray:
@@ -93,3 +98,17 @@ def reduced_matrix(basis: sp.csr_matrix, system: sp.csr_matrix) -> np.ndarray:
 def explicit_inverse(reduced: np.ndarray) -> np.ndarray:
     """float32 inverse of an SPD matrix by its float64 Cholesky factor. Raises numpy.linalg.LinAlgError when not SPD."""
     return spd_inverse(reduced).astype(np.float32)
+
+
+def reduced_inverse(basis: sp.csr_matrix, system: sp.csr_matrix, parts: Sequence[slice] = ()) -> np.ndarray:
+    """(M, M) float32, the explicit inverse of B^T H B; of an outfit, whose garments hold the vertices `parts` and share
+    no basis, block by block. What holds two garments together counts for nothing here: it is a first Hessian's."""
+    if not parts:
+        return explicit_inverse(reduced_matrix(basis, system))
+    inverse = np.zeros((basis.shape[1], basis.shape[1]), np.float32)
+    for vertices in parts:
+        own = basis[vertices]
+        columns = np.unique(own.indices)
+        block = reduced_matrix(own[:, columns], system[vertices, vertices])
+        inverse[np.ix_(columns, columns)] = explicit_inverse(block)
+    return inverse

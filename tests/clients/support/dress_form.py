@@ -7,17 +7,19 @@ error is asked for; under a deadline they take QUICKEST at least.
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 from pretended_effects import PretendedEffects
 
 from tryon_server.problems import problem_error
-from tryon_server.runtime.drape import Outfit
+from tryon_server.runtime.drape import GarmentPart, Outfit
 from tryon_solver.advice import advise, unmet
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import Motion
 from tryon_solver.body.pose import Pose, skin
+from tryon_solver.geometry.garment import Layer
 from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.results import Counters
 
@@ -87,35 +89,72 @@ class Facts:
     def to_dict(self) -> dict[str, object]:
         return asdict(self)
 
+MOST_WORN = 3  # garments that go over each other
+
 
 class Tunic:
-    """Two pieces sewn at the sides, hanging around the form; its folds swing as time goes by."""
+    """Two pieces sewn at the sides, hanging around the form; its folds swing as time goes by. Where it is several
+    garments, they are alike, one further out than the other."""
 
-    def __init__(self, advice: str = "") -> None:
+    def __init__(self, advice: str = "", fabrics: dict[str, str] | None = None) -> None:
+        """`fabrics`: of the garments that are worn, by name, from the innermost outwards."""
         self.advice = advice
+        self.fabrics = fabrics or {"": "cotton"}
+        self.edited = self.names[-1]
         body = form()
         faces = np.array([face for row in range(ROWS - 1) for i in range(AROUND) for face in quad(row, i)], np.int32)
         self.angles = np.tile(2 * np.pi * np.arange(AROUND) / AROUND, ROWS)
         self.heights = np.repeat(np.linspace(0.55, 1.36, ROWS), AROUND)
         column = faces % AROUND
         column = np.where(column - column.min(axis=1, keepdims=True) > AROUND / 2, column - AROUND, column)
+        count, vertices = len(self.names), ROWS * AROUND
+        side = (column.min(axis=1) % AROUND >= AROUND // 2).astype(np.int32)
+        uv = np.stack([0.02 * column, self.heights[faces]], axis=-1)
         self.outfit = Outfit(
-            vertex_count=ROWS * AROUND,
-            faces=faces,
-            uv=np.stack([0.02 * column, self.heights[faces]], axis=-1),
-            panel_of_face=(column.min(axis=1) % AROUND >= AROUND // 2).astype(np.int32),
-            panel_names=("front", "back"),
+            vertex_count=count * vertices,
+            faces=np.vstack([faces + k * vertices for k in range(count)]),
+            uv=np.concatenate([uv] * count),
+            panel_of_face=np.concatenate([side + 2 * k for k in range(count)]),
+            panel_names=tuple(f"{side}{k or ''}" for k in range(count) for side in ("front", "back")),
             body=body,
+            garments=tuple(
+                GarmentPart(fabric, Layer(name, *(slice(k * n, (k + 1) * n) for n in (vertices, len(faces), 2))))
+                for k, (name, fabric) in enumerate(self.fabrics.items())
+            ),
         )
         self.pose = Pose.rest(body)
         self.origin = np.zeros(3)
         self.current, self.t = self.pose, 0.0
         self.bought: tuple[float | None, float | None] = (None, None)
-        self.effects = PretendedEffects()
+        self.effects = PretendedEffects(garments=self.names)
 
     own_motion = None
-    specification = None
     outgrown = ""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(self.fabrics)
+
+    @property
+    def specifications(self) -> dict[str, None]:
+        return dict.fromkeys(self.fabrics)
+
+    def size_of(self, _name: str) -> None:
+        return None
+
+    def edit_garment(self, name: str) -> None:
+        self.edited = name
+
+    def take_off(self, name: str) -> Iterator[Tunic]:
+        left = Tunic(self.advice, {own: fabric for own, fabric in self.fabrics.items() if own != name})
+        left.current, left.t, left.origin = self.current, self.t, self.origin
+        yield left
+
+    def packed(self) -> Tunic:
+        return self
+
+    def unpacking(self, _specification: object = None) -> Iterator[Tunic]:
+        yield self
 
     def leap(self, by: np.ndarray) -> None:
         self.origin = self.origin + by
@@ -137,8 +176,11 @@ class Tunic:
         loose = np.clip((1.3 - self.heights) / 0.5, 0.0, 1.0)
         fold = 0.5 + 0.5 * np.sin(7 * self.angles + 2.0 * np.sin(2.5 * self.t))
         out = radius(self.heights) + 0.02 + loose * (0.05 + 0.05 * fold)
-        ring = np.stack([out * np.sin(self.angles), self.heights, out * np.cos(self.angles)], axis=-1)
-        return (ring + self._here().root - self.pose.root).astype(np.float32)
+        rings = [
+            np.stack([wide * np.sin(self.angles), self.heights, wide * np.cos(self.angles)], axis=-1)
+            for wide in (out + 0.03 * k for k in range(len(self.names)))
+        ]
+        return (np.vstack(rings) + self._here().root - self.pose.root).astype(np.float32)
 
     def body_positions(self) -> np.ndarray:
         return skin(self.outfit.body, self._here()).astype(np.float32)
@@ -157,7 +199,10 @@ def build(order, progress) -> Tunic:
         progress("Sewing the pieces", step / 4)
     if order.fabric == "tight":
         raise problem_error("garment.undressable", "the seam between front and back stayed open", "Enlarge the pieces")
-    tunic = Tunic(ADVICE if order.fabric == "denim" else "")
+    if len(order.garments) > MOST_WORN:
+        raise problem_error("garment.unfit", f"{order.over[-1].worn_as} is too tight over the others", "Enlarge it")
+    advice = ADVICE if order.fabric == "denim" else ""
+    tunic = Tunic(advice, {one.worn_as: one.fabric for one in order.garments})
     size = FITTING_SIZE if order.size is None else order.size
     tunic.outfit = replace(tunic.outfit, size=size)
     if size > 1.0:

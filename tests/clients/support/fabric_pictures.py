@@ -46,10 +46,10 @@ COMPOSE = """async ({ tiles, whole, near, columns }) => {
     for (const [k, { name, far, close }] of tiles.entries()) {
         const x = (k % columns) * (width + gap), y = Math.floor(k / columns) * (height + line + gap);
         context.drawImage(await read(far), x, y);
-        context.drawImage(await read(close), x + width - near - 6, y + 6);
+        context.drawImage(await read(close), x + width - near - 6, y + height - near - 6);
         context.strokeStyle = "#ffffff";
         context.lineWidth = 2;
-        context.strokeRect(x + width - near - 6, y + 6, near, near);
+        context.strokeRect(x + width - near - 6, y + height - near - 6, near, near);
         context.fillStyle = "#2b2926";
         context.font = "16px sans-serif";
         context.textAlign = "center";

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from dress_form import AROUND, quad
@@ -61,7 +62,8 @@ class Tunic:
         self.effects = PretendedEffects()
 
     own_motion = None
-    specification = None
+    names, edited = ("",), ""
+    specifications: ClassVar[dict[str, None]] = {"": None}
     outgrown = ""
 
     def leap(self, by: np.ndarray) -> None:

@@ -93,6 +93,7 @@ class Tailor:
             *(Route(f"/api/{name}", self._offer(entries)) for name, entries in CATALOGUE.items()),
             Route("/api/sessions", self._session, methods=["POST"]),
             Route("/api/sessions/s1", self._session, methods=["GET", "DELETE"]),
+            Route("/api/sessions/s1/garments", self._offer([])),
             WebSocketRoute("/api/sessions/s1/stream", self._stream),
             Mount("/", StaticFiles(directory=web, html=True)),
         ]

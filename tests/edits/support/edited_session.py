@@ -107,7 +107,7 @@ class EditedSession:
         self._script = script(self)
         self._commands: Sequence[Command] = ()
         self._here = Here()
-        order, here, armoury = self._order, self._here, Armoury(Here(), order.drape.device, Compiling)
+        order, here, armoury = self._order, self._here, Armoury(Here(), order.device, Compiling)
         self._worker = Worker(self, order, build_drape, load_motion, self._clock, here, armoury)  # type: ignore[arg-type]
 
     def _clock(self) -> float:

@@ -162,7 +162,7 @@ def silent(_stage: str, _share: float | None) -> None:
 
 def settled(drape: SolverDrape) -> bool:
     """Has it the shape that is wanted, and the inverse that belongs to that?"""
-    return drape._edit is None or drape._edit.settled
+    return drape.own.edit is None or drape.own.edit.settled
 
 
 def played(drape: SolverDrape, source: PoseSource, frames: int, t: float = 0.0) -> list[float]:

@@ -11,6 +11,7 @@ from harness.scene import Ask, Run
 from harness.wearer import BODY, REST, put_on, worn
 from tryon_server.runtime.solver_drape import SolverDrape
 from tryon_server.runtime.stream_source import StreamSource
+from tryon_server.runtime.worn_garment import alone
 from tryon_server.sessions.smoothing import DEFAULT_SMOOTHING, PlaceFilter, TurnFilter
 from tryon_solver.body.pose import Pose
 from tryon_solver.results import StepReport
@@ -60,7 +61,7 @@ def streamed(
 ) -> Run:
     """The garment on a body that follows these poses; from `stops` s on they say the same."""
     sim = put_on(ask, garment, effects=effects)
-    drape = SolverDrape(sim, REST, (), BODY)
+    drape = SolverDrape(sim, REST, (alone(sim, (), None),), BODY)
     source, smooth = StreamSource(REST), Filtered()
     waiting = sorted(poses, key=lambda sent: (sent.arrives, sent.captured))
     at = told = REST

@@ -13,6 +13,7 @@ from case import Case
 
 from tryon_server.runtime.solver_drape import SolverDrape
 from tryon_server.runtime.wardrobe import wardrobe_key
+from tryon_server.runtime.worn_garment import alone
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.pose import Pose
 from tryon_solver.dressing.dress import Dressed, dress
@@ -80,7 +81,8 @@ def worn_pattern(case: Case, body: BodyModel, wardrobe: Path, tell: Tell) -> Wor
     garment = Garment(joined.vertex_of_corner, joined.uv_corners, joined.panel_of_face, joined.vertex_count)
     scene = Scene(garment, state["cloth"].astype(np.float64), body, fabric, effects_with(own))
     simulation = build(scene, settings, case.device, Pose.rest(body), state["surface"].astype(np.float64))
-    return Worn(simulation, SolverDrape(simulation, Pose.rest(body), panels.panel_names, body), size, fit, seconds)
+    own = alone(simulation, panels.panel_names, None)
+    return Worn(simulation, SolverDrape(simulation, Pose.rest(body), (own,), body), size, fit, seconds)
 
 
 def effects_with(own: Mapping[str, float | int | str]) -> tuple[Effect, ...]:

@@ -119,7 +119,8 @@ class WavingSheet:
         self.origin = np.zeros(3)
         self.current, self.t, self.steps = self.pose, 0.0, 0
         self.hoard: list[np.ndarray] = []
-        self.specification = None if behaviour == "mesh" else made_of(squares(), behaviour)
+        self.edited = ""
+        self.specifications = {"": None if behaviour == "mesh" else made_of(squares(), behaviour)}
         self.shapes: list[float] = []
         self.late = False
         self.bought: tuple[float | None, float | None] = (None, None)
@@ -127,6 +128,34 @@ class WavingSheet:
 
     own_motion = None
     outgrown = ""
+
+    @property
+    def specification(self):
+        return self.specifications[self.edited]
+
+    @specification.setter
+    def specification(self, specification) -> None:
+        self.specifications = {**self.specifications, self.edited: specification}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(self.specifications)
+
+    def size_of(self, name) -> float | None:  # noqa: ARG002
+        return self.outfit.size
+
+    def edit_garment(self, name) -> None:
+        assert name in self.names
+        self.edited = name
+
+    def take_off(self, name):
+        for _ in range(PARTS - 1):
+            yield None
+        sheet = copy(self)
+        sheet.specifications = {own: value for own, value in self.specifications.items() if own != name}
+        sheet.effects = PretendedEffects(self.effects.asked, tuple(sheet.specifications))
+        sheet.edited = self.edited if self.edited in sheet.names else sheet.names[-1]
+        yield sheet
 
     @property
     def shape_of(self):
@@ -152,8 +181,8 @@ class WavingSheet:
         for _ in range(PARTS - 1):
             yield None
         sheet = WavingSheet(fabric)
-        sheet.effects = PretendedEffects(self.effects.asked)
-        sheet.specification = specification
+        sheet.effects = PretendedEffects(self.effects.asked, tuple(self.specifications))
+        sheet.specifications, sheet.edited = {**self.specifications, self.edited: specification}, self.edited
         sheet.t, sheet.current, sheet.origin = self.t, self.current, self.origin
         yield sheet
 
@@ -220,9 +249,15 @@ def build(order, progress) -> WavingSheet:
         on = on if order.body_name else ""
         on += f"; it rests in its {order.reading.rest_shape}" if order.reading.rest_shape else ""
         raise problem_error("garment.unfit", f"a seam of {order.garment_name!r} stayed open{on}", "Enlarge the pieces.")
+    for over in order.over:
+        if over.fabric == "tight":
+            why = f"{over.garment_name} can't be put on over {order.worn_as}"
+            raise problem_error("garment.unfit", why, "Enlarge it.", place=f"garments.{over.worn_as}")
     sheet = WavingSheet(order.fabric)
-    if order.specification is not None:
-        sheet.specification = order.specification
+    worn = {one.worn_as: one.specification or made_of(squares(), one.fabric) for one in order.garments}
+    worn[order.worn_as] = order.specification or sheet.specification
+    sheet.specifications, sheet.edited = worn, order.of_edited.worn_as
+    sheet.effects = PretendedEffects(garments=tuple(worn))
     sheet.outfit = replace(sheet.outfit, size=FITTING_SIZE if order.size is None else order.size)
     return sheet
 

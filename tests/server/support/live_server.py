@@ -8,6 +8,7 @@ from pathlib import Path
 
 import httpx
 import patterns
+from fastapi import FastAPI
 
 from tryon_server.app import create_app
 from tryon_server.runtime.interface import Catalogue, Device, FabricEntry, MotionEntry, Runtime
@@ -48,8 +49,9 @@ def make_app(folder: Path, **settings):
 class LiveServer:
     """Runs until ``stop``. ``http`` talks to it; ``stream_url`` is the address of a new session's stream."""
 
-    def __init__(self, folder: Path, **settings) -> None:
-        self.app = make_app(folder, **settings)
+    def __init__(self, folder: Path, app: FastAPI | None = None, **settings) -> None:
+        """With an `app` of its own, or that of `make_app`."""
+        self.app = app or make_app(folder, **settings)
         self.server = Server(self.app)
         listener = listen("127.0.0.1", 0)
         self.port = listener.getsockname()[1]

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from pattern_measures import demo
 
+from tryon_solver.geometry.named_lines import Cut
 from tryon_solver.geometry.panel_mesh import mesh_pattern
 from tryon_solver.geometry.pattern import PatternError, parse_pattern
 from tryon_solver.geometry.weld import weld
 from tryon_solver.redesign.apply import apply
 from tryon_solver.redesign.plain import parse_edit
-from tryon_solver.worn_effects import Cut, effects_of
+from tryon_solver.worn_effects import effects_of
 
 WAISTBAND = {"ratio": 0.9, "stiffness": 30.0}
 
@@ -104,7 +105,7 @@ def test_elastic_goes_along_with_its_edges(skirt, edit):
     panels = mesh_pattern(pattern, 0.03)
     welded = weld(panels)
     counts = tuple(len(panel.edges) for panel in pattern.panels)
-    cut = Cut(welded.garment(), panels.panel_names, counts, panels, welded.welded_of_vertex)
+    cut = Cut.of_pattern(welded.garment(), panels, welded, counts)
     (spec,) = effects_of(pattern.effects, cut)
     (line,) = spec.lines
     height = welded.mean_of_vertices(panels.placed)[:, 1]

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from reference_distances import stencil_distances
+from small_scenes import turn
 from tangles import Tangle, keys
 
 from tryon_solver.contact import bounds, candidates
@@ -93,6 +94,49 @@ def offsets(tangle, ids):
     sizes = tangle.sim.contact.sizes
     assert sizes.xi_body > sizes.xi_self
     return np.where((ids >= tangle.cloth).any(axis=1), sizes.xi_body, sizes.xi_self)
+
+
+def turned(x, degrees):
+    """(A, 3) m turned about the vertical through (0.3, 0, 0.1) m, and raised by a metre."""
+    rotation, centre = turn((0, degrees, 0)), np.array([0.3, 0.0, 0.1])
+    return (x - centre) @ rotation.T + centre + np.array([0.0, 1.0, 0.0])
+
+
+def test_a_list_serves_the_next_step_while_every_vertex_is_in_its_ball(tangle, rng):
+    """All turned with the root, anchors too: it is complete for whatever is in the balls, and its distances are those
+    there. Where one vertex is outside, on the way or now, it is no good."""
+    sim = tangle.sim
+    x = crumple(tangle, rng)
+    tangle.set_motion(x, 0 * x)
+    with_slack(sim, 0.002, lambda: search.search_around(sim, sim.state.x, sim.work.direction))
+    found, size = tangle.candidate_keys(), sim.candidates.size
+    budget = sim.region.budget.numpy().astype(np.float64)
+    sim.region.anchor.assign(turned(sim.region.anchor.numpy().astype(np.float64), 40).astype(np.float32))
+    here, there = (turned(x, 40) + stray(rng, 0.99 * budget) for _ in range(2))
+    tangle.set_motion(here, there - here)
+    sim.candidates.distance.fill_(np.nan)
+    assert search.list_holds(sim, sim.state.x, sim.work.direction)
+    assert sim.candidates.size == size
+    ids, kinds = sim.candidates.ids.numpy()[:size], sim.candidates.kind.numpy()[:size]
+    exact = stencil_distances(kinds, here.astype(np.float32).astype(np.float64)[ids])[0]
+    np.testing.assert_allclose(sim.candidates.distance.numpy()[:size], exact, atol=2e-6)
+    closest = np.minimum.reduce([tangle.distances((1 - t) * here + t * there) for t in np.linspace(0, 1, SAMPLES)])
+    check_complete(tangle, found, closest)
+    for end in (0, 1):
+        ends = [here.copy(), there.copy()]
+        ends[end][17] = sim.region.anchor.numpy()[17] + 1.02 * stray(rng, budget)[17]
+        tangle.set_motion(ends[0], ends[1] - ends[0])
+        assert not search.list_holds(sim, sim.state.x, sim.work.direction), f"outside at end {end}"
+
+
+def test_a_list_serves_so_many_steps_at_most(tangle, rng):
+    sim = tangle.sim
+    tangle.set_motion(crumple(tangle, rng), 0 * tangle.x)
+    search.search_around(sim, sim.state.x, sim.work.direction)
+    served = [search.list_holds(sim, sim.state.x, sim.work.direction) for _ in range(search.LONGEST_SERVED + 1)]
+    assert served == [True] * search.LONGEST_SERVED + [False]
+    search.search_around(sim, sim.state.x, sim.work.direction)
+    assert search.list_holds(sim, sim.state.x, sim.work.direction)
 
 
 def test_complete_for_any_shortening_and_any_way_within_the_slack(tangle, rng):

@@ -1,0 +1,119 @@
+import { RequestError, type Api, type Garment, type WornItem } from "@tryon/core";
+
+import { byId, make } from "./dom.ts";
+import type { Notice } from "./notice.ts";
+
+/** What the wardrobe needs of the page. */
+export interface WardrobeSurroundings {
+  /** the session that is shown; undefined: none yet */
+  session(): string | undefined;
+  notice(notice: Notice): void;
+  /** what is being done, of which the session does not tell; null: it is done */
+  busy(sentence: string | null): void;
+}
+
+/** What is worn, in order: put on, taken off, moved, and which garment is edited. The outermost comes first. */
+export class Wardrobe {
+  private readonly list = byId("wardrobe-worn");
+  private readonly more = byId("wardrobe-add", HTMLSelectElement);
+  private readonly field = byId("wardrobe", HTMLFieldSetElement);
+  private garments: readonly Garment[] = [];
+  private worn: readonly WornItem[] = [];
+  private asked = 0;
+
+  constructor(
+    private readonly api: Api,
+    private readonly page: WardrobeSurroundings,
+  ) {
+    byId("wardrobe-put-on", HTMLButtonElement).addEventListener("click", () => {
+      const garment = this.more.value;
+      if (garment) this.change(`Putting on ${this.called(garment)}`, (session) => this.api.putOn(session, { garment, fabric: null }));
+    });
+  }
+
+  /** Offers these garments to be put on. */
+  offer(garments: readonly Garment[]): void {
+    this.garments = garments;
+    const chosen = this.more.value;
+    this.more.replaceChildren(...garments.map(({ id, name }) => make("option", { value: id }, name)));
+    if (garments.some(({ id }) => id === chosen)) this.more.value = chosen;
+    this.show();
+  }
+
+  /** Asks what is worn; of several answers the newest counts. */
+  async refresh(): Promise<void> {
+    const session = this.page.session();
+    const turn = ++this.asked;
+    if (session === undefined) return;
+    try {
+      const worn = await this.api.worn(session);
+      if (turn === this.asked && !this.field.disabled) this.take(worn);
+    } catch (error) {
+      if (!(error instanceof RequestError)) throw error; // of a session that has ended the page tells elsewhere
+    }
+  }
+
+  private take(worn: readonly WornItem[]): void {
+    this.worn = worn;
+    this.show();
+  }
+
+  /** Has something changed; what is worn stays as it is where that is refused. */
+  private change(doing: string, ask: (session: string) => Promise<WornItem[]>): void {
+    const session = this.page.session();
+    if (session === undefined || this.field.disabled) return;
+    this.field.disabled = true;
+    this.page.busy(doing);
+    this.asked += 1;
+    ask(session)
+      .then((worn) => this.take(worn))
+      .catch((error: unknown) => {
+        if (!(error instanceof RequestError)) throw error;
+        this.page.notice({ title: "That can't be worn", message: error.message, place: error.place, remedy: error.remedy });
+        this.show();
+      })
+      .finally(() => {
+        this.field.disabled = false;
+        this.page.busy(null);
+      });
+  }
+
+  private show(): void {
+    const rows = this.worn.map((item, place) => this.row(item, place));
+    this.list.replaceChildren(...rows.reverse());
+  }
+
+  private row(item: WornItem, place: number): HTMLElement {
+    const called = this.called(item.garment);
+    const edited = make("input", { type: "radio", name: "wardrobe-edited", value: item.name });
+    edited.checked = item.edited;
+    edited.addEventListener("change", () => this.change(`Editing ${called}`, (session) => this.api.rearrange(session, null, item.name)));
+    const label = make("label", { title: "Edit this garment" }, edited, `${called} `, make("small", {}, item.fabric.replaceAll("_", " ")));
+    const last = this.worn.length - 1;
+    const buttons = [
+      this.button("↑", `Wear ${called} further out`, place === last, () => this.move(place, place + 1, called)),
+      this.button("↓", `Wear ${called} further in`, place === 0, () => this.move(place, place - 1, called)),
+      this.button("×", `Take ${called} off`, last === 0, () =>
+        this.change(`Taking ${called} off`, (session) => this.api.takeOff(session, item.name)),
+      ),
+    ];
+    return make("li", { "data-worn": item.name }, label, ...buttons);
+  }
+
+  private button(sign: string, says: string, disabled: boolean, press: () => void): HTMLElement {
+    const button = make("button", { type: "button", class: "remove", title: says, "aria-label": says }, sign);
+    button.disabled = disabled;
+    button.addEventListener("click", press);
+    return button;
+  }
+
+  private move(from: number, to: number, called: string): void {
+    const order = this.worn.map(({ name }) => name);
+    order.splice(to, 0, ...order.splice(from, 1));
+    this.change(`Wearing ${called} ${to > from ? "over" : "under"} the other`, (session) => this.api.rearrange(session, order, null));
+  }
+
+  private called(garment: string): string {
+    return this.garments.find(({ id }) => id === garment)?.name ?? garment;
+  }
+}

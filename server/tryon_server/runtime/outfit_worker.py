@@ -1,0 +1,150 @@
+"""The part of a session's worker that has to do with several garments: which is edited, and another outfit put on."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+from tryon_server.runtime.drape import Drape
+from tryon_server.runtime.held_edits import HeldEdits
+from tryon_server.runtime.order import DrapeOrder, WorkOrder
+from tryon_server.runtime.outfitting import Outfitting, as_edited
+from tryon_server.runtime.publishing import Publisher
+from tryon_server.runtime.remaking import Remade, Remaking
+from tryon_server.runtime.sources import Move
+from tryon_server.sessions.commands import ChangeOutfit, ChangePattern
+from tryon_server.sessions.events import Event, OutfitRefused, OutfitWorn
+from tryon_solver.redesign.edit_error import EditError
+from tryon_solver.redesign.history import History
+
+logger = logging.getLogger(__name__)
+
+MAKING_SECONDS = 0.01  # between looks at what is being made
+
+
+class OutfitWorker:
+    """What a worker does with what is worn as a whole; the worker has these."""
+
+    _order: WorkOrder
+    _drape: Drape | None
+    _move: Move | None
+    _histories: dict[str, History]
+    _publisher: Publisher
+    _remaking: Remaking
+    _outfitting: Outfitting
+    _held_edits: HeldEdits
+    _held: bool
+    _held_last: ChangePattern | None
+    _stuck: str
+    _tell: Callable[[Event], None]
+
+    def _put_on(self, drape: Drape) -> None:
+        """Go on with what was newly dressed."""
+        raise NotImplementedError
+
+    def _tell_design(self, specification: Mapping[str, Any], history: History, **more: Any) -> None:
+        """Tell the pattern of the garment that is edited."""
+        raise NotImplementedError
+
+    def _remake(self, drape: Drape) -> None:
+        """Go on making the next cut of the garment that is edited."""
+        raise NotImplementedError
+
+    @property
+    def _making(self) -> bool:
+        """Is the scene that is worn about to give way to another one?"""
+        return self._remaking.under_way or self._outfitting.has_parts
+
+    def _go_on_making(self) -> float | None:
+        """Go on making what is to be worn next; how long to wait before the next look [s], None if nothing is."""
+        if self._drape is None or not (self._remaking.under_way or self._outfitting.under_way):
+            return None
+        if self._outfitting.under_way:
+            self._dress_otherwise()
+        else:
+            self._remake(self._drape)
+        return MAKING_SECONDS
+
+    @property
+    def _edited(self) -> str:
+        """The name of the garment that is edited."""
+        return self._order.drape.of_edited.worn_as if self._drape is None else self._drape.edited
+
+    @property
+    def _history(self) -> History | None:
+        """Its edits; None of one that has no pattern."""
+        return self._histories.get(self._edited)
+
+    def _ordered(self) -> DrapeOrder:
+        """What is worn, in the patterns that were made by edits."""
+        return as_edited(replace(self._order.drape, edited=self._edited), self._histories)
+
+    def _change_outfit(self, command: ChangeOutfit) -> None:
+        """Begin to make another outfit, or edit another garment of this one."""
+        try:
+            if self._drape is None or self._remaking.under_way or self._outfitting.under_way:
+                what = "the garment is not dressed" if self._drape is None else "another change is being made"
+                raise EditError(what, "garments", "Try again once it is worn")
+            if tuple(item.name for item in command.items) == self._drape.names:
+                self._edit_garment(command.edited)
+                self._tell(OutfitWorn(command.ticket))
+            else:
+                self._held_edits.give_up()
+                self._outfitting.begin(self._drape, self._ordered(), command, self._histories)
+        except EditError as error:
+            self._tell(OutfitRefused(command.ticket, error.place, error.message, error.remedy))
+
+    def _edit_garment(self, name: str) -> None:
+        """Edits are of this garment from now on. Raises EditError where they can't be."""
+        assert self._drape is not None
+        if name in ("", self._edited):
+            return
+        if self._remaking.under_way or self._held_edits.under_way:
+            raise EditError("another garment is being made", "garment", "Edit this one once that is worn")
+        if name not in self._histories:
+            known = ", ".join(self._histories)
+            raise EditError(f"no garment {name!r} with a pattern is worn", "garment", f"Choose one of: {known}")
+        self._drape.edit_garment(name)
+        self._tell_design(self._histories[name].specification, self._histories[name])
+
+    def _dress_otherwise(self) -> None:
+        """Go on making the outfit that is to be worn next; wear it once it is there."""
+        ticket = self._outfitting.ticket
+        try:
+            remade = self._outfitting.go_on()
+            if remade is not None:
+                self._wear_outfit(remade)
+                self._tell(OutfitWorn(ticket))
+        except EditError as error:
+            self._outfitting.give_up()
+            self._tell(OutfitRefused(ticket, error.place, error.message, error.remedy))
+        except Exception as error:
+            logger.exception("an outfit could not be made")
+            self._outfitting.give_up()
+            what = f"it could not be made: {error!r}"
+            self._tell(OutfitRefused(ticket, "garments", what, "Wear something else"))
+
+    def _drop_outfit(self, why: str, remedy: str) -> None:
+        """What is worn is worn no more: another outfit that is on its way is refused."""
+        if self._outfitting.under_way:
+            self._tell(OutfitRefused(self._outfitting.ticket, "garments", why, remedy))
+            self._outfitting.give_up()
+
+    def _wear_outfit(self, remade: Remade) -> None:
+        drape, order = remade.drape, self._outfitting.order
+        assert order is not None
+        self._outfitting.give_up()
+        self._held, self._held_last, self._stuck = False, None, ""
+        self._remaking.forget()
+        drape.edit_garment(order.of_edited.worn_as)
+        if remade.anew:
+            self._put_on(drape)
+        else:
+            self._tell(self._publisher.dress(drape, self._move))
+            self._drape = drape
+        self._order = replace(self._order, drape=order)
+        self._histories = {name: history for name, history in self._histories.items() if name in drape.names}
+        if self._history is not None:
+            self._tell_design(self._history.specification, self._history)

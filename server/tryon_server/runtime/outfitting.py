@@ -1,0 +1,94 @@
+"""Another outfit made while one is worn: without one of its garments from where that is worn, all else dressed anew, in
+the order in which it is worn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+from tryon_server.runtime.beside import Beside, Made, NotMade
+from tryon_server.runtime.drape import BuildDrape, Drape
+from tryon_server.runtime.order import DrapeOrder, GarmentOrder
+from tryon_server.runtime.remaking import Dressing, Remade
+from tryon_server.sessions.commands import ChangeOutfit
+from tryon_server.wording import in_parameters
+from tryon_solver.redesign.edit_error import EditError
+from tryon_solver.redesign.fabrics import named_fabric
+from tryon_solver.redesign.history import History
+
+Histories = Mapping[str, History]
+"""The edits of each garment that is made of a pattern, by the name under which it is worn."""
+
+
+def as_edited(order: DrapeOrder, histories: Histories) -> DrapeOrder:
+    """The order with all garments in the patterns that their edits have made."""
+
+    def edited(one: GarmentOrder) -> GarmentOrder:
+        history = histories.get(one.worn_as)
+        if history is None:
+            return one
+        pattern = history.specification
+        return replace(one, specification=pattern, fabric=named_fabric(pattern) or one.fabric)
+
+    return order.wearing(tuple(edited(one) for one in order.garments), order.edited)
+
+
+class Outfitting:
+    """At most one outfit on its way, for the command that asked for it."""
+
+    def __init__(self, beside: Beside, build: BuildDrape) -> None:
+        self._beside = beside
+        self._build = build
+        self._parts: Iterator[Drape | None] | None = None
+        self._anew = False
+        self.order: DrapeOrder | None = None
+        self.ticket = 0
+
+    @property
+    def under_way(self) -> bool:
+        """Is something being made?"""
+        return self.order is not None
+
+    @property
+    def has_parts(self) -> bool:
+        """Is there something left to be done here, and nothing to wait for?"""
+        return self._parts is not None
+
+    def begin(self, drape: Drape, worn: DrapeOrder, command: ChangeOutfit, histories: Histories) -> None:
+        """Make what the command asks for, while the drape is worn, which was ordered as `worn`."""
+        sized = {one.worn_as: drape.size_of(one.worn_as) for one in worn.garments}
+        garments = tuple(replace(one, size=sized.get(one.worn_as) or one.size) for one in command.order)
+        self.order = as_edited(worn.wearing(garments, command.edited), histories)
+        self.ticket = command.ticket
+        left = tuple(one.name for one in command.items)
+        gone = [name for name in drape.names if name not in left]
+        self._anew = len(gone) != 1 or left != tuple(name for name in drape.names if name not in gone)
+        if self._anew:
+            self._beside.begin(Dressing(self._build, self.order))
+        else:
+            self._parts = drape.take_off(gone[0])
+
+    def give_up(self) -> None:
+        """Nobody waits for it any more."""
+        if self.under_way and self._anew:
+            self._beside.give_up()
+        self.order = self._parts = None
+
+    def go_on(self) -> Remade | None:
+        """Do the next part, between two frames; the new outfit once it is there, and then nothing is under way.
+
+        Raises EditError when it can't be put on.
+        """
+        if self._parts is None:
+            outcome = self._beside.outcome()
+            if isinstance(outcome, NotMade):
+                fault = in_parameters(outcome.problem)
+                raise EditError(fault.message, fault.place, fault.remedy)
+            if isinstance(outcome, Made):
+                self._parts = outcome.value.unpacking()
+            return None
+        made = next(self._parts)
+        if made is None:
+            return None
+        self._parts = None
+        return Remade(made, self._anew)

@@ -1,0 +1,71 @@
+"""The page's wardrobe in a real Chromium: garments put on over what is worn, moved, taken off; a refusal changes
+nothing."""
+
+from __future__ import annotations
+
+import json
+from urllib.request import urlopen
+
+import numpy as np
+import pytest
+from browser import open_page, picture, settled_picture, wait_for_frames, wait_for_state
+
+pytestmark = pytest.mark.browser
+
+WORN = "[...document.querySelectorAll('#wardrobe-worn li')].map(row => row.dataset.worn).join()"
+
+
+@pytest.fixture
+def page(chromium, studio):
+    page = open_page(chromium, studio.url)
+    wait_for_state(page, "running")
+    wait_for_frames(page)
+    yield page
+    assert page.faults == []
+    page.context.close()
+
+
+def wears(page, names: str) -> None:
+    """Until the page shows these, the outermost first, and has nothing under way."""
+    page.wait_for_function(f"names => {WORN} === names && !document.getElementById('wardrobe').disabled", arg=names)
+
+
+def put_on(page, garment: str) -> None:
+    page.select_option("#wardrobe-add", garment)
+    page.click("#wardrobe-put-on")
+
+
+def test_garments_are_put_on_moved_and_taken_off(page, studio):
+    wears(page, "tshirt")
+    page.click("#play")
+    alone = settled_picture(page)
+    put_on(page, "cape")
+    wears(page, "cape,tshirt")
+    page.wait_for_function("document.querySelector('#wardrobe-worn input:checked').value === 'cape'")
+    page.get_by_label("Wear cape further in").click()
+    wears(page, "tshirt,cape")
+    session = page.evaluate("new URL(location.href).searchParams.get('session')")
+    with urlopen(f"{studio.url}api/sessions/{session}/garments") as reply:
+        assert [one["name"] for one in json.load(reply)] == ["cape", "tshirt"]
+    wait_for_frames(page, 1)
+    both = settled_picture(page)
+    assert (np.abs(both.astype(int) - alone).max(axis=2) > 40).mean() > 0.005  # the outer one is wider
+    page.get_by_label("Take tshirt off").click()
+    wears(page, "cape")
+    assert page.get_by_label("Take cape off").is_disabled()
+
+
+def test_what_can_t_be_put_on_is_told_and_what_is_worn_stays(page):
+    wears(page, "tshirt")
+    put_on(page, "cape")
+    wears(page, "cape,tshirt")
+    put_on(page, "cape")
+    wears(page, "cape-3,cape,tshirt")
+    before = picture(page).shape
+    put_on(page, "cape")
+    page.wait_for_selector("#notice:not([hidden])")
+    assert page.inner_text("#notice-title") == "That can't be worn"
+    assert "too tight over the others" in page.inner_text("#notice-message")
+    wears(page, "cape-3,cape,tshirt")
+    wait_for_frames(page)
+    assert picture(page).shape == before

@@ -1,0 +1,89 @@
+"""Who asks for effects is answered, everybody is told, and what was asked for is kept."""
+
+import pytest
+from session_driver import Driver
+
+from tryon_protocol import (
+    EffectsMessage,
+    EffectState,
+    ErrorMessage,
+    MeasureEffectsMessage,
+    ProtocolError,
+    RemoveEffectMessage,
+    SetEffectMessage,
+)
+from tryon_server.sessions.actions import AnswerEffects, KeepEffects
+from tryon_server.sessions.commands import ChangeEffect, MeasureEffects
+from tryon_server.sessions.effect_talk import MOST_WAITING
+from tryon_server.sessions.events import EffectRefused, EffectsTold
+
+WISHES = {"auto": False, "effects": {"wind": {"state": "active", "parameters": {}, "why": "asked for"}}}
+
+
+def told(state="absent", *answers, wishes=None):
+    message = EffectsMessage(effects=(EffectState(name="wind", state=state),))
+    return EffectsTold(message, {} if wishes is None else wishes, answers)
+
+
+@pytest.fixture
+def driver():
+    """A session whose effects were told, with two clients."""
+    driver = Driver()
+    driver.dressed()
+    driver.simulation(told())
+    driver.connect(1)
+    driver.connect(2)
+    return driver
+
+
+def test_who_joins_is_told_the_effects(driver):
+    assert driver.last(1, EffectsMessage).effects[0].state == "absent"
+
+
+def test_what_clients_ask_is_ordered_with_tickets_of_its_own(driver):
+    driver.say(1, SetEffectMessage(name="wind", parameters={"gusts": 0.5}, state="armed"))
+    driver.say(2, RemoveEffectMessage(name="sleep"))
+    driver.say(2, MeasureEffectsMessage())
+    first, second = driver.ordered(ChangeEffect)
+    (third,) = driver.ordered(MeasureEffects)
+    assert (first.name, first.state, first.parameters) == ("wind", "armed", {"gusts": 0.5})
+    assert (second.name, second.state) == ("sleep", "absent")
+    assert len({first.ticket, second.ticket, third.ticket}) == 3
+
+
+def test_a_refusal_is_for_who_asked(driver):
+    driver.say(1, SetEffectMessage(name="wnd", request=9))
+    driver.simulation(EffectRefused(driver.ordered(ChangeEffect)[0].ticket, "name", "there is none", "Use wind"))
+    error = driver.last(1, ErrorMessage)
+    assert (error.code, error.place, error.request) == ("effect_refused", "$.name", 9)
+    assert (error.message, error.remedy) == ("there is none.", "Use wind.")
+    assert driver.messages(2, ErrorMessage) == []
+
+
+def test_news_are_for_all_and_who_asked_over_rest_is_answered(driver):
+    ticket, actions = driver.session.effects.change("wind", "active", None)
+    assert len(actions) == 1
+    actions = driver.session.simulated(told("active", ticket, wishes=WISHES), driver.now)
+    assert [action.wishes for action in actions if isinstance(action, KeepEffects)] == [WISHES]
+    (answer,) = (action for action in actions if isinstance(action, AnswerEffects))
+    assert (answer.ticket, answer.outcome.effects[0].state) == (ticket, "active")
+    driver._note(actions)
+    assert [driver.last(client, EffectsMessage).effects[0].state for client in (1, 2)] == ["active", "active"]
+    again = driver.session.simulated(told("active", wishes=WISHES), driver.now)
+    assert not [action for action in again if isinstance(action, KeepEffects)], "it is kept already"
+
+
+def test_nothing_is_asked_before_the_garment_is_dressed_nor_too_much_at_once(driver):
+    early = Driver()
+    early.connect(1)
+    early.say(1, SetEffectMessage(name="wind", request=3))
+    assert early.last(1, ErrorMessage).code == "unexpected_message"
+    with pytest.raises(ProtocolError, match="dressed"):
+        early.session.effects.measure()
+    for _ in range(MOST_WAITING):
+        driver.say(1, MeasureEffectsMessage())
+    driver.say(1, MeasureEffectsMessage(request=5))
+    assert (driver.last(1, ErrorMessage).code, driver.last(1, ErrorMessage).request) == ("rate_limited", 5)
+    driver.simulation(told("absent", *(command.ticket for command in driver.ordered(MeasureEffects))))
+    driver.say(1, MeasureEffectsMessage(request=6))
+    assert len(driver.ordered(MeasureEffects)) == MOST_WAITING + 1

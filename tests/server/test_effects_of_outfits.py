@@ -1,0 +1,122 @@
+"""What is asked of effects goes along to the next outfit: by the garments' names, and without what can't be worn."""
+
+import pytest
+from pretended_effects import PretendedEffects
+
+from tryon_server.runtime.effect_desk import EffectDesk
+from tryon_server.sessions.commands import ChangeEffect
+from tryon_server.sessions.events import EffectRefused, EffectsTold
+from tryon_solver.effect_words.fields import EffectError
+
+PIECES = {"shirt": ("front", "back"), "skirt": ("flounce",)}
+
+
+class Worn(PretendedEffects):
+    """Garments of PIECES, whose pieces can be sticky."""
+
+    def _owner(self, piece):
+        for garment in self.garments:
+            if piece in {*PIECES[garment], *(f"{garment}/{own}" for own in PIECES[garment])}:
+                return garment
+        return None
+
+    def under_garments(self, name, parameters):
+        if name != "adhesion":
+            return parameters
+        return {**parameters, "panels": [f"{self._owner(p)}/{p.rpartition('/')[2]}" for p in parameters["panels"]]}
+
+    def check(self, asked):
+        for piece in asked.get("adhesion", {}).get("panels", ()):
+            if self._owner(piece) is None:
+                raise EffectError(f"there is no piece {piece}", "parameters.panels[0]", "Name another")
+
+    def rebind(self, asked):
+        self.check(asked)
+        yield from super().rebind(asked)
+
+
+class Ready:
+    """An armoury in which everything is compiled."""
+
+    compiling = ()
+
+    def is_ready(self, _name):
+        return True
+
+    def look(self):
+        return None
+
+    def want(self, names):
+        list(names)
+
+    hold = want
+
+
+@pytest.fixture
+def desk():
+    told = []
+    desk = EffectDesk(told.append, Ready(), lambda: 0.0, {})
+    desk.told = told
+    return desk
+
+
+def settle(desk, worn, busy=False):
+    for _ in range(30):
+        desk.go_on(worn, 0.0, busy)
+
+
+def ask(desk, worn, **effects):
+    for ticket, (name, parameters) in enumerate(effects.items()):
+        desk.take(ChangeEffect(ticket + 1, name, "active", parameters))
+    settle(desk, worn)
+
+
+def last(desk, name):
+    news = [event for event in desk.told if isinstance(event, EffectsTold)][-1]
+    return next(effect for effect in news.effects.effects if effect.name == name)
+
+
+def sticky(desk, garments=("shirt",)):
+    worn = Worn(garments=garments)
+    settle(desk, worn)
+    ask(desk, worn, wind={"velocity": [0, 0, 2]}, adhesion={"panels": ["front"]})
+    assert {"wind", "adhesion"} <= set(worn.asked)
+    return worn
+
+
+def test_pieces_are_named_with_their_garments_once_others_are_worn(desk):
+    sticky(desk)
+    assert desk.wishes["effects"]["adhesion"]["parameters"]["panels"] == ["front"]
+    settle(desk, Worn(garments=("shirt",)))
+    assert desk.wishes["effects"]["adhesion"]["parameters"]["panels"] == ["front"], "of the same garment it is as it was"
+    both = Worn(garments=("skirt", "shirt"))
+    settle(desk, both)
+    assert both.bound == 1
+    assert both.asked["adhesion"]["panels"] == ["shirt/front"]
+    assert last(desk, "adhesion").state == last(desk, "wind").state == "active"
+    assert desk.wishes["effects"]["adhesion"]["parameters"]["panels"] == ["shirt/front"]
+
+
+def test_what_was_on_a_garment_that_is_gone_is_armed_and_all_else_acts_on(desk):
+    sticky(desk, ("skirt", "shirt"))
+    skirt = Worn(garments=("skirt",))
+    settle(desk, skirt)
+    assert last(desk, "wind").state == "active"
+    assert last(desk, "adhesion").state == "armed"
+    assert "no piece shirt/front" in last(desk, "adhesion").why
+    assert skirt.bound == 1
+    assert [event for event in desk.told if isinstance(event, EffectRefused)] == []
+
+
+def test_a_scene_that_is_half_made_gives_way_to_another_one(desk):
+    worn = Worn(garments=("shirt",))
+    settle(desk, worn)
+    desk.take(ChangeEffect(1, "wind", "active", {"velocity": [0, 0, 2]}))
+    desk.go_on(worn, 0.0, False)
+    settle(desk, worn, busy=True)
+    assert worn.bound == 0
+    assert "wind" not in worn.asked
+    other = Worn(garments=("shirt", "skirt"))
+    settle(desk, other)
+    assert (worn.bound, other.bound) == (0, 1)
+    assert last(desk, "wind").state == "active"

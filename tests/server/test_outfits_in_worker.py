@@ -1,0 +1,90 @@
+"""Other outfits in the worker's loop: what is worn streams on until they are there, and what is refused changes
+nothing."""
+
+from pathlib import Path
+
+import analytic_drape
+from scripted_worker import allow, frames, work
+
+from tryon_server.runtime.order import GarmentOrder
+from tryon_server.sessions.commands import ChangeOutfit, ChangePattern, Run, WornItem
+from tryon_server.sessions.events import (
+    Designed,
+    EditMade,
+    EditRefused,
+    OutfitRefused,
+    OutfitWorn,
+    PhaseChanged,
+    TopologyReady,
+)
+
+WIDER = {"kind": "scale_piece", "panel": "front", "factors": [1.2, 1.0]}
+
+
+def outfit(ticket, *names, fabric="cotton"):
+    items = tuple(WornItem(name, "tube", fabric, 1.0, k) for k, name in enumerate(names, 1))
+    order = tuple(GarmentOrder(name, Path("pattern.json"), fabric if name else "cotton") for name in names)
+    return ChangeOutfit(ticket, items, names[-1], order)
+
+
+def changed(*commands, until=2.0, seconds_beside=0.2):
+    script = [(0.001, Run(True)), (0.001, allow(1000))]
+    script += [(0.1 + 0.3 * k, command) for k, command in enumerate(commands)]
+    return work(script, until, build=analytic_drape.build, seconds_beside=seconds_beside)
+
+
+def events(connection, kind):
+    return [event for event in connection.events if isinstance(event, kind)]
+
+
+def test_a_garment_is_put_on_over_the_other_while_that_streams_on():
+    connection = changed(outfit(7, "", "coat"))
+    assert [event.ticket for event in events(connection, OutfitWorn)] == [7]
+    at = [connection.times[k] for k, event in enumerate(connection.events) if isinstance(event, OutfitWorn)]
+    assert 0.3 <= at[0] < 0.6
+    seen = frames(connection)
+    assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2]
+    assert sum(frame.topology_id == 1 for frame in seen) > 5
+    assert sum(frame.topology_id == 2 for frame in seen) > 5
+    assert events(connection, Designed)[-1].design.garment == "coat"
+
+
+def test_one_is_taken_off_where_it_is_worn_and_nothing_begins_again():
+    connection = changed(outfit(1, "", "coat"), outfit(2, "coat"))
+    assert [event.ticket for event in events(connection, OutfitWorn)] == [1, 2]
+    assert len([event for event in events(connection, PhaseChanged) if event.phase == "ready"]) == 2  # not a third
+    assert connection.beside.begun == 1
+    times = [frame.t_sim for frame in frames(connection) if frame.topology_id >= 2]
+    assert times[1:] == sorted(times[1:])  # the first is of the stance in which the two were put on
+    assert len(set(times[1:])) > 10
+
+
+def test_edits_are_of_the_garment_that_they_name_or_the_edited_one():
+    connection = changed(
+        outfit(1, "", "coat"),
+        ChangePattern("edit", 2, WIDER, garment=""),
+        ChangePattern("undo", 5, garment="coat"),
+        ChangePattern("edit", 6, WIDER, garment="hat"),
+    )
+    assert [(made.ticket, made.garment) for made in events(connection, EditMade)] == [(2, "coat"), (5, "coat")]
+    (refused,) = events(connection, EditRefused)
+    assert refused.ticket == 6
+    assert "no garment 'hat'" in refused.message
+
+
+def test_while_an_outfit_is_made_edits_and_other_outfits_are_refused():
+    commands = [outfit(1, "", "coat"), ChangePattern("edit", 2, WIDER), outfit(3, "", "hat")]
+    connection = changed(*commands, until=3.0, seconds_beside=1.0)
+    assert [event.ticket for event in events(connection, EditRefused)] == [2]
+    assert [event.ticket for event in events(connection, OutfitRefused)] == [3]
+    assert [event.ticket for event in events(connection, OutfitWorn)] == [1]
+
+
+def test_an_outfit_that_can_t_be_put_on_is_refused_and_what_is_worn_goes_on():
+    tight = outfit(1, "", "coat", fabric="tight")
+    connection = changed(tight)
+    (refused,) = events(connection, OutfitRefused)
+    assert (refused.ticket, refused.place) == (1, "garments.coat")
+    assert "can't be put on over" in refused.message
+    assert len(events(connection, TopologyReady)) == 1
+    assert frames(connection)[-1].t_sim > 1.0

@@ -1,0 +1,157 @@
+"""Garments put on, taken off, reordered, edited one at a time and kept: over REST of a real server, whose sessions
+simulate the analytic drape."""
+
+import asyncio
+import time
+
+import pytest
+from live_server import LiveServer
+
+from tryon_client import connect
+from tryon_server.persistence import OutfitRecord, SqlOutfits, WornRecord, open_database
+
+WIDER = {"kind": "scale_piece", "panel": "front", "factors": [1.2, 1.0]}
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory):
+    live = LiveServer(tmp_path_factory.mktemp("wardrobe"))
+    yield live
+    live.stop()
+
+
+@pytest.fixture
+def session(server):
+    """A new session, once its garment is dressed; its id."""
+    opened = server.open()
+    for _ in range(300):
+        if server.http.get(f"/api/sessions/{opened}").json()["state"] == "running":
+            break
+        time.sleep(0.05)
+    yield opened
+    server.http.delete(f"/api/sessions/{opened}")
+
+
+def worn(server, session):
+    """Names of what is worn, and of the garment that is edited."""
+    listed = server.http.get(f"/api/sessions/{session}/garments").json()
+    return [one["name"] for one in listed], [one["name"] for one in listed if one["edited"]]
+
+
+def put_on(server, session, **wish):
+    return server.http.post(f"/api/sessions/{session}/garments", json={"garment": "tube"} | wish)
+
+
+def edits(server, session, garment):
+    listed = server.http.get(f"/api/sessions/{session}/edits", params={"garment": garment}).json()
+    return [entry["edit"] for entry in listed]
+
+
+def test_garments_are_put_on_reordered_swapped_and_taken_off(server, session):
+    assert worn(server, session) == (["tube"], ["tube"])
+    made = put_on(server, session, fabric="denim")
+    assert made.status_code == 201, made.text
+    assert [(one["name"], one["garment"], one["fabric"]) for one in made.json()] == [
+        ("tube", "tube", "cotton"),
+        ("tube-2", "tube", "denim"),
+    ]
+    assert worn(server, session) == (["tube", "tube-2"], ["tube-2"])
+    under = put_on(server, session, position=0)
+    assert [one["name"] for one in under.json()] == ["tube-3", "tube", "tube-2"]
+    order = {"order": ["tube-2", "tube", "tube-3"], "edited": "tube"}
+    assert server.http.put(f"/api/sessions/{session}/garments", json=order).status_code == 200
+    assert worn(server, session) == (["tube-2", "tube", "tube-3"], ["tube"])
+    swapped = put_on(server, session, replaces="tube")
+    assert [one["name"] for one in swapped.json()] == ["tube-2", "tube", "tube-3"]
+    off = server.http.delete(f"/api/sessions/{session}/garments/tube-2")
+    assert [one["name"] for one in off.json()] == ["tube", "tube-3"]
+    assert worn(server, session)[0] == ["tube", "tube-3"]
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "body", "status", "code"),
+    [
+        ("POST", "", {"garment": "nothing"}, 404, "garment.unknown"),
+        ("POST", "", {"garment": "tube", "fabric": "steel"}, 422, "fabric.unknown"),
+        ("POST", "", {"garment": "tube", "position": 5}, 422, "position.outside"),
+        ("POST", "", {"garment": "tube", "replaces": "coat"}, 404, "worn.unknown"),
+        ("POST", "", {"garment": "tube", "fabric": "tight"}, 422, "outfit.refused"),
+        ("DELETE", "/coat", None, 404, "worn.unknown"),
+        ("DELETE", "/tube", None, 409, "outfit.empty"),
+        ("PUT", "", {"order": ["tube", "tube"]}, 422, "order.other"),
+        ("PUT", "", {"edited": "coat"}, 404, "worn.unknown"),
+    ],
+)
+def test_what_can_t_be_worn_is_refused_with_the_reason_and_changes_nothing(
+    server, session, method, path, body, status, code
+):
+    reply = server.http.request(method, f"/api/sessions/{session}/garments{path}", json=body)
+    assert (reply.status_code, reply.json()["code"]) == (status, code), reply.text
+    assert reply.json()["remedy"]
+    assert worn(server, session) == (["tube"], ["tube"])
+    if code == "outfit.refused":
+        assert "can't be put on over tube" in reply.json()["message"]
+
+
+def test_each_garment_has_edits_of_its_own(server, session):
+    put_on(server, session, fabric="denim")
+    edit = f"/api/sessions/{session}/edits"
+    first = server.http.post(edit, json={"edit": WIDER})
+    assert first.status_code == 201, first.text
+    assert edits(server, session, "tube-2") == [WIDER]
+    assert edits(server, session, "tube") == []
+    other = server.http.post(edit, json={"edit": WIDER | {"factors": [1.1, 1.0]}, "garment": "tube"})
+    assert other.json()["id"] == 1
+    assert worn(server, session)[1] == ["tube"]
+    undone = server.http.post(f"{edit}/undo", params={"garment": "tube-2"})
+    assert undone.json() == {"id": 1, "last": 0, "change": "topology"}
+    assert [entry["undone"] for entry in server.http.get(edit, params={"garment": "tube-2"}).json()] == [True]
+    assert [entry["undone"] for entry in server.http.get(edit, params={"garment": "tube"}).json()] == [False]
+    refused = server.http.post(edit, json={"edit": WIDER, "garment": "coat"})
+    assert refused.status_code == 422
+    assert "Choose one of: tube, tube-2" in refused.json()["remedy"]
+
+
+def test_an_edited_garment_is_put_on_as_edited_and_a_session_goes_on_with_the_outfit(server, session):
+    server.http.post(f"/api/sessions/{session}/edits", json={"edit": WIDER})
+    put_on(server, session, fabric="denim")
+    server.http.post(f"/api/sessions/{session}/edits", json={"edit": WIDER})
+    pattern = server.http.get(f"/api/sessions/{session}/pattern", params={"garment": "tube-2"}).json()
+    server.http.delete(f"/api/sessions/{session}")
+    assert worn(server, session) == (["tube", "tube-2"], ["tube-2"])
+    goes_on = server.open(continues=session)
+    assert worn(server, goes_on) == (["tube", "tube-2"], ["tube-2"])
+    again = server.http.get(f"/api/sessions/{goes_on}/pattern", params={"garment": "tube-2"}).json()
+    assert again == pattern
+    assert edits(server, goes_on, "tube-2") == []
+    server.http.delete(f"/api/sessions/{goes_on}")
+
+
+def test_frames_go_on_while_another_outfit_is_made_and_no_longer_once_it_is_worn(server, session):
+    """Frames of the old topology, then of the new one."""
+
+    async def watch():
+        async with connect(server.stream_url(session)) as stream:
+            seen = []
+            change = asyncio.get_running_loop().run_in_executor(None, lambda: put_on(server, session))
+            async for frame in stream.frames():
+                seen.append(frame.topology_id)
+                if change.done() and len(set(seen)) > 1:
+                    break
+            return seen, await change
+
+    seen, reply = asyncio.run(asyncio.wait_for(watch(), 20))
+    assert reply.status_code == 201
+    assert seen == sorted(seen)
+    assert len(set(seen)) == 2
+
+
+def test_outfits_in_the_database(tmp_path):
+    outfits = SqlOutfits(open_database(f"sqlite:///{tmp_path / 'tryon.db'}"))
+    assert outfits.get("s") is None
+    one = WornRecord(name="skirt", number=1, garment="skirt", fabric="denim", size="fit")
+    two = WornRecord(name="tube", number=2, garment="tube", fabric="cotton", size=1.1)
+    for worn_now in ((one,), (two, one)):
+        outfit = OutfitRecord(worn=worn_now, edited="skirt", highest=2)
+        outfits.put("s", outfit)
+        assert outfits.get("s") == outfit

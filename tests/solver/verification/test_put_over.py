@@ -1,0 +1,109 @@
+"""Garments of the demo put on over each other, led into motions and taken off, judged by IPC Toolkit alone: of all
+that is worn and the body nothing passes through anything."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from frame_judge import FrameJudge
+from scipy.spatial import cKDTree
+from worn_garment import DEMO, demo_motion
+
+from tryon_solver.body.model import default_body
+from tryon_solver.body.motion import blend_in
+from tryon_solver.dressing.change_outfit import without
+from tryon_solver.dressing.dress import dress
+from tryon_solver.dressing.fit import TightError
+from tryon_solver.dressing.outfit import Outfit, Worn, WornOutfit
+from tryon_solver.dressing.put_over import put_over
+from tryon_solver.geometry.panel_mesh import mesh_pattern
+from tryon_solver.geometry.pattern import load_pattern
+from tryon_solver.materials.fabric import FABRICS
+from tryon_solver.settings import PRESETS
+
+MADE_OF = {"tshirt": "cotton_jersey", "overshirt": "denim", "skirt": "cotton_poplin"}
+FPS = 30
+
+
+def pieces(name, edge):
+    return mesh_pattern(load_pattern(DEMO / "patterns" / f"{name}.json"), edge)
+
+
+@cache
+def dressed(names, edge):
+    """These garments of the demo, put on one after the other."""
+    first = names[0]
+    fabric = FABRICS[MADE_OF[first]]
+    alone = dress(pieces(first, edge), default_body(), fabric, PRESETS["draft"])
+    outfit = Outfit((Worn.of_pattern(first, alone.panels, alone.welded, fabric),))
+    worn = WornOutfit(outfit, alone.simulation, alone.pose)
+    for name in names[1:]:
+        worn = put_over(worn, name, pieces(name, edge), FABRICS[MADE_OF[name]])
+    return worn
+
+
+def judge_of(sim):
+    body = sim.scene.body
+    judge = FrameJudge(sim.scene.garment.faces, body.faces, sim.cloth_positions(), sim.body_positions())
+    return lambda: judge.judge(sim.cloth_positions(), sim.body_positions()).clean
+
+
+def outside(worn, inner, outer):
+    """Share of the inner garment's vertices near the outer one that have it on their outer side."""
+    garment, x = worn.outfit.garment, worn.simulation.cloth_positions().astype(np.float64)
+    faces = garment.faces[inner.faces]
+    a, b, c = (x[faces[:, k]] for k in range(3))
+    normals = np.zeros_like(x)
+    np.add.at(normals, faces.ravel(), np.repeat(np.cross(b - a, c - a), 3, axis=0))
+    own = x[inner.vertices]
+    distance, nearest = cKDTree(x[outer.vertices]).query(own)
+    near = distance < 0.03
+    above = ((x[outer.vertices][nearest] - own) * normals[inner.vertices]).sum(axis=1) > 0
+    assert near.sum() > 50
+    return above[near].mean()
+
+
+def test_an_overshirt_goes_on_over_a_tshirt_and_the_tshirt_comes_off_from_under_it():
+    worn = dressed(("tshirt", "overshirt"), 0.05)
+    sim, (inner, outer) = worn.simulation, worn.outfit.layers
+    assert [layer.name for layer in worn.outfit.layers] == ["tshirt", "overshirt"]
+    assert worn.outfit.piece_names[0] == "tshirt/front"
+    clean = judge_of(sim)
+    assert clean()
+    assert outside(worn, inner, outer) > 0.97
+    into = blend_in(worn.pose, demo_motion("walk", sim.scene.body), 1.0)
+    begun = sim.state.time
+    for k in range(1, 7):
+        assert sim.advance(into.sample(k / FPS), begun + k / FPS).retries == 0
+    assert clean()
+    *_, left = without(worn, "tshirt")
+    after = left.simulation
+    assert np.array_equal(after.cloth_positions(), sim.cloth_positions()[outer.vertices])
+    after.advance(into.sample(7 / FPS), 1 / FPS)
+    assert judge_of(after)()
+    assert left.outfit.worn[0].name == "overshirt"
+
+
+def test_what_does_not_fit_over_what_is_worn_is_refused_and_that_stays():
+    """A skirt whose waist is the body's own, over a T-shirt: its fabric can't give so much."""
+    worn = dressed(("tshirt",), 0.05)
+    before = worn.simulation.cloth_positions()
+    with pytest.raises(TightError, match="skirt"):
+        put_over(worn, "skirt", pieces("skirt", 0.05), FABRICS["denim"])
+    assert np.array_equal(worn.simulation.cloth_positions(), before)
+    assert len(worn.outfit.worn) == 1
+
+
+@pytest.mark.long
+@pytest.mark.timeout(3600)
+@pytest.mark.parametrize("motion", ["walk", "squat"])
+def test_three_garments_go_through_a_motion(motion):
+    """Of 3,000 vertices each, about: after a second of leading in, two seconds of the motion."""
+    worn = dressed(("skirt", "tshirt", "overshirt"), 0.015)
+    sim = worn.simulation
+    begun, clean = sim.state.time, judge_of(sim)
+    into = blend_in(sim.body.pose, demo_motion(motion, sim.scene.body), 1.0)
+    for k in range(1, 3 * FPS + 1):
+        sim.advance(into.sample(k / FPS), begun + k / FPS)
+        if k % 3 == 0:
+            assert clean(), f"frame {k}"
