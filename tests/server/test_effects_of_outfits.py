@@ -88,7 +88,7 @@ def test_pieces_are_named_with_their_garments_once_others_are_worn(desk):
     sticky(desk)
     assert desk.wishes["effects"]["adhesion"]["parameters"]["panels"] == ["front"]
     settle(desk, Worn(garments=("shirt",)))
-    assert desk.wishes["effects"]["adhesion"]["parameters"]["panels"] == ["front"], "of the same garment it is as it was"
+    assert desk.wishes["effects"]["adhesion"]["parameters"]["panels"] == ["front"], "as it was"
     both = Worn(garments=("skirt", "shirt"))
     settle(desk, both)
     assert both.bound == 1
