@@ -8,6 +8,7 @@ from accuracy_data import Found, Measured, read_results
 from accuracy_limits import AGREEMENT, JUDGED, NEGLIGIBLE, broken
 from accuracy_plots import plots
 from accuracy_tables import (
+    BY_BUDGET,
     estimate_lines,
     front_table,
     guarantee_table,
@@ -100,6 +101,7 @@ PRESETS_SAID = [
     "Void: steps that ended where the body's motion had carried the cloth. Crossed: ends in which IPC Toolkit finds a",
     "crossing.",
     f"An estimate counts as right where it and the error are under {NEGLIGIBLE:g} mm; in brackets without that.",
+    f"Where a run is older, `{BY_BUDGET}` is `draft` with corrections of four iterations, however near they come.",
 ]
 PRICE_SAID = [
     "Geometric means over the cases that have both, of the ratio of medians. `Newton n x m` is `live` with n Newton",
