@@ -47,7 +47,6 @@ def test_garments_are_put_on_moved_and_taken_off(page, studio):
     session = page.evaluate("new URL(location.href).searchParams.get('session')")
     with urlopen(f"{studio.url}api/sessions/{session}/garments") as reply:
         assert [one["name"] for one in json.load(reply)] == ["cape", "tshirt"]
-    wait_for_frames(page, 1)
     both = settled_picture(page)
     assert (np.abs(both.astype(int) - alone).max(axis=2) > 40).mean() > 0.005  # the outer one is wider
     page.get_by_label("Take tshirt off").click()

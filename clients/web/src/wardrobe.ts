@@ -64,7 +64,6 @@ export class Wardrobe {
     if (session === undefined || this.field.disabled) return;
     this.field.disabled = true;
     this.page.busy(doing);
-    this.asked += 1;
     ask(session)
       .then((worn) => this.take(worn))
       .catch((error: unknown) => {
@@ -73,6 +72,7 @@ export class Wardrobe {
         this.show();
       })
       .finally(() => {
+        this.asked += 1; // what was asked meanwhile may be answered with what was worn before
         this.field.disabled = false;
         this.page.busy(null);
       });
