@@ -218,10 +218,14 @@ def test_open_figures_leave_the_middle_of_the_picture_free(chromium, studio):
     page.context.close()
 
 
-def test_another_colour_needs_no_server(page):
-    page.locator("#colours label[title='Ink']").click()
-    page.wait_for_timeout(500)
-    image = picture(page)
+def test_another_colour_is_worn_as_soon_as_its_picture_is_there(page):
+    with page.expect_response(lambda response: "dye=" in response.url):
+        page.locator("#colours label[title='Ink']").click()
+    for _ in range(20):
+        image = picture(page)
+        if reddish(image) == 0:
+            break
+        page.wait_for_timeout(500)
     assert reddish(image) == 0
     assert bluish(image) > 0.01 * image.shape[0] * image.shape[1]
 
