@@ -37,13 +37,22 @@ SESSION = {
     "stream": "/api/sessions/s1/stream",
 }
 GARMENT = {"name": "Shirt", "panel_count": 2, "seam_count": 2, "area": 1.0, "notes": [], "built_in": True}
+
+
+def look(name: str, colour: Sequence[float]) -> dict[str, Any]:
+    """A fabric's look, whose pictures this server does not have: the page wears its colour."""
+    maps = {f"{kind}_map": f"/api/looks/{name}/{kind}.png" for kind in ("colour", "normal", "roughness")}
+    return {"colour": colour, "tile": [0.01, 0.01], "sheen": [0.0, 0.0, 0.0], "sheen_roughness": 0.5, **maps}
+
+
 CATALOGUE: dict[str, list[dict[str, Any]]] = {
     "garments": [{"id": "shirt", "kept_as": None, **GARMENT}],
     "motions": [{"name": "walk", "seconds": 4.0, "title": "Walk", "found": None, "kept_as": None}],
     "bodies": [],
     "effects": [],
+    "prints": [],
     "fabrics": [
-        {"name": name, "areal_density": 0.2, "thickness": 5e-4, "strain_limit": 1.1, "colour": colour}
+        {"name": name, "areal_density": 0.2, "thickness": 5e-4, "strain_limit": 1.1, "look": look(name, colour)}
         for name, colour in (("cotton", [0.5, 0.02, 0.03]), ("denim", [0.1, 0.18, 0.36]))
     ],
 }
@@ -94,6 +103,7 @@ class Tailor:
             Route("/api/sessions", self._session, methods=["POST"]),
             Route("/api/sessions/s1", self._session, methods=["GET", "DELETE"]),
             Route("/api/sessions/s1/garments", self._offer([])),
+            Route("/api/sessions/s1/finish", self._offer({"dye": None, "print": None}), methods=["GET", "PUT"]),
             WebSocketRoute("/api/sessions/s1/stream", self._stream),
             Mount("/", StaticFiles(directory=web, html=True)),
         ]
@@ -126,7 +136,7 @@ class Tailor:
             time.sleep(0.02)
         return result
 
-    def _offer(self, entries: list[dict[str, Any]]) -> Callable[[Request], Response]:
+    def _offer(self, entries: Any) -> Callable[[Request], Response]:
         return lambda _request: JSONResponse(entries)
 
     def _session(self, _request: Request) -> Response:
