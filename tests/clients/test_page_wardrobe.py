@@ -42,16 +42,16 @@ def test_garments_are_put_on_moved_and_taken_off(page, studio):
     put_on(page, "cape")
     wears(page, "cape,tshirt")
     page.wait_for_function("document.querySelector('#wardrobe-worn input:checked').value === 'cape'")
-    page.get_by_label("Wear cape further in").click()
+    page.get_by_label("Wear Cape further in").click()
     wears(page, "tshirt,cape")
     session = page.evaluate("new URL(location.href).searchParams.get('session')")
     with urlopen(f"{studio.url}api/sessions/{session}/garments") as reply:
         assert [one["name"] for one in json.load(reply)] == ["cape", "tshirt"]
     both = settled_picture(page)
     assert (np.abs(both.astype(int) - alone).max(axis=2) > 40).mean() > 0.005  # the outer one is wider
-    page.get_by_label("Take tshirt off").click()
+    page.get_by_label("Take T-shirt off").click()
     wears(page, "cape")
-    assert page.get_by_label("Take cape off").is_disabled()
+    assert page.get_by_label("Take Cape off").is_disabled()
 
 
 def test_what_can_t_be_put_on_is_told_and_what_is_worn_stays(page):

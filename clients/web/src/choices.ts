@@ -3,6 +3,7 @@ import type { SessionWish, Size } from "@tryon/core";
 import { byId, make, RadioGroup, setText } from "./dom.ts";
 import { DYES, swatchStyle } from "./fabrics.ts";
 import type { Catalogue } from "./fitting.ts";
+import { sentence } from "./format.ts";
 
 /** What a person may choose. */
 export interface Chosen {
@@ -159,12 +160,6 @@ export class Choices {
     const found = this.worn !== null ? "Worn in the size that fits" : this.failed ? "No size that fits was found" : "Looking for the size that fits";
     setText(this.fit, fits ? found : "Find the size that fits");
   }
-}
-
-/** A name made for programs as a person writes it: jumping_jack becomes Jumping jack. */
-function sentence(name: string): string {
-  const words = name.replace(/[_-]+/g, " ").trim();
-  return /^t ?shirt\b/i.test(words) ? words.replace(/^t ?shirt/i, "T-shirt") : words.charAt(0).toUpperCase() + words.slice(1);
 }
 
 function dyed(tag: "span", kind: string, colour: string): HTMLElement {

@@ -23,3 +23,9 @@ export function simulatedTime(seconds: number): string {
 export function significant(value: number, digits: number): string {
   return String(Number(value.toPrecision(digits)));
 }
+
+/** A name made for programs as a person writes it: jumping_jack becomes Jumping jack. */
+export function sentence(name: string): string {
+  const words = name.replace(/[_-]+/g, " ").trim();
+  return /^t ?shirt\b/i.test(words) ? words.replace(/^t ?shirt/i, "T-shirt") : words.charAt(0).toUpperCase() + words.slice(1);
+}

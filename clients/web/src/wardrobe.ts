@@ -1,6 +1,7 @@
 import { RequestError, type Api, type Garment, type WornItem } from "@tryon/core";
 
 import { byId, make } from "./dom.ts";
+import { sentence } from "./format.ts";
 import type { Notice } from "./notice.ts";
 
 /** What the wardrobe needs of the page. */
@@ -35,7 +36,7 @@ export class Wardrobe {
   offer(garments: readonly Garment[]): void {
     this.garments = garments;
     const chosen = this.more.value;
-    this.more.replaceChildren(...garments.map(({ id, name }) => make("option", { value: id }, name)));
+    this.more.replaceChildren(...garments.map(({ id, name }) => make("option", { value: id }, sentence(name))));
     if (garments.some(({ id }) => id === chosen)) this.more.value = chosen;
     this.show();
   }
@@ -114,6 +115,6 @@ export class Wardrobe {
   }
 
   private called(garment: string): string {
-    return this.garments.find(({ id }) => id === garment)?.name ?? garment;
+    return sentence(this.garments.find(({ id }) => id === garment)?.name ?? garment);
   }
 }
