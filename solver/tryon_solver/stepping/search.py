@@ -162,6 +162,7 @@ def search_further(sim: Simulation, direction: wp.array, alpha: wp.array, most: 
     )
     broad_phase.extend(sim.candidates, sim.cloth, sim.touching, region, sim.group, sim.state.x)
     sim.searches += 1
+    sim.list_age = LONGEST_SERVED
 
 
 def list_holds(sim: Simulation, x: wp.array, direction: wp.array) -> bool:
@@ -170,7 +171,8 @@ def list_holds(sim: Simulation, x: wp.array, direction: wp.array) -> bool:
 
     It is as long as every vertex is in its ball: on a body that stands, or whose root alone moves, as the anchors do
     with it (stencils are told by distances, which that leaves as they are), for LONGEST_SERVED steps at most: each
-    rounds the anchors once more, and what budgets have grown to would never shrink.
+    rounds the anchors once more, and what budgets have grown to would never shrink. So one that was
+    extended serves no further step: of what falls or is blown, budgets and list would grow from step to step.
     """
     if sim.list_age >= LONGEST_SERVED or bounds.outside(x, direction, sim.region, sim.work.hits):
         return False

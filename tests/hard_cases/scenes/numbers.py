@@ -16,6 +16,7 @@ from tryon_solver.contact.candidates import Candidates
 from tryon_solver.contact.pairs import ContactPairs
 from tryon_solver.scene import Gravity, Scene
 from tryon_solver.simulation import build
+from tryon_solver.stepping.search import search_around
 
 RADIUS = 0.08
 UPRIGHT = np.array([[0.0, 0.0, 0.0, 1.0]])
@@ -82,8 +83,11 @@ def worn_with_settings(**values: float | int) -> Callable[[Ask], Run]:
 def with_small_buffers(ask: Ask) -> Run:
     """Room for 16 candidates and 16 pairs at the start: both have to grow, and nothing may be dropped."""
     run = over_ball(ask)
-    run.sim.candidates = Candidates.allocate(16, ask.device)
-    run.sim.pairs = ContactPairs.allocate(16, ask.device)
+    sim = run.sim
+    sim.candidates = Candidates.allocate(16, ask.device)
+    sim.pairs = ContactPairs.allocate(16, ask.device)
+    sim.work.direction.zero_()
+    search_around(sim, sim.state.x, sim.work.direction)  # the list that was there before held all of the start
     return run
 
 
