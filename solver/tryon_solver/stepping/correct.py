@@ -386,6 +386,7 @@ def iterate(sim: Simulation, budget: Budget) -> None:
         take_within_region(sim, work.direction)
         sim.holding.measure(work.total)
         find_largest(work.total, progress.moved)
+        make_last_if_near(sim)
         progress.judge_move(sim.settings.correction_tolerance, state.dt)
         progress.if_going_on(look)
 
@@ -407,7 +408,6 @@ def find_direction(sim: Simulation, budget: Budget) -> None:
     launch(trust_kernel, sim.all_count, trusted, [work.direction], device=sim.device)
     measure_nearness(sim)
     sim.progress.judge_direction(sim.cg.first, settings.correction_unsettled, sim.state.dt)
-    make_last_if_near(sim)
     launch(keep_kernel, sim.all_count, [sim.progress.least_yet, sim.state.x], [work.least], device=sim.device)
 
 

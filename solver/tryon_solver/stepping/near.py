@@ -8,7 +8,8 @@ section 14). Where directions have not become shorter for PATIENCE iterations, n
 
 A preset's own end is another for cloth that hangs still. There every step is near, and by what each leaves undone the
 cloth would be seen to tremble: so it has to be near by the way that the step goes, too, beside the body's, OF_WAY of
-it (METHOD.md section 14 has what other shares do). Ours.
+it (METHOD.md section 14 has what other shares do). And the direction has to be taken: what contact withheld of it is
+left undone as well, in an impact most of it. Ours.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import warp as wp
 
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.vectors import dot, subtract
-from tryon_solver.stepping.progress import APART, BEYOND, LAST_ONE, LEFT, SHORTEST, SINCE, WITHIN
+from tryon_solver.stepping.progress import APART, BEYOND, ENOUGH, LAST_ONE, LEFT, SHORTEST, SINCE, WITHIN
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -42,12 +43,27 @@ def compare_kernel(
     squared: wp.array(dtype=wp.float32),
     way_squared: wp.array(dtype=wp.float32),
     state_out: wp.array(dtype=wp.int32),
+    lengths_out: wp.array(dtype=wp.float32),
 ):
     off = scale * wp.sqrt(squared[0] / float(count))
     way = wp.sqrt(way_squared[0] / float(count))
-    within = off <= nearness * dt[0]
-    state_out[APART] = wp.where(within, WITHIN, BEYOND)
-    state_out[LAST_ONE] = wp.where(within and off <= of_way * way, 1, 0)
+    near = nearness * dt[0]
+    enough = wp.min(near, of_way * way)
+    state_out[APART] = wp.where(off <= near, WITHIN, BEYOND)
+    state_out[LAST_ONE] = wp.where(off <= enough, 1, 0)
+    lengths_out[ENOUGH] = enough
+
+
+@wp.kernel
+def compare_withheld_kernel(
+    scale: float,
+    count: int,
+    squared: wp.array(dtype=wp.float32),
+    lengths: wp.array(dtype=wp.float32),
+    state: wp.array(dtype=wp.int32),
+):
+    if scale * wp.sqrt(squared[0] / float(count)) > lengths[ENOUGH]:
+        state[LAST_ONE] = 0
 
 
 @wp.kernel
@@ -89,11 +105,19 @@ def measure_nearness(sim: Simulation) -> None:
         subtract(state.x[:n], state.x_feasible[:n], way)
         dot(way, way, way_squared)
         enough = [nearness, SCALE, OF_WAY, n, state.dt, squared, way_squared]
-        launch(compare_kernel, 1, enough, [told], device=sim.device)
+        launch(compare_kernel, 1, enough, [told, sim.progress.lengths], device=sim.device)
 
 
 def make_last_if_near(sim: Simulation) -> None:
-    """Let the iteration whose direction was found be the correction's last if it is near enough."""
-    if sim.settings.accuracy is None and sim.settings.correction_nearness is None:
-        return
-    launch(make_last_kernel, 1, [], [sim.progress.state], device=sim.device)
+    """Let the iteration whose direction was just taken, as far as it is free, be the correction's last if it is near
+    enough."""
+    settings, work, n = sim.settings, sim.work, sim.cloth_count
+    told = sim.progress.state
+    if settings.accuracy is None:
+        if settings.correction_nearness is None or settings.deadline is not None:
+            return
+        withheld, squared = work.direction[:n], work.scalars[0]  # which is free until the next
+        subtract(sim.holding.wanted[:n], work.total[:n], withheld)
+        dot(withheld, withheld, squared)
+        launch(compare_withheld_kernel, 1, [SCALE, n, squared, sim.progress.lengths], [told], device=sim.device)
+    launch(make_last_kernel, 1, [], [told], device=sim.device)

@@ -58,7 +58,8 @@ TRIAL = wp.constant(7)  # way to the trial, of the vertex that goes farthest [m]
 STANDING = wp.constant(8)  # at x_feasible [J]
 TRIED = wp.constant(9)  # at the trial, as far as the way there is free [J]
 SHORTEST = wp.constant(10)  # of the directions so far, as a root mean square over the cloth (near.py) [m]
-LENGTHS = 11
+ENOUGH = wp.constant(11)  # root mean square over the cloth that is near enough (near.py) [m]
+LENGTHS = 12
 
 
 @wp.kernel

@@ -20,7 +20,7 @@ from tryon_solver.stepping import correct, move_body, record
 Move = tuple[np.ndarray, np.ndarray]
 """Positions (A, 3) float32 m before and after."""
 
-PIECES = 16
+PIECES = 16, 128  # of a way that the toolkit can't tell of whole
 TOGETHER = 0.01  # m: wider boxes find more that may meet than looking again costs
 AT_A_GLANCE, ALL_THE_SAME = ipctk.AdditiveCCD(), 8
 AS_ONE = 5e-6  # m by which rounding may leave a vertex from where a common motion takes it
@@ -80,7 +80,7 @@ class Oracle:
         The toolkit's additive detection says yes at a glance, as a rule; its no is asked again of the inclusion-based
         one, and so is each ALL_THE_SAME-th way, for the additive one is not proven against rounding. The other answers
         no where it can't tell, by a tolerance that grows with the way: centimetres beside a fabric of micrometres. Its
-        no is asked again of each of PIECES parts; the whole is free if they all are.
+        no is asked again of each of so many parts as PIECES says, few and then many; the whole is free if they all are.
         """
         start, end = (np.asfortranarray(x.astype(np.float64)) for x in (before, after))
         self.asked += 1
@@ -89,7 +89,11 @@ class Oracle:
             return True
         if may_meet.is_step_collision_free(self.paths, start, end):
             return True
-        ends = np.linspace(0.0, 1.0, PIECES + 1)
+        return any(self.is_free_in_parts(may_meet, start, end, pieces) for pieces in PIECES)
+
+    def is_free_in_parts(self, may_meet: ipctk.Candidates, start: np.ndarray, end: np.ndarray, pieces: int) -> bool:
+        """Is each of so many equal parts of the way free by the inclusion-based detection?"""
+        ends = np.linspace(0.0, 1.0, pieces + 1)
         places = [np.asfortranarray(start + share * (end - start)) for share in ends]
         return all(may_meet.is_step_collision_free(self.paths, a, b) for a, b in pairwise(places))
 
