@@ -25,6 +25,7 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.upload import Upload
 
 wp.set_module_options({"enable_backward": False})
 
@@ -38,7 +39,7 @@ mat34 = wp.types.matrix(shape=(3, 4), dtype=wp.float32)  # the upper rows of A -
 class Carry:
     """The field of a step: `places` (A,) vec3 m of cloth and surface, in whose distances it is weighted; `grid` over
     the surface's, `surface` (B,), part of them; `motions` (J,) and `blends` (B,) mat34, of the joints and of the skin;
-    `near` (B,) int32: skin in reach of the cloth, marked as the field is evaluated."""
+    `near` (B,) int32: skin in reach of the cloth, marked as the field is evaluated; `upload` writes `motions`."""
 
     places: wp.array
     surface: wp.array
@@ -48,21 +49,24 @@ class Carry:
     grid: wp.HashGrid
     skin_joints: wp.array
     skin_weights: wp.array
+    upload: Upload
 
     @staticmethod
     def build(cloth_count: int, skin_joints: np.ndarray, skin_weights: np.ndarray, joints: int, device: str) -> Carry:
         """`skin_joints` (B, K) int32 and `skin_weights` (B, K) float32 as in BodyModel."""
         body_count = len(skin_joints)
         places = wp.zeros(cloth_count + body_count, dtype=wp.vec3, device=device)
+        motions = wp.zeros(joints, dtype=mat34, device=device)
         return Carry(
             places,
             places[cloth_count:],
-            wp.zeros(joints, dtype=mat34, device=device),
+            motions,
             wp.zeros(body_count, dtype=mat34, device=device),
             wp.zeros(body_count, dtype=wp.int32, device=device),
             wp.HashGrid(GRID, GRID, GRID, device=device),
             wp.array(skin_joints, dtype=wp.int32, device=device),
             wp.array(skin_weights, dtype=wp.float32, device=device),
+            Upload(motions),
         )
 
 
@@ -172,7 +176,7 @@ def find_field(
 
     `none` is that of `set_places`; `displacement_out` (A,) vec3 m keeps what it holds of the surface.
     """
-    carry.motions.assign((motions - np.eye(4))[:, :3].astype(np.float32))
+    carry.upload.write((motions - np.eye(4))[:, :3].astype(np.float32))
     launch(
         blend_kernel,
         carry.surface.size,

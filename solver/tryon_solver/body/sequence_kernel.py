@@ -8,6 +8,7 @@ import warp as wp
 from tryon_solver.body.mesh_sequence import MeshSequence, Moment
 from tryon_solver.body.skinning import skin_vertices
 from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.upload import Upload
 
 
 class SequenceKernel:
@@ -20,6 +21,7 @@ class SequenceKernel:
         self._joints: wp.array = wp.array(sequence.skin_joints, dtype=wp.int32, device=self.device)
         self._weights: wp.array = wp.array(sequence.skin_weights, dtype=wp.float32, device=self.device)
         self._transforms: wp.array = wp.zeros(sequence.joint_count, dtype=wp.mat44d, device=self.device)
+        self._upload = Upload(self._transforms)
 
     def transforms(self, stance: Moment) -> np.ndarray:
         """(J, 4, 4) float64 m: what each part does to points at rest."""
@@ -28,7 +30,7 @@ class SequenceKernel:
     def write(self, transforms: np.ndarray, stance: Moment, out: wp.array) -> None:
         """The vertices (B,) vec3 m at the stance into `out`, seen from where `transforms` (J, 4, 4) are."""
         self._rest.assign(self.sequence.corrected_rest(stance))
-        self._transforms.assign(np.ascontiguousarray(transforms))
+        self._upload.write(transforms)
         launch(
             skin_vertices,
             dim=self.sequence.vertex_count,

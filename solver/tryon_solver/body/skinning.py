@@ -8,6 +8,7 @@ import warp as wp
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.pose import Pose, world_from_rest
 from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.upload import Upload
 
 
 @wp.kernel
@@ -41,6 +42,7 @@ class SkinningKernel:
         self._skin_joints: wp.array = wp.array(model.skin_joints, dtype=wp.int32, device=self.device)
         self._skin_weights: wp.array = wp.array(model.skin_weights, dtype=wp.float32, device=self.device)
         self._transforms: wp.array = wp.zeros(model.joint_count, dtype=wp.mat44d, device=self.device)
+        self._upload = Upload(self._transforms)
 
     def run(self, pose: Pose, out: wp.array) -> None:
         """Write the posed vertices [m] to `out`: wp.array of B vec3 on this kernel's device.
@@ -81,7 +83,7 @@ class SkinningKernel:
 
     def run_transforms(self, transforms: np.ndarray, out: wp.array) -> None:
         """The same for joint transforms (J, 4, 4) float64, world from rest pose."""
-        self._transforms.assign(np.ascontiguousarray(transforms))
+        self._upload.write(transforms)
         launch(
             skin_vertices,
             dim=self.model.vertex_count,

@@ -17,6 +17,7 @@ from tryon_solver.contact.found import CLOSE, STENCILS, Found, counted
 from tryon_solver.contact.surfaces import Surface
 from tryon_solver.contact.triangle_pairs import Side, pair_triangles, side_of, threads_over
 from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.slots import next_slot
 
 wp.set_module_options({"enable_backward": False})
 
@@ -54,7 +55,7 @@ def emit(
     d = wp.length(stencil_vector(lam, x0, x1, x2, x3))
     if d > r or d <= r_known:
         return
-    slot = wp.atomic_add(counts, STENCILS, 1)
+    slot = next_slot(counts, STENCILS)
     if slot < ids_out.shape[0]:
         ids_out[slot] = v
         if kind == 1 and v[2] < v[0]:
@@ -217,6 +218,9 @@ def extend(
     while len(candidates.found) < len(others):
         candidates.found.append(Found.allocate(candidates.capacity, candidates.capacity, str(device)))
 
+    if candidates.beside is None and device.is_cuda and len(others) > 1:
+        candidates.beside = wp.Stream(device)
+
     def search(k: int) -> None:
         other, found = others[k], candidates.found[k]
         found.counts.zero_()
@@ -226,7 +230,7 @@ def extend(
     def search_all() -> None:
         for surface in surfaces:
             surface.refit(region.centre, region.half_way, region.budget, margin)
-        at_once(search, len(others), device)
+        at_once(search, len(others), candidates.beside)
 
     if all(surface.bvh for surface in surfaces):
         places = tuple(found.place for found in candidates.found)
@@ -265,14 +269,18 @@ def take_apart(found: Found, cloth: Surface, other: Surface, region: Region, gro
 OTHER_CORE = ThreadPoolExecutor(max_workers=1)  # starts its thread with its first task
 
 
-def at_once(search: Callable[[int], None], count: int, device: wp.Device) -> None:
-    """Run the searches 0 to count - 1.
-
-    On a CPU Warp runs a kernel on the thread that launches it: there all but the first go to another one.
-    """
-    here = range(min(count, 1)) if device.is_cpu else range(count)
-    elsewhere = [OTHER_CORE.submit(search, k) for k in range(len(here), count)]
-    for k in here:
-        search(k)
+def at_once(search: Callable[[int], None], count: int, beside: wp.Stream | None) -> None:
+    """Run the searches 0 to count - 1: on a GPU all but the first on the stream `beside`, for none of them keeps all of
+    it busy. On a CPU Warp runs a kernel on the thread that launches it: there they go to another one."""
+    if beside is not None:
+        with wp.ScopedStream(beside):  # which waits for what was launched before it
+            for k in range(1, count):
+                search(k)
+        search(0)
+        wp.get_stream(beside.device).wait_stream(beside)
+        return
+    elsewhere = [OTHER_CORE.submit(search, k) for k in range(1, count)]
+    if count:
+        search(0)
     for searched in elsewhere:
         searched.result()

@@ -16,6 +16,7 @@ from tryon_solver.linalg.blocks import MOST_THREADS
 from tryon_solver.linalg.device_loop import KeptGraph
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
+from tryon_solver.linalg.slots import next_slot
 
 wp.set_module_options({"enable_backward": False})
 
@@ -61,7 +62,8 @@ class Candidates:
     `distance` m is a lower bound at the current positions (`follow` keeps it one), so that most stencils can be passed
     over without looking at their vertices. `near` int32 lists those that the coming move concerns (`list_near`),
     `near_count` (1,) int32 how many; `near_size` is that, or more in a graph. `capacity` grows when the broad phase
-    finds more; nothing is ever dropped. `found` is the broad phase's scratch, one a surface, and `search` its launches.
+    finds more; nothing is ever dropped. `found` is the broad phase's scratch, one a surface, `search` its launches, and
+    `beside` a stream of its own on a GPU, where there are several.
     """
 
     ids: wp.array
@@ -75,6 +77,7 @@ class Candidates:
     size: int = 0
     near_size: int = 0
     search: KeptGraph = field(default_factory=KeptGraph)
+    beside: wp.Stream | None = None
 
     @staticmethod
     def allocate(capacity: int, device: str) -> Candidates:
@@ -95,7 +98,7 @@ class Candidates:
         wanted = self.size + count
         if wanted > self.capacity:
             grown = Candidates.allocate(1 << (wanted - 1).bit_length(), str(self.ids.device))
-            grown.found, grown.search = self.found, self.search
+            grown.found, grown.search, grown.beside = self.found, self.search, self.beside
             if self.size:
                 grown.take_over(self, self.size)
             self.__dict__.update(grown.__dict__)
@@ -263,7 +266,7 @@ def list_near_kernel(
             d = wp.length(stencil_vector(stencil_weights(kind[c], x0, x1, x2, x3), x0, x1, x2, x3))
             distance[c] = d
             if d <= far:
-                near_out[wp.atomic_add(near_count, 0, 1)] = c
+                near_out[next_slot(near_count, 0)] = c
                 continue
         if settled == 1:
             distance[c] = d - together
@@ -304,7 +307,7 @@ def list_closing_kernel(
     v = ids[c]
     closer = approach(kind[c], displacement[v[0]], displacement[v[1]], displacement[v[2]], displacement[v[3]])
     if distance[c] <= xi + MOST_USED * closer:
-        near_out[wp.atomic_add(near_count, 0, 1)] = c
+        near_out[next_slot(near_count, 0)] = c
 
 
 def list_closing(candidates: Candidates, displacement: wp.array, xi: float) -> None:

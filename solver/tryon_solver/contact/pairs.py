@@ -21,6 +21,7 @@ from tryon_solver.contact.candidates import Candidates, ContactSizes, candidate_
 from tryon_solver.contact.distances import stencil_vector, stencil_weights
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
+from tryon_solver.linalg.slots import next_slot
 
 wp.set_module_options({"enable_backward": False})
 
@@ -166,7 +167,7 @@ def collect_kernel(
         wp.atomic_min(smallest_gap_out, wp.where(touches_body, 0, 1), g)
         if g <= 0.0:
             wp.atomic_add(counters_out, 1, 1)
-        slot = wp.atomic_add(counters_out, 0, 1)
+        slot = next_slot(counters_out, 0)
         if slot >= ids_out.shape[0]:
             continue
         floor = GAP_FLOOR * wp.min(xi, g_hat)

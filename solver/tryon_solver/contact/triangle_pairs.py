@@ -14,6 +14,7 @@ from tryon_solver.contact.found import CLOSE, PAIRS, Found
 from tryon_solver.contact.surfaces import Surface
 from tryon_solver.linalg.blocks import MOST_THREADS
 from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.slots import next_slot
 
 wp.set_module_options({"enable_backward": False})
 
@@ -161,7 +162,7 @@ def pair_triangles_kernel(
             continue
         if not gained and not other_gains:
             continue
-        slot = wp.atomic_add(counts, PAIRS, 1)
+        slot = next_slot(counts, PAIRS)
         if slot < triangles_out.shape[0]:
             triangles_out[slot] = wp.vec2i(t, j)
 
@@ -246,7 +247,7 @@ def keep_close_kernel(
         pair = triangles[entry]
         between = in_question(own, other, pair[0], pair[1], same, reach, group, centre, half_way)
         if between[1] > 0.0:
-            slot = wp.atomic_add(counts, CLOSE, 1)
+            slot = next_slot(counts, CLOSE)
             close_out[slot] = pair
             between_out[slot] = between
 

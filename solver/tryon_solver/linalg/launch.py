@@ -1,8 +1,9 @@
-"""Launching kernels: on a GPU as Warp does it, on a processor with arguments that were packed before.
+"""Launching kernels with arguments that were packed before.
 
-There Warp takes about 20 us to check and pack a launch's arguments, as long as a kernel takes for a thousand vertices,
-and a frame has hundreds of launches. Of an array a kernel gets its place in memory, its shape and its strides: a launch
-with the same ones goes with the same pack, whichever arrays they are.
+Warp takes about 20 us to check and pack a launch's arguments, as long as a kernel takes for a thousand vertices, and a
+frame has hundreds of launches, on a GPU some fifty beside its graphs. Of an array a kernel gets its place in memory,
+its shape and its strides: a launch with the same ones goes with the same pack, whichever arrays they are. What a graph
+records is launched once: as Warp does it.
 """
 
 from __future__ import annotations
@@ -52,11 +53,12 @@ def launch(
     kernel: wp.Kernel, dim: Dim, inputs: Sequence[Any], outputs: Sequence[Any], *, device: Any, block_dim: int = 256
 ) -> None:
     """`wp.launch` of a kernel without derivatives. No two threads may launch one with the same arrays at once."""
-    if not wp.get_device(device).is_cpu:
+    on = wp.get_device(device)
+    if on.is_capturing:
         wp.launch(kernel, dim, inputs, outputs, device=device, block_dim=block_dim)
         return
     arguments = [*inputs, *outputs]
-    places: list[Any] = [kernel]
+    places: list[Any] = [kernel, block_dim]
     for value in arguments:
         if isinstance(value, wp.array):
             places += (value.ptr, value.shape, value.strides)
@@ -66,7 +68,8 @@ def launch(
         kept.launch(dim, arguments)
         return
     with _packing:
-        command = wp.launch(kernel, dim, arguments, device=device, record_cmd=True)
+        blocks = {} if on.is_cpu else {"block_dim": block_dim}  # a processor's are of one thread
+        command = wp.launch(kernel, dim, arguments, device=device, record_cmd=True, **blocks)
     if command is None:
         return  # of no threads
     command.launch()
