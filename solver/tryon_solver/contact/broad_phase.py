@@ -64,6 +64,31 @@ def emit(
         distance_out[slot] = d - approach(kind, x[v[0]] - x0, x[v[1]] - x1, x[v[2]] - x2, x[v[3]] - x3)
 
 
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    return __ffs(bits) - 1;
+#else
+    return __builtin_ctz(bits);
+#endif
+""")
+def lowest_of(bits: int) -> int:  # type: ignore[empty-body]
+    """Which bit is the lowest of those that are set; there must be one."""
+
+
+@wp.func
+def pick(k: int, a0: wp.vec3, a1: wp.vec3, a2: wp.vec3) -> wp.vec3:
+    return wp.where(k == 0, a0, wp.where(k == 1, a1, a2))
+
+
+@wp.func
+def edges_of(mine: int, theirs: int) -> int:
+    """Bit 3k + m for each two edges k and m that the two triangles own, as `Surface.owned` has them."""
+    other = theirs >> 3
+    return wp.where((mine & 8) != 0, other, 0) | wp.where((mine & 16) != 0, other << 3, 0) | wp.where(
+        (mine & 32) != 0, other << 6, 0
+    )
+
+
 @wp.kernel
 def take_apart_kernel(
     close: wp.array(dtype=wp.vec2i),
@@ -79,7 +104,11 @@ def take_apart_kernel(
     distance_out: wp.array(dtype=wp.float32),
     counts: wp.array(dtype=wp.int32),
 ):
-    """The stencils of pairs of triangles: of the vertices and edges that the two own, both ways' points."""
+    """The stencils of pairs of triangles: of the vertices and edges that the two own, both ways' points.
+
+    A pair has three as a rule, and up to 15: threads that run in step each go from one of theirs to the next, all of
+    edges first, then all of points.
+    """
     for entry in range(wp.tid(), counts[CLOSE], threads):
         r_known = between[entry][0]
         r = between[entry][1]
@@ -97,23 +126,42 @@ def take_apart_kernel(
         b0 = centre[g[0]]
         b1 = centre[g[1]]
         b2 = centre[g[2]]
-        for k in range(3):
-            xa = a0
-            xb = b0
-            if k == 1:
-                xa = a1
-                xb = b1
-            elif k == 2:
-                xa = a2
-                xb = b2
-            if (mine & (1 << k)) != 0:
+        edges = edges_of(mine, theirs)
+        while edges != 0:
+            at = lowest_of(edges)
+            edges = edges & (edges - 1)
+            k = at // 3
+            m = at - 3 * k
+            e = (k + 1) % 3
+            h = (m + 1) % 3
+            emit(
+                1,
+                r,
+                r_known,
+                wp.vec4i(f[k], f[e], g[m], g[h]),
+                wp.vec4i(ga[k], ga[e], gb[m], gb[h]),
+                pick(k, a0, a1, a2),
+                pick(e, a0, a1, a2),
+                pick(m, b0, b1, b2),
+                pick(h, b0, b1, b2),
+                x,
+                ids_out,
+                kind_out,
+                distance_out,
+                counts,
+            )
+        points = (mine & 7) | ((theirs & 7) << 3)
+        while points != 0:
+            at = lowest_of(points)
+            points = points & (points - 1)
+            if at < 3:
                 emit(
                     0,
                     r,
                     r_known,
-                    wp.vec4i(f[k], g[0], g[1], g[2]),
-                    wp.vec4i(ga[k], gb[0], gb[1], gb[2]),
-                    xa,
+                    wp.vec4i(f[at], g[0], g[1], g[2]),
+                    wp.vec4i(ga[at], gb[0], gb[1], gb[2]),
+                    pick(at, a0, a1, a2),
                     b0,
                     b1,
                     b2,
@@ -123,14 +171,15 @@ def take_apart_kernel(
                     distance_out,
                     counts,
                 )
-            if (theirs & (1 << k)) != 0:
+            else:
+                at = at - 3
                 emit(
                     0,
                     r,
                     r_known,
-                    wp.vec4i(g[k], f[0], f[1], f[2]),
-                    wp.vec4i(gb[k], ga[0], ga[1], ga[2]),
-                    xb,
+                    wp.vec4i(g[at], f[0], f[1], f[2]),
+                    wp.vec4i(gb[at], ga[0], ga[1], ga[2]),
+                    pick(at, b0, b1, b2),
                     a0,
                     a1,
                     a2,
@@ -140,40 +189,6 @@ def take_apart_kernel(
                     distance_out,
                     counts,
                 )
-            if (mine & (8 << k)) != 0:
-                xe = a1
-                if k == 1:
-                    xe = a2
-                elif k == 2:
-                    xe = a0
-                e = (k + 1) % 3
-                for m in range(3):
-                    if (theirs & (8 << m)) != 0:
-                        y0 = b0
-                        y1 = b1
-                        if m == 1:
-                            y0 = b1
-                            y1 = b2
-                        elif m == 2:
-                            y0 = b2
-                            y1 = b0
-                        h = (m + 1) % 3
-                        emit(
-                            1,
-                            r,
-                            r_known,
-                            wp.vec4i(f[k], f[e], g[m], g[h]),
-                            wp.vec4i(ga[k], ga[e], gb[m], gb[h]),
-                            xa,
-                            xe,
-                            y0,
-                            y1,
-                            x,
-                            ids_out,
-                            kind_out,
-                            distance_out,
-                            counts,
-                        )
 
 
 NOTHING_KNOWN = -1.0e3  # m, a budget that covers no stencil
