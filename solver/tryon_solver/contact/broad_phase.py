@@ -233,7 +233,7 @@ def extend(
     while len(candidates.found) < len(others):
         candidates.found.append(Found.allocate(candidates.capacity, candidates.capacity, str(device)))
 
-    if candidates.beside is None and device.is_cuda and len(others) > 1:
+    if candidates.beside is None and wp.get_device(device).is_cuda and len(others) > 1:
         candidates.beside = wp.Stream(device)
 
     def search(k: int) -> None:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import warp as wp
 
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
-from tryon_solver.contact.found import Found
+from tryon_solver.contact.found import Found, room_for
 from tryon_solver.linalg.blocks import MOST_THREADS
 from tryon_solver.linalg.device_loop import KeptGraph
 from tryon_solver.linalg.launch import launch
@@ -19,6 +19,9 @@ from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.slots import next_slot
 
 wp.set_module_options({"enable_backward": False})
+
+
+FILLINGS = 600  # of a list, after which it is asked how much room they took: seconds of a motion
 
 
 @wp.struct
@@ -63,7 +66,8 @@ class Candidates:
     over without looking at their vertices. `near` int32 lists those that the coming move concerns (`list_near`),
     `near_count` (1,) int32 how many; `near_size` is that, or more in a graph. `capacity` grows when the broad phase
     finds more; nothing is ever dropped. `found` is the broad phase's scratch, one a surface, `search` its launches, and
-    `beside` a stream of its own on a GPU, where there are several.
+    `beside` a stream of its own on a GPU, where there are several. `most` is how long the list was since there was too
+    much room for it, and `fillings` how often it was filled since.
     """
 
     ids: wp.array
@@ -78,6 +82,8 @@ class Candidates:
     near_size: int = 0
     search: KeptGraph = field(default_factory=KeptGraph)
     beside: wp.Stream | None = None
+    most: int = 0
+    fillings: int = 0
 
     @staticmethod
     def allocate(capacity: int, device: str) -> Candidates:
@@ -96,18 +102,31 @@ class Candidates:
     def append(self, found: Found, count: int) -> None:
         """Add the first `count` stencils of what was found; grows when there is no room for them."""
         wanted = self.size + count
+        self.most = max(self.most, wanted)
         if wanted > self.capacity:
-            grown = Candidates.allocate(1 << (wanted - 1).bit_length(), str(self.ids.device))
-            grown.found, grown.search, grown.beside = self.found, self.search, self.beside
+            grown = self.of_room(room_for(wanted))
             if self.size:
                 grown.take_over(self, self.size)
             self.__dict__.update(grown.__dict__)
         if count:
             self.take_over(found, count)
 
+    def of_room(self, room: int) -> Candidates:
+        """Another for the same searches, empty."""
+        other = Candidates.allocate(room, str(self.ids.device))
+        other.found, other.search, other.beside = self.found, self.search, self.beside
+        other.most, other.fillings = self.most, self.fillings
+        return other
+
     def clear(self) -> None:
-        """No stencils."""
+        """No stencils. Room that FILLINGS lists did not need is given back."""
         self.size = 0
+        self.fillings += 1
+        if self.fillings > FILLINGS:
+            room, self.most, self.fillings = room_for(self.most), 0, 0
+            self.found = [one.with_less_room() for one in self.found]
+            if room < self.capacity:
+                self.__dict__.update(self.of_room(room).__dict__)
         self.count.zero_()
 
     @property

@@ -16,6 +16,14 @@ STENCILS = wp.constant(2)
 MOST = 1 << 28  # pairs or stencils: 6 GiB, and half of that again while it is made
 
 
+LEAST = 1 << 12  # room of a list
+
+
+def room_for(count: int) -> int:
+    """How long a list is made that has to hold so many."""
+    return max(LEAST, 1 << max(count - 1, 0).bit_length())
+
+
 class CrowdedError(RuntimeError):
     """More contacts are in reach of a step than can be kept; the message says how many, and what to change."""
 
@@ -26,7 +34,8 @@ class Found:
     `close` vec2i, with `between` vec2 m: stencils in that range of distances are looked for in them; and these, `ids`,
     `kind` and `distance` as in Candidates.
 
-    `counts` (3,) int32, how many of each, by the places above, which may be more than there is room for.
+    `counts` (3,) int32, how many of each, by the places above, which may be more than there is room for; `most` is how
+    many pairs and stencils there were at most since that was asked last.
     """
 
     triangles: wp.array
@@ -36,6 +45,7 @@ class Found:
     kind: wp.array
     distance: wp.array
     counts: wp.array
+    most: tuple[int, int] = (0, 0)
 
     @staticmethod
     def allocate(pairs: int, stencils: int, device: str) -> Found:
@@ -61,13 +71,20 @@ class Found:
             raise CrowdedError(
                 f"over {MOST} contacts are in reach of one step: take shorter steps, a slower motion or a coarser mesh"
             )
+        self.most = max(self.most[0], pairs), max(self.most[1], stencils)
         if pairs <= len(self.triangles) and stencils <= len(self.ids):
             return self
         return Found.allocate(
-            max(len(self.triangles), 1 << (pairs - 1).bit_length()),
-            max(len(self.ids), 1 << (stencils - 1).bit_length()),
-            str(self.ids.device),
+            max(len(self.triangles), room_for(pairs)), max(len(self.ids), room_for(stencils)), str(self.ids.device)
         )
+
+    def with_less_room(self) -> Found:
+        """Itself, or in its place one with room for what was found at most since this was asked last."""
+        pairs, stencils = (room_for(count) for count in self.most)
+        self.most = 0, 0
+        if pairs >= len(self.triangles) and stencils >= len(self.ids):
+            return self
+        return Found.allocate(min(pairs, len(self.triangles)), min(stencils, len(self.ids)), str(self.ids.device))
 
 
 def counted(found: Sequence[Found]) -> list[tuple[int, int]]:

@@ -68,8 +68,8 @@ def launch(
         kept.launch(dim, arguments)
         return
     with _packing:
-        blocks = {} if on.is_cpu else {"block_dim": block_dim}  # a processor's are of one thread
-        command = wp.launch(kernel, dim, arguments, device=device, record_cmd=True, **blocks)
+        threads = 1 if on.is_cpu else block_dim  # a processor's blocks are of one
+        command = wp.launch(kernel, dim, arguments, device=device, record_cmd=True, block_dim=threads)
     if command is None:
         return  # of no threads
     command.launch()

@@ -27,4 +27,4 @@ wp.set_module_options({"enable_backward": False})
 #endif
 """)
 def next_slot(counts: wp.array(dtype=wp.int32), place: int) -> int:  # type: ignore[empty-body, valid-type]
-    """The next free slot of the list whose length is counts[place], which grows by one; for launches of one dimension."""
+    """The next free slot of the list whose length is counts[place], which grows by one; of 1D launches."""

@@ -16,7 +16,7 @@ class Upload:
     def __init__(self, array: wp.array) -> None:
         self.array = array
         self._staged: tuple[wp.array, np.ndarray, wp.Event] | None = None
-        if array.device.is_cuda:
+        if wp.get_device(array.device).is_cuda:
             memory = wp.empty(array.shape, dtype=array.dtype, device="cpu", pinned=True)
             self._staged = memory, memory.numpy(), wp.Event(array.device)
 

@@ -8,7 +8,7 @@ from reference_distances import stencil_distances
 from small_scenes import turn
 from tangles import Tangle, keys
 
-from tryon_solver.contact import bounds, candidates
+from tryon_solver.contact import bounds, candidates, found
 from tryon_solver.contact.found import CrowdedError, Found
 from tryon_solver.stepping import search
 
@@ -235,6 +235,29 @@ def test_overflow_grows_the_list_and_drops_nothing(tangle, rng):
     tangle.set_motion(x, np.zeros_like(x))
     search.search_around(sim, sim.state.x, sim.work.direction)
     assert tangle.candidate_keys() == everything
+
+
+def test_room_that_many_lists_did_not_need_is_given_back_and_found_again(tangle, rng, monkeypatch):
+    monkeypatch.setattr(candidates, "FILLINGS", 3)
+    monkeypatch.setattr(found, "LEAST", 16)
+    sim = tangle.sim
+
+    def listed(x):
+        tangle.set_motion(x, np.zeros_like(x))
+        search.search_around(sim, sim.state.x, sim.work.direction)
+        return tangle.candidate_keys()
+
+    crumpled = crumple(tangle, rng)
+    apart = tangle.x + 1.0 * np.arange(len(tangle.x))[:, None]  # nothing is near anything
+    everything = listed(crumpled)
+    room = sim.candidates.capacity
+    assert len(everything) > 16
+    for _ in range(8):
+        assert listed(apart) == set()
+    assert sim.candidates.capacity == 16 < room
+    assert max(len(one.ids) for one in sim.candidates.found) == 16
+    assert listed(crumpled) == everything
+    assert sim.candidates.capacity > 16
 
 
 def test_vertices_to_be_sewn_together_are_no_candidates(rng):
