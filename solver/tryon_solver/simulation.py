@@ -38,6 +38,7 @@ from tryon_solver.scene import Scene
 from tryon_solver.settings import Settings
 from tryon_solver.state import State, Workspace, positions
 from tryon_solver.step import advance
+from tryon_solver.stepping.coast import Coasting
 from tryon_solver.stepping.hold import Holding
 from tryon_solver.stepping.pace import Hurried, Pace, Unhurried
 from tryon_solver.stepping.progress import TRUSTED, TRUSTED_AGAIN, Budget, Progress
@@ -183,6 +184,7 @@ class Simulation:
         self.second_budget = Budget(settings.second_iterations, settings.second_pcg_iterations, TRUSTED_AGAIN, False)
         self.tears = TearWatch.build(self.rest, self.progress.stretch, settings.correction_torn)
         self.buy(settings.accuracy, settings.deadline)
+        self.coasting = Coasting(device)
         self.went_back = False  # did the last correction end where it had been nearest to balance?
 
     def _assemble(self, basis: csr_matrix) -> None:
