@@ -49,6 +49,9 @@ class Settings:
     correction_pcg_iterations: int = 60
     correction_pcg_tolerance: float = 1e-2
     """Relative residual at which the correction's conjugate gradients stop."""
+    correction_torn: float | None = None
+    """Largest stretch of a triangle beyond which a correction is done again with the second budget, until that leaves
+    it so (stepping/torn.py). None: none is."""
     second_iterations: int = 24
     """Newton iterations of a correction that is done again, because the first one led astray; 0: none is."""
     second_pcg_iterations: int = 120
@@ -129,7 +132,7 @@ class Settings:
             "carry_full",
             "search_slack",
         )
-        may_be_none = ("accuracy", "deadline", "correction_nearness")
+        may_be_none = ("accuracy", "deadline", "correction_nearness", "correction_torn")
         for name in (*positive, *(name for name in may_be_none if getattr(self, name) is not None)):
             value = getattr(self, name)
             if isinstance(value, (bool, str)) or not 0 < value < float("inf"):
@@ -181,8 +184,7 @@ PRESETS: dict[str, Settings] = {
         correction_iterations=4,
         correction_nearness=0.03,
         correction_pcg_iterations=30,
-        second_iterations=12,
-        second_pcg_iterations=60,
+        correction_torn=1.3,
         substep_travel=16e-3,
         searches=2,
         deflection_passes=8,

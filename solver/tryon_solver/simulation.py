@@ -38,11 +38,13 @@ from tryon_solver.scene import Scene
 from tryon_solver.settings import Settings
 from tryon_solver.state import State, Workspace, positions
 from tryon_solver.step import advance
+from tryon_solver.stepping.coast import Coasting
 from tryon_solver.stepping.hold import Holding
 from tryon_solver.stepping.pace import Hurried, Pace, Unhurried
 from tryon_solver.stepping.progress import TRUSTED, TRUSTED_AGAIN, Budget, Progress
 from tryon_solver.stepping.report import make_report, smallest_gap
 from tryon_solver.stepping.start import refuse_touching_start
+from tryon_solver.stepping.torn import TearWatch
 from tryon_solver.subspace.basis import basis_by_edges, reduced_inverse, reduced_matrix
 from tryon_solver.subspace.contact_coarse import ContactCoarseLevel
 from tryon_solver.subspace.search import ReducedSearch
@@ -178,9 +180,11 @@ class Simulation:
         self.progress = Progress.allocate(device)
         self.holding = Holding.allocate(self.all_count, device)
         settings = self.settings
-        self.budget = Budget(settings.correction_iterations, settings.correction_pcg_iterations, TRUSTED)
-        self.second_budget = Budget(settings.second_iterations, settings.second_pcg_iterations, TRUSTED_AGAIN)
+        self.budget = Budget(settings.correction_iterations, settings.correction_pcg_iterations, TRUSTED, True)
+        self.second_budget = Budget(settings.second_iterations, settings.second_pcg_iterations, TRUSTED_AGAIN, False)
+        self.tears = TearWatch.build(self.rest, self.progress.stretch, settings.correction_torn)
         self.buy(settings.accuracy, settings.deadline)
+        self.coasting = Coasting(device)
         self.went_back = False  # did the last correction end where it had been nearest to balance?
 
     def _assemble(self, basis: csr_matrix) -> None:

@@ -264,15 +264,23 @@ def correct_penetration(sim: Simulation) -> None:
     find_largest(sim.to_trial, sim.progress.trial)
     once = settings.contact_passes == 1
     outcome = iterate_newton(sim, sim.budget, sim.pace.iterations(sim.budget.iterations), once, starting=True)
-    if once and settings.second_iterations and led_astray(sim, outcome.began, outcome.last):
+    if once and settings.second_iterations and ended_badly(sim, outcome):
         again = sim.pace.again(sim.second_budget.iterations)
         if again:
             start_again(sim)
             outcome = iterate_newton(sim, sim.second_budget, again, extensible=False)
+            if sim.tears is not None:
+                sim.tears.bear(outcome.stretch)
     if once:
         leave_off(sim, outcome)
     if outcome.iterations:
         sim.counters.residual = outcome.moved / sim.dt
+
+
+def ended_badly(sim: Simulation, outcome: Outcome) -> bool:
+    """Has a correction led astray, or left cloth torn?"""
+    torn = sim.tears is not None and sim.settings.ends_by_budget and sim.tears.torn(outcome.stretch)
+    return torn or led_astray(sim, outcome.began, outcome.last)
 
 
 def leave_off(sim: Simulation, outcome: Outcome) -> None:
@@ -331,6 +339,8 @@ def iterate_newton(sim: Simulation, budget: Budget, at_most: int, extensible: bo
 
     while True:
         budget.graph.run(lambda: wp.capture_while(progress.going_on, turn), baked(sim), sim.device)
+        if sim.tears is not None:
+            sim.tears.measure(sim.state.x)
         outcome = progress.read(sim.pairs)
         if outcome.wants_search:
             wanted = sim.to_trial if outcome.starting else sim.work.direction
@@ -406,7 +416,7 @@ def find_direction(sim: Simulation, budget: Budget) -> None:
     find_largest(work.direction, sim.progress.length)
     trusted = [budget.trusted, sim.state.dt, sim.progress.trial, sim.progress.length]
     launch(trust_kernel, sim.all_count, trusted, [work.direction], device=sim.device)
-    measure_nearness(sim)
+    measure_nearness(sim, budget.ends_near)
     sim.progress.judge_direction(sim.cg.first, settings.correction_unsettled, sim.state.dt)
     launch(keep_kernel, sim.all_count, [sim.progress.least_yet, sim.state.x], [work.least], device=sim.device)
 

@@ -89,9 +89,10 @@ def make_last_kernel(state: wp.array(dtype=wp.int32)):
         state[LEFT] = 0
 
 
-def measure_nearness(sim: Simulation) -> None:
+def measure_nearness(sim: Simulation, by_preset: bool) -> None:
     """Tell whether the iteration whose direction was found is to be the correction's last, and whether it begins
-    further from balance than is near enough: by the accuracy that is asked for, or else by the preset's nearness."""
+    further from balance than is near enough: by the accuracy that is asked for, or else by the preset's nearness, if
+    this counts."""
     settings, state, work, n = sim.settings, sim.state, sim.work, sim.cloth_count
     nearness, told = settings.correction_nearness, sim.progress.state
     direction, squared, way_squared = work.direction[:n], work.scalars[0], work.scalars[1]
@@ -99,7 +100,7 @@ def measure_nearness(sim: Simulation) -> None:
         dot(direction, direction, squared)
         asked = [sim.accuracy, squared, n, SCALE]
         launch(compare_asked_kernel, 1, asked, [told, sim.progress.lengths], device=sim.device)
-    elif nearness is not None and settings.deadline is None:  # else it goes on while there is time
+    elif by_preset and nearness is not None and settings.deadline is None:  # else it goes on while there is time
         dot(direction, direction, squared)
         way = work.total[:n]  # which is free until the move
         subtract(state.x[:n], state.x_feasible[:n], way)

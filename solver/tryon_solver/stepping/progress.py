@@ -59,7 +59,8 @@ STANDING = wp.constant(8)  # at x_feasible [J]
 TRIED = wp.constant(9)  # at the trial, as far as the way there is free [J]
 SHORTEST = wp.constant(10)  # of the directions so far, as a root mean square over the cloth (near.py) [m]
 ENOUGH = wp.constant(11)  # root mean square over the cloth that is near enough (near.py) [m]
-LENGTHS = 12
+STRETCH = wp.constant(12)  # the cloth's largest, where iterations ended (torn.py)
+LENGTHS = 13
 
 
 @wp.kernel
@@ -196,11 +197,12 @@ class Budget:
     """How many Newton iterations a correction has, and conjugate gradients each; it is one graph on a GPU.
 
     A direction is cut to what moves at `trusted` m/s beside twice the way to the trial: longer ones are absurd, and
-    searching along them takes minutes.
+    searching along them takes minutes. `ends_near`: it ends before where the preset's nearness is reached.
     """
 
-    def __init__(self, iterations: int, pcg_iterations: int, trusted: float) -> None:
+    def __init__(self, iterations: int, pcg_iterations: int, trusted: float, ends_near: bool) -> None:
         self.iterations, self.pcg_iterations, self.trusted = iterations, pcg_iterations, trusted
+        self.ends_near = ends_near
         self.graph = KeptGraph()
 
 
@@ -209,7 +211,7 @@ class Outcome:
     """Whether it is still to be chosen where to start, why the loop ended, after how many iterations, the largest move
     in the last that moved [m], and whether the budget was spent in the middle of something: its last iteration began
     ASTRAY times as far from balance as another, or HARDLY_NEARER to it than the first ones and with long moves to come;
-    and how far from balance [J] the nearest began, the first, and the last.
+    how far from balance [J] the nearest began, the first, and the last; and the largest stretch, where it is measured.
 
     Where the first began does not count: forces may balance there though the cloth has not yet gone where its inertia
     takes it, and who went back there would stop in mid-air."""
@@ -223,6 +225,7 @@ class Outcome:
     least: float
     began: float
     last: float
+    stretch: float
 
 
 @dataclass(frozen=True)
@@ -272,6 +275,11 @@ class Progress:
     def tried(self) -> wp.array:
         """Where to put how far from balance the trial is [J]."""
         return self.lengths[9:10]
+
+    @property
+    def stretch(self) -> wp.array:
+        """(1,) where to put the cloth's largest stretch."""
+        return self.lengths[12:13]
 
     def begin(self, at_most: int, extensions: int, searches: int, starting: bool = False) -> None:
         """A budget of iterations, how often it is given again to a strayed one, and one of further searches. With
@@ -345,7 +353,7 @@ class Progress:
         least, _, began, last = map(float, lengths[3:7])
         moved, strayed = float(lengths[1]), bool(state[13])
         asked = bool(state[14]), bool(state[8]), bool(state[9])
-        return Outcome(*asked, int(state[7]), moved, strayed, least, began, last)
+        return Outcome(*asked, int(state[7]), moved, strayed, least, began, last, float(lengths[12]))
 
     def _launch(self, kernel: wp.Kernel, inputs: list[object], outputs: list[wp.array]) -> None:
         launch(kernel, 1, inputs, outputs, device=self.state.device)

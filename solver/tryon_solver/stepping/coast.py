@@ -1,0 +1,89 @@
+"""Cloth that touches itself alone goes along its mean motion before a step looks for contact.
+
+A motion that all vertices have in common brings no two of them nearer. Cloth that falls freely goes a decimetre in a
+step; with the region in which candidates are known left behind, every vertex is granted that way to any side, all pairs
+of triangles are candidates, and what is not granted is lost to the fall. So the step begins from
+
+    x_feasible = x_start + c,   c = dt (w + (w - w_last)),   w = sum_i m_i v_i / sum_i m_i,
+
+feasible since x_start is, the region's anchors with it; w_last is w of the step before, so that what it gains by its
+weight is in it and cloth that hangs at rest stays where it is. Not where c is within the SHARE of what the search has
+to spare anyhow, and not where cloth touches a body, which does not come along. Ours.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import warp as wp
+
+from tryon_solver.linalg.as_one import total_kernel
+from tryon_solver.linalg.blocks import BLOCK, whole_blocks
+from tryon_solver.linalg.launch import launch
+from tryon_solver.stepping.search import search_slack
+
+if TYPE_CHECKING:
+    from tryon_solver.simulation import Simulation
+
+wp.set_module_options({"enable_backward": False})
+
+SHARE = 0.5  # of the search's slack
+
+
+@wp.kernel
+def momentum_kernel(
+    mass: wp.array(dtype=wp.float64), v: wp.array(dtype=wp.vec3), share: wp.float64, momentum_out: wp.array(dtype=wp.vec3)
+):
+    """m v / sum m"""
+    i = wp.tid()
+    momentum_out[i] = wp.float32(share * mass[i]) * v[i]
+
+
+@wp.kernel
+def foresee_kernel(
+    dt: float,
+    known: int,
+    mean: wp.array(dtype=wp.vec3),
+    mean_last: wp.array(dtype=wp.vec3),
+    way_out: wp.array(dtype=wp.vec3),
+):
+    gained = wp.vec3()
+    if known == 1:
+        gained = mean[0] - mean_last[0]
+    way_out[0] = dt * (mean[0] + gained)
+    mean_last[0] = mean[0]
+
+
+@wp.kernel
+def go_along_kernel(
+    least: float, way: wp.array(dtype=wp.vec3), x: wp.array(dtype=wp.vec3), anchor: wp.array(dtype=wp.vec3)
+):
+    i = wp.tid()
+    if wp.length(way[0]) > least:
+        x[i] = x[i] + way[0]
+        anchor[i] = anchor[i] + way[0]
+
+
+class Coasting:
+    """`mean` (1,) m/s and `mean_last`, the same of the step before, if it is `known`; `way` (1,) m, of this step."""
+
+    def __init__(self, device: str) -> None:
+        self.mean, self.mean_last, self.way = (wp.zeros(1, dtype=wp.vec3, device=device) for _ in range(3))
+        self.known = False
+
+
+def coast(sim: Simulation, dt: float) -> None:
+    """Take the cloth in x along its mean motion of a step of dt [s], where it touches nothing but itself."""
+    if sim.body is not None or not sim.touching:
+        return
+    state, count, device, coasting = sim.state, sim.cloth_count, sim.device, sim.coasting
+    momentum, threads = sim.work.total[:count], whole_blocks(count)
+    weighed = [sim.rest.mass, state.v, 1.0 / float(sim.mass.sum())]
+    launch(momentum_kernel, count, weighed, [momentum], device=device)
+    coasting.mean.zero_()
+    launch(total_kernel, threads, [momentum, count, threads], [coasting.mean], block_dim=BLOCK, device=device)
+    seen = [dt, int(coasting.known), coasting.mean]
+    launch(foresee_kernel, 1, seen, [coasting.mean_last, coasting.way], device=device)
+    coasting.known = True
+    least = SHARE * search_slack(sim)
+    launch(go_along_kernel, count, [least, coasting.way], [state.x, sim.region.anchor], device=device)

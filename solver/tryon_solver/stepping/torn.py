@@ -1,0 +1,63 @@
+"""Cloth that a correction leaves torn: the step is done again with the second budget (correct.py).
+
+Where contact stops single vertices for good, in a knot that is drawn together, iterations that are few end with their
+neighbours pulled away, a triangle to several times its length, and a measure over the whole cloth does not see it: it
+is near balance but for these. So the largest stretch is looked at, `Settings.correction_torn`. What the second budget
+leaves stretched is so: a fabric or a tape that gives more, cloth that is pulled by force. Nothing is done again for it
+until it is stretched MORE. Ours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import warp as wp
+
+from tryon_solver.linalg.launch import launch
+from tryon_solver.materials.device import RestShape
+from tryon_solver.materials.stretch import larger_kernel
+
+wp.set_module_options({"enable_backward": False})
+
+MORE = 1.05  # times what the second budget left
+
+
+@wp.kernel
+def largest_kernel(values: wp.array(dtype=wp.float32), largest_out: wp.array(dtype=wp.float32)):
+    wp.atomic_max(largest_out, 0, values[wp.tid()])
+
+
+@dataclass
+class TearWatch:
+    """Of the triangles at `rest`, `stretch` (F,) float32; `largest` (1,) float32 is what was measured last. `beyond`,
+    from which on cloth is torn, and `borne`, the largest stretch that a second budget left, 0 once it is less."""
+
+    rest: RestShape
+    stretch: wp.array
+    largest: wp.array
+    beyond: float
+    borne: float = 0.0
+
+    @staticmethod
+    def build(rest: RestShape, largest: wp.array, beyond: float | None) -> TearWatch | None:
+        """None where nothing is said of it."""
+        if beyond is None:
+            return None
+        return TearWatch(rest, wp.zeros(rest.face_count, dtype=wp.float32, device=largest.device), largest, beyond)
+
+    def measure(self, x: wp.array) -> None:
+        """Put the largest stretch at x (A,) m, the cloth's vertices first, into `largest`, on the device."""
+        triangles = [self.rest.faces, self.rest.gradients]
+        launch(larger_kernel, len(self.stretch), [*triangles, x], [self.stretch], device=x.device)
+        self.largest.zero_()
+        launch(largest_kernel, len(self.stretch), [self.stretch], [self.largest], device=x.device)
+
+    def torn(self, largest: float) -> bool:
+        """Is cloth whose largest stretch is this torn?"""
+        if largest <= self.beyond:
+            self.borne = 0.0
+        return largest > max(self.beyond, MORE * self.borne)
+
+    def bear(self, largest: float) -> None:
+        """The second budget has left so much."""
+        self.borne = largest
