@@ -54,6 +54,18 @@ def largest_kernel(a: wp.array(dtype=wp.vec3), threads: int, largest_out: wp.arr
 
 
 @wp.kernel
+def largest_number_kernel(values: wp.array(dtype=wp.float32), threads: int, largest_out: wp.array(dtype=wp.float32)):
+    """largest_out[0] = max(largest_out[0], values_i)"""
+    thread = wp.tid()
+    largest = float(0.0)
+    for i in range(thread, values.shape[0], threads):
+        largest = wp.max(largest, values[i])
+    of_block = wp.tile_max(wp.tile(largest))[0]
+    if thread % wp.block_dim() == 0:
+        wp.atomic_max(largest_out, 0, of_block)
+
+
+@wp.kernel
 def dot_kernel(a: wp.array(dtype=wp.vec3), b: wp.array(dtype=wp.vec3), threads: int, out: wp.array(dtype=wp.float32)):
     """out[0] += sum_i a_i . b_i"""
     part = float(0.0)
@@ -78,6 +90,13 @@ def find_largest(vectors: wp.array, largest_out: wp.array) -> None:
     largest_out.zero_()
     threads = whole_blocks(len(vectors))
     launch(largest_kernel, threads, [vectors, threads], [largest_out], block_dim=BLOCK, device=vectors.device)
+
+
+def find_largest_number(values: wp.array, largest_out: wp.array) -> None:
+    """largest_out[0] = max_i values_i, or 0, on the device."""
+    largest_out.zero_()
+    threads = whole_blocks(len(values))
+    launch(largest_number_kernel, threads, [values, threads], [largest_out], block_dim=BLOCK, device=values.device)
 
 
 def add_scaled(scale: wp.array, p: wp.array, x_out: wp.array) -> None:

@@ -14,17 +14,13 @@ from dataclasses import dataclass
 import warp as wp
 
 from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.vectors import find_largest_number
 from tryon_solver.materials.device import RestShape
 from tryon_solver.materials.stretch import larger_kernel
 
 wp.set_module_options({"enable_backward": False})
 
 MORE = 1.05  # times what the second budget left
-
-
-@wp.kernel
-def largest_kernel(values: wp.array(dtype=wp.float32), largest_out: wp.array(dtype=wp.float32)):
-    wp.atomic_max(largest_out, 0, values[wp.tid()])
 
 
 @dataclass
@@ -49,8 +45,7 @@ class TearWatch:
         """Put the largest stretch at x (A,) m, the cloth's vertices first, into `largest`, on the device."""
         triangles = [self.rest.faces, self.rest.gradients]
         launch(larger_kernel, len(self.stretch), [*triangles, x], [self.stretch], device=x.device)
-        self.largest.zero_()
-        launch(largest_kernel, len(self.stretch), [self.stretch], [self.largest], device=x.device)
+        find_largest_number(self.stretch, self.largest)
 
     def torn(self, largest: float) -> bool:
         """Is cloth whose largest stretch is this torn?"""
