@@ -32,7 +32,10 @@ SHARE = 0.5  # of the search's slack
 
 @wp.kernel
 def momentum_kernel(
-    mass: wp.array(dtype=wp.float64), v: wp.array(dtype=wp.vec3), share: wp.float64, momentum_out: wp.array(dtype=wp.vec3)
+    mass: wp.array(dtype=wp.float64),
+    v: wp.array(dtype=wp.vec3),
+    share: wp.float64,
+    momentum_out: wp.array(dtype=wp.vec3),
 ):
     """m v / sum m"""
     i = wp.tid()
