@@ -21,7 +21,7 @@ from tryon_solver.linalg.slots import next_slot
 wp.set_module_options({"enable_backward": False})
 
 
-FILLINGS = 600  # of a list, after which it is asked how much room they took: seconds of a motion
+FILLINGS = 300  # of a list, after which it is asked how much room they took: seconds of a motion
 
 
 @wp.struct
