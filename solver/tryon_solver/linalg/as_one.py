@@ -51,6 +51,13 @@ def add_step_kernel(
         solution[i] = solution[i] + (slope[0] / curvature[0]) * direction[i]
 
 
+def sum_up(vectors: wp.array, moving: int, total_out: wp.array) -> None:
+    """total_out (1,) = the sum of the first `moving`"""
+    total_out.zero_()
+    threads = whole_blocks(moving)
+    launch(total_kernel, threads, [vectors, moving, threads], [total_out], block_dim=BLOCK, device=vectors.device)
+
+
 def move_as_one(
     cg: ConjugateGradients,
     multiply: Callable[[wp.array, wp.array], None],
@@ -65,9 +72,7 @@ def move_as_one(
     device, count = solution.device, len(solution)
     slope, curvature = cg.scalars[0:1], cg.scalars[2:3]
     total = cg.preconditioned[0:1]
-    total.zero_()
-    threads = whole_blocks(moving)
-    launch(total_kernel, threads, [cg.residual, moving, threads], [total], block_dim=BLOCK, device=device)
+    sum_up(cg.residual, moving, total)
     launch(spread_kernel, count, [total, moving], [cg.direction], device=device)
     direction, product = cg.direction[:moving], cg.product[:moving]
     multiply(cg.direction, product)

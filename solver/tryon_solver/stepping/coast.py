@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING
 
 import warp as wp
 
-from tryon_solver.linalg.as_one import total_kernel
-from tryon_solver.linalg.blocks import BLOCK, whole_blocks
+from tryon_solver.linalg.as_one import sum_up
 from tryon_solver.linalg.launch import launch
 from tryon_solver.stepping.search import search_slack
 
@@ -80,11 +79,10 @@ def coast(sim: Simulation, dt: float) -> None:
     if sim.body is not None or not sim.touching:
         return
     state, count, device, coasting = sim.state, sim.cloth_count, sim.device, sim.coasting
-    momentum, threads = sim.work.total[:count], whole_blocks(count)
+    momentum = sim.work.total[:count]
     weighed = [sim.rest.mass, state.v, 1.0 / float(sim.mass.sum())]
     launch(momentum_kernel, count, weighed, [momentum], device=device)
-    coasting.mean.zero_()
-    launch(total_kernel, threads, [momentum, count, threads], [coasting.mean], block_dim=BLOCK, device=device)
+    sum_up(momentum, count, coasting.mean)
     seen = [dt, int(coasting.known), coasting.mean]
     launch(foresee_kernel, 1, seen, [coasting.mean_last, coasting.way], device=device)
     coasting.known = True

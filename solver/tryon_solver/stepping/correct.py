@@ -22,7 +22,7 @@ from tryon_solver.contact import bounds, candidates, pairs
 from tryon_solver.contact.deflect import deflect
 from tryon_solver.contact.verify import is_finite, violations
 from tryon_solver.linalg import pcg
-from tryon_solver.linalg.as_one import move_as_one
+from tryon_solver.linalg.as_one import move_as_one, sum_up
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.vectors import find_largest, subtract
@@ -247,8 +247,8 @@ def correct_penetration(sim: Simulation) -> None:
     before. A fold that snaps takes several, the first of them uphill: where the budget ends among these it is extended.
     Where that is spent as well, x is where an iteration began nearest to balance, and the next step has the snap. Never
     twice in a row: a step that only finds back to where it began would be found again by all that follow, and the
-    garment would stand frozen. With more contact passes the next pass goes on with a snap: nothing is extended and
-    nothing goes back.
+    garment would stand frozen. A budget is extended likewise where the cloth as one has still to move. With more
+    contact passes the next pass goes on with a snap: nothing is extended and nothing goes back.
 
     Conjugate gradients that are cut short in a blow lead astray, each direction further than the one before: then all
     of it is done again from x_feasible with the second budget. If that leads astray, too, x is where an iteration began
@@ -417,7 +417,10 @@ def find_direction(sim: Simulation, budget: Budget) -> None:
     trusted = [budget.trusted, sim.state.dt, sim.progress.trial, sim.progress.length]
     launch(trust_kernel, sim.all_count, trusted, [work.direction], device=sim.device)
     measure_nearness(sim, budget.ends_near)
-    sim.progress.judge_direction(sim.cg.first, settings.correction_unsettled, sim.state.dt)
+    together = sim.cg.preconditioned[:1]  # free again
+    sum_up(work.direction, sim.cloth_count, together)
+    unsettled, dt = settings.correction_unsettled, sim.state.dt
+    sim.progress.judge_direction(sim.cg.first, unsettled, dt, together, sim.cloth_count)
     launch(keep_kernel, sim.all_count, [sim.progress.least_yet, sim.state.x], [work.least], device=sim.device)
 
 

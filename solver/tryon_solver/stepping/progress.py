@@ -18,6 +18,7 @@ OVERSHOT = wp.constant(2.0)  # so many times as long as the step before it
 ASTRAY = wp.constant(4.0)  # so many times as far from balance as an iteration before
 TRUSTED = 5.0  # m/s: what a direction may be longer than twice the way to the trial
 TRUSTED_AGAIN = 1.0  # m/s, of a correction that is done again
+ADRIFT = wp.constant(0.01)  # m/s: what the cloth as one still has to gain or to lose
 HARDLY_NEARER = wp.constant(0.1)  # more than this share as far from balance as at first
 
 # Places in `state`. Each of the first four is a condition, 0 or 1.
@@ -119,6 +120,8 @@ def judge_direction_kernel(
     imbalance: wp.array(dtype=wp.float32),
     unsettled: float,
     dt: wp.array(dtype=wp.float32),
+    together: wp.array(dtype=wp.vec3),
+    count: int,
     state: wp.array(dtype=wp.int32),
     lengths: wp.array(dtype=wp.float32),
 ):
@@ -135,12 +138,13 @@ def judge_direction_kernel(
     state[FOUND] = state[FOUND] + 1
     state[LEFT] = state[LEFT] - 1
     if state[LEFT] == 0:
+        adrift = wp.length(together[0]) > ADRIFT * dt[0] * float(count)
         astray = imbalance[0] > ASTRAY * lengths[LEAST]
         hardly_nearer = imbalance[0] > HARDLY_NEARER * lengths[FIRST]
         snapping = lengths[LENGTH] > unsettled * dt[0] and state[APART] != WITHIN
         stuck = state[FOUND] > 2 and snapping and hardly_nearer
         state[STRAYED] = wp.where(astray or stuck, 1, 0)
-        if (state[STRAYED] == 1 or state[APART] == BEYOND) and state[EXTENSIONS] > 0:
+        if (state[STRAYED] == 1 or state[APART] == BEYOND or adrift) and state[EXTENSIONS] > 0:
             state[STRAYED] = 0
             state[EXTENSIONS] = state[EXTENSIONS] - 1
             state[LEFT] = state[BUDGET]
@@ -304,10 +308,14 @@ class Progress:
         """Launch `find` if the direction is still to be found."""
         wp.capture_if(self.state[1:2], find)
 
-    def judge_direction(self, imbalance: wp.array, unsettled: float, dt: wp.array) -> None:
+    def judge_direction(
+        self, imbalance: wp.array, unsettled: float, dt: wp.array, together: wp.array, count: int
+    ) -> None:
         """The direction is found, its length known, and `imbalance` (1,) [J] where it begins: extend a budget that ends
-        in the middle of something, by `unsettled` [m/s] times `dt` (1,) [s] too, or drop its last if it overshoots."""
-        self._launch(judge_direction_kernel, [imbalance, unsettled, dt], [self.state, self.lengths])
+        in the middle of something, by `unsettled` [m/s] times `dt` (1,) [s] too, or with the cloth's `count` vertices
+        ADRIFT, whose moves sum up to `together` (1,) m; or drop its last if it overshoots."""
+        told = [imbalance, unsettled, dt, together, count]
+        self._launch(judge_direction_kernel, told, [self.state, self.lengths])
 
     @property
     def least_yet(self) -> wp.array:
