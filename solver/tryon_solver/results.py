@@ -21,7 +21,7 @@ class StepReport:
     substeps: int  # kinematic sub-steps of the body
     iterations: int  # outer iterations of the cycle, summed
     newton_iterations: int  # of the penetration correction, summed
-    residual: float  # m/s, largest move of the last Newton iteration over dt
+    residual: float  # m/s, longest way that the last Newton direction leads a vertex, over dt
     min_gap: float  # m, smallest distance of a contact pair less its offset; below 0: closer than the offset
     max_stretch: float  # -, largest principal stretch of any triangle
     body_lag: float  # m, largest distance from the tracked skin to the collision surface

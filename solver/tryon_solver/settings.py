@@ -201,5 +201,6 @@ PRESETS: dict[str, Settings] = {
         correction_pcg_iterations=400,
         correction_pcg_tolerance=1e-3,
         contact_passes=20,
+        searches=100,
     ),
 }

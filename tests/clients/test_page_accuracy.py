@@ -20,6 +20,15 @@ from tryon_protocol import DecodedFrame, ReportMessage, StatusMessage, Topology
 
 pytestmark = pytest.mark.browser
 
+RESTED = 400  # ms, longer than the dial waits for another key
+KEYS = """dial => {
+    for (const position of [3, 8, 12, 20, 25]) {
+        dial.value = position;
+        for (const told of ["input", "change"]) dial.dispatchEvent(new Event(told, { bubbles: true }));
+    }
+}"""
+"""as fast as they repeat; each changes the dial's value"""
+
 
 @pytest.fixture(scope="module")
 def shared(chromium, studio):
@@ -126,18 +135,33 @@ def told(received: list[Any]) -> list[tuple[float | None, float | None]]:
     return [(event.accuracy, event.deadline_ms) for event in received if isinstance(event, StatusMessage)]
 
 
-def test_a_drag_of_the_dial_is_sent_once_it_rests(page, studio):
-    drag = """dial => {
-        for (const position of [3, 8, 12, 20, 25]) {
-            dial.value = position;
-            dial.dispatchEvent(new Event("input", { bubbles: true }));
-        }
-        return document.getElementById("accuracy-told").textContent;
-    }"""
+def test_a_drag_of_the_dial_is_sent_once_where_it_is_let_go(page, studio):
+    dial = page.locator("#accuracy-dial")
+    dial.scroll_into_view_if_needed()
+    box = dial.bounding_box()
+    y = box["y"] + box["height"] / 2
+    with another_client(studio, page) as received:
+        before, said = len(told(received)), []
+        page.mouse.move(box["x"] + 0.1 * box["width"], y)
+        page.mouse.down()
+        for share in (0.3, 0.7, 0.4, 1.0):
+            page.mouse.move(box["x"] + share * box["width"] - 1, y, steps=4)
+            page.wait_for_timeout(RESTED)
+            said.append(page.inner_text("#accuracy-told"))
+        assert len(set(said)) == 4, "what is dialled is said at once"
+        assert told(received)[before:] == [], "nothing is sent before it is let go"
+        page.mouse.up()
+        wait_for(page, lambda: told(received)[-1] == (3e-3, None))
+        page.wait_for_timeout(RESTED)
+        assert told(received)[before:] == [(3e-3, None)]
+
+
+def test_keys_at_the_dial_are_sent_once_they_rest(page, studio):
     with another_client(studio, page) as received:
         before = len(told(received))
-        assert page.locator("#accuracy-dial").evaluate(drag) == "at most 3 mm", "what is dialled is said at once"
+        page.locator("#accuracy-dial").evaluate(KEYS)
         wait_for(page, lambda: told(received)[-1] == (3e-3, None))
+        page.wait_for_timeout(RESTED)
         assert told(received)[before:] == [(3e-3, None)]
 
 

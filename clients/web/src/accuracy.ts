@@ -6,7 +6,7 @@ import { significant } from "./format.ts";
 import { Pause } from "./pause.ts";
 import { inWords, PricePlot } from "./price_plot.ts";
 
-/** after a movement of the dial, or a key in the field, until it is taken for meant [ms] */
+/** after a key at the dial, or in the field, until it is taken for meant [ms]; a drag is meant where it is let go */
 const DIAL_WAITS_MS = 150;
 const DEADLINE_WAITS_MS = 600;
 
@@ -24,14 +24,19 @@ export class AccuracyPanel {
   private readonly desk: AccuracyDesk;
   private readonly dialPause = new Pause();
   private readonly deadlinePause = new Pause();
+  private dragged = false;
 
   constructor(send: (message: SetAccuracyMessage) => void) {
     this.desk = new AccuracyDesk(send, (choice) => this.show(choice));
     this.dial.max = String(DIAL_END);
+    this.dial.addEventListener("pointerdown", () => (this.dragged = true));
     this.dial.addEventListener("input", () => {
       this.showAccuracy(this.dialled);
-      this.dialPause.begin(DIAL_WAITS_MS, () => this.choose({ accuracy: this.dialled }));
+      const choose = (): void => this.choose({ accuracy: this.dialled });
+      if (this.dragged) this.dialPause.hold(choose);
+      else this.dialPause.begin(DIAL_WAITS_MS, choose);
     });
+    for (const end of ["pointerup", "pointercancel", "change"]) this.dial.addEventListener(end, () => this.letGo());
     this.asDetail.addEventListener("click", () => {
       this.dialPause.cancel();
       this.choose({ accuracy: null });
@@ -76,6 +81,13 @@ export class AccuracyPanel {
 
   private choose(changed: Partial<AccuracyChoice>): void {
     this.desk.choose({ ...this.desk.choice, ...changed });
+  }
+
+  /** The drag ends, if there is one: keys change the dial as well. */
+  private letGo(): void {
+    if (!this.dragged) return;
+    this.dragged = false;
+    this.dialPause.endNow();
   }
 
   private get dialled(): number {

@@ -14,6 +14,12 @@ export class Pause {
     this.timer = window.setTimeout(() => this.endNow(), ms);
   }
 
+  /** Waits until `endNow`, however long that is. */
+  hold(then: () => void): void {
+    window.clearTimeout(this.timer);
+    this.then = then;
+  }
+
   endNow(): void {
     const { then } = this;
     this.cancel();

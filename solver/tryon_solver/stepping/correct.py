@@ -274,7 +274,7 @@ def correct_penetration(sim: Simulation) -> None:
     if once:
         leave_off(sim, outcome)
     if outcome.iterations:
-        sim.counters.residual = outcome.moved / sim.dt
+        sim.counters.residual = outcome.wanted / sim.dt
 
 
 def ended_badly(sim: Simulation, outcome: Outcome) -> bool:

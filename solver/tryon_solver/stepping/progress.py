@@ -213,9 +213,10 @@ class Budget:
 @dataclass(frozen=True)
 class Outcome:
     """Whether it is still to be chosen where to start, why the loop ended, after how many iterations, the largest move
-    in the last that moved [m], and whether the budget was spent in the middle of something: its last iteration began
-    ASTRAY times as far from balance as another, or HARDLY_NEARER to it than the first ones and with long moves to come;
-    how far from balance [J] the nearest began, the first, and the last; and the largest stretch, where it is measured.
+    in the last that moved [m], the longest way that its last direction leads a vertex [m], and whether the budget was
+    spent in the middle of something: its last iteration began ASTRAY times as far from balance as another, or
+    HARDLY_NEARER to it than the first ones and with long moves to come; how far from balance [J] the nearest began, the
+    first, and the last; and the largest stretch, where it is measured.
 
     Where the first began does not count: forces may balance there though the cloth has not yet gone where its inertia
     takes it, and who went back there would stop in mid-air."""
@@ -225,6 +226,7 @@ class Outcome:
     wants_room: bool
     iterations: int
     moved: float
+    wanted: float
     strayed: bool
     least: float
     began: float
@@ -359,9 +361,9 @@ class Progress:
             state, lengths, counters = read(self.state, self.lengths, pairs.counters)
             pairs.know_size(counters)
         least, _, began, last = map(float, lengths[3:7])
-        moved, strayed = float(lengths[1]), bool(state[13])
+        wanted, moved, strayed = float(lengths[0]), float(lengths[1]), bool(state[13])
         asked = bool(state[14]), bool(state[8]), bool(state[9])
-        return Outcome(*asked, int(state[7]), moved, strayed, least, began, last, float(lengths[12]))
+        return Outcome(*asked, int(state[7]), moved, wanted, strayed, least, began, last, float(lengths[12]))
 
     def _launch(self, kernel: wp.Kernel, inputs: list[object], outputs: list[wp.array]) -> None:
         launch(kernel, 1, inputs, outputs, device=self.state.device)
