@@ -192,7 +192,8 @@ class Simulation:
         self.mass_per_dt2 = wp.zeros(self.cloth_count, dtype=wp.float32, device=device)
         if self.stages.add_diagonal:  # what of the diagonal is the same in all steps of one length (N,) N/m
             self.steady_diagonal = wp.zeros(self.cloth_count, dtype=wp.float32, device=device)
-        self._inverses: dict[int, np.ndarray] = {}
+        self.inverses: dict[int, np.ndarray] = {}  # by `factor_key`, of the shape as it is
+        self.inverses_beside = False  # does somebody make them beside the simulation, which then waits for none?
         self.dt = 0.0
         self.coarse: ContactCoarseLevel | None = None
         self._factor_key: int | None = None
@@ -246,12 +247,12 @@ class Simulation:
         if dt == self.dt:
             return
         self.set_diagonals(dt)
-        key = self.factor_key
-        if key == self._factor_key:
+        if self.factor_key == self._factor_key:
             return
-        if key not in self._inverses:
-            self._inverses[key] = self.reduced_inverse()
-        self.use_inverse(self._inverses[key])
+        if self.factor_key in self.inverses:
+            self.use_inverse(self.inverses[self.factor_key])
+        elif not self.inverses_beside:
+            self.use_inverse(self.reduced_inverse())
 
     def set_diagonals(self, dt: float) -> None:
         """What steps of dt [s] need besides the reduced factor."""
@@ -290,17 +291,17 @@ class Simulation:
         return lambda: reduced_inverse(basis, stiffness + sp.diags(diagonal), parts)
 
     def use_inverse(self, inverse: np.ndarray) -> None:
-        """Search the subspace with this inverse, of steps as they are now."""
+        """Search the subspace with this inverse, of shape and steps as they are now."""
+        self.inverses[self.factor_key] = inverse
+        self.make_do_with(inverse)
+
+    def make_do_with(self, inverse: np.ndarray) -> None:
+        """Search with this inverse, of another shape and steps as they are now."""
         if self._factor_key is None:
             self.search = ReducedSearch.build(self.basis, inverse, self.settings.history, self.device)
         else:
             self.search.inverse.assign(inverse)
         self._factor_key = self.factor_key
-        self._inverses[self._factor_key] = inverse
-
-    def forget_inverses(self) -> None:
-        """They are of matrices that are no more; what the search uses goes on serving until `use_inverse`."""
-        self._inverses.clear()
 
     def _set_coarse_rest(self, diagonal: np.ndarray) -> None:
         """The coarse level's constant matrix for this time step, in the scheme that has one."""
