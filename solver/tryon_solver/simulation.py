@@ -25,6 +25,7 @@ from tryon_solver.kernels import compile_kernels
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.constant_matrices import ConstantMatrices
 from tryon_solver.linalg.device_loop import KeptGraph
+from tryon_solver.linalg.freed import give_back_freed
 from tryon_solver.linalg.pcg import ConjugateGradients
 from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.vectors import find_largest, move_origin
@@ -284,10 +285,17 @@ class Simulation:
         return self.inverse_to_make()()
 
     def inverse_to_make(self) -> Callable[[], np.ndarray]:
-        """What makes `reduced_inverse` of the matrices as they are now, on another thread if that is to be."""
+        """What makes `reduced_inverse` of the matrices as they are now, on another thread if that is to be. What it
+        has freed then, several times what it made, is given back."""
         basis, stiffness, diagonal = self.basis, self.stiffness_matrix, self.diagonal(round(self.dt, FACTOR_DIGITS))
         parts = [layer.vertices for layer in self.scene.garment.layers]
-        return lambda: reduced_inverse(basis, stiffness + sp.diags(diagonal), parts)
+
+        def make() -> np.ndarray:
+            inverse = reduced_inverse(basis, stiffness + sp.diags(diagonal), parts)
+            give_back_freed()
+            return inverse
+
+        return make
 
     def use_inverse(self, inverse: np.ndarray) -> None:
         """Search the subspace with this inverse, of shape and steps as they are now."""

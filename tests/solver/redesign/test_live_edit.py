@@ -1,5 +1,7 @@
 """The demo's T-shirt is edited while it is worn: it follows at once, and passes through nothing."""
 
+import gc
+import tracemalloc
 from concurrent.futures import Future
 from functools import lru_cache
 
@@ -13,7 +15,7 @@ from tryon_solver.body.model import default_body
 from tryon_solver.geometry.panel_mesh import mesh_pattern
 from tryon_solver.geometry.pattern import parse_pattern
 from tryon_solver.geometry.size import in_size
-from tryon_solver.live_edit import INVERSE_SECONDS, RAMP_SECONDS, LiveEdit
+from tryon_solver.live_edit import INVERSE_SECONDS, RAMP_SECONDS, STEP_SECONDS, LiveEdit
 from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.redesign import edits
 from tryon_solver.redesign.apply import apply
@@ -181,6 +183,40 @@ def test_frames_of_uneven_length_wait_for_no_inverse(worn, monkeypatch):
         assert sim.factor_key == key
         np.testing.assert_array_equal(sim.search.inverse.numpy(), inverse)
         np.testing.assert_allclose(inverse, sim.reduced_inverse(), rtol=0, atol=1e-5 * np.abs(inverse).max())
+    edit.want(pattern_with())
+    edit.finish()
+
+
+def test_a_drag_keeps_nothing_of_its_edits(worn):
+    """After a thousand shapes nothing is held of any: what a process takes besides, some bytes for each conversion of
+    a sparse matrix, is less than a tenth of a shape's coordinates."""
+    edit = worn.edit
+    shapes = [edit.drag.moved(longer(0.001 * k)) for k in range(1, 11)]
+    time = worn.sim.state.time
+
+    def go(rounds):
+        nonlocal time
+        for k in range(rounds):
+            assert edit.want_mesh(shapes[k % len(shapes)]) is None
+            time += 2 * STEP_SECONDS
+            edit.before_frame(time)
+
+    go(2 * len(shapes))
+    tracemalloc.start()
+    try:
+        go(len(shapes))
+        edit.finish()
+        gc.collect()
+        before, _ = tracemalloc.get_traced_memory()
+        go(1000)
+        edit.finish()
+        gc.collect()
+        after, _ = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert before > shapes[0].uv.nbytes
+    assert after - before < 1000 * shapes[0].uv.nbytes / 10
+    assert len(worn.sim.inverses) == 1
     edit.want(pattern_with())
     edit.finish()
 
