@@ -45,11 +45,11 @@ class LiveEdit:
         self._ramp: Ramp | None = None
         self._begun = 0.0  # s, when the shape set out
         self._stood_since = -math.inf  # s, when it became `now`
-        self._making: tuple[PanelMesh, int, Future[np.ndarray]] | None = None
-        self._inverse_of: PanelMesh | None = drag.mesh
+        self._making: tuple[Garment, int, Future[np.ndarray]] | None = None
         self._inverse_at = sim.state.time  # when the shape last had its own inverse, or one was begun
-        self._at_start: tuple[int, np.ndarray] | None = sim.factor_key, sim.search.inverse.numpy().copy()
-        self._first = sim.scene.garment
+        self._at_start = dict(sim.inverses)
+        self._first = self._given = sim.scene.garment  # what is simulated, as this edit gave it its shape
+        sim.inverses_beside = True
 
     def want(self, pattern: Pattern) -> Remesh | None:
         """Let the garment become this pattern, from the next frame on; Remesh, and nothing changes, where it can't in
@@ -70,17 +70,23 @@ class LiveEdit:
 
     def go_on_in(self, sim: Simulation) -> None:
         """The garment, in the shape of `now`, is simulated by another simulation from here on, under other effects.
-        What was made for the matrices of the one before serves no longer, nor is it known whether `sim` has an inverse
-        of this very shape."""
+        What was made for the matrices of the one before serves no longer."""
         self.sim = sim
+        sim.inverses_beside = True
         if self._making is not None:
             self._making[2].cancel()
-        self._making = self._at_start = self._inverse_of = None
+        self._making = None
+        self._at_start.clear()
 
     @property
     def settled(self) -> bool:
         """Is the shape what is wanted, and the inverse that of the shape?"""
-        return self._ramp is None and self._inverse_of is self.now
+        return self._ramp is None and self._has_inverse
+
+    @property
+    def _has_inverse(self) -> bool:
+        """Is there an inverse of shape and steps as they are?"""
+        return self.sim.factor_key in self.sim.inverses
 
     def before_frame(self, time: float) -> None:
         """Let the shape be what it should be at the frame's time [s], and take up an inverse that is ready."""
@@ -94,7 +100,12 @@ class LiveEdit:
         if there or time - self._stood_since >= STEP_SECONDS:
             self.now, self._stood_since = self.wanted if there else ramp.at(share), time
             self._ramp = None if there else ramp
-            reshape(self.sim, self.garment())
+            self._reshape()
+
+    def _reshape(self) -> None:
+        garment = self.garment()
+        reshape(self.sim, garment)
+        self._given = garment
 
     def taken_back(self, garment: Garment) -> Garment:
         """What is worn, or another shape of it, with this garment's part of it as it was when the drag began."""
@@ -121,7 +132,7 @@ class LiveEdit:
         """Have the shape that is wanted at once; its inverse is made beside the simulation."""
         if self._ramp is not None:
             self.now, self._ramp = self.wanted, None
-            reshape(self.sim, self.garment())
+            self._reshape()
 
     def finish(self) -> None:
         """Be what is wanted at once, with its inverse: at the end of a session, or where runs must be alike."""
@@ -129,34 +140,37 @@ class LiveEdit:
         if self._making is not None:
             self._making[2].cancel()
             self._making = None
-        if self._inverse_of is not self.now and not self._back_at_start():
-            self._use(self.now, self.sim.reduced_inverse())
+        if not self._has_inverse and not self._back_at_start():
+            self.sim.use_inverse(self.sim.reduced_inverse())
 
     def _go_on_with_inverse(self, time: float) -> None:
+        """Steps of every half octave have an inverse of their own. Where one is not there yet the search makes do with
+        another's: its first direction is poorer, and a frame that waited would come late."""
+        sim = self.sim
         if self._making is not None and self._making[2].done():
-            mesh, key, made = self._making
+            garment, key, made = self._making
             self._making = None
-            if key == self.sim.factor_key:
-                self._use(mesh, made.result())
-        if self._inverse_of is self.now:
+            own = garment is sim.scene.garment
+            if key == sim.factor_key:
+                (sim.use_inverse if own else sim.make_do_with)(made.result())
+            elif own:
+                sim.inverses[key] = made.result()
+        if self._has_inverse:
             self._inverse_at = time
+            return
         due = self._ramp is None or time - self._inverse_at >= INVERSE_SECONDS
-        if self._making is None and due and self._inverse_of is not self.now and not self._back_at_start():
+        theirs = self._given is not sim.scene.garment  # an edit of another garment has given it one since
+        if self._making is None and due and not theirs and not self._back_at_start():
             self._inverse_at = time
-            made = BESIDE.submit(self.sim.inverse_to_make())
-            self._making = self.now, self.sim.factor_key, made
+            self._making = self._given, sim.factor_key, BESIDE.submit(sim.inverse_to_make())
 
     def _back_at_start(self) -> bool:
-        """Is it, and with the inverse of then? That is kept: made again, its last bits would depend on where in memory
+        """Is it, and with an inverse of then? These are kept: made again, its last bits would depend on where in memory
         it is made."""
-        if self._at_start is None:
+        sim = self.sim
+        back = np.array_equal(sim.scene.garment.uv_corners, self._first.uv_corners)
+        if not back or sim.factor_key not in self._at_start:
             return False
-        key, inverse = self._at_start
-        if key != self.sim.factor_key or not np.array_equal(self.now.uv, self.drag.mesh.uv):
-            return False
-        self._use(self.now, inverse)
+        sim.inverses.update(self._at_start)
+        sim.use_inverse(self._at_start[sim.factor_key])
         return True
-
-    def _use(self, mesh: PanelMesh, inverse: np.ndarray) -> None:
-        self.sim.use_inverse(inverse)
-        self._inverse_of = mesh

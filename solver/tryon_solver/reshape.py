@@ -36,6 +36,6 @@ def reshape(sim: Simulation, garment: Garment) -> None:
     sim.scene = replace(sim.scene, garment=garment)
     sim.take_shape()
     sim.matrices.fill()
-    sim.forget_inverses()
+    sim.inverses.clear()  # what the search uses goes on serving until `use_inverse`
     sim.set_diagonals(sim.dt)
     sim.wake()

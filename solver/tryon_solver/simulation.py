@@ -25,6 +25,7 @@ from tryon_solver.kernels import compile_kernels
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.constant_matrices import ConstantMatrices
 from tryon_solver.linalg.device_loop import KeptGraph
+from tryon_solver.linalg.freed import give_back_freed
 from tryon_solver.linalg.pcg import ConjugateGradients
 from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.vectors import find_largest, move_origin
@@ -111,13 +112,11 @@ class Simulation:
     # -- building ------------------------------------------------------------------------------------------------
 
     def parts(self, pose: Any, surface: np.ndarray | None, basis: csr_matrix | None = None) -> Iterator[None]:
-        """Build the rest but for what `use_time_step` makes, a part with each `next`; arguments as of `build`, and the
-        garment's `basis_by_edges` if that has been made."""
+        """Build what the matrices take, a part with each `next`, and then `prepare_contact` and `use_time_step` the
+        rest; arguments as of `build`, and the garment's `basis_by_edges` if that has been made."""
         self._allocate(pose, surface)
         yield
         self._assemble(basis_by_edges(self.scene.garment, self.settings.subspace_spacing) if basis is None else basis)
-        yield
-        self._prepare_contact()
         yield
 
     def _allocate(self, pose: Any, surface: np.ndarray | None) -> None:
@@ -196,7 +195,8 @@ class Simulation:
         self.mass_per_dt2 = wp.zeros(self.cloth_count, dtype=wp.float32, device=device)
         if self.stages.add_diagonal:  # what of the diagonal is the same in all steps of one length (N,) N/m
             self.steady_diagonal = wp.zeros(self.cloth_count, dtype=wp.float32, device=device)
-        self._inverses: dict[int, np.ndarray] = {}
+        self.inverses: dict[int, np.ndarray] = {}  # by `factor_key`, of the shape as it is
+        self.inverses_beside = False  # does somebody make them beside the simulation, which then waits for none?
         self.dt = 0.0
         self.coarse: ContactCoarseLevel | None = None
         self._factor_key: int | None = None
@@ -216,7 +216,8 @@ class Simulation:
         """(N, N) float64 N/m, the sum of the constant matrices; rows sum to zero. Waits for the device."""
         return self.matrices.total.matrix()
 
-    def _prepare_contact(self) -> None:
+    def prepare_contact(self) -> None:
+        """Surfaces, and room for what is found near them. Raises GarmentError for triangles that bear no contact."""
         scene, settings, device = self.scene, self.settings, self.device
         garment = scene.garment
         sizes = contact_sizes(scene, settings, self.body_count, device)
@@ -250,12 +251,12 @@ class Simulation:
         if dt == self.dt:
             return
         self.set_diagonals(dt)
-        key = self.factor_key
-        if key == self._factor_key:
+        if self.factor_key == self._factor_key:
             return
-        if key not in self._inverses:
-            self._inverses[key] = self.reduced_inverse()
-        self.use_inverse(self._inverses[key])
+        if self.factor_key in self.inverses:
+            self.use_inverse(self.inverses[self.factor_key])
+        elif not self.inverses_beside:
+            self.use_inverse(self.reduced_inverse())
 
     def set_diagonals(self, dt: float) -> None:
         """What steps of dt [s] need besides the reduced factor."""
@@ -288,23 +289,30 @@ class Simulation:
         return self.inverse_to_make()()
 
     def inverse_to_make(self) -> Callable[[], np.ndarray]:
-        """What makes `reduced_inverse` of the matrices as they are now, on another thread if that is to be."""
+        """What makes `reduced_inverse` of the matrices as they are now, on another thread if that is to be. What it
+        has freed then, several times what it made, is given back."""
         basis, stiffness, diagonal = self.basis, self.stiffness_matrix, self.diagonal(round(self.dt, FACTOR_DIGITS))
         parts = [layer.vertices for layer in self.scene.garment.layers]
-        return lambda: reduced_inverse(basis, stiffness + sp.diags(diagonal), parts)
+
+        def make() -> np.ndarray:
+            inverse = reduced_inverse(basis, stiffness + sp.diags(diagonal), parts)
+            give_back_freed()
+            return inverse
+
+        return make
 
     def use_inverse(self, inverse: np.ndarray) -> None:
-        """Search the subspace with this inverse, of steps as they are now."""
+        """Search the subspace with this inverse, of shape and steps as they are now."""
+        self.inverses[self.factor_key] = inverse
+        self.make_do_with(inverse)
+
+    def make_do_with(self, inverse: np.ndarray) -> None:
+        """Search with this inverse, of another shape and steps as they are now."""
         if self._factor_key is None:
             self.search = ReducedSearch.build(self.basis, inverse, self.settings.history, self.device)
         else:
             self.search.inverse.assign(inverse)
         self._factor_key = self.factor_key
-        self._inverses[self._factor_key] = inverse
-
-    def forget_inverses(self) -> None:
-        """They are of matrices that are no more; what the search uses goes on serving until `use_inverse`."""
-        self._inverses.clear()
 
     def _set_coarse_rest(self, diagonal: np.ndarray) -> None:
         """The coarse level's constant matrix for this time step, in the scheme that has one."""
@@ -475,6 +483,7 @@ def build(
     simulation = Simulation(scene, settings, device)
     for _ in simulation.parts(pose, surface):
         pass
+    simulation.prepare_contact()
     simulation.use_time_step(settings.largest_step)
     if not tangled:
         refuse_touching_start(simulation)

@@ -6,7 +6,8 @@ import platform
 import numpy as np
 import pytest
 
-from tryon_server.runtime.memory import give_back_freed, own_bytes
+from tryon_server.runtime.memory import own_bytes
+from tryon_solver.linalg.freed import give_back_freed
 
 
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="only GNU's C library can be told to")

@@ -18,6 +18,7 @@ from multiprocessing.connection import Connection
 from typing import Any, Protocol
 
 from tryon_server.problems import Problem, ProblemError
+from tryon_server.runtime import handed_over
 
 logger = logging.getLogger(__name__)
 
@@ -124,7 +125,7 @@ class ProcessBeside:
         try:
             if not self._connection.poll():
                 return None
-            outcome: Made | NotMade = self._connection.recv()
+            outcome: Made | NotMade = handed_over.receive(self._connection)
         except (EOFError, OSError):
             return self._ended("the process that was to do it has ended")
         self._task = None
@@ -179,7 +180,7 @@ def serve(descriptor: int) -> None:
     threading.Thread(target=_receive, args=(connection, tasks), name="tasks", daemon=True).start()
     import_module("tryon_server.runtime.cutting")  # what most tasks need takes a second to load
     while True:
-        connection.send(carried_out(pickle.loads(tasks.get())))
+        handed_over.send(connection, carried_out(pickle.loads(tasks.get())))
 
 
 def _receive(connection: Connection, tasks: queue.SimpleQueue[bytes]) -> None:

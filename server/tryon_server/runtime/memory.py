@@ -6,7 +6,6 @@ space by the terabyte, and an allocation that fails inside a kernel is told by n
 
 from __future__ import annotations
 
-import ctypes
 import os
 from pathlib import Path
 
@@ -25,14 +24,3 @@ def own_bytes(pid: int) -> int:
         return 0
     own = (int(fields[1]) - int(fields[2])) * os.sysconf("SC_PAGE_SIZE")
     return own + sum(own_bytes(int(child)) for child in " ".join(lists).split())
-
-
-def give_back_freed() -> None:
-    """Hand back to the system what this process has freed, where its C library is GNU's (malloc_trim(3)).
-
-    That keeps what lies below anything still in use: a simulation built while another one stands leaves a hole of its
-    own size behind, and a process that builds many would take more and more.
-    """
-    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
-    if trim is not None:
-        trim(ctypes.c_size_t(0))

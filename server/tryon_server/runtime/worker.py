@@ -25,7 +25,6 @@ from tryon_server.runtime.design import design_of
 from tryon_server.runtime.drape import BuildDrape, Drape, LoadMotion, Stance, StepFacts
 from tryon_server.runtime.effect_desk import EffectDesk
 from tryon_server.runtime.held_edits import HeldEdits, Outcome
-from tryon_server.runtime.memory import give_back_freed
 from tryon_server.runtime.meter import Meter
 from tryon_server.runtime.order import WorkOrder
 from tryon_server.runtime.outfit_worker import OutfitWorker
@@ -62,6 +61,7 @@ from tryon_server.sessions.events import (
     Troubled,
 )
 from tryon_server.wording import as_parameters, in_parameters
+from tryon_solver.linalg.freed import give_back_freed
 from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.fabrics import named_fabric
 from tryon_solver.redesign.history import History

@@ -45,7 +45,7 @@ def distance(outline: Points, points: Points) -> Points:
     """Distance [m] of each point (K, 2) m to the outline, shape (K,)."""
     result = np.empty(len(points))
     for rows in _blocks(len(points), len(outline)):
-        result[rows] = _point_segment_distances(points[rows, None], outline, np.roll(outline, -1, axis=0)).min(axis=1)
+        result[rows] = segment_distances(points[rows, None], outline, np.roll(outline, -1, axis=0)).min(axis=1)
     return result
 
 
@@ -74,7 +74,7 @@ def _self_contact(points: bytes, tolerance: float) -> tuple[int, int] | None:
         across = _side(start[i], end[i], start[j]) * _side(start[i], end[i], end[j]) < 0
         back = _side(start[j], end[j], start[i]) * _side(start[j], end[j], end[i]) < 0
         # Point i belongs to the segments i and i - 1; on any other segment it is a touch.
-        touches = (_point_segment_distances(start[i], start[j], end[j]) < tolerance) & ((j + 1) % count != i)
+        touches = (segment_distances(start[i], start[j], end[j]) < tolerance) & ((j + 1) % count != i)
         found = np.flatnonzero((across & back & apart) | touches)
         if len(found):
             return int(i[found[0]]), int(j[found[0]])
@@ -93,7 +93,7 @@ def _side(start: Points, end: Points, points: Points) -> Points:
     return along[..., 0] * offset[..., 1] - along[..., 1] * offset[..., 0]
 
 
-def _point_segment_distances(points: Points, start: Points, end: Points) -> Points:
+def segment_distances(points: Points, start: Points, end: Points) -> Points:
     """Distances [m] of points to segments, each (..., 2), in their broadcast shape without the last axis."""
     along = end - start
     offset = points - start

@@ -126,12 +126,14 @@ def _lattice(boundary: Points, edge_length: float) -> Points:
 def _farther(boundary: Points, points: Points, than: float) -> NDArray[np.bool_]:
     """Whether each point (K, 2) m is farther from the outline than that [m], shape (K,): as `outline.distance` tells.
 
-    Only of those near one of its corners is the distance to its segments asked.
+    A segment that is nearer has an end no farther than that and its own length: only those are asked.
     """
-    longest = np.linalg.norm(np.roll(boundary, -1, axis=0) - boundary, axis=1).max()
+    ends = np.roll(boundary, -1, axis=0)
+    longest = np.linalg.norm(ends - boundary, axis=1).max()
+    near = cKDTree(points).sparse_distance_matrix(cKDTree(boundary), 1.001 * (than + longest), output_type="ndarray")
+    point, corner = np.tile(near["i"], 2), np.concatenate([near["j"], near["j"] - 1])  # begins there, or ends there
     result = np.ones(len(points), dtype=bool)
-    near = np.isfinite(cKDTree(boundary).query(points, distance_upper_bound=1.001 * (than + longest))[0])
-    result[near] = outline.distance(boundary, points[near]) > than
+    result[point[outline.segment_distances(points[point], boundary[corner], ends[corner]) <= than]] = False
     return result
 
 

@@ -1,5 +1,7 @@
 """The demo's T-shirt is edited while it is worn: it follows at once, and passes through nothing."""
 
+import gc
+import tracemalloc
 from concurrent.futures import Future
 from functools import lru_cache
 
@@ -13,7 +15,7 @@ from tryon_solver.body.model import default_body
 from tryon_solver.geometry.panel_mesh import mesh_pattern
 from tryon_solver.geometry.pattern import parse_pattern
 from tryon_solver.geometry.size import in_size
-from tryon_solver.live_edit import INVERSE_SECONDS, RAMP_SECONDS, LiveEdit
+from tryon_solver.live_edit import INVERSE_SECONDS, RAMP_SECONDS, STEP_SECONDS, LiveEdit
 from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.redesign import edits
 from tryon_solver.redesign.apply import apply
@@ -52,9 +54,9 @@ class Worn:
         self.judge = FrameJudge(self.sim.scene.garment.faces, body.faces, x, self.sim.body_positions())
         self.start, self.frames = self.sim.state.time, 0
 
-    def advance(self):
-        """A frame; the speed of the fastest vertex in it [m/s]."""
-        self.frames += 1
+    def advance(self, frames=1.0):
+        """A frame, or one that is so many frames long; the speed of the fastest vertex in it [m/s]."""
+        self.frames += frames
         time = self.start + self.frames / FPS
         self.edit.before_frame(time)
         before = self.sim.cloth_positions()
@@ -140,6 +142,81 @@ def test_on_a_long_way_inverses_are_made_now_and_then_and_at_its_end(worn, monke
         worn.advance()
     assert len(begun) == 3
     assert edit.settled
+    edit.want(pattern_with())
+    edit.finish()
+
+
+def test_frames_of_uneven_length_wait_for_no_inverse(worn, monkeypatch):
+    """Steps of another half octave go on with the inverse of others, and have their own once it is made beside."""
+    asked = []
+
+    class WhenAskedFor:
+        def submit(self, make):
+            asked.append((make, Future()))
+            return asked[-1][1]
+
+    def refused():
+        raise AssertionError("a frame waits for an inverse")
+
+    monkeypatch.setattr(live_edit, "BESIDE", WhenAskedFor())
+    edit, sim = worn.edit, worn.sim
+    assert edit.want(longer(0.02)) is None
+    lengths, keys = (1.0, 0.6), set()
+    with monkeypatch.context() as patch:
+        patch.setattr(sim, "reduced_inverse", refused)
+        for k in range(12):
+            worn.advance(lengths[k % 2])
+            keys.add(sim.factor_key)
+        assert len(keys) == 2
+        assert edit.wanted is edit.now
+        assert not edit.settled
+        for k in range(8):
+            for make, future in asked:
+                if not future.done():
+                    future.set_result(make())
+            worn.advance(lengths[k % 2])
+        assert len(asked) == 2
+    assert edit.settled
+    assert set(sim.inverses) == keys
+    for key, inverse in sim.inverses.items():
+        sim.use_time_step(1 / FPS if key == max(keys) else 0.6 / FPS)
+        assert sim.factor_key == key
+        np.testing.assert_array_equal(sim.search.inverse.numpy(), inverse)
+        np.testing.assert_allclose(inverse, sim.reduced_inverse(), rtol=0, atol=1e-5 * np.abs(inverse).max())
+    edit.want(pattern_with())
+    edit.finish()
+
+
+def test_a_drag_keeps_nothing_of_its_edits(worn):
+    """After a thousand shapes nothing is held of any: what a process takes besides, some bytes for each conversion of
+    a sparse matrix, is less than a tenth of a shape's coordinates."""
+    edit = worn.edit
+    shapes = [edit.drag.moved(longer(0.001 * k)) for k in range(1, 11)]
+    time = worn.sim.state.time
+
+    def go(rounds):
+        nonlocal time
+        for k in range(rounds):
+            assert edit.want_mesh(shapes[k % len(shapes)]) is None
+            time += 2 * STEP_SECONDS
+            edit.before_frame(time)
+
+    go(2 * len(shapes))
+    tracemalloc.start()
+    try:
+        go(len(shapes))
+        edit.finish()
+        gc.collect()
+        before, _ = tracemalloc.get_traced_memory()
+        go(1000)
+        edit.finish()
+        gc.collect()
+        after, _ = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert before > shapes[0].uv.nbytes
+    assert after - before < 1000 * shapes[0].uv.nbytes / 10
+    assert len(worn.sim.inverses) == 1
     edit.want(pattern_with())
     edit.finish()
 
