@@ -24,6 +24,7 @@ from tryon_solver.simulation import Simulation
 
 LET_OUT = (1.3, 1.5)  # sizes, over its own, that are tried one after the other for sewing
 TAKING_IN_SECONDS = 1.0
+LEAST_STEP = 1.01  # that the sizes of two frames are apart: what bore it on the way and not at rest misses so much
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ def no_room(error: TightError, one: Worn, beneath: Beneath, bears: float, faces:
     bearable = MOST_STRETCH * one.fabric.strain_limit * opening.girth
     layers = 2 * np.pi * (sum(worn.fabric.thickness for worn in beneath.outfit.worn) + 0.5 * one.fabric.thickness)
     least = max((opening.body_girth + layers) / bearable, 1.0)
-    size = bears if np.isfinite(bears) else least
+    size = max(bears, LEAST_STEP) if np.isfinite(bears) else least
     what = f"over {over} its opening of {' and '.join(opening.pieces)}, of {100 * opening.girth:.1f} cm, "
     short = 1e3 * (size - 1.0) * opening.girth
     what += f"is too narrow by {'about' if np.isfinite(bears) else 'at least'} {np.ceil(short):.0f} mm"
