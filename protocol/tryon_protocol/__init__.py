@@ -52,6 +52,7 @@ from .messages import (
     UndoMessage,
     WelcomeMessage,
 )
+from .outfit_messages import OutfitMessage, OutfitWish, PutOnMessage, ReorderMessage, TakeOffMessage, WornGarment
 from .skinning import Skinner
 from .topology import BodySurface, Topology
 from .validation import Skeleton, TrackedPose, validate_pose, validate_skeleton, validate_tracked_pose
@@ -96,14 +97,18 @@ __all__ = [
     "HelloMessage",
     "KeyframeRequestMessage",
     "MeasureEffectsMessage",
+    "OutfitMessage",
+    "OutfitWish",
     "PauseMessage",
     "PingMessage",
     "PlayMessage",
     "PongMessage",
     "PoseMessage",
     "ProtocolError",
+    "PutOnMessage",
     "RedoMessage",
     "RemoveEffectMessage",
+    "ReorderMessage",
     "ReportMessage",
     "ServerMessage",
     "SetAccuracyMessage",
@@ -114,12 +119,14 @@ __all__ = [
     "SkeletonMessage",
     "Skinner",
     "StatusMessage",
+    "TakeOffMessage",
     "Topology",
     "TopologyMessage",
     "TrackedPose",
     "UndoMessage",
     "ViewerWindow",
     "WelcomeMessage",
+    "WornGarment",
     "check_grid",
     "decode_client",
     "decode_server",

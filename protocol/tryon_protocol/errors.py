@@ -6,6 +6,7 @@ ERROR_CODES = frozenset(
     {
         "contorted",
         "edit_not_kept",
+        "outfit_refused",
         "edit_refused",
         "effect_refused",
         "effects_not_kept",

@@ -17,7 +17,7 @@ from typing import Any, get_args
 
 from msgspec import NODEFAULT, inspect
 
-from . import conventions, effect_messages, frames, grid, messages, window
+from . import conventions, effect_messages, frames, grid, messages, outfit_messages, window
 
 OUTPUT = Path(__file__).resolve().parents[1] / "ts" / "src" / "generated.ts"
 _SCALARS: dict[type[inspect.Type], str] = {
@@ -41,7 +41,7 @@ def typescript() -> str:
     nested = [
         *(messages.ArrayData, messages.GarmentTopology, messages.ClothTopology, messages.BodyTopology),
         *(messages.DesignEdge, messages.DesignPanel, messages.DesignSeam, messages.DesignPatch),
-        *(messages.DesignEdit, effect_messages.EffectState),
+        *(messages.DesignEdit, effect_messages.EffectState, outfit_messages.WornGarment),
     ]
     structs: list[inspect.StructType] = []
     for struct in inspect.multi_type_info([*nested, *client, *server]):

@@ -13,6 +13,7 @@ from msgspec import Meta, Struct
 
 from .effect_messages import EffectsMessage, MeasureEffectsMessage, RemoveEffectMessage, SetEffectMessage
 from .message_base import U32, Message, Name, Number, Request, Text
+from .outfit_messages import OutfitMessage, PutOnMessage, ReorderMessage, TakeOffMessage
 
 SUBPROTOCOL = "tryon.v1"
 MAJOR_VERSION = 1
@@ -525,6 +526,9 @@ ClientMessage = Union[  # noqa: UP007 - a runtime value that decoders are built 
     SetEffectMessage,
     RemoveEffectMessage,
     MeasureEffectsMessage,
+    PutOnMessage,
+    TakeOffMessage,
+    ReorderMessage,
     EditMessage,
     UndoMessage,
     RedoMessage,
@@ -537,6 +541,7 @@ ServerMessage = Union[  # noqa: UP007
     StatusMessage,
     ReportMessage,
     EffectsMessage,
+    OutfitMessage,
     DesignMessage,
     EditedMessage,
     ErrorMessage,

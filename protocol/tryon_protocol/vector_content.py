@@ -11,6 +11,7 @@ from msgspec import Struct
 
 from . import effect_messages as effects
 from . import messages as m
+from . import outfit_messages as outfits
 from .control import encode
 from .conventions import CONVENTIONS
 from .encoder import FrameEncoder
@@ -95,6 +96,9 @@ def messages() -> dict[str, tuple[bytes, Any]]:
         m.SetEffectMessage(name="wind", parameters={"velocity": [0.5, 0, -2.25]}, state="armed", request=14),
         m.RemoveEffectMessage(name="auto", request=15),
         m.MeasureEffectsMessage(request=16),
+        m.PutOnMessage(garment="g-2", fabric="cotton", size=1.25, position=0, replaces="tube", request=17),
+        m.TakeOffMessage(garment="tube", request=18),
+        m.ReorderMessage(order=("skirt", "tube"), edited="tube", request=19),
         m.EditMessage(
             edit={"kind": "move_vertex", "panel": "front", "vertex": 2, "by": [0.0125, -0.03]},
             mirror=True,
@@ -149,6 +153,13 @@ def messages() -> dict[str, tuple[bytes, Any]]:
             auto=True,
             plan="add_acceleration: gravity",
         ),
+        m.OutfitMessage(
+            worn=(
+                outfits.WornGarment(name="tube", garment="g-1", fabric="cotton", size=1.25, edited=False),
+                outfits.WornGarment(name="skirt", garment="g-2", fabric="Leinen, grün", size="fit", edited=True),
+            ),
+            request=17,
+        ),
         _design(),
         m.EditedMessage(id=3, change="topology", request=10),
         m.ErrorMessage(
@@ -183,9 +194,7 @@ def _design() -> m.DesignMessage:
     straight = m.DesignEdge(
         ends=(0, 1), shape="line", handles=((0.125, 0.0), (0.375, 0.0)), points=(triangle[0], triangle[1])
     )
-    bent = m.DesignEdge(
-        ends=(1, 2), shape="arc", handles=((0.5, 0.5),), points=(triangle[1], (0.5, 0.5), triangle[2])
-    )
+    bent = m.DesignEdge(ends=(1, 2), shape="arc", handles=((0.5, 0.5),), points=(triangle[1], (0.5, 0.5), triangle[2]))
     curved = m.DesignEdge(
         ends=(2, 0), shape="quadratic", handles=((0.0, 0.375),), points=(triangle[2], (0.0625, 0.375), triangle[0])
     )

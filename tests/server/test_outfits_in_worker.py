@@ -4,6 +4,8 @@ nothing."""
 from pathlib import Path
 
 import analytic_drape
+import numpy as np
+import pytest
 from scripted_worker import allow, frames, work
 
 from tryon_server.runtime.order import GarmentOrder
@@ -27,9 +29,9 @@ def outfit(ticket, *names, fabric="cotton"):
     return ChangeOutfit(ticket, items, names[-1], order)
 
 
-def changed(*commands, until=2.0, seconds_beside=0.2):
+def changed(*commands, until=4.0, seconds_beside=0.2, apart=1.2):
     script = [(0.001, Run(True)), (0.001, allow(1000))]
-    script += [(0.1 + 0.3 * k, command) for k, command in enumerate(commands)]
+    script += [(0.1 + apart * k, command) for k, command in enumerate(commands)]
     return work(script, until, build=analytic_drape.build, seconds_beside=seconds_beside)
 
 
@@ -38,15 +40,35 @@ def events(connection, kind):
 
 
 def test_a_garment_is_put_on_over_the_other_while_that_streams_on():
-    connection = changed(outfit(7, "", "coat"))
+    connection = changed(outfit(7, "", "coat"), until=2.0)
     assert [event.ticket for event in events(connection, OutfitWorn)] == [7]
     at = [connection.times[k] for k, event in enumerate(connection.events) if isinstance(event, OutfitWorn)]
-    assert 0.3 <= at[0] < 0.6
+    assert at[0] >= 0.3, "no sooner than it is made"
     seen = frames(connection)
     assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2]
     assert sum(frame.topology_id == 1 for frame in seen) > 5
     assert sum(frame.topology_id == 2 for frame in seen) > 5
     assert events(connection, Designed)[-1].design.garment == "coat"
+
+
+def test_what_is_newly_dressed_takes_over_in_the_pose_of_the_moment():
+    """The body sways on: neither it nor its clock goes back, and the frames before and after are a step apart."""
+    seen = frames(changed(outfit(7, "", "coat"), until=2.0))[1:]  # the first is of the stance for dressing
+    swap = next(k for k, frame in enumerate(seen) if frame.topology_id == 2)
+    assert abs(seen[swap].root[0]) > 1e-3, "the body is elsewhere than in the stance for dressing"
+    times = [frame.t_sim for frame in seen]
+    assert times == sorted(times)
+    assert seen[swap].root == pytest.approx(seen[swap - 1].root, abs=2 * np.pi * 0.1 / 30 + 1e-6)
+    assert seen[swap].t_sim > 0.0, "the motion has begun"
+    for frame in seen[swap:]:
+        assert frame.root[0] == pytest.approx(analytic_drape.sway_at(frame.t_sim), abs=1e-3)
+    moved = np.diff([frame.body[0, 0] for frame in seen])
+    assert np.abs(moved).max() < 0.1, "the drape itself follows, not only what is told of it"
+
+
+def test_it_follows_a_body_that_stands_and_one_that_nobody_watches():
+    connection = changed(Run(False), outfit(7, "", "coat"), until=3.0)
+    assert [event.ticket for event in events(connection, OutfitWorn)] == [7]
 
 
 def test_one_is_taken_off_where_it_is_worn_and_nothing_begins_again():
@@ -55,8 +77,8 @@ def test_one_is_taken_off_where_it_is_worn_and_nothing_begins_again():
     assert len([event for event in events(connection, PhaseChanged) if event.phase == "ready"]) == 2  # not a third
     assert connection.beside.begun == 1
     times = [frame.t_sim for frame in frames(connection) if frame.topology_id >= 2]
-    assert times[1:] == sorted(times[1:])  # the first is of the stance in which the two were put on
-    assert len(set(times[1:])) > 10
+    assert times == sorted(times)
+    assert len(set(times)) > 10
 
 
 def test_edits_are_of_the_garment_that_they_name_or_the_edited_one():
@@ -74,7 +96,7 @@ def test_edits_are_of_the_garment_that_they_name_or_the_edited_one():
 
 def test_while_an_outfit_is_made_edits_and_other_outfits_are_refused():
     commands = [outfit(1, "", "coat"), ChangePattern("edit", 2, WIDER), outfit(3, "", "hat")]
-    connection = changed(*commands, until=3.0, seconds_beside=1.0)
+    connection = changed(*commands, seconds_beside=1.0, apart=0.3)
     assert [event.ticket for event in events(connection, EditRefused)] == [2]
     assert [event.ticket for event in events(connection, OutfitRefused)] == [3]
     assert [event.ticket for event in events(connection, OutfitWorn)] == [1]

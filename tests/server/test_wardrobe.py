@@ -8,6 +8,7 @@ import pytest
 from live_server import LiveServer
 
 from tryon_client import connect
+from tryon_protocol import ErrorMessage, OutfitMessage, PutOnMessage, ReorderMessage, TakeOffMessage
 from tryon_server.persistence import OutfitRecord, SqlOutfits, WornRecord, open_database
 
 WIDER = {"kind": "scale_piece", "panel": "front", "factors": [1.2, 1.0]}
@@ -155,3 +156,78 @@ def test_outfits_in_the_database(tmp_path):
         outfit = OutfitRecord(worn=worn_now, edited="skirt", highest=2)
         outfits.put("s", outfit)
         assert outfits.get("s") == outfit
+
+
+async def asked(url, *wishes):
+    """What the server answers to these, each asked once the one before is answered."""
+    answers = []
+    async with connect(url) as stream:
+        left = list(wishes)
+        while stream.topology is None:
+            await anext(aiter(stream))
+        await stream.send(left.pop(0))
+        async for event in stream:
+            if isinstance(event, OutfitMessage | ErrorMessage):
+                answers.append(event)
+                if not left:
+                    return answers
+                await stream.send(left.pop(0))
+    raise AssertionError(answers)
+
+
+def test_garments_are_put_on_reordered_and_taken_off_over_the_websocket(server, session):
+    put, turned, off = asyncio.run(
+        asked(
+            server.stream_url(session),
+            PutOnMessage(garment="tube", fabric="denim", request=1),
+            ReorderMessage(order=("tube-2", "tube"), edited="tube", request=2),
+            TakeOffMessage(garment="tube-2", request=3),
+        )
+    )
+    assert [answer.request for answer in (put, turned, off)] == [1, 2, 3]
+    assert [(one.name, one.garment, one.fabric, one.size, one.edited) for one in put.worn] == [
+        ("tube", "tube", "cotton", 1.0, False),
+        ("tube-2", "tube", "denim", 1.0, True),
+    ]
+    assert [one.name for one in turned.worn] == ["tube-2", "tube"]
+    assert [(one.name, one.edited) for one in off.worn] == [("tube", True)]
+    assert worn(server, session) == (["tube"], ["tube"])
+
+
+def test_wishes_over_the_websocket_that_can_t_be_are_refused_and_the_session_lives(server, session):
+    wishes = [
+        (PutOnMessage(garment="nothing", request=1), "outfit_refused", "garment"),
+        (PutOnMessage(garment="tube", fabric="steel", request=2), "unknown_fabric", "$.fabric"),
+        (PutOnMessage(garment="tube", position=5, request=3), "outfit_refused", "$.position"),
+        (PutOnMessage(garment="tube", fabric="tight", request=4), "outfit_refused", "garments.tube-2"),
+        (PutOnMessage(garment="tube", size=3.0, request=5), "invalid_field", "$.size"),
+        (TakeOffMessage(garment="coat", request=6), "outfit_refused", "$.garment"),
+        (TakeOffMessage(garment="tube", request=7), "outfit_refused", "$.garment"),
+        (ReorderMessage(order=("tube", "tube"), request=8), "outfit_refused", "$.order"),
+    ]
+    answers = asyncio.run(asked(server.stream_url(session), *(wish for wish, _, _ in wishes)))
+    for (wish, code, place), answer in zip(wishes, answers, strict=True):
+        assert isinstance(answer, ErrorMessage), wish
+        assert (answer.code, answer.request, answer.fatal) == (code, wish.request, False)
+        assert answer.place.endswith(place)
+        assert answer.remedy
+    assert worn(server, session) == (["tube"], ["tube"])
+    (put,) = asyncio.run(asked(server.stream_url(session), PutOnMessage(garment="tube", request=9)))
+    assert [one.name for one in put.worn] == ["tube", "tube-2"]
+
+
+def test_who_watches_is_told_of_what_somebody_changes_by_rest(server, session):
+    async def watched():
+        async with connect(server.stream_url(session)) as stream:
+            async for event in stream:
+                if stream.topology is not None and stream.outfit is None and not put:
+                    put.append(asyncio.create_task(asyncio.to_thread(put_on, server, session)))
+                if isinstance(event, OutfitMessage):
+                    await put[0]
+                    return event
+        raise AssertionError("the stream ended")
+
+    put = []
+    told = asyncio.run(asyncio.wait_for(watched(), 20.0))
+    assert told.request is None
+    assert [one.name for one in told.worn] == ["tube", "tube-2"]

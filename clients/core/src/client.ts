@@ -5,6 +5,7 @@ import type {
   EffectsMessage,
   ErrorMessage,
   GoodbyeMessage,
+  OutfitMessage,
   ReportMessage,
   StatusMessage,
   WelcomeMessage,
@@ -22,6 +23,7 @@ export interface ClientEvents {
   status(message: StatusMessage): void;
   report(message: ReportMessage): void;
   effects(message: EffectsMessage): void;
+  outfit(message: OutfitMessage): void;
   design(message: DesignMessage): void;
   edited(message: EditedMessage): void;
   error(message: ErrorMessage): void;
@@ -100,6 +102,9 @@ export class Client {
         return;
       case "effects":
         this.events.effects(message.message);
+        return;
+      case "outfit":
+        this.events.outfit(message.message);
         return;
       case "design":
         this.events.design(message.message);

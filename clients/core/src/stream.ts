@@ -123,6 +123,9 @@ export class Stream implements Listener {
       case "effects":
         this.post({ kind: "effects", message }, []);
         return;
+      case "outfit":
+        this.post({ kind: "outfit", message }, []);
+        return;
       case "design":
         this.post({ kind: "design", message }, []);
         return;

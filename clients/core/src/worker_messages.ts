@@ -8,6 +8,7 @@ import type {
   ErrorMessage,
   GarmentTopology,
   GoodbyeMessage,
+  OutfitMessage,
   ReportMessage,
   StatusMessage,
   WelcomeMessage,
@@ -61,6 +62,7 @@ export type ToPage =
   | { readonly kind: "status"; readonly message: StatusMessage }
   | { readonly kind: "report"; readonly message: ReportMessage }
   | { readonly kind: "effects"; readonly message: EffectsMessage }
+  | { readonly kind: "outfit"; readonly message: OutfitMessage }
   | { readonly kind: "design"; readonly message: DesignMessage }
   | { readonly kind: "edited"; readonly message: EditedMessage }
   | { readonly kind: "error"; readonly message: ErrorMessage }

@@ -27,6 +27,7 @@ from tryon_protocol import (
     GoodbyeMessage,
     HelloMessage,
     KeyframeRequestMessage,
+    OutfitMessage,
     PongMessage,
     PoseMessage,
     ProtocolError,
@@ -48,6 +49,7 @@ Event = Union[  # noqa: UP007
     ReportMessage,
     DesignMessage,
     EffectsMessage,
+    OutfitMessage,
     EditedMessage,
     ErrorMessage,
     PongMessage,
@@ -67,7 +69,8 @@ class Stream:
 
     Every frame is acknowledged as soon as it is decoded, which is what paces the server.
 
-    welcome: the server's answer to `hello`. topology, status, report, design, effects: the newest received, or None.
+    welcome: the server's answer to `hello`. topology, status, report, design, effects, outfit: the newest received, or
+    None.
     errors: all `error` messages received, oldest first. goodbye: why the server closes, or None.
     """
 
@@ -83,6 +86,7 @@ class Stream:
         self.errors: list[ErrorMessage] = []
         self.design: DesignMessage | None = None
         self.effects: EffectsMessage | None = None
+        self.outfit: OutfitMessage | None = None
         self.goodbye: GoodbyeMessage | None = None
 
     async def __aiter__(self) -> AsyncIterator[Event]:
@@ -168,6 +172,8 @@ class Stream:
             self.report = message
         elif isinstance(message, EffectsMessage):
             self.effects = message
+        elif isinstance(message, OutfitMessage):
+            self.outfit = message
         elif isinstance(message, DesignMessage):
             self.design = message
         elif isinstance(message, GoodbyeMessage):

@@ -15,7 +15,16 @@ import {
   type SessionWish,
   type Size,
 } from "@tryon/core";
-import type { DesignMessage, EditedMessage, EffectsMessage, ErrorMessage, ReportMessage, StatusMessage, WelcomeMessage } from "@tryon/protocol";
+import type {
+  DesignMessage,
+  EditedMessage,
+  EffectsMessage,
+  ErrorMessage,
+  OutfitMessage,
+  ReportMessage,
+  StatusMessage,
+  WelcomeMessage,
+} from "@tryon/protocol";
 
 import type { UploadKind } from "./choices.ts";
 import type { Notice } from "./notice.ts";
@@ -33,6 +42,8 @@ export interface FittingView {
   effects(effects: EffectsMessage): void;
   /** something that was asked of effects was refused, which is said besides */
   effectRefused(error: ErrorMessage): void;
+  /** what is worn was changed, by whomever */
+  outfit(outfit: OutfitMessage): void;
   /** the sewing pattern as it is worn */
   design(design: DesignMessage): void;
   edited(edited: EditedMessage): void;
@@ -310,6 +321,7 @@ export class Fitting {
       status: (status) => this.follow(status),
       report: (report) => this.view.report(report),
       effects: (effects) => this.view.effects(effects),
+      outfit: (outfit) => this.view.outfit(outfit),
       design: (design) => this.view.design(design),
       edited: (edited) => this.view.edited(edited),
       error: (error) => this.fault(error),

@@ -266,6 +266,10 @@ class Studio implements FittingView {
     this.effectsPanel.refused(error);
   }
 
+  outfit(...[outfit]: Parameters<FittingView["outfit"]>): void {
+    this.wardrobe.told(outfit.worn);
+  }
+
   design(...[design]: Parameters<FittingView["design"]>): void {
     this.pattern.design(design);
     if (design.garment === undefined || design.garment === this.editing) return;

@@ -54,6 +54,12 @@ export class Wardrobe {
     }
   }
 
+  /** The session tells what is worn, whoever changed that. */
+  told(worn: readonly WornItem[]): void {
+    this.asked += 1; // what was asked before may be answered with what was worn before
+    this.take(worn);
+  }
+
   private take(worn: readonly WornItem[]): void {
     this.worn = worn;
     this.show();

@@ -153,6 +153,20 @@ export interface EffectState {
   stages?: Record<string, number>;
 }
 
+/** A garment that the session wears. */
+export interface WornGarment {
+  /** its name in `cloth.garments`, as edits name it */
+  name: string;
+  /** id of the garment that it is */
+  garment: string;
+  /** what it is made of */
+  fabric: string;
+  /** of its pattern, over its own; "fit": the one that fits */
+  size: number | "fit";
+  /** edits are of this one */
+  edited: boolean;
+}
+
 /** First message of a client. The server answers with `welcome`, or with a fatal `error`. */
 export interface HelloMessage {
   type: "hello";
@@ -326,6 +340,47 @@ export interface RemoveEffectMessage {
 /** Have what each effect takes measured, in the scene as it is. Answered by `effects`. */
 export interface MeasureEffectsMessage {
   type: "measure_effects";
+  /** number chosen by the client and repeated in the `error` that answers this command; null: none. Default: null */
+  request?: number | null;
+}
+
+/**
+ * Put a garment on over what is worn, or at another place in the order; it is the one that edits are of then.
+ * Answered by `outfit` once it is worn, or by `error` and nothing has changed. Frames of what is worn go on
+ * meanwhile.
+ */
+export interface PutOnMessage {
+  type: "put_on";
+  /** id of a garment, from GET /api/garments */
+  garment: string;
+  /** one of `welcome.fabrics`; null: its pattern's own. Default: null */
+  fabric?: string | null;
+  /** of its pattern, over its own. Default: 1.0 */
+  size?: number;
+  /** from the innermost, 0; null: outermost. Default: null */
+  position?: number | null;
+  /** a worn garment that it takes the place of. Default: null */
+  replaces?: string | null;
+  /** number chosen by the client and repeated in the `error` that answers this command; null: none. Default: null */
+  request?: number | null;
+}
+
+/** Take a garment off; the others stay as they are. Answered as `put_on`. */
+export interface TakeOffMessage {
+  type: "take_off";
+  /** a name of `cloth.garments` */
+  garment: string;
+  /** number chosen by the client and repeated in the `error` that answers this command; null: none. Default: null */
+  request?: number | null;
+}
+
+/** Wear the same garments in another order, or edit another one of them. Answered as `put_on`. */
+export interface ReorderMessage {
+  type: "reorder";
+  /** names of all that is worn, from the innermost outwards; null: as they are. Default: null */
+  order?: readonly string[] | null;
+  /** which one edits are of; null: the same. Default: null */
+  edited?: string | null;
   /** number chosen by the client and repeated in the `error` that answers this command; null: none. Default: null */
   request?: number | null;
 }
@@ -509,6 +564,15 @@ export interface EffectsMessage {
   plan?: string;
 }
 
+/** What the session wears now. Sent to all clients when that was changed, over the websocket or by REST. */
+export interface OutfitMessage {
+  type: "outfit";
+  /** from the innermost outwards */
+  worn: readonly WornGarment[];
+  /** of the command that this answers, to who sent it. Default: null */
+  request?: number | null;
+}
+
 /**
  * The edited garment's sewing pattern as it is worn. Sent on joining once it is dressed, and on every change of
  * it. A garment that is a mesh has none.
@@ -593,13 +657,16 @@ export type ClientMessage =
   | SetEffectMessage
   | RemoveEffectMessage
   | MeasureEffectsMessage
+  | PutOnMessage
+  | TakeOffMessage
+  | ReorderMessage
   | EditMessage
   | UndoMessage
   | RedoMessage
   | PingMessage
   | ByeMessage;
 
-export const CLIENT_MESSAGE_TYPES: readonly ClientMessage["type"][] = ["hello", "skeleton", "pose", "ack", "keyframe_request", "play", "pause", "set_motion", "set_fabric", "set_accuracy", "set_effect", "remove_effect", "measure_effects", "edit", "undo", "redo", "ping", "bye"];
+export const CLIENT_MESSAGE_TYPES: readonly ClientMessage["type"][] = ["hello", "skeleton", "pose", "ack", "keyframe_request", "play", "pause", "set_motion", "set_fabric", "set_accuracy", "set_effect", "remove_effect", "measure_effects", "put_on", "take_off", "reorder", "edit", "undo", "redo", "ping", "bye"];
 
 export type ServerMessage =
   | WelcomeMessage
@@ -607,13 +674,14 @@ export type ServerMessage =
   | StatusMessage
   | ReportMessage
   | EffectsMessage
+  | OutfitMessage
   | DesignMessage
   | EditedMessage
   | ErrorMessage
   | PongMessage
   | GoodbyeMessage;
 
-export const SERVER_MESSAGE_TYPES: readonly ServerMessage["type"][] = ["welcome", "topology", "status", "report", "effects", "design", "edited", "error", "pong", "goodbye"];
+export const SERVER_MESSAGE_TYPES: readonly ServerMessage["type"][] = ["welcome", "topology", "status", "report", "effects", "outfit", "design", "edited", "error", "pong", "goodbye"];
 
 export function isHelloMessage(message: { type: string }): message is HelloMessage {
   return message.type === "hello";
@@ -667,6 +735,18 @@ export function isMeasureEffectsMessage(message: { type: string }): message is M
   return message.type === "measure_effects";
 }
 
+export function isPutOnMessage(message: { type: string }): message is PutOnMessage {
+  return message.type === "put_on";
+}
+
+export function isTakeOffMessage(message: { type: string }): message is TakeOffMessage {
+  return message.type === "take_off";
+}
+
+export function isReorderMessage(message: { type: string }): message is ReorderMessage {
+  return message.type === "reorder";
+}
+
 export function isEditMessage(message: { type: string }): message is EditMessage {
   return message.type === "edit";
 }
@@ -705,6 +785,10 @@ export function isReportMessage(message: { type: string }): message is ReportMes
 
 export function isEffectsMessage(message: { type: string }): message is EffectsMessage {
   return message.type === "effects";
+}
+
+export function isOutfitMessage(message: { type: string }): message is OutfitMessage {
+  return message.type === "outfit";
 }
 
 export function isDesignMessage(message: { type: string }): message is DesignMessage {

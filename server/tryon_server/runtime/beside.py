@@ -10,15 +10,17 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from tryon_server.problems import Problem, ProblemError
 from tryon_server.runtime import handed_over
+from tryon_server.runtime.telling import NowAndThen
 
 logger = logging.getLogger(__name__)
 
@@ -43,6 +45,22 @@ class NotMade:
     problem: Problem
 
 
+@dataclass(frozen=True)
+class Told:
+    """What a task is at, in a sentence for people, and how much of that is done, 0 to 1; None: not known."""
+
+    stage: str
+    share: float | None
+
+
+@runtime_checkable
+class TellingTask(Protocol):
+    """A task that tells how far it is."""
+
+    def telling(self, tell: Callable[[str, float | None], None]) -> Task:
+        """The task itself, which tells this."""
+
+
 class Beside(Protocol):
     """Does one task at a time while a simulation goes on."""
 
@@ -59,6 +77,9 @@ class Beside(Protocol):
 
     def outcome(self) -> Made | NotMade | None:
         """How the task ended, once it has, and then no more; returns at once."""
+
+    def news(self) -> Told | None:
+        """The newest that the task told, as far as `outcome` has seen, and then no more."""
 
     def give_up(self) -> None:
         """Nobody waits for the task any more."""
@@ -80,6 +101,7 @@ class ProcessBeside:
         self._task: Task | None = None
         self._short = False
         self._fault = ""
+        self._news: Told | None = None
 
     def warm(self) -> None:
         """Start the process, unless it runs; returns at once."""
@@ -123,13 +145,20 @@ class ProcessBeside:
         if self._connection is None:
             return self._ended(self._fault)
         try:
-            if not self._connection.poll():
-                return None
-            outcome: Made | NotMade = handed_over.receive(self._connection)
+            while self._connection.poll():
+                message: Made | NotMade | Told = handed_over.receive(self._connection)
+                if not isinstance(message, Told):
+                    self._task = self._news = None
+                    return message
+                self._news = message
         except (EOFError, OSError):
             return self._ended("the process that was to do it has ended")
-        self._task = None
-        return outcome
+        return None
+
+    def news(self) -> Told | None:
+        """The newest that the task told."""
+        news, self._news = self._news, None
+        return news
 
     def give_up(self) -> None:
         """Nobody waits for the task any more."""
@@ -144,7 +173,7 @@ class ProcessBeside:
         """End the process."""
         process, self._process = self._process, None
         connection, self._connection = self._connection, None
-        self._task, self._fault = None, ""
+        self._task, self._fault, self._news = None, "", None
         if process is not None:
             process.kill()
             process.wait()
@@ -180,7 +209,12 @@ def serve(descriptor: int) -> None:
     threading.Thread(target=_receive, args=(connection, tasks), name="tasks", daemon=True).start()
     import_module("tryon_server.runtime.cutting")  # what most tasks need takes a second to load
     while True:
-        handed_over.send(connection, carried_out(pickle.loads(tasks.get())))
+        task = pickle.loads(tasks.get())
+        if isinstance(task, TellingTask):
+            task = task.telling(
+                NowAndThen(lambda stage, share: handed_over.send(connection, Told(stage, share)), time.monotonic)
+            )
+        handed_over.send(connection, carried_out(task))
 
 
 def _receive(connection: Connection, tasks: queue.SimpleQueue[bytes]) -> None:

@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from tryon_server.runtime.drape import Drape
+from tryon_server.runtime.beside import Beside
+from tryon_server.runtime.drape import Drape, Stance
 from tryon_server.runtime.held_edits import HeldEdits
 from tryon_server.runtime.order import DrapeOrder, WorkOrder
 from tryon_server.runtime.outfitting import Outfitting, as_edited
@@ -15,7 +16,8 @@ from tryon_server.runtime.publishing import Publisher
 from tryon_server.runtime.remaking import Remade, Remaking
 from tryon_server.runtime.sources import Move
 from tryon_server.sessions.commands import ChangeOutfit, ChangePattern
-from tryon_server.sessions.events import Event, OutfitRefused, OutfitWorn
+from tryon_server.sessions.events import Event, OutfitRefused, OutfitWorn, PhaseChanged
+from tryon_server.wording import as_parameters
 from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.history import History
 
@@ -30,19 +32,20 @@ class OutfitWorker:
     _order: WorkOrder
     _drape: Drape | None
     _move: Move | None
+    _pose: Stance | None
+    _simulated: float
+    _failures: int
+    _worn: tuple[str, float | None, tuple[str, ...], float | None]
     _histories: dict[str, History]
     _publisher: Publisher
     _remaking: Remaking
     _outfitting: Outfitting
+    _beside: Beside
     _held_edits: HeldEdits
     _held: bool
     _held_last: ChangePattern | None
     _stuck: str
     _tell: Callable[[Event], None]
-
-    def _put_on(self, drape: Drape) -> None:
-        """Go on with what was newly dressed."""
-        raise NotImplementedError
 
     def _tell_design(self, specification: Mapping[str, Any], history: History, **more: Any) -> None:
         """Tell the pattern of the garment that is edited."""
@@ -113,18 +116,43 @@ class OutfitWorker:
         """Go on making the outfit that is to be worn next; wear it once it is there."""
         ticket = self._outfitting.ticket
         try:
-            remade = self._outfitting.go_on()
+            remade = self._outfitting.go_on(self._stance_now)
+            news = self._outfitting.news()
+            if news is not None:
+                self._tell(PhaseChanged("ready", news.stage, news.share, *self._worn))
             if remade is not None:
                 self._wear_outfit(remade)
                 self._tell(OutfitWorn(ticket))
         except EditError as error:
-            self._outfitting.give_up()
-            self._tell(OutfitRefused(ticket, error.place, error.message, error.remedy))
+            self._refuse_outfit(OutfitRefused(ticket, error.place, error.message, error.remedy))
         except Exception as error:
             logger.exception("an outfit could not be made")
-            self._outfitting.give_up()
             what = f"it could not be made: {error!r}"
-            self._tell(OutfitRefused(ticket, "garments", what, "Wear something else"))
+            self._refuse_outfit(OutfitRefused(ticket, "garments", what, "Wear something else"))
+
+    def _refuse_outfit(self, refusal: OutfitRefused) -> None:
+        """What is worn is worn on."""
+        self._outfitting.give_up()
+        self._tell(PhaseChanged("ready", "Dressed", None, *self._worn))
+        self._tell(refusal)
+
+    def _stance_now(self) -> Stance:
+        """Where the body of what is worn is."""
+        assert self._pose is not None
+        return self._pose
+
+    def _tell_worn(self) -> None:
+        """Tell what there is to say of what is newly dressed, and be ready for edits of it."""
+        assert self._drape is not None
+        for name, specification in self._drape.specifications.items():
+            if specification is not None:
+                self._histories.setdefault(name, History(specification))
+                self._beside.warm()
+        outfit = self._drape.outfit
+        said = f"Dressed; {outfit.fit}" if outfit.fit else "Dressed"
+        notes = tuple(as_parameters(note) for note in outfit.notes)
+        self._worn = (outfit.fit, outfit.fitting_size, notes, outfit.size)
+        self._tell(PhaseChanged("ready", said, None, *self._worn))
 
     def _drop_outfit(self, why: str, remedy: str) -> None:
         """What is worn is worn no more: another outfit that is on its way is refused."""
@@ -139,11 +167,11 @@ class OutfitWorker:
         self._held, self._held_last, self._stuck = False, None, ""
         self._remaking.forget()
         drape.edit_garment(order.of_edited.worn_as)
-        if remade.anew:
-            self._put_on(drape)
-        else:
-            self._tell(self._publisher.dress(drape, self._move))
-            self._drape = drape
+        self._tell(self._publisher.dress(drape, self._move))
+        self._drape = drape
+        if remade.seconds is not None:
+            self._simulated, self._failures = remade.seconds, 0
+            self._tell_worn()
         self._order = replace(self._order, drape=order)
         self._histories = {name: history for name, history in self._histories.items() if name in drape.names}
         if self._history is not None:

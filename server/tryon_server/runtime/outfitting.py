@@ -1,13 +1,14 @@
-"""Another outfit made while one is worn: without one of its garments from where that is worn, all else dressed anew, in
-the order in which it is worn."""
+"""Another outfit made while one is worn: without one of its garments from where that is worn; all else dressed anew, in
+the order in which it is worn, and brought to where the body is by then."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
-from tryon_server.runtime.beside import Beside, Made, NotMade
-from tryon_server.runtime.drape import BuildDrape, Drape
+from tryon_server.runtime.beside import Beside, Made, NotMade, Told
+from tryon_server.runtime.catching_up import CatchingUp
+from tryon_server.runtime.drape import BuildDrape, Drape, Stance
 from tryon_server.runtime.order import DrapeOrder, GarmentOrder
 from tryon_server.runtime.remaking import Dressing, Remade
 from tryon_server.sessions.commands import ChangeOutfit
@@ -41,6 +42,7 @@ class Outfitting:
         self._build = build
         self._parts: Iterator[Drape | None] | None = None
         self._anew = False
+        self._catching_up: CatchingUp | None = None
         self.order: DrapeOrder | None = None
         self.ticket = 0
 
@@ -72,10 +74,15 @@ class Outfitting:
         """Nobody waits for it any more."""
         if self.under_way and self._anew:
             self._beside.give_up()
-        self.order = self._parts = None
+        self.order = self._parts = self._catching_up = None
 
-    def go_on(self) -> Remade | None:
+    def news(self) -> Told | None:
+        """What is being done for it, where that has changed."""
+        return self._beside.news() if self.under_way and self._anew else None
+
+    def go_on(self, stance: Callable[[], Stance]) -> Remade | None:
         """Do the next part, between two frames; the new outfit once it is there, and then nothing is under way.
+        ``stance`` tells where the body of what is worn is.
 
         Raises EditError when it can't be put on.
         """
@@ -85,10 +92,11 @@ class Outfitting:
                 fault = in_parameters(outcome.problem)
                 raise EditError(fault.message, fault.place, fault.remedy)
             if isinstance(outcome, Made):
-                self._parts = outcome.value.unpacking()
+                self._catching_up = CatchingUp(outcome.value.unpacking(), stance)
+                self._parts = self._catching_up.parts()
             return None
         made = next(self._parts)
         if made is None:
             return None
         self._parts = None
-        return Remade(made, self._anew)
+        return Remade(made, seconds=None if self._catching_up is None else self._catching_up.seconds)

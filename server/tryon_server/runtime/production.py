@@ -71,6 +71,7 @@ STAGES = {
     "dressed": "Dressed",
     "placing over": "Placing the next garment's pieces around what is worn",
     "sewing over": "Sewing the next garment over what is worn",
+    "taking in over": "Taking it in over what is worn",
     "settling over": "Letting all that is worn settle",
     "dressed over": "Dressed",
 }

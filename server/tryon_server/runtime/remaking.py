@@ -5,10 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
-from tryon_server.runtime.beside import Beside, Made, NotMade
-from tryon_server.runtime.drape import BuildDrape, Drape, Packed
+from tryon_server.runtime.beside import Beside, Made, NotMade, Task
+from tryon_server.runtime.drape import BuildDrape, Drape, Packed, Progress
 from tryon_server.runtime.order import DrapeOrder
 from tryon_server.runtime.worn_before import WornBefore
 from tryon_server.wording import in_parameters
@@ -24,16 +25,24 @@ class Dressing:
 
     def __call__(self) -> Packed:
         """Raises ProblemError when the garment can't be put on."""
-        return self.build(self.order, lambda _stage, _share: None).packed()
+        return self._dressed(lambda _stage, _share: None)
+
+    def telling(self, tell: Progress) -> Task:
+        """The same, which tells how far it is."""
+        return partial(self._dressed, tell)
+
+    def _dressed(self, progress: Progress) -> Packed:
+        return self.build(self.order, progress).packed()
 
 
 @dataclass(frozen=True)
 class Remade:
     """The garment that was asked for: put on `anew`, in another stance than the old one was worn in, or where that
-    was."""
+    was; or dressed beside it and brought to where that is, in `seconds` of simulated time since."""
 
     drape: Drape
-    anew: bool
+    anew: bool = False
+    seconds: float | None = None
 
 
 class Remaking:

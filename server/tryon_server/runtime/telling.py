@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 
-from tryon_server.sessions.events import Event, PhaseChanged
+from tryon_server.sessions.events import Event
 
 PROGRESS_SECONDS = 0.2  # between tellings of the same stage's progress
 
@@ -38,10 +38,10 @@ class Teller:
             self._connection.send(self._owed.popleft()())
 
 
-class Progress:
-    """Tells which stage of the dressing is under way, and how much of it is done, now and then."""
+class NowAndThen:
+    """Passes on which stage is under way, and how much of it is done, now and then."""
 
-    def __init__(self, tell: Callable[[Event], None], clock: Callable[[], float]) -> None:
+    def __init__(self, tell: Callable[[str, float | None], None], clock: Callable[[], float]) -> None:
         self._tell, self._clock = tell, clock
         self._told = ("", -math.inf)  # stage, and when [s]
 
@@ -51,4 +51,4 @@ class Progress:
         if stage == self._told[0] and now - self._told[1] < PROGRESS_SECONDS:
             return
         self._told = (stage, now)
-        self._tell(PhaseChanged("dressing", stage, share))
+        self._tell(stage, share)

@@ -36,7 +36,7 @@ from tryon_server.runtime.remaking import Remade, Remaking
 from tryon_server.runtime.reporting import report_of
 from tryon_server.runtime.source_choice import chosen_source
 from tryon_server.runtime.sources import Move, PoseSource, StillSource
-from tryon_server.runtime.telling import Progress, Teller
+from tryon_server.runtime.telling import NowAndThen, Teller
 from tryon_server.runtime.waiting import HeldBack, WaitingChanges, refusal, sooner
 from tryon_server.sessions.commands import (
     UNASKED,
@@ -60,7 +60,7 @@ from tryon_server.sessions.events import (
     Reported,
     Troubled,
 )
-from tryon_server.wording import as_parameters, in_parameters
+from tryon_server.wording import in_parameters
 from tryon_solver.linalg.freed import give_back_freed
 from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.fabrics import named_fabric
@@ -93,7 +93,7 @@ class Worker(OutfitWorker):
         self._connection = connection
         self._teller = Teller(connection)
         self._tell = self._teller.tell
-        self._progress = Progress(self._tell, clock)
+        self._progress = NowAndThen(lambda stage, share: self._tell(PhaseChanged("dressing", stage, share)), clock)
         self._order = order
         self._build = build
         self._load_motion = load_motion
@@ -381,19 +381,11 @@ class Worker(OutfitWorker):
         """Go on with a newly dressed garment. Raises ProtocolError when it can't be told."""
         announcement = self._publisher.dress(drape)
         self._drape, self._pose = drape, drape.pose
-        for name, specification in drape.specifications.items():
-            if specification is not None:
-                self._histories.setdefault(name, History(specification))
-                self._beside.warm()
         self._poses.begin(drape.outfit.body)
         self._simulated, self._failures, self._cost, self._move = 0.0, 0, 0.0, None
         self._follow()
         self._tell(announcement)
-        outfit = drape.outfit
-        said = f"Dressed; {outfit.fit}" if outfit.fit else "Dressed"
-        notes = tuple(as_parameters(note) for note in outfit.notes)
-        self._worn = (outfit.fit, outfit.fitting_size, notes, outfit.size)
-        self._tell(PhaseChanged("ready", said, None, *self._worn))
+        self._tell_worn()
         self._last_look = self._clock()
 
     def say(self, what: str) -> None:

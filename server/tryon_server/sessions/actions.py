@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from tryon_protocol import EffectsMessage, ProtocolError
+from tryon_protocol import EffectsMessage, OutfitWish, ProtocolError
 from tryon_server.sessions.commands import Command
 from tryon_server.sessions.events import EditMade, OutfitWorn
 
@@ -76,6 +76,14 @@ class Answer:
 
 
 @dataclass(frozen=True)
+class ChangeWorn:
+    """Find what a client wants to wear, and have it worn; then tell the session how that ended."""
+
+    client: int
+    wish: OutfitWish
+
+
+@dataclass(frozen=True)
 class KeepEffects:
     """Keep for good what was asked of the session's effects, plain JSON."""
 
@@ -97,4 +105,4 @@ class End:
     reason: str
 
 
-Action = Send | SendFrame | Close | Order | Keep | Answer | KeepEffects | AnswerEffects | End
+Action = Send | SendFrame | Close | Order | Keep | Answer | ChangeWorn | KeepEffects | AnswerEffects | End

@@ -167,9 +167,8 @@ class Session:
         viewer = self._viewers.get(client)
         if viewer is None:
             return []
-        fault = ProtocolError(
-            "malformed_message", "$", "A text message arrived.", "Send binary websocket messages only."
-        )
+        remedy = "Send binary websocket messages only."
+        fault = ProtocolError("malformed_message", "$", "A text message arrived.", remedy)
         return self._answer_fault(client, viewer, fault, None, now)
 
     def simulated(self, event: Event, now: float) -> list[Action]:
@@ -356,9 +355,10 @@ class Session:
             case ByeMessage():
                 return [*self._leave(client, now, for_good=True), Close(client, NORMAL, "Goodbye")]
             case HelloMessage():
-                raise ProtocolError(
-                    "unexpected_message", "$.type", "hello came twice.", "Send hello once per connection."
-                )
+                once = "Send hello once per connection."
+                raise ProtocolError("unexpected_message", "$.type", "hello came twice.", once)
+            case _:  # of the wardrobe (wardrobe.py)
+                return []
 
     def _pose(self, client: int, viewer: Viewer, message: PoseMessage, now: float) -> list[Action]:
         if message.ack:

@@ -4,18 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
-from tryon_protocol import ProtocolError
-from tryon_server.sessions.actions import Action, Answer, Order
+from tryon_protocol import ClientMessage, OutfitMessage, OutfitWish, ProtocolError, PutOnMessage, WornGarment, encode
+from tryon_server.sessions.actions import Action, Answer, ChangeWorn, Order, Send
 from tryon_server.sessions.commands import ChangeOutfit, WornItem
 from tryon_server.sessions.events import Designed, Event, OutfitRefused, OutfitWorn
 from tryon_server.sessions.machine import Session
 from tryon_server.sessions.pattern_changes import refuse_before
+from tryon_server.sessions.rules import unknown
+from tryon_server.sessions.viewer import Viewer
+
+FITTING: Literal["fit"] = "fit"  # in place of a size that is looked for
 
 
 class WardrobeSession(Session):
-    """A session that several garments are worn in. What is asked of it is asked without a connection.
+    """A session that several garments are worn in. Who finds what is asked for are its
+    surroundings, also where a client asks (`ChangeWorn`).
 
     Attributes:
         items: what is worn, from the innermost outwards.
@@ -45,6 +50,41 @@ class WardrobeSession(Session):
             raise ProtocolError("unexpected_message", "$", what, "Wait until it is worn.")
         self._asked = ChangeOutfit(self._changes.new_ticket(), tuple(items), edited, order)
         return self._asked.ticket, [Order(self._asked)]
+
+    def _obey(self, client: int, viewer: Viewer, message: ClientMessage, now: float) -> list[Action]:
+        if not isinstance(message, OutfitWish):
+            return super()._obey(client, viewer, message, now)
+        try:
+            refuse_before(self._topology is not None)
+            if isinstance(message, PutOnMessage) and message.fabric not in (None, *self._rules.fabrics):
+                raise unknown("unknown_fabric", "fabric", str(message.fabric), self._rules.fabrics)
+        except ProtocolError as fault:
+            return self._answer_fault(client, viewer, fault, message.request, now)
+        return [ChangeWorn(client, message)]
+
+    def outfit_changed(
+        self, worn: Sequence[WornItem], edited: str, client: int | None = None, request: int | None = None
+    ) -> list[Action]:
+        """These garments are worn and kept, as that client asked for, if one did; all clients are told."""
+        told = tuple(
+            WornGarment(
+                name=item.name,
+                garment=item.garment,
+                fabric=item.fabric,
+                size=FITTING if item.size is None else item.size,
+                edited=item.name == edited,
+            )
+            for item in worn
+        )
+        return [
+            Send(each, encode(OutfitMessage(worn=told, request=request if each == client else None)))
+            for each in self._greeted()
+        ]
+
+    def outfit_refused(self, client: int, request: int | None, fault: ProtocolError, now: float) -> list[Action]:
+        """What a client wants to wear is refused, and what is worn is worn on."""
+        viewer = self._viewers.get(client)
+        return [] if viewer is None else self._answer_fault(client, viewer, fault, request, now)
 
     def simulated(self, event: Event, now: float) -> list[Action]:
         """The simulation told something."""

@@ -6,13 +6,13 @@ import asyncio
 import itertools
 import logging
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
-from tryon_protocol import EffectsMessage, ProtocolError
+from tryon_protocol import EffectsMessage, OutfitWish, ProtocolError
 from tryon_server.runtime.interface import Simulation
 from tryon_server.sessions import Action, Close, End, Order, Send, SendFrame, WardrobeSession
-from tryon_server.sessions.actions import POLICY_VIOLATION, Answer, AnswerEffects, Keep, KeepEffects
+from tryon_server.sessions.actions import POLICY_VIOLATION, Answer, AnswerEffects, ChangeWorn, Keep, KeepEffects
 from tryon_server.sessions.commands import BuyAccuracy, Command, EditStep, WornItem
 from tryon_server.sessions.effect_talk import EffectTalk
 from tryon_server.sessions.events import EditMade, Event, OutfitWorn, PhaseChanged, Troubled
@@ -35,6 +35,7 @@ class LiveSession:
         complete: adds to a command for the simulation what the machine does not know, such as where a file is.
         keep: stores a change of the pattern; blocking. Raises what the store raises.
         keep_effects: stores what is asked of the effects, likewise.
+        wear: has what a client wants to wear worn and kept, and tells it by `tell_outfit`. Raises ProtocolError.
     """
 
     def __init__(
@@ -45,11 +46,14 @@ class LiveSession:
         complete: Callable[[Command], Command] = lambda command: command,
         keep: Callable[[EditMade], None] = lambda _made: None,
         keep_effects: Callable[[Mapping[str, Any]], None] = lambda _wishes: None,
+        wear: Callable[[int, OutfitWish], Awaitable[None]] | None = None,
     ) -> None:
         self.machine = machine
         self._complete = complete
         self._keep = keep
         self._keep_effects = keep_effects
+        self._wear = wear
+        self._wearing: set[asyncio.Task[None]] = set()
         self._keeping: asyncio.Task[None] | None = None
         self._asked: dict[int, asyncio.Future[Any]] = {}  # of what was made, by ticket
         self._asked_effects: dict[int, asyncio.Future[EffectsMessage]] = {}
@@ -118,6 +122,25 @@ class LiveSession:
         self._carry_out(actions)
         await asked
 
+    def tell_outfit(
+        self, items: Sequence[WornItem], edited: str, client: int | None = None, request: int | None = None
+    ) -> None:
+        """These garments are worn and kept; that client asked for them, if one did."""
+        self._carry_out(self.machine.outfit_changed(items, edited, client, request))
+
+    async def _wear_for(self, client: int, wish: OutfitWish) -> None:
+        """Wear what a client asks for; it is told how that ended."""
+        assert self._wear is not None
+        try:
+            await self._wear(client, wish)
+        except ProtocolError as fault:
+            self._carry_out(self.machine.outfit_refused(client, wish.request, fault, self.now))
+        except Exception as error:
+            logger.exception("session %s: an outfit could not be changed", self.machine.id)
+            what = f"What is worn could not be changed or stored: {error!r:.200}."
+            failed = ProtocolError("outfit_refused", "$", what, "Ask what is worn, then try it again.")
+            self._carry_out(self.machine.outfit_refused(client, wish.request, failed, self.now))
+
     def buy(self, wanted: BuyAccuracy) -> None:
         """Have frames solved so from now on, for somebody without a connection."""
         self._carry_out(self.machine.buy(wanted, self.now))
@@ -171,6 +194,10 @@ class LiveSession:
                     self._simulation.order(self._complete(command))
                 case Keep(made):
                     self._keeping = self._loop.create_task(self._keep_after(self._keeping, made))
+                case ChangeWorn(client, wish):
+                    wearing = self._loop.create_task(self._wear_for(client, wish))
+                    self._wearing.add(wearing)
+                    wearing.add_done_callback(self._wearing.discard)
                 case KeepEffects(wishes):
                     self._keeping = self._loop.create_task(self._keep_effects_after(self._keeping, wishes))
                 case Answer(ticket, outcome):

@@ -13,6 +13,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from tryon_protocol import OutfitWish, PutOnMessage
 from tryon_server.garments.service import GarmentService
 from tryon_server.persistence import (
     FIT,
@@ -36,7 +37,7 @@ from tryon_server.sessions.commands import Command, FollowMotion, MotionFile, Mo
 from tryon_server.sessions.events import EditMade
 from tryon_server.settings import Settings
 from tryon_server.streaming.live_session import LiveSession
-from tryon_server.streaming.wardrobes import BEGINNING, Wardrobes, history_key
+from tryon_server.streaming.wardrobes import BEGINNING, Wardrobes, as_protocol_errors, history_key
 from tryon_server.uploads.service import BodyUploads, MotionUploads
 
 logger = logging.getLogger(__name__)
@@ -175,6 +176,7 @@ class LiveSessions:
             partial(self._complete, record.id),
             partial(self._keep, record.id),
             partial(self._store.keep_effects, record.id),
+            partial(self._wear, record.id),
         )
         self._live[record.id] = live
         return live
@@ -265,8 +267,21 @@ class LiveSessions:
         uploaded = await asyncio.to_thread(self._as_uploaded, garment)
         return {**uploaded, "properties": {**uploaded["properties"], "fabric": fabric}}
 
-    async def change_outfit(self, session_id: str, change: Callable[[OutfitRecord], OutfitRecord]) -> OutfitRecord:
-        """Have a live session wear another outfit, made of what it wears; what it wears, once it is worn and kept.
+    async def _wear(self, session_id: str, client: int, wish: OutfitWish) -> None:
+        """Have a live session wear what a client wants. Raises ProtocolError."""
+        with as_protocol_errors():
+            fabric = await self.fabric_for(wish.garment, wish.fabric) if isinstance(wish, PutOnMessage) else ""
+            await self.change_outfit(session_id, self.wardrobes.wished(wish, fabric), client, wish.request)
+
+    async def change_outfit(
+        self,
+        session_id: str,
+        change: Callable[[OutfitRecord], OutfitRecord],
+        client: int | None = None,
+        request: int | None = None,
+    ) -> OutfitRecord:
+        """Have a live session wear another outfit, made of what it wears; what it wears, once it is worn and kept. A
+        client asked for it by that request, or nobody with a connection did.
 
         Raises:
             ProblemError: 404 no such session, 409 it has ended, or what `change` raises.
@@ -282,6 +297,7 @@ class LiveSessions:
         order = await asyncio.to_thread(self.wardrobes.garments, session_id, wanted)
         await live.change_outfit(self.wardrobes.items(wanted), wanted.edited, order)
         await asyncio.to_thread(self.wardrobes.keep, session_id, wanted)
+        live.tell_outfit(self.wardrobes.items(wanted), wanted.edited, client, request)
         return wanted
 
     async def outfit(self, record: SessionRecord) -> OutfitRecord:

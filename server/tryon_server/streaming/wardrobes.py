@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
 import msgspec
 
+from tryon_protocol import OutfitWish, ProtocolError, PutOnMessage, ReorderMessage, TakeOffMessage
 from tryon_server.garments.service import GarmentService
 from tryon_server.persistence import (
     FIT,
@@ -19,7 +21,7 @@ from tryon_server.persistence import (
     SessionRecord,
     WornRecord,
 )
-from tryon_server.problems import problem_error
+from tryon_server.problems import ProblemError, problem_error
 from tryon_server.runtime.order import DrapeOrder, GarmentOrder, MeshReading
 from tryon_server.sessions.commands import WornItem
 
@@ -138,6 +140,18 @@ class Wardrobes:
         worn = tuple(_one(outfit, name) for name in order or names)
         return msgspec.structs.replace(outfit, worn=worn, edited=_one(outfit, edited or outfit.edited).name)
 
+    def wished(self, wish: OutfitWish, fabric: str) -> Callable[[OutfitRecord], OutfitRecord]:
+        """What makes of an outfit the one that is asked for; what is put on is of this fabric. Raises ProblemError."""
+        match wish:
+            case PutOnMessage():
+                return lambda before: self.with_one(
+                    before, wish.garment, fabric, wish.size, wish.position, wish.replaces
+                )
+            case TakeOffMessage():
+                return lambda before: self.without(before, wish.garment)
+            case ReorderMessage():
+                return lambda before: self.in_order(before, wish.order, wish.edited)
+
     @staticmethod
     def as_worn(outfit: OutfitRecord, items: Sequence[WornItem], edited: str) -> OutfitRecord:
         """The outfit with the fabrics of its `items` as a live session wears them, and the garment that it edits."""
@@ -178,6 +192,20 @@ class Wardrobes:
             WornItem(one.name, one.garment, one.fabric, None if one.size == FIT else one.size, one.number)
             for one in outfit.worn
         )
+
+
+@contextmanager
+def as_protocol_errors() -> Iterator[None]:
+    """What is wrong with a wish for an outfit, as a client is told it: refused, but for what the moment forbids."""
+    try:
+        yield
+    except ProblemError as error:
+        fault = error.problem
+        place = f"$.{fault.place}" if fault.place else "$"
+        raise ProtocolError("outfit_refused", place, f"{fault.message}.", f"{fault.remedy}.") from error
+    except ProtocolError as error:
+        code = "outfit_refused" if error.code == "edit_refused" else error.code
+        raise ProtocolError(code, error.place, error.message, error.remedy) from error
 
 
 def history_key(session_id: str, number: int) -> str:

@@ -1,0 +1,72 @@
+"""An outfit that was dressed beside what is worn, brought to where the body is by now: it takes the other's place
+between two frames, and nobody sees the body go back to the stance in which garments are put on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+
+from tryon_server.runtime.drape import Drape, Stance
+from tryon_server.runtime.sources import LONGEST_MOVE, approach_seconds, leap_towards, moved
+from tryon_solver.body.mesh_sequence import MeshSequence, Moment
+from tryon_solver.body.motion import ease
+from tryon_solver.body.pose import Pose
+
+LEAD_SECONDS = 1.0  # of simulated time on the way, or longer, so that no limb goes faster than on other ways
+STEEPEST = 1.875  # of `ease`: the way is gone so many times as fast in its middle as on the mean
+
+
+class CatchingUp:
+    """The parts of a drape that is unpacked, then those of its way, between which what is worn goes on.
+
+    The way leads from the stance in which it was dressed to the stance of the moment, wherever that goes meanwhile:
+    both are blended, and the share of the latter goes from 0 to 1 smoothly. At the end the two are one, with the speed
+    of the body.
+    """
+
+    def __init__(self, unpacking: Iterator[Drape | None], stance: Callable[[], Stance]) -> None:
+        """``stance`` tells where the body of what is worn is."""
+        self._unpacking, self._stance = unpacking, stance
+        self.seconds = 0.0  # simulated on the way
+
+    def parts(self) -> Iterator[Drape | None]:
+        """None after each part but the last, which gives the drape in the stance of the moment."""
+        for drape in self._unpacking:
+            if drape is not None:
+                yield from self._led(drape)
+                return
+            yield None
+
+    def _led(self, drape: Drape) -> Iterator[Drape | None]:
+        start, goal = drape.pose, self._stance()
+        moves = math.ceil(max(LEAD_SECONDS, STEEPEST * _shortest(start, goal)) / LONGEST_MOVE)
+        for k in range(1, moves + 1):
+            if k > 1:
+                yield None
+                goal = self._stance()
+            if isinstance(start, Pose) and isinstance(goal, Pose):
+                leap = leap_towards(start, goal)
+                drape.leap(leap)
+                start = moved(start, leap)
+            self.seconds = k * LONGEST_MOVE
+            drape.advance(_between(start, goal, float(ease(k / moves)), drape.own_motion), self.seconds)
+        yield drape
+
+
+def _shortest(start: Stance, goal: Stance) -> float:
+    """How long the body takes to get there [s], going at a constant speed."""
+    if isinstance(start, Pose) and isinstance(goal, Pose):
+        return approach_seconds(moved(start, leap_towards(start, goal)), goal)
+    return abs(goal.time - start.time) if isinstance(start, Moment) and isinstance(goal, Moment) else 0.0
+
+
+def _between(start: Stance, goal: Stance, share: float, own: MeshSequence | None) -> Stance:
+    """The stance at this share of the way; of a body that moves by itself through its own frames."""
+    if share >= 1.0:
+        return goal
+    if isinstance(start, Pose) and isinstance(goal, Pose):
+        return Pose.interpolate(start, goal, share)
+    assert own is not None
+    assert isinstance(start, Moment)
+    assert isinstance(goal, Moment)
+    return own.sample(start.time + share * (goal.time - start.time))
