@@ -37,8 +37,6 @@ def build_in_parts(
     simulation.set_diagonals(dt)
     inverse = BESIDE.submit(simulation.inverse_to_make())
     yield None
-    simulation.prepare_contact()
-    yield None
     for _ in more:
         yield None
     while not wait([inverse], LOOK_SECONDS).done:

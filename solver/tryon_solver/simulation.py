@@ -112,11 +112,13 @@ class Simulation:
     # -- building ------------------------------------------------------------------------------------------------
 
     def parts(self, pose: Any, surface: np.ndarray | None, basis: csr_matrix | None = None) -> Iterator[None]:
-        """Build what the matrices take, a part with each `next`, and then `prepare_contact` and `use_time_step` the
-        rest; arguments as of `build`, and the garment's `basis_by_edges` if that has been made."""
+        """Build the rest but for what `use_time_step` makes, a part with each `next`; arguments as of `build`, and the
+        garment's `basis_by_edges` if that has been made."""
         self._allocate(pose, surface)
         yield
         self._assemble(basis_by_edges(self.scene.garment, self.settings.subspace_spacing) if basis is None else basis)
+        yield
+        self._prepare_contact()
         yield
 
     def _allocate(self, pose: Any, surface: np.ndarray | None) -> None:
@@ -216,8 +218,7 @@ class Simulation:
         """(N, N) float64 N/m, the sum of the constant matrices; rows sum to zero. Waits for the device."""
         return self.matrices.total.matrix()
 
-    def prepare_contact(self) -> None:
-        """Surfaces, and room for what is found near them. Raises GarmentError for triangles that bear no contact."""
+    def _prepare_contact(self) -> None:
         scene, settings, device = self.scene, self.settings, self.device
         garment = scene.garment
         sizes = contact_sizes(scene, settings, self.body_count, device)
@@ -483,7 +484,6 @@ def build(
     simulation = Simulation(scene, settings, device)
     for _ in simulation.parts(pose, surface):
         pass
-    simulation.prepare_contact()
     simulation.use_time_step(settings.largest_step)
     if not tangled:
         refuse_touching_start(simulation)
