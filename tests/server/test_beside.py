@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 import tasks
 
-from tryon_server.runtime.beside import Made, NotMade, ProcessBeside
+from tryon_server.runtime.beside import Made, NotMade, ProcessBeside, Told
 from tryon_server.runtime.memory import own_bytes
 
 PATIENCE = 60.0  # s, for a process to start on a busy machine
@@ -57,6 +57,23 @@ def test_what_a_task_returns_comes_back_once(beside):
     assert outcome_of(beside, partial(tasks.double, 21)) == Made(42)
     assert beside.outcome() is None
     assert outcome_of(beside, partial(tasks.double, 4)) == Made(8)
+
+
+def test_a_task_tells_how_far_it_is_until_it_has_ended(beside, tmp_path):
+    beside.begin(tasks.Counting(3, tmp_path / "go on"))
+    seen = set()
+
+    def last_news():
+        assert beside.outcome() is None
+        news = beside.news()
+        seen.add(news)
+        return news == Told("number 3", 1.0)
+
+    until(last_news)
+    assert beside.news() is None, "told once"
+    (tmp_path / "go on").touch()
+    assert until(beside.outcome) == Made(3)
+    assert beside.news() is None
 
 
 def test_a_task_may_be_longer_than_a_pipe_takes_at_once(beside):

@@ -70,8 +70,7 @@ class Stream:
     Every frame is acknowledged as soon as it is decoded, which is what paces the server.
 
     welcome: the server's answer to `hello`. topology, status, report, design, effects, outfit: the newest received, or
-    None.
-    errors: all `error` messages received, oldest first. goodbye: why the server closes, or None.
+    None. errors: all `error` messages received, oldest first. goodbye: why the server closes, or None.
     """
 
     def __init__(self, connection: ClientConnection, welcome: WelcomeMessage) -> None:

@@ -75,7 +75,8 @@ const LEAD: Record<StatusMessage["state"], string> = {
 /** A status in words: what goes on, what exactly if the server says so, and how far it has come. */
 function describe(status: StatusMessage): string {
   const lead = LEAD[status.state];
-  const working = status.state === "preparing" || status.state === "dressing" || status.state === "failed";
+  const changing = typeof status.progress === "number"; // what is worn is to be worn otherwise
+  const working = changing || status.state === "preparing" || status.state === "dressing" || status.state === "failed";
   const detail = working && status.detail ? `: ${status.detail}` : "";
   const share = working && typeof status.progress === "number" ? ` (${Math.round(status.progress * 100)} %)` : "";
   return `${lead}${detail}${share}`;

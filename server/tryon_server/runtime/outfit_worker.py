@@ -119,7 +119,7 @@ class OutfitWorker:
             remade = self._outfitting.go_on(self._stance_now)
             news = self._outfitting.news()
             if news is not None:
-                self._tell(PhaseChanged("ready", news.stage, news.share, *self._worn))
+                self._tell(PhaseChanged("ready", news.stage, news.share or 0.0, *self._worn))
             if remade is not None:
                 self._wear_outfit(remade)
                 self._tell(OutfitWorn(ticket))

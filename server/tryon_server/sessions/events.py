@@ -14,7 +14,8 @@ Phase = Literal["preparing", "dressing", "ready", "failed"]
 
 @dataclass(frozen=True)
 class PhaseChanged:
-    """What the simulation is doing: ``detail`` in a sentence for people, ``progress`` 0 to 1 when known.
+    """What the simulation is doing: ``detail`` in a sentence for people, ``progress`` 0 to 1 when known; of one that is
+    ready: how far what is put on next is.
 
     Of a dressed garment: ``fit``, what there is to say about it, ``fitting_size``, the size that would fit if another
     one does, ``notes``, how garment and body were read, and ``worn_size``, that of its pattern.

@@ -22,13 +22,14 @@ def status_of(
 ) -> StatusMessage:
     """The state in one message; ``pose_age`` is how long ago the last pose was used [s]."""
     state, detail = _state(phase, motion, playing, ended, pose_age)
+    changing = phase.phase == "ready" and phase.progress is not None and not ended
     return StatusMessage(
         state=state,
-        detail=detail,
+        detail=phase.detail if changing else detail,
         motion=motion,
         fabric=fabric,
         playing=playing,
-        progress=phase.progress if state in ("preparing", "dressing") else None,
+        progress=phase.progress if changing or state in ("preparing", "dressing") else None,
         fit=phase.fit,
         fitting_size=phase.fitting_size,
         notes=phase.notes,

@@ -24,6 +24,7 @@ from tryon_solver.dressing.fit import (
     close_seams,
     unforeseen_refused,
     weld_blocked,
+    with_mesh,
     with_opening,
 )
 from tryon_solver.dressing.opening import Opening, opening_as_drawn, upper_opening
@@ -113,6 +114,7 @@ def dress(
                 raise too_large from error
             if isinstance(error, TightError):
                 told = with_opening(error, opening_as_drawn(panels, surface, body.faces))
+                told = with_mesh(told, fabric, joined.garment().mean_edge_length())
                 if told is not error:
                     raise told from error
             raise

@@ -19,8 +19,12 @@ from tryon_solver.simulation import Simulation
 CLOSED = 2e-3  # m, a seam further open than this can't be welded
 GAPING = 10e-3  # m, a seam further open than tightness alone would explain
 MOST_STRETCH = 1.1  # times the fabric's limit, at rest on a still body
+HALVINGS = 40  # of an interval, to far below any length that is told
 MOST_SQUEEZED = 10e-3  # m that a garment at rest may press the skin in
 TAUT = 0.5  # of the stretch that a fabric bears: one that is stretched by less is not what makes a garment tight
+
+
+LIMB = 0.05  # m, about the radius of an arm, the narrowest that cloth goes around
 
 
 class DressingError(LocatedError):
@@ -165,6 +169,38 @@ def check_rest(simulation: Simulation, panel_names: tuple[str, ...]) -> None:
             "Choose a thinner fabric or another size, or draw less fabric where the garment lies on itself",
         )
     raise TightError(f"{what}; it is too tight for this body", f"panels.{name}", looser(pulled, [name]))
+
+
+def bent(edge: float) -> float:
+    """How far edges of this length [m] stretch cloth that goes around a limb and stays outside of it: an arc of a
+    circle of radius `LIMB` against the tangents at its ends, tan(a) / a at half its angle a = edge / (2 `LIMB`)."""
+    half = edge / (2.0 * LIMB)
+    return float(np.tan(half) / half) if half < 0.5 * np.pi else np.inf
+
+
+def longest_edge(fabric: Fabric) -> float:
+    """The longest edges [m] that bend around a limb without stretching the fabric further than it bears."""
+    shortest, longest = 0.0, np.pi * LIMB
+    for _ in range(HALVINGS):
+        middle = 0.5 * (shortest + longest)
+        shortest, longest = (middle, longest) if bent(middle) <= fabric.strain_limit else (shortest, middle)
+    return shortest
+
+
+def with_mesh(error: TightError, fabric: Fabric, edge: float) -> TightError:
+    """The same, where edges of this mean length [m] alone stretch the fabric further than it bears: no size mends
+    that."""
+    fine = longest_edge(fabric)
+    if edge <= fine:
+        return error
+    stretched = f"by {percent(bent(edge))}" if np.isfinite(bent(edge)) else "without bound"
+    return type(error)(
+        f"{error.message}; its mesh, though, is too coarse for {fabric.name}: edges of {100 * edge:.1f} cm that go "
+        f"around an arm stretch it {stretched}",
+        error.place,
+        f"Choose an edge length of at most {np.floor(1000 * fine) / 10:.1f} cm, or a finer preset; if it is still too "
+        f"tight then: {error.remedy}",
+    )
 
 
 def with_opening(error: TightError, opening: Opening | None) -> TightError:

@@ -14,7 +14,7 @@ import numpy as np
 
 from tryon_solver.body.on_device import WornBody
 from tryon_solver.dressing.dress import ROUNDS, Progress, Sewn, place, settle, sew, tell_nobody, told_as
-from tryon_solver.dressing.fit import CrumpledError, TightError, check_rest, unforeseen_refused
+from tryon_solver.dressing.fit import CrumpledError, TightError, check_rest, unforeseen_refused, with_mesh
 from tryon_solver.dressing.outfit import Beneath, Outfit, Worn, WornOutfit
 from tryon_solver.dressing.take_in import LET_OUT, TakenIn, no_room, take_in
 from tryon_solver.dressing.untangle import untangle
@@ -139,7 +139,8 @@ class _Over:
     def _no_room(self, error: TightError, bears: float) -> TightError:
         """What to say of one that no less than this size over its own goes on."""
         own = self.outfit(self.panels).worn[-1]
-        return no_room(error, own, Beneath.of(self.worn), bears, self.body.faces)
+        told = no_room(error, own, Beneath.of(self.worn), bears, self.body.faces)
+        return with_mesh(told, self.fabric, own.garment.mean_edge_length())
 
 
 def surfaces_of(beneath: Beneath) -> tuple[Surface, ...]:

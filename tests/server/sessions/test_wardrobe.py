@@ -7,7 +7,7 @@ from tryon_protocol import DesignMessage, ProtocolError
 from tryon_server.sessions import Order, WardrobeSession
 from tryon_server.sessions.actions import Answer
 from tryon_server.sessions.commands import WornItem
-from tryon_server.sessions.events import Designed, OutfitRefused, OutfitWorn, TopologyReady
+from tryon_server.sessions.events import Designed, OutfitRefused, OutfitWorn, PhaseChanged, TopologyReady
 
 SHIRT = WornItem("shirt", "tshirt", "cotton", 1.0, 1)
 SKIRT = WornItem("skirt", "skirt", "denim", 1.0, 2)
@@ -59,3 +59,14 @@ def test_a_pattern_that_is_told_says_which_garment_is_edited_and_of_what_it_is(s
     session.simulated(Designed(design, "linen"), NOW)
     assert session.edited == "skirt"
     assert [item.fabric for item in session.items] == ["cotton", "linen"]
+
+
+def test_while_an_outfit_is_made_the_status_tells_how_far_it_is(session):
+    session.simulated(PhaseChanged("ready", "Dressed"), NOW)
+    state = session.status(NOW).state
+    session.simulated(PhaseChanged("ready", "Sewing the seams", 0.25), NOW)
+    told = session.status(NOW)
+    assert (told.state, told.detail, told.progress) == (state, "Sewing the seams", 0.25)
+    session.simulated(PhaseChanged("ready", "Dressed"), NOW)
+    assert session.status(NOW).progress is None
+    assert session.status(NOW).detail != "Sewing the seams"

@@ -2,6 +2,9 @@
 
 import os
 import time
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
 
 from tryon_server.problems import problem_error
 
@@ -36,3 +39,24 @@ def hoard(size):
     kept = bytearray(b"x") * size
     time.sleep(600.0)
     return len(kept)
+
+
+@dataclass(frozen=True)
+class Counting:
+    """Tells each number up to its own, of which it takes the `share`; waits for `go_on`, a file, before its end."""
+
+    last: int
+    go_on: Path
+
+    def telling(self, tell):
+        return partial(self._count, tell)
+
+    def __call__(self):
+        return self._count(lambda _stage, _share: None)
+
+    def _count(self, tell):
+        for k in range(1, self.last + 1):
+            tell(f"number {k}", k / self.last)
+        while not self.go_on.exists():
+            time.sleep(0.01)
+        return self.last
