@@ -75,6 +75,20 @@ def test_two_garments_are_told_and_each_is_of_its_fabric(drape):
     assert densities[first:] == pytest.approx(0.40)
 
 
+def test_what_was_put_on_before_hangs_as_it_did_and_is_not_sewn_again(order, drape):
+    stages = []
+    told = replace(order, specification=drape.specifications["inner"])  # as sessions tell it once it was worn
+    again = production.build_drape(told, lambda stage, _: stages.append(stage))
+    assert stages.count("Dressing as before") == 2, "the inner one alone, then both"
+    assert "Sewing the next garment over what is worn" not in stages
+    assert np.array_equal(again.cloth_positions(), drape.cloth_positions())
+    assert np.array_equal(again.body_positions(), drape.body_positions())
+    renamed = replace(order, over=(replace(order.over[0], fabric="cotton_poplin"),))
+    stages.clear()
+    production.build_drape(renamed, lambda stage, _: stages.append(stage))
+    assert stages.count("Dressing as before") == 1, "of another fabric it hangs otherwise"
+
+
 @pytest.mark.parametrize("name", ["inner", "outer"])
 def test_a_drag_reshapes_the_garment_that_is_edited_and_no_other(drape, name):
     drape.edit_garment(name)

@@ -30,7 +30,8 @@ from tryon_solver.dressing.dress_mesh import dress_mesh
 from tryon_solver.dressing.fit import DressingError, StanceError
 from tryon_solver.dressing.fitting_room import FittingRoom
 from tryon_solver.dressing.opening import Opening
-from tryon_solver.dressing.outfit import Worn
+from tryon_solver.dressing.outfit import Outfit as Together
+from tryon_solver.dressing.outfit import Worn, WornOutfit
 from tryon_solver.dressing.put_over import put_over
 from tryon_solver.dressing.stance import Covered
 from tryon_solver.dressing.stitching_on import stitched_on
@@ -74,6 +75,7 @@ STAGES = {
     "taking in over": "Taking it in over what is worn",
     "settling over": "Letting all that is worn settle",
     "dressed over": "Dressed",
+    "as before over": "Dressing as before",
 }
 
 A_WHOLE_BODY = "Export all of the person, from head to feet: by the height is told where a pattern belongs on a body"
@@ -117,8 +119,8 @@ def put_on_over(drape: SolverDrape, garment: GarmentOrder, order: DrapeOrder, pr
         outermost = WornGarment(Worn.of_pattern(garment.worn_as, panels, weld(panels), fabric), own)
         garments = (*drape.garments, outermost)
         effects = worn_with(garments)
-        worn = put_over(
-            drape.worn_outfit(), garment.worn_as, panels, fabric, effects, progress=lambda s, k: tell(f"{s} over", k)
+        worn = put_over_as_before(
+            drape.worn_outfit(), garments, effects, order.wardrobe, lambda stage, share: tell(f"{stage} over", share)
         )
     except (PatternError, PlacementError, DressingError) as error:
         message = f"{what}: {error.message}"
@@ -130,6 +132,40 @@ def put_on_over(drape: SolverDrape, garment: GarmentOrder, order: DrapeOrder, pr
     over.outfit = replace(over.outfit, fit=old.fit, fitting_size=old.fitting_size)
     over.own_motion, over.origin = drape.own_motion, drape.origin
     return over
+
+
+def put_over_as_before(
+    worn: WornOutfit,
+    garments: Sequence[WornGarment],
+    effects: tuple[Effect, ...],
+    folder: Path | None,
+    tell: Callable[[str, float], None],
+) -> WornOutfit:
+    """The last of these garments over the others, which are worn: as all of them hung when they were put on so the last
+    time, or put on and kept in the folder for the next time. Raises as put_over."""
+    outermost, before = garments[-1].worn, worn.simulation
+    body, settings = before.scene.body, before.settings.by_budget()
+    patterns = [one.pattern for one in garments if one.pattern is not None]
+    kept = folder is not None and isinstance(body, BodyModel) and len(patterns) == len(garments)
+    assert outermost.panels is not None
+    if not kept:
+        return put_over(worn, outermost.name, outermost.panels, outermost.fabric, effects, progress=tell)
+    assert folder is not None
+    assert isinstance(body, BodyModel)
+    content = b"\n".join(canonical(pattern.specification) for pattern in patterns)
+    choices = [(pattern.edge_length, pattern.size, one.worn.fabric) for pattern, one in zip(patterns, garments)]
+    key, wardrobe = wardrobe_key(content, body, (*choices, settings)), Wardrobe(folder)
+    outfit = Together(tuple(one.worn for one in garments))
+    count = outfit.garment.vertex_count
+    hung = wardrobe.recall(key, count + len(body.rest_vertices))
+    if hung is None:
+        over = put_over(worn, outermost.name, outermost.panels, outermost.fabric, effects, progress=tell)
+        wardrobe.keep(key, np.vstack([over.simulation.cloth_positions(), over.simulation.body_positions()]))
+        return over
+    tell("as before", 1.0)
+    cloth, surface = np.split(hung.astype(np.float64), [count])
+    scene = outfit.scene(cloth, body, effects)
+    return WornOutfit(outfit, build(scene, settings, before.device, worn.pose, surface), worn.pose)
 
 
 def build_innermost(order: DrapeOrder, progress: Progress) -> SolverDrape:
@@ -167,7 +203,8 @@ def build_innermost(order: DrapeOrder, progress: Progress) -> SolverDrape:
             def wear(body: WornBody) -> Dressed:
                 if order.wardrobe is None or not isinstance(body, BodyModel):
                     return dress(panels, body, fabric, settings, device, effects, progress=tell)
-                key = wardrobe_key(content, body, (fabric, settings, edge_length, size))
+                as_worn = canonical(made_of(json.loads(content), fabric.name))  # the same from a file or a history
+                key = wardrobe_key(as_worn, body, (fabric, settings, edge_length, size))
                 wardrobe = Wardrobe(order.wardrobe)
                 return _dress_as_before(panels, body, fabric, effects, settings, device, tell, wardrobe, key)
 
