@@ -2,13 +2,13 @@
 
 At the committed state the correction's Newton matrix and gradient are made once more, and conjugate gradients go a few
 ITERATIONS towards Newton's next direction. That is short of the error, and the shorter the further the iterations have
-come: what is steep is done first, and of what is left, folds that snap, the matrix, which is made positive, knows least.
-So with l the length of that direction and w that of the way that the step went beside the body's motion, both as root
-mean squares over the cloth,
+come: what is steep is done first, and of the folds that are left the matrix, which is made positive, knows least. So
+with l the length of that direction and w that of the way that the step went beside the body's motion, both as root mean
+squares over the cloth,
 
     error = SCALE l^(1 - OF_WAY) (w^2 + l^2)^(OF_WAY/2);
 
-what is left is on the way, too, so that a step that went nowhere is told of by l. The two numbers were fitted (METHOD.md
+what is left is on the way, too, so that a step that went nowhere is told of by l. Both numbers were fitted (METHOD.md
 section 14). Ours.
 """
 
