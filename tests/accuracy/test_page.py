@@ -175,11 +175,11 @@ def test_what_was_fitted_to_promises_nothing_of_the_estimate(tmp_path):
 
 def test_a_preset_that_claims_newtons_accuracy_is_held_to_it(tmp_path):
     off = rows("reference", (0.06, 0.06), (0.05, 0.05), (0.06, 0.001))
-    off[2]["own_balance"] = 0.001
+    off[2] |= {"own_balance": 0.001, "energy": -0.2}
     put(tmp_path, "presets", {"reference": (about(), off)})
     (said,) = broken(read_results(tmp_path))
     assert "preset reference is 0.0569 mm from Newton IPC, RMS; 2 of 3 steps are further off" in said
-    assert said.endswith("1 of these in a balance of their own")
+    assert said.endswith("1 of these in a balance of their own, 1 with less energy than Newton's")
 
 
 @pytest.mark.parametrize(("error", "named"), [(4.9, True), (5.1, False)])

@@ -79,11 +79,12 @@ def reference_broken(found: Found) -> list[str]:
             off = float(np.sqrt(np.mean([row["error"] ** 2 for row in rows])))
             if off > AGREEMENT:
                 far = [row for row in rows if row["error"] > AGREEMENT]
-                balanced = sum((row.get("own_balance") or np.inf) < AGREEMENT for row in far)
+                balanced = [row for row in far if (row.get("own_balance") or np.inf) < AGREEMENT]
+                lower = sum((row["energy"] or 0.0) < 0 for row in balanced)
                 said.append(
                     f"{measured.name}: preset {REFERENCE} is {digits(off)} mm from Newton IPC, RMS; {len(far)} of "
-                    f"{len(rows)} steps are further off than {AGREEMENT:g} mm, {balanced} of these in a balance "
-                    "of their own"
+                    f"{len(rows)} steps are further off than {AGREEMENT:g} mm, {len(balanced)} of these in a balance "
+                    f"of their own, {lower} with less energy than Newton's"
                 )
     if not any(REFERENCE in measured.presets for measured in found.errors):
         said.append(f"there is no preset {REFERENCE} to be held to Newton IPC")

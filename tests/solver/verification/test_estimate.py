@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import warp as wp
 from against_reference import rms, simulation_at
 from contact_scenes import DT, square_on_sphere
 
@@ -49,6 +50,18 @@ def test_it_falls_with_the_iterations_and_is_of_the_errors_size(falling):
 def test_a_step_that_was_solved_to_its_end_is_told_so(falling):
     solved, _ = falling(CONVERGED)
     assert solved < 1e-5, "m"
+
+
+@pytest.mark.parametrize("way", [0.0, 3e-3])
+def test_it_is_of_what_is_left_and_of_the_way(way):
+    """Root mean squares over four vertices; a step that went nowhere is told of by what is left alone."""
+    left, count = 2e-5, 4
+    squared, way_squared, error = (wp.array([v], dtype=wp.float32) for v in (count * left**2, count * way**2, 0.0))
+    inputs = [squared, way_squared, count, estimate.SCALE, estimate.OF_WAY]
+    wp.launch(estimate.take_larger_kernel, 1, inputs, [error], device="cpu")
+    expected = estimate.SCALE * left ** (1 - estimate.OF_WAY) * np.hypot(way, left) ** estimate.OF_WAY
+    assert error.numpy()[0] == pytest.approx(expected, rel=1e-5)
+    assert (way == 0) == (error.numpy()[0] == pytest.approx(estimate.SCALE * left, rel=1e-5))
 
 
 def test_of_several_steps_the_largest_is_told(monkeypatch):
