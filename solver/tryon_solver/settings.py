@@ -50,7 +50,7 @@ class Settings:
     correction_pcg_tolerance: float = 1e-2
     """Relative residual at which the correction's conjugate gradients stop."""
     correction_torn: float | None = None
-    """Largest stretch of a triangle beyond which a correction is done again with the second budget, until that leaves
+    """Largest stretch of a triangle beyond which a correction is done again with a budget of its own, until that leaves
     it so (stepping/torn.py). None: none is."""
     second_iterations: int = 24
     """Newton iterations of a correction that is done again, because the first one led astray; 0: none is."""

@@ -181,8 +181,8 @@ class Simulation:
         self.progress = Progress.allocate(device)
         self.holding = Holding.allocate(self.all_count, device)
         settings = self.settings
-        self.budget = Budget(settings.correction_iterations, settings.correction_pcg_iterations, TRUSTED, True)
-        self.second_budget = Budget(settings.second_iterations, settings.second_pcg_iterations, TRUSTED_AGAIN, False)
+        self.budget = Budget(settings.correction_iterations, settings.correction_pcg_iterations, TRUSTED)
+        self.second_budget = Budget(settings.second_iterations, settings.second_pcg_iterations, TRUSTED_AGAIN)
         self.tears = TearWatch.build(self.rest, self.progress.stretch, settings.correction_torn)
         self.buy(settings.accuracy, settings.deadline)
         self.coasting = Coasting(device)

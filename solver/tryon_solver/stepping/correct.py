@@ -253,7 +253,8 @@ def correct_penetration(sim: Simulation) -> None:
     Conjugate gradients that are cut short in a blow lead astray, each direction further than the one before: then all
     of it is done again from x_feasible with the second budget. If that leads astray, too, x is where an iteration began
     nearest to balance; and where all but the first began astray, a little of the first one's way, or the step is void:
-    the garment is carried along and nothing else, for what it would do instead tears it.
+    the garment is carried along and nothing else, for what it would do instead tears it. What leaves cloth torn is done
+    again likewise (torn.py).
     """
     settings = sim.settings
     sim.holding.release()
@@ -264,23 +265,24 @@ def correct_penetration(sim: Simulation) -> None:
     find_largest(sim.to_trial, sim.progress.trial)
     once = settings.contact_passes == 1
     outcome = iterate_newton(sim, sim.budget, sim.pace.iterations(sim.budget.iterations), once, starting=True)
-    if once and settings.second_iterations and ended_badly(sim, outcome):
-        again = sim.pace.again(sim.second_budget.iterations)
-        if again:
-            start_again(sim)
-            outcome = iterate_newton(sim, sim.second_budget, again, extensible=False)
-            if sim.tears is not None:
-                sim.tears.bear(outcome.stretch)
     if once:
+        if settings.second_iterations and led_astray(sim, outcome.began, outcome.last):
+            outcome = again(sim, sim.second_budget, outcome)
+        if sim.tears is not None and settings.ends_by_budget and sim.tears.torn(outcome.stretch):
+            outcome = again(sim, sim.tears.budget, outcome)
+            sim.tears.bear(outcome.stretch)
         leave_off(sim, outcome)
     if outcome.iterations:
         sim.counters.residual = outcome.wanted / sim.dt
 
 
-def ended_badly(sim: Simulation, outcome: Outcome) -> bool:
-    """Has a correction led astray, or left cloth torn?"""
-    torn = sim.tears is not None and sim.settings.ends_by_budget and sim.tears.torn(outcome.stretch)
-    return torn or led_astray(sim, outcome.began, outcome.last)
+def again(sim: Simulation, budget: Budget, outcome: Outcome) -> Outcome:
+    """Do all of it again from x_feasible with another budget, where there is time for it."""
+    at_most = sim.pace.again(budget.iterations)
+    if not at_most:
+        return outcome
+    start_again(sim)
+    return iterate_newton(sim, budget, at_most, extensible=False)
 
 
 def leave_off(sim: Simulation, outcome: Outcome) -> None:

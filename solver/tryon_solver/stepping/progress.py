@@ -138,7 +138,7 @@ def judge_direction_kernel(
     state[FOUND] = state[FOUND] + 1
     state[LEFT] = state[LEFT] - 1
     if state[LEFT] == 0:
-        adrift = wp.length(together[0]) > ADRIFT * dt[0] * float(count)
+        adrift = wp.length(together[0]) > ADRIFT * dt[0] * float(count) and state[APART] != WITHIN
         astray = imbalance[0] > ASTRAY * lengths[LEAST]
         hardly_nearer = imbalance[0] > HARDLY_NEARER * lengths[FIRST]
         snapping = lengths[LENGTH] > unsettled * dt[0] and state[APART] != WITHIN
@@ -204,7 +204,7 @@ class Budget:
     searching along them takes minutes. `ends_near`: it ends before where the preset's nearness is reached.
     """
 
-    def __init__(self, iterations: int, pcg_iterations: int, trusted: float, ends_near: bool) -> None:
+    def __init__(self, iterations: int, pcg_iterations: int, trusted: float, ends_near: bool = True) -> None:
         self.iterations, self.pcg_iterations, self.trusted = iterations, pcg_iterations, trusted
         self.ends_near = ends_near
         self.graph = KeptGraph()

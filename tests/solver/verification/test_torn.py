@@ -1,4 +1,4 @@
-"""Cloth that a correction leaves torn: it is done again, until the second budget leaves it so."""
+"""Cloth that a correction leaves torn: it is done again, until the budget for that leaves it so."""
 
 from dataclasses import replace
 
@@ -30,7 +30,7 @@ def test_the_largest_stretch_is_measured():
     assert sim.progress.read().stretch == pytest.approx(1.4, rel=1e-5)
 
 
-def test_cloth_is_torn_by_what_is_more_than_a_second_budget_left():
+def test_cloth_is_torn_by_what_is_more_than_its_budget_left():
     watch = laid_on_ball(1.3)[0].tears
     assert not watch.torn(1.29)
     assert watch.torn(1.31)
@@ -43,7 +43,7 @@ def test_cloth_is_torn_by_what_is_more_than_a_second_budget_left():
 
 @pytest.mark.parametrize(("torn", "steps_again"), [(0.5, [0]), (1.3, []), (None, [])])
 def test_only_a_correction_that_leaves_it_torn_is_done_again(torn, steps_again, monkeypatch):
-    """From 0.5 on it always is, and the second budget leaves it so."""
+    """From 0.5 on it always is, and its budget leaves it so."""
     sim, _ = laid_on_ball(torn)
     again, step, start_again = [], 0, correct.start_again
 
