@@ -15,6 +15,7 @@ export class StatusLine {
   private readonly share = byId("waiting-share");
   private link: Link = { state: "connecting" };
   private status: StatusMessage | undefined;
+  private busy: string | null = null;
 
   setLink(link: Link): void {
     this.link = link;
@@ -25,13 +26,14 @@ export class StatusLine {
 
   setStatus(status: StatusMessage): void {
     this.status = status;
-    this.show(describe(status));
+    this.show(describe(status, this.busy));
   }
 
   /** Something the page itself is doing, until the link or the server has something to say; null: it is done. */
   setBusy(sentence: string | null): void {
+    this.busy = sentence;
     if (sentence !== null) this.show(sentence);
-    else if (this.status) this.show(describe(this.status));
+    else if (this.status) this.show(describe(this.status, null));
     else this.show(describeLink(this.link));
   }
 
@@ -72,10 +74,13 @@ const LEAD: Record<StatusMessage["state"], string> = {
   closed: "Session ended",
 };
 
-/** A status in words: what goes on, what exactly if the server says so, and how far it has come. */
-function describe(status: StatusMessage): string {
-  const lead = LEAD[status.state];
+/**
+ * A status in words: what goes on, what exactly if the server says so, and how far it has come. What the page is `busy`
+ * with leads where the server tells how far that is.
+ */
+function describe(status: StatusMessage, busy: string | null): string {
   const changing = typeof status.progress === "number"; // what is worn is to be worn otherwise
+  const lead = (changing ? busy : null) ?? LEAD[status.state];
   const working = changing || status.state === "preparing" || status.state === "dressing" || status.state === "failed";
   const detail = working && status.detail ? `: ${status.detail}` : "";
   const share = working && typeof status.progress === "number" ? ` (${Math.round(status.progress * 100)} %)` : "";

@@ -91,7 +91,9 @@ export class Wardrobe {
   }
 
   private row(item: WornItem, place: number): HTMLElement {
-    const called = this.called(item.garment);
+    const twins = this.worn.filter(({ garment }) => garment === item.garment);
+    const number = twins.length > 1 ? ` ${twins.indexOf(item) + 1}` : ""; // of several alike, the innermost is the first
+    const called = this.called(item.garment) + number;
     const edited = make("input", { type: "radio", name: "wardrobe-edited", value: item.name });
     edited.checked = item.edited;
     edited.addEventListener("change", () => this.change(`Editing ${called}`, (session) => this.api.rearrange(session, null, item.name)));
