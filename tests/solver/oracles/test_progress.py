@@ -24,7 +24,8 @@ class Script:
     """Plays the correction's loop with directions and moves of given lengths [m], the host in the loop.
 
     `leaving`, `crowded`: the iterations whose direction leaves the region, or after which there are too many pairs,
-    until the host has helped. `more`: `extensions` (0), and the length from which a direction is `unsettled` (2).
+    until the host has helped. `more`: `extensions` (0), the length from which a direction is `unsettled` (2), and the
+    sum of each direction's moves, as `adrift` (0).
     """
 
     progress: Progress
@@ -37,7 +38,9 @@ class Script:
         self.imbalances = imbalances or [1.0] * len(lengths)
         self.least = []
         progress = self.progress
-        self.second = wp.ones(1, dtype=wp.float32, device=progress.state.device)
+        device = progress.state.device
+        self.second = wp.ones(1, dtype=wp.float32, device=device)
+        self.together = wp.array([(more.get("adrift", 0.0), 0.0, 0.0)], dtype=wp.vec3, device=device)
         progress.begin(budget, more.get("extensions", 0), searches)
         self.done = 0
         while True:
@@ -60,7 +63,7 @@ class Script:
     def find(self):
         self.progress.length.fill_(self.lengths[self.done])
         imbalance = wp.array([self.imbalances[self.done]], dtype=wp.float32, device=self.progress.state.device)
-        self.progress.judge_direction(imbalance, self.unsettled, self.second)
+        self.progress.judge_direction(imbalance, self.unsettled, self.second, self.together, 1)
         self.least.append(int(self.progress.least_yet.numpy()[0]))
         self.events.append("direction")
 
@@ -168,6 +171,13 @@ def test_a_budget_that_came_hardly_nearer_and_has_far_to_go_has_strayed(script):
     assert play([9, 3, 1], [1.0, 1.0, 0.5])
     assert not play([9, 3, 1], [1.0, 1.0, 0.3]), "nothing moves far"
     assert not play([9, 3, 0.8], [1.0, 1.0, 0.5]), "ten times nearer"
+
+
+@pytest.mark.parametrize(("adrift", "iterations"), [(0.009, 2), (0.011, 4)])
+def test_a_budget_that_ends_with_the_cloth_adrift_is_extended(adrift, iterations, script):
+    """By 0.01 m/s; one vertex, steps of a second."""
+    outcome = script.play(2, 0, [0.1] * 4, [0.1] * 4, extensions=1, adrift=adrift)
+    assert (outcome.iterations, outcome.strayed) == (iterations, False)
 
 
 def test_it_asks_for_room_and_goes_on(script):
