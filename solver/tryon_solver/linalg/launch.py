@@ -67,9 +67,10 @@ def launch(
     if kept is not None:
         kept.launch(dim, arguments)
         return
+    if on.is_cpu:
+        block_dim = 1  # a processor's blocks are of one thread
     with _packing:
-        threads = 1 if on.is_cpu else block_dim  # a processor's blocks are of one
-        command = wp.launch(kernel, dim, arguments, device=device, record_cmd=True, block_dim=threads)
+        command = wp.launch(kernel, dim, arguments, device=device, record_cmd=True, block_dim=block_dim)
     if command is None:
         return  # of no threads
     command.launch()

@@ -173,7 +173,7 @@ def farthest_off(x: np.ndarray, goal: np.ndarray) -> float:
 
 @contextlib.contextmanager
 def listening(by_launches: bool = False) -> Iterator[SubSteps]:
-    """Hear of every move along a proven path: carried sub-steps, and the correction's.
+    """Hear of every move along a proven path: carried sub-steps, and the correction's; and where all went as one.
 
     Of the latter not on a GPU: they are one graph there, in which nobody can listen. But `by_launches` a GPU keeps no
     graphs, and all of them are heard.
@@ -204,15 +204,24 @@ def listening(by_launches: bool = False) -> Iterator[SubSteps]:
         heard.turned.append((len(heard.moves), x.numpy().copy()))
         set_places(of, x, none)
 
+    coast = move_body.coast
+
+    def hear_coasting(sim: Simulation, dt: float) -> None:
+        before = sim.state.x.numpy().copy()
+        coast(sim, dt)
+        after = sim.state.x.numpy().copy()
+        if not np.array_equal(before, after):
+            heard.turned.append((len(heard.moves), after))
+
     for (module, name), original in originals.items():
         setattr(module, name, hear(original))
-    carry.set_places = hear_turned
+    carry.set_places, move_body.coast = hear_turned, hear_coasting
     try:
         yield heard
     finally:
         for (module, name), original in originals.items():
             setattr(module, name, original)
-        carry.set_places = set_places
+        carry.set_places, move_body.coast = set_places, coast
         for module, keeps_graphs in kept.items():
             module.keeps_graphs = keeps_graphs  # type: ignore[attr-defined]
 
