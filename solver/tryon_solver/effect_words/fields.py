@@ -68,7 +68,8 @@ class Number(Field):
         kind = "a whole number" if self.whole else "a number"
         bounds = f"Give {kind} from {self.low:g} to {self.high:g}{self.unit and f' {self.unit}'}"
         bounds += ", or null for the usual" if self.open else ""
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or (self.whole and value != int(value)):
+        number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not number or (self.whole and isinstance(value, float) and not value.is_integer()):  # nor inf, nor NaN
             raise EffectError(f"{told(value)} is not {kind}", place, bounds)
         if not self.low <= value <= self.high:  # also NaN
             raise EffectError(f"{told(value)} is outside {self.low:g} to {self.high:g}", place, bounds)
