@@ -51,6 +51,12 @@ class WardrobeSession(Session):
         self._asked = ChangeOutfit(self._changes.new_ticket(), tuple(items), edited, order)
         return self._asked.ticket, [Order(self._asked)]
 
+    def tick(self, now: float) -> list[Action]:
+        """Time went by; who asked for another outfit waits for it, with a connection or without."""
+        if self._asked is not None:
+            self.asked_for(now)
+        return super().tick(now)
+
     def _obey(self, client: int, viewer: Viewer, message: ClientMessage, now: float) -> list[Action]:
         if not isinstance(message, OutfitWish):
             return super()._obey(client, viewer, message, now)

@@ -30,6 +30,16 @@ BORDER = 1.0e-2  # share of its budget, squared, by which a vertex outside of it
 MOST_PASSES = 60
 
 
+@wp.func
+def floor_of(d: float, xi: float) -> float:
+    """Distance [m] down to which a pair at d may come in one move, of offset xi."""
+    # a pair already at or under xi may part; let come closer without end, its commits would be void for ever
+    floor = wp.max((1.0 - CREEP) * d, wp.min(LEAST * xi, (1.0 - PARTING) * d))
+    if d > xi:
+        floor = wp.min(xi + KEPT_GAP * (d - xi), floor)
+    return floor
+
+
 @wp.kernel
 def shorten_kernel(
     near: wp.array(dtype=wp.int32),
@@ -74,10 +84,7 @@ def shorten_kernel(
         x2 = x[v[2]]
         x3 = x[v[3]]
         d = wp.length(stencil_vector(stencil_weights(kind[c], x0, x1, x2, x3), x0, x1, x2, x3))
-        # a pair already at or under xi may part; let come closer without end, its commits would be void for ever
-        floor = wp.max((1.0 - CREEP) * d, wp.min(LEAST * xi, (1.0 - PARTING) * d))
-        if d > xi:
-            floor = wp.min(xi + KEPT_GAP * (d - xi), floor)
+        floor = floor_of(d, xi)
         if d - closer >= floor:
             continue
         toi = time_of_impact(kind[c], floor, x0, x1, x2, x3, p0, p1, p2, p3)

@@ -6,11 +6,12 @@ apart, by just what is missing, split by the vertices' weights:
 
     p_i += w_i lam_i / (sum_j w_j lam_j^2) (target - d') n',
 
-d', n', lam the distance, normal and closest points where the motion ends; along the normal at its start where it passes
-through. By the normal at the start alone, cloth that slides past a vertex would be lifted off it. All pushes of a pass
-are computed from the same displacements and averaged per vertex, so the outcome does not depend on the order in which a
-device works through them. Tangential motion stays. This is the contact projection of position based dynamics applied to
-a displacement; it promises nothing, what it leaves is shortened (bounds.py).
+d', n', lam the distance, normal and closest points where the motion ends; along the normal at its start where it
+passes through, which continuous detection tells from passing by. By the normal at the start alone, cloth that slides
+past a vertex would be lifted off it. All pushes of a pass are computed from the same displacements and averaged per
+vertex, so the outcome does not depend on the order in which a device works through them. Tangential motion stays. This
+is the contact projection of position based dynamics applied to a displacement; it promises nothing, what it leaves is
+shortened (bounds.py).
 """
 
 from __future__ import annotations
@@ -19,7 +20,9 @@ from dataclasses import dataclass
 
 import warp as wp
 
+from tryon_solver.contact.bounds import floor_of
 from tryon_solver.contact.candidates import Candidates, ContactSizes, candidate_at, offset
+from tryon_solver.contact.ccd import time_of_impact
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
 from tryon_solver.linalg.device_loop import HITS, NUMBER, Passes
 from tryon_solver.linalg.launch import launch
@@ -112,7 +115,12 @@ def deflect_kernel(
         y3 = x[v[3]] + p3
         lam_there = stencil_weights(kind[c], y0, y1, y2, y3)
         there = stencil_vector(lam_there, y0, y1, y2, y3)
-        if wp.dot(there, n) > 0.0:  # not passed through: what counts is the distance at the end
+        # What ends on the other side has passed through, or by, ahead of which it began: that is no contact's concern.
+        through = wp.dot(there, n) <= 0.0
+        if through:
+            x0 = x[v[0]]
+            through = time_of_impact(kind[c], floor_of(d, xi), x0, x[v[1]], x[v[2]], x[v[3]], p0, p1, p2, p3) < 1.0
+        if not through:  # what counts is the distance at the end
             missing = wanted - wp.length(there)
             if missing <= LEAST_PUSH:
                 continue

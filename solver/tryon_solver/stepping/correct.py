@@ -266,7 +266,7 @@ def correct_penetration(sim: Simulation) -> None:
     once = settings.contact_passes == 1
     outcome = iterate_newton(sim, sim.budget, sim.pace.iterations(sim.budget.iterations), once, starting=True)
     if once:
-        if settings.second_iterations and led_astray(sim, outcome.began, outcome.last):
+        if settings.second_iterations and ended_astray(sim, outcome):
             outcome = again(sim, sim.second_budget, outcome)
         if sim.tears is not None and settings.ends_by_budget and sim.tears.torn(outcome.stretch):
             outcome = again(sim, sim.tears.budget, outcome)
@@ -288,8 +288,8 @@ def again(sim: Simulation, budget: Budget, outcome: Outcome) -> Outcome:
 def leave_off(sim: Simulation, outcome: Outcome) -> None:
     """Stay where the iterations ended, or go back: to the nearest to balance, or if that is astray, near x_feasible."""
     several = outcome.iterations > 1  # else none but the first began anywhere
-    lost = several and led_astray(sim, outcome.began, outcome.least)
-    astray = led_astray(sim, outcome.began, outcome.last)
+    lost = several and not outcome.near and led_astray(sim, outcome.began, outcome.least)
+    astray = ended_astray(sim, outcome)
     sim.went_back = not lost and (astray or (outcome.strayed and not sim.went_back))
     if lost:
         go_a_little(sim, outcome.began)
@@ -309,6 +309,12 @@ def go_a_little(sim: Simulation, began: float) -> None:
             return
     start_again(sim)
     sim.counters.retries += 1
+
+
+def ended_astray(sim: Simulation, outcome: Outcome) -> bool:
+    """Did iterations lead astray, by where the last began? Not where its direction was short: forces of a barrier that
+    cloth has just come into are large beside none, and gone with the next micrometre."""
+    return led_astray(sim, outcome.began, outcome.last) and not outcome.near
 
 
 def led_astray(sim: Simulation, began: float, now: float) -> bool:

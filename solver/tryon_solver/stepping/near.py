@@ -8,8 +8,9 @@ section 14). Where directions have not become shorter for PATIENCE iterations, n
 
 A preset's own end is another for cloth that hangs still. There every step is near, and by what each leaves undone the
 cloth would be seen to tremble: so it has to be near by the way that the step goes, too, beside the body's, OF_WAY of
-it (METHOD.md section 14 has what other shares do). And the direction has to be taken: what contact withheld of it is
-left undone as well, in an impact most of it. Ours.
+it (METHOD.md section 14 has what other shares do). And the direction has to be taken, and the one before it: what
+contact withheld is left undone as well, in an impact most of it, and what it withheld of the one before is held
+(hold.py), so that the direction says nothing of it. Ours.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ import warp as wp
 
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.vectors import dot, subtract
-from tryon_solver.stepping.progress import APART, BEYOND, ENOUGH, LAST_ONE, LEFT, SHORTEST, SINCE, WITHIN
+from tryon_solver.stepping.progress import APART, BEYOND, ENOUGH, LAST_ONE, LEFT, SHORTEST, SINCE, WITHHELD, WITHIN
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -62,8 +63,10 @@ def compare_withheld_kernel(
     lengths: wp.array(dtype=wp.float32),
     state: wp.array(dtype=wp.int32),
 ):
-    if scale * wp.sqrt(squared[0] / float(count)) > lengths[ENOUGH]:
+    withheld = scale * wp.sqrt(squared[0] / float(count))
+    if wp.max(withheld, lengths[WITHHELD]) > lengths[ENOUGH]:
         state[LAST_ONE] = 0
+    lengths[WITHHELD] = withheld
 
 
 @wp.kernel

@@ -61,7 +61,8 @@ TRIED = wp.constant(9)  # at the trial, as far as the way there is free [J]
 SHORTEST = wp.constant(10)  # of the directions so far, as a root mean square over the cloth (near.py) [m]
 ENOUGH = wp.constant(11)  # root mean square over the cloth that is near enough (near.py) [m]
 STRETCH = wp.constant(12)  # the cloth's largest, where iterations ended (torn.py)
-LENGTHS = 13
+WITHHELD = wp.constant(13)  # of the iteration's direction by contact, likewise, and doubled (near.py) [m]
+LENGTHS = 14
 
 
 @wp.kernel
@@ -89,6 +90,7 @@ def begin_kernel(
     lengths[BEGAN] = 0.0
     lengths[LAST] = 0.0
     lengths[SHORTEST] = wp.inf
+    lengths[WITHHELD] = 0.0
 
 
 @wp.kernel
@@ -216,7 +218,8 @@ class Outcome:
     in the last that moved [m], the longest way that its last direction leads a vertex [m], and whether the budget was
     spent in the middle of something: its last iteration began ASTRAY times as far from balance as another, or
     HARDLY_NEARER to it than the first ones and with long moves to come; how far from balance [J] the nearest began, the
-    first, and the last; and the largest stretch, where it is measured.
+    first, and the last; the largest stretch, where it is measured; and whether the last direction was near enough,
+    where that is asked.
 
     Where the first began does not count: forces may balance there though the cloth has not yet gone where its inertia
     takes it, and who went back there would stop in mid-air."""
@@ -232,6 +235,7 @@ class Outcome:
     began: float
     last: float
     stretch: float
+    near: bool
 
 
 @dataclass(frozen=True)
@@ -363,7 +367,8 @@ class Progress:
         least, _, began, last = map(float, lengths[3:7])
         wanted, moved, strayed = float(lengths[0]), float(lengths[1]), bool(state[13])
         asked = bool(state[14]), bool(state[8]), bool(state[9])
-        return Outcome(*asked, int(state[7]), moved, wanted, strayed, least, began, last, float(lengths[12]))
+        stretch, near = float(lengths[12]), int(state[18]) == int(WITHIN)
+        return Outcome(*asked, int(state[7]), moved, wanted, strayed, least, began, last, stretch, near)
 
     def _launch(self, kernel: wp.Kernel, inputs: list[object], outputs: list[wp.array]) -> None:
         launch(kernel, 1, inputs, outputs, device=self.state.device)

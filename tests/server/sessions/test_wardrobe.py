@@ -52,6 +52,18 @@ def test_one_change_is_under_way_at_a_time_and_none_before_anything_is_worn(sess
         undressed.change_outfit([SKIRT], "skirt", ())
 
 
+def test_who_asked_for_an_outfit_over_http_and_waits_for_it_keeps_the_session(session):
+    ticket, _ = session.change_outfit([SHIRT, SKIRT], "skirt", ())
+    for k in range(100):
+        session.tick(NOW + 10.0 * k)
+    assert not session.ended
+    session.simulated(OutfitWorn(ticket), NOW + 1000.0)
+    session.tick(NOW + 990.0 + RULES.grace_seconds - 1.0)
+    assert not session.ended
+    session.tick(NOW + 990.0 + RULES.grace_seconds + 1.0)
+    assert session.ended
+
+
 def test_a_pattern_that_is_told_says_which_garment_is_edited_and_of_what_it_is(session):
     ticket, _ = session.change_outfit([SHIRT, SKIRT], "shirt", ())
     session.simulated(OutfitWorn(ticket), NOW)
