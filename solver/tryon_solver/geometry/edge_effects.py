@@ -8,7 +8,7 @@ where it is divided, both parts have it. Units and bounds are those of tryon_sol
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,8 +28,11 @@ class EdgeEffect:
     parameters: Mapping[str, Any]
 
 
-def read_edge_effects(panels: Sequence[tuple[str, Sequence[Mapping[str, Any]]]]) -> tuple[EdgeEffect, ...]:
-    """Those of all edges of these panels, each a name and its edges as the file has them. Raises EffectError."""
+def read_edge_effects(
+    panels: Sequence[tuple[str, Sequence[Mapping[str, Any]]]], sewn: Collection[Side]
+) -> tuple[EdgeEffect, ...]:
+    """Those of all edges of these panels, each a name and its edges as the file has them, of which these are `sewn`.
+    Raises EffectError."""
     found = []
     for panel, (name, edges) in enumerate(panels):
         for number, edge in enumerate(edges):
@@ -37,6 +40,9 @@ def read_edge_effects(panels: Sequence[tuple[str, Sequence[Mapping[str, Any]]]])
                 if word in edge:
                     place = f"panels.{name}.edges[{number}].{word}"
                     found.append(EdgeEffect(panel, number, word, checked(fields, edge[word], place)))
+                    if word == "crease" and (panel, number) not in sewn:
+                        remedy = "Press an edge that is sewn, or divide the panel along the crease and sew it"
+                        raise EffectError("a border has but one side, nothing to fold", place, remedy)
     effects = tuple(found)
     counts = [len(edges) for _, edges in panels]
     for fastener, sides in fastened_sides(effects, counts).items():

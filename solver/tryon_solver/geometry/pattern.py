@@ -213,13 +213,16 @@ def parse_pattern(spec: Mapping[str, Any]) -> Pattern:
     _check_garment_size(panels)
     stitches = _stitches(body.get("stitches", []), panels)
     patches = _patches(panels_spec, panels, stitches, scale)
-    effects = _edge_effects(panels, panels_spec)
+    effects = _edge_effects(panels, panels_spec, stitches)
     return Pattern(panels, stitches, patches, _fabric(spec["properties"].get("fabric")), effects)
 
 
-def _edge_effects(panels: Sequence[Panel], specs: Mapping[str, Any]) -> tuple[EdgeEffect, ...]:
+def _edge_effects(
+    panels: Sequence[Panel], specs: Mapping[str, Any], stitches: Sequence[Stitch]
+) -> tuple[EdgeEffect, ...]:
+    sewn = {(side.panel, side.edge) for stitch in stitches for side in (stitch.first, stitch.second)}
     try:
-        return read_edge_effects([(panel.name, specs[panel.name]["edges"]) for panel in panels])
+        return read_edge_effects([(panel.name, specs[panel.name]["edges"]) for panel in panels], sewn)
     except EffectError as error:
         raise PatternError(error.message, error.place, error.remedy) from error
 

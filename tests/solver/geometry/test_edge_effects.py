@@ -72,6 +72,7 @@ def test_creases_and_fasteners_are_read_with_what_is_usual(skirt):
         ({"elastic": {"length": 0.3}}, ".elastic.length"),
         ({"elastic": 0.9}, ".elastic"),
         ({"crease": {"angle": 179}}, ".crease.angle"),
+        ({"crease": {}}, ".crease"),  # its hem: nothing is sewn to it
         ({"fastened": {"buttons": 3}}, ".fastened.as"),
         ({"fastened": {"as": "fly"}}, ".fastened"),
     ],
