@@ -115,7 +115,7 @@ def deflect_kernel(
         y3 = x[v[3]] + p3
         lam_there = stencil_weights(kind[c], y0, y1, y2, y3)
         there = stencil_vector(lam_there, y0, y1, y2, y3)
-        # What ends on the other side has passed through, or by, ahead of which it began: that is no contact's concern.
+        # What ends on the other side of the pair has passed through it, or has passed by what lay ahead
         through = wp.dot(there, n) <= 0.0
         if through:
             x0 = x[v[0]]
