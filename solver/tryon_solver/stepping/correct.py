@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 wp.set_module_options({"enable_backward": False})
 
 LED_ASTRAY = 10.0  # so many times as far from balance as where the first iteration began
+GONE = 0.3  # of that distance, what an iteration that leads out of a blow leaves at most
 SHARES = (1 / 4, 1 / 16, 1 / 64)  # of a direction that leads astray whole
 HARMLESS = 0.1  # m/s: what the garment's energy at this speed can do
 
@@ -266,7 +267,7 @@ def correct_penetration(sim: Simulation) -> None:
     once = settings.contact_passes == 1
     outcome = iterate_newton(sim, sim.budget, sim.pace.iterations(sim.budget.iterations), once, starting=True)
     if once:
-        if settings.second_iterations and ended_astray(sim, outcome):
+        if settings.second_iterations and led_astray(sim, outcome.began, outcome.last):
             outcome = again(sim, sim.second_budget, outcome)
         if sim.tears is not None and settings.ends_by_budget and sim.tears.torn(outcome.stretch):
             outcome = again(sim, sim.tears.budget, outcome)
@@ -288,8 +289,8 @@ def again(sim: Simulation, budget: Budget, outcome: Outcome) -> Outcome:
 def leave_off(sim: Simulation, outcome: Outcome) -> None:
     """Stay where the iterations ended, or go back: to the nearest to balance, or if that is astray, near x_feasible."""
     several = outcome.iterations > 1  # else none but the first began anywhere
-    lost = several and not outcome.near and led_astray(sim, outcome.began, outcome.least)
     astray = ended_astray(sim, outcome)
+    lost = several and astray and led_astray(sim, outcome.began, outcome.least)
     sim.went_back = not lost and (astray or (outcome.strayed and not sim.went_back))
     if lost:
         go_a_little(sim, outcome.began)
@@ -312,9 +313,14 @@ def go_a_little(sim: Simulation, began: float) -> None:
 
 
 def ended_astray(sim: Simulation, outcome: Outcome) -> bool:
-    """Did iterations lead astray, by where the last began? Not where its direction was short: forces of a barrier that
-    cloth has just come into are large beside none, and gone with the next micrometre."""
-    return led_astray(sim, outcome.began, outcome.last) and not outcome.near
+    """Did iterations lead astray, by where the last began? Not where its direction was short and led out of it: forces
+    of a barrier that cloth has just come into are large beside none, and gone with the next micrometre."""
+    if not led_astray(sim, outcome.began, outcome.last):
+        return False
+    if not outcome.near:
+        return True
+    look_around(sim, near=True)
+    return imbalance(sim) > GONE * outcome.last
 
 
 def led_astray(sim: Simulation, began: float, now: float) -> bool:
