@@ -244,6 +244,7 @@ class Simulation:
             own[: self.cloth_count] = garment.group
         self.group: wp.array = wp.array(own, dtype=wp.int32, device=device)
         self.region = Region.allocate(self.all_count, device)
+        self.boxes = wp.zeros(4, dtype=wp.vec3, device=device)  # m, as in stepping/search.py: box_kernel
         self.candidates = Candidates.allocate(1 << 14 if touches else 1, device)
         self.pairs = ContactPairs.allocate(1 << 12 if touches else 1, device)
 

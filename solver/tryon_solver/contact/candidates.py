@@ -21,6 +21,7 @@ from tryon_solver.linalg.slots import next_slot
 wp.set_module_options({"enable_backward": False})
 
 
+QUIET = 30  # steps and searches
 FILLINGS = 300  # of a list, after which it is asked how much room they took: seconds of a motion
 
 
@@ -67,7 +68,8 @@ class Candidates:
     `near_count` (1,) int32 how many; `near_size` is that, or more in a graph. `capacity` grows when the broad phase
     finds more; nothing is ever dropped. `found` is the broad phase's scratch, one a surface, `search` its launches, and
     `beside` a stream of its own on a GPU, where there are several. `most` is how long the list was since there was too
-    much room for it, and `fillings` how often it was filled since.
+    much room for it, and `fillings` how often it was filled since; `quiet` counts the steps and searches since there
+    was any.
     """
 
     ids: wp.array
@@ -84,6 +86,7 @@ class Candidates:
     beside: wp.Stream | None = None
     most: int = 0
     fillings: int = 0
+    quiet: int = 0
 
     @staticmethod
     def allocate(capacity: int, device: str) -> Candidates:
@@ -115,8 +118,18 @@ class Candidates:
         """Another for the same searches, empty."""
         other = Candidates.allocate(room, str(self.ids.device))
         other.found, other.search, other.beside = self.found, self.search, self.beside
-        other.most, other.fillings = self.most, self.fillings
+        other.most, other.fillings, other.quiet = self.most, self.fillings, self.quiet
         return other
+
+    def look_back(self) -> None:
+        """Count another step or search after which there may be none."""
+        self.quiet = 0 if self.size else self.quiet + 1
+
+    @property
+    def idle(self) -> bool:
+        """Is there none, and nothing to be launched for any? On a GPU, whose graphs are recorded anew for it, only
+        where there was none for a while."""
+        return self.size == 0 and (wp.get_device(self.count.device).is_cpu or self.quiet > QUIET)
 
     def clear(self) -> None:
         """No stencils. Room that FILLINGS lists did not need is given back."""

@@ -282,10 +282,14 @@ def collect(
 
     With `near`, only the near list is looked at; it must have been made for the move to x.
     The candidates' distances are lower bounds at x; those that are looked at become exact. In a graph nothing can grow:
-    who launched it must look whether the first counter is above the capacity.
+    who launched it must look whether the first counter is above the capacity. Where candidates are idle nobody waits
+    for the device.
     """
     while True:
         look_for(pairs, candidates, parameters, x, near)
+        if candidates.idle:
+            pairs.size, pairs.overlapping = 0, 0
+            return
         if pairs.cover_in_graph():
             return
         found = pairs.read_size()

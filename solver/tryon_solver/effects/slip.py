@@ -223,6 +223,9 @@ class SlipOfPairs:
     def remember(self, pairs: ContactPairs, state: State) -> None:
         """As in ContactTerm."""
         self.make_room(pairs.capacity)
+        if not pairs.size:
+            self.ended[0].zero_()
+            return
         known = self.known
         model = [pairs.counters, pairs.ids, pairs.lam, pairs.normal, self.presliding, state.x, state.x_start]
         launch(

@@ -53,6 +53,8 @@ def launch(
     kernel: wp.Kernel, dim: Dim, inputs: Sequence[Any], outputs: Sequence[Any], *, device: Any, block_dim: int = 256
 ) -> None:
     """`wp.launch` of a kernel without derivatives. No two threads may launch one with the same arrays at once."""
+    if dim == 0:
+        return
     on = wp.get_device(device)
     if on.is_capturing:
         wp.launch(kernel, dim, inputs, outputs, device=device, block_dim=block_dim)

@@ -4,11 +4,12 @@ A motion that all vertices have in common brings no two of them nearer. Cloth th
 step; with the region in which candidates are known left behind, every vertex is granted that way to any side, all pairs
 of triangles are candidates, and what is not granted is lost to the fall. So the step begins from
 
-    x_feasible = x_start + c,   c = dt (w + (w - w_last)),   w = sum_i m_i v_i / sum_i m_i,
+    x_feasible = x + c,   c = dt (w + (w - w_last)),   w = sum_i m_i (v_i - (x_i - x_start_i)/dt) / sum_i m_i,
 
-feasible since x_start is, the region's anchors with it; w_last is w of the step before, so that what it gains by its
-weight is in it and cloth that hangs at rest stays where it is. Not where c is within the SHARE of what the search has
-to spare anyhow, and not where cloth touches a body, which does not come along. Ours.
+x being where a body that it does not touch may have carried it, x_start without one. That is feasible since x is, the
+region's anchors with it; w_last is w of the step before, so that what it gains by its weight is in it and cloth that
+hangs at rest stays where it is. Not where c is within the SHARE of what the search has to spare anyhow, and not where
+cloth touches a body, which does not come along. Ours.
 """
 
 from __future__ import annotations
@@ -33,12 +34,15 @@ SHARE = 0.5  # of the search's slack
 def momentum_kernel(
     mass: wp.array(dtype=wp.float64),
     v: wp.array(dtype=wp.vec3),
+    x_start: wp.array(dtype=wp.vec3),
+    x: wp.array(dtype=wp.vec3),
+    dt: float,
     share: wp.float64,
     momentum_out: wp.array(dtype=wp.vec3),
 ):
-    """m v / sum m"""
+    """m (v - (x - x_start)/dt) / sum m, x_start to x being the way that the cloth was carried."""
     i = wp.tid()
-    momentum_out[i] = wp.float32(share * mass[i]) * v[i]
+    momentum_out[i] = wp.float32(share * mass[i]) * (v[i] - (x[i] - x_start[i]) / dt)
 
 
 @wp.kernel
@@ -75,12 +79,12 @@ class Coasting:
 
 
 def coast(sim: Simulation, dt: float) -> None:
-    """Take the cloth in x along its mean motion of a step of dt [s], where it touches nothing but itself."""
-    if sim.body is not None or not sim.touching:
+    """Take the cloth in x along its mean motion of a step of dt [s], where it may touch nothing but itself."""
+    if len(sim.touching) != 1 or sim.touching[0] is not sim.cloth:
         return
     state, count, device, coasting = sim.state, sim.cloth_count, sim.device, sim.coasting
     momentum = sim.work.total[:count]
-    weighed = [sim.rest.mass, state.v, 1.0 / float(sim.mass.sum())]
+    weighed = [sim.rest.mass, state.v, state.x_start, state.x, dt, 1.0 / float(sim.mass.sum())]
     launch(momentum_kernel, count, weighed, [momentum], device=device)
     sum_up(momentum, count, coasting.mean)
     seen = [dt, int(coasting.known), coasting.mean]

@@ -115,35 +115,40 @@ def take_within_region(sim: Simulation, direction: wp.array) -> None:
 
 
 def prove_free(sim: Simulation, direction: wp.array) -> None:
-    """Turn `direction` aside where it closes gaps, then set `alpha` so that what is left of it is free of contact."""
+    """Turn `direction` aside where it closes gaps, then set `alpha` so that what is left of it is free of contact.
+
+    Where candidates are idle, all of the region is.
+    """
     state, work, settings, sizes = sim.state, sim.work, sim.settings, sim.contact.sizes
-    list_near(sim, direction, settled=False)
-    deflect(
-        sim.candidates,
-        True,
-        sim.cloth_count,
-        sizes,
-        state.x,
-        direction,
-        work.changed,
-        sim.deflection,
-        work.passes,
-        settings.deflection_passes,
-    )
-    list_near(sim, direction, settled=True)
+    if not sim.candidates.idle:
+        list_near(sim, direction, settled=False)
+        deflect(
+            sim.candidates,
+            True,
+            sim.cloth_count,
+            sizes,
+            state.x,
+            direction,
+            work.changed,
+            sim.deflection,
+            work.passes,
+            settings.deflection_passes,
+        )
+        list_near(sim, direction, settled=True)
     bounds.stay_in_region(state.x, direction, sim.region, work.alpha)
     wp.copy(sim.holding.allowed, work.alpha)
-    bounds.shorten(
-        sim.candidates,
-        True,
-        sim.cloth_count,
-        sizes,
-        state.x,
-        direction,
-        work.alpha,
-        work.changed,
-        work.passes,
-    )
+    if not sim.candidates.idle:
+        bounds.shorten(
+            sim.candidates,
+            True,
+            sim.cloth_count,
+            sizes,
+            state.x,
+            direction,
+            work.alpha,
+            work.changed,
+            work.passes,
+        )
 
 
 def list_near(sim: Simulation, direction: wp.array, settled: bool) -> None:
@@ -177,15 +182,17 @@ def proven_free(sim: Simulation, displacement: np.ndarray) -> bool:
 
 def look_around(sim: Simulation, near: bool) -> None:
     """Pairs, friction, gradient and Hessian of the full potential at x; `near` if `take` just went there."""
-    pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x, near and bool(sim.touching))
+    if not (near and sim.candidates.idle):
+        pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x, near and bool(sim.touching))
     linearise_at(sim)
 
 
 def linearise_at(sim: Simulation) -> None:
     """Friction, gradient and Hessian of the full potential at x, whose pairs are collected."""
     state, work = sim.state, sim.work
-    for term in sim.stages.contact:
-        term.prepare(sim.pairs, state, state.x, sim.x_searched)
+    if sim.pairs.size:
+        for term in sim.stages.contact:
+            term.prepare(sim.pairs, state, state.x, sim.x_searched)
     wp.copy(sim.x_searched, state.x)
     elastic_gradient(sim, state.x, work.gradient, correcting=True)
     add_contact_gradient(sim, state.x, state.x, work.gradient)
@@ -261,7 +268,7 @@ def correct_penetration(sim: Simulation) -> None:
     sim.holding.release()
     subtract(sim.state.x, sim.state.x_feasible, sim.to_trial)
     for term in sim.stages.contact:
-        if term.restrain is not None:
+        if term.restrain is not None and sim.pairs.size:
             term.restrain(sim.pairs, sim.to_trial)
     find_largest(sim.to_trial, sim.progress.trial)
     once = settings.contact_passes == 1
@@ -347,7 +354,8 @@ def iterate_newton(sim: Simulation, budget: Budget, at_most: int, extensible: bo
     progress.begin(at_most, extensions, settings.searches - sim.searches, starting)
 
     def turn() -> None:
-        sim.pairs.cover_in_graph()
+        if not sim.candidates.idle:
+            sim.pairs.cover_in_graph()
         progress.if_starting(lambda: choose_start(sim))
         iterate(sim, budget)
 

@@ -134,7 +134,8 @@ def carry_once(sim: Simulation, last: bool) -> None:
         if not list_holds(sim, state.x, work.direction):
             search_along(sim, state.x, work.direction, 1.0 if last else 0.0)
             place_anchors(sim, 1.0)
-        filter_motion(sim)
+        if sim.candidates.size:
+            filter_motion(sim)
     launch(bounds.move_kernel, sim.all_count, [state.x, work.direction, work.alpha], [state.x], device=device)
     if sim.touching:
         follow(sim, near=False)

@@ -51,7 +51,7 @@ def find_pairs(sim: Simulation) -> None:
 def build_contact_proxy(sim: Simulation) -> None:
     """Freeze the model of the pairs at x_feasible for the step, and set the gradient at the current trial."""
     state, work = sim.state, sim.work
-    if sim.touching:
+    if sim.pairs.size:
         wp.copy(sim.x_searched, state.x_feasible)
         wp.copy(work.total, state.x_feasible)
         launch(coast_kernel, sim.cloth_count, [state.x_start, state.v, state.dt], [work.total], device=sim.device)

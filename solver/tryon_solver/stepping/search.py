@@ -16,6 +16,7 @@ import warp as wp
 from tryon_solver.contact import bounds, broad_phase, candidates
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.vectors import subtract
+from tryon_solver.stepping.progress import LEAST
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -27,6 +28,7 @@ FURTHER_EDGES = 4.0  # of the cloth's mean edge, that the correction has a searc
 SLACK_EDGES = 0.08  # of the cloth's mean edge: more than that finds fine cloth's neighbours, ring upon ring; and
 SLACK_EDGES_ON_GPU = 0.16  # on a GPU, where candidates are cheap and another search waits for the host
 LONGEST_SERVED = 60  # steps, by a list after the one that it was found in
+KEPT_APART = wp.constant(0.999)  # of the distance of two boxes, for the rounding of their corners
 SURFACE_SHARE = 0.25  # of the slack is granted to the collision surface, which seldom leaves the skin
 
 
@@ -86,6 +88,46 @@ def raise_kernel(
     far = wp.length(x[i] + alpha[i] * direction[i] - anchor[i])
     if far > budget[i]:
         budget[i] = wp.min(far + slack, budget[i] + most)
+
+
+@wp.kernel
+def box_kernel(
+    cloth_count: int,
+    centre: wp.array(dtype=wp.vec3),
+    half_way: wp.array(dtype=wp.vec3),
+    boxes: wp.array(dtype=wp.vec3),
+):
+    """Largest x and largest -x of the cloth's anchors on their ways, then of the others'."""
+    i = wp.tid()
+    side = wp.where(i < cloth_count, 0, 2)
+    way = wp.abs(half_way[i])
+    wp.atomic_max(boxes, side, centre[i] + way)
+    wp.atomic_max(boxes, side + 1, way - centre[i])
+
+
+@wp.kernel
+def part_kernel(boxes: wp.array(dtype=wp.vec3), reach: float, budget: wp.array(dtype=wp.float32)):
+    i = wp.tid()
+    between = wp.max(wp.max(-boxes[3] - boxes[0], -boxes[1] - boxes[2]), wp.vec3())
+    budget[i] = wp.max(budget[i], 0.5 * (KEPT_APART * wp.length(between) - reach))
+
+
+@wp.kernel
+def stay_near_kernel(
+    x: wp.array(dtype=wp.vec3),
+    x_feasible: wp.array(dtype=wp.vec3),
+    least: wp.array(dtype=wp.vec3),
+    lengths: wp.array(dtype=wp.float32),
+    anchor: wp.array(dtype=wp.vec3),
+    slack: float,
+    budget: wp.array(dtype=wp.float32),
+):
+    """A ball as far as where the vertex is, where the step began and, if there is such, the iterate to go back to."""
+    i = wp.tid()
+    far = wp.max(wp.length(x[i] - anchor[i]), wp.length(x_feasible[i] - anchor[i]))
+    if lengths[LEAST] < wp.inf:
+        far = wp.max(far, wp.length(least[i] - anchor[i]))
+    budget[i] = wp.min(budget[i], far + slack)
 
 
 @wp.kernel
@@ -153,6 +195,8 @@ def search_further(sim: Simulation, direction: wp.array, alpha: wp.array, most: 
     The distances must be those at x.
     """
     region = sim.region
+    if not sim.candidates.size:
+        stay_near(sim)
     launch(
         raise_kernel,
         sim.all_count,
@@ -161,6 +205,7 @@ def search_further(sim: Simulation, direction: wp.array, alpha: wp.array, most: 
         device=sim.device,
     )
     broad_phase.extend(sim.candidates, sim.cloth, sim.touching, region, sim.group, sim.state.x)
+    wp.copy(sim.x_listed, sim.state.x)
     sim.searches += 1
     sim.list_age = LONGEST_SERVED
 
@@ -177,6 +222,7 @@ def list_holds(sim: Simulation, x: wp.array, direction: wp.array) -> bool:
     if sim.list_age >= LONGEST_SERVED or bounds.outside(x, direction, sim.region, sim.work.hits):
         return False
     candidates.measure(sim.candidates, x)
+    sim.candidates.look_back()
     sim.list_age += 1
     wp.copy(sim.x_listed, x)
     sim.listed = True
@@ -189,6 +235,37 @@ def find(sim: Simulation, x: wp.array) -> None:
     wp.copy(sim.x_listed, x)
     sim.searches += 1
     sim.listed, sim.list_age = True, 0
+    sim.candidates.look_back()
+    if not sim.candidates.size and sim.cloth not in sim.touching:
+        part(sim)
+
+
+def part(sim: Simulation) -> None:
+    """Where nothing of body and cloth was found, grant every vertex half of what is between them.
+
+    With D the distance of the box around the cloth's anchors, wherever on their ways, from that around the skin's, no
+    stencil is nearer than `reach` while no vertex is further than (D - reach)/2 from its anchor: the list stays empty
+    and complete, until something comes so far.
+    """
+    region, boxes = sim.region, sim.boxes
+    (other,) = sim.touching
+    boxes.fill_(wp.vec3(-math.inf))
+    launch(box_kernel, sim.all_count, [sim.cloth_count, region.centre, region.half_way], [boxes], device=sim.device)
+    launch(part_kernel, sim.all_count, [boxes, other.reach], [region.budget], device=sim.device)
+
+
+def stay_near(sim: Simulation) -> None:
+    """Of what `part` has granted leave to each vertex what this step needs: with all of it, who is granted a little
+    more comes into reach of all that the two surfaces have."""
+    state, region = sim.state, sim.region
+    places = [state.x, state.x_feasible, sim.work.least, sim.progress.lengths]
+    launch(
+        stay_near_kernel,
+        sim.all_count,
+        [*places, region.anchor, search_slack(sim)],
+        [region.budget],
+        device=sim.device,
+    )
 
 
 def place_anchors(sim: Simulation, share: float) -> None:
@@ -205,8 +282,9 @@ def place_anchors(sim: Simulation, share: float) -> None:
 
 def follow(sim: Simulation, near: bool) -> None:
     """Bring the candidates' distances from where they were last known to x; with `near`, after `list_near`."""
-    candidates.follow(sim.candidates, sim.x_listed, sim.state.x, near)
-    wp.copy(sim.x_listed, sim.state.x)
+    if not sim.candidates.idle:
+        candidates.follow(sim.candidates, sim.x_listed, sim.state.x, near)
+        wp.copy(sim.x_listed, sim.state.x)
 
 
 def remember_solve(sim: Simulation) -> None:

@@ -1,9 +1,11 @@
 """Motion without contact against closed forms of implicit Euler and conservation laws."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from contact_scenes import tube
-from small_scenes import fabric, flattened, icosphere, sheet, turn
+from small_scenes import STILL, fabric, flattened, icosphere, rigid_body, sheet, turn
 
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.scene import AirDrag, Gravity, Scene, SelfContact, StrainLimit
@@ -37,16 +39,22 @@ def test_free_fall_is_implicit_eulers(preset):
     np.testing.assert_allclose(sim.cloth_positions(), expected, rtol=0, atol=tolerance)
 
 
+@pytest.mark.parametrize("beside", [False, True], ids=["alone", "beside a body"])
 @pytest.mark.parametrize("preset", ["draft", "live"])
-def test_cloth_that_may_touch_itself_falls_as_fast_and_looks_no_further(preset):
-    """A closed surface: v_n = v_{n-1} + g dt, and what is near each other stays what it was, however fast it falls."""
+def test_cloth_that_may_touch_itself_falls_as_fast_and_looks_no_further(preset, beside):
+    """A closed surface: v_n = v_{n-1} + g dt, and what is near each other stays what it was, however fast it falls; also
+    where a body that it does not touch goes by and would carry it along."""
     ball, faces = icosphere(0.12, 2)
     garment = Garment(faces, flattened(ball, faces), np.zeros(len(faces), np.int32), len(ball))
-    sim = build(Scene(garment, ball, None, fabric(), (Gravity(), SelfContact())), PRESETS[preset])
+    body = rigid_body(ball + np.array([0.3, 0.0, 0.0]), faces) if beside else None
+    pose = STILL if beside else None
+    sim = build(Scene(garment, ball, body, fabric(), (Gravity(), SelfContact())), PRESETS[preset], "cpu", pose)
     dt, steps = PRESETS[preset].largest_step, 15
     known = []
     for k in range(steps):
-        sim.advance(None, (k + 1) * dt)
+        if beside:
+            pose = replace(STILL, root=np.array([0.0, 0.0, 1.0 * (k + 1) * dt]))
+        sim.advance(pose, (k + 1) * dt)
         known.append(sim.candidates.size)
     limit = steps * 4 * ULP / dt  # each step's rounding of coordinates below 2 m is carried on
     np.testing.assert_allclose(sim.state.v.numpy()[:, 1], -G * dt * steps, rtol=0, atol=limit)
