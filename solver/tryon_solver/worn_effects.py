@@ -11,6 +11,7 @@ import numpy as np
 from tryon_solver.effect_words.fields import EffectError
 from tryon_solver.effect_words.rules import Parameters, in_scene
 from tryon_solver.effect_words.table import BY_NAME, CLINGS, WORDS
+from tryon_solver.geometry.boundary_loops import boundary_loops
 from tryon_solver.geometry.lines import hinges_of_edges
 from tryon_solver.geometry.named_lines import Cut
 from tryon_solver.scene import (
@@ -25,8 +26,10 @@ from tryon_solver.scene import (
     FabricDamping,
     Fasteners,
     Friction,
+    Gas,
     Gravity,
     Gusts,
+    Pins,
     Pressure,
     Scene,
     SelfContact,
@@ -131,6 +134,29 @@ def _pressure(p: Parameters, cut: Cut) -> Effect:
     return Pressure(p["pressure"], tuple(panels))
 
 
+def _gas(p: Parameters, cut: Cut) -> Effect:
+    panels = tuple(cut.panel(name, f"parameters.panels[{k}]") for k, name in enumerate(p["panels"]))
+    spec = Gas(panels=panels)
+    openings = len(boundary_loops(spec.faces_of(cut.garment)))
+    if openings:
+        fault = f"air gets out through {openings} opening{'s' if openings > 1 else ''} that these pieces leave together"
+        remedy = "Name pieces that close a volume together, or ask for pressure, which open pieces can have"
+        raise EffectError(fault, "parameters.panels", remedy)
+    return spec
+
+
+def _pins(p: Parameters, cut: Cut) -> Effect:
+    spots = [
+        np.array([cut.vertex_at(row["panel"], (row["x"], row["y"]), f"parameters.points[{k}]")])
+        for k, row in enumerate(p["points"])
+    ]
+    lines = [cut.mesh_edges(row["along"], f"parameters.lines[{k}].along").ravel() for k, row in enumerate(p["lines"])]
+    if not spots and not lines:
+        raise EffectError("nothing is pinned", "parameters.points", "Tell a spot of a piece, or an edge in lines")
+    vertices = np.unique(np.concatenate([*spots, *lines])).astype(np.int32)
+    return Pins(vertices, p["stiffness"], led=p["to"] == "body")
+
+
 def _elastic(p: Parameters, cut: Cut) -> Effect:
     lines = [
         ElasticLine(cut.mesh_edges(row["along"], f"parameters.lines[{k}].along"), row["ratio"], row["stiffness"])
@@ -203,6 +229,8 @@ MAKERS: Mapping[str, Callable[[Parameters, Cut], Effect]] = {
     "wind": _wind,
     "fabric_damping": lambda p, _cut: FabricDamping(p["time"]),
     "pressure": _pressure,
+    "gas": _gas,
+    "pins": _pins,
     "elastic": _elastic,
     "creases": _creases,
     "fasteners": _fasteners,
@@ -212,6 +240,7 @@ MAKERS: Mapping[str, Callable[[Parameters, Cut], Effect]] = {
 VALUES: Mapping[str, Callable[[Parameters, Cut], dict[str, np.ndarray]]] = {
     "wind": lambda p, _cut: {"velocity": np.array([p["velocity"]], np.float32)},
     "pressure": lambda p, _cut: {"pressure": np.array([p["pressure"]], np.float32)},
+    "gas": lambda p, _cut: {"share": np.array([p["share"]], np.float64)},
     "elastic": lambda p, _cut: {"ratio": np.array([row["ratio"] for row in p["lines"]], np.float32)},
     "creases": lambda p, cut: {"angles": _creases(p, cut).angles.astype(np.float32)},
     "fasteners": lambda p, cut: {"closed": _closed(p, cut)},

@@ -150,6 +150,25 @@ def test_what_a_pattern_carries_is_worn_from_the_first_and_in_its_next_cut(tmp_p
     assert "elastic" in without.effects.own
 
 
+def test_a_pin_holds_a_spot_of_the_garment_where_it_is_on_the_body(bag):
+    """Drawn by a gale the pinned spot stays and the rest moves; other effects later leave the pin where it was set."""
+    pin = {"points": [{"panel": "front", "x": 0.3, "y": 0.1}]}
+    bind(bag, asked(pins=pin))
+    spot = bag.effects.cut.vertex_at("front", (0.3, 0.1), "")
+    before = bag.cloth_positions()[spot].astype(np.float64)
+    blown = asked(pins=pin, wind={"velocity": [0, 0, 12], "shelter": 0})
+    bind(bag, blown)
+    x = advance(bag, 15)
+    assert np.linalg.norm(x[spot] - before) < 0.01
+    bind(bag, asked(wind={"velocity": [0, 0, 12], "shelter": 0}))
+    assert np.linalg.norm(advance(bag, 15)[spot] - before) > 0.02
+
+
+def test_air_is_not_shut_in_by_a_garment_with_an_opening(bag):
+    with pytest.raises(EffectError, match=r"parameters\.panels: air gets out through 1 opening"):
+        bag.effects.check(asked(gas={}))
+
+
 def test_what_each_takes_is_measured_when_it_is_asked_for(bag):
     advance(bag, 1)
     times = dict(bag.effects.times())

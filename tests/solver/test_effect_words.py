@@ -5,17 +5,18 @@ import json
 
 import numpy as np
 import pytest
-from small_scenes import garment_of, grid_faces, grid_uv
+from small_scenes import garment_of, grid_faces, grid_uv, icosphere
 
 from tryon_solver.effect_words.fields import EffectError
 from tryon_solver.effect_words.rules import in_scene, left_out, same_but_values
 from tryon_solver.effect_words.table import LIVE, WORDS, live, word_of
+from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.named_lines import Cut
 from tryon_solver.geometry.panel_mesh import mesh_pattern
 from tryon_solver.geometry.pattern import load_pattern
 from tryon_solver.geometry.weld import weld
 from tryon_solver.scene import LIVE as LIVE_SCENE
-from tryon_solver.scene import Friction, Scene, Wind
+from tryon_solver.scene import Friction, Gas, Scene, Wind
 from tryon_solver.worn_effects import MAKERS, VALUES, check, effects_of, values_of
 
 SKIRT = "server/tryon_server/demo/patterns/skirt.json"
@@ -28,8 +29,8 @@ def skirt():
     pattern = load_pattern(SKIRT)
     panels = mesh_pattern(pattern, 0.05)
     welded = weld(panels)
-    counts = tuple(len(panel.edges) for panel in pattern.panels)
-    return Cut.of_pattern(welded.garment(), panels, welded, counts), panels, welded
+    counts, clockwise = zip(*((len(panel.edges), panel.clockwise) for panel in pattern.panels))
+    return Cut.of_pattern(welded.garment(), panels, welded, counts, "", clockwise), panels, welded
 
 
 @pytest.fixture
@@ -90,6 +91,17 @@ def test_an_unknown_name_lists_those_that_there_are():
         ("friction", {"body": 0.5, "cloth": 0.3, "cloth_kinetic": 0.4}, "parameters"),
         ("friction", {"pairs": [{"first": "sheet"}]}, "parameters.pairs[0].second"),
         ("stretch_curves", {"warp": [[0.1, 5], [0.05, 9]]}, "parameters.warp"),
+        ("pins", {}, "parameters.points"),
+        ("pins", {"points": [{"panel": "sheet", "x": 0.1}]}, "parameters.points[0].y"),
+        ("pins", {"points": [{"panel": "sleeve", "x": 0.1, "y": 0.1}]}, "parameters.points[0].panel"),
+        ("pins", {"points": [{"panel": "sheet", "x": 3.0, "y": 0.1}]}, "parameters.points[0]"),
+        ("pins", {"points": [{"panel": "sheet", "x": 0.1, "y": 11.0}]}, "parameters.points[0].y"),
+        ("pins", {"lines": [{"along": [{"panel": "sheet", "edge": 0}]}]}, "parameters.lines[0].along[0]"),
+        ("pins", {"to": "moon"}, "parameters.to"),
+        ("pins", {"stiffness": 1.0}, "parameters.stiffness"),
+        ("gas", {}, "parameters.panels"),
+        ("gas", {"panels": ["sleeve"]}, "parameters.panels[0]"),
+        ("gas", {"share": 9.0}, "parameters.share"),
         ("elastic", {}, "parameters.lines"),
         ("elastic", {"lines": [{"along": WAIST}]}, "parameters.lines[0].along[0].panel"),
         ("elastic", {"lines": [{"along": [{"panel": "sheet", "edge": 0}]}]}, "parameters.lines[0].along[0]"),
@@ -137,6 +149,35 @@ def test_creases_and_buttons_lie_on_their_edges(skirt):
     assert np.isin(spec.pairs[:, 0], front).all()
     assert np.isin(spec.pairs[:, 1], back).all()
     np.testing.assert_array_equal(values_of("fasteners", buttons, cut)["closed"], np.float32([0.25] * 3))
+
+
+def test_pins_are_set_at_spots_and_edges_of_the_pattern(skirt):
+    cut, panels, welded = skirt
+    first = panels.first_vertex(panels.panel_names.index("skirt_front"))
+    spot = first + 40
+    drawn = load_pattern(SKIRT).panels[0]
+    assert drawn.name == "skirt_front"
+    x, y = panels.uv[spot] * [-1.0 if drawn.clockwise else 1.0, 1.0]
+    given = {"points": [{"panel": "skirt_front", "x": x + 0.001, "y": y}], "lines": [{"along": WAIST}]}
+    (spec,) = asked("pins", given, cut)
+    waist = cut.line(WAIST, "")
+    assert spec.led
+    assert set(spec.vertices) == {*waist, welded.welded_of_vertex[spot]}
+    (held,) = asked("pins", {**given, "to": "room"}, cut)
+    assert not held.led
+
+
+def test_air_is_shut_in_by_pieces_that_close_a_volume():
+    ball, faces = icosphere(0.1, 1)
+    uv = np.tile([[0.0, 0.0], [0.1, 0.0], [0.0, 0.1]], (len(faces), 1, 1))
+    panel = (np.arange(len(faces)) >= 40).astype(np.int32)
+    cut = Cut.of_mesh(Garment(faces.astype(np.int32), uv, panel, len(ball)), ("upper", "lower"))
+    (spec,) = asked("gas", {"share": 1.2}, cut)
+    assert isinstance(spec, Gas)
+    assert values_of("gas", word_of("gas").parameters({"share": 1.2}), cut)["share"] == 1.2
+    open_half = refused("gas", {"panels": ["upper"]}, cut)
+    assert "opening" in open_half.message
+    assert "pressure" in open_half.remedy
 
 
 def test_friction_of_pairs_of_pieces(skirt):

@@ -18,7 +18,7 @@ from tryon_solver.effect_words.table import live
 from tryon_solver.geometry.boundary_loops import boundary_loops
 from tryon_solver.geometry.named_lines import Cut
 from tryon_solver.geometry.outfit import garments_of
-from tryon_solver.rebind import take_over, with_effects
+from tryon_solver.rebind import settle_in, take_over, with_effects
 from tryon_solver.redesign.parsed import parsed
 from tryon_solver.simulation import Simulation
 from tryon_solver.stepping.clocked import times_in_parts
@@ -54,6 +54,7 @@ class SolverEffects:
         self.asked: Asked = {**live(), **self.own} if asked is None else asked
         self._worn = worn
         self._cut: Cut | None = None
+        settle_in(worn.simulation, self.asked)
         self._write(worn.simulation, self.asked)
 
     @property
@@ -101,7 +102,9 @@ class SolverEffects:
             raise in_place(error) from error
         assert made is not None
         take_over(made, self._worn.simulation)
-        self._write(made, {name: own for name, own in asked.items() if own != self.asked.get(name)})
+        new = {name: own for name, own in asked.items() if own != self.asked.get(name)}
+        settle_in(made, new)
+        self._write(made, new)
         self.asked = asked
         self._worn.go_on_in(made)
 
@@ -157,8 +160,9 @@ def _cut_of_one(one: WornGarment) -> Cut:
     worn = one.worn
     if one.specification is None or worn.panels is None or worn.welded is None:
         return Cut.of_mesh(worn.garment, worn.piece_names, worn.name)
-    counts = tuple(len(panel.edges) for panel in parsed(one.specification).panels)
-    return Cut.of_pattern(worn.garment, worn.panels, worn.welded, counts, worn.name)
+    panels = parsed(one.specification).panels
+    counts, clockwise = [len(panel.edges) for panel in panels], [panel.clockwise for panel in panels]
+    return Cut.of_pattern(worn.garment, worn.panels, worn.welded, counts, worn.name, clockwise)
 
 
 def own_of(garments: Sequence[WornGarment]) -> Asked:

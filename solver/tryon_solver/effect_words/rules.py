@@ -9,7 +9,7 @@ from tryon_solver.effect_words.fields import Edges, Field, Panel, Panels, Rows
 from tryon_solver.effect_words.table import BY_NAME
 
 Parameters = Mapping[str, Any]
-LINED = ("elastic", "creases", "fasteners")
+LINED = ("elastic", "creases", "fasteners", "pins")
 """Effects along edges of the pattern, by their numbers."""
 
 
@@ -35,6 +35,8 @@ def same_but_values(name: str, before: Parameters, after: Parameters) -> bool:
     """Can a scene that has the effect as it was `before` be given `after` by its values alone?"""
     if name == "wind" and (before["gusts"] or after["gusts"]):  # their spectrum is that of the wind's speed
         return False
+    if name == "gravity" and not (any(before["acceleration"]) and any(after["acceleration"])):
+        return False  # none at all is left out of a scene
     fields = BY_NAME[name].fields
     return _fixed(fields, before) == _fixed(fields, after)
 

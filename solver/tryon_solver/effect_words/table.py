@@ -57,6 +57,11 @@ def _coefficient(name: str, about: str) -> Number:
     return Number(name, about, "", high=2.0, open=True)
 
 
+def _coordinate(axis: str) -> Number:
+    about = "of the spot, as the piece's pattern is drawn, in the size that is worn"
+    return Number(axis, about, "m", low=-10.0, high=10.0, needed=True, untold=-100.0)
+
+
 def _line(about: str) -> Edges:
     return Edges("along", about, needed=True)
 
@@ -149,6 +154,46 @@ WORDS = (
         (
             Number("pressure", "how much more", "Pa", low=-200.0, high=1000.0, untold=20.0, live=True),
             Panels("panels", "pieces that it acts on; none: all"),
+        ),
+    ),
+    EffectWord(
+        "gas",
+        "Shut-in air",
+        "pieces that close a volume together, full of air that resists being squeezed; a body within counts as air",
+        (
+            Number(
+                "share",
+                "of the air that they have room for as it is shut in",
+                "",
+                low=0.5,
+                high=2.0,
+                untold=1.0,
+                live=True,
+            ),
+            Panels("panels", "pieces that shut it in; none: all"),
+        ),
+    ),
+    EffectWord(
+        "pins",
+        "Pins",
+        "hold spots and edges of the garment where they are as the pins are set",
+        (
+            Choice("to", "what they are pinned to: the body, which leads them, or the room", of=("body", "room")),
+            Rows(
+                "points",
+                "spots of pieces that are pinned",
+                fields=(
+                    Panel("panel", "the piece", needed=True),
+                    _coordinate("x"),
+                    _coordinate("y"),
+                ),
+            ),
+            Rows(
+                "lines",
+                "edges of the pattern that are pinned all along",
+                fields=(_line("edges, one after the other"),),
+            ),
+            Number("stiffness", "of the pin at each vertex", "N/m", low=10.0, high=1e5, untold=1000.0),
         ),
     ),
     EffectWord(
