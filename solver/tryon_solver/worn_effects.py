@@ -238,6 +238,7 @@ MAKERS: Mapping[str, Callable[[Parameters, Cut], Effect]] = {
     "sleep": lambda p, _cut: Sleep(speed=p["speed"], fastest=2.5 * p["speed"], time=p["time"]),
 }
 VALUES: Mapping[str, Callable[[Parameters, Cut], dict[str, np.ndarray]]] = {
+    "gravity": lambda p, _cut: {"acceleration": np.array([p["acceleration"]], np.float32)},
     "wind": lambda p, _cut: {"velocity": np.array([p["velocity"]], np.float32)},
     "pressure": lambda p, _cut: {"pressure": np.array([p["pressure"]], np.float32)},
     "gas": lambda p, _cut: {"share": np.array([p["share"]], np.float64)},

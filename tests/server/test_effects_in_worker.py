@@ -59,7 +59,7 @@ def test_what_is_worn_is_told_once_it_is_dressed():
     found = states(first)
     assert {name for name, state in found.items() if state.state == "active"} == set(live())
     assert found["wind"].state == "absent"
-    assert found["gravity"].parameters == {"acceleration": [0.0, -9.81, 0.0]}
+    assert found["gravity"].parameters == {"acceleration": [0.0, -9.81, 0.0], "ramp": 0.1}
     assert found["elastic"].parameters == {}, "its lines are nobody's yet"
     assert first.wishes == {}
 

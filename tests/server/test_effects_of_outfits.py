@@ -120,3 +120,48 @@ def test_a_scene_that_is_half_made_gives_way_to_another_one(desk):
     settle(desk, other)
     assert (worn.bound, other.bound) == (0, 1)
     assert last(desk, "wind").state == "active"
+
+
+class Fading(Worn):
+    """What is to go needs some frames for it, which come as long as there is an entry in `left`."""
+
+    left = ()
+
+    def fade(self, wanted):
+        if not set(self.asked) - set(wanted):
+            return 0.0
+        if len(self.left) > 1:
+            self.left = self.left[1:]
+        return self.left[0]
+
+
+@pytest.mark.parametrize(("left", "looks"), [((0.1, 0.05, 0.02, 0.0), 3), ((0.1,), 50)])
+def test_what_goes_is_bound_no_more_once_it_has_gone_or_nothing_moves(left, looks):
+    """Ten looks take 0.2 s: after a second of standing still the fifty-first goes on."""
+    now = [0.0]
+    told = []
+    desk = EffectDesk(told.append, Ready(), lambda: now[0], {})
+    desk.told = told
+    worn = Fading(garments=("shirt",))
+    settle(desk, worn)
+    ask(desk, worn, wind={"velocity": [0, 0, 2]})
+    worn.left = (0.2, *left)
+    bound = worn.bound
+    desk.take(ChangeEffect(9, "wind", "absent"))
+    for _ in range(looks - 1):
+        desk.go_on(worn, 0.0, False)
+        now[0] += 0.02
+        assert "wind" in worn.asked
+    for _ in range(15):
+        desk.go_on(worn, 0.0, False)
+        now[0] += 0.02
+    assert "wind" not in worn.asked
+    assert worn.bound == bound + 1
+
+
+def test_a_wish_that_was_kept_before_its_effect_had_a_parameter_has_it_by_default():
+    kept = {"effects": {"wind": {"state": "active", "parameters": {"velocity": [0.0, 0.0, 2.0]}, "why": "asked for"}}}
+    desk = EffectDesk(lambda _event: None, Ready(), lambda: 0.0, kept)
+    parameters = desk.wishes["effects"]["wind"]["parameters"]
+    assert parameters["velocity"] == [0.0, 0.0, 2.0]
+    assert parameters["ramp"] == 0.1

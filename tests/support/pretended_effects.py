@@ -42,6 +42,9 @@ class PretendedEffects:
         self.asked = asked
         self.written += 1
 
+    def fade(self, _wanted) -> float:
+        return 0.0
+
     def rebind(self, asked) -> Iterator[None]:
         for k in range(PARTS):
             if k == PARTS // 2 and asked.get("pressure", {}).get("pressure") == 666:

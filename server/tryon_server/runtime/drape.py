@@ -149,6 +149,10 @@ class DrapeEffects(Protocol):
     def write(self, asked: Asked) -> None:
         """Be worn with these from the next ``advance`` on, which differ by values alone (same_but_values)."""
 
+    def fade(self, wanted: Asked) -> float:
+        """Have go gently what is not to act any more once it is worn with ``wanted``, and what was to go and is wanted
+        again come back; for how many simulated seconds some of it is still on its way."""
+
     def rebind(self, asked: Asked) -> Iterator[None]:
         """Come to be worn with these, in parts, between which the garment may be advanced; it is once they are done.
 

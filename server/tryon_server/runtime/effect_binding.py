@@ -13,6 +13,7 @@ from tryon_server.runtime.drape import Asked, Character
 from tryon_server.runtime.worn_garment import WornGarment
 from tryon_solver.dressing.outfit import Outfit
 from tryon_solver.effect_words.fields import EffectError
+from tryon_solver.effect_words.ramps import as_it_comes, as_it_goes
 from tryon_solver.effect_words.rules import LINED, Parameters, together, with_pieces
 from tryon_solver.effect_words.table import live
 from tryon_solver.geometry.boundary_loops import boundary_loops
@@ -22,6 +23,7 @@ from tryon_solver.rebind import settle_in, take_over, with_effects
 from tryon_solver.redesign.parsed import parsed
 from tryon_solver.simulation import Simulation
 from tryon_solver.stepping.clocked import times_in_parts
+from tryon_solver.value_ramps import ValueRamps
 from tryon_solver.worn_effects import VALUES, WORN_ON_BODY, check, in_place, spec_of, values_of
 
 REPEATS = 5  # of a call that is measured, since frames wait for them
@@ -54,8 +56,11 @@ class SolverEffects:
         self.asked: Asked = {**live(), **self.own} if asked is None else asked
         self._worn = worn
         self._cut: Cut | None = None
+        self._ramps = ValueRamps()
+        self._going_to = self.asked
         settle_in(worn.simulation, self.asked)
-        self._write(worn.simulation, self.asked)
+        for name in self.asked.keys() & VALUES.keys():
+            self._ramps.write(worn.simulation, name, values_of(name, self.asked[name], self.cut))
 
     @property
     def garments(self) -> tuple[str, ...]:
@@ -80,9 +85,21 @@ class SolverEffects:
 
     def write(self, asked: Asked) -> None:
         """Be worn with these, which differ from those that it is worn with by values alone."""
-        self._write(self._worn.simulation, {name: own for name, own in asked.items() if own != self.asked.get(name)})
-        self.asked = asked
+        self._lead({name: own for name, own in asked.items() if own != self.asked.get(name)})
+        self.asked = self._going_to = asked
         self._worn.simulation.wake()
+
+    def fade(self, wanted: Asked) -> float:
+        """Have go gently what is not to act any more once ``wanted`` is bound, and what was to go and is wanted again
+        come back; for how many simulated seconds some of it is still on its way."""
+        if wanted != self._going_to:
+            self._going_to = wanted
+            self._lead({name: as_it_goes(name, own, wanted.get(name)) for name, own in self.asked.items()})
+        return self._ramps.left(self._worn.simulation)
+
+    def before_frame(self, time: float) -> None:
+        """To be called before each advance, with the simulation's time [s] after it."""
+        self._ramps.before_frame(self._worn.simulation, time)
 
     def rebind(self, asked: Asked) -> Iterator[None]:
         """Come to be worn with these, in parts, between which it may be advanced; it is after the last.
@@ -104,9 +121,13 @@ class SolverEffects:
         take_over(made, self._worn.simulation)
         new = {name: own for name, own in asked.items() if own != self.asked.get(name)}
         settle_in(made, new)
-        self._write(made, new)
-        self.asked = asked
+        was, self.asked = self.asked, asked
+        self._going_to = asked
         self._worn.go_on_in(made)
+        for name in new.keys() & VALUES.keys():
+            first = as_it_comes(name, new[name], was.get(name))
+            self._ramps.write(made, name, values_of(name, first, self.cut))
+        self._lead(asked)
 
     def _unchanged(self, effect: Any, before: Mapping[type, Any], asked: Asked) -> bool:
         """Is it asked for as it is there already? Then the very same spec goes on, and what was written to it."""
@@ -115,15 +136,11 @@ class SolverEffects:
             return False
         return name not in asked or (name in self.asked and asked[name] == self.asked[name])
 
-    def _write(self, simulation: Simulation, asked: Asked) -> None:
-        valued = [name for name in asked if name in VALUES]
-        if not valued:
-            return
-        bound = {contribution.name: contribution for contribution in simulation.plan.contributions}
-        for name in valued:
-            if name in bound:
-                for value, numbers in values_of(name, asked[name], self.cut).items():
-                    bound[name].values[value].assign(numbers)
+    def _lead(self, asked: Asked) -> None:
+        """Have the values of these effects go to what they are here, each in its own time."""
+        for name in asked.keys() & VALUES.keys():
+            values = values_of(name, asked[name], self.cut)
+            self._ramps.lead(self._worn.simulation, name, values, asked[name]["ramp"])
 
     def times(self) -> Iterator[tuple[str, Mapping[str, float]]]:
         """What each contribution to the plan takes: its name, and ms of a call by stage; measured as it is asked."""

@@ -27,6 +27,7 @@ logger = logging.getLogger(__name__)
 SHARE = 0.5  # of the time that a frame took, after which no further part of another scene is begun
 LOOK_SECONDS = 0.02  # between looks at what is being compiled
 CHOICE_SECONDS = 1.0  # between looks at what garment and motion may call for
+STILL_SECONDS = 1.0  # for which what is to go gently waits for a body and a garment that do not go on
 CHOSEN = "chosen by itself: "
 ASKED = "asked for"
 TAKEN_OFF = "taken off"
@@ -60,7 +61,7 @@ class EffectDesk:
         self._armoury = armoury
         self._clock = clock
         self._auto = bool(wishes.get(AUTO))
-        self._wishes = {name: Wish(**wish) for name, wish in wishes.get("effects", {}).items()}
+        self._wishes = {name: _restored(name, wish) for name, wish in wishes.get("effects", {}).items()}
         self._held = dict(self._wishes)  # those with which a garment was worn last
         self._worn: DrapeEffects | None = None
         self._parts: Iterator[None] | None = None
@@ -71,6 +72,7 @@ class EffectDesk:
         self._times: dict[str, Mapping[str, float]] = {}
         self._told: tuple[EffectsMessage, Mapping[str, Any]] | None = None
         self._chosen_at = -CHOICE_SECONDS
+        self._fading: tuple[float, float] | None = None  # s that some effect needs to go, and when that was new
         self._quiet = False  # there was nothing to do when it was last looked
 
     @property
@@ -138,6 +140,7 @@ class EffectDesk:
         if worn is not self._worn:
             self._name_pieces(worn)
             self._worn, self._parts, self._measuring, self._quiet = worn, None, None, False
+            self._fading = None
             self._times.clear()
         if worn is None or (self._quiet and not self._choose(worn)):
             return None
@@ -146,8 +149,11 @@ class EffectDesk:
         wanted = self._wanted(self._wishes, worn)
         if self._parts is not None and (busy or self._binding != wanted):  # what is worn may give way to another scene
             self._parts = None
-        if self._parts is None and worn.asked != wanted and all(self._armoury.is_ready(name) for name in wanted):
-            pause = self._begin(wanted, worn, busy)
+        if self._parts is None and all(self._armoury.is_ready(name) for name in wanted):
+            if self._fades(wanted, worn):
+                pause = LOOK_SECONDS
+            elif worn.asked != wanted:
+                pause = self._begin(wanted, worn, busy)
         if self._parts is not None:
             pause = 0.0
             self._bind(cost)
@@ -206,6 +212,18 @@ class EffectDesk:
             logger.warning("kernels of effects could not be compiled: %s", fault.problem.message)
         armed = [name for name, wish in self._wishes.items() if wish.state == "armed"]
         self._armoury.want([*self._wanted(self._wishes, worn), *armed])
+
+    def _fades(self, wanted: dict[str, Parameters], worn: DrapeEffects) -> bool:
+        """Is something still going gently, before the scene without it is made? Not where the garment stands still."""
+        if _by_values(worn.asked, wanted) and worn.asked != wanted:
+            return False
+        left, now = worn.fade(wanted), self._clock()
+        if left == 0.0 or worn.asked == wanted:
+            self._fading = None
+            return False
+        if self._fading is None or self._fading[0] != left:
+            self._fading = left, now
+        return now - self._fading[1] < STILL_SECONDS
 
     def _begin(self, wanted: dict[str, Parameters], worn: DrapeEffects, busy: bool) -> float | None:
         if _by_values(worn.asked, wanted):
@@ -339,6 +357,12 @@ class EffectDesk:
         if name in worn.own:
             return OWN
         return USUAL if name in worn.asked else ""
+
+
+def _restored(name: str, kept: Mapping[str, Any]) -> Wish:
+    """A wish as it was kept, with what its effect has got since by default."""
+    parameters = kept["parameters"]
+    return Wish(kept["state"], {**_by_default(name), **parameters} if parameters else {}, kept["why"])
 
 
 def _by_values(before: Mapping[str, Parameters], after: Mapping[str, Parameters]) -> bool:

@@ -38,7 +38,7 @@ def same_but_values(name: str, before: Parameters, after: Parameters) -> bool:
     if name == "gravity" and not (any(before["acceleration"]) and any(after["acceleration"])):
         return False  # none at all is left out of a scene
     fields = BY_NAME[name].fields
-    return _fixed(fields, before) == _fixed(fields, after)
+    return fixed(fields, before) == fixed(fields, after)
 
 
 def with_pieces(name: str, parameters: Parameters, called: Callable[[str], str]) -> dict[str, Any]:
@@ -76,12 +76,12 @@ def together(each: Sequence[Mapping[str, Parameters]]) -> dict[str, Parameters]:
     return found
 
 
-def _fixed(fields: Sequence[Field], parameters: Parameters) -> list[Any]:
-    """What of the parameters can't be written to a running scene."""
+def fixed(fields: Sequence[Field], parameters: Parameters) -> list[Any]:
+    """What of the parameters can't be written to a running scene, in the fields' order."""
     found: list[Any] = []
     for field in fields:
         if not field.live:
             found.append(parameters[field.name])
         elif isinstance(field, Rows):
-            found.append([_fixed(field.fields, row) for row in parameters[field.name]])
+            found.append([fixed(field.fields, row) for row in parameters[field.name]])
     return found

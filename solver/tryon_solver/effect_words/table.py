@@ -66,23 +66,29 @@ def _line(about: str) -> Edges:
     return Edges("along", about, needed=True)
 
 
+NOWHERE = (0.0, 0.0, 0.0)
+RAMP = Number("ramp", "simulated, over which it comes in, changes and goes", "s", live=True, high=5.0, untold=0.1)
+"""As long as an edit's shape takes to come (live_edit.py): at full strength at once a frame takes many iterations."""
 GUSTS = (
     Number("gusts", "how much the wind's speed varies, over its mean; 0: it blows evenly", "", high=1.0),
     Number("gust_length", "how large its eddies are", "m", low=0.1, high=100.0, untold=5.0),
     Number("seed", "which gusts are drawn", "", high=2**31 - 1, whole=True),
 )
 ELASTIC = (
-    Number("ratio", "its length, over the line's", "", low=0.2, high=1.5, untold=0.8, live=True),
+    Number("ratio", "its length, over the line's", "", live=True, idle=1.0, low=0.2, high=1.5, untold=0.8),
     Number("stiffness", "force per strain", "N", low=0.1, high=1000.0, untold=30.0),
 )
-CREASE = (Number("angle", "above 0 a ridge", "degrees", low=-160.0, high=160.0, untold=60.0, live=True),)
+CREASE = (Number("angle", "above 0 a ridge", "degrees", live=True, idle=0.0, low=-160.0, high=160.0, untold=60.0),)
 BUTTONS = Number("buttons", "how many, evenly; null: a zip", "", low=1, high=64, open=True, whole=True)
 WORDS = (
     EffectWord(
         "gravity",
         "Gravity",
         "weight",
-        (Vector("acceleration", "of what falls", "m/s²", longest=50.0, untold=(0.0, -9.81, 0.0)),),
+        (
+            Vector("acceleration", "of what falls", "m/s²", True, idle=NOWHERE, longest=50.0, untold=(0.0, -9.81, 0.0)),
+            RAMP,
+        ),
     ),
     EffectWord("body_contact", "Contact with the body", "keeps the cloth off the body", kept=True),
     EffectWord("self_contact", "Contact with itself", "keeps the cloth off the cloth", kept=True),
@@ -131,13 +137,14 @@ WORDS = (
         "Wind",
         "air that blows, or stands still, and presses by the square of the speed; it takes the place of air at rest",
         (
-            Vector("velocity", "where it blows to", "m/s", live=True, longest=30.0, untold=(2.0, 0.0, 0.0)),
+            Vector("velocity", "where it blows to", "m/s", True, idle=NOWHERE, longest=30.0, untold=(2.0, 0.0, 0.0)),
             *GUSTS,
             Number("shelter", "share of it that the body keeps off what is behind it", "", high=1.0, untold=0.8),
             Number("shelter_length", "in which it wins that back", "m", low=0.05, high=20.0, untold=1.0),
             Number("density", "of the air", "kg/m³", high=10.0, untold=1.2),
             Number("broadside", "coefficient of cloth that the air meets straight on", "", high=5.0, untold=1.2),
             Number("along", "coefficient of cloth that it strokes", "", high=5.0, untold=0.01),
+            RAMP,
         ),
         takes_place_of=("air_drag",),
     ),
@@ -152,8 +159,9 @@ WORDS = (
         "Inflated pieces",
         "more pressure behind the cloth than before it",
         (
-            Number("pressure", "how much more", "Pa", low=-200.0, high=1000.0, untold=20.0, live=True),
+            Number("pressure", "how much more", "Pa", live=True, idle=0.0, low=-200.0, high=1000.0, untold=20.0),
             Panels("panels", "pieces that it acts on; none: all"),
+            RAMP,
         ),
     ),
     EffectWord(
@@ -165,12 +173,14 @@ WORDS = (
                 "share",
                 "of the air that they have room for as it is shut in",
                 "",
+                live=True,
+                idle=1.0,
                 low=0.5,
                 high=2.0,
                 untold=1.0,
-                live=True,
             ),
             Panels("panels", "pieces that shut it in; none: all"),
+            RAMP,
         ),
     ),
     EffectWord(
@@ -208,6 +218,7 @@ WORDS = (
                 needed=True,
                 fields=(_line("edges that it is sewn along"), *ELASTIC),
             ),
+            RAMP,
         ),
     ),
     EffectWord(
@@ -222,6 +233,7 @@ WORDS = (
                 needed=True,
                 fields=(_line("edges that are pressed"), *CREASE),
             ),
+            RAMP,
         ),
     ),
     EffectWord(
@@ -238,10 +250,11 @@ WORDS = (
                     Edges("first", "one side", needed=True),
                     Edges("second", "the other side", needed=True),
                     BUTTONS,
-                    Number("closed", "1: closed, 0: open", "", untold=1.0, live=True),
+                    Number("closed", "1: closed, 0: open", "", live=True, idle=0.0, untold=1.0),
                 ),
             ),
             Number("stiffness", "of each button or tooth", "N/m", low=10.0, high=1e5, untold=2e4),
+            RAMP,
         ),
     ),
     EffectWord(
@@ -252,8 +265,9 @@ WORDS = (
             Choice("kind", "what makes it stick", of=tuple(CLINGS)),
             Number("strength", "against being pulled off; null: the kind's", "Pa", high=1e5, open=True),
             Number("work", "to part it; null: the kind's", "J/m²", high=100.0, open=True),
-            Number("share", "of it that still sticks", "", untold=1.0, live=True),
+            Number("share", "of it that still sticks", "", live=True, idle=0.0, untold=1.0),
             Panels("panels", "pieces that are sticky; none: all"),
+            RAMP,
         ),
     ),
     EffectWord(
