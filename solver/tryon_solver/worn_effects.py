@@ -10,10 +10,11 @@ import numpy as np
 
 from tryon_solver.effect_words.fields import EffectError
 from tryon_solver.effect_words.rules import Parameters, in_scene
-from tryon_solver.effect_words.table import BY_NAME, CLINGS, WORDS
+from tryon_solver.effect_words.table import BY_NAME, CLINGS, SKIN, WORDS
 from tryon_solver.geometry.boundary_loops import boundary_loops
 from tryon_solver.geometry.lines import hinges_of_edges
 from tryon_solver.geometry.named_lines import Cut
+from tryon_solver.materials.fabric import FABRICS, between_fabrics
 from tryon_solver.scene import (
     Adhesion,
     AirDrag,
@@ -93,30 +94,52 @@ def _gravity(p: Parameters, _cut: Cut) -> Effect:
 
 
 def _friction(p: Parameters, cut: Cut) -> Effect:
-    told = ("body", "body_kinetic", "cloth", "cloth_kinetic")
-    if all(p[name] is None for name in told) and not p["pairs"]:
+    told = ("body", "body_kinetic", "cloth", "cloth_kinetic", "materials", "pairs")
+    if all(p[name] in (None, []) for name in told):
         return Friction(presliding=p["presliding"])
-    for name in ("body", "cloth"):
-        if p[name] is None:
-            raise EffectError(
-                f"{name} is not told", f"parameters.{name}", "Give both static coefficients, or none and no pairs"
-            )
-    count = len(cut.panel_names)
-    static = np.full((count + 1, count + 1), float(p["cloth"]))
-    static[count, :] = static[:, count] = p["body"]
+    count = len(cut.pieces)
+    static = _static(p, cut)
     kinetic = static.copy()
     if p["cloth_kinetic"] is not None:
         kinetic[:count, :count] = p["cloth_kinetic"]
     if p["body_kinetic"] is not None:
         kinetic[count, :] = kinetic[:, count] = p["body_kinetic"]
-    for k, pair in enumerate(p["pairs"]):
+
+    def set_pair(row: Parameters, first: np.ndarray, second: np.ndarray, place: str) -> None:
+        sliding = row["static"] if row["kinetic"] is None else row["kinetic"]
+        if sliding > row["static"]:
+            remedy = f"Give at most {row['static']:g}, what they have while they stick"
+            raise EffectError("what slides resists more than what sticks", f"{place}.kinetic", remedy)
+        for table, value in ((static, row["static"]), (kinetic, sliding)):
+            table[np.ix_(first, second)] = table[np.ix_(second, first)] = value
+
+    materials = np.array([*(piece.fabric for piece in cut.pieces), SKIN])
+    for k, row in enumerate(p["materials"]):
+        first, second = (np.flatnonzero(materials == row[side]) for side in ("first", "second"))
+        set_pair(row, first, second, f"parameters.materials[{k}]")
+    for k, row in enumerate(p["pairs"]):
         place = f"parameters.pairs[{k}]"
-        one = cut.panel(pair["first"], f"{place}.first")
-        other = count if pair["second"] == WORN_ON_BODY else cut.panel(pair["second"], f"{place}.second")
-        static[one, other] = static[other, one] = pair["static"]
-        sliding = pair["static"] if pair["kinetic"] is None else pair["kinetic"]
-        kinetic[one, other] = kinetic[other, one] = sliding
+        one = cut.panel(row["first"], f"{place}.first")
+        other = count if row["second"] == WORN_ON_BODY else cut.panel(row["second"], f"{place}.second")
+        set_pair(row, np.array([one]), np.array([other]), place)
     return Friction(p["presliding"], static, kinetic)
+
+
+def _static(p: Parameters, cut: Cut) -> np.ndarray:
+    """(P + 1, P + 1): coefficients between the pieces and the body, which is last: as told of all cloth and the body,
+    else as the pieces' fabrics have them. Raises EffectError where it is not told and no fabric is known."""
+    count = len(cut.pieces)
+    fabrics = [FABRICS[piece.fabric] for piece in cut.pieces if piece.fabric in FABRICS]
+    for name in ("body", "cloth"):
+        if p[name] is None and len(fabrics) < count:
+            fault = f"{name} is not told, and what the pieces are made of is not known"
+            raise EffectError(fault, f"parameters.{name}", "Give both static coefficients, or none of all these")
+    static = between_fabrics(fabrics) if len(fabrics) == count else np.zeros((count + 1, count + 1))
+    if p["cloth"] is not None:
+        static[:count, :count] = p["cloth"]
+    if p["body"] is not None:
+        static[count, :] = static[:, count] = p["body"]
+    return static
 
 
 def _stretch_curves(p: Parameters, _cut: Cut) -> Effect:

@@ -2,6 +2,7 @@
 that it says."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,12 +10,14 @@ from small_scenes import garment_of, grid_faces, grid_uv, icosphere
 
 from tryon_solver.effect_words.fields import EffectError
 from tryon_solver.effect_words.rules import in_scene, left_out, same_but_values
+from tryon_solver.effect_words.table import FABRICS as NAMED
 from tryon_solver.effect_words.table import LIVE, WORDS, live, word_of
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.named_lines import Cut
 from tryon_solver.geometry.panel_mesh import mesh_pattern
 from tryon_solver.geometry.pattern import load_pattern
 from tryon_solver.geometry.weld import weld
+from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.scene import LIVE as LIVE_SCENE
 from tryon_solver.scene import Friction, Gas, Scene, Wind
 from tryon_solver.worn_effects import MAKERS, VALUES, check, effects_of, values_of
@@ -186,6 +189,38 @@ def test_friction_of_pairs_of_pieces(skirt):
     assert isinstance(spec, Friction)
     np.testing.assert_allclose(spec.static, [[0.3, 0.3, 0.4], [0.3, 0.3, 0.3], [0.4, 0.3, 0.4]])
     np.testing.assert_allclose(spec.kinetic, [[0.3, 0.3, 0.2], [0.3, 0.3, 0.3], [0.2, 0.3, 0.2]])
+
+
+def test_friction_of_pairs_of_materials(skirt):
+    """Denim and jersey on a skin: what is told of two materials holds for their pieces, else the fabrics' own."""
+    pieces = skirt[0].pieces
+    mixed = (replace(pieces[0], fabric="denim"), *(replace(piece, fabric="cotton_jersey") for piece in pieces[1:]))
+    cut = replace(skirt[0], pieces=mixed)
+    given = {
+        "materials": [
+            {"first": "denim", "second": "skin", "static": 0.8, "kinetic": 0.6},
+            {"first": "cotton_jersey", "second": "denim", "static": 0.5},
+            {"first": "linen", "second": "skin", "static": 0.1},
+        ],
+    }
+    (spec,) = asked("friction", given, cut)
+    own = FABRICS["denim"].mu_self, FABRICS["cotton_jersey"].mu_self, FABRICS["cotton_jersey"].mu_body
+    np.testing.assert_allclose(spec.static, [[own[0], 0.5, 0.8], [0.5, own[1], own[2]], [0.8, own[2], 0.0]])
+    np.testing.assert_allclose(spec.kinetic, [[own[0], 0.5, 0.6], [0.5, own[1], own[2]], [0.6, own[2], 0.0]])
+    (pair,) = asked("friction", {**given, "pairs": [{"first": pieces[0].name, "second": "body"}]}, cut)
+    assert pair.static[0, 2] == 0.3, "a pair of pieces says more than their materials"
+    (alone,) = asked("friction", {"body": 0.9}, cut)
+    mean = np.sqrt(own[0] * own[1])
+    np.testing.assert_allclose(alone.static, [[own[0], mean, 0.9], [mean, own[1], 0.9], [0.9, 0.9, 0.9]])
+    slips = {"materials": [{"first": "denim", "second": "skin", "static": 0.2, "kinetic": 0.3}]}
+    assert refused("friction", slips, cut).place == "parameters.materials[0].kinetic"
+    unknown = refused("friction", {"materials": [{"first": "denin", "second": "skin"}]}, cut)
+    assert unknown.place == "parameters.materials[0].first"
+    assert "Did you mean 'denim'?" in unknown.remedy
+
+
+def test_materials_are_the_fabrics_that_there_are():
+    assert set(NAMED) == set(FABRICS)
 
 
 def test_wind_takes_the_place_of_air_at_rest_and_gusts_of_sleep(sheet):

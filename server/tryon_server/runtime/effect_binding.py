@@ -176,10 +176,11 @@ def cut_of(garments: Sequence[WornGarment]) -> Cut:
 def _cut_of_one(one: WornGarment) -> Cut:
     worn = one.worn
     if one.specification is None or worn.panels is None or worn.welded is None:
-        return Cut.of_mesh(worn.garment, worn.piece_names, worn.name)
+        return Cut.of_mesh(worn.garment, worn.piece_names, worn.name).made_of(worn.fabric.name)
     panels = parsed(one.specification).panels
     counts, clockwise = [len(panel.edges) for panel in panels], [panel.clockwise for panel in panels]
-    return Cut.of_pattern(worn.garment, worn.panels, worn.welded, counts, worn.name, clockwise)
+    cut = Cut.of_pattern(worn.garment, worn.panels, worn.welded, counts, worn.name, clockwise)
+    return cut.made_of(worn.fabric.name)
 
 
 def own_of(garments: Sequence[WornGarment]) -> Asked:

@@ -31,6 +31,22 @@ CLINGS = {"static_cling": (5.0, 5e-4), "wet": (100.0, 0.05), "hook_and_loop": (2
 and loop those of a light closure, as on a cuff."""
 
 
+SKIN = "skin"
+FABRICS = (
+    "cotton_jersey",
+    "cotton_poplin",
+    "wool_twill",
+    "denim",
+    "silk_charmeuse",
+    "viscose_jersey",
+    "polyester_satin",
+    "linen",
+    "silk_taffeta",
+    "cotton_canvas",
+)
+"""Materials whose friction may be told: those of materials/fabric.py, which is higher than this."""
+
+
 @dataclass(frozen=True)
 class EffectWord:
     """An effect by name: a `title` and what it is `about`, for people, and its parameters. `kept`: it can't be taken
@@ -95,7 +111,7 @@ WORDS = (
     EffectWord(
         "friction",
         "Friction",
-        "static and kinetic, of all contacts; what is not told has the fabric's own",
+        "static and kinetic, of all contacts; what is not told is as the fabrics have it",
         (
             Number("presliding", "by how much a contact gives before it slides", "m", low=1e-6, high=1e-2, untold=1e-4),
             _coefficient("body", "static, between cloth and body"),
@@ -103,8 +119,18 @@ WORDS = (
             _coefficient("cloth", "static, between cloth and cloth"),
             _coefficient("cloth_kinetic", "of cloth that slides on cloth"),
             Rows(
+                "materials",
+                "two fabrics, or a fabric and the skin, that have others, wherever they are worn",
+                fields=(
+                    Choice("first", "a fabric", of=FABRICS),
+                    Choice("second", "another fabric, the same, or the skin", of=(SKIN, *FABRICS)),
+                    Number("static", "while they stick", "", high=2.0, untold=0.3),
+                    _coefficient("kinetic", "while they slide; null: as while they stick"),
+                ),
+            ),
+            Rows(
                 "pairs",
-                "two pieces, or a piece and the body, that have others",
+                "two pieces, or a piece and the body, that have others, whatever they are made of",
                 fields=(
                     Panel("first", "a piece of the garment", needed=True),
                     Panel("second", 'another one, the same, or "body"', needed=True),

@@ -29,12 +29,13 @@ PatternEdge = Mapping[str, Any]
 class Piece:
     """A piece of a garment, by both their names; `edges` the garment's vertices (K + 1,) along each edge that it has in
     the pattern, () of a garment that is a mesh; `clockwise` if its outline is drawn so, and its coordinates mirrored
-    (panel_mesh.py)."""
+    (panel_mesh.py). `fabric` is the name of what it is made of, "" where that is not known."""
 
     garment: str
     name: str
     edges: tuple[NDArray[np.int32], ...] = ()
     clockwise: bool = False
+    fabric: str = ""
 
     @property
     def full_name(self) -> str:
@@ -80,6 +81,10 @@ class Cut:
         placed = np.zeros((garment.vertex_count, 3))
         placed[vertex] = panels.placed
         return Cut(garment, tuple(pieces), placed)
+
+    def made_of(self, fabric: str) -> Cut:
+        """The same, all of its pieces of the fabric of this name."""
+        return replace(self, pieces=tuple(replace(piece, fabric=fabric) for piece in self.pieces))
 
     @staticmethod
     def together(outfit: Garment, each: Sequence[Cut]) -> Cut:
