@@ -99,23 +99,31 @@ class StepFacts(Protocol):
     def to_dict(self) -> Mapping[str, Any]: ...
 
 
+CLOSE = 0.015
+"""m: cloth that is nearer to a vertex of the body lies on it, where their edges are as long."""
+
+
 @dataclass(frozen=True)
 class Character:
     """What a garment and its motion are like, from which is told which effects they may call for.
 
     Attributes:
-        speed: of the cloth, RMS over its vertices [m/s].
-        off_body: median distance of its vertices from the body [m].
-        stretch: largest principal stretch of its triangles.
+        speed: of the fastest tenth of the cloth, at least [m/s].
+        off_body: how far off the body the tenth hangs that is farthest from it, at least [m].
+        close: share of the cloth that lies on the body, within CLOSE.
+        stretch: largest principal stretch of the tenth that is stretched most, at least.
         limit: the fabric's largest stretch.
+        weight: of the lightest garment [N/m^2].
         layered: a piece lies on another.
         closed: it has no opening.
     """
 
     speed: float
     off_body: float
+    close: float
     stretch: float
     limit: float
+    weight: float
     layered: bool
     closed: bool
 

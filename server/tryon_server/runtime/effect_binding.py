@@ -9,14 +9,15 @@ from typing import Any, Protocol
 import numpy as np
 from scipy.spatial import cKDTree
 
-from tryon_server.runtime.drape import Asked, Character
+from tryon_server.runtime.drape import CLOSE, Asked, Character
 from tryon_server.runtime.worn_garment import WornGarment
 from tryon_solver.dressing.outfit import Outfit
 from tryon_solver.effect_words.fields import EffectError
 from tryon_solver.effect_words.ramps import as_it_comes, as_it_goes
-from tryon_solver.effect_words.rules import LINED, Parameters, together, with_pieces
+from tryon_solver.effect_words.rules import LINED, Parameters, rows_of_garments, together, with_pieces
 from tryon_solver.effect_words.table import live
 from tryon_solver.geometry.boundary_loops import boundary_loops
+from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.named_lines import Cut
 from tryon_solver.geometry.outfit import garments_of
 from tryon_solver.rebind import settle_in, take_over, with_effects
@@ -27,7 +28,9 @@ from tryon_solver.value_ramps import ValueRamps
 from tryon_solver.worn_effects import VALUES, WORN_ON_BODY, check, in_place, spec_of, values_of
 
 REPEATS = 5  # of a call that is measured, since frames wait for them
-LOOKED_AT = 1000  # vertices, from which how loosely a garment hangs is told
+LOOKED_AT = 1000  # vertices and triangles, from which is told what a garment is like
+MOST = 0.9  # of them have less than what is told of a tenth
+G = 9.81  # m/s^2
 
 
 class WornTogether(Protocol):
@@ -154,17 +157,28 @@ class SolverEffects:
         """What is worn is like this now; of several garments what any of them is."""
         simulation = self._worn.simulation
         scene, patterns = simulation.scene, [one.pattern for one in self._worn.garments]
-        v = simulation.state.v.numpy().astype(np.float64)
-        cloth, body = simulation.cloth_positions(), simulation.body_positions()
-        some = cloth[:: max(len(cloth) // LOOKED_AT, 1)]
+        cloth, garment = simulation.cloth_positions().astype(np.float64), scene.garment
+        some = slice(None, None, max(len(cloth) // LOOKED_AT, 1))
+        speed = np.linalg.norm(simulation.state.v.numpy()[: len(cloth)][some], axis=1)
+        off = cKDTree(simulation.body_positions()).query(cloth[some])[0]
+        stretch = _stretch(garment, cloth, slice(None, None, max(len(garment.faces) // LOOKED_AT, 1)))
+        fabrics = scene.fabric_of_garments()
         return Character(
-            speed=float(np.sqrt((v**2).sum(1).mean())),
-            off_body=float(np.median(cKDTree(body).query(some)[0])),
-            stretch=simulation.reported.max_stretch,
-            limit=min(fabric.strain_limit for fabric in scene.fabric_of_garments()),
+            speed=float(np.quantile(speed, MOST)),
+            off_body=float(np.quantile(off, MOST)),
+            close=float((off < CLOSE).mean()),
+            stretch=float(np.quantile(stretch, MOST)),
+            limit=min(fabric.strain_limit for fabric in fabrics),
+            weight=min(fabric.areal_density for fabric in fabrics) * G,
             layered=any(pattern is not None and len(pattern.panels.laid.vertices) for pattern in patterns),
             closed=any(not boundary_loops(garment.faces) for garment in garments_of(scene.garment)),
         )
+
+
+def _stretch(garment: Garment, x: np.ndarray, some: slice) -> np.ndarray:
+    """Largest principal stretch of some triangles of the garment in positions x (N, 3) m: of F = sum_i x_i g_i^T."""
+    f = np.einsum("tki,tkj->tij", x[garment.faces[some]], garment.corner_gradients()[some])
+    return np.linalg.svd(f, compute_uv=False)[:, 0]
 
 
 def cut_of(garments: Sequence[WornGarment]) -> Cut:
@@ -202,12 +216,18 @@ def in_other_garments(worn: SolverEffects, garments: Sequence[WornGarment]) -> d
     own, after = own_of(garments), cut_of(garments)
     kept = {name: new for name, new in own.items() if worn.asked.get(name) == worn.own.get(name)}
     other = {garment for garment, _ in _edges_of(worn.cut).items() - _edges_of(after).items()}
-    same_garments = tuple(one.worn.name for one in garments) == worn.garments
+    names = tuple(one.worn.name for one in garments)
+    same_garments, gone = names == worn.garments, set(worn.garments) - set(names)
     for name, given in worn.asked.items():
         if name in worn.own:
             continue
-        parameters = given if same_garments else worn.under_garments(name, given)
+        parameters = given
+        if not same_garments:
+            under = worn.under_garments(name, given)
+            parameters = rows_of_garments(name, under, lambda named: not named & gone)
         if name in LINED and other & _garments_named(name, parameters, worn.cut):
+            continue
+        if name in LINED and not any(isinstance(rows, list) and rows for rows in parameters.values()):
             continue
         with suppress(EffectError):
             spec_of(name, parameters, after)

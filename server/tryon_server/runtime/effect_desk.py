@@ -18,8 +18,8 @@ from tryon_server.runtime.drape import DrapeEffects
 from tryon_server.runtime.effect_choice import called_for
 from tryon_server.sessions.commands import ChangeEffect, MeasureEffects
 from tryon_server.sessions.events import EffectRefused, EffectsTold, Event
-from tryon_solver.effect_words.fields import EffectError
-from tryon_solver.effect_words.rules import Parameters, left_out, same_but_values
+from tryon_solver.effect_words.fields import EffectError, Rows
+from tryon_solver.effect_words.rules import Parameters, left_out, rows_of_garments, same_but_values
 from tryon_solver.effect_words.table import WORDS, live, word_of
 
 logger = logging.getLogger(__name__)
@@ -165,18 +165,20 @@ class EffectDesk:
         return pause
 
     def _name_pieces(self, worn: DrapeEffects | None) -> None:
-        """Where other garments come to be worn, have the wishes name pieces with the garments that they are of."""
+        """Where other garments come to be worn, have the wishes name pieces with the garments that they are of, and
+        what they list by garment be of those that are worn: what was on one that was taken off is forgotten, and what
+        the pattern of one that was put on calls for is added."""
         before = self._worn
         if before is None or worn is None or worn.garments == before.garments:
             return
 
         def named(wishes: Mapping[str, Wish]) -> dict[str, Wish]:
-            told = {name: wish for name, wish in wishes.items() if wish.parameters}
-            under = {
-                name: replace(wish, parameters=before.under_garments(name, wish.parameters))
-                for name, wish in told.items()
-            }
-            return {**wishes, **under}
+            after = {}
+            for name, wish in wishes.items():
+                parameters = _in_other_garments(name, wish.parameters, before, worn) if wish.parameters else {}
+                if parameters is not None:
+                    after[name] = replace(wish, parameters=parameters)
+            return after
 
         self._wishes, self._held = named(self._wishes), named(self._held)
 
@@ -357,6 +359,22 @@ class EffectDesk:
         if name in worn.own:
             return OWN
         return USUAL if name in worn.asked else ""
+
+
+def _in_other_garments(
+    name: str, parameters: Parameters, before: DrapeEffects, worn: DrapeEffects
+) -> Parameters | None:
+    """The effect's parameters as they are to be in what is worn after what was before; None where all that it listed is
+    gone."""
+    gone, come = set(before.garments) - set(worn.garments), set(worn.garments) - set(before.garments)
+    listed = [field.name for field in word_of(name).fields if isinstance(field, Rows)]
+    kept = rows_of_garments(name, before.under_garments(name, parameters), lambda garments: not garments & gone)
+    if any(parameters[rows] for rows in listed) and not any(kept[rows] for rows in listed):
+        return kept if name in live() else None
+    if name in worn.own:
+        own = rows_of_garments(name, worn.own[name], lambda garments: garments <= come)
+        return {**kept, **{rows: [*kept[rows], *own[rows]] for rows in listed}}
+    return kept
 
 
 def _restored(name: str, kept: Mapping[str, Any]) -> Wish:

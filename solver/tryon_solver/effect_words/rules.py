@@ -61,6 +61,30 @@ def _with_pieces(fields: Sequence[Field], parameters: Parameters, called: Callab
     return changed
 
 
+def rows_of_garments(
+    name: str, parameters: Parameters, wanted: Callable[[frozenset[str]], bool]
+) -> dict[str, Any]:
+    """The effect's parameters with those entries of its lists alone whose pieces are of `wanted` garments, by the names
+    that these have before their pieces' and a slash; an entry that names no piece stays."""
+    kept = dict(parameters)
+    for field in BY_NAME[name].fields:
+        if isinstance(field, Rows):
+            named = [(row, _garments_of(field.fields, row)) for row in parameters[field.name]]
+            kept[field.name] = [row for row, garments in named if not garments or wanted(garments)]
+    return kept
+
+
+def _garments_of(fields: Sequence[Field], row: Parameters) -> frozenset[str]:
+    found = set()
+
+    def note(piece: str) -> str:
+        found.add(piece.rpartition("/")[0])
+        return piece
+
+    _with_pieces(fields, row, note)
+    return frozenset(found)
+
+
 def together(each: Sequence[Mapping[str, Parameters]]) -> dict[str, Parameters]:
     """The effects of several garments as those of an outfit: of one that more than one has, the rows of all."""
     found: dict[str, Parameters] = {}
