@@ -57,7 +57,7 @@ def check_number(name: str, value: float, above: bool = False) -> None:
 
 @dataclass(frozen=True)
 class Gravity(EffectSpec):
-    """Uniform gravity; `acceleration` m/s^2."""
+    """Uniform gravity; `acceleration` m/s^2, also the contribution's value (1,) vec3, which may be written."""
 
     module: ClassVar[str] = "tryon_solver.effects.gravity"
 
@@ -294,13 +294,17 @@ class Attached(EffectSpec):
 class Pins(EffectSpec):
     """Cloth held or led by springs: `vertices` (K,) int32, each once, held where they start by `stiffness` N/m.
 
-    The contribution's value "places" (K,) vec3 m may be written between steps: the vertices follow.
+    The contribution's value "places" (K,) vec3 m may be written between steps: the vertices follow. `led` by the body's
+    surface they are held where triangles of it take them: values "onto" (K,) vec3i, corners of each one's triangle
+    among the scene's positions, cloth first, and "offsets" (K,) vec3 m in its frame (geometry/carried.py). All corners
+    0, as at the start, hold nothing.
     """
 
     module: ClassVar[str] = "tryon_solver.effects.pins"
 
     vertices: np.ndarray
     stiffness: float = 2e4
+    led: bool = False
 
     def __post_init__(self) -> None:
         if not 0 <= self.stiffness < float("inf"):
@@ -310,8 +314,10 @@ class Pins(EffectSpec):
             raise ValueError(f"pins: vertex {int(once[np.argmax(count)])} is listed twice; list it once")
 
     def check(self, scene: Scene) -> None:
-        """Raises ValueError for a vertex that the garment does not have."""
+        """Raises ValueError for a vertex that the garment does not have, or where no body is that could lead."""
         check_vertices("pins", self.vertices, scene)
+        if self.led and scene.body is None:
+            raise ValueError("pins: led by a body, of which there is none; give the scene one, or hold them in space")
 
 
 @dataclass(frozen=True)
@@ -366,7 +372,7 @@ class Gas(EffectSpec):
     has room for at the start.
 
     The contribution's values may be written between steps: "amount" (1,) float64 J, pressure times volume, more where
-    gas is pumped in; "ambient" (1,) float64 Pa.
+    gas is pumped in; "share" (1,) float64 of that amount, 1 at the start; "ambient" (1,) float64 Pa.
     """
 
     module: ClassVar[str] = "tryon_solver.effects.gas"

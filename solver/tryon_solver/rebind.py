@@ -8,16 +8,18 @@ effects stays, the subspace's basis among it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 
 import numpy as np
 import warp as wp
 
 from tryon_solver.build_in_parts import build_in_parts
+from tryon_solver.geometry.carried import carried_by
+from tryon_solver.geometry.enclosed import closed_by_caps, enclosed_volume
 from tryon_solver.plan import Contribution
 from tryon_solver.reshape import reshape
-from tryon_solver.scene import Effect
+from tryon_solver.scene import Effect, Gas, Pins
 from tryon_solver.simulation import Simulation
 from tryon_solver.stepping.clocked import calls_of
 
@@ -63,6 +65,29 @@ def take_over(simulation: Simulation, worn: Simulation) -> None:
             wp.copy(getattr(simulation.body, name), getattr(worn.body, name))
     simulation.buy(worn.settings.accuracy, worn.settings.deadline)
     _keep_values(simulation, worn)
+
+
+def settle_in(simulation: Simulation, names: Collection[str]) -> None:
+    """Have newly bound effects of these names begin from where the garment hangs now, which is not where it hung when
+    they were bound: air is shut in as the volume is, pins are set where their vertices are."""
+    bound = {contribution.name: contribution for contribution in simulation.plan.contributions}
+    garment, x = simulation.scene.garment, simulation.cloth_positions().astype(np.float64)
+    for effect in simulation.scene.effects:
+        name = type(effect).module.rpartition(".")[2]
+        if name not in names or name not in bound:
+            continue
+        values = bound[name].values
+        if isinstance(effect, Gas):
+            room = enclosed_volume(x, closed_by_caps(effect.faces_of(garment)))
+            values["amount"].assign(np.array([effect.ambient * room]))
+        elif isinstance(effect, Pins) and effect.led:
+            assert simulation.scene.body is not None
+            surface = simulation.body_positions().astype(np.float64)
+            onto, offsets = carried_by(x[effect.vertices], surface, np.asarray(simulation.scene.body.faces))
+            values["onto"].assign(onto + np.int32(garment.vertex_count))
+            values["offsets"].assign(offsets.astype(np.float32))
+        elif isinstance(effect, Pins):
+            values["places"].assign(x[effect.vertices].astype(np.float32))
 
 
 def _keep_values(simulation: Simulation, worn: Simulation) -> None:

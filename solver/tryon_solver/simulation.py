@@ -377,6 +377,7 @@ class Simulation:
         if self.body is not None:
             places += [self.body.skin_now, self.body.skin_next]
             self.body.pose = self.body.moving.moved(self.body.pose, -np.asarray(by))
+        places += [c.values["places"] for c in self.plan.contributions if "places" in c.values]
         for place in places:
             move_origin(place, shift)
 

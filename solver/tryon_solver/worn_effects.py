@@ -10,9 +10,11 @@ import numpy as np
 
 from tryon_solver.effect_words.fields import EffectError
 from tryon_solver.effect_words.rules import Parameters, in_scene
-from tryon_solver.effect_words.table import BY_NAME, CLINGS, WORDS
+from tryon_solver.effect_words.table import BY_NAME, CLINGS, SKIN, WORDS
+from tryon_solver.geometry.boundary_loops import boundary_loops
 from tryon_solver.geometry.lines import hinges_of_edges
 from tryon_solver.geometry.named_lines import Cut
+from tryon_solver.materials.fabric import FABRICS, between_fabrics
 from tryon_solver.scene import (
     Adhesion,
     AirDrag,
@@ -25,8 +27,10 @@ from tryon_solver.scene import (
     FabricDamping,
     Fasteners,
     Friction,
+    Gas,
     Gravity,
     Gusts,
+    Pins,
     Pressure,
     Scene,
     SelfContact,
@@ -90,30 +94,52 @@ def _gravity(p: Parameters, _cut: Cut) -> Effect:
 
 
 def _friction(p: Parameters, cut: Cut) -> Effect:
-    told = ("body", "body_kinetic", "cloth", "cloth_kinetic")
-    if all(p[name] is None for name in told) and not p["pairs"]:
+    told = ("body", "body_kinetic", "cloth", "cloth_kinetic", "materials", "pairs")
+    if all(p[name] in (None, []) for name in told):
         return Friction(presliding=p["presliding"])
-    for name in ("body", "cloth"):
-        if p[name] is None:
-            raise EffectError(
-                f"{name} is not told", f"parameters.{name}", "Give both static coefficients, or none and no pairs"
-            )
-    count = len(cut.panel_names)
-    static = np.full((count + 1, count + 1), float(p["cloth"]))
-    static[count, :] = static[:, count] = p["body"]
+    count = len(cut.pieces)
+    static = _static(p, cut)
     kinetic = static.copy()
     if p["cloth_kinetic"] is not None:
         kinetic[:count, :count] = p["cloth_kinetic"]
     if p["body_kinetic"] is not None:
         kinetic[count, :] = kinetic[:, count] = p["body_kinetic"]
-    for k, pair in enumerate(p["pairs"]):
+
+    def set_pair(row: Parameters, first: np.ndarray, second: np.ndarray, place: str) -> None:
+        sliding = row["static"] if row["kinetic"] is None else row["kinetic"]
+        if sliding > row["static"]:
+            remedy = f"Give at most {row['static']:g}, what they have while they stick"
+            raise EffectError("what slides resists more than what sticks", f"{place}.kinetic", remedy)
+        for table, value in ((static, row["static"]), (kinetic, sliding)):
+            table[np.ix_(first, second)] = table[np.ix_(second, first)] = value
+
+    materials = np.array([*(piece.fabric for piece in cut.pieces), SKIN])
+    for k, row in enumerate(p["materials"]):
+        first, second = (np.flatnonzero(materials == row[side]) for side in ("first", "second"))
+        set_pair(row, first, second, f"parameters.materials[{k}]")
+    for k, row in enumerate(p["pairs"]):
         place = f"parameters.pairs[{k}]"
-        one = cut.panel(pair["first"], f"{place}.first")
-        other = count if pair["second"] == WORN_ON_BODY else cut.panel(pair["second"], f"{place}.second")
-        static[one, other] = static[other, one] = pair["static"]
-        sliding = pair["static"] if pair["kinetic"] is None else pair["kinetic"]
-        kinetic[one, other] = kinetic[other, one] = sliding
+        one = cut.panel(row["first"], f"{place}.first")
+        other = count if row["second"] == WORN_ON_BODY else cut.panel(row["second"], f"{place}.second")
+        set_pair(row, np.array([one]), np.array([other]), place)
     return Friction(p["presliding"], static, kinetic)
+
+
+def _static(p: Parameters, cut: Cut) -> np.ndarray:
+    """(P + 1, P + 1): coefficients between the pieces and the body, which is last: as told of all cloth and the body,
+    else as the pieces' fabrics have them. Raises EffectError where it is not told and no fabric is known."""
+    count = len(cut.pieces)
+    fabrics = [FABRICS[piece.fabric] for piece in cut.pieces if piece.fabric in FABRICS]
+    for name in ("body", "cloth"):
+        if p[name] is None and len(fabrics) < count:
+            fault = f"{name} is not told, and what the pieces are made of is not known"
+            raise EffectError(fault, f"parameters.{name}", "Give both static coefficients, or none of all these")
+    static = between_fabrics(fabrics) if len(fabrics) == count else np.zeros((count + 1, count + 1))
+    if p["cloth"] is not None:
+        static[:count, :count] = p["cloth"]
+    if p["body"] is not None:
+        static[count, :] = static[:, count] = p["body"]
+    return static
 
 
 def _stretch_curves(p: Parameters, _cut: Cut) -> Effect:
@@ -129,6 +155,29 @@ def _wind(p: Parameters, _cut: Cut) -> Effect:
 def _pressure(p: Parameters, cut: Cut) -> Effect:
     panels = [cut.panel(name, f"parameters.panels[{k}]") for k, name in enumerate(p["panels"])]
     return Pressure(p["pressure"], tuple(panels))
+
+
+def _gas(p: Parameters, cut: Cut) -> Effect:
+    panels = tuple(cut.panel(name, f"parameters.panels[{k}]") for k, name in enumerate(p["panels"]))
+    spec = Gas(panels=panels)
+    openings = len(boundary_loops(spec.faces_of(cut.garment)))
+    if openings:
+        fault = f"air gets out through {openings} opening{'s' if openings > 1 else ''} that these pieces leave together"
+        remedy = "Name pieces that close a volume together, or ask for pressure, which open pieces can have"
+        raise EffectError(fault, "parameters.panels", remedy)
+    return spec
+
+
+def _pins(p: Parameters, cut: Cut) -> Effect:
+    spots = [
+        np.array([cut.vertex_at(row["panel"], (row["x"], row["y"]), f"parameters.points[{k}]")])
+        for k, row in enumerate(p["points"])
+    ]
+    lines = [cut.mesh_edges(row["along"], f"parameters.lines[{k}].along").ravel() for k, row in enumerate(p["lines"])]
+    if not spots and not lines:
+        raise EffectError("nothing is pinned", "parameters.points", "Tell a spot of a piece, or an edge in lines")
+    vertices = np.unique(np.concatenate([*spots, *lines])).astype(np.int32)
+    return Pins(vertices, p["stiffness"], led=p["to"] == "body")
 
 
 def _elastic(p: Parameters, cut: Cut) -> Effect:
@@ -203,6 +252,8 @@ MAKERS: Mapping[str, Callable[[Parameters, Cut], Effect]] = {
     "wind": _wind,
     "fabric_damping": lambda p, _cut: FabricDamping(p["time"]),
     "pressure": _pressure,
+    "gas": _gas,
+    "pins": _pins,
     "elastic": _elastic,
     "creases": _creases,
     "fasteners": _fasteners,
@@ -210,8 +261,10 @@ MAKERS: Mapping[str, Callable[[Parameters, Cut], Effect]] = {
     "sleep": lambda p, _cut: Sleep(speed=p["speed"], fastest=2.5 * p["speed"], time=p["time"]),
 }
 VALUES: Mapping[str, Callable[[Parameters, Cut], dict[str, np.ndarray]]] = {
+    "gravity": lambda p, _cut: {"acceleration": np.array([p["acceleration"]], np.float32)},
     "wind": lambda p, _cut: {"velocity": np.array([p["velocity"]], np.float32)},
     "pressure": lambda p, _cut: {"pressure": np.array([p["pressure"]], np.float32)},
+    "gas": lambda p, _cut: {"share": np.array([p["share"]], np.float64)},
     "elastic": lambda p, _cut: {"ratio": np.array([row["ratio"] for row in p["lines"]], np.float32)},
     "creases": lambda p, cut: {"angles": _creases(p, cut).angles.astype(np.float32)},
     "fasteners": lambda p, cut: {"closed": _closed(p, cut)},

@@ -28,7 +28,7 @@ LAYERS = (
     ("step", "kernels"),
     ("simulation",),
     ("reshape", "build_in_parts"),
-    ("dressing", "baselines", "live_edit", "rebind", "diff"),
+    ("dressing", "baselines", "live_edit", "rebind", "value_ramps", "diff"),
 )
 
 

@@ -71,7 +71,7 @@ def wait_for(page, true: Callable[[], bool]) -> None:
 
 def test_all_effects_are_listed_with_their_states(page):
     titles = page.locator("#effects-list summary b").all_inner_texts()
-    assert len(titles) == 15
+    assert len(titles) == 17
     assert {"Wind", "Elastic", "Gravity"} <= set(titles)
     assert item(page, "gravity").get_attribute("data-state") == "active"
     assert item(page, "wind").get_attribute("data-state") == "absent"

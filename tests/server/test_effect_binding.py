@@ -6,15 +6,19 @@ import numpy as np
 import patterns
 import pytest
 import trimesh
+from scripted_worker import allow, frames, work
 
 from tryon_server.runtime import production
 from tryon_server.runtime.order import DrapeOrder
+from tryon_server.sessions.commands import ChangeEffect, Run
+from tryon_server.sessions.events import EffectsTold
 from tryon_solver.effect_words.fields import EffectError
 from tryon_solver.effect_words.table import live, word_of
 from tryon_solver.redesign.apply import apply
 from tryon_solver.redesign.plain import parse_edit
 
 DT = 1 / 30
+FRAMES_PER_SECOND = 50.0  # of a worker that is driven by a script
 HEM = [{"panel": "front", "edge": 0}, {"panel": "back", "edge": 0}]
 
 
@@ -24,13 +28,13 @@ def hung(tmp_path_factory):
     return hang(tmp_path_factory.mktemp("bag"), patterns.bag(60.0, 40.0)).packed()
 
 
-def hang(folder, pattern):
+def hang(folder, pattern, preset="draft", edge_length=0.06):
     capsule = trimesh.creation.capsule(height=0.6, radius=0.14, count=[16, 16])
     capsule.apply_transform(trimesh.transformations.rotation_matrix(-np.pi / 2, [1, 0, 0]))
     capsule.apply_translation([0, 0.75, 0])
     capsule.export(folder / "capsule.ply")
     (folder / "bag.json").write_bytes(patterns.as_bytes(pattern))
-    order = DrapeOrder(folder / "bag.json", "cotton_jersey", "draft", "cpu", 0.06, folder / "capsule.ply")
+    order = DrapeOrder(folder / "bag.json", "cotton_jersey", preset, "cpu", edge_length, folder / "capsule.ply")
     return production.build_drape(order, lambda *_: None)
 
 
@@ -111,8 +115,8 @@ def test_what_does_not_suit_is_refused_and_nothing_changes(bag):
 
 
 def test_effects_go_along_to_another_cut_and_to_another_process(bag):
-    buttons = {"rows": [{"first": HEM[:1], "second": HEM[1:], "buttons": 2, "closed": 0.01}]}
-    bind(bag, asked(pressure={"pressure": 5.0}, fasteners=buttons))
+    buttons = {"rows": [{"first": HEM[:1], "second": HEM[1:], "buttons": 2, "closed": 0.01}], "ramp": 0.0}
+    bind(bag, asked(pressure={"pressure": 5.0, "ramp": 0.0}, fasteners=buttons))
     closed = next(c for c in bag.simulation.plan.contributions if c.name == "fasteners").values["closed"]
     assert (closed.numpy() == np.float32(0.01)).all()
     *_, copy = pickle.loads(pickle.dumps(bag.packed())).unpacking()
@@ -148,6 +152,113 @@ def test_what_a_pattern_carries_is_worn_from_the_first_and_in_its_next_cut(tmp_p
     *_, without = drape.recut(drape.cutting(cut, "cotton_jersey")())
     assert "elastic" not in without.effects.asked, "it was taken off"
     assert "elastic" in without.effects.own
+
+
+def values_of(drape, name):
+    return next(c for c in drape.simulation.plan.contributions if c.name == name).values
+
+
+def elastic_of(*ratios, ramp=0.1):
+    lines = [{"along": HEM[k : k + 1], "ratio": ratio} for k, ratio in enumerate(ratios)]
+    return asked(elastic={"lines": lines, "ramp": ramp})
+
+
+def test_what_is_bound_comes_in_over_its_ramp_and_goes_before_it_is_bound_no_more(bag):
+    """A tenth of a second is three frames of DT; each line comes and goes by itself."""
+    bind(bag, elastic_of(0.6))
+    ratios = []
+    for _ in range(5):
+        ratios.append(float(values_of(bag, "elastic")["ratio"].numpy()[0]))
+        advance(bag, 1)
+    np.testing.assert_allclose(ratios, [1.0, 1.0 - 0.4 / 3, 1.0 - 0.8 / 3, 0.6, 0.6], atol=1e-6)
+    bag.effects.write(elastic_of(0.9))
+    advance(bag, 1)
+    np.testing.assert_allclose(values_of(bag, "elastic")["ratio"].numpy(), [0.7], atol=1e-6)
+    advance(bag, 2)
+    bind(bag, elastic_of(0.9, 0.5))
+    np.testing.assert_allclose(values_of(bag, "elastic")["ratio"].numpy(), [0.9, 1.0], atol=1e-6)
+    advance(bag, 4)
+    assert bag.effects.fade(elastic_of(0.9)) == pytest.approx(0.1)
+    advance(bag, 2)
+    assert bag.effects.fade(elastic_of(0.9)) == pytest.approx(0.1 / 3)
+    np.testing.assert_allclose(values_of(bag, "elastic")["ratio"].numpy(), [0.9, 0.5 + 0.5 * 2 / 3], atol=1e-6)
+    assert bag.effects.fade(bag.effects.asked) == pytest.approx(0.1), "it is wanted again after all"
+    advance(bag, 4)
+    np.testing.assert_allclose(values_of(bag, "elastic")["ratio"].numpy(), [0.9, 0.5], atol=1e-6)
+
+
+def test_without_a_ramp_it_acts_at_once(bag):
+    bind(bag, elastic_of(0.6, ramp=0.0))
+    np.testing.assert_allclose(values_of(bag, "elastic")["ratio"].numpy(), [0.6], atol=1e-6)
+    assert bag.effects.fade(asked()) == 0.0
+
+
+def test_gravity_turns_over_its_ramp_while_it_is_worn(bag):
+    simulation = bag.simulation
+    bag.effects.write(asked(gravity={"acceleration": [0, -4.0, 0]}))
+    advance(bag, 1)
+    assert bag.simulation is simulation
+    found = values_of(bag, "gravity")["acceleration"].numpy()
+    np.testing.assert_allclose(found, [[0.0, -9.81 + 5.81 / 3, 0.0]], rtol=1e-5)
+
+
+@pytest.mark.parametrize("name", ["wind", "pressure", "elastic"])
+def test_at_most_one_frame_is_missed_while_an_effect_is_bound_and_while_it_goes(hung, name):
+    """In the loop of a session, where a frame and each part of another scene take half of the time between frames."""
+    more = {"elastic": {"lines": [{"along": HEM}]}}.get(name)
+    commands = [(0.5, ChangeEffect(1, name, "active", more)), (2.0, ChangeEffect(2, name, "absent"))]
+    sheets = []
+
+    def busy(work, connection):
+        def taking(*args):
+            connection.now += 0.5 / FRAMES_PER_SECOND
+            return work(*args)
+
+        return taking
+
+    def build(_order, _progress):
+        *_, drape = pickle.loads(pickle.dumps(hung)).unpacking()
+        drape.advance = busy(drape.advance, connection_of[0])
+        rebind = drape.effects.rebind
+        drape.effects.rebind = lambda wanted: slowly(rebind(wanted), connection_of[0])
+        sheets.append(drape)
+        return drape
+
+    def slowly(parts, connection):
+        for part in parts:
+            connection.now += 0.5 / FRAMES_PER_SECOND
+            yield part
+
+    connection_of = []
+    script = [(0.001, Run(True)), (0.001, allow(1000)), *commands]
+    connection = work(script, 3.5, motion=None, build=build, begun=connection_of.append)
+    told = [event for event in connection.events if isinstance(event, EffectsTold)]
+    assert [ticket for event in told for ticket in event.answers] == [1, 2]
+    seen = frames(connection)
+    assert len(seen) > 100
+    assert np.diff([frame.seq for frame in seen]).tolist() == [1] * (len(seen) - 1)
+    steps = np.rint(np.diff([frame.t_sim for frame in seen[1:]]) * FRAMES_PER_SECOND)
+    assert steps.max() <= 2, "at most one is missed at a time"
+    assert name not in plan(sheets[0])
+
+
+def test_a_pin_holds_a_spot_of_the_garment_where_it_is_on_the_body(bag):
+    """Drawn by a gale the pinned spot stays and the rest moves; other effects later leave the pin where it was set."""
+    pin = {"points": [{"panel": "front", "x": 0.3, "y": 0.1}]}
+    bind(bag, asked(pins=pin))
+    spot = bag.effects.cut.vertex_at("front", (0.3, 0.1), "")
+    before = bag.cloth_positions()[spot].astype(np.float64)
+    blown = asked(pins=pin, wind={"velocity": [0, 0, 12], "shelter": 0})
+    bind(bag, blown)
+    x = advance(bag, 15)
+    assert np.linalg.norm(x[spot] - before) < 0.01
+    bind(bag, asked(wind={"velocity": [0, 0, 12], "shelter": 0}))
+    assert np.linalg.norm(advance(bag, 15)[spot] - before) > 0.02
+
+
+def test_air_is_not_shut_in_by_a_garment_with_an_opening(bag):
+    with pytest.raises(EffectError, match=r"parameters\.panels: air gets out through 1 opening"):
+        bag.effects.check(asked(gas={}))
 
 
 def test_what_each_takes_is_measured_when_it_is_asked_for(bag):

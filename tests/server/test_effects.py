@@ -46,7 +46,7 @@ def of(reply, name):
 
 def test_all_effects_and_their_parameters_are_listed(own_server):
     words = {word["name"]: word for word in own_server.http.get("/api/effects").json()}
-    assert len(words) == 15
+    assert len(words) == 17
     velocity = words["wind"]["fields"][0]
     assert velocity["name"] == "velocity"
     assert (velocity["kind"], velocity["unit"], velocity["live"]) == ("vector", "m/s", True)

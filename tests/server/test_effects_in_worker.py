@@ -1,12 +1,14 @@
 """Effects of a running session: from absent over armed to active, at most one frame missed, and nothing changed where
 one is refused."""
 
+from dataclasses import replace
+
 import analytic_drape
 import numpy as np
 import pytest
+from pretended_effects import CALM
 from scripted_worker import allow, frames, work
 
-from tryon_server.runtime.drape import Character
 from tryon_server.sessions.commands import ChangeEffect, ChangePattern, MeasureEffects, Run, WearFabric
 from tryon_server.sessions.events import EditMade, EffectRefused, EffectsTold, FrameReady, TopologyReady, Troubled
 from tryon_solver.effect_words.table import live
@@ -59,7 +61,7 @@ def test_what_is_worn_is_told_once_it_is_dressed():
     found = states(first)
     assert {name for name, state in found.items() if state.state == "active"} == set(live())
     assert found["wind"].state == "absent"
-    assert found["gravity"].parameters == {"acceleration": [0.0, -9.81, 0.0]}
+    assert found["gravity"].parameters == {"acceleration": [0.0, -9.81, 0.0], "ramp": 0.1}
     assert found["elastic"].parameters == {}, "its lines are nobody's yet"
     assert first.wishes == {}
 
@@ -206,7 +208,7 @@ def test_what_the_pattern_has_says_so_and_can_be_taken_off_and_back():
 def test_by_itself_it_arms_what_garment_and_motion_may_call_for_and_says_why():
     def brisk(order, progress):
         sheet = analytic_drape.build(order, progress)
-        sheet.effects.now = Character(2.0, 0.01, 1.01, 1.2, True, False)
+        sheet.effects.now = replace(CALM, speed=2.0, layered=True)
         return sheet
 
     on, off = (ChangeEffect(ticket, "auto", state) for ticket, state in ((1, "active"), (2, "absent")))

@@ -7,6 +7,8 @@ from tryon_server.runtime.effect_desk import EffectDesk
 from tryon_server.sessions.commands import ChangeEffect
 from tryon_server.sessions.events import EffectRefused, EffectsTold
 from tryon_solver.effect_words.fields import EffectError
+from tryon_solver.effect_words.rules import with_pieces
+from tryon_solver.effect_words.table import word_of
 
 PIECES = {"shirt": ("front", "back"), "skirt": ("flounce",)}
 
@@ -33,6 +35,28 @@ class Worn(PretendedEffects):
     def rebind(self, asked):
         self.check(asked)
         yield from super().rebind(asked)
+
+
+class Lined(PretendedEffects):
+    """Garments whose lines have elastic; each pattern of OWN_LINES has some by itself."""
+
+    def __init__(self, garments):
+        super().__init__(garments=garments)
+        rows = [line(f"{name}/{piece}", 0.9) for name in garments for piece in OWN_LINES.get(name, ())]
+        if rows:
+            self.own = {"elastic": word_of("elastic").parameters({"lines": rows})}
+            self.asked = {**self.asked, **self.own}
+
+    def under_garments(self, name, parameters):
+        (garment,) = self.garments if len(self.garments) == 1 else (None,)
+        return with_pieces(name, parameters, lambda piece: piece if "/" in piece else f"{garment}/{piece}")
+
+
+OWN_LINES = {"skirt": ("flounce",)}
+
+
+def line(piece, ratio):
+    return {"along": [{"panel": piece, "edge": 0}], "ratio": ratio, "stiffness": 30.0}
 
 
 class Ready:
@@ -120,3 +144,86 @@ def test_a_scene_that_is_half_made_gives_way_to_another_one(desk):
     settle(desk, other)
     assert (worn.bound, other.bound) == (0, 1)
     assert last(desk, "wind").state == "active"
+
+
+def lines(desk):
+    return {row["along"][0]["panel"]: row["ratio"] for row in last(desk, "elastic").parameters["lines"]}
+
+
+def test_lists_have_the_lines_of_the_garments_that_are_worn(desk):
+    """Of one that is put on later what its pattern has, of one that is taken off none any more."""
+    settle(desk, Lined(("shirt",)))
+    ask(desk, desk._worn, elastic={"lines": [line("front", 0.5)]})
+    assert lines(desk) == {"front": 0.5}
+    both = Lined(("skirt", "shirt"))
+    settle(desk, both)
+    assert lines(desk) == {"shirt/front": 0.5, "skirt/flounce": 0.9}
+    assert both.asked["elastic"]["lines"] == last(desk, "elastic").parameters["lines"]
+    ask(desk, both, elastic={"lines": [line("shirt/front", 0.5), line("skirt/flounce", 0.7)]})
+    shirt = Lined(("shirt",))
+    settle(desk, shirt)
+    assert last(desk, "elastic").state == "active"
+    assert lines(desk) == {"shirt/front": 0.5}
+    settle(desk, Lined(("skirt", "shirt")))
+    assert lines(desk)["skirt/flounce"] == 0.9, "what was asked of it before it was taken off is forgotten"
+    skirt = Lined(("skirt",))
+    settle(desk, skirt)
+    assert lines(desk) == {"skirt/flounce": 0.9}
+    settle(desk, Lined(("cap",)))
+    assert last(desk, "elastic").state == "absent"
+    assert "elastic" not in desk.wishes.get("effects", {})
+
+
+def test_friction_between_pieces_that_are_gone_is_as_usual(desk):
+    settle(desk, Lined(("skirt", "shirt")))
+    pair = {"first": "shirt/front", "second": "skirt/flounce", "static": 0.9}
+    ask(desk, desk._worn, friction={"body": 0.4, "cloth": 0.3, "pairs": [pair]})
+    shirt = Lined(("shirt",))
+    settle(desk, shirt)
+    assert shirt.asked["friction"]["pairs"] == []
+    assert shirt.asked["friction"]["body"] == 0.4
+
+
+class Fading(Worn):
+    """What is to go needs some frames for it, which come as long as there is an entry in `left`."""
+
+    left = ()
+
+    def fade(self, wanted):
+        if not set(self.asked) - set(wanted):
+            return 0.0
+        if len(self.left) > 1:
+            self.left = self.left[1:]
+        return self.left[0]
+
+
+@pytest.mark.parametrize(("left", "looks"), [((0.1, 0.05, 0.02, 0.0), 3), ((0.1,), 50)])
+def test_what_goes_is_bound_no_more_once_it_has_gone_or_nothing_moves(left, looks):
+    """Ten looks take 0.2 s: after a second of standing still the fifty-first goes on."""
+    now = [0.0]
+    told = []
+    desk = EffectDesk(told.append, Ready(), lambda: now[0], {})
+    desk.told = told
+    worn = Fading(garments=("shirt",))
+    settle(desk, worn)
+    ask(desk, worn, wind={"velocity": [0, 0, 2]})
+    worn.left = (0.2, *left)
+    bound = worn.bound
+    desk.take(ChangeEffect(9, "wind", "absent"))
+    for _ in range(looks - 1):
+        desk.go_on(worn, 0.0, False)
+        now[0] += 0.02
+        assert "wind" in worn.asked
+    for _ in range(15):
+        desk.go_on(worn, 0.0, False)
+        now[0] += 0.02
+    assert "wind" not in worn.asked
+    assert worn.bound == bound + 1
+
+
+def test_a_wish_that_was_kept_before_its_effect_had_a_parameter_has_it_by_default():
+    kept = {"effects": {"wind": {"state": "active", "parameters": {"velocity": [0.0, 0.0, 2.0]}, "why": "asked for"}}}
+    desk = EffectDesk(lambda _event: None, Ready(), lambda: 0.0, kept)
+    parameters = desk.wishes["effects"]["wind"]["parameters"]
+    assert parameters["velocity"] == [0.0, 0.0, 2.0]
+    assert parameters["ramp"] == 0.1

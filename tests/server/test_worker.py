@@ -23,7 +23,7 @@ from tryon_server.sessions.commands import (
     UseTrackedPose,
     WearFabric,
 )
-from tryon_server.sessions.events import FrameReady, PhaseChanged, Reported, TopologyReady, Troubled
+from tryon_server.sessions.events import FabricWorn, FrameReady, PhaseChanged, Reported, TopologyReady, Troubled
 
 REST = np.tile([0.0, 0.0, 0.0, 1.0], (3, 1))
 
@@ -251,7 +251,29 @@ def test_other_fabric_is_worn_with_a_new_topology_and_a_frame_that_stands_alone(
     assert first_of_second.stands_alone
     assert frames(connection)[-1].t_published > 1.9
     dressed = [event.phase for event in of(connection, PhaseChanged)].count("dressing")
-    assert dressed == {"cotton": 1, "mesh": 2}[first]
+    assert dressed == 1
+
+
+def test_a_mesh_streams_on_until_it_is_dressed_of_its_new_fabric():
+    script = [(0.0, allow(1000)), (0.0, Run(True)), (1.0, WearFabric("denim"))]
+    connection = work(script, until=2.5, fabric="mesh", seconds_beside=0.5)
+    seen = frames(connection)
+    between = np.diff([frame.t_published for frame in seen if frame.t_published > 0.9])
+    assert between.max() < 0.05, "no gap in the stream"
+    assert sum(frame.topology_id == 1 for frame in seen if frame.t_published > 1.0) > 20, "the old one is worn on"
+    worn = [event.fabric for event in of(connection, FabricWorn)]
+    assert worn == ["denim"]
+    assert seen[-1].topology_id == 2
+
+
+@pytest.mark.parametrize(("asked", "worn"), [(("tight",), ["mesh"]), (("resting", "denim"), ["denim"])])
+def test_a_mesh_is_worn_on_where_a_fabric_does_not_fit_and_of_two_fabrics_the_last_counts(asked, worn):
+    script = [(0.0, allow(1000)), (0.0, Run(True)), *((1.0 + 0.1 * k, WearFabric(one)) for k, one in enumerate(asked))]
+    connection = work(script, until=2.5, fabric="mesh", seconds_beside=0.5)
+    assert [event.fabric for event in of(connection, FabricWorn)] == worn
+    assert frames(connection)[-1].t_published > 2.4
+    troubles = [(event.code, event.place) for event in of(connection, Troubled)]
+    assert troubles == ([("edit_refused", "$.fabric")] if asked == ("tight",) else [])
 
 
 def test_garment_that_cannot_be_dressed_is_reported_with_advice_and_may_be_dressed_otherwise():

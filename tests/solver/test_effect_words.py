@@ -2,20 +2,24 @@
 that it says."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_scenes import garment_of, grid_faces, grid_uv
+from small_scenes import garment_of, grid_faces, grid_uv, icosphere
 
 from tryon_solver.effect_words.fields import EffectError
 from tryon_solver.effect_words.rules import in_scene, left_out, same_but_values
+from tryon_solver.effect_words.table import FABRICS as NAMED
 from tryon_solver.effect_words.table import LIVE, WORDS, live, word_of
+from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.named_lines import Cut
 from tryon_solver.geometry.panel_mesh import mesh_pattern
 from tryon_solver.geometry.pattern import load_pattern
 from tryon_solver.geometry.weld import weld
+from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.scene import LIVE as LIVE_SCENE
-from tryon_solver.scene import Friction, Scene, Wind
+from tryon_solver.scene import Friction, Gas, Scene, Wind
 from tryon_solver.worn_effects import MAKERS, VALUES, check, effects_of, values_of
 
 SKIRT = "server/tryon_server/demo/patterns/skirt.json"
@@ -28,8 +32,8 @@ def skirt():
     pattern = load_pattern(SKIRT)
     panels = mesh_pattern(pattern, 0.05)
     welded = weld(panels)
-    counts = tuple(len(panel.edges) for panel in pattern.panels)
-    return Cut.of_pattern(welded.garment(), panels, welded, counts), panels, welded
+    counts, clockwise = zip(*((len(panel.edges), panel.clockwise) for panel in pattern.panels))
+    return Cut.of_pattern(welded.garment(), panels, welded, counts, "", clockwise), panels, welded
 
 
 @pytest.fixture
@@ -90,6 +94,17 @@ def test_an_unknown_name_lists_those_that_there_are():
         ("friction", {"body": 0.5, "cloth": 0.3, "cloth_kinetic": 0.4}, "parameters"),
         ("friction", {"pairs": [{"first": "sheet"}]}, "parameters.pairs[0].second"),
         ("stretch_curves", {"warp": [[0.1, 5], [0.05, 9]]}, "parameters.warp"),
+        ("pins", {}, "parameters.points"),
+        ("pins", {"points": [{"panel": "sheet", "x": 0.1}]}, "parameters.points[0].y"),
+        ("pins", {"points": [{"panel": "sleeve", "x": 0.1, "y": 0.1}]}, "parameters.points[0].panel"),
+        ("pins", {"points": [{"panel": "sheet", "x": 3.0, "y": 0.1}]}, "parameters.points[0]"),
+        ("pins", {"points": [{"panel": "sheet", "x": 0.1, "y": 11.0}]}, "parameters.points[0].y"),
+        ("pins", {"lines": [{"along": [{"panel": "sheet", "edge": 0}]}]}, "parameters.lines[0].along[0]"),
+        ("pins", {"to": "moon"}, "parameters.to"),
+        ("pins", {"stiffness": 1.0}, "parameters.stiffness"),
+        ("gas", {}, "parameters.panels"),
+        ("gas", {"panels": ["sleeve"]}, "parameters.panels[0]"),
+        ("gas", {"share": 9.0}, "parameters.share"),
         ("elastic", {}, "parameters.lines"),
         ("elastic", {"lines": [{"along": WAIST}]}, "parameters.lines[0].along[0].panel"),
         ("elastic", {"lines": [{"along": [{"panel": "sheet", "edge": 0}]}]}, "parameters.lines[0].along[0]"),
@@ -139,12 +154,73 @@ def test_creases_and_buttons_lie_on_their_edges(skirt):
     np.testing.assert_array_equal(values_of("fasteners", buttons, cut)["closed"], np.float32([0.25] * 3))
 
 
+def test_pins_are_set_at_spots_and_edges_of_the_pattern(skirt):
+    cut, panels, welded = skirt
+    first = panels.first_vertex(panels.panel_names.index("skirt_front"))
+    spot = first + 40
+    drawn = load_pattern(SKIRT).panels[0]
+    assert drawn.name == "skirt_front"
+    x, y = panels.uv[spot] * [-1.0 if drawn.clockwise else 1.0, 1.0]
+    given = {"points": [{"panel": "skirt_front", "x": x + 0.001, "y": y}], "lines": [{"along": WAIST}]}
+    (spec,) = asked("pins", given, cut)
+    waist = cut.line(WAIST, "")
+    assert spec.led
+    assert set(spec.vertices) == {*waist, welded.welded_of_vertex[spot]}
+    (held,) = asked("pins", {**given, "to": "room"}, cut)
+    assert not held.led
+
+
+def test_air_is_shut_in_by_pieces_that_close_a_volume():
+    ball, faces = icosphere(0.1, 1)
+    uv = np.tile([[0.0, 0.0], [0.1, 0.0], [0.0, 0.1]], (len(faces), 1, 1))
+    panel = (np.arange(len(faces)) >= 40).astype(np.int32)
+    cut = Cut.of_mesh(Garment(faces.astype(np.int32), uv, panel, len(ball)), ("upper", "lower"))
+    (spec,) = asked("gas", {"share": 1.2}, cut)
+    assert isinstance(spec, Gas)
+    assert values_of("gas", word_of("gas").parameters({"share": 1.2}), cut)["share"] == 1.2
+    open_half = refused("gas", {"panels": ["upper"]}, cut)
+    assert "opening" in open_half.message
+    assert "pressure" in open_half.remedy
+
+
 def test_friction_of_pairs_of_pieces(skirt):
     given = {"body": 0.4, "cloth": 0.3, "body_kinetic": 0.2, "pairs": [{"first": "skirt_back", "second": "body"}]}
     (spec,) = effects_of({"friction": word_of("friction").parameters(given)}, skirt[0])
     assert isinstance(spec, Friction)
     np.testing.assert_allclose(spec.static, [[0.3, 0.3, 0.4], [0.3, 0.3, 0.3], [0.4, 0.3, 0.4]])
     np.testing.assert_allclose(spec.kinetic, [[0.3, 0.3, 0.2], [0.3, 0.3, 0.3], [0.2, 0.3, 0.2]])
+
+
+def test_friction_of_pairs_of_materials(skirt):
+    """Denim and jersey on a skin: what is told of two materials holds for their pieces, else the fabrics' own."""
+    pieces = skirt[0].pieces
+    mixed = (replace(pieces[0], fabric="denim"), *(replace(piece, fabric="cotton_jersey") for piece in pieces[1:]))
+    cut = replace(skirt[0], pieces=mixed)
+    given = {
+        "materials": [
+            {"first": "denim", "second": "skin", "static": 0.8, "kinetic": 0.6},
+            {"first": "cotton_jersey", "second": "denim", "static": 0.5},
+            {"first": "linen", "second": "skin", "static": 0.1},
+        ],
+    }
+    (spec,) = asked("friction", given, cut)
+    own = FABRICS["denim"].mu_self, FABRICS["cotton_jersey"].mu_self, FABRICS["cotton_jersey"].mu_body
+    np.testing.assert_allclose(spec.static, [[own[0], 0.5, 0.8], [0.5, own[1], own[2]], [0.8, own[2], 0.0]])
+    np.testing.assert_allclose(spec.kinetic, [[own[0], 0.5, 0.6], [0.5, own[1], own[2]], [0.6, own[2], 0.0]])
+    (pair,) = asked("friction", {**given, "pairs": [{"first": pieces[0].name, "second": "body"}]}, cut)
+    assert pair.static[0, 2] == 0.3, "a pair of pieces says more than their materials"
+    (alone,) = asked("friction", {"body": 0.9}, cut)
+    mean = np.sqrt(own[0] * own[1])
+    np.testing.assert_allclose(alone.static, [[own[0], mean, 0.9], [mean, own[1], 0.9], [0.9, 0.9, 0.9]])
+    slips = {"materials": [{"first": "denim", "second": "skin", "static": 0.2, "kinetic": 0.3}]}
+    assert refused("friction", slips, cut).place == "parameters.materials[0].kinetic"
+    unknown = refused("friction", {"materials": [{"first": "denin", "second": "skin"}]}, cut)
+    assert unknown.place == "parameters.materials[0].first"
+    assert "Did you mean 'denim'?" in unknown.remedy
+
+
+def test_materials_are_the_fabrics_that_there_are():
+    assert set(NAMED) == set(FABRICS)
 
 
 def test_wind_takes_the_place_of_air_at_rest_and_gusts_of_sleep(sheet):

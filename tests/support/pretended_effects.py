@@ -10,7 +10,9 @@ from tryon_solver.effect_words.fields import EffectError
 from tryon_solver.effect_words.table import live
 
 PARTS = 5  # in which other effects are bound
-CALM = Character(speed=0.1, off_body=0.01, stretch=1.01, limit=1.2, layered=False, closed=False)
+CALM = Character(
+    speed=0.1, off_body=0.01, close=0.8, stretch=1.01, limit=1.2, weight=1.8, layered=False, closed=False
+)
 
 
 class Compiled:
@@ -41,6 +43,9 @@ class PretendedEffects:
     def write(self, asked) -> None:
         self.asked = asked
         self.written += 1
+
+    def fade(self, _wanted) -> float:
+        return 0.0
 
     def rebind(self, asked) -> Iterator[None]:
         for k in range(PARTS):

@@ -99,23 +99,31 @@ class StepFacts(Protocol):
     def to_dict(self) -> Mapping[str, Any]: ...
 
 
+CLOSE = 0.015
+"""m: cloth that is nearer to a vertex of the body lies on it, where their edges are as long."""
+
+
 @dataclass(frozen=True)
 class Character:
     """What a garment and its motion are like, from which is told which effects they may call for.
 
     Attributes:
-        speed: of the cloth, RMS over its vertices [m/s].
-        off_body: median distance of its vertices from the body [m].
-        stretch: largest principal stretch of its triangles.
+        speed: of the fastest tenth of the cloth, at least [m/s].
+        off_body: how far off the body the tenth hangs that is farthest from it, at least [m].
+        close: share of the cloth that lies on the body, within CLOSE.
+        stretch: largest principal stretch of the tenth that is stretched most, at least.
         limit: the fabric's largest stretch.
+        weight: of the lightest garment [N/m^2].
         layered: a piece lies on another.
         closed: it has no opening.
     """
 
     speed: float
     off_body: float
+    close: float
     stretch: float
     limit: float
+    weight: float
     layered: bool
     closed: bool
 
@@ -148,6 +156,10 @@ class DrapeEffects(Protocol):
 
     def write(self, asked: Asked) -> None:
         """Be worn with these from the next ``advance`` on, which differ by values alone (same_but_values)."""
+
+    def fade(self, wanted: Asked) -> float:
+        """Have go gently what is not to act any more once it is worn with ``wanted``, and what was to go and is wanted
+        again come back; for how many simulated seconds some of it is still on its way."""
 
     def rebind(self, asked: Asked) -> Iterator[None]:
         """Come to be worn with these, in parts, between which the garment may be advanced; it is once they are done.

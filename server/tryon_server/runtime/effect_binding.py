@@ -9,23 +9,28 @@ from typing import Any, Protocol
 import numpy as np
 from scipy.spatial import cKDTree
 
-from tryon_server.runtime.drape import Asked, Character
+from tryon_server.runtime.drape import CLOSE, Asked, Character
 from tryon_server.runtime.worn_garment import WornGarment
 from tryon_solver.dressing.outfit import Outfit
 from tryon_solver.effect_words.fields import EffectError
-from tryon_solver.effect_words.rules import LINED, Parameters, together, with_pieces
+from tryon_solver.effect_words.ramps import as_it_comes, as_it_goes
+from tryon_solver.effect_words.rules import LINED, Parameters, rows_of_garments, together, with_pieces
 from tryon_solver.effect_words.table import live
 from tryon_solver.geometry.boundary_loops import boundary_loops
+from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.named_lines import Cut
 from tryon_solver.geometry.outfit import garments_of
-from tryon_solver.rebind import take_over, with_effects
+from tryon_solver.rebind import settle_in, take_over, with_effects
 from tryon_solver.redesign.parsed import parsed
 from tryon_solver.simulation import Simulation
 from tryon_solver.stepping.clocked import times_in_parts
+from tryon_solver.value_ramps import ValueRamps
 from tryon_solver.worn_effects import VALUES, WORN_ON_BODY, check, in_place, spec_of, values_of
 
 REPEATS = 5  # of a call that is measured, since frames wait for them
-LOOKED_AT = 1000  # vertices, from which how loosely a garment hangs is told
+LOOKED_AT = 1000  # vertices and triangles, from which is told what a garment is like
+MOST = 0.9  # of them have less than what is told of a tenth
+G = 9.81  # m/s^2
 
 
 class WornTogether(Protocol):
@@ -54,7 +59,11 @@ class SolverEffects:
         self.asked: Asked = {**live(), **self.own} if asked is None else asked
         self._worn = worn
         self._cut: Cut | None = None
-        self._write(worn.simulation, self.asked)
+        self._ramps = ValueRamps()
+        self._going_to = self.asked
+        settle_in(worn.simulation, self.asked)
+        for name in self.asked.keys() & VALUES.keys():
+            self._ramps.write(worn.simulation, name, values_of(name, self.asked[name], self.cut))
 
     @property
     def garments(self) -> tuple[str, ...]:
@@ -79,9 +88,21 @@ class SolverEffects:
 
     def write(self, asked: Asked) -> None:
         """Be worn with these, which differ from those that it is worn with by values alone."""
-        self._write(self._worn.simulation, {name: own for name, own in asked.items() if own != self.asked.get(name)})
-        self.asked = asked
+        self._lead({name: own for name, own in asked.items() if own != self.asked.get(name)})
+        self.asked = self._going_to = asked
         self._worn.simulation.wake()
+
+    def fade(self, wanted: Asked) -> float:
+        """Have go gently what is not to act any more once ``wanted`` is bound, and what was to go and is wanted again
+        come back; for how many simulated seconds some of it is still on its way."""
+        if wanted != self._going_to:
+            self._going_to = wanted
+            self._lead({name: as_it_goes(name, own, wanted.get(name)) for name, own in self.asked.items()})
+        return self._ramps.left(self._worn.simulation)
+
+    def before_frame(self, time: float) -> None:
+        """To be called before each advance, with the simulation's time [s] after it."""
+        self._ramps.before_frame(self._worn.simulation, time)
 
     def rebind(self, asked: Asked) -> Iterator[None]:
         """Come to be worn with these, in parts, between which it may be advanced; it is after the last.
@@ -101,9 +122,15 @@ class SolverEffects:
             raise in_place(error) from error
         assert made is not None
         take_over(made, self._worn.simulation)
-        self._write(made, {name: own for name, own in asked.items() if own != self.asked.get(name)})
-        self.asked = asked
+        new = {name: own for name, own in asked.items() if own != self.asked.get(name)}
+        settle_in(made, new)
+        was, self.asked = self.asked, asked
+        self._going_to = asked
         self._worn.go_on_in(made)
+        for name in new.keys() & VALUES.keys():
+            first = as_it_comes(name, new[name], was.get(name))
+            self._ramps.write(made, name, values_of(name, first, self.cut))
+        self._lead(asked)
 
     def _unchanged(self, effect: Any, before: Mapping[type, Any], asked: Asked) -> bool:
         """Is it asked for as it is there already? Then the very same spec goes on, and what was written to it."""
@@ -112,15 +139,11 @@ class SolverEffects:
             return False
         return name not in asked or (name in self.asked and asked[name] == self.asked[name])
 
-    def _write(self, simulation: Simulation, asked: Asked) -> None:
-        valued = [name for name in asked if name in VALUES]
-        if not valued:
-            return
-        bound = {contribution.name: contribution for contribution in simulation.plan.contributions}
-        for name in valued:
-            if name in bound:
-                for value, numbers in values_of(name, asked[name], self.cut).items():
-                    bound[name].values[value].assign(numbers)
+    def _lead(self, asked: Asked) -> None:
+        """Have the values of these effects go to what they are here, each in its own time."""
+        for name in asked.keys() & VALUES.keys():
+            values = values_of(name, asked[name], self.cut)
+            self._ramps.lead(self._worn.simulation, name, values, asked[name]["ramp"])
 
     def times(self) -> Iterator[tuple[str, Mapping[str, float]]]:
         """What each contribution to the plan takes: its name, and ms of a call by stage; measured as it is asked."""
@@ -134,17 +157,28 @@ class SolverEffects:
         """What is worn is like this now; of several garments what any of them is."""
         simulation = self._worn.simulation
         scene, patterns = simulation.scene, [one.pattern for one in self._worn.garments]
-        v = simulation.state.v.numpy().astype(np.float64)
-        cloth, body = simulation.cloth_positions(), simulation.body_positions()
-        some = cloth[:: max(len(cloth) // LOOKED_AT, 1)]
+        cloth, garment = simulation.cloth_positions().astype(np.float64), scene.garment
+        some = slice(None, None, max(len(cloth) // LOOKED_AT, 1))
+        speed = np.linalg.norm(simulation.state.v.numpy()[: len(cloth)][some], axis=1)
+        off = cKDTree(simulation.body_positions()).query(cloth[some])[0]
+        stretch = _stretch(garment, cloth, slice(None, None, max(len(garment.faces) // LOOKED_AT, 1)))
+        fabrics = scene.fabric_of_garments()
         return Character(
-            speed=float(np.sqrt((v**2).sum(1).mean())),
-            off_body=float(np.median(cKDTree(body).query(some)[0])),
-            stretch=simulation.reported.max_stretch,
-            limit=min(fabric.strain_limit for fabric in scene.fabric_of_garments()),
+            speed=float(np.quantile(speed, MOST)),
+            off_body=float(np.quantile(off, MOST)),
+            close=float((off < CLOSE).mean()),
+            stretch=float(np.quantile(stretch, MOST)),
+            limit=min(fabric.strain_limit for fabric in fabrics),
+            weight=min(fabric.areal_density for fabric in fabrics) * G,
             layered=any(pattern is not None and len(pattern.panels.laid.vertices) for pattern in patterns),
             closed=any(not boundary_loops(garment.faces) for garment in garments_of(scene.garment)),
         )
+
+
+def _stretch(garment: Garment, x: np.ndarray, some: slice) -> np.ndarray:
+    """Largest principal stretch of some triangles of the garment in positions x (N, 3) m: of F = sum_i x_i g_i^T."""
+    f = np.einsum("tki,tkj->tij", x[garment.faces[some]], garment.corner_gradients()[some])
+    return np.linalg.svd(f, compute_uv=False)[:, 0]
 
 
 def cut_of(garments: Sequence[WornGarment]) -> Cut:
@@ -156,9 +190,11 @@ def cut_of(garments: Sequence[WornGarment]) -> Cut:
 def _cut_of_one(one: WornGarment) -> Cut:
     worn = one.worn
     if one.specification is None or worn.panels is None or worn.welded is None:
-        return Cut.of_mesh(worn.garment, worn.piece_names, worn.name)
-    counts = tuple(len(panel.edges) for panel in parsed(one.specification).panels)
-    return Cut.of_pattern(worn.garment, worn.panels, worn.welded, counts, worn.name)
+        return Cut.of_mesh(worn.garment, worn.piece_names, worn.name).made_of(worn.fabric.name)
+    panels = parsed(one.specification).panels
+    counts, clockwise = [len(panel.edges) for panel in panels], [panel.clockwise for panel in panels]
+    cut = Cut.of_pattern(worn.garment, worn.panels, worn.welded, counts, worn.name, clockwise)
+    return cut.made_of(worn.fabric.name)
 
 
 def own_of(garments: Sequence[WornGarment]) -> Asked:
@@ -180,12 +216,18 @@ def in_other_garments(worn: SolverEffects, garments: Sequence[WornGarment]) -> d
     own, after = own_of(garments), cut_of(garments)
     kept = {name: new for name, new in own.items() if worn.asked.get(name) == worn.own.get(name)}
     other = {garment for garment, _ in _edges_of(worn.cut).items() - _edges_of(after).items()}
-    same_garments = tuple(one.worn.name for one in garments) == worn.garments
+    names = tuple(one.worn.name for one in garments)
+    same_garments, gone = names == worn.garments, set(worn.garments) - set(names)
     for name, given in worn.asked.items():
         if name in worn.own:
             continue
-        parameters = given if same_garments else worn.under_garments(name, given)
+        parameters = given
+        if not same_garments:
+            under = worn.under_garments(name, given)
+            parameters = rows_of_garments(name, under, lambda named: not named & gone)
         if name in LINED and other & _garments_named(name, parameters, worn.cut):
+            continue
+        if name in LINED and not any(isinstance(rows, list) and rows for rows in parameters.values()):
             continue
         with suppress(EffectError):
             spec_of(name, parameters, after)

@@ -18,8 +18,8 @@ from tryon_server.runtime.drape import DrapeEffects
 from tryon_server.runtime.effect_choice import called_for
 from tryon_server.sessions.commands import ChangeEffect, MeasureEffects
 from tryon_server.sessions.events import EffectRefused, EffectsTold, Event
-from tryon_solver.effect_words.fields import EffectError
-from tryon_solver.effect_words.rules import Parameters, left_out, same_but_values
+from tryon_solver.effect_words.fields import EffectError, Rows
+from tryon_solver.effect_words.rules import Parameters, left_out, rows_of_garments, same_but_values
 from tryon_solver.effect_words.table import WORDS, live, word_of
 
 logger = logging.getLogger(__name__)
@@ -27,6 +27,7 @@ logger = logging.getLogger(__name__)
 SHARE = 0.5  # of the time that a frame took, after which no further part of another scene is begun
 LOOK_SECONDS = 0.02  # between looks at what is being compiled
 CHOICE_SECONDS = 1.0  # between looks at what garment and motion may call for
+STILL_SECONDS = 1.0  # for which what is to go gently waits for a body and a garment that do not go on
 CHOSEN = "chosen by itself: "
 ASKED = "asked for"
 TAKEN_OFF = "taken off"
@@ -60,7 +61,7 @@ class EffectDesk:
         self._armoury = armoury
         self._clock = clock
         self._auto = bool(wishes.get(AUTO))
-        self._wishes = {name: Wish(**wish) for name, wish in wishes.get("effects", {}).items()}
+        self._wishes = {name: _restored(name, wish) for name, wish in wishes.get("effects", {}).items()}
         self._held = dict(self._wishes)  # those with which a garment was worn last
         self._worn: DrapeEffects | None = None
         self._parts: Iterator[None] | None = None
@@ -71,6 +72,7 @@ class EffectDesk:
         self._times: dict[str, Mapping[str, float]] = {}
         self._told: tuple[EffectsMessage, Mapping[str, Any]] | None = None
         self._chosen_at = -CHOICE_SECONDS
+        self._fading: tuple[float, float] | None = None  # s that some effect needs to go, and when that was new
         self._quiet = False  # there was nothing to do when it was last looked
 
     @property
@@ -138,6 +140,7 @@ class EffectDesk:
         if worn is not self._worn:
             self._name_pieces(worn)
             self._worn, self._parts, self._measuring, self._quiet = worn, None, None, False
+            self._fading = None
             self._times.clear()
         if worn is None or (self._quiet and not self._choose(worn)):
             return None
@@ -146,8 +149,11 @@ class EffectDesk:
         wanted = self._wanted(self._wishes, worn)
         if self._parts is not None and (busy or self._binding != wanted):  # what is worn may give way to another scene
             self._parts = None
-        if self._parts is None and worn.asked != wanted and all(self._armoury.is_ready(name) for name in wanted):
-            pause = self._begin(wanted, worn, busy)
+        if self._parts is None and all(self._armoury.is_ready(name) for name in wanted):
+            if self._fades(wanted, worn):
+                pause = LOOK_SECONDS
+            elif worn.asked != wanted:
+                pause = self._begin(wanted, worn, busy)
         if self._parts is not None:
             pause = 0.0
             self._bind(cost)
@@ -159,18 +165,20 @@ class EffectDesk:
         return pause
 
     def _name_pieces(self, worn: DrapeEffects | None) -> None:
-        """Where other garments come to be worn, have the wishes name pieces with the garments that they are of."""
+        """Where other garments come to be worn, have the wishes name pieces with the garments that they are of, and
+        what they list by garment be of those that are worn: what was on one that was taken off is forgotten, and what
+        the pattern of one that was put on calls for is added."""
         before = self._worn
         if before is None or worn is None or worn.garments == before.garments:
             return
 
         def named(wishes: Mapping[str, Wish]) -> dict[str, Wish]:
-            told = {name: wish for name, wish in wishes.items() if wish.parameters}
-            under = {
-                name: replace(wish, parameters=before.under_garments(name, wish.parameters))
-                for name, wish in told.items()
-            }
-            return {**wishes, **under}
+            after = {}
+            for name, wish in wishes.items():
+                parameters = _in_other_garments(name, wish.parameters, before, worn) if wish.parameters else {}
+                if parameters is not None:
+                    after[name] = replace(wish, parameters=parameters)
+            return after
 
         self._wishes, self._held = named(self._wishes), named(self._held)
 
@@ -206,6 +214,18 @@ class EffectDesk:
             logger.warning("kernels of effects could not be compiled: %s", fault.problem.message)
         armed = [name for name, wish in self._wishes.items() if wish.state == "armed"]
         self._armoury.want([*self._wanted(self._wishes, worn), *armed])
+
+    def _fades(self, wanted: dict[str, Parameters], worn: DrapeEffects) -> bool:
+        """Is something still going gently, before the scene without it is made? Not where the garment stands still."""
+        if _by_values(worn.asked, wanted) and worn.asked != wanted:
+            return False
+        left, now = worn.fade(wanted), self._clock()
+        if left == 0.0 or worn.asked == wanted:
+            self._fading = None
+            return False
+        if self._fading is None or self._fading[0] != left:
+            self._fading = left, now
+        return now - self._fading[1] < STILL_SECONDS
 
     def _begin(self, wanted: dict[str, Parameters], worn: DrapeEffects, busy: bool) -> float | None:
         if _by_values(worn.asked, wanted):
@@ -339,6 +359,28 @@ class EffectDesk:
         if name in worn.own:
             return OWN
         return USUAL if name in worn.asked else ""
+
+
+def _in_other_garments(
+    name: str, parameters: Parameters, before: DrapeEffects, worn: DrapeEffects
+) -> Parameters | None:
+    """The effect's parameters as they are to be in what is worn after what was before; None where all that it listed is
+    gone."""
+    gone, come = set(before.garments) - set(worn.garments), set(worn.garments) - set(before.garments)
+    listed = [field.name for field in word_of(name).fields if isinstance(field, Rows)]
+    kept = rows_of_garments(name, before.under_garments(name, parameters), lambda garments: not garments & gone)
+    if any(parameters[rows] for rows in listed) and not any(kept[rows] for rows in listed):
+        return kept if name in live() else None
+    if name in worn.own:
+        own = rows_of_garments(name, worn.own[name], lambda garments: garments <= come)
+        return {**kept, **{rows: [*kept[rows], *own[rows]] for rows in listed}}
+    return kept
+
+
+def _restored(name: str, kept: Mapping[str, Any]) -> Wish:
+    """A wish as it was kept, with what its effect has got since by default."""
+    parameters = kept["parameters"]
+    return Wish(kept["state"], {**_by_default(name), **parameters} if parameters else {}, kept["why"])
 
 
 def _by_values(before: Mapping[str, Parameters], after: Mapping[str, Parameters]) -> bool:

@@ -16,7 +16,7 @@ from tryon_server.runtime.publishing import Publisher
 from tryon_server.runtime.remaking import Remade, Remaking
 from tryon_server.runtime.sources import Move
 from tryon_server.sessions.commands import ChangeOutfit, ChangePattern
-from tryon_server.sessions.events import Event, OutfitRefused, OutfitWorn, PhaseChanged
+from tryon_server.sessions.events import Event, FabricWorn, OutfitRefused, OutfitWorn, PhaseChanged, Troubled
 from tryon_server.wording import as_parameters
 from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.history import History
@@ -30,6 +30,7 @@ class OutfitWorker:
     """What a worker does with what is worn as a whole; the worker has these."""
 
     _order: WorkOrder
+    _fabric: str  # of the innermost garment, as it is dressed the next time
     _drape: Drape | None
     _move: Move | None
     _pose: Stance | None
@@ -122,19 +123,39 @@ class OutfitWorker:
                 self._tell(PhaseChanged("ready", news.stage, news.share or 0.0, *self._worn))
             if remade is not None:
                 self._wear_outfit(remade)
-                self._tell(OutfitWorn(ticket))
+                fabric = self._order.drape.of_edited.fabric
+                self._tell(FabricWorn(fabric) if ticket is None else OutfitWorn(ticket))
         except EditError as error:
-            self._refuse_outfit(OutfitRefused(ticket, error.place, error.message, error.remedy))
+            self._refuse_outfit(ticket, error)
         except Exception as error:
             logger.exception("an outfit could not be made")
             what = f"it could not be made: {error!r}"
-            self._refuse_outfit(OutfitRefused(ticket, "garments", what, "Wear something else"))
+            self._refuse_outfit(ticket, EditError(what, "garments", "Wear something else"))
 
-    def _refuse_outfit(self, refusal: OutfitRefused) -> None:
+    def _refuse_outfit(self, ticket: int | None, error: EditError) -> None:
         """What is worn is worn on."""
         self._outfitting.give_up()
         self._tell(PhaseChanged("ready", "Dressed", None, *self._worn))
-        self._tell(refusal)
+        self._tell_refusal(ticket, error)
+
+    def _tell_refusal(self, ticket: int | None, error: EditError) -> None:
+        """Of another outfit, or of another fabric for a mesh, for which no ticket waits."""
+        if ticket is not None:
+            self._tell(OutfitRefused(ticket, error.place, error.message, error.remedy))
+            return
+        what = f"The garment is worn on as it is: {error.message.rstrip('.')}."
+        self._tell(Troubled("edit_refused", "$.fabric", what, f"{error.remedy.rstrip('.')}."))
+        self._tell(FabricWorn(self._order.drape.of_edited.fabric))
+
+    def _dress_of(self, fabric: str) -> None:
+        """Have the garment that is edited, a mesh, dressed anew of this fabric while it is worn on."""
+        if self._outfitting.under_way and self._outfitting.ticket is None:
+            self._outfitting.give_up()  # nobody wants that fabric any more
+        if self._remaking.under_way or self._outfitting.under_way:
+            busy = EditError("another change is being made", "fabric", "Choose the fabric again once that is worn")
+            self._tell_refusal(None, busy)
+            return
+        self._outfitting.begin_of(self._ordered(), fabric)
 
     def _stance_now(self) -> Stance:
         """Where the body of what is worn is."""
@@ -157,7 +178,8 @@ class OutfitWorker:
     def _drop_outfit(self, why: str, remedy: str) -> None:
         """What is worn is worn no more: another outfit that is on its way is refused."""
         if self._outfitting.under_way:
-            self._tell(OutfitRefused(self._outfitting.ticket, "garments", why, remedy))
+            if self._outfitting.ticket is not None:
+                self._tell(OutfitRefused(self._outfitting.ticket, "garments", why, remedy))
             self._outfitting.give_up()
 
     def _wear_outfit(self, remade: Remade) -> None:
@@ -172,7 +194,7 @@ class OutfitWorker:
         if remade.seconds is not None:
             self._simulated, self._failures = remade.seconds, 0
             self._tell_worn()
-        self._order = replace(self._order, drape=order)
+        self._order, self._fabric = replace(self._order, drape=order), order.fabric
         self._histories = {name: history for name, history in self._histories.items() if name in drape.names}
         if self._history is not None:
             self._tell_design(self._history.specification, self._history)

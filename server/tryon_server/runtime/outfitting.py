@@ -44,7 +44,7 @@ class Outfitting:
         self._anew = False
         self._catching_up: CatchingUp | None = None
         self.order: DrapeOrder | None = None
-        self.ticket = 0
+        self.ticket: int | None = None
 
     @property
     def under_way(self) -> bool:
@@ -69,6 +69,14 @@ class Outfitting:
             self._beside.begin(Dressing(self._build, self.order))
         else:
             self._parts = drape.take_off(gone[0])
+
+    def begin_of(self, worn: DrapeOrder, fabric: str) -> None:
+        """Dress what is worn, which was ordered as `worn`, anew while it is worn, the garment that is edited, a mesh,
+        of this fabric. No ticket waits for it."""
+        own = worn.of_edited
+        garments = tuple(replace(one, fabric=fabric) if one == own else one for one in worn.garments)
+        self.order, self.ticket, self._anew = worn.wearing(garments, worn.edited), None, True
+        self._beside.begin(Dressing(self._build, self.order))
 
     def give_up(self) -> None:
         """Nobody waits for it any more."""

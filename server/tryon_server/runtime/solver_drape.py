@@ -269,6 +269,7 @@ class SolverDrape:
                     one.edit.before_frame(self._dressed_at + t)
                 except (GarmentError, OtherStructureError) as error:
                     self.outgrown = str(error)
+        self.effects.before_frame(self._dressed_at + t)
         report = self.simulation.advance(moving.moved(pose, -self.origin), self._dressed_at + t, longest_step)
         self._stance, self._time = pose, t
         return report

@@ -281,6 +281,9 @@ class Worker(OutfitWorker):
 
     def _change_fabric(self, fabric: str) -> None:
         """Have the garment dressed anew of this fabric; one that is worn by its pattern, or was, by an edit of that."""
+        if self._history is None and self._drape is not None:
+            self._dress_of(fabric)
+            return
         if self._history is None:
             self._fabric, self._dress_due = fabric, True
             return

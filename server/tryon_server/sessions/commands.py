@@ -86,7 +86,8 @@ class FollowMotion:
 
 @dataclass(frozen=True)
 class WearFabric:
-    """Dress the garment anew, of this fabric: one that is worn by its pattern is changed by ``ChangePattern``."""
+    """Dress the garment anew, of this fabric, while it is worn on; one that is worn by its pattern is changed by
+    ``ChangePattern``."""
 
     fabric: str
 

@@ -85,6 +85,13 @@ class Designed:
 
 
 @dataclass(frozen=True)
+class FabricWorn:
+    """The garment that is edited, a mesh, is of this fabric: the one that was asked for, or that it was of before."""
+
+    fabric: str
+
+
+@dataclass(frozen=True)
 class EditMade:
     """A change of the pattern that is to be kept has been made.
 
@@ -177,6 +184,7 @@ Event = (
     | Reported
     | Troubled
     | Designed
+    | FabricWorn
     | EditMade
     | EditRefused
     | EffectsTold

@@ -65,6 +65,7 @@ from tryon_server.sessions.events import (
     EffectRefused,
     EffectsTold,
     Event,
+    FabricWorn,
     FrameReady,
     Gone,
     PhaseChanged,
@@ -197,6 +198,9 @@ class Session:
                 self._design = event.design
                 self.fabric = self.fabric if event.design.held else event.fabric
                 return [*self._tell_all(event.design, "design"), *self._status_if_changed(now)]
+            case FabricWorn():
+                self.fabric = event.fabric
+                return self._status_if_changed(now)
             case EditMade():
                 return [Keep(event)]
             case EditRefused():

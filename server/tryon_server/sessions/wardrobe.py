@@ -9,7 +9,7 @@ from typing import Any, Literal
 from tryon_protocol import ClientMessage, OutfitMessage, OutfitWish, ProtocolError, PutOnMessage, WornGarment, encode
 from tryon_server.sessions.actions import Action, Answer, ChangeWorn, Order, Send
 from tryon_server.sessions.commands import ChangeOutfit, WornItem
-from tryon_server.sessions.events import Designed, Event, OutfitRefused, OutfitWorn
+from tryon_server.sessions.events import Designed, Event, FabricWorn, OutfitRefused, OutfitWorn
 from tryon_server.sessions.machine import Session
 from tryon_server.sessions.pattern_changes import refuse_before
 from tryon_server.sessions.rules import unknown
@@ -96,6 +96,7 @@ class WardrobeSession(Session):
         """The simulation told something."""
         if isinstance(event, Designed) and not event.design.held:
             self.edited = event.design.garment
+        if isinstance(event, FabricWorn) or (isinstance(event, Designed) and not event.design.held):
             self.items = tuple(
                 replace(item, fabric=event.fabric) if item.name == self.edited else item for item in self.items
             )

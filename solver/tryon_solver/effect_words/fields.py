@@ -23,13 +23,15 @@ class EffectError(ValueError):
 @dataclass(frozen=True)
 class Field:
     """One parameter. `about` says what it is, for people; `unit` "" for none; `live`: a running scene takes it up at
-    once, where others have the effect bound anew; `needed`: its default is none."""
+    once, where others have the effect bound anew; `needed`: its default is none; `idle`: where the effect does nothing,
+    plain JSON, from which it comes in and to which it goes, None where it begins at once."""
 
     name: str
     about: str
     unit: str = ""
     live: bool = False
     needed: bool = False
+    idle: Any = None
 
     @property
     def default(self) -> Any:

@@ -9,7 +9,7 @@ from tryon_solver.effect_words.fields import Edges, Field, Panel, Panels, Rows
 from tryon_solver.effect_words.table import BY_NAME
 
 Parameters = Mapping[str, Any]
-LINED = ("elastic", "creases", "fasteners")
+LINED = ("elastic", "creases", "fasteners", "pins")
 """Effects along edges of the pattern, by their numbers."""
 
 
@@ -35,8 +35,10 @@ def same_but_values(name: str, before: Parameters, after: Parameters) -> bool:
     """Can a scene that has the effect as it was `before` be given `after` by its values alone?"""
     if name == "wind" and (before["gusts"] or after["gusts"]):  # their spectrum is that of the wind's speed
         return False
+    if name == "gravity" and not (any(before["acceleration"]) and any(after["acceleration"])):
+        return False  # none at all is left out of a scene
     fields = BY_NAME[name].fields
-    return _fixed(fields, before) == _fixed(fields, after)
+    return fixed(fields, before) == fixed(fields, after)
 
 
 def with_pieces(name: str, parameters: Parameters, called: Callable[[str], str]) -> dict[str, Any]:
@@ -59,6 +61,30 @@ def _with_pieces(fields: Sequence[Field], parameters: Parameters, called: Callab
     return changed
 
 
+def rows_of_garments(
+    name: str, parameters: Parameters, wanted: Callable[[frozenset[str]], bool]
+) -> dict[str, Any]:
+    """The effect's parameters with those entries of its lists alone whose pieces are of `wanted` garments, by the names
+    that these have before their pieces' and a slash; an entry that names no piece stays."""
+    kept = dict(parameters)
+    for field in BY_NAME[name].fields:
+        if isinstance(field, Rows):
+            named = [(row, _garments_of(field.fields, row)) for row in parameters[field.name]]
+            kept[field.name] = [row for row, garments in named if not garments or wanted(garments)]
+    return kept
+
+
+def _garments_of(fields: Sequence[Field], row: Parameters) -> frozenset[str]:
+    found = set()
+
+    def note(piece: str) -> str:
+        found.add(piece.rpartition("/")[0])
+        return piece
+
+    _with_pieces(fields, row, note)
+    return frozenset(found)
+
+
 def together(each: Sequence[Mapping[str, Parameters]]) -> dict[str, Parameters]:
     """The effects of several garments as those of an outfit: of one that more than one has, the rows of all."""
     found: dict[str, Parameters] = {}
@@ -74,12 +100,12 @@ def together(each: Sequence[Mapping[str, Parameters]]) -> dict[str, Parameters]:
     return found
 
 
-def _fixed(fields: Sequence[Field], parameters: Parameters) -> list[Any]:
-    """What of the parameters can't be written to a running scene."""
+def fixed(fields: Sequence[Field], parameters: Parameters) -> list[Any]:
+    """What of the parameters can't be written to a running scene, in the fields' order."""
     found: list[Any] = []
     for field in fields:
         if not field.live:
             found.append(parameters[field.name])
         elif isinstance(field, Rows):
-            found.append([_fixed(field.fields, row) for row in parameters[field.name]])
+            found.append([fixed(field.fields, row) for row in parameters[field.name]])
     return found

@@ -31,6 +31,22 @@ CLINGS = {"static_cling": (5.0, 5e-4), "wet": (100.0, 0.05), "hook_and_loop": (2
 and loop those of a light closure, as on a cuff."""
 
 
+SKIN = "skin"
+FABRICS = (
+    "cotton_jersey",
+    "cotton_poplin",
+    "wool_twill",
+    "denim",
+    "silk_charmeuse",
+    "viscose_jersey",
+    "polyester_satin",
+    "linen",
+    "silk_taffeta",
+    "cotton_canvas",
+)
+"""Materials whose friction may be told: those of materials/fabric.py, which is higher than this."""
+
+
 @dataclass(frozen=True)
 class EffectWord:
     """An effect by name: a `title` and what it is `about`, for people, and its parameters. `kept`: it can't be taken
@@ -57,34 +73,45 @@ def _coefficient(name: str, about: str) -> Number:
     return Number(name, about, "", high=2.0, open=True)
 
 
+def _coordinate(axis: str) -> Number:
+    about = "of the spot, as the piece's pattern is drawn, in the size that is worn"
+    return Number(axis, about, "m", low=-10.0, high=10.0, needed=True, untold=-100.0)
+
+
 def _line(about: str) -> Edges:
     return Edges("along", about, needed=True)
 
 
+NOWHERE = (0.0, 0.0, 0.0)
+RAMP = Number("ramp", "simulated, over which it comes in, changes and goes", "s", live=True, high=5.0, untold=0.1)
+"""As long as an edit's shape takes to come (live_edit.py): at full strength at once a frame takes many iterations."""
 GUSTS = (
     Number("gusts", "how much the wind's speed varies, over its mean; 0: it blows evenly", "", high=1.0),
     Number("gust_length", "how large its eddies are", "m", low=0.1, high=100.0, untold=5.0),
     Number("seed", "which gusts are drawn", "", high=2**31 - 1, whole=True),
 )
 ELASTIC = (
-    Number("ratio", "its length, over the line's", "", low=0.2, high=1.5, untold=0.8, live=True),
+    Number("ratio", "its length, over the line's", "", live=True, idle=1.0, low=0.2, high=1.5, untold=0.8),
     Number("stiffness", "force per strain", "N", low=0.1, high=1000.0, untold=30.0),
 )
-CREASE = (Number("angle", "above 0 a ridge", "degrees", low=-160.0, high=160.0, untold=60.0, live=True),)
+CREASE = (Number("angle", "above 0 a ridge", "degrees", live=True, idle=0.0, low=-160.0, high=160.0, untold=60.0),)
 BUTTONS = Number("buttons", "how many, evenly; null: a zip", "", low=1, high=64, open=True, whole=True)
 WORDS = (
     EffectWord(
         "gravity",
         "Gravity",
         "weight",
-        (Vector("acceleration", "of what falls", "m/s²", longest=50.0, untold=(0.0, -9.81, 0.0)),),
+        (
+            Vector("acceleration", "of what falls", "m/s²", True, idle=NOWHERE, longest=50.0, untold=(0.0, -9.81, 0.0)),
+            RAMP,
+        ),
     ),
     EffectWord("body_contact", "Contact with the body", "keeps the cloth off the body", kept=True),
     EffectWord("self_contact", "Contact with itself", "keeps the cloth off the cloth", kept=True),
     EffectWord(
         "friction",
         "Friction",
-        "static and kinetic, of all contacts; what is not told has the fabric's own",
+        "static and kinetic, of all contacts; what is not told is as the fabrics have it",
         (
             Number("presliding", "by how much a contact gives before it slides", "m", low=1e-6, high=1e-2, untold=1e-4),
             _coefficient("body", "static, between cloth and body"),
@@ -92,8 +119,18 @@ WORDS = (
             _coefficient("cloth", "static, between cloth and cloth"),
             _coefficient("cloth_kinetic", "of cloth that slides on cloth"),
             Rows(
+                "materials",
+                "two fabrics, or a fabric and the skin, that have others, wherever they are worn",
+                fields=(
+                    Choice("first", "a fabric", of=FABRICS),
+                    Choice("second", "another fabric, the same, or the skin", of=(SKIN, *FABRICS)),
+                    Number("static", "while they stick", "", high=2.0, untold=0.3),
+                    _coefficient("kinetic", "while they slide; null: as while they stick"),
+                ),
+            ),
+            Rows(
                 "pairs",
-                "two pieces, or a piece and the body, that have others",
+                "two pieces, or a piece and the body, that have others, whatever they are made of",
                 fields=(
                     Panel("first", "a piece of the garment", needed=True),
                     Panel("second", 'another one, the same, or "body"', needed=True),
@@ -126,13 +163,14 @@ WORDS = (
         "Wind",
         "air that blows, or stands still, and presses by the square of the speed; it takes the place of air at rest",
         (
-            Vector("velocity", "where it blows to", "m/s", live=True, longest=30.0, untold=(2.0, 0.0, 0.0)),
+            Vector("velocity", "where it blows to", "m/s", True, idle=NOWHERE, longest=30.0, untold=(2.0, 0.0, 0.0)),
             *GUSTS,
             Number("shelter", "share of it that the body keeps off what is behind it", "", high=1.0, untold=0.8),
             Number("shelter_length", "in which it wins that back", "m", low=0.05, high=20.0, untold=1.0),
             Number("density", "of the air", "kg/m³", high=10.0, untold=1.2),
             Number("broadside", "coefficient of cloth that the air meets straight on", "", high=5.0, untold=1.2),
             Number("along", "coefficient of cloth that it strokes", "", high=5.0, untold=0.01),
+            RAMP,
         ),
         takes_place_of=("air_drag",),
     ),
@@ -147,8 +185,51 @@ WORDS = (
         "Inflated pieces",
         "more pressure behind the cloth than before it",
         (
-            Number("pressure", "how much more", "Pa", low=-200.0, high=1000.0, untold=20.0, live=True),
+            Number("pressure", "how much more", "Pa", live=True, idle=0.0, low=-200.0, high=1000.0, untold=20.0),
             Panels("panels", "pieces that it acts on; none: all"),
+            RAMP,
+        ),
+    ),
+    EffectWord(
+        "gas",
+        "Shut-in air",
+        "pieces that close a volume together, full of air that resists being squeezed; a body within counts as air",
+        (
+            Number(
+                "share",
+                "of the air that they have room for as it is shut in",
+                "",
+                live=True,
+                idle=1.0,
+                low=0.5,
+                high=2.0,
+                untold=1.0,
+            ),
+            Panels("panels", "pieces that shut it in; none: all"),
+            RAMP,
+        ),
+    ),
+    EffectWord(
+        "pins",
+        "Pins",
+        "hold spots and edges of the garment where they are as the pins are set",
+        (
+            Choice("to", "what they are pinned to: the body, which leads them, or the room", of=("body", "room")),
+            Rows(
+                "points",
+                "spots of pieces that are pinned",
+                fields=(
+                    Panel("panel", "the piece", needed=True),
+                    _coordinate("x"),
+                    _coordinate("y"),
+                ),
+            ),
+            Rows(
+                "lines",
+                "edges of the pattern that are pinned all along",
+                fields=(_line("edges, one after the other"),),
+            ),
+            Number("stiffness", "of the pin at each vertex", "N/m", low=10.0, high=1e5, untold=1000.0),
         ),
     ),
     EffectWord(
@@ -163,6 +244,7 @@ WORDS = (
                 needed=True,
                 fields=(_line("edges that it is sewn along"), *ELASTIC),
             ),
+            RAMP,
         ),
     ),
     EffectWord(
@@ -177,6 +259,7 @@ WORDS = (
                 needed=True,
                 fields=(_line("edges that are pressed"), *CREASE),
             ),
+            RAMP,
         ),
     ),
     EffectWord(
@@ -193,10 +276,11 @@ WORDS = (
                     Edges("first", "one side", needed=True),
                     Edges("second", "the other side", needed=True),
                     BUTTONS,
-                    Number("closed", "1: closed, 0: open", "", untold=1.0, live=True),
+                    Number("closed", "1: closed, 0: open", "", live=True, idle=0.0, untold=1.0),
                 ),
             ),
             Number("stiffness", "of each button or tooth", "N/m", low=10.0, high=1e5, untold=2e4),
+            RAMP,
         ),
     ),
     EffectWord(
@@ -207,8 +291,9 @@ WORDS = (
             Choice("kind", "what makes it stick", of=tuple(CLINGS)),
             Number("strength", "against being pulled off; null: the kind's", "Pa", high=1e5, open=True),
             Number("work", "to part it; null: the kind's", "J/m²", high=100.0, open=True),
-            Number("share", "of it that still sticks", "", untold=1.0, live=True),
+            Number("share", "of it that still sticks", "", live=True, idle=0.0, untold=1.0),
             Panels("panels", "pieces that are sticky; none: all"),
+            RAMP,
         ),
     ),
     EffectWord(

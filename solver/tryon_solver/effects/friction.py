@@ -29,8 +29,6 @@ the secant stays: a pair that fell deep into its barrier for one iteration would
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 import warp as wp
 
@@ -40,7 +38,7 @@ from tryon_solver.effects.base import BuildContext
 from tryon_solver.effects.presliding import recall
 from tryon_solver.effects.slip import FIRST_ROOM, SlipOfPairs, hold, slip
 from tryon_solver.linalg.launch import launch
-from tryon_solver.materials.fabric import Fabric
+from tryon_solver.materials.fabric import between_fabrics
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import Friction, Scene
 from tryon_solver.state import State
@@ -134,17 +132,6 @@ def coefficients_of(spec: Friction, scene: Scene) -> np.ndarray:
     static = between_fabrics(scene.fabric_of_garments()) if spec.static is None else spec.static
     kinetic = static if spec.kinetic is None else spec.kinetic
     return np.stack([static, kinetic], axis=2).astype(np.float32)
-
-
-def between_fabrics(fabrics: Sequence[Fabric]) -> np.ndarray:
-    """(K + 1, K + 1), without unit: between K fabrics and the body, which is last."""
-    own = np.array([fabric.mu_self for fabric in fabrics])
-    skin = np.array([fabric.mu_body for fabric in fabrics])
-    table = np.zeros((len(fabrics) + 1, len(fabrics) + 1))
-    table[:-1, :-1] = np.sqrt(np.outer(own, own))
-    table[np.diag_indices(len(fabrics))] = own  # a root of a square may be off in its last digit
-    table[:-1, -1] = table[-1, :-1] = skin
-    return table
 
 
 def bind(spec: Friction, context: BuildContext) -> Contribution | None:

@@ -58,14 +58,16 @@ def measure_kernel(
 def follow_kernel(
     volume: wp.array(dtype=wp.float64),
     amount: wp.array(dtype=wp.float64),
+    share: wp.array(dtype=wp.float64),
     ambient: wp.array(dtype=wp.float64),
     gauge_out: wp.array(dtype=wp.float32),
     stiffness_out: wp.array(dtype=wp.float32),
 ):
-    """n R T/V - p_a [Pa] and n R T/V^2 [Pa/m^3]"""
-    v = wp.max(volume[0], LEAST * amount[0] / ambient[0])
-    gauge_out[0] = wp.float32(amount[0] / v - ambient[0])
-    stiffness_out[0] = wp.float32(amount[0] / (v * v))
+    """n R T/V - p_a [Pa] and n R T/V^2 [Pa/m^3], n R T = amount share"""
+    nrt = amount[0] * share[0]
+    v = wp.max(volume[0], LEAST * nrt / ambient[0])
+    gauge_out[0] = wp.float32(nrt / v - ambient[0])
+    stiffness_out[0] = wp.float32(nrt / (v * v))
 
 
 @wp.kernel
@@ -91,6 +93,7 @@ def bind(spec: Gas, context: BuildContext) -> Contribution | None:
         return None
     closed: wp.array = wp.array(faces, dtype=wp.vec3i, device=device)
     amount: wp.array = wp.array([spec.ambient * volume], dtype=wp.float64, device=device)
+    share: wp.array = wp.array([1.0], dtype=wp.float64, device=device)
     ambient: wp.array = wp.array([spec.ambient], dtype=wp.float64, device=device)
     now: wp.array = wp.zeros(1, dtype=wp.float64, device=device)
     gauge, gauge_before, unused, nothing = (wp.zeros(1, dtype=wp.float32, device=device) for _ in range(4))
@@ -101,7 +104,7 @@ def bind(spec: Gas, context: BuildContext) -> Contribution | None:
         now.zero_()
         dyad.vector.zero_()
         launch(measure_kernel, len(faces), [closed, x], [now, dyad.vector], device=device)
-        launch(follow_kernel, 1, [now, amount, ambient], [gauge_out, dyad.stiffness], device=device)
+        launch(follow_kernel, 1, [now, amount, share, ambient], [gauge_out, dyad.stiffness], device=device)
 
     def start_step(_state: State) -> None:
         wp.copy(gauge_before, gauge)
@@ -118,7 +121,8 @@ def bind(spec: Gas, context: BuildContext) -> Contribution | None:
 
     def energy(x: wp.array) -> float:
         within = enclosed_volume(x.numpy().astype(np.float64), faces)
-        return float(ambient.numpy()[0] * within - amount.numpy()[0] * np.log(within))
+        nrt = float(amount.numpy()[0] * share.numpy()[0])
+        return float(ambient.numpy()[0] * within - nrt * np.log(within))
 
     return Contribution(
         "gas",
@@ -127,5 +131,5 @@ def bind(spec: Gas, context: BuildContext) -> Contribution | None:
         add_velocity_gradient_in_correction=add_in_correction,
         dyad=dyad,
         energy=energy,
-        values={"amount": amount, "ambient": ambient},
+        values={"amount": amount, "share": share, "ambient": ambient},
     )

@@ -1,4 +1,4 @@
-"""Uniform gravity: an acceleration in the inertial prediction."""
+"""Uniform gravity: an acceleration in the inertial prediction, the contribution's value "acceleration"."""
 
 from __future__ import annotations
 
@@ -13,18 +13,19 @@ wp.set_module_options({"enable_backward": False})
 
 
 @wp.kernel
-def add_uniform_kernel(acceleration: wp.vec3, out: wp.array(dtype=wp.vec3)):
+def add_uniform_kernel(acceleration: wp.array(dtype=wp.vec3), out: wp.array(dtype=wp.vec3)):
     i = wp.tid()
-    out[i] = out[i] + acceleration
+    out[i] = out[i] + acceleration[0]
 
 
 def bind(spec: Gravity, context: BuildContext) -> Contribution | None:
     """None when the acceleration is zero."""
     if not any(spec.acceleration):
         return None
-    acceleration = wp.vec3(*spec.acceleration)
+    acceleration: wp.array = wp.array([spec.acceleration], dtype=wp.vec3, device=context.device)
 
     def add_acceleration(out: wp.array) -> None:
         launch(add_uniform_kernel, len(out), [acceleration], [out], device=context.device)
 
-    return Contribution("gravity", add_acceleration=add_acceleration)
+    values = {"acceleration": acceleration}
+    return Contribution("gravity", add_acceleration=add_acceleration, values=values)

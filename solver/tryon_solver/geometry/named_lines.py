@@ -20,6 +20,7 @@ from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.sampled_outline import vertices_along
 from tryon_solver.geometry.weld import WeldedMesh
 
+OFF_PIECE = 0.02  # m, by which a spot may miss a piece, besides an edge of the mesh
 PatternEdge = Mapping[str, Any]
 """An edge as it is asked for: the name of its `panel`, its number `edge`."""
 
@@ -27,11 +28,14 @@ PatternEdge = Mapping[str, Any]
 @dataclass(frozen=True, eq=False)
 class Piece:
     """A piece of a garment, by both their names; `edges` the garment's vertices (K + 1,) along each edge that it has in
-    the pattern, () of a garment that is a mesh."""
+    the pattern, () of a garment that is a mesh; `clockwise` if its outline is drawn so, and its coordinates mirrored
+    (panel_mesh.py). `fabric` is the name of what it is made of, "" where that is not known."""
 
     garment: str
     name: str
     edges: tuple[NDArray[np.int32], ...] = ()
+    clockwise: bool = False
+    fabric: str = ""
 
     @property
     def full_name(self) -> str:
@@ -56,20 +60,31 @@ class Cut:
 
     @staticmethod
     def of_pattern(
-        garment: Garment, panels: PanelMesh, welded: WeldedMesh, edge_counts: Sequence[int], name: str = ""
+        garment: Garment,
+        panels: PanelMesh,
+        welded: WeldedMesh,
+        edge_counts: Sequence[int],
+        name: str = "",
+        clockwise: Sequence[bool] = (),
     ) -> Cut:
-        """A garment of this name that was made of a pattern, whose pieces have so many edges."""
+        """A garment of this name that was made of a pattern, whose pieces have so many edges; `clockwise` says which
+        are drawn so, () for none."""
         vertex, pieces = welded.welded_of_vertex, []
         start = 0
         for panel, count in enumerate(edge_counts):
             along = vertices_along(panels.segments[start : start + count].tolist())
             first = panels.first_vertex(panel)
             edges = tuple(vertex[ids + first] for ids in along)
-            pieces.append(Piece(name, panels.panel_names[panel], edges))
+            drawn = bool(clockwise) and clockwise[panel]
+            pieces.append(Piece(name, panels.panel_names[panel], edges, drawn))
             start += count
         placed = np.zeros((garment.vertex_count, 3))
         placed[vertex] = panels.placed
         return Cut(garment, tuple(pieces), placed)
+
+    def made_of(self, fabric: str) -> Cut:
+        """The same, all of its pieces of the fabric of this name."""
+        return replace(self, pieces=tuple(replace(piece, fabric=fabric) for piece in self.pieces))
 
     @staticmethod
     def together(outfit: Garment, each: Sequence[Cut]) -> Cut:
@@ -137,6 +152,21 @@ class Cut:
         together = np.vstack(along)
         _, first = np.unique(np.sort(together, axis=1), axis=0, return_index=True)
         return together[np.sort(first)]
+
+    def vertex_at(self, panel: str, spot: tuple[float, float], place: str) -> int:
+        """The garment's vertex that is nearest to the spot [m] of the piece of this name, as its pattern is drawn, in
+        the size that is worn. Raises EffectError for a spot farther off the piece than OFF_PIECE."""
+        number = self.panel(panel, f"{place}.panel")
+        corners = self.garment.panel_of_face == number
+        drawn = np.array([-1.0 if self.pieces[number].clockwise else 1.0, 1.0])
+        uv = self.garment.uv_corners[corners].reshape(-1, 2) * drawn
+        off = np.linalg.norm(uv - spot, axis=1)
+        nearest = int(np.argmin(off))
+        if off[nearest] > OFF_PIECE + self.garment.mean_edge_length():
+            (left, low), (right, high) = uv.min(axis=0), uv.max(axis=0)
+            remedy = f"Tell x from {left:.3g} to {right:.3g} and y from {low:.3g} to {high:.3g} m, on the piece"
+            raise EffectError(f"the spot is {off[nearest]:.2g} m off {panel}", place, remedy)
+        return int(self.garment.faces[corners].ravel()[nearest])
 
     def facing(
         self, first: NDArray[np.int32], second: NDArray[np.int32]

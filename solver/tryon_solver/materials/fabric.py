@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
+
+import numpy as np
 
 from tryon_solver.materials.look import Look
 
@@ -282,3 +285,14 @@ FABRICS: dict[str, Fabric] = {
         ),
     )
 }
+
+
+def between_fabrics(fabrics: Sequence[Fabric]) -> np.ndarray:
+    """(K + 1, K + 1), without unit: between K fabrics and the body, which is last."""
+    own = np.array([fabric.mu_self for fabric in fabrics])
+    skin = np.array([fabric.mu_body for fabric in fabrics])
+    table = np.zeros((len(fabrics) + 1, len(fabrics) + 1))
+    table[:-1, :-1] = np.sqrt(np.outer(own, own))
+    table[np.diag_indices(len(fabrics))] = own  # a root of a square may be off in its last digit
+    table[:-1, -1] = table[-1, :-1] = skin
+    return table

@@ -96,8 +96,11 @@ def work(
     build=analytic_drape.build,
     seconds_beside: float = 0.0,
     effects=None,
+    begun=lambda _connection: None,
 ) -> ScriptedConnection:
+    """What the worker told by the end of its script; `begun` is told of the connection first."""
     connection = ScriptedConnection(script, until)
+    begun(connection)
     order = WorkOrder(DrapeOrder(Path("pattern.json"), fabric, "draft", "cpu"), motion, 50.0, 1.0)
     order = replace(order, effects=effects or {})
     worker = Worker(connection, order, build, analytic_drape.load_motion, *clock_of(connection, seconds_beside))

@@ -10,8 +10,8 @@ from small_scenes import STILL, fabric, rigid_body, sheet, slab, turn
 from tryon_solver.contact import pairs
 from tryon_solver.dressing.change_outfit import without
 from tryon_solver.dressing.outfit import Outfit, Worn, WornOutfit
-from tryon_solver.effects.friction import between_fabrics
 from tryon_solver.geometry.outfit import garments_of, put_together
+from tryon_solver.materials.fabric import between_fabrics
 from tryon_solver.scene import (
     WORN,
     AirDrag,

@@ -2,9 +2,13 @@
 
 import numpy as np
 import pytest
-from small_scenes import fabric, sheet
+from small_scenes import STILL, fabric, icosphere, rigid_body, sheet
 
+from tryon_solver.body.pose import Pose
+from tryon_solver.geometry.carried import carried_by, frames_of
+from tryon_solver.rebind import settle_in
 from tryon_solver.scene import AirDrag, Gravity, Pins, Scene
+from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
 
 G, DENSITY, STIFFNESS = 9.81, 0.3, 50.0
@@ -56,3 +60,48 @@ def test_pins_are_checked_by_name():
         Pins(np.array([1], np.int32), -1.0)
     with pytest.raises(ValueError, match="there is no vertex 9; the garment has 9"):
         Scene(garment, x, None, fabric(), (Pins(np.array([0, 9], np.int32)),))
+
+
+def test_pins_that_the_body_leads_keep_their_place_by_it():
+    """Over a ball that is turned and carried along, a pinned vertex goes with the triangle by which it was pinned."""
+    ball, faces = icosphere(0.1, 2)
+    garment, x = sheet(5, 5, 0.05, 0.05)
+    x = x + [0.0, 0.13, 0.0]
+    held = np.array([0, 12, 24], np.int32)
+    effects = (AirDrag(1.0), Pins(held, 1e4, led=True))
+    sim = build(Scene(garment, x, rigid_body(ball, faces), fabric(), effects), PRESETS["draft"], "cpu", STILL)
+    values = next(c for c in sim.plan.contributions if c.name == "pins").values
+    assert not values["onto"].numpy().any()
+    sim.advance(STILL, 1 / 60)
+    np.testing.assert_allclose(sim.cloth_positions(), x, atol=1e-6)  # as long as nothing leads, nothing holds
+    settle_in(sim, {"pins"})
+    angle = 0.4
+    turn = np.array([0.0, 0.0, np.sin(angle / 2), np.cos(angle / 2)])
+    there = Pose(np.array([0.2, 0.0, 0.1]), turn[None])
+    for k in range(30):
+        share = (k + 1) / 20
+        half = 0.5 * angle * min(share, 1.0)
+        pose = Pose(there.root * min(share, 1.0), np.array([[0.0, 0.0, np.sin(half), np.cos(half)]]))
+        sim.advance(pose, (k + 2) / 60)
+    c, s = np.cos(angle), np.sin(angle)
+    expected = x[held] @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]).T + there.root
+    np.testing.assert_allclose(sim.cloth_positions()[held], expected, atol=2e-3)
+    assert np.linalg.norm(expected - x[held], axis=1).min() > 0.1
+
+
+def test_held_in_the_room_it_stays_where_it_is_when_the_origin_moves():
+    garment, x = sheet(3, 3, 0.1, 0.1)
+    sim = build(Scene(garment, x, None, fabric(), (Pins(np.array([4], np.int32)),)))
+    sim.move_origin(np.array([3.0, 0.0, -1.0]))
+    np.testing.assert_allclose(places_of(sim).numpy()[0], x[4] - [3.0, 0.0, -1.0], atol=1e-6)
+
+
+def test_points_are_carried_by_the_triangles_next_to_them():
+    rng = np.random.default_rng(3)
+    ball, faces = icosphere(0.1, 1)
+    points = 1.2 * ball[:5] + 0.001 * rng.normal(size=(5, 3))
+    onto, offsets = carried_by(points, ball, faces)
+    frames = frames_of(ball[onto])
+    np.testing.assert_allclose(frames @ frames.transpose(0, 2, 1), np.tile(np.eye(3), (5, 1, 1)), atol=1e-12)
+    np.testing.assert_allclose(ball[onto[:, 0]] + np.einsum("kij,ki->kj", frames, offsets), points, atol=1e-12)
+    assert (offsets[:, 1] > 0.015).all(), "along the normal, outwards"
