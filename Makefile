@@ -78,7 +78,7 @@ effects-together-page: $(VENV)/.dev
 	$(BIN)/python tests/covering --document docs/effects_together.md --of $(wildcard docs/effects/runs/*.jsonl) || [ $$? = 1 ]
 
 ## make effects-page  docs/effects.md: pictures of each effect, what it costs by the runs kept, a plain T-shirt before and now
-# What it costs here: .venv/bin/python tests/support/effect_costs.py --vertices 33 --frames 60 --out docs/effects/runs/costs-cpu.json
+# What it costs here: .venv/bin/python tests/support/effect_costs.py --vertices 33 --frames 60 --jobs 8 --out docs/effects/runs/costs-cpu.json
 effects-page: $(VENV)/.dev
 	$(BIN)/python tests/support/effect_pictures.py --out docs/effects --document docs/effects.md
 	$(BIN)/python tests/support/effect_costs.py --document docs/effects.md --of $(wildcard docs/effects/runs/costs-*.json)

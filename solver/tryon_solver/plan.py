@@ -136,9 +136,11 @@ class StepPlan:
 
 
 def named(name: str, stage: str, times: Mapping[str, Mapping[str, float]]) -> str:
-    """The name, with what a call takes."""
-    taken = times.get(name, {}).get(stage)
-    return name if taken is None else f"{name} {taken:.3f} ms"
+    """The name, with what a call takes; of a surface that is touched with what each part of contact does."""
+    own = times.get(name, {})
+    if stage == "touches" and own:
+        return f"{name} ({', '.join(f'{part} {taken:.3f} ms' for part, taken in own.items())})"
+    return f"{name} {own[stage]:.3f} ms" if stage in own else name
 
 
 def takes_part(contribution: Contribution, stage: str) -> bool:

@@ -8,8 +8,12 @@ import covered_run
 import numpy as np
 import pytest
 from covered_run import crosses, play
+from covered_scene import OUTER, make_scene
+from covering_page import of_run
 from effect_factors import rows
 from frame_judge import FrameVerdict
+
+from tryon_solver.materials.fabric import FABRICS
 
 SECONDS = 0.5
 
@@ -22,10 +26,10 @@ def of(**levels):
 @pytest.mark.parametrize(
     "levels",
     [
-        {"cloth": "stack", "preset": "draft"},
-        {"cloth": "balloon", "pressure": "gas"},
+        {"cloth": "balloon", "garments": "one", "pressure": "gas"},
         {"cloth": "strip", "air": "gusts"},
         {"cloth": "skirt", "preset": "draft"},
+        {"cloth": "strip", "garments": "two"},
     ],
 )
 def test_effects_together_penetrate_nothing(levels):
@@ -33,6 +37,26 @@ def test_effects_together_penetrate_nothing(levels):
     assert figures["broken"] == []
     assert figures["judged"] >= 8
     assert figures["fastest"] > 1e-3
+
+
+def test_outer_garment_has_a_thickness_and_friction_of_its_own():
+    row = of(cloth="strip", garments="two") | {"friction": "fabric", "attached": "none"}
+    scene = make_scene(row)
+    inner, outer = FABRICS[row["fabric"]], FABRICS[OUTER[row["fabric"]]]
+    assert inner.thickness != outer.thickness
+    assert len({inner.mu_self, outer.mu_self, (inner.mu_self * outer.mu_self) ** 0.5}) == 3
+    assert scene.sim.scene.fabric_of_garments() == [inner, outer]
+    assert len(scene.sim.cloth_positions()) == 2 * scene.cloth.garment.vertex_count
+
+
+def test_frames_without_contact_are_not_judged():
+    row = of(**{"body contact": "off", "self contact": "off"})
+    figures = play(row, 0.1)
+    assert figures["judged"] == 0
+    assert figures["free"] >= 2
+    said = "\n".join(of_run([{"scene": 0, "row": row, "about": {"commit": "c", "machine": "m"}, **figures}]))
+    assert "- 0 frames judged" in said
+    assert f"- {figures['free']} frames more were looked at in scenes without contact" in said
 
 
 def test_what_crosses_is_told_only_of_what_the_scene_keeps_apart():
@@ -46,7 +70,7 @@ def test_what_crosses_is_told_only_of_what_the_scene_keeps_apart():
 
 def test_a_run_that_goes_wrong_is_told(monkeypatch):
     """A state that crosses, and one that is no number, each with its frame."""
-    row = of(cloth="sheet", **{"body contact": "on"})
+    row = of(cloth="sheet", garments="one", **{"body contact": "on"})
     made = covered_run.make_scene
 
     def spoilt(at_frame, spoil):

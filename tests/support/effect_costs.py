@@ -1,21 +1,25 @@
-"""What each effect costs: `python effect_costs.py [--vertices 33 --frames 60 --device cuda:0 --out FILE]`.
+"""What each effect costs: `python effect_costs.py [--vertices 33 --frames 60 --device cuda:0 --jobs 8 --out FILE]`.
 
 In one process, which has to be new: first all scenes without their effect, then, one after the other, with it. What is
 imported, launched and allocated then and was not before is the effect's. Prints one JSON object; with --out frames are
-timed, with and without in turn, and the file has all of it. `--document docs/effects.md --of FILE ...` measures nothing
-and writes the tables of such files into that page anew.
+timed, too, with and without in turn, each scene in a process of its own on a core of its own, --jobs at once, and the
+file has all of it. `--document docs/effects.md --of FILE ...` measures nothing and writes the tables of such files into
+that page anew.
 """
 
 from __future__ import annotations
 
 import argparse
+import fcntl
 import io
 import json
+import os
 import re
 import sys
 import time
 from pathlib import Path
-from typing import Any
+from tempfile import TemporaryDirectory, gettempdir
+from typing import IO, Any
 
 import numpy as np
 import warp as wp
@@ -26,7 +30,6 @@ sys.path.insert(0, str(ROOT / "tests" / "examples"))
 LAUNCHED: set[str] = set()
 KEPT: list[object] = []  # simulations: where one was freed another's launch could look like one that is known
 DT = 1 / 60
-BEGIN, END = "<!-- made by `make effects-page` -->", "<!-- until here -->"
 UNITS = {"B": 1, "KB": 2**10, "MB": 2**20}
 
 
@@ -71,23 +74,29 @@ def played(
     return {"imported": imported() - before, "launched": set(LAUNCHED), "bytes": live_bytes(tracker)}
 
 
-def milliseconds(scene: Any, n: int, frames: int, device: str) -> tuple[float, float, float]:
-    """Medians of frames without and with the effect, in turn, and what one call of each of its stages takes."""
+def timed(scene: Any, n: int, frames: int, device: str) -> dict[str, Any]:
+    """Without and with the effect, frames in turn: medians of their `ms`, means of their Newton `iterations`; what one
+    call of each of its stages takes, `calls`."""
     sims = [scene.built(n, with_it, device) for with_it in (False, True)]
     times: list[list[float]] = [[], []]
+    iterations: list[list[int]] = [[], []]
     for k in range(frames):
-        for (sim, pose), own in zip(sims, times):
+        for (sim, pose), own, newton in zip(sims, times, iterations):
             begun = time.perf_counter()
-            sim.advance(pose, (k + 1) * DT)
+            report = sim.advance(pose, (k + 1) * DT)
             wp.synchronize_device(device)
             own.append(1e3 * (time.perf_counter() - begun))
-    quiet = [np.median(own[frames // 4 :]) for own in times]
+            newton.append(report.newton_iterations)
     from tryon_solver.stepping.clocked import contribution_times
 
     (bare, _), (full, _) = sims
     mine = {c.name for c in full.plan.contributions} - {c.name for c in bare.plan.contributions}
-    calls = contribution_times(full)
-    return float(quiet[0]), float(quiet[1]), sum(sum(calls[name].values()) for name in mine)
+    taken = contribution_times(full)
+    return {
+        "ms": [float(np.median(own[frames // 4 :])) for own in times],
+        "iterations": [float(np.mean(newton[frames // 4 :])) for newton in iterations],
+        "calls": {stage: ms for name in sorted(mine) for stage, ms in taken[name].items()},
+    }
 
 
 def costs(n: int, frames: int, device: str) -> list[dict[str, Any]]:
@@ -116,43 +125,39 @@ def costs(n: int, frames: int, device: str) -> list[dict[str, Any]]:
     return found
 
 
-def measured(n: int, frames: int, device: str) -> dict[str, Any]:
+def measured(asked: argparse.Namespace) -> dict[str, Any]:
     """All of it, with the times of frames and where they were measured."""
+    n, frames, device = asked.vertices, asked.frames, asked.device
     found = costs(n, min(frames, 3), device)
     from effect_scenes import SCENES
+    from process_pool import Tasks
     from provenance import commit_of, machine_of
 
-    for cost, scene in zip(found, SCENES):
-        cost["ms"] = milliseconds(scene, n, frames, device)
-    about = {"commit": commit_of(ROOT), "machine": machine_of(device), "vertices": n, "frames": frames}
-    return {"about": about, "effects": found}
+    same = ["--vertices", str(n), "--frames", str(frames), "--device", device, "--jobs", str(asked.jobs)]
+    with TemporaryDirectory() as folder:
+        own = [sys.executable, __file__, *same, "--out"]
+        commands = {f"effect-{k}": [*own, f"{folder}/effect-{k}.json", "--one", str(k)] for k in range(len(SCENES))}
+        times = Tasks(Path(folder), asked.jobs).run(commands, lambda name, _: print(name, flush=True))
+    for cost, (name, its) in zip(found, times.items()):
+        if "failure" in its:
+            raise RuntimeError(f"{name}, {cost['name']}: {its['failure']}")
+        cost.update(its)
+    about = {"commit": commit_of(ROOT), "machine": machine_of(device)}
+    return {"about": {**about, "vertices": n, "frames": frames, "jobs": asked.jobs}, "effects": found}
 
 
-def tables(runs: list[dict[str, Any]]) -> str:
-    """In Markdown."""
-    lines = [
-        BEGIN,
-        "",
-        "Medians of frames of 1/60 s with and without the effect in turn, at preset `live`. Kernels are those that",
-        "only the scene with the effect launches, its own or not; memory is what it allocates more. Where cloth moves",
-        "otherwise with the effect, another number of iterations is in the ratio: below 1 it calms what it acts on.",
-    ]
-    for run in runs:
-        about = run["about"]
-        lines += [
-            "",
-            f"On {about['machine']}, commit {about['commit']};",
-            f"squares of {about['vertices']} by {about['vertices']} vertices, a ball of 642, {about['frames']} frames:",
-            "",
-            "| effect | scene: cloth that | ms without | ms with | ratio | ms, a call of each stage | kernels | KiB |",
-            "|---|---|---|---|---|---|---|---|",
-        ]
-        for cost in run["effects"]:
-            bare, full, calls = cost["ms"]
-            kernels = ", ".join(k.rpartition(".")[2].removesuffix("_kernel") for k in cost["launched"]) or "-"
-            figures = f"{bare:.1f} | {full:.1f} | {full / bare:.2f} | {calls:.3f}"
-            lines.append(f"| {cost['name']} | {cost['shows']} | {figures} | {kernels} | {cost['bytes'] / 1024:.0f} |")
-    return "\n".join([*lines, "", END])
+def on_a_core_of_its_own(jobs: int) -> IO[bytes]:
+    """Keep this process to a core that none of the others has; who holds the file that is returned has it."""
+    for core in sorted(os.sched_getaffinity(0))[:jobs]:
+        lock = (Path(gettempdir()) / f"effect-costs-core-{core}").open("wb")
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            lock.close()
+            continue
+        os.sched_setaffinity(0, {core})
+        return lock
+    raise RuntimeError(f"--jobs {jobs}: there are not as many cores that nobody measures on; ask for fewer")
 
 
 def main() -> None:
@@ -160,18 +165,25 @@ def main() -> None:
     parser.add_argument("--vertices", type=int, default=9, help="to a side of the squares")
     parser.add_argument("--frames", type=int, default=3)
     parser.add_argument("--device", default="cpu", help="cpu, cuda:0, ...")
+    parser.add_argument("--jobs", type=int, default=1, help="scenes timed at once, each on a core of its own")
     parser.add_argument("--out", type=Path, help="a JSON file, of times as well")
+    parser.add_argument("--one", type=int, help=argparse.SUPPRESS)
     parser.add_argument("--document", type=Path, help="a page whose tables are written anew, of the files --of")
     parser.add_argument("--of", type=Path, nargs="+", default=[])
     asked = parser.parse_args()
     if asked.document is not None:
-        runs = [json.loads(path.read_text()) for path in asked.of]
-        head, _, rest = asked.document.read_text().partition(BEGIN)
-        asked.document.write_text(head + tables(runs) + rest.partition(END)[2])
+        from effect_cost_tables import write
+
+        write(asked.document, [json.loads(path.read_text()) for path in asked.of])
+    elif asked.one is not None:
+        from effect_scenes import SCENES
+
+        with on_a_core_of_its_own(asked.jobs):
+            asked.out.write_text(json.dumps(timed(SCENES[asked.one], asked.vertices, asked.frames, asked.device)))
     elif asked.out is None:
         print(json.dumps(costs(asked.vertices, asked.frames, asked.device)))
     else:
-        asked.out.write_text(json.dumps(measured(asked.vertices, asked.frames, asked.device), indent=1))
+        asked.out.write_text(json.dumps(measured(asked), indent=1))
 
 
 if __name__ == "__main__":

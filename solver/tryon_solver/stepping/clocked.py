@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import warp as wp
 
 from tryon_solver.plan import ContactTerm, Contribution
+from tryon_solver.stepping.clocked_contact import contact_calls
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -20,7 +21,7 @@ def contribution_times(sim: Simulation, repeats: int = 20) -> dict[str, dict[str
     call keeps for a step the next step's own replaces, and values that a call moves on are put back.
 
     A step calls most stages once an iteration, `start_step`, `add_acceleration` and `add_diagonal` once, those of the
-    constant matrices never: they have no times.
+    constant matrices never: they have no times. Contact with a surface has those of clocked_contact.py instead.
     """
     return dict(times_in_parts(sim, repeats))
 
@@ -52,11 +53,13 @@ def calls_of(sim: Simulation, contribution: Contribution) -> dict[str, Callable[
         "add_velocity_gradient_in_correction": (state, x, vectors),
         "add_hessian": (x, sim.hessian_rows),  # cleared before it is summed the next time
     }
-    calls = {}
+    calls: dict[str, Callable[[], None]] = {}
     for stage, given in arguments.items():
         call = getattr(contribution, stage)
         if call is not None:
             calls[stage] = bound(call, given)
+    for name in contribution.touches:
+        calls |= contact_calls(sim, dict(zip(sim.plan.touches, sim.touching))[name])
     if contribution.contact is not None and sim.pairs.size:
         calls["contact"] = contact_call(sim, contribution.contact, vectors)
     return calls

@@ -14,6 +14,7 @@ from tryon_solver.geometry.lines import chain, line_between
 
 RADIUS = 0.11  # m, of the ball that cloth lies on
 ABOVE = 2.5e-3  # m: of cloth over the ball, of layers over each other, of a patch over what it is sewn to
+OVER = 2 * ABOVE  # m, of an outer garment over the inner one: a patch is between them
 PATCH = 0.05  # m, its radius
 EDGE = {"tshirt": 0.037, "skirt": 0.037}  # m, of the mesh of garments
 
@@ -73,6 +74,20 @@ class Cloth:
         """(K,) int32: the vertices within two radii of a patch around where the two lines are halfway."""
         return np.flatnonzero(np.linalg.norm(self.x - self.x[self._middle], axis=1) < 2 * PATCH).astype(np.int32)
 
+    def lifted(self) -> np.ndarray:
+        """(N, 3) m: where another garment of the same pattern lies over it."""
+        return self.x + OVER * self._normals
+
+    @cached_property
+    def _normals(self) -> np.ndarray:
+        """(N, 3) of its vertices, weighted by area."""
+        normals = np.zeros_like(self.x)
+        corners = self.x[self.garment.faces]
+        across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        for k in range(3):
+            np.add.at(normals, self.garment.faces[:, k], across)
+        return normals / np.linalg.norm(normals, axis=1, keepdims=True)
+
     @property
     def _largest(self) -> int:
         triangles = np.bincount(self.garment.panel_of_face)
@@ -86,12 +101,7 @@ class Cloth:
         """The same with a copy of a disc of its triangles that lies on them, a panel more; vertices (K,) int32 of the
         copy and (K,) of what each lies on."""
         garment, x = self.garment, self.x
-        normals = np.zeros_like(x)
-        corners = x[garment.faces]
-        across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        for k in range(3):
-            np.add.at(normals, garment.faces[:, k], across)
-        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        normals = self._normals
         near = np.linalg.norm(x - x[self._middle], axis=1) < PATCH
         near &= normals @ normals[self._middle] > 0.3
         within = near[garment.faces].all(axis=1) & (garment.panel_of_face == self._largest)

@@ -46,7 +46,7 @@ class Judged:
         self.ms: list[float] = []
         self.broken: list[str] = []
         self.crossing: list[int] = []
-        self.judged = self.void = self.asleep = 0
+        self.judged = self.free = self.void = self.asleep = 0
         self.fastest = self.stretch = 0.0
         self.last_speed = 0.0
         sim = scene.sim
@@ -88,7 +88,10 @@ class Judged:
         self.last_speed = float(np.sqrt((speeds**2).mean()))
 
     def _ask(self, frame: int) -> None:
-        """IPC Toolkit, of what the scene asks to be kept apart."""
+        """IPC Toolkit, of what the scene asks to be kept apart; where that is nothing, nothing is judged."""
+        if not (self.body or self.cloth):
+            self.free += 1
+            return
         verdict = self.judge.judge(self.x, self.scene.sim.body_positions())
         self.judged += 1
         if crosses(verdict, self.cloth, self.body):
@@ -101,6 +104,7 @@ class Judged:
             "vertices": len(self.x),
             "frames": len(self.ms),
             "judged": self.judged,
+            "free": self.free,
             "crossing": self.crossing,
             "fastest": self.fastest,
             "stretch": self.stretch,

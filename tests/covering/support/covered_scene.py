@@ -16,6 +16,8 @@ from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import blend_in
 from tryon_solver.body.pose import Pose
 from tryon_solver.geometry.enclosed import enclosed_volume
+from tryon_solver.geometry.garment import Garment
+from tryon_solver.geometry.outfit import put_together
 from tryon_solver.materials.fabric import FABRICS, Fabric
 from tryon_solver.scene import (
     Adhesion,
@@ -60,11 +62,14 @@ LED = 0.05  # m: radius of the circle on which pins are led, two seconds to a tu
 AMBIENT = 101325.0  # Pa
 PUMPED = 0.02  # of the gas, in and out again
 STEEPER = 4.0  # times the fabric's own stiffness, of a curve's second part
+OUTER = {"cotton_jersey": "denim", "denim": "silk_charmeuse", "silk_charmeuse": "cotton_jersey"}
+"""What lies over it: of another thickness, and of other friction with itself and with the body."""
 
 
 @dataclass(frozen=True)
 class CoveredScene:
-    """A `row` of the array, built at rest: `sim`, how the body stands at a time [s], what was `written` last."""
+    """A `row` of the array, built at rest: the `cloth` that effects act on, the innermost garment, `sim`, how the body
+    stands at a time [s], what was `written` last."""
 
     row: Row
     cloth: Cloth
@@ -128,18 +133,28 @@ class CoveredScene:
 
 def make_scene(row: Row, device: str = "cpu") -> CoveredScene:
     """Build what a row asks for."""
-    cloth = make_cloth(row["cloth"], row["fabric"])
+    cloth = plain = make_cloth(row["cloth"], row["fabric"])
     lies_on: tuple[np.ndarray, np.ndarray] | None = None
     if row["attached"] != "none":
         cloth, above, beneath = cloth.patched()
         lies_on = above, beneath
-    fabric = FABRICS[row["fabric"]]
     body, stance = body_of(row, cloth)
-    effects = (*effects_of(row, cloth, fabric), *attached(lies_on))
-    scene = Scene(cloth.garment, cloth.x, body, fabric, effects)
+    garment, x, fabrics = cloth.garment, cloth.x, (FABRICS[row["fabric"]],)
+    if row["garments"] == "two":
+        garment, x = put_together(("inner", "outer"), (garment, plain.garment)), np.vstack([x, plain.lifted()])
+        fabrics = (*fabrics, FABRICS[OUTER[row["fabric"]]])
+    effects = (*effects_of(row, cloth, garment, fabrics), *attached(lies_on))
+    scene = Scene(garment, x, body, fabrics[0], effects, of_panels(garment, fabrics))
     surface = None if cloth.worn is None else cloth.worn.surface
     sim = build(scene, PRESETS[row["preset"]], device, stance(0.0), surface)
     return CoveredScene(row, cloth, sim, stance)
+
+
+def of_panels(garment: Garment, fabrics: tuple[Fabric, ...]) -> tuple[Fabric, ...]:
+    """The fabric of each panel where garments have different ones."""
+    return tuple(
+        fabric for layer, fabric in zip(garment.layers, fabrics) for _ in range(layer.panels.start, layer.panels.stop)
+    )
 
 
 def body_of(row: Row, cloth: Cloth) -> tuple[BodyModel | None, Stance]:
@@ -162,8 +177,8 @@ def body_of(row: Row, cloth: Cloth) -> tuple[BodyModel | None, Stance]:
     return rigid_body(ball, faces), stance
 
 
-def effects_of(row: Row, cloth: Cloth, fabric: Fabric) -> Iterator[Effect]:
-    """All but the patch."""
+def effects_of(row: Row, cloth: Cloth, garment: Garment, fabrics: tuple[Fabric, ...]) -> Iterator[Effect]:
+    """All but the patch, on the cloth, which is the first of the garments."""
     if row["gravity"] == "down":
         yield Gravity()
     if row["body contact"] == "on":
@@ -173,11 +188,11 @@ def effects_of(row: Row, cloth: Cloth, fabric: Fabric) -> Iterator[Effect]:
     if row["friction"] == "fabric":
         yield Friction()
     if row["friction"] == "pairs":
-        yield by_pairs(int(cloth.garment.panel_of_face.max()) + 1)
+        yield by_pairs(garment.panel_count)
     yield from AIR[row["air"]]
     if row["damping"] != "none":
         yield FabricDamping()
-    yield from stretching(row["stretch"], fabric)
+    yield from stretching(row["stretch"], fabrics)
     if row["adhesion"] != "none":
         yield Adhesion(*STICKS[row["adhesion"]], cloth.taped if row["adhesion"] == "tape" else None)
     yield from worked(row, cloth)
@@ -210,15 +225,15 @@ def by_pairs(panels: int) -> Friction:
     return Friction(static=static, kinetic=0.7 * static)
 
 
-def stretching(kind: str, fabric: Fabric) -> Iterator[Effect]:
-    """What the fabric does beyond its own stiffness."""
+def stretching(kind: str, fabrics: tuple[Fabric, ...]) -> Iterator[Effect]:
+    """What the fabrics do beyond their own stiffness; a curve is one for all, and none may be stiffer than it."""
     if kind in ("limit", "both"):
         yield StrainLimit()
     if kind in ("curves", "both"):
         yield StretchCurves(
             *(
                 ((0.05, 0.05 * k), (0.15, 0.05 * k + 0.1 * STEEPER * k))
-                for k in (1.0001 * fabric.k_warp, 1.0001 * fabric.k_weft)
+                for k in (1.0001 * max(getattr(fabric, name) for fabric in fabrics) for name in ("k_warp", "k_weft"))
             )
         )
 

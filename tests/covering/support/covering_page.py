@@ -11,7 +11,7 @@ from effect_factors import FACTORS, LEVELS
 Result = Mapping[str, Any]
 HOW = ("preset", "rate")  # of the factors those that say how a scene is simulated
 WHAT = ("cloth", "body", "fabric")
-ABSENT = {"none", "fabric", "off"}  # levels that list no effect
+ABSENT = {"none", "fabric", "off", "one"}  # levels that list no effect
 FIGURES = ("scene", "cloth", "body", "vertices", "preset, rate", "frames", "judged", "crossing", "fastest [m/s]")
 MORE = ("stretch", "at the end [m/s]", "void", "asleep", "ms a frame", "with")
 
@@ -31,7 +31,9 @@ def introduction() -> list[str]:
         "Scenes of 3 s in which any two variants of any two effects that may meet do meet: a pairwise covering array",
         f"of {len(LEVELS)} factors, {sum(map(len, LEVELS.values()))} levels and {len(every)} pairs (`tests/covering`;",
         "`make effects` plays it, a test proves that it covers all pairs). IPC Toolkit judges every second frame for",
-        "what crosses of the surfaces that contact keeps apart in the scene. Speeds are of the fastest vertex, less",
+        "what crosses of the surfaces that contact keeps apart in the scene; where the scene has no contact at all, so",
+        "that nothing could cross, the frame is not judged and counted apart. Of two garments the outer one is of a",
+        "fabric of its own, with its own thickness and friction. Speeds are of the fastest vertex, less",
         "what its fall gives it; stretch is the largest of any triangle; `at the end` is the cloth's RMS speed in the",
         "last frame; void are steps that were made so (METHOD.md, section 8). When values are written in the running",
         "scene (drawstrings drawn, buttons opened, pins led, creases pressed anew, seams closed, blown out and in,",
@@ -48,12 +50,15 @@ def of_run(results: Sequence[Result]) -> list[str]:
     if not results:
         return ["Nothing was played."]
     covered = {pair for result in results for pair in pairs_of(result["row"], list(LEVELS))}
-    judged, crossing = (sum(count(result, what) for result in results) for what in ("judged", "crossing"))
+    judged, crossing, free = (sum(count(r, what) for r in results) for what in ("judged", "crossing", "free"))
+    two = sum(count(r, "judged") for r in results if r["row"]["garments"] == "two")
     broken = [result for result in results if result["broken"]]
     lines = [f"- {what}: {'; '.join(sorted({r['about'][what] for r in results}))}" for what in ("commit", "machine")]
     lines += [
         f"- {len(results)} scenes, {len(covered & FACTORS.pairs())} of {len(FACTORS.pairs())} pairs",
-        f"- {judged} frames judged, {crossing} of them crossing; {len(results) - len(broken)} scenes hold in all",
+        f"- {judged} frames judged, {two} of them of two garments, {crossing} crossing",
+        f"- {free} frames more were looked at in scenes without contact, for speed and stretch alone",
+        f"- {len(results) - len(broken)} scenes hold in all",
         "",
         row_of((*FIGURES, *MORE)),
         row_of(["---"] * (len(FIGURES) + len(MORE))),
@@ -81,7 +86,7 @@ def cells(result: Result) -> list[str]:
         str(result["vertices"]),
         f"{row['preset']}, {row['rate']}",
         str(result["frames"]),
-        str(result["judged"]),
+        str(result["judged"]) if result["judged"] else "no contact",
         str(len(result["crossing"])),
         f"{result['fastest']:.2f}",
         f"{result['stretch']:.2f}",

@@ -108,11 +108,15 @@ def test_the_plan_tells_what_calls_take_when_it_is_asked_to():
     assert (ends[0] == ends[1]).all()
     assert set(times["wind"]) == {"start_step", "add_velocity_gradient", "add_diagonal"}
     assert set(times["friction"]) == {"start_step", "contact"}
-    assert times["body_contact"] == {}
+    asked_of_contact = {"detection", "assembly", "product", "time_of_impact", "verification"}
+    assert set(times["body_contact"]) == asked_of_contact
+    assert set(times["self_contact"]) == {"detection", "assembly"}  # it is nowhere near itself
     assert all(taken > 0 for stages in times.values() for taken in stages.values())
     told = sim.plan.describe({"gravity": {"add_acceleration": 0.25}})
     assert "add_acceleration: gravity 0.250 ms" in told.splitlines()
     assert "0.250" not in sim.plan.describe()
+    told = sim.plan.describe({"body_contact": {"detection": 0.5, "assembly": 0.25}})
+    assert "touches: body_contact (detection 0.500 ms, assembly 0.250 ms), self_contact" in told.splitlines()
 
 
 def test_effect_listed_twice_is_refused():

@@ -1,0 +1,69 @@
+"""What contact with one surface takes in a step, by what is done: measured when it is asked for (clocked.py).
+
+The search for contact, the barrier's terms and the time of impact are the step's own, not a contribution's; here the
+same functions are called on lists of their own, with one surface alone, at the state as it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import copy
+from typing import TYPE_CHECKING
+
+import warp as wp
+
+from tryon_solver.contact import broad_phase
+from tryon_solver.contact import pairs as contact_pairs
+from tryon_solver.contact.candidates import Candidates
+from tryon_solver.contact.pairs import ContactPairs
+from tryon_solver.contact.surfaces import Surface
+from tryon_solver.contact.verify import violations
+from tryon_solver.stepping.correct import prove_free
+
+if TYPE_CHECKING:
+    from tryon_solver.simulation import Simulation
+
+FIRST_ROOM = 1024  # candidates and pairs; both grow
+
+
+def contact_calls(sim: Simulation, surface: Surface) -> dict[str, Callable[[], None]]:
+    """One call of each thing that contact with `surface` has done: `detection` (broad phase), once a step or as often
+    as the cloth leaves the region; `assembly` (pairs, gradient, diagonal), once a Newton iteration; `product`, once an
+    iteration of its conjugate gradients; `time_of_impact` (deflection and continuous collision detection of the last
+    step's way), once a Newton iteration; `verification` in float64, once a step. What they write nobody reads.
+    """
+    device, x = sim.device, sim.state.x
+    beside = copy(sim)
+    beside.candidates, beside.pairs = Candidates.allocate(FIRST_ROOM, device), ContactPairs.allocate(FIRST_ROOM, device)
+    beside.touching = (surface,)
+    way = wp.zeros_like(x)
+    wp.copy(way, wp.array(sim.dt * sim.state.v.numpy(), dtype=wp.vec3, device=device), count=sim.cloth_count)
+    direction, sums, numbers = wp.zeros_like(x), wp.zeros_like(x), wp.zeros_like(sim.work.blocks)
+    find(beside)
+    contact_pairs.collect(beside.pairs, beside.candidates, beside.contact, x)
+    distances = wp.clone(beside.candidates.distance)
+
+    def assemble() -> None:
+        contact_pairs.collect(beside.pairs, beside.candidates, beside.contact, x)
+        contact_pairs.add_gradient(beside.pairs, x, x, sums)
+        contact_pairs.add_diagonal(beside.pairs, numbers)
+
+    def time_of_impact() -> None:
+        wp.copy(beside.candidates.distance, distances)  # bounds that every call would lower
+        wp.copy(direction, way)
+        prove_free(beside, direction)
+
+    def verify() -> None:
+        violations(beside.candidates, sim.cloth_count, sim.contact.sizes, x, beside.work.hits)
+
+    calls = {"detection": lambda: find(beside), "assembly": assemble}
+    if beside.pairs.size:
+        calls["product"] = lambda: contact_pairs.add_product(beside.pairs, way, sums)
+    if beside.candidates.size:
+        calls |= {"time_of_impact": time_of_impact, "verification": verify}
+    return calls
+
+
+def find(sim: Simulation) -> None:
+    """Fill the candidates anew for the region as it is set."""
+    broad_phase.find(sim.candidates, sim.cloth, sim.touching, sim.region, sim.group, sim.state.x)
