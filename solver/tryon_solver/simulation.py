@@ -18,7 +18,7 @@ from tryon_solver.body.on_device import MovingBody
 from tryon_solver.contact.candidates import Candidates, Region
 from tryon_solver.contact.deflect import DeflectionScratch
 from tryon_solver.contact.pairs import ContactModel, ContactPairs, ContactParameters
-from tryon_solver.contact.surfaces import Surface
+from tryon_solver.contact.surfaces import Surface, ownership
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.effects.registry import bind
 from tryon_solver.kernels import compile_kernels
@@ -224,12 +224,13 @@ class Simulation:
         sizes = contact_sizes(scene, settings, self.body_count, device)
         touches = self.plan.touches
         refuse_what_bears_no_contact(scene, garment, touches)
-        self.cloth = Surface.build(garment.faces, sizes.xi_self + settings.d_hat, device)
+        owned = garment.connectivity.owned
+        self.cloth = Surface.build(garment.faces, owned, sizes.xi_self + settings.d_hat, device)
         surfaces = {"cloth": self.cloth}
         body_edge = 0.0
         if scene.body is not None:
-            faces = scene.body.faces + self.cloth_count
-            surfaces["body"] = Surface.build(faces, sizes.xi_body + settings.d_hat, device)
+            faces, owned = scene.body.faces + self.cloth_count, ownership(scene.body.faces)
+            surfaces["body"] = Surface.build(faces, owned, sizes.xi_body + settings.d_hat, device)
             v, f = scene.body.rest_vertices, scene.body.faces
             body_edge = float(np.linalg.norm(v[f] - v[f[:, [1, 2, 0]]], axis=2).mean())
         self.touching = tuple(surfaces[name] for name in touches)
