@@ -98,7 +98,9 @@ def prepare(
     settings, pose = worn.settings.by_budget(), worn.body.pose
     building = build_in_parts(scene, settings, worn.device, pose, None, worn.dt, cut.basis, more)
     for simulation in building:
-        yield None if simulation is None else Prepared(simulation, cut, Tangle(simulation, ROUNDS))
+        yield None
+        if simulation is not None:
+            yield Prepared(simulation, cut, Tangle(simulation, ROUNDS))
 
 
 def put_on(prepared: Prepared, worn: Simulation, before: PanelMesh) -> Carried:
