@@ -112,8 +112,8 @@ class Simulation:
     # -- building ------------------------------------------------------------------------------------------------
 
     def parts(self, pose: Any, surface: np.ndarray | None, basis: csr_matrix | None = None) -> Iterator[None]:
-        """Build the rest but for what `use_time_step` makes, a part with each `next`: state, matrices, contacts. Arguments
-        as of `build`, and the garment's `basis_by_edges` if that has been made."""
+        """Build the rest but for what `use_time_step` makes, a part with each `next`: state, matrices, contacts.
+        Arguments as of `build`, and the garment's `basis_by_edges` if that has been made."""
         self._allocate(pose, surface)
         yield
         self._assemble(basis_by_edges(self.scene.garment, self.settings.subspace_spacing) if basis is None else basis)
