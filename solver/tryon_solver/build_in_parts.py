@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from concurrent.futures import wait
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -33,11 +34,14 @@ def build_in_parts(
     """
     simulation = Simulation(scene, settings, device)
     yield None
-    yield from simulation.parts(pose, surface, basis)
-    simulation.set_diagonals(dt)
-    inverse = BESIDE.submit(simulation.inverse_to_make())
+    building = simulation.parts(pose, surface, basis)
+    next(building)
     yield None
-    for _ in more:
+    next(building)
+    simulation.set_diagonals(dt)
+    inverse = BESIDE.submit(simulation.inverse_to_make())  # as soon as there are matrices: it takes longest
+    yield None
+    for _ in chain(building, more):
         yield None
     while not wait([inverse], LOOK_SECONDS).done:
         yield None

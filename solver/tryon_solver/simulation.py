@@ -18,7 +18,7 @@ from tryon_solver.body.on_device import MovingBody
 from tryon_solver.contact.candidates import Candidates, Region
 from tryon_solver.contact.deflect import DeflectionScratch
 from tryon_solver.contact.pairs import ContactModel, ContactPairs, ContactParameters
-from tryon_solver.contact.surfaces import Surface
+from tryon_solver.contact.surfaces import Surface, ownership
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.effects.registry import bind
 from tryon_solver.kernels import compile_kernels
@@ -112,8 +112,8 @@ class Simulation:
     # -- building ------------------------------------------------------------------------------------------------
 
     def parts(self, pose: Any, surface: np.ndarray | None, basis: csr_matrix | None = None) -> Iterator[None]:
-        """Build the rest but for what `use_time_step` makes, a part with each `next`; arguments as of `build`, and the
-        garment's `basis_by_edges` if that has been made."""
+        """Build the rest but for what `use_time_step` makes, a part with each `next`: state, matrices, contacts.
+        Arguments as of `build`, and the garment's `basis_by_edges` if that has been made."""
         self._allocate(pose, surface)
         yield
         self._assemble(basis_by_edges(self.scene.garment, self.settings.subspace_spacing) if basis is None else basis)
@@ -224,12 +224,13 @@ class Simulation:
         sizes = contact_sizes(scene, settings, self.body_count, device)
         touches = self.plan.touches
         refuse_what_bears_no_contact(scene, garment, touches)
-        self.cloth = Surface.build(garment.faces, sizes.xi_self + settings.d_hat, device)
+        owned = garment.connectivity.owned
+        self.cloth = Surface.build(garment.faces, owned, sizes.xi_self + settings.d_hat, device)
         surfaces = {"cloth": self.cloth}
         body_edge = 0.0
         if scene.body is not None:
-            faces = scene.body.faces + self.cloth_count
-            surfaces["body"] = Surface.build(faces, sizes.xi_body + settings.d_hat, device)
+            faces, owned = scene.body.faces + self.cloth_count, ownership(scene.body.faces)
+            surfaces["body"] = Surface.build(faces, owned, sizes.xi_body + settings.d_hat, device)
             v, f = scene.body.rest_vertices, scene.body.faces
             body_edge = float(np.linalg.norm(v[f] - v[f[:, [1, 2, 0]]], axis=2).mean())
         self.touching = tuple(surfaces[name] for name in touches)

@@ -157,6 +157,28 @@ def test_what_ends_a_drag_ends_no_process(beside, worn):
     assert process_of(beside) == process != os.getpid()
 
 
+def test_the_garment_travels_once_and_again_to_a_process_that_was_started_since(worn):
+    with closing(ProcessBeside()) as beside:
+        edits, sent = HeldEdits(beside), []
+
+        def begin(task, short=False, begin=beside.begin):
+            sent.append(len(task.shape_of.worn))
+            begin(task, short)
+
+        beside.begin = begin
+        shapes = []
+        for by in (0.01, 0.01, 0.02, 0.02):
+            if len(shapes) == 3:
+                beside.close()
+            assert edits.take(hem(by), HISTORY, worn)
+            shapes.append(outcome(edits, worn)[1].shape)
+        whole = len(worn.shape_of.worn)
+        assert sent == [whole, 0, 0, 0, whole]
+        for one, other in (shapes[:2], shapes[2:]):
+            assert np.array_equal(one.uv, other.uv)
+        assert not np.array_equal(shapes[0].uv, shapes[2].uv)
+
+
 def process_of(beside) -> int:
     beside.begin(os.getpid)
     end = time.monotonic() + PATIENCE

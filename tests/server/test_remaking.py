@@ -97,6 +97,24 @@ def test_the_old_garment_streams_while_the_next_one_is_made(factor, tasks):
     assert drapes[0].steps > 1.5 * ASKED / INTERVAL
 
 
+@pytest.mark.parametrize(
+    ("commands", "made"),
+    [((edit(1, 0.62),), 2), ((edit(1, 0.62), edit(2, 1.22), ChangePattern("undo", 3)), 4)],
+    ids=["dressed anew", "as worn before"],
+)
+def test_what_is_put_on_in_another_stance_takes_over_in_the_pose_of_the_moment(commands, made):
+    """The body sways on: neither it nor its clock goes back, and the frames before and after are a step apart."""
+    connection, _ = changed(*commands, apart=1.5, until=6.0)
+    seen = frames(connection)[1:]  # the first is of the stance for dressing
+    swap = next(k for k, frame in enumerate(seen) if frame.topology_id == made)
+    assert abs(seen[swap].root[0]) > 1e-3, "the body is elsewhere than in the stance for dressing"
+    times = [frame.t_sim for frame in seen]
+    assert times == sorted(times)
+    moved = np.diff([frame.root[0] for frame in seen])
+    assert np.abs(moved).max() < 2 * np.pi * 0.1 * np.diff(times).max() + 1e-6
+    assert np.abs(np.diff([frame.body[0, 0] for frame in seen])).max() < 0.1, "the drape itself follows"
+
+
 def test_what_was_worn_before_is_worn_again_as_it_hung_where_it_can_not_be_carried_over():
     """Narrow and wider again: taken back, the narrow one can't be put on from the wide one, but need not be dressed."""
     connection, drapes = changed(edit(1, 0.62), edit(2, 1.22), ChangePattern("undo", 3), apart=1.5, until=6.0)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import os
-import pickle
 import queue
 import signal
 import subprocess
@@ -133,8 +132,8 @@ class ProcessBeside:
         self.warm()
         self._task, self._short = task, short
         if self._connection is not None:
-            # A pipe takes less at once than a task may be long, and a process that starts reads nothing yet.
-            arguments = self._connection, pickle.dumps(task)
+            # What it needs takes a while to be written, and a process that starts reads nothing yet.
+            arguments = self._connection, handed_over.pack(task)
             self._sender = threading.Thread(target=_send, args=arguments, name="task", daemon=True)
             self._sender.start()
 
@@ -192,9 +191,9 @@ def not_made(why: str, remedy: str) -> NotMade:
     return NotMade(Problem(code="beside.failed", place="edit", message=why, remedy=remedy))
 
 
-def _send(connection: Connection, task: bytes) -> None:
+def _send(connection: Connection, task: handed_over.Packed) -> None:
     try:
-        connection.send_bytes(task)
+        handed_over.send_packed(connection, task)
     except (OSError, ValueError) as error:  # the process has ended, or was given up; who reads the outcome tells
         logger.debug("a task was not taken: %r", error)
 
@@ -205,11 +204,11 @@ def serve(descriptor: int) -> None:
         signal.signal(number, signal.SIG_IGN)
     os.nice(LESS_URGENT)
     connection = Connection(descriptor)
-    tasks: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    tasks: queue.SimpleQueue[handed_over.Packed] = queue.SimpleQueue()
     threading.Thread(target=_receive, args=(connection, tasks), name="tasks", daemon=True).start()
     import_module("tryon_server.runtime.cutting")  # what most tasks need takes a second to load
     while True:
-        task = pickle.loads(tasks.get())
+        task = handed_over.unpack(tasks.get())
         if isinstance(task, TellingTask):
             task = task.telling(
                 NowAndThen(lambda stage, share: handed_over.send(connection, Told(stage, share)), time.monotonic)
@@ -217,11 +216,11 @@ def serve(descriptor: int) -> None:
         handed_over.send(connection, carried_out(task))
 
 
-def _receive(connection: Connection, tasks: queue.SimpleQueue[bytes]) -> None:
+def _receive(connection: Connection, tasks: queue.SimpleQueue[handed_over.Packed]) -> None:
     """Take tasks; end the process with the other one, also in the middle of a task."""
     while True:
         try:
-            tasks.put(connection.recv_bytes())
+            tasks.put(handed_over.receive_packed(connection))
         except (EOFError, OSError):
             os._exit(0)
 

@@ -4,7 +4,7 @@ frame takes a GPU."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from tryon_protocol import DesignMessage
@@ -12,6 +12,7 @@ from tryon_server.runtime.beside import Beside, Made
 from tryon_server.runtime.design import design_of
 from tryon_server.runtime.drape import Drape
 from tryon_server.runtime.redesign import Wanted, wanted
+from tryon_server.runtime.worn_pattern import NotKnownError, Shapes
 from tryon_server.sessions.commands import ChangePattern
 from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.history import History
@@ -47,6 +48,11 @@ class Refused:
 Outcome = WorkedOut | Refused
 
 
+@dataclass(frozen=True)
+class NotKnown:
+    """The process has never been told of the garment, or was started since: it has to be told."""
+
+
 @dataclass(frozen=True, eq=False)
 class WorkingOut:
     """Works a held edit of this pattern out. Call it in any process."""
@@ -55,14 +61,18 @@ class WorkingOut:
     command: ChangePattern
     shape_of: Callable[[Mapping[str, Any]], Any]
 
-    def __call__(self) -> Outcome:
+    def __call__(self) -> Outcome | NotKnown:
         nothing_done = History(self.specification)
         try:
             asked = wanted(nothing_done, self.command)
         except EditError as error:
             return Refused(error.message, error.place, error.remedy)
+        try:
+            shape = self.shape_of(asked.specification)
+        except NotKnownError:
+            return NotKnown()
         drawn = design_of(asked.specification, nothing_done, held=True)
-        return WorkedOut(asked.specification, asked.notes, self.shape_of(asked.specification), drawn)
+        return WorkedOut(asked.specification, asked.notes, shape, drawn)
 
 
 class HeldEdits:
@@ -72,6 +82,7 @@ class HeldEdits:
         self._beside = beside
         self._task: WorkingOut | None = None
         self._drape: Drape | None = None  # whose shape is to be found
+        self._told: Shapes | None = None  # what the other process has been told of last, and need not be told again
 
     @property
     def under_way(self) -> bool:
@@ -86,9 +97,15 @@ class HeldEdits:
             return False
         if self._beside.doing is not None:
             return False
-        self._task, self._drape = WorkingOut(history.specification, command, drape.shape_of), drape
-        self._beside.begin(self._task, short=True)
+        shapes = drape.shape_of
+        if isinstance(shapes, Shapes) and shapes is self._told:
+            shapes = shapes.by_number()
+        self._begin(WorkingOut(history.specification, command, shapes), drape)
         return True
+
+    def _begin(self, task: WorkingOut, drape: Drape) -> None:
+        self._task, self._drape = task, drape
+        self._beside.begin(task, short=True)
 
     def give_up(self) -> None:
         """Nobody waits for it any more."""
@@ -104,8 +121,15 @@ class HeldEdits:
         if task is None or (under_way and ended is None):
             return None
         drape, self._task, self._drape = self._drape, None, None
-        if ended is None or drape is not worn:
+        if ended is None or drape is None or drape is not worn:
             return task.command, None
+        if isinstance(ended, Made) and isinstance(ended.value, NotKnown):
+            self._told = None
+            self._begin(replace(task, shape_of=drape.shape_of), drape)
+            return None
         if isinstance(ended, Made):
+            shapes = drape.shape_of
+            if isinstance(shapes, Shapes) and isinstance(ended.value, WorkedOut):
+                self._told = shapes
             return task.command, ended.value
         return task.command, Refused(ended.problem.message, ended.problem.place, ended.problem.remedy)

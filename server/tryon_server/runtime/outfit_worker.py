@@ -182,6 +182,14 @@ class OutfitWorker:
                 self._tell(OutfitRefused(self._outfitting.ticket, "garments", why, remedy))
             self._outfitting.give_up()
 
+    def _go_on_with(self, remade: Remade) -> None:
+        """Wear it in place of what was worn, in the stance of that."""
+        self._tell(self._publisher.dress(remade.drape, self._move))
+        self._drape = remade.drape
+        if remade.seconds is not None:
+            self._simulated, self._failures = remade.seconds, 0
+            self._tell_worn()
+
     def _wear_outfit(self, remade: Remade) -> None:
         drape, order = remade.drape, self._outfitting.order
         assert order is not None
@@ -189,11 +197,7 @@ class OutfitWorker:
         self._held, self._held_last, self._stuck = False, None, ""
         self._remaking.forget()
         drape.edit_garment(order.of_edited.worn_as)
-        self._tell(self._publisher.dress(drape, self._move))
-        self._drape = drape
-        if remade.seconds is not None:
-            self._simulated, self._failures = remade.seconds, 0
-            self._tell_worn()
+        self._go_on_with(remade)
         self._order, self._fabric = replace(self._order, drape=order), order.fabric
         self._histories = {name: history for name, history in self._histories.items() if name in drape.names}
         if self._history is not None:

@@ -1,15 +1,16 @@
 """Another garment made while the one before is worn: the pattern's next cut; where it can't be put on from where that
-is worn, as it hung when it was worn before; and dressed anew where it never was."""
+is worn, as it hung when it was worn before, and dressed anew where it never was, both brought to where the body is."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 from tryon_server.runtime.beside import Beside, Made, NotMade, Task
-from tryon_server.runtime.drape import BuildDrape, Drape, Packed, Progress
+from tryon_server.runtime.catching_up import CatchingUp
+from tryon_server.runtime.drape import BuildDrape, Drape, Packed, Progress, Stance
 from tryon_server.runtime.order import DrapeOrder
 from tryon_server.runtime.worn_before import WornBefore
 from tryon_server.wording import in_parameters
@@ -37,11 +38,10 @@ class Dressing:
 
 @dataclass(frozen=True)
 class Remade:
-    """The garment that was asked for: put on `anew`, in another stance than the old one was worn in, or where that
-    was; or dressed beside it and brought to where that is, in `seconds` of simulated time since."""
+    """The garment that was asked for: put on where the old one was worn; or in another stance, and brought to where
+    that is in `seconds` of simulated time since."""
 
     drape: Drape
-    anew: bool = False
     seconds: float | None = None
 
 
@@ -55,7 +55,7 @@ class Remaking:
         self._worn_before = WornBefore()
         self._order: DrapeOrder | None = None
         self._dressing = False
-        self._anew = False
+        self._catching_up: CatchingUp | None = None
         self._parts: Iterator[Drape | None] | None = None
 
     @property
@@ -79,7 +79,7 @@ class Remaking:
     def give_up(self) -> None:
         """Nobody wants any more what is being made."""
         self._beside.give_up()
-        self._order, self._parts, self._dressing, self._anew = None, None, False, False
+        self._order, self._parts, self._dressing, self._catching_up = None, None, False, None
 
     def keep(self, drape: Drape, specification: Mapping[str, Any]) -> None:
         """Keep this garment of this pattern, the place of which another takes now, for when that is wanted again. One
@@ -91,51 +91,58 @@ class Remaking:
         """What was worn before is wanted no more: other garments are worn."""
         self._worn_before = WornBefore()
 
-    def go_on(self, drape: Drape) -> Remade | None:
-        """Do the next part, between two frames of this garment, which is worn; the new one once it is there.
+    def go_on(self, drape: Drape, stance: Callable[[], Stance]) -> Remade | None:
+        """Do the next part, between two frames of this garment, which is worn; the new one once it is there. ``stance``
+        tells where the body of what is worn is.
 
         Raises EditError when it can't be put on, and then nothing is under way.
         """
         if self._parts is not None:
-            return self._next_part(self._parts)
+            return self._next_part(self._parts, stance)
         outcome = self._beside.outcome()
         if isinstance(outcome, NotMade):
-            self._not_made(outcome)
+            self._not_made(outcome, stance)
         elif isinstance(outcome, Made) and self._dressing:
-            self._parts = outcome.value.unpacking()
+            self._catch_up(outcome.value.unpacking(), stance)
         elif isinstance(outcome, Made):
             self._parts = drape.recut(outcome.value)
         return None
 
-    def _next_part(self, parts: Iterator[Drape | None]) -> Remade | None:
+    def _next_part(self, parts: Iterator[Drape | None], stance: Callable[[], Stance]) -> Remade | None:
         try:
             made = next(parts)
         except StopIteration:
             self._parts = None
-            self._put_on_anew()
+            self._put_on_anew(stance)
             return None
         if made is None:
             return None
-        anew = self._anew
+        seconds = None if self._catching_up is None else self._catching_up.seconds
         self.give_up()
-        return Remade(made, anew)
+        return Remade(made, seconds)
 
-    def _not_made(self, outcome: NotMade) -> None:
+    def _not_made(self, outcome: NotMade, stance: Callable[[], Stance]) -> None:
         """What can't be meshed is refused by dressing in the words of that."""
         if not self._dressing:
-            self._put_on_anew()
+            self._put_on_anew(stance)
             return
         self.give_up()
         fault = in_parameters(outcome.problem)
         raise EditError(f"so it can't be worn: {fault.message}", fault.place, fault.remedy)
 
-    def _put_on_anew(self) -> None:
+    def _put_on_anew(self, stance: Callable[[], Stance]) -> None:
         """As it hung when it was worn before, or from the start."""
         assert self._order is not None
         wanted = self._order.of_edited.specification
         assert wanted is not None
-        alone = not self._order.over
-        self._parts, self._anew = self._worn_before.recall(wanted) if alone else None, True
-        if self._parts is None:
+        hung = None if self._order.over else self._worn_before.recall(wanted)
+        if hung is not None:
+            self._catch_up(hung, stance)
+        else:
             self._dressing = True
             self._beside.begin(Dressing(self._build, self._order))
+
+    def _catch_up(self, unpacking: Iterator[Drape | None], stance: Callable[[], Stance]) -> None:
+        """Put on what is unpacked, and bring it to where the body is."""
+        self._catching_up = CatchingUp(unpacking, stance)
+        self._parts = self._catching_up.parts()

@@ -312,9 +312,9 @@ class Worker(OutfitWorker):
         """Go on making the garment that is to be worn next, for part of a frame's time; wear it once it is there."""
         end = self._clock() + REMAKING_SHARE * self._cost
         try:
-            remade = self._remaking.go_on(drape)
+            remade = self._remaking.go_on(drape, self._stance_now)
             while remade is None and self._remaking.has_parts and self._clock() < end:
-                remade = self._remaking.go_on(drape)
+                remade = self._remaking.go_on(drape, self._stance_now)
             if remade is not None:
                 self._wear(remade, drape)
         except EditError as error:
@@ -327,11 +327,7 @@ class Worker(OutfitWorker):
     def _wear(self, remade: Remade, before: Drape) -> None:
         if self._history is not None:
             self._remaking.keep(before, self._history.specification)
-        if remade.anew:
-            self._put_on(remade.drape)
-        else:
-            self._tell(self._publisher.dress(remade.drape, self._move))
-            self._drape = remade.drape
+        self._go_on_with(remade)
         self._keep("topology")
 
     def _not_remade(self, error: EditError, drape: Drape) -> None:

@@ -41,20 +41,31 @@ class WornPattern:
         return Shapes(next(_numbers), pickle.dumps((self, thickness)))
 
 
+class NotKnownError(Exception):
+    """Shapes are asked for in a worn pattern that this process was told nothing of."""
+
+
 @dataclass(frozen=True, eq=False)
 class Shapes:
     """Finds the shape of a pattern in a worn pattern's mesh. Can be pickled: what it is worn in travels along, and is
     made ready once where shapes are asked for one after the other.
 
-    `number` is its own in the process that made it; `worn` a WornPattern and the fabric's thickness [m], pickled.
+    `number` is its own in the process that made it; `worn` a WornPattern and the fabric's thickness [m], pickled, or
+    nothing for where it is known.
     """
 
     number: int
     worn: bytes
 
+    def by_number(self) -> Shapes:
+        """The same for a process that these were asked for in before: of 20,000 vertices 1.4 MB less to travel."""
+        return Shapes(self.number, b"")
+
     def __call__(self, specification: Mapping[str, Any]) -> Shape | Remesh:
-        """Remesh where that needs another mesh, as `Drag.moved`."""
+        """Remesh where that needs another mesh, as `Drag.moved`. Raises NotKnownError."""
         if self.number not in _begun:
+            if not self.worn:
+                raise NotKnownError
             worn, thickness = pickle.loads(self.worn)
             *_, drag = worn.drag_in_parts(thickness)
             _begun.clear()

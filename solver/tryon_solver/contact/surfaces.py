@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 import warp as wp
 
-from tryon_solver.geometry.distinct import ascending, distinct
+from tryon_solver.geometry.connectivity import Connectivity
 from tryon_solver.linalg.launch import launch
 
 wp.set_module_options({"enable_backward": False})
@@ -44,12 +44,12 @@ class Surface:
     bvh: wp.Bvh | None = None
 
     @staticmethod
-    def build(faces: np.ndarray, reach: float, device: str) -> Surface:
-        """`faces` (F, 3) int32 in the shared index space."""
+    def build(faces: np.ndarray, owned: np.ndarray, reach: float, device: str) -> Surface:
+        """`faces` (F, 3) int32 in the shared index space; `owned` (F,) as above."""
         count = len(faces)
         return Surface(
             wp.array(faces.astype(np.int32), dtype=wp.vec3i, device=device),
-            wp.array(ownership(faces - faces.min()), dtype=wp.int32, device=device),
+            wp.array(owned, dtype=wp.int32, device=device),
             wp.zeros(count, dtype=wp.vec3, device=device),
             wp.zeros(count, dtype=wp.vec3, device=device),
             wp.zeros(count, dtype=wp.float32, device=device),
@@ -81,22 +81,15 @@ class Surface:
 
 
 def ownership(faces: np.ndarray) -> np.ndarray:
-    """(F,) int32 bits as in `Surface.owned`: the first triangle that has a vertex or an edge owns it.
-
-    Kept, since a body's triangles are those of the garment before, too."""
+    """(F,) int32 bits as in `Surface.owned`, of a body's triangles (F, 3): kept, since those of the garment before are
+    the same."""
     return _ownership(faces.astype(np.int32).tobytes())
 
 
 @lru_cache(maxsize=SURFACES_KEPT)
 def _ownership(triangles: bytes) -> np.ndarray:
     faces = np.frombuffer(triangles, np.int32).reshape(-1, 3)
-    owned = np.zeros(len(faces), np.int32)
-    _, first = np.unique(faces.ravel(), return_index=True)
-    np.bitwise_or.at(owned, first // 3, (1 << (first % 3)).astype(np.int32))
-    sides = np.stack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]], axis=1).reshape(-1, 2)
-    first = distinct(ascending(sides)).first
-    np.bitwise_or.at(owned, first // 3, (8 << (first % 3)).astype(np.int32))
-    return owned
+    return Connectivity(faces, int(faces.max()) + 1).owned
 
 
 @wp.kernel

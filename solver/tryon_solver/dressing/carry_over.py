@@ -98,7 +98,9 @@ def prepare(
     settings, pose = worn.settings.by_budget(), worn.body.pose
     building = build_in_parts(scene, settings, worn.device, pose, None, worn.dt, cut.basis, more)
     for simulation in building:
-        yield None if simulation is None else Prepared(simulation, cut, Tangle(simulation, ROUNDS))
+        yield None
+        if simulation is not None:
+            yield Prepared(simulation, cut, Tangle(simulation, ROUNDS))
 
 
 def put_on(prepared: Prepared, worn: Simulation, before: PanelMesh) -> Carried:
@@ -155,6 +157,8 @@ def freed_where_worn(tangle: Tangle) -> Freed:
 def lay_on(before: PanelMesh, after: PanelMesh, face: NDArray[np.int64], places: Points) -> None:
     """Put what lies on another piece, and did not before, over that; `face` is each vertex's triangle of `before`."""
     laid = after.laid
+    if not len(laid.vertices):
+        return
     were = np.unique(before.panel_of_vertex[before.laid.vertices])
     new = ~np.isin(before.panel_of_face[face[laid.vertices]], were)
     lift = max(LIFT, LIFT_SHARE * mean_edge(after))
@@ -163,8 +167,7 @@ def lay_on(before: PanelMesh, after: PanelMesh, face: NDArray[np.int64], places:
 
 def mean_edge(mesh: PanelMesh) -> float:
     """m, mean over triangle sides in the pattern."""
-    corners = mesh.uv[mesh.faces]
-    return float(np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).mean())
+    return float(_sides(mesh.uv[mesh.faces]).mean())
 
 
 def drawn_together(mesh: PanelMesh, joined: WeldedMesh, x: Points) -> Points:
@@ -204,19 +207,17 @@ def eased(garment: Garment, x: Points, before: Points, limit: float) -> Points:
     a seam's gap draws on what lies beside it. Goes on for EASING rounds, and leaves the rest to the solver."""
     ends = garment.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     longest = np.maximum(limit * _sides(garment.uv_corners), _sides(before))
-    x, moved = x.copy(), np.ones(len(x), bool)
+    x, look = x.copy(), np.arange(len(ends))
     for _ in range(EASING):
-        look = np.flatnonzero(moved[ends[:, 0]] | moved[ends[:, 1]])
         side = x[ends[look, 1]] - x[ends[look, 0]]
-        length = np.linalg.norm(side, axis=1)
+        length = _lengths(side)
         late = length > longest[look]
         over = look[late]
         if not len(over):
             break
         pull = (0.5 * (1.0 - longest[over] / length[late]))[:, None] * side[late]
         at, inverse, count = np.unique(ends[over], return_inverse=True, return_counts=True)
-        moved[:] = False
-        moved[at] = True
+        look = _sides_at(at, garment)
         pulls = np.stack([pull, -pull], axis=1).reshape(-1, 3)
         total = np.stack([np.bincount(inverse.ravel(), weights=pulls[:, k]) for k in range(3)], axis=1)
         x[at] += OVERSHOT * total / count[:, None]
@@ -225,7 +226,26 @@ def eased(garment: Garment, x: Points, before: Points, limit: float) -> Points:
 
 def _sides(corners: Points) -> Points:
     """(3 F,) lengths of the sides of triangles given by their corners (F, 3, 2 or 3), from each to the next."""
-    return np.linalg.norm(corners[:, [1, 2, 0]] - corners, axis=2).ravel()
+    return _lengths(corners[:, [1, 2, 0]] - corners).ravel()
+
+
+def _lengths(vectors: Points) -> Points:
+    """Of vectors (..., 2 or 3): numpy's norm takes several times as long along so short an axis."""
+    squares = vectors[..., 0] ** 2
+    for k in range(1, vectors.shape[-1]):
+        squares = squares + vectors[..., k] ** 2
+    length: Points = np.sqrt(squares)
+    return length
+
+
+def _sides_at(vertices: NDArray[np.integer], garment: Garment) -> NDArray[np.int64]:
+    """The sides, of all 3 F, that begin or end at these vertices, ascending: side 3 f + k begins at corner k of f."""
+    order, starts = garment.connectivity.corners
+    counts = starts[vertices + 1] - starts[vertices]
+    skipped = np.repeat(starts[vertices] - np.concatenate([[0], np.cumsum(counts)[:-1]]), counts)
+    begins = order[np.arange(len(skipped)) + skipped].astype(np.int64)
+    ends = np.where(begins % 3 == 0, begins + 2, begins - 1)
+    return np.unique(np.concatenate([begins, ends]))
 
 
 def drawn_back(garment: Garment, x: Points, room: float) -> Points:

@@ -32,10 +32,11 @@ class NewCut:
     @staticmethod
     def of(mesh: PanelMesh, worn: PanelMesh, spacing: float) -> NewCut:
         """Of `mesh`, to be put on from the mesh `worn`; splines `spacing` mean edges apart. Raises GarmentError."""
-        with ThreadPoolExecutor(1) as other:  # numpy and scipy let go of Python for most of the time
-            overlay = other.submit(Overlay.of, worn, mesh)
+        with ThreadPoolExecutor(2) as others:  # numpy and scipy let go of Python for most of the time
+            overlay = others.submit(Overlay.of, worn, mesh)
             welded = weld(mesh)
             garment = welded.garment()
+            complete = others.submit(garment.connectivity.complete)
             basis = basis_by_edges(garment, spacing)
-            garment.connectivity.complete()
+            complete.result()
             return NewCut(mesh, welded, garment, basis, overlay.result())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 
 import numpy as np
@@ -24,13 +25,35 @@ class Connectivity:
 
     def complete(self) -> None:
         """Make all that a simulation asks for: for who hands it on. Raises ManyTrianglesError."""
-        _ = self.edges, self.hinge_corners, self.corners, self.hinge_sum, self.pairs
+        with ThreadPoolExecutor(2) as others:  # numpy and scipy let go of Python for most of the time
+            of_hinges = others.submit(lambda: self.hinge_sum)
+            of_sides = others.submit(lambda: self.owned)
+            _ = self.corners, self.pairs
+            of_hinges.result()
+            of_sides.result()
 
-    @cached_property
+    @property
     def edges(self) -> np.ndarray:
         """(E, 2) int32 unique edges, smaller vertex first, sorted."""
-        pairs = np.vstack([self.faces[:, [0, 1]], self.faces[:, [1, 2]], self.faces[:, [2, 0]]])
-        return distinct(ascending(pairs)).rows.astype(np.int32)
+        return self._edges_and_owned[0]
+
+    @property
+    def owned(self) -> np.ndarray:
+        """(F,) int32, each vertex and edge being owned by the first triangle that has it: bit k set when the triangle
+        owns its vertex k, bit 3 + k when it owns the edge from vertex k to the next."""
+        return self._edges_and_owned[1]
+
+    @cached_property
+    def _edges_and_owned(self) -> tuple[np.ndarray, np.ndarray]:
+        sides = np.stack([self.faces[:, [0, 1]], self.faces[:, [1, 2]], self.faces[:, [2, 0]]], axis=1)
+        edges = distinct(ascending(sides.reshape(-1, 2)))
+        corner = np.full(self.count, -1)  # the first of each vertex: of those written to one place the last stays
+        corner[self.faces.ravel()[::-1]] = np.arange(self.faces.size)[::-1]
+        corner = corner[corner >= 0]
+        owned = np.zeros(len(self.faces), np.int32)
+        np.bitwise_or.at(owned, corner // 3, (1 << (corner % 3)).astype(np.int32))
+        np.bitwise_or.at(owned, edges.first // 3, (8 << (edges.first % 3)).astype(np.int32))
+        return edges.rows.astype(np.int32), owned
 
     @cached_property
     def hinges(self) -> np.ndarray:

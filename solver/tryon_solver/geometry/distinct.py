@@ -32,5 +32,19 @@ def distinct(rows: np.ndarray) -> Distinct:
     key = np.zeros(len(rows), np.int64)
     for column, size in zip(rows.T, sizes):
         key = key * size + column
+    below = int(np.prod(sizes))
+    if below <= len(key):
+        return _counted(rows, key, below)
     _, first, which, counts = np.unique(key, return_index=True, return_inverse=True, return_counts=True)
     return Distinct(rows[first], first, which.ravel(), counts)
+
+
+def _counted(rows: np.ndarray, key: np.ndarray, below: int) -> Distinct:
+    """The same by counting, where no row's `key` (N,) is beyond a number `below` that is no larger than N: nothing has
+    to be sorted."""
+    counts = np.bincount(key, minlength=below)
+    there = np.flatnonzero(counts)
+    number, first = np.zeros(below, np.int64), np.zeros(below, np.int64)
+    number[there] = np.arange(len(there))
+    first[key[::-1]] = np.arange(len(key))[::-1]  # of those with one key the last one that is written stays
+    return Distinct(rows[first[there]], first[there], number[key], counts[there])

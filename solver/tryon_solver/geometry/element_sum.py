@@ -26,7 +26,7 @@ class ElementSum:
     @staticmethod
     def over(ids: np.ndarray, count: int) -> ElementSum:
         """Of elements over the vertices `ids` (E, k), of `count`."""
-        k = ids.shape[1]
+        k, ids = ids.shape[1], ids.astype(np.int32)
         row, column = np.repeat(ids, k, axis=1).ravel(), np.tile(ids, (1, k)).ravel()
         order = stable_order(column, count)
         order = order[stable_order(row[order], count)]
@@ -36,7 +36,7 @@ class ElementSum:
         rows = np.concatenate([[0], np.cumsum(np.bincount(row[first], minlength=count))])
         starts = np.append(np.flatnonzero(first), len(order)).astype(np.int32)
         ones = np.ones(len(starts) - 1)
-        pattern = sp.csr_matrix((ones, column[first].astype(np.int32), rows.astype(np.int32)), shape=(count, count))
+        pattern = sp.csr_matrix((ones, column[first], rows.astype(np.int32)), shape=(count, count))
         return ElementSum(pattern, order, starts, k)
 
     @property
@@ -50,5 +50,5 @@ class ElementSum:
 def stable_order(numbers: np.ndarray, below: int) -> np.ndarray:
     """What sorts whole numbers from 0 to `below`, equal ones in the order that they have: in one pass, as entries are
     brought into rows."""
-    every = np.arange(len(numbers))
+    every = np.arange(len(numbers), dtype=np.int32)
     return sp.csr_matrix((np.ones(len(numbers), np.int8), (numbers, every)), shape=(below, len(numbers))).indices

@@ -11,7 +11,6 @@ def vertex_normals(x: NDArray[np.float64], faces: NDArray[np.integer]) -> NDArra
     are none."""
     a, b, c = (x[faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
-    total = np.zeros_like(x)
-    for k in range(3):
-        np.add.at(total, faces[:, k], normal)
+    corners = faces.T.ravel()
+    total = np.stack([np.bincount(corners, np.tile(column, 3), len(x)) for column in normal.T], axis=1)
     return total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-30)

@@ -81,8 +81,10 @@ def mesh_pattern(pattern: Pattern, edge_length: float) -> PanelMesh:
         _mesh_side_by_side(plan)
         mesh = _assemble(plan, [_mesh_piece(plan, index) for index in range(len(pattern.panels))])
         merged = seams.merge(len(mesh.uv), mesh.stitches)
-        faults = seams.sewing_faults(mesh.faces, merged, mesh.sewn_edges)
-        troubled = np.union1d(merged[faults.vertices], seams.pinched(merged[mesh.faces], int(merged.max()) + 1))
+        with ThreadPoolExecutor(1) as other:  # numpy lets go of Python while it sorts
+            pinched = other.submit(seams.pinched, merged[mesh.faces], int(merged.max()) + 1)
+            faults = seams.sewing_faults(mesh.faces, merged, mesh.sewn_edges)
+        troubled = np.union1d(merged[faults.vertices], pinched.result())
         if plan.restore_short_edges(mesh, merged, troubled):
             continue
         if not faults:

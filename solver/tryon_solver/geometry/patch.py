@@ -57,6 +57,8 @@ class Laid:
 
     def on(self, x: Points, faces: NDArray[np.int32], lift: float) -> Points:
         """Places (K, 3) m over the pieces at x (V, 3) m with these faces (F, 3), `lift` m off their right side."""
+        if not len(self.vertices):
+            return np.empty((0, 3))
         normals = vertex_normals(x, faces)
         here, up = (np.einsum("kc,kcd->kd", self.weights, values[self.onto]) for values in (x, normals))
         lifted: Points = here + lift * up / np.linalg.norm(up, axis=1, keepdims=True)

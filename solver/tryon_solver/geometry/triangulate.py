@@ -92,7 +92,9 @@ def split_edges(points: Points, faces: Faces, edges: NDArray[np.int32], fixed: i
 
 def signed_areas(points: Points, faces: Faces) -> Points:
     """Areas [m^2] of the triangles (F,), positive counter-clockwise."""
-    (ax, ay), (bx, by), (cx, cy) = (points[faces[:, k]].T for k in range(3))
+    x, y = np.ascontiguousarray(points.T)
+    a, b, c = np.ascontiguousarray(faces.T)
+    (ax, ay), (bx, by), (cx, cy) = ((x[k], y[k]) for k in (a, b, c))
     return 0.5 * ((bx - ax) * (cy - ay) - (by - ay) * (cx - ax))
 
 

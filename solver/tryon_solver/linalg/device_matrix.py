@@ -74,11 +74,19 @@ class Summand:
     @staticmethod
     def over(pattern: sp.csr_matrix, matrix: DeviceMatrix, scale: float) -> Summand:
         """`pattern` has sorted columns. ValueError: the matrix may have entries that it has no place for."""
-        wide, own = entry_keys(pattern), entry_keys(matrix.pattern)
+        device, own_pattern = matrix.values.device, matrix.pattern
+        if same_entries(pattern, own_pattern):
+            return Summand(matrix, scale, wp.array(np.arange(pattern.nnz), dtype=wp.int32, device=device))
+        wide, own = entry_keys(pattern), entry_keys(own_pattern)
         places = np.searchsorted(wide, own)
         if (np.append(wide, -1)[places] != own).any():
             raise ValueError("the matrix may have entries where the sum's pattern has none")
-        return Summand(matrix, scale, wp.array(places, dtype=wp.int32, device=matrix.values.device))
+        return Summand(matrix, scale, wp.array(places, dtype=wp.int32, device=device))
+
+
+def same_entries(one: sp.csr_matrix, other: sp.csr_matrix) -> bool:
+    """Have both entries at the same places, in the same order?"""
+    return np.array_equal(one.indptr, other.indptr) and np.array_equal(one.indices, other.indices)
 
 
 def entry_keys(pattern: sp.csr_matrix) -> np.ndarray:

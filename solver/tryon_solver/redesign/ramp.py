@@ -15,6 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tryon_solver.geometry.altitudes import LARGEST_ASPECT, Side, Sides, sides_of
 from tryon_solver.geometry.constrained import Points
@@ -39,13 +40,20 @@ class Ramp:
 def begin_ramp(before: PanelMesh, after: PanelMesh) -> Ramp | Remesh:
     """The way between two meshes of a drag, or from one of another ramp to one of a drag; else why there is none.
 
-    The thickness of the cloth is not looked at: on the way a triangle may be lower than at both ends.
+    The thickness of the cloth is not looked at: on the way a triangle may be lower than at both ends. A triangle is
+    plainly sound where each of the three coefficients of its areas is over what the square of any side, and the product
+    of any two, can be; only the others are looked at side by side.
     """
     one, other = sides_of(before.uv, before.faces), sides_of(after.uv, after.faces)
     a, c = LARGEST_ASPECT * _crossed(one, one), LARGEST_ASPECT * _crossed(other, other)
     b = 0.5 * LARGEST_ASPECT * (_crossed(one, other) + _crossed(other, one))
+    longest = max(_longest_squared(one), _longest_squared(other))
+    doubtful = np.flatnonzero(~(np.minimum(np.minimum(a, c), b) > longest))
+    if not len(doubtful):
+        return Ramp(before.uv, after)
+    a, b, c = a[doubtful], b[doubtful], c[doubtful]
     margin = np.full(len(a), np.inf)  # m^2, of the worst side; no way where it is not positive
-    for p, q in zip(one, other):
+    for p, q in zip(_of(one, doubtful), _of(other, doubtful)):
         a_side, b_side, c_side = a - _dot(p, p), b - _dot(p, q), c - _dot(q, q)
         ends = np.minimum(a_side, c_side)
         between = b_side + (1 - ROUNDING) * np.sqrt(np.maximum(a_side, 0.0) * np.maximum(c_side, 0.0))
@@ -53,7 +61,7 @@ def begin_ramp(before: PanelMesh, after: PanelMesh) -> Ramp | Remesh:
     worst = int(np.argmin(margin))
     if margin[worst] > 0:
         return Ramp(before.uv, after)
-    name = after.panel_names[int(after.panel_of_face[worst])]
+    name = after.panel_names[int(after.panel_of_face[doubtful[worst]])]
     on_the_way = "on the way its fabric would fold over itself or be almost without width"
     return Remesh(f"{name!r} can't be drawn gradually into its new shape: {on_the_way}", name)
 
@@ -62,6 +70,16 @@ def _crossed(one: Sides, other: Sides) -> Points:
     """(F,) m^2: the first sides of one crossed with the second sides of the other; of itself, twice the areas."""
     (x, y), (u, v) = one[0], other[1]
     return x * v - y * u
+
+
+def _longest_squared(sides: Sides) -> float:
+    """m^2, no less than the square of any of them."""
+    return max(float(max(x.max(), -x.min())) ** 2 + float(max(y.max(), -y.min())) ** 2 for x, y in sides)
+
+
+def _of(sides: Sides, faces: NDArray[np.intp]) -> list[Side]:
+    """Those of these triangles alone."""
+    return [(x[faces], y[faces]) for x, y in sides]
 
 
 def _dot(one: Side, other: Side) -> Points:

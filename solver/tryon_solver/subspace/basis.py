@@ -34,10 +34,18 @@ def pattern_rows(garment: Garment) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     vertex = garment.faces.ravel().astype(np.int64)
     panel = np.repeat(garment.panel_of_face, 3).astype(np.int64)
     uv = (garment.uv_corners if garment.spline_corners is None else garment.spline_corners).reshape(-1, 2)
-    place = vertex * (panel.max() + 1) + panel, *np.round(uv * 1e7).astype(np.int64).T
-    order = np.lexsort(place[::-1])  # together they are too large for one number
-    other = np.any([key[order][1:] != key[order][:-1] for key in place], axis=0)
-    first = order[np.concatenate([[True], other])]
+    place = panel, *np.round(uv * 1e7).astype(np.int64).T
+    order, starts = garment.connectivity.corners
+    own = order[starts[:-1]]  # the first corner of each vertex: most have no other place
+    several = np.zeros(garment.vertex_count, bool)
+    several[vertex[np.any([key != key[own][vertex] for key in place], axis=0)]] = True
+    corners = np.flatnonzero(several[vertex])
+    keys = [key[corners] for key in (vertex, *place)]
+    order = np.lexsort(keys[::-1])  # together they are too large for one number
+    other = np.any([key[order][1:] != key[order][:-1] for key in keys], axis=0)
+    first = corners[order[np.concatenate([np.ones(min(1, len(order)), bool), other])]]
+    first = np.concatenate([own[~several], first])
+    first = first[np.argsort(vertex[first], kind="stable")]
     return vertex[first], panel[first], uv[first]
 
 
@@ -60,7 +68,8 @@ def spline_basis(garment: Garment, spacing: float) -> sp.csr_matrix:
         base = np.floor(grid + 0.5).astype(np.int64)
         i, j = np.meshgrid([-1, 0, 1], [-1, 0, 1], indexing="ij")
         node = base[:, None, :] + np.stack([i.ravel(), j.ravel()], axis=1)[None]
-        weight = quadratic_spline(grid[:, None, :] - node).prod(axis=2)
+        along = quadratic_spline(grid[:, None, :] - node)
+        weight = along[..., 0] * along[..., 1]
         nodes = distinct(node.reshape(-1, 2) - node.min((0, 1)))
         rows.append(np.repeat(vertex[here], 9))
         columns.append(basis_count + nodes.which)

@@ -43,6 +43,17 @@ def test_equal_numbers_keep_their_order():
     np.testing.assert_array_equal(stable_order(numbers, 9), np.argsort(numbers, kind="stable"))
 
 
+def test_the_first_triangle_that_has_a_vertex_or_an_edge_owns_it():
+    faces = sheet(5, 4, 0.2, 0.1)[0].faces + 1  # vertex 0 is in none
+    made = Connectivity(faces, int(faces.max()) + 1)
+    seen = set()
+    for face, owned in zip(faces.tolist(), made.owned.tolist()):
+        parts = [(vertex,) for vertex in face] + [tuple(sorted((face[k], face[(k + 1) % 3]))) for k in range(3)]
+        assert [bool(owned >> k & 1) for k in range(6)] == [part not in seen for part in parts]
+        seen.update(parts)
+    assert sorted(part for part in seen if len(part) == 2) == [tuple(edge) for edge in made.edges.tolist()]
+
+
 def test_pairs_are_those_that_share_a_triangle():
     garment = sheet(5, 4, 0.2, 0.1)[0]
     columns, slots = garment.connectivity.pairs

@@ -13,7 +13,13 @@ from tryon_solver.geometry.weld import weld
 from tryon_solver.linalg.ell import multiply
 from tryon_solver.scene import AirDrag, Gravity, Scene
 from tryon_solver.simulation import build
-from tryon_solver.subspace.basis import explicit_inverse, quadratic_spline, reduced_matrix, spline_basis
+from tryon_solver.subspace.basis import (
+    explicit_inverse,
+    pattern_rows,
+    quadratic_spline,
+    reduced_matrix,
+    spline_basis,
+)
 from tryon_solver.subspace.search import forget, remember, search_direction
 
 NARROW = [(2, 2, 0.02, 0.02), (2, 20, 0.03, 0.5), (3, 3, 0.05, 0.05), (3, 20, 0.04, 0.4), (4, 4, 0.06, 0.09)]
@@ -59,6 +65,16 @@ def test_rows_sum_to_one_also_on_seams(sewn):
     inside = np.setdiff1d(np.arange(garment.vertex_count), seam)
     assert entries[inside].max() == 9
     assert entries[seam].max() > 9
+
+
+def test_a_vertex_has_a_row_for_each_place_it_has_in_the_pattern(sewn):
+    garment, seam = sewn
+    corners = zip(garment.faces.ravel(), np.repeat(garment.panel_of_face, 3), garment.uv_corners.reshape(-1, 2))
+    wanted = sorted({(vertex, panel, *np.round(uv, 7)) for vertex, panel, uv in corners})
+    vertex, panel, uv = pattern_rows(garment)
+    assert len(wanted) == garment.vertex_count + len(seam)
+    found = [(v, p, *place) for v, p, place in zip(vertex, panel, np.round(uv, 7))]
+    assert found == wanted
 
 
 def test_affine_maps_of_the_pattern_are_in_the_span_within_a_panel():
