@@ -42,8 +42,8 @@ def test_free_fall_is_implicit_eulers(preset):
 @pytest.mark.parametrize("beside", [False, True], ids=["alone", "beside a body"])
 @pytest.mark.parametrize("preset", ["draft", "live"])
 def test_cloth_that_may_touch_itself_falls_as_fast_and_looks_no_further(preset, beside):
-    """A closed surface: v_n = v_{n-1} + g dt, and what is near each other stays what it was, however fast it falls; also
-    where a body that it does not touch goes by and would carry it along."""
+    """A closed surface: v_n = v_{n-1} + g dt, and what is near each other stays what it was, however fast it falls;
+    also where a body that it does not touch goes by and would carry it along."""
     ball, faces = icosphere(0.12, 2)
     garment = Garment(faces, flattened(ball, faces), np.zeros(len(faces), np.int32), len(ball))
     body = rigid_body(ball + np.array([0.3, 0.0, 0.0]), faces) if beside else None
