@@ -1,5 +1,6 @@
 """The demo's T-shirt is cut, opened and darted on a walking body: the new mesh goes on from where the old one was."""
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -26,6 +27,7 @@ from tryon_solver.dressing.carry_over import (
     put_on,
 )
 from tryon_solver.dressing.new_cut import NewCut
+from tryon_solver.geometry.connectivity import Connectivity
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.locate import locate
 from tryon_solver.geometry.overlay import Overlay
@@ -37,6 +39,7 @@ from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.redesign.apply import apply
 from tryon_solver.redesign.plain import parse_edit
 from tryon_solver.simulation import build
+from tryon_solver.subspace.basis import basis_by_edges
 
 FPS, EDGE = 30, 0.06
 AT = 15  # frames of the walk before the edit
@@ -134,6 +137,33 @@ def test_the_old_garment_goes_on_as_if_nothing_were_made_beside_it_and_the_new_o
     for k in range(1, 6):
         new.advance(walking.pose(AT + 3 + k), k / FPS)
         assert judge.judge(new.cloth_positions(), new.body_positions()).clean, k
+
+
+@pytest.mark.parametrize("name", ["dart", "open seam", "pocket"])
+def test_what_a_cut_hands_on_is_all_made_and_is_what_its_mesh_comes_to_from_scratch(walking, name):
+    mesh, spacing = cut(EDITS[name]), walking.sim.settings.subspace_spacing
+    handed = pickle.loads(pickle.dumps(NewCut.of(mesh, walking.mesh, spacing)))
+    garment = weld(mesh).garment()
+    for one, other in zip(csr_parts(handed.basis), csr_parts(basis_by_edges(garment, spacing))):
+        np.testing.assert_array_equal(one, other)
+    found, own = handed.garment.connectivity, Connectivity(garment.faces, garment.vertex_count)
+    made = set(vars(found))
+    for part in ("edges", "owned", "hinges", "hinge_corners"):
+        np.testing.assert_array_equal(getattr(found, part), getattr(own, part))
+    for part in ("corners", "pairs"):
+        for one, other in zip(getattr(found, part), getattr(own, part)):
+            np.testing.assert_array_equal(one, other)
+    for part in ("triangle_sum", "hinge_sum"):
+        one, other = getattr(found, part), getattr(own, part)
+        np.testing.assert_array_equal(one.order, other.order)
+        np.testing.assert_array_equal(one.starts, other.starts)
+        for ours, theirs in zip(csr_parts(one.pattern), csr_parts(other.pattern)):
+            np.testing.assert_array_equal(ours, theirs)
+    assert set(vars(found)) == made, "nothing was left to be made by the simulation"
+
+
+def csr_parts(matrix):
+    return matrix.data, matrix.indices, matrix.indptr
 
 
 @pytest.mark.parametrize("name", sorted(set(FABRICS) - {"cotton_jersey"}))
