@@ -248,3 +248,46 @@ def shorten(
 
     passes.repeat(shorten_once, MOST_PASSES)
     launch(give_up_kernel, len(x), [passes.state, MOST_PASSES], [alpha], device=x.device)
+
+
+@wp.kernel
+def first_impact_kernel(
+    count: wp.array(dtype=wp.int32),
+    threads: int,
+    ids: wp.array(dtype=wp.vec4i),
+    kind: wp.array(dtype=wp.int32),
+    distance: wp.array(dtype=wp.float32),
+    cloth_count: int,
+    sizes: ContactSizes,
+    x: wp.array(dtype=wp.vec3),
+    displacement: wp.array(dtype=wp.vec3),
+    share: wp.array(dtype=wp.float32),
+):
+    for c in range(wp.tid(), count[0], threads):
+        v = ids[c]
+        p0 = displacement[v[0]]
+        p1 = displacement[v[1]]
+        p2 = displacement[v[2]]
+        p3 = displacement[v[3]]
+        xi = offset(v, cloth_count, sizes)
+        if (1.0 - KEPT_GAP) * (distance[c] - xi) > approach(kind[c], p0, p1, p2, p3):
+            continue
+        x0 = x[v[0]]
+        x1 = x[v[1]]
+        x2 = x[v[2]]
+        x3 = x[v[3]]
+        d = wp.length(stencil_vector(stencil_weights(kind[c], x0, x1, x2, x3), x0, x1, x2, x3))
+        toi = time_of_impact(kind[c], floor_of(d, xi), x0, x1, x2, x3, p0, p1, p2, p3)
+        if toi < 1.0:
+            wp.atomic_min(share, 0, SHORTEN * toi)
+
+
+def first_impact(
+    candidates: Candidates, cloth_count: int, sizes: ContactSizes, x: wp.array, displacement: wp.array, share: wp.array
+) -> None:
+    """Put into `share` (1,) the largest fraction of `displacement` from x, (A,) m both, up to which all candidates are
+    proven free where every vertex takes the same."""
+    share.fill_(1.0)
+    threads = candidates.threads
+    listed = [candidates.count, threads, candidates.ids, candidates.kind, candidates.distance]
+    launch(first_impact_kernel, threads, [*listed, cloth_count, sizes, x, displacement], [share], device=x.device)
