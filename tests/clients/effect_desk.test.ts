@@ -3,7 +3,7 @@ import { test } from "node:test";
 
 import type { EffectsMessage, EffectState, ErrorMessage } from "@tryon/protocol";
 import { EffectDesk, type EffectRequest } from "../../clients/core/src/effect_desk.ts";
-import { polarOf, Scale, vectorOf } from "../../clients/core/src/effect_words.ts";
+import { canBeAdded, isOf, newRow, polarOf, Scale, vectorOf, type RowsField } from "../../clients/core/src/effect_words.ts";
 
 function desk(): { desk: EffectDesk; sent: EffectRequest[]; shows: () => number } {
   const sent: EffectRequest[] = [];
@@ -109,4 +109,23 @@ test("a slider's positions are values in bounds, and back", () => {
     }
   }
   assert.equal(new Scale(1e-6, 1e-2, false).valueAt(100), 1e-4, "where bounds are far apart, by ratios");
+});
+
+test("a line is of the garment that its pieces are of, and one that names none of any", () => {
+  const along = [{ panel: "coat/front", edge: 2 }];
+  assert.ok(isOf("coat", { along, ratio: 0.8 }));
+  assert.ok(!isOf("skirt", { along, ratio: 0.8 }));
+  assert.ok(isOf("skirt", { first: "coat/front", second: "skirt/back" }));
+  assert.ok(isOf("skirt", { along: [{ panel: "front", edge: 2 }] }));
+  assert.ok(isOf("skirt", { first: "denim", second: "skin", static: 0.4 }));
+});
+
+test("entries can be made where all their fields have a default that stands", () => {
+  const kinetic = { kind: "number", name: "kinetic", about: "", unit: "", live: false, default: null, low: 0, high: 2, open: true, whole: false } as const;
+  const first = { kind: "choice", name: "first", about: "", unit: "", live: false, default: "denim", of: ["denim", "linen"] } as const;
+  const rows: RowsField = { kind: "rows", name: "materials", about: "", unit: "", live: false, default: [], fields: [first, kinetic] };
+  assert.ok(canBeAdded(rows));
+  assert.deepEqual(newRow(rows.fields), { first: "denim", kinetic: null });
+  const panel = { kind: "panel", name: "panel", about: "", unit: "", live: false, default: "" } as const;
+  assert.ok(!canBeAdded({ ...rows, fields: [...rows.fields, panel] }));
 });

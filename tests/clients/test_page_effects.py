@@ -141,6 +141,51 @@ def test_what_is_usual_can_be_had_again(page, studio):
     wait_for(page, lambda: effect(studio, page, "adhesion")["parameters"]["kind"] == "tape")
 
 
+def test_friction_of_two_materials_is_added_and_taken_away(page, studio):
+    friction = unfold(page, "friction")
+
+    def materials():
+        return effect(studio, page, "friction")["parameters"]["materials"]
+
+    friction.get_by_role("button", name="Add").click()
+    wait_for(page, lambda: len(materials()) == 1)
+    friction.locator(".row select").first.select_option("denim")
+    wait_for(page, lambda: materials()[0] == {"first": "denim", "second": "skin", "static": 0.3, "kinetic": None})
+    friction.locator(".row").get_by_label("static", exact=True).focus()
+    page.keyboard.press("End")
+    wait_for(page, lambda: materials()[0]["static"] == 2.0)
+    friction.get_by_role("button", name="Take away").click()
+    wait_for(page, lambda: materials() == [])
+
+
+def test_lists_show_the_lines_of_the_garment_that_is_edited_and_forget_those_of_one_that_is_taken_off(page, studio):
+    """Of the other one's lines is told how many there are, and they stay what they are."""
+    page.click("#wardrobe-put-on")
+    names = "[...document.querySelectorAll('#wardrobe-worn li')].map(row => row.dataset.worn)"
+    page.wait_for_function(f"{names}.length === 2 && !document.getElementById('wardrobe').disabled")
+    outer, inner = page.evaluate(names)
+    rows = [{"along": [{"panel": f"{name}/front", "edge": 0}]} for name in (inner, inner, outer)]
+    call(studio, page, "/elastic", "PUT", parameters={"lines": rows})
+    wait_for_effect(page, "elastic", "active")
+    elastic = unfold(page, "elastic")
+    wait_for(page, lambda: elastic.locator(".row").count() == 1)
+    assert elastic.locator(".row .fixed").inner_text() == f"{outer}/front, edge 0"
+    assert elastic.locator(".others").inner_text() == "2 of other garments"
+    elastic.get_by_label("ratio", exact=True).focus()
+    page.keyboard.press("End")
+
+    def ratios():
+        return [row["ratio"] for row in effect(studio, page, "elastic")["parameters"]["lines"]]
+
+    wait_for(page, lambda: ratios() == [0.8, 0.8, 1.5])
+    page.locator(f"#wardrobe-worn li[data-worn='{outer}'] button").last.click()
+    page.wait_for_function(f"{names}.length === 1 && !document.getElementById('wardrobe').disabled")
+    wait_for(page, lambda: elastic.locator(".row").count() == 2)
+    assert ratios() == [0.8, 0.8]
+    assert elastic.locator(".others").count() == 0
+    call(studio, page, "/elastic", "DELETE")
+
+
 def test_what_is_refused_is_told_and_stands_as_it_was(page, studio):
     elastic = unfold(page, "elastic")
     elastic.locator("button[data-state=active]").click()

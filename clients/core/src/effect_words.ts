@@ -50,6 +50,32 @@ export interface EffectWord {
   readonly fields: readonly EffectField[];
 }
 
+/** Is an entry of a list, as of lines with elastic, of this garment? One that names no garment is of any. */
+export function isOf(garment: string, row: unknown): boolean {
+  const named = garmentsNamed(row);
+  return named.length === 0 || named.includes(garment);
+}
+
+/** Names of the garments whose pieces are named in it: what stands before a slash. */
+function garmentsNamed(value: unknown): string[] {
+  if (typeof value !== "object" || value === null) return [];
+  return Object.entries(value).flatMap(([name, entry]: [string, unknown]) => {
+    const names = name === "panel" || name === "first" || name === "second";
+    if (!names || typeof entry !== "string") return garmentsNamed(entry);
+    return entry.includes("/") ? [entry.slice(0, entry.lastIndexOf("/"))] : [];
+  });
+}
+
+/** An entry for a list as it begins, of fields that all have a default. */
+export function newRow(fields: readonly EffectField[]): Record<string, unknown> {
+  return Object.fromEntries(fields.map((field) => [field.name, field.default]));
+}
+
+/** Can somebody make entries of these fields by sliders and choices alone? */
+export function canBeAdded({ fields }: RowsField): boolean {
+  return fields.every(({ kind }) => kind === "number" || kind === "choice");
+}
+
 /** A direction as people say it: how much, towards where about the vertical [degrees, 0: to the front, 90: to the body's
  * left], and how far above the horizontal [degrees]. */
 export interface Polar {

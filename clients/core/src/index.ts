@@ -4,6 +4,9 @@ export { decadeAxis, evenAxis, type Axis } from "./axis.ts";
 export { Client, steadyNow, type ClientEvents } from "./client.ts";
 export { EffectDesk, type EffectParameters, type EffectRequest } from "./effect_desk.ts";
 export {
+  canBeAdded,
+  isOf,
+  newRow,
   polarOf,
   Scale,
   vectorOf,

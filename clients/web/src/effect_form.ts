@@ -1,4 +1,4 @@
-import { polarOf, Scale, vectorOf, type ChoiceField, type EffectField, type EffectParameters, type NumberField, type RowsField, type VectorField } from "@tryon/core";
+import { canBeAdded, isOf, newRow, polarOf, Scale, vectorOf, type ChoiceField, type EffectField, type EffectParameters, type NumberField, type RowsField, type VectorField } from "@tryon/core";
 
 import { make, setText } from "./dom.ts";
 import { significant } from "./format.ts";
@@ -6,22 +6,27 @@ import { significant } from "./format.ts";
 /** Told of another value of a field, and of its name. */
 type Change = (value: unknown) => void;
 
-/** Controls for all parameters of an effect. @param change told of all parameters, as somebody changes one of them */
+/**
+ * Controls for all parameters of an effect.
+ * @param garment that is looked at: of lists only what is of it is shown; "" shows all
+ * @param change told of all parameters, as somebody changes one of them
+ */
 export function effectForm(
   fields: readonly EffectField[],
   parameters: EffectParameters,
+  garment: string,
   change: (parameters: EffectParameters) => void,
 ): HTMLElement[] {
   let current = parameters;
   return fields.map((field) =>
-    control(field, current[field.name] ?? field.default, (value) => {
+    control(field, current[field.name] ?? field.default, garment, (value) => {
       current = { ...current, [field.name]: value };
       change(current);
     }),
   );
 }
 
-function control(field: EffectField, value: unknown, change: Change): HTMLElement {
+function control(field: EffectField, value: unknown, garment: string, change: Change): HTMLElement {
   switch (field.kind) {
     case "number":
       return numberControl(field, value as number | null, change);
@@ -30,7 +35,7 @@ function control(field: EffectField, value: unknown, change: Change): HTMLElemen
     case "choice":
       return choiceControl(field, value as string, change);
     case "rows":
-      return rowsControl(field, value as readonly EffectParameters[], change);
+      return rowsControl(field, value as readonly EffectParameters[], garment, change);
     default:
       return told(field.name, inWords(value), field.about);
   }
@@ -95,20 +100,46 @@ function choiceControl(field: ChoiceField, value: string, change: Change): HTMLE
   return make("label", { class: "field", title: field.about }, make("span", {}, spoken(field.name)), list);
 }
 
-function rowsControl(field: RowsField, rows: readonly EffectParameters[], change: Change): HTMLElement {
-  const current = [...rows];
-  const parts = rows.map((row, at) =>
-    make(
-      "div",
-      { class: "row" },
-      ...effectForm(field.fields, row, (parameters) => {
-        current[at] = parameters;
-        change([...current]);
-      }),
-    ),
-  );
-  if (!parts.length) return told(field.name, "none", field.about);
-  return make("div", { class: "rows-of", title: field.about }, ...parts);
+/** The entries that are of the garment that is looked at; where sliders and choices can make one, entries are added and
+ * taken away. */
+function rowsControl(field: RowsField, rows: readonly EffectParameters[], garment: string, change: Change): HTMLElement {
+  let current = [...rows];
+  const list = make("div", { class: "rows-of", title: field.about });
+  const addable = canBeAdded(field);
+  const rowOf = (row: EffectParameters): HTMLElement => {
+    let own = row;
+    const controls = effectForm(field.fields, row, garment, (parameters) => {
+      current = current.map((entry) => (entry === own ? parameters : entry));
+      own = parameters;
+      change(current);
+    });
+    const part = make("div", { class: "row" }, ...controls);
+    if (addable) {
+      const away = make("button", { type: "button", class: "usual" }, "Take away");
+      away.addEventListener("click", () => {
+        current = current.filter((entry) => entry !== own);
+        part.remove();
+        change(current);
+      });
+      part.append(away);
+    }
+    return part;
+  };
+  const shown = rows.filter((row) => garment === "" || isOf(garment, row));
+  list.append(...shown.map(rowOf));
+  if (!shown.length || addable) list.prepend(told(field.name, shown.length ? "" : "none", field.about));
+  if (shown.length < rows.length) list.append(make("p", { class: "others" }, `${rows.length - shown.length} of other garments`));
+  if (addable) {
+    const add = make("button", { type: "button", class: "usual" }, "Add");
+    add.addEventListener("click", () => {
+      const row = newRow(field.fields);
+      current = [...current, row];
+      add.before(rowOf(row));
+      change(current);
+    });
+    list.append(add);
+  }
+  return list;
 }
 
 /** A labelled slider. @param moved told of a position, returns what is said of it */

@@ -25,6 +25,7 @@ export class EffectsPanel {
   private readonly desk: EffectDesk;
   private words: readonly EffectWord[] = [];
   private items: EffectItem[] = [];
+  private garment = "";
 
   constructor(send: (message: EffectRequest) => void) {
     this.desk = new EffectDesk(send, () => this.show());
@@ -41,13 +42,19 @@ export class EffectsPanel {
   offer(words: readonly EffectWord[]): void {
     if (words === this.words) return;
     this.words = words;
-    this.items = words.map((word) => new EffectItem(word, this.desk));
+    this.items = words.map((word) => new EffectItem(word, this.desk, () => this.garment));
     this.list.replaceChildren(...this.items.map(({ element }) => element));
     this.show();
   }
 
   take(message: EffectsMessage): void {
     this.desk.take(message);
+  }
+
+  /** This garment is looked at, by its name in the session, "" for all: lists show what is of it. */
+  look(garment: string): void {
+    this.garment = garment;
+    this.show();
   }
 
   refused(error: ErrorMessage): void {
@@ -84,6 +91,7 @@ class EffectItem {
   constructor(
     private readonly word: EffectWord,
     private readonly desk: EffectDesk,
+    private readonly garment: () => string,
   ) {
     this.buttons = STATES.map(({ state, text, title }) => {
       const button = make("button", { type: "button", title, "data-state": state }, text);
@@ -126,16 +134,21 @@ class EffectItem {
 
   /** Draws the parameters as they stand; while somebody is changing them, they stay as they are. */
   private showForm(parameters: EffectParameters): void {
-    const text = JSON.stringify(parameters);
+    const text = this.shownAs(parameters);
     if (text === this.shown || this.pause.waits) return;
     this.shown = text;
     const change = (changed: EffectParameters) => {
       this.pause.begin(SLIDER_WAITS_MS, () => {
-        this.shown = JSON.stringify(changed);
+        this.shown = this.shownAs(changed);
         this.desk.ask(this.word.name, this.state === "armed" ? "armed" : "active", changed);
       });
     };
-    this.form.replaceChildren(...effectForm(this.word.fields, parameters, change));
+    this.form.replaceChildren(...effectForm(this.word.fields, parameters, this.garment(), change));
+  }
+
+  /** What a form of these parameters shows. */
+  private shownAs(parameters: EffectParameters): string {
+    return JSON.stringify([this.garment(), parameters]);
   }
 }
 

@@ -79,6 +79,7 @@ class Studio implements FittingView {
       session: () => this.fitting.sessionId,
       notice: (notice) => this.board.show(notice),
       busy: (sentence) => this.statusLine.setBusy(sentence),
+      edits: (garment) => this.effectsPanel.look(garment),
     });
     this.panel = new Choices({
       garment: (id) => void this.fitting.wear(id),
