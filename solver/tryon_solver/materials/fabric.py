@@ -66,14 +66,14 @@ FABRICS: dict[str, Fabric] = {
             k_warp=250.0,
             k_weft=200.0,
             k_shear=60.0,
-            k_bend=6e-6,
+            k_bend=1.8e-6,
             strain_limit=1.15,
             mu_body=0.3,
             mu_self=0.3,
             look=Look(
                 "knit", (0.76, 0.24, 0.20), pitch=(0.9e-3, 0.7e-3), relief=0.45, roughness=0.92, sheen=0.45, nap=0.25
             ),
-            source="density and thickness of a T-shirt's single jersey; stiffnesses estimated",
+            source="density and thickness of a T-shirt's single jersey; bending set by its drape",
             drape=(0.18, 0.31),
         ),
         Fabric(
@@ -83,14 +83,14 @@ FABRICS: dict[str, Fabric] = {
             k_warp=600.0,
             k_weft=500.0,
             k_shear=60.0,
-            k_bend=2e-5,
+            k_bend=1e-5,
             strain_limit=1.061,
             mu_body=0.3,
             mu_self=0.3,
             look=Look(
                 "plain", (0.75, 0.80, 0.86), pitch=(0.28e-3, 0.42e-3), relief=0.3, roughness=0.72, sheen=0.2
             ),
-            source="strain limit of cotton: Li et al. 2021; density of a shirting; stiffnesses estimated",
+            source="strain limit of cotton: Li et al. 2021; density of a shirting; bending set by its drape",
             drape=(0.48, 0.76),
         ),
         Fabric(
@@ -150,7 +150,7 @@ FABRICS: dict[str, Fabric] = {
             k_warp=400.0,
             k_weft=300.0,
             k_shear=25.0,
-            k_bend=3e-6,
+            k_bend=1.5e-6,
             strain_limit=1.07,
             mu_body=0.2,
             mu_self=0.2,
@@ -164,7 +164,7 @@ FABRICS: dict[str, Fabric] = {
                 sheen=0.2,
                 unevenness=0.05,
             ),
-            source="density of 19 momme; strain limit of silk: Li et al. 2021; stiffnesses estimated",
+            source="density of 19 momme; strain limit of silk: Li et al. 2021; bending set by its drape",
             drape=(0.20, 0.40),
         ),
         Fabric(

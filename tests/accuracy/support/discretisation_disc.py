@@ -76,15 +76,32 @@ def drape_against_reference(preset: str) -> dict[str, Any]:
     return tailors_row("settled drape", "%", 100 * coefficient, {"steps [1/s]": 1 / dt}, len(cloth), truth, **more)
 
 
+@dataclass(frozen=True)
+class Start:
+    """How a disc is laid on: its mesh turned by `turned` degrees against the warp, and the ripple it falls from, of
+    `folds` waves, `ahead` rad. One cloth has several ways to fold."""
+
+    turned: float = 0.0
+    folds: int = FOLDS
+    ahead: float = 0.3
+
+
 def disc_scene(
-    edge: float, settings: Settings, thickness: float | None = None, fabric: Fabric = FABRICS[DISC.fabric]
+    edge: float,
+    settings: Settings,
+    thickness: float | None = None,
+    fabric: Fabric = FABRICS[DISC.fabric],
+    start: Start = Start(),
 ) -> Scene:
     """The disc, meshed by edges of `edge` mm, just out of reach above the pedestal."""
     garment, uv = meshed(circle(DISC.radius), 1e-3 * edge)
+    turn = np.deg2rad(start.turned)
+    to_grain = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    garment = replace(garment, uv_corners=garment.uv_corners @ to_grain)
     fabric = fabric if thickness is None else replace(fabric, thickness=thickness)
     top = settings.body_offset + 0.5 * fabric.thickness + settings.d_hat
     angle, radius = np.arctan2(uv[:, 1], uv[:, 0]), np.linalg.norm(uv, axis=1)
-    wave = RIPPLE * (1 + np.cos(FOLDS * angle + 0.3)) * (radius / DISC.radius) ** 2
+    wave = RIPPLE * (1 + np.cos(start.folds * angle + start.ahead)) * (radius / DISC.radius) ** 2
     x = np.column_stack([uv[:, 0], top + wave, -uv[:, 1]])
     stand = trimesh.creation.cylinder(radius=DISC.pedestal, height=TALL, sections=SECTIONS).subdivide()
     lying = np.asarray(stand.vertices)
