@@ -9,7 +9,7 @@ FPS, DRAFT_FPS, FRAMES = 60.0, 30.0, 40
 WINDOWS = {"walk": 0.5, "squat": 0.5, "jumping_jack": 0.3}
 LEAD_IN = 1.0  # s
 # in the short run: start and lead-in [s], frames; the squat's are those in which it comes to squeeze the body
-SHORT = {"squat": (1.1, 0.4, 10), "jumping_jack": (WINDOWS["jumping_jack"], 0.5, 10)}
+SHORT = {"squat": (1.1, 0.3, 10), "jumping_jack": (WINDOWS["jumping_jack"], 0.5, 10)}
 
 
 def windows(short, names, frames):

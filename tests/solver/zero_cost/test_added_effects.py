@@ -13,7 +13,7 @@ import pytest
 SCRIPT = Path(__file__).resolve().parents[2] / "support" / "effect_costs.py"
 # they let the core's own contact work, or leave it nothing to do: no kernel is theirs alone
 OF_THE_CORE = {"BodyContact", "SelfContact", "Sleep"}
-NOTHING_TO_KEEP = {"Gravity", "AirDrag", "BodyContact", "SelfContact", "Sleep"}
+NOTHING_TO_KEEP = {"AirDrag", "BodyContact", "SelfContact", "Sleep"}
 EVERYWHERE = {"Gravity", "AirDrag", "BodyContact", "Friction", "Pins"}  # other effects' scenes have them, too
 
 
