@@ -37,7 +37,6 @@ class ContactPairs:
     stiffness of all that acts in the pair beside the barrier, apart from it because it can be smaller than what
     rounding leaves of e kappa b'' n n^T. `counters` (2,) int32: how many, and how many of them at d <= xi. Here `size`,
     what launches cover, and `overlapping` are the same; in a graph, which can't be read from, `size` is the capacity.
-    `of_body`: was one the body's when they were collected last and could be read from?
     """
 
     ids: wp.array
@@ -53,7 +52,6 @@ class ContactPairs:
     capacity: int
     size: int = 0
     overlapping: int = 0
-    of_body: bool = False
 
     @staticmethod
     def allocate(capacity: int, device: str) -> ContactPairs:
@@ -82,12 +80,9 @@ class ContactPairs:
             self.size = self.capacity
         return capturing
 
-    def read_size(self, d_hat: float) -> int:
-        """Know how many pairs there are, and if any is the body's; returns how many there should be. Waits for the
-        device."""
-        counters, gaps = read(self.counters, self.smallest_gap)
-        self.of_body = bool(gaps[0] < d_hat)
-        return self.know_size(counters)
+    def read_size(self) -> int:
+        """Know how many pairs there are; returns how many there should be. Waits for the device."""
+        return self.know_size(read(self.counters)[0])
 
     def know_size(self, counters: np.ndarray) -> int:
         """The same of `counters` (2,) that have been read."""
@@ -293,11 +288,11 @@ def collect(
     while True:
         look_for(pairs, candidates, parameters, x, near)
         if candidates.idle:
-            pairs.size, pairs.overlapping, pairs.of_body = 0, 0, False
+            pairs.size, pairs.overlapping = 0, 0
             return
         if pairs.cover_in_graph():
             return
-        found = pairs.read_size(parameters.sizes.d_hat)
+        found = pairs.read_size()
         if found <= pairs.capacity:
             return
         grown = ContactPairs.allocate(1 << (found - 1).bit_length(), str(x.device))

@@ -26,7 +26,6 @@ from tryon_solver.linalg.as_one import move_as_one, sum_up
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.vectors import find_largest, subtract
-from tryon_solver.stepping.coast import coast_to_trial
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
 from tryon_solver.stepping.near import make_last_if_near, measure_nearness
 from tryon_solver.stepping.newton import linearise, outer_product, solve_newton_system
@@ -268,7 +267,6 @@ def correct_penetration(sim: Simulation) -> None:
     settings = sim.settings
     sim.holding.release()
     subtract(sim.state.x, sim.state.x_feasible, sim.to_trial)
-    coast_to_trial(sim)
     for term in sim.stages.contact:
         if term.restrain is not None and sim.pairs.size:
             term.restrain(sim.pairs, sim.to_trial)

@@ -4,13 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import warp as wp
 from contact_scenes import tube
-from frame_judge import FrameJudge
-from small_scenes import STILL, fabric, flattened, icosphere, layers, rigid_body, sheet, turn
+from small_scenes import STILL, fabric, flattened, icosphere, rigid_body, sheet, turn
 
 from tryon_solver.geometry.garment import Garment
-from tryon_solver.scene import AirDrag, BodyContact, Gravity, Scene, SelfContact, StrainLimit
+from tryon_solver.scene import AirDrag, Gravity, Scene, SelfContact, StrainLimit
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
 
@@ -41,53 +39,26 @@ def test_free_fall_is_implicit_eulers(preset):
     np.testing.assert_allclose(sim.cloth_positions(), expected, rtol=0, atol=tolerance)
 
 
-@pytest.mark.parametrize("beside", ["nothing", "a body", "a body to touch"])
+@pytest.mark.parametrize("beside", [False, True], ids=["alone", "beside a body"])
 @pytest.mark.parametrize("preset", ["draft", "live"])
 def test_cloth_that_may_touch_itself_falls_as_fast_and_looks_no_further(preset, beside):
     """A closed surface: v_n = v_{n-1} + g dt, and what is near each other stays what it was, however fast it falls;
     also where a body that it does not touch goes by and would carry it along."""
     ball, faces = icosphere(0.12, 2)
     garment = Garment(faces, flattened(ball, faces), np.zeros(len(faces), np.int32), len(ball))
-    body, pose = None, None
-    effects = (Gravity(), SelfContact(), *((BodyContact(),) if beside == "a body to touch" else ()))
-    if beside != "nothing":
-        body, pose = rigid_body(ball + np.array([0.3, 0.0, 0.0]), faces), STILL
-    sim = build(Scene(garment, ball, body, fabric(), effects), PRESETS[preset], "cpu", pose)
+    body = rigid_body(ball + np.array([0.3, 0.0, 0.0]), faces) if beside else None
+    pose = STILL if beside else None
+    sim = build(Scene(garment, ball, body, fabric(), (Gravity(), SelfContact())), PRESETS[preset], "cpu", pose)
     dt, steps = PRESETS[preset].largest_step, 15
     known = []
     for k in range(steps):
-        if body is not None:
+        if beside:
             pose = replace(STILL, root=np.array([0.0, 0.0, 1.0 * (k + 1) * dt]))
         sim.advance(pose, (k + 1) * dt)
         known.append(sim.candidates.size)
     limit = steps * 4 * ULP / dt  # each step's rounding of coordinates below 2 m is carried on
     np.testing.assert_allclose(sim.state.v.numpy()[:, 1], -G * dt * steps, rtol=0, atol=limit)
-    assert max(known) <= (3 if beside == "a body to touch" else 1) * known[0]
-
-
-def test_cloth_thrown_at_a_ball_flies_as_freely_until_it_meets_it():
-    """Two layers at 12 m/s, 0.2 m a step: v_n = v_{n-1} + g dt until one touches the ball, and no frame crosses."""
-    garment, x = layers(2, 7, 7, 0.12, 0.006)
-    ball, faces = icosphere(0.1, 2)
-    effects = (Gravity(), StrainLimit(), SelfContact(), BodyContact())
-    x = x @ turn((20, 0, 10)).T + np.array([0.01, 0.8, 0.02])
-    sim = build(Scene(garment, x, rigid_body(ball, faces), fabric(), effects), PRESETS["draft"], "cpu", STILL)
-    v0, dt, steps = 12.0, 1 / 60, 4
-    limit = steps * 4 * ULP / dt  # as above
-    sim.state.v.fill_(wp.vec3(0.0, -v0, 0.0))
-    judge = FrameJudge(garment.faces, faces, x, ball)
-    touched, known = 0, []
-    for k in range(1, steps + 1):
-        sim.advance(STILL, k * dt)
-        assert judge.judge(sim.cloth_positions().astype(float), sim.body_positions().astype(float)).clean, f"frame {k}"
-        touched += sim.pairs.of_body
-        if not touched:
-            known.append(sim.candidates.size)
-            fall = sim.state.v.numpy()[:, 1]
-            np.testing.assert_allclose(fall, -v0 - G * k * dt, rtol=0, atol=limit)
-    assert touched
-    assert len(known) > 2
-    assert max(known) <= known[0] < 25 * len(x), "neighbours, and not all with all"
+    assert max(known) <= known[0]
 
 
 def test_drag_slows_a_fall_to_its_terminal_speed():
