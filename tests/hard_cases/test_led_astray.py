@@ -18,7 +18,7 @@ LIMIT = FABRICS["cotton_jersey"].strain_limit
 
 def landing(settings):
     """A square that falls on the corner of a cube: its largest stretch in any step until it has landed, void steps."""
-    run = named("corner").set_up(Ask(400, settings))
+    run = named("corner").set_up(Ask(900, settings))
     garment, largest, void = run.sim.scene.garment, 0.0, 0
     for k in range(1, STEPS + 1):
         report = run.advance(k * run.dt)

@@ -323,8 +323,10 @@ def solver_that_records():
     garment, _ = sheet(2, 2, 0.1, 0.1)
     simulation = SimpleNamespace(
         state=SimpleNamespace(time=2.0),
-        scene=SimpleNamespace(garment=garment, fabric=FABRICS["cotton_jersey"]),
+        scene=SimpleNamespace(garment=garment, fabric=FABRICS["cotton_jersey"], effects=()),
         body=SimpleNamespace(moving=small_body().on_device("cpu")),
+        plan=SimpleNamespace(contributions=()),
+        cloth_positions=lambda: np.zeros((garment.vertex_count, 3), np.float32),
         advance=lambda pose, _time, _longest_step: seen.places.append(np.array(pose.root)),
         move_origin=lambda by: seen.shifts.append(np.array(by)),
     )

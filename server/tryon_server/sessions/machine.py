@@ -140,9 +140,7 @@ class Session:
             return []
         try:
             if viewer.floods(now):
-                fault = ProtocolError(
-                    "rate_limited", "$", "Far too many messages arrive.", "Send a pose per displayed frame."
-                )
+                fault = ProtocolError("rate_limited", "$", "Far too many messages arrive.", "Send a pose per frame.")
                 return self._farewell(client, fault, TOO_MANY_MESSAGES, now)
             within_rate = viewer.within_rate(now)
             if not viewer.greeted:
@@ -168,8 +166,7 @@ class Session:
         viewer = self._viewers.get(client)
         if viewer is None:
             return []
-        remedy = "Send binary websocket messages only."
-        fault = ProtocolError("malformed_message", "$", "A text message arrived.", remedy)
+        fault = ProtocolError("malformed_message", "$", "A text message arrived.", "Send binary messages only.")
         return self._answer_fault(client, viewer, fault, None, now)
 
     def simulated(self, event: Event, now: float) -> list[Action]:
@@ -195,8 +192,7 @@ class Session:
                 fault = ProtocolError(event.code, event.place, event.message, event.remedy)
                 return self._tell_all(error_message(fault))
             case Designed():
-                self._design = event.design
-                self.fabric = self.fabric if event.design.held else event.fabric
+                self._design, self.fabric = event.design, self.fabric if event.design.held else event.fabric
                 return [*self._tell_all(event.design, "design"), *self._status_if_changed(now)]
             case FabricWorn():
                 self.fabric = event.fabric
