@@ -160,6 +160,13 @@ def dressed(page, studio) -> dict:
     return session(page, studio)
 
 
+def fit_to_be_found(studio, fabric: str) -> str:
+    """The session of a T-shirt of a fabric, in the size that fits, if there is one."""
+    wish = json.dumps({"garment": "tshirt", "motion": "walk", "fabric": fabric, "size": "fit"}).encode()
+    with urlopen(Request(f"{studio.url}api/sessions", wish, {"Content-Type": "application/json"})) as reply:
+        return json.load(reply)["id"]
+
+
 def test_the_size_that_fits_is_looked_for_and_shown(page, studio):
     with another_session(page):
         page.click("#size-fit:has-text('Find the size that fits')")
@@ -168,10 +175,15 @@ def test_the_size_that_fits_is_looked_for_and_shown(page, studio):
     assert (now["size"], now["worn_size"]) == ("fit", FITTING_SIZE)
     page.wait_for_selector("#size-fit[aria-pressed='true']:has-text('Worn in the size that fits')")
     page.locator("#fabrics label", has_text="Tight").click()
+    page.wait_for_selector("#notice:visible")
+    assert "stayed open" in page.inner_text("#notice")
+    page.wait_for_selector("#fabrics label:has-text('Cotton') input:checked", state="attached")
+    assert "Worn in the size that fits" in page.inner_text("#size-fit"), "it is worn on as it was"
+    page.click("#notice-close")
+    page.goto(f"{studio.url}?session={fit_to_be_found(studio, 'tight')}")
     page.wait_for_selector("#size-fit:has-text('No size that fits was found')")
     page.locator("#fabrics label", has_text="Cotton").click()
     page.wait_for_selector("#size-fit:has-text('Worn in the size that fits')")
-    page.click("#notice-close")
     with another_session(page):
         page.fill("#size", "100")
         page.wait_for_selector("#size-fit[aria-pressed='false']")
