@@ -25,9 +25,9 @@ def shared(chromium, studio):
 @pytest.fixture
 def page(shared, studio):
     """The page with its section open, nothing asked for. It must run without an uncaught error."""
-    for name in ("wind", "pressure", "adhesion", "auto"):
+    for name in ("wind", "pressure", "adhesion", "elastic", "auto"):
         call(studio, shared, f"/{name}", "DELETE")
-    for name in ("wind", "pressure", "adhesion"):
+    for name in ("wind", "pressure", "adhesion", "elastic"):
         wait_for_effect(shared, name, "absent")
     yield shared
     assert shared.faults == []
