@@ -187,12 +187,12 @@ def test_lists_show_the_lines_of_the_garment_that_is_edited_and_forget_those_of_
 
 
 def test_what_is_refused_is_told_and_stands_as_it_was(page, studio):
-    elastic = unfold(page, "elastic")
-    elastic.locator("button[data-state=active]").click()
+    creases = unfold(page, "creases")
+    creases.locator("button[data-state=active]").click()
     page.wait_for_selector("#notice:visible")
     assert "lines" in page.inner_text("#notice")
-    wait_for_effect(page, "elastic", "absent")
-    assert effect(studio, page, "elastic")["state"] == "absent"
+    wait_for_effect(page, "creases", "absent")
+    assert effect(studio, page, "creases")["state"] == "absent"
     page.locator("#notice button").first.click()
 
 
