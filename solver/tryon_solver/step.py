@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from tryon_solver.body.pose import Pose
 from tryon_solver.results import StepReport
+from tryon_solver.stepping.coast import coast
 from tryon_solver.stepping.contact_free import solve_without_contact
 from tryon_solver.stepping.correct import correct_penetration, verify_commit
 from tryon_solver.stepping.descend import descend_in_subspace, forget_search_history
@@ -87,6 +88,7 @@ def step(sim: Simulation, dt: float) -> None:
 def solve_freely(sim: Simulation) -> None:
     """Where the cloth would go if nothing were in its way."""
     sim.timed(predict_positions)  # x_hat = x + dt v + dt^2 M^-1 f_ext
+    sim.timed(coast)  # cloth that touches itself alone goes as one
     sim.timed(solve_without_contact)  # one global step at x_hat
 
 

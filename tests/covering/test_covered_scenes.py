@@ -49,6 +49,14 @@ def test_outer_garment_has_a_thickness_and_friction_of_its_own():
     assert len(scene.sim.cloth_positions()) == 2 * scene.cloth.garment.vertex_count
 
 
+def test_nothing_that_flies_freely_is_blown_faster_than_is_judged():
+    """The impulse of p sin(pi t) in a second is 2 p/pi: over the lightest fabric's mass, half of FASTEST."""
+    row = of(pressure="blown", air="none", cloth="sheet") | {"fabric": "silk_charmeuse", "attached": "none"}
+    scene = make_scene(row)
+    assert 2 * scene.blown / np.pi / FABRICS["silk_charmeuse"].areal_density == pytest.approx(covered_run.FASTEST / 2)
+    assert make_scene(row | {"air": "still"}).blown > 10 * scene.blown
+
+
 def test_frames_without_contact_are_not_judged():
     row = of(**{"body contact": "off", "self contact": "off"})
     figures = play(row, 0.1)

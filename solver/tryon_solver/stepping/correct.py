@@ -26,6 +26,7 @@ from tryon_solver.linalg.as_one import move_as_one, sum_up
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.vectors import find_largest, subtract
+from tryon_solver.stepping.coast import keep_momentum
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
 from tryon_solver.stepping.near import make_last_if_near, measure_nearness
 from tryon_solver.stepping.newton import linearise, outer_product, solve_newton_system
@@ -280,6 +281,7 @@ def correct_penetration(sim: Simulation) -> None:
             outcome = again(sim, sim.tears.budget, outcome)
             sim.tears.bear(outcome.stretch)
         leave_off(sim, outcome)
+    keep_momentum(sim)
     if outcome.iterations:
         sim.counters.residual = outcome.wanted / sim.dt
 

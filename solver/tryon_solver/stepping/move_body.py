@@ -14,7 +14,6 @@ from tryon_solver.contact.deflect import deflect
 from tryon_solver.linalg.device_loop import NUMBER
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
-from tryon_solver.stepping.coast import coast
 from tryon_solver.stepping.leap import feel_motion
 from tryon_solver.stepping.record import as_one
 from tryon_solver.stepping.search import follow, list_holds, place_anchors, search_along, search_further
@@ -32,7 +31,6 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
 
     First the root's rigid motion for everybody: a common rigid motion creates no contact. Then, in sub-steps, the rest
     of the motion along one field for cloth and surface, as far as it is proven free. Where it isn't, the surface lags.
-    Cloth that touches no body goes along its own mean motion.
     A step has so many sub-steps at most: a pose further away than they reach is come to in the next ones.
     """
     state, settings, body = sim.state, sim.settings, sim.body
@@ -79,7 +77,6 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
         sim.counters.substeps += count
         limit_return(sim, interval.dt)
         feel_motion(sim, interval.dt)
-    coast(sim, interval.dt)
     sim.searches = 0
     wp.copy(state.x_feasible, state.x)
     sim.most_cycles.fill_(sim.pace.cycles())

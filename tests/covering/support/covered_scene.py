@@ -57,6 +57,8 @@ AIR: dict[str, tuple[Effect, ...]] = {
 }
 STICKS = {"tape": (600.0, 0.4), "static cling": (5.0, 5e-4), "wet cling": (100.0, 0.05)}  # Pa, J/m^2
 BLOWN = 15.0  # Pa, out and in again
+FREE = 5.0  # m/s, the most that this gives to cloth that nothing slows: 15 Pa would give 119 m/s to silk, in a second
+OPEN = ("sheet", "strip", "stack")  # pushed as one by a pressure, which on the others has no total
 SOFT_PIN = 2000.0  # N/m
 LED = 0.05  # m: radius of the circle on which pins are led, two seconds to a turn
 AMBIENT = 101325.0  # Pa
@@ -82,6 +84,15 @@ class CoveredScene:
         """m^3 within the first panel at the start."""
         garment = self.cloth.garment
         return enclosed_volume(self.cloth.x, garment.faces[garment.panel_of_face == 0])
+
+    @cached_property
+    def blown(self) -> float:
+        """Pa: of open cloth in no air so much that its lightest fabric, let go, has FREE when it is blown in again."""
+        row = self.row
+        if row["cloth"] not in OPEN or row["air"] != "none":
+            return BLOWN
+        lightest = min(fabric.areal_density for fabric in self.sim.scene.fabric_of_garments())
+        return min(BLOWN, FREE * lightest * np.pi / 2)
 
     @property
     def rate(self) -> float:
@@ -116,7 +127,7 @@ class CoveredScene:
         if row["sewing"] != "none":
             yield "sewing", "share", [max(0.0, 1.0 - time)]
         if row["pressure"] == "blown":
-            yield "pressure", "pressure", [BLOWN * np.sin(np.pi * time)]
+            yield "pressure", "pressure", [self.blown * np.sin(np.pi * time)]
         if row["pressure"] == "gas":
             pumped = 1.0 + PUMPED * np.sin(np.pi * time)
             yield "gas", "amount", [pumped * AMBIENT * self.room]

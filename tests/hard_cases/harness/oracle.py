@@ -12,6 +12,7 @@ import warp as wp
 from frame_judge import FrameJudge, FrameVerdict
 from scipy.spatial.transform import Rotation
 
+from tryon_solver import step
 from tryon_solver.body import carry
 from tryon_solver.linalg import device_loop
 from tryon_solver.simulation import Simulation
@@ -204,24 +205,33 @@ def listening(by_launches: bool = False) -> Iterator[SubSteps]:
         heard.turned.append((len(heard.moves), x.numpy().copy()))
         set_places(of, x, none)
 
-    coast = move_body.coast
+    coast, keep_momentum = step.coast, correct.keep_momentum
 
-    def hear_coasting(sim: Simulation, dt: float) -> None:
-        before = sim.state.x.numpy().copy()
-        coast(sim, dt)
-        after = sim.state.x.numpy().copy()
+    def hear_coasting(sim: Simulation) -> None:
+        if wp.get_device(sim.device).is_cuda and not by_launches:
+            coast(sim)
+            return
+        before = sim.state.x_feasible.numpy().copy()
+        coast(sim)
+        after = sim.state.x_feasible.numpy().copy()
         if not np.array_equal(before, after):
             heard.turned.append((len(heard.moves), after))
 
+    def hear_keeping(sim: Simulation) -> None:
+        hear(keep_momentum)(sim)
+        if heard.moves and np.array_equal(*heard.moves[-1]):
+            heard.moves.pop()  # nothing was to be kept
+
+    hear_coasting.__name__ = coast.__name__
     for (module, name), original in originals.items():
         setattr(module, name, hear(original))
-    carry.set_places, move_body.coast = hear_turned, hear_coasting
+    carry.set_places, step.coast, correct.keep_momentum = hear_turned, hear_coasting, hear_keeping
     try:
         yield heard
     finally:
         for (module, name), original in originals.items():
             setattr(module, name, original)
-        carry.set_places, move_body.coast = set_places, coast
+        carry.set_places, step.coast, correct.keep_momentum = set_places, coast, keep_momentum
         for module, keeps_graphs in kept.items():
             module.keeps_graphs = keeps_graphs  # type: ignore[attr-defined]
 

@@ -5,12 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from contact_scenes import tube
-from small_scenes import STILL, fabric, flattened, icosphere, rigid_body, sheet, turn
+from small_scenes import STILL, fabric, flattened, icosphere, layers, rigid_body, sheet, turn
 
 from tryon_solver.geometry.garment import Garment
-from tryon_solver.scene import AirDrag, Gravity, Scene, SelfContact, StrainLimit
+from tryon_solver.scene import Adhesion, AirDrag, Gravity, Pins, Scene, SelfContact, StrainLimit
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
+from tryon_solver.stepping.coast import coast, keep_momentum
+from tryon_solver.stepping.predict import predict_positions
 
 G = 9.81
 ULP = 2.0**-24  # of a metre, half the spacing of float32 between 0.5 and 1 m
@@ -114,6 +116,45 @@ def test_inner_forces_conserve_momentum(scene_of, preset):
     assert np.abs(sim.state.v.numpy() - moved).max() > 0.5  # they did exchange momentum
     print(f"momentum lost over twenty steps: {np.abs(momentum - first).max() / scale:.1e} of sum m |v|")
     np.testing.assert_allclose(momentum, first, rtol=0, atol=3e-4 * scale)
+
+
+@pytest.mark.parametrize("preset", ["draft", "live"])
+def test_cloths_that_meet_and_stick_conserve_momentum(preset):
+    """Contact stops vertices one by one, and what a budget then leaves undone is no force from outside."""
+    garment, x = layers(2, 9, 9, 0.3, 2.5e-3)
+    sim = build(Scene(garment, x, None, fabric(), (SelfContact(), Adhesion(100.0, 0.05))), PRESETS[preset])
+    velocity = 0.3 * np.sin(20 * x[:, [2, 0, 1]] + 1) + np.where(x[:, 1:2] > 1e-3, [0.2, -1.5, 0], [0.2, 1, 0])
+    sim.state.v.assign(velocity.astype(np.float32))
+    mass = sim.mass[:, None]
+    first, scale = (mass * velocity).sum(0), (mass * np.abs(velocity)).sum()
+    for k in range(2):
+        sim.advance(None, (k + 1) / 30)
+    moved = sim.state.v.numpy()
+    assert np.abs(moved - velocity).max() > 1.0  # they did meet
+    print(f"momentum lost: {np.abs((mass * moved).sum(0) - first).max() / scale:.1e} of sum m |v|")
+    np.testing.assert_allclose((mass * moved).sum(0), first, rtol=0, atol=3e-4 * scale)
+
+
+@pytest.mark.parametrize("outside", ["nothing", "pins", "drag"])
+def test_cloth_goes_as_one_as_far_as_what_is_outside_lets_it(outside):
+    """The least of m/2 |c/dt - v|^2 + k/2 |c|^2 is at c = dt v/(1 + dt^2 k/m): k 0, of all pins, or drag's c A/dt; and
+    from a way off it, whatever contact had done, the cloth comes back there."""
+    stiffness, coefficient, velocity = 50.0, 3.0, np.array([1.0, 2.0, -0.5])
+    effects = {"nothing": (), "pins": (Pins(np.array([0, 1, 9]), stiffness),), "drag": (AirDrag(coefficient),)}
+    sim = build(scene((SelfContact(), *effects[outside])), PRESETS["draft"])
+    dt = PRESETS["draft"].largest_step
+    held = {"nothing": 0.0, "pins": 3 * stiffness, "drag": coefficient * sim.area.sum() / dt}[outside]
+    way = dt * velocity / (1 + dt**2 * held / sim.mass.sum())
+    sim.state.v.fill_(velocity)
+    start = sim.cloth_positions()
+    predict_positions(sim)
+    coast(sim)
+    feasible = sim.state.x_feasible.numpy()[: sim.cloth_count]
+    tolerance = 8 * ULP  # of the places before and after, and of sums of 81 over which c is a share
+    np.testing.assert_allclose(feasible - start, np.broadcast_to(way, start.shape), rtol=0, atol=tolerance)
+    sim.state.x.assign((start + [0.01, -0.02, 0.03]).astype(np.float32))
+    keep_momentum(sim)
+    np.testing.assert_allclose(sim.cloth_positions() - start, np.broadcast_to(way, start.shape), rtol=0, atol=tolerance)
 
 
 @pytest.mark.parametrize("scene_of", [loose_sheet, sewn_tube])
