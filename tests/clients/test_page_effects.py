@@ -196,7 +196,7 @@ def test_what_is_refused_is_told_where_it_was_asked_for_and_stands_as_it_was(pag
     assert effect(studio, page, "fasteners")["state"] == "absent"
     assert page.locator("#notice").is_hidden()
     assert fasteners.get_by_role("button", name="Add a row").is_disabled()
-    assert "has no pattern" in fasteners.locator(".others").inner_text()
+    assert "has no pattern" in fasteners.locator(".barred").inner_text()
 
 
 def test_what_keeps_the_garment_from_penetrating_has_no_switch(page):

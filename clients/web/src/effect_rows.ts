@@ -42,7 +42,7 @@ export function rowsControl(field: RowsField, sheet: EffectSheet, garment: strin
     list.append(add);
     if (events.barred && placesOf(field.fields).some(({ open }) => !open)) {
       add.disabled = true;
-      list.append(make("p", { class: "others" }, events.barred));
+      list.append(make("p", { class: "barred" }, events.barred));
     }
   }
   return list;
