@@ -256,3 +256,36 @@ def test_a_line_that_somebody_else_took_away_while_it_was_chosen_stays_away(page
     page.wait_for_selector("#notice:visible")
     assert page.inner_text("#notice-title") == "What you were choosing for is gone"
     assert [row["along"][0]["edge"] for row in lines(lined, page, "elastic")] == [2]
+
+
+def test_on_a_phone_nothing_is_cut_off_and_a_choice_is_left_without_a_key(page, lined):
+    page.click("#wardrobe-put-on")
+    page.wait_for_function("document.querySelectorAll('#wardrobe-worn li').length === 2")
+    front = page.evaluate("document.querySelector('#wardrobe-worn li').dataset.worn")
+    both = [{"panel": f"{front}/{side}", "edge": 0} for side in ("front", "back")]
+    ask(lined, page, "elastic", parameters={"lines": [{"along": both}, {"along": both[:1]}]})
+    ask(lined, page, "fasteners", parameters={"rows": [{"first": both[:1], "second": both[1:]}]})
+    ask(lined, page, "pins", parameters={"points": [{"panel": f"{front}/front", "x": 0.3, "y": 0.2}]})
+    page.set_viewport_size({"width": 360, "height": 740})
+    for name, rows in (("elastic", 2), ("fasteners", 1), ("pins", 1), ("friction", 0)):
+        item = unfold(page, name)
+        comes(page, lambda item=item, rows=rows: item.locator(".row").count() == rows)
+        item.evaluate("item => item.scrollIntoView({ block: 'start' })")
+    assert page.evaluate("[document.documentElement.scrollTop, document.documentElement.scrollWidth]") == [0, 360]
+    tall = """() => [...document.querySelectorAll(".effect[open] .field > span:first-child")]
+        .filter(name => name.getBoundingClientRect().height > 44).map(name => name.textContent)"""
+    assert page.evaluate(tall) == [], "no name is broken into letters"
+    low = """() => [...document.querySelectorAll(".effect[open] button, #wardrobe button")]
+        .filter(button => button.checkVisibility() && button.getBoundingClientRect().height < 24).length"""
+    assert page.evaluate(low) == 0, "fingers meet all buttons"
+
+    add(page.locator("[data-name=elastic]"), "line")
+    assert page.locator("#choices").is_hidden(), "the pattern takes its room"
+    page.get_by_role("button", name="Take none").click()
+    assert page.locator("#choices").is_visible()
+    assert page.locator("#pattern").is_hidden()
+    assert page.evaluate("document.activeElement.dataset.key") == "lines.add"
+    add(page.locator("[data-name=elastic]"), "line")
+    click_edge(page, 2)
+    comes(page, lambda: len(lines(lined, page, "elastic")) == 3)
+    assert page.locator("#choices").is_visible()

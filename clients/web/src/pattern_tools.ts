@@ -41,6 +41,7 @@ const MADE: Readonly<Record<string, string>> = {
 /** What can be done to the edge or the piece that is chosen, by numbers, and the list of what was done. */
 export class PatternTools {
   private readonly sentence = byId("pattern-chosen");
+  private readonly leave = byId("pattern-leave", HTMLButtonElement);
   private readonly hem = byId("pattern-hem", HTMLFormElement);
   private readonly seam = byId("pattern-seam", HTMLFormElement);
   private readonly dart = byId("pattern-dart", HTMLFormElement);
@@ -54,9 +55,10 @@ export class PatternTools {
 
   /**
    * @param make makes an edit
-   * @param aim has the drawing wait for what an edit needs besides
+   * @param aim has the drawing wait for what an edit needs besides; or no more
    */
-  constructor(make: (edit: PatternEdit) => void, aim: (aim: Aim) => void) {
+  constructor(make: (edit: PatternEdit) => void, aim: (aim: Aim | undefined) => void) {
+    this.leave.addEventListener("click", () => aim(undefined));
     const takes = (form: HTMLFormElement, edit: (panel: string, edge: number, value: string) => PatternEdit | Aim) => {
       form.addEventListener("submit", (event) => {
         event.preventDefault();
@@ -108,6 +110,7 @@ export class PatternTools {
     const edge = chosen?.edge === undefined ? undefined : design.panels[index].edges.at(chosen.edge);
     const sewn = chosen?.edge === undefined ? undefined : sewnTo(design, index, chosen.edge);
     const edits = what === "";
+    this.leave.hidden = aim === undefined;
     this.hem.hidden = !edits || !edge || sewn !== undefined;
     this.seam.hidden = !edits || sewn === undefined;
     this.dart.hidden = !edits || edge === undefined;
