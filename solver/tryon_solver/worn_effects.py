@@ -10,7 +10,7 @@ import numpy as np
 
 from tryon_solver.effect_words.fields import EffectError
 from tryon_solver.effect_words.rules import Parameters, in_scene
-from tryon_solver.effect_words.table import BY_NAME, CLINGS, SKIN, WORDS
+from tryon_solver.effect_words.table import BY_NAME, CLINGS, SKIN, WORDS, WORN_ON_BODY
 from tryon_solver.geometry.boundary_loops import boundary_loops
 from tryon_solver.geometry.lines import hinges_of_edges
 from tryon_solver.geometry.named_lines import Cut
@@ -39,8 +39,6 @@ from tryon_solver.scene import (
     StretchCurves,
     Wind,
 )
-
-WORN_ON_BODY = "body"  # in place of a piece's name
 
 
 def effects_of(asked: Mapping[str, Parameters], cut: Cut) -> tuple[Effect, ...]:

@@ -49,10 +49,13 @@ test("what is refused is as the session told it before, and nobody else's refusa
   made.take(told(wind("active")));
   made.ask("wind", "active", { velocity: [0, 99, 0] });
   const { request } = sent[0];
-  assert.equal(made.refused(refusal(request! + 1)), false);
+  assert.equal(made.refused(refusal(request! + 1)), undefined);
   assert.deepEqual(made.effect("wind")?.parameters, { velocity: [0, 99, 0] });
-  assert.equal(made.refused(refusal(request!)), true);
+  assert.equal(made.refused(refusal(request!)), "wind");
   assert.deepEqual(made.effect("wind"), wind("active"));
+  assert.deepEqual(made.fault("wind")?.parameters, { velocity: [0, 99, 0] });
+  made.ask("wind", "active", { velocity: [0, 1, 0] });
+  assert.equal(made.fault("wind"), undefined);
 });
 
 test("an effect that another takes the place of is settled when it is armed", () => {
@@ -120,12 +123,14 @@ test("a line is of the garment that its pieces are of, and one that names none o
   assert.ok(isOf("skirt", { first: "denim", second: "skin", static: 0.4 }));
 });
 
-test("entries can be made where all their fields have a default that stands", () => {
-  const kinetic = { kind: "number", name: "kinetic", about: "", unit: "", live: false, default: null, low: 0, high: 2, open: true, whole: false } as const;
-  const first = { kind: "choice", name: "first", about: "", unit: "", live: false, default: "denim", of: ["denim", "linen"] } as const;
-  const rows: RowsField = { kind: "rows", name: "materials", about: "", unit: "", live: false, default: [], fields: [first, kinetic] };
+test("entries can be made of all but curves", () => {
+  const told = { about: "", unit: "", live: false } as const;
+  const kinetic = { ...told, kind: "number", name: "kinetic", default: null, low: 0, high: 2, open: true, whole: false } as const;
+  const first = { ...told, kind: "choice", name: "first", default: "denim", of: ["denim", "linen"] } as const;
+  const panel = { ...told, kind: "panel", name: "panel", default: "", besides: [] } as const;
+  const rows: RowsField = { ...told, kind: "rows", name: "materials", default: [], fields: [first, kinetic, panel] };
   assert.ok(canBeAdded(rows));
-  assert.deepEqual(newRow(rows.fields), { first: "denim", kinetic: null });
-  const panel = { kind: "panel", name: "panel", about: "", unit: "", live: false, default: "" } as const;
-  assert.ok(!canBeAdded({ ...rows, fields: [...rows.fields, panel] }));
+  assert.deepEqual(newRow(rows.fields), { first: "denim", kinetic: null, panel: "" });
+  const warp = { ...told, kind: "curve", name: "warp", default: [] } as const;
+  assert.ok(!canBeAdded({ ...rows, fields: [...rows.fields, warp] }));
 });

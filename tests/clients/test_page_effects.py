@@ -147,7 +147,7 @@ def test_friction_of_two_materials_is_added_and_taken_away(page, studio):
     def materials():
         return effect(studio, page, "friction")["parameters"]["materials"]
 
-    friction.get_by_role("button", name="Add").click()
+    friction.get_by_role("button", name="Add a material").click()
     wait_for(page, lambda: len(materials()) == 1)
     friction.locator(".row select").first.select_option("denim")
     wait_for(page, lambda: materials()[0] == {"first": "denim", "second": "skin", "static": 0.3, "kinetic": None})
@@ -186,14 +186,17 @@ def test_lists_show_the_lines_of_the_garment_that_is_edited_and_forget_those_of_
     call(studio, page, "/elastic", "DELETE")
 
 
-def test_what_is_refused_is_told_and_stands_as_it_was(page, studio):
-    creases = unfold(page, "creases")
-    creases.locator("button[data-state=active]").click()
-    page.wait_for_selector("#notice:visible")
-    assert "lines" in page.inner_text("#notice")
-    wait_for_effect(page, "creases", "absent")
-    assert effect(studio, page, "creases")["state"] == "absent"
-    page.locator("#notice button").first.click()
+def test_what_is_refused_is_told_where_it_was_asked_for_and_stands_as_it_was(page, studio):
+    fasteners = unfold(page, "fasteners")
+    fasteners.locator("button[data-state=active]").click()
+    fault = fasteners.locator(".rows-of .fault")
+    fault.wait_for()
+    assert fault.inner_text() == "There is none. Give at least one, with first."
+    wait_for_effect(page, "fasteners", "absent")
+    assert effect(studio, page, "fasteners")["state"] == "absent"
+    assert page.locator("#notice").is_hidden()
+    assert fasteners.get_by_role("button", name="Add a row").is_disabled()
+    assert "has no pattern" in fasteners.locator(".barred").inner_text()
 
 
 def test_what_keeps_the_garment_from_penetrating_has_no_switch(page):

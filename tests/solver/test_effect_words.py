@@ -61,6 +61,27 @@ def test_every_word_has_a_maker_and_is_plain_json():
         assert json.loads(json.dumps(word.described())) == word.described()
 
 
+def test_what_is_chosen_in_a_pattern_is_told_by_kinds_of_fields():
+    points = next(field for field in word_of("pins").described()["fields"] if field["name"] == "points")
+    panel, x, y = points["fields"]
+    assert (panel["kind"], panel["besides"]) == ("panel", [])
+    for coordinate, axis in ((x, "x"), (y, "y")):
+        told = [coordinate[name] for name in ("kind", "axis", "of", "default")]
+        assert told == ["coordinate", axis, panel["name"], None]
+    pairs = next(field for field in word_of("friction").described()["fields"] if field["name"] == "pairs")
+    assert [field["besides"] for field in pairs["fields"][:2]] == [[], ["body"]]
+
+
+def test_what_is_lined_is_nothing_without_an_entry_and_all_else_is_something(skirt):
+    without = {word.name: word.described()["lined"] for word in WORDS if word.name != "gas"}
+    for name, lined in without.items():
+        if lined:
+            assert refused(name, {}, skirt[0]).place.removeprefix("parameters.") in ("lines", "points", "rows")
+        else:
+            assert asked(name, {}, skirt[0])
+    assert [name for name, lined in without.items() if lined] == ["pins", "elastic", "creases", "fasteners"]
+
+
 def test_what_is_worn_without_asking_is_the_scenes_own(sheet):
     assert effects_of(live(), sheet) == LIVE_SCENE
     assert len(LIVE) == len(LIVE_SCENE)

@@ -7,8 +7,18 @@ import type {
   SetEffectMessage,
 } from "@tryon/protocol";
 
+import type { EffectParameters } from "./effect_words.ts";
+import { same } from "./same.ts";
+
 export type EffectRequest = SetEffectMessage | RemoveEffectMessage | MeasureEffectsMessage;
-export type EffectParameters = Readonly<Record<string, unknown>>;
+
+/** Why what was asked of an effect can't be, and what that was. */
+export interface EffectFault {
+  readonly parameters: EffectParameters | null;
+  readonly place: string;
+  readonly message: string;
+  readonly remedy: string;
+}
 
 /** numbers of this desk's requests begin here, apart from those of other parts of a page */
 const FIRST_REQUEST = 1_000_000;
@@ -27,6 +37,7 @@ interface Owed {
 export class EffectDesk {
   private told: EffectsMessage | undefined;
   private readonly owed = new Map<string, Owed>();
+  private readonly faults = new Map<string, EffectFault>();
   private lastRequest = FIRST_REQUEST;
 
   /**
@@ -60,10 +71,16 @@ export class EffectDesk {
     return { ...told, parameters: { ...(owed.parameters ?? told.parameters) }, pending };
   }
 
+  /** What was refused last of an effect, until it is asked for anew. */
+  fault(name: string): EffectFault | undefined {
+    return this.faults.get(name);
+  }
+
   /** Somebody at this page wants the effect to act, to be armed, or neither; with these parameters, or as they stand. */
   ask(name: string, state: EffectState["state"], parameters: EffectParameters | null = null): void {
     const request = (this.lastRequest += 1);
     this.owed.set(name, { request, state, parameters });
+    this.faults.delete(name);
     if (state === "absent") this.send({ type: "remove_effect", name, request });
     else this.send({ type: "set_effect", name, parameters: parameters && { ...parameters }, state, request });
     this.show();
@@ -90,21 +107,23 @@ export class EffectDesk {
     this.show();
   }
 
-  /** Something was refused; whether it was asked here. Then what the session told stands again. */
-  refused({ request }: ErrorMessage): boolean {
+  /** Something was refused; of which effect, if it was asked here. Then what the session told stands again. */
+  refused({ request, place, message, remedy }: ErrorMessage): string | undefined {
     for (const [name, owed] of this.owed) {
       if (owed.request !== request) continue;
       this.owed.delete(name);
+      this.faults.set(name, { parameters: owed.parameters, place, message, remedy });
       this.show();
-      return true;
+      return name;
     }
-    return false;
+    return undefined;
   }
 
   /** Another connection or session begins, of which nothing is known yet. */
   forget(): void {
     this.told = undefined;
     this.owed.clear();
+    this.faults.clear();
     this.show();
   }
 }
@@ -114,11 +133,4 @@ function settled(effect: EffectState, owed: Owed): boolean {
   if (effect.pending) return false;
   const state = effect.state === owed.state || (owed.state === "active" && effect.state === "armed");
   return state && (owed.parameters === null || same(effect.parameters, owed.parameters));
-}
-
-/** Have two values the same content? Of objects, whatever the order of their fields. */
-function same(a: unknown, b: unknown): boolean {
-  if (typeof a !== "object" || typeof b !== "object" || a === null || b === null) return a === b;
-  const [ours, theirs] = [Object.entries(a), new Map(Object.entries(b))];
-  return ours.length === theirs.size && ours.every(([name, value]) => theirs.has(name) && same(value, theirs.get(name)));
 }

@@ -34,12 +34,29 @@ export interface RowsField extends FieldBase {
   readonly fields: readonly EffectField[];
 }
 
-/** Pieces, edges and curves: what is told by the pattern, or by somebody who writes it. */
-export interface NamedField extends FieldBase {
-  readonly kind: "panel" | "panels" | "edges" | "curve";
+/** The name of a piece. */
+export interface PanelField extends FieldBase {
+  readonly kind: "panel";
+  /** words that may stand in its place */
+  readonly besides: readonly string[];
 }
 
-export type EffectField = NumberField | VectorField | ChoiceField | RowsField | NamedField;
+/** Where a spot is along an axis of the piece that another field names; null until it is told. */
+export interface CoordinateField extends FieldBase {
+  readonly kind: "coordinate";
+  readonly low: number;
+  readonly high: number;
+  readonly axis: "x" | "y";
+  readonly of: string;
+}
+
+/** Pieces, edges and curves: what is told by the pattern, or by somebody who writes it. */
+export interface NamedField extends FieldBase {
+  readonly kind: "panels" | "edges" | "curve";
+}
+
+export type EffectField = NumberField | VectorField | ChoiceField | RowsField | PanelField | CoordinateField | NamedField;
+export type EffectParameters = Readonly<Record<string, unknown>>;
 
 export interface EffectWord {
   readonly name: string;
@@ -47,6 +64,8 @@ export interface EffectWord {
   readonly about: string;
   /** it can't be taken off */
   readonly kept: boolean;
+  /** it is nothing without an entry in one of its lists */
+  readonly lined: boolean;
   readonly fields: readonly EffectField[];
 }
 
@@ -66,14 +85,14 @@ function garmentsNamed(value: unknown): string[] {
   });
 }
 
-/** An entry for a list as it begins, of fields that all have a default. */
+/** An entry for a list as it begins. */
 export function newRow(fields: readonly EffectField[]): Record<string, unknown> {
   return Object.fromEntries(fields.map((field) => [field.name, field.default]));
 }
 
-/** Can somebody make entries of these fields by sliders and choices alone? */
+/** Can somebody make entries of these fields by sliders, choices and the pattern? */
 export function canBeAdded({ fields }: RowsField): boolean {
-  return fields.every(({ kind }) => kind === "number" || kind === "choice");
+  return fields.every(({ kind }) => kind !== "curve" && kind !== "rows");
 }
 
 /** A direction as people say it: how much, towards where about the vertical [degrees, 0: to the front, 90: to the body's

@@ -2,7 +2,9 @@
 export { AccuracyDesk, type AccuracyChoice } from "./accuracy_desk.ts";
 export { decadeAxis, evenAxis, type Axis } from "./axis.ts";
 export { Client, steadyNow, type ClientEvents } from "./client.ts";
-export { EffectDesk, type EffectParameters, type EffectRequest } from "./effect_desk.ts";
+export { EffectDesk, type EffectRequest } from "./effect_desk.ts";
+export { placesOf, wordsOf, type ChosenPlace, type Place, type PlaceKind } from "./effect_places.ts";
+export { EffectSheet, type Entry, type SheetFault } from "./effect_sheet.ts";
 export {
   canBeAdded,
   isOf,
@@ -12,6 +14,7 @@ export {
   vectorOf,
   type ChoiceField,
   type EffectField,
+  type EffectParameters,
   type EffectWord,
   type NumberField,
   type Polar,

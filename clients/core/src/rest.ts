@@ -159,6 +159,8 @@ export interface WornItem {
   readonly name: string;
   readonly garment: string;
   readonly fabric: string;
+  /** of its pattern, over its own; "fit": the one that fits */
+  readonly size: Size;
   readonly edited: boolean;
 }
 

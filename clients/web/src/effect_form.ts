@@ -1,50 +1,55 @@
-import { canBeAdded, isOf, newRow, polarOf, Scale, vectorOf, type ChoiceField, type EffectField, type EffectParameters, type NumberField, type RowsField, type VectorField } from "@tryon/core";
+import { placesOf, polarOf, Scale, vectorOf, type ChoiceField, type EffectField, type EffectParameters, type NumberField, type RowsField, type VectorField } from "@tryon/core";
 
 import { make, setText } from "./dom.ts";
+import { placeControl, type PlaceEvents } from "./effect_places.ts";
 import { significant } from "./format.ts";
 
-/** Told of another value of a field, and of its name. */
-type Change = (value: unknown) => void;
+/** Told of another value of a field, by its name. */
+type Change = (name: string, value: unknown) => void;
 
 /**
- * Controls for all parameters of an effect.
- * @param garment that is looked at: of lists only what is of it is shown; "" shows all
- * @param change told of all parameters, as somebody changes one of them
+ * Controls for parameters.
+ * @param key what those of these parameters are called among all of a page, to be found again
+ * @param change told of each change by a slider or a choice
+ * @param places told what is wanted of the pattern
+ * @param list makes the controls of a list
  */
 export function effectForm(
   fields: readonly EffectField[],
   parameters: EffectParameters,
-  garment: string,
-  change: (parameters: EffectParameters) => void,
+  key: string,
+  change: Change,
+  places: PlaceEvents,
+  list?: (field: RowsField) => HTMLElement,
 ): HTMLElement[] {
-  let current = parameters;
-  return fields.map((field) =>
-    control(field, current[field.name] ?? field.default, garment, (value) => {
-      current = { ...current, [field.name]: value };
-      change(current);
-    }),
-  );
+  const shown = placesOf(fields);
+  return fields.flatMap((field): HTMLElement[] => {
+    const value = parameters[field.name] ?? field.default;
+    const set = (wanted: unknown) => change(field.name, wanted);
+    const here = `${key}.${field.name}`;
+    const place = shown.find(({ name }) => name === field.name);
+    if (place) return [placeControl(place, parameters, here, places)];
+    switch (field.kind) {
+      case "number":
+        return [numberControl(field, value as number | null, here, set)];
+      case "vector":
+        return [vectorControl(field, value as [number, number, number], here, set)];
+      case "choice":
+        return [choiceControl(field, value as string, here, set)];
+      case "rows":
+        return list ? [list(field)] : [];
+      case "coordinate":
+        return []; // its piece's control tells it
+      default:
+        return [told(field.name, inWords(value), field.about)];
+    }
+  });
 }
 
-function control(field: EffectField, value: unknown, garment: string, change: Change): HTMLElement {
-  switch (field.kind) {
-    case "number":
-      return numberControl(field, value as number | null, change);
-    case "vector":
-      return vectorControl(field, value as [number, number, number], change);
-    case "choice":
-      return choiceControl(field, value as string, change);
-    case "rows":
-      return rowsControl(field, value as readonly EffectParameters[], garment, change);
-    default:
-      return told(field.name, inWords(value), field.about);
-  }
-}
-
-function numberControl(field: NumberField, value: number | null, change: Change): HTMLElement {
+function numberControl(field: NumberField, value: number | null, key: string, change: (value: unknown) => void): HTMLElement {
   const scale = new Scale(field.low, field.high, field.whole);
   const shown = (number: number | null) => (number === null ? "the usual" : withUnit(number, field.unit));
-  const line = slider(spoken(field.name), field.about, scale.end, value === null ? 0 : scale.positionOf(value), shown(value), (position) => {
+  const line = slider(field.name, key, field.about, scale.end, value === null ? 0 : scale.positionOf(value), shown(value), (position) => {
     const number = scale.valueAt(position);
     change(number);
     return shown(number);
@@ -68,7 +73,7 @@ function numberControl(field: NumberField, value: number | null, change: Change)
 }
 
 /** A vector by how much, towards where about the vertical, and how far up. */
-function vectorControl(field: VectorField, value: readonly [number, number, number], change: Change): HTMLElement {
+function vectorControl(field: VectorField, value: readonly [number, number, number], key: string, change: (value: unknown) => void): HTMLElement {
   let polar = polarOf(value);
   const set = (part: Partial<typeof polar>) => {
     polar = { ...polar, ...part };
@@ -78,73 +83,31 @@ function vectorControl(field: VectorField, value: readonly [number, number, numb
   return make(
     "div",
     { class: "vector" },
-    slider(spoken(field.name), field.about, sizes.end, sizes.positionOf(polar.size), withUnit(polar.size, field.unit), (position) => {
+    slider(field.name, key, field.about, sizes.end, sizes.positionOf(polar.size), withUnit(polar.size, field.unit), (position) => {
       set({ size: sizes.valueAt(position) });
       return withUnit(polar.size, field.unit);
     }),
-    slider("towards", "0°: to the body's front, 90°: to its left", 72, Math.round(polar.heading / 5), `${significant(polar.heading, 3)}°`, (position) => {
+    slider("towards", `${key}.towards`, "0°: to the body's front, 90°: to its left", 72, Math.round(polar.heading / 5), `${significant(polar.heading, 3)}°`, (position) => {
       set({ heading: 5 * position });
       return `${5 * position}°`;
     }),
-    slider("upwards", "above the horizontal", 36, Math.round(polar.rise / 5) + 18, `${significant(polar.rise, 3)}°`, (position) => {
+    slider("upwards", `${key}.upwards`, "above the horizontal", 36, Math.round(polar.rise / 5) + 18, `${significant(polar.rise, 3)}°`, (position) => {
       set({ rise: 5 * (position - 18) });
       return `${5 * (position - 18)}°`;
     }),
   );
 }
 
-function choiceControl(field: ChoiceField, value: string, change: Change): HTMLElement {
-  const list = make("select", {}, ...field.of.map((word) => make("option", { value: word }, spoken(word))));
+function choiceControl(field: ChoiceField, value: string, key: string, change: (value: unknown) => void): HTMLElement {
+  const list = make("select", { "data-key": key }, ...field.of.map((word) => make("option", { value: word }, spoken(word))));
   list.value = value;
   list.addEventListener("change", () => change(list.value));
   return make("label", { class: "field", title: field.about }, make("span", {}, spoken(field.name)), list);
 }
 
-/** The entries that are of the garment that is looked at; where sliders and choices can make one, entries are added and
- * taken away. */
-function rowsControl(field: RowsField, rows: readonly EffectParameters[], garment: string, change: Change): HTMLElement {
-  let current = [...rows];
-  const list = make("div", { class: "rows-of", title: field.about });
-  const addable = canBeAdded(field);
-  const rowOf = (row: EffectParameters): HTMLElement => {
-    let own = row;
-    const controls = effectForm(field.fields, row, garment, (parameters) => {
-      current = current.map((entry) => (entry === own ? parameters : entry));
-      own = parameters;
-      change(current);
-    });
-    const part = make("div", { class: "row" }, ...controls);
-    if (addable) {
-      const away = make("button", { type: "button", class: "usual" }, "Take away");
-      away.addEventListener("click", () => {
-        current = current.filter((entry) => entry !== own);
-        part.remove();
-        change(current);
-      });
-      part.append(away);
-    }
-    return part;
-  };
-  const shown = rows.filter((row) => garment === "" || isOf(garment, row));
-  list.append(...shown.map(rowOf));
-  if (!shown.length || addable) list.prepend(told(field.name, shown.length ? "" : "none", field.about));
-  if (shown.length < rows.length) list.append(make("p", { class: "others" }, `${rows.length - shown.length} of other garments`));
-  if (addable) {
-    const add = make("button", { type: "button", class: "usual" }, "Add");
-    add.addEventListener("click", () => {
-      const row = newRow(field.fields);
-      current = [...current, row];
-      add.before(rowOf(row));
-      change(current);
-    });
-    list.append(add);
-  }
-  return list;
-}
-
 /** A labelled slider. @param moved told of a position, returns what is said of it */
-function slider(name: string, about: string, end: number, position: number, said: string, moved: (position: number) => string): HTMLElement {
-  const input = make("input", { type: "range", min: "0", max: String(end), step: "1", "aria-label": name });
+function slider(name: string, key: string, about: string, end: number, position: number, said: string, moved: (position: number) => string): HTMLElement {
+  const input = make("input", { type: "range", min: "0", max: String(end), step: "1", "aria-label": spoken(name), "data-key": key });
   const output = make("output", {}, said);
   input.value = String(position);
   input.ariaValueText = said;
@@ -153,28 +116,24 @@ function slider(name: string, about: string, end: number, position: number, said
     setText(output, text);
     input.ariaValueText = text;
   });
-  return make("label", { class: "field slider", title: about }, make("span", {}, name), output, input);
+  return make("label", { class: "field slider", title: about }, make("span", {}, spoken(name)), output, input);
 }
 
-function told(name: string, text: string, about: string): HTMLElement {
+/** A line that says a value, or heads a list. */
+export function told(name: string, text: string, about: string): HTMLElement {
   return make("p", { class: "field", title: about }, make("span", {}, spoken(name)), make("span", { class: "fixed" }, text));
 }
 
-/** Pieces, edges or points of a curve for people. */
+/** Points of a curve for people. */
 function inWords(value: unknown): string {
-  if (!Array.isArray(value)) return String(value);
-  if (!value.length) return "all";
-  return value.map((entry: unknown) => (isEdge(entry) ? `${entry.panel}, edge ${entry.edge}` : String(entry))).join("; ");
-}
-
-function isEdge(entry: unknown): entry is { panel: string; edge: number } {
-  return typeof entry === "object" && entry !== null && "panel" in entry && "edge" in entry;
+  return Array.isArray(value) && value.length ? value.map(String).join("; ") : "none";
 }
 
 function withUnit(value: number, unit: string): string {
   return `${significant(value, 3)}${unit && ` ${unit}`}`;
 }
 
-function spoken(name: string): string {
+/** A parameter's name as people say it. */
+export function spoken(name: string): string {
   return name.replaceAll("_", " ");
 }

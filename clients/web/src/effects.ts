@@ -1,9 +1,12 @@
-import { EffectDesk, type EffectParameters, type EffectRequest, type EffectWord } from "@tryon/core";
+import { EffectDesk, EffectSheet, type ChosenPlace, type EffectParameters, type EffectRequest, type EffectWord, type Entry, type Place, type PlaceKind } from "@tryon/core";
 import type { EffectsMessage, EffectState, ErrorMessage } from "@tryon/protocol";
 
 import { byId, make, setText } from "./dom.ts";
-import { effectForm } from "./effect_form.ts";
-import { significant } from "./format.ts";
+import { effectForm, spoken } from "./effect_form.ts";
+import type { PlaceEvents } from "./effect_places.ts";
+import { faultLine, rowsControl, type RowEvents } from "./effect_rows.ts";
+import { capitalised, significant } from "./format.ts";
+import type { Notice } from "./notice.ts";
 import { Pause } from "./pause.ts";
 
 /** after a movement of a slider until it is taken for meant [ms] */
@@ -14,7 +17,22 @@ const STATES: readonly { readonly state: EffectState["state"]; readonly text: st
   { state: "armed", text: "Armed", title: "Its kernels are compiled, and nothing else: it can act at once" },
   { state: "active", text: "On", title: "It acts" },
 ];
+const LAST = "Without it the effect is nothing: turn it off instead";
 const PENDING = { compiling: "being compiled", binding: "being taken up" } as const;
+
+const GONE: Notice = {
+  title: "What you were choosing for is gone",
+  message: "Somebody else has changed or taken it away meanwhile.",
+  remedy: "Add it anew if it is still wanted.",
+};
+
+/** What effects need of the page's pattern. */
+export interface PatternToChooseIn {
+  /** why nothing can be chosen in it; "": something can */
+  readonly barred: string;
+  /** has somebody choose; told of none where somebody leaves it. @param what it is for, for people */
+  choosePlace(kind: PlaceKind, what: string, chosen: (place: ChosenPlace | undefined) => void): void;
+}
 
 /** The section of effects: what acts on the garment, what could, why, and what each takes. */
 export class EffectsPanel {
@@ -27,7 +45,16 @@ export class EffectsPanel {
   private items: EffectItem[] = [];
   private garment = "";
 
-  constructor(send: (message: EffectRequest) => void) {
+  /**
+   * @param send says it to the session
+   * @param pattern where lines and spots are chosen
+   * @param tell says what concerns more than an effect
+   */
+  constructor(
+    send: (message: EffectRequest) => void,
+    private readonly pattern: PatternToChooseIn,
+    private readonly tell: (notice: Notice) => void,
+  ) {
     this.desk = new EffectDesk(send, () => this.show());
     this.auto.addEventListener("change", () => this.desk.setAuto(this.auto.checked));
     this.measure.addEventListener("click", () => this.desk.measure());
@@ -42,7 +69,7 @@ export class EffectsPanel {
   offer(words: readonly EffectWord[]): void {
     if (words === this.words) return;
     this.words = words;
-    this.items = words.map((word) => new EffectItem(word, this.desk, () => this.garment));
+    this.items = words.map((word) => new EffectItem(word, this.desk, () => this.garment, this.pattern, this.tell));
     this.list.replaceChildren(...this.items.map(({ element }) => element));
     this.show();
   }
@@ -57,13 +84,21 @@ export class EffectsPanel {
     this.show();
   }
 
-  refused(error: ErrorMessage): void {
-    this.desk.refused(error);
+  /** @returns whether it is told here, where it was asked for */
+  refused(error: ErrorMessage): boolean {
+    const name = this.desk.refused(error);
+    return this.section.open && this.items.some((item) => item.name === name && item.element.open && item.element.checkVisibility());
   }
 
   /** Nothing is known of the session any more, or yet. */
   forget(): void {
+    for (const item of this.items) item.forget();
     this.desk.forget();
+  }
+
+  /** There is a pattern now, or none any more. */
+  patternChanged(): void {
+    if (this.section.open) for (const item of this.items) item.show();
   }
 
   private show(): void {
@@ -86,13 +121,19 @@ class EffectItem {
   private readonly form = make("div", { class: "form" });
   private readonly buttons: HTMLButtonElement[];
   private readonly pause = new Pause();
+  private readonly sheet: EffectSheet;
   private shown = "";
 
   constructor(
     private readonly word: EffectWord,
     private readonly desk: EffectDesk,
     private readonly garment: () => string,
+    private readonly pattern: PatternToChooseIn,
+    private readonly tell: (notice: Notice) => void,
   ) {
+    this.sheet = new EffectSheet(word, (parameters) =>
+      this.pause.begin(SLIDER_WAITS_MS, () => this.desk.ask(word.name, this.state === "armed" ? "armed" : "active", parameters)),
+    );
     this.buttons = STATES.map(({ state, text, title }) => {
       const button = make("button", { type: "button", title, "data-state": state }, text);
       button.addEventListener("click", () => this.desk.ask(word.name, state));
@@ -104,12 +145,16 @@ class EffectItem {
       "details",
       { class: "effect", "data-name": word.name },
       make("summary", {}, make("i", { class: "lamp" }), make("b", {}, word.title), this.said, this.ms),
-      make("p", { class: "about" }, sentence(word.about)),
+      make("p", { class: "about" }, capitalised(word.about)),
       choice,
       this.why,
       this.form,
     );
     this.element.addEventListener("toggle", () => this.show());
+  }
+
+  get name(): string {
+    return this.word.name;
   }
 
   get state(): EffectState["state"] | undefined {
@@ -127,31 +172,120 @@ class EffectItem {
     this.ms.title = Object.entries(stages)
       .map(([stage, taken]) => `${stage.replaceAll("_", " ")}: ${significant(taken, 2)} ms a call`)
       .join("\n");
-    setText(this.why, sentence(this.word.kept ? "Always on: that nothing penetrates rests on it" : why));
+    setText(this.why, capitalised(this.word.kept ? "Always on: that nothing penetrates rests on it" : why));
     for (const button of this.buttons) button.ariaPressed = String(button.dataset.state === state);
     if (this.element.open) this.showForm(effect.parameters ?? {});
   }
 
+  /** Drops what nobody has been asked for yet. */
+  forget(): void {
+    this.pause.cancel();
+    this.sheet.forget();
+  }
+
   /** Draws the parameters as they stand; while somebody is changing them, they stay as they are. */
   private showForm(parameters: EffectParameters): void {
-    const text = this.shownAs(parameters);
-    if (text === this.shown || this.pause.waits) return;
+    if (this.pause.waits) return;
+    this.sheet.take(parameters, this.desk.fault(this.word.name));
+    this.draw();
+  }
+
+  /** Draws the form anew where it shows something else; who was at a control of it still is. */
+  private draw(): void {
+    const text = this.shownAs();
+    if (text === this.shown) return;
     this.shown = text;
-    const change = (changed: EffectParameters) => {
-      this.pause.begin(SLIDER_WAITS_MS, () => {
-        this.shown = this.shownAs(changed);
-        this.desk.ask(this.word.name, this.state === "armed" ? "armed" : "active", changed);
-      });
+    const { sheet, word } = this;
+    const garment = this.garment();
+    const rows = this.rowEvents();
+    const change = (name: string, value: unknown) => this.slide(() => sheet.set(name, value));
+    const controls = effectForm(word.fields, sheet.current, word.name, change, this.placeEvents(), (field) => rowsControl(field, sheet, garment, rows));
+    const { fault } = sheet;
+    if (fault && fault.list === undefined) controls.unshift(faultLine(fault.message, fault.remedy));
+    const at = this.form.contains(document.activeElement) ? (document.activeElement as HTMLElement).dataset.key : undefined;
+    this.form.replaceChildren(...controls);
+    if (at !== undefined) this.focus(at);
+  }
+
+  private placeEvents(): PlaceEvents {
+    return {
+      barred: this.pattern.barred,
+      choose: (place, more, key) => this.choose(undefined, place, more, key),
+      name: (place, word) => this.act(() => this.sheet.place(undefined, place, { panel: word }, false)),
+      clear: (place) => this.act(() => this.sheet.set(place.name, [])),
     };
-    this.form.replaceChildren(...effectForm(this.word.fields, parameters, this.garment(), change));
   }
 
-  /** What a form of these parameters shows. */
-  private shownAs(parameters: EffectParameters): string {
-    return JSON.stringify([this.garment(), parameters]);
+  private rowEvents(): RowEvents {
+    const { sheet } = this;
+    return {
+      barred: this.pattern.barred,
+      last: this.word.lined && sheet.count === 1 ? LAST : "",
+      add: ({ name }) => {
+        const entry = this.act(() => sheet.begin(name));
+        const place = sheet.untold(entry);
+        const key = `${name}.${sheet.entries(name).length - 1}`;
+        if (place) this.choose(entry, place, false, `${key}.${place.name}.choose`, true);
+        else this.focus(key);
+      },
+      remove: (entry) => {
+        this.act(() => sheet.remove(entry));
+        this.focus(`${entry.list}.add`);
+      },
+      change: (entry, name, value) => this.slide(() => sheet.change(entry, { ...entry.row, [name]: value }) ?? entry),
+      choose: (entry, place, more, key) => this.choose(entry, place, more, key),
+      name: (entry, place, word) => this.act(() => sheet.place(entry, place, { panel: word }, false)),
+    };
   }
-}
 
-function sentence(text: string): string {
-  return text && `${text.charAt(0).toUpperCase()}${text.slice(1)}`;
+  /**
+   * Has a place chosen in the pattern, and what an entry lacks besides after that.
+   * @param key of the control that is gone on from
+   * @param fresh the entry was begun for this: it is dropped where nothing is chosen
+   */
+  private choose(entry: Entry | undefined, place: Place, more: boolean, key: string, fresh = false): void {
+    this.pattern.choosePlace(place.kind, `${this.word.title}, ${spoken(place.name)}`, (chosen) => {
+      if (!chosen) {
+        if (fresh && entry) this.act(() => this.sheet.remove(entry));
+        this.focus(fresh && entry ? `${entry.list}.add` : key);
+        return;
+      }
+      const panel = this.garment() ? `${this.garment()}/${chosen.panel}` : chosen.panel;
+      const now = this.act(() => this.sheet.place(entry, place, { ...chosen, panel }, more));
+      this.focus(key);
+      if (entry && !now) this.tell(GONE);
+      const next = now?.draft ? this.sheet.untold(now) : undefined;
+      if (now && next) this.choose(now, next, false, key.replace(`.${place.name}.`, `.${next.name}.`));
+    });
+  }
+
+  /** Does something that is seen by more than the control that did it, and asked for at once. */
+  private act<Result>(does: () => Result): Result {
+    this.pause.endNow();
+    const result = does();
+    if (this.pause.waits) this.pause.endNow();
+    else this.draw();
+    return result;
+  }
+
+  /** Does something that the control that did it shows already, and asks for it when it has come to rest. */
+  private slide<Result>(does: () => Result): Result {
+    const result = does();
+    this.shown = this.shownAs();
+    return result;
+  }
+
+  /** Has the keys go to a control of the form, or to the first one that is part of what has this key. */
+  private focus(key: string): void {
+    const all = [...this.form.querySelectorAll<HTMLElement>("[data-key]")];
+    const met = all.find((control) => control.dataset.key === key) ?? all.find((control) => control.dataset.key?.startsWith(`${key}.`));
+    (met ?? this.element.querySelector("summary"))?.focus();
+  }
+
+  /** What the form shows. */
+  private shownAs(): string {
+    const { sheet, word } = this;
+    const lists = word.fields.filter(({ kind }) => kind === "rows").map(({ name }) => sheet.entries(name));
+    return JSON.stringify([this.garment(), this.pattern.barred, sheet.current, lists, sheet.fault]);
+  }
 }

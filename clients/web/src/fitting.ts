@@ -40,8 +40,8 @@ export interface FittingView {
   report(report: ReportMessage): void;
   /** the effects of the session's scene */
   effects(effects: EffectsMessage): void;
-  /** something that was asked of effects was refused, which is said besides */
-  effectRefused(error: ErrorMessage): void;
+  /** something that was asked of effects was refused; @returns whether it is said where it was asked for */
+  effectRefused(error: ErrorMessage): boolean;
   /** what is worn was changed, by whomever */
   outfit(outfit: OutfitMessage): void;
   /** the sewing pattern as it is worn */
@@ -361,7 +361,7 @@ export class Fitting {
       this.wish = { ...this.wish, fabric: this.fabricWorn };
       this.view.choices(this.catalogue, this.wish);
     }
-    if (error.code === "effect_refused") this.view.effectRefused(error);
+    if (error.code === "effect_refused" && this.view.effectRefused(error)) return;
     if (this.view.editRefused(error)) return;
     if (TOLD.has(error.code)) {
       this.view.notice({ title: "How the body is tracked", message: error.message, remedy: error.remedy, told: true });

@@ -29,3 +29,8 @@ export function sentence(name: string): string {
   const words = name.replace(/[_-]+/g, " ").trim();
   return /^t ?shirt\b/i.test(words) ? words.replace(/^t ?shirt/i, "T-shirt") : words.charAt(0).toUpperCase() + words.slice(1);
 }
+
+/** With a capital at the start: what a program answers is shown as a sentence. */
+export function capitalised(text: string): string {
+  return text.charAt(0).toUpperCase() + text.slice(1);
+}

@@ -1,4 +1,4 @@
-import { Api, RateMeter, RequestError, steadyNow, type Fabric, type Print } from "@tryon/core";
+import { Api, RateMeter, RequestError, steadyNow, type Fabric, type Print, type WornItem } from "@tryon/core";
 
 import { AccuracyPanel } from "./accuracy.ts";
 import { AdviceLine } from "./advice.ts";
@@ -50,9 +50,15 @@ class Studio implements FittingView {
   private readonly pattern = new PatternPanel(
     (message) => this.fitting.client?.send(message),
     (notice) => this.board.show(notice),
+    () => (typeof this.editedItem?.size === "number" ? this.editedItem.size : this.wornSize),
+    () => this.effectsPanel.patternChanged(),
   );
   private readonly accuracy = new AccuracyPanel((message) => this.fitting.client?.send(message));
-  private readonly effectsPanel = new EffectsPanel((message) => this.fitting.client?.send(message));
+  private readonly effectsPanel: EffectsPanel = new EffectsPanel(
+    (message) => this.fitting.client?.send(message),
+    this.pattern,
+    (notice) => this.board.show(notice),
+  );
   private readonly drawn = new RateMeter();
   private readonly fitting: Fitting;
   private readonly panel: Choices;
@@ -63,6 +69,10 @@ class Studio implements FittingView {
   /** name of the garment that is edited */
   private editing = "";
   private dressed = -1;
+  /** of what is worn, over its pattern's own */
+  private wornSize = 1;
+  /** the one of several garments that is edited */
+  private editedItem: WornItem | undefined;
   private readonly wardrobe: Wardrobe;
   private colour: string | undefined;
   private print: Print | undefined;
@@ -79,7 +89,10 @@ class Studio implements FittingView {
       session: () => this.fitting.sessionId,
       notice: (notice) => this.board.show(notice),
       busy: (sentence) => this.statusLine.setBusy(sentence),
-      edits: (garment) => this.effectsPanel.look(garment),
+      edits: (garment) => {
+        this.editedItem = garment;
+        this.effectsPanel.look(garment?.name ?? "");
+      },
     });
     this.panel = new Choices({
       garment: (id) => void this.fitting.wear(id),
@@ -247,6 +260,7 @@ class Studio implements FittingView {
     this.statusLine.setStatus(status);
     this.fit.show(status);
     this.accuracy.take(status);
+    this.wornSize = status.worn_size ?? 1;
     this.panel.wornIn(status.worn_size ?? null, status.state === "failed");
     this.view.dataset.state = status.state;
     if (status.state === "preparing" || status.state === "dressing") this.advice.hide(); // it was of what is taken off
@@ -263,8 +277,8 @@ class Studio implements FittingView {
     this.effectsPanel.take(effects);
   }
 
-  effectRefused(...[error]: Parameters<FittingView["effectRefused"]>): void {
-    this.effectsPanel.refused(error);
+  effectRefused(...[error]: Parameters<FittingView["effectRefused"]>): boolean {
+    return this.effectsPanel.refused(error);
   }
 
   outfit(...[outfit]: Parameters<FittingView["outfit"]>): void {

@@ -1,4 +1,5 @@
 import { byId, setText } from "./dom.ts";
+import { capitalised } from "./format.ts";
 
 /** What went wrong, or what a person should know: where, and what to do about it. */
 export interface Notice {
@@ -48,9 +49,4 @@ export class NoticeBoard {
     element.hidden = !text;
     setText(element, text ?? "");
   }
-}
-
-/** With a capital at the start: what a program answers is shown as a sentence. */
-function capitalised(text: string): string {
-  return text.charAt(0).toUpperCase() + text.slice(1);
 }

@@ -1,4 +1,4 @@
-import { PatternDesk, type Design, type Point } from "@tryon/core";
+import { PatternDesk, type ChosenPlace, type Design, type PlaceKind, type Point } from "@tryon/core";
 import type { ClientMessage, DesignMessage, EditedMessage, ErrorMessage } from "@tryon/protocol";
 
 import { byId } from "./dom.ts";
@@ -6,6 +6,17 @@ import { NoticeBoard, type Notice } from "./notice.ts";
 import { PatternDrawing } from "./pattern_drawing.ts";
 import type { Chosen } from "./pattern_piece.ts";
 import { PatternTools, type Aim } from "./pattern_tools.ts";
+
+/** A choice in the pattern that is not for an edit. */
+interface Choice {
+  /** what it is for, for people */
+  readonly what: string;
+  readonly chosen: (place: ChosenPlace | undefined) => void;
+  /** the pattern was shown for this, where it hides from which it was asked for */
+  readonly covers: boolean;
+}
+
+const NO_PATTERN = "The garment that is edited has no pattern: a mesh has none";
 
 /** The sewing pattern beside the picture, to be edited while it is worn. There is none of a garment that is a mesh. */
 export class PatternPanel {
@@ -20,6 +31,9 @@ export class PatternPanel {
   private chosen: Chosen | undefined;
   /** what a tool waits for, to do it to what is chosen */
   private aim: Aim | undefined;
+  private choice: Choice | undefined;
+  /** what would be chosen, for people */
+  private pointed = "";
   private open = false;
   private picture = 0;
   private notes = "";
@@ -27,10 +41,14 @@ export class PatternPanel {
   /**
    * @param send hands a message to the session
    * @param tell says what concerns more than an edit
+   * @param size in which the pattern is worn, over its own
+   * @param there told when there is a pattern, and when there is none any more
    */
   constructor(
     send: (message: ClientMessage) => void,
     private readonly tell: (notice: Notice) => void,
+    private readonly size: () => number,
+    private readonly there: () => void,
   ) {
     this.desk = new PatternDesk({
       send,
@@ -48,7 +66,8 @@ export class PatternPanel {
       cancel: () => desk.cancel(),
       choose: (chosen) => this.choose(chosen),
       cut: (line) => this.cut(line),
-      place: (at) => this.place(at),
+      place: (at, met) => this.place(at, met),
+      point: (label) => this.point(label),
       nudge: (panel, grip, by, again) => {
         if ((again && desk.waiting) || !desk.begin(panel, grip)) return;
         desk.moveBy(by);
@@ -109,13 +128,59 @@ export class PatternPanel {
     this.notes = "";
   }
 
+  /** Why nothing can be chosen in it; "": something can. */
+  get barred(): string {
+    return this.desk.design ? "" : NO_PATTERN;
+  }
+
+  /**
+   * Has somebody choose a place in the pattern, for something else than an edit; shows it, where it is not shown.
+   * @param what the choice is for, for people
+   * @param chosen told of it, or of none where somebody leaves it
+   */
+  choosePlace(kind: PlaceKind, what: string, chosen: Choice["chosen"]): void {
+    if (this.barred) {
+      chosen(undefined);
+      return;
+    }
+    const asks = document.activeElement;
+    const shown = this.open;
+    this.show(true);
+    this.choice = { what, chosen, covers: !shown && !(asks?.checkVisibility() ?? true) };
+    this.aimAt(kind);
+    this.drawing.focus(this.chosen?.panel);
+  }
+
   private show(open: boolean): void {
     this.drawing.escape();
     this.open = open;
     this.aimAt(undefined);
   }
 
+  /** Ends the choice that is under way, if one is. */
+  private endChoice(place: ChosenPlace | undefined): void {
+    const { choice } = this;
+    if (!choice) return;
+    this.choice = undefined;
+    if (choice.covers) this.open = false;
+    this.aimAt(undefined);
+    choice.chosen(place);
+  }
+
+  private point(label: string): void {
+    if (label === this.pointed) return;
+    this.pointed = label;
+    if (this.aim) this.changed();
+  }
+
   private choose(chosen: Chosen | undefined): void {
+    if (this.choice) {
+      this.chosen = chosen;
+      const kind = chosen?.edge === undefined ? "piece" : "edge";
+      if (chosen && (this.aim === kind || this.aim === "piece")) this.endChoice(this.aim === "piece" ? { panel: chosen.panel } : chosen);
+      else this.draw(); // of a piece that is chosen the edges can be reached by keys
+      return;
+    }
     const from = this.chosen;
     if (this.aim === "sew" && from?.edge !== undefined && chosen?.edge !== undefined) {
       this.desk.make({ kind: "close_seam", panel: from.panel, edge: from.edge, to_panel: chosen.panel, to_edge: chosen.edge });
@@ -130,7 +195,13 @@ export class PatternPanel {
     this.aimAt(undefined);
   }
 
-  private place(at: (panel: string) => Point): void {
+  private place(at: (panel: string) => Point, met: string | undefined): void {
+    if (this.choice) {
+      if (met === undefined) return;
+      const [x, y] = at(met).map((number) => round(number * this.size()));
+      this.endChoice({ panel: met, at: [x, y] });
+      return;
+    }
     const { aim } = this;
     const panel = this.chosen?.panel;
     if (panel !== undefined && (aim === "patch" || aim === "pocket")) {
@@ -141,7 +212,9 @@ export class PatternPanel {
   }
 
   private aimAt(aim: Aim | undefined): void {
+    if (!isPlace(aim)) this.endChoice(undefined);
     this.aim = aim;
+    this.pointed = "";
     this.drawing.aim(aim);
     this.draw();
   }
@@ -156,6 +229,7 @@ export class PatternPanel {
 
   private draw(): void {
     const { design } = this.desk;
+    if (this.toggle.hidden === Boolean(design)) this.there();
     this.toggle.hidden = !design;
     this.panel.hidden = !design || !this.open;
     this.toggle.ariaExpanded = String(!this.panel.hidden);
@@ -164,12 +238,15 @@ export class PatternPanel {
     this.redo.disabled = !design?.undone;
     if (!design || this.panel.hidden) return;
     if (!isThere(design, this.chosen)) {
-      this.chosen = this.aim = undefined;
-      this.drawing.aim(undefined);
+      this.chosen = undefined;
+      if (!this.choice) {
+        this.aim = undefined;
+        this.drawing.aim(undefined);
+      }
     }
     const by = this.desk.draggedBy;
     this.drawing.show(design, this.chosen, !design.held && !by && !this.desk.waiting);
-    this.tools.show(design, this.chosen, by, this.aim);
+    this.tools.show(design, this.chosen, by, this.aim, this.pointed, this.choice?.what);
   }
 
   private key(event: KeyboardEvent): void {
@@ -189,4 +266,13 @@ export class PatternPanel {
 function isThere(design: Design, chosen: Chosen | undefined): boolean {
   const panel = design.panels.find(({ name }) => name === chosen?.panel);
   return panel !== undefined && (chosen?.edge === undefined || chosen.edge < panel.edges.length);
+}
+
+function isPlace(aim: Aim | undefined): aim is PlaceKind {
+  return aim === "edge" || aim === "piece" || aim === "spot";
+}
+
+/** A place as it is told: to a tenth of a millimetre. */
+function round(metres: number): number {
+  return Math.round(1e4 * metres) / 1e4;
 }

@@ -15,8 +15,10 @@ export interface DrawingEvents {
   choose(chosen: Chosen | undefined): void;
   /** a line was drawn to cut along; it is told in the plane of the piece that is named [m] */
   cut(line: (panel: string) => readonly [Point, Point]): void;
-  /** a place was chosen to sew something on; it is told in the plane of the piece that is named [m] */
-  place(at: (panel: string) => Point): void;
+  /** a place was chosen, on the piece that is `met` if any is; it is told in the plane of the piece that is named [m] */
+  place(at: (panel: string) => Point, met: string | undefined): void;
+  /** this would be chosen, for people; "": nothing */
+  point(label: string): void;
   /** a grip was moved by keys; `again`: the key is held down */
   nudge(panel: string, grip: Grip, by: Point, again: boolean): void;
 }
@@ -39,6 +41,11 @@ const GAP_SHARE = 0.06;
 /** a key's move, without and with Shift [m] */
 const NUDGE = 0.001;
 const NUDGE_FAR = 0.01;
+/** a key's move of a place that is being chosen, without and with Shift [m] */
+const STEP = 0.01;
+const STEP_FAR = 0.05;
+/** half of the cross that marks it [px] */
+const CROSS = 7;
 const ARROWS: Readonly<Record<string, Point>> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
 /**
@@ -53,6 +60,10 @@ export class PatternDrawing {
   private design: Design | undefined;
   private chosen: Chosen | undefined;
   private aimed: Aim | undefined;
+  /** marks the place that would be chosen */
+  private readonly cross = svg("path", { class: "cross" });
+  /** where it was moved to by keys, in the piece's plane [m] */
+  private crossed: { piece: PieceDrawing; at: Point } | undefined;
 
   constructor(
     private readonly sheet: SVGSVGElement,
@@ -65,6 +76,9 @@ export class PatternDrawing {
       if (event.pointerId === this.press?.pointer) this.escape();
     });
     sheet.addEventListener("keydown", (event) => this.key(event));
+    sheet.addEventListener("pointerover", (event) => this.point(event.target));
+    sheet.addEventListener("focusin", (event) => this.point(event.target));
+    for (const left of ["pointerleave", "focusout"]) sheet.addEventListener(left, () => this.point(null));
     new ResizeObserver(() => this.fit()).observe(sheet);
   }
 
@@ -96,7 +110,27 @@ export class PatternDrawing {
     this.aimed = aim;
     this.sheet.classList.toggle("cutting", aim === "cut");
     this.sheet.classList.toggle("sewing", aim === "sew");
-    this.sheet.classList.toggle("placing", aim === "patch" || aim === "pocket");
+    this.sheet.classList.toggle("placing", this.places);
+    this.sheet.classList.toggle("choosing-edge", aim === "edge");
+    this.sheet.classList.toggle("choosing-piece", aim === "piece");
+    this.uncross();
+  }
+
+  /** Has the keys go to a piece, or to the first one. */
+  focus(panel: string | undefined): void {
+    (this.pieces.find((piece) => this.nameOf(piece) === panel) ?? this.pieces.at(0))?.focus();
+  }
+
+  /** Is a place waited for? */
+  private get places(): boolean {
+    return this.aimed === "patch" || this.aimed === "pocket" || this.aimed === "spot";
+  }
+
+  /** Tells what would be chosen: of what is pointed at, or has the keys. */
+  private point(target: EventTarget | null): void {
+    const piece = this.aimed && target instanceof Element ? this.pieceOf(target) : undefined;
+    const wanted = piece && target instanceof Element ? piece.labelOf(target, this.aimed === "edge" || this.aimed === "sew") : "";
+    this.events.point(wanted ?? "");
   }
 
   /** Lays the pieces out in the room there is; not below a finger that has one. */
@@ -119,9 +153,10 @@ export class PatternDrawing {
       this.beginCut(event);
       return;
     }
-    if (this.aimed === "patch" || this.aimed === "pocket") {
+    if (this.places) {
       const inPiece = this.inPiece();
-      this.events.place((panel) => inPiece(panel, [event.clientX, event.clientY]));
+      const met = this.pieceOf(event.target);
+      this.events.place((panel) => inPiece(panel, [event.clientX, event.clientY]), met && this.nameOf(met));
       return;
     }
     const met = this.aimed ? undefined : this.meet(event);
@@ -140,6 +175,7 @@ export class PatternDrawing {
 
   private move(event: PointerEvent): void {
     const { press } = this;
+    if (this.places && !press) this.hover(event);
     if (event.pointerId !== press?.pointer || this.layout.scale <= 0) return;
     const [x, y] = [event.clientX - press.from[0], event.clientY - press.from[1]];
     press.moved ||= Math.hypot(x, y) >= STILL;
@@ -187,6 +223,48 @@ export class PatternDrawing {
     };
   }
 
+  /** Marks the place below the pointer, where it is on a piece. */
+  private hover(event: PointerEvent): void {
+    this.uncross();
+    if (!(event.target instanceof Element) || !this.pieceOf(event.target)) return;
+    const sheet = this.sheet.getBoundingClientRect();
+    this.drawCross([event.clientX - sheet.left, event.clientY - sheet.top]);
+  }
+
+  private drawCross([x, y]: Point): void {
+    put(this.cross, { d: `M${x - CROSS} ${y}h${2 * CROSS}M${x} ${y - CROSS}v${2 * CROSS}` });
+    this.sheet.append(this.cross);
+  }
+
+  private uncross(): void {
+    this.crossed = undefined;
+    this.cross.remove();
+  }
+
+  /** A place of a piece is chosen by keys: from its middle on arrows move it; a corner is one. @returns whether it was */
+  private keyPlace(event: KeyboardEvent, piece: PieceDrawing, arrow: Point | undefined): boolean {
+    const panel = this.nameOf(piece);
+    if (this.aimed !== "spot" && panel !== this.chosen?.panel) return false; // what is sewn on is sewn on that
+    const vertices = this.design?.panels[piece.index].vertices ?? [];
+    const grip = event.target instanceof Element ? piece.gripOf(event.target) : undefined;
+    const begun = this.crossed?.piece === piece ? this.crossed.at : undefined;
+    const enter = event.key === "Enter" || event.key === " ";
+    if (enter && grip?.kind === "vertex") this.events.place(() => vertices[grip.vertex], panel);
+    else if (enter && begun) this.events.place(() => begun, panel);
+    else if (enter) this.crossAt(piece, middleOf(vertices));
+    else if (begun && arrow) {
+      const far = event.shiftKey ? STEP_FAR : STEP;
+      this.crossAt(piece, [begun[0] + arrow[0] * far, begun[1] + arrow[1] * far]);
+    } else return false;
+    return true;
+  }
+
+  private crossAt(piece: PieceDrawing, at: Point): void {
+    this.crossed = { piece, at };
+    const [x, y] = this.layout.origins[piece.index];
+    this.drawCross([x + this.layout.scale * at[0], y - this.layout.scale * at[1]]);
+  }
+
   /** Attributes of one end of a line, of a place in the window [px]. */
   private onSheet([x, y]: Point, end: "1" | "2"): Readonly<Record<string, number>> {
     const sheet = this.sheet.getBoundingClientRect();
@@ -207,7 +285,9 @@ export class PatternDrawing {
     if (!piece) return;
     const grip = piece.gripOf(event.target);
     const arrow = ARROWS[event.key] as Point | undefined;
-    if (grip && arrow) {
+    if (this.places) {
+      if (!this.keyPlace(event, piece, arrow)) return;
+    } else if (grip && arrow && !this.aimed) {
       const far = event.shiftKey ? NUDGE_FAR : NUDGE;
       this.events.nudge(this.nameOf(piece), grip, [arrow[0] * far, arrow[1] * far], event.repeat);
     } else if (!grip && (event.key === "Enter" || event.key === " ")) this.events.choose(this.meant(event.target));
@@ -252,4 +332,10 @@ export class PatternDrawing {
   private nameOf(piece: PieceDrawing): string {
     return this.design?.panels[piece.index].name ?? "";
   }
+}
+
+/** The middle of the box around these. */
+function middleOf(points: readonly Point[]): Point {
+  const [xs, ys] = [points.map(([x]) => x), points.map(([, y]) => y)];
+  return [(Math.min(...xs) + Math.max(...xs)) / 2, (Math.min(...ys) + Math.max(...ys)) / 2];
 }

@@ -85,6 +85,18 @@ export class PieceDrawing {
     return edge < 0 ? undefined : edge;
   }
 
+  /** What an element of this piece is called, where it is an edge or, unless edges are looked for, the piece. */
+  labelOf(element: Element, edges: boolean): string | undefined {
+    const edge = this.edgeOf(element);
+    const meant = edge === undefined || !edges ? (edges ? undefined : this.cloth) : this.edges[edge].reach;
+    return meant?.getAttribute("aria-label") ?? undefined;
+  }
+
+  /** Has the keys go to it. */
+  focus(): void {
+    this.cloth.focus({ preventScroll: true });
+  }
+
   /** The grip that an element of this piece stands for. */
   gripOf(element: Element): Grip | undefined {
     return [...this.corners, ...this.edges.flatMap(({ handles }) => handles)].find((mark) => mark.element === element)?.grip;

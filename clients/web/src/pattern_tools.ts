@@ -1,4 +1,4 @@
-import { lengthOf, sewnTo, type Design, type PatternEdit, type Point } from "@tryon/core";
+import { lengthOf, sewnTo, type Design, type PatternEdit, type PlaceKind, type Point } from "@tryon/core";
 
 import { byId, make, setText } from "./dom.ts";
 import { nameOf, type Chosen } from "./pattern_piece.ts";
@@ -9,10 +9,14 @@ const AIMED: Readonly<Record<Aim, string>> = {
   cut: "Draw a line across the piece, from outside to outside; Escape leaves it whole",
   patch: "Choose the place of the patch's middle on the piece; Escape takes none",
   pocket: "Choose the place of the pocket's middle on the piece; Escape takes none",
+  edge: "Choose an edge; Escape takes none",
+  piece: "Choose a piece; Escape takes none",
+  spot: "Choose a spot on a piece; Escape takes none",
 };
 
-/** What a tool waits for: the edge to sew to, a line to cut along, a place to sew something on. */
-export type Aim = "sew" | "cut" | "patch" | "pocket";
+/** What is waited for: by a tool, the edge to sew to, a line to cut along, a place to sew something on; by who chooses
+ * a place for something else than an edit, that. */
+export type Aim = "sew" | "cut" | "patch" | "pocket" | PlaceKind;
 
 /** What edits are called; one that is not known here is shown by its own name. */
 const MADE: Readonly<Record<string, string>> = {
@@ -37,6 +41,7 @@ const MADE: Readonly<Record<string, string>> = {
 /** What can be done to the edge or the piece that is chosen, by numbers, and the list of what was done. */
 export class PatternTools {
   private readonly sentence = byId("pattern-chosen");
+  private readonly leave = byId("pattern-leave", HTMLButtonElement);
   private readonly hem = byId("pattern-hem", HTMLFormElement);
   private readonly seam = byId("pattern-seam", HTMLFormElement);
   private readonly dart = byId("pattern-dart", HTMLFormElement);
@@ -50,9 +55,10 @@ export class PatternTools {
 
   /**
    * @param make makes an edit
-   * @param aim has the drawing wait for what an edit needs besides
+   * @param aim has the drawing wait for what an edit needs besides; or no more
    */
-  constructor(make: (edit: PatternEdit) => void, aim: (aim: Aim) => void) {
+  constructor(make: (edit: PatternEdit) => void, aim: (aim: Aim | undefined) => void) {
+    this.leave.addEventListener("click", () => aim(undefined));
     const takes = (form: HTMLFormElement, edit: (panel: string, edge: number, value: string) => PatternEdit | Aim) => {
       form.addEventListener("submit", (event) => {
         event.preventDefault();
@@ -94,20 +100,24 @@ export class PatternTools {
   /**
    * Offers what can be done to what is chosen.
    * @param by how far a grip is being dragged [m], if one is
-   * @param aim what a tool waits for
+   * @param aim what is waited for
+   * @param pointed of what would be chosen
+   * @param what the choice is for, where it is not for an edit
    */
-  show(design: Design, chosen: Chosen | undefined, by: Point | undefined, aim: Aim | undefined): void {
+  show(design: Design, chosen: Chosen | undefined, by: Point | undefined, aim: Aim | undefined, pointed = "", what = ""): void {
     this.chosen = chosen;
     const index = design.panels.findIndex(({ name }) => name === chosen?.panel);
     const edge = chosen?.edge === undefined ? undefined : design.panels[index].edges.at(chosen.edge);
     const sewn = chosen?.edge === undefined ? undefined : sewnTo(design, index, chosen.edge);
-    this.hem.hidden = !edge || sewn !== undefined;
-    this.seam.hidden = sewn === undefined;
-    this.dart.hidden = edge === undefined;
-    this.piece.hidden = this.cut.hidden = this.patch.hidden = !chosen || edge !== undefined;
-    this.garment.hidden = chosen !== undefined;
+    const edits = what === "";
+    this.leave.hidden = aim === undefined;
+    this.hem.hidden = !edits || !edge || sewn !== undefined;
+    this.seam.hidden = !edits || sewn === undefined;
+    this.dart.hidden = !edits || edge === undefined;
+    this.piece.hidden = this.cut.hidden = this.patch.hidden = !edits || !chosen || edge !== undefined;
+    this.garment.hidden = !edits || chosen !== undefined;
     const name = chosen ? nameOf(chosen.panel) : "";
-    if (aim) setText(this.sentence, AIMED[aim]);
+    if (aim) setText(this.sentence, `${what && `${what}: `}${pointed || AIMED[aim]}`);
     else if (by) setText(this.sentence, `${name}: ${moved(by[0], "right", "left")}, ${moved(by[1], "up", "down")}`);
     else if (edge) {
       const to = sewn ? `seam ${sewn.seam + 1} to ${nameOf(design.panels[sewn.panel].name)}` : "open";

@@ -11,8 +11,8 @@ export interface WardrobeSurroundings {
   notice(notice: Notice): void;
   /** what is being done, of which the session does not tell; null: it is done */
   busy(sentence: string | null): void;
-  /** this garment is edited now, by its name in the session; "": it is the only one */
-  edits(garment: string): void;
+  /** this one of several garments is edited now; nothing: there is but one */
+  edits(garment: WornItem | undefined): void;
 }
 
 /** What is worn, in order: put on, taken off, moved, and which garment is edited. The outermost comes first. */
@@ -64,7 +64,7 @@ export class Wardrobe {
 
   private take(worn: readonly WornItem[]): void {
     this.worn = worn;
-    this.page.edits(worn.length > 1 ? (worn.find(({ edited }) => edited)?.name ?? "") : "");
+    this.page.edits(worn.length > 1 ? worn.find(({ edited }) => edited) : undefined);
     this.show();
   }
 

@@ -237,6 +237,7 @@ class EffectWordReply(Model):
     title: str
     about: str
     kept: bool = Field(description="it can't be taken off: that nothing penetrates rests on it")
+    lined: bool = Field(description="it is nothing without an entry in one of its lists")
     fields: list[dict[str, Any]] = Field(
         description="its parameters: name, about, unit, kind, default; live: a running scene takes it up at once; "
         "needed: it has to be told; and what that kind has besides, such as low and high"

@@ -15,7 +15,7 @@ from tryon_solver.dressing.outfit import Outfit
 from tryon_solver.effect_words.fields import EffectError
 from tryon_solver.effect_words.ramps import as_it_comes, as_it_goes
 from tryon_solver.effect_words.rules import LINED, Parameters, rows_of_garments, together, with_pieces
-from tryon_solver.effect_words.table import live
+from tryon_solver.effect_words.table import WORN_ON_BODY, live
 from tryon_solver.geometry.boundary_loops import boundary_loops
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.named_lines import Cut
@@ -25,7 +25,7 @@ from tryon_solver.redesign.parsed import parsed
 from tryon_solver.simulation import Simulation
 from tryon_solver.stepping.clocked import times_in_parts
 from tryon_solver.value_ramps import ValueRamps
-from tryon_solver.worn_effects import VALUES, WORN_ON_BODY, check, in_place, spec_of, values_of
+from tryon_solver.worn_effects import VALUES, check, in_place, spec_of, values_of
 
 REPEATS = 5  # of a call that is measured, since frames wait for them
 LOOKED_AT = 1000  # vertices and triangles, from which is told what a garment is like

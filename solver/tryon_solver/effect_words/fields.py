@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import Any
+from typing import Any, Literal
 
 LIST_MAX = 64  # entries; no garment has more lines, pieces or points of a curve
 NAME_MAX = 200  # characters
@@ -126,8 +126,27 @@ class Choice(Field):
 
 
 @dataclass(frozen=True)
+class Coordinate(Number):
+    """A number: where a spot lies along an axis of a piece of the pattern, `of` the piece that this field of the same
+    row names. None until it is told."""
+
+    axis: Literal["x", "y"] = "x"
+    of: str = "panel"
+
+    @property
+    def default(self) -> None:
+        return None
+
+    def described(self) -> dict[str, Any]:
+        return {**super().described(), "axis": self.axis, "of": self.of}
+
+
+@dataclass(frozen=True)
 class Panel(Field):
-    """The name of a piece of the garment. Which there are, the garment says."""
+    """The name of a piece of the garment. Which there are, the garment says. `besides` are words that may stand in
+    its place."""
+
+    besides: tuple[str, ...] = ()
 
     @property
     def default(self) -> str:
@@ -137,6 +156,9 @@ class Panel(Field):
         if not isinstance(value, str) or not 0 < len(value) <= NAME_MAX:
             raise EffectError(f"{told(value)} is not the name of a piece", place, "Name a piece of the garment")
         return value
+
+    def described(self) -> dict[str, Any]:
+        return {**super().described(), "besides": list(self.besides)}
 
 
 @dataclass(frozen=True)
@@ -209,6 +231,7 @@ class Rows(Field):
 
 KINDS: dict[type[Field], str] = {
     Number: "number",
+    Coordinate: "coordinate",
     Vector: "vector",
     Choice: "choice",
     Panel: "panel",

@@ -9,7 +9,7 @@ from tryon_solver.effect_words.fields import Edges, Field, Panel, Panels, Rows
 from tryon_solver.effect_words.table import BY_NAME
 
 Parameters = Mapping[str, Any]
-LINED = ("elastic", "creases", "fasteners", "pins")
+LINED = tuple(name for name, word in BY_NAME.items() if word.lined)
 """Effects along edges of the pattern, by their numbers."""
 
 

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from tryon_solver.effect_words.fields import (
     Choice,
+    Coordinate,
     Curve,
     Edges,
     EffectError,
@@ -32,6 +33,7 @@ and loop those of a light closure, as on a cuff."""
 
 
 SKIN = "skin"
+WORN_ON_BODY = "body"  # in place of a piece's name
 FABRICS = (
     "cotton_jersey",
     "cotton_poplin",
@@ -50,7 +52,8 @@ FABRICS = (
 @dataclass(frozen=True)
 class EffectWord:
     """An effect by name: a `title` and what it is `about`, for people, and its parameters. `kept`: it can't be taken
-    off, since what frames promise rests on it. `takes_place_of` names what is left out while it is active."""
+    off, since what frames promise rests on it. `takes_place_of` names what is left out while it is active. `lined`: it
+    acts on the lines and spots that its lists name, and is nothing without one."""
 
     name: str
     title: str
@@ -58,6 +61,7 @@ class EffectWord:
     fields: tuple[Field, ...] = ()
     kept: bool = False
     takes_place_of: tuple[str, ...] = ()
+    lined: bool = False
 
     def parameters(self, given: Any = None) -> dict[str, Any]:
         """All of its parameters, plain JSON, those that are not given by default. Raises EffectError."""
@@ -66,16 +70,17 @@ class EffectWord:
     def described(self) -> dict[str, Any]:
         """The word as plain JSON."""
         fields = [field.described() for field in self.fields]
-        return {"name": self.name, "title": self.title, "about": self.about, "kept": self.kept, "fields": fields}
+        told = {"name": self.name, "title": self.title, "about": self.about, "kept": self.kept, "lined": self.lined}
+        return {**told, "fields": fields}
 
 
 def _coefficient(name: str, about: str) -> Number:
     return Number(name, about, "", high=2.0, open=True)
 
 
-def _coordinate(axis: str) -> Number:
+def _coordinate(axis: Literal["x", "y"]) -> Coordinate:
     about = "of the spot, as the piece's pattern is drawn, in the size that is worn"
-    return Number(axis, about, "m", low=-10.0, high=10.0, needed=True, untold=-100.0)
+    return Coordinate(axis, about, "m", low=-10.0, high=10.0, needed=True, axis=axis)
 
 
 def _line(about: str) -> Edges:
@@ -133,7 +138,7 @@ WORDS = (
                 "two pieces, or a piece and the body, that have others, whatever they are made of",
                 fields=(
                     Panel("first", "a piece of the garment", needed=True),
-                    Panel("second", 'another one, the same, or "body"', needed=True),
+                    Panel("second", 'another one, the same, or "body"', needed=True, besides=(WORN_ON_BODY,)),
                     Number("static", "while they stick", "", high=2.0, untold=0.3),
                     _coefficient("kinetic", "while they slide"),
                 ),
@@ -231,6 +236,7 @@ WORDS = (
             ),
             Number("stiffness", "of the pin at each vertex", "N/m", low=10.0, high=1e5, untold=1000.0),
         ),
+        lined=True,
     ),
     EffectWord(
         "elastic",
@@ -246,6 +252,7 @@ WORDS = (
             ),
             RAMP,
         ),
+        lined=True,
     ),
     EffectWord(
         "creases",
@@ -261,6 +268,7 @@ WORDS = (
             ),
             RAMP,
         ),
+        lined=True,
     ),
     EffectWord(
         "fasteners",
@@ -282,6 +290,7 @@ WORDS = (
             Number("stiffness", "of each button or tooth", "N/m", low=10.0, high=1e5, untold=2e4),
             RAMP,
         ),
+        lined=True,
     ),
     EffectWord(
         "adhesion",
