@@ -12,6 +12,7 @@ from tryon_server.runtime import production
 from tryon_server.runtime.order import DrapeOrder
 from tryon_server.sessions.commands import ChangeEffect, Run
 from tryon_server.sessions.events import EffectsTold
+from tryon_solver.contact.candidates import Candidates
 from tryon_solver.effect_words.fields import EffectError
 from tryon_solver.effect_words.table import live, word_of
 from tryon_solver.redesign.apply import apply
@@ -100,6 +101,26 @@ def test_frames_go_on_from_where_they_were(bag):
     assert moved.max() < 0.01, "no vertex jumps while nothing else acts"
     assert np.linalg.norm(advance(bag, 15) - at, axis=1).max() > 0.02
     assert "air_drag" not in plan(bag)
+
+
+def test_coming_to_be_bound_takes_no_more_candidates_than_frames_do(bag, monkeypatch):
+    """The other simulation has no region yet; around its zeros all pairs of triangles would be candidates."""
+    lengths = []
+    append = Candidates.append
+
+    def appended(candidates, found, count):
+        append(candidates, found, count)
+        lengths.append(candidates.size)
+
+    monkeypatch.setattr(Candidates, "append", appended)
+    advance(bag, 3)
+    usual = max(lengths)
+    assert usual > 0
+    lengths.clear()
+    for _ in bag.effects.rebind(asked(wind={"velocity": [0, 0, 3], "shelter": 0})):
+        pass
+    assert lengths, "contact was called once"
+    assert max(lengths) < 2 * usual
 
 
 def test_what_does_not_suit_is_refused_and_nothing_changes(bag):

@@ -1,7 +1,8 @@
 """What contact with one surface takes in a step, by what is done: measured when it is asked for (clocked.py).
 
 The search for contact, the barrier's terms and the time of impact are the step's own, not a contribution's; here the
-same functions are called on lists of their own, with one surface alone, at the state as it is.
+same functions are called on lists and in a region of their own, with one surface alone, at the state as it is: what
+takes no step before has no region yet, and around its zeros every triangle would be near every other.
 """
 
 from __future__ import annotations
@@ -14,11 +15,12 @@ import warp as wp
 
 from tryon_solver.contact import broad_phase
 from tryon_solver.contact import pairs as contact_pairs
-from tryon_solver.contact.candidates import Candidates
+from tryon_solver.contact.candidates import Candidates, Region
 from tryon_solver.contact.pairs import ContactPairs
 from tryon_solver.contact.surfaces import Surface
 from tryon_solver.contact.verify import violations
 from tryon_solver.stepping.correct import prove_free
+from tryon_solver.stepping.search import accompany
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -35,10 +37,12 @@ def contact_calls(sim: Simulation, surface: Surface) -> dict[str, Callable[[], N
     device, x = sim.device, sim.state.x
     beside = copy(sim)
     beside.candidates, beside.pairs = Candidates.allocate(FIRST_ROOM, device), ContactPairs.allocate(FIRST_ROOM, device)
-    beside.touching = (surface,)
+    beside.touching, beside.region = (surface,), Region.allocate(sim.all_count, device)
     way = wp.zeros_like(x)
     wp.copy(way, wp.array(sim.dt * sim.state.v.numpy(), dtype=wp.vec3, device=device), count=sim.cloth_count)
     direction, sums, numbers = wp.zeros_like(x), wp.zeros_like(x), wp.zeros_like(sim.work.blocks)
+    accompany(sim, beside.region, x, direction, share=1.0)
+    wp.copy(beside.region.anchor, beside.region.centre)
     find(beside)
     contact_pairs.collect(beside.pairs, beside.candidates, beside.contact, x)
     distances = wp.clone(beside.candidates.distance)
@@ -65,5 +69,5 @@ def contact_calls(sim: Simulation, surface: Surface) -> dict[str, Callable[[], N
 
 
 def find(sim: Simulation) -> None:
-    """Fill the candidates anew for the region as it is set."""
+    """Fill the candidates anew for the region."""
     broad_phase.find(sim.candidates, sim.cloth, sim.touching, sim.region, sim.group, sim.state.x)

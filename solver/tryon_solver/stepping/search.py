@@ -19,6 +19,7 @@ from tryon_solver.linalg.vectors import subtract
 from tryon_solver.stepping.progress import LEAST
 
 if TYPE_CHECKING:
+    from tryon_solver.contact.candidates import Region
     from tryon_solver.simulation import Simulation
 
 wp.set_module_options({"enable_backward": False})
@@ -176,7 +177,13 @@ def search_along(sim: Simulation, x: wp.array, direction: wp.array, share: float
     Each may be off its place on the way, and at its end, by its slack, and by the `share` of what the solve moved it in
     the last step.
     """
-    region = sim.region
+    accompany(sim, sim.region, x, direction, share)
+    place_anchors(sim, 0.0)
+    find(sim, x)
+
+
+def accompany(sim: Simulation, region: Region, x: wp.array, direction: wp.array, share: float) -> None:
+    """Let the region be of what goes from x along `direction`, as `search_along` says; its anchors are not placed."""
     launch(
         accompany_kernel,
         sim.all_count,
@@ -184,8 +191,6 @@ def search_along(sim: Simulation, x: wp.array, direction: wp.array, share: float
         [region.centre, region.half_way, region.budget],
         device=sim.device,
     )
-    place_anchors(sim, 0.0)
-    find(sim, x)
 
 
 def search_further(sim: Simulation, direction: wp.array, alpha: wp.array, most: float = math.inf) -> None:
