@@ -23,7 +23,9 @@ from tryon_solver.redesign.remesh import Remesh
 from tryon_solver.reshape import reshape
 from tryon_solver.simulation import BESIDE, Simulation
 
-RAMP_SECONDS = 0.1  # simulated, in which the rest shape goes from where it is to what is wanted
+RAMP_SECONDS = 0.1  # simulated, in which the rest shape goes from where it is to what is wanted, at least:
+FASTEST = 1.0  # m/s that a point of the pattern goes at most, by which cloth would be thrown
+FASTEST_STRAIN = 1.0  # 1/s, at which a side of a triangle becomes longer or shorter at most, by its logarithm
 STEP_SECONDS = 0.03  # simulated, for which it stands on that way at least: of 20,000 vertices a host takes as long to
 # take up a shape as a GPU takes for a frame, and frames that come faster would come late for it
 INVERSE_SECONDS = 1.0  # simulated, between inverses of shapes on the way: made one after the other, the thread that
@@ -42,6 +44,7 @@ class LiveEdit:
         self._own = slice(None) if layer is None else layer.faces
         self.now: PanelMesh = drag.mesh
         self.wanted: PanelMesh = drag.mesh
+        self.ramp_seconds = 0.0  # simulated, that the way to what is wanted takes or took
         self._ramp: Ramp | None = None
         self._begun = 0.0  # s, when the shape set out
         self._stood_since = -math.inf  # s, when it became `now`
@@ -66,6 +69,8 @@ class LiveEdit:
         now = self.sim.state.time
         self._begun = now if self._ramp is None else max(self._begun, self._stood_since)
         self.wanted, self._ramp = mesh, ramp
+        way, strain = self.size * ramp.longest_way(), ramp.largest_strain()
+        self.ramp_seconds = max(RAMP_SECONDS, way / FASTEST, strain / FASTEST_STRAIN)
         return None
 
     def go_on_in(self, sim: Simulation) -> None:
@@ -95,7 +100,7 @@ class LiveEdit:
         self._go_on_with_inverse(time)
 
     def _go_on_the_way(self, ramp: Ramp, time: float) -> None:
-        share = (time - self._begun) / RAMP_SECONDS
+        share = (time - self._begun) / self.ramp_seconds
         there = share >= 1.0
         if there or time - self._stood_since >= STEP_SECONDS:
             self.now, self._stood_since = self.wanted if there else ramp.at(share), time

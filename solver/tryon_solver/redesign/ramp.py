@@ -36,6 +36,15 @@ class Ramp:
         """The mesh at this share of the way, 0 to 1; flat pieces lie where they do at its end all the while."""
         return replace(self.after, uv=(1 - share) * self.before + share * self.after.uv)
 
+    def longest_way(self) -> float:
+        """How far a vertex goes [m], at most."""
+        return float(np.linalg.norm(self.after.uv - self.before, axis=1).max(initial=0.0))
+
+    def largest_strain(self) -> float:
+        """Largest logarithm of the ratio of a triangle's side after to before, or before to after."""
+        ways = [_squared(sides_of(uv, self.after.faces)) for uv in (self.before, self.after.uv)]
+        return 0.5 * float(np.abs(np.log(ways[1] / ways[0])).max(initial=0.0))
+
 
 def begin_ramp(before: PanelMesh, after: PanelMesh) -> Ramp | Remesh:
     """The way between two meshes of a drag, or from one of another ramp to one of a drag; else why there is none.
@@ -64,6 +73,11 @@ def begin_ramp(before: PanelMesh, after: PanelMesh) -> Ramp | Remesh:
     name = after.panel_names[int(after.panel_of_face[doubtful[worst]])]
     on_the_way = "on the way its fabric would fold over itself or be almost without width"
     return Remesh(f"{name!r} can't be drawn gradually into its new shape: {on_the_way}", name)
+
+
+def _squared(sides: Sides) -> Points:
+    """(3, F) m^2."""
+    return np.stack([x * x + y * y for x, y in sides])
 
 
 def _crossed(one: Sides, other: Sides) -> Points:

@@ -15,7 +15,14 @@ from tryon_solver.body.model import default_body
 from tryon_solver.geometry.panel_mesh import mesh_pattern
 from tryon_solver.geometry.pattern import parse_pattern
 from tryon_solver.geometry.size import in_size
-from tryon_solver.live_edit import INVERSE_SECONDS, RAMP_SECONDS, STEP_SECONDS, LiveEdit
+from tryon_solver.live_edit import (
+    FASTEST,
+    FASTEST_STRAIN,
+    INVERSE_SECONDS,
+    RAMP_SECONDS,
+    STEP_SECONDS,
+    LiveEdit,
+)
 from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.redesign import edits
 from tryon_solver.redesign.apply import apply
@@ -115,6 +122,32 @@ def test_the_newest_edit_wins(worn):
         if edit.settled:
             break
     assert edit.settled  # the inverse came from its thread
+    edit.want(pattern_with())
+    edit.finish()
+
+
+@pytest.mark.parametrize("by", [0.03, 0.3])
+def test_no_point_of_the_pattern_goes_faster_than_cloth_can_follow(worn, by):
+    """A short way takes RAMP_SECONDS, a long one as long as its longest way and its largest strain need."""
+    edit = worn.edit
+    assert edit.want(longer(by)) is None
+    before, wanted = edit.now.uv.copy(), edit.wanted.uv
+    sides = np.stack([edit.now.faces, np.roll(edit.now.faces, -1, axis=1)], axis=-1).reshape(-1, 2)
+
+    def lengths(uv):
+        return np.linalg.norm(uv[sides[:, 0]] - uv[sides[:, 1]], axis=1)
+
+    farthest = np.linalg.norm(wanted - before, axis=1).max()
+    strain = np.abs(np.log(lengths(wanted) / lengths(before))).max()
+    assert farthest == pytest.approx(by, rel=0.1)
+    assert edit.ramp_seconds == pytest.approx(max(RAMP_SECONDS, farthest / FASTEST, strain / FASTEST_STRAIN))
+    frames = 0
+    while not np.array_equal(edit.now.uv, wanted):
+        was, frames = edit.now.uv.copy(), frames + 1
+        worn.advance()
+        way = np.linalg.norm(edit.now.uv - was, axis=1).max()
+        assert way <= farthest / edit.ramp_seconds * (STEP_SECONDS + 1 / FPS) + 1e-9
+    assert edit.ramp_seconds <= frames / FPS + 1e-6 < edit.ramp_seconds + STEP_SECONDS + 2 / FPS
     edit.want(pattern_with())
     edit.finish()
 
