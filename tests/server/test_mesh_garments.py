@@ -95,6 +95,27 @@ def test_the_rest_shape_told_of_a_mesh_goes_with_it_into_a_session(live, skirt):
     live.http.delete(f"/api/sessions/{session['id']}")
 
 
+def test_a_session_of_a_mesh_is_gone_on_from_in_its_fabric_with_its_effects(live, skirt):
+    garment = live.http.post("/api/garments", params={"name": "skirt"}, content=skirt).json()["id"]
+    wish = {"garment": garment, "fabric": "denim"}
+    first = live.http.post("/api/sessions", json=wish).json()
+    path = f"/api/sessions/{first['id']}/effects/wind"
+    deadline = time.monotonic() + 20.0
+    while live.http.put(path, json={"parameters": {"velocity": [0, 0, 3]}}).status_code != 200:
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    live.http.delete(f"/api/sessions/{first['id']}")
+    again = live.http.post("/api/sessions", json={"garment": garment, "continues": first["id"]})
+    assert again.status_code == 201, again.text
+    assert again.json()["fabric"] == "denim"
+    path = f"/api/sessions/{again.json()['id']}/effects/wind"
+    while live.http.get(path).json().get("state") != "active":
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    assert live.http.get(path).json()["parameters"]["velocity"] == [0.0, 0.0, 3.0]
+    live.http.delete(f"/api/sessions/{again.json()['id']}")
+
+
 @pytest.mark.parametrize("size", [0.9, "fit"])
 def test_a_session_does_not_size_a_mesh(live, skirt, size):
     garment = live.http.post("/api/garments", params={"name": "skirt"}, content=skirt).json()["id"]

@@ -77,9 +77,10 @@ export class PatternDesk {
 
   /**
    * Takes what the server tells.
+   * @returns whether what is dragged could go on; it can't in another garment, or in other parts
    * @throws Error when it can't be drawn; then there is no pattern
    */
-  take(message: DesignMessage): void {
+  take(message: DesignMessage): boolean {
     const before = this.newest;
     this.newest = undefined;
     try {
@@ -91,9 +92,11 @@ export class PatternDesk {
       this.kept = this.newest;
       this.released = undefined;
     }
-    if (this.drag && !(before && sameParts(before, this.newest))) this.cancel();
+    const goesOn = !this.drag || (before?.garment === this.newest.garment && sameParts(before, this.newest));
+    if (!goesOn) this.cancel();
     if (this.drag && !message.held) this.carryOver(this.drag);
     this.around.changed();
+    return goesOn;
   }
 
   /** There is no pattern any more: another session, or a connection that was lost. */
@@ -180,7 +183,7 @@ export class PatternDesk {
   undo(): void {
     if (!this.kept?.done.length || this.drag) return;
     const request = this.next();
-    this.around.send({ type: "undo", request });
+    this.around.send({ type: "undo", ...this.whose, request });
     this.ask(request);
   }
 
@@ -188,7 +191,7 @@ export class PatternDesk {
   redo(): void {
     if (!this.kept?.undone || this.drag) return;
     const request = this.next();
-    this.around.send({ type: "redo", request });
+    this.around.send({ type: "redo", ...this.whose, request });
     this.ask(request);
   }
 
@@ -221,8 +224,13 @@ export class PatternDesk {
 
   private sendEdit(edit: PatternEdit, hold: boolean): number {
     const request = this.next();
-    this.around.send({ type: "edit", edit, mirror: this.mirror, hold, request });
+    this.around.send({ type: "edit", edit, mirror: this.mirror, hold, ...this.whose, request });
     return request;
+  }
+
+  /** The garment whose pattern is shown: somebody else may have another one edited meanwhile. */
+  private get whose(): { garment?: string } {
+    return this.newest?.garment ? { garment: this.newest.garment } : {};
   }
 
   private ask(request: number): number {

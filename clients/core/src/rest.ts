@@ -145,6 +145,8 @@ export interface SessionWish {
   readonly size: Size;
   /** id of an uploaded body, which brings its motion; null: the default one */
   readonly body: string | null;
+  /** id of a session of this garment, live or ended: with its pattern as it was edited, its effects and all it wore */
+  readonly continues?: string;
 }
 
 /** A garment to be put on: null lets the server choose the fabric, or have it outermost. */

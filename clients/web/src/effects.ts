@@ -90,7 +90,12 @@ export class EffectsPanel {
     return this.section.open && this.items.some((item) => item.name === name && item.element.open && item.element.checkVisibility());
   }
 
-  /** Nothing is known of the session any more, or yet. */
+  /** Nothing is known of the session for now; what somebody has begun here stays. */
+  lost(): void {
+    this.desk.forget();
+  }
+
+  /** Another session begins, of which nothing is known yet. */
   forget(): void {
     for (const item of this.items) item.forget();
     this.desk.forget();

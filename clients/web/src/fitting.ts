@@ -52,9 +52,12 @@ export interface FittingView {
   notice(notice: Notice): void;
   /** what there is to choose from, and what is chosen */
   choices(catalogue: Catalogue, wish: SessionWish): void;
-  /** another session begins, which was opened or `joined`; its client replaces the one before */
-  began(client: Client, joined: boolean): void;
+  /** another session begins; its client replaces the one before */
+  began(client: Client, how: Beginning): void;
 }
+
+/** How a session begins for a page: anew; as one that is there; or with all that was worn in one that is over. */
+export type Beginning = "opened" | "joined" | "continued";
 
 export interface Catalogue {
   garments: Garment[];
@@ -69,6 +72,8 @@ const LARGEST_FILE = 256 * 2 ** 20;
 const RETRY_MS = 1_500;
 /** codes of what is told of poses that are followed all the same */
 const TOLD: ReadonlySet<string> = new Set(["upside_down", "lying", "off_floor", "contorted"]);
+/** answers to who would go on from a session that there is nothing left of */
+const GONE: ReadonlySet<number> = new Set([404, 409, 422]);
 const NO_GARMENT = "No garment yet: add a sewing pattern or a mesh";
 
 /**
@@ -96,9 +101,15 @@ export class Fitting {
   /** Joins the session with this id if there is one, else opens one with what most people want to see first. */
   async start(joinId: string | null): Promise<void> {
     await this.loadCatalogue();
-    const joined = joinId === null ? undefined : await this.find(joinId);
-    if (joined) {
-      this.enter(joined, true);
+    const found = joinId === null ? undefined : await this.find(joinId);
+    if (found?.state === "closed") {
+      this.view.notice({ title: "That session has ended", message: found.detail, remedy: "Another one goes on with what was worn in it.", calm: true });
+      const { garment, motion, preset, size, body } = found;
+      await this.open({ garment, motion, fabric: null, preset, size, body }, found.id);
+      return;
+    }
+    if (found) {
+      this.enter(found, "joined");
       return;
     }
     const garment = usualGarment(this.catalogue);
@@ -166,9 +177,9 @@ export class Fitting {
     this.client?.send({ type: "set_fabric", fabric, request: null });
   }
 
-  /** Holds the motion or lets it run; after the end of a session, opens another one like it. */
+  /** Holds the motion or lets it run; after the end of a session, opens another one that goes on from there. */
   togglePlay(): void {
-    if (this.link.state === "closed") void this.open(this.wish);
+    if (this.link.state === "closed") void this.open(this.wish, this.session?.id);
     else this.client?.send(this.playing ? { type: "pause", request: null } : { type: "play", request: null });
   }
 
@@ -272,9 +283,7 @@ export class Fitting {
 
   private async find(id: string): Promise<SessionInfo | undefined> {
     try {
-      const session = await this.api.session(id);
-      if (session.state !== "closed") return session;
-      this.view.notice({ title: "That session has ended", message: session.detail, remedy: "A new one was opened.", calm: true });
+      return await this.api.session(id);
     } catch (error) {
       if (!(error instanceof RequestError)) throw error;
       this.view.notice({ title: "That session isn't there", message: error.message, remedy: "A new one was opened.", calm: true });
@@ -282,22 +291,31 @@ export class Fitting {
     return undefined;
   }
 
-  /** Opens a session and leaves the present one; of several wishes in a row the last one counts. */
-  private async open(wish: SessionWish): Promise<void> {
+  /**
+   * Opens a session and leaves the present one; of several wishes in a row the last one counts.
+   * @param continues the session, which is over, that it goes on from
+   */
+  private async open(wish: SessionWish, continues?: string): Promise<void> {
     const turn = ++this.opening;
     const left = this.session;
     this.view.choices(this.catalogue, wish);
     try {
-      const session = await this.api.openSession(wish);
+      // the fabric is the one that the pattern came to be of
+      const session = await this.api.openSession(continues === undefined ? wish : { ...wish, fabric: null, continues });
       if (turn !== this.opening) {
         await this.end(session);
         return;
       }
       this.wish = wish;
-      this.enter(session, false);
+      this.enter(session, continues === undefined ? "opened" : "continued");
       if (left && left.id !== session.id) await this.end(left);
     } catch (error) {
       if (turn !== this.opening) return;
+      if (continues !== undefined && error instanceof RequestError && GONE.has(error.status)) {
+        this.view.notice({ title: "What was worn can't be gone on from", message: error.message, remedy: "It is worn as it was at first." });
+        await this.open(wish);
+        return;
+      }
       this.view.choices(this.catalogue, this.wish);
       this.refused("That could not be started", error);
       if (error instanceof RequestError && error.status === 404) void this.readAgain(); // somebody has removed it
@@ -305,7 +323,7 @@ export class Fitting {
     }
   }
 
-  private enter(session: SessionInfo, joined: boolean): void {
+  private enter(session: SessionInfo, how: Beginning): void {
     this.client?.close();
     this.session = session;
     const { garment, motion, fabric, size, body } = session;
@@ -330,7 +348,7 @@ export class Fitting {
       },
     });
     this.client = client;
-    this.view.began(client, joined);
+    this.view.began(client, how);
     this.view.choices(this.catalogue, this.wish);
     client.open(this.api.streamUrl(session));
   }
@@ -354,7 +372,7 @@ export class Fitting {
 
   private fault(error: ErrorMessage): void {
     if (error.code === "unknown_session") {
-      void this.open(this.wish); // the server was restarted: it has forgotten the session, the page has not
+      void this.open(this.wish, this.session?.id); // the server was restarted, or has ended it while nobody watched
       return;
     }
     if (error.code === "edit_refused" && this.wish.fabric !== this.fabricWorn) {

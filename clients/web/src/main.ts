@@ -243,7 +243,7 @@ class Studio implements FittingView {
     this.statusLine.setLink(link);
     if (link.state !== "open") {
       this.pattern.forget();
-      this.effectsPanel.forget();
+      this.effectsPanel.lost();
     }
     this.play.disabled = link.state === "connecting" || link.state === "reconnecting";
     if (link.state === "closed") this.showPlaying(false, "Start again");
@@ -316,8 +316,10 @@ class Studio implements FittingView {
     this.dress();
   }
 
-  began(...[, joined]: Parameters<FittingView["began"]>): void {
+  began(...[, how]: Parameters<FittingView["began"]>): void {
+    const joined = how === "joined";
     this.pattern.forget();
+    if (how !== "continued") this.effectsPanel.forget();
     this.dressed = -1;
     this.readout.reset();
     this.accuracy.began(joined);

@@ -18,6 +18,17 @@ interface Choice {
 
 const NO_PATTERN = "The garment that is edited has no pattern: a mesh has none";
 
+const LET_GO: Notice = {
+  title: "What you were dragging was let go",
+  message: "Somebody else has changed the parts of the pattern, or another garment is edited now.",
+  remedy: "Drag it again, if it is still there.",
+};
+const NOT_CHOSEN: Notice = {
+  title: "Nothing was chosen",
+  message: "Another garment is edited now, and its pattern is shown.",
+  remedy: "Choose in that one, or have the other one edited again.",
+};
+
 /** The sewing pattern beside the picture, to be edited while it is worn. There is none of a garment that is a mesh. */
 export class PatternPanel {
   private readonly panel = byId("pattern");
@@ -92,11 +103,16 @@ export class PatternPanel {
 
   /** Takes the pattern as it is worn now. One that can't be drawn is none, and said so. */
   design(message: DesignMessage): void {
+    const before = this.desk.design?.garment;
     try {
-      this.desk.take(message);
+      if (!this.desk.take(message)) this.tell(LET_GO);
     } catch (error) {
       this.tell({ title: "The pattern can't be shown", message: error instanceof Error ? error.message : String(error) });
       return;
+    }
+    if (this.choice && this.desk.design?.garment !== before) {
+      this.endChoice(undefined);
+      this.tell(NOT_CHOSEN);
     }
     if (message.held) {
       this.board.hideFault();

@@ -177,7 +177,9 @@ class SessionRequest(Model):
     body: Name | None = Field(None, description="id of an uploaded body, which brings its motion; null: the default")
 
     continues: Name | None = Field(
-        None, description="id of a session of this garment, live or ended: wear its pattern as it was edited"
+        None,
+        description="id of a session of this garment, live or ended: wear its pattern as it was edited, with its "
+        "effects and all that was worn over it",
     )
 
     @field_validator("size", mode="wrap")

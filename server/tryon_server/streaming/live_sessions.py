@@ -318,10 +318,10 @@ class LiveSessions:
     async def _own_fabric(self, continues: str | None, garment: GarmentRecord) -> str:
         """What the pattern that a session is to begin with says it is made of; the first fabric where it says nothing.
         Raises ProblemError as `specification` does."""
+        if garment.notes:  # a mesh
+            return self._rules.fabrics[0] if continues is None else (await self.record(continues)).fabric
         if continues is not None:
             specification = await self._first_specification(continues)
-        elif garment.notes:  # a mesh
-            specification = {}
         else:
             specification = await asyncio.to_thread(self._as_uploaded, garment.id)
         return specification.get("properties", {}).get("fabric") or self._rules.fabrics[0]
@@ -335,7 +335,7 @@ class LiveSessions:
         return pattern
 
     async def _go_on_from(self, session_id: str, record: SessionRecord, order: WorkOrder) -> WorkOrder:
-        """The order with the pattern of an earlier session, which is kept as this one's beginning.
+        """The order with the effects of an earlier session, and its pattern, which is kept as this one's beginning.
 
         Raises:
             ProblemError: 404 no such session, 422 it has another garment.
@@ -344,6 +344,10 @@ class LiveSessions:
         if before.garment != record.garment:
             message = f"session {session_id!r} wore the garment {before.garment!r}"
             raise problem_error("continues.other", message, "Choose that garment", place="continues", status=422)
+        effects = await asyncio.to_thread(self._store.effects, session_id)
+        garment = await asyncio.to_thread(self._garments.get, record.garment)
+        if garment.notes:  # a mesh
+            return replace(order, effects=effects)
         specification = await self._first_specification(session_id)
         beginning = EditRecord(
             session=record.id,
@@ -354,7 +358,6 @@ class LiveSessions:
             made=record.created,
         )
         await asyncio.to_thread(self._edits.add, beginning)
-        effects = await asyncio.to_thread(self._store.effects, session_id)
         return replace(order, drape=replace(order.drape, specification=specification), effects=effects)
 
     async def effects(self, session_id: str) -> Mapping[str, Any]:
