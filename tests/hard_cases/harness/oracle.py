@@ -214,7 +214,11 @@ def listening(by_launches: bool = False) -> Iterator[SubSteps]:
         before = sim.state.x_feasible.numpy().copy()
         coast(sim)
         after = sim.state.x_feasible.numpy().copy()
-        if not np.array_equal(before, after):
+        if np.array_equal(before, after):
+            return
+        if len(sim.touching) > 1:  # by the body, which stays
+            heard.moves.append((before, after))
+        else:
             heard.turned.append((len(heard.moves), after))
 
     def hear_keeping(sim: Simulation) -> None:
