@@ -7,6 +7,7 @@ from analytic_drape import LATE_WIDTH, width_of
 from scripted_worker import allow, frames, work
 
 from tryon_server.problems import problem_error
+from tryon_server.runtime.waiting import PATIENCE
 from tryon_server.sessions.commands import ChangePattern, Run
 from tryon_server.sessions.events import (
     Designed,
@@ -154,6 +155,28 @@ def test_of_many_edits_none_piles_up():
     assert answers(connection) == list(range(1, 12))
     assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2]
     assert len(set(times_of(connection, EditMade))) == 1
+
+
+def test_edits_that_come_faster_than_they_can_be_made_are_shown_nevertheless():
+    """Each would take the place of the one before; one that has waited for long is worn first."""
+    count, apart = 12, 0.4
+    connection, _ = changed(edit(1, 0.7), *(edit(k, 0.999) for k in range(2, count + 1)), apart=apart, until=8.0)
+    assert answers(connection) == list(range(1, count + 1))
+    answered = times_of(connection, EditMade)
+    waited = [at - (ASKED + apart * k) for k, at in enumerate(answered)]
+    assert max(waited) < PATIENCE + apart + 2 * SECONDS + 10 * INTERVAL
+    assert len(set(answered)) > 2
+    assert width_of(events(connection, EditMade)[-1].specification) == pytest.approx(0.35 * 0.999 ** (count - 1))
+    assert last_design(connection) == (pytest.approx(0.35 * 0.999 ** (count - 1), abs=1e-6), False)
+
+
+def test_what_fails_while_a_newer_one_waits_is_tried_with_that_and_refused():
+    """The fourth edit waits until the third, which can't be worn, has been tried; neither can it with the third."""
+    connection, _ = changed(edit(1, 0.7), edit(2, 0.999), edit(3, 0.7), edit(4, 0.98), apart=0.4, until=8.0)
+    assert connection.beside.begun > 4, "the third was tried without the fourth"
+    assert answers(connection) == [1, 2, -3, -4]
+    assert last_design(connection) == (pytest.approx(0.35 * 0.999), False)
+    assert events(connection, PhaseChanged)[-1].phase == "ready"
 
 
 def test_what_can_not_be_worn_is_refused_and_what_came_before_is_made():

@@ -64,6 +64,11 @@ class Remaking:
         return self._order is not None
 
     @property
+    def soon(self) -> bool:
+        """Is it being put on where the one before is worn, which takes seconds? Dressing anew takes a minute."""
+        return self.under_way and not self._dressing and self._catching_up is None
+
+    @property
     def has_parts(self) -> bool:
         """Is there something left to be done here, and nothing to wait for?"""
         return self._parts is not None

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from tryon_server.runtime.redesign import Wanted
 from tryon_server.sessions.commands import ChangePattern, Command
@@ -12,6 +13,7 @@ from tryon_server.sessions.events import EditRefused
 from tryon_solver.redesign.edit_error import EditError
 
 HELD_SHARE = 0.25  # of the time, that a drag's edits may take from the frames
+PATIENCE = 1.0  # s, after which a change that waits is shown before newer ones, if its garment is being put on
 LOOK_SECONDS = 0.002  # between looks at an edit that is being worked out, while there is nothing else to do
 
 
@@ -21,6 +23,7 @@ class _Change:
 
     command: ChangePattern
     outcome: Wanted | EditRefused
+    since: float  # s
 
 
 @dataclass
@@ -39,9 +42,13 @@ class WaitingChanges:
         wanted = [change.outcome for change in self._changes if isinstance(change.outcome, Wanted)]
         return wanted[-1] if wanted else None
 
-    def add(self, command: ChangePattern, outcome: Wanted | EditRefused) -> None:
-        """Answer this one after those that wait."""
-        self._changes.append(_Change(command, outcome))
+    def add(self, command: ChangePattern, outcome: Wanted | EditRefused, now: float) -> None:
+        """Answer this one, asked `now` [s], after those that wait."""
+        self._changes.append(_Change(command, outcome, now))
+
+    def long_since(self, now: float) -> bool:
+        """Has the first of them waited for more than PATIENCE?"""
+        return bool(self._changes) and now - self._changes[0].since > PATIENCE
 
     def refuse_newest(self, error: EditError) -> bool:
         """What the newest makes of the pattern can't be worn; whether there was one."""
@@ -58,16 +65,24 @@ class WaitingChanges:
 
     def take_refused(self) -> list[EditRefused]:
         """The refusals that wait for nothing before them, to be told now."""
+        return [outcome for _command, outcome in self._take_refused()]
+
+    def _take_refused(self) -> list[tuple[ChangePattern, EditRefused]]:
         refused = []
         while self._changes and isinstance(outcome := self._changes[0].outcome, EditRefused):
-            refused.append(outcome)
+            refused.append((self._changes[0].command, outcome))
             del self._changes[0]
         return refused
 
-    def take_all(self) -> list[tuple[ChangePattern, Wanted | EditRefused]]:
-        """All of them: the newest is worn."""
-        changes, self._changes = self._changes, []
-        return [(change.command, change.outcome) for change in changes]
+    def take_up_to(self, worn: Mapping[str, Any]) -> list[tuple[ChangePattern, Wanted | EditRefused]]:
+        """Those up to the last that makes the pattern that is worn now, and refusals behind it."""
+        last = max((k for k, one in enumerate(self._changes) if _makes(one, worn)), default=-1) + 1
+        taken, self._changes = self._changes[:last], self._changes[last:]
+        return [*((change.command, change.outcome) for change in taken), *self._take_refused()]
+
+
+def _makes(change: _Change, worn: Mapping[str, Any]) -> bool:
+    return isinstance(change.outcome, Wanted) and change.outcome.specification is worn
 
 
 def sooner(one: float | None, other: float | None) -> float | None:

@@ -118,6 +118,7 @@ class Worker(OutfitWorker):
         self._effects = EffectDesk(self._tell, armoury, clock, order.effects)
         self._outfitting = Outfitting(beside, build)
         self._waiting = WaitingChanges()
+        self._remade_pattern: Mapping[str, Any] = {}  # the pattern of what is being made, or was last
         self._held_back = HeldBack()
         self._held_edits = HeldEdits(beside)
         self._held_last: ChangePattern | None = None  # to be shown again once the garment is there that is being made
@@ -228,7 +229,7 @@ class Worker(OutfitWorker):
         if command.hold:
             self._tell(refusal(command, error))
         else:
-            self._waiting.add(command, refusal(command, error))
+            self._waiting.add(command, refusal(command, error), self._clock())
             self._tell_refused()
 
     def _show(self, command: ChangePattern, asked: Wanted, drape: Drape) -> None:
@@ -239,14 +240,15 @@ class Worker(OutfitWorker):
             self._show_held(command, asked, why)
             return
         self._held_last, self._stuck = None, ""
+        now = self._clock()
         if why:
-            self._begin_remaking(asked.specification, drape)
-            self._waiting.add(command, asked)
+            if not (self._remaking.soon and self._waiting.long_since(now)):  # else changes in turn would all wait
+                self._begin_remaking(asked.specification, drape)
+            self._waiting.add(command, asked, now)
             return
         self._remaking.give_up()
-        self._waiting.add(command, asked)
-        self._keep("value")
-        self._make_next(drape)
+        self._waiting.add(command, asked, now)
+        self._keep("value", asked.specification)
 
     def _show_held(self, command: ChangePattern, asked: Wanted, why: str) -> None:
         """Tell what the garment takes on, or why it does not."""
@@ -257,12 +259,12 @@ class Worker(OutfitWorker):
         notes = (*asked.notes, f"{LATER}: {why}") if why else asked.notes
         self._tell_design(asked.specification, asked.history, held=True, notes=notes, drawn=asked.drawn)
 
-    def _keep(self, change: Literal["value", "topology"]) -> None:
-        """The pattern of the newest change is worn: answer all that wait, each once it was told; show what is held."""
+    def _keep(self, change: Literal["value", "topology"], worn: Mapping[str, Any]) -> None:
+        """This pattern is worn: answer all that it was waited for, each once it was told; show what is held."""
         if self._source is not None:
             self._source.settle_anew()
         self._held = False
-        for command, outcome in self._waiting.take_all():
+        for command, outcome in self._waiting.take_up_to(worn):
             if isinstance(outcome, EditRefused):
                 self._tell(outcome)
                 continue
@@ -272,6 +274,8 @@ class Worker(OutfitWorker):
         held, self._held_last = self._held_last, None
         if held is not None:
             self._change(held)
+        if self._drape is not None:
+            self._make_next(self._drape)
 
     def _tell_refused(self) -> None:
         for refused in self._waiting.take_refused():
@@ -306,6 +310,7 @@ class Worker(OutfitWorker):
     def _begin_remaking(self, specification: Mapping[str, Any], drape: Drape) -> None:
         """Have a garment of this pattern made while this one is worn, in place of one that is being made."""
         give_back_freed()  # of the mesh before the one that is worn
+        self._remade_pattern = specification
         self._remaking.begin(drape, of_pattern(self._ordered(), specification))
 
     def _remake(self, drape: Drape) -> None:
@@ -328,12 +333,14 @@ class Worker(OutfitWorker):
         if self._history is not None:
             self._remaking.keep(before, self._history.specification)
         self._go_on_with(remade)
-        self._keep("topology")
+        self._keep("topology", self._remade_pattern)
 
     def _not_remade(self, error: EditError, drape: Drape) -> None:
         """Refuse the newest change, and go on with what was asked before it; the old garment is worn on."""
+        newest = self._waiting.newest
         self._remaking.give_up()
-        if not self._waiting.refuse_newest(error):
+        outdated = newest is not None and newest.specification is not self._remade_pattern
+        if not outdated and not self._waiting.refuse_newest(error):
             self._stuck = why = drape.outgrown
             what = f"{why or 'The shape needs another mesh'}, and made anew, {error.message}."
             self._trouble("simulation_failed", "$", what, error.remedy)
