@@ -141,12 +141,42 @@ def test_an_ended_session_keeps_its_edits_and_can_be_continued(server):
     again = dressed(server, continues=session)
     path = f"/api/sessions/{again}"
     assert width_of(server.http.get(f"{path}/pattern").json()) == 0.6
-    assert server.http.get(f"{path}/edits").json() == []
-    server.http.post(f"{path}/edits", json={"edit": WIDER})
+    assert [edit["id"] for edit in server.http.get(f"{path}/edits").json()] == [1]
+    made = server.http.post(f"{path}/edits", json={"edit": WIDER}).json()
+    assert made["id"] == 2
     assert width_of(server.http.get(f"{path}/pattern").json()) == 0.72
     third = dressed(server, continues=again)
     assert width_of(server.http.get(f"/api/sessions/{third}/pattern").json()) == 0.72
     refused(server.http.post("/api/sessions", json={"garment": "tube", "continues": "none"}), 404, "session.unknown")
+
+
+def test_what_was_made_and_taken_back_can_be_taken_back_and_made_again_in_the_session_that_goes_on(server):
+    session = dressed(server)
+    uploaded = width_of(server.http.get(f"/api/sessions/{session}/pattern").json())
+    for _ in range(3):
+        server.http.post(f"/api/sessions/{session}/edits", json={"edit": WIDER})
+    server.http.post(f"/api/sessions/{session}/edits/undo")
+    server.http.delete(f"/api/sessions/{session}")
+    path = f"/api/sessions/{dressed(server, continues=session)}"
+
+    def width():
+        return round(width_of(server.http.get(f"{path}/pattern").json()), 6)
+
+    assert [(edit["id"], edit["undone"]) for edit in server.http.get(f"{path}/edits").json()] == [
+        (1, False),
+        (2, False),
+        (3, True),
+    ]
+    assert width() == 0.72
+    assert server.http.post(f"{path}/edits/redo").json()["id"] == 3
+    assert width() == 0.864
+    for number, left in ((3, 0.72), (2, 0.6), (1, uploaded)):
+        assert server.http.post(f"{path}/edits/undo").json()["id"] == number
+        assert width() == left
+    refused(server.http.post(f"{path}/edits/undo"), 422, "edit.refused")
+    third = f"/api/sessions/{dressed(server, continues=path.rpartition('/')[2])}"
+    assert width_of(server.http.get(f"{third}/pattern").json()) == uploaded
+    assert server.http.post(f"{third}/edits/redo").json()["id"] == 1
 
 
 def test_another_fabric_is_an_edit_and_a_part_of_the_pattern(server):

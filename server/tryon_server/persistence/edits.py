@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 import msgspec
@@ -30,6 +30,9 @@ class EditStore(Protocol):
     def add(self, edit: EditRecord) -> None:
         """Keep a new edit; what had been taken back in its session is forgotten."""
 
+    def add_all(self, edits: Sequence[EditRecord]) -> None:
+        """Keep edits as they are, all or none of them."""
+
     def mark(self, session: str, edit_id: int, undone: bool) -> None:
         """Note that an edit was taken back, or made again."""
 
@@ -46,14 +49,13 @@ class SqlEdits:
     def add(self, edit: EditRecord) -> None:
         columns = tables.edits.c
         forget = tables.edits.delete().where(columns.session == edit.session, columns.undone.is_(True))
-        values = {
-            **msgspec.structs.asdict(edit),
-            "edit": msgspec.json.encode(edit.edit).decode(),
-            "specification": msgspec.json.encode(edit.specification).decode(),
-        }
         with self._engine.begin() as connection:
             connection.execute(forget)
-            connection.execute(tables.edits.insert().values(values))
+            connection.execute(tables.edits.insert().values(_row(edit)))
+
+    def add_all(self, edits: Sequence[EditRecord]) -> None:
+        with self._engine.begin() as connection:
+            connection.execute(tables.edits.insert(), [_row(edit) for edit in edits])
 
     def mark(self, session: str, edit_id: int, undone: bool) -> None:
         columns = tables.edits.c
@@ -75,3 +77,11 @@ class SqlEdits:
             )
             for row in rows
         ]
+
+
+def _row(edit: EditRecord) -> dict[str, Any]:
+    return {
+        **msgspec.structs.asdict(edit),
+        "edit": msgspec.json.encode(edit.edit).decode(),
+        "specification": msgspec.json.encode(edit.specification).decode(),
+    }

@@ -125,6 +125,17 @@ class Workshop:
 
 
 @dataclass(frozen=True)
+class KeptEdit:
+    """An edit as it is kept: its number, the edit as plain JSON, the pattern that it made, whether it was taken back.
+    The first of a garment's, of number 0, tells the pattern before all of them."""
+
+    id: int
+    edit: Mapping[str, Any]
+    specification: Mapping[str, Any]
+    undone: bool
+
+
+@dataclass(frozen=True)
 class WorkOrder:
     """A drape, what moves it, and how often it is published.
 
@@ -136,6 +147,7 @@ class WorkOrder:
         keyframe_seconds: longest time between frames that stand alone [s].
         motion_file: where the motion is, if it was uploaded.
         effects: what was asked of its effects before, plain JSON (effect_desk.py).
+        histories: edits that an earlier session began, by the name their garment is worn as.
     """
 
     drape: DrapeOrder
@@ -144,3 +156,4 @@ class WorkOrder:
     keyframe_seconds: float
     motion_file: MotionFile | None = None
     effects: Mapping[str, Any] = field(default_factory=dict)
+    histories: Mapping[str, tuple[KeptEdit, ...]] = field(default_factory=dict)

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from tryon_protocol import DesignMessage
-from tryon_server.runtime.order import DrapeOrder
+from tryon_server.runtime.order import DrapeOrder, KeptEdit
 from tryon_server.sessions.commands import ChangePattern
 from tryon_server.sessions.events import EditMade
 from tryon_solver.redesign.apply import apply
 from tryon_solver.redesign.both_sides import apply_to_both
 from tryon_solver.redesign.edits import Edit
 from tryon_solver.redesign.fabrics import named_fabric
-from tryon_solver.redesign.history import History
+from tryon_solver.redesign.history import Entry, History
 from tryon_solver.redesign.plain import parse_edit, plain
 
 ITS_OWN = "all edits are taken back: the garment is worn in the mesh that it began with"
@@ -74,6 +74,18 @@ def wanted(history: History, command: ChangePattern) -> Wanted:
         return Wanted(history, edited.specification, edited.notes)
     after = history.append(edit, edited.specification)
     return Wanted(after, edited.specification, edited.notes, after.done[-1].id, edit)
+
+
+def history_of(kept: Sequence[KeptEdit]) -> History:
+    """The history that an earlier session began, of one garment, with edits that were taken back last first."""
+    beginning, *edits = kept
+    entries = [(Entry(edit.id, parse_edit(edit.edit), edit.specification), edit.undone) for edit in edits]
+    history = History(beginning.specification)
+    for entry, undone in entries:
+        if not undone:
+            history = replace(history, next_id=entry.id).append(entry.edit, entry.specification)
+    taken_back = tuple(entry for entry, undone in reversed(entries) if undone)
+    return replace(history, undone=taken_back, next_id=max((entry.id for entry, _ in entries), default=0) + 1)
 
 
 def of_pattern(order: DrapeOrder, specification: Mapping[str, Any]) -> DrapeOrder:

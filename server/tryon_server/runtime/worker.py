@@ -31,7 +31,7 @@ from tryon_server.runtime.outfit_worker import OutfitWorker
 from tryon_server.runtime.outfitting import Outfitting, as_edited
 from tryon_server.runtime.pose_taking import PoseTaking
 from tryon_server.runtime.publishing import Publisher
-from tryon_server.runtime.redesign import Wanted, of_pattern, wanted
+from tryon_server.runtime.redesign import Wanted, history_of, of_pattern, wanted
 from tryon_server.runtime.remaking import Remade, Remaking
 from tryon_server.runtime.reporting import report_of
 from tryon_server.runtime.source_choice import chosen_source
@@ -111,7 +111,7 @@ class Worker(OutfitWorker):
         self._bought = BuyAccuracy()
         self._pose: Stance | None = None
         self._move: Move | None = None  # the last one; None of a garment that has not moved since it was dressed
-        self._histories: dict[str, History] = {}
+        self._histories = {name: history_of(kept) for name, kept in order.histories.items()}
         self._held = False
         self._beside = beside
         self._remaking = Remaking(beside, build)

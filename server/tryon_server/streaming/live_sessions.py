@@ -36,8 +36,9 @@ from tryon_server.sessions import OWN_MOTION, Rules, WardrobeSession
 from tryon_server.sessions.commands import Command, FollowMotion, MotionFile, MotionReading
 from tryon_server.sessions.events import EditMade
 from tryon_server.settings import Settings
+from tryon_server.streaming.histories import BEGINNING, carry_on
 from tryon_server.streaming.live_session import LiveSession
-from tryon_server.streaming.wardrobes import BEGINNING, Wardrobes, as_protocol_errors, history_key
+from tryon_server.streaming.wardrobes import Wardrobes, as_protocol_errors, history_key
 from tryon_server.uploads.service import BodyUploads, MotionUploads
 
 logger = logging.getLogger(__name__)
@@ -155,7 +156,9 @@ class LiveSessions:
             if opening.continues is not None:
                 order = await self._go_on_from(opening.continues, record, order)
             worn = await asyncio.to_thread(self.wardrobes.begin, record, opening.continues)
-            order = replace(order, drape=self.wardrobes.ordered(record.id, worn, order.drape))
+            drape = self.wardrobes.ordered(record.id, worn, order.drape)
+            histories = await asyncio.to_thread(self.wardrobes.histories, record.id, worn)
+            order = replace(order, drape=drape, histories=histories)
             self._make_room()
         except ProblemError as error:
             await self._note_end(record.id, error.problem.message)
@@ -335,7 +338,7 @@ class LiveSessions:
         return pattern
 
     async def _go_on_from(self, session_id: str, record: SessionRecord, order: WorkOrder) -> WorkOrder:
-        """The order with the effects of an earlier session, and its pattern, which is kept as this one's beginning.
+        """The order with the effects of an earlier session, and its pattern, whose edits are kept as this one's, too.
 
         Raises:
             ProblemError: 404 no such session, 422 it has another garment.
@@ -349,15 +352,8 @@ class LiveSessions:
         if garment.notes:  # a mesh
             return replace(order, effects=effects)
         specification = await self._first_specification(session_id)
-        beginning = EditRecord(
-            session=record.id,
-            id=BEGINNING,
-            edit={"continues": session_id},
-            mirror=False,
-            specification=specification,
-            made=record.created,
-        )
-        await asyncio.to_thread(self._edits.add, beginning)
+        unedited = await self._unedited(before.garment, before.fabric)
+        await asyncio.to_thread(carry_on, self._edits, session_id, record.id, unedited)
         return replace(order, drape=replace(order.drape, specification=specification), effects=effects)
 
     async def effects(self, session_id: str) -> Mapping[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -13,7 +14,6 @@ from tryon_protocol import OutfitWish, ProtocolError, PutOnMessage, ReorderMessa
 from tryon_server.garments.service import GarmentService
 from tryon_server.persistence import (
     FIT,
-    EditRecord,
     EditStore,
     KeptFiles,
     OutfitRecord,
@@ -22,11 +22,11 @@ from tryon_server.persistence import (
     WornRecord,
 )
 from tryon_server.problems import ProblemError, problem_error
-from tryon_server.runtime.order import DrapeOrder, GarmentOrder, MeshReading
+from tryon_server.runtime.order import DrapeOrder, GarmentOrder, KeptEdit, MeshReading
 from tryon_server.sessions.commands import WornItem
+from tryon_server.streaming.histories import carry_on, told
 
 MOST = 6  # garments of one session
-BEGINNING = 0  # in place of an edit's number: the pattern that a session began with, where that is another one's
 FIRST = 1  # the number of the garment that a session was opened with, whose edits are kept under the session's id
 
 
@@ -50,24 +50,24 @@ class Wardrobes:
             )
             outfit = msgspec.structs.replace(before, worn=tuple(worn))
             for one in before.worn:
-                self._begin_history(continues, record, one)
+                if one.number != FIRST:
+                    self._carry_on(continues, record, one)
         self.hold(record.id, outfit)
         self._outfits.put(record.id, outfit)
         return outfit
 
-    def _begin_history(self, continues: str, record: SessionRecord, one: WornRecord) -> None:
-        """Let the edits of a garment begin with what those in another session have made; the first one's do already."""
-        edited = None if one.number == FIRST else self.as_edited(continues, one)
-        if edited is not None:
-            edit = EditRecord(
-                session=history_key(record.id, one.number),
-                id=BEGINNING,
-                edit={"continues": continues},
-                mirror=False,
-                specification=edited,
-                made=record.created,
-            )
-            self._edits.add(edit)
+    def _carry_on(self, continues: str, record: SessionRecord, one: WornRecord) -> None:
+        """Go on with the edits of a garment in another session, if there are any."""
+        before, after = (history_key(session, one.number) for session in (continues, record.id))
+        if self._edits.all(before):
+            path = self._garments.pattern_path(self._garments.get(one.garment))
+            unedited = json.loads(path.read_text("utf-8-sig"))
+            carry_on(self._edits, before, after, unedited)
+
+    def histories(self, session_id: str, outfit: OutfitRecord) -> dict[str, tuple[KeptEdit, ...]]:
+        """The edits of garments which an earlier session began, by name."""
+        kept = {one.name: told(self._edits.all(history_key(session_id, one.number))) for one in outfit.worn}
+        return {name: edits for name, edits in kept.items() if edits}
 
     def of(self, record: SessionRecord) -> OutfitRecord:
         """What a session wears, or wore when it ended."""
