@@ -2,79 +2,19 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
-import time
-from pathlib import Path
-from urllib.request import urlopen
-
 import numpy as np
 import pytest
 from browser import figure, open_page, picture, settled_picture, wait_for_frames
-from studio import free_port
+from demo_server import PATIENCE, serving, wait_until_dressed
 
 pytestmark = pytest.mark.browser
-
-PATIENCE = 600.0  # [s] for a machine that compiles the solver's kernels for the first time, shared with others
-BODY_COMMAND = "python scripts/make_body.py"
 
 
 @pytest.fixture
 def demo(tmp_path):
-    """Address of `tryon serve` on a free port, with a data folder of its own. The page must have been built."""
-    from tryon_server.api.page import WEB_FOLDER
-    from tryon_solver.body.model import default_body_path
-
-    for made, command in ((WEB_FOLDER / "index.html", "npm ci && npm run build"), (default_body_path(), BODY_COMMAND)):
-        if not made.is_file():
-            pytest.skip(f"{made.name} is not there: run `{command}`, as `make test` does")
-    port = free_port()
-    log = tmp_path / "server.log"
-    command = [
-        sys.executable,
-        "-m",
-        "tryon_server.cli",
-        "serve",
-        "--port",
-        str(port),
-        "--data-dir",
-        str(tmp_path / "data"),
-    ]
-    with log.open("w") as sink:
-        server = subprocess.Popen(
-            command, stdout=sink, stderr=subprocess.STDOUT, env=os.environ | {"PYTHONUNBUFFERED": "1"}
-        )
-    try:
-        wait_until_it_answers(f"http://127.0.0.1:{port}/", server, log)
-        yield f"http://127.0.0.1:{port}/"
-    finally:
-        server.terminate()
-        try:
-            server.wait(20)
-        except subprocess.TimeoutExpired:
-            server.kill()
-            server.wait()
-
-
-def wait_until_it_answers(url: str, server: subprocess.Popen, log: Path) -> None:
-    deadline = time.monotonic() + PATIENCE
-    while time.monotonic() < deadline:
-        assert server.poll() is None, f"the server ended:\n{log.read_text()}"
-        try:
-            with urlopen(f"{url}api/health", timeout=5):
-                return
-        except OSError:
-            time.sleep(0.2)
-    raise AssertionError(f"the server does not answer:\n{log.read_text()}")
-
-
-def wait_until_dressed(page) -> None:
-    """Until the garment moves; a garment that can't be worn is told with the server's own words."""
-    page.wait_for_function(
-        "['running', 'failed'].includes(document.getElementById('status').dataset.state)", timeout=1000 * PATIENCE
-    )
-    assert page.get_attribute("#status", "data-state") == "running", page.inner_text("#status-text")
+    """Address of `tryon serve` on a free port, with a data folder of its own."""
+    with serving(tmp_path) as url:
+        yield url
 
 
 @pytest.mark.timeout(2 * PATIENCE)

@@ -1,22 +1,17 @@
 """All of it at once through the real server and solver: a session that wears two garments, with an effect, a print, an
 edit and other outfits; what a client sees is judged by ipctk."""
 
-import asyncio
 import json
 import struct
-import threading
-import time
 from contextlib import suppress
 from dataclasses import replace
 
 import httpx
 import numpy as np
 import pytest
-from frame_judge import FrameJudge
 from live_server import LiveServer
+from watching import Viewer, crossing
 
-from tryon_client import connect
-from tryon_protocol import DecodedFrame
 from tryon_server.app import create_app
 from tryon_server.looks.png import png
 from tryon_server.runtime.local import local_runtime
@@ -26,58 +21,12 @@ from tryon_server.settings import Settings
 
 WIND = {"velocity": [0.0, 0.0, 2.5]}
 PICTURE = png(np.full((16, 32, 3), 90, np.uint8))
-EVERY = 5  # frames, of which one is judged
 LONGEST = 240.0  # s, that the slowest of it may take
 
 
 def runtime(settings):
     workshop = replace(Workshop(), build="coarse_garments:build")
     return replace(local_runtime(settings), placement=LocalProcesses(workshop, settings.session_memory_bytes))
-
-
-class Viewer:
-    """A client in a thread of its own; `seen` (topology, frame) of every frame that is judged."""
-
-    def __init__(self, url: str) -> None:
-        self.seen = []
-        self.errors = []
-        self.frames = 0
-        self.stop = threading.Event()
-        self.thread = threading.Thread(target=lambda: asyncio.run(self._watch(url)), daemon=True)
-        self.thread.start()
-
-    async def _watch(self, url: str) -> None:
-        async with connect(url) as stream:
-            async for event in stream:
-                if isinstance(event, DecodedFrame):
-                    if self.frames % EVERY == 0:
-                        self.seen.append((stream.topology, event))
-                    self.frames += 1
-                self.errors = list(stream.errors)
-                if self.stop.is_set():
-                    return
-
-    def wait(self, more: int) -> None:
-        """Until so many more frames have come."""
-        wanted, end = self.frames + more, time.monotonic() + LONGEST
-        while self.frames < wanted:
-            assert time.monotonic() < end
-            time.sleep(0.05)
-
-    def close(self) -> None:
-        self.stop.set()
-        self.thread.join(20.0)
-
-
-def crossing(seen) -> int:
-    """How many of the frames cross, of garments with each other and with the body."""
-    judges, bad = {}, 0
-    for topology, frame in seen:
-        if id(topology) not in judges:
-            body = topology.body.faces.astype(np.int32)
-            judges[id(topology)] = FrameJudge(topology.faces, body, frame.cloth, frame.body)
-        bad += not judges[id(topology)].judge(frame.cloth, frame.body).clean
-    return bad
 
 
 def materials(content: bytes) -> dict[str, dict]:

@@ -8,10 +8,12 @@ import pytest
 from frame_judge import FrameJudge
 from small_scenes import STILL, icosphere, rigid_body, sheet
 
+from tryon_solver.contact.found import Found
 from tryon_solver.rebind import take_over, with_effects
 from tryon_solver.scene import LIVE, AirDrag, Pressure, Scene, Wind
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
+from tryon_solver.stepping.clocked_contact import FIRST_ROOM
 
 DT = 1 / 60
 CALM = tuple(effect for effect in LIVE if not isinstance(effect, AirDrag))
@@ -87,6 +89,22 @@ def test_an_effect_acts_from_then_on_and_nothing_jumps_or_crosses(sliding):
         x = advance(blown, 1)
         assert judge.judge(x, blown.body_positions().astype(np.float64)).clean
     assert (x - advance(sliding, 21))[:, 2].mean() > 100 * ROUNDING, "the wind carries it along"
+
+
+def test_contact_is_looked_for_where_the_garment_is(sliding, monkeypatch):
+    """What has not looked yet has all vertices in one place, where every triangle is near every other: of a T-shirt
+    that is room for gigabytes of them."""
+    rooms, allocate = [], Found.allocate
+
+    def noted(pairs, stencils, device):
+        rooms.append(max(pairs, stencils))
+        return allocate(pairs, stencils, device)
+
+    monkeypatch.setattr(Found, "allocate", noted)
+    *_, other = with_effects(sliding, BLOWN)
+    assert other.region is not sliding.region, "it looks for itself from now on"
+    known = max(sliding.candidates.size, FIRST_ROOM)
+    assert 0 < max(rooms) <= 4 * known, "room for about as many as are known already"
 
 
 def test_values_that_were_written_stay(sliding):
