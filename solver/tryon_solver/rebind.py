@@ -26,8 +26,7 @@ from tryon_solver.stepping.clocked import calls_of
 
 def with_effects(worn: Simulation, effects: tuple[Effect, ...]) -> Iterator[Simulation | None]:
     """A simulation of the worn garment under these effects, in parts, None after each but the last; `worn` may be
-    advanced meanwhile, and `take_over` is to follow. What it calls is called once, so that no kernel is left to load;
-    contact is looked for where `worn` last did, since what has not looked yet has all vertices in one place.
+    advanced meanwhile, and `take_over` is to follow. What it calls is called once, so that no kernel is left to load.
 
     Raises ValueError, naming field, place and remedy, for effects that don't suit the scene or each other, and then
     nothing was built.
@@ -37,12 +36,10 @@ def with_effects(worn: Simulation, effects: tuple[Effect, ...]) -> Iterator[Simu
     surface = worn.body_positions().astype(np.float64)
     for simulation in build_in_parts(scene, worn.settings, worn.device, pose, surface, worn.dt, worn.basis):
         if simulation is not None:
-            own, simulation.region = simulation.region, worn.region
             for contribution in simulation.plan.contributions:
                 for call in calls_of(simulation, contribution).values():
                     call()
                 yield None
-            simulation.region = own
         yield simulation
 
 
