@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 
 from tryon_solver.materials.fabric import FABRICS, Fabric
@@ -11,15 +13,24 @@ STRETCH_MOST = 1.02  # of the fabric's limit, for all but OVERSTRETCHED of the t
 OVERSTRETCHED = 1e-3
 STRETCH_ANY = 1.10  # of the fabric's limit, for every triangle
 FAR = 4.0  # times the accuracy asked for: within that an error is told rightly, nearly always
+PULLING = ("elastic", "fasteners", "adhesion", "pins", "pressure", "gas", "wind")  # effects that can stretch cloth
 LAG = 10e-3  # m from the skin to the collision surface; skin that the body itself pinches may be part of it
 
 
-def advise(counters: Counters, debt: float, fabric: Fabric, stretch: np.ndarray, lag: float, more: str = "") -> str:
+def advise(
+    counters: Counters,
+    debt: float,
+    fabric: Fabric,
+    stretch: np.ndarray,
+    lag: float,
+    more: str = "",
+    acting: Collection[str] = (),
+) -> str:
     """Sentences about one call of `advance`, "" when there is nothing to say.
 
     `stretch` (F,) is the larger principal stretch of each triangle, `lag` the largest distance [m] from the tracked
     skin to the collision surface, `debt` the time [s] that a gap in the poses left to be simulated, `more` what
-    there is to say besides.
+    there is to say besides, `acting` the effects that act.
     """
     said = []
     if counters.retries:
@@ -42,10 +53,11 @@ def advise(counters: Counters, debt: float, fabric: Fabric, stretch: np.ndarray,
         other = f"a fabric that stretches more ({best.name}: {percent(best.strain_limit)})"
         tries = "a larger size, a slower motion, or a finer preset (live, fit)"
         tries = tries if best.strain_limit <= fabric.strain_limit else f"{other}, {tries}"
-        said.append(
-            f"{' and '.join(strained)}: the garment is too tight for this motion, or caught between parts of the body; "
-            f"try {tries}"
-        )
+        why = ["too tight for this motion", "caught between parts of the body"]
+        if pulling := ", ".join(name for name in PULLING if name in acting):
+            why.append(f"pulled by what acts on it ({pulling})")
+            tries = f"less of that, {tries}"
+        said.append(f"{' and '.join(strained)}: the garment is {', or '.join(why)}; try {tries}")
     return "; ".join(said)
 
 

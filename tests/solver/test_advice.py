@@ -44,6 +44,12 @@ def test_surface_far_behind_the_skin_is_told_with_what_to_try():
     assert "stretched by" not in said
 
 
+def test_effects_that_pull_are_named():
+    said = advise(Counters(), 0.0, JERSEY, stretches(1.5), 0.0, acting=("gravity", "pins", "elastic"))
+    assert "or pulled by what acts on it (elastic, pins); try less of that, a larger size" in said
+    assert "pulled" not in advise(Counters(), 0.0, JERSEY, stretches(1.5), 0.0, acting=("gravity",))
+
+
 def test_the_fabric_that_stretches_most_is_not_offered_another_one():
     said = advise(Counters(), 0.0, JERSEY, stretches(1.5), 0.0)
     assert "bears 15 %" in said

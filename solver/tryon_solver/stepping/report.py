@@ -59,7 +59,14 @@ def make_report(sim: Simulation) -> StepReport:
         times_ms=dict(counters.times),
         late=late,
         asleep=sim.state.asleep,
-        advice=advise(counters, sim.debt, *strained(sim, stretch), lag, unmet(wanted, float(error[0]), late)),
+        advice=advise(
+            counters,
+            sim.debt,
+            *strained(sim, stretch),
+            lag,
+            unmet(wanted, float(error[0]), late),
+            [contribution.name for contribution in sim.plan.contributions],
+        ),
     )
 
 
