@@ -47,6 +47,7 @@ class Workspace:
     least: wp.array  # (A,) vec3 m, where the correction was nearest to balance
     blocks: wp.array  # (A,) mat33 m/N, inverse diagonal blocks
     diagonal: wp.array  # (A,) float32 N/m, inertia, drag and the skin's hold: what is not in the stiffness rows
+    coarse: wp.array  # (1,) mat33d N/m, what the cloth meets as one
     alpha: wp.array  # (A,) float32, fraction of a displacement each vertex may take
     travel: wp.array  # (A,) float32 m, the longest way each vertex may take in the coming move
     changed: wp.array  # (A,) int32, last pass of a contact filter that changed the vertex's motion
@@ -70,6 +71,7 @@ class Workspace:
             least=vectors(all_count),
             blocks=wp.zeros(all_count, dtype=wp.mat33, device=device),
             diagonal=wp.zeros(all_count, dtype=wp.float32, device=device),
+            coarse=wp.zeros(1, dtype=wp.mat33d, device=device),
             alpha=wp.zeros(all_count, dtype=wp.float32, device=device),
             travel=wp.zeros(all_count, dtype=wp.float32, device=device),
             changed=wp.zeros(all_count, dtype=wp.int32, device=device),

@@ -21,7 +21,8 @@ from tryon_solver.linalg.read_back import read
 
 wp.set_module_options({"enable_backward": False})
 
-KEPT_GAP = 0.1  # share of a pair's gap above xi that one move may not use up, so that the next barrier step can act
+KEPT_GAP = 0.1  # share of a pair's gap above xi that one move may not use up, so that the next barrier step can act; of
+# a gap wider than the barrier reaches, of that: what slides passes closer by than a share of how far it was ahead
 CREEP = 0.02  # share of its distance that a pair at or under xi may lose in one move, so that it can slide
 LEAST = 0.52  # of xi: down to here, above the share at which a commit is void
 PARTING = 1.0e-5  # share of its distance that it may lose even there: with none at all, it could not part either
@@ -31,12 +32,12 @@ MOST_PASSES = 60
 
 
 @wp.func
-def floor_of(d: float, xi: float) -> float:
-    """Distance [m] down to which a pair at d may come in one move, of offset xi."""
+def floor_of(d: float, xi: float, d_hat: float) -> float:
+    """Distance [m] down to which a pair at d may come in one move; its barrier acts below xi + d_hat."""
     # a pair already at or under xi may part; let come closer without end, its commits would be void for ever
     floor = wp.max((1.0 - CREEP) * d, wp.min(LEAST * xi, (1.0 - PARTING) * d))
     if d > xi:
-        floor = wp.min(xi + KEPT_GAP * (d - xi), floor)
+        floor = wp.min(xi + KEPT_GAP * wp.min(d - xi, d_hat), floor)
     return floor
 
 
@@ -84,7 +85,7 @@ def shorten_kernel(
         x2 = x[v[2]]
         x3 = x[v[3]]
         d = wp.length(stencil_vector(stencil_weights(kind[c], x0, x1, x2, x3), x0, x1, x2, x3))
-        floor = floor_of(d, xi)
+        floor = floor_of(d, xi, sizes.d_hat)
         if d - closer >= floor:
             continue
         toi = time_of_impact(kind[c], floor, x0, x1, x2, x3, p0, p1, p2, p3)

@@ -119,7 +119,9 @@ def deflect_kernel(
         through = wp.dot(there, n) <= 0.0
         if through:
             x0 = x[v[0]]
-            through = time_of_impact(kind[c], floor_of(d, xi), x0, x[v[1]], x[v[2]], x[v[3]], p0, p1, p2, p3) < 1.0
+            through = time_of_impact(
+                kind[c], floor_of(d, xi, sizes.d_hat), x0, x[v[1]], x[v[2]], x[v[3]], p0, p1, p2, p3
+            ) < 1.0
         if not through:  # what counts is the distance at the end
             missing = wanted - wp.length(there)
             if missing <= LEAST_PUSH:

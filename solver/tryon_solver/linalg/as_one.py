@@ -1,22 +1,28 @@
 """The total force that conjugate gradients leave behind when they are cut short, met by moving all of the cloth as one.
 
 Inner forces have no total, so whatever total is left is momentum that comes from nowhere: a budget of a few iterations
-stopped a tube in mid-air. One more step, along the uniform move in the direction of that total and as long as is best
-for the quadratic, leaves none where inertia alone resists it, and never makes the solution worse where contact does.
+stopped a tube in mid-air. So the solution p of A p = -g gets the best of all uniform moves c of the cloth,
+
+    (U^T A U) c = U^T r,   r = -g - A p,   U the N identities one above the other:
+
+a coarse level of three unknowns, solved exactly, in float64. U^T A U is the sum of what is on the diagonal and of each
+pair's 3x3 block by the square of its weights' sum over the cloth. Where inertia alone resists, no total is left; on a
+floor none along it, however stiff contact is across. One step along r's total, as long as is best, left cloth that
+slides down a slope what it had across the slope for its length, and stopped it.
 """
 
 from __future__ import annotations
-
-from collections.abc import Callable
 
 import warp as wp
 
 from tryon_solver.linalg.blocks import BLOCK, whole_blocks
 from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.paired_matrix import PairedMatrix, pair_count
 from tryon_solver.linalg.pcg import ConjugateGradients
-from tryon_solver.linalg.vectors import dot
 
 wp.set_module_options({"enable_backward": False})
+
+ADDING = 1024  # threads on a GPU, each of which adds its share to one sum: they wait for each other there
 
 
 @wp.kernel
@@ -31,24 +37,38 @@ def total_kernel(
 
 
 @wp.kernel
-def spread_kernel(total: wp.array(dtype=wp.vec3), moving: int, direction_out: wp.array(dtype=wp.vec3)):
-    i = wp.tid()
-    direction_out[i] = wp.vec3()
-    if i < moving:
-        direction_out[i] = total[0]
+def add_diagonal_kernel(
+    diagonal: wp.array(dtype=wp.float32), moving: int, threads: int, coarse_out: wp.array(dtype=wp.mat33d)
+):
+    """coarse_out[0] += the sum of the first `moving`, times the identity"""
+    total = wp.float64(0.0)
+    for i in range(wp.tid(), moving, threads):
+        total += wp.float64(diagonal[i])
+    wp.atomic_add(coarse_out, 0, total * wp.identity(n=3, dtype=wp.float64))
 
 
 @wp.kernel
-def add_step_kernel(
-    slope: wp.array(dtype=wp.float32),
-    curvature: wp.array(dtype=wp.float32),
-    direction: wp.array(dtype=wp.vec3),
-    solution: wp.array(dtype=wp.vec3),
+def add_pairs_kernel(m: PairedMatrix, moving: int, threads: int, coarse_out: wp.array(dtype=wp.mat33d)):
+    """coarse_out[0] += s^2 (curvature n n^T + beside) of each pair, s the sum of its weights over the first `moving`"""
+    total = wp.mat33d()
+    for c in range(wp.tid(), pair_count(m), threads):
+        s = float(0.0)
+        for k in range(4):
+            if m.ids[c][k] < moving:
+                s += m.lam[c][k]
+        n = wp.vec3d(m.normal[c])
+        beside = wp.mat33d(m.beside[c])
+        total += wp.float64(s) * wp.float64(s) * (wp.float64(m.curvature[c]) * wp.outer(n, n) + beside)
+    wp.atomic_add(coarse_out, 0, total)
+
+
+@wp.kernel
+def add_move_kernel(
+    total: wp.array(dtype=wp.vec3), coarse: wp.array(dtype=wp.mat33d), solution: wp.array(dtype=wp.vec3)
 ):
-    """x += <r, q>/<q, A q> q"""
+    """solution += (U^T A U)^-1 U^T r"""
     i = wp.tid()
-    if curvature[0] > 0.0:
-        solution[i] = solution[i] + (slope[0] / curvature[0]) * direction[i]
+    solution[i] = solution[i] + wp.vec3(wp.inverse(coarse[0]) * wp.vec3d(total[0]))
 
 
 def sum_up(vectors: wp.array, moving: int, total_out: wp.array) -> None:
@@ -59,23 +79,17 @@ def sum_up(vectors: wp.array, moving: int, total_out: wp.array) -> None:
 
 
 def move_as_one(
-    cg: ConjugateGradients,
-    multiply: Callable[[wp.array, wp.array], None],
-    moving: int,
-    solution: wp.array,
+    cg: ConjugateGradients, matrix: PairedMatrix, diagonal: wp.array, moving: int, coarse: wp.array, solution: wp.array
 ) -> None:
-    """Improve what `pcg.solve` just found by the best step of the first `moving` unknowns along their total residual.
+    """Improve what `pcg.solve` just found of `matrix` by the best uniform move of the first `moving` unknowns.
 
-    `multiply` is the matrix of `pcg.solve`, as far as it is not blind to such a move, over as many unknowns as its
-    second argument is long. The residual that `cg` keeps is not renewed.
+    Rows of the matrix sum to zero, so of it there are only the pairs and the `diagonal` (A,) float32 N/m, here without
+    what holds single vertices. `coarse` (1,) mat33d is scratch. The residual that `cg` keeps is not renewed.
     """
-    device, count = solution.device, len(solution)
-    slope, curvature = cg.scalars[0:1], cg.scalars[2:3]
-    total = cg.preconditioned[0:1]
+    device, total = solution.device, cg.preconditioned[0:1]
     sum_up(cg.residual, moving, total)
-    launch(spread_kernel, count, [total, moving], [cg.direction], device=device)
-    direction, product = cg.direction[:moving], cg.product[:moving]
-    multiply(cg.direction, product)
-    dot(cg.residual[:moving], direction, slope)
-    dot(direction, product, curvature)
-    launch(add_step_kernel, count, [slope, curvature, cg.direction], [solution], device=device)
+    coarse.zero_()
+    threads = 1 if wp.get_device(device).is_cpu else ADDING
+    launch(add_diagonal_kernel, threads, [diagonal, moving, threads], [coarse], device=device)
+    launch(add_pairs_kernel, threads, [matrix, moving, threads], [coarse], device=device)
+    launch(add_move_kernel, moving, [total, coarse], [solution], device=device)

@@ -29,7 +29,7 @@ from tryon_solver.linalg.vectors import find_largest, subtract
 from tryon_solver.stepping.coast import keep_momentum
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
 from tryon_solver.stepping.near import make_last_if_near, measure_nearness
-from tryon_solver.stepping.newton import linearise, outer_product, solve_newton_system
+from tryon_solver.stepping.newton import linearise, newton_matrix, solve_newton_system
 from tryon_solver.stepping.progress import Budget, Outcome
 from tryon_solver.stepping.record import baked
 from tryon_solver.stepping.search import a_few_edges, follow, search_around, search_further
@@ -436,7 +436,7 @@ def find_direction(sim: Simulation, budget: Budget) -> None:
     nearest to balance."""
     work, settings = sim.work, sim.settings
     solve_newton_system(sim, budget.pcg_iterations)
-    move_as_one(sim.cg, lambda p, product: outer_product(sim, p, product), sim.cloth_count, work.direction)
+    move_as_one(sim.cg, newton_matrix(sim), work.diagonal, sim.cloth_count, work.coarse, work.direction)
     find_largest(work.direction, sim.progress.length)
     trusted = [budget.trusted, sim.state.dt, sim.progress.trial, sim.progress.length]
     launch(trust_kernel, sim.all_count, trusted, [work.direction], device=sim.device)

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 import warp as wp
 
-from tryon_solver.contact import pairs as contact_pairs
 from tryon_solver.linalg import block_ell, pcg
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.paired_matrix import PairedMatrix
@@ -21,14 +20,6 @@ if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
 
 wp.set_module_options({"enable_backward": False})
-
-
-@wp.kernel
-def scale_kernel(
-    diagonal: wp.array(dtype=wp.float32), p: wp.array(dtype=wp.vec3), product_out: wp.array(dtype=wp.vec3)
-):
-    i = wp.tid()
-    product_out[i] = diagonal[i] * p[i]
 
 
 def linearise(sim: Simulation) -> None:
@@ -75,16 +66,3 @@ def solve_newton_system(sim: Simulation, at_most: int) -> None:
     solve(work.gradient, work.direction)
     for dyad in sim.stages.dyads:
         dyad.amend(work.direction)
-
-
-def outer_product(sim: Simulation, p: wp.array, product_out: wp.array) -> None:
-    """The product [N] of `newton_matrix` without the cloth's inner stiffness, which a move as one leaves alone but for
-    rounding, and without what holds vertices; of as many vertices as `product_out` is long."""
-    launch(scale_kernel, len(product_out), [sim.work.diagonal, p], [product_out], device=sim.device)
-    add_contact_product(sim, p, product_out)
-
-
-def add_contact_product(sim: Simulation, p: wp.array, product_out: wp.array) -> None:
-    """product += contact p [N]."""
-    if sim.pairs.size:
-        contact_pairs.add_product(sim.pairs, p, product_out)
