@@ -7,7 +7,7 @@ lengths of step, of the true error after such a correction over what it was aske
 section 14). Where directions have not become shorter for PATIENCE iterations, none that follows can be hoped to.
 
 A preset asks for the energy, too: what the cloth would lose on the way by the quadratic model, 1/2 |g . p| of Newton's
-direction p, is no more than it has at that nearness, 1/2 M nearness^2. In stiff modes much of it lies within little
+direction p, is no more than CALM times 1/2 M nearness^2. In stiff modes much of it lies within little
 way. And its own end is another for cloth that hangs still. There every step is near, and by what each leaves undone the
 cloth would be seen to tremble: so it has to be near by the way that the step goes, too, beside the body's, OF_WAY of it
 (METHOD.md section 14 has what other shares do). And the direction has to be taken, and the one before it: what contact
@@ -33,6 +33,7 @@ wp.set_module_options({"enable_backward": False})
 SCALE = 2.0
 SHORTER = wp.constant(0.7)  # times the shortest before it, a direction is a gain
 PATIENCE = wp.constant(8)  # iterations without one
+CALM = wp.constant(2.0)  # times the energy at the preset's nearness, less than that left to lose is near enough
 OF_WAY = 0.3  # share of the step's way that is near enough
 
 
@@ -54,7 +55,7 @@ def compare_kernel(
     way = wp.sqrt(way_squared[0] / float(count))
     near = nearness * dt[0]
     enough = wp.min(near, of_way * way)
-    calm = -slope[0] <= mass * nearness * nearness
+    calm = -slope[0] <= CALM * mass * nearness * nearness
     state_out[APART] = wp.where(off <= near and calm, WITHIN, BEYOND)
     state_out[LAST_ONE] = wp.where(off <= enough and calm, 1, 0)
     lengths_out[ENOUGH] = enough
