@@ -43,8 +43,9 @@ class Settings:
     """A budget that came hardly nearer to balance ended too early where moves longer than this times dt are to come
     [m/s * s]."""
     correction_nearness: float | None = None
-    """Near enough to balance, estimated as a root mean square, times dt [m/s * s] (stepping/near.py): a correction that
-    is nearer ends before its budget, but for cloth that hardly moves, and one that is not is extended. None: neither.
+    """Near enough to balance, estimated as a root mean square, times dt [m/s * s], and by the energy that cloth has at
+    this speed, twice (stepping/near.py): a correction that is nearer ends before its budget, but for cloth that hardly
+    moves, and one that is not is extended. None: neither.
     """
     correction_pcg_iterations: int = 60
     correction_pcg_tolerance: float = 1e-2
@@ -188,7 +189,7 @@ PRESETS: dict[str, Settings] = {
         second_iterations=12,
         second_pcg_iterations=60,
         substep_travel=16e-3,
-        searches=2,
+        searches=6,
         deflection_passes=8,
     ),
     "live": Settings(),

@@ -25,11 +25,12 @@ from tryon_solver.linalg import pcg
 from tryon_solver.linalg.as_one import move_as_one, sum_up
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
-from tryon_solver.linalg.vectors import find_largest, subtract
+from tryon_solver.linalg.vectors import dot, find_largest, subtract
 from tryon_solver.stepping.coast import keep_momentum
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
 from tryon_solver.stepping.near import make_last_if_near, measure_nearness
 from tryon_solver.stepping.newton import linearise, newton_matrix, solve_newton_system
+from tryon_solver.stepping.overshoot import retreat_if_overshot
 from tryon_solver.stepping.progress import Budget, Outcome
 from tryon_solver.stepping.record import baked
 from tryon_solver.stepping.search import a_few_edges, follow, search_around, search_further
@@ -190,14 +191,19 @@ def look_around(sim: Simulation, near: bool) -> None:
 
 def linearise_at(sim: Simulation) -> None:
     """Friction, gradient and Hessian of the full potential at x, whose pairs are collected."""
+    gradient_at(sim)
+    wp.copy(sim.x_searched, sim.state.x)
+    linearise(sim)
+
+
+def gradient_at(sim: Simulation) -> None:
+    """Friction and gradient likewise, friction seen from where the last iteration began."""
     state, work = sim.state, sim.work
     if sim.pairs.size:
         for term in sim.stages.contact:
             term.prepare(sim.pairs, state, state.x, sim.x_searched)
-    wp.copy(sim.x_searched, state.x)
     elastic_gradient(sim, state.x, work.gradient, correcting=True)
     add_contact_gradient(sim, state.x, state.x, work.gradient)
-    linearise(sim)
 
 
 def measure_imbalance(sim: Simulation, out: wp.array) -> None:
@@ -251,13 +257,13 @@ def choose_start(sim: Simulation) -> None:
 def correct_penetration(sim: Simulation) -> None:
     """From x_feasible and the trial in x by Newton iterations; leaves a feasible x.
 
-    Newton's steps are not searched along: one that overshoots is mended by the next, and what contact stopped in one is
-    held in the next (hold.py). The budget's last has none, so it is not taken when it is much longer than the one
-    before. A fold that snaps takes several, the first of them uphill: where the budget ends among these it is extended.
-    Where that is spent as well, x is where an iteration began nearest to balance, and the next step has the snap. Never
-    twice in a row: a step that only finds back to where it began would be found again by all that follow, and the
-    garment would stand frozen. A budget is extended likewise where the cloth as one has still to move. With more
-    contact passes the next pass goes on with a snap: nothing is extended and nothing goes back.
+    Newton's steps that lead uphill come back (overshoot.py), but the first, and what contact stopped in one is held in
+    the next (hold.py). The budget's last is not taken when it is much longer than the one before. A fold that snaps
+    takes several, the first of them uphill: where the budget ends among these it is extended. Where that is spent as
+    well, x is where an iteration began nearest to balance, and the next step has the snap. Never twice in a row: a step
+    that only finds back to where it began would be found again by all that follow, and the garment would stand frozen.
+    A budget is extended likewise where the cloth as one has still to move. With more contact passes the next pass goes
+    on with a snap: nothing is extended and nothing goes back.
 
     Conjugate gradients that are cut short in a blow lead astray, each direction further than the one before: then all
     of it is done again from x_feasible with the second budget. If that leads astray, too, x is where an iteration began
@@ -408,7 +414,7 @@ def go_back_to_least(sim: Simulation) -> None:
 
 def iterate(sim: Simulation, budget: Budget) -> None:
     """One Newton iteration, for the device to repeat: a direction, unless there is one, and, where it leads within the
-    region or there is no searching left, the move and a look around."""
+    region or there is no searching left, the move, back to where it stops descending, and a look around."""
     state, work, progress = sim.state, sim.work, sim.progress
     progress.unless_directed(lambda: find_direction(sim, budget))
     if sim.touching:
@@ -421,11 +427,24 @@ def iterate(sim: Simulation, budget: Budget) -> None:
         sim.holding.measure(work.total)
         find_largest(work.total, progress.moved)
         make_last_if_near(sim)
+        dot(work.gradient, work.total, progress.slope)
         progress.judge_move(sim.settings.correction_tolerance, state.dt)
+        collect_near()
+        retreat_if_overshot(sim, lambda: gradient_at(sim), come_back)
         progress.if_going_on(look)
 
+    def collect_near() -> None:
+        if not sim.candidates.idle:
+            pairs.collect(sim.pairs, sim.candidates, sim.contact, state.x, bool(sim.touching))
+
+    def come_back() -> None:
+        if sim.touching:
+            follow(sim, near=True)
+        collect_near()
+
     def look() -> None:
-        look_around(sim, near=True)
+        wp.copy(sim.x_searched, state.x)
+        linearise(sim)
         progress.stop_when_full(sim.pairs)
 
     progress.if_free_to_move(move)

@@ -6,11 +6,13 @@ RMS length over the cloth, times SCALE, is how far that is. SCALE was fitted: th
 lengths of step, of the true error after such a correction over what it was asked for, is kept under 1 (METHOD.md
 section 14). Where directions have not become shorter for PATIENCE iterations, none that follows can be hoped to.
 
-A preset's own end is another for cloth that hangs still. There every step is near, and by what each leaves undone the
-cloth would be seen to tremble: so it has to be near by the way that the step goes, too, beside the body's, OF_WAY of
-it (METHOD.md section 14 has what other shares do). And the direction has to be taken, and the one before it: what
-contact withheld is left undone as well, in an impact most of it, and what it withheld of the one before is held
-(hold.py), so that the direction says nothing of it. Ours.
+A preset asks for the energy, too: what the cloth would lose on the way by the quadratic model, 1/2 |g . p| of Newton's
+direction p, is no more than CALM times 1/2 M nearness^2. In stiff modes much of it lies within little
+way. And its own end is another for cloth that hangs still. There every step is near, and by what each leaves undone the
+cloth would be seen to tremble: so it has to be near by the way that the step goes, too, beside the body's, OF_WAY of it
+(METHOD.md section 14 has what other shares do). And the direction has to be taken, and the one before it: what contact
+withheld is left undone as well, in an impact most of it, and what it withheld of the one before is held (hold.py), so
+that the direction says nothing of it. Ours.
 """
 
 from __future__ import annotations
@@ -31,6 +33,7 @@ wp.set_module_options({"enable_backward": False})
 SCALE = 2.0
 SHORTER = wp.constant(0.7)  # times the shortest before it, a direction is a gain
 PATIENCE = wp.constant(8)  # iterations without one
+CALM = wp.constant(2.0)  # times the energy at the preset's nearness, less than that left to lose is near enough
 OF_WAY = 0.3  # share of the step's way that is near enough
 
 
@@ -43,6 +46,8 @@ def compare_kernel(
     dt: wp.array(dtype=wp.float32),
     squared: wp.array(dtype=wp.float32),
     way_squared: wp.array(dtype=wp.float32),
+    slope: wp.array(dtype=wp.float32),
+    mass: float,
     state_out: wp.array(dtype=wp.int32),
     lengths_out: wp.array(dtype=wp.float32),
 ):
@@ -50,8 +55,9 @@ def compare_kernel(
     way = wp.sqrt(way_squared[0] / float(count))
     near = nearness * dt[0]
     enough = wp.min(near, of_way * way)
-    state_out[APART] = wp.where(off <= near, WITHIN, BEYOND)
-    state_out[LAST_ONE] = wp.where(off <= enough, 1, 0)
+    calm = -slope[0] <= CALM * mass * nearness * nearness
+    state_out[APART] = wp.where(off <= near and calm, WITHIN, BEYOND)
+    state_out[LAST_ONE] = wp.where(off <= enough and calm, 1, 0)
     lengths_out[ENOUGH] = enough
 
 
@@ -108,7 +114,9 @@ def measure_nearness(sim: Simulation, by_preset: bool) -> None:
         way = work.total[:n]  # which is free until the move
         subtract(state.x[:n], state.x_feasible[:n], way)
         dot(way, way, way_squared)
-        enough = [nearness, SCALE, OF_WAY, n, state.dt, squared, way_squared]
+        slope = work.scalars[2]
+        dot(work.gradient, work.direction, slope)
+        enough = [nearness, SCALE, OF_WAY, n, state.dt, squared, way_squared, slope, float(sim.mass.sum())]
         launch(compare_kernel, 1, enough, [told, sim.progress.lengths], device=sim.device)
 
 

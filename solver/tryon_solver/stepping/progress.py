@@ -42,7 +42,8 @@ GOING_BACK = wp.constant(16)  # 1 if the trial is further from balance than wher
 SINCE = wp.constant(17)  # iterations since a direction was much shorter than all before it (near.py)
 APART = wp.constant(18)  # where the iteration begins: 0 is not told, WITHIN or BEYOND what is near enough; and
 LAST_ONE = wp.constant(19)  # 1 if it is to be the last, being near enough (near.py)
-PLACES = 20
+OVERSHOT_MOVE = wp.constant(20)  # 1 if the move has led uphill (overshoot.py); a condition
+PLACES = 21
 
 WITHIN = wp.constant(1)
 BEYOND = wp.constant(2)
@@ -62,7 +63,8 @@ SHORTEST = wp.constant(10)  # of the directions so far, as a root mean square ov
 ENOUGH = wp.constant(11)  # root mean square over the cloth that is near enough (near.py) [m]
 STRETCH = wp.constant(12)  # the cloth's largest, where iterations ended (torn.py)
 WITHHELD = wp.constant(13)  # of the iteration's direction by contact, likewise, and doubled (near.py) [m]
-LENGTHS = 14
+SLOPE = wp.constant(14)  # of the potential along the move, where it begins [J]
+LENGTHS = 15
 
 
 @wp.kernel
@@ -285,6 +287,16 @@ class Progress:
     def tried(self) -> wp.array:
         """Where to put how far from balance the trial is [J]."""
         return self.lengths[9:10]
+
+    @property
+    def overshot(self) -> wp.array:
+        """(1,) int32 condition: did the move lead uphill?"""
+        return self.state[20:21]
+
+    @property
+    def slope(self) -> wp.array:
+        """(1,) where to put the potential's slope along the move, where it begins [J]."""
+        return self.lengths[14:15]
 
     @property
     def stretch(self) -> wp.array:

@@ -184,7 +184,7 @@ def listening(by_launches: bool = False) -> Iterator[SubSteps]:
     kept = {module: module.keeps_graphs for module in keepers}
     for module in kept:
         module.keeps_graphs = never  # type: ignore[attr-defined]
-    verbs = ((move_body, "carry_once"), (correct, "take_within_region"))
+    verbs = ((move_body, "carry_once"), (correct, "take_within_region"), (correct, "retreat_if_overshot"))
     originals = {(module, name): getattr(module, name) for module, name in verbs}
 
     def hear(original: Callable[..., object]) -> Callable[..., object]:
@@ -194,7 +194,9 @@ def listening(by_launches: bool = False) -> Iterator[SubSteps]:
                 return original(sim, *arguments, **named)
             before = sim.state.x.numpy().copy()
             answer = original(sim, *arguments, **named)
-            heard.moves.append((before, sim.state.x.numpy().copy()))
+            after = sim.state.x.numpy().copy()
+            if original.__name__ != "retreat_if_overshot" or not np.array_equal(before, after):
+                heard.moves.append((before, after))
             return answer
 
         return heard_move

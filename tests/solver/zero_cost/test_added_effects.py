@@ -42,10 +42,13 @@ def test_modules_are_imported_when_the_first_scene_with_the_effect_is_built(cost
         seen |= set(cost["own"])
 
 
+OF_THE_STATE = "tryon_solver.stepping.overshoot"  # the core's; one of its kernels is launched where a move overshot
+
+
 def test_kernels_are_its_own(costs):
     """But for products with matrices, which FabricDamping has of linalg."""
     for name, cost in costs.items():
-        modules = {kernel.rpartition(".")[0] for kernel in cost["launched"]}
+        modules = {kernel.rpartition(".")[0] for kernel in cost["launched"]} - {OF_THE_STATE}
         if name in OF_THE_CORE:
             assert not modules & {m for other in costs.values() for m in other["own"]}, name
             continue

@@ -1,0 +1,93 @@
+"""A move of the correction that went too far along a way that leads down first comes back to where it stops descending.
+
+Newton's model has no fourth powers, cloth that turns has: a triangle turned by an angle along straight lines is longer
+by its square, and what that costs the cloth is the fourth power of the move. The barrier and the strain limit are
+steeper still. Directions that each mend what the one before has overdone and overdo it themselves go on for ever, and
+who ends with such a one leaves the cloth with energy that nobody has put into it.
+
+The potential's slope along the move m is known where it begins, a = -g0 . m > 0, and b = g1 . m where it ends, since
+the gradient is needed there anyway. In between, with s from 0 to 1, the slope is taken to be Newton's line and a cube,
+
+    f(s) = -a (1 - s) + b s^3,
+
+which meets both; where b > 2 a its integral over the move is above 0, so the potential has risen. x goes back along the
+move to f(s) = 0. That way has been proven free (bounds.py). The first FREE moves of a correction are left as they are:
+one takes the cloth to where it turns to, and what it overdoes the next one mends, where steps so short that nothing is
+overdone would never come there. The last, which has none that mends it, is always looked at. Slopes alone are asked,
+since what friction takes has no potential. Line searches by slopes: Nocedal and Wright 2006, section 3.1; those that
+let first steps rise: Chamberlain et al. 1982. Ours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import warp as wp
+
+from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.vectors import dot
+from tryon_solver.stepping.progress import FOUND, LEFT, SLOPE
+
+if TYPE_CHECKING:
+    from tryon_solver.simulation import Simulation
+
+wp.set_module_options({"enable_backward": False})
+
+FREE = wp.constant(1)  # moves of a correction that may rise
+RISEN = wp.constant(2.0)  # times the slope it began with, against it: the move has led uphill
+ROUNDS = wp.constant(8)  # of Newton's method from above, for a cubic's only root
+
+
+@wp.func
+def share_of_way(a: float, b: float) -> float:
+    """s in (0, 1] at which -a (1 - s) + b s^3 = 0, for a, b > 0."""
+    s = wp.min(wp.pow(a / b, 1.0 / 3.0), 1.0)
+    for _ in range(ROUNDS):
+        s -= (b * s * s * s + a * s - a) / (3.0 * b * s * s + a)
+    return s
+
+
+@wp.kernel
+def judge_kernel(
+    counters: wp.array(dtype=wp.int32),
+    room: int,
+    there: wp.array(dtype=wp.float32),
+    state: wp.array(dtype=wp.int32),
+    lengths: wp.array(dtype=wp.float32),
+    share_out: wp.array(dtype=wp.float32),
+    overshot_out: wp.array(dtype=wp.int32),
+):
+    """Where there are more pairs than room the slope at the end is unknown: nothing is said of it."""
+    a = -lengths[SLOPE]
+    b = there[0]
+    judged = counters[0] <= room and (state[FOUND] > FREE or state[LEFT] == 0)
+    overshot_out[0] = wp.where(judged and a > 0.0 and b > RISEN * a, 1, 0)
+    if overshot_out[0] == 1:
+        share_out[0] = share_of_way(a, b)
+
+
+@wp.kernel
+def retreat_kernel(share: wp.array(dtype=wp.float32), x_before: wp.array(dtype=wp.vec3), x: wp.array(dtype=wp.vec3)):
+    i = wp.tid()
+    x[i] = x_before[i] + share[0] * (x[i] - x_before[i])
+
+
+def retreat_if_overshot(sim: Simulation, measure: Callable[[], None], come_back: Callable[[], None]) -> None:
+    """Look at the move `total` from `x_searched` to x, whose pairs are collected, and shorten it if it has led uphill.
+
+    `measure` puts the gradient at x into `gradient`; `come_back` collects the pairs once x has been put back.
+    """
+    progress, work = sim.progress, sim.work
+    there, share = work.scalars[0], work.scalars[1]
+
+    def retreat() -> None:
+        launch(retreat_kernel, sim.all_count, [share, sim.x_searched], [sim.state.x], device=sim.device)
+        come_back()
+        measure()
+
+    measure()
+    dot(work.gradient, work.total, there)
+    judged = [progress.state, progress.lengths, share, progress.overshot]
+    launch(judge_kernel, 1, [sim.pairs.counters, sim.pairs.capacity, there], judged, device=sim.device)
+    wp.capture_if(progress.overshot, retreat)
