@@ -43,9 +43,9 @@ class Settings:
     """A budget that came hardly nearer to balance ended too early where moves longer than this times dt are to come
     [m/s * s]."""
     correction_nearness: float | None = None
-    """Near enough to balance, estimated as a root mean square, times dt [m/s * s], and by the energy that cloth has at
-    this speed, twice (stepping/near.py): a correction that is nearer ends before its budget, but for cloth that hardly
-    moves, and one that is not is extended. None: neither.
+    """Near enough to balance, estimated as a root mean square, times dt [m/s * s], and by twenty times the energy that
+    cloth has at this speed (stepping/near.py): a correction that is nearer ends before its budget, but for cloth that
+    hardly moves, and one that is not is extended. None: neither.
     """
     correction_pcg_iterations: int = 60
     correction_pcg_tolerance: float = 1e-2

@@ -33,7 +33,7 @@ wp.set_module_options({"enable_backward": False})
 SCALE = 2.0
 SHORTER = wp.constant(0.7)  # times the shortest before it, a direction is a gain
 PATIENCE = wp.constant(8)  # iterations without one
-CALM = wp.constant(2.0)  # times the energy at the preset's nearness, less than that left to lose is near enough
+CALM = wp.constant(20.0)  # times the energy at the preset's nearness, less than that left to lose is near enough
 OF_WAY = 0.3  # share of the step's way that is near enough
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from frame_judge import FrameJudge
 from scipy.spatial.transform import Rotation
-from small_scenes import STILL, icosphere, rigid_body, sheet
+from small_scenes import STILL, fabric, icosphere, rigid_body, sheet
 
 from tryon_solver.contact import broad_phase
 from tryon_solver.scene import WORN, Scene
@@ -34,7 +34,7 @@ def play(monkeypatch, holds=None):
     """Frames (T, N, 3) m, the surface's (T, B, 3) m, and in which frames the broad phase was asked for a whole list."""
     garment, x = sheet(13, 13, 0.3, 0.3)
     ball, faces = icosphere(0.1, 3)
-    scene = Scene(garment, x + np.array([0.01, 0.104, -0.02]), rigid_body(ball, faces), effects=WORN)
+    scene = Scene(garment, x + np.array([0.01, 0.104, -0.02]), rigid_body(ball, faces), fabric(), WORN)
     sim = build(scene, PRESETS["draft"], "cpu", STILL)
     asked, find = [], broad_phase.find
     with monkeypatch.context() as patch:
