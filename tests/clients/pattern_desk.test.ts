@@ -65,6 +65,30 @@ test("a drag is told at most once per picture, from where it began, and for good
   assert.deepEqual(corner(), [0.54, 0.75]);
 });
 
+test("an edge is dragged out of its piece, by as much as goes across it", () => {
+  const { at, sent, picture, corner } = desk();
+  assert.ok(at.begin("front", { kind: "edge", edge: 0 }));
+  at.moveBy([0.2, -0.04]);
+  picture();
+  const edit = { kind: "lengthen", panel: "front", edge: 0, by: 0.04 };
+  assert.deepEqual(sent, [{ type: "edit", edit, mirror: false, hold: true, request: 1 }]);
+  assert.deepEqual(corner(), [0.5, 0.75], "where it goes the server knows");
+  at.moveBy([0, 0.03]);
+  at.release();
+  assert.deepEqual(sent.slice(1), [{ type: "edit", edit: { ...edit, by: -0.03 }, mirror: false, hold: false, request: 2 }]);
+  assert.ok(!at.begin("front", { kind: "edge", edge: 9 }));
+});
+
+test("an edge that was moved along itself is where it was", () => {
+  const { at, sent, picture } = desk();
+  assert.ok(at.begin("front", { kind: "edge", edge: 0 }));
+  at.moveBy([0.2, 0]);
+  at.release();
+  picture();
+  assert.deepEqual(sent, []);
+  assert.ok(!at.waiting);
+});
+
 test("a handle is moved as the handle of its edge", () => {
   const { at, sent } = desk();
   assert.ok(at.begin("back", { kind: "handle", edge: 0, handle: 1 }));

@@ -121,6 +121,31 @@ def test_a_corner_is_dragged_and_what_comes_back_is_drawn(page, tailor):
     assert "follows" in page.inner_text("#pattern-notice-message")
 
 
+def test_an_edge_is_dragged_and_follows_what_the_server_draws(page, tailor):
+    scale = scale_of(page)
+    hem = page.locator(".piece").first.locator(".edge .reach").first
+    x, y = middle(hem)
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for step in range(1, 9):
+        page.mouse.move(x + step, y + 3 * step)
+        page.wait_for_timeout(20)
+    held = tailor.hears(lambda message: is_edit(message, hold=True))
+    assert [held.edit[field] for field in ("kind", "panel", "edge")] == ["lengthen", "front", 0]
+    assert hem.get_attribute("aria-pressed") == "true"
+    assert middle(hem) == pytest.approx((x, y), abs=1.5)
+    page.mouse.up()
+    assert tailor.hears(kept).edit["by"] == pytest.approx(24 / scale, rel=0.02)
+
+
+def test_an_edge_that_is_clicked_is_chosen_and_nothing_is_moved(page, tailor):
+    hem = page.locator(".piece").first.locator(".edge .reach").first
+    x, y = middle(hem)
+    page.mouse.click(x, y)
+    assert hem.get_attribute("aria-pressed") == "true"
+    assert not [message for message in tailor.heard if isinstance(message, wire.EditMessage)]
+
+
 def test_pictures_bound_what_a_drag_sends(page, tailor):
     x, y = middle(corner(page, 1))
     page.mouse.move(x, y)

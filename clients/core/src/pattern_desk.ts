@@ -21,7 +21,8 @@ interface Moved {
 }
 
 interface Drag extends Moved {
-  /** where it was in the pattern that is kept */
+  /** its piece, and where it was, in the pattern that is kept */
+  piece: DesignPanel;
   origin: Point;
   by: Point;
   /** the server has been asked to show it */
@@ -132,7 +133,7 @@ export class PatternDesk {
     const origin = piece && placeOf(piece, grip);
     if (!origin) return false;
     this.newest = this.design; // what was let go stays where it is until the server answers
-    this.drag = { panel, grip, origin, place: origin, by: [0, 0], held: false, cancelPicture: undefined };
+    this.drag = { panel, grip, piece, origin, place: origin, by: [0, 0], held: false, cancelPicture: undefined };
     return true;
   }
 
@@ -145,7 +146,7 @@ export class PatternDesk {
     drag.cancelPicture ??= this.around.beforePicture(() => {
       drag.cancelPicture = undefined;
       drag.held = true;
-      this.sendEdit(moveGrip(drag.panel, drag.grip, drag.by), true);
+      this.sendEdit(moveGrip(drag.piece, drag.grip, drag.by), true);
     });
     this.around.changed();
   }
@@ -154,13 +155,14 @@ export class PatternDesk {
   release(): void {
     const { drag } = this;
     if (!drag) return;
-    if (Math.hypot(...drag.by) < NOWHERE) {
+    const edit = moveGrip(drag.piece, drag.grip, drag.by);
+    if (Math.hypot(...drag.by) < NOWHERE || (edit.kind === "lengthen" && Math.abs(edit.by) < NOWHERE)) {
       this.cancel();
       return;
     }
     const { panel, grip, place, held } = drag;
     this.endDrag(drag);
-    this.released = { panel, grip, place, held, request: this.make(moveGrip(panel, grip, drag.by)) };
+    this.released = { panel, grip, place, held, request: this.make(edit) };
     this.around.changed();
   }
 
@@ -208,7 +210,8 @@ export class PatternDesk {
   /** The pattern below a drag has become another one: the drag counts from there. */
   private carryOver(drag: Drag): void {
     const panel = this.kept?.panels.find(({ name }) => name === drag.panel);
-    drag.origin = (panel && placeOf(panel, drag.grip)) ?? drag.origin;
+    drag.piece = panel ?? drag.piece;
+    drag.origin = placeOf(drag.piece, drag.grip) ?? drag.origin;
     drag.place = [drag.origin[0] + drag.by[0], drag.origin[1] + drag.by[1]];
   }
 

@@ -1,5 +1,7 @@
+import type { DesignPanel } from "@tryon/protocol";
+
 import type { Point } from "./pattern_design.ts";
-import type { Grip } from "./pattern_shape.ts";
+import { outwards, type Grip } from "./pattern_shape.ts";
 
 /** The edits that the page makes, as they travel (PROTOCOL.md section 3.2); lengths in metres. */
 export type PatternEdit =
@@ -16,8 +18,10 @@ export type PatternEdit =
   | { readonly kind: "remove_piece"; readonly panel: string }
   | { readonly kind: "change_fabric"; readonly fabric: string };
 
-/** The edit that moves a grip. */
-export function moveGrip(panel: string, grip: Grip, by: Point): PatternEdit {
+/** The edit that moves a grip of a piece; an edge goes as far across itself as it is moved that way. */
+export function moveGrip(piece: DesignPanel, grip: Grip, by: Point): PatternEdit {
+  const panel = piece.name;
   if (grip.kind === "vertex") return { kind: "move_vertex", panel, vertex: grip.vertex, by };
+  if (grip.kind === "edge") return { kind: "lengthen", panel, edge: grip.edge, by: outwards(piece, grip.edge, by) };
   return { kind: "move_handle", panel, edge: grip.edge, handle: grip.handle, by };
 }

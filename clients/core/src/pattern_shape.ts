@@ -2,8 +2,9 @@ import type { DesignEdge, DesignPanel } from "@tryon/protocol";
 
 import type { Point } from "./pattern_design.ts";
 
-/** What of a piece can be dragged: a corner, or a handle of an edge. */
+/** What of a piece can be dragged: a corner, an edge as a whole, or a handle of one. */
 export type Grip =
+  | { readonly kind: "edge"; readonly edge: number }
   | { readonly kind: "vertex"; readonly vertex: number }
   | { readonly kind: "handle"; readonly edge: number; readonly handle: number };
 
@@ -12,18 +13,24 @@ const STEPS = 24;
 /** a rise over this chord is none */
 const FLAT = 1e-6;
 
-/** Where a grip is [m]; nothing when the piece has none such. */
+/** Where a grip is [m], of an edge its middle; nothing when the piece has none such. */
 export function placeOf(panel: DesignPanel, grip: Grip): Point | undefined {
   if (grip.kind === "vertex") return panel.vertices.at(grip.vertex);
+  if (grip.kind === "edge") {
+    const edge = panel.edges.at(grip.edge);
+    return edge && middleOf(edge);
+  }
   return panel.edges.at(grip.edge)?.handles.at(grip.handle);
 }
 
 /**
  * The piece with a grip put elsewhere, as the server will have it: curves that meet at a corner stretch with it and keep
  * their shape in proportion, a straight edge whose handle is moved becomes a cubic one, an arc's middle moves across its
- * chord. What else follows, such as what is sewn to it, the server knows.
+ * chord. What else follows, such as what is sewn to it, the server knows; of an edge, which goes along those beside it,
+ * all of it.
  */
 export function withGripAt(panel: DesignPanel, grip: Grip, place: Point): DesignPanel {
+  if (grip.kind === "edge") return panel;
   if (grip.kind === "handle") {
     const edges = panel.edges.map((edge, i) => (i === grip.edge ? bent(edge, panel.vertices, grip.handle, place) : edge));
     return { ...panel, edges };
@@ -50,6 +57,24 @@ export function middleOf(edge: DesignEdge): Point {
     left -= step;
   }
   return points[points.length - 1];
+}
+
+/** How far a move of an edge goes out of its piece, across its chord [m]. */
+export function outwards(panel: DesignPanel, edge: number, by: Point): number {
+  const { ends } = panel.edges[edge];
+  const [x, y] = minus(panel.vertices[ends[1]], panel.vertices[ends[0]]);
+  const length = Math.hypot(x, y);
+  return length > 0 ? (turnOf(panel) * (by[0] * y - by[1] * x)) / length : 0;
+}
+
+/** 1 of a piece whose outline goes counter-clockwise, else -1. */
+function turnOf({ edges }: DesignPanel): 1 | -1 {
+  const outline = edges.flatMap(({ points }) => points);
+  const area = outline.reduce((sum, [x, y], i) => {
+    const [u, v] = outline[(i + 1) % outline.length];
+    return sum + x * v - y * u;
+  }, 0);
+  return area > 0 ? 1 : -1;
 }
 
 function bent(edge: DesignEdge, vertices: readonly Point[], handle: number, place: Point): DesignEdge {

@@ -29,6 +29,8 @@ interface Press {
   moved: boolean;
   /** of one that draws a line to cut along */
   readonly cut?: SVGLineElement;
+  /** begins the drag of an edge, once it is moved */
+  begin?: (() => boolean) | undefined;
 }
 
 /** How near a grip is met [px]. */
@@ -165,12 +167,14 @@ export class PatternDrawing {
       return;
     }
     const panel = this.nameOf(met.piece);
-    if (!this.events.begin(panel, met.grip)) return;
-    this.press = { pointer: event.pointerId, from: [event.clientX, event.clientY], moved: false };
+    const begin = (): boolean => this.events.begin(panel, met.grip);
+    const edge = met.grip.kind === "edge"; // which is mostly pressed to be chosen
+    if (!edge && !begin()) return;
+    this.press = { pointer: event.pointerId, from: [event.clientX, event.clientY], moved: false, ...(edge ? { begin } : {}) };
     this.sheet.setPointerCapture(event.pointerId);
     event.preventDefault(); // the focus is the grip's, whatever lies below the pointer
-    this.events.choose(met.grip.kind === "handle" ? { panel, edge: met.grip.edge } : this.ofPiece(panel));
-    met.piece.markOf(met.grip)?.element.focus({ preventScroll: true });
+    this.events.choose(met.grip.kind === "vertex" ? this.ofPiece(panel) : { panel, edge: met.grip.edge });
+    met.piece.elementOf(met.grip)?.focus({ preventScroll: true });
   }
 
   private move(event: PointerEvent): void {
@@ -179,15 +183,25 @@ export class PatternDrawing {
     if (event.pointerId !== press?.pointer || this.layout.scale <= 0) return;
     const [x, y] = [event.clientX - press.from[0], event.clientY - press.from[1]];
     press.moved ||= Math.hypot(x, y) >= STILL;
+    if (press.moved && press.begin) {
+      if (!press.begin()) {
+        this.letGo(() => undefined);
+        return;
+      }
+      press.begin = undefined;
+    }
     if (press.cut) put(press.cut, this.onSheet([event.clientX, event.clientY], "2"));
     else if (press.moved) this.events.drag([x / this.layout.scale, -y / this.layout.scale]);
   }
 
   private up(event: PointerEvent): void {
-    if (event.pointerId !== this.press?.pointer) return;
+    const { press } = this;
+    if (event.pointerId !== press?.pointer) return;
     this.move(event);
-    const { moved, cut, from } = this.press;
+    if (this.press !== press) return; // it could not be begun
+    const { moved, cut, from, begin } = press;
     if (cut) this.letGo(() => moved && this.endCut(from, [event.clientX, event.clientY]));
+    else if (begin) this.letGo(() => undefined);
     else this.letGo(() => (moved ? this.events.release() : this.events.cancel()));
   }
 
@@ -195,7 +209,7 @@ export class PatternDrawing {
   escape(): boolean {
     const { press } = this;
     if (!press) return false;
-    this.letGo(() => !press.cut && this.events.cancel());
+    this.letGo(() => !press.cut && !press.begin && this.events.cancel());
     return true;
   }
 
@@ -295,7 +309,7 @@ export class PatternDrawing {
     event.preventDefault();
   }
 
-  /** The grip nearest to a pointer, if it is in reach; of two at one place the one drawn last. */
+  /** The grip nearest to a pointer, if it is in reach, of two at one place the one drawn last; else the edge below it. */
   private meet(event: PointerEvent): { piece: PieceDrawing; grip: Grip } | undefined {
     const sheet = this.sheet.getBoundingClientRect();
     const [x, y] = [event.clientX - sheet.left, event.clientY - sheet.top];
@@ -309,7 +323,13 @@ export class PatternDrawing {
         met = { piece, grip };
       }
     }
-    return met;
+    return met ?? this.edgeBelow(event.target);
+  }
+
+  private edgeBelow(target: EventTarget | null): { piece: PieceDrawing; grip: Grip } | undefined {
+    const piece = target instanceof Element ? this.pieceOf(target) : undefined;
+    const edge = target instanceof Element ? piece?.edgeOf(target) : undefined;
+    return piece && edge !== undefined ? { piece, grip: { kind: "edge", edge } } : undefined;
   }
 
   /** What an element stands for, to be chosen. */

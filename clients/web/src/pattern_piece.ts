@@ -102,8 +102,11 @@ export class PieceDrawing {
     return [...this.corners, ...this.edges.flatMap(({ handles }) => handles)].find((mark) => mark.element === element)?.grip;
   }
 
-  markOf(grip: Grip): GripMark | undefined {
-    return grip.kind === "vertex" ? this.corners.at(grip.vertex) : this.edges.at(grip.edge)?.handles.at(grip.handle);
+  /** The element that has the keys while a grip is dragged. */
+  elementOf(grip: Grip): SVGElement | undefined {
+    if (grip.kind === "vertex") return this.corners.at(grip.vertex)?.element;
+    const edge = this.edges.at(grip.edge);
+    return grip.kind === "edge" ? edge?.reach : edge?.handles.at(grip.handle)?.element;
   }
 
   /** Draws the piece as it is now. @param design with the parts that it had when this was made */
