@@ -216,11 +216,7 @@ def listening(by_launches: bool = False) -> Iterator[SubSteps]:
         before = sim.state.x_feasible.numpy().copy()
         coast(sim)
         after = sim.state.x_feasible.numpy().copy()
-        if np.array_equal(before, after):
-            return
-        if len(sim.touching) > 1:  # by the body, which stays
-            heard.moves.append((before, after))
-        else:
+        if not np.array_equal(before, after):
             heard.turned.append((len(heard.moves), after))
 
     def hear_keeping(sim: Simulation) -> None:
