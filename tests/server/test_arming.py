@@ -10,7 +10,7 @@ from scripted_worker import InThisProcess
 from tryon_server.app import BUILT_IN_PATTERNS
 from tryon_server.runtime.arming import Armoury
 from tryon_server.runtime.beside import NotMade
-from tryon_server.runtime.effect_choice import TIGHT, called_for
+from tryon_server.runtime.effect_choice import called_for
 from tryon_server.runtime.motions import load_motion
 from tryon_server.runtime.order import DrapeOrder
 from tryon_server.runtime.production import build_drape
@@ -102,5 +102,5 @@ def test_a_walking_skirt_calls_for_wind_and_for_nothing_else():
         if frame >= 40 and frame % 10 == 0:
             found |= called_for(drape.effects.character())
     assert set(found) == {"wind"}, found
-    limit = drape.effects.character().limit
-    assert farthest - 1 > TIGHT * (limit - 1), "some triangle of it is"
+    tenth = drape.effects.character().stretch
+    assert farthest - 1 > 2 * (tenth - 1), "some triangle of it is stretched twice as far as a tenth"
