@@ -121,7 +121,7 @@ def test_plate_carries_shear_strength_times_area_and_slips_above():
         edge = 1e-4 * (1 - np.sqrt(1 - 0.8 / carrying))
         assert np.sign(given[-1].mean() - edge) == (1 if carrying == 1.0 else -1)
     assert abs(given[-1].mean() - given[-10].mean()) < 1e-7
-    assert np.abs(given[-1] - given[-10]).max() < 5e-7, "of single vertices rounding moves a tenth of a micrometre a step"
+    assert np.abs(given[-1] - given[-10]).max() < 5e-7, "a vertex moves by rounding, 0.1 um a step"
     slipping = sheared(1.2 * shear / sigma, shear)
     v = np.diff(slipping[..., 0].mean(axis=1)) / DT
     assert (v[15] - v[2]) / (13 * DT) == pytest.approx(0.24 * shear / sigma, abs=0.041 * shear / sigma)
