@@ -7,12 +7,12 @@ lengths of step, of the true error after such a correction over what it was aske
 section 14). Where directions have not become shorter for PATIENCE iterations, none that follows can be hoped to.
 
 A preset asks for the energy, too: what the cloth would lose on the way by the quadratic model, 1/2 |g . p| of Newton's
-direction p, is no more than CALM times 1/2 M nearness^2. In stiff modes much of it lies within little
-way. And its own end is another for cloth that hangs still. There every step is near, and by what each leaves undone the
-cloth would be seen to tremble: so it has to be near by the way that the step goes, too, beside the body's, OF_WAY of it
-(METHOD.md section 14 has what other shares do). And the direction has to be taken, and the one before it: what contact
-withheld is left undone as well, in an impact most of it, and what it withheld of the one before is held (hold.py), so
-that the direction says nothing of it. Ours.
+direction p, is no more than CALM times 1/2 M nearness^2. In stiff modes much of it lies within little way. And its own
+end is another for cloth that hangs still. There every step is near, and by what each leaves undone the cloth would be
+seen to tremble: so it has to be near by the way that the step goes, too, beside the body's, OF_WAY of it (METHOD.md
+section 14 has what other shares do). And the direction has to be taken, and the one before it: what contact withheld
+is left undone as well, in an impact most of it, and what it withheld of the one before is held (hold.py), so that the
+direction says nothing of it. Ours.
 """
 
 from __future__ import annotations
