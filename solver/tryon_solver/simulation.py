@@ -170,6 +170,7 @@ class Simulation:
         self.x_carried = wp.clone(x)  # where the body's motion led to, before the first contact pass
         self.to_trial = wp.zeros_like(x)
         self.searches = 0
+        self.substeps = 1  # of the body in the last step
         self.deflection = DeflectionScratch.allocate(self.all_count, device)
         self.largest_out = wp.zeros(1, dtype=wp.float32, device=device)
         self.cycles = wp.zeros(3, dtype=wp.int32, device=device)  # as in stepping/repeat.py

@@ -76,7 +76,7 @@ def step(sim: Simulation, dt: float) -> None:
     scheme = SCHEMES[sim.settings.scheme]  # the paper's unless the settings name another
     recorded(sim, solve_freely)  # prediction, one global step there
     for _ in contact_passes(sim):  # one, unless the settings ask for more
-        sim.timed(find_pairs)  # within reach at the feasible state
+        sim.timed(find_pairs, scheme.run is unrecorded)  # within reach at the feasible state
         scheme.run(sim, solve_proxy)  # their quadratic proxy, and the scheme's cycles: the trial
         sim.timed(correct_penetration)  # Newton-PCG on the full potential, every iterate proven free of contact
         sim.timed(verify_commit)  # float64 on what is near; else the pass is void and x goes back

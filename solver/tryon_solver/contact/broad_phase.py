@@ -6,8 +6,9 @@ a thread of its own.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 
 import warp as wp
 
@@ -15,6 +16,7 @@ from tryon_solver.contact.candidates import Candidates, Region
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
 from tryon_solver.contact.found import CLOSE, STENCILS, Found, counted
 from tryon_solver.contact.surfaces import Surface
+from tryon_solver.contact.taking_over import take_over
 from tryon_solver.contact.triangle_pairs import Side, pair_triangles, side_of, threads_over
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.slots import next_slot
@@ -194,70 +196,99 @@ def take_apart_kernel(
 NOTHING_KNOWN = -1.0e3  # m, a budget that covers no stencil
 
 
-def find(
-    candidates: Candidates,
-    cloth: Surface,
-    others: tuple[Surface, ...],
-    region: Region,
-    group: wp.array,
-    x: wp.array,
-) -> None:
+@dataclass(frozen=True)
+class Scope:
+    """What is searched: the cloth against `others`, the surfaces that the scene lets it touch: itself, the body, or
+    both, within a region. Stencils with two vertices of one `group` (A,) are skipped: a vertex of its own, or vertices
+    being sewn into one. x (A,) m is where the vertices are now, for the distances."""
+
+    cloth: Surface
+    others: tuple[Surface, ...]
+    region: Region
+    group: wp.array
+    x: wp.array
+
+    @property
+    def surfaces(self) -> Iterable[Surface]:
+        """Each of them once."""
+        return {id(surface): surface for surface in (self.cloth, *self.others)}.values()
+
+    def refit(self) -> None:
+        """Boxes and trees for the region as it is."""
+        region, margin = self.region, 0.5 * max(other.reach for other in self.others)
+        for surface in self.surfaces:
+            surface.refit(region.centre, region.half_way, region.budget, margin)
+
+    def search(self, found: Found, k: int, anew: bool) -> None:
+        """Fill `found` with what the cloth and the k-th other surface have new, as far as there is room."""
+        found.counts.zero_()
+        pair_triangles(found, self.cloth, self.others[k], self.region, self.group, anew)
+        take_apart(found, self.cloth, self.others[k], self.region, self.group, self.x)
+
+
+def find(candidates: Candidates, scope: Scope) -> None:
     """Fill `candidates` with every stencil that can come within its surface's reach while its vertices stay in the
-    region.
-
-    `others` are the surfaces the scene lets the cloth touch: itself, the body, or both. Stencils with two vertices of
-    one `group` (A,) are skipped: a vertex of its own, or vertices being sewn into one. x (A,) m is where the vertices
-    are now, for the distances. Grows the list when it is full.
-    """
-    candidates.clear()
-    for surface in (cloth, *others):
-        surface.budget.fill_(NOTHING_KNOWN)
-    extend(candidates, cloth, others, region, group, x)
+    region. Grows the list when it is full. Waits for the device."""
+    begin_to_find(candidates, scope)
+    settle(candidates, scope, counted(candidates.found[: len(scope.others)]))
 
 
-def extend(
-    candidates: Candidates,
-    cloth: Surface,
-    others: tuple[Surface, ...],
-    region: Region,
-    group: wp.array,
-    x: wp.array,
-) -> None:
+def extend(candidates: Candidates, scope: Scope) -> None:
     """Add to `candidates` the stencils that come into question because budgets have grown since they were found.
 
-    Arguments as in `find`; the region's paths must be the same. A budget that has shrunk counts as it was.
+    The region's paths must be the same. A budget that has shrunk counts as it was. Waits for the device.
     """
-    device = x.device
-    margin = 0.5 * max(other.reach for other in others)
-    surfaces = {id(s): s for s in (cloth, *others)}.values()
-    while len(candidates.found) < len(others):
-        candidates.found.append(Found.allocate(candidates.capacity, candidates.capacity, str(device)))
+    begin(candidates, scope, anew=False)
+    settle(candidates, scope, counted(candidates.found[: len(scope.others)]))
 
-    if candidates.beside is None and wp.get_device(device).is_cuda and len(others) > 1:
+
+def begin_to_find(candidates: Candidates, scope: Scope) -> None:
+    """Launch what `find` does, which is done when `settle` is told what was counted."""
+    candidates.clear()
+    begin(candidates, scope, anew=True)
+
+
+def begin(candidates: Candidates, scope: Scope, anew: bool) -> None:
+    """Launch a search, `anew` or for what is not on the list."""
+    device = scope.x.device
+    while len(candidates.found) < len(scope.others):
+        candidates.found.append(Found.allocate(candidates.capacity, candidates.capacity, str(device)))
+    found = candidates.found[: len(scope.others)]
+    if candidates.beside is None and device.is_cuda and len(found) > 1:
         candidates.beside = wp.Stream(device)
 
-    def search(k: int) -> None:
-        other, found = others[k], candidates.found[k]
-        found.counts.zero_()
-        pair_triangles(found, cloth, other, region, group)
-        take_apart(found, cloth, other, region, group, x)
-
     def search_all() -> None:
-        for surface in surfaces:
-            surface.refit(region.centre, region.half_way, region.budget, margin)
-        at_once(search, len(others), candidates.beside)
+        if anew:
+            candidates.count.zero_()
+            for surface in scope.surfaces:
+                surface.budget.fill_(NOTHING_KNOWN)
+        scope.refit()
+        at_once(lambda k: scope.search(found[k], k, anew), len(found), candidates.beside)
+        if device.is_cuda:
+            take_over(candidates, found)
 
-    if all(surface.bvh for surface in surfaces):
-        places = tuple(found.place for found in candidates.found)
-        candidates.search.run(search_all, (x.ptr, places), str(device))
+    if all(surface.bvh for surface in scope.surfaces):
+        candidates.searches[anew].run(search_all, (scope.x.ptr, *candidates.places), str(device))
     else:
         search_all()  # which builds the trees
-    for k, (pairs, stencils) in enumerate(counted(candidates.found[: len(others)])):
+
+
+def settle(candidates: Candidates, scope: Scope, counts: Sequence[tuple[int, int]]) -> bool:
+    """End a search that counted so many pairs of triangles and stencils of each surface: was there room for all? Else
+    there is now, and they are on the list as well."""
+    total = candidates.size + sum(stencils for _, stencils in counts)
+    found = candidates.found
+    room = all(found[k].with_room(*counted) is found[k] for k, counted in enumerate(counts))
+    if scope.x.device.is_cuda and room and total <= candidates.capacity:
+        candidates.know_size(total)
+        return True
+    for k, (pairs, stencils) in enumerate(counts):
         while (roomier := candidates.found[k].with_room(pairs, stencils)) is not candidates.found[k]:
             candidates.found[k] = roomier
-            search(k)
+            scope.search(roomier, k, anew=False)
             ((pairs, stencils),) = counted([roomier])
         candidates.append(candidates.found[k], stencils)
+    return False
 
 
 def take_apart(found: Found, cloth: Surface, other: Surface, region: Region, group: wp.array, x: wp.array) -> None:

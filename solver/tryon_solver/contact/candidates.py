@@ -66,10 +66,11 @@ class Candidates:
     `distance` m is a lower bound at the current positions (`follow` keeps it one), so that most stencils can be passed
     over without looking at their vertices. `near` int32 lists those that the coming move concerns (`list_near`),
     `near_count` (1,) int32 how many; `near_size` is that, or more in a graph. `capacity` grows when the broad phase
-    finds more; nothing is ever dropped. `found` is the broad phase's scratch, one a surface, `search` its launches, and
-    `beside` a stream of its own on a GPU, where there are several. `most` is how long the list was since there was too
-    much room for it, and `fillings` how often it was filled since; `quiet` counts the steps and searches since there
-    was any.
+    finds more; nothing is ever dropped. `found` is the broad phase's scratch, one a surface, `searches` its launches,
+    for what is not on the list and anew, and `beside` a stream of its own on a GPU, where there are several. `most` is
+    how long the list was since there was too much room for it, and `fillings` how often it was filled since; `quiet`
+    counts the steps and searches since there was any. `fits` and `end` (1,) int32 are of taking over what was found
+    (taking_over.py).
     """
 
     ids: wp.array
@@ -78,11 +79,13 @@ class Candidates:
     near: wp.array
     near_count: wp.array
     count: wp.array
+    fits: wp.array
+    end: wp.array
     capacity: int
     found: list[Found]
     size: int = 0
     near_size: int = 0
-    search: KeptGraph = field(default_factory=KeptGraph)
+    searches: tuple[KeptGraph, KeptGraph] = field(default_factory=lambda: (KeptGraph(), KeptGraph()))
     beside: wp.Stream | None = None
     most: int = 0
     fillings: int = 0
@@ -96,11 +99,15 @@ class Candidates:
             wp.zeros(capacity, dtype=wp.int32, device=device),
             wp.zeros(capacity, dtype=wp.float32, device=device),
             wp.zeros(capacity, dtype=wp.int32, device=device),
-            wp.zeros(1, dtype=wp.int32, device=device),
-            wp.zeros(1, dtype=wp.int32, device=device),
+            *(wp.zeros(1, dtype=wp.int32, device=device) for _ in range(4)),
             capacity,
             [],
         )
+
+    def know_size(self, count: int) -> None:
+        """Know how many a GPU has made them (taking_over.py)."""
+        self.size = count
+        self.most = max(self.most, count)
 
     def append(self, found: Found, count: int) -> None:
         """Add the first `count` stencils of what was found; grows when there is no room for them."""
@@ -117,7 +124,7 @@ class Candidates:
     def of_room(self, room: int) -> Candidates:
         """Another for the same searches, empty."""
         other = Candidates.allocate(room, str(self.ids.device))
-        other.found, other.search, other.beside = self.found, self.search, self.beside
+        other.found, other.searches, other.beside = self.found, self.searches, self.beside
         other.most, other.fillings, other.quiet = self.most, self.fillings, self.quiet
         return other
 
@@ -132,7 +139,7 @@ class Candidates:
         return self.size == 0 and (wp.get_device(self.count.device).is_cpu or self.quiet > QUIET)
 
     def clear(self) -> None:
-        """No stencils. Room that FILLINGS lists did not need is given back."""
+        """No stencils, once `count` is zero. Room that FILLINGS lists did not need is given back."""
         self.size = 0
         self.fillings += 1
         if self.fillings > FILLINGS:
@@ -140,7 +147,11 @@ class Candidates:
             self.found = [one.with_less_room() for one in self.found]
             if room < self.capacity:
                 self.__dict__.update(self.of_room(room).__dict__)
-        self.count.zero_()
+
+    @property
+    def places(self) -> tuple[object, ...]:
+        """Where the list and the broad phase's scratch are, and how far they go."""
+        return self.ids.ptr, self.capacity, *(one.place for one in self.found)
 
     @property
     def threads(self) -> int:

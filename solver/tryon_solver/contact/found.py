@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import warp as wp
 
 from tryon_solver.linalg.read_back import read
@@ -34,8 +35,9 @@ class Found:
     `close` vec2i, with `between` vec2 m: stencils in that range of distances are looked for in them; and these, `ids`,
     `kind` and `distance` as in Candidates.
 
-    `counts` (3,) int32, how many of each, by the places above, which may be more than there is room for; `most` is how
-    many pairs and stencils there were at most since that was asked last.
+    `counts` (3,) int32, how many of each, by the places above, which may be more than there is room for; `start` (1,)
+    int32, where on the list of candidates a GPU puts them; `most` is how many pairs and stencils there were at most
+    since that was asked last.
     """
 
     triangles: wp.array
@@ -45,6 +47,7 @@ class Found:
     kind: wp.array
     distance: wp.array
     counts: wp.array
+    start: wp.array
     most: tuple[int, int] = (0, 0)
 
     @staticmethod
@@ -58,12 +61,17 @@ class Found:
             wp.zeros(stencils, dtype=wp.int32, device=device),
             wp.zeros(stencils, dtype=wp.float32, device=device),
             wp.zeros(3, dtype=wp.int32, device=device),
+            wp.zeros(1, dtype=wp.int32, device=device),
         )
 
+    def holds(self, pairs: int, stencils: int) -> bool:
+        """Is there room for so many?"""
+        return 0 <= pairs <= len(self.triangles) and 0 <= stencils <= len(self.ids)
+
     @property
-    def place(self) -> tuple[int, int]:
-        """Where it is: another once there was too little room."""
-        return self.triangles.ptr, self.ids.ptr
+    def place(self) -> tuple[int, ...]:
+        """Where it is and how far it goes: another once there was too little room."""
+        return self.triangles.ptr, len(self.triangles), self.ids.ptr, len(self.ids)
 
     def with_room(self, pairs: int, stencils: int) -> Found:
         """Itself, or in its place one with room for so many. Raises CrowdedError where no memory would do."""
@@ -72,7 +80,7 @@ class Found:
                 f"over {MOST} contacts are in reach of one step: take shorter steps, a slower motion or a coarser mesh"
             )
         self.most = max(self.most[0], pairs), max(self.most[1], stencils)
-        if pairs <= len(self.triangles) and stencils <= len(self.ids):
+        if self.holds(pairs, stencils):
             return self
         return Found.allocate(
             max(len(self.triangles), room_for(pairs)), max(len(self.ids), room_for(stencils)), str(self.ids.device)
@@ -89,4 +97,9 @@ class Found:
 
 def counted(found: Sequence[Found]) -> list[tuple[int, int]]:
     """How many pairs of triangles and stencils there are of each, or should be. Waits for the device, once."""
-    return [(int(counts[PAIRS]), int(counts[STENCILS])) for counts in read(*(one.counts for one in found))]
+    return [counts_of(counts) for counts in read(*(one.counts for one in found))]
+
+
+def counts_of(counts: np.ndarray) -> tuple[int, int]:
+    """How many pairs of triangles and stencils there are, of `counts` (3,) that have been read."""
+    return int(counts[PAIRS]), int(counts[STENCILS])

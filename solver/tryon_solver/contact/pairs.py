@@ -73,6 +73,12 @@ class ContactPairs:
         )
 
 
+    def make_room(self, count: int) -> None:
+        """For so many: where there is less, all that is known of any is lost."""
+        if count > self.capacity:
+            grown = ContactPairs.allocate(1 << (count - 1).bit_length(), str(self.counters.device))
+            self.__dict__.update(grown.__dict__)
+
     def cover_in_graph(self) -> bool:
         """Let launches cover whatever number of pairs there may come to be, if a graph is being captured: is one?"""
         capturing = bool(wp.get_device(self.counters.device).is_capturing)
@@ -295,8 +301,7 @@ def collect(
         found = pairs.read_size()
         if found <= pairs.capacity:
             return
-        grown = ContactPairs.allocate(1 << (found - 1).bit_length(), str(x.device))
-        pairs.__dict__.update(grown.__dict__)
+        pairs.make_room(found)
 
 
 def look_for(

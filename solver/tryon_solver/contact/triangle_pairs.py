@@ -14,9 +14,12 @@ from tryon_solver.contact.found import CLOSE, PAIRS, Found
 from tryon_solver.contact.surfaces import Surface
 from tryon_solver.linalg.blocks import MOST_THREADS
 from tryon_solver.linalg.launch import launch
-from tryon_solver.linalg.slots import next_slot
+from tryon_solver.linalg.slots import next_slot, next_slots
 
 wp.set_module_options({"enable_backward": False})
+
+HANDFUL = wp.constant(16)
+Held = wp.types.vector(length=16, dtype=wp.int32)
 
 
 @wp.func
@@ -135,6 +138,20 @@ def side_of(surface: Surface) -> Side:
     return side
 
 
+@wp.func
+def put_down(
+    t: int,
+    others: Held,
+    count: int,
+    triangles_out: wp.array(dtype=wp.vec2i),
+    counts: wp.array(dtype=wp.int32),
+):
+    """List the pairs of triangle t with so many others, as far as there is room."""
+    first = next_slots(counts, PAIRS, count)
+    for k in range(wp.min(count, triangles_out.shape[0] - first)):
+        triangles_out[first + k] = wp.vec2i(t, others[k])
+
+
 @wp.kernel
 def pair_triangles_kernel(
     own: Side,
@@ -142,29 +159,41 @@ def pair_triangles_kernel(
     other_bvh: wp.uint64,
     other_gained: wp.array(dtype=wp.int32),
     same: int,
+    anew: int,
     triangles_out: wp.array(dtype=wp.vec2i),
     counts: wp.array(dtype=wp.int32),
 ):
     """Pairs of triangle tid and every triangle of the other surface whose box overlaps its own, if one of the two has
-    a larger budget than the list of candidates covers already.
+    a larger budget than the list of candidates covers already, as all have if it is made `anew`.
 
-    `same` is 1 when both surfaces are the cloth: then each unordered pair is met once.
+    `same` is 1 when both surfaces are the cloth: then each unordered pair is met once. They are put down a handful at
+    a time: threads in a fold meet hundreds, and all of a warp wait for each one's slot.
     """
     t = wp.tid()
-    gained = own.budget[t] > own.known[t]
+    gained = anew == 1 or own.budget[t] > own.known[t]
     if not gained and (same == 1 or other_gained[0] == 0):
         return
     query = wp.bvh_query_aabb(other_bvh, own.lower[t], own.upper[t])
+    others = Held()
+    count = int(0)
     j = int(0)
     while wp.bvh_query_next(query, j):
-        other_gains = other.budget[j] > other.known[j]
-        if same == 1 and (j == t or (j < t and other_gains)):
+        if same == 1 and j == t:
+            continue
+        other_gains = bool(True)
+        if anew == 0:
+            other_gains = other.budget[j] > other.known[j]
+        if same == 1 and j < t and other_gains:
             continue
         if not gained and not other_gains:
             continue
-        slot = next_slot(counts, PAIRS)
-        if slot < triangles_out.shape[0]:
-            triangles_out[slot] = wp.vec2i(t, j)
+        others[count] = j
+        count += 1
+        if count == HANDFUL:
+            put_down(t, others, count, triangles_out, counts)
+            count = 0
+    if count > 0:
+        put_down(t, others, count, triangles_out, counts)
 
 
 @wp.func
@@ -252,16 +281,18 @@ def keep_close_kernel(
             between_out[slot] = between
 
 
-def pair_triangles(found: Found, cloth: Surface, other: Surface, region: Region, group: wp.array) -> None:
+def pair_triangles(
+    found: Found, cloth: Surface, other: Surface, region: Region, group: wp.array, anew: bool
+) -> None:
     """Fill `found` with pairs of triangles, and the close ones among them, as far as there is room; none are counted
-    before."""
+    before. `anew`: nothing is on the list of candidates."""
     assert other.bvh is not None
     device, same = found.counts.device, int(other is cloth)
     own, others = side_of(cloth), side_of(other)
     launch(
         pair_triangles_kernel,
         cloth.face_count,
-        [own, others, other.bvh.id, other.gained, same],
+        [own, others, other.bvh.id, other.gained, same, int(anew)],
         [found.triangles, found.counts],
         device=device,
     )

@@ -70,6 +70,8 @@ def edge_edge_sq(a0: wp.vec3d, a1: wp.vec3d, b0: wp.vec3d, b1: wp.vec3d) -> wp.f
 
 @wp.kernel
 def verify_kernel(
+    count: wp.array(dtype=wp.int32),
+    threads: int,
     ids: wp.array(dtype=wp.vec4i),
     kind: wp.array(dtype=wp.int32),
     distance: wp.array(dtype=wp.float32),
@@ -79,30 +81,30 @@ def verify_kernel(
     violations_out: wp.array(dtype=wp.int32),
 ):
     """Counts candidates closer than SAFE_SHARE of their offset, exact where float32 says they are near it."""
-    c = wp.tid()
-    if distance[c] > 2.0 * wp.max(sizes.xi_body, sizes.xi_self):
-        return
-    v = ids[c]
-    xi = offset(v, cloth_count, sizes)
-    x0 = x[v[0]]
-    x1 = x[v[1]]
-    x2 = x[v[2]]
-    x3 = x[v[3]]
-    d = wp.length(stencil_vector(stencil_weights(kind[c], x0, x1, x2, x3), x0, x1, x2, x3))
-    if d > 2.0 * xi:
-        return
-    y0 = wp.vec3d(wp.float64(x0[0]), wp.float64(x0[1]), wp.float64(x0[2]))
-    y1 = wp.vec3d(wp.float64(x1[0]), wp.float64(x1[1]), wp.float64(x1[2]))
-    y2 = wp.vec3d(wp.float64(x2[0]), wp.float64(x2[1]), wp.float64(x2[2]))
-    y3 = wp.vec3d(wp.float64(x3[0]), wp.float64(x3[1]), wp.float64(x3[2]))
-    d_sq = wp.float64(0.0)
-    if kind[c] == 0:
-        d_sq = point_triangle_sq(y0, y1, y2, y3)
-    else:
-        d_sq = edge_edge_sq(y0, y1, y2, y3)
-    least = wp.float64(SAFE_SHARE) * wp.float64(xi)
-    if not (d_sq > least * least):
-        wp.atomic_add(violations_out, 0, 1)
+    for c in range(wp.tid(), count[0], threads):
+        if distance[c] > 2.0 * wp.max(sizes.xi_body, sizes.xi_self):
+            continue
+        v = ids[c]
+        xi = offset(v, cloth_count, sizes)
+        x0 = x[v[0]]
+        x1 = x[v[1]]
+        x2 = x[v[2]]
+        x3 = x[v[3]]
+        d = wp.length(stencil_vector(stencil_weights(kind[c], x0, x1, x2, x3), x0, x1, x2, x3))
+        if d > 2.0 * xi:
+            continue
+        y0 = wp.vec3d(wp.float64(x0[0]), wp.float64(x0[1]), wp.float64(x0[2]))
+        y1 = wp.vec3d(wp.float64(x1[0]), wp.float64(x1[1]), wp.float64(x1[2]))
+        y2 = wp.vec3d(wp.float64(x2[0]), wp.float64(x2[1]), wp.float64(x2[2]))
+        y3 = wp.vec3d(wp.float64(x3[0]), wp.float64(x3[1]), wp.float64(x3[2]))
+        d_sq = wp.float64(0.0)
+        if kind[c] == 0:
+            d_sq = point_triangle_sq(y0, y1, y2, y3)
+        else:
+            d_sq = edge_edge_sq(y0, y1, y2, y3)
+        least = wp.float64(SAFE_SHARE) * wp.float64(xi)
+        if not (d_sq > least * least):
+            wp.atomic_add(violations_out, 0, 1)
 
 
 @wp.kernel
@@ -121,13 +123,16 @@ def is_finite(x: wp.array, counter: wp.array) -> bool:
 
 def violations(candidates: Candidates, cloth_count: int, sizes: ContactSizes, x: wp.array, counter: wp.array) -> int:
     """Number of candidates closer than SAFE_SHARE of their thickness offset at x, plus vertices that are not finite."""
+    count_violations(candidates, cloth_count, sizes, x, counter)
+    return int(read(counter)[0][0])
+
+
+def count_violations(
+    candidates: Candidates, cloth_count: int, sizes: ContactSizes, x: wp.array, counter: wp.array
+) -> None:
+    """Count them into `counter` (1,) int32."""
     counter.zero_()
     launch(finite_kernel, len(x), [x], [counter], device=x.device)
-    launch(
-        verify_kernel,
-        candidates.size,
-        [candidates.ids, candidates.kind, candidates.distance, cloth_count, sizes, x],
-        [counter],
-        device=x.device,
-    )
-    return int(read(counter)[0][0])
+    threads = candidates.threads
+    inputs = [candidates.count, threads, candidates.ids, candidates.kind, candidates.distance, cloth_count, sizes, x]
+    launch(verify_kernel, threads, inputs, [counter], device=x.device)

@@ -20,7 +20,7 @@ from tryon_solver.contact.pairs import ContactPairs
 from tryon_solver.contact.surfaces import Surface
 from tryon_solver.contact.verify import violations
 from tryon_solver.stepping.correct import prove_free
-from tryon_solver.stepping.search import accompany
+from tryon_solver.stepping.search import accompany, scope
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -70,4 +70,4 @@ def contact_calls(sim: Simulation, surface: Surface) -> dict[str, Callable[[], N
 
 def find(sim: Simulation) -> None:
     """Fill the candidates anew for the region."""
-    broad_phase.find(sim.candidates, sim.cloth, sim.touching, sim.region, sim.group, sim.state.x)
+    broad_phase.find(sim.candidates, scope(sim, sim.state.x))

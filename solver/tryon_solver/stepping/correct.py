@@ -20,7 +20,7 @@ import warp as wp
 
 from tryon_solver.contact import bounds, candidates, pairs
 from tryon_solver.contact.deflect import deflect
-from tryon_solver.contact.verify import is_finite, violations
+from tryon_solver.contact.verify import count_violations, is_finite
 from tryon_solver.linalg import pcg
 from tryon_solver.linalg.as_one import move_as_one, sum_up
 from tryon_solver.linalg.launch import launch
@@ -32,7 +32,7 @@ from tryon_solver.stepping.near import make_last_if_near, measure_nearness
 from tryon_solver.stepping.newton import linearise, newton_matrix, solve_newton_system
 from tryon_solver.stepping.overshoot import retreat_if_overshot
 from tryon_solver.stepping.progress import Budget, Outcome
-from tryon_solver.stepping.record import baked
+from tryon_solver.stepping.record import as_one, baked
 from tryon_solver.stepping.search import a_few_edges, follow, search_around, search_further
 
 if TYPE_CHECKING:
@@ -272,12 +272,7 @@ def correct_penetration(sim: Simulation) -> None:
     again likewise (torn.py).
     """
     settings = sim.settings
-    sim.holding.release()
-    subtract(sim.state.x, sim.state.x_feasible, sim.to_trial)
-    for term in sim.stages.contact:
-        if term.restrain is not None and sim.pairs.size:
-            term.restrain(sim.pairs, sim.to_trial)
-    find_largest(sim.to_trial, sim.progress.trial)
+    as_one(sim, "way_to_trial", lambda: way_to_trial(sim))
     once = settings.contact_passes == 1
     outcome = iterate_newton(sim, sim.budget, sim.pace.iterations(sim.budget.iterations), once, starting=True)
     if once:
@@ -290,6 +285,16 @@ def correct_penetration(sim: Simulation) -> None:
     keep_momentum(sim)
     if outcome.iterations:
         sim.counters.residual = outcome.wanted / sim.dt
+
+
+def way_to_trial(sim: Simulation) -> None:
+    """For the device: `to_trial`, from x_feasible to where the scheme has come, as contacts let it; nothing is held."""
+    sim.holding.release()
+    subtract(sim.state.x, sim.state.x_feasible, sim.to_trial)
+    for term in sim.stages.contact:
+        if term.restrain is not None and sim.pairs.size:
+            term.restrain(sim.pairs, sim.to_trial)
+    find_largest(sim.to_trial, sim.progress.trial)
 
 
 def again(sim: Simulation, budget: Budget, outcome: Outcome) -> Outcome:
@@ -360,6 +365,7 @@ def iterate_newton(sim: Simulation, budget: Budget, at_most: int, extensible: bo
     progress, settings = sim.progress, sim.settings
     extensions = settings.correction_extensions if extensible and settings.ends_by_budget else 0
     progress.begin(at_most, extensions, settings.searches - sim.searches, starting)
+    progress.stop_when_full(sim.pairs)  # of which nobody may have asked how many there are
 
     def turn() -> None:
         if not sim.candidates.idle:
@@ -377,7 +383,7 @@ def iterate_newton(sim: Simulation, budget: Budget, at_most: int, extensible: bo
             search_further(sim, wanted, sim.work.alpha, a_few_edges(sim))
             progress.searched()
         elif outcome.wants_room:
-            make_room(sim, outcome.starting)
+            make_room(sim, outcome)
             progress.resume()
         else:
             break
@@ -390,17 +396,17 @@ def iterate_newton(sim: Simulation, budget: Budget, at_most: int, extensible: bo
     return outcome
 
 
-def make_room(sim: Simulation, starting: bool) -> None:
+def make_room(sim: Simulation, outcome: Outcome) -> None:
     """For the pairs that there are at x; who was `starting` is at x_feasible again."""
     sim.candidates.size_near_list()
-    pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x, near=True)
-    for term in sim.stages.contact:
-        term.make_room(sim.pairs)
-    if starting:
+    sim.pairs.make_room(outcome.pairs)
+    if outcome.starting:
         start_at_feasible(sim)
         follow(sim, near=False)
-        pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x)
-    else:
+    pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x, near=not outcome.starting)
+    for term in sim.stages.contact:
+        term.make_room(sim.pairs)
+    if not outcome.starting:
         linearise_at(sim)
 
 
@@ -468,19 +474,35 @@ def find_direction(sim: Simulation, budget: Budget) -> None:
 
 
 def verify_commit(sim: Simulation) -> None:
-    """Float64 check of the rounded state; a step that fails it is void and x becomes the carried state again.
+    """Float64 check of the rounded state; a step that fails it is void and x becomes the carried state again. Leaves
+    the pairs there.
 
     That one is checked likewise. Should it fail too, cloth and collision surface go back to where they were committed
     last; the surface then lags behind the skin by the body's motion in the step.
     """
-    state, work = sim.state, sim.work
-    if violations(sim.candidates, sim.cloth_count, sim.contact.sizes, state.x, work.hits) == 0:
+    state = sim.state
+    if is_sound(sim):
         return
     sim.counters.retries += 1
     if go_back(sim, state.x_feasible):
         return
     sim.counters.reverts += 1
     go_back(sim, state.x_committed)
+
+
+def is_sound(sim: Simulation) -> bool:
+    """Does x pass the check of a commit? Collects the pairs at x, and waits for the device once for both."""
+
+    def look_over() -> None:
+        count_violations(sim.candidates, sim.cloth_count, sim.contact.sizes, sim.state.x, sim.work.hits)
+        if sim.touching:
+            pairs.look_for(sim.pairs, sim.candidates, sim.contact, sim.state.x)
+
+    as_one(sim, "look_over", look_over)
+    hits, counters = read(sim.work.hits, sim.pairs.counters)
+    if sim.touching and sim.pairs.know_size(counters) > sim.pairs.capacity:
+        pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x)  # once more: there is room for all now
+    return int(hits[0]) == 0
 
 
 def go_back(sim: Simulation, x: wp.array) -> bool:
@@ -493,4 +515,4 @@ def go_back(sim: Simulation, x: wp.array) -> bool:
     if sim.touching:
         sim.searches = 0
         search_around(sim, state.x, work.direction)
-    return violations(sim.candidates, sim.cloth_count, sim.contact.sizes, state.x, work.hits) == 0
+    return is_sound(sim)

@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING
 
 import warp as wp
 
-from tryon_solver.contact import pairs
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.vectors import dot, subtract
 from tryon_solver.stepping.correct import linearise_at
@@ -52,9 +51,7 @@ def take_larger_kernel(
 
 def estimate_error(sim: Simulation) -> None:
     """Into `error` (1,) [m], where it is larger: the cloth's RMS distance from the balance of the step that ended in x,
-    whose pairs are collected if contacts keep something (remember.py)."""
-    if sim.touching and not sim.stages.contact:
-        pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x)
+    whose pairs are collected."""
     as_one(sim, "estimate_error", lambda: towards_balance(sim))
 
 

@@ -9,21 +9,14 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.body import carry as carrying
-from tryon_solver.contact import bounds, candidates
-from tryon_solver.contact.deflect import deflect
-from tryon_solver.linalg.device_loop import NUMBER
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
+from tryon_solver.stepping.carry_once import carry_once, look_ahead, looks_ahead
 from tryon_solver.stepping.leap import feel_motion
-from tryon_solver.stepping.record import as_one
-from tryon_solver.stepping.search import follow, list_holds, place_anchors, search_along, search_further
+from tryon_solver.stepping.search import search_slack
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import PoseInterval, Simulation
-
-
-FILTER_ROUNDS = 4  # of turning a motion aside and searching further, before it is shortened for good
-HELD_GAP = 0.3  # share of the activation distance that the carried motion leaves: room to slide for cloth in a fold
 
 
 def move_body(sim: Simulation, interval: PoseInterval) -> None:
@@ -52,7 +45,12 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
         before = motion @ before
         carrying.set_places(body.carry, state.x, settings.carry_none)
         set_displacement(sim, before, end, stance)
-        travel = largest_travel(sim)
+        measure_travel(sim)
+        sight = None
+        if goes_on(sim, before, end):
+            sight, travel = look_ahead(sim, 1.0)
+        else:
+            travel = float(read(sim.largest_out)[0][0])
         count = max(1, math.ceil(travel / settings.substep_travel))
         short = count > settings.most_substeps
         if short:
@@ -72,9 +70,11 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
                 after = end[0] @ np.linalg.inv(after[0]) @ after
             if count > 1 or short:
                 set_displacement(sim, before, after, part)
-            carry_once(sim, last=k == count)
+                sight = None
+            carry_once(sim, k == count, sight)
             before = after
         sim.counters.substeps += count
+        sim.substeps = count
         limit_return(sim, interval.dt)
         feel_motion(sim, interval.dt)
     sim.searches = 0
@@ -107,8 +107,8 @@ def set_displacement(sim: Simulation, before: np.ndarray, after: np.ndarray, sta
     )
 
 
-def largest_travel(sim: Simulation) -> float:
-    """How far skin near the cloth is moved relative to the root, at most [m]."""
+def measure_travel(sim: Simulation) -> None:
+    """Put into `largest_out` how far skin near the cloth is moved relative to the root, at most [m]."""
     body = sim.body
     assert body is not None
     sim.largest_out.zero_()
@@ -119,95 +119,12 @@ def largest_travel(sim: Simulation) -> float:
         [sim.largest_out],
         device=sim.device,
     )
-    return float(read(sim.largest_out)[0][0])
 
 
-def carry_once(sim: Simulation, last: bool) -> None:
-    """One kinematic sub-step along `direction`. The search of the last one is for the rest of the step as well."""
-    state, work, body, device = sim.state, sim.work, sim.body, sim.device
-    assert body is not None
-    work.alpha.fill_(1.0)
-    if sim.touching:
-        if not list_holds(sim, state.x, work.direction):
-            search_along(sim, state.x, work.direction, 1.0 if last else 0.0)
-            place_anchors(sim, 1.0)
-        if sim.candidates.size:
-            filter_motion(sim)
-    launch(bounds.move_kernel, sim.all_count, [state.x, work.direction, work.alpha], [state.x], device=device)
-    if sim.touching:
-        follow(sim, near=False)
-    wp.copy(body.skin_now, body.skin_next)
-
-
-def filter_motion(sim: Simulation) -> None:
-    """Make the motion in `direction` free of contact: turn it aside where it would close a gap, shorten what is left.
-
-    Who is held back falls behind its anchor; where it falls out of the region, the search goes further and the motion
-    is looked at again. In the end, if need be, the search covers any shortening of the motion.
-    """
-    work = sim.work
-    for _ in range(FILTER_ROUNDS):
-        work.alpha.fill_(1.0)
-        held, leaving = shortened(sim)
-        if leaving:
-            search_further(sim, work.direction, work.alpha)
-        elif not held:
-            return
-        turn_aside(sim)
-    work.alpha.fill_(1.0)
-    if shortened(sim)[1]:
-        for alpha in (0.0, 1.0):
-            work.alpha.fill_(alpha)
-            search_further(sim, work.direction, work.alpha)
-        shorten(sim)
-
-
-def turn_aside(sim: Simulation) -> None:
-    """Deflect `direction` where it could close a gap; who cannot collide has no say in it."""
-    sizes = sim.contact.sizes
-    candidates.list_closing(sim.candidates, sim.work.direction, max(sizes.xi_body, sizes.xi_self))
-    deflect(
-        sim.candidates,
-        True,
-        sim.cloth_count,
-        sizes,
-        sim.state.x,
-        sim.work.direction,
-        sim.work.changed,
-        sim.deflection,
-        sim.work.passes,
-        sim.settings.deflection_passes,
-        HELD_GAP * sim.settings.d_hat,
-    )
-
-
-def shortened(sim: Simulation) -> tuple[int, int]:
-    """Shrink `alpha` until the motion is proven free; returns the passes that shortened something, and how many
-    vertices leave the region by what is left. Waits for the device."""
-    state, work = sim.state, sim.work
-
-    def look() -> None:
-        shorten(sim)
-        bounds.count_leaving(state.x, work.direction, work.alpha, sim.region, work.hits)
-
-    as_one(sim, "shortened", look)
-    passes, leaving = read(work.passes.state, work.hits)
-    return int(passes[NUMBER]), int(leaving[0])
-
-
-def shorten(sim: Simulation) -> None:
-    """Shrink `alpha` until the motion is proven free."""
-    bounds.shorten(
-        sim.candidates,
-        False,
-        sim.cloth_count,
-        sim.contact.sizes,
-        sim.state.x,
-        sim.work.direction,
-        sim.work.alpha,
-        sim.work.changed,
-        sim.work.passes,
-    )
+def goes_on(sim: Simulation, before: np.ndarray, end: np.ndarray) -> bool:
+    """Is it as good as known, on a GPU, that the motion from joint transforms (J, 4, 4) to others takes one sub-step
+    and a search? The last one took one, and the list of before is not for a body that moves."""
+    return sim.substeps == 1 and looks_ahead(sim) and bool(np.abs(end - before).max() > search_slack(sim))
 
 
 @wp.kernel

@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING
 import warp as wp
 
 from tryon_solver.contact import pairs
+from tryon_solver.linalg.device_loop import keeps_graphs
 from tryon_solver.linalg.launch import launch
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient, invert_diagonal_blocks
+from tryon_solver.stepping.record import as_one
 from tryon_solver.stepping.search import list_holds, search_along
 
 if TYPE_CHECKING:
@@ -35,15 +37,20 @@ def coast_kernel(
     coasted_out[i] = x_start[i] + dt[0] * v[i]
 
 
-def find_pairs(sim: Simulation) -> None:
-    """Collect the pairs within reach at x_feasible."""
+def find_pairs(sim: Simulation, counted: bool) -> None:
+    """Collect the pairs within reach at x_feasible. If they need not be `counted`, a GPU collects as many as there is
+    room for, and nobody waits: the correction will know whether there are more, and the proxy can do without them."""
     if not sim.touching:
         return
     if not sim.listed:
         sim.work.direction.zero_()
         if not list_holds(sim, sim.state.x_feasible, sim.work.direction):
             search_along(sim, sim.state.x_feasible, sim.work.direction, 1.0)
-    pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x_feasible)
+    if keeps_graphs(sim.device) and sim.pairs.size and not counted:
+        wanted = [sim.pairs, sim.candidates, sim.contact, sim.state.x_feasible]
+        as_one(sim, "find_pairs", lambda: pairs.look_for(*wanted))
+    else:
+        pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x_feasible)
     for term in sim.stages.contact:
         term.make_room(sim.pairs)
 

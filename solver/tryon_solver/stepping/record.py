@@ -57,4 +57,4 @@ def baked(sim: Simulation) -> tuple[object, ...]:
     lists, pairs = sim.candidates, sim.pairs
     kept = tuple(term.room() for term in sim.stages.contact)
     any_at_all = pairs.size > 0, lists.idle
-    return sim.recorded_settings, any_at_all, lists.ids.ptr, lists.capacity, pairs.ids.ptr, pairs.capacity, kept
+    return sim.recorded_settings, any_at_all, lists.places, pairs.ids.ptr, pairs.capacity, kept

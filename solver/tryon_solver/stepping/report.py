@@ -26,16 +26,11 @@ def make_report(sim: Simulation) -> StepReport:
     if sim.state.asleep and not counters.steps:
         return sim.reported.sleeping(sim.state.time, sim.debt)
     touching = in_contact(sim)
-    anew = touching and not sim.stages.contact  # else what contacts keep has just been asked of the pairs at x
-    if anew:
-        pairs.look_for(sim.pairs, sim.candidates, sim.contact, sim.state.x)
     measure_lag(sim)
     sim.stretch.measure(sim.state.x)
-    sizes, gaps, cycles, lags, stretch, error = read(
-        sim.pairs.counters, sim.pairs.smallest_gap, sim.cycles, sim.largest_out, sim.stretch.stretch, sim.error
+    gaps, cycles, lags, stretch, error = read(
+        sim.pairs.smallest_gap, sim.cycles, sim.largest_out, sim.stretch.stretch, sim.error
     )
-    if anew and sim.pairs.know_size(sizes) > sim.pairs.capacity:
-        pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x)  # once more: the list has to grow
     gap, gap_offset = with_offset(sim, gaps) if touching else no_gap(sim)
     lag, late = float(lags[0]), sim.pace.end()
     wanted = sim.settings.accuracy if sim.settings.deadline is None else None  # else what there was time for

@@ -9,11 +9,13 @@ slack.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import warp as wp
 
 from tryon_solver.contact import bounds, broad_phase, candidates
+from tryon_solver.contact.found import Found, counted
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.vectors import subtract
 from tryon_solver.stepping.progress import LEAST
@@ -172,14 +174,26 @@ def search_around(sim: Simulation, x: wp.array, direction: wp.array) -> None:
 
 
 def search_along(sim: Simulation, x: wp.array, direction: wp.array, share: float) -> None:
-    """Find the candidates of everything that happens while all vertices go from x along `direction` together.
+    """Find the candidates of everything that happens while all vertices go from x along `direction` together; the
+    anchors are at its end then.
 
     Each may be off its place on the way, and at its end, by its slack, and by the `share` of what the solve moved it in
     the last step.
     """
+    begin_search_along(sim, x, direction, share)
+    end_search(sim, counted(found_of(sim)))
+
+
+def begin_search_along(sim: Simulation, x: wp.array, direction: wp.array, share: float) -> None:
+    """Launch it; it is done when `end_search` is told what was counted."""
     accompany(sim, sim.region, x, direction, share)
-    place_anchors(sim, 0.0)
-    find(sim, x)
+    begin_to_find(sim, x)
+    place_anchors(sim, 1.0)
+
+
+def found_of(sim: Simulation) -> Sequence[Found]:
+    """What a search of this scene leaves what it found in."""
+    return sim.candidates.found[: len(sim.touching)]
 
 
 def accompany(sim: Simulation, region: Region, x: wp.array, direction: wp.array, share: float) -> None:
@@ -209,10 +223,15 @@ def search_further(sim: Simulation, direction: wp.array, alpha: wp.array, most: 
         [region.budget],
         device=sim.device,
     )
-    broad_phase.extend(sim.candidates, sim.cloth, sim.touching, region, sim.group, sim.state.x)
+    broad_phase.extend(sim.candidates, scope(sim, sim.state.x))
     wp.copy(sim.x_listed, sim.state.x)
     sim.searches += 1
     sim.list_age = LONGEST_SERVED
+
+
+def scope(sim: Simulation, x: wp.array) -> broad_phase.Scope:
+    """What is searched: what the cloth may touch, within the region as it is; its vertices are at x (A,) m."""
+    return broad_phase.Scope(sim.cloth, sim.touching, sim.region, sim.group, x)
 
 
 def list_holds(sim: Simulation, x: wp.array, direction: wp.array) -> bool:
@@ -236,13 +255,25 @@ def list_holds(sim: Simulation, x: wp.array, direction: wp.array) -> bool:
 
 def find(sim: Simulation, x: wp.array) -> None:
     """Fill the candidate list for the region as it is set."""
-    broad_phase.find(sim.candidates, sim.cloth, sim.touching, sim.region, sim.group, x)
+    begin_to_find(sim, x)
+    end_search(sim, counted(found_of(sim)))
+
+
+def begin_to_find(sim: Simulation, x: wp.array) -> None:
+    """Launch that; it is done when `end_search` is told what was counted."""
+    broad_phase.begin_to_find(sim.candidates, scope(sim, x))
     wp.copy(sim.x_listed, x)
     sim.searches += 1
     sim.listed, sim.list_age = True, 0
+
+
+def end_search(sim: Simulation, counts: Sequence[tuple[int, int]]) -> bool:
+    """The list is filled; was there room for all that was counted? Else nothing was on it until now."""
+    fitted = broad_phase.settle(sim.candidates, scope(sim, sim.x_listed), counts)
     sim.candidates.look_back()
     if not sim.candidates.size and sim.cloth not in sim.touching:
         part(sim)
+    return fitted
 
 
 def part(sim: Simulation) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import warp as wp
 from contact_scenes import sleeve_on_limb
+from scipy.spatial.transform import Rotation
 
 from tryon_solver.body.pose import Pose
 from tryon_solver.linalg import read_back
@@ -14,9 +15,10 @@ from tryon_solver.linalg.read_back import read
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
 
-# The travel that sub-steps are counted by, what the search found, the filter of the motion, the pairs to begin with,
-# the correction's end, the check of the commit, the pairs to remember, and the report.
-WAITS = 8
+# The travel that sub-steps are counted by, what the search found or whether the list still holds, the filter of the
+# motion, the pairs to begin with where they are counted, the correction's end, the check of the commit, and the report.
+WAITS = {"cpu": 7, "cuda:0": 6}
+WAITS_MOVING = 4  # on a GPU: all of the motion at once, the correction's end, the check, and the report
 SETTLED = 8  # frames, after which nobody searches further and no list grows
 
 
@@ -41,6 +43,12 @@ def test_what_is_read_is_what_was_there_and_stays_so(device):
         for one, values in zip(found, expected, strict=True):
             np.testing.assert_array_equal(one, values)
         assert [one.dtype for one in found] == [np.int32, np.float32, np.float32, np.int32]
+
+
+def limb_bent(degrees):
+    """The pose of the sleeve's limb."""
+    bent = Rotation.from_euler("y", degrees, degrees=True).as_quat()
+    return Pose(np.zeros(3), np.array([[0.0, 0, 0, 1], bent]))
 
 
 @pytest.fixture
@@ -83,7 +91,7 @@ def test_arrays_are_read_with_one_wait(device, waits):
 
 def test_a_frame_at_rest_in_contact_waits_seldom(device, waits):
     """A sleeve that has come to rest on a limb, at one step a frame."""
-    still = Pose(np.zeros(3), np.array([[0.0, 0, 0, 1], [0.0, 0, 0, 1]]))
+    still = limb_bent(0.0)
     sim = build(sleeve_on_limb().scene, PRESETS["draft"], device, still)
     for k in range(1, SETTLED + 8):
         waits.clear()
@@ -91,4 +99,18 @@ def test_a_frame_at_rest_in_contact_waits_seldom(device, waits):
         assert (report.steps, report.substeps, report.retries) == (1, 1, 0)
         if k >= SETTLED:
             assert report.pairs > 20
-            assert len(waits) == WAITS, waits
+            assert len(waits) == WAITS[device], waits
+
+
+@pytest.mark.gpu
+def test_a_frame_of_a_body_that_moves_waits_four_times(waits):
+    """The limb bends by a third of a degree a frame, 2 mm at its end."""
+    if not wp.is_cuda_available():
+        pytest.skip("no CUDA device on this machine")
+    sim = build(sleeve_on_limb().scene, PRESETS["draft"], "cuda:0", limb_bent(0.0))
+    counts = []
+    for k in range(1, 31):
+        waits.clear()
+        sim.advance(limb_bent(k / 3), k / 90)
+        counts.append(len(waits))
+    assert sorted(counts)[len(counts) // 2] == WAITS_MOVING, counts

@@ -13,7 +13,7 @@ from tryon_solver.contact.candidates import Region
 from tryon_solver.contact.verify import SAFE_SHARE, violations
 from tryon_solver.scene import Gravity, Scene
 from tryon_solver.simulation import build
-from tryon_solver.stepping import correct, move_body, search
+from tryon_solver.stepping import carry_once, correct, search
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +27,7 @@ def filtered(tangle, x, motion):
     tangle.set_motion(x, motion)
     search.search_along(sim, sim.state.x, sim.work.direction, 0.0)
     search.place_anchors(sim, 1.0)
-    move_body.filter_motion(sim)
+    carry_once.filter_motion(sim, None)
     inputs = [sim.state.x, sim.work.direction, sim.work.alpha]
     wp.launch(bounds.move_kernel, sim.all_count, inputs, [sim.state.x], device="cpu")
     return sim.state.x.numpy().astype(np.float64)

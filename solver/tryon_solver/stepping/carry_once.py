@@ -1,0 +1,167 @@
+"""One kinematic sub-step: cloth and surface go along one field, as far as that is proven free of contact.
+
+A GPU is told to search, and to look how far the motion is free, before anybody waits for it: what it counted, and what
+it saw, is read at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import warp as wp
+
+from tryon_solver.contact import bounds, candidates
+from tryon_solver.contact.deflect import deflect
+from tryon_solver.contact.found import counts_of
+from tryon_solver.linalg.device_loop import NUMBER, keeps_graphs
+from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.read_back import read
+from tryon_solver.stepping.record import as_one
+from tryon_solver.stepping.search import (
+    begin_search_along,
+    end_search,
+    follow,
+    found_of,
+    list_holds,
+    search_along,
+    search_further,
+)
+
+if TYPE_CHECKING:
+    from tryon_solver.simulation import Simulation
+
+FILTER_ROUNDS = 4  # of turning a motion aside and searching further, before it is shortened for good
+HELD_GAP = 0.3  # share of the activation distance that the carried motion leaves: room to slide for cloth in a fold
+
+
+@dataclass(frozen=True)
+class Sight:
+    """What was seen of the motion in `direction`: the passes that shortened something, and how many vertices leave the
+    region by what is left of it, which is in `alpha`."""
+
+    held: int
+    leaving: int
+
+
+def looks_ahead(sim: Simulation) -> bool:
+    """Can a search be followed by launches that do not know what it finds? Not where there was nothing before it."""
+    return keeps_graphs(sim.device) and bool(sim.touching) and sim.candidates.size > 0
+
+
+def look_ahead(sim: Simulation, share: float) -> tuple[Sight | None, float]:
+    """Search along `direction` from x, by `share` of what the solve moved last, and see how far it is free; with it
+    comes what `largest_out` holds. None: there was too little room for what was found, or nothing was."""
+    sim.work.alpha.fill_(1.0)
+    begin_search_along(sim, sim.state.x, sim.work.direction, share)
+    launch_look(sim)
+    counters = [found.counts for found in found_of(sim)]
+    state, leaving, largest, *counts = read(sim.work.passes.state, sim.work.hits, sim.largest_out, *counters)
+    fitted = end_search(sim, [counts_of(each) for each in counts])
+    known = fitted and sim.candidates.size > 0
+    return Sight(int(state[NUMBER]), int(leaving[0])) if known else None, float(largest[0])
+
+
+def carry_once(sim: Simulation, last: bool, sight: Sight | None) -> None:
+    """One kinematic sub-step along `direction`; `sight` is of it if it was searched along already, as `look_ahead`
+    does. The search of the last one is for the rest of the step as well."""
+    state, work = sim.state, sim.work
+    if not sim.touching:
+        work.alpha.fill_(1.0)
+    else:
+        share = 1.0 if last else 0.0
+        if sight is None and not list_holds(sim, state.x, work.direction):
+            if looks_ahead(sim):
+                sight, _ = look_ahead(sim, share)
+            else:
+                search_along(sim, state.x, work.direction, share)
+        if sim.candidates.size:
+            filter_motion(sim, sight)
+        else:
+            work.alpha.fill_(1.0)
+    as_one(sim, "go", lambda: go(sim))
+
+
+def go(sim: Simulation) -> None:
+    """Take `alpha` of the motion, which is free."""
+    state, work, body = sim.state, sim.work, sim.body
+    assert body is not None
+    launch(bounds.move_kernel, sim.all_count, [state.x, work.direction, work.alpha], [state.x], device=sim.device)
+    if sim.touching:
+        follow(sim, near=False)
+    wp.copy(body.skin_now, body.skin_next)
+
+
+def filter_motion(sim: Simulation, sight: Sight | None) -> None:
+    """Make the motion in `direction` free of contact: turn it aside where it would close a gap, shorten what is left.
+
+    Who is held back falls behind its anchor; where it falls out of the region, the search goes further and the motion
+    is looked at again. In the end, if need be, the search covers any shortening of the motion.
+    """
+    work = sim.work
+    for _ in range(FILTER_ROUNDS):
+        seen = sight or look(sim)
+        sight = None
+        if seen.leaving:
+            search_further(sim, work.direction, work.alpha)
+        elif not seen.held:
+            return
+        turn_aside(sim)
+    if look(sim).leaving:
+        for alpha in (0.0, 1.0):
+            work.alpha.fill_(alpha)
+            search_further(sim, work.direction, work.alpha)
+        shorten(sim)
+
+
+def turn_aside(sim: Simulation) -> None:
+    """Deflect `direction` where it could close a gap; who cannot collide has no say in it."""
+    sizes = sim.contact.sizes
+    candidates.list_closing(sim.candidates, sim.work.direction, max(sizes.xi_body, sizes.xi_self))
+    deflect(
+        sim.candidates,
+        True,
+        sim.cloth_count,
+        sizes,
+        sim.state.x,
+        sim.work.direction,
+        sim.work.changed,
+        sim.deflection,
+        sim.work.passes,
+        sim.settings.deflection_passes,
+        HELD_GAP * sim.settings.d_hat,
+    )
+
+
+def look(sim: Simulation) -> Sight:
+    """Shrink `alpha`, from all of the motion, until it is proven free. Waits for the device."""
+    sim.work.alpha.fill_(1.0)
+    launch_look(sim)
+    passes, leaving = read(sim.work.passes.state, sim.work.hits)
+    return Sight(int(passes[NUMBER]), int(leaving[0]))
+
+
+def launch_look(sim: Simulation) -> None:
+    """The same from `alpha` as it is, for who waits later."""
+    state, work = sim.state, sim.work
+
+    def shorten_and_count() -> None:
+        shorten(sim)
+        bounds.count_leaving(state.x, work.direction, work.alpha, sim.region, work.hits)
+
+    as_one(sim, "look", shorten_and_count)
+
+
+def shorten(sim: Simulation) -> None:
+    """Shrink `alpha` until the motion is proven free."""
+    bounds.shorten(
+        sim.candidates,
+        False,
+        sim.cloth_count,
+        sim.contact.sizes,
+        sim.state.x,
+        sim.work.direction,
+        sim.work.alpha,
+        sim.work.changed,
+        sim.work.passes,
+    )
