@@ -13,7 +13,7 @@ from tryon_solver.body.pose import Pose
 from tryon_solver.results import StepReport
 from tryon_solver.stepping.coast import coast
 from tryon_solver.stepping.contact_free import solve_without_contact
-from tryon_solver.stepping.correct import correct_penetration, verify_commit
+from tryon_solver.stepping.correct import correct_penetration
 from tryon_solver.stepping.descend import descend_in_subspace, forget_search_history
 from tryon_solver.stepping.estimate import estimate_error
 from tryon_solver.stepping.move_body import move_body
@@ -27,6 +27,7 @@ from tryon_solver.stepping.sleep import awake
 from tryon_solver.stepping.smooth import smooth_in_full_space
 from tryon_solver.stepping.two_level import assemble_coarse_level, solve_on_two_levels
 from tryon_solver.stepping.velocity import update_velocity
+from tryon_solver.stepping.verify_commit import verify_commit
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation

@@ -10,7 +10,15 @@ import numpy as np
 
 from tryon_solver.effect_words.fields import EffectError
 from tryon_solver.effect_words.rules import Parameters, in_scene
-from tryon_solver.effect_words.table import BY_NAME, CLINGS, SKIN, WORDS, WORN_ON_BODY
+from tryon_solver.effect_words.table import (
+    BY_NAME,
+    CLINGS,
+    GREATEST_PRESSURE,
+    SKIN,
+    STRONGEST_GUST,
+    WORDS,
+    WORN_ON_BODY,
+)
 from tryon_solver.geometry.boundary_loops import boundary_loops
 from tryon_solver.geometry.lines import hinges_of_edges
 from tryon_solver.geometry.named_lines import Cut
@@ -145,6 +153,13 @@ def _stretch_curves(p: Parameters, _cut: Cut) -> Effect:
 
 
 def _wind(p: Parameters, _cut: Cut) -> Effect:
+    speed = float(np.linalg.norm(p["velocity"])) * (1.0 + STRONGEST_GUST * p["gusts"])
+    pressure = 0.5 * p["density"] * p["broadside"] * speed**2
+    if pressure > GREATEST_PRESSURE:
+        blown = f"gusts of {speed:.3g} m/s press" if p["gusts"] else "it presses"
+        remedy = "Have it blow slower or with weaker gusts, or lower density or broadside: cloth is torn by more than"
+        fault = f"{blown} with {pressure:.0f} Pa on cloth that faces it"
+        raise EffectError(fault, "parameters.velocity", f"{remedy} {GREATEST_PRESSURE:g} Pa")
     gusts = Gusts(p["gusts"], p["gust_length"], int(p["seed"])) if p["gusts"] else None
     numbers = {name: p[name] for name in ("shelter", "shelter_length", "density", "broadside", "along")}
     return Wind(tuple(p["velocity"]), gusts, **numbers)

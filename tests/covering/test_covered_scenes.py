@@ -10,7 +10,7 @@ import pytest
 from covered_run import crosses, play
 from covered_scene import OUTER, make_scene
 from covering_page import of_run
-from effect_factors import rows
+from effect_factors import TWO, rows
 from frame_judge import FrameVerdict
 
 from tryon_solver.materials.fabric import FABRICS
@@ -29,7 +29,8 @@ def of(**levels):
         {"cloth": "balloon", "garments": "one", "pressure": "gas"},
         {"cloth": "strip", "air": "gusts"},
         {"cloth": "skirt", "preset": "draft"},
-        {"cloth": "strip", "garments": "two"},
+        {"cloth": "strip", "garments": TWO[0]},
+        {"cloth": "strip", "garments": TWO[1]},
     ],
 )
 def test_effects_together_penetrate_nothing(levels):
@@ -40,13 +41,15 @@ def test_effects_together_penetrate_nothing(levels):
 
 
 def test_outer_garment_has_a_thickness_and_friction_of_its_own():
-    row = of(cloth="strip", garments="two") | {"friction": "fabric", "attached": "none"}
+    row = of(cloth="strip", garments=TWO[1]) | {"friction": "fabric", "attached": "none"}
     scene = make_scene(row)
     inner, outer = FABRICS[row["fabric"]], FABRICS[OUTER[row["fabric"]]]
     assert inner.thickness != outer.thickness
     assert len({inner.mu_self, outer.mu_self, (inner.mu_self * outer.mu_self) ** 0.5}) == 3
     assert scene.sim.scene.fabric_of_garments() == [inner, outer]
     assert len(scene.sim.cloth_positions()) == 2 * scene.cloth.garment.vertex_count
+    alike = make_scene(row | {"garments": TWO[0]})
+    assert alike.sim.scene.fabric_of_garments() == [inner, inner]
 
 
 def test_nothing_that_flies_freely_is_blown_faster_than_is_judged():

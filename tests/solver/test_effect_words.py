@@ -102,6 +102,8 @@ def test_an_unknown_name_lists_those_that_there_are():
         ("wind", {"velocity": [1, float("nan"), 0]}, "parameters.velocity[1]"),
         ("wind", {"speed": 3}, "parameters.speed"),
         ("wind", {"velocity": [0, 0, 0], "gusts": 0.2}, "parameters.gusts"),
+        ("wind", {"velocity": [0, 0, 30], "density": 2.0}, "parameters.velocity"),
+        ("wind", {"velocity": [20, 0, 0], "gusts": 0.4}, "parameters.velocity"),
         ("wind", [], "parameters"),
         ("wind", {"shelter": True}, "parameters.shelter"),
         ("wind", {"seed": 1.5}, "parameters.seed"),

@@ -24,7 +24,7 @@ from tryon_solver.geometry.proximity import Surface
 from tryon_solver.geometry.size import in_size
 from tryon_solver.geometry.weld import weld
 from tryon_solver.materials.fabric import Fabric
-from tryon_solver.scene import WORN, Effect
+from tryon_solver.scene import WORN, Effect, Gravity
 from tryon_solver.settings import Settings
 from tryon_solver.simulation import Simulation, build
 
@@ -98,7 +98,7 @@ class _Over:
         """All of it at rest, from x (N, 3) m and the body's surface (B, 3) m, which may cross because of the fault."""
         outfit = self.outfit(self.panels)
         with told_as(fault):
-            simulation = self._free(outfit, x, surface, fault)
+            simulation = self._free(outfit, x, surface, fault, self.effects)
             settle(simulation, self.worn.pose, self.settle_seconds, self.progress)
             check_rest(simulation, outfit.piece_names)
         return simulation
@@ -120,16 +120,26 @@ class _Over:
             raise self._no_room(error, taken_in.bears) from error
 
     def _taken_in(self, size: float) -> TakenIn:
-        """Sewn in this size over its own and taken in from there."""
+        """Sewn in this size over its own and taken in from there, without gravity: one holds a skirt up by its waist
+        as one closes it. Where it falls meanwhile, what is heavier comes as far as the hips, which are too wide."""
         wide = in_size(self.panels, size)
         sewn, outfit = self.sewn(wide), self.outfit(wide)
+        held = tuple(effect for effect in self.effects if not isinstance(effect, Gravity))
+        x = np.vstack([sewn.beneath, sewn.x])
         with told_as(sewn.fault):
-            simulation = self._free(outfit, np.vstack([sewn.beneath, sewn.x]), sewn.surface, sewn.fault)
+            simulation = self._free(outfit, x, sewn.surface, sewn.fault, held)
             return take_in(simulation, self.worn.pose, outfit.layers[-1].faces, size, self.progress)
 
-    def _free(self, outfit: Outfit, x: np.ndarray, surface: np.ndarray, fault: CrumpledError | None) -> Simulation:
+    def _free(
+        self,
+        outfit: Outfit,
+        x: np.ndarray,
+        surface: np.ndarray,
+        fault: CrumpledError | None,
+        effects: tuple[Effect, ...],
+    ) -> Simulation:
         """The outfit's simulation, which begins there, freed of what crosses because of the fault."""
-        scene = outfit.scene(x, self.body, self.effects)
+        scene = outfit.scene(x, self.body, effects)
         tangled = fault is not None
         simulation = build(scene, self.settings, self.worn.simulation.device, self.worn.pose, surface, tangled)
         if tangled:

@@ -32,6 +32,12 @@ CLINGS = {"static_cling": (5.0, 5e-4), "wet": (100.0, 0.05), "hook_and_loop": (2
 and loop those of a light closure, as on a cuff."""
 
 
+GREATEST_PRESSURE = 1000.0
+"""Pa that inflated pieces, and air that blows in its strongest gusts, may press with: fifty times a garment's usual
+inflation, and over the 650 Pa of a violent storm of 30 m/s."""
+STRONGEST_GUST = 3.0
+"""Standard deviations of the wind's speed above its mean, which one in seven hundred moments exceeds."""
+
 SKIN = "skin"
 WORN_ON_BODY = "body"  # in place of a piece's name
 FABRICS = (
@@ -190,7 +196,16 @@ WORDS = (
         "Inflated pieces",
         "more pressure behind the cloth than before it",
         (
-            Number("pressure", "how much more", "Pa", live=True, idle=0.0, low=-200.0, high=1000.0, untold=20.0),
+            Number(
+                "pressure",
+                "how much more",
+                "Pa",
+                live=True,
+                idle=0.0,
+                low=-200.0,
+                high=GREATEST_PRESSURE,
+                untold=20.0,
+            ),
             Panels("panels", "pieces that it acts on; none: all"),
             RAMP,
         ),

@@ -20,7 +20,6 @@ import warp as wp
 
 from tryon_solver.contact import bounds, candidates, pairs
 from tryon_solver.contact.deflect import deflect
-from tryon_solver.contact.verify import count_violations, is_finite
 from tryon_solver.linalg import pcg
 from tryon_solver.linalg.as_one import move_as_one, sum_up
 from tryon_solver.linalg.launch import launch
@@ -33,7 +32,14 @@ from tryon_solver.stepping.newton import linearise, newton_matrix, solve_newton_
 from tryon_solver.stepping.overshoot import retreat_if_overshot
 from tryon_solver.stepping.progress import Budget, Outcome
 from tryon_solver.stepping.record import as_one, baked
-from tryon_solver.stepping.search import a_few_edges, follow, search_around, search_further
+from tryon_solver.stepping.search import (
+    FURTHER_EDGES,
+    a_few_edges,
+    follow,
+    search_around,
+    search_further,
+    searches_left,
+)
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -98,7 +104,7 @@ def take(sim: Simulation, direction: wp.array) -> None:
     """Move x by `direction`, as far as it is proven free of contact; searches further for it where it must."""
     work = sim.work
     work.alpha.fill_(1.0)
-    searchable = bool(sim.touching) and sim.searches < sim.settings.searches
+    searchable = bool(sim.touching) and searches_left(sim) > 0
     if searchable and bounds.leaving(sim.state.x, direction, work.alpha, sim.region, work.hits):
         search_further(sim, direction, work.alpha, a_few_edges(sim))
     take_within_region(sim, direction)
@@ -254,6 +260,26 @@ def choose_start(sim: Simulation) -> None:
     progress.if_free_to_try(attempt)
 
 
+def trial_is_in_vain(sim: Simulation) -> bool:
+    """Is the trial further away than a search reaches, and, with contact left out, led astray beside x_feasible? Waits
+    for the device. x must be x_feasible, and is again, but not looked around.
+
+    A search along such a way finds all that the whole garment could meet on it, in vain: in a wind or under a pressure
+    that projective dynamics' few cycles do not come to balance with, cloth that stands has trials of decimetres.
+    """
+    state, work, progress = sim.state, sim.work, sim.progress
+    if float(read(progress.trial)[0][0]) <= FURTHER_EDGES * sim.mean_edge:
+        return False
+    work.alpha.fill_(1.0)
+    launch(move_kernel, sim.all_count, [sim.to_trial, work.alpha], [state.x, work.total], device=sim.device)
+    elastic_gradient(sim, state.x, work.gradient, correcting=True)
+    linearise(sim)
+    measure_imbalance(sim, progress.tried)
+    tried, standing = (float(value[0]) for value in read(progress.tried, progress.standing))
+    start_at_feasible(sim)
+    return led_astray(sim, standing, tried)
+
+
 def correct_penetration(sim: Simulation) -> None:
     """From x_feasible and the trial in x by Newton iterations; leaves a feasible x.
 
@@ -364,8 +390,9 @@ def iterate_newton(sim: Simulation, budget: Budget, at_most: int, extensible: bo
     `choose_start` takes."""
     progress, settings = sim.progress, sim.settings
     extensions = settings.correction_extensions if extensible and settings.ends_by_budget else 0
-    progress.begin(at_most, extensions, settings.searches - sim.searches, starting)
+    progress.begin(at_most, extensions, searches_left(sim), starting)
     progress.stop_when_full(sim.pairs)  # of which nobody may have asked how many there are
+    judged = False  # the trial, before the first search along the way to it
 
     def turn() -> None:
         if not sim.candidates.idle:
@@ -378,13 +405,17 @@ def iterate_newton(sim: Simulation, budget: Budget, at_most: int, extensible: bo
         if sim.tears is not None:
             sim.tears.measure(sim.state.x)
         outcome = progress.read(sim.pairs)
-        if outcome.wants_search:
+        if outcome.wants_search and outcome.starting and not judged and trial_is_in_vain(sim):
+            linearise_at(sim)
+            progress.start_here()
+        elif outcome.wants_search:
+            judged = outcome.starting
             wanted = sim.to_trial if outcome.starting else sim.work.direction
             search_further(sim, wanted, sim.work.alpha, a_few_edges(sim))
-            progress.searched()
+            progress.resume(searches_left(sim))
         elif outcome.wants_room:
             make_room(sim, outcome)
-            progress.resume()
+            progress.resume(searches_left(sim))
         else:
             break
         more = sim.pace.more(outcome.iterations)
@@ -471,48 +502,3 @@ def find_direction(sim: Simulation, budget: Budget) -> None:
     unsettled, dt = settings.correction_unsettled, sim.state.dt
     sim.progress.judge_direction(sim.cg.first, unsettled, dt, together, sim.cloth_count)
     launch(keep_kernel, sim.all_count, [sim.progress.least_yet, sim.state.x], [work.least], device=sim.device)
-
-
-def verify_commit(sim: Simulation) -> None:
-    """Float64 check of the rounded state; a step that fails it is void and x becomes the carried state again. Leaves
-    the pairs there.
-
-    That one is checked likewise. Should it fail too, cloth and collision surface go back to where they were committed
-    last; the surface then lags behind the skin by the body's motion in the step.
-    """
-    state = sim.state
-    if is_sound(sim):
-        return
-    sim.counters.retries += 1
-    if go_back(sim, state.x_feasible):
-        return
-    sim.counters.reverts += 1
-    go_back(sim, state.x_committed)
-
-
-def is_sound(sim: Simulation) -> bool:
-    """Does x pass the check of a commit? Collects the pairs at x, and waits for the device once for both."""
-
-    def look_over() -> None:
-        count_violations(sim.candidates, sim.cloth_count, sim.contact.sizes, sim.state.x, sim.work.hits)
-        if sim.touching:
-            pairs.look_for(sim.pairs, sim.candidates, sim.contact, sim.state.x)
-
-    as_one(sim, "look_over", look_over)
-    hits, counters = read(sim.work.hits, sim.pairs.counters)
-    if sim.touching and sim.pairs.know_size(counters) > sim.pairs.capacity:
-        pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x)  # once more: there is room for all now
-    return int(hits[0]) == 0
-
-
-def go_back(sim: Simulation, x: wp.array) -> bool:
-    """Put cloth and surface to x (A,) and search there anew; is that state sound, by the check of a commit?"""
-    state, work = sim.state, sim.work
-    wp.copy(state.x, x)
-    if not is_finite(state.x, work.hits):
-        return False
-    work.direction.zero_()
-    if sim.touching:
-        sim.searches = 0
-        search_around(sim, state.x, work.direction)
-    return is_sound(sim)

@@ -193,7 +193,16 @@ def resume_kernel(searches: int, state: wp.array(dtype=wp.int32)):
     state[WANTS_ROOM] = 0
     if state[STARTING] == 1:
         state[NO_DIRECTION] = 1
-    state[SEARCHES] = state[SEARCHES] - searches
+    state[SEARCHES] = searches
+
+
+@wp.kernel
+def start_here_kernel(state: wp.array(dtype=wp.int32), lengths: wp.array(dtype=wp.float32)):
+    state[STARTING] = 0
+    state[WANTS_SEARCH] = 0
+    state[NO_DIRECTION] = 1
+    state[GOING_ON] = 1
+    lengths[TRIAL] = 0.0
 
 
 @wp.kernel
@@ -358,13 +367,13 @@ class Progress:
         """End the loop if there are more pairs than there is room for."""
         self._launch(stop_when_full_kernel, [pairs.counters, pairs.capacity], [self.state])
 
-    def resume(self) -> None:
-        """What the loop ended for is done."""
-        self._launch(resume_kernel, [0], [self.state])
+    def start_here(self) -> None:
+        """Go on from x_feasible, looked around: the trial is not tried, nor are directions trusted by its length."""
+        self._launch(start_here_kernel, [], [self.state, self.lengths])
 
-    def searched(self) -> None:
-        """The same, after a further search."""
-        self._launch(resume_kernel, [1], [self.state])
+    def resume(self, searches: int) -> None:
+        """What the loop ended for is done; so many further searches are left."""
+        self._launch(resume_kernel, [searches], [self.state])
 
     def limit(self, most: int) -> None:
         """No more than so many further directions are to be found."""

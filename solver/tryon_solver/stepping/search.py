@@ -30,6 +30,7 @@ FURTHER_EDGES = 4.0  # of the cloth's mean edge, that the correction has a searc
 # far at once, more pairs are in reach than any memory holds; their way is shortened instead
 SLACK_EDGES = 0.08  # of the cloth's mean edge: more than that finds fine cloth's neighbours, ring upon ring; and
 SLACK_EDGES_ON_GPU = 0.16  # on a GPU, where candidates are cheap and another search waits for the host
+CROWDED = 1000  # candidates for each vertex of the cloth: a list that is longer is not extended
 LONGEST_SERVED = 60  # steps, by a list after the one that it was found in
 KEPT_APART = wp.constant(0.999)  # of the distance of two boxes, for the rounding of their corners
 SURFACE_SHARE = 0.25  # of the slack is granted to the collision surface, which seldom leaves the skin
@@ -151,8 +152,21 @@ def search_slack(sim: Simulation) -> float:
 
 
 def a_few_edges(sim: Simulation) -> float:
-    """How much further the correction has a search reach than the one before it, at most [m]."""
-    return FURTHER_EDGES * sim.mean_edge
+    """How much further the correction has a search reach than the one before it, at most [m]: with every search of
+    the step twice as far, since who outgrew one will again, but all of a garment that goes far finds millions."""
+    return min(FURTHER_EDGES, 2.0 ** (sim.searches - 1)) * sim.mean_edge
+
+
+def searches_left(sim: Simulation) -> int:
+    """How often the step's list may still be extended: none of the settings' searches is left of a CROWDED one.
+
+    Where all of a garment is pushed decimetres at once, as by a storm or a hundred times a balloon's pressure, the
+    balls reach everything, and a list of millions is searched for, filtered and followed for minutes. So its vertices
+    end at the balls that they have: the next step takes them on.
+    """
+    if sim.candidates.size > CROWDED * sim.cloth_count:
+        return 0
+    return sim.settings.searches - sim.searches
 
 
 def search_around(sim: Simulation, x: wp.array, direction: wp.array) -> None:

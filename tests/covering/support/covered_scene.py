@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from covered_cloths import RADIUS, Cloth, make_cloth
 from covering_array import Row
+from effect_factors import TWO
 from small_scenes import icosphere, rigid_body
 from worn_garment import demo_motion
 
@@ -65,7 +66,7 @@ AMBIENT = 101325.0  # Pa
 PUMPED = 0.02  # of the gas, in and out again
 STEEPER = 4.0  # times the fabric's own stiffness, of a curve's second part
 OUTER = {"cotton_jersey": "denim", "denim": "silk_charmeuse", "silk_charmeuse": "cotton_jersey"}
-"""What lies over it: of another thickness, and of other friction with itself and with the body."""
+"""What lies over it where two fabrics do: of another thickness, and of other friction with itself and the body."""
 
 
 @dataclass(frozen=True)
@@ -151,9 +152,10 @@ def make_scene(row: Row, device: str = "cpu") -> CoveredScene:
         lies_on = above, beneath
     body, stance = body_of(row, cloth)
     garment, x, fabrics = cloth.garment, cloth.x, (FABRICS[row["fabric"]],)
-    if row["garments"] == "two":
+    if row["garments"] in TWO:
         garment, x = put_together(("inner", "outer"), (garment, plain.garment)), np.vstack([x, plain.lifted()])
-        fabrics = (*fabrics, FABRICS[OUTER[row["fabric"]]])
+        outer = OUTER[row["fabric"]] if row["garments"] == "two of two fabrics" else row["fabric"]
+        fabrics = (*fabrics, FABRICS[outer])
     effects = (*effects_of(row, cloth, garment, fabrics), *attached(lies_on))
     scene = Scene(garment, x, body, fabrics[0], effects, of_panels(garment, fabrics))
     surface = None if cloth.worn is None else cloth.worn.surface

@@ -32,8 +32,8 @@ def introduction() -> list[str]:
         f"of {len(LEVELS)} factors, {sum(map(len, LEVELS.values()))} levels and {len(every)} pairs (`tests/covering`;",
         "`make effects` plays it, a test proves that it covers all pairs). IPC Toolkit judges every second frame for",
         "what crosses of the surfaces that contact keeps apart in the scene; where the scene has no contact at all, so",
-        "that nothing could cross, the frame is not judged and counted apart. Of two garments the outer one is of a",
-        "fabric of its own, with its own thickness and friction. Speeds are of the fastest vertex, less",
+        "that nothing could cross, the frame is not judged and counted apart. Two garments lie one over the other, of",
+        "one fabric or of two with their own thickness and friction. Speeds are of the fastest vertex, less",
         "what its fall gives it; stretch is the largest of any triangle; `at the end` is the cloth's RMS speed in the",
         "last frame; void are steps that were made so (METHOD.md, section 8). When values are written in the running",
         "scene (drawstrings drawn, buttons opened, pins led, creases pressed anew, seams closed, blown out and in,",
@@ -51,7 +51,7 @@ def of_run(results: Sequence[Result]) -> list[str]:
         return ["Nothing was played."]
     covered = {pair for result in results for pair in pairs_of(result["row"], list(LEVELS))}
     judged, crossing, free = (sum(count(r, what) for r in results) for what in ("judged", "crossing", "free"))
-    two = sum(count(r, "judged") for r in results if r["row"]["garments"] == "two")
+    two = sum(count(r, "judged") for r in results if r["row"]["garments"] != "one")
     broken = [result for result in results if result["broken"]]
     lines = [f"- {what}: {'; '.join(sorted({r['about'][what] for r in results}))}" for what in ("commit", "machine")]
     lines += [

@@ -52,11 +52,12 @@ class Script:
             if outcome.wants_search:
                 self.events.append("search")
                 leaving = ()
-                progress.searched()
+                searches -= 1
+                progress.resume(searches)
             elif outcome.wants_room:
                 self.events.append("room")
                 self.crowded = ()
-                progress.resume()
+                progress.resume(searches)
             else:
                 return outcome
 
@@ -196,6 +197,7 @@ class Beginning:
     tried: float  # J
     leaving: int = 0  # vertices that the way to the trial takes out of the region, until the host has searched
     crowded: bool = False  # are there more pairs at the trial than room, until the host has made some?
+    in_vain: bool = False  # does the host find that searching along the way to the trial is in vain?
     events: list = field(default_factory=list)
 
     def play(self, searches):
@@ -210,10 +212,13 @@ class Beginning:
             assert int(progress.going_on.numpy()[0]) == 0
             if outcome.wants_search:
                 self.leaving = 0
-                progress.searched()
+                searches -= 1
             else:
                 self.crowded = False
-                progress.resume()
+            if self.in_vain:
+                progress.start_here()
+            else:
+                progress.resume(searches)
             self.events.append("host")
         return None
 
@@ -237,6 +242,7 @@ class Beginning:
         ({"tried": 2.1}, 1, ["standing", "trial", "back", "direction"]),
         ({"leaving": 3}, 1, ["standing", "host", "standing", "trial", "direction"]),
         ({"leaving": 3}, 0, ["standing", "trial", "direction"]),
+        ({"leaving": 3, "in_vain": True}, 1, ["standing", "host", "direction"]),
         ({"crowded": True}, 1, ["standing", "trial", "host", "standing", "trial", "direction"]),
         ({"crowded": True, "tried": 9.0}, 1, ["standing", "trial", "host", "standing", "trial", "back", "direction"]),
     ],

@@ -14,6 +14,7 @@ from tryon_solver.contact.verify import SAFE_SHARE, violations
 from tryon_solver.scene import Gravity, Scene
 from tryon_solver.simulation import build
 from tryon_solver.stepping import carry_once, correct, search
+from tryon_solver.stepping.verify_commit import verify_commit
 
 
 @pytest.fixture(scope="module")
@@ -178,7 +179,7 @@ def test_void_step_goes_back_to_the_feasible_state(tangle):
     search.search_around(sim, sim.state.x, sim.work.direction)
     sim.state.x_feasible.assign(tangle.x.astype(np.float32))
     sim.start_report()
-    correct.verify_commit(sim)
+    verify_commit(sim)
     assert (sim.counters.retries, sim.counters.reverts) == (1, 0)
     np.testing.assert_array_equal(sim.state.x.numpy(), tangle.x.astype(np.float32))
 
@@ -210,7 +211,7 @@ def test_void_step_whose_carried_state_is_unsafe_goes_back_to_the_last_commit(ta
     sim.state.x_feasible.assign(poison(tangle).astype(np.float32))
     sim.state.x_start.assign(committed)
     sim.start_report()
-    correct.verify_commit(sim)
+    verify_commit(sim)
     assert (sim.counters.retries, sim.counters.reverts) == (1, 1)
     np.testing.assert_array_equal(sim.state.x.numpy(), committed)
 
