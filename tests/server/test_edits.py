@@ -1,18 +1,12 @@
 """Edits over REST and the websocket of a real server, kept in its database also when it is killed."""
 
 import asyncio
-import os
-import signal
-import socket
-import subprocess
-import sys
 import time
-from pathlib import Path
 
-import httpx
 import pytest
 from analytic_drape import squares, width_of
 from asking import refused
+from killable_server import KillableServer
 from live_server import LiveServer
 
 from tryon_client import connect
@@ -242,58 +236,17 @@ def test_an_edit_over_the_websocket_is_answered_and_shown(server):
     assert len(server.http.get(f"/api/sessions/{session}/edits").json()) == 1
 
 
-SERVE = """
-import asyncio, sys
-from pathlib import Path
-sys.path[:0] = sys.argv[3:]
-if __name__ == "__main__":
-    from live_server import make_app
-    from tryon_server.streaming.server import Server, listen
-    listener = listen("127.0.0.1", int(sys.argv[2]))
-    asyncio.run(Server(make_app(Path(sys.argv[1]))).serve([listener]))
-"""
-
-
 def test_an_acknowledged_edit_outlives_kill_9(tmp_path):
     """The server's process dies without a chance to write anything, right after it answered."""
-    script = tmp_path / "serve.py"
-    script.write_text(SERVE)
-    with socket.create_server(("127.0.0.1", 0)) as probe:
-        port = probe.getsockname()[1]
-    command = [sys.executable, str(script), str(tmp_path), str(port), str(Path(__file__).parent / "support"), *sys.path]
-    with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=30.0) as http:
-
-        def started():
-            process = subprocess.Popen(command, start_new_session=True)
-            for _ in range(600):
-                try:
-                    http.get("/api/health")
-                    return process
-                except httpx.TransportError:
-                    assert process.poll() is None
-                    time.sleep(0.05)
-            raise AssertionError("the server did not start")
-
-        process = started()
-        try:
-            session = http.post("/api/sessions", json={"garment": "tube", "motion": "sway"}).json()["id"]
-            for _ in range(300):
-                if http.get(f"/api/sessions/{session}").json()["state"] == "running":
-                    break
-                time.sleep(0.05)
-            assert http.post(f"/api/sessions/{session}/edits", json={"edit": WIDER}).status_code == 201
-        finally:
-            os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
-        process = started()
-        try:
-            assert width_of(http.get(f"/api/sessions/{session}/pattern").json()) == 0.6
-            assert http.get(f"/api/sessions/{session}").json()["state"] == "closed"
-            reply = http.post("/api/sessions", json={"garment": "tube", "motion": "sway", "continues": session})
-            assert reply.status_code == 201
-        finally:
-            os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
+    with KillableServer(tmp_path, "live_server:make_app") as server:
+        http, session = server.http, server.open(garment="tube", motion="sway")
+        server.dressed(session)
+        assert http.post(f"/api/sessions/{session}/edits", json={"edit": WIDER}).status_code == 201
+        server.kill()
+        server.start()
+        assert width_of(http.get(f"/api/sessions/{session}/pattern").json()) == 0.6
+        assert http.get(f"/api/sessions/{session}").json()["state"] == "closed"
+        server.open(garment="tube", motion="sway", continues=session)
 
 
 def test_edits_in_the_database(tmp_path):

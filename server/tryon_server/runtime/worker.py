@@ -243,7 +243,7 @@ class Worker(OutfitWorker):
         now = self._clock()
         if why:
             if not (self._remaking.soon and self._waiting.long_since(now)):  # else changes in turn would all wait
-                self._begin_remaking(asked.specification, drape)
+                self._begin_remaking(asked, drape)
             self._waiting.add(command, asked, now)
             return
         self._remaking.give_up()
@@ -305,13 +305,13 @@ class Worker(OutfitWorker):
         """Have the garment of the newest change made, if one waits."""
         newest = self._waiting.newest
         if newest is not None:
-            self._begin_remaking(newest.specification, drape)
+            self._begin_remaking(newest, drape)
 
-    def _begin_remaking(self, specification: Mapping[str, Any], drape: Drape) -> None:
+    def _begin_remaking(self, asked: Wanted, drape: Drape) -> None:
         """Have a garment of this pattern made while this one is worn, in place of one that is being made."""
         give_back_freed()  # of the mesh before the one that is worn
-        self._remade_pattern = specification
-        self._remaking.begin(drape, of_pattern(self._ordered(), specification))
+        self._remade_pattern = asked.specification
+        self._remaking.begin(drape, of_pattern(self._ordered(), asked.specification, asked.worn_by_way_of))
 
     def _remake(self, drape: Drape) -> None:
         """Go on making the garment that is to be worn next, for part of a frame's time; wear it once it is there."""
@@ -357,7 +357,7 @@ class Worker(OutfitWorker):
             drape.reshape(self._history.specification)
             self._tell_design(self._history.specification, self._history, held=True, notes=notes)
         elif not self._remaking.under_way and drape.outgrown != self._stuck:
-            self._begin_remaking(self._history.specification, drape)
+            self._begin_remaking(Wanted(self._history, self._history.specification), drape)
 
     # Dressing -----------------------------------------------------------------------------------------------------
 
@@ -381,7 +381,7 @@ class Worker(OutfitWorker):
                 self._tell_design(self._history.specification, self._history)
             newest = self._waiting.newest
             if newest is not None and self._drape is not None:
-                self._begin_remaking(newest.specification, self._drape)
+                self._begin_remaking(newest, self._drape)
 
     def _put_on(self, drape: Drape) -> None:
         """Go on with a newly dressed garment. Raises ProtocolError when it can't be told."""
