@@ -154,6 +154,7 @@ class WorkOrder:
         motion_file: where the motion is, if it was uploaded.
         effects: what was asked of its effects before, plain JSON (effect_desk.py).
         histories: edits that an earlier session began, by the name their garment is worn as.
+        edit_seconds: longest time that an edit may take until it is worn [s].
     """
 
     drape: DrapeOrder
@@ -163,3 +164,4 @@ class WorkOrder:
     motion_file: MotionFile | None = None
     effects: Mapping[str, Any] = field(default_factory=dict)
     histories: Mapping[str, tuple[KeptEdit, ...]] = field(default_factory=dict)
+    edit_seconds: float = 120.0

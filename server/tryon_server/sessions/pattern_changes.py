@@ -8,10 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from tryon_protocol import EditMessage, ProtocolError, RedoMessage, UndoMessage
-from tryon_server.sessions.commands import ChangePattern, EditStep
+from tryon_server.sessions.commands import HELD, ChangePattern, EditStep
 
 NOBODY = 0  # in place of a client's number, for who asks without a connection
-HELD = 0  # in place of a ticket, for what is only to be shown
 MOST_WAITING = 32  # changes that are to be kept and are not answered yet; each takes the simulation some 0.1 s
 
 
