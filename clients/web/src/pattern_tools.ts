@@ -38,6 +38,11 @@ const MADE: Readonly<Record<string, string>> = {
   change_fabric: "Fabric changed",
 };
 
+/** A kind of edits in words for people. */
+export function madeBy(kind: string): string {
+  return Object.hasOwn(MADE, kind) ? MADE[kind] : kind.replaceAll("_", " ");
+}
+
 /** What can be done to the edge or the piece that is chosen, by numbers, and the list of what was done. */
 export class PatternTools {
   private readonly sentence = byId("pattern-chosen");
@@ -132,8 +137,7 @@ export class PatternTools {
     this.made.hidden = done.length === 0;
     setText(this.made.querySelector("summary")!, done.length === 1 ? "1 edit made" : `${done.length} edits made`);
     const items = done.map(({ kind, panel }) => {
-      const what = Object.hasOwn(MADE, kind) ? MADE[kind] : kind.replaceAll("_", " ");
-      return make("li", {}, panel ? `${what}: ${nameOf(panel)}` : what);
+      return make("li", {}, panel ? `${madeBy(kind)}: ${nameOf(panel)}` : madeBy(kind));
     });
     this.made.querySelector("ol")!.replaceChildren(...items);
   }
