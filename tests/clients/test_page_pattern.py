@@ -299,8 +299,14 @@ def test_darts_gathers_removals_and_the_whole_garment_by_numbers(page, tailor):
     assert next_edit() == dart | {key: pytest.approx(dart[key]) for key in ("position", "width", "depth")}
     page.mouse.click(*middle(edge(page, 1).locator(".reach")))
     for kind in ("Gather", "Ease"):
-        page.click(f"#pattern-seam button:has-text('{kind}')")
+        page.click(f"#pattern-{kind.lower()} button")
         assert next_edit() == {"kind": kind.lower(), "panel": "front", "edge": 1}
+    page.fill("#pattern-gather input", "60")
+    page.click("#pattern-gather button")
+    assert next_edit() == {"kind": "gather", "panel": "front", "edge": 1, "to": 0.6}
+    page.fill("#pattern-ease input", "8")
+    page.click("#pattern-ease button")
+    assert next_edit() == {"kind": "ease", "panel": "front", "edge": 1, "by": pytest.approx(0.008)}
     page.mouse.click(*middle(page.locator(".cloth").nth(1)))
     page.click("text=Remove piece")
     assert next_edit() == {"kind": "remove_piece", "panel": "back"}

@@ -49,6 +49,8 @@ export class PatternTools {
   private readonly leave = byId("pattern-leave", HTMLButtonElement);
   private readonly hem = byId("pattern-hem", HTMLFormElement);
   private readonly seam = byId("pattern-seam", HTMLFormElement);
+  private readonly gather = byId("pattern-gather", HTMLFormElement);
+  private readonly ease = byId("pattern-ease", HTMLFormElement);
   private readonly dart = byId("pattern-dart", HTMLFormElement);
   private readonly piece = byId("pattern-piece", HTMLFormElement);
   private readonly cut = byId("pattern-cut", HTMLFormElement);
@@ -79,8 +81,15 @@ export class PatternTools {
     });
     takes(this.seam, (panel, edge, value) => {
       if (value === "open") return { kind: "open_seam", panel, edge };
-      if (value === "gather" || value === "ease") return { kind: value, panel, edge };
       return { kind: "take_in", panel, edge, by: (Number(value) * numbers(this.seam)[0]) / 100 };
+    });
+    takes(this.gather, (panel, edge) => {
+      const [to] = numbers(this.gather);
+      return Number.isNaN(to) ? { kind: "gather", panel, edge } : { kind: "gather", panel, edge, to: to / 100 };
+    });
+    takes(this.ease, (panel, edge) => {
+      const [by] = numbers(this.ease);
+      return Number.isNaN(by) ? { kind: "ease", panel, edge } : { kind: "ease", panel, edge, by: by / 1000 };
     });
     takes(this.dart, (panel, edge) => {
       const [width, depth, position] = numbers(this.dart).map((number) => number / 100);
@@ -117,7 +126,7 @@ export class PatternTools {
     const edits = what === "";
     this.leave.hidden = aim === undefined;
     this.hem.hidden = !edits || !edge || sewn !== undefined;
-    this.seam.hidden = !edits || sewn === undefined;
+    this.seam.hidden = this.gather.hidden = this.ease.hidden = !edits || sewn === undefined;
     this.dart.hidden = !edits || edge === undefined;
     this.piece.hidden = this.cut.hidden = this.patch.hidden = !edits || !chosen || edge !== undefined;
     this.garment.hidden = !edits || chosen !== undefined;

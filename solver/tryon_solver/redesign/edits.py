@@ -12,14 +12,17 @@ from typing import ClassVar
 
 from tryon_solver.redesign.fields import (
     Angle,
+    Eased,
     Extent,
     Factors,
     Flag,
+    Gathered,
     Index,
     Length,
     Line,
     Move,
     Name,
+    Percent,
     Place,
     Share,
     checks_of,
@@ -122,10 +125,15 @@ class ScaleGarment(_Checked):
 
 @dataclass(frozen=True)
 class Gather(_Checked):
-    """Declare a seam gathered: one of its sides may be up to four times as long as the other."""
+    """Declare a seam gathered: one of its sides may be up to four times as long as the other.
+
+    to: gather this edge to so much of its length, 0.6 for 60 %: it becomes as long as that takes on the other side, by
+    which its piece is fanned out from its far side.
+    """
 
     panel: Name
     edge: Index
+    to: Gathered = None
 
     kind = "gather"
     remedy = "Sew edges whose lengths are nearer to each other"
@@ -133,10 +141,15 @@ class Gather(_Checked):
 
 @dataclass(frozen=True)
 class Ease(_Checked):
-    """Declare a seam sewn plainly, with ease: one side is at most half as long again as the other."""
+    """Declare a seam sewn plainly, with ease: one side is at most half as long again as the other.
+
+    by, or percent: this edge becomes so much longer than the other side, or shorter; its piece is fanned as by Gather.
+    """
 
     panel: Name
     edge: Index
+    by: Eased = None  # m
+    percent: Percent = None  # of the other side's length
 
     kind = "ease"
     remedy = "Bring its edges to nearer lengths first"

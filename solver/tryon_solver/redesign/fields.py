@@ -69,6 +69,10 @@ def _pair_of(check_one: Check, what: str) -> Check:
     return check
 
 
+def _or_none(check_given: Check) -> Check:
+    return lambda value, place: None if value is None else check_given(value, place)
+
+
 _length = _number(-LENGTH_MAX, LENGTH_MAX, "m")
 _coordinates = _pair_of(_number(-10.0, 10.0, "m"), "coordinates [x, y]")
 _factor = _number(SIZE_MIN, SIZE_MAX, "")
@@ -79,6 +83,9 @@ Flag = Annotated[bool, _boolean]
 Length = Annotated[float, _length]  # m, of either sign
 Extent = Annotated[float, _number(1e-3, LENGTH_MAX, "m")]  # m, a size
 Share = Annotated[float, _number(0.0, 1.0, "")]
+Gathered = Annotated[float | None, _or_none(_number(0.25, 1.0, ""))]
+Eased = Annotated[float | None, _or_none(_length)]  # m
+Percent = Annotated[float | None, _or_none(_number(-30.0, 50.0, "%"))]
 Angle = Annotated[float, _number(-180.0, 180.0, "degrees")]
 Place = Annotated[tuple[float, float], _coordinates]  # m
 Move = Annotated[tuple[float, float], _pair_of(_length, "a move [x, y]")]  # m
