@@ -290,6 +290,11 @@ def test_darts_gathers_removals_and_the_whole_garment_by_numbers(page, tailor):
     page.fill("#pattern-garment input[name=height]", "95")
     page.click("text=Scale all")
     assert next_edit() == {"kind": "scale_garment", "factors": [1, pytest.approx(0.95)]}
+    for label, value in (("chest, made for", "88"), ("chest, wanted", "96"), ("height, made for", "170")):
+        page.get_by_label(f"{label}, cm").fill(value)
+    page.click("text=Scale to it")
+    made_for = {"chest": pytest.approx(0.88), "height": pytest.approx(1.7)}
+    assert next_edit() == {"kind": "scale_garment", "made_for": made_for, "wanted": {"chest": pytest.approx(0.96)}}
     page.mouse.click(*middle(edge(page, 0).locator(".reach")))
     assert page.locator("#pattern-garment").is_hidden()
     page.fill("#pattern-dart input[name=width]", "4")

@@ -17,6 +17,7 @@ export type PatternEdit =
   | { readonly kind: "patch" | "pocket"; readonly panel: string; readonly at: Point; readonly width: number; readonly height: number }
   | { readonly kind: "scale_piece"; readonly panel: string; readonly factors: Point }
   | { readonly kind: "scale_garment"; readonly factors: Point }
+  | { readonly kind: "scale_garment"; readonly made_for: Readonly<Record<string, number>>; readonly wanted: Readonly<Record<string, number>> }
   | { readonly kind: "remove_piece"; readonly panel: string }
   | { readonly kind: "change_fabric"; readonly fabric: string };
 

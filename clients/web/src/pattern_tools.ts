@@ -18,6 +18,9 @@ const AIMED: Readonly<Record<Aim, string>> = {
  * a place for something else than an edit, that. */
 export type Aim = "sew" | "cut" | "patch" | "pocket" | PlaceKind;
 
+/** Measures of a body, as an edit names them. */
+const MEASURES = ["chest", "waist", "hip", "height"];
+
 /** What edits are called; one that is not known here is shown by its own name. */
 const MADE: Readonly<Record<string, string>> = {
   move_vertex: "Corner moved",
@@ -55,6 +58,7 @@ export class PatternTools {
   private readonly piece = byId("pattern-piece", HTMLFormElement);
   private readonly cut = byId("pattern-cut", HTMLFormElement);
   private readonly patch = byId("pattern-patch", HTMLFormElement);
+  private readonly measures = byId("pattern-measures", HTMLFormElement);
   private readonly garment = byId("pattern-garment", HTMLFormElement);
   private readonly made = byId("pattern-made", HTMLDetailsElement);
   private chosen: Chosen | undefined;
@@ -98,6 +102,8 @@ export class PatternTools {
     takes(this.piece, (panel) => ({ kind: "scale_piece", panel, factors: factors(this.piece) }));
     takes(this.cut, (panel, _, value) => (value === "remove" ? { kind: "remove_piece", panel } : "cut"));
     takes(this.patch, (_panel, _edge, value) => (value === "patch" ? "patch" : "pocket"));
+    byId("pattern-bodies").append(...MEASURES.map(measure));
+    takes(this.measures, () => bodies(this.measures));
     takes(this.garment, () => ({ kind: "scale_garment", factors: factors(this.garment) }));
   }
 
@@ -129,7 +135,7 @@ export class PatternTools {
     this.seam.hidden = this.gather.hidden = this.ease.hidden = !edits || sewn === undefined;
     this.dart.hidden = !edits || edge === undefined;
     this.piece.hidden = this.cut.hidden = this.patch.hidden = !edits || !chosen || edge !== undefined;
-    this.garment.hidden = !edits || chosen !== undefined;
+    this.garment.hidden = this.measures.hidden = !edits || chosen !== undefined;
     const name = chosen ? nameOf(chosen.panel) : "";
     if (aim) setText(this.sentence, `${what && `${what}: `}${pointed || AIMED[aim]}`);
     else if (by) setText(this.sentence, `${name}: ${moved(by[0], "right", "left")}, ${moved(by[1], "up", "down")}`);
@@ -154,6 +160,21 @@ export class PatternTools {
 
 function numbers(form: HTMLFormElement): number[] {
   return [...form.querySelectorAll<HTMLInputElement>("input[type=number]")].map((input) => input.valueAsNumber);
+}
+
+/** Where a measure of two bodies is told [cm]. */
+function measure(name: string): HTMLElement {
+  const input = (whose: string): HTMLElement =>
+    make("input", { type: "number", min: "20", max: "300", step: "any", "aria-label": `${name}, ${whose}, cm` });
+  return make("label", {}, `${name} `, input("made for"), " → ", input("wanted"));
+}
+
+/** The edit that scales the garment from one body to another: what is told of both, in centimetres. */
+function bodies(form: HTMLFormElement): PatternEdit {
+  const given = numbers(form);
+  const told = (second: 0 | 1): Record<string, number> =>
+    Object.fromEntries(MEASURES.map((name, k) => [name, given[2 * k + second] / 100] as const).filter(([, length]) => !Number.isNaN(length)));
+  return { kind: "scale_garment", made_for: told(0), wanted: told(1) };
 }
 
 /** Width and height in per cent, as factors. */

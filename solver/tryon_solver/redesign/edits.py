@@ -10,11 +10,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.fields import (
     Angle,
+    BodyOrNone,
     Eased,
     Extent,
     Factors,
+    FactorsOrNone,
     Flag,
     Gathered,
     Index,
@@ -27,6 +30,7 @@ from tryon_solver.redesign.fields import (
     Share,
     checks_of,
 )
+from tryon_solver.redesign.measures import factors_of
 
 
 class _Checked:
@@ -114,10 +118,32 @@ class ScalePiece(_Checked):
 class ScaleGarment(_Checked):
     """Make all pieces wider and higher, each along x and y of its own plane, and their places with them.
 
-    The garment's highest point keeps its height, so that waist or shoulders stay.
+    The garment's highest point keeps its height, so that waist or shoulders stay. By `factors`, or by measures of two
+    bodies: the one that the pattern was `made_for`, and the one that is `wanted`.
     """
 
-    factors: Factors
+    factors: FactorsOrNone = None
+    made_for: BodyOrNone = None
+    wanted: BodyOrNone = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.factors is not None and (self.made_for is not None or self.wanted is not None):
+            raise EditError("factors are told, and measures", "factors", "Tell one of them")
+        if self.factors is None and (self.made_for is None or self.wanted is None):
+            missing = "factors" if self.made_for is self.wanted else "made_for" if self.made_for is None else "wanted"
+            remedy = "Give factors [width, height], or the measures of two bodies: made_for and wanted"
+            raise EditError("it is not told what to scale the garment by", missing, remedy)
+        if self.made_for is not None and self.wanted is not None:
+            factors_of(self.made_for, self.wanted)
+
+    @property
+    def scale(self) -> tuple[float, float]:
+        """Width and height over those it has."""
+        if self.made_for is None or self.wanted is None:
+            assert self.factors is not None
+            return self.factors
+        return factors_of(self.made_for, self.wanted)
 
     kind = "scale_garment"
     remedy = "Use factors nearer to 1"
