@@ -96,16 +96,16 @@ def test_a_corner_is_dragged_and_what_comes_back_is_drawn(page, tailor):
     page.mouse.move(x, y)
     page.mouse.down()
     for step in range(1, 11):
-        page.mouse.move(x + 4 * step, y - 2 * step)
+        page.mouse.move(x + 4 * step, y - step)
         page.wait_for_timeout(20)
     held = tailor.hears(lambda message: is_edit(message, hold=True))
     assert [held.edit[field] for field in ("kind", "panel", "vertex")] == ["move_vertex", "front", 2]
     assert held.mirror
-    comes_to(corner(page, 2), (x + 40, y - 20))
+    comes_to(corner(page, 2), (x + 40, y - 10))
     assert "cm right" in page.inner_text("#pattern-chosen")
     page.mouse.up()
     edit = tailor.hears(kept)
-    assert edit.edit["by"] == pytest.approx([40 / scale, 20 / scale], rel=0.02)
+    assert edit.edit["by"] == pytest.approx([40 / scale, 10 / scale], rel=0.02)
     assert edit.mirror
     edits = [message for message in tailor.heard if isinstance(message, wire.EditMessage)]
     assert [message.hold for message in edits] == [True] * (len(edits) - 1) + [False]
@@ -167,6 +167,33 @@ def test_pictures_bound_what_a_drag_sends(page, tailor):
     page.mouse.up()
     tailor.hears(kept)
     assert sum(is_edit(message, hold=True) for message in tailor.heard) <= page.evaluate("window.pictures")
+
+
+def test_what_is_dragged_out_of_the_sheet_is_held_at_its_border_and_the_sheet_goes_on(page, tailor):
+    """The pointer is held 200 px beside the sheet; let go there, all of the pattern is in sight again."""
+    sheet = page.locator("#pattern-sheet").bounding_box()
+    x, y = middle(corner(page, 2))
+    scale = scale_of(page)
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x - 20, y - 2)
+    page.mouse.move(sheet["x"] - 200, y + 10, steps=4)
+
+    def far(message):
+        return is_edit(message, hold=True) and message.edit["by"][0] < -1.5 * (x - sheet["x"]) / scale
+
+    tailor.hears(far)
+    left, top = middle(corner(page, 2))
+    assert sheet["x"] <= left <= sheet["x"] + 40
+    assert sheet["y"] <= top <= sheet["y"] + sheet["height"]
+    page.mouse.move(x, y)
+    page.wait_for_timeout(100)
+    back = [message.edit["by"][0] for message in tailor.heard if is_edit(message, hold=True)]
+    page.wait_for_timeout(200)
+    assert [message.edit["by"][0] for message in tailor.heard if is_edit(message, hold=True)] == back, "it stands"
+    page.keyboard.press("Escape")
+    comes_to(corner(page, 2), (x, y))
+    page.mouse.up()
 
 
 def test_escape_drops_a_drag(page, tailor):
