@@ -41,6 +41,7 @@ def typescript() -> str:
     nested = [
         *(messages.ArrayData, messages.GarmentTopology, messages.ClothTopology, messages.BodyTopology),
         *(messages.DesignEdge, messages.DesignPanel, messages.DesignSeam, messages.DesignPatch),
+        messages.ChangeStatus,
         *(messages.DesignEdit, effect_messages.EffectState, outfit_messages.WornGarment),
     ]
     structs: list[inspect.StructType] = []

@@ -412,6 +412,28 @@ class EditedMessage(Message, tag="edited", frozen=True, kw_only=True):
     request: Request = None
 
 
+class ChangeStatus(Struct, frozen=True, kw_only=True):
+    """A change of the pattern that was asked for and is not worn yet."""
+
+    step: Annotated[Literal["edit", "undo", "redo"], Meta(description="what was asked for")]
+    kind: Annotated[str, Meta(description="of the edit; empty of undo and redo")]
+    panel: Annotated[str, Meta(description="the piece that the edit names; empty where it names none")]
+    garment: Annotated[str, Meta(description="the garment that it names; empty: the edited one")]
+    since: Annotated[float, Meta(description="s, when it was asked for, server's clock as in `pong`")]
+    doing: Annotated[
+        Literal["waiting", "remeshing", "building", "dressing", "settling", "refused"],
+        Meta(
+            description="waiting: others are made first, or the garment is put on; remeshing: its mesh is made; "
+            "building: that is put on where the garment is worn; dressing: it is put on anew; settling: it is brought "
+            "to where the body is; refused: see detail; of one that was asked for without a connection, lately"
+        ),
+    ]
+    detail: Annotated[str, Meta(description="the same, for people")] = ""
+    progress: Annotated[
+        Annotated[float, Meta(ge=0, le=1)] | None, Meta(description="share of that done, 0 to 1; null: not known")
+    ] = None
+
+
 class StatusMessage(Message, tag="status", frozen=True, kw_only=True):
     """State of the session, sent on joining and on every change."""
 
@@ -446,6 +468,9 @@ class StatusMessage(Message, tag="status", frozen=True, kw_only=True):
     ] = None
     accuracy: Annotated[float | None, Meta(description="m, as chosen by `set_accuracy`")] = None
     deadline_ms: Annotated[float | None, Meta(description="ms, as chosen by `set_accuracy`")] = None
+    changes: Annotated[
+        tuple[ChangeStatus, ...], Meta(description="of the pattern, that are not worn yet, in their order")
+    ] = ()
 
 
 class ReportMessage(Message, tag="report", frozen=True, kw_only=True):

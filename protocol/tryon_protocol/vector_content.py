@@ -126,7 +126,24 @@ def messages() -> dict[str, tuple[bytes, Any]]:
         ),
         topology().to_message(compress=False),
         m.StatusMessage(
-            state="dressing", detail="Sewing the seams", motion=None, fabric="cotton", playing=True, progress=0.25
+            state="dressing",
+            detail="Sewing the seams",
+            motion=None,
+            fabric="cotton",
+            playing=True,
+            progress=0.25,
+            changes=(
+                m.ChangeStatus(
+                    step="edit",
+                    kind="dart",
+                    panel="front",
+                    garment="",
+                    since=1000.25,
+                    doing="dressing",
+                    detail="Sewing the seams",
+                    progress=0.5,
+                ),
+            ),
         ),
         m.ReportMessage(
             seq=640,

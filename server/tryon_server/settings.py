@@ -45,6 +45,8 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         frames_per_second: most frames published per second of wall time [1/s].
         keyframe_seconds: a frame that needs no other is published at least this often [s].
         messages_per_second: most messages accepted from one client per second, on average [1/s].
+        edit_seconds: longest time that an edit of a pattern may take until it is worn, counted from when none before it
+            is to be made any more; then it is refused, and those behind it are made [s].
         smoothing_place_unrest: speed that the filter of trackers' poses (sessions/smoothing.py) leaves of noise in the
             place of a joint at rest [m/s].
         smoothing_place_gain: cutoff that a joint's speed adds [Hz per m/s].
@@ -82,6 +84,7 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     frames_per_second: Positive = 60.0
     keyframe_seconds: Positive = 1.0
     messages_per_second: Positive = 240.0
+    edit_seconds: Positive = 120.0
     smoothing_place_unrest: Positive = DEFAULT_SMOOTHING.place_unrest
     smoothing_place_gain: Positive = DEFAULT_SMOOTHING.place_gain
     smoothing_turn_unrest: Positive = DEFAULT_SMOOTHING.turn_unrest

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import msgspec
 import pytest
 from browser import open_page
-from tailor import Tailor, design, piece, welcome
+from tailor import Tailor, design, piece, status, welcome
 
 import tryon_protocol as wire
 from tryon_protocol.messages import DesignEdit, DesignMessage, DesignPatch
@@ -95,16 +96,16 @@ def test_a_corner_is_dragged_and_what_comes_back_is_drawn(page, tailor):
     page.mouse.move(x, y)
     page.mouse.down()
     for step in range(1, 11):
-        page.mouse.move(x + 4 * step, y - 2 * step)
+        page.mouse.move(x + 4 * step, y - step)
         page.wait_for_timeout(20)
     held = tailor.hears(lambda message: is_edit(message, hold=True))
     assert [held.edit[field] for field in ("kind", "panel", "vertex")] == ["move_vertex", "front", 2]
     assert held.mirror
-    comes_to(corner(page, 2), (x + 40, y - 20))
+    comes_to(corner(page, 2), (x + 40, y - 10))
     assert "cm right" in page.inner_text("#pattern-chosen")
     page.mouse.up()
     edit = tailor.hears(kept)
-    assert edit.edit["by"] == pytest.approx([40 / scale, 20 / scale], rel=0.02)
+    assert edit.edit["by"] == pytest.approx([40 / scale, 10 / scale], rel=0.02)
     assert edit.mirror
     edits = [message for message in tailor.heard if isinstance(message, wire.EditMessage)]
     assert [message.hold for message in edits] == [True] * (len(edits) - 1) + [False]
@@ -166,6 +167,33 @@ def test_pictures_bound_what_a_drag_sends(page, tailor):
     page.mouse.up()
     tailor.hears(kept)
     assert sum(is_edit(message, hold=True) for message in tailor.heard) <= page.evaluate("window.pictures")
+
+
+def test_what_is_dragged_out_of_the_sheet_is_held_at_its_border_and_the_sheet_goes_on(page, tailor):
+    """The pointer is held 200 px beside the sheet; let go there, all of the pattern is in sight again."""
+    sheet = page.locator("#pattern-sheet").bounding_box()
+    x, y = middle(corner(page, 2))
+    scale = scale_of(page)
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x - 20, y - 2)
+    page.mouse.move(sheet["x"] - 200, y + 10, steps=4)
+
+    def far(message):
+        return is_edit(message, hold=True) and message.edit["by"][0] < -1.5 * (x - sheet["x"]) / scale
+
+    tailor.hears(far)
+    left, top = middle(corner(page, 2))
+    assert sheet["x"] <= left <= sheet["x"] + 40
+    assert sheet["y"] <= top <= sheet["y"] + sheet["height"]
+    page.mouse.move(x, y)
+    page.wait_for_timeout(100)
+    back = [message.edit["by"][0] for message in tailor.heard if is_edit(message, hold=True)]
+    page.wait_for_timeout(200)
+    assert [message.edit["by"][0] for message in tailor.heard if is_edit(message, hold=True)] == back, "it stands"
+    page.keyboard.press("Escape")
+    comes_to(corner(page, 2), (x, y))
+    page.mouse.up()
 
 
 def test_escape_drops_a_drag(page, tailor):
@@ -289,6 +317,11 @@ def test_darts_gathers_removals_and_the_whole_garment_by_numbers(page, tailor):
     page.fill("#pattern-garment input[name=height]", "95")
     page.click("text=Scale all")
     assert next_edit() == {"kind": "scale_garment", "factors": [1, pytest.approx(0.95)]}
+    for label, value in (("chest, made for", "88"), ("chest, wanted", "96"), ("height, made for", "170")):
+        page.get_by_label(f"{label}, cm").fill(value)
+    page.click("text=Scale to it")
+    made_for = {"chest": pytest.approx(0.88), "height": pytest.approx(1.7)}
+    assert next_edit() == {"kind": "scale_garment", "made_for": made_for, "wanted": {"chest": pytest.approx(0.96)}}
     page.mouse.click(*middle(edge(page, 0).locator(".reach")))
     assert page.locator("#pattern-garment").is_hidden()
     page.fill("#pattern-dart input[name=width]", "4")
@@ -298,8 +331,14 @@ def test_darts_gathers_removals_and_the_whole_garment_by_numbers(page, tailor):
     assert next_edit() == dart | {key: pytest.approx(dart[key]) for key in ("position", "width", "depth")}
     page.mouse.click(*middle(edge(page, 1).locator(".reach")))
     for kind in ("Gather", "Ease"):
-        page.click(f"#pattern-seam button:has-text('{kind}')")
+        page.click(f"#pattern-{kind.lower()} button")
         assert next_edit() == {"kind": kind.lower(), "panel": "front", "edge": 1}
+    page.fill("#pattern-gather input", "60")
+    page.click("#pattern-gather button")
+    assert next_edit() == {"kind": "gather", "panel": "front", "edge": 1, "to": 0.6}
+    page.fill("#pattern-ease input", "8")
+    page.click("#pattern-ease button")
+    assert next_edit() == {"kind": "ease", "panel": "front", "edge": 1, "by": pytest.approx(0.008)}
     page.mouse.click(*middle(page.locator(".cloth").nth(1)))
     page.click("text=Remove piece")
     assert next_edit() == {"kind": "remove_piece", "panel": "back"}
@@ -400,6 +439,38 @@ def test_undo_and_redo_by_button_and_key(page, tailor):
     page.keyboard.press("Control+Shift+z")
     tailor.hears(lambda _: len(tailor.heard) == 4)
     assert [type(message).__name__ for message in tailor.heard] == ["UndoMessage", "RedoMessage"] * 2
+
+
+def test_an_edit_that_takes_long_says_what_is_done_for_it_and_can_be_taken_back(page, tailor):
+    """Nothing is made yet, so that there is nothing else to take back."""
+    tailor.say(design(done=(), undone=0))
+    page.wait_for_selector("#pattern-undo:disabled")
+    dart = wire.ChangeStatus(
+        step="edit",
+        kind="dart",
+        panel="front",
+        garment="",
+        since=1000.0,
+        doing="dressing",
+        detail="Sewing the seams",
+        progress=0.4,
+    )
+    behind = msgspec.structs.replace(dart, kind="lengthen", since=1001.0, doing="waiting", detail="", progress=None)
+    tailor.say(msgspec.structs.replace(status(), changes=(dart, behind)))
+    line = page.locator("#pattern-status")
+    line.wait_for(state="visible")
+    told = line.inner_text()
+    assert told.startswith("Dart added, front: dressing anew: Sewing the seams (40 %), ")
+    assert told.endswith(" s; 1 more behind it")
+    page.click("#pattern-undo")
+    tailor.hears(lambda message: isinstance(message, wire.UndoMessage))
+    tailor.say(msgspec.structs.replace(status(), changes=()))
+    line.wait_for(state="hidden")
+    page.wait_for_selector("#pattern-undo:disabled")
+    no = msgspec.structs.replace(dart, doing="refused", detail="It does not fit. Make it smaller.", progress=None)
+    tailor.say(msgspec.structs.replace(status(), changes=(no,)))
+    line.wait_for(state="visible")
+    assert line.inner_text() == "Dart added, front: refused: It does not fit. Make it smaller."
 
 
 def test_nothing_that_a_server_says_breaks_the_page(page, tailor):

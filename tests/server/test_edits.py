@@ -1,23 +1,19 @@
 """Edits over REST and the websocket of a real server, kept in its database also when it is killed."""
 
 import asyncio
-import os
-import signal
-import socket
-import subprocess
-import sys
 import time
-from pathlib import Path
+from concurrent.futures import ThreadPoolExecutor
 
-import httpx
 import pytest
 from analytic_drape import squares, width_of
 from asking import refused
+from killable_server import KillableServer
 from live_server import LiveServer
+from sqlalchemy.exc import IntegrityError
 
 from tryon_client import connect
 from tryon_protocol import DesignMessage, EditedMessage, EditMessage, ErrorMessage, StatusMessage
-from tryon_server.persistence import EditRecord, SqlEdits, open_database
+from tryon_server.persistence import EditRecord, SqlEdits, Waiting, open_database
 
 DENIM = {"kind": "change_fabric", "fabric": "denim"}
 STEEL = DENIM | {"fabric": "steel"}
@@ -128,8 +124,74 @@ def test_no_session_no_edit(server):
     for method, path in (("GET", "edits"), ("POST", "edits/undo"), ("GET", "pattern")):
         refused(server.http.request(method, f"/api/sessions/none/{path}"), 404, "session.unknown")
     refused(server.http.post("/api/sessions/none/edits", json={"edit": WIDER}), 404, "session.unknown")
-    early = server.open(fabric="slow")
-    refused(server.http.post(f"/api/sessions/{early}/edits", json={"edit": WIDER}), 409, "edit.unexpected_message")
+
+
+def test_what_is_asked_for_before_the_garment_is_worn_is_made_once_it_is_also_after_kill_9(tmp_path):
+    """Dressing takes as long as the test wants; the second server is never told of the edits again."""
+    held = tmp_path / "held"
+    held.touch()
+    with KillableServer(tmp_path, "held_dressing:make_app") as server:
+        http, session = server.http, server.open(garment="tube", motion="sway")
+        path = f"/api/sessions/{session}"
+        wider, bad = {"edit": WIDER}, {"edit": {"kind": "?"}}
+        for step, json in (("", wider), ("", wider), ("/undo", None), ("", bad)):
+            reply = http.post(f"{path}/edits{step}", json=json)
+            assert (reply.status_code, reply.json()["id"]) == (202, None)
+        told = http.get(path).json()
+        assert told["state"] in ("preparing", "dressing")
+        waits = [(one["step"], one["kind"], one["doing"]) for one in told["changes"]]
+        assert waits[:3] == [("edit", "scale_piece", "waiting")] * 2 + [("undo", "", "waiting")]
+        assert http.get(f"{path}/edits").json() == []
+        server.kill()
+        held.unlink()
+        server.start()
+        again = server.open(garment="tube", motion="sway", continues=session)
+        path = f"/api/sessions/{again}"
+        server.dressed(again)
+        end = time.monotonic() + 30.0
+        while [one["doing"] for one in http.get(path).json()["changes"]] != ["refused"]:
+            assert time.monotonic() < end, http.get(path).json()
+            time.sleep(0.05)
+        assert "there is no edit '?'. Use" in http.get(path).json()["changes"][0]["detail"]
+        assert [(edit["id"], edit["undone"]) for edit in http.get(f"{path}/edits").json()] == [(1, False), (2, True)]
+        assert width_of(http.get(f"{path}/pattern").json()) == 0.72, "the tube is 0.6 m wide"
+        third = server.open(garment="tube", motion="sway", continues=again)
+        server.dressed(third)
+        assert http.get(f"/api/sessions/{third}").json()["changes"] == [], "nothing is made twice"
+
+
+def test_an_edit_that_is_worked_at_is_told_and_can_be_taken_back_and_one_that_takes_too_long_is_refused(tmp_path):
+    """The garment that the edit asks for would be dressed anew, which takes as long as the test wants."""
+    held = tmp_path / "held"
+    bad = {"kind": "scale_piece", "panel": "front", "factors": [0.62, 1.0]}
+    with KillableServer(tmp_path, "held_dressing:make_app_of_short_edits") as server, ThreadPoolExecutor() as pool:
+        http, session = server.http, server.open(garment="tube", motion="sway")
+        path = f"/api/sessions/{session}"
+        server.dressed(session)
+        held.touch()
+
+        def ask(step="", json=None):
+            return pool.submit(http.post, f"{path}/edits{step}", json=json)
+
+        def changes():
+            return [(one["kind"], one["doing"]) for one in http.get(path).json()["changes"]]
+
+        slow = ask(json={"edit": bad})
+        end = time.monotonic() + 30.0
+        while changes() != [("scale_piece", "dressing")]:
+            assert time.monotonic() < end, changes()
+            time.sleep(0.02)
+        assert ask("/undo").result().json() == {"id": 1, "last": 0, "change": "value"}
+        assert slow.result().json()["id"] == 1
+        assert changes() == []
+        slow = ask(json={"edit": bad})
+        while not changes():
+            time.sleep(0.02)
+        behind = ask(json={"edit": WIDER | {"panel": "back"}})
+        told = refused(slow.result(), 422, "edit.refused")
+        assert "2 s" in told["message"]
+        assert behind.result().status_code == 201
+        assert width_of(http.get(f"{path}/pattern").json()) == 0.5, "the piece that the refused edit was of"
 
 
 def test_an_ended_session_keeps_its_edits_and_can_be_continued(server):
@@ -242,58 +304,17 @@ def test_an_edit_over_the_websocket_is_answered_and_shown(server):
     assert len(server.http.get(f"/api/sessions/{session}/edits").json()) == 1
 
 
-SERVE = """
-import asyncio, sys
-from pathlib import Path
-sys.path[:0] = sys.argv[3:]
-if __name__ == "__main__":
-    from live_server import make_app
-    from tryon_server.streaming.server import Server, listen
-    listener = listen("127.0.0.1", int(sys.argv[2]))
-    asyncio.run(Server(make_app(Path(sys.argv[1]))).serve([listener]))
-"""
-
-
 def test_an_acknowledged_edit_outlives_kill_9(tmp_path):
     """The server's process dies without a chance to write anything, right after it answered."""
-    script = tmp_path / "serve.py"
-    script.write_text(SERVE)
-    with socket.create_server(("127.0.0.1", 0)) as probe:
-        port = probe.getsockname()[1]
-    command = [sys.executable, str(script), str(tmp_path), str(port), str(Path(__file__).parent / "support"), *sys.path]
-    with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=30.0) as http:
-
-        def started():
-            process = subprocess.Popen(command, start_new_session=True)
-            for _ in range(600):
-                try:
-                    http.get("/api/health")
-                    return process
-                except httpx.TransportError:
-                    assert process.poll() is None
-                    time.sleep(0.05)
-            raise AssertionError("the server did not start")
-
-        process = started()
-        try:
-            session = http.post("/api/sessions", json={"garment": "tube", "motion": "sway"}).json()["id"]
-            for _ in range(300):
-                if http.get(f"/api/sessions/{session}").json()["state"] == "running":
-                    break
-                time.sleep(0.05)
-            assert http.post(f"/api/sessions/{session}/edits", json={"edit": WIDER}).status_code == 201
-        finally:
-            os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
-        process = started()
-        try:
-            assert width_of(http.get(f"/api/sessions/{session}/pattern").json()) == 0.6
-            assert http.get(f"/api/sessions/{session}").json()["state"] == "closed"
-            reply = http.post("/api/sessions", json={"garment": "tube", "motion": "sway", "continues": session})
-            assert reply.status_code == 201
-        finally:
-            os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
+    with KillableServer(tmp_path, "live_server:make_app") as server:
+        http, session = server.http, server.open(garment="tube", motion="sway")
+        server.dressed(session)
+        assert http.post(f"/api/sessions/{session}/edits", json={"edit": WIDER}).status_code == 201
+        server.kill()
+        server.start()
+        assert width_of(http.get(f"/api/sessions/{session}/pattern").json()) == 0.6
+        assert http.get(f"/api/sessions/{session}").json()["state"] == "closed"
+        server.open(garment="tube", motion="sway", continues=session)
 
 
 def test_edits_in_the_database(tmp_path):
@@ -316,3 +337,15 @@ def test_edits_in_the_database(tmp_path):
     assert [edit.id for edit in edits.all("one")] == [1, 2, 4]
     assert edits.all("one")[1] == record(2)
     assert edits.all("none") == []
+    for number in (1, 2, 10):
+        edits.wait(Waiting("one", number), {"step": "edit", "number": number})
+    edits.wait(Waiting("other", 1), {"step": "undo"})
+    assert [change["number"] for change in edits.waiting("one")] == [1, 2, 10]
+    edits.add(record(5), Waiting("one", 1))
+    edits.mark("one", 5, undone=True, made_of=Waiting("one", 2))
+    assert [change["number"] for change in edits.waiting("one")] == [10]
+    with pytest.raises(IntegrityError):
+        edits.add(record(1), Waiting("one", 10))
+    assert len(edits.waiting("one")) == 1, "both or neither"
+    edits.forget(Waiting("one", 10))
+    assert (edits.waiting("one"), len(edits.waiting("other"))) == ([], 1)

@@ -102,7 +102,7 @@ def test_a_drag_reshapes_the_garment_that_is_edited_and_no_other(drape, name):
     assert changed[own].any()
     assert not np.delete(changed, np.arange(own.start, own.stop)).any()
     *_, again = pickle.loads(pickle.dumps(drape.packed())).unpacking()
-    assert np.array_equal(again.simulation.scene.garment.uv_corners, before)
+    assert np.array_equal(again.simulation.scene.garment.uv_corners, drape.simulation.scene.garment.uv_corners)
     assert again.edited == name
 
 
@@ -138,6 +138,9 @@ def test_one_is_taken_off_between_two_frames_and_edits_of_the_other_stay(drape):
     assert np.array_equal(left.body_positions(), drape.body_positions())
     now = drape.simulation.scene.garment.uv_corners[own.faces]
     assert np.array_equal(left.simulation.scene.garment.uv_corners, now)
+    assert left.specification == wide
+    assert left.reshape(edited(left, "scale_piece", factors=[1.02, 1.0])) == "", "it is edited on"
+    assert left.reshape(wide) == ""
     left.advance(raised(drape, 9), 9 / 60)
     assert np.abs(left.cloth_positions() - drape.cloth_positions()[own.vertices]).max() < 0.02
 

@@ -4,29 +4,19 @@ edit and other outfits; what a client sees is judged by ipctk."""
 import json
 import struct
 from contextlib import suppress
-from dataclasses import replace
 
 import httpx
 import numpy as np
 import pytest
+from coarse_garments import make_app
 from live_server import LiveServer
 from watching import Viewer, crossing
 
-from tryon_server.app import create_app
 from tryon_server.looks.png import png
-from tryon_server.runtime.local import local_runtime
-from tryon_server.runtime.local_processes import LocalProcesses
-from tryon_server.runtime.order import Workshop
-from tryon_server.settings import Settings
 
 WIND = {"velocity": [0.0, 0.0, 2.5]}
 PICTURE = png(np.full((16, 32, 3), 90, np.uint8))
 LONGEST = 240.0  # s, that the slowest of it may take
-
-
-def runtime(settings):
-    workshop = replace(Workshop(), build="coarse_garments:build")
-    return replace(local_runtime(settings), placement=LocalProcesses(workshop, settings.session_memory_bytes))
 
 
 def materials(content: bytes) -> dict[str, dict]:
@@ -38,8 +28,7 @@ def materials(content: bytes) -> dict[str, dict]:
 
 @pytest.fixture
 def server(tmp_path):
-    settings = Settings(data_dir=tmp_path, warm=False, preset="draft", device="cpu")
-    server = LiveServer(tmp_path, create_app(settings, runtime))
+    server = LiveServer(tmp_path, make_app(tmp_path))
     yield server
     server.stop()
 

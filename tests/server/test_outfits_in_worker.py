@@ -94,10 +94,17 @@ def test_edits_are_of_the_garment_that_they_name_or_the_edited_one():
     assert "no garment 'hat'" in refused.message
 
 
-def test_while_an_outfit_is_made_edits_and_other_outfits_are_refused():
-    commands = [outfit(1, "", "coat"), ChangePattern("edit", 2, WIDER), outfit(3, "", "hat")]
-    connection = changed(*commands, seconds_beside=1.0, apart=0.3)
-    assert [event.ticket for event in events(connection, EditRefused)] == [2]
+def test_while_an_outfit_is_made_other_outfits_are_refused_and_edits_wait():
+    commands = [
+        outfit(1, "", "coat"),
+        ChangePattern("edit", 2, WIDER),
+        outfit(3, "", "hat"),
+        ChangePattern("edit", 4, WIDER, garment="coat"),
+        ChangePattern("undo", 5, garment=""),
+    ]
+    connection = changed(*commands, seconds_beside=1.6, apart=0.3)
+    assert events(connection, EditRefused) == []
+    assert [(made.ticket, made.last) for made in events(connection, EditMade)] == [(2, 1), (4, 2), (5, 1)]
     assert [event.ticket for event in events(connection, OutfitRefused)] == [3]
     assert [event.ticket for event in events(connection, OutfitWorn)] == [1]
 

@@ -10,6 +10,7 @@ from tryon_server.problems import problem_error
 from tryon_server.runtime.waiting import PATIENCE
 from tryon_server.sessions.commands import ChangePattern, Run
 from tryon_server.sessions.events import (
+    ChangesTold,
     Designed,
     EditMade,
     EditRefused,
@@ -170,24 +171,73 @@ def test_edits_that_come_faster_than_they_can_be_made_are_shown_nevertheless():
     assert last_design(connection) == (pytest.approx(0.35 * 0.999 ** (count - 1), abs=1e-6), False)
 
 
-def test_what_fails_while_a_newer_one_waits_is_tried_with_that_and_refused():
-    """The fourth edit waits until the third, which can't be worn, has been tried; neither can it with the third."""
+def test_what_fails_while_a_newer_one_waits_is_refused_and_the_newer_one_is_worn():
+    """The fourth edit is one of the pattern of the third, which can't be worn, and is made without it."""
     connection, _ = changed(edit(1, 0.7), edit(2, 0.999), edit(3, 0.7), edit(4, 0.98), apart=0.4, until=8.0)
-    assert connection.beside.begun > 4, "the third was tried without the fourth"
-    assert answers(connection) == [1, 2, -3, -4]
-    assert last_design(connection) == (pytest.approx(0.35 * 0.999), False)
+    assert answers(connection) == [1, 2, -3, 4]
+    assert last_design(connection) == (pytest.approx(0.35 * 0.999 * 0.98, abs=1e-6), False)
     assert events(connection, PhaseChanged)[-1].phase == "ready"
 
 
-def test_what_can_not_be_worn_is_refused_and_what_came_before_is_made():
-    connection, drapes = changed(edit(1, 0.7), edit(2, 0.7), edit(3, 0.98))
-    assert answers(connection) == [1, -2, -3], "the third is one of a pattern that can't be worn"
-    for refused in events(connection, EditRefused):
-        assert "too tight" in refused.message
-        assert refused.remedy
-    assert last_design(connection) == (0.35, False)
-    assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2]
+def test_what_can_not_be_worn_is_refused_and_what_came_before_and_after_is_made():
+    connection, drapes = changed(edit(1, 0.7), edit(2, 0.7), edit(3, 0.98), until=8.0)
+    assert answers(connection) == [1, -2, 3], "the third is worn without the second"
+    (refused,) = events(connection, EditRefused)
+    assert "too tight" in refused.message
+    assert refused.remedy
+    assert last_design(connection) == (0.343, False)
+    assert events(connection, EditMade)[-1].id == 2
     assert len(drapes) == 1
+
+
+def test_what_is_done_for_each_change_is_told_until_it_is_worn():
+    """The first is dressed anew; the second, of another garment's pattern by then, goes along with it."""
+    connection, _ = changed(edit(1, 0.62), edit(2, 0.98), apart=0.8, until=6.0)
+    told = [event.changes for event in events(connection, ChangesTold)]
+    assert told[-1] == ()
+    first = [changes[0].doing for changes in told if changes]
+    assert list(dict.fromkeys(first)) == ["remeshing", "building", "dressing", "settling"]
+    assert {change.ticket for changes in told for change in changes} == {1, 2}
+    assert all(change.detail for changes in told for change in changes)
+    ended = times_of(connection, EditMade)[-1]
+    assert times_of(connection, ChangesTold)[-1] == pytest.approx(ended, abs=3 * INTERVAL)
+    assert times_of(connection, ChangesTold)[0] == pytest.approx(ASKED, abs=3 * INTERVAL)
+
+
+def test_a_carried_garment_is_told_to_be_remeshed_and_built():
+    connection, _ = changed(edit(1, 0.7), Run(True))
+    told = [event.changes[0].doing for event in events(connection, ChangesTold) if event.changes]
+    assert told == ["remeshing", "building"]
+
+
+def test_an_edit_that_takes_longer_than_it_may_is_refused_and_those_behind_it_are_made():
+    """Dressing the first anew takes 1 s, of which it may take 0.8; the second alone is of the same mesh."""
+    connection, (drape,) = changed(edit(1, 0.62), edit(2, 1.1), apart=0.3, edit_seconds=0.8)
+    assert answers(connection) == [-1, 2]
+    (refused,) = events(connection, EditRefused)
+    assert "0.8 s" in refused.message
+    assert "TRYON_SERVER_EDIT_SECONDS" in refused.remedy
+    (at,) = times_of(connection, EditRefused)
+    assert at == pytest.approx(ASKED + 0.8, abs=3 * INTERVAL)
+    assert times_of(connection, EditMade)[0] == pytest.approx(at, abs=3 * INTERVAL)
+    assert last_design(connection) == (0.55, False)
+    assert drape.shapes[-1] == 0.55
+
+
+def test_the_time_that_an_edit_may_take_is_counted_from_when_nothing_is_to_be_made_before_it():
+    """Each takes 0.5 s; the second and the third together more than 0.8 s after they were asked for."""
+    apart = PATIENCE / 2 + 0.1
+    connection, _ = changed(*(edit(k, 0.7 if k == 1 else 0.99) for k in (1, 2, 3)), apart=apart, edit_seconds=0.8)
+    assert answers(connection) == [1, 2, 3]
+
+
+def test_taking_back_what_is_being_dressed_ends_that_at_once():
+    connection, (drape,) = changed(edit(1, 0.62), ChangePattern("undo", 2), edit(3, 1.1), apart=0.7)
+    assert answers(connection) == [1, 2, 3]
+    undone = times_of(connection, EditMade, ticket=2)
+    assert undone[0] == pytest.approx(ASKED + 0.7, abs=3 * INTERVAL)
+    assert drape.shapes[-1] == 0.55
+    assert connection.beside.task is None
     assert events(connection, PhaseChanged)[-1].phase == "ready"
 
 

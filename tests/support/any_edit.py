@@ -86,9 +86,9 @@ def any_edit(chance: Chance, spec: Mapping[str, Any], kind: type[edits.Edit] | N
         case edits.RemovePiece:
             return edits.RemovePiece(panel)
         case edits.Gather:
-            return edits.Gather(panel, edge)
+            return edits.Gather(panel, edge, chance.one_of([None, chance.real(0.3, 1.0)]))
         case edits.Ease:
-            return edits.Ease(panel, edge)
+            return edits.Ease(panel, edge, chance.one_of([None, chance.real(-0.02, 0.05)]))
         case edits.OpenSeam:
             return edits.OpenSeam(panel, edge)
         case edits.ChangeFabric:

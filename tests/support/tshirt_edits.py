@@ -9,7 +9,7 @@ EDITS = [
     edits.TakeIn("front", 1, -0.01),
     edits.ScalePiece("front", (1.1, 0.9)),
     edits.ScaleGarment((1.05, 1.05)),
-    edits.Gather("front", 1),
+    edits.Gather("front", 1, 0.8),
     edits.Ease("front", 1),
     edits.OpenSeam("front", 1),
     edits.CloseSeam("front", 4, "back", 5),

@@ -181,9 +181,9 @@ export class PatternDesk {
     return this.ask(this.sendEdit(edit, false));
   }
 
-  /** Takes the last edit back. */
-  undo(): void {
-    if (!this.kept?.done.length || this.drag) return;
+  /** Takes the last edit back; one that is `underWay`, and not worn yet, is one, too. */
+  undo(underWay = false): void {
+    if (!this.kept || this.drag || (!this.kept.done.length && !this.asked.size && !underWay)) return;
     const request = this.next();
     this.around.send({ type: "undo", ...this.whose, request });
     this.ask(request);

@@ -260,6 +260,7 @@ class Studio implements FittingView {
     this.statusLine.setStatus(status);
     this.fit.show(status);
     this.accuracy.take(status);
+    this.pattern.status(status.changes ?? []);
     this.wornSize = status.worn_size ?? 1;
     this.panel.wornIn(status.worn_size ?? null, status.state === "failed");
     this.view.dataset.state = status.state;

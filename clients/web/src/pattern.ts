@@ -1,10 +1,11 @@
 import { PatternDesk, type ChosenPlace, type Design, type PlaceKind, type Point } from "@tryon/core";
-import type { ClientMessage, DesignMessage, EditedMessage, ErrorMessage } from "@tryon/protocol";
+import type { ChangeStatus, ClientMessage, DesignMessage, EditedMessage, ErrorMessage } from "@tryon/protocol";
 
 import { byId } from "./dom.ts";
 import { NoticeBoard, type Notice } from "./notice.ts";
 import { PatternDrawing } from "./pattern_drawing.ts";
 import type { Chosen } from "./pattern_piece.ts";
+import { PatternStatus } from "./pattern_status.ts";
 import { PatternTools, type Aim } from "./pattern_tools.ts";
 
 /** A choice in the pattern that is not for an edit. */
@@ -39,6 +40,7 @@ export class PatternPanel {
   private readonly desk: PatternDesk;
   private readonly drawing: PatternDrawing;
   private readonly tools: PatternTools;
+  private readonly changes = new PatternStatus();
   private chosen: Chosen | undefined;
   /** what a tool waits for, to do it to what is chosen */
   private aim: Aim | undefined;
@@ -94,7 +96,7 @@ export class PatternPanel {
       this.show(false);
       this.toggle.focus();
     });
-    this.undo.addEventListener("click", () => desk.undo());
+    this.undo.addEventListener("click", () => desk.undo(this.changes.underWay));
     this.redo.addEventListener("click", () => desk.redo());
     const mirror = byId("pattern-mirror", HTMLInputElement);
     mirror.addEventListener("change", () => (desk.mirror = mirror.checked));
@@ -124,6 +126,12 @@ export class PatternPanel {
     this.notes = notes;
   }
 
+  /** Takes what is done for the edits that are not worn yet. */
+  status(changes: readonly ChangeStatus[]): void {
+    this.changes.take(changes);
+    this.changed();
+  }
+
   edited(message: EditedMessage): void {
     this.desk.edited(message);
   }
@@ -140,6 +148,7 @@ export class PatternPanel {
     this.drawing.escape();
     this.aimAt(undefined);
     this.desk.forget();
+    this.changes.take([]);
     this.board.hide();
     this.notes = "";
   }
@@ -250,7 +259,7 @@ export class PatternPanel {
     this.panel.hidden = !design || !this.open;
     this.toggle.ariaExpanded = String(!this.panel.hidden);
     this.panel.ariaBusy = String(this.desk.waiting);
-    this.undo.disabled = !design?.done.length;
+    this.undo.disabled = !design?.done.length && !this.changes.underWay;
     this.redo.disabled = !design?.undone;
     if (!design || this.panel.hidden) return;
     if (!isThere(design, this.chosen)) {
@@ -275,7 +284,7 @@ export class PatternPanel {
     if (writing || event.altKey || !(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== "z") return;
     event.preventDefault();
     if (event.shiftKey) this.desk.redo();
-    else this.desk.undo();
+    else this.desk.undo(this.changes.underWay);
   }
 }
 

@@ -31,6 +31,12 @@ interface Press {
   readonly cut?: SVGLineElement;
   /** begins the drag of an edge, once it is moved */
   begin?: (() => boolean) | undefined;
+  /** where the pointer is [px] */
+  at: Point;
+  /** how far the sheet has gone on below what is held at its border [px] */
+  gone: Point;
+  /** the next picture, before which it goes on */
+  picture?: number | undefined;
 }
 
 /** How near a grip is met [px]. */
@@ -48,6 +54,11 @@ const STEP = 0.01;
 const STEP_FAR = 0.05;
 /** half of the cross that marks it [px] */
 const CROSS = 7;
+/** what is dragged is held so far from the sheet's border [px] */
+const BORDER = 8;
+/** the sheet goes on before a picture by so much of how far the pointer is beyond that, at most [1, px] */
+const GOES_ON = 0.2;
+const GOES_ON_MOST = 14;
 const ARROWS: Readonly<Record<string, Point>> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
 /**
@@ -170,7 +181,8 @@ export class PatternDrawing {
     const begin = (): boolean => this.events.begin(panel, met.grip);
     const edge = met.grip.kind === "edge"; // which is mostly pressed to be chosen
     if (!edge && !begin()) return;
-    this.press = { pointer: event.pointerId, from: [event.clientX, event.clientY], moved: false, ...(edge ? { begin } : {}) };
+    const from: Point = [event.clientX, event.clientY];
+    this.press = { pointer: event.pointerId, from, at: from, gone: [0, 0], moved: false, ...(edge ? { begin } : {}) };
     this.sheet.setPointerCapture(event.pointerId);
     event.preventDefault(); // the focus is the grip's, whatever lies below the pointer
     this.events.choose(met.grip.kind === "vertex" ? this.ofPiece(panel) : { panel, edge: met.grip.edge });
@@ -190,8 +202,42 @@ export class PatternDrawing {
       }
       press.begin = undefined;
     }
-    if (press.cut) put(press.cut, this.onSheet([event.clientX, event.clientY], "2"));
-    else if (press.moved) this.events.drag([x / this.layout.scale, -y / this.layout.scale]);
+    press.at = [event.clientX, event.clientY];
+    if (press.cut) put(press.cut, this.onSheet(press.at, "2"));
+    else if (press.moved) this.drag(press);
+  }
+
+  /** Has what is dragged follow the pointer, as far as the sheet's border: held there, the sheet goes on below it. */
+  private drag(press: Press): void {
+    const held = this.heldAt(press);
+    const [x, y] = [0, 1].map((k) => held[k] - press.from[k] - press.gone[k]);
+    this.events.drag([x / this.layout.scale, -y / this.layout.scale]);
+    if (held[0] === press.at[0] && held[1] === press.at[1]) return;
+    press.picture ??= requestAnimationFrame(() => {
+      press.picture = undefined;
+      if (this.press === press) this.goOn(press);
+    });
+  }
+
+  private goOn(press: Press): void {
+    const held = this.heldAt(press);
+    const [x, y] = [0, 1].map((k) => {
+      const by = GOES_ON * (held[k] - press.at[k]);
+      return Math.max(-GOES_ON_MOST, Math.min(by, GOES_ON_MOST));
+    });
+    press.gone = [press.gone[0] + x, press.gone[1] + y];
+    this.layout = { ...this.layout, origins: this.layout.origins.map((origin) => [origin[0] + x, origin[1] + y]) };
+    this.draw();
+    this.drag(press);
+  }
+
+  /** Where in the window what is dragged is held [px]: at the pointer, or at the border, where it does not begin beyond. */
+  private heldAt({ at, from }: Press): Point {
+    const { left, top, right, bottom } = this.sheet.getBoundingClientRect();
+    return [
+      Math.max(Math.min(left + BORDER, from[0]), Math.min(at[0], Math.max(right - BORDER, from[0]))),
+      Math.max(Math.min(top + BORDER, from[1]), Math.min(at[1], Math.max(bottom - BORDER, from[1]))),
+    ];
   }
 
   private up(event: PointerEvent): void {
@@ -217,7 +263,7 @@ export class PatternDrawing {
     const from: Point = [event.clientX, event.clientY];
     const cut = svg("line", { class: "scissors", ...this.onSheet(from, "1"), ...this.onSheet(from, "2") });
     this.sheet.append(cut);
-    this.press = { pointer: event.pointerId, from, moved: false, cut };
+    this.press = { pointer: event.pointerId, from, at: from, gone: [0, 0], moved: false, cut };
     this.sheet.setPointerCapture(event.pointerId);
     event.preventDefault();
   }
@@ -288,6 +334,7 @@ export class PatternDrawing {
   private letGo(told: () => unknown): void {
     const { press } = this;
     this.press = undefined;
+    if (press?.picture !== undefined) cancelAnimationFrame(press.picture);
     press?.cut?.remove();
     if (press && this.sheet.hasPointerCapture(press.pointer)) this.sheet.releasePointerCapture(press.pointer);
     told();

@@ -18,6 +18,9 @@ const AIMED: Readonly<Record<Aim, string>> = {
  * a place for something else than an edit, that. */
 export type Aim = "sew" | "cut" | "patch" | "pocket" | PlaceKind;
 
+/** Measures of a body, as an edit names them. */
+const MEASURES = ["chest", "waist", "hip", "height"];
+
 /** What edits are called; one that is not known here is shown by its own name. */
 const MADE: Readonly<Record<string, string>> = {
   move_vertex: "Corner moved",
@@ -38,16 +41,24 @@ const MADE: Readonly<Record<string, string>> = {
   change_fabric: "Fabric changed",
 };
 
+/** A kind of edits in words for people. */
+export function madeBy(kind: string): string {
+  return Object.hasOwn(MADE, kind) ? MADE[kind] : kind.replaceAll("_", " ");
+}
+
 /** What can be done to the edge or the piece that is chosen, by numbers, and the list of what was done. */
 export class PatternTools {
   private readonly sentence = byId("pattern-chosen");
   private readonly leave = byId("pattern-leave", HTMLButtonElement);
   private readonly hem = byId("pattern-hem", HTMLFormElement);
   private readonly seam = byId("pattern-seam", HTMLFormElement);
+  private readonly gather = byId("pattern-gather", HTMLFormElement);
+  private readonly ease = byId("pattern-ease", HTMLFormElement);
   private readonly dart = byId("pattern-dart", HTMLFormElement);
   private readonly piece = byId("pattern-piece", HTMLFormElement);
   private readonly cut = byId("pattern-cut", HTMLFormElement);
   private readonly patch = byId("pattern-patch", HTMLFormElement);
+  private readonly measures = byId("pattern-measures", HTMLFormElement);
   private readonly garment = byId("pattern-garment", HTMLFormElement);
   private readonly made = byId("pattern-made", HTMLDetailsElement);
   private chosen: Chosen | undefined;
@@ -74,8 +85,15 @@ export class PatternTools {
     });
     takes(this.seam, (panel, edge, value) => {
       if (value === "open") return { kind: "open_seam", panel, edge };
-      if (value === "gather" || value === "ease") return { kind: value, panel, edge };
       return { kind: "take_in", panel, edge, by: (Number(value) * numbers(this.seam)[0]) / 100 };
+    });
+    takes(this.gather, (panel, edge) => {
+      const [to] = numbers(this.gather);
+      return Number.isNaN(to) ? { kind: "gather", panel, edge } : { kind: "gather", panel, edge, to: to / 100 };
+    });
+    takes(this.ease, (panel, edge) => {
+      const [by] = numbers(this.ease);
+      return Number.isNaN(by) ? { kind: "ease", panel, edge } : { kind: "ease", panel, edge, by: by / 1000 };
     });
     takes(this.dart, (panel, edge) => {
       const [width, depth, position] = numbers(this.dart).map((number) => number / 100);
@@ -84,6 +102,8 @@ export class PatternTools {
     takes(this.piece, (panel) => ({ kind: "scale_piece", panel, factors: factors(this.piece) }));
     takes(this.cut, (panel, _, value) => (value === "remove" ? { kind: "remove_piece", panel } : "cut"));
     takes(this.patch, (_panel, _edge, value) => (value === "patch" ? "patch" : "pocket"));
+    byId("pattern-bodies").append(...MEASURES.map(measure));
+    takes(this.measures, () => bodies(this.measures));
     takes(this.garment, () => ({ kind: "scale_garment", factors: factors(this.garment) }));
   }
 
@@ -112,10 +132,10 @@ export class PatternTools {
     const edits = what === "";
     this.leave.hidden = aim === undefined;
     this.hem.hidden = !edits || !edge || sewn !== undefined;
-    this.seam.hidden = !edits || sewn === undefined;
+    this.seam.hidden = this.gather.hidden = this.ease.hidden = !edits || sewn === undefined;
     this.dart.hidden = !edits || edge === undefined;
     this.piece.hidden = this.cut.hidden = this.patch.hidden = !edits || !chosen || edge !== undefined;
-    this.garment.hidden = !edits || chosen !== undefined;
+    this.garment.hidden = this.measures.hidden = !edits || chosen !== undefined;
     const name = chosen ? nameOf(chosen.panel) : "";
     if (aim) setText(this.sentence, `${what && `${what}: `}${pointed || AIMED[aim]}`);
     else if (by) setText(this.sentence, `${name}: ${moved(by[0], "right", "left")}, ${moved(by[1], "up", "down")}`);
@@ -132,8 +152,7 @@ export class PatternTools {
     this.made.hidden = done.length === 0;
     setText(this.made.querySelector("summary")!, done.length === 1 ? "1 edit made" : `${done.length} edits made`);
     const items = done.map(({ kind, panel }) => {
-      const what = Object.hasOwn(MADE, kind) ? MADE[kind] : kind.replaceAll("_", " ");
-      return make("li", {}, panel ? `${what}: ${nameOf(panel)}` : what);
+      return make("li", {}, panel ? `${madeBy(kind)}: ${nameOf(panel)}` : madeBy(kind));
     });
     this.made.querySelector("ol")!.replaceChildren(...items);
   }
@@ -141,6 +160,21 @@ export class PatternTools {
 
 function numbers(form: HTMLFormElement): number[] {
   return [...form.querySelectorAll<HTMLInputElement>("input[type=number]")].map((input) => input.valueAsNumber);
+}
+
+/** Where a measure of two bodies is told [cm]. */
+function measure(name: string): HTMLElement {
+  const input = (whose: string): HTMLElement =>
+    make("input", { type: "number", min: "20", max: "300", step: "any", "aria-label": `${name}, ${whose}, cm` });
+  return make("label", {}, `${name} `, input("made for"), " → ", input("wanted"));
+}
+
+/** The edit that scales the garment from one body to another: what is told of both, in centimetres. */
+function bodies(form: HTMLFormElement): PatternEdit {
+  const given = numbers(form);
+  const told = (second: 0 | 1): Record<string, number> =>
+    Object.fromEntries(MEASURES.map((name, k) => [name, given[2 * k + second] / 100] as const).filter(([, length]) => !Number.isNaN(length)));
+  return { kind: "scale_garment", made_for: told(0), wanted: told(1) };
 }
 
 /** Width and height in per cent, as factors. */

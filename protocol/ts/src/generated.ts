@@ -125,6 +125,30 @@ export interface DesignPatch {
   points: readonly (readonly [number, number])[];
 }
 
+/** A change of the pattern that was asked for and is not worn yet. */
+export interface ChangeStatus {
+  /** what was asked for */
+  step: "edit" | "redo" | "undo";
+  /** of the edit; empty of undo and redo */
+  kind: string;
+  /** the piece that the edit names; empty where it names none */
+  panel: string;
+  /** the garment that it names; empty: the edited one */
+  garment: string;
+  /** s, when it was asked for, server's clock as in `pong` */
+  since: number;
+  /**
+   * waiting: others are made first, or the garment is put on; remeshing: its mesh is made; building: that is put
+   * on where the garment is worn; dressing: it is put on anew; settling: it is brought to where the body is;
+   * refused: see detail; of one that was asked for without a connection, lately
+   */
+  doing: "building" | "dressing" | "refused" | "remeshing" | "settling" | "waiting";
+  /** the same, for people. Default: "" */
+  detail?: string;
+  /** share of that done, 0 to 1; null: not known. Default: null */
+  progress?: number | null;
+}
+
 /** An edit that was made and is kept. */
 export interface DesignEdit {
   /** its number in this session; never given twice */
@@ -507,6 +531,8 @@ export interface StatusMessage {
   accuracy?: number | null;
   /** ms, as chosen by `set_accuracy`. Default: null */
   deadline_ms?: number | null;
+  /** of the pattern, that are not worn yet, in their order. Default: [] */
+  changes?: readonly ChangeStatus[];
 }
 
 /** What the solver did for one published frame. Sent at most a few times a second, the newest wins. */

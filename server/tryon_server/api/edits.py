@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from typing import Any
 
 from fastapi import APIRouter, Request, Response
@@ -15,10 +14,13 @@ from tryon_server.api.faults import ERROR_REPLIES
 from tryon_server.api.models import EditedReply, EditReply, EditRequest
 from tryon_server.problems import problem_error
 from tryon_server.services import Services
-from tryon_server.sessions.commands import EditStep
+from tryon_server.sessions.commands import ChangePattern
 
 router = APIRouter(prefix="/api/sessions", tags=["edits"], responses=ERROR_REPLIES)
 
+WAITS: dict[int | str, dict[str, Any]] = {
+    202: {"model": EditedReply, "description": "The garment is not worn yet: the change is kept and made once it is"}
+}
 REFUSED = ("edit_refused", "invalid_field", "unknown_fabric")  # what the edit is to blame for; all else is the moment's
 
 
@@ -30,23 +32,25 @@ async def list_edits(session_id: str, services: ServicesDep, garment: str = "") 
     return [EditReply(id=e.id, edit=dict(e.edit), mirror=e.mirror, made=e.made, undone=e.undone) for e in kept]
 
 
-@router.post("/{session_id}/edits", status_code=201, openapi_extra=json_body(EditRequest))
-async def make_edit(session_id: str, request: Request, services: ServicesDep) -> EditedReply:
+@router.post("/{session_id}/edits", status_code=201, responses=WAITS, openapi_extra=json_body(EditRequest))
+async def make_edit(session_id: str, request: Request, response: Response, services: ServicesDep) -> EditedReply:
     """Edit the pattern while it is worn; answered when the edit is kept. One that is refused changes nothing."""
     wish = read_json(await request.body(), EditRequest)
-    return await _change(session_id, services, "edit", wish.edit, wish.mirror, wish.garment)
+    command = ChangePattern("edit", edit=wish.edit, mirror=wish.mirror, garment=wish.garment)
+    return await _change(session_id, services, response, command)
 
 
-@router.post("/{session_id}/edits/undo")
-async def undo_edit(session_id: str, services: ServicesDep, garment: str = "") -> EditedReply:
-    """Take the last edit back, of the garment of this name or the edited one."""
-    return await _change(session_id, services, "undo", garment=garment)
+@router.post("/{session_id}/edits/undo", responses=WAITS)
+async def undo_edit(session_id: str, response: Response, services: ServicesDep, garment: str = "") -> EditedReply:
+    """Take the last edit back, of the garment of this name or the edited one. One that is not worn yet is cancelled:
+    whoever waits for it is answered, too, and it can be made again."""
+    return await _change(session_id, services, response, ChangePattern("undo", garment=garment))
 
 
-@router.post("/{session_id}/edits/redo")
-async def redo_edit(session_id: str, services: ServicesDep, garment: str = "") -> EditedReply:
+@router.post("/{session_id}/edits/redo", responses=WAITS)
+async def redo_edit(session_id: str, response: Response, services: ServicesDep, garment: str = "") -> EditedReply:
     """Make the edit again that was taken back last, of the garment of this name or the edited one."""
-    return await _change(session_id, services, "redo", garment=garment)
+    return await _change(session_id, services, response, ChangePattern("redo", garment=garment))
 
 
 @router.get("/{session_id}/pattern")
@@ -58,12 +62,7 @@ async def pattern(session_id: str, services: ServicesDep, garment: str = "") -> 
 
 
 async def _change(
-    session_id: str,
-    services: Services,
-    step: EditStep,
-    edit: Mapping[str, Any] | None = None,
-    mirror: bool = False,
-    garment: str = "",
+    session_id: str, services: Services, response: Response, command: ChangePattern
 ) -> EditedReply:
     await services.sessions.record(session_id)
     live = services.sessions.get(session_id)
@@ -71,10 +70,13 @@ async def _change(
         remedy = "Open a session that continues it: POST /api/sessions with its id as `continues`"
         raise problem_error("session.ended", "the session has ended", remedy, place="session", status=409)
     try:
-        made = await live.change_pattern(step, edit, mirror, garment)
+        made = await live.change_pattern(command)
     except ProtocolError as error:
         status = 422 if error.code in REFUSED else 409
         code = f"edit.{error.code.removeprefix('edit_')}"
         place = error.place.removeprefix("$.")
         raise problem_error(code, error.message, error.remedy, place=place, status=status) from error
+    if made is None:
+        response.status_code = 202
+        return EditedReply(id=None, last=None, change=None)
     return EditedReply(id=made.id, last=made.last, change=made.change)

@@ -206,6 +206,19 @@ class AccuracyRequest(Model):
     )
 
 
+class ChangeReply(Model):
+    """A change of the pattern that was asked for and is not worn yet, as in the protocol's status."""
+
+    step: Literal["edit", "undo", "redo"]
+    kind: str = Field(description="of the edit; empty of undo and redo")
+    panel: str
+    garment: str
+    seconds: float = Field(description="since it was asked for")
+    doing: Literal["waiting", "remeshing", "building", "dressing", "settling", "refused"]
+    detail: str = Field(description="the same, for people; of one that was refused: why, and what to do about it")
+    progress: float | None
+
+
 class SessionReply(Model):
     """A session. ``stream`` is the path of its websocket; ``state``, ``detail``, ``fit``, ``fitting_size``,
     ``notes`` and ``worn_size`` as in the protocol's status."""
@@ -228,6 +241,7 @@ class SessionReply(Model):
     )
     accuracy: float | None = Field(description="m, as chosen by PUT /api/sessions/{id}/accuracy or `set_accuracy`")
     deadline_ms: float | None = Field(description="ms, likewise")
+    changes: list[ChangeReply] = Field(description="of the pattern, that are not worn yet, in their order")
     viewers: int
     stream: str
 
@@ -324,6 +338,8 @@ class EditReply(Model):
 class EditedReply(Model):
     """What became of a change of the pattern."""
 
-    id: int = Field(description="of the edit that was made, taken back or made again")
-    last: int = Field(description="of the edit that is the last one now; 0: none is left")
-    change: Literal["value", "topology"] = Field(description="value: the same triangles in another shape")
+    id: int | None = Field(
+        None, description="of the edit that was made, taken back or made again; null: it waits to be"
+    )
+    last: int | None = Field(None, description="of the edit that is the last one now; 0: none is left")
+    change: Literal["value", "topology"] | None = Field(None, description="value: the same triangles in another shape")

@@ -5,11 +5,11 @@ from __future__ import annotations
 from fastapi import APIRouter, Request, Response, WebSocket
 from msgspec import structs
 
-from tryon_protocol import SUBPROTOCOL, ProtocolError, StatusMessage, encode, error_message
+from tryon_protocol import SUBPROTOCOL, ChangeStatus, ProtocolError, StatusMessage, encode, error_message
 from tryon_server.api.access import ServicesDep, same_origin
 from tryon_server.api.body import json_body, read_json
 from tryon_server.api.faults import ERROR_REPLIES, reply
-from tryon_server.api.models import AccuracyRequest, SessionReply, SessionRequest
+from tryon_server.api.models import AccuracyRequest, ChangeReply, SessionReply, SessionRequest
 from tryon_server.persistence import SessionRecord
 from tryon_server.problems import Problem, problem_error
 from tryon_server.services import Services
@@ -114,6 +114,11 @@ async def _turn_away(websocket: WebSocket, session_id: str) -> None:
     await websocket.close(NO_SUCH_SESSION, "unknown session")
 
 
+def _change(change: ChangeStatus, now: float) -> ChangeReply:
+    told = structs.asdict(change)
+    return ChangeReply(seconds=max(round(now - told.pop("since"), 1), 0.0), **told)
+
+
 def _reply(record: SessionRecord, services: Services) -> SessionReply:
     live = services.sessions.get(record.id)
     if live is None:
@@ -142,6 +147,7 @@ def _reply(record: SessionRecord, services: Services) -> SessionReply:
         worn_size=status.worn_size,
         accuracy=status.accuracy,
         deadline_ms=status.deadline_ms,
+        changes=[_change(one, 0.0 if live is None else live.now) for one in status.changes],
         viewers=0 if live is None else live.machine.viewer_count,
         stream=f"/api/sessions/{record.id}/stream",
     )

@@ -1,7 +1,7 @@
 """What outlives the process: garments, sessions, edits and the uploaded files, behind small interfaces."""
 
 from tryon_server.persistence.blobs import BlobStore, FileBlobs
-from tryon_server.persistence.edits import EditRecord, EditStore, SqlEdits
+from tryon_server.persistence.edits import EditRecord, EditStore, SqlEdits, Waiting
 from tryon_server.persistence.finishes import FinishRecord, FinishStore, SqlFinishes
 from tryon_server.persistence.garments import GarmentRecord, GarmentStore, SqlGarments
 from tryon_server.persistence.kept_files import KeptFiles
@@ -43,6 +43,7 @@ __all__ = [
     "SqlSessions",
     "SqlUploads",
     "UploadStore",
+    "Waiting",
     "WornRecord",
     "digest_in_use",
     "open_database",

@@ -98,6 +98,14 @@ edits = Table(  # of the patterns that sessions wear
     Column("undone", Boolean, nullable=False),
 )
 
+waiting_edits = Table(  # changes of patterns that were asked for and are not made yet
+    "waiting_edits",
+    metadata,
+    Column("session", String(64), primary_key=True),
+    Column("number", Integer, primary_key=True, autoincrement=False),  # counted in the session
+    Column("change", Text, nullable=False),  # JSON
+)
+
 
 def open_database(url: str) -> Engine:
     """A connection pool on ``url`` with the tables in place.

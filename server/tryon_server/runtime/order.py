@@ -42,6 +42,7 @@ class GarmentOrder:
     size: float | None = 1.0
     garment_name: str | None = None
     reading: MeshReading = MeshReading()
+    edited_from: tuple[Mapping[str, Any], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,8 @@ class DrapeOrder:
         garment_name: what its owner calls the garment; None for the name of its file.
         body_name: what its owner calls the body; None for the name of its file.
         specification: of a sewing pattern that was edited since: plain JSON, in place of what is in its file.
+        edited_from: the patterns that edits made of it before that one, the first one first, plain JSON: where it can't
+            be put on as it is, it is put on as it was (edited_while_worn.py).
         size: of a sewing pattern, over its own; None for the one that fits, which is looked for by trying some on.
         body: file of the body; None for the default body.
         wardrobe: folder where dressed garments are kept for the next time; None to dress anew.
@@ -80,6 +83,7 @@ class DrapeOrder:
     garment_name: str | None = None
     body_name: str | None = None
     specification: Mapping[str, Any] | None = None
+    edited_from: tuple[Mapping[str, Any], ...] = ()
     worn_as: str = ""
     over: tuple[GarmentOrder, ...] = ()
     edited: str = ""
@@ -102,10 +106,12 @@ class DrapeOrder:
         own = {item.name: getattr(first, item.name) for item in fields(GarmentOrder)}
         return replace(self, **own, over=tuple(over), edited=edited)
 
-    def with_pattern(self, specification: Mapping[str, Any], fabric: str) -> DrapeOrder:
-        """The same with the edited garment of this pattern and fabric."""
+    def with_pattern(
+        self, specification: Mapping[str, Any], fabric: str, edited_from: tuple[Mapping[str, Any], ...] = ()
+    ) -> DrapeOrder:
+        """The same with the edited garment of this pattern and fabric, edited from these."""
         own = self.of_edited
-        changed = replace(own, specification=specification, fabric=fabric)
+        changed = replace(own, specification=specification, fabric=fabric, edited_from=edited_from)
         return self.wearing(tuple(changed if one is own or one == own else one for one in self.garments), self.edited)
 
 
@@ -148,6 +154,7 @@ class WorkOrder:
         motion_file: where the motion is, if it was uploaded.
         effects: what was asked of its effects before, plain JSON (effect_desk.py).
         histories: edits that an earlier session began, by the name their garment is worn as.
+        edit_seconds: longest time that an edit may take until it is worn [s].
     """
 
     drape: DrapeOrder
@@ -157,3 +164,4 @@ class WorkOrder:
     motion_file: MotionFile | None = None
     effects: Mapping[str, Any] = field(default_factory=dict)
     histories: Mapping[str, tuple[KeptEdit, ...]] = field(default_factory=dict)
+    edit_seconds: float = 120.0

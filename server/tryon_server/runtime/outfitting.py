@@ -29,7 +29,8 @@ def as_edited(order: DrapeOrder, histories: Histories) -> DrapeOrder:
         if history is None:
             return one
         pattern = history.specification
-        return replace(one, specification=pattern, fabric=named_fabric(pattern) or one.fabric)
+        fabric = named_fabric(pattern) or one.fabric
+        return replace(one, specification=pattern, fabric=fabric, edited_from=history.before)
 
     return order.wearing(tuple(edited(one) for one in order.garments), order.edited)
 

@@ -16,6 +16,7 @@ from tryon_server.problems import problem_error
 from tryon_server.runtime.bodies import does_not_stand, how_read, load_body, load_moving_mesh, one_joint_body
 from tryon_server.runtime.devices import AUTOMATIC, choose_device
 from tryon_server.runtime.drape import Progress
+from tryon_server.runtime.edited_while_worn import put_on_or_edited
 from tryon_server.runtime.effect_binding import cut_of, own_of
 from tryon_server.runtime.order import DrapeOrder, GarmentOrder
 from tryon_server.runtime.solver_drape import SolverDrape
@@ -91,6 +92,11 @@ def build_drape(order: DrapeOrder, progress: Progress) -> SolverDrape:
     Raises:
         ProblemError: something in the order does not fit, or a garment can't be put on; says what to try.
     """
+    return put_on_or_edited(order, lambda ordered: put_on_as_ordered(ordered, progress), progress)
+
+
+def put_on_as_ordered(order: DrapeOrder, progress: Progress) -> SolverDrape:
+    """All of it put on in its patterns. Raises ProblemError."""
     drape = build_innermost(order, progress)
     for garment in order.over:
         drape = put_on_over(drape, garment, order, progress)

@@ -43,6 +43,11 @@ class Wanted:
     shape: Any = None
     drawn: DesignMessage | None = None
 
+    @property
+    def worn_by_way_of(self) -> tuple[Mapping[str, Any], ...]:
+        """The patterns by way of which it has been worn; () of a new edit's, which never was."""
+        return () if self.edit is not None else self.history.before
+
     def mesh_of_its_own(self, worn: Mapping[str, Any] | None) -> str:
         """Why it needs another mesh, though that of the `worn` pattern may take on its shape, or "": with all edits
         taken back the garment is what it began as, whichever edits a mesh was made for on the way."""
@@ -88,6 +93,9 @@ def history_of(kept: Sequence[KeptEdit]) -> History:
     return replace(history, undone=taken_back, next_id=max((entry.id for entry, _ in entries), default=0) + 1)
 
 
-def of_pattern(order: DrapeOrder, specification: Mapping[str, Any]) -> DrapeOrder:
-    """The garment of this pattern in place of the order's that is edited, of the fabric that it names."""
-    return order.with_pattern(specification, named_fabric(specification) or order.of_edited.fabric)
+def of_pattern(
+    order: DrapeOrder, specification: Mapping[str, Any], edited_from: tuple[Mapping[str, Any], ...] = ()
+) -> DrapeOrder:
+    """The garment of this pattern in place of the order's that is edited, of the fabric that it names; edited from
+    these patterns, where it has been worn by way of them."""
+    return order.with_pattern(specification, named_fabric(specification) or order.of_edited.fabric, edited_from)

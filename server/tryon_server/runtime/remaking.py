@@ -8,13 +8,16 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from tryon_server.runtime.beside import Beside, Made, NotMade, Task
+from tryon_server.runtime.beside import Beside, Made, NotMade, Task, Told
 from tryon_server.runtime.catching_up import CatchingUp
 from tryon_server.runtime.drape import BuildDrape, Drape, Packed, Progress, Stance
 from tryon_server.runtime.order import DrapeOrder
 from tryon_server.runtime.worn_before import WornBefore
+from tryon_server.sessions.events import Doing
 from tryon_server.wording import in_parameters
 from tryon_solver.redesign.edit_error import EditError
+
+PUTTING_ON = Told("Putting it on anew", None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +57,7 @@ class Remaking:
         self._build = build
         self._worn_before = WornBefore()
         self._order: DrapeOrder | None = None
+        self._news = PUTTING_ON  # the newest of how it is dressed anew
         self._dressing = False
         self._catching_up: CatchingUp | None = None
         self._parts: Iterator[Drape | None] | None = None
@@ -72,6 +76,19 @@ class Remaking:
     def has_parts(self) -> bool:
         """Is there something left to be done here, and nothing to wait for?"""
         return self._parts is not None
+
+    @property
+    def doing(self) -> tuple[Doing, str, float | None]:
+        """What is being done, the same for people, and how much of that is done, 0 to 1; None: not known."""
+        if self._catching_up is not None:
+            return "settling", "Bringing it to where the body is", None
+        if self._dressing:
+            news = self._beside.news() or self._news
+            self._news = news
+            return "dressing", news.stage, news.share
+        if self._parts is not None:
+            return "building", "Putting its mesh on where the garment is worn", None
+        return "remeshing", "Making the mesh of its pattern", None
 
     def begin(self, drape: Drape, order: DrapeOrder) -> None:
         """Make the garment of the order's pattern and fabric while this one is worn; what was being made is dropped."""
@@ -144,7 +161,7 @@ class Remaking:
         if hung is not None:
             self._catch_up(hung, stance)
         else:
-            self._dressing = True
+            self._dressing, self._news = True, PUTTING_ON
             self._beside.begin(Dressing(self._build, self._order))
 
     def _catch_up(self, unpacking: Iterator[Drape | None], stance: Callable[[], Stance]) -> None:

@@ -124,6 +124,20 @@ class SolverDrape:
         assert name in self.names, name
         self.edited = name
 
+    @property
+    def stance(self) -> Any:
+        """Where the body is, as the last ``advance`` had it."""
+        return self._stance
+
+    @property
+    def seconds(self) -> float:
+        """Simulated, until the last ``advance``, since it was dressed [s]."""
+        return self._time
+
+    def stay(self) -> None:
+        """Be as one that was dressed just now, where it is."""
+        self.pose, self._dressed_at, self._time = self._stance, self.simulation.state.time, 0.0
+
     def layer_of(self, name: str) -> Layer | None:
         """Where in an outfit the garment of this name is; None where it is alone."""
         return next((layer for layer in self.simulation.scene.garment.layers if layer.name == name), None)
@@ -140,7 +154,10 @@ class SolverDrape:
                 return structure.message
         edit = own.begun_edit(self.simulation, self.layer_of(self.edited))
         remesh = edit.want(parsed(specification)) if shape is None else edit.want_mesh(edit.drag.mesh_in(shape))
-        return "" if remesh is None else remesh.message
+        if remesh is not None:
+            return remesh.message
+        own.shown = specification
+        return ""
 
     @property
     def shape_of(self) -> Shapes:
@@ -202,16 +219,21 @@ class SolverDrape:
 
     def take_off(self, name: str) -> Iterator[SolverDrape | None]:
         """The others worn on without the garment of this name, in parts as those of ``recut``."""
-        for one in self.garments:
-            if one.edit is not None:
-                one.edit.arrive()
-        garment = self.simulation.scene.garment
-        shaped = [one.arrived(garment, self.layer_of(one.worn.name)) for one in self.garments]
+        shaped = self.shaped()
         worn = WornOutfit(Together(tuple(one.worn for one in shaped)), self.simulation, self._stance)
         left = [one for one in shaped if one.worn.name != name]
         asked = in_other_garments(self.effects, left)
         for made in without(worn, name, effects=effects_of(asked, cut_of(left))):
             yield None if made is None else self._gone_on(made.simulation, left, asked)
+
+    def shaped(self) -> list[WornGarment]:
+        """What is worn, each garment in the shape that it has taken on, as if it had been made in that: for another
+        simulation of it."""
+        for one in self.garments:
+            if one.edit is not None:
+                one.edit.arrive()
+        garment = self.simulation.scene.garment
+        return [one.arrived(garment, self.layer_of(one.worn.name)) for one in self.garments]
 
     def _gone_on(self, simulation: Simulation, garments: Sequence[WornGarment], asked: Asked) -> SolverDrape:
         """What is worn from now on, where this was, with these effects."""
@@ -232,7 +254,7 @@ class SolverDrape:
             garment = garment if one.edit is None else one.edit.taken_back(garment)
         scene = replace(sim.scene, garment=garment, x_start=sim.cloth_positions().astype(np.float64))
         pose, surface = sim.body.pose, sim.body_positions().astype(np.float64)
-        worn = tuple((one.worn, one.pattern) for one in self.garments)
+        worn = tuple((one.worn, one.pattern, one.shown) for one in self.garments)
         more = self.outfit, self.own_motion, worn, self.edited, self.origin, self.effects.asked
         return PackedDrape(scene, sim.settings.by_budget(), sim.device, pose, surface, *more)
 
@@ -286,7 +308,8 @@ class SolverDrape:
 @dataclass(frozen=True, eq=False)
 class PackedDrape:
     """A worn garment as plain values: what its simulation is built of, `pose` and `surface` (B, 3) m those of the body
-    as seen from `origin` (3,) m, and what the drape has besides. Its shape is the one that its mesh was made in."""
+    as seen from `origin` (3,) m, and what the drape has besides. Its shape is the one that its mesh was made in; each
+    garment of `worn` comes with the pattern that it is made of, and the one whose shape it had taken on."""
 
     scene: Scene
     settings: Settings
@@ -295,17 +318,20 @@ class PackedDrape:
     surface: npt.NDArray[np.float64]
     outfit: Outfit
     own_motion: MeshSequence | None
-    worn: tuple[tuple[Worn, WornPattern | None], ...]
+    worn: tuple[tuple[Worn, WornPattern | None, Mapping[str, Any] | None], ...]
     edited: str
     origin: npt.NDArray[np.float64]
     asked: Asked
 
     def unpacking(self, specification: Mapping[str, Any] | None = None) -> Iterator[SolverDrape | None]:
-        """The garment, at rest, in parts, None after each but the last; in this shape, if its mesh has had it.
+        """The garment, at rest, in parts, None after each but the last; in this shape, if its mesh has had it, or in
+        the one that it had taken on.
 
         Raises GarmentError as `build`.
         """
-        garments = [WornGarment(worn, pattern) for worn, pattern in self.worn]
+        garments = [WornGarment(worn, pattern) for worn, pattern, _ in self.worn]
+        shown = {worn.name: pattern for worn, _, pattern in self.worn}
+        shown[self.edited] = specification or shown[self.edited]
         edited = next(one for one in garments if one.worn.name == self.edited)
         step, more = self.settings.largest_step, edited.drag_in_parts()
         parts = build_in_parts(self.scene, self.settings, self.device, self.pose, self.surface, step, None, more)
@@ -316,10 +342,12 @@ class PackedDrape:
             assert simulation.body is not None
             stance = simulation.body.moving.moved(self.pose, self.origin)
             drape = SolverDrape(simulation, stance, garments, self.outfit.body, asked=self.asked)
+            for name, pattern in shown.items():
+                drape.edit_garment(name)
+                if pattern is not None and pattern != drape.specification:
+                    drape.arrive(pattern)
             drape.edited = self.edited
             drape.outfit, drape.own_motion, drape.origin = self.outfit, self.own_motion, self.origin
-            if specification is not None and specification != drape.specification:
-                drape.arrive(specification)
             yield drape
 
 

@@ -7,10 +7,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from tryon_server.runtime.redesign import Wanted
-from tryon_server.sessions.commands import ChangePattern, Command
-from tryon_server.sessions.events import EditRefused
+from tryon_server.runtime.redesign import Wanted, wanted
+from tryon_server.sessions.commands import HELD, ChangePattern, Command
+from tryon_server.sessions.events import ChangeUnderWay, Doing, EditRefused
 from tryon_solver.redesign.edit_error import EditError
+from tryon_solver.redesign.history import History
 
 HELD_SHARE = 0.25  # of the time, that a drag's edits may take from the frames
 PATIENCE = 1.0  # s, after which a change that waits is shown before newer ones, if its garment is being put on
@@ -32,6 +33,7 @@ class WaitingChanges:
     one that is refused makes nothing of it."""
 
     _changes: list[_Change] = field(default_factory=list)
+    _first_since: float = 0.0  # s, when the first one that is not refused became that
 
     def __bool__(self) -> bool:
         return bool(self._changes)
@@ -39,29 +41,67 @@ class WaitingChanges:
     @property
     def newest(self) -> Wanted | None:
         """What the last one that is not refused makes of the pattern; None without such."""
-        wanted = [change.outcome for change in self._changes if isinstance(change.outcome, Wanted)]
-        return wanted[-1] if wanted else None
+        every = [change.outcome for change in self._changes if isinstance(change.outcome, Wanted)]
+        return every[-1] if every else None
 
     def add(self, command: ChangePattern, outcome: Wanted | EditRefused, now: float) -> None:
         """Answer this one, asked `now` [s], after those that wait."""
+        self._first_since = now if self.first is None else self._first_since
         self._changes.append(_Change(command, outcome, now))
 
     def long_since(self, now: float) -> bool:
         """Has the first of them waited for more than PATIENCE?"""
         return bool(self._changes) and now - self._changes[0].since > PATIENCE
 
-    def refuse_newest(self, error: EditError) -> bool:
-        """What the newest makes of the pattern can't be worn; whether there was one."""
-        for change in reversed(self._changes):
-            if isinstance(change.outcome, Wanted):
-                change.outcome = refusal(change.command, error)
-                return True
-        return False
+    @property
+    def first(self) -> Wanted | None:
+        """What the first one that is not refused makes of the pattern; None without such."""
+        return next((one.outcome for one in self._changes if isinstance(one.outcome, Wanted)), None)
+
+    def late(self, now: float, limit: float) -> bool:
+        """Has there been nothing to be made before the first of them for more than this [s]?"""
+        return self.first is not None and now - self._first_since > limit
+
+    def place_of(self, specification: Mapping[str, Any]) -> int | None:
+        """How many of those that are not refused are before the first that makes this pattern; None where none does."""
+        every = [one for one in self._changes if isinstance(one.outcome, Wanted)]
+        return next((k for k, one in enumerate(every) if _makes(one, specification)), None)
+
+    def refuse_first(self, error: EditError, history: History, now: float) -> None:
+        """What the first of them makes of the pattern, which has this history, can't be worn; those behind it are made
+        of the pattern without it, or refused where they can't be."""
+        refused: Mapping[str, Any] | None = None
+        for change in self._changes:
+            if isinstance(change.outcome, EditRefused):
+                continue
+            try:
+                if refused is None:
+                    refused = change.outcome.specification
+                    raise error
+                outcome = wanted(history, change.command)
+                if outcome.specification == refused:
+                    raise error
+                change.outcome, history = outcome, outcome.history
+            except EditError as fault:
+                change.outcome = refusal(change.command, fault)
+        self._first_since = now
 
     def refuse_all(self, error: EditError) -> None:
         """None of them can be worn."""
-        while self.refuse_newest(error):
-            pass
+        for change in self._changes:
+            if isinstance(change.outcome, Wanted):
+                change.outcome = refusal(change.command, error)
+
+    def under_way(
+        self, made: Mapping[str, Any], doing: tuple[Doing, str, float | None]
+    ) -> tuple[ChangeUnderWay, ...]:
+        """What is done for each: this, for those up to the last that makes the pattern which is `made`."""
+        last = max((k for k, one in enumerate(self._changes) if _makes(one, made)), default=-1)
+        return tuple(
+            ChangeUnderWay(one.command.ticket, *(doing if k <= last else ("waiting",)))
+            for k, one in enumerate(self._changes)
+            if isinstance(one.outcome, Wanted) and one.command.ticket > HELD
+        )
 
     def take_refused(self) -> list[EditRefused]:
         """The refusals that wait for nothing before them, to be told now."""
@@ -74,10 +114,11 @@ class WaitingChanges:
             del self._changes[0]
         return refused
 
-    def take_up_to(self, worn: Mapping[str, Any]) -> list[tuple[ChangePattern, Wanted | EditRefused]]:
-        """Those up to the last that makes the pattern that is worn now, and refusals behind it."""
+    def take_up_to(self, worn: Mapping[str, Any], now: float) -> list[tuple[ChangePattern, Wanted | EditRefused]]:
+        """Those up to the last that makes the pattern that is worn `now` [s], and refusals behind it."""
         last = max((k for k, one in enumerate(self._changes) if _makes(one, worn)), default=-1) + 1
         taken, self._changes = self._changes[:last], self._changes[last:]
+        self._first_since = now if taken else self._first_since
         return [*((change.command, change.outcome) for change in taken), *self._take_refused()]
 
 

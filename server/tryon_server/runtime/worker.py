@@ -9,11 +9,9 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import replace
-from functools import partial
 from multiprocessing.connection import Connection
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -24,22 +22,21 @@ from tryon_server.runtime.beside import Beside
 from tryon_server.runtime.design import design_of
 from tryon_server.runtime.drape import BuildDrape, Drape, LoadMotion, Stance, StepFacts
 from tryon_server.runtime.effect_desk import EffectDesk
-from tryon_server.runtime.held_edits import HeldEdits, Outcome
+from tryon_server.runtime.held_edits import HeldEdits
 from tryon_server.runtime.meter import Meter
 from tryon_server.runtime.order import WorkOrder
-from tryon_server.runtime.outfit_worker import OutfitWorker
 from tryon_server.runtime.outfitting import Outfitting, as_edited
+from tryon_server.runtime.pattern_worker import PatternWorker
 from tryon_server.runtime.pose_taking import PoseTaking
 from tryon_server.runtime.publishing import Publisher
-from tryon_server.runtime.redesign import Wanted, history_of, of_pattern, wanted
-from tryon_server.runtime.remaking import Remade, Remaking
+from tryon_server.runtime.redesign import history_of
+from tryon_server.runtime.remaking import Remaking
 from tryon_server.runtime.reporting import report_of
 from tryon_server.runtime.source_choice import chosen_source
 from tryon_server.runtime.sources import Move, PoseSource, StillSource
 from tryon_server.runtime.telling import NowAndThen, Teller
-from tryon_server.runtime.waiting import HeldBack, WaitingChanges, refusal, sooner
+from tryon_server.runtime.waiting import HeldBack, WaitingChanges, sooner
 from tryon_server.sessions.commands import (
-    UNASKED,
     AllowFrame,
     BuyAccuracy,
     ChangeEffect,
@@ -55,13 +52,11 @@ from tryon_server.sessions.commands import (
 )
 from tryon_server.sessions.events import (
     Designed,
-    EditRefused,
     PhaseChanged,
     Reported,
     Troubled,
 )
 from tryon_server.wording import in_parameters
-from tryon_solver.linalg.freed import give_back_freed
 from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.fabrics import named_fabric
 from tryon_solver.redesign.history import History
@@ -70,13 +65,11 @@ logger = logging.getLogger(__name__)
 
 REPORT_SECONDS = 0.25  # between reports
 IDLE_SECONDS = 0.05  # between looks at a source that had nothing to do
-REMAKING_SHARE = 0.5  # of the time that a frame took, after which no further part of another garment is begun
 FAILURES_IN_A_ROW = 30  # steps that may fail one after another before the session is given up
-LATER = "shown once it is let go"
 COARSER = "Choose another fabric, a coarser preset or a simpler pattern."
 
 
-class Worker(OutfitWorker):
+class Worker(PatternWorker):
     """One session's simulation. ``clock`` is the server's steady clock [s]; ``beside`` makes what is worn next, and
     ``armoury`` has its effects compiled."""
 
@@ -117,7 +110,8 @@ class Worker(OutfitWorker):
         self._remaking = Remaking(beside, build)
         self._effects = EffectDesk(self._tell, armoury, clock, order.effects)
         self._outfitting = Outfitting(beside, build)
-        self._waiting = WaitingChanges()
+        self._waiting, self._later = WaitingChanges(), []
+        self._told = (), 0.0
         self._remade_pattern: Mapping[str, Any] = {}  # the pattern of what is being made, or was last
         self._held_back = HeldBack()
         self._held_edits = HeldEdits(beside)
@@ -143,6 +137,8 @@ class Worker(OutfitWorker):
             pause = self._work()
             self._teller.catch_up()
             pause = sooner(pause, self._go_on_making())
+            self._change_later()
+            self._tell_changes()
             worn = None if self._drape is None else self._drape.effects
             pause = sooner(pause, self._effects.go_on(worn, self._cost, self._making))
 
@@ -159,7 +155,7 @@ class Worker(OutfitWorker):
         self._held_back.take(commands, self._take, self._clock, busy)
         worked_out = self._held_edits.outcome(self._drape)
         if worked_out is not None:
-            self._change(*worked_out)
+            self._change_now(*worked_out)
 
     def _take(self, command: Command) -> None:
         match command:
@@ -200,165 +196,6 @@ class Worker(OutfitWorker):
             why = error.problem.message if isinstance(error, ProblemError) else repr(error)
             self._trouble("unknown_motion", "$.motion", f"The motion can't be played: {why}.", "Choose another motion.")
 
-    # The pattern --------------------------------------------------------------------------------------------------
-
-    def _change(self, command: ChangePattern, worked_out: Outcome | None = None) -> None:
-        """Change the pattern as asked; where that can't be, nothing is changed and the answer says why."""
-        try:
-            if self._drape is None or self._history is None:
-                what = "has no sewing pattern" if self._drape is not None else "is not dressed"
-                raise EditError(f"the garment {what}", "edit", "Edit a garment that was made of one, once it is worn")
-            if self._outfitting.under_way:
-                raise EditError("other garments are being put on", "edit", "Edit it once they are worn")
-            self._edit_garment(command.garment)
-            command = replace(command, garment=self._edited)
-            if worked_out is None and self._held_edits.take(command, self._history, self._drape):
-                return
-            newest = None if command.hold else self._waiting.newest
-            history = self._history if newest is None else newest.history
-            asked = wanted(history, command) if worked_out is None else worked_out.wanted(history)
-            self._show(command, asked, self._drape)
-        except EditError as error:
-            self._refuse(command, error)
-        except Exception as error:
-            logger.exception("an edit failed")
-            self._refuse(command, EditError(f"the edit failed: {error!r}", "edit", "Edit something else"))
-
-    def _refuse(self, command: ChangePattern, error: EditError) -> None:
-        """Answer that it can't be made, after those that wait."""
-        if command.hold:
-            self._tell(refusal(command, error))
-        else:
-            self._waiting.add(command, refusal(command, error), self._clock())
-            self._tell_refused()
-
-    def _show(self, command: ChangePattern, asked: Wanted, drape: Drape) -> None:
-        """Wear the pattern that is asked for, at once or as soon as it is made. Raises EditError when the garment can't
-        be made so, and it is as before."""
-        why = asked.mesh_of_its_own(drape.specification) or drape.reshape(asked.specification, asked.shape)
-        if command.hold:
-            self._show_held(command, asked, why)
-            return
-        self._held_last, self._stuck = None, ""
-        now = self._clock()
-        if why:
-            if not (self._remaking.soon and self._waiting.long_since(now)):  # else changes in turn would all wait
-                self._begin_remaking(asked.specification, drape)
-            self._waiting.add(command, asked, now)
-            return
-        self._remaking.give_up()
-        self._waiting.add(command, asked, now)
-        self._keep("value", asked.specification)
-
-    def _show_held(self, command: ChangePattern, asked: Wanted, why: str) -> None:
-        """Tell what the garment takes on, or why it does not."""
-        if self._source is not None:
-            self._source.settle_anew()
-        self._held = True
-        self._held_last = command if self._remaking.under_way else None
-        notes = (*asked.notes, f"{LATER}: {why}") if why else asked.notes
-        self._tell_design(asked.specification, asked.history, held=True, notes=notes, drawn=asked.drawn)
-
-    def _keep(self, change: Literal["value", "topology"], worn: Mapping[str, Any]) -> None:
-        """This pattern is worn: answer all that it was waited for, each once it was told; show what is held."""
-        if self._source is not None:
-            self._source.settle_anew()
-        self._held = False
-        for command, outcome in self._waiting.take_up_to(worn):
-            if isinstance(outcome, EditRefused):
-                self._tell(outcome)
-                continue
-            self._histories[self._edited] = outcome.history
-            self._tell_design(outcome.specification, outcome.history, notes=outcome.notes)
-            self._teller.owe(partial(outcome.made, command, change))  # whoever is answered has seen the pattern
-        held, self._held_last = self._held_last, None
-        if held is not None:
-            self._change(held)
-        if self._drape is not None:
-            self._make_next(self._drape)
-
-    def _tell_refused(self) -> None:
-        for refused in self._waiting.take_refused():
-            self._tell(refused)
-
-    # Another garment for the pattern ------------------------------------------------------------------------------
-
-    def _change_fabric(self, fabric: str) -> None:
-        """Have the garment dressed anew of this fabric; one that is worn by its pattern, or was, by an edit of that."""
-        if self._history is None and self._drape is not None:
-            self._dress_of(fabric)
-            return
-        if self._history is None:
-            self._fabric, self._dress_due = fabric, True
-            return
-        command = ChangePattern("edit", UNASKED, {"kind": "change_fabric", "fabric": fabric})
-        if self._drape is not None:
-            self._change(command)
-            return
-        self._dress_due = True
-        with suppress(EditError):  # it is of that fabric already
-            asked = wanted(self._history, command)
-            self._histories[self._edited] = asked.history
-            self._tell(asked.made(command, "topology"))
-
-    def _make_next(self, drape: Drape) -> None:
-        """Have the garment of the newest change made, if one waits."""
-        newest = self._waiting.newest
-        if newest is not None:
-            self._begin_remaking(newest.specification, drape)
-
-    def _begin_remaking(self, specification: Mapping[str, Any], drape: Drape) -> None:
-        """Have a garment of this pattern made while this one is worn, in place of one that is being made."""
-        give_back_freed()  # of the mesh before the one that is worn
-        self._remade_pattern = specification
-        self._remaking.begin(drape, of_pattern(self._ordered(), specification))
-
-    def _remake(self, drape: Drape) -> None:
-        """Go on making the garment that is to be worn next, for part of a frame's time; wear it once it is there."""
-        end = self._clock() + REMAKING_SHARE * self._cost
-        try:
-            remade = self._remaking.go_on(drape, self._stance_now)
-            while remade is None and self._remaking.has_parts and self._clock() < end:
-                remade = self._remaking.go_on(drape, self._stance_now)
-            if remade is not None:
-                self._wear(remade, drape)
-        except EditError as error:
-            self._not_remade(error, drape)
-        except Exception as error:
-            logger.exception("a garment could not be made")
-            fault = EditError(f"the garment could not be made: {error!r}", "edit", "Edit something else")
-            self._not_remade(fault, drape)
-
-    def _wear(self, remade: Remade, before: Drape) -> None:
-        if self._history is not None:
-            self._remaking.keep(before, self._history.specification)
-        self._go_on_with(remade)
-        self._keep("topology", self._remade_pattern)
-
-    def _not_remade(self, error: EditError, drape: Drape) -> None:
-        """Refuse the newest change, and go on with what was asked before it; the old garment is worn on."""
-        newest = self._waiting.newest
-        self._remaking.give_up()
-        outdated = newest is not None and newest.specification is not self._remade_pattern
-        if not outdated and not self._waiting.refuse_newest(error):
-            self._stuck = why = drape.outgrown
-            what = f"{why or 'The shape needs another mesh'}, and made anew, {error.message}."
-            self._trouble("simulation_failed", "$", what, error.remedy)
-        self._make_next(drape)
-        if not self._remaking.under_way:
-            self._held_last = None
-        self._tell_refused()
-
-    def _outgrow(self, drape: Drape) -> None:
-        """Make another mesh where a shape turned out, on the way to it, to need one; let go of one only held."""
-        assert self._history is not None
-        if self._held:
-            notes = (f"{LATER}: {drape.outgrown}",)
-            drape.reshape(self._history.specification)
-            self._tell_design(self._history.specification, self._history, held=True, notes=notes)
-        elif not self._remaking.under_way and drape.outgrown != self._stuck:
-            self._begin_remaking(self._history.specification, drape)
-
     # Dressing -----------------------------------------------------------------------------------------------------
 
     def _dress(self) -> None:
@@ -381,7 +218,7 @@ class Worker(OutfitWorker):
                 self._tell_design(self._history.specification, self._history)
             newest = self._waiting.newest
             if newest is not None and self._drape is not None:
-                self._begin_remaking(newest.specification, self._drape)
+                self._begin_remaking(newest, self._drape)
 
     def _put_on(self, drape: Drape) -> None:
         """Go on with a newly dressed garment. Raises ProtocolError when it can't be told."""

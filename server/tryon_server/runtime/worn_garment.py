@@ -21,13 +21,17 @@ from tryon_solver.simulation import Simulation
 @dataclass(eq=False)
 class WornGarment:
     """As it was put on; `pattern` is None of a mesh. A `drag` is made ready with it, or not; `edit` and `shapes` once
-    somebody has asked for them."""
+    somebody has asked for them. `shown` is the pattern, plain JSON, whose shape it has or is on its way to."""
 
     worn: Worn
     pattern: WornPattern | None
     drag: Drag | None = None
     edit: LiveEdit | None = None
     shapes: Shapes | None = None
+    shown: Mapping[str, Any] | None = None
+
+    def __post_init__(self) -> None:
+        self.shown = self.shown or self.specification
 
     @property
     def specification(self) -> Mapping[str, Any] | None:
@@ -75,8 +79,9 @@ class WornGarment:
             return self
         own = garment if layer is None else taken_out(garment, layer)
         worn = replace(self.worn, garment=own, panels=self.mesh_now())
-        pattern = None if self.pattern is None else replace(self.pattern, panels=self.mesh_now())
-        return WornGarment(worn, pattern)
+        assert self.pattern is not None
+        assert self.shown is not None
+        return WornGarment(worn, replace(self.pattern, panels=self.mesh_now(), specification=self.shown))
 
 
 def alone(sim: Simulation, names: tuple[str, ...], pattern: WornPattern | None, name: str = "") -> WornGarment:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tryon_protocol import EffectsMessage, OutfitWish, ProtocolError
-from tryon_server.sessions.commands import Command
+from tryon_server.sessions.commands import ChangePattern, Command
 from tryon_server.sessions.events import EditMade, OutfitWorn
 
 # Close codes: RFC 6455 section 7.4 and PROTOCOL.md section 1.
@@ -68,6 +68,15 @@ class Keep:
 
 
 @dataclass(frozen=True)
+class KeepWaiting:
+    """Keep for good that this change of the pattern waits to be made, or, for None, that the one with this ticket does
+    not any more."""
+
+    ticket: int
+    change: ChangePattern | None
+
+
+@dataclass(frozen=True)
 class Answer:
     """Tell whoever asked without a connection how the change with this ticket ended."""
 
@@ -105,4 +114,4 @@ class End:
     reason: str
 
 
-Action = Send | SendFrame | Close | Order | Keep | Answer | ChangeWorn | KeepEffects | AnswerEffects | End
+Action = Send | SendFrame | Close | Order | Keep | KeepWaiting | Answer | ChangeWorn | KeepEffects | AnswerEffects | End

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from tryon_protocol import Skeleton, TrackedPose
 
 EditStep = Literal["edit", "undo", "redo"]
+HELD = 0  # in place of a ticket, for what is only to be shown
 UNASKED = -1  # in place of a ticket: nobody waits for the answer
 
 

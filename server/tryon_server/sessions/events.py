@@ -128,6 +128,29 @@ class EditRefused:
     remedy: str
 
 
+Doing = Literal["waiting", "remeshing", "building", "dressing", "settling"]
+"""What is done for a change of the pattern that is not worn yet: nothing, others are made first; its mesh is made; that
+is put on where the garment is worn; or the garment is put on anew; and brought to where the body is."""
+
+
+@dataclass(frozen=True)
+class ChangeUnderWay:
+    """A change of the pattern that is not worn yet: the ticket of its command, what is done for it, the same for
+    people, and how much of that is done, 0 to 1; None: not known."""
+
+    ticket: int
+    doing: Doing
+    detail: str = ""
+    progress: float | None = None
+
+
+@dataclass(frozen=True)
+class ChangesTold:
+    """The changes of the pattern that the simulation works at, in their order, as that stands now."""
+
+    changes: tuple[ChangeUnderWay, ...]
+
+
 @dataclass(frozen=True)
 class EffectsTold:
     """The effects as they are now.
@@ -187,6 +210,7 @@ Event = (
     | FabricWorn
     | EditMade
     | EditRefused
+    | ChangesTold
     | EffectsTold
     | EffectRefused
     | OutfitWorn

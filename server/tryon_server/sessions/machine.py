@@ -6,15 +6,15 @@ in this order. They never raise on account of what a client or the simulation se
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+
+from msgspec import structs
 
 from tryon_protocol import (
     AckMessage,
     ByeMessage,
     ClientMessage,
     DesignMessage,
-    EditedMessage,
     EditMessage,
     GoodbyeMessage,
     HelloMessage,
@@ -49,16 +49,16 @@ from tryon_server.sessions.actions import (
     NORMAL,
     TOO_MANY_MESSAGES,
     Action,
-    Answer,
     Close,
     End,
     Keep,
     Order,
     Send,
 )
-from tryon_server.sessions.commands import BuyAccuracy, EditStep, FollowMotion, Run, WearFabric
+from tryon_server.sessions.commands import BuyAccuracy, FollowMotion, Run, WearFabric
 from tryon_server.sessions.effect_talk import EffectTalk
 from tryon_server.sessions.events import (
+    ChangesTold,
     Designed,
     EditMade,
     EditRefused,
@@ -74,9 +74,10 @@ from tryon_server.sessions.events import (
     Troubled,
 )
 from tryon_server.sessions.flow import FrameFlow
-from tryon_server.sessions.pattern_changes import NOBODY, Asker, PatternChanges
+from tryon_server.sessions.pattern_changes import PatternChanges
+from tryon_server.sessions.pattern_talk import PatternTalk
 from tryon_server.sessions.pose_stream import PoseStream
-from tryon_server.sessions.rules import SUBJECT, Rules, check_fabric, check_motion, check_pose, unknown
+from tryon_server.sessions.rules import SUBJECT, Rules, check_motion, check_pose, unknown
 from tryon_server.sessions.seats import Seats
 from tryon_server.sessions.status import OWN_MOTION, status_of
 from tryon_server.sessions.viewer import Viewer
@@ -84,7 +85,7 @@ from tryon_server.sessions.viewer import Viewer
 HELLO_SECONDS = 10.0  # a connection that has not said hello by then is closed
 
 
-class Session:
+class Session(PatternTalk):
     """One try-on session: a garment on a body, and the clients that watch it."""
 
     def __init__(
@@ -177,12 +178,13 @@ class Session:
             case FrameReady():
                 return [*self._flow.frame(event), *self._flow.orders()]
             case TopologyReady():
+                waited = [] if self.dressed else self._changes.dressed()
                 self._topology = event
                 self._flow.new_topology(event.topology_id)
                 actions: list[Action] = []
                 for client in self._greeted():
                     actions += self._send_topology(client)
-                return [*actions, *self._flow.orders()]
+                return [*actions, *self._flow.orders(), *waited]
             case PhaseChanged():
                 self._phase = event
                 return self._status_if_changed(now)
@@ -201,7 +203,10 @@ class Session:
                 return [Keep(event)]
             case EditRefused():
                 fault = ProtocolError("edit_refused", event.place, event.message, event.remedy)
-                return self._answer_edit(event.ticket, fault, now)
+                return self._refuse_edit(event.ticket, fault, now)
+            case ChangesTold():
+                self._changes.worked_at(event.changes)
+                return self._status_if_changed(now)
             case EffectsTold():
                 return [*self.effects.told(event), *self._tell_all(event.effects, "effects")]
             case EffectRefused():
@@ -210,20 +215,6 @@ class Session:
                 return self._simulation_gone(event, now)
             case _:  # of the wardrobe (wardrobe.py)
                 return []
-
-    def kept(self, made: EditMade, fault: ProtocolError | None, now: float) -> list[Action]:
-        """A change of the pattern has been stored, or why it could not be."""
-        return self._answer_edit(made.ticket, fault or made, now)
-
-    def change_pattern(
-        self, step: EditStep, edit: Mapping[str, Any] | None = None, mirror: bool = False, garment: str = ""
-    ) -> tuple[int, list[Action]]:
-        """Somebody without a connection asks for a change; the ticket that `Answer` will have, and what is to be done.
-
-        Raises ProtocolError: not now, or there is no such fabric."""
-        check_fabric(edit, self._rules.fabrics)
-        command = self._changes.ask(Asker(NOBODY), step, edit, mirror, self._topology is not None, garment)
-        return command.ticket, [Order(command)]
 
     def buy(self, wanted: BuyAccuracy, now: float) -> list[Action]:
         """Frames are to be solved so from now on."""
@@ -279,6 +270,11 @@ class Session:
         return self._ended
 
     @property
+    def dressed(self) -> bool:
+        """Is anything worn, or was?"""
+        return self._topology is not None
+
+    @property
     def viewer_count(self) -> int:
         """How many clients are connected."""
         return len(self._viewers)
@@ -290,7 +286,8 @@ class Session:
     def status(self, now: float) -> StatusMessage:
         """The session's state in one message."""
         pose_age = now - self._last_pose_used
-        return status_of(self._phase, self.motion, self.fabric, self.playing, self._ended, pose_age, self._bought)
+        status = status_of(self._phase, self.motion, self.fabric, self.playing, self._ended, pose_age, self._bought)
+        return structs.replace(status, changes=() if self._ended else self._changes.statuses)
 
     # Messages of clients ------------------------------------------------------------------------------------------
 
@@ -398,31 +395,6 @@ class Session:
             return self._edit(client, viewer, EditMessage(edit=edit, request=message.request), now)
         self.fabric = message.fabric
         return [Order(WearFabric(message.fabric)), *self._status_if_changed(now)]
-
-    def _edit(
-        self, client: int, viewer: Viewer, message: EditMessage | UndoMessage | RedoMessage, now: float
-    ) -> list[Action]:
-        try:
-            if isinstance(message, EditMessage):
-                check_fabric(message.edit, self._rules.fabrics)
-            return [Order(self._changes.asked(client, message, self._topology is not None))]
-        except ProtocolError as fault:
-            return self._answer_fault(client, viewer, fault, message.request, now)
-
-    def _answer_edit(self, ticket: int, outcome: EditMade | ProtocolError, now: float) -> list[Action]:
-        """Tell whoever asked for a change of the pattern how it ended."""
-        asker = self._changes.answered(ticket)
-        if asker is None or self._ended:
-            return []
-        if asker.client == NOBODY:
-            return [Answer(ticket, outcome)]
-        viewer = self._viewers.get(asker.client)
-        if viewer is None:
-            return []
-        if isinstance(outcome, ProtocolError):
-            return self._answer_fault(asker.client, viewer, outcome, asker.request, now)
-        edited = EditedMessage(id=outcome.last, change=outcome.change, request=asker.request)
-        return [Send(asker.client, encode(edited))]
 
     # Answers ------------------------------------------------------------------------------------------------------
 

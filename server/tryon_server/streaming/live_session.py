@@ -12,8 +12,16 @@ from typing import Any, TypeVar
 from tryon_protocol import EffectsMessage, OutfitWish, ProtocolError
 from tryon_server.runtime.interface import Simulation
 from tryon_server.sessions import Action, Close, End, Order, Send, SendFrame, WardrobeSession
-from tryon_server.sessions.actions import POLICY_VIOLATION, Answer, AnswerEffects, ChangeWorn, Keep, KeepEffects
-from tryon_server.sessions.commands import BuyAccuracy, Command, EditStep, WornItem
+from tryon_server.sessions.actions import (
+    POLICY_VIOLATION,
+    Answer,
+    AnswerEffects,
+    ChangeWorn,
+    Keep,
+    KeepEffects,
+    KeepWaiting,
+)
+from tryon_server.sessions.commands import BuyAccuracy, ChangePattern, Command, WornItem
 from tryon_server.sessions.effect_talk import EffectTalk
 from tryon_server.sessions.events import EditMade, Event, OutfitWorn, PhaseChanged, Troubled
 from tryon_server.streaming.outbox import Outbox, OutboxFullError
@@ -35,6 +43,7 @@ class LiveSession:
         complete: adds to a command for the simulation what the machine does not know, such as where a file is.
         keep: stores a change of the pattern; blocking. Raises what the store raises.
         keep_effects: stores what is asked of the effects, likewise.
+        keep_waiting: stores that the change of this ticket waits to be made; for None, that it does no more; likewise.
         wear: has what a client wants to wear worn and kept, and tells it by `tell_outfit`. Raises ProtocolError.
     """
 
@@ -46,15 +55,18 @@ class LiveSession:
         complete: Callable[[Command], Command] = lambda command: command,
         keep: Callable[[EditMade], None] = lambda _made: None,
         keep_effects: Callable[[Mapping[str, Any]], None] = lambda _wishes: None,
+        keep_waiting: Callable[[int, ChangePattern | None], None] = lambda _ticket, _change: None,
         wear: Callable[[int, OutfitWish], Awaitable[None]] | None = None,
     ) -> None:
         self.machine = machine
         self._complete = complete
         self._keep = keep
         self._keep_effects = keep_effects
+        self._keep_waiting = keep_waiting
         self._wear = wear
         self._wearing: set[asyncio.Task[None]] = set()
         self._keeping: asyncio.Task[None] | None = None
+        self._not_kept: ProtocolError | None = None  # why the last change that waits could not be stored
         self._asked: dict[int, asyncio.Future[Any]] = {}  # of what was made, by ticket
         self._asked_effects: dict[int, asyncio.Future[EffectsMessage]] = {}
         self._on_end = on_end
@@ -85,19 +97,34 @@ class LiveSession:
         """A text message arrived."""
         self._carry_out(self.machine.receive_text(client, self.now))
 
-    async def change_pattern(
-        self, step: EditStep, edit: Mapping[str, Any] | None = None, mirror: bool = False, garment: str = ""
-    ) -> EditMade:
-        """Change the pattern for somebody without a connection; what was made, once it is kept.
+    async def change_pattern(self, command: ChangePattern) -> EditMade | None:
+        """Change the pattern for somebody without a connection; what was made, once it is kept. None where nothing is
+        worn yet: then the change waits for that, and that it does is kept.
 
         Raises:
             ProtocolError: it was refused, or not now.
         """
-        ticket, actions = self.machine.change_pattern(step, edit, mirror, garment)
+        dressed = self.machine.dressed
+        ticket, actions = self.machine.change_pattern(command, self.now)
+        if not dressed:
+            self._carry_out(actions)
+            await self.stored()
+            return None
         asked: asyncio.Future[EditMade] = self._loop.create_future()
         self._asked[ticket] = asked
         self._carry_out(actions)
         return await asked
+
+    def begin_with_changes(self, commands: Sequence[ChangePattern]) -> None:
+        """Make these, which waited in an earlier session, once the garment is worn."""
+        self._carry_out(self.machine.begin_with_changes(commands, self.now))
+
+    async def stored(self) -> None:
+        """Returns once all is stored that was to be. Raises ProtocolError where a change that waits could not be."""
+        if self._keeping is not None:
+            await self._keeping
+        if self._not_kept is not None:
+            raise self._not_kept
 
     async def ask_effects(self, ask: Callable[[EffectTalk], tuple[int, list[Action]]]) -> EffectsMessage:
         """Ask something of the effects for somebody without a connection; the effects once that is done.
@@ -194,6 +221,8 @@ class LiveSession:
                     self._simulation.order(self._complete(command))
                 case Keep(made):
                     self._keeping = self._loop.create_task(self._keep_after(self._keeping, made))
+                case KeepWaiting():
+                    self._keeping = self._loop.create_task(self._keep_waiting_after(self._keeping, action))
                 case ChangeWorn(client, wish):
                     wearing = self._loop.create_task(self._wear_for(client, wish))
                     self._wearing.add(wearing)
@@ -230,6 +259,19 @@ class LiveSession:
             what = f"The edit is made, but could not be stored: {error!r:.200}."
             fault = ProtocolError("edit_not_kept", "$", what, "Make room on its disk, then undo and repeat the edit.")
         self._carry_out(self.machine.kept(made, fault, self.now))
+
+    async def _keep_waiting_after(self, before: asyncio.Task[None] | None, action: KeepWaiting) -> None:
+        """Store that a change waits, or waits no more, after what was to be stored before."""
+        if before is not None:
+            await before
+        try:
+            await asyncio.to_thread(self._keep_waiting, action.ticket, action.change)
+            self._not_kept = None
+        except Exception as error:
+            logger.exception("session %s: a change that waits could not be stored", self.machine.id)
+            what = f"The edit waits to be made, but could not be stored: {error!r:.200}."
+            remedy = "Make room on its disk; where the server ends before it is made, ask for it again."
+            self._not_kept = ProtocolError("edit_not_kept", "$", what, remedy)
 
     async def _keep_effects_after(self, before: asyncio.Task[None] | None, wishes: Mapping[str, Any]) -> None:
         """Store what is asked of the effects, after what was to be stored before."""

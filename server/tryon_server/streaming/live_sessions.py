@@ -8,12 +8,13 @@ import logging
 import secrets
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from tryon_protocol import OutfitWish, PutOnMessage
+from tryon_protocol import OutfitWish, ProtocolError, PutOnMessage
 from tryon_server.garments.service import GarmentService
 from tryon_server.persistence import (
     FIT,
@@ -28,6 +29,7 @@ from tryon_server.persistence import (
     SessionRecord,
     SessionStore,
     Size,
+    Waiting,
 )
 from tryon_server.problems import ProblemError, problem_error
 from tryon_server.runtime.interface import Catalogue, Placement
@@ -36,7 +38,7 @@ from tryon_server.sessions import OWN_MOTION, Rules, WardrobeSession
 from tryon_server.sessions.commands import Command, FollowMotion, MotionFile, MotionReading
 from tryon_server.sessions.events import EditMade
 from tryon_server.settings import Settings
-from tryon_server.streaming.histories import BEGINNING, carry_on
+from tryon_server.streaming.histories import BEGINNING, WaitingChanges, carry_on
 from tryon_server.streaming.live_session import LiveSession
 from tryon_server.streaming.wardrobes import Wardrobes, as_protocol_errors, history_key
 from tryon_server.uploads.service import BodyUploads, MotionUploads
@@ -99,6 +101,7 @@ class LiveSessions:
         self._files = files
         self._store = store
         self._edits = edits
+        self._waiting = WaitingChanges(edits)
         self.wardrobes = Wardrobes(garments, files, edits, outfits)
         there = (motion for motion in motions.all() if _is_there(motions, motion))
         self._motions = {motion.id: _Motion(motion.digest, _file_of(motions, motion)) for motion in there}
@@ -163,8 +166,12 @@ class LiveSessions:
         except ProblemError as error:
             await self._note_end(record.id, error.problem.message)
             raise
+        waiting = await asyncio.to_thread(self._waiting.of, opening.continues)
         live = self._start(record, order)
+        live.begin_with_changes(waiting)
         live.machine.begin_with(self.wardrobes.items(worn), worn.edited)
+        with suppress(ProtocolError):  # they are kept where they were
+            await live.stored()
         return live
 
     def _start(self, record: SessionRecord, order: WorkOrder) -> LiveSession:
@@ -179,6 +186,7 @@ class LiveSessions:
             partial(self._complete, record.id),
             partial(self._keep, record.id),
             partial(self._store.keep_effects, record.id),
+            partial(self._waiting.keep, record.id),
             partial(self._wear, record.id),
         )
         self._live[record.id] = live
@@ -227,7 +235,7 @@ class LiveSessions:
         else:  # newer than what is kept
             kept_under = history_key(session_id, number)
         if made.edit is None or made.specification is None:
-            self._edits.mark(kept_under, made.id, undone=made.step == "undo")
+            self._edits.mark(kept_under, made.id, made.step == "undo", Waiting(session_id, made.ticket))
             return
         self._edits.add(
             EditRecord(
@@ -237,7 +245,8 @@ class LiveSessions:
                 mirror=made.mirror,
                 specification=made.specification,
                 made=time.time(),
-            )
+            ),
+            Waiting(session_id, made.ticket),
         )
 
     async def edits(self, session_id: str, garment: str = "") -> list[EditRecord]:
@@ -412,6 +421,7 @@ class LiveSessions:
             motion=record.motion,
             frames_per_second=self._settings.frames_per_second,
             keyframe_seconds=self._settings.keyframe_seconds,
+            edit_seconds=self._settings.edit_seconds,
             motion_file=self._motions[record.motion].file if record.motion in self._motions else None,
         )
 

@@ -10,20 +10,27 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.fields import (
     Angle,
+    BodyOrNone,
+    Eased,
     Extent,
     Factors,
+    FactorsOrNone,
     Flag,
+    Gathered,
     Index,
     Length,
     Line,
     Move,
     Name,
+    Percent,
     Place,
     Share,
     checks_of,
 )
+from tryon_solver.redesign.measures import factors_of
 
 
 class _Checked:
@@ -111,10 +118,32 @@ class ScalePiece(_Checked):
 class ScaleGarment(_Checked):
     """Make all pieces wider and higher, each along x and y of its own plane, and their places with them.
 
-    The garment's highest point keeps its height, so that waist or shoulders stay.
+    The garment's highest point keeps its height, so that waist or shoulders stay. By `factors`, or by measures of two
+    bodies: the one that the pattern was `made_for`, and the one that is `wanted`.
     """
 
-    factors: Factors
+    factors: FactorsOrNone = None
+    made_for: BodyOrNone = None
+    wanted: BodyOrNone = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.factors is not None and (self.made_for is not None or self.wanted is not None):
+            raise EditError("factors are told, and measures", "factors", "Tell one of them")
+        if self.factors is None and (self.made_for is None or self.wanted is None):
+            missing = "factors" if self.made_for is self.wanted else "made_for" if self.made_for is None else "wanted"
+            remedy = "Give factors [width, height], or the measures of two bodies: made_for and wanted"
+            raise EditError("it is not told what to scale the garment by", missing, remedy)
+        if self.made_for is not None and self.wanted is not None:
+            factors_of(self.made_for, self.wanted)
+
+    @property
+    def scale(self) -> tuple[float, float]:
+        """Width and height over those it has."""
+        if self.made_for is None or self.wanted is None:
+            assert self.factors is not None
+            return self.factors
+        return factors_of(self.made_for, self.wanted)
 
     kind = "scale_garment"
     remedy = "Use factors nearer to 1"
@@ -122,10 +151,15 @@ class ScaleGarment(_Checked):
 
 @dataclass(frozen=True)
 class Gather(_Checked):
-    """Declare a seam gathered: one of its sides may be up to four times as long as the other."""
+    """Declare a seam gathered: one of its sides may be up to four times as long as the other.
+
+    to: gather this edge to so much of its length, 0.6 for 60 %: it becomes as long as that takes on the other side, by
+    which its piece is fanned out from its far side.
+    """
 
     panel: Name
     edge: Index
+    to: Gathered = None
 
     kind = "gather"
     remedy = "Sew edges whose lengths are nearer to each other"
@@ -133,10 +167,15 @@ class Gather(_Checked):
 
 @dataclass(frozen=True)
 class Ease(_Checked):
-    """Declare a seam sewn plainly, with ease: one side is at most half as long again as the other."""
+    """Declare a seam sewn plainly, with ease: one side is at most half as long again as the other.
+
+    by, or percent: this edge becomes so much longer than the other side, or shorter; its piece is fanned as by Gather.
+    """
 
     panel: Name
     edge: Index
+    by: Eased = None  # m
+    percent: Percent = None  # of the other side's length
 
     kind = "ease"
     remedy = "Bring its edges to nearer lengths first"

@@ -5,12 +5,13 @@ An edit made in Python and one read from JSON pass the same checks, so none with
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from typing import Annotated, Any, get_type_hints
 
 from tryon_solver.geometry.size import SIZE_MAX, SIZE_MIN
-from tryon_solver.redesign.edit_error import EditError
+from tryon_solver.redesign.edit_error import EditError, choose_one_of
+from tryon_solver.redesign.measures import NAMES
 
 LENGTH_MAX = 2.0  # m; what is longer reaches from one end of a garment to the other
 NAME_MAX = 200  # characters of a piece's name in an edit
@@ -69,6 +70,20 @@ def _pair_of(check_one: Check, what: str) -> Check:
     return check
 
 
+def _or_none(check_given: Check) -> Check:
+    return lambda value, place: None if value is None else check_given(value, place)
+
+
+def _measures(value: Any, place: str) -> dict[str, float]:
+    if not isinstance(value, Mapping) or not value:
+        raise EditError("no measures of a body", place, f"Give at least one of {', '.join(NAMES)}, in m")
+    for name in value:
+        if name not in NAMES:
+            raise EditError(f"there is no measure {name!r:.60}", place, choose_one_of(f"{name}", NAMES))
+    return {name: _measure(length, f"{place}.{name}") for name, length in value.items()}
+
+
+_measure = _number(0.2, 3.0, "m")
 _length = _number(-LENGTH_MAX, LENGTH_MAX, "m")
 _coordinates = _pair_of(_number(-10.0, 10.0, "m"), "coordinates [x, y]")
 _factor = _number(SIZE_MIN, SIZE_MAX, "")
@@ -79,11 +94,17 @@ Flag = Annotated[bool, _boolean]
 Length = Annotated[float, _length]  # m, of either sign
 Extent = Annotated[float, _number(1e-3, LENGTH_MAX, "m")]  # m, a size
 Share = Annotated[float, _number(0.0, 1.0, "")]
+Gathered = Annotated[float | None, _or_none(_number(0.25, 1.0, ""))]
+Eased = Annotated[float | None, _or_none(_length)]  # m
+Percent = Annotated[float | None, _or_none(_number(-30.0, 50.0, "%"))]
 Angle = Annotated[float, _number(-180.0, 180.0, "degrees")]
 Place = Annotated[tuple[float, float], _coordinates]  # m
 Move = Annotated[tuple[float, float], _pair_of(_length, "a move [x, y]")]  # m
 Line = Annotated[tuple[tuple[float, float], tuple[float, float]], _pair_of(_coordinates, "two points")]  # m
-Factors = Annotated[tuple[float, float], _pair_of(_factor, "factors [width, height]")]
+_factors = _pair_of(_factor, "factors [width, height]")
+Factors = Annotated[tuple[float, float], _factors]
+FactorsOrNone = Annotated[tuple[float, float] | None, _or_none(_factors)]
+BodyOrNone = Annotated[Mapping[str, float] | None, _or_none(_measures)]  # measures.py
 
 
 def checks_of(kind: type) -> dict[str, Check]:

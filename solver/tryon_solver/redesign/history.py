@@ -43,6 +43,11 @@ class History:
         """The specification as it is now."""
         return self.done[-1].specification if self.done else self.beginning
 
+    @property
+    def before(self) -> tuple[Mapping[str, Any], ...]:
+        """The specifications that led to the one that is now, oldest first; () of one that was never edited."""
+        return (self.beginning, *(entry.specification for entry in self.done[:-1])) if self.done else ()
+
     def append(self, edit: Edit, specification: Mapping[str, Any]) -> History:
         """With one edit more, and what it made. What was undone before can't be redone any more."""
         done = (*self.done, Entry(self.next_id, edit, specification))

@@ -11,8 +11,9 @@ from tryon_solver.redesign.edits import KINDS, Edit
 
 
 def plain(edit: Edit) -> dict[str, Any]:
-    """The edit as JSON can hold it; parse_edit reads it back as an equal one."""
-    return {"kind": edit.kind, **{name: _listed(value) for name, value in asdict(edit).items()}}
+    """The edit as JSON can hold it, without what was left out; parse_edit reads it back as an equal one."""
+    told = {name: value for name, value in asdict(edit).items() if value is not None}
+    return {"kind": edit.kind, **{name: _listed(value) for name, value in told.items()}}
 
 
 def _listed(value: Any) -> Any:

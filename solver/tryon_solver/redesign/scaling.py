@@ -10,6 +10,7 @@ from tryon_solver.redesign.draft import Draft, Piece, Vertex
 from tryon_solver.redesign.edge_shapes import as_bezier, bezier_curvature
 from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.edits import ScaleGarment, ScalePiece
+from tryon_solver.redesign.measures import told
 from tryon_solver.redesign.moving import move, note_followers
 
 
@@ -24,11 +25,13 @@ def scale_piece(draft: Draft, edit: ScalePiece) -> None:
 def scale_garment(draft: Draft, edit: ScaleGarment) -> None:
     """Edits ScaleGarment."""
     top = _highest(draft)
-    width, height = edit.factors
+    factors = width, height = edit.scale
+    if edit.made_for is not None and edit.wanted is not None:
+        draft.notes.append(told(edit.made_for, edit.wanted, factors))
     for piece in draft.pieces.values():
-        _scale(draft, piece, np.array(edit.factors), np.zeros(2))
+        _scale(draft, piece, np.array(factors), np.zeros(2))
         if on := piece.fields.get("on"):
-            at = (np.array(on["at"], dtype=np.float64) * edit.factors).tolist()
+            at = (np.array(on["at"], dtype=np.float64) * factors).tolist()
             piece.fields = {**piece.fields, "on": {**on, "at": at}}
         else:
             _place(draft, piece, _translation(draft, piece) * [width, height, width])

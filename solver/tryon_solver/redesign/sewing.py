@@ -2,22 +2,51 @@
 
 from __future__ import annotations
 
-from tryon_solver.redesign.draft import Draft, Seam
+from tryon_solver.redesign.draft import Draft, Edge, Seam
 from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.edits import CloseSeam, Ease, Gather, OpenSeam, RemovePiece
-from tryon_solver.redesign.patching import hosts_no_more
+from tryon_solver.redesign.fanning import fan_out
+from tryon_solver.redesign.patching import hosts_no_more, refuse_patch
+
+AS_LONG = 1e-9  # m: an edge that misses its length by less has it
 
 
 def gather(draft: Draft, edit: Gather) -> None:
     """Edits Gather."""
     seam = draft.seam(edit.panel, edit.edge)
     seam.flags = [*(flag for flag in seam.flags if flag != "gather"), "gather"]
+    if edit.to is not None:
+        edge = draft.edge(edit.panel, edit.edge)
+        _lengthen_to(draft, seam, edge, draft.length(seam.other(edge)) / edit.to, f"gathered to {100 * edit.to:g} %")
 
 
 def ease(draft: Draft, edit: Ease) -> None:
     """Edits Ease."""
     seam = draft.seam(edit.panel, edit.edge)
     seam.flags = [flag for flag in seam.flags if flag != "gather"]
+    edge = draft.edge(edit.panel, edit.edge)
+    other = draft.length(seam.other(edge))
+    if edit.by is not None and edit.percent is not None:
+        raise EditError("the ease is told twice, in metres and per cent", "percent", "Tell one of them")
+    if edit.by is not None:
+        if other + edit.by <= 0:
+            remedy = f"Take less than {other:.3f} m off"
+            raise EditError(f"{draft.said(seam.other(edge))} is only {other:.3f} m long", "by", remedy)
+        _lengthen_to(draft, seam, edge, other + edit.by, f"with {1000 * edit.by:g} mm of ease")
+    elif edit.percent is not None:
+        _lengthen_to(draft, seam, edge, other * (1 + edit.percent / 100), f"with {edit.percent:g} % of ease")
+
+
+def _lengthen_to(draft: Draft, seam: Seam, edge: Edge, length: float, how: str) -> None:
+    """Give the edge, one side of the seam, this length [m]; `how` it is sewn then, in words."""
+    piece, other = draft.piece_of(edge), draft.piece_of(seam.other(edge))
+    if piece is other:
+        message = f"both sides of the seam are of {piece.name!r}, which would fan out with both"
+        raise EditError(message, "edge", "Leave the amount out, or move its corners")
+    refuse_patch(piece, "it can't be fanned out")
+    if abs(draft.length(edge) - length) > AS_LONG:
+        fan_out(draft, edge, length)
+    draft.notes.append(f"{draft.said(edge)} is {100 * length:.1f} cm long, {how} on {draft.said(seam.other(edge))}")
 
 
 def open_seam(draft: Draft, edit: OpenSeam) -> None:

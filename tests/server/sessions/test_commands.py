@@ -221,7 +221,7 @@ def test_an_edit_to_a_fabric_that_there_is_not_is_refused_with_those_that_there_
     assert (fault.code, fault.place, fault.request) == ("unknown_fabric", "$.edit.fabric", 8)
     assert "cotton, denim" in fault.remedy
     with pytest.raises(ProtocolError, match="no fabric 'steel'"):
-        driver.session.change_pattern("edit", {"kind": "change_fabric", **given})
+        driver.session.change_pattern(ChangePattern("edit", 0, {"kind": "change_fabric", **given}), driver.now)
 
 
 def test_accuracy_and_deadline_are_chosen_for_all_clients():

@@ -10,11 +10,12 @@ from tryon_protocol import (
     ErrorMessage,
     ProtocolError,
     RedoMessage,
+    StatusMessage,
     UndoMessage,
 )
-from tryon_server.sessions.actions import Answer, Keep
+from tryon_server.sessions.actions import Answer, Keep, KeepWaiting
 from tryon_server.sessions.commands import ChangePattern
-from tryon_server.sessions.events import Designed, EditMade, EditRefused
+from tryon_server.sessions.events import ChangesTold, ChangeUnderWay, Designed, EditMade, EditRefused
 from tryon_server.sessions.pattern_changes import MOST_WAITING
 
 MOVE = {"kind": "move_vertex", "panel": "front", "vertex": 1, "by": [0.01, 0.0]}
@@ -111,15 +112,65 @@ def test_the_design_is_told_to_all_and_to_who_comes_later(driver):
     assert kinds.index("bytes") < kinds.index("DesignMessage")  # the topology comes first
 
 
-def test_nothing_is_edited_before_it_is_dressed():
+def test_what_is_to_be_kept_waits_until_the_garment_is_dressed_and_is_ordered_then():
     driver = Driver()
     driver.connect(1)
     driver.say(1, EditMessage(edit=MOVE, request=1))
     driver.say(1, EditMessage(edit=MOVE, hold=True, request=2))
     driver.say(1, UndoMessage(request=3))
     faults = driver.messages(1, ErrorMessage)
-    assert [(fault.code, fault.request) for fault in faults] == [("unexpected_message", k) for k in (1, 2, 3)]
+    assert [(fault.code, fault.request) for fault in faults] == [("unexpected_message", 2)], "nothing can be held"
     assert driver.ordered(ChangePattern) == []
+    assert [change.step for change in driver.stored.values()] == ["edit", "undo"], "it is not lost in between"
+    driver.wait(1.0)
+    told = driver.last(1, StatusMessage).changes
+    assert [(one.step, one.kind, one.panel, one.doing) for one in told] == [
+        ("edit", "move_vertex", "front", "waiting"),
+        ("undo", "", "", "waiting"),
+    ]
+    assert all("worn" in one.detail for one in told)
+    driver.dressed()
+    assert [command.step for command in driver.ordered(ChangePattern)] == ["edit", "undo"]
+    driver.dressed(2)
+    assert len(driver.ordered(ChangePattern)) == 2, "once"
+
+
+def test_what_is_done_for_a_change_is_told_to_all_until_it_is_answered(driver):
+    driver.say(1, EditMessage(edit=MOVE, request=1))
+    asked = driver.now
+    driver.wait(2.0)
+    (command,) = driver.ordered(ChangePattern)
+    driver.simulation(ChangesTold((ChangeUnderWay(command.ticket, "dressing", "Sewing the seams", 0.25),)))
+    (told,) = driver.last(2, StatusMessage).changes
+    assert (told.doing, told.detail, told.progress, told.since) == ("dressing", "Sewing the seams", 0.25, asked)
+    driver._note(driver.session.kept(made(command.ticket), None, driver.now))
+    driver.wait(1.0)
+    assert driver.last(2, StatusMessage).changes == ()
+
+
+def test_a_change_that_is_refused_waits_no_more_and_one_that_is_made_is_forgotten_as_it_is_stored(driver):
+    for k in (1, 2):
+        driver.say(1, EditMessage(edit=MOVE, request=k))
+    first, second = driver.ordered(ChangePattern)
+    driver.simulation(EditRefused(first.ticket, "by", "it would fold", "Move it less far"))
+    assert list(driver.stored) == [second.ticket]
+    assert driver.session.simulated(made(second.ticket), driver.now) == [Keep(made(second.ticket))]
+    driver._note(driver.session.kept(made(second.ticket), None, driver.now))
+    assert list(driver.stored) == [second.ticket], "whoever stores the edit forgets it in the same breath"
+
+
+def test_what_waited_in_an_earlier_session_is_made_in_this_one_and_a_refusal_listed():
+    driver = Driver()
+    driver.connect(1)
+    driver._note(driver.session.begin_with_changes([ChangePattern("edit", 0, MOVE)], driver.now))
+    assert len(driver.stored) == 1
+    driver.dressed()
+    (command,) = driver.ordered(ChangePattern)
+    driver.simulation(EditRefused(command.ticket, "by", "It would fold.", "Move it less far."))
+    driver.wait(1.0)
+    (told,) = driver.last(1, StatusMessage).changes
+    assert (told.kind, told.doing, told.detail) == ("move_vertex", "refused", "It would fold. Move it less far.")
+    assert driver.stored == {}
 
 
 def test_an_edit_to_keep_has_to_be_there(driver):
@@ -147,9 +198,10 @@ def test_who_has_left_is_not_answered(driver):
 
 
 def test_who_has_no_connection_is_answered_by_ticket(driver):
-    ticket, (order,) = driver.session.change_pattern("edit", MOVE)
+    ticket, (keep, order) = driver.session.change_pattern(ChangePattern("edit", 0, MOVE), driver.now)
+    assert keep == KeepWaiting(ticket, order.command)
     assert order.command == ChangePattern("edit", ticket, MOVE)
     assert driver.session.kept(made(ticket), None, driver.now) == [Answer(ticket, made(ticket))]
-    ticket, _ = driver.session.change_pattern("undo")
-    (answer,) = driver.session.simulated(EditRefused(ticket, "history", "there is no edit to undo", "x"), driver.now)
+    ticket, _ = driver.session.change_pattern(ChangePattern("undo"), driver.now)
+    _, answer = driver.session.simulated(EditRefused(ticket, "history", "there is no edit to undo", "x"), driver.now)
     assert (answer.ticket, answer.outcome.code) == (ticket, "edit_refused")

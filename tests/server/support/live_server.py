@@ -37,13 +37,13 @@ def analytic_runtime(settings: Settings) -> Runtime:
     )
 
 
-def make_app(folder: Path, **settings):
+def make_app(folder: Path, runtime=analytic_runtime, **settings):
     """An application whose data and only demo garment, ``tube``, lie in ``folder``."""
     demo = folder / "demo"
     demo.mkdir(exist_ok=True)
     (demo / "tube.json").write_bytes(patterns.as_bytes(patterns.tube()))
     chosen = Settings(**({"data_dir": folder / "data", "warm": False} | settings))
-    return create_app(chosen, analytic_runtime, patterns=demo, web=folder / "web")
+    return create_app(chosen, runtime, patterns=demo, web=folder / "web")
 
 
 class LiveServer:

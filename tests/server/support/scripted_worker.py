@@ -97,12 +97,13 @@ def work(
     seconds_beside: float = 0.0,
     effects=None,
     begun=lambda _connection: None,
+    **more,
 ) -> ScriptedConnection:
-    """What the worker told by the end of its script; `begun` is told of the connection first."""
+    """What the worker told by the end of its script; `begun` is told of the connection first, `more` of its order."""
     connection = ScriptedConnection(script, until)
     begun(connection)
     order = WorkOrder(DrapeOrder(Path("pattern.json"), fabric, "draft", "cpu"), motion, 50.0, 1.0)
-    order = replace(order, effects=effects or {})
+    order = replace(order, effects=effects or {}, **more)
     worker = Worker(connection, order, build, analytic_drape.load_motion, *clock_of(connection, seconds_beside))
     with pytest.raises(LetGoError):
         worker.run()

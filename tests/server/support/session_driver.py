@@ -7,6 +7,7 @@ from itertools import count
 
 from tryon_protocol import AckMessage, ErrorMessage, HelloMessage, PoseMessage, decode_server, encode
 from tryon_server.sessions import Close, End, Order, Rules, Send, SendFrame, Session
+from tryon_server.sessions.actions import KeepWaiting
 from tryon_server.sessions.events import PhaseChanged, TopologyReady
 
 JOINTS = ("hips", "spine", "head")
@@ -32,6 +33,7 @@ class Driver:
         self.frames: dict[int, list[bytes]] = defaultdict(list)
         self.closed: dict[int, int] = {}
         self.orders: list = []
+        self.stored: dict[int, object] = {}
         self.ended: str | None = None
 
     def connect(self, client: int, **hello) -> None:
@@ -95,6 +97,10 @@ class Driver:
                     self.closed[client] = code
                 case Order(command):
                     self.orders.append(command)
+                case KeepWaiting(ticket, None):
+                    del self.stored[ticket]
+                case KeepWaiting(ticket, change):
+                    self.stored[ticket] = change
                 case End(reason):
                     assert self.ended is None, "a session ends once"
                     self.ended = reason

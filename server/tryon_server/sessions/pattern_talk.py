@@ -1,0 +1,77 @@
+"""The part of a session that has to do with changes of the pattern: takes them, and answers who asked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from tryon_protocol import EditedMessage, EditMessage, ProtocolError, RedoMessage, UndoMessage, encode
+from tryon_server.sessions.actions import Action, Answer, KeepWaiting, Send
+from tryon_server.sessions.commands import ChangePattern
+from tryon_server.sessions.events import EditMade
+from tryon_server.sessions.pattern_changes import NOBODY, Asker, PatternChanges
+from tryon_server.sessions.rules import Rules, check_fabric
+from tryon_server.sessions.viewer import Viewer
+
+
+class PatternTalk:
+    """What a session does with changes of the pattern; the session has these."""
+
+    _changes: PatternChanges
+    _rules: Rules
+    _viewers: dict[int, Viewer]
+    _ended: bool
+
+    @property
+    def dressed(self) -> bool:
+        """Is anything worn, or was?"""
+        raise NotImplementedError
+
+    def _answer_fault(
+        self, client: int, viewer: Viewer, fault: ProtocolError, request: int | None, now: float
+    ) -> list[Action]:
+        """Tell a client what was wrong."""
+        raise NotImplementedError
+
+    def change_pattern(self, command: ChangePattern, now: float) -> tuple[int, list[Action]]:
+        """Somebody without a connection asks for a change; the ticket that `Answer` will have, and what is to be done.
+
+        Raises ProtocolError: too many wait, or there is no such fabric."""
+        check_fabric(command.edit, self._rules.fabrics)
+        return self._changes.ask(Asker(NOBODY), command, self.dressed, now)
+
+    def begin_with_changes(self, commands: Sequence[ChangePattern], now: float) -> list[Action]:
+        """Changes that waited in an earlier session are to be made in this one, once its garment is worn."""
+        return [action for command in commands for action in self._changes.ask(Asker(NOBODY), command, False, now)[1]]
+
+    def kept(self, made: EditMade, fault: ProtocolError | None, now: float) -> list[Action]:
+        """A change of the pattern has been stored, or why it could not be."""
+        return self._answer_edit(made.ticket, fault or made, now)
+
+    def _edit(
+        self, client: int, viewer: Viewer, message: EditMessage | UndoMessage | RedoMessage, now: float
+    ) -> list[Action]:
+        try:
+            if isinstance(message, EditMessage):
+                check_fabric(message.edit, self._rules.fabrics)
+            return self._changes.asked(client, message, self.dressed, now)
+        except ProtocolError as fault:
+            return self._answer_fault(client, viewer, fault, message.request, now)
+
+    def _refuse_edit(self, ticket: int, fault: ProtocolError, now: float) -> list[Action]:
+        """A change can't be made: it waits no more."""
+        return [*([KeepWaiting(ticket, None)] if ticket > 0 else []), *self._answer_edit(ticket, fault, now)]
+
+    def _answer_edit(self, ticket: int, outcome: EditMade | ProtocolError, now: float) -> list[Action]:
+        """Tell whoever asked for a change of the pattern how it ended."""
+        asker = self._changes.answered(ticket, outcome if isinstance(outcome, ProtocolError) else None)
+        if asker is None or self._ended:
+            return []
+        if asker.client == NOBODY:
+            return [Answer(ticket, outcome)]
+        viewer = self._viewers.get(asker.client)
+        if viewer is None:
+            return []
+        if isinstance(outcome, ProtocolError):
+            return self._answer_fault(asker.client, viewer, outcome, asker.request, now)
+        edited = EditedMessage(id=outcome.last, change=outcome.change, request=asker.request)
+        return [Send(asker.client, encode(edited))]
