@@ -182,8 +182,8 @@ def coarse(measured: Runs) -> str:
         f"**What the mesh adds.** From {LIVE.edge:g} to {FINE.edge:g} mm the first start's coefficient changes by "
         f"{100 * min(off):+.1f} to {100 * max(off):+.1f} points. {DRAFT.edge:g} mm can not follow the folds of limp "
         f"cloth, which hangs stiffer: by {100 * more[most]:.1f} points for {called(most)}, and by "
-        f"{100 * min(more.values()):+.1f} or more for all. It is the mesh and not the preset's few iterations: with the "
-        f"steps and budgets of `live` the same mesh changes the mean by {100 * min(budgets):+.1f} to "
+        f"{100 * min(more.values()):+.1f} or more for all. It is the mesh and not the preset's few iterations: with "
+        f"the steps and budgets of `live` the same mesh changes the mean by {100 * min(budgets):+.1f} to "
         f"{100 * max(budgets):+.1f} points. At `draft`: {outside(measured, DRAFT)}"
     )
     return textwrap.fill(told, 118, break_on_hyphens=False)
