@@ -41,3 +41,13 @@ def studio(web, tmp_path_factory):
     server = Studio(tmp_path_factory.mktemp("studio"), web)
     yield server
     server.kill()
+
+
+@pytest.fixture(scope="module")
+def patterned(web, tmp_path_factory):
+    """A server whose garments have patterns: front and back, 60 cm by 50 cm, sewn along their edges 1 and 3."""
+    from studio import Studio
+
+    server = Studio(tmp_path_factory.mktemp("patterned"), web, "patterned_form")
+    yield server
+    server.kill()

@@ -15,18 +15,10 @@ pytestmark = pytest.mark.browser
 WORN = "[...document.querySelectorAll('#wardrobe-worn li')].map(row => row.dataset.worn).join()"
 
 
-@pytest.fixture(scope="module")
-def tailored(web, tmp_path_factory):
-    """A server whose garments have patterns."""
-    server = Studio(tmp_path_factory.mktemp("tailored"), web, "patterned_form")
-    yield server
-    server.kill()
-
-
 @pytest.fixture
-def page(chromium, tailored):
+def page(chromium, patterned):
     """A page with the pattern beside the picture. It must run without an uncaught error."""
-    with a_page(chromium, tailored.url) as page:
+    with a_page(chromium, patterned.url) as page:
         yield page
 
 
@@ -89,54 +81,54 @@ def put_on_a_cape(page) -> None:
     page.wait_for_function("document.querySelector('#wardrobe-worn input:checked').value === 'cape'")
 
 
-def test_a_fabric_that_is_chosen_during_a_drag_is_worn_and_the_drag_kept(page, tailored):
+def test_a_fabric_that_is_chosen_during_a_drag_is_worn_and_the_drag_kept(page, patterned):
     grab(page)
     page.evaluate("document.querySelector('#fabrics input[value=denim]').click()")
-    comes(page, lambda: "change_fabric" in kinds(tailored, page))
+    comes(page, lambda: "change_fabric" in kinds(patterned, page))
     page.mouse.up()
-    comes(page, lambda: kinds(tailored, page) == ["change_fabric", "move_vertex"])
-    assert ask(tailored, page)["fabric"] == "denim"
+    comes(page, lambda: kinds(patterned, page) == ["change_fabric", "move_vertex"])
+    assert ask(patterned, page)["fabric"] == "denim"
     assert page.locator("#notice").is_hidden()
 
 
-def test_a_fabric_that_is_refused_during_a_drag_is_told_and_the_drag_kept(page, tailored):
-    before = ask(tailored, page)["fabric"]
+def test_a_fabric_that_is_refused_during_a_drag_is_told_and_the_drag_kept(page, patterned):
+    before = ask(patterned, page)["fabric"]
     grab(page)
     page.evaluate("document.querySelector('#fabrics input[value=tight]').click()")
     page.wait_for_selector("#notice:visible")
     assert "can't be worn" in page.inner_text("#notice-message")
     page.mouse.up()
-    comes(page, lambda: kinds(tailored, page) == ["move_vertex"])
-    assert ask(tailored, page)["fabric"] == before
+    comes(page, lambda: kinds(patterned, page) == ["move_vertex"])
+    assert ask(patterned, page)["fabric"] == before
     page.wait_for_function("before => document.querySelector('#fabrics input:checked').value === before", arg=before)
 
 
-def test_a_garment_that_is_taken_off_during_a_drag_lets_go_and_no_other_is_edited(page, tailored):
+def test_a_garment_that_is_taken_off_during_a_drag_lets_go_and_no_other_is_edited(page, patterned):
     put_on_a_cape(page)
     grab(page)
-    ask(tailored, page, "/garments/cape", "DELETE")
+    ask(patterned, page, "/garments/cape", "DELETE")
     page.wait_for_selector("#notice:visible")
     assert page.inner_text("#notice-title") == "What you were dragging was let go"
     page.mouse.move(*middle(corner(page, 0)))
     page.mouse.up()
     wait_for_frames(page)
-    assert kinds(tailored, page) == [], "the T-shirt, which is edited now, is as it was"
+    assert kinds(patterned, page) == [], "the T-shirt, which is edited now, is as it was"
     assert page.evaluate(WORN) == "tshirt"
 
 
-def test_a_garment_that_is_taken_off_while_a_line_is_chosen_on_it_ends_the_choice(page, tailored):
+def test_a_garment_that_is_taken_off_while_a_line_is_chosen_on_it_ends_the_choice(page, patterned):
     put_on_a_cape(page)
     page.click("#effects > summary")
     elastic = page.locator("[data-name=elastic]")
     elastic.locator("summary").click()
     elastic.get_by_role("button", name="Add a line").click()
     page.wait_for_selector(".pattern-sheet.choosing-edge")
-    ask(tailored, page, "/garments/cape", "DELETE")
+    ask(patterned, page, "/garments/cape", "DELETE")
     page.wait_for_selector("#notice:visible")
     assert page.inner_text("#notice-title") == "Nothing was chosen"
     page.mouse.click(*middle(page.locator(".piece .edge .reach").first))
     page.wait_for_function("document.getElementById('pattern-chosen').textContent.startsWith('Edge 0 of front')")
-    assert ask(tailored, page, "/effects/elastic")["state"] == "absent"
+    assert ask(patterned, page, "/effects/elastic")["state"] == "absent"
     assert elastic.locator(".row").count() == 0
 
 
@@ -194,7 +186,7 @@ def test_a_page_that_is_reloaded_while_it_dresses_comes_to_what_was_chosen(page)
 
 
 def test_of_two_pages_one_edits_and_one_changes_effects_and_what_one_that_goes_holds_is_let_go(
-    page, chromium, tailored
+    page, chromium, patterned
 ):
     with a_page(chromium, page.url) as other:
         other.click("#effects > summary")
@@ -206,10 +198,10 @@ def test_of_two_pages_one_edits_and_one_changes_effects_and_what_one_that_goes_h
             "x => Math.abs(document.querySelectorAll('.corner')[2].getBoundingClientRect().x + 4.5 - x) < 4", arg=x
         )
         wind.locator("button[data-state=active]").click()
-        comes(page, lambda: ask(tailored, page, "/effects/wind")["state"] == "active")
+        comes(page, lambda: ask(patterned, page, "/effects/wind")["state"] == "active")
         page.mouse.up()
-        comes(page, lambda: kinds(tailored, page) == ["move_vertex"])
-        assert ask(tailored, page, "/effects/wind")["state"] == "active"
+        comes(page, lambda: kinds(patterned, page) == ["move_vertex"])
+        assert ask(patterned, page, "/effects/wind")["state"] == "active"
         page.wait_for_selector('#pattern[aria-busy="false"]')
         page.wait_for_timeout(300)
         kept = middle(corner(page, 1))[0]
@@ -217,7 +209,7 @@ def test_of_two_pages_one_edits_and_one_changes_effects_and_what_one_that_goes_h
         left = "x => Math.abs(document.querySelectorAll('.corner')[1].getBoundingClientRect().x + 4.5 - x)"
         page.wait_for_function(f"at => ({left})(at) > 15", arg=kept)
     page.wait_for_function(f"at => ({left})(at) < 3", arg=kept)
-    assert kinds(tailored, page) == ["move_vertex"], "what was held and not let go is not kept"
+    assert kinds(patterned, page) == ["move_vertex"], "what was held and not let go is not kept"
 
 
 def test_after_the_server_was_killed_all_that_was_worn_goes_on(chromium, web, tmp_path):
@@ -256,18 +248,18 @@ def test_after_the_server_was_killed_all_that_was_worn_goes_on(chromium, web, tm
 
 
 @pytest.mark.long
-def test_a_session_that_ended_while_nobody_watched_is_gone_on_from(chromium, tailored):
-    with a_page(chromium, tailored.url) as page:
+def test_a_session_that_ended_while_nobody_watched_is_gone_on_from(chromium, patterned):
+    with a_page(chromium, patterned.url) as page:
         grab(page)
         page.mouse.up()
-        comes(page, lambda: kinds(tailored, page) == ["move_vertex"])
-        edited, address = ask(tailored, page, "/pattern")["pattern"], page.url
+        comes(page, lambda: kinds(patterned, page) == ["move_vertex"])
+        edited, address = ask(patterned, page, "/pattern")["pattern"], page.url
         page.goto("about:blank")
         session = address.rpartition("=")[2]
-        with urlopen(Request(f"{tailored.url}api/sessions/{session}", method="DELETE")):
+        with urlopen(Request(f"{patterned.url}api/sessions/{session}", method="DELETE")):
             pass
         page.goto(address)
         wait_for_state(page, "running")
         assert page.inner_text("#notice-title") == "That session has ended"
         assert page.url != address
-        assert ask(tailored, page, "/pattern")["pattern"] == edited
+        assert ask(patterned, page, "/pattern")["pattern"] == edited

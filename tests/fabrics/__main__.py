@@ -1,7 +1,7 @@
 """`python tests/fabrics`: the drape coefficient of each fabric, and a page of them.
 
-Each fabric's disc is draped over Cusick's pedestal from several starts with three meshes; a JSON file is kept for each
-mesh, and one that is there already is not measured again. `--choose` finds the bending stiffness with which fabrics
+Each fabric's disc is draped over Cusick's pedestal from several starts with each of the meshes; a JSON file is kept for
+each, and one that is there already is not measured again. `--choose` finds the bending stiffness with which fabrics
 drape as was published, and keeps the trials. `--document` writes the page of what is there.
 """
 

@@ -41,7 +41,8 @@ class Mesh:
 
 FINE = Mesh(5.0, starts=1)
 LIVE, DRAFT = Mesh(8.5), Mesh(17.0, "draft")  # as sessions have them: EDGE_LENGTHS of runtime/production.py
-MESHES = (DRAFT, LIVE, FINE)
+COARSE = Mesh(DRAFT.edge)  # the mesh of `draft` with the budgets of `live`: what of its drape is the mesh's
+MESHES = (DRAFT, COARSE, LIVE, FINE)
 
 
 def draped(fabric: Fabric, mesh: Mesh, start: Start = STARTS[0]) -> dict[str, Any]:
