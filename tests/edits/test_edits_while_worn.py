@@ -24,11 +24,10 @@ from tryon_solver.redesign.edits import KINDS
 
 LENGTHENED = {"lengthen (value)": 1, "undo (value)": 1}
 THREE_EDITS = {
-    "ease (value)": 1,
-    "change_fabric (topology)": 1,
-    "gather (value)": 1,
+    "ease (value)": 2,
+    "remove_piece (topology)": 1,
     "undo (value)": 2,
-    "undo (topology)": 1,
+    "undo (put on as before)": 1,
 }
 
 

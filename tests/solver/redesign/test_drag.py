@@ -48,7 +48,8 @@ def value_edits(spec):
     for first, _ in (stitch[:2] for stitch in spec["pattern"]["stitches"]):
         yield edits.TakeIn(first["panel"], first["edge"], 0.008)
         yield edits.Gather(first["panel"], first["edge"])
-        yield edits.Ease(first["panel"], first["edge"])
+        yield edits.Gather(first["panel"], first["edge"], 0.9)
+        yield edits.Ease(first["panel"], first["edge"], 0.006)
     yield edits.ScaleGarment((1.1, 1.1))
     yield edits.ScaleGarment((0.95, 1.05))
 
