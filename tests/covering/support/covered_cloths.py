@@ -21,11 +21,12 @@ EDGE = {"tshirt": 0.037, "skirt": 0.037}  # m, of the mesh of garments
 
 @dataclass(frozen=True)
 class Cloth:
-    """`x` (N, 3) m, free of contact; `worn` where it is on a person."""
+    """`x` (N, 3) m, free of contact; `worn` where it is on a person; `height` m of its layers over each other."""
 
     garment: Garment
     x: np.ndarray
     worn: WornGarment | None = None
+    height: float = 0.0
 
     @cached_property
     def across(self) -> np.ndarray:
@@ -74,9 +75,9 @@ class Cloth:
         """(K,) int32: the vertices within two radii of a patch around where the two lines are halfway."""
         return np.flatnonzero(np.linalg.norm(self.x - self.x[self._middle], axis=1) < 2 * PATCH).astype(np.int32)
 
-    def lifted(self) -> np.ndarray:
-        """(N, 3) m: where another garment of the same pattern lies over it."""
-        return self.x + OVER * self._normals
+    def lifted(self, patched: bool) -> np.ndarray:
+        """(N, 3) m: where another garment of the same pattern lies over it, and over its patch if it is `patched`."""
+        return self.x + (OVER + patched * self.height) * self._normals
 
     @cached_property
     def _normals(self) -> np.ndarray:
@@ -136,6 +137,7 @@ def make_cloth(kind: str, fabric: str) -> Cloth:
         garment, x = sheet(41, 9, 0.6, 0.12)
     elif kind == "stack":
         garment, x = layers(2, 18, 18, 0.36, ABOVE)
+        return Cloth(garment, over_the_ball(x), height=ABOVE)
     else:
         ball, faces = icosphere(0.12, 3)
         corners = ball[faces][:, :, :2]

@@ -153,7 +153,8 @@ def make_scene(row: Row, device: str = "cpu") -> CoveredScene:
     body, stance = body_of(row, cloth)
     garment, x, fabrics = cloth.garment, cloth.x, (FABRICS[row["fabric"]],)
     if row["garments"] in TWO:
-        garment, x = put_together(("inner", "outer"), (garment, plain.garment)), np.vstack([x, plain.lifted()])
+        outer_x = plain.lifted(patched=row["attached"] == "patch")
+        garment, x = put_together(("inner", "outer"), (garment, plain.garment)), np.vstack([x, outer_x])
         outer = OUTER[row["fabric"]] if row["garments"] == "two of two fabrics" else row["fabric"]
         fabrics = (*fabrics, FABRICS[outer])
     effects = (*effects_of(row, cloth, garment, fabrics), *attached(lies_on))

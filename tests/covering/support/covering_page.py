@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from covering_array import pairs_of
-from effect_factors import FACTORS, LEVELS
+from effect_factors import FACTORS, LEVELS, rows
 
 Result = Mapping[str, Any]
 HOW = ("preset", "rate")  # of the factors those that say how a scene is simulated
@@ -65,8 +65,10 @@ def of_run(results: Sequence[Result]) -> list[str]:
         *(row_of(cells(result)) for result in results),
         "",
     ]
+    missing = sorted(set(range(len(rows()))) - {result["scene"] for result in results})
+    lines += [f"- scene {k}: not played to its end" for k in missing]
     lines += [f"- scene {r['scene']}: {len(r['broken'])} times; first {r['broken'][0]}" for r in broken]
-    return lines if broken else [*lines, "All holds."]
+    return lines if broken or missing else [*lines, "All holds."]
 
 
 def count(result: Result, what: str) -> int:
