@@ -250,7 +250,7 @@ def begin_to_find(candidates: Candidates, scope: Scope) -> None:
 
 def begin(candidates: Candidates, scope: Scope, anew: bool) -> None:
     """Launch a search, `anew` or for what is not on the list."""
-    device = scope.x.device
+    device = wp.get_device(scope.x.device)
     while len(candidates.found) < len(scope.others):
         candidates.found.append(Found.allocate(candidates.capacity, candidates.capacity, str(device)))
     found = candidates.found[: len(scope.others)]
@@ -279,7 +279,7 @@ def settle(candidates: Candidates, scope: Scope, counts: Sequence[tuple[int, int
     total = candidates.size + sum(stencils for _, stencils in counts)
     found = candidates.found
     room = all(found[k].with_room(*counted) is found[k] for k, counted in enumerate(counts))
-    if scope.x.device.is_cuda and room and total <= candidates.capacity:
+    if wp.get_device(scope.x.device).is_cuda and room and total <= candidates.capacity:
         candidates.know_size(total)
         return True
     for k, (pairs, stencils) in enumerate(counts):

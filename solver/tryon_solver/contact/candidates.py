@@ -99,7 +99,10 @@ class Candidates:
             wp.zeros(capacity, dtype=wp.int32, device=device),
             wp.zeros(capacity, dtype=wp.float32, device=device),
             wp.zeros(capacity, dtype=wp.int32, device=device),
-            *(wp.zeros(1, dtype=wp.int32, device=device) for _ in range(4)),
+            wp.zeros(1, dtype=wp.int32, device=device),
+            wp.zeros(1, dtype=wp.int32, device=device),
+            wp.zeros(1, dtype=wp.int32, device=device),
+            wp.zeros(1, dtype=wp.int32, device=device),
             capacity,
             [],
         )

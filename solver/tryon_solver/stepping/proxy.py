@@ -47,8 +47,8 @@ def find_pairs(sim: Simulation, counted: bool) -> None:
         if not list_holds(sim, sim.state.x_feasible, sim.work.direction):
             search_along(sim, sim.state.x_feasible, sim.work.direction, 1.0)
     if keeps_graphs(sim.device) and sim.pairs.size and not counted:
-        wanted = [sim.pairs, sim.candidates, sim.contact, sim.state.x_feasible]
-        as_one(sim, "find_pairs", lambda: pairs.look_for(*wanted))
+        x = sim.state.x_feasible
+        as_one(sim, "find_pairs", lambda: pairs.look_for(sim.pairs, sim.candidates, sim.contact, x))
     else:
         pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x_feasible)
     for term in sim.stages.contact:
