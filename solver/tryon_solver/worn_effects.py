@@ -109,7 +109,7 @@ def _friction(p: Parameters, cut: Cut) -> Effect:
     if p["cloth_kinetic"] is not None:
         kinetic[:count, :count] = p["cloth_kinetic"]
     if p["body_kinetic"] is not None:
-        kinetic[count, :] = kinetic[:, count] = p["body_kinetic"]
+        kinetic[count, :count] = kinetic[:count, count] = p["body_kinetic"]  # the body has nothing to do with itself
 
     def set_pair(row: Parameters, first: np.ndarray, second: np.ndarray, place: str) -> None:
         sliding = row["static"] if row["kinetic"] is None else row["kinetic"]

@@ -120,4 +120,8 @@ def test_command_goes_on_where_it_was_cut_off(tmp_path):
     page = tmp_path / "page.md"
     made = [*command[:2], "--document", str(page), "--of", str(kept)]
     assert subprocess.run(made, capture_output=True, check=False, timeout=100).returncode == 0
-    assert "All holds." in page.read_text()
+    text = page.read_text()
+    assert "- 1 scenes hold in all" in text
+    missing = [k for k in range(len(rows())) if f"- scene {k}: not played to its end" in text]
+    assert missing == [k for k in range(len(rows())) if k != number]
+    assert "All holds." not in text

@@ -17,7 +17,7 @@ from tryon_solver.geometry.named_lines import Cut
 from tryon_solver.geometry.panel_mesh import mesh_pattern
 from tryon_solver.geometry.pattern import load_pattern
 from tryon_solver.geometry.weld import weld
-from tryon_solver.materials.fabric import FABRICS
+from tryon_solver.materials.fabric import FABRICS, between_fabrics
 from tryon_solver.scene import LIVE as LIVE_SCENE
 from tryon_solver.scene import Friction, Gas, Scene, Wind
 from tryon_solver.worn_effects import MAKERS, VALUES, check, effects_of, values_of
@@ -211,7 +211,17 @@ def test_friction_of_pairs_of_pieces(skirt):
     (spec,) = effects_of({"friction": word_of("friction").parameters(given)}, skirt[0])
     assert isinstance(spec, Friction)
     np.testing.assert_allclose(spec.static, [[0.3, 0.3, 0.4], [0.3, 0.3, 0.3], [0.4, 0.3, 0.4]])
-    np.testing.assert_allclose(spec.kinetic, [[0.3, 0.3, 0.2], [0.3, 0.3, 0.3], [0.2, 0.3, 0.2]])
+    np.testing.assert_allclose(spec.kinetic, [[0.3, 0.3, 0.2], [0.3, 0.3, 0.3], [0.2, 0.3, 0.4]])
+
+
+def test_what_the_body_has_while_cloth_slides_is_told_alone(skirt):
+    """All else is as the fabrics have it; the body has nothing to do with itself."""
+    cut = replace(skirt[0], pieces=tuple(replace(piece, fabric="denim") for piece in skirt[0].pieces))
+    (plain,) = effects_of({"friction": word_of("friction").parameters({"body_kinetic": 0.1})}, cut)
+    count = len(cut.pieces)
+    np.testing.assert_allclose(plain.static, between_fabrics([FABRICS["denim"]] * count))
+    np.testing.assert_allclose(plain.kinetic[:count, count], 0.1)
+    np.testing.assert_allclose(plain.kinetic[:count, :count], plain.static[:count, :count])
 
 
 def test_friction_of_pairs_of_materials(skirt):

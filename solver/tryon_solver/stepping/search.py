@@ -152,9 +152,8 @@ def search_slack(sim: Simulation) -> float:
 
 
 def a_few_edges(sim: Simulation) -> float:
-    """How much further the correction has a search reach than the one before it, at most [m]: with every search of
-    the step twice as far, since who outgrew one will again, but all of a garment that goes far finds millions."""
-    return min(FURTHER_EDGES, 2.0 ** (sim.searches - 1)) * sim.mean_edge
+    """How much further the correction has a search reach than the one before it, at most [m]."""
+    return FURTHER_EDGES * sim.mean_edge
 
 
 def searches_left(sim: Simulation) -> int:

@@ -16,7 +16,7 @@ from tryon_solver.contact import broad_phase
 from tryon_solver.scene import WORN, Scene
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
-from tryon_solver.stepping import move_body
+from tryon_solver.stepping import carry_once
 
 DT = 1 / 60
 FRAMES = 150
@@ -36,11 +36,11 @@ def play(monkeypatch, holds=None):
     ball, faces = icosphere(0.1, 3)
     scene = Scene(garment, x + np.array([0.01, 0.104, -0.02]), rigid_body(ball, faces), fabric(), WORN)
     sim = build(scene, PRESETS["draft"], "cpu", STILL)
-    asked, find = [], broad_phase.find
+    asked, find = [], broad_phase.begin_to_find
     with monkeypatch.context() as patch:
-        patch.setattr(broad_phase, "find", lambda *given: (asked.append(len(cloth)), find(*given)))
+        patch.setattr(broad_phase, "begin_to_find", lambda *given: (asked.append(len(cloth)), find(*given)))
         if holds is not None:
-            patch.setattr(move_body, "list_holds", holds)
+            patch.setattr(carry_once, "list_holds", holds)
         cloth, surface = [], []
         for k in range(1, FRAMES + 1):
             sim.advance(stance(k), k * DT)
