@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import time
 from contextlib import closing
@@ -26,6 +27,8 @@ def run(connection: Connection, order: WorkOrder, workshop: Workshop) -> None:
         build, load_motion = find(workshop.build), find(workshop.load_motion)
         armoury = Armoury(compiler, order.drape.device, find(workshop.compile_effects))
         worker = Worker(connection, order, build, load_motion, time.monotonic, beside, armoury)
+        gc.collect()
+        gc.freeze()  # what is loaded stays: looking through it for garbage would hold up a frame by half a second
         with closing(beside), closing(compiler), kernel_news(worker.say):
             worker.run()
     except (EOFError, BrokenPipeError, ConnectionResetError):

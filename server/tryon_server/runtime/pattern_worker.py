@@ -3,6 +3,7 @@ is made while the one before is worn on."""
 
 from __future__ import annotations
 
+import gc
 import logging
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -179,7 +180,8 @@ class PatternWorker(OutfitWorker):
 
     def _begin_remaking(self, asked: Wanted, drape: Drape) -> None:
         """Have a garment of this pattern made while this one is worn, in place of one that is being made."""
-        give_back_freed()  # of the mesh before the one that is worn
+        gc.collect()  # the mesh before the one that is worn: its parts refer to each other
+        give_back_freed()
         self._remade_pattern = asked.specification
         self._remaking.begin(drape, of_pattern(self._ordered(), asked.specification, asked.worn_by_way_of))
 
