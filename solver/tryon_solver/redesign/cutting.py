@@ -21,6 +21,7 @@ OPEN_GAP = 0.02  # m between the parts of an open cut where the pattern places t
 SAMPLES = 64  # parts of a curve each of which the line crosses once at most
 ROUNDING = 1e-12  # m from the line; what is nearer is on it
 OUTSIDE = "Draw a straight line from outside of the piece across it to outside"
+TWICE = "Draw it so that it enters the piece once and leaves it once, through its inside and not along its outline"
 
 
 def cut(draft: Draft, edit: Cut) -> None:
@@ -71,7 +72,8 @@ def _points(draft: Draft, piece: Piece, line: Points) -> list[Points]:
             points.append(point)
     if len(points) != 2:
         times = {0: "does not cross", 1: "crosses only once"}.get(len(points), f"crosses {len(points)} times")
-        raise EditError(f"the line {times} the outline of {piece.name!r}", "line", OUTSIDE)
+        remedy = OUTSIDE if len(points) < 2 else TWICE
+        raise EditError(f"the line {times} the outline of {piece.name!r}", "line", remedy)
     if not outline.contains(draft.outline(piece), np.array([(points[0] + points[1]) / 2]))[0]:
         raise EditError(f"the line runs outside of {piece.name!r} from one crossing to the other", "line", OUTSIDE)
     return points
