@@ -232,8 +232,7 @@ def test_another_colour_is_worn_as_soon_as_its_picture_is_there(page):
 
 def test_a_fabric_that_does_not_fit_is_refused_and_the_garment_worn_on(page):
     page.locator("#fabrics label", has_text="Tight").click()
-    page.wait_for_selector("#notice:visible")
-    assert "stayed open" in page.inner_text("#notice")
+    page.locator("#notice:visible", has_text="stayed open").wait_for()
     wait_for_state(page, "running")
     wait_for_frames(page)
     page.locator("#fabrics label", has_text="Denim").click()
