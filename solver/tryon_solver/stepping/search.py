@@ -138,11 +138,10 @@ def stay_near_kernel(
 def anchor_kernel(
     centre: wp.array(dtype=wp.vec3),
     half_way: wp.array(dtype=wp.vec3),
-    share: float,
     anchor_out: wp.array(dtype=wp.vec3),
 ):
     i = wp.tid()
-    anchor_out[i] = centre[i] + (2.0 * share - 1.0) * half_way[i]
+    anchor_out[i] = centre[i] + half_way[i]
 
 
 def search_slack(sim: Simulation) -> float:
@@ -201,7 +200,7 @@ def begin_search_along(sim: Simulation, x: wp.array, direction: wp.array, share:
     """Launch it; it is done when `end_search` is told what was counted."""
     accompany(sim, sim.region, x, direction, share)
     begin_to_find(sim, x)
-    place_anchors(sim, 1.0)
+    place_anchors(sim)
 
 
 def found_of(sim: Simulation) -> Sequence[Found]:
@@ -317,13 +316,13 @@ def stay_near(sim: Simulation) -> None:
     )
 
 
-def place_anchors(sim: Simulation, share: float) -> None:
-    """Put the anchors at the given share of their ways."""
+def place_anchors(sim: Simulation) -> None:
+    """Put the anchors at the ends of their ways."""
     region = sim.region
     launch(
         anchor_kernel,
         sim.all_count,
-        [region.centre, region.half_way, share],
+        [region.centre, region.half_way],
         [region.anchor],
         device=sim.device,
     )

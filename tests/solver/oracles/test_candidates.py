@@ -57,7 +57,6 @@ def test_complete_for_the_motion_and_any_way_within_the_budgets(tangle, rng, spe
     assert len(found) == sim.candidates.size
     budget = sim.region.budget.numpy().astype(np.float64)
     assert (budget[: tangle.cloth] >= slack).all()
-    search.place_anchors(sim, 1.0)
     for beside in (0.0, 1.0):  # neither without what the solve did last nor with it a vertex leaves
         far = x + motion + beside * solved - sim.region.anchor.numpy()
         assert (np.linalg.norm(far, axis=1) < budget).all()
@@ -163,7 +162,6 @@ def test_a_list_that_is_extended_is_complete_and_has_nothing_twice(tangle, rng):
     x = crumple(tangle, rng)
     tangle.set_motion(x, tangle.throw(rng, 0.004))
     search.search_along(sim, sim.state.x, sim.work.direction, 0.0)
-    search.place_anchors(sim, 1.0)
     anchor = sim.region.anchor.numpy().astype(np.float64)
     before = sim.candidates.size
     for chosen in (rng.choice(tangle.cloth, 6), rng.choice(len(x), 30)):
@@ -294,7 +292,6 @@ def test_a_far_direction_widens_the_search_by_a_few_edges_at_a_time_and_is_short
     sim = tangle.sim
     tangle.set_motion(tangle.x, np.zeros_like(tangle.x))
     search.search_along(sim, sim.state.x, sim.work.direction, 0.0)
-    search.place_anchors(sim, 1.0)
     before = sim.region.budget.numpy().copy()
     far = stray(rng, np.ones(len(tangle.x)))
     sim.work.direction.assign(far.astype(np.float32))

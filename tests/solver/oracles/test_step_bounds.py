@@ -27,7 +27,6 @@ def filtered(tangle, x, motion):
     sim = tangle.sim
     tangle.set_motion(x, motion)
     search.search_along(sim, sim.state.x, sim.work.direction, 0.0)
-    search.place_anchors(sim, 1.0)
     carry_once.filter_motion(sim, None)
     inputs = [sim.state.x, sim.work.direction, sim.work.alpha]
     wp.launch(bounds.move_kernel, sim.all_count, inputs, [sim.state.x], device="cpu")
