@@ -252,6 +252,20 @@ def test_a_refused_edit_says_why_and_the_piece_is_as_it_was(page, tailor):
     assert page.locator("#notice").is_hidden()
 
 
+def test_a_drag_that_can_not_be_shown_is_told_beside_the_pattern_and_goes_on(page, tailor):
+    x, y = middle(corner(page, 3))
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 90, y)
+    refuse(tailor, tailor.hears(lambda message: is_edit(message, hold=True)).request)
+    page.wait_for_selector("#pattern-notice:visible")
+    assert page.inner_text("#pattern-notice-message") == "The edges would cross"
+    assert page.locator("#notice").is_hidden()
+    page.mouse.move(x + 40, y)
+    page.mouse.up()
+    assert tailor.hears(kept).edit["vertex"] == 3
+
+
 def test_a_curve_is_bent_by_its_handle_and_a_straight_edge_has_one_when_chosen(page, tailor):
     x, y = middle(edge(page, 2).locator(".handle"))
     page.mouse.move(x, y)

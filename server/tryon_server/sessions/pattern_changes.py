@@ -66,7 +66,7 @@ class PatternChanges:
         self._tickets = itertools.count(HELD + 1)
         self._waiting: dict[int, _Waiting] = {}
         self._refused: deque[ChangeStatus] = deque(maxlen=MOST_REFUSED)
-        self._holder: int | None = None
+        self._holder: Asker | None = None
 
     @property
     def under_way(self) -> bool:
@@ -86,7 +86,7 @@ class PatternChanges:
         match message:
             case EditMessage(hold=True):
                 refuse_before(dressed)
-                return [Order(self._hold(client, message.edit, message.mirror, message.garment))]
+                return [Order(self._hold(asker, message.edit, message.mirror, message.garment))]
             case EditMessage():
                 command = ChangePattern("edit", HELD, message.edit, message.mirror, garment=message.garment)
             case UndoMessage():
@@ -129,9 +129,9 @@ class PatternChanges:
         self._waiting = {ticket: replace(one, doing=doing.get(ticket)) for ticket, one in self._waiting.items()}
 
     def _hold(
-        self, client: int, edit: Mapping[str, Any] | None, mirror: bool, garment: str = ""
+        self, asker: Asker, edit: Mapping[str, Any] | None, mirror: bool, garment: str = ""
     ) -> ChangePattern:
-        self._holder = None if edit is None else client
+        self._holder = None if edit is None else asker
         return ChangePattern("edit", HELD, edit, mirror, hold=True, garment=garment)
 
     def new_ticket(self) -> int:
@@ -140,13 +140,14 @@ class PatternChanges:
 
     def left(self, client: int) -> ChangePattern | None:
         """A client has left: the command that drops what it held, if it did."""
-        return self._hold(client, None, mirror=False) if client == self._holder else None
+        held = self._holder is not None and self._holder.client == client
+        return self._hold(Asker(client), None, mirror=False) if held else None
 
     def answered(self, ticket: int, refused: ProtocolError | None = None) -> Asker | None:
-        """Who waits for the change of this ticket, and then no more; who holds, for `HELD`. What was refused and asked
-        for without a connection is listed on: who asked may not have waited for the answer."""
+        """Who waits for the change of this ticket, and then no more; for `HELD`, who asked for the newest one. What was
+        refused and asked for without a connection is listed on: who asked may not have waited for the answer."""
         if ticket == HELD:
-            return None if self._holder is None else Asker(self._holder)
+            return self._holder
         one = self._waiting.pop(ticket, None)
         if one is None:
             return None

@@ -97,9 +97,11 @@ def test_who_has_let_go_leaves_nothing_behind(driver):
 
 
 def test_a_refusal_of_what_is_held_goes_to_its_holder(driver):
-    driver.say(1, EditMessage(edit=MOVE, hold=True))
+    driver.say(1, EditMessage(edit=MOVE, hold=True, request=6))
+    driver.say(1, EditMessage(edit=MOVE, hold=True, request=7))
     driver.simulation(EditRefused(0, "by", "it would fold", "Move it less far"))
-    assert driver.errors(1) == ["edit_refused"]
+    faults = driver.messages(1, ErrorMessage)
+    assert [(fault.code, fault.request) for fault in faults] == [("edit_refused", 7)], "the newest, which is the one held"
     assert driver.errors(2) == []
 
 
