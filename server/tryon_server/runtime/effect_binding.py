@@ -13,6 +13,7 @@ from tryon_server.runtime.drape import CLOSE, Asked, Character
 from tryon_server.runtime.worn_garment import WornGarment
 from tryon_solver.dressing.outfit import Outfit
 from tryon_solver.effect_words.fields import EffectError
+from tryon_solver.effect_words.gentle import least_seconds
 from tryon_solver.effect_words.ramps import as_it_comes, as_it_goes
 from tryon_solver.effect_words.rules import LINED, Parameters, rows_of_garments, together, with_pieces
 from tryon_solver.effect_words.table import WORN_ON_BODY, live
@@ -140,10 +141,13 @@ class SolverEffects:
         return name not in asked or (name in self.asked and asked[name] == self.asked[name])
 
     def _lead(self, asked: Asked) -> None:
-        """Have the values of these effects go to what they are here, each in its own time."""
+        """Have the values of these effects go to what they are here, each in its own time, or as gently as it must."""
+        simulation = self._worn.simulation
+        lightest = min(fabric.areal_density for fabric in simulation.scene.fabric_of_garments())
         for name in asked.keys() & VALUES.keys():
             values = values_of(name, asked[name], self.cut)
-            self._ramps.lead(self._worn.simulation, name, values, asked[name]["ramp"])
+            least = least_seconds(name, asked[name], self._ramps.now(simulation, name), values, lightest)
+            self._ramps.lead(simulation, name, values, max(asked[name]["ramp"], least))
 
     def times(self) -> Iterator[tuple[str, Mapping[str, float]]]:
         """What each contribution to the plan takes: its name, and ms of a call by stage; measured as it is asked."""

@@ -94,7 +94,7 @@ def _line(about: str) -> Edges:
 
 
 NOWHERE = (0.0, 0.0, 0.0)
-RAMP = Number("ramp", "simulated, over which it comes in, changes and goes", "s", live=True, high=5.0, untold=0.1)
+RAMP = Number("ramp", "over which it comes in, changes and goes, at least", "s", live=True, high=5.0, untold=0.1)
 """As long as an edit's shape takes to come (live_edit.py): at full strength at once a frame takes many iterations."""
 GUSTS = (
     Number("gusts", "how much the wind's speed varies, over its mean; 0: it blows evenly", "", high=1.0),
@@ -160,7 +160,7 @@ WORDS = (
     EffectWord(
         "stretch_curves",
         "Measured stretch",
-        "measured curves of the fabric: tension by strain, from (0, 0) on, nowhere less steep than the fabric's own",
+        "measured curves of the fabric, in place of its own stiffness: tension by strain, from (0, 0) on, rising",
         (Curve("warp", "along the warp", "N/m"), Curve("weft", "along the weft", "N/m")),
     ),
     EffectWord(
