@@ -22,7 +22,7 @@ from tryon_solver.stepping import correct, pace, search, torn
 DT = 1 / 30
 EDGE_LENGTH = 0.03  # m
 FINE = 0.017  # m, a session's
-GROWN = 3  # times CROWDED: how far a list is extended is told by how many leave, to the order of magnitude
+GROWN = 2  # times CROWDED: how far a list is extended is told by how many leave, to the order of magnitude
 
 
 def edges(*numbers):

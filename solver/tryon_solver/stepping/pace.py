@@ -26,7 +26,7 @@ LONGER = 2  # times as long as the settings have them, sub-steps may be under a 
 BODY_SHARE = 0.5  # of what is left, at most, for sub-steps that could be longer ones
 START = 2  # times as long as an iteration it takes to choose where the first begins
 RESERVE = 0.03  # share of the deadline that nothing is planned for
-MOST_LOOKED_AT = 6_000  # candidates for each vertex of the cloth, by all iterations of a step; and
+MOST_LOOKED_AT = 12_000  # candidates for each vertex of the cloth, by all iterations of a step; and
 LEAST_CROWDED = 4  # iterations all the same
 
 
