@@ -79,7 +79,7 @@ def test_a_session_wears_an_effect_that_an_installed_package_brings(server):
     told = next(one for one in effects if one["name"] == "hem_weights")
     assert [field["name"] for field in told["fields"][0]["fields"]] == ["along", "mass"]
 
-    session = asked(f"{server}sessions", "POST", {"garment": "tshirt", "preset": "draft"})["id"]
+    session = asked(f"{server}sessions", "POST", {"garment": "tshirt", "motion": "walk", "preset": "draft"})["id"]
     viewer = Viewer(f"{server.replace('http', 'ws', 1)}sessions/{session}/stream")
     try:
         until(lambda: viewer.frames)
