@@ -145,9 +145,8 @@ class StrainLimit(EffectSpec):
 class StretchCurves(EffectSpec):
     """Measured curves of a fabric that stiffens as it is stretched: along `warp` and `weft` points of strain [-] and
     tension [N/m], from a strip's tensile test, rising; from (0, 0) to the first and between them it is linear, and
-    beyond the last it goes on as before it. Along a direction without points the fabric's own stiffness holds.
-
-    The fabric's `k_warp` and `k_weft` stay what resists at first: no part of a curve may be less steep.
+    beyond the last it goes on as before it. Along a direction without points, and in compression, the fabric's own
+    stiffness holds.
     """
 
     module: ClassVar[str] = "tryon_solver.effects.stretch_curves"
@@ -160,18 +159,6 @@ class StretchCurves(EffectSpec):
             for k, ((strain, tension), (next_strain, next_tension)) in enumerate(pairwise(((0.0, 0.0), *points))):
                 if not (next_strain > strain and next_tension >= tension and next_tension < float("inf")):
                     raise ValueError(f"stretch curves: {name} does not rise to point {k}; order the points by strain")
-
-    def check(self, scene: Scene) -> None:
-        """Raises ValueError for a curve that is somewhere less steep than the fabric's own stiffness."""
-        for name, points in (("warp", self.warp), ("weft", self.weft)):
-            own = float(scene.of_fabrics(f"k_{name}").max())
-            for k, ((strain, tension), (next_strain, next_tension)) in enumerate(pairwise(((0.0, 0.0), *points))):
-                tangent = (next_tension - tension) / (next_strain - strain)
-                if tangent < own * (1 - 1e-9):
-                    raise ValueError(
-                        f"stretch curves: up to point {k} {name} has {tangent:.4g} N/m, less than the fabric's "
-                        f"k_{name} of {own:.4g} N/m; lower k_{name} to the curve's least slope"
-                    )
 
 
 @dataclass(frozen=True)

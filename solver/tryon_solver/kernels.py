@@ -50,5 +50,14 @@ def compile_effects(modules: Sequence[str], device: str) -> None:
         compile_kernels(device)
         return
     own = {*modules, *(name for name in sys.modules if name.startswith(PACKAGE) and name not in before)}
-    for name in sorted(own):
+    for name in sorted(filter(_has_kernels, own)):
         wp.load_module(name, device)
+
+
+def _has_kernels(name: str) -> bool:
+    """Has the module with that name any kernel or function of its own?"""
+    for value in vars(sys.modules[name]).values():
+        module = value.module if isinstance(value, (wp.Kernel, wp.Function)) else None
+        if module is not None and module.name == name:
+            return True
+    return False

@@ -337,7 +337,7 @@ class Simulation:
         timed = None if deadline is None else 1.0
         self.recorded_settings = replace(settings, accuracy=asked, deadline=timed)  # what graphs are recorded for
         self.accuracy.fill_(accuracy or 0.0)
-        self.pace: Pace = Unhurried(settings) if deadline is None else Hurried(settings, self.device)
+        self.pace: Pace = Unhurried(settings, self.cloth_count) if deadline is None else Hurried(settings, self.device)
         most = settings.correction_iterations if settings.ends_by_budget else settings.most_iterations
         self.budget.iterations = most
 

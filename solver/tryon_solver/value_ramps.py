@@ -59,6 +59,10 @@ class ValueRamps:
                 if not np.array_equal(now, end):
                     self._ways[name, value] = _Way(now, end, simulation.state.time, seconds)
 
+    def now(self, simulation: Simulation, name: str) -> dict[str, np.ndarray]:
+        """The effect's values as they are; none of one that is not in the plan."""
+        return {value: array.numpy().copy() for value, array in _values_of(simulation, name).items()}
+
     def forget(self, name: str) -> None:
         """The effect's values stay what they are."""
         self._ways = {key: way for key, way in self._ways.items() if key[0] != name}

@@ -1,10 +1,11 @@
 """What the effects that people ask for by name (effect_words) are in the scene of a worn garment: specs, on the lines
-and pieces of its pattern."""
+and pieces of its pattern. Of one from outside (effect_words/outside.py) its own module says it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 
@@ -58,7 +59,8 @@ def effects_of(asked: Mapping[str, Parameters], cut: Cut) -> tuple[Effect, ...]:
 def spec_of(name: str, parameters: Parameters, cut: Cut) -> Effect:
     """What a scene lists for an effect. Raises EffectError."""
     try:
-        return MAKERS[name](parameters, cut)
+        maker = MAKERS.get(name) or import_module(BY_NAME[name].home).spec
+        return maker(parameters, cut)
     except EffectError:
         raise
     except ValueError as error:  # a spec's own check
@@ -91,8 +93,15 @@ def in_place(error: ValueError) -> EffectError:
 def values_of(name: str, parameters: Parameters, cut: Cut) -> dict[str, np.ndarray]:
     """What of an effect a running scene takes up without being bound anew: the values of its contribution (plan.py)
     by their names, shaped as there."""
-    maker = VALUES.get(name)
-    return {} if maker is None else maker(parameters, cut)
+    if not has_values(name):
+        return {}
+    maker = VALUES.get(name) or import_module(BY_NAME[name].home).values
+    return maker(parameters, cut)
+
+
+def has_values(name: str) -> bool:
+    """Is there anything that `values_of` tells of the effect?"""
+    return name in VALUES or (name not in MAKERS and BY_NAME[name].changes_live)
 
 
 def _gravity(p: Parameters, _cut: Cut) -> Effect:

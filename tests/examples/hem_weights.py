@@ -14,7 +14,9 @@ from typing import ClassVar
 import numpy as np
 import warp as wp
 
+from tryon_solver.effect_words.rules import Parameters
 from tryon_solver.effects.base import BuildContext
+from tryon_solver.geometry.named_lines import Cut
 from tryon_solver.linalg.launch import launch
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import EffectSpec, Scene
@@ -60,6 +62,17 @@ def add_inertia_kernel(
     h = dt[0]
     gained = (x[i] - x_start[i]) / (h * h) - v[i] / h
     wp.atomic_add(gradient_out, i, masses[k] * (gained - acceleration))
+
+
+def spec(parameters: Parameters, cut: Cut) -> HemWeights:
+    """What a session lists for the effect by its word (hem_weights_word.py): each line's mass, shared by its vertices.
+    Raises EffectError for an edge that the pattern does not have."""
+    vertices, masses = [], []
+    for k, row in enumerate(parameters["lines"]):
+        line = np.unique(cut.mesh_edges(row["along"], f"parameters.lines[{k}].along"))
+        vertices.append(line)
+        masses.append(np.full(len(line), row["mass"] / len(line)))
+    return HemWeights(np.concatenate(vertices), np.concatenate(masses))
 
 
 def bind(spec: HemWeights, context: BuildContext) -> Contribution | None:

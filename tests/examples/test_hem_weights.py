@@ -56,5 +56,6 @@ def test_the_effect_is_in_the_plan_where_it_says_and_nowhere_without_weight():
         made(HemWeights(np.array([99]), np.ones(1)))
 
 
-def test_the_page_prints_this_file():
-    assert (ROOT / "tests/examples/hem_weights.py").read_text() in (ROOT / "docs/effects.md").read_text()
+@pytest.mark.parametrize("name", ["hem_weights.py", "hem_weights_word.py"])
+def test_the_page_prints_these_files(name):
+    assert (ROOT / "tests/examples" / name).read_text() in (ROOT / "docs/effects.md").read_text()

@@ -14,6 +14,7 @@ from tryon_server.sessions.commands import ChangeEffect, Run
 from tryon_server.sessions.events import EffectsTold
 from tryon_solver.contact.candidates import Candidates
 from tryon_solver.effect_words.fields import EffectError
+from tryon_solver.effect_words.gentle import HARDEST_JERK, least_seconds
 from tryon_solver.effect_words.table import live, word_of
 from tryon_solver.redesign.apply import apply
 from tryon_solver.redesign.plain import parse_edit
@@ -88,6 +89,57 @@ def test_elastic_draws_the_hem_in_and_is_let_go_by_its_value(bag):
     assert width(bag, advance(bag, 20)) > 1.1 * drawn
     bind(bag, asked())
     assert "elastic" not in plan(bag)
+
+
+def test_a_measured_curve_that_is_soft_at_first_is_worn_in_place_of_the_fabrics_own_stiffness(bag):
+    """Jersey of 250 N/m by a curve of 20 N/m up to 10 %: it hangs further down by its weight, and is sound."""
+    before = advance(bag, 10)[:, 1].min()
+    soft = [[0.1, 2.0], [0.2, 10.0], [0.3, 60.0]]
+    bind(bag, asked(stretch_curves={"warp": soft, "weft": soft}))
+    assert before - advance(bag, 40)[:, 1].min() > 0.002
+    assert bag.effects.character().stretch < 1.2
+
+
+def test_what_presses_hard_comes_and_goes_no_faster_than_cloth_can_go_along(bag):
+    """1000 Pa told to come at once come over a second, and go so; what is gentle has the ramp that was told."""
+    bind(bag, asked(pressure={"pressure": 1000.0, "ramp": 0.0}))
+    pressure = value_of(bag, "pressure", "pressure")
+    density = bag.simulation.scene.fabric.areal_density
+    most = HARDEST_JERK * density * DT
+    before = pressure()
+    for _ in range(10):
+        advance(bag, 1)
+        assert 0.0 < pressure() - before <= 1.001 * most
+        before = pressure()
+    seconds = 1000.0 / (HARDEST_JERK * density)
+    assert before < 1000.0
+    advance(bag, int(seconds / DT) + 2)
+    assert pressure() == 1000.0
+    assert bag.effects.fade(asked()) == pytest.approx(seconds)
+    advance(bag, 1)
+    assert 1000.0 - 1.001 * most <= pressure() < 1000.0
+    bag.effects.write(asked(pressure={"pressure": pressure() - 10.0, "ramp": 0.0}))
+    advance(bag, 1)
+    assert bag.effects.fade(asked(pressure={"pressure": pressure(), "ramp": 0.0})) == 0.0
+
+
+def value_of(drape, effect, value):
+    contribution = next(c for c in drape.simulation.plan.contributions if c.name == effect)
+    return lambda: float(contribution.values[value].numpy()[0])
+
+
+@pytest.mark.parametrize(
+    ("start", "end"), [([0, 0, 0], [0, 0, 30]), ([0, 0, 30], [0, 0, 0]), ([20, 0, 0], [-20, 0, 0])]
+)
+def test_a_wind_changes_its_pressure_no_faster_either(start, end):
+    told = word_of("wind").parameters({"density": 1.2, "broadside": 1.5})
+    start, end = (np.array([v], np.float32) for v in (start, end))
+    seconds = least_seconds("wind", told, {"velocity": start}, {"velocity": end}, 0.18)
+    share = np.linspace(0.0, 1.0, 1001)[:, None]
+    speed = np.linalg.norm((1 - share) * start + share * end, axis=1)
+    pressures = 0.5 * 1.2 * 1.5 * speed**2
+    fastest = np.abs(np.diff(pressures)).max() / (seconds / 1000)
+    assert fastest == pytest.approx(HARDEST_JERK * 0.18, rel=0.01)
 
 
 def test_frames_go_on_from_where_they_were(bag):

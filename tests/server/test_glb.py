@@ -58,11 +58,18 @@ def test_a_seam_s_vertices_are_there_once_for_each_piece():
     assert set(source.tolist()) == set(range(6))
 
 
+def test_what_has_no_maps_asks_for_no_extension():
+    scene, _ = taken_apart(glb([Part("body", POSITIONS, FACES)]))
+    assert "extensionsUsed" not in scene
+    assert "extensionsRequired" not in scene
+
+
 def test_the_scene_is_whole_and_every_reference_in_it_holds():
     scene, buffer = taken_apart(glb([cloth(), Part("body", POSITIONS + 1, FACES)]))
     assert scene["asset"]["version"] == "2.0"
     assert scene["buffers"] == [{"byteLength": len(buffer)}]
     assert scene["extensionsUsed"] == ["KHR_materials_sheen", "KHR_texture_transform"]
+    assert scene["extensionsRequired"] == ["KHR_texture_transform"], "without it the weave is a metre wide"
     assert [node["name"] for node in scene["nodes"]] == ["cloth", "body"]
     for mesh in scene["meshes"]:
         (primitive,) = mesh["primitives"]

@@ -1,7 +1,8 @@
 """A worn garment under the strongest effects that their words accept: every frame comes, in bounded work, and free.
 
-What a frame may take is what its budgets say: Newton iterations, searches, and candidates found by them. Before these
-were bounded by the list's length, a T-shirt with 1,000 Pa in it had sixteen million candidates and frames of a minute.
+What a frame may take is what its budgets say: Newton iterations, searches, and candidates that they find and go
+through. Before these were bounded by the list's length, a T-shirt with 1,000 Pa in it had sixteen million candidates
+and frames of a minute, and one of a session's mesh that walks had frames of 20 to 35 s when it was put on.
 """
 
 from pathlib import Path
@@ -11,15 +12,17 @@ import pytest
 from frame_judge import FrameJudge
 
 from tryon_server import demo
-from tryon_server.runtime import production
+from tryon_server.runtime import effect_binding, production
+from tryon_server.runtime.motions import read_motion
 from tryon_server.runtime.order import DrapeOrder
+from tryon_solver.body.motion import blend_in
 from tryon_solver.effect_words.table import BY_NAME, live
-from tryon_solver.stepping import correct, torn
-from tryon_solver.stepping.search import CROWDED
+from tryon_solver.stepping import correct, pace, search, torn
 
 DT = 1 / 30
 EDGE_LENGTH = 0.03  # m
-GROWN = 3  # times CROWDED: a list that is shorter than that is extended once more, by a few edges
+FINE = 0.017  # m, a session's
+GROWN = 2  # times CROWDED: how far a list is extended is told by how many leave, to the order of magnitude
 
 
 def edges(*numbers):
@@ -53,12 +56,59 @@ STRONGEST = {
 BRIEF = ("pressure", "wind")
 
 
+def dressed(edge_length):
+    pattern = Path(demo.__path__[0]) / "patterns" / "tshirt.json"
+    order = DrapeOrder(pattern, "cotton_jersey", "draft", "cpu", edge_length)
+    return production.build_drape(order, lambda *_: None).packed()
+
+
 @pytest.fixture(scope="module")
 def worn():
     """A T-shirt, put away."""
-    pattern = Path(demo.__path__[0]) / "patterns" / "tshirt.json"
-    order = DrapeOrder(pattern, "cotton_jersey", "draft", "cpu", EDGE_LENGTH)
-    return production.build_drape(order, lambda *_: None).packed()
+    return dressed(EDGE_LENGTH)
+
+
+class Work:
+    """What the frames of a drape take, asserted to be within what its settings allow."""
+
+    def __init__(self, drape, monkeypatch):
+        self.drape, self.sizes = drape, []
+        search_further = correct.search_further
+
+        def counted(*told):
+            search_further(*told)
+            self.sizes.append(drape.simulation.candidates.size)
+
+        monkeypatch.setattr(correct, "search_further", counted)
+        rest = drape.cloth_positions().astype(np.float64)
+        scene = drape.simulation.scene
+        self.judge = FrameJudge(scene.garment.faces, scene.body.faces, rest, drape.body_positions())
+
+    def frame(self, pose, t):
+        """The next one, within bounds and judged."""
+        self.sizes.clear()
+        report = self.drape.advance(pose, t)
+        sim = self.drape.simulation
+        settings, count = sim.settings, sim.cloth_count
+        most = settings.correction_iterations * (1 + settings.correction_extensions)
+        most += settings.second_iterations + torn.ITERATIONS
+        assert report.time == pytest.approx(self.drape._dressed_at + t)
+        assert report.steps == 1 or report.asleep
+        assert report.newton_iterations <= most
+        assert len(self.sizes) <= 3 * settings.searches, "of three corrections at most"
+        longest = max(self.sizes, default=0)
+        assert longest < GROWN * search.CROWDED * count
+        least = 2 * pace.LEAST_CROWDED  # of two corrections
+        assert (report.newton_iterations - least) * min(self.sizes, default=0) <= pace.MOST_LOOKED_AT * count
+        cloth = self.drape.cloth_positions().astype(np.float64)
+        assert self.judge.judge(cloth, self.drape.body_positions().astype(np.float64)).clean
+        return cloth
+
+
+@pytest.fixture(autouse=True)
+def at_once(monkeypatch):
+    """Have what presses act in full in one step, which a session spreads: the worst that a step may have to take."""
+    monkeypatch.setattr(effect_binding, "least_seconds", lambda *_: 0.0)
 
 
 @pytest.mark.parametrize("named", [k if k in BRIEF else pytest.param(k, marks=pytest.mark.long) for k in STRONGEST])
@@ -68,27 +118,23 @@ def test_every_frame_comes_in_bounded_work_and_nothing_crosses(named, worn, monk
     parameters = BY_NAME[name].parameters(STRONGEST[named])
     for _ in drape.effects.rebind({**live(), name: parameters}):
         pass
-    sim, settings = drape.simulation, drape.simulation.settings
-    searches, search_further = [], correct.search_further
-
-    def counted(*told):
-        search_further(*told)
-        searches.append(sim.candidates.size)
-
-    monkeypatch.setattr(correct, "search_further", counted)
-    most = settings.correction_iterations * (1 + settings.correction_extensions)
-    most += settings.second_iterations + torn.ITERATIONS
+    work = Work(drape, monkeypatch)
     rest = drape.cloth_positions().astype(np.float64)
-    judge = FrameJudge(sim.scene.garment.faces, sim.scene.body.faces, rest, drape.body_positions())
     for k in range(1, 5 if named in BRIEF else 31):
-        searches.clear()
-        report = drape.advance(drape.pose, k * DT)
-        assert report.time == pytest.approx(drape._dressed_at + k * DT)
-        assert report.steps == 1 or report.asleep
-        assert report.newton_iterations <= most
-        assert len(searches) <= 3 * settings.searches, "of three corrections at most"
-        assert max(searches, default=0) < GROWN * CROWDED * sim.cloth_count
-        cloth = drape.cloth_positions().astype(np.float64)
-        assert judge.judge(cloth, drape.body_positions().astype(np.float64)).clean
+        cloth = work.frame(drape.pose, k * DT)
     if named in BRIEF:
         assert np.linalg.norm(cloth - rest, axis=1).max() > 0.05, "it acts"
+
+
+@pytest.mark.parametrize("named", [BRIEF[0], pytest.param(BRIEF[1], marks=pytest.mark.long)])
+def test_a_walk_goes_on_while_the_strongest_are_put_on_and_taken_off_at_once(named, monkeypatch):
+    """With a session's mesh, on a body that walks."""
+    *_, drape = dressed(FINE).unpacking()
+    walk = blend_in(drape.pose, read_motion("walk", drape.outfit.body)[0], 0.5)
+    work = Work(drape, monkeypatch)
+    own = {**live(), named: BY_NAME[named].parameters(STRONGEST[named])}
+    for k in range(1, 33):
+        if k in (10, 22):
+            for _ in drape.effects.rebind(own if k == 10 else live()):
+                pass
+        work.frame(walk.sample(k * DT), k * DT)

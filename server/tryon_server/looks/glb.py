@@ -1,7 +1,9 @@
 """Scenes as .glb files: surfaces with the maps of their fabrics. Khronos glTF 2.0; one buffer, nothing outside.
 
 Texture coordinates are the pattern's, in metres; KHR_texture_transform says how often a map repeats in one. glTF's v
-runs down a picture, so that of a file is the pattern's turned over.
+runs down a picture, so that of a file is the pattern's turned over. Who does not know that extension would show the
+weave a metre wide: what an asset can't be rendered without is listed in `extensionsRequired` (glTF 2.0, section 3.12),
+so that it is refused. Without the sheen fabric is duller, and shown.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 FLOAT, UNSIGNED = 5126, 5125  # component types
 VERTICES, INDICES = 34962, 34963  # targets of buffer views
 REPEAT, LINEAR, TRILINEAR = 10497, 9729, 9987
+TRANSFORM, SHEEN = "KHR_texture_transform", "KHR_materials_sheen"
 SAME_CORNER = 1e-6  # m: pattern coordinates that agree to this are one
 SKIN = {"baseColorFactor": [0.55, 0.37, 0.29, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.7}
 
@@ -79,6 +82,7 @@ class _File:
         plain["buffers"] = [{"byteLength": len(self._binary)}]
         if self._extensions:
             plain["extensionsUsed"] = sorted(self._extensions)
+            plain["extensionsRequired"] = [TRANSFORM]
         text = json.dumps(plain, separators=(",", ":")).encode()
         text += b" " * (-len(text) % 4)
         chunks = struct.pack("<II", len(text), JSON_CHUNK) + text
@@ -89,7 +93,7 @@ class _File:
         surface = part.surface
         if surface is None:
             return self._list("materials", {"name": "skin", "pbrMetallicRoughness": SKIN})
-        self._extensions |= {"KHR_texture_transform", "KHR_materials_sheen"}
+        self._extensions |= {TRANSFORM, SHEEN}
         sheen = {"sheenColorFactor": list(surface.sheen), "sheenRoughnessFactor": surface.sheen_roughness}
         material = {
             "name": surface.name,
@@ -99,7 +103,7 @@ class _File:
                 "metallicRoughnessTexture": self._texture(surface.roughness),
             },
             "normalTexture": self._texture(surface.normal),
-            "extensions": {"KHR_materials_sheen": sheen},
+            "extensions": {SHEEN: sheen},
         }
         return self._list("materials", material)
 
@@ -111,7 +115,7 @@ class _File:
             self._list("samplers", {"magFilter": LINEAR, "minFilter": TRILINEAR, **wrap})
         texture = self._list("textures", {"source": image, "sampler": 0})
         scale = [1 / length for length in picture.size]
-        return {"index": texture, "extensions": {"KHR_texture_transform": {"scale": scale}}}
+        return {"index": texture, "extensions": {TRANSFORM: {"scale": scale}}}
 
     def _floats(self, values: npt.NDArray[np.float32], bounded: bool = False) -> int:
         accessor: dict[str, Any] = {

@@ -21,9 +21,10 @@ class Compiling:
     def __call__(self) -> tuple[str, ...]:
         """Their names."""
         from tryon_server.runtime.devices import choose_device
+        from tryon_solver.effect_words.table import BY_NAME
         from tryon_solver.kernels import compile_effects
 
-        compile_effects([f"tryon_solver.effects.{name}" for name in self.names], choose_device(self.device))
+        compile_effects([BY_NAME[name].home for name in self.names], choose_device(self.device))
         return self.names
 
 

@@ -13,9 +13,10 @@ from tryon_server.runtime.drape import CLOSE, Asked, Character
 from tryon_server.runtime.worn_garment import WornGarment
 from tryon_solver.dressing.outfit import Outfit
 from tryon_solver.effect_words.fields import EffectError
+from tryon_solver.effect_words.gentle import least_seconds
 from tryon_solver.effect_words.ramps import as_it_comes, as_it_goes
 from tryon_solver.effect_words.rules import LINED, Parameters, rows_of_garments, together, with_pieces
-from tryon_solver.effect_words.table import WORN_ON_BODY, live
+from tryon_solver.effect_words.table import WORDS, WORN_ON_BODY, live
 from tryon_solver.geometry.boundary_loops import boundary_loops
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.named_lines import Cut
@@ -25,7 +26,7 @@ from tryon_solver.redesign.parsed import parsed
 from tryon_solver.simulation import Simulation
 from tryon_solver.stepping.clocked import times_in_parts
 from tryon_solver.value_ramps import ValueRamps
-from tryon_solver.worn_effects import VALUES, check, in_place, spec_of, values_of
+from tryon_solver.worn_effects import check, has_values, in_place, spec_of, values_of
 
 REPEATS = 5  # of a call that is measured, since frames wait for them
 LOOKED_AT = 1000  # vertices and triangles, from which is told what a garment is like
@@ -62,7 +63,7 @@ class SolverEffects:
         self._ramps = ValueRamps()
         self._going_to = self.asked
         settle_in(worn.simulation, self.asked)
-        for name in self.asked.keys() & VALUES.keys():
+        for name in filter(has_values, self.asked):
             self._ramps.write(worn.simulation, name, values_of(name, self.asked[name], self.cut))
 
     @property
@@ -127,23 +128,26 @@ class SolverEffects:
         was, self.asked = self.asked, asked
         self._going_to = asked
         self._worn.go_on_in(made)
-        for name in new.keys() & VALUES.keys():
+        for name in filter(has_values, new):
             first = as_it_comes(name, new[name], was.get(name))
             self._ramps.write(made, name, values_of(name, first, self.cut))
         self._lead(asked)
 
     def _unchanged(self, effect: Any, before: Mapping[type, Any], asked: Asked) -> bool:
         """Is it asked for as it is there already? Then the very same spec goes on, and what was written to it."""
-        name = type(effect).module.rpartition(".")[2]
+        name = next((word.name for word in WORDS if word.home == type(effect).module), "")
         if type(effect) not in before:
             return False
         return name not in asked or (name in self.asked and asked[name] == self.asked[name])
 
     def _lead(self, asked: Asked) -> None:
-        """Have the values of these effects go to what they are here, each in its own time."""
-        for name in asked.keys() & VALUES.keys():
+        """Have the values of these effects go to what they are here, each in its own time, or as gently as it must."""
+        simulation = self._worn.simulation
+        lightest = min(fabric.areal_density for fabric in simulation.scene.fabric_of_garments())
+        for name in filter(has_values, asked):
             values = values_of(name, asked[name], self.cut)
-            self._ramps.lead(self._worn.simulation, name, values, asked[name]["ramp"])
+            least = least_seconds(name, asked[name], self._ramps.now(simulation, name), values, lightest)
+            self._ramps.lead(simulation, name, values, max(asked[name].get("ramp", 0.0), least))
 
     def times(self) -> Iterator[tuple[str, Mapping[str, float]]]:
         """What each contribution to the plan takes: its name, and ms of a call by stage; measured as it is asked."""

@@ -1,13 +1,12 @@
 """The effects that a running scene can be asked for, by name, with their parameters.
 
 Light to import: nothing of the solver is needed to check what somebody asks for. What becomes of it in a scene is
-tryon_solver/worn_effects.py.
+tryon_solver/worn_effects.py, or the effect's own module where it comes from outside.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, Literal
 
 from tryon_solver.effect_words.fields import (
@@ -22,9 +21,10 @@ from tryon_solver.effect_words.fields import (
     Panels,
     Rows,
     Vector,
-    checked,
     choose_one_of,
 )
+from tryon_solver.effect_words.outside import words_from_outside
+from tryon_solver.effect_words.word import EffectWord
 
 AUTO = "auto"  # in place of an effect's name: have those armed that garment and motion may call for
 CLINGS = {"static_cling": (5.0, 5e-4), "wet": (100.0, 0.05), "hook_and_loop": (2e4, 15.0), "tape": (1e3, 1.0)}
@@ -55,31 +55,6 @@ FABRICS = (
 """Materials whose friction may be told: those of materials/fabric.py, which is higher than this."""
 
 
-@dataclass(frozen=True)
-class EffectWord:
-    """An effect by name: a `title` and what it is `about`, for people, and its parameters. `kept`: it can't be taken
-    off, since what frames promise rests on it. `takes_place_of` names what is left out while it is active. `lined`: it
-    acts on the lines and spots that its lists name, and is nothing without one."""
-
-    name: str
-    title: str
-    about: str
-    fields: tuple[Field, ...] = ()
-    kept: bool = False
-    takes_place_of: tuple[str, ...] = ()
-    lined: bool = False
-
-    def parameters(self, given: Any = None) -> dict[str, Any]:
-        """All of its parameters, plain JSON, those that are not given by default. Raises EffectError."""
-        return checked(self.fields, {} if given is None else given, "parameters")
-
-    def described(self) -> dict[str, Any]:
-        """The word as plain JSON."""
-        fields = [field.described() for field in self.fields]
-        told = {"name": self.name, "title": self.title, "about": self.about, "kept": self.kept, "lined": self.lined}
-        return {**told, "fields": fields}
-
-
 def _coefficient(name: str, about: str) -> Number:
     return Number(name, about, "", high=2.0, open=True)
 
@@ -94,7 +69,7 @@ def _line(about: str) -> Edges:
 
 
 NOWHERE = (0.0, 0.0, 0.0)
-RAMP = Number("ramp", "simulated, over which it comes in, changes and goes", "s", live=True, high=5.0, untold=0.1)
+RAMP = Number("ramp", "over which it comes in, changes and goes, at least", "s", live=True, high=5.0, untold=0.1)
 """As long as an edit's shape takes to come (live_edit.py): at full strength at once a frame takes many iterations."""
 GUSTS = (
     Number("gusts", "how much the wind's speed varies, over its mean; 0: it blows evenly", "", high=1.0),
@@ -107,7 +82,7 @@ ELASTIC = (
 )
 CREASE = (Number("angle", "above 0 a ridge", "degrees", live=True, idle=0.0, low=-160.0, high=160.0, untold=60.0),)
 BUTTONS = Number("buttons", "how many, evenly; null: a zip", "", low=1, high=64, open=True, whole=True)
-WORDS = (
+BUILT_IN = (
     EffectWord(
         "gravity",
         "Gravity",
@@ -160,7 +135,7 @@ WORDS = (
     EffectWord(
         "stretch_curves",
         "Measured stretch",
-        "measured curves of the fabric: tension by strain, from (0, 0) on, nowhere less steep than the fabric's own",
+        "measured curves of the fabric, in place of its own stiffness: tension by strain, from (0, 0) on, rising",
         (Curve("warp", "along the warp", "N/m"), Curve("weft", "along the weft", "N/m")),
     ),
     EffectWord(
@@ -330,6 +305,8 @@ WORDS = (
         ),
     ),
 )
+WORDS = (*BUILT_IN, *words_from_outside({word.name for word in BUILT_IN}))
+"""These, and what installed packages bring (outside.py)."""
 BY_NAME: Mapping[str, EffectWord] = {word.name: word for word in WORDS}
 ON_EDGES: Mapping[str, tuple[Field, ...]] = {
     "elastic": ELASTIC,

@@ -38,7 +38,8 @@ def bind(spec: StretchCurves, context: BuildContext) -> Contribution | None:
     device = context.device
     rows = np.stack([pieces_of(points, count) for points in (spec.warp, spec.weft)])
     curves: wp.array = wp.array(rows, dtype=wp.vec4, device=device)
-    stiffness: wp.array = wp.array(context.scene.of_fabrics("k_warp", "k_weft"), dtype=wp.vec2, device=device)
+    of_fabrics = context.scene.of_fabrics
+    stiffness: wp.array = wp.array(of_fabrics("k_warp", "k_weft", "k_shear"), dtype=wp.vec3, device=device)
     model = TriangleModel.build(stretch_curves, context.rest, [stiffness, curves])
     return Contribution(
         "stretch_curves",

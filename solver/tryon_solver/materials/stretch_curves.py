@@ -1,9 +1,17 @@
-"""Measured stretch curves: what a fabric resists beyond its own stiffness, along warp and weft.
+"""Measured stretch curves: what a fabric resists along warp and weft, in place of its own stiffness.
 
-    Psi = A sum_d Phi_d(e_d),   Phi_d' = max(T_d(e) - k_d e, 0),   e_u = |f_u| - 1, e_v = |f_v| - 1
+    Psi = A sum_d Phi_d(e_d),   Phi_d' = T_d(e) - k_d e for e > 0,   e_u = |f_u| - 1, e_v = |f_v| - 1
 
 T [N/m] is the curve, linear between its points, and k the fabric's stiffness that the membrane (membrane.py) has for
-the same strain: together a strip that is pulled along u has the tension T_u. Tangents of at least k make Phi convex.
+the same strain: together a strip that is pulled along u has the tension T_u. In compression, and along a direction
+without points, Phi is 0.
+
+Fabrics are soft at first, as their yarns straighten, and stiffen then: where T is less steep than k, Phi takes away of
+what the membrane has. The sum along a direction is convex all the same, since T rises. Its Hessian is the membrane's,
+made semidefinite by itself, and this one's, which takes away no more than the membrane has for sure: along f the
+tangent T', or the fabric's shear stiffness k_s where T' is less, in place of k; across it T/|f|, or what k_s e gives
+where T is less. Where these bounds act, Newton's matrix is an upper bound of the Hessian, and the gradient what it is.
+
 Piecewise tangent moduli along warp and weft: Volino, Magnenat-Thalmann and Faure 2009, "A simple approach to nonlinear
 tensile stiffness for accurate cloth simulation", there as splines of strain.
 """
@@ -20,7 +28,7 @@ wp.set_module_options({"enable_backward": False})
 
 @wp.func
 def beyond(curves: wp.array2d(dtype=wp.vec4), direction: int, k: float, strain: float):
-    """T - k e [N/m], its slope and its integral; zero in compression and along a direction without points.
+    """T - k e [N/m], T' and the integral of T - k e; zero, k and zero in compression and without points.
 
     `curves` (2, K): strain, tension, tangent and work [J/m^2] where each piece begins.
     """
@@ -29,12 +37,12 @@ def beyond(curves: wp.array2d(dtype=wp.vec4), direction: int, k: float, strain: 
         if strain > curves[direction, j][0]:
             piece = j
     if piece < 0:
-        return 0.0, 0.0, 0.0
+        return 0.0, k, 0.0
     c = curves[direction, piece]
     way = strain - c[0]
     tension = c[1] + c[2] * way - k * strain
     work = c[3] + (c[1] + 0.5 * c[2] * way) * way - 0.5 * k * strain * strain
-    return tension, c[2] - k, work
+    return tension, c[2], work
 
 
 @wp.kernel
@@ -42,7 +50,7 @@ def project_kernel(
     faces: wp.array(dtype=wp.vec3i),
     gradients: wp.array2d(dtype=wp.vec2),
     area: wp.array(dtype=wp.float32),
-    stiffness: wp.array(dtype=wp.vec2),
+    stiffness: wp.array(dtype=wp.vec3),
     curves: wp.array2d(dtype=wp.vec4),
     x: wp.array(dtype=wp.vec3),
     corner_gradient_out: wp.array2d(dtype=wp.vec3),
@@ -62,7 +70,7 @@ def energy_kernel(
     faces: wp.array(dtype=wp.vec3i),
     gradients: wp.array2d(dtype=wp.vec2),
     area: wp.array(dtype=wp.float32),
-    stiffness: wp.array(dtype=wp.vec2),
+    stiffness: wp.array(dtype=wp.vec3),
     curves: wp.array2d(dtype=wp.vec4),
     x: wp.array(dtype=wp.vec3),
     energy_out: wp.array(dtype=wp.float32),
@@ -76,11 +84,16 @@ def energy_kernel(
 
 
 @wp.func
-def along_and_across(tension: float, slope: float, f: wp.vec3) -> wp.mat33:
-    """Hessian of Phi(|f| - 1): Phi'' d d^T + Phi'/|f| (I - d d^T), d = f/|f|."""
-    d = wp.normalize(f)
-    across = tension / wp.length(f)
-    return (slope - across) * wp.outer(d, d) + across * wp.identity(n=3, dtype=wp.float32)
+def along_and_across(tension: float, tangent: float, k: float, k_shear: float, f: wp.vec3) -> wp.mat33:
+    """Hessian of Phi(|f| - 1), Phi'' d d^T + Phi'/|f| (I - d d^T) with d = f/|f|, or more where that would take away
+    what the membrane may not have."""
+    length = wp.length(f)
+    d = f / length
+    along = wp.max(tangent, k_shear) - k
+    across = wp.max(tension, (k_shear - k) * (length - 1.0)) / length
+    if length <= 1.0:
+        across = 0.0
+    return (along - across) * wp.outer(d, d) + across * wp.identity(n=3, dtype=wp.float32)
 
 
 @wp.kernel
@@ -88,22 +101,23 @@ def hessian_kernel(
     faces: wp.array(dtype=wp.vec3i),
     gradients: wp.array2d(dtype=wp.vec2),
     area: wp.array(dtype=wp.float32),
-    stiffness: wp.array(dtype=wp.vec2),
+    stiffness: wp.array(dtype=wp.vec3),
     curves: wp.array2d(dtype=wp.vec4),
     slots: wp.array2d(dtype=wp.int32),
     x: wp.array(dtype=wp.vec3),
     blocks_out: wp.array2d(dtype=wp.mat33),
 ):
-    """Adds the Hessian of Psi, which is positive semidefinite."""
+    """Adds the Hessian of Psi, so that with the membrane's it is positive semidefinite."""
     t = wp.tid()
     face = faces[t]
     g0 = gradients[t, 0]
     g1 = gradients[t, 1]
     g2 = gradients[t, 2]
     f_u, f_v = deformation_gradient(x, face, g1, g2)
-    t_u, slope_u, _work_u = beyond(curves, 0, stiffness[t][0], wp.length(f_u) - 1.0)
-    t_v, slope_v, _work_v = beyond(curves, 1, stiffness[t][1], wp.length(f_v) - 1.0)
-    if slope_u > 0.0 or slope_v > 0.0 or t_u > 0.0 or t_v > 0.0:
-        h_uu = area[t] * along_and_across(t_u, slope_u, f_u)
-        h_vv = area[t] * along_and_across(t_v, slope_v, f_v)
+    own = stiffness[t]
+    t_u, slope_u, _work_u = beyond(curves, 0, own[0], wp.length(f_u) - 1.0)
+    t_v, slope_v, _work_v = beyond(curves, 1, own[1], wp.length(f_v) - 1.0)
+    if slope_u != own[0] or slope_v != own[1] or t_u != 0.0 or t_v != 0.0:
+        h_uu = area[t] * along_and_across(t_u, slope_u, own[0], own[2], f_u)
+        h_vv = area[t] * along_and_across(t_v, slope_v, own[1], own[2], f_v)
         add_to_blocks(blocks_out, slots, t, face, g0, g1, g2, h_uu, wp.mat33(), h_vv)

@@ -105,9 +105,10 @@ def take(sim: Simulation, direction: wp.array) -> None:
     """Move x by `direction`, as far as it is proven free of contact; searches further for it where it must."""
     work = sim.work
     work.alpha.fill_(1.0)
-    searchable = bool(sim.touching) and searches_left(sim) > 0
-    if searchable and bounds.leaving(sim.state.x, direction, work.alpha, sim.region, work.hits):
-        search_further(sim, direction, work.alpha, a_few_edges(sim))
+    if sim.touching and searches_left(sim) > 0:
+        leaving = bounds.leaving(sim.state.x, direction, work.alpha, sim.region, work.hits)
+        if leaving:
+            search_further(sim, direction, work.alpha, a_few_edges(sim, leaving))
     take_within_region(sim, direction)
 
 
@@ -392,6 +393,9 @@ def iterate_newton(sim: Simulation, budget: Budget, at_most: int, extensible: bo
     progress, settings = sim.progress, sim.settings
     extensions = settings.correction_extensions if extensible and settings.ends_by_budget else 0
     progress.begin(at_most, extensions, searches_left(sim), starting)
+    more = sim.pace.more(0, sim.candidates.size)
+    if more is not None and more < at_most * (1 + extensions):
+        progress.limit(more)
     progress.stop_when_full(sim.pairs)  # of which nobody may have asked how many there are
     judged = False  # the trial, before the first search along the way to it
 
@@ -412,14 +416,15 @@ def iterate_newton(sim: Simulation, budget: Budget, at_most: int, extensible: bo
         elif outcome.wants_search:
             judged = outcome.starting
             wanted = sim.to_trial if outcome.starting else sim.work.direction
-            search_further(sim, wanted, sim.work.alpha, a_few_edges(sim))
+            leaving = bounds.leaving(sim.state.x, wanted, sim.work.alpha, sim.region, sim.work.hits)
+            search_further(sim, wanted, sim.work.alpha, a_few_edges(sim, leaving))
             progress.resume(searches_left(sim))
         elif outcome.wants_room:
             make_room(sim, outcome)
             progress.resume(searches_left(sim))
         else:
             break
-        more = sim.pace.more(outcome.iterations)
+        more = sim.pace.more(outcome.iterations, sim.candidates.size)
         if more is not None:
             least = 0 if outcome.wants_search and not outcome.starting else 1  # no direction waits to be taken
             progress.limit(max(least, more))

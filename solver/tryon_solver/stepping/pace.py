@@ -26,6 +26,8 @@ LONGER = 2  # times as long as the settings have them, sub-steps may be under a 
 BODY_SHARE = 0.5  # of what is left, at most, for sub-steps that could be longer ones
 START = 2  # times as long as an iteration it takes to choose where the first begins
 RESERVE = 0.03  # share of the deadline that nothing is planned for
+MOST_LOOKED_AT = 12_000  # candidates for each vertex of the cloth, by all iterations of a step; and
+LEAST_CROWDED = 4  # iterations all the same
 
 
 class Pace(Protocol):
@@ -49,9 +51,9 @@ class Pace(Protocol):
     def again(self, most: int) -> int:
         """Newton iterations of a correction that is done again; 0: there is no time."""
 
-    def more(self, made: int) -> int | None:
-        """Newton iterations that a correction may still make, at most, that stopped on the way after so many; None: as
-        many as it has left."""
+    def more(self, made: int, candidates: int) -> int | None:
+        """Newton iterations that a correction may still make, at most, that stopped on the way after so many, with so
+        many candidates on its list from there on; None: as many as it has left."""
 
     def corrected(self, iterations: int) -> None:
         """The correction has made so many; the device has been waited for."""
@@ -61,16 +63,26 @@ class Pace(Protocol):
 
 
 class Unhurried:
-    """Without a deadline: what the settings say."""
+    """Without a deadline: what the settings say, but of iterations on a long list of candidates no more than go through
+    MOST_LOOKED_AT of them for each of the cloth's `vertices` in a step, and LEAST_CROWDED.
 
-    def __init__(self, settings: Settings) -> None:
+    What an iteration takes is what its list is long. Where all of a garment is pushed decimetres at once, by a storm
+    or a hundred times a balloon's pressure, that is a hundred times as much as usual, and the budgets, that are meant
+    for blows, are all spent: a step ended after minutes. It ends where it has come to, which is free, and the next
+    step goes on from there. Where a step is to be the full energy's, or as accurate as asked, it takes what it takes.
+    """
+
+    def __init__(self, settings: Settings, vertices: int) -> None:
         self._cycles = settings.outer_iterations
+        bounded = settings.contact_passes == 1 and settings.ends_by_budget
+        self._most = MOST_LOOKED_AT * vertices if bounded else None
+        self._left, self._made, self._listed = 0, 0, 0
 
     def begin(self) -> None:
         pass
 
-    def begin_step(self, left: int) -> None:
-        pass
+    def begin_step(self, left: int) -> None:  # noqa: ARG002 - as Pace has it
+        self._left, self._made, self._listed = self._most or 0, 0, 0
 
     def substeps(self, wanted: int) -> int:
         return wanted
@@ -82,16 +94,29 @@ class Unhurried:
         return most
 
     def again(self, most: int) -> int:
-        return most
+        if self._most is None or not self._listed:
+            return most
+        affordable = min(most, max(0, self._left // self._listed))
+        return affordable if affordable >= min(most, LEAST_CROWDED) else 0
 
-    def more(self, made: int) -> int | None:  # noqa: ARG002 - as Pace has it
-        return None
+    def more(self, made: int, candidates: int) -> int | None:
+        self._look_at(made)
+        self._listed = candidates
+        if self._most is None or not candidates:
+            return None
+        return max(LEAST_CROWDED - made, self._left // candidates, 0)
 
     def corrected(self, iterations: int) -> None:
-        pass
+        self._look_at(iterations)
+        self._made = 0
 
     def end(self) -> float:
         return 0.0
+
+    def _look_at(self, made: int) -> None:
+        """So many iterations of the correction are made, those since the last time over the list as it was then."""
+        self._left -= (made - self._made) * self._listed
+        self._made = made
 
 
 @dataclass
@@ -168,7 +193,7 @@ class Hurried:
         count = min(most, self._affordable())
         return count if count >= self._least else 0
 
-    def more(self, made: int) -> int | None:
+    def more(self, made: int, candidates: int) -> int | None:  # noqa: ARG002 - as Pace has it
         return max(self._least - made, START + self._affordable())
 
     def corrected(self, iterations: int) -> None:

@@ -209,6 +209,7 @@ def start_here_kernel(state: wp.array(dtype=wp.int32), lengths: wp.array(dtype=w
 
 @wp.kernel
 def limit_kernel(most: int, state: wp.array(dtype=wp.int32)):
+    state[EXTENSIONS] = wp.min(state[EXTENSIONS], wp.max(most - state[LEFT], 0) / state[BUDGET])
     state[LEFT] = wp.min(state[LEFT], most)
 
 

@@ -30,6 +30,7 @@ FURTHER_EDGES = 4.0  # of the cloth's mean edge, that the correction has a searc
 # far at once, more pairs are in reach than any memory holds; their way is shortened instead
 SLACK_EDGES = 0.08  # of the cloth's mean edge: more than that finds fine cloth's neighbours, ring upon ring; and
 SLACK_EDGES_ON_GPU = 0.16  # on a GPU, where candidates are cheap and another search waits for the host
+PER_EDGE = 160  # candidates, in a shirt's front and back and the body between them
 CROWDED = 1000  # candidates for each vertex of the cloth: a list that is longer is not extended
 LONGEST_SERVED = 60  # steps, by a list after the one that it was found in
 KEPT_APART = wp.constant(0.999)  # of the distance of two boxes, for the rounding of their corners
@@ -150,9 +151,15 @@ def search_slack(sim: Simulation) -> float:
     return min(sim.settings.search_slack, edges * sim.mean_edge)
 
 
-def a_few_edges(sim: Simulation) -> float:
-    """How much further the correction has a search reach than the one before it, at most [m]."""
-    return FURTHER_EDGES * sim.mean_edge
+def a_few_edges(sim: Simulation, leaving: int) -> float:
+    """How much further the correction has a search reach than the one before it, at most [m], for so many vertices that
+    leave their balls.
+
+    Stencils within reach grow with its square, by about PER_EDGE for each that reaches an edge further: where all of a
+    garment goes far at once, no further than the list may grow.
+    """
+    room = max(CROWDED * sim.cloth_count - sim.candidates.size, 0)
+    return min(FURTHER_EDGES, math.sqrt(room / (PER_EDGE * max(leaving, 1)))) * sim.mean_edge
 
 
 def searches_left(sim: Simulation) -> int:
