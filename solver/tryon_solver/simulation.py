@@ -170,6 +170,7 @@ class Simulation:
         self.x_carried = wp.clone(x)  # where the body's motion led to, before the first contact pass
         self.to_trial = wp.zeros_like(x)
         self.searches = 0
+        self.comes_along = False  # in the next `advance`
         self.substeps = 1  # of the body in the last step
         self.deflection = DeflectionScratch.allocate(self.all_count, device)
         self.largest_out = wp.zeros(1, dtype=wp.float32, device=device)
@@ -366,6 +367,11 @@ class Simulation:
         `longest_step` [s] lets steps be longer than the settings' `largest_step`, for who must keep up with a clock.
         """
         return advance(self, pose, time, longest_step)
+
+    def come_along(self) -> None:
+        """In the next `advance` the cloth goes with the body as if the room moved: it feels nothing of that motion,
+        what speed it had is gone, and in the end it has the body's. For a garment that nobody sees on its way."""
+        self.comes_along = self.body is not None
 
     def move_origin(self, by: np.ndarray) -> None:
         """See the same scene from an origin (3,) whole metres away; later poses are given relative to the new one.

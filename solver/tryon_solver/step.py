@@ -16,6 +16,7 @@ from tryon_solver.stepping.contact_free import solve_without_contact
 from tryon_solver.stepping.correct import correct_penetration
 from tryon_solver.stepping.descend import descend_in_subspace, forget_search_history
 from tryon_solver.stepping.estimate import estimate_error
+from tryon_solver.stepping.leap import go_along
 from tryon_solver.stepping.move_body import move_body
 from tryon_solver.stepping.passes import contact_passes
 from tryon_solver.stepping.predict import predict_positions
@@ -67,7 +68,10 @@ def advance(sim: Simulation, pose: Pose | None, time: float, longest_step: float
     for interval in awake(sim, sim.pose_intervals(pose, time, longest_step)):  # none longer than the largest step
         sim.timed(move_body, interval)  # carry, kinematic sub-steps: a feasible state at the new pose
         step(sim, interval.dt)
+        if sim.comes_along:
+            go_along(sim)
         sim.commit(interval)
+    sim.comes_along = False
     return sim.report()
 
 

@@ -12,16 +12,17 @@ from tryon_solver.body.mesh_sequence import MeshSequence, Moment
 from tryon_solver.body.motion import ease
 from tryon_solver.body.pose import Pose
 
-LEAD_SECONDS = 1.0  # of simulated time on the way, or longer, so that no limb goes faster than on other ways
-STEEPEST = 1.875  # of `ease`: the way is gone so many times as fast in its middle as on the mean
+STRIDE = 0.15  # s that the body would take, unhurried, for what it goes in a move
+FEWEST = 4  # moves: the fabric takes on the folds of the new stance on the way
 
 
 class CatchingUp:
     """The parts of a drape that is unpacked, then those of its way, between which what is worn goes on.
 
     The way leads from the stance in which it was dressed to the stance of the moment, wherever that goes meanwhile:
-    both are blended, and the share of the latter goes from 0 to 1 smoothly. At the end the two are one, with the speed
-    of the body.
+    both are blended, and the share of the latter goes from 0 to 1 smoothly. Nobody sees it, so it is gone in strides,
+    in which the garment is taken along and feels nothing of the motion: what folds it has in the new stance is found,
+    and not how it would have swung on the way. It ends with the next move, in which it takes on the body's speed.
     """
 
     def __init__(self, unpacking: Iterator[Drape | None], stance: Callable[[], Stance]) -> None:
@@ -39,7 +40,7 @@ class CatchingUp:
 
     def _led(self, drape: Drape) -> Iterator[Drape | None]:
         start, goal = drape.pose, self._stance()
-        moves = math.ceil(max(LEAD_SECONDS, STEEPEST * _shortest(start, goal)) / LONGEST_MOVE)
+        moves = max(FEWEST, math.ceil(_shortest(start, goal) / STRIDE))
         for k in range(1, moves + 1):
             if k > 1:
                 yield None
@@ -49,7 +50,9 @@ class CatchingUp:
                 drape.leap(leap)
                 start = moved(start, leap)
             self.seconds = k * LONGEST_MOVE
+            drape.come_along()
             drape.advance(_between(start, goal, float(ease(k / moves)), drape.own_motion), self.seconds)
+        drape.come_along()
         yield drape
 
 

@@ -251,6 +251,10 @@ class Drape(Protocol):
         """Solve so from the next ``advance`` on: down to an estimated error of ``accuracy`` [m], in ``deadline`` [s] of
         wall time; None: as the preset has it, and in what it takes."""
 
+    def come_along(self) -> None:
+        """In the next ``advance`` go with the body as if the room moved: nothing of that motion is felt, and in the end
+        it has the body's speed."""
+
     def advance(self, pose: Stance, t: float, longest_step: float = 0.0) -> StepFacts:
         """Simulate from the last pose's time to ``pose`` at time ``t`` [s], counted from the dressing.
 

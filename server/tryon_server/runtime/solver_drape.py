@@ -275,6 +275,10 @@ class SolverDrape:
         if (settings.accuracy, settings.deadline) != (accuracy, deadline):
             self.simulation.buy(accuracy, deadline)
 
+    def come_along(self) -> None:
+        """In the next ``advance`` go with the body as if the room moved."""
+        self.simulation.come_along()
+
     def advance(self, pose: Any, t: float, longest_step: float = 0.0) -> StepReport:
         """Simulate from the last pose's time to ``pose`` at time ``t`` [s], counted from the dressing."""
         assert self.simulation.body is not None

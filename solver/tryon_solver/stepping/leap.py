@@ -5,6 +5,8 @@ slip of 10 cm in a frame of 1/60 s would fling it by 6 m/s, and a wearer who is 
 there, on the floor. So what the body's motion changes by from one step to the next is felt only as far as a body may
 have done it: of a change k of the velocity with which a vertex is carried, (h/|k|)^2 k beyond h = `hardest_kick`. For
 the rest the step starts where it would if the room had moved along. A body that goes on so fast is followed, later.
+
+A garment that nobody sees yet is brought to where a body is without feeling any of the way (`Simulation.come_along`).
 """
 
 from __future__ import annotations
@@ -47,3 +49,34 @@ def feel_motion(sim: Simulation, dt: float) -> None:
     assert body is not None
     inputs = [sim.settings.hardest_kick, dt, state.x]
     launch(feel_kernel, sim.all_count, inputs, [body.felt, state.x_start], device=sim.device)
+
+
+@wp.kernel
+def join_kernel(
+    dt: float, x: wp.array(dtype=wp.vec3), x_start: wp.array(dtype=wp.vec3), felt_out: wp.array(dtype=wp.vec3)
+):
+    i = wp.tid()
+    felt_out[i] = (x[i] - x_start[i]) / dt
+    x_start[i] = x[i]
+
+
+@wp.kernel
+def go_along_kernel(felt: wp.array(dtype=wp.vec3), v: wp.array(dtype=wp.vec3)):
+    i = wp.tid()
+    v[i] = v[i] + felt[i]
+
+
+def join_motion(sim: Simulation, dt: float) -> None:
+    """Let the step of dt [s] start at rest where the body has carried everybody to from `x_start`; `felt` is the
+    velocity with which it did."""
+    state, body = sim.state, sim.body
+    assert body is not None
+    state.v.zero_()
+    launch(join_kernel, sim.all_count, [dt, state.x, state.x_start], [body.felt], device=sim.device)
+
+
+def go_along(sim: Simulation) -> None:
+    """Give the cloth, which goes at `v` as seen from the body, the body's own velocity, too."""
+    body = sim.body
+    assert body is not None
+    launch(go_along_kernel, sim.cloth_count, [body.felt], [sim.state.v], device=sim.device)

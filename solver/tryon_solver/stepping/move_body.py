@@ -12,7 +12,7 @@ from tryon_solver.body import carry as carrying
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
 from tryon_solver.stepping.carry_once import carry_once, look_ahead, looks_ahead
-from tryon_solver.stepping.leap import feel_motion
+from tryon_solver.stepping.leap import feel_motion, join_motion
 from tryon_solver.stepping.search import search_slack
 
 if TYPE_CHECKING:
@@ -76,7 +76,10 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
         sim.counters.substeps += count
         sim.substeps = count
         limit_return(sim, interval.dt)
-        feel_motion(sim, interval.dt)
+        if sim.comes_along:
+            join_motion(sim, interval.dt)
+        else:
+            feel_motion(sim, interval.dt)
     sim.searches = 0
     wp.copy(state.x_feasible, state.x)
     sim.most_cycles.fill_(sim.pace.cycles())

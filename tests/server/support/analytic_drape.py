@@ -123,6 +123,7 @@ class WavingSheet:
         self.specifications = {"": None if behaviour == "mesh" else made_of(squares(), behaviour)}
         self.shapes: list[float] = []
         self.late = False
+        self.comes_along, self.along = False, []  # in the next advance, and in each that there was
         self.bought: tuple[float | None, float | None] = (None, None)
         self.effects = PretendedEffects()
 
@@ -193,7 +194,7 @@ class WavingSheet:
         for _ in range(PARTS - 1):
             yield None
         sheet = copy(self)
-        sheet.t, sheet.steps, sheet.shapes = 0.0, 0, []
+        sheet.t, sheet.steps, sheet.shapes, sheet.along = 0.0, 0, [], []
         if specification is not None and specification != sheet.specification:
             assert sheet.reshape(specification) == ""
         yield sheet
@@ -203,6 +204,9 @@ class WavingSheet:
 
     def buy(self, accuracy: float | None, deadline: float | None) -> None:
         self.bought = accuracy, deadline
+
+    def come_along(self) -> None:
+        self.comes_along = True
 
     def advance(self, pose: Pose, t: float, longest_step: float = 0.0) -> Facts:  # noqa: ARG002
         assert t > self.t, "time goes forward"
@@ -219,6 +223,7 @@ class WavingSheet:
         if self.behaviour == "slow":
             time.sleep(0.2)
         self.current, self.t = pose, t
+        self.along, self.comes_along = [*self.along, self.comes_along], False
         advice = "the fabric is stretched by 35 %" if self.behaviour == "denim" else ""
         accuracy, deadline = self.bought
         error = Facts.error if accuracy is None else accuracy

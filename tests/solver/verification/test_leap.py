@@ -10,6 +10,7 @@ from frame_judge import FrameJudge
 from scipy.spatial.transform import Rotation
 
 from tryon_solver.body.pose import Pose
+from tryon_solver.scene import AirDrag
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
 from tryon_solver.stepping.leap import feel_motion
@@ -75,6 +76,38 @@ def test_a_body_that_goes_on_fast_is_followed_in_the_end():
     assert felt[0] == pytest.approx(0.8, abs=1e-3)
     assert np.all(np.diff(felt) >= -1e-3)
     assert felt[-1] == pytest.approx(5.0, abs=1e-3)
+
+
+def test_who_comes_along_feels_nothing_and_has_the_body_s_speed_in_the_end():
+    """At 15 m/s sideways, which would fling it off: it lies where it lay on the body, which goes on at that speed. No
+    air is about: it would hold it up."""
+    case = sleeve_on_limb()
+    scene = replace(case.scene, effects=tuple(it for it in case.scene.effects if not isinstance(it, AirDrag)))
+    sim, stays = (build(scene, SETTINGS, "cpu", case.pose_at(0)) for _ in range(2))
+    speed = 15.0
+    sim.come_along()
+    for k in (1, 2):
+        sim.advance(elsewhere(case.pose_at(0), speed * k * DT, 0.0), k * DT)
+        stays.advance(case.pose_at(0), k * DT)
+        np.testing.assert_allclose(
+            sim.cloth_positions() - [0.0, 0.0, speed * k * DT], stays.cloth_positions(), rtol=0, atol=1e-5
+        )
+        np.testing.assert_allclose(sim.state.v.numpy() - [0.0, 0.0, speed], stays.state.v.numpy(), rtol=0, atol=1e-3)
+    assert not sim.comes_along
+
+
+def test_who_comes_along_goes_as_the_limb_goes_around_which_it_lies():
+    """Both go on with the limb; what it did before is forgotten by the one that comes along."""
+    case = sleeve_on_limb()
+    sim = build(case.scene, SETTINGS, "cpu", case.pose_at(0))
+    sim.state.v.fill_(1.0)
+    before = sim.cloth_positions()
+    sim.come_along()
+    sim.advance(case.pose_at(3), DT)
+    moved, v = (sim.cloth_positions() - before) / DT, sim.state.v.numpy()
+    assert np.linalg.norm(moved, axis=1).max() > 0.5, "the limb moves"
+    assert np.linalg.norm(v - moved, axis=1).max() < 0.05
+    assert not np.allclose(v, 1.0, atol=0.1)
 
 
 def test_a_limb_that_leaps_is_followed_as_far_as_the_sub_steps_reach():

@@ -1,0 +1,63 @@
+"""What was dressed in one stance comes to another one in few moves, feeling nothing of the way."""
+
+import analytic_drape
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from tryon_server.runtime.catching_up import FEWEST, STRIDE, CatchingUp
+from tryon_server.runtime.sources import APPROACH_TURN_MAX, NEARBY
+from tryon_solver.body.pose import Pose
+
+
+def stance(turn=0.0, root=0.0):
+    """The second joint turned by so many radians, the body so far aside [m]."""
+    rotations = np.tile([0.0, 0.0, 0.0, 1.0], (3, 1))
+    rotations[1] = Rotation.from_euler("x", turn).as_quat()
+    return Pose(np.array([root, 0.0, 0.0]), rotations)
+
+
+def brought_to(*stances):
+    """The drape at the end of its way, and how many moves it took; each stance is that of one move, the last of all
+    from there on."""
+    left = list(stances)
+    sheet = analytic_drape.WavingSheet("cotton")
+    catching_up = CatchingUp(iter([None, sheet]), lambda: left.pop(0) if len(left) > 1 else left[0])
+    *others, drape = catching_up.parts()
+    assert others == [None] * len(others)
+    assert catching_up.seconds == drape.t
+    return drape, len(others)
+
+
+def test_a_near_stance_is_reached_in_the_fewest_moves():
+    goal = stance(0.3)
+    drape, moves = brought_to(goal)
+    assert moves == FEWEST == drape.steps
+    assert drape.current is goal
+
+
+def test_the_moves_grow_with_the_way():
+    _, moves = brought_to(stance(2.0))
+    assert moves == np.ceil(2.0 / APPROACH_TURN_MAX / STRIDE) > FEWEST
+
+
+def test_nothing_of_the_way_is_felt_and_it_ends_in_the_next_move():
+    drape, _ = brought_to(stance(0.5))
+    assert drape.along == [True] * FEWEST
+    for t in (1.0, 2.0):
+        drape.advance(stance(0.5), t)
+    assert drape.along == [True] * (FEWEST + 1) + [False]
+
+
+def test_it_ends_where_the_body_is_by_then():
+    goals = [stance(0.1 * k) for k in range(FEWEST)]
+    drape, _ = brought_to(*goals)
+    assert drape.current is goals[-1]
+
+
+def test_who_is_far_away_is_not_walked_to():
+    goal = stance(0.0, NEARBY + 5.2)
+    drape, moves = brought_to(goal)
+    assert moves == FEWEST
+    assert drape.origin[0] == pytest.approx(7.0)
+    assert drape.current is goal
