@@ -1,5 +1,8 @@
 """While the garment of an edit is made, the old one streams; what comes in the meantime is answered, in its order."""
 
+import gc
+import weakref
+
 import analytic_drape
 import numpy as np
 import pytest
@@ -115,6 +118,48 @@ def test_what_is_put_on_in_another_stance_takes_over_in_the_pose_of_the_moment(c
     moved = np.diff([frame.root[0] for frame in seen])
     assert np.abs(moved).max() < 2 * np.pi * 0.1 * np.diff(times).max() + 1e-6
     assert np.abs(np.diff([frame.body[0, 0] for frame in seen])).max() < 0.1, "the drape itself follows"
+
+
+class Ringed(analytic_drape.WavingSheet):
+    """A sheet whose parts refer to each other, as a simulation's do: only a look for garbage lets go of it. Remembers
+    which others are there when the mesh of its next cut is begun."""
+
+    there = []  # weak references to all of them
+    others = []  # how many are there besides, at each beginning
+
+    def __init__(self, behaviour):
+        super().__init__(behaviour)
+        self.ring = [self]
+        self.there.append(weakref.ref(self))
+
+    def cutting(self, specification, fabric):
+        self.others.append(sum(sheet() not in (None, self) for sheet in self.there))
+        return super().cutting(specification, fabric)
+
+    def packed(self):
+        return "kept"
+
+
+def test_the_mesh_of_before_is_let_go_when_the_next_one_is_begun(monkeypatch):
+    """Its memory is there for the next one: two meshes at a time, and not as many as were made since the last look for
+    garbage, which may come much later or never, as here."""
+    monkeypatch.setattr(Ringed, "there", [])
+    monkeypatch.setattr(Ringed, "others", [])
+    monkeypatch.setattr(analytic_drape, "WavingSheet", Ringed)
+    gc.collect()
+    gc.disable()
+    try:
+        commands = [edit(1, 0.7), edit(2, 1.05), edit(3, 0.98), edit(4, 0.97)]
+        connection = work(
+            [(0.001, Run(True)), (0.001, allow(1000)), *((ASKED + k, each) for k, each in enumerate(commands))],
+            ASKED + len(commands),
+            seconds_beside=0.1,
+        )
+    finally:
+        gc.enable()
+    assert answers(connection) == [1, 2, 3, 4]
+    assert len(Ringed.there) == 1 + len(commands), "each is another mesh"
+    assert Ringed.others == [0] * len(commands)
 
 
 def test_what_was_worn_before_is_worn_again_as_it_hung_where_it_can_not_be_carried_over():
