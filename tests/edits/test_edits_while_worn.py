@@ -16,9 +16,13 @@ from frames_after import FrameWatch, speed_on_body
 from levels import grown
 from rebuild_times import TOPOLOGY, VALUE, plots, table
 from run_edits import EditRun
+from undone import ELSEWHERE, FACTOR, NOT_THERE, other_than_from_scratch, silent
 
 from tryon_protocol import BodySurface, DecodedFrame, Topology
+from tryon_server.runtime.production import build_drape
 from tryon_server.runtime.redesign import wanted
+from tryon_solver.redesign import edits
+from tryon_solver.redesign.apply import apply
 from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.edits import KINDS
 
@@ -48,11 +52,31 @@ def test_a_walking_tshirt_is_edited_and_taken_back(tmp_path, case, asked, made, 
     assert result["faults"]["asked"] > asked
     assert result["made"] == made
     assert result["rebuilt"] == rebuilt
+    assert result["left_out"] == {}
     assert "all edits taken back: factor" in result["undone"]["same"]
     result["about"] = {"commit": "none", "machine": "none", "minutes": 1.0}
     text = markdown({case.name: result})
     assert "All holds." in text
     assert f"| {case.name} | {case.edits} | {case.edits} |" in text
+
+
+def test_the_factor_is_held_to_one_from_scratch_and_what_can_not_be_is_told(tmp_path):
+    order = EditRun(EditCase(vertices=150), tmp_path, print).order
+    drape = build_drape(order, silent)
+    sim = drape.simulation
+    assert other_than_from_scratch(drape, order) == ([], "")
+    own = sim.search.inverse.numpy()
+    rounded = own.copy()
+    rounded[0, 0] = np.nextafter(own[0, 0], np.float32(np.inf))
+    sim.search.inverse.assign(rounded)
+    assert other_than_from_scratch(drape, order) == ([], "")
+    sim.search.inverse.assign(np.float32(1.00001) * own)
+    assert other_than_from_scratch(drape, order) == ([FACTOR], "")
+    sim.inverses.clear()
+    assert other_than_from_scratch(drape, order) == ([], NOT_THERE)
+    wider = apply(drape.specification, edits.ScaleGarment((1.02, 1.0))).specification
+    assert drape.reshape(wider) == ""
+    assert other_than_from_scratch(drape, order) == ([], ELSEWHERE)
 
 
 def test_a_hem_is_dragged_while_frames_come(tmp_path):

@@ -119,8 +119,15 @@ def cells(name: str, result: Mapping[str, Any]) -> list[str]:
         f"{result['stretch']:.2f}",
         "–" if hem is None else f"{1e3 * (hem[0] - hem[1]):+.1f}{there}",
         "–" if not memory else f"{memory[len(memory) // 10] / 1e6:.0f}, {memory[-1] / 1e6:.0f}",
-        str(result["rebuilt"]),
+        f"{result['rebuilt']}{left_out(result)}",
     ]
+
+
+def left_out(result: Mapping[str, Any]) -> str:
+    """What of the comparisons with what is built from scratch could not be made, in brackets; runs of before it was
+    told left out every factor."""
+    whys = result.get("left_out", {"the factor": result["rebuilt"]} if result["rebuilt"] else {})
+    return f" (left out: {', '.join(f'{n} times {why}' for why, n in whys.items())})" if whys else ""
 
 
 def kinds(results: Any) -> list[list[str]]:

@@ -15,7 +15,7 @@ from edit_steps import EditSteps
 from edited_session import EditedSession, Script, Shown
 from frames_after import FrameWatch
 from levels import grown
-from undone import Undone, other_than_from_scratch
+from undone import ELSEWHERE, Undone, other_than_from_scratch
 
 from tryon_server.runtime.memory import own_bytes
 from tryon_server.runtime.order import DrapeOrder
@@ -27,12 +27,12 @@ from tryon_solver.redesign.fabrics import made_of
 
 UNEDITED = 90  # frames of the motion before the first edit: several steps of a walk
 AFTER = 8  # frames after a change before the next: the ramp, and five that it is over
-SCRATCH = 4  # of so many new meshes one is held to what is built from scratch
+SCRATCH = 4  # of so many changes of mesh one is held to what is built from scratch
 TELL_EVERY = 10  # changes
 ASKED_MOST = 60  # times as many as there are to be made: of some kinds few that are drawn are possible
 CRASHED = "the edit failed"
-NEW_MESH = ("carried", "anew")  # ways in which a change is made in a mesh that was made for it
-HOWS = ("value", *NEW_MESH, "as before")
+NEW_MESH = ("carried", "anew", "as before")  # ways in which a change is made in a mesh that was made for it
+HOWS = ("value", *NEW_MESH)
 
 Tell = Callable[[str], None]
 
@@ -59,7 +59,8 @@ class EditRun:
         self.broken: list[str] = []
         self.seconds: dict[str, list[float]] = {how: [] for how in HOWS}
         self.dressed_at = 0  # frame
-        self.rebuilt = 0  # times that a new mesh's simulation was held to one built from scratch
+        self.rebuilt = 0  # times that another mesh's simulation was held to one built from scratch
+        self.left_out: Counter[str] = Counter()  # why not, or not the whole of it
         self.stretch = 0.0
         self.memory: list[int] = []
         self.undone = Undone(self.order, case.motion, case.continued)
@@ -85,6 +86,7 @@ class EditRun:
             "refused": dict(self.refused),
             "faults": faults.plain(),
             "rebuilt": self.rebuilt,
+            "left_out": dict(self.left_out),
             "stretch": self.stretch,
             "seconds": {how: spread(taken) for how, taken in self.seconds.items()},
             "memory": self.memory,
@@ -136,8 +138,9 @@ class EditRun:
             self.dressed_at = self.watch.faults.frames
         self.seconds[how].append(shown.came - answer.asked)
         if how in NEW_MESH and sum(len(self.seconds[each]) for each in NEW_MESH) % SCRATCH == 1:
-            other = other_than_from_scratch(session.drape, self.order)
-            self.rebuilt += 1
+            other, left_out = other_than_from_scratch(session.drape, self.order)
+            self.rebuilt += left_out != ELSEWHERE
+            self.left_out.update([left_out] if left_out else [])
             self.broken += [f"after {described(command)}, other than built from scratch: {name}" for name in other]
         self.watch.see(shown)
         yield from self.look(session, AFTER - 1)

@@ -32,13 +32,15 @@ from tryon_solver.geometry.pattern import parse_pattern
 from tryon_solver.geometry.size import mesh_in_size
 from tryon_solver.geometry.weld import weld
 from tryon_solver.redesign.history import History
-from tryon_solver.simulation import Simulation, build
+from tryon_solver.simulation import FACTOR_DIGITS, Simulation, build
 from tryon_solver.subspace.basis import reduced_matrix
 
 HEM_LIMIT = 5e-3  # m between the mean heights of the hems
 COMPARED = 0.5  # of the frames that both go on for by the same poses: so much at their end the hem is averaged over
 ALIKE = 15  # frames that a garment put on twice has to have the same bits
-FACTOR = "factor"  # of the steps that were taken last, so that one that has taken none has another
+FACTOR = "factor"  # of the steps that were taken last
+ELSEWHERE = "it is worn in another shape than its mesh was made in"
+NOT_THERE = "its factor was still being made"
 SETTLING = 300  # frames in which a reduced matrix's inverse has to be there
 
 
@@ -141,9 +143,12 @@ class Undone:
             )
 
 
-def other_than_from_scratch(drape: SolverDrape, order: DrapeOrder) -> list[str]:
-    """What of a garment worn in a new mesh has other bits than if it were built of its pattern, from nothing."""
+def other_than_from_scratch(drape: SolverDrape, order: DrapeOrder) -> tuple[list[str], str]:
+    """What of a garment worn in a mesh that was made for it has other bits than if it were built of its pattern, from
+    nothing, for steps as the last one was; and why something was left out, or all, or ""."""
     sim = drape.simulation
+    if drape.own.shown != drape.specification:
+        return [], ELSEWHERE
     assert drape.specification is not None
     assert order.edge_length is not None
     assert sim.body is not None
@@ -152,8 +157,18 @@ def other_than_from_scratch(drape: SolverDrape, order: DrapeOrder) -> list[str]:
     surface = sim.body_positions().astype(np.float64)
     scene = replace(sim.scene, garment=garment)
     scratch = build(scene, sim.settings, sim.device, sim.body.pose, surface, tangled=True)
+    scratch.use_time_step(round(sim.dt, FACTOR_DIGITS))
     one, other = made_of_shape(sim), made_of_shape(scratch)
-    return [name for name in one if name != FACTOR and not np.array_equal(one[name], other[name])]
+    its_own = sim.factor_key in sim.inverses
+    alike = {name: np.array_equal(one[name], other[name]) for name in one}
+    alike[FACTOR] = not its_own or same_but_rounded(one[FACTOR], other[FACTOR])
+    return [name for name in alike if not alike[name]], "" if its_own else NOT_THERE
+
+
+def same_but_rounded(one: np.ndarray, other: np.ndarray) -> bool:
+    """Are two inverses the same but for how their entries are rounded to float32? Made in float64, their last bits
+    depend on where in memory that is done."""
+    return one.shape == other.shape and bool(np.abs(one - other).max() <= np.spacing(np.abs(other).max()))
 
 
 def silent(_stage: str, _share: float | None) -> None:
