@@ -2,6 +2,7 @@
 
 import gc
 import weakref
+from typing import ClassVar
 
 import analytic_drape
 import numpy as np
@@ -124,8 +125,8 @@ class Ringed(analytic_drape.WavingSheet):
     """A sheet whose parts refer to each other, as a simulation's do: only a look for garbage lets go of it. Remembers
     which others are there when the mesh of its next cut is begun."""
 
-    there = []  # weak references to all of them
-    others = []  # how many are there besides, at each beginning
+    there: ClassVar[list] = []  # weak references to all of them
+    others: ClassVar[list] = []  # how many are there besides, at each beginning
 
     def __init__(self, behaviour):
         super().__init__(behaviour)
