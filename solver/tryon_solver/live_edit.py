@@ -84,9 +84,14 @@ class LiveEdit:
         self._at_start.clear()
 
     @property
+    def there(self) -> bool:
+        """Is the shape what is wanted?"""
+        return self._ramp is None
+
+    @property
     def settled(self) -> bool:
         """Is the shape what is wanted, and the inverse that of the shape?"""
-        return self._ramp is None and self._has_inverse
+        return self.there and self._has_inverse
 
     @property
     def _has_inverse(self) -> bool:

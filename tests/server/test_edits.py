@@ -67,6 +67,29 @@ def test_an_edit_over_rest_is_made_listed_and_in_the_pattern(server):
     assert server.http.post(f"{path}/edits/redo").json()["last"] == 1
 
 
+def worn_in_the_end(server, path) -> list:
+    """Whether each edit is worn, once all are or 10 s have gone by."""
+    for _ in range(200):
+        worn = [edit["worn"] for edit in server.http.get(f"{path}/edits").json()]
+        if all(worn):
+            break
+        time.sleep(0.05)
+    return worn
+
+
+def test_an_edit_that_nobody_watches_is_worn_all_the_same_and_the_list_says_when(server):
+    """Answered it is kept, and its shape is on the way: no client has ever connected."""
+    path = f"/api/sessions/{dressed(server)}"
+    assert server.http.post(f"{path}/edits", json={"edit": WIDER}).status_code == 201
+    assert server.http.get(f"{path}/edits").json()[0]["worn"] is False
+    assert server.http.get(path).json()["viewers"] == 0
+    assert worn_in_the_end(server, path) == [True]
+    assert server.http.post(f"{path}/edits/undo").status_code == 200
+    assert worn_in_the_end(server, path) == [True]
+    server.http.delete(path)
+    assert server.http.get(f"{path}/edits").json()[0]["worn"] is None
+
+
 @pytest.mark.parametrize("factor", [0.7, 0.62], ids=["carried over", "dressed anew"])
 def test_an_edit_that_needs_another_mesh_is_made_in_another_process(server, factor):
     """Frames of the old garment come until those of the new one do."""

@@ -6,6 +6,7 @@ import pytest
 from analytic_drape import LATE_WIDTH, squares, width_of
 from scripted_worker import allow, frames, work
 
+from tryon_server.runtime.pattern_worker import REST_SECONDS
 from tryon_server.sessions.commands import ChangePattern, Run
 from tryon_server.sessions.events import (
     Designed,
@@ -14,6 +15,7 @@ from tryon_server.sessions.events import (
     FrameReady,
     PhaseChanged,
     Reported,
+    TakenOn,
     TopologyReady,
 )
 
@@ -224,6 +226,74 @@ def test_a_body_that_stands_is_simulated_again_after_an_edit():
     assert frames_after() == []
     after = frames_after(edit(1, 0.6))
     assert 11.0 < after[-1] - 20.0 < 13.5
+
+
+def unwatched(*commands, first=()):
+    """A worker that is told these 1 s after it was dressed, and that nobody watches: when what happened [s], by kind;
+    and what was worn."""
+    drapes = []
+
+    def build(order, progress):
+        drapes.append(analytic_drape.build(order, progress))
+        return drapes[-1]
+
+    script = [(0.001, each) for each in (allow(10**6), *first)] + [(1.0, each) for each in commands]
+    connection = work(script, 5.0, build=build)
+    return connection, drapes[0]
+
+
+def times_of(connection, kind):
+    return [t for t, event in zip(connection.times, connection.events) if isinstance(event, kind)]
+
+
+def test_a_shape_that_is_kept_is_taken_on_while_nobody_watches_on_the_body_as_it_stands():
+    connection, sheet = unwatched(edit(1, 0.6))
+    (kept,), (there,) = times_of(connection, EditMade), times_of(connection, TakenOn)
+    assert kept < 1.1
+    assert there - kept == pytest.approx(analytic_drape.RAMP, abs=0.1), "it is there once its way is gone"
+    last = times_of(connection, FrameReady)[-1]
+    assert last - there == pytest.approx(REST_SECONDS, abs=0.1), "the cloth rests, and then nothing is simulated"
+    assert len({frame.root.tobytes() for frame in frames(connection)}) == 1
+    assert not sheet.on_the_way
+
+
+@pytest.mark.parametrize("commands", [(), (edit(1, 0.6), Run(False, settle=False))], ids=["unedited", "then held"])
+def test_nothing_is_simulated_that_nobody_watches_and_no_edit_needs(commands):
+    connection, sheet = unwatched(*commands)
+    assert times_of(connection, TakenOn) == []
+    assert sheet.steps == 0
+
+
+def test_what_is_edited_while_a_client_holds_is_taken_on_once_it_plays():
+    connection, sheet = unwatched(edit(1, 0.6), first=(Run(False, settle=False),))
+    assert len(times_of(connection, EditMade)) == 1
+    assert times_of(connection, TakenOn) == []
+    assert sheet.steps == 0
+    connection, _ = unwatched(edit(1, 0.6), Run(True), first=(Run(False, settle=False),))
+    assert len(times_of(connection, TakenOn)) == 1
+
+
+def test_who_leaves_before_a_shape_is_there_leaves_it_to_be_taken_on():
+    connection, sheet = unwatched(edit(1, 0.6), Run(False), first=(Run(True),))
+    assert len(times_of(connection, TakenOn)) == 1
+    assert not sheet.on_the_way
+    assert times_of(connection, FrameReady)[-1] < 1.0 + analytic_drape.RAMP + REST_SECONDS + 0.2
+
+
+def test_what_is_only_held_is_not_told_to_be_worn():
+    """Held over what is kept and on its way; let go of, that is come to."""
+    held, let_go = hold(0.55), hold(None)
+    connection, _ = unwatched(edit(1, 0.6), held, first=(Run(True),))
+    assert times_of(connection, TakenOn) == []
+    connection, _ = unwatched(edit(1, 0.6), held, let_go, first=(Run(True),))
+    assert len(times_of(connection, TakenOn)) == 1
+
+
+def test_another_mesh_is_told_to_be_taken_on_after_it_is_kept():
+    connection, _ = unwatched(edit(1, 0.39))
+    assert [event.change for event in events(connection, EditMade)] == ["topology"]
+    assert [event.garment for event in events(connection, TakenOn)] == [""]
+    assert times_of(connection, TakenOn) >= times_of(connection, EditMade)
 
 
 def test_the_pattern_of_the_tests_is_one():

@@ -27,14 +27,29 @@ REFUSED = ("edit_refused", "invalid_field", "unknown_fabric")  # what the edit i
 @router.get("/{session_id}/edits")
 async def list_edits(session_id: str, services: ServicesDep, garment: str = "") -> list[EditReply]:
     """The edits of the pattern of a session's garment, the edited one unless it is named, live or ended, oldest first,
-    with those that were taken back."""
+    with those that were taken back, and whether they are worn yet."""
     kept = await services.sessions.edits(session_id, garment)
-    return [EditReply(id=e.id, edit=dict(e.edit), mirror=e.mirror, made=e.made, undone=e.undone) for e in kept]
+    live = services.sessions.get(session_id)
+    on_the_way = set() if live is None else live.machine.on_the_way(garment or live.machine.edited)
+    return [
+        EditReply(
+            id=one.id,
+            edit=dict(one.edit),
+            mirror=one.mirror,
+            made=one.made,
+            undone=one.undone,
+            worn=None if live is None else one.id not in on_the_way,
+        )
+        for one in kept
+    ]
 
 
 @router.post("/{session_id}/edits", status_code=201, responses=WAITS, openapi_extra=json_body(EditRequest))
 async def make_edit(session_id: str, request: Request, response: Response, services: ServicesDep) -> EditedReply:
-    """Edit the pattern while it is worn; answered when the edit is kept. One that is refused changes nothing."""
+    """Edit the pattern while it is worn; answered when the edit is kept. One that is refused changes nothing.
+
+    Its shape is taken on in the moments that follow, also while nobody watches: on the body as it stands then. In a
+    session that a client holds it waits until that plays; the list of edits says which are `worn`."""
     wish = read_json(await request.body(), EditRequest)
     command = ChangePattern("edit", edit=wish.edit, mirror=wish.mirror, garment=wish.garment)
     return await _change(session_id, services, response, command)

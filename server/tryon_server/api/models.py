@@ -333,6 +333,10 @@ class EditReply(Model):
     mirror: bool
     made: float
     undone: bool = Field(description="it was taken back, and can be made again")
+    worn: bool | None = Field(
+        description="the garment has taken it on, or, taken back, let go of it; false: it is kept, and worn as soon as "
+        "its shape is come to, which takes a moment, or waits until the session plays; null: the session has ended"
+    )
 
 
 class EditedReply(Model):

@@ -228,6 +228,10 @@ class Drape(Protocol):
         changed, or "". ``shape`` is what ``shape_of`` found for it. Not to be asked of a garment without a pattern."""
 
     @property
+    def on_the_way(self) -> bool:
+        """Has a garment yet to come to the shape that it was last told to take on?"""
+
+    @property
     def shape_of(self) -> Callable[[Mapping[str, Any]], Any]:
         """What finds the shape of a pattern in this garment's mesh, in any process, as ``reshape`` does here."""
 

@@ -16,17 +16,18 @@ from tryon_server.runtime.held_edits import Outcome
 from tryon_server.runtime.outfit_worker import OutfitWorker
 from tryon_server.runtime.redesign import Wanted, of_pattern, wanted
 from tryon_server.runtime.remaking import Remade
-from tryon_server.runtime.sources import PoseSource
+from tryon_server.runtime.sources import PoseSource, StillSource
 from tryon_server.runtime.telling import PROGRESS_SECONDS, Teller
 from tryon_server.runtime.waiting import WaitingChanges, refusal
 from tryon_server.sessions.commands import UNASKED, ChangePattern
-from tryon_server.sessions.events import ChangesTold, ChangeUnderWay, EditRefused
+from tryon_server.sessions.events import ChangesTold, ChangeUnderWay, EditRefused, TakenOn
 from tryon_solver.linalg.freed import give_back_freed
 from tryon_solver.redesign.edit_error import EditError
 
 logger = logging.getLogger(__name__)
 
 REMAKING_SHARE = 0.5  # of the time that a frame took, after which no further part of another garment is begun
+REST_SECONDS = 0.5  # simulated after a change that nobody watches: as long as cloth that is pulled at takes to follow
 LATER = "shown once it is let go"
 ANOTHER = "Make it smaller, place it elsewhere or leave it out, or have TRYON_SERVER_EDIT_SECONDS higher"
 
@@ -44,6 +45,11 @@ class PatternWorker(OutfitWorker):
     _told: tuple[tuple[ChangeUnderWay, ...], float]  # what was told of the changes last, and when [s]
     _remade_pattern: Mapping[str, Any]
     _cost: float
+    _running: bool
+    _settles: bool  # while it does not run
+    _standing: StillSource | None  # what moves the body then, until what is kept is taken on
+    _on_the_way: set[str]  # garments that have not taken on what is kept of their patterns
+    _kept_shown: bool  # and nothing that is only held
 
     def _trouble(self, code: str, place: str, message: str, remedy: str) -> None:
         """Tell that something went wrong."""
@@ -121,7 +127,7 @@ class PatternWorker(OutfitWorker):
         """Tell what the garment takes on, or why it does not."""
         if self._source is not None:
             self._source.settle_anew()
-        self._held = True
+        self._held, self._kept_shown = True, command.edit is None
         self._held_last = command if self._remaking.under_way else None
         notes = (*asked.notes, f"{LATER}: {why}") if why else asked.notes
         self._tell_design(asked.specification, asked.history, held=True, notes=notes, drawn=asked.drawn)
@@ -130,7 +136,7 @@ class PatternWorker(OutfitWorker):
         """This pattern is worn: answer all that it was waited for, each once it was told; show what is held."""
         if self._source is not None:
             self._source.settle_anew()
-        self._held = False
+        self._held, self._kept_shown = False, True
         for command, outcome in self._waiting.take_up_to(worn, self._clock()):
             if isinstance(outcome, EditRefused):
                 self._tell(outcome)
@@ -138,11 +144,30 @@ class PatternWorker(OutfitWorker):
             self._histories[self._edited] = outcome.history
             self._tell_design(outcome.specification, outcome.history, notes=outcome.notes)
             self._teller.owe(partial(outcome.made, command, change))  # whoever is answered has seen the pattern
+            self._on_the_way.add(self._edited)
+        self._settle()
+        self._tell_taken_on()
         held, self._held_last = self._held_last, None
         if held is not None:
             self._change_now(held)
         if self._drape is not None:
             self._make_next(self._drape)
+
+    def _settle(self) -> None:
+        """Take on what is kept, on the body as it stands, if nobody watches it move."""
+        if not self._running and self._settles and self._pose is not None and self._on_the_way:
+            self._standing = StillSource(self._pose, REST_SECONDS)
+
+    def _tell_taken_on(self) -> None:
+        """Tell of what is kept that it is taken on, once it is."""
+        drape = self._drape
+        if drape is None or drape.on_the_way:
+            if self._standing is not None:
+                self._standing.settle_anew()
+        elif self._kept_shown and not drape.outgrown:
+            for garment in sorted(self._on_the_way):
+                self._teller.owe(partial(TakenOn, garment))
+            self._on_the_way.clear()
 
     def _tell_refused(self) -> None:
         for refused in self._waiting.take_refused():

@@ -160,6 +160,11 @@ class SolverDrape:
         return ""
 
     @property
+    def on_the_way(self) -> bool:
+        """Has a garment yet to come to the shape that it was last told to take on?"""
+        return any(one.edit is not None and not one.edit.there for one in self.garments)
+
+    @property
     def shape_of(self) -> Shapes:
         """What finds the shapes of other patterns in the edited garment's mesh, in any process."""
         return self.own.shape_of()

@@ -135,16 +135,17 @@ class SequenceSource:
 
 
 class StillSource:
-    """The body stands still: no motion was chosen and no pose has arrived yet."""
+    """The body stands still, for so many simulated seconds: no motion was chosen and no pose has arrived yet, or nobody
+    watches it move."""
 
-    def __init__(self, pose: Stance) -> None:
-        self._pose = pose
+    def __init__(self, pose: Stance, seconds: float = SETTLE_SECONDS) -> None:
+        self._pose, self._seconds = pose, seconds
         self._pace = Pace()
         self._stood = 0.0
-        self._settled_at = SETTLE_SECONDS
+        self._settled_at = seconds
 
     def settle_anew(self) -> None:
-        self._settled_at = self._stood + SETTLE_SECONDS
+        self._settled_at = self._stood + self._seconds
 
     def next(self, elapsed: float, cost: float = 0.0) -> Move | None:  # noqa: ARG002
         if self._stood >= self._settled_at:

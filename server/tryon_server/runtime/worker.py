@@ -105,7 +105,8 @@ class Worker(PatternWorker):
         self._pose: Stance | None = None
         self._move: Move | None = None  # the last one; None of a garment that has not moved since it was dressed
         self._histories = {name: history_of(kept) for name, kept in order.histories.items()}
-        self._held = False
+        self._held, self._kept_shown = False, True
+        self._settles, self._standing, self._on_the_way = True, None, set()
         self._beside = beside
         self._remaking = Remaking(beside, build)
         self._effects = EffectDesk(self._tell, armoury, clock, order.effects)
@@ -166,7 +167,9 @@ class Worker(PatternWorker):
             case UseTrackedPose():
                 self._poses.track(command, self._source)
             case Run():
-                self._running = command.running
+                self._running, self._settles = command.running, command.settle
+                self._standing = None
+                self._settle()
                 self._last_look = self._clock()
             case FollowMotion():
                 self._motion, self._motion_file = command.motion, command.file
@@ -225,6 +228,8 @@ class Worker(PatternWorker):
         announcement = self._publisher.dress(drape)
         self._drape, self._pose = drape, drape.pose
         self._poses.begin(drape.outfit.body)
+        self._standing = None
+        self._tell_taken_on()
         self._simulated, self._failures, self._cost, self._move = 0.0, 0, 0.0, None
         self._follow()
         self._tell(announcement)
@@ -250,7 +255,8 @@ class Worker(PatternWorker):
     def _work(self) -> float | None:
         """Simulate and publish what is due; how long to wait for commands after that [s], None for ever."""
         self._publish()
-        if self._drape is None or self._source is None or not self._running:
+        source = self._source if self._running else self._standing
+        if self._drape is None or source is None:
             return None
         now = self._clock()
         elapsed = now - self._last_look
@@ -258,13 +264,15 @@ class Worker(PatternWorker):
         if elapsed < interval:
             return interval - elapsed
         self._last_look = now
-        move = self._source.next(elapsed, self._cost)
+        move = source.next(elapsed, self._cost)
         if move is None:
+            self._standing = None
             return IDLE_SECONDS
         drape = self._drape
         if self._simulate(drape, move):
             self._meter.moved(now, elapsed, move.dt)
             self._publish()
+            self._tell_taken_on()
         if drape.outgrown:
             self._outgrow(drape)
         return 0.0

@@ -47,9 +47,11 @@ class UseTrackedPose:
 
 @dataclass(frozen=True)
 class Run:
-    """Simulate, or hold still without any work of the solver."""
+    """Simulate, or hold still without any work of the solver: but where it may ``settle``, as while nobody watches, a
+    change of the pattern that is kept is taken on nevertheless, on the body as it stands."""
 
     running: bool
+    settle: bool = True
 
 
 @dataclass(frozen=True)

@@ -119,6 +119,14 @@ class EditMade:
 
 
 @dataclass(frozen=True)
+class TakenOn:
+    """The garment of this name, which is worn, has taken on the pattern that was kept last: a change that was answered
+    is worn from the next frame on, but its shape is come to in some more of them."""
+
+    garment: str
+
+
+@dataclass(frozen=True)
 class EditRefused:
     """A change of the pattern can't be made: nothing has changed. ``ticket`` as in EditMade; 0 of one that was held."""
 
@@ -209,6 +217,7 @@ Event = (
     | Designed
     | FabricWorn
     | EditMade
+    | TakenOn
     | EditRefused
     | ChangesTold
     | EffectsTold

@@ -51,7 +51,6 @@ from tryon_server.sessions.actions import (
     Action,
     Close,
     End,
-    Keep,
     Order,
     Send,
 )
@@ -70,6 +69,7 @@ from tryon_server.sessions.events import (
     Gone,
     PhaseChanged,
     Reported,
+    TakenOn,
     TopologyReady,
     Troubled,
 )
@@ -112,7 +112,8 @@ class Session(PatternTalk):
         self._changes, self.effects = PatternChanges(), EffectTalk()
         self._bought = BuyAccuracy()
         self._last_status: StatusMessage | None = None
-        self._running = False
+        self._run = Run(False)
+        self._on_the_way = {}
         self._last_pose_used = float("-inf")
         self._watched_until = now
         self._ended = False
@@ -200,7 +201,10 @@ class Session(PatternTalk):
                 self.fabric = event.fabric
                 return self._status_if_changed(now)
             case EditMade():
-                return [Keep(event)]
+                return self._made(event)
+            case TakenOn():
+                self._on_the_way.pop(event.garment, None)
+                return []
             case EditRefused():
                 fault = ProtocolError("edit_refused", event.place, event.message, event.remedy)
                 return self._refuse_edit(event.ticket, fault, now)
@@ -435,12 +439,12 @@ class Session(PatternTalk):
     # Simulation ---------------------------------------------------------------------------------------------------
 
     def _steer(self) -> list[Action]:
-        """Run only while somebody watches and nobody holds."""
-        running = self.playing and bool(self._greeted())
-        if running == self._running:
+        """Run only while somebody watches and nobody holds; take on what is edited while nobody holds."""
+        run = Run(self.playing and bool(self._greeted()), settle=self.playing)
+        if run == self._run:
             return []
-        self._running = running
-        return [Order(Run(running))]
+        self._run = run
+        return [Order(run)]
 
     def _simulation_gone(self, event: Gone, now: float) -> list[Action]:
         fault = ProtocolError(

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 
 from tryon_protocol import EditedMessage, EditMessage, ProtocolError, RedoMessage, UndoMessage, encode
-from tryon_server.sessions.actions import Action, Answer, KeepWaiting, Send
+from tryon_server.sessions.actions import Action, Answer, Keep, KeepWaiting, Send
 from tryon_server.sessions.commands import ChangePattern
 from tryon_server.sessions.events import EditMade
 from tryon_server.sessions.pattern_changes import NOBODY, Asker, PatternChanges
@@ -20,6 +20,7 @@ class PatternTalk:
     _rules: Rules
     _viewers: dict[int, Viewer]
     _ended: bool
+    _on_the_way: dict[str, set[int]]  # numbers of edits, by garment
 
     @property
     def dressed(self) -> bool:
@@ -46,6 +47,16 @@ class PatternTalk:
     def kept(self, made: EditMade, fault: ProtocolError | None, now: float) -> list[Action]:
         """A change of the pattern has been stored, or why it could not be."""
         return self._answer_edit(made.ticket, fault or made, now)
+
+    def on_the_way(self, garment: str) -> Set[int]:
+        """Numbers of the edits that were made, taken back or made again, and that the garment of this name, which is
+        worn, has not taken on yet."""
+        return self._on_the_way.get(garment, set())
+
+    def _made(self, made: EditMade) -> list[Action]:
+        """A change of the pattern is worn, and is to be stored."""
+        self._on_the_way.setdefault(made.garment, set()).add(made.id)
+        return [Keep(made)]
 
     def _edit(
         self, client: int, viewer: Viewer, message: EditMessage | UndoMessage | RedoMessage, now: float

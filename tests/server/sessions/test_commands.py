@@ -148,11 +148,23 @@ def test_pause_holds_the_simulation_and_play_lets_it_go_on():
     driver.connect(1)
     driver.connect(2)
     driver.say(1, PauseMessage())
-    assert driver.ordered(Run)[-1] == Run(False)
+    assert driver.ordered(Run)[-1] == Run(False, settle=False)
     assert (driver.last(2, StatusMessage).state, driver.last(2, StatusMessage).playing) == ("paused", False)
     driver.say(2, PlayMessage())
     assert driver.ordered(Run)[-1] == Run(True)
     assert driver.last(1, StatusMessage).state == "running"
+
+
+def test_what_is_edited_is_taken_on_while_nobody_watches_but_not_while_a_client_holds():
+    driver = Driver()
+    driver.dressed()
+    driver.connect(1)
+    driver.leave(1)
+    assert driver.ordered(Run) == [Run(True), Run(False, settle=True)]
+    driver.connect(2)
+    driver.say(2, PauseMessage())
+    driver.leave(2)
+    assert driver.ordered(Run)[-1] == Run(False, settle=False)
 
 
 def test_motion_and_fabric_are_chosen_by_name():

@@ -1,5 +1,7 @@
 """Edits as the session's machine sees them: who asked, who is answered, who holds, and what newcomers are told."""
 
+from dataclasses import replace
+
 import pytest
 from session_driver import Driver
 
@@ -15,7 +17,7 @@ from tryon_protocol import (
 )
 from tryon_server.sessions.actions import Answer, Keep, KeepWaiting
 from tryon_server.sessions.commands import ChangePattern
-from tryon_server.sessions.events import ChangesTold, ChangeUnderWay, Designed, EditMade, EditRefused
+from tryon_server.sessions.events import ChangesTold, ChangeUnderWay, Designed, EditMade, EditRefused, TakenOn
 from tryon_server.sessions.pattern_changes import MOST_WAITING
 
 MOVE = {"kind": "move_vertex", "panel": "front", "vertex": 1, "by": [0.01, 0.0]}
@@ -207,3 +209,15 @@ def test_who_has_no_connection_is_answered_by_ticket(driver):
     ticket, _ = driver.session.change_pattern(ChangePattern("undo"), driver.now)
     _, answer = driver.session.simulated(EditRefused(ticket, "history", "there is no edit to undo", "x"), driver.now)
     assert (answer.ticket, answer.outcome.code) == (ticket, "edit_refused")
+
+
+def test_edits_are_on_the_way_until_the_garment_has_taken_them_on(driver):
+    assert not driver.session.on_the_way("")
+    driver.simulation(made(0, number=1))
+    driver.simulation(made(0, "undo", number=1, last=0))
+    driver.simulation(made(0, number=2))
+    driver.simulation(replace(made(0, number=1), garment="coat"))
+    assert driver.session.on_the_way("") == {1, 2}
+    driver.simulation(TakenOn(""))
+    assert driver.session.on_the_way("") == set()
+    assert driver.session.on_the_way("coat") == {1}

@@ -28,6 +28,7 @@ from tryon_solver.redesign.fabrics import made_of, named_fabric
 
 SIDE = 12
 NARROWEST, RECUT, TIGHTEST, LATE_WIDTH = 0.4, 0.33, 0.3, 0.7  # m, of the first square
+RAMP = 0.25  # s, simulated, on the way to a shape
 PARTS = 4  # in which another mesh is put on
 QUICKEST = 0.002  # s, in which it solves a frame
 FITTING_SIZE = 0.93  # what a size that is looked for comes to
@@ -122,7 +123,7 @@ class WavingSheet:
         self.edited = ""
         self.specifications = {"": None if behaviour == "mesh" else made_of(squares(), behaviour)}
         self.shapes: list[float] = []
-        self.late = False
+        self.late, self.there_at = False, 0.0
         self.comes_along, self.along = False, []  # in the next advance, and in each that there was
         self.bought: tuple[float | None, float | None] = (None, None)
         self.effects = PretendedEffects()
@@ -159,6 +160,10 @@ class WavingSheet:
         yield sheet
 
     @property
+    def on_the_way(self) -> bool:
+        return self.t < self.there_at
+
+    @property
     def shape_of(self):
         return width_of
 
@@ -170,6 +175,7 @@ class WavingSheet:
         if width_of(specification) < NARROWEST:
             return "the sheet is squeezed"
         self.shapes.append(width_of(specification))
+        self.there_at = self.t + RAMP
         return ""
 
     def cutting(self, specification, fabric):
@@ -194,7 +200,7 @@ class WavingSheet:
         for _ in range(PARTS - 1):
             yield None
         sheet = copy(self)
-        sheet.t, sheet.steps, sheet.shapes, sheet.along = 0.0, 0, [], []
+        sheet.t, sheet.steps, sheet.shapes, sheet.along, sheet.there_at = 0.0, 0, [], [], 0.0
         if specification is not None and specification != sheet.specification:
             assert sheet.reshape(specification) == ""
         yield sheet
