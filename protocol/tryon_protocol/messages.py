@@ -365,6 +365,9 @@ class DesignSeam(Struct, frozen=True, kw_only=True):
 
     first: Annotated[tuple[U32, U32], Meta(description="number of a panel, and of an edge in it")]
     second: Annotated[tuple[U32, U32], Meta(description="what it is sewn to")]
+    number: Annotated[
+        U32, Meta(description="by which people know it: it stays as other seams come and go; 0: its place in the list")
+    ] = 0
 
 
 class DesignPatch(Struct, frozen=True, kw_only=True):

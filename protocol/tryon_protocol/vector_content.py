@@ -222,7 +222,7 @@ def _design() -> m.DesignMessage:
     return m.DesignMessage(
         held=True,
         panels=tuple(pieces),
-        seams=(m.DesignSeam(first=(0, 1), second=(1, 2)),),
+        seams=(m.DesignSeam(first=(0, 1), second=(1, 2), number=3),),
         done=(m.DesignEdit(id=1, kind="scale_garment", panel=""), m.DesignEdit(id=3, kind="take_in", panel="front")),
         undone=1,
         patches=(m.DesignPatch(panel=1, host=0, points=((0.25, 0.125), (0.375, 0.25), (0.25, 0.25))),),

@@ -26,8 +26,8 @@ test("the golden pattern is sound, and its seam joins two edges", () => {
   const message = decodeMessage(readBytes("messages/server_design.bin"));
   assert.ok(message?.type === "design");
   const read = readDesign(message);
-  assert.deepEqual(sewnTo(read, 0, 1), { seam: 0, panel: 1, edge: 2 });
-  assert.deepEqual(sewnTo(read, 1, 2), { seam: 0, panel: 0, edge: 1 });
+  assert.deepEqual(sewnTo(read, 0, 1), { seam: 3, panel: 1, edge: 2 });
+  assert.deepEqual(sewnTo(read, 1, 2), { seam: 3, panel: 0, edge: 1 });
   assert.equal(sewnTo(read, 0, 0), undefined);
 });
 

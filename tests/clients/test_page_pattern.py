@@ -281,6 +281,54 @@ def test_a_curve_is_bent_by_its_handle_and_a_straight_edge_has_one_when_chosen(p
     assert straight.is_visible()
 
 
+@pytest.mark.parametrize("pointer", ["mouse", "touch"])
+def test_a_straight_edge_that_is_pressed_at_a_third_is_dragged_itself(page, tailor, pointer):
+    """Where a handle would be if it were chosen: nobody has seen that. Chosen, it is seen and dragged."""
+    (left, y), (right, _) = middle(corner(page, 0)), middle(corner(page, 1))
+    third = left + (right - left) / 3
+    handle = edge(page, 0).locator(".handle").first
+    page.mouse.click(*middle(page.locator(".piece").nth(1).locator(".cloth")))
+    page.mouse.move(third, y)
+    assert handle.is_hidden()
+    drag_by(page, (third, y), (0, 20), pointer)
+    edit = tailor.hears(kept).edit
+    assert (edit["kind"], edit["edge"]) == ("lengthen", 0)
+    tailor.heard.clear()
+    tailor.say(design())
+    comes_to(corner(page, 0), (left, y))
+    assert handle.is_visible()
+    drag_by(page, (third, y), (0, 20), pointer)
+    edit = tailor.hears(kept).edit
+    assert (edit["kind"], edit["edge"], edit["handle"]) == ("move_handle", 0, 0)
+
+
+def drag_by(page, start, by, pointer):
+    """Drag with a mouse, or a finger, from `start` by so many pixels."""
+    (x, y), end = start, (start[0] + by[0], start[1] + by[1])
+    if pointer == "mouse":
+        page.mouse.move(x, y)
+        page.mouse.down()
+        page.mouse.move(*end)
+        page.mouse.up()
+        return
+    touch = page.context.new_cdp_session(page)
+    for kind, places in (("touchStart", [(x, y)]), ("touchMove", [end]), ("touchEnd", [])):
+        touch.send(
+            "Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": left, "y": top} for left, top in places]}
+        )
+
+
+def test_a_seam_keeps_its_number_when_another_one_goes(page, tailor):
+    numbers = page.locator(".piece").first.locator(".number")
+    assert numbers.all_text_contents() == ["1", "2"]
+    told = design()
+    left = msgspec.structs.replace(told.seams[1], number=2)
+    tailor.say(msgspec.structs.replace(told, seams=(left,)))
+    page.wait_for_function("document.querySelectorAll('.piece:first-child .number').length === 1")
+    assert numbers.all_text_contents() == ["2"]
+    assert "seam 2 to" in edge(page, 3).locator(".reach").get_attribute("aria-label")
+
+
 def test_keys_move_a_corner_by_a_millimetre_or_a_centimetre(page, tailor):
     page.mouse.click(*middle(corner(page, 2)))
     for key, by in (("ArrowRight", [0.001, 0]), ("Shift+ArrowUp", [0, 0.01])):

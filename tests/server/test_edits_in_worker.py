@@ -1,11 +1,16 @@
 """Edits in the worker's loop: shown, kept, taken back, refused, and dressed anew where the mesh does not serve."""
 
+import json
+from pathlib import Path
+
 import analytic_drape
 import numpy as np
 import pytest
 from analytic_drape import LATE_WIDTH, squares, width_of
 from scripted_worker import allow, frames, work
 
+import tryon_server
+from tryon_server.runtime.design import design_of
 from tryon_server.runtime.pattern_worker import REST_SECONDS
 from tryon_server.sessions.commands import ChangePattern, Run
 from tryon_server.sessions.events import (
@@ -18,6 +23,9 @@ from tryon_server.sessions.events import (
     TakenOn,
     TopologyReady,
 )
+from tryon_solver.redesign.apply import apply
+from tryon_solver.redesign.edits import OpenSeam
+from tryon_solver.redesign.history import History
 
 RESTING = {"kind": "change_fabric", "fabric": "resting"}
 
@@ -300,3 +308,11 @@ def test_the_pattern_of_the_tests_is_one():
     from tryon_solver.geometry.pattern import parse_pattern
 
     assert parse_pattern(squares()).panel_names == ("front", "back")
+
+
+def test_clients_are_told_the_numbers_that_the_seams_keep():
+    first = json.loads((Path(tryon_server.__file__).parent / "demo" / "patterns" / "tshirt.json").read_text())
+    opened = apply(first, OpenSeam("front", 8)).specification
+    before, after = ([seam.number for seam in design_of(each, History(each)).seams] for each in (first, opened))
+    assert before == list(range(1, 13))
+    assert after == [1, *range(3, 13)]

@@ -27,6 +27,7 @@ export function readDesign(message: DesignMessage): Design {
       const edges = inRange(listOf(side, place).at(0), panels.length) ? panels[side[0]].edges.length : 0;
       must(inRange(side.at(1), edges), place, "names an edge that is not there");
     }
+    must(inRange(seam.number ?? 0, Infinity), `seams[${i}].number`, "is no number");
   });
   listOf(message.done, "done").forEach(({ kind, panel }, i) => {
     must(typeof kind === "string" && typeof panel === "string", `done[${i}]`, "is no edit");
@@ -77,7 +78,7 @@ function must(holds: boolean, place: string, otherwise: string): void {
   if (!holds) throw new Error(`design.${place} ${otherwise}`);
 }
 
-/** What an edge is sewn to, and the number of their seam. */
+/** What an edge is sewn to, and the number by which people know their seam, from 1. */
 export interface Sewn {
   readonly seam: number;
   readonly panel: number;
@@ -86,7 +87,8 @@ export interface Sewn {
 
 /** Where this edge is sewn to; nothing of an open one. */
 export function sewnTo(design: Design, panel: number, edge: number): Sewn | undefined {
-  for (const [seam, { first, second }] of design.seams.entries()) {
+  for (const [place, { first, second, number }] of design.seams.entries()) {
+    const seam = number || place + 1;
     if (first[0] === panel && first[1] === edge) return { seam, panel: second[0], edge: second[1] };
     if (second[0] === panel && second[1] === edge) return { seam, panel: first[0], edge: first[1] };
   }

@@ -363,7 +363,7 @@ export class PatternDrawing {
     let nearest = REACH[event.pointerType] ?? REACH.mouse;
     let met: { piece: PieceDrawing; grip: Grip } | undefined;
     for (const piece of this.pieces) {
-      for (const { grip, at } of piece.grips()) {
+      for (const { grip, at } of piece.grips(event.pointerType !== "touch")) {
         const away = Math.hypot(at[0] - x, at[1] - y);
         if (away > nearest) continue;
         nearest = away;

@@ -73,8 +73,12 @@ export class PieceDrawing {
     this.element.append(...this.edges.map(({ group }) => group), ...corners);
   }
 
-  /** The grips that can be met just now: corners, and the handles that are seen. */
-  grips(): readonly GripMark[] {
+  /**
+   * The grips that can be met just now: corners, and the handles that are seen.
+   * @param hovered what is seen only below a pointer was seen before that was pressed: a finger is not there until then
+   */
+  grips(hovered: boolean): readonly GripMark[] {
+    if (!hovered && this.element.matches(".small:not(.chosen)")) return this.corners;
     const seen = this.edges.filter(({ handles }) => handles.some(({ element }) => element.checkVisibility()));
     return [...this.corners, ...seen.flatMap(({ handles }) => handles)];
   }
@@ -189,11 +193,11 @@ function edgeMarks(design: Design, index: number, i: number): EdgeMarks {
       at: [0, 0],
     }),
   );
-  const seam = sewn && svg("text", { class: "number", "aria-hidden": "true" }, String(sewn.seam + 1));
+  const seam = sewn && svg("text", { class: "number", "aria-hidden": "true" }, String(sewn.seam));
   const group = svg("g", { class: sewn ? "edge sewn" : "edge" }, reach, line, arms);
   group.append(...(seam ? [seam] : []), ...handles.map(({ element }) => element));
-  if (sewn) group.style.setProperty("--hue", String(Math.round((sewn.seam * HUE_STEP) % 360)));
-  const other = sewn && `, seam ${sewn.seam + 1} to ${nameOf(design.panels[sewn.panel].name)}`;
+  if (sewn) group.style.setProperty("--hue", String(Math.round(((sewn.seam - 1) * HUE_STEP) % 360)));
+  const other = sewn && `, seam ${sewn.seam} to ${nameOf(design.panels[sewn.panel].name)}`;
   group.dataset.label = `Edge ${i} of ${name}${other ?? ", open"}`;
   return { group, reach, line, arms, handles, seam };
 }

@@ -140,7 +140,7 @@ export class PatternTools {
     if (aim) setText(this.sentence, `${what && `${what}: `}${pointed || AIMED[aim]}`);
     else if (by) setText(this.sentence, `${name}: ${moved(by[0], "right", "left")}, ${moved(by[1], "up", "down")}`);
     else if (edge) {
-      const to = sewn ? `seam ${sewn.seam + 1} to ${nameOf(design.panels[sewn.panel].name)}` : "open";
+      const to = sewn ? `seam ${sewn.seam} to ${nameOf(design.panels[sewn.panel].name)}` : "open";
       setText(this.sentence, `Edge ${chosen?.edge ?? ""} of ${name}: ${(100 * lengthOf(edge)).toFixed(1)} cm, ${to}`);
     } else setText(this.sentence, chosen ? `Piece ${name}` : HINT);
     this.list(design);

@@ -113,6 +113,8 @@ export interface DesignSeam {
   first: readonly [number, number];
   /** what it is sewn to */
   second: readonly [number, number];
+  /** by which people know it: it stays as other seams come and go; 0: its place in the list. Default: 0 */
+  number?: number;
 }
 
 /** A piece that lies on another and is sewn on it, as a pocket is. */

@@ -41,7 +41,9 @@ def design_of(
     return DesignMessage(
         held=held,
         panels=tuple(_panel(draft, piece) for piece in draft.pieces.values()),
-        seams=tuple(DesignSeam(first=number[seam.first], second=number[seam.second]) for seam in draft.seams),
+        seams=tuple(
+            DesignSeam(first=number[seam.first], second=number[seam.second], number=seam.number) for seam in draft.seams
+        ),
         patches=_patches(parsed(specification)),
         notes=tuple(notes),
         garment=garment,

@@ -11,7 +11,7 @@ from tryon_solver.geometry import curves, outline
 from tryon_solver.geometry.curves import Points
 from tryon_solver.geometry.pattern import rotation_from_euler
 from tryon_solver.redesign.dividing import divide
-from tryon_solver.redesign.draft import Draft, Edge, Piece, Seam, Vertex
+from tryon_solver.redesign.draft import Draft, Edge, Piece, Vertex
 from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.edits import Cut
 from tryon_solver.redesign.patching import hosts_no_more, refuse_patch
@@ -42,7 +42,7 @@ def cut(draft: Draft, edit: Cut) -> None:
     kept, new = pair if (sewn[0], areas[0]) >= (sewn[1], areas[1]) else pair[::-1]
     new.name = draft.free_name(piece.name)
     if edit.sewn:
-        draft.seams.append(Seam(kept.edges[-1], new.edges[-1], [], 1.0))
+        draft.sew(kept.edges[-1], new.edges[-1])
     else:
         _move_away(draft, new)
     falls = not edit.sewn and sewn[0] != sewn[1]

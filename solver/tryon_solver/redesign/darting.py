@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tryon_solver.redesign.dividing import divide_side, sew_parts
-from tryon_solver.redesign.draft import Draft, Edge, Seam, Vertex
+from tryon_solver.redesign.draft import Draft, Edge, Vertex
 from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.edits import Dart
 from tryon_solver.redesign.patching import refuse_patch
@@ -37,4 +37,4 @@ def dart(draft: Draft, edit: Dart) -> None:
     piece.vertices.append(point)
     if seam is not None:
         sew_parts(draft, seam, edge, (first, last), start / (length - edit.width))
-    draft.seams.append(Seam(*legs, [], 1.0))
+    draft.sew(*legs)

@@ -37,4 +37,7 @@ def sew_parts(draft: Draft, seam: Seam, edge: Edge, parts: tuple[Edge, Edge], sh
     pairs = zip(parts, (two, one) if seam.reversed else (one, two))
     sewn = [(mine, its) if edge is seam.first else (its, mine) for mine, its in pairs]
     place = draft.seams.index(seam)
-    draft.seams[place : place + 1] = [Seam(*sides, list(seam.flags), seam.ratio) for sides in sewn]
+    numbers = seam.number, draft.free_number()
+    draft.seams[place : place + 1] = [
+        Seam(*sides, list(seam.flags), seam.ratio, number) for sides, number in zip(sewn, numbers)
+    ]

@@ -7,7 +7,7 @@ written back as it was read, to the digit and with whatever else the file holds.
 from __future__ import annotations
 
 import pickle
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,7 +15,7 @@ import numpy as np
 
 from tryon_solver.geometry import curves, outline
 from tryon_solver.geometry.curves import Points
-from tryon_solver.geometry.pattern import PatternError, edge_curve
+from tryon_solver.geometry.pattern import SEAM_NUMBER, PatternError, edge_curve
 from tryon_solver.redesign.edit_error import EditError, choose_one_of
 
 OUTLINE_SEGMENTS = 32  # straight pieces that stand for a curved edge in an outline
@@ -74,6 +74,7 @@ class Seam:
     second: Edge
     flags: list[str]
     ratio: float  # of the first's length to the second's, as they are meant to be
+    number: int  # by which people know it, from 1: it stays, whichever seams come and go
 
     def other(self, edge: Edge) -> Edge:
         """The edge that this one is sewn to."""
@@ -136,6 +137,14 @@ class Draft:
             raise EditError(f"edge {index} of {name!r} is not sewn to anything", "edge", remedy)
         return found
 
+    def sew(self, first: Edge, second: Edge, flags: Sequence[str] = (), ratio: float = 1.0) -> None:
+        """A seam that was not there before, with a number that none has."""
+        self.seams.append(Seam(first, second, [*flags], ratio, self.free_number()))
+
+    def free_number(self) -> int:
+        """Higher than those of all seams."""
+        return 1 + max((seam.number for seam in self.seams), default=0)
+
     def curve(self, edge: Edge) -> curves.Curve:
         """The edge's curve in its piece, m. Raises EditError when the edge has come to have none."""
         if np.hypot(*(edge.end.position - edge.start.position)) == 0:
@@ -191,7 +200,10 @@ class Draft:
                 "edges": [{"endpoints": pair, **edge.fields} for pair, edge in zip(ends, piece.edges)],
             }
             place |= {edge: {"panel": name, "edge": i} for i, edge in enumerate(piece.edges)}
-        stitches = [[dict(place[seam.first]), dict(place[seam.second]), *seam.flags] for seam in self.seams]
+        stitches = [
+            [{**place[seam.first], **_numbered(seam, at)}, dict(place[seam.second]), *seam.flags]
+            for at, seam in enumerate(self.seams)
+        ]
         order = {"panel_order": list(panels)} if "panel_order" in self.rest["pattern"] else {}
         body = {**self.rest["pattern"], "panels": panels, "stitches": stitches, **order}
         return {**self.rest, "pattern": body}
@@ -210,10 +222,16 @@ def read_draft(specification: Mapping[str, Any]) -> Draft:
     panels = body["panels"]
     pieces = {name: _piece(name, panels[name], units) for name in body.get("panel_order") or panels}
     draft = Draft(spec, pieces, [], units)
-    for entry in body.get("stitches", []):
+    for at, entry in enumerate(body.get("stitches", [])):
         first, second = (pieces[side["panel"]].edges[side["edge"]] for side in entry[:2])
-        draft.seams.append(Seam(first, second, entry[2:], draft.length(first) / draft.length(second)))
+        number = entry[0].get(SEAM_NUMBER, at + 1)
+        draft.seams.append(Seam(first, second, entry[2:], draft.length(first) / draft.length(second), number))
     return draft
+
+
+def _numbered(seam: Seam, at: int) -> dict[str, int]:
+    """What a file says of its number beside its first edge: nothing where it is that of its place, counted from 0."""
+    return {} if seam.number == at + 1 else {SEAM_NUMBER: seam.number}
 
 
 def _piece(name: str, panel: Mapping[str, Any], units: float) -> Piece:

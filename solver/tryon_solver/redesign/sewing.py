@@ -66,7 +66,7 @@ def close_seam(draft: Draft, edit: CloseSeam) -> None:
             message = f"{draft.said(edge)} is sewn already, to {draft.said(seam.other(edge))}"
             raise EditError(message, place, "Open that seam first, or choose another edge")
     flags = ["right_wrong"] * edit.right_wrong + ["gather"] * edit.gather
-    draft.seams.append(Seam(first, second, flags, 1.0))
+    draft.sew(first, second, flags)
 
 
 def remove_piece(draft: Draft, edit: RemovePiece) -> None:

@@ -1,14 +1,18 @@
 """Claims on seams gathered, eased, opened and closed, and on pieces taken away."""
 
+import json
+import re
+
 import pytest
 from pattern_measures import rectangle, seam_ratios, seams, sewn
 
 from tryon_solver.geometry.panel_mesh import mesh_pattern
-from tryon_solver.geometry.pattern import parse_pattern
+from tryon_solver.geometry.pattern import PatternError, parse_pattern
 from tryon_solver.geometry.weld import weld
 from tryon_solver.redesign.apply import apply
+from tryon_solver.redesign.draft import read_draft
 from tryon_solver.redesign.edit_error import EditError
-from tryon_solver.redesign.edits import CloseSeam, Ease, Gather, MoveHandle, OpenSeam, RemovePiece
+from tryon_solver.redesign.edits import CloseSeam, Cut, Dart, Ease, Gather, MoveHandle, OpenSeam, RemovePiece
 
 
 def stitch_of(spec, panel, edge):
@@ -48,9 +52,8 @@ def test_easing_takes_the_gather_back(tube):
 
 def test_an_opened_seam_is_gone_and_the_others_are_not(tshirt):
     made = apply(tshirt, OpenSeam("back", 8))
-    left = made.specification["pattern"]["stitches"]
-    gone = [stitch for stitch in tshirt["pattern"]["stitches"] if stitch not in left]
-    assert gone == [[{"panel": "front", "edge": 1}, {"panel": "back", "edge": 8}]]
+    gone = set(numbers_of(tshirt)) - set(numbers_of(made.specification))
+    assert gone == {frozenset({"edge 1 of 'front'", "edge 8 of 'back'"})}
     assert len(made.specification["pattern"]["stitches"]) == 11
     assert made.change == "topology"
     meshes = [weld(mesh_pattern(parse_pattern(spec), 0.03)) for spec in (tshirt, made.specification)]
@@ -135,3 +138,43 @@ def test_the_only_piece_stays():
     spec = sewn({"a": rectangle(40, 40)}, ("a", 1, "a", 3))
     with pytest.raises(EditError, match="only piece"):
         apply(spec, RemovePiece("a"))
+
+
+def numbers_of(spec):
+    """The numbers of a pattern's seams, by which edges they join."""
+    draft = read_draft(spec)
+    return {frozenset(map(draft.said, (seam.first, seam.second))): seam.number for seam in draft.seams}
+
+
+def test_seams_keep_their_numbers_when_others_are_opened_closed_and_divided(tshirt):
+    before = numbers_of(tshirt)
+    assert sorted(before.values()) == list(range(1, len(before) + 1))
+    opened = apply(tshirt, OpenSeam("front", 8)).specification
+    after = numbers_of(opened)
+    assert after == {seam: number for seam, number in before.items() if "edge 8 of 'front'" not in seam}
+    assert numbers_of(json.loads(json.dumps(opened))) == after, "a file tells them"
+    parse_pattern(opened)
+    closed = numbers_of(apply(opened, CloseSeam("front", 8, "back", 1)).specification)
+    assert closed == after | {frozenset({"edge 8 of 'front'", "edge 1 of 'back'"}): len(before) + 1}
+    darted = apply(opened, Dart("front", 1, 0.5, 0.03, 0.1)).specification
+    assert sorted(numbers_of(darted).values()) == sorted([*after.values(), len(before) + 1, len(before) + 2])
+    cut = apply(opened, Cut("back", ((-0.5, 0.2), (0.5, 0.2)), True)).specification
+    assert set(after.values()) <= set(numbers_of(cut).values())
+    assert len(set(numbers_of(cut).values())) == len(numbers_of(cut))
+
+
+def test_a_seam_at_its_place_is_written_without_its_number(tshirt):
+    gathered = apply(tshirt, Gather("front", 1)).specification
+    assert "seam_number" not in json.dumps(gathered)
+
+
+@pytest.mark.parametrize(
+    ("number", "words"), [(0, "no number from 1 on"), ("2", "no number"), (1.5, "no number"), (1, "of stitches[0]")]
+)
+def test_a_number_that_is_none_or_another_seam_s_is_refused(tshirt, number, words):
+    spec = json.loads(json.dumps(tshirt))
+    spec["pattern"]["stitches"][2][0]["seam_number"] = number
+    with pytest.raises(PatternError, match=re.escape(words)) as refused:
+        parse_pattern(spec)
+    assert refused.value.place == "stitches[2][0].seam_number"
+    assert "Give each seam a number of its own" in refused.value.remedy
