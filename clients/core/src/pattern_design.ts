@@ -88,7 +88,7 @@ export interface Sewn {
 /** Where this edge is sewn to; nothing of an open one. */
 export function sewnTo(design: Design, panel: number, edge: number): Sewn | undefined {
   for (const [place, { first, second, number }] of design.seams.entries()) {
-    const seam = number || place + 1;
+    const seam = number === undefined || number === 0 ? place + 1 : number;
     if (first[0] === panel && first[1] === edge) return { seam, panel: second[0], edge: second[1] };
     if (second[0] === panel && second[1] === edge) return { seam, panel: first[0], edge: first[1] };
   }
