@@ -403,3 +403,13 @@ def test_demo_motions_are_listed_with_their_length_the_walk_first():
     assert motions[0].name == "walk"
     assert {"squat", "jumping_jack"} < {motion.name for motion in motions}
     assert all(0.5 < motion.seconds < 60.0 for motion in motions)
+
+
+def test_a_share_of_the_cloth_is_stretched_by_more_than_its_fabric_bears(order):
+    drape = production.build_drape(order, lambda _stage, _share: None)
+    sim = drape.simulation
+    assert drape.overstretched < 0.1
+    x = sim.state.x.numpy()
+    x[: sim.cloth_count] *= 2.0
+    sim.state.x.assign(x)
+    assert drape.overstretched == 1.0

@@ -191,6 +191,7 @@ class Drape(Protocol):
             ``recut``; ``edit_garment`` chooses it.
         specification: the sewing pattern that its mesh was made of, plain JSON that parse_pattern passes; None of a
             garment that has none.
+        not_carried: why the next cut could not be put on where this one is worn, the last time that was so.
         outgrown: why the shape it was last told to take needs another mesh, found on the way to it; "" as a rule.
         effects: what acts on it besides its fabric.
     """
@@ -200,6 +201,11 @@ class Drape(Protocol):
     own_motion: MeshSequence | None
     origin: npt.NDArray[np.float64]
     outgrown: str
+    not_carried: str
+
+    @property
+    def overstretched(self) -> float:
+        """Share of the cloth that is stretched by more than its fabric bears, of the garment that is edited."""
 
     @property
     def effects(self) -> DrapeEffects: ...

@@ -18,6 +18,7 @@ from tryon_server.runtime.redesign import Wanted, of_pattern, wanted
 from tryon_server.runtime.remaking import Remade
 from tryon_server.runtime.sources import PoseSource, StillSource
 from tryon_server.runtime.telling import PROGRESS_SECONDS, Teller
+from tryon_server.runtime.tightness import UnfitError, with_cause
 from tryon_server.runtime.waiting import WaitingChanges, refusal
 from tryon_server.sessions.commands import UNASKED, ChangePattern
 from tryon_server.sessions.events import ChangesTold, ChangeUnderWay, EditRefused, TakenOn
@@ -208,14 +209,16 @@ class PatternWorker(OutfitWorker):
         gc.collect()  # the mesh before the one that is worn: its parts refer to each other
         give_back_freed()
         self._remade_pattern = asked.specification
-        self._remaking.begin(drape, of_pattern(self._ordered(), asked.specification, asked.worn_by_way_of))
+        order = of_pattern(self._ordered(), asked.specification, asked.worn_by_way_of)
+        self._remaking.begin(drape, order, asked.edit)
 
     def _remake(self, drape: Drape) -> None:
         """Go on making the garment that is to be worn next, for part of a frame's time; wear it once it is there."""
         now = self._clock()
         if self._waiting.late(now, self._order.edit_seconds):
-            what = f"it is not worn after {self._order.edit_seconds:g} s, the most that an edit may take"
-            self._go_on_without(EditError(what, "edit", ANOTHER), drape)
+            longest = f"{self._order.edit_seconds:g} s, the most that an edit may take"
+            what = f"it is not worn after {longest}{self._remaking.so_far}"
+            self._go_on_without(UnfitError(what, "edit", ANOTHER), drape)
             return
         end = now + REMAKING_SHARE * self._cost
         try:
@@ -259,7 +262,7 @@ class PatternWorker(OutfitWorker):
         """Refuse the first of the changes that wait, and make those behind it."""
         assert self._history is not None
         self._remaking.give_up()
-        self._waiting.refuse_first(error, self._history, self._clock())
+        self._waiting.refuse_first(with_cause(error, self._history), self._history, self._clock())
         self._make_next(drape)
         if not self._remaking.under_way:
             self._held_last = None

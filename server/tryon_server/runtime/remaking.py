@@ -12,10 +12,12 @@ from tryon_server.runtime.beside import Beside, Made, NotMade, Task, Told
 from tryon_server.runtime.catching_up import CatchingUp
 from tryon_server.runtime.drape import BuildDrape, Drape, Packed, Progress, Stance
 from tryon_server.runtime.order import DrapeOrder
+from tryon_server.runtime.tightness import UnfitError, refuse_what_is_too_tight
 from tryon_server.runtime.worn_before import WornBefore
 from tryon_server.sessions.events import Doing
 from tryon_server.wording import in_parameters
 from tryon_solver.redesign.edit_error import EditError
+from tryon_solver.redesign.edits import Edit
 
 PUTTING_ON = Told("Putting it on anew", None)
 
@@ -57,6 +59,8 @@ class Remaking:
         self._build = build
         self._worn_before = WornBefore()
         self._order: DrapeOrder | None = None
+        self._edit: Edit | None = None
+        self._why_anew = ""  # why it could not be put on where the one before is worn
         self._news = PUTTING_ON  # the newest of how it is dressed anew
         self._dressing = False
         self._catching_up: CatchingUp | None = None
@@ -90,12 +94,22 @@ class Remaking:
             return "building", "Putting its mesh on where the garment is worn", None
         return "remeshing", "Making the mesh of its pattern", None
 
-    def begin(self, drape: Drape, order: DrapeOrder) -> None:
-        """Make the garment of the order's pattern and fabric while this one is worn; what was being made is dropped."""
+    @property
+    def so_far(self) -> str:
+        """What has come of it until now, for who has waited too long, to be said behind that; "" where nothing has."""
+        if not self._why_anew:
+            return ""
+        _, stage, share = self.doing
+        how_far = "" if share is None else f", {100 * share:.0f} %"
+        return f": {self._why_anew}, so it is put on anew ({stage}{how_far})"
+
+    def begin(self, drape: Drape, order: DrapeOrder, edit: Edit | None = None) -> None:
+        """Make the garment of the order's pattern and fabric while this one is worn, if by a new edit by this one; what
+        was being made is dropped."""
         wanted = order.of_edited
         assert wanted.specification is not None
         self.give_up()
-        self._order = order
+        self._order, self._edit, self._why_anew = order, edit, ""
         self._beside.begin(drape.cutting(wanted.specification, wanted.fabric))
 
     def give_up(self) -> None:
@@ -120,22 +134,24 @@ class Remaking:
         Raises EditError when it can't be put on, and then nothing is under way.
         """
         if self._parts is not None:
-            return self._next_part(self._parts, stance)
+            return self._next_part(self._parts, drape, stance)
         outcome = self._beside.outcome()
         if isinstance(outcome, NotMade):
-            self._not_made(outcome, stance)
+            self._not_made(outcome, drape, stance)
         elif isinstance(outcome, Made) and self._dressing:
             self._catch_up(outcome.value.unpacking(), stance)
         elif isinstance(outcome, Made):
             self._parts = drape.recut(outcome.value)
         return None
 
-    def _next_part(self, parts: Iterator[Drape | None], stance: Callable[[], Stance]) -> Remade | None:
+    def _next_part(
+        self, parts: Iterator[Drape | None], drape: Drape, stance: Callable[[], Stance]
+    ) -> Remade | None:
         try:
             made = next(parts)
         except StopIteration:
-            self._parts = None
-            self._put_on_anew(stance)
+            self._parts, self._why_anew = None, drape.not_carried
+            self._put_on_anew(drape, stance)
             return None
         if made is None:
             return None
@@ -143,23 +159,35 @@ class Remaking:
         self.give_up()
         return Remade(made, seconds)
 
-    def _not_made(self, outcome: NotMade, stance: Callable[[], Stance]) -> None:
+    def _not_made(self, outcome: NotMade, drape: Drape, stance: Callable[[], Stance]) -> None:
         """What can't be meshed is refused by dressing in the words of that."""
         if not self._dressing:
-            self._put_on_anew(stance)
+            self._put_on_anew(drape, stance)
             return
         self.give_up()
         fault = in_parameters(outcome.problem)
-        raise EditError(f"so it can't be worn: {fault.message}", fault.place, fault.remedy)
+        kind = UnfitError if outcome.problem.code == "garment.unfit" else EditError
+        raise kind(f"so it can't be worn: {self._and_why(fault.message)}", fault.place, fault.remedy)
 
-    def _put_on_anew(self, stance: Callable[[], Stance]) -> None:
-        """As it hung when it was worn before, or from the start."""
+    def _and_why(self, anew: str) -> str:
+        """Why it can be worn in neither way, of which `anew` tells the second."""
+        return f"{self._why_anew}; and {anew}" if self._why_anew else anew
+
+    def _put_on_anew(self, drape: Drape, stance: Callable[[], Stance]) -> None:
+        """As it hung when it was worn before, or from the start. Raises UnfitError where that is of no use."""
         assert self._order is not None
         wanted = self._order.of_edited.specification
         assert wanted is not None
         hung = None if self._order.over else self._worn_before.recall(wanted)
         if hung is not None:
             self._catch_up(hung, stance)
+            return
+        try:
+            refuse_what_is_too_tight(self._edit, drape.overstretched)
+        except UnfitError as error:
+            self.give_up()
+            what = f"so it can't be worn: {self._and_why(error.message)}"
+            raise UnfitError(what, error.place, error.remedy) from error
         else:
             self._dressing, self._news = True, PUTTING_ON
             self._beside.begin(Dressing(self._build, self._order))

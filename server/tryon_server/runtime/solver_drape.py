@@ -84,7 +84,7 @@ class SolverDrape:
         self.pose = pose
         self.own_motion: MeshSequence | None = None
         self.origin = np.zeros(3)
-        self.outgrown = ""
+        self.outgrown = self.not_carried = ""
         self._stance, self._time = pose, 0.0  # of the last advance
         self.effects = SolverEffects(self, asked)
 
@@ -160,6 +160,13 @@ class SolverDrape:
         return ""
 
     @property
+    def overstretched(self) -> float:
+        """Share of the edited garment's triangles that are stretched by more than their fabric bears."""
+        sim, layer = self.simulation, self.layer_of(self.edited)
+        beyond = sim.stretches() > sim.scene.of_fabrics("strain_limit")[:, 0]
+        return float(np.mean(beyond if layer is None else beyond[layer.faces]))
+
+    @property
     def on_the_way(self) -> bool:
         """Has a garment yet to come to the shape that it was last told to take on?"""
         return any(one.edit is not None and not one.edit.there for one in self.garments)
@@ -200,6 +207,7 @@ class SolverDrape:
                 yield None if simulation is None else self._gone_on(simulation, garments, asked)
         except (CarryError, GarmentError) as error:
             logger.info("the garment can't be carried over: %s", error)
+            self.not_carried = str(error)
 
     def _recut_alone(
         self, cut: Cut, new: WornGarment, effects: tuple[Effect, ...]

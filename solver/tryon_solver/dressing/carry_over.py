@@ -9,7 +9,7 @@ is (dressing/untangle.py), and goes on from there with the body where it is.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -112,7 +112,7 @@ def put_on(prepared: Prepared, worn: Simulation, before: PanelMesh) -> Carried:
     where = worn.cloth_positions(), worn.state.v.numpy()
     x, v = laid_over(cut, before, worn.scene.garment.faces, where, simulation.scene.fabric, room)
     simulation.start_at(x, worn.body_positions().astype(np.float64), worn.body.pose)
-    freed = freed_where_worn(prepared.tangle)
+    freed = freed_where_worn(prepared.tangle, cut.mesh.panel_names)
     simulation.state.v.assign(v.astype(np.float32))
     return Carried(simulation, cut.welded, freed)
 
@@ -139,18 +139,20 @@ def laid_over(
     return drawn_back(cut.garment, x, room), joined.mean_of_vertices(speeds)
 
 
-def freed_where_worn(tangle: Tangle) -> Freed:
-    """Free what was put on where it is worn. Raises CarryError where that can't be, or stretches it too far."""
+def freed_where_worn(tangle: Tangle, pieces: Sequence[str]) -> Freed:
+    """Free what was put on where it is worn, with names for its `pieces`. Raises CarryError where that can't be, or
+    stretches it too far."""
     try:
         freed = tangle.free()
     except TangledError as error:
         raise CarryError(f"where the garment is worn, {error}") from error
-    scene = tangle.sim.scene
+    scene, garment = tangle.sim.scene, tangle.sim.scene.garment
     limits = scene.of_fabrics("strain_limit")[:, 0]
     stretch = tangle.sim.stretches()
     worst = int(np.argmax(stretch / limits))
     if stretch[worst] > MOST_STRETCH * limits[worst]:
-        raise CarryError(f"where the garment is worn, it would be stretched to {stretch[worst]:.2f} times its length")
+        name, times = pieces[garment.panel_of_face[worst]], f"{stretch[worst]:.2f} times its length"
+        raise CarryError(f"where the garment is worn, {name} would be stretched to {times}")
     return freed
 
 

@@ -81,7 +81,7 @@ def recut(
         where = x[own.vertices], v[own.vertices]
         places, speeds = laid_over(cut, before(), faces, where, fabric, ROOM * fabric.thickness)
         _start(simulation, sim, with_cut(places, x))
-        freed_where_worn(tangle)
+        freed_where_worn(tangle, outfit.piece_names)
         simulation.state.v.assign(with_cut(speeds, v).astype(np.float32))
         yield WornOutfit(outfit, simulation, worn.pose)
 

@@ -129,7 +129,8 @@ class WavingSheet:
         self.effects = PretendedEffects()
 
     own_motion = None
-    outgrown = ""
+    outgrown = not_carried = ""
+    overstretched = 0.0  # share of its cloth
 
     @property
     def specification(self):
@@ -184,6 +185,7 @@ class WavingSheet:
     def recut(self, cut):
         specification, fabric = cut
         if width_of(specification) < RECUT or fabric == "tight":
+            self.not_carried = "where the garment is worn, it would be stretched"
             return
         for _ in range(PARTS - 1):
             yield None

@@ -270,7 +270,7 @@ def test_finer_cloth_lies_on_the_coarse_one(walking):
 def test_what_would_be_stretched_too_far_is_not_carried_over(walking):
     smaller = in_size(walking.mesh, 1 / (MOST_STRETCH * 1.3))
     smaller = replace(smaller, placed=walking.mesh.placed)
-    with pytest.raises(CarryError, match="stretched to"):
+    with pytest.raises(CarryError, match=r"is worn, (front|back|\w+_sleeve_\w+) would be stretched to"):
         carry_over(walking.sim, walking.mesh, smaller)
 
 
