@@ -366,7 +366,9 @@ class Simulation:
 
         `longest_step` [s] lets steps be longer than the settings' `largest_step`, for who must keep up with a clock.
         """
-        return advance(self, pose, time, longest_step)
+        report = advance(self, pose, time, longest_step)
+        self.comes_along = False
+        return report
 
     def come_along(self) -> None:
         """In the next `advance` the cloth goes with the body as if the room moved: it feels nothing of that motion,

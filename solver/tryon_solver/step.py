@@ -68,10 +68,8 @@ def advance(sim: Simulation, pose: Pose | None, time: float, longest_step: float
     for interval in awake(sim, sim.pose_intervals(pose, time, longest_step)):  # none longer than the largest step
         sim.timed(move_body, interval)  # carry, kinematic sub-steps: a feasible state at the new pose
         step(sim, interval.dt)
-        if sim.comes_along:
-            go_along(sim)
+        go_along(sim)  # with the body's speed, where it was to come along
         sim.commit(interval)
-    sim.comes_along = False
     return sim.report()
 
 

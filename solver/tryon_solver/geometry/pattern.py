@@ -29,6 +29,7 @@ from tryon_solver.geometry.curves import Points
 from tryon_solver.geometry.edge_effects import EdgeEffect, called_for, read_edge_effects
 from tryon_solver.geometry.located_error import LocatedError
 from tryon_solver.geometry.patch import Patch, lies_within, overlap
+from tryon_solver.geometry.seam_numbers import fault_of_numbers
 from tryon_solver.geometry.text_check import RENAME_IT, find_unencodable
 
 # Ease of sleeve caps and waists reaches a length ratio of 1.10 in real patterns; beyond 1.5 a seam is far likelier to
@@ -65,7 +66,6 @@ FLAT = 1e-4  # an outline thinner than this share of its length has no area to c
 
 FABRIC_NAME_MAX = 200  # characters
 STITCH_FLAGS = ("right_wrong", "gather")
-SEAM_NUMBER = "seam_number"  # beside a stitch's first edge, an addition to the format
 WHOLE = "specification"
 
 
@@ -457,7 +457,6 @@ def _stitches(spec: Any, panels: Sequence[Panel]) -> tuple[Stitch, ...]:
         raise PatternError("not a list of stitches", "stitches", "Give pairs of {panel, edge}")
     index = {panel.name: i for i, panel in enumerate(panels)}
     used: dict[StitchSide, int] = {}
-    numbers: dict[int, int] = {}
     stitches = []
     for s, entry in enumerate(spec):
         place = f"stitches[{s}]"
@@ -475,22 +474,13 @@ def _stitches(spec: Any, panels: Sequence[Panel]) -> tuple[Stitch, ...]:
                 message = f"edge {side.edge} of panel {name!r} is sewn twice, first by stitches[{used[side]}]"
                 raise PatternError(message, f"{place}[{k}]", "Sew each edge once; split an edge that meets two others")
             used[side] = s
-        _check_number(entry[0], s, numbers)
         stitch = Stitch(sides[0], sides[1], "right_wrong" not in entry[2:], "gather" in entry[2:])
         _check_lengths(stitch, panels, place)
         stitches.append(stitch)
+    fault = fault_of_numbers(spec)
+    if fault is not None:
+        raise PatternError(*fault)
     return tuple(stitches)
-
-
-def _check_number(side: Mapping[str, Any], s: int, numbers: dict[int, int]) -> None:
-    """The number by which people know a seam, if the file tells it: edits keep it whichever seams come and go."""
-    number = side.get(SEAM_NUMBER, s + 1)
-    sound = _is_index(number) and number >= 1
-    if not sound or number in numbers:
-        why = f", that of stitches[{numbers[number]}]" if sound else ", no number from 1 on"
-        remedy = f"Give each seam a number of its own, or leave {SEAM_NUMBER} out of all"
-        raise PatternError(f"the seam has the number {number!r}{why}", f"stitches[{s}][0].{SEAM_NUMBER}", remedy)
-    numbers[number] = s
 
 
 def _stitch_side(spec: Any, panels: Sequence[Panel], index: Mapping[str, int], place: str) -> StitchSide:

@@ -15,7 +15,8 @@ import numpy as np
 
 from tryon_solver.geometry import curves, outline
 from tryon_solver.geometry.curves import Points
-from tryon_solver.geometry.pattern import SEAM_NUMBER, PatternError, edge_curve
+from tryon_solver.geometry.pattern import PatternError, edge_curve
+from tryon_solver.geometry.seam_numbers import SEAM_NUMBER, number_of
 from tryon_solver.redesign.edit_error import EditError, choose_one_of
 
 OUTLINE_SEGMENTS = 32  # straight pieces that stand for a curved edge in an outline
@@ -224,8 +225,8 @@ def read_draft(specification: Mapping[str, Any]) -> Draft:
     draft = Draft(spec, pieces, [], units)
     for at, entry in enumerate(body.get("stitches", [])):
         first, second = (pieces[side["panel"]].edges[side["edge"]] for side in entry[:2])
-        number = entry[0].get(SEAM_NUMBER, at + 1)
-        draft.seams.append(Seam(first, second, entry[2:], draft.length(first) / draft.length(second), number))
+        ratio = draft.length(first) / draft.length(second)
+        draft.seams.append(Seam(first, second, entry[2:], ratio, number_of(entry[0], at)))
     return draft
 
 

@@ -76,7 +76,8 @@ def join_motion(sim: Simulation, dt: float) -> None:
 
 
 def go_along(sim: Simulation) -> None:
-    """Give the cloth, which goes at `v` as seen from the body, the body's own velocity, too."""
+    """Give the cloth, where it comes along and goes at `v` as seen from the body, the body's own velocity, too."""
     body = sim.body
-    assert body is not None
+    if not sim.comes_along or body is None:
+        return
     launch(go_along_kernel, sim.cloth_count, [body.felt], [sim.state.v], device=sim.device)
