@@ -64,8 +64,7 @@ ENOUGH = wp.constant(11)  # root mean square over the cloth that is near enough 
 STRETCH = wp.constant(12)  # the cloth's largest, where iterations ended (torn.py)
 WITHHELD = wp.constant(13)  # of the iteration's direction by contact, likewise, and doubled (near.py) [m]
 SLOPE = wp.constant(14)  # of the potential along the move, where it begins [J]
-STRIDE = wp.constant(15)  # times Newton's direction, that the next iteration goes (stride.py)
-LENGTHS = 16
+LENGTHS = 15
 
 
 @wp.kernel
@@ -94,7 +93,6 @@ def begin_kernel(
     lengths[LAST] = 0.0
     lengths[SHORTEST] = wp.inf
     lengths[WITHHELD] = 0.0
-    lengths[STRIDE] = 1.0
 
 
 @wp.kernel
