@@ -9,18 +9,20 @@ start and implicit Euler's inertia, its part of the step's potential is
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 import warp as wp
 
-from tryon_solver.effect_words.rules import Parameters
 from tryon_solver.effects.base import BuildContext
-from tryon_solver.geometry.named_lines import Cut
 from tryon_solver.linalg.launch import launch
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import EffectSpec, Scene
 from tryon_solver.state import State
+
+if TYPE_CHECKING:
+    from tryon_solver.effect_words.rules import Parameters
+    from tryon_solver.geometry.named_lines import Cut
 
 wp.set_module_options({"enable_backward": False})
 

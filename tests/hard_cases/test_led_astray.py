@@ -9,11 +9,17 @@ from scenes import named
 
 from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.settings import PRESETS
-from tryon_solver.stepping import correct
+from tryon_solver.stepping import correct, search
 
 STEPS = 5  # of a 30th of a second; it lands in the second
 HASTY = replace(PRESETS["draft"], correction_iterations=1)  # with its own it is not led astray here
 LIMIT = FABRICS["cotton_jersey"].strain_limit
+
+
+@pytest.fixture(autouse=True)
+def searched_all_the_way(monkeypatch):
+    """Held to its room, the list of candidates stops a direction that leads astray before it stretches anything."""
+    monkeypatch.setattr(search, "PER_EDGE", 1e-6)
 
 
 def landing(settings):

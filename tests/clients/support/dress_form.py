@@ -129,6 +129,7 @@ class Tunic:
         self.effects = PretendedEffects(garments=self.names)
 
     own_motion = None
+    on_the_way = False
     outgrown = ""
 
     @property
@@ -161,6 +162,9 @@ class Tunic:
 
     def buy(self, accuracy: float | None, deadline: float | None) -> None:
         self.bought = accuracy, deadline
+
+    def come_along(self) -> None:
+        """It feels nothing, ever."""
 
     def advance(self, pose: Pose, t: float, longest_step: float = 0.0) -> Facts:  # noqa: ARG002
         self.current, self.t = pose, t

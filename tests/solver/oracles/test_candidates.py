@@ -296,7 +296,7 @@ def test_a_far_direction_widens_the_search_by_a_few_edges_at_a_time_and_is_short
     far = stray(rng, np.ones(len(tangle.x)))
     sim.work.direction.assign(far.astype(np.float32))
     sim.work.alpha.fill_(1.0)
-    most = search.a_few_edges(sim)
+    most = search.a_few_edges(sim, 1)
     search.search_further(sim, sim.work.direction, sim.work.alpha, most)
     assert np.allclose(sim.region.budget.numpy(), before + most)
     sim.work.alpha.fill_(1.0)
