@@ -65,7 +65,7 @@ class Tunic:
     names, edited = ("",), ""
     specifications: ClassVar[dict[str, None]] = {"": None}
     outgrown = ""
-    on_the_way = False
+    on_the_way, not_carried, overstretched = False, "", 0.0
 
     def come_along(self) -> None:
         """It feels nothing, ever."""

@@ -103,7 +103,7 @@ def test_a_refusal_of_what_is_held_goes_to_its_holder(driver):
     driver.say(1, EditMessage(edit=MOVE, hold=True, request=7))
     driver.simulation(EditRefused(0, "by", "it would fold", "Move it less far"))
     faults = driver.messages(1, ErrorMessage)
-    assert [(fault.code, fault.request) for fault in faults] == [("edit_refused", 7)], "the newest, which is the one held"
+    assert [(fault.code, fault.request) for fault in faults] == [("edit_refused", 7)], "the one held"
     assert driver.errors(2) == []
 
 
