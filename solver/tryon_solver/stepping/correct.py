@@ -415,8 +415,7 @@ def iterate_newton(sim: Simulation, budget: Budget, at_most: int, extensible: bo
         elif outcome.wants_search:
             judged = outcome.starting
             wanted = sim.to_trial if outcome.starting else sim.work.direction
-            leaving = bounds.leaving(sim.state.x, wanted, sim.work.alpha, sim.region, sim.work.hits)
-            search_further(sim, wanted, sim.work.alpha, a_few_edges(sim, leaving))
+            search_further(sim, wanted, sim.work.alpha, a_few_edges(sim, outcome.leaving))
             progress.resume(searches_left(sim))
         elif outcome.wants_room:
             make_room(sim, outcome)

@@ -226,12 +226,13 @@ class Budget:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Whether it is still to be chosen where to start, why the loop ended, after how many iterations, how many pairs
-    there should be, where they were asked about, the largest move in the last that moved [m], the longest way that its
-    last direction leads a vertex [m], and whether the budget was spent in the middle of something: its last iteration
-    began ASTRAY times as far from balance as another, or HARDLY_NEARER to it than the first ones and with long moves to
-    come; how far from balance [J] the nearest began, the first, and the last; the largest stretch, where it is
-    measured; and whether the last direction was near enough, where that is asked.
+    """Whether it is still to be chosen where to start, why the loop ended, after how many iterations, how many
+    vertices its last way leads out of the region, how many pairs there should be, where they were asked about, the
+    largest move in the last that moved [m], the longest way that its last direction leads a vertex [m], and whether
+    the budget was spent in the middle of something: its last iteration began ASTRAY times as far from balance as
+    another, or HARDLY_NEARER to it than the first ones and with long moves to come; how far from balance [J] the
+    nearest began, the first, and the last; the largest stretch, where it is measured; and whether the last
+    direction was near enough, where that is asked.
 
     Where the first began does not count: forces may balance there though the cloth has not yet gone where its inertia
     takes it, and who went back there would stop in mid-air."""
@@ -240,6 +241,7 @@ class Outcome:
     wants_search: bool
     wants_room: bool
     iterations: int
+    leaving: int
     pairs: int
     moved: float
     wanted: float
@@ -392,7 +394,8 @@ class Progress:
         wanted, moved, strayed = float(lengths[0]), float(lengths[1]), bool(state[13])
         why = bool(state[14]), bool(state[8]), bool(state[9])
         stretch, near = float(lengths[12]), int(state[18]) == int(WITHIN)
-        return Outcome(*why, int(state[7]), found, moved, wanted, strayed, least, began, last, stretch, near)
+        leaving, iterations = map(int, state[6:8])
+        return Outcome(*why, iterations, leaving, found, moved, wanted, strayed, least, began, last, stretch, near)
 
     def _launch(self, kernel: wp.Kernel, inputs: list[object], outputs: list[wp.array]) -> None:
         launch(kernel, 1, inputs, outputs, device=self.state.device)
