@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from browser import figure, open_page, picture, settled_picture, wait_for_frames
 from demo_server import PATIENCE, serving, wait_until_dressed
+from playwright.sync_api import Page
 
 pytestmark = pytest.mark.browser
 
@@ -17,6 +18,11 @@ def demo(tmp_path):
         yield url
 
 
+def wait_for_the_motion(page: Page) -> None:
+    """Until its first pose is behind the body: the clock is at 0 while the body stands dressed, below on the way there."""
+    page.wait_for_function("Number(document.getElementById('readout').dataset.simulatedS) > 0")
+
+
 @pytest.mark.timeout(2 * PATIENCE)
 def test_the_demo_shows_a_dressed_walking_body(demo, chromium):
     page = open_page(chromium, demo)
@@ -26,6 +32,7 @@ def test_the_demo_shows_a_dressed_walking_body(demo, chromium):
     assert page.locator("#garments label", has_text="T-shirt").locator("input").is_checked()
     assert page.locator("#motions label", has_text="Walk").locator("input").is_checked()
     assert figure(page, "vertices") > 500
+    wait_for_the_motion(page)
     before = {name: figure(page, name) for name in ("simulated-s", "frames", "root-x", "root-z")}
     wait_for_frames(page, 5)
     after = {name: figure(page, name) for name in before}
