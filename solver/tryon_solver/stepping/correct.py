@@ -40,6 +40,7 @@ from tryon_solver.stepping.search import (
     search_further,
     searches_left,
 )
+from tryon_solver.stepping.stride import stride_out
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -496,6 +497,7 @@ def find_direction(sim: Simulation, budget: Budget) -> None:
     nearest to balance."""
     work, settings = sim.work, sim.settings
     solve_newton_system(sim, budget.pcg_iterations)
+    stride_out(sim)
     move_as_one(sim.cg, newton_matrix(sim), work.diagonal, sim.cloth_count, work.coarse, work.direction)
     find_largest(work.direction, sim.progress.length)
     trusted = [budget.trusted, sim.state.dt, sim.progress.trial, sim.progress.length]

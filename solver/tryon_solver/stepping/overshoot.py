@@ -28,6 +28,7 @@ import warp as wp
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.vectors import dot
 from tryon_solver.stepping.progress import FOUND, LEFT, SLOPE
+from tryon_solver.stepping.stride import choose_stride
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -90,4 +91,5 @@ def retreat_if_overshot(sim: Simulation, measure: Callable[[], None], come_back:
     dot(work.gradient, work.total, there)
     judged = [progress.state, progress.lengths, share, progress.overshot]
     launch(judge_kernel, 1, [sim.pairs.counters, sim.pairs.capacity, there], judged, device=sim.device)
+    choose_stride(sim, there)
     wp.capture_if(progress.overshot, retreat)

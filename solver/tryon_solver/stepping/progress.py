@@ -64,7 +64,8 @@ ENOUGH = wp.constant(11)  # root mean square over the cloth that is near enough 
 STRETCH = wp.constant(12)  # the cloth's largest, where iterations ended (torn.py)
 WITHHELD = wp.constant(13)  # of the iteration's direction by contact, likewise, and doubled (near.py) [m]
 SLOPE = wp.constant(14)  # of the potential along the move, where it begins [J]
-LENGTHS = 15
+STRIDE = wp.constant(15)  # times Newton's direction, that the next iteration goes (stride.py)
+LENGTHS = 16
 
 
 @wp.kernel
@@ -93,6 +94,7 @@ def begin_kernel(
     lengths[LAST] = 0.0
     lengths[SHORTEST] = wp.inf
     lengths[WITHHELD] = 0.0
+    lengths[STRIDE] = 1.0
 
 
 @wp.kernel

@@ -1,0 +1,63 @@
+"""How far the correction goes along Newton's direction: as far as the move before it would have had to go.
+
+Newton's matrix is the Hessian made positive semidefinite, triangle by triangle: where a fold is pressed together, which
+the whole garment bears but the triangle alone does not, it is several times as stiff as the potential, and near balance
+each iteration leaves most of the way, four fifths, to the next. The potential's slope along a move is known where it
+began, -a, and where it ended, b; were it a line in between, it would vanish at
+
+    s = a / (a + b)
+
+times the move. Slow iterations go the same way one after the other, so the next direction is taken s times, at least
+once and at most MOST times. What is overdone of the other, stiffer ways the next iteration mends, and a move that led
+uphill comes back (overshoot.py). It costs a product with a number. That projected Hessians are too stiff: Longva et al.
+2023; over-relaxation: Saad 2003, section 4.1. Ours.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import warp as wp
+
+from tryon_solver.linalg.launch import launch
+from tryon_solver.stepping.progress import SLOPE, STRIDE
+
+if TYPE_CHECKING:
+    from tryon_solver.simulation import Simulation
+
+wp.set_module_options({"enable_backward": False})
+
+MOST = wp.constant(3.0)
+
+
+@wp.kernel
+def choose_kernel(
+    counters: wp.array(dtype=wp.int32),
+    room: int,
+    there: wp.array(dtype=wp.float32),
+    lengths: wp.array(dtype=wp.float32),
+):
+    """Where there are more pairs than room the slope at the end is unknown, and so is how far to go."""
+    a = -lengths[SLOPE]
+    b = there[0]
+    lengths[STRIDE] = 1.0
+    if counters[0] <= room and a > 0.0 and b < 0.0:
+        lengths[STRIDE] = a / wp.max(a + b, a / MOST)
+
+
+@wp.kernel
+def stride_kernel(lengths: wp.array(dtype=wp.float32), direction: wp.array(dtype=wp.vec3)):
+    i = wp.tid()
+    direction[i] = lengths[STRIDE] * direction[i]
+
+
+def choose_stride(sim: Simulation, there: wp.array) -> None:
+    """By the move that was just taken; `there` (1,) J is the potential's slope along it where it ends."""
+    pairs, lengths = sim.pairs, sim.progress.lengths
+    launch(choose_kernel, 1, [pairs.counters, pairs.capacity, there], [lengths], device=sim.device)
+
+
+def stride_out(sim: Simulation) -> None:
+    """Make the direction as long as was chosen."""
+    lengths, direction = sim.progress.lengths, sim.work.direction
+    launch(stride_kernel, sim.all_count, [lengths], [direction], device=sim.device)
