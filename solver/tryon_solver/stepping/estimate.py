@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 wp.set_module_options({"enable_backward": False})
 
 ITERATIONS = 10
-SCALE = 1.4
-OF_WAY = 0.35  # the exponent of the way
+SCALE = 2.7
+OF_WAY = 0.1  # the exponent of the way
 
 
 @wp.kernel
