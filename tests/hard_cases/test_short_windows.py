@@ -8,7 +8,7 @@ FPS, DRAFT_FPS, FRAMES = 60.0, 30.0, 40
 # where each motion asks most: in the stride, on the way down to the deepest squat, arms and legs at full speed
 WINDOWS = {"walk": 0.5, "squat": 0.5, "jumping_jack": 0.3}
 LEAD_IN = 1.0  # s
-# in the short run: motion, start and lead-in [s], frames: the raised arms come to press cloth against neck and shoulders
+# in the short run: motion, start and lead-in [s], frames: the raised arms press cloth against neck and shoulders
 SHORT = ("jumping_jack", WINDOWS["jumping_jack"], 0.5, 10)
 
 
