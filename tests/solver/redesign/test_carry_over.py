@@ -14,7 +14,6 @@ from tryon_solver import PRESETS, dress
 from tryon_solver.body.model import default_body
 from tryon_solver.body.motion import blend_in
 from tryon_solver.dressing.carry_over import (
-    BRIDGED,
     MOST_STRETCH,
     SPREAD,
     CarryError,
@@ -34,6 +33,7 @@ from tryon_solver.geometry.overlay import Overlay
 from tryon_solver.geometry.panel_mesh import mesh_pattern
 from tryon_solver.geometry.pattern import parse_pattern
 from tryon_solver.geometry.size import in_size
+from tryon_solver.geometry.spread import EXACTLY
 from tryon_solver.geometry.weld import weld
 from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.redesign.apply import apply
@@ -232,7 +232,7 @@ def test_a_gap_is_bridged_by_its_own_piece():
         near = near[near != vertex]
         links = np.array([shared(after.faces, vertex, other) for other in near])
         weight = links.sum() * (1 + (length / (SPREAD * 0.01)) ** 2)
-        np.testing.assert_allclose(weight * u[vertex], links @ u[near], atol=20 * BRIDGED * 0.01)
+        np.testing.assert_allclose(weight * u[vertex], links @ u[near], atol=20 * EXACTLY * 0.01)
 
 
 def shared(faces, one, other):
