@@ -9,7 +9,7 @@ is (dressing/untangle.py), and goes on from there with the body where it is.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 
 from tryon_solver.build_in_parts import build_in_parts
 from tryon_solver.dressing.new_cut import NewCut
-from tryon_solver.dressing.returned import Hung, lacking, put_back
+from tryon_solver.dressing.returned import Hung, Returning
 from tryon_solver.dressing.stitching_on import stitched_on, without_stitches
 from tryon_solver.dressing.untangle import Freed, Tangle, TangledError
 from tryon_solver.geometry.garment import Garment
@@ -39,10 +39,6 @@ ROUNDS = 12  # of freeing, four times what cuts and darts of worn garments took:
 EASING = 40  # rounds at most, in which what was drawn too long gives
 OVERSHOT = 1.2  # times what a round takes back: it is spread over neighbours that have to give it on
 MOST_STRETCH = 1.5  # times the fabric's limit: drawn so far together, cloth is better dressed anew
-
-
-PutBack = Callable[[NDArray[np.bool_], Points, Points], None]
-"""Writes places (V, 3) m and speeds (V, 3) m/s of unsewn vertices that are missing (V,)."""
 
 
 class CarryError(ValueError):
@@ -112,12 +108,8 @@ def put_on(prepared: Prepared, worn: Simulation, before: PanelMesh, hung: Hung |
     simulation, cut = prepared.simulation, prepared.cut
     room = ROOM * simulation.contact.sizes.xi_self
     where = worn.cloth_positions(), worn.state.v.numpy()
-
-    def put_back_in(missing: NDArray[np.bool_], places: Points, speeds: Points) -> None:
-        if hung is not None:
-            put_back(cut, missing, places, speeds, hung, worn, simulation)
-
-    x, v = laid_over(cut, before, worn.scene.garment.faces, where, simulation.scene.fabric, room, put_back_in)
+    back = None if hung is None else Returning(hung, cut, worn, simulation)
+    x, v = laid_over(cut, before, worn.scene.garment.faces, where, simulation.scene.fabric, room, back)
     simulation.start_at(x, worn.body_positions().astype(np.float64), worn.body.pose)
     freed = freed_where_worn(prepared.tangle, cut.mesh.panel_names)
     simulation.state.v.assign(v.astype(np.float32))
@@ -131,10 +123,10 @@ def laid_over(
     where: tuple[NDArray[np.float32], NDArray[np.float32]],
     fabric: Fabric,
     room: float,
-    put_back: PutBack | None = None,
+    back: Returning | None = None,
 ) -> tuple[Points, Points]:
     """Where the new cut's vertices (N, 3) m lie, and how fast they are [m/s], from `where` those of the garment with
-    these `faces` (F, 3) are, whose mesh is `before`; `room` m is to be between what was sewn together, and `put_back`
+    these `faces` (F, 3) are, whose mesh is `before`; `room` m is to be between what was sewn together, and `back`
     knows where what lies over none of its cloth is to be."""
     after, joined = cut.mesh, cut.welded
     overlay = cut.overlay if cut.overlay.is_over(before) else Overlay.of(before, after)
@@ -142,13 +134,12 @@ def laid_over(
     places, speeds = (
         np.einsum("vk,vkd->vd", overlay.weights, values[corners].astype(np.float64)) for values in where
     )
-    if put_back is not None and (missing := lacking(cut, before, overlay)).any():
-        put_back(missing, places, speeds)
-    else:
-        missing = np.zeros(len(places), bool)
+    missing = np.zeros(len(places), bool) if back is None else back.lacking(before, overlay)
+    if back is not None:
+        back.put(missing, places, speeds)
     lay_on(before, after, overlay.face, places)
     were = places[after.faces]
-    were[missing[after.faces].any(axis=1)] = 0.0
+    were[missing[after.faces].any(axis=1)] = 0.0  # how long it is there says nothing of how long it has been
     x = joined.mean_of_vertices(drawn_together(after, joined, places))
     x = eased(cut.garment, x, were, fabric.strain_limit)
     return drawn_back(cut.garment, x, room), joined.mean_of_vertices(speeds)

@@ -47,44 +47,52 @@ class Hung:
         return cut.welded.mean_of_vertices(places)
 
 
-def lacking(cut: NewCut, before: PanelMesh, overlay: Overlay) -> NDArray[np.bool_]:
-    """(V,): which unsewn vertices of the cut lie over no cloth of `before`, over which the overlay is laid. What lies
-    on another piece is not asked about: that is laid on it."""
-    inside = np.clip(overlay.weights, 0.0, None)
-    inside /= inside.sum(axis=1, keepdims=True)
-    nearest = np.einsum("vk,vkd->vd", inside, before.placed[before.faces[overlay.face]])
-    beside = np.linalg.norm(cut.mesh.placed - nearest, axis=1)
-    lies_off: NDArray[np.bool_] = beside > LACKING * cut.garment.mean_edge_length()
-    lies_off[cut.mesh.laid.vertices] = False
-    return lies_off
+class Returning:
+    """What comes back with a cut, which takes over from what is `worn` and is simulated by `new`."""
 
+    def __init__(self, hung: Hung, cut: NewCut, worn: Simulation, new: Simulation) -> None:
+        assert worn.body is not None
+        assert worn.scene.body is not None
+        self.hung, self.cut, self.worn, self.new = hung, cut, worn, new
+        self.surface = worn.body_positions().astype(np.float64)
+        self.faces = worn.scene.body.faces
 
-def put_back(
-    cut: NewCut, missing: NDArray[np.bool_], places: Points, speeds: Points, hung: Hung, worn: Simulation, new: Simulation
-) -> None:
-    """Write into the places (V, 3) m and speeds (V, 3) m/s of the cut's unsewn vertices those of the ones that are
-    `missing` (V,); the others' are of what is worn, on whose body they go on. `new` is the cut's own simulation."""
-    welded, count = cut.welded.welded_of_vertex, cut.welded.vertex_count
-    known = np.bincount(welded[~missing], minlength=count)
-    free = np.flatnonzero(known == 0)
-    there, going = (mean_of(values[~missing], welded[~missing], known) for values in (places, speeds))
-    y = gone_along(worn, new, hung, hung.of_cut(cut))
-    way = there - y
-    way[free] = 0.0
-    sides = cut.garment.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    beside = np.isin(sides, free).any(axis=1)
-    widest = float(np.linalg.norm(way[np.unique(sides[beside])], axis=1).max(initial=0.0))
-    edge = cut.garment.mean_edge_length()
-    x = y + spread(sides[beside], way, free, edge / max(FAR * widest, edge))
-    assert worn.body is not None
-    assert worn.scene.body is not None
-    surface = worn.body_positions().astype(np.float64)
-    _, nearest = cKDTree(surface).query(x[free])
-    normals = vertex_normals(surface, worn.scene.body.faces)[nearest]
-    outside = np.einsum("kd,kd->k", x[free] - surface[nearest], normals)
-    x[free] += np.maximum(new.contact.sizes.xi_body - outside, 0.0)[:, None] * normals
-    going[free] = worn.body.felt.numpy()[worn.cloth_count :][nearest]
-    places[missing], speeds[missing] = x[welded[missing]], going[welded[missing]]
+    def lacking(self, before: PanelMesh, overlay: Overlay) -> NDArray[np.bool_]:
+        """(V,): which unsewn vertices of the cut lie over no cloth of `before`, over which the overlay is laid. What
+        lies on another piece is not asked about: that is laid on it."""
+        mesh = self.cut.mesh
+        inside = np.clip(overlay.weights, 0.0, None)
+        inside /= inside.sum(axis=1, keepdims=True)
+        nearest = np.einsum("vk,vkd->vd", inside, before.placed[before.faces[overlay.face]])
+        beside = np.linalg.norm(mesh.placed - nearest, axis=1)
+        lies_off: NDArray[np.bool_] = beside > LACKING * self.cut.garment.mean_edge_length()
+        lies_off[mesh.laid.vertices] = False
+        return lies_off
+
+    def put(self, missing: NDArray[np.bool_], places: Points, speeds: Points) -> None:
+        """Write into the places (V, 3) m and speeds (V, 3) m/s of the cut's unsewn vertices those of the ones that are
+        `missing` (V,), outside the body; the others' are of what is worn. It goes as fast as the body beside it."""
+        if not missing.any():
+            return
+        cut, welded = self.cut, self.cut.welded.welded_of_vertex
+        known = np.bincount(welded[~missing], minlength=cut.welded.vertex_count)
+        free = np.flatnonzero(known == 0)
+        there, going = (mean_of(values[~missing], welded[~missing], known) for values in (places, speeds))
+        y = gone_along(self.worn, self.new, self.hung, self.hung.of_cut(cut))
+        way = there - y
+        way[free] = 0.0
+        sides = cut.garment.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+        sides = sides[np.isin(sides, free).any(axis=1)]
+        widest = float(np.linalg.norm(way[np.unique(sides)], axis=1).max(initial=0.0))
+        edge = cut.garment.mean_edge_length()
+        x = y + spread(sides, way, free, edge / max(FAR * widest, edge))
+        assert self.worn.body is not None
+        _, nearest = cKDTree(self.surface).query(x[free])
+        normals = vertex_normals(self.surface, self.faces)[nearest]
+        outside = np.einsum("kd,kd->k", x[free] - self.surface[nearest], normals)
+        x[free] += np.maximum(self.new.contact.sizes.xi_body - outside, 0.0)[:, None] * normals
+        going[free] = self.worn.body.felt.numpy()[self.worn.cloth_count :][nearest]
+        places[missing], speeds[missing] = x[welded[missing]], going[welded[missing]]
 
 
 def mean_of(values: Points, welded: NDArray[np.integer], known: NDArray[np.integer]) -> Points:
