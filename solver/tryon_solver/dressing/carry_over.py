@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 
 from tryon_solver.build_in_parts import build_in_parts
 from tryon_solver.dressing.new_cut import NewCut
-from tryon_solver.dressing.returned import Hung, Returning
+from tryon_solver.dressing.returned import Hung, Returning, lacking, torn
 from tryon_solver.dressing.stitching_on import stitched_on, without_stitches
 from tryon_solver.dressing.untangle import Freed, Tangle, TangledError
 from tryon_solver.geometry.garment import Garment
@@ -134,8 +134,9 @@ def laid_over(
     places, speeds = (
         np.einsum("vk,vkd->vd", overlay.weights, values[corners].astype(np.float64)) for values in where
     )
-    missing = np.zeros(len(places), bool) if back is None else back.lacking(before, overlay)
+    missing = np.zeros(len(places), bool)
     if back is not None:
+        missing = lacking(cut, before, overlay) | torn(after, places, MOST_STRETCH * fabric.strain_limit)
         back.put(missing, places, speeds)
     lay_on(before, after, overlay.face, places)
     were = places[after.faces]

@@ -25,6 +25,7 @@ from tryon_solver.geometry.spread import Points, spread
 from tryon_solver.simulation import Simulation
 from tryon_solver.state import positions
 
+GIVES = 3.0  # times a gap: so far on either side of it the fabric is put anew
 LACKING = 0.1  # mean edges beside what is worn, in the pattern: up to there the cloth beside it goes on straight
 FAR = 4.0  # times the widest way: so far the cloth that comes back gives way to what is worn
 
@@ -47,6 +48,32 @@ class Hung:
         return cut.welded.mean_of_vertices(places)
 
 
+def lacking(cut: NewCut, before: PanelMesh, overlay: Overlay) -> NDArray[np.bool_]:
+    """(V,): which unsewn vertices of the cut lie over no cloth of `before`, over which the overlay is laid. What lies
+    on another piece is not asked about: that is laid on it."""
+    inside = np.clip(overlay.weights, 0.0, None)
+    inside /= inside.sum(axis=1, keepdims=True)
+    nearest = np.einsum("vk,vkd->vd", inside, before.placed[before.faces[overlay.face]])
+    beside = np.linalg.norm(cut.mesh.placed - nearest, axis=1)
+    lies_off: NDArray[np.bool_] = beside > LACKING * cut.garment.mean_edge_length()
+    lies_off[cut.mesh.laid.vertices] = False
+    return lies_off
+
+
+def torn(mesh: PanelMesh, places: Points, limit: float) -> NDArray[np.bool_]:
+    """(V,): which unsewn vertices lie beside a gap of their own piece, with its two sides at their `places` (V, 3) m:
+    sides of triangles that are longer there than `limit` times their length in the pattern, and all within `GIVES`
+    times what is too much of that."""
+    ends = np.sort(mesh.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    own, there = (np.linalg.norm(at[ends[:, 1]] - at[ends[:, 0]], axis=1) for at in (mesh.uv, places))
+    over = np.flatnonzero(there > limit * own)
+    near = cKDTree(mesh.placed).query_ball_point(mesh.placed[ends[over]].mean(axis=1), GIVES * (there - own)[over])
+    beside = np.zeros(len(places), bool)
+    for side, vertices in zip(over, near):
+        beside[[k for k in vertices if mesh.panel_of_vertex[k] == mesh.panel_of_vertex[ends[side, 0]]]] = True
+    return beside
+
+
 class Returning:
     """What comes back with a cut, which takes over from what is `worn` and is simulated by `new`."""
 
@@ -56,18 +83,6 @@ class Returning:
         self.hung, self.cut, self.worn, self.new = hung, cut, worn, new
         self.surface = worn.body_positions().astype(np.float64)
         self.faces = worn.scene.body.faces
-
-    def lacking(self, before: PanelMesh, overlay: Overlay) -> NDArray[np.bool_]:
-        """(V,): which unsewn vertices of the cut lie over no cloth of `before`, over which the overlay is laid. What
-        lies on another piece is not asked about: that is laid on it."""
-        mesh = self.cut.mesh
-        inside = np.clip(overlay.weights, 0.0, None)
-        inside /= inside.sum(axis=1, keepdims=True)
-        nearest = np.einsum("vk,vkd->vd", inside, before.placed[before.faces[overlay.face]])
-        beside = np.linalg.norm(mesh.placed - nearest, axis=1)
-        lies_off: NDArray[np.bool_] = beside > LACKING * self.cut.garment.mean_edge_length()
-        lies_off[mesh.laid.vertices] = False
-        return lies_off
 
     def put(self, missing: NDArray[np.bool_], places: Points, speeds: Points) -> None:
         """Write into the places (V, 3) m and speeds (V, 3) m/s of the cut's unsewn vertices those of the ones that are
