@@ -174,6 +174,20 @@ def test_what_was_worn_before_is_worn_again_as_it_hung_where_it_can_not_be_carri
     assert events(connection, Troubled) == []
 
 
+def test_an_edit_is_taken_back_with_how_the_garment_hung_before_it_and_a_new_one_without(monkeypatch):
+    asked = []
+
+    class Asked(analytic_drape.WavingSheet):
+        def recut(self, cut, hung=None):
+            asked.append(None if hung is None else width_of(hung.specification))
+            return super().recut(cut, hung)
+
+    monkeypatch.setattr(analytic_drape, "WavingSheet", Asked)
+    connection, _ = changed(edit(1, 0.7), ChangePattern("undo", 2), edit(3, 0.69), apart=1.5, until=6.0)
+    assert answers(connection) == [1, 2, 3]
+    assert asked == [None, 0.5, None]
+
+
 def test_frames_go_on_from_where_they_were():
     shown = frames(changed(edit(1, 0.7))[0])
     times = [frame.t_sim for frame in shown[1:]]
@@ -425,7 +439,7 @@ def test_a_failure_that_was_not_foreseen_is_told_and_the_old_garment_worn_on():
 
 def test_a_part_that_fails_is_told_and_the_old_garment_worn_on():
     class Torn(analytic_drape.WavingSheet):
-        def recut(self, _cut):
+        def recut(self, _cut, hung=None):  # noqa: ARG002
             yield None
             raise MemoryError("no room for it")
 
@@ -443,7 +457,7 @@ def test_edits_of_a_garment_that_is_given_up_are_refused():
 
 def test_a_shape_that_needs_another_mesh_and_can_not_have_one_is_told_once():
     class Torn(analytic_drape.WavingSheet):
-        def recut(self, _cut):
+        def recut(self, _cut, hung=None):  # noqa: ARG002
             return iter(())
 
     def build(order, _progress):

@@ -103,7 +103,7 @@ def test_one_that_can_not_be_put_on_anew_is_refused_without_trying():
     """A dart of the tight sheet, which can't be carried over."""
 
     class Torn(analytic_drape.WavingSheet):
-        def recut(self, cut):  # noqa: ARG002
+        def recut(self, cut, hung=None):  # noqa: ARG002
             self.not_carried = "where the garment is worn, front would be stretched to 2.31 times its length"
             return iter(())
 

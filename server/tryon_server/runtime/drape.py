@@ -244,8 +244,9 @@ class Drape(Protocol):
     def cutting(self, specification: Mapping[str, Any], fabric: str) -> Task:
         """What makes the pattern's mesh, beside the simulation, to be worn of this fabric: for ``recut``."""
 
-    def recut(self, cut: Any) -> Iterator[Drape | None]:
-        """Put on what ``cutting`` made where the garment is worn, in parts.
+    def recut(self, cut: Any, hung: Any = None) -> Iterator[Drape | None]:
+        """Put on what ``cutting`` made where the garment is worn, in parts. ``hung`` is what was ``packed`` of a
+        garment of that pattern when it was worn before: cloth of which nothing is worn now is put where it hung.
 
         None comes after each but the last, and this garment may be advanced; the last gives the new one, as this one is
         worn then: its next ``advance`` is this one's. Without one it ends where it has to be dressed anew.

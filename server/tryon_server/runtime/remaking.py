@@ -141,7 +141,7 @@ class Remaking:
         elif isinstance(outcome, Made) and self._dressing:
             self._catch_up(outcome.value.unpacking(), stance)
         elif isinstance(outcome, Made):
-            self._parts = drape.recut(outcome.value)
+            self._parts = drape.recut(outcome.value, self._hung())
         return None
 
     def _next_part(
@@ -176,11 +176,9 @@ class Remaking:
     def _put_on_anew(self, drape: Drape, stance: Callable[[], Stance]) -> None:
         """As it hung when it was worn before, or from the start. Raises UnfitError where that is of no use."""
         assert self._order is not None
-        wanted = self._order.of_edited.specification
-        assert wanted is not None
-        hung = None if self._order.over else self._worn_before.recall(wanted)
+        hung = self._hung()
         if hung is not None:
-            self._catch_up(hung, stance)
+            self._catch_up(hung.unpacking(self._order.of_edited.specification), stance)
             return
         try:
             refuse_what_is_too_tight(self._edit, drape.overstretched)
@@ -191,6 +189,13 @@ class Remaking:
         else:
             self._dressing, self._news = True, PUTTING_ON
             self._beside.begin(Dressing(self._build, self._order))
+
+    def _hung(self) -> Packed | None:
+        """The pattern that is ordered as it was worn last, where that was so, and alone."""
+        assert self._order is not None
+        wanted = self._order.of_edited.specification
+        assert wanted is not None
+        return None if self._order.over else self._worn_before.recall(wanted)
 
     def _catch_up(self, unpacking: Iterator[Drape | None], stance: Callable[[], Stance]) -> None:
         """Put on what is unpacked, and bring it to where the body is."""

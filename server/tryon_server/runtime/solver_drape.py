@@ -6,6 +6,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,9 @@ from tryon_solver.dressing.change_outfit import recut, without
 from tryon_solver.dressing.opening import Opening
 from tryon_solver.dressing.outfit import Outfit as Together
 from tryon_solver.dressing.outfit import Worn, WornOutfit
+from tryon_solver.dressing.returned import Hung
 from tryon_solver.geometry.garment import GarmentError, Layer
+from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.piece_meshes import keep, kept
 from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.redesign.drag import Shape
@@ -190,8 +193,9 @@ class SolverDrape:
         spacing, before = self.simulation.settings.subspace_spacing, own.mesh_wanted()
         return Cutting(specification, before, own.pattern.edge_length, own.pattern.size, spacing, fabric, kept())
 
-    def recut(self, cut: Cut) -> Iterator[SolverDrape | None]:
-        """That mesh put on from where this garment is worn, in parts; none where it can't be."""
+    def recut(self, cut: Cut, hung: PackedDrape | None = None) -> Iterator[SolverDrape | None]:
+        """That mesh put on from where this garment is worn, in parts; none where it can't be. `hung` is how that
+        pattern was worn before: cloth of which nothing is worn now is put where it hung."""
         own = self.own
         assert own.pattern is not None
         keep(cut.pieces)
@@ -202,7 +206,7 @@ class SolverDrape:
         asked = in_other_garments(self.effects, garments)
         effects = effects_of(asked, cut_of(garments))
         try:
-            recut = self._recut_alone if len(garments) == 1 else self._recut_among
+            recut = partial(self._recut_alone, hung) if len(garments) == 1 else self._recut_among
             for simulation in recut(cut, new, effects):
                 yield None if simulation is None else self._gone_on(simulation, garments, asked)
         except (CarryError, GarmentError) as error:
@@ -210,14 +214,15 @@ class SolverDrape:
             self.not_carried = str(error)
 
     def _recut_alone(
-        self, cut: Cut, new: WornGarment, effects: tuple[Effect, ...]
+        self, hung: PackedDrape | None, cut: Cut, new: WornGarment, effects: tuple[Effect, ...]
     ) -> Iterator[Simulation | None]:
         prepared = None
         for made in prepare(self.simulation, cut.made, new.worn.fabric, new.drag_in_parts(), effects):
             prepared = made
             yield None
         assert prepared is not None
-        yield put_on(prepared, self.simulation, self.own.mesh_now()).simulation
+        there = None if hung is None else hung.hung
+        yield put_on(prepared, self.simulation, self.own.mesh_now(), there).simulation
 
     def _recut_among(
         self, cut: Cut, new: WornGarment, effects: tuple[Effect, ...]
@@ -268,7 +273,8 @@ class SolverDrape:
         scene = replace(sim.scene, garment=garment, x_start=sim.cloth_positions().astype(np.float64))
         pose, surface = sim.body.pose, sim.body_positions().astype(np.float64)
         worn = tuple((one.worn, one.pattern, one.shown) for one in self.garments)
-        more = self.outfit, self.own_motion, worn, self.edited, self.origin, self.effects.asked
+        mesh = None if self.own.pattern is None else self.own.mesh_now()
+        more = self.outfit, self.own_motion, worn, mesh, self.edited, self.origin, self.effects.asked
         return PackedDrape(scene, sim.settings.by_budget(), sim.device, pose, surface, *more)
 
     def go_on_in(self, simulation: Simulation) -> None:
@@ -326,7 +332,8 @@ class SolverDrape:
 class PackedDrape:
     """A worn garment as plain values: what its simulation is built of, `pose` and `surface` (B, 3) m those of the body
     as seen from `origin` (3,) m, and what the drape has besides. Its shape is the one that its mesh was made in; each
-    garment of `worn` comes with the pattern that it is made of, and the one whose shape it had taken on."""
+    garment of `worn` comes with the pattern that it is made of, and the one whose shape it had taken on; `mesh` is that
+    of the one that is edited, None of one without a pattern, in that shape, in the size that is worn."""
 
     scene: Scene
     settings: Settings
@@ -336,9 +343,17 @@ class PackedDrape:
     outfit: Outfit
     own_motion: MeshSequence | None
     worn: tuple[tuple[Worn, WornPattern | None, Mapping[str, Any] | None], ...]
+    mesh: PanelMesh | None
     edited: str
     origin: npt.NDArray[np.float64]
     asked: Asked
+
+    @property
+    def hung(self) -> Hung | None:
+        """The cloth as it hung, of one garment that was made of a pattern; None of others."""
+        if self.mesh is None or len(self.worn) > 1:
+            return None
+        return Hung(self.mesh, self.scene.garment.faces, self.scene.x_start, self.surface, self.pose)
 
     def unpacking(self, specification: Mapping[str, Any] | None = None) -> Iterator[SolverDrape | None]:
         """The garment, at rest, in parts, None after each but the last; in this shape, if its mesh has had it, or in

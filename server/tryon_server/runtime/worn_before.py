@@ -1,15 +1,15 @@
 """Garments that were worn in a session before the one that is, as they hung when that took their place.
 
-Where an edit is taken back and the cloth that it took away lies nowhere any more, the garment can't be put on from what
-is worn; but it has been worn, and need not be sewn on again, which takes seconds and may fail where an edit was put on
-in a way that nobody dresses.
+Where an edit is taken back, the cloth that it took away lies nowhere any more; but it has hung somewhere, and is put
+there among what is worn. Where that can't be, the garment is worn as it hung then, and need not be sewn on again, which
+takes seconds and may fail where an edit was put on in a way that nobody dresses.
 """
 
 from __future__ import annotations
 
 import json
 from collections import OrderedDict
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from tryon_server.runtime.drape import Drape, Packed
@@ -33,10 +33,9 @@ class WornBefore:
         if len(self._kept) > MOST:
             self._kept.popitem(last=False)
 
-    def recall(self, specification: Mapping[str, Any]) -> Iterator[Drape | None] | None:
-        """What was worn of that pattern last, at rest, in parts, if it is kept."""
-        kept = self._kept.get(name_of(specification))
-        return None if kept is None else kept.unpacking(specification)
+    def recall(self, specification: Mapping[str, Any]) -> Packed | None:
+        """What was worn of that pattern last, if it is kept."""
+        return self._kept.get(name_of(specification))
 
 
 def name_of(specification: Mapping[str, Any]) -> str:

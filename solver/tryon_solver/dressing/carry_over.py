@@ -13,28 +13,25 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse.linalg import cg
 from scipy.spatial import cKDTree
 
 from tryon_solver.build_in_parts import build_in_parts
 from tryon_solver.dressing.new_cut import NewCut
+from tryon_solver.dressing.returned import Hung, Returning, lacking, torn
 from tryon_solver.dressing.stitching_on import stitched_on, without_stitches
 from tryon_solver.dressing.untangle import Freed, Tangle, TangledError
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.overlay import Overlay
 from tryon_solver.geometry.panel_mesh import PanelMesh
+from tryon_solver.geometry.spread import Points, spread
 from tryon_solver.geometry.weld import WeldedMesh
 from tryon_solver.materials.fabric import Fabric
 from tryon_solver.scene import Effect, Scene
 from tryon_solver.simulation import Simulation
 
-Points = NDArray[np.float64]
-
 SPREAD = 4.0  # times the widest gap of a seam that is drawn shut: so far from it the fabric comes along
 NEGLIGIBLE = 0.1  # mean edges: gaps narrower than this are bridged by the triangles at the seam
-BRIDGED = 1e-5  # of how far the fabric is drawn: so exactly
 ROOM = 1.2  # offsets of cloth from cloth that lie between edges that were sewn together before
 LIFT = 2e-3  # m at least off the fabric at which a pocket is laid on it, and
 LIFT_SHARE = 0.15  # of the mean edge: so far the two meshes may miss each other where the fabric is bent
@@ -103,14 +100,16 @@ def prepare(
             yield Prepared(simulation, cut, Tangle(simulation, ROUNDS))
 
 
-def put_on(prepared: Prepared, worn: Simulation, before: PanelMesh) -> Carried:
+def put_on(prepared: Prepared, worn: Simulation, before: PanelMesh, hung: Hung | None = None) -> Carried:
     """The rest of `carry_over`, from where the garment `worn` is now; `before` is its mesh. The cut's overlay, if it is
-    one over what the garment was before, is not looked at. Raises CarryError."""
+    one over what the garment was before, is not looked at. Cloth that lies over nothing that is worn is put where it
+    `hung`, if that is known. Raises CarryError."""
     assert worn.body is not None
     simulation, cut = prepared.simulation, prepared.cut
     room = ROOM * simulation.contact.sizes.xi_self
     where = worn.cloth_positions(), worn.state.v.numpy()
-    x, v = laid_over(cut, before, worn.scene.garment.faces, where, simulation.scene.fabric, room)
+    back = None if hung is None else Returning(hung, cut, worn, simulation)
+    x, v = laid_over(cut, before, worn.scene.garment.faces, where, simulation.scene.fabric, room, back)
     simulation.start_at(x, worn.body_positions().astype(np.float64), worn.body.pose)
     freed = freed_where_worn(prepared.tangle, cut.mesh.panel_names)
     simulation.state.v.assign(v.astype(np.float32))
@@ -124,18 +123,26 @@ def laid_over(
     where: tuple[NDArray[np.float32], NDArray[np.float32]],
     fabric: Fabric,
     room: float,
+    back: Returning | None = None,
 ) -> tuple[Points, Points]:
     """Where the new cut's vertices (N, 3) m lie, and how fast they are [m/s], from `where` those of the garment with
-    these `faces` (F, 3) are, whose mesh is `before`; `room` m is to be between what was sewn together."""
+    these `faces` (F, 3) are, whose mesh is `before`; `room` m is to be between what was sewn together, and `back`
+    knows where what lies over none of its cloth is to be."""
     after, joined = cut.mesh, cut.welded
     overlay = cut.overlay if cut.overlay.is_over(before) else Overlay.of(before, after)
     corners = faces[overlay.face]
     places, speeds = (
         np.einsum("vk,vkd->vd", overlay.weights, values[corners].astype(np.float64)) for values in where
     )
+    missing = np.zeros(len(places), bool)
+    if back is not None:
+        missing = lacking(cut, before, overlay) | torn(after, places, MOST_STRETCH * fabric.strain_limit)
+        back.put(missing, places, speeds)
     lay_on(before, after, overlay.face, places)
+    were = places[after.faces]
+    were[missing[after.faces].any(axis=1)] = 0.0  # how long it is there says nothing of how long it has been
     x = joined.mean_of_vertices(drawn_together(after, joined, places))
-    x = eased(cut.garment, x, places[after.faces], fabric.strain_limit)
+    x = eased(cut.garment, x, were, fabric.strain_limit)
     return drawn_back(cut.garment, x, room), joined.mean_of_vertices(speeds)
 
 
@@ -189,18 +196,7 @@ def drawn_together(mesh: PanelMesh, joined: WeldedMesh, x: Points) -> Points:
     if not drawn.any():
         return x + way
     sides = mesh.faces[drawn[mesh.faces[:, 0]]][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    both = np.concatenate([sides, sides[:, ::-1]])
-    links = sp.coo_matrix((np.ones(len(both)), (both[:, 0], both[:, 1])), shape=(len(x), len(x))).tocsr()
-    degree = np.asarray(links.sum(axis=1)).ravel()
-    matrix = sp.diags(degree * (1.0 + (length / (SPREAD * widest.max())) ** 2)) - links
-    free = np.flatnonzero(~sewn & drawn)
-    rows = matrix.tocsr()[free]
-    spread = np.where(sewn[:, None], way, 0.0)
-    wanted, inner = -(rows @ spread), rows[:, free]
-    scaled = sp.diags(1.0 / inner.diagonal())
-    for k in range(3):  # the matrix is dominated by its diagonal: this takes a third of an elimination's time
-        spread[free, k], _ = cg(inner, wanted[:, k], rtol=BRIDGED, M=scaled)
-    return x + spread
+    return x + spread(sides, way, np.flatnonzero(~sewn & drawn), length / (SPREAD * widest.max()))
 
 
 def eased(garment: Garment, x: Points, before: Points, limit: float) -> Points:

@@ -105,8 +105,9 @@ class PatternedTunic(Tunic):
     def cutting(self, specification: Mapping[str, Any], fabric: str) -> Any:
         return partial(tuple, (specification, fabric))
 
-    def recut(self, cut: Any) -> Iterator[PatternedTunic | None]:
-        specification, fabric = cut
+    def recut(self, cut: Any, hung: Any = None) -> Iterator[PatternedTunic | None]:
+        specification, fabric = cut  # `hung` is of no use where nothing hangs
+        del hung
         if fabric == "tight":
             return
         yield None

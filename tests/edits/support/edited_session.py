@@ -15,7 +15,7 @@ from typing import Literal
 
 from tryon_protocol import DecodedFrame, FrameDecoder, Topology, TopologyMessage, decode_server
 from tryon_server.runtime.arming import Armoury, Compiling
-from tryon_server.runtime.beside import Made, NotMade, Task, carried_out
+from tryon_server.runtime.beside import Made, NotMade, Task, Told, carried_out
 from tryon_server.runtime.motions import load_motion
 from tryon_server.runtime.order import DrapeOrder, WorkOrder
 from tryon_server.runtime.production import build_drape
@@ -81,6 +81,10 @@ class Here:
         """Do it now."""
         task, self._task = self._task, None
         return None if task is None else carried_out(task)
+
+    def news(self) -> Told | None:
+        """None: it is done before anybody could ask."""
+        return None
 
     def give_up(self) -> None:
         """Do nothing."""

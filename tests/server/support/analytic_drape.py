@@ -182,7 +182,7 @@ class WavingSheet:
     def cutting(self, specification, fabric):
         return partial(deepcopy, (specification, fabric))
 
-    def recut(self, cut):
+    def recut(self, cut, hung=None):  # noqa: ARG002
         specification, fabric = cut
         if width_of(specification) < RECUT or fabric == "tight":
             self.not_carried = "where the garment is worn, it would be stretched"

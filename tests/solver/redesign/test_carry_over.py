@@ -14,7 +14,6 @@ from tryon_solver import PRESETS, dress
 from tryon_solver.body.model import default_body
 from tryon_solver.body.motion import blend_in
 from tryon_solver.dressing.carry_over import (
-    BRIDGED,
     MOST_STRETCH,
     SPREAD,
     CarryError,
@@ -27,6 +26,7 @@ from tryon_solver.dressing.carry_over import (
     put_on,
 )
 from tryon_solver.dressing.new_cut import NewCut
+from tryon_solver.dressing.returned import Hung
 from tryon_solver.geometry.connectivity import Connectivity
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.locate import locate
@@ -34,6 +34,7 @@ from tryon_solver.geometry.overlay import Overlay
 from tryon_solver.geometry.panel_mesh import mesh_pattern
 from tryon_solver.geometry.pattern import parse_pattern
 from tryon_solver.geometry.size import in_size
+from tryon_solver.geometry.spread import EXACTLY
 from tryon_solver.geometry.weld import weld
 from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.redesign.apply import apply
@@ -87,16 +88,17 @@ def cut(edit):
     return mesh_pattern(parse_pattern(apply(demo("tshirt"), parse_edit(edit)).specification), EDGE)
 
 
-def assert_goes_on(walking, sim):
-    """Clean in the state in which it was put on and in five frames of the walk, and no faster than an edit may be."""
+def assert_goes_on(walking, sim, at=AT):
+    """Clean in the state in which it was put on, in frame `at` of the walk, and in the five that follow, and no faster
+    than an edit may be."""
     judge = FrameJudge(sim.scene.garment.faces, walking.body.faces, sim.cloth_positions(), sim.body_positions())
     assert judge.judge(sim.cloth_positions(), sim.body_positions()).clean
     for k in range(1, 6):
         x = sim.cloth_positions()
-        sim.advance(walking.pose(AT + k), k / FPS)
+        sim.advance(walking.pose(at + k), k / FPS)
         assert judge.judge(sim.cloth_positions(), sim.body_positions()).clean, k
         fastest = FPS * np.linalg.norm(sim.cloth_positions() - x, axis=1).max()
-        assert fastest < walking.body_speed(AT + k) + FASTEST, k
+        assert fastest < walking.body_speed(at + k) + FASTEST, k
 
 
 @pytest.mark.parametrize("name", EDITS)
@@ -108,6 +110,31 @@ def test_another_cut_goes_on_where_the_garment_was(walking, name):
     assert_goes_on(walking, sim)
     np.testing.assert_array_equal(walking.sim.cloth_positions(), before[0])  # the old one is as it was
     assert walking.sim.state.time == before[1]
+
+
+@pytest.mark.parametrize("name", ["cut off", "without a sleeve's half"])
+def test_cloth_that_was_taken_away_comes_back_where_it_hung(walking, name):
+    """A quarter of a second of the walk later; from what is worn nobody could tell where it is to be."""
+    later, without, spacing = 8, cut(EDITS[name]), walking.sim.settings.subspace_spacing
+    worn = carry_over(walking.sim, walking.mesh, without).simulation
+    for k in range(1, later + 1):
+        worn.advance(walking.pose(AT + k), k / FPS)
+    where = (part.astype(np.float64) for part in (walking.sim.cloth_positions(), walking.sim.body_positions()))
+    hung = Hung(walking.mesh, walking.sim.scene.garment.faces, *where, walking.sim.body.pose)
+    made = NewCut.of(walking.mesh, without, spacing)
+
+    def back(hung):
+        *_, prepared = prepare(worn, made, worn.scene.fabric)
+        return put_on(prepared, worn, without, hung).simulation
+
+    with pytest.raises(CarryError):
+        back(None)
+    sim = back(hung)
+    lay = worn.cloth_positions()[worn.scene.garment.faces[made.overlay.face]]
+    there = made.welded.mean_of_vertices(np.einsum("vk,vkd->vd", made.overlay.weights, lay))
+    moved = np.linalg.norm(sim.cloth_positions() - there, axis=1)
+    assert np.mean(moved < 1e-3) > 0.25, "what is worn stays where it is"
+    assert_goes_on(walking, sim, AT + later)
 
 
 def test_the_old_garment_goes_on_as_if_nothing_were_made_beside_it_and_the_new_one_from_where_it_comes_to(walking):
@@ -232,7 +259,7 @@ def test_a_gap_is_bridged_by_its_own_piece():
         near = near[near != vertex]
         links = np.array([shared(after.faces, vertex, other) for other in near])
         weight = links.sum() * (1 + (length / (SPREAD * 0.01)) ** 2)
-        np.testing.assert_allclose(weight * u[vertex], links @ u[near], atol=20 * BRIDGED * 0.01)
+        np.testing.assert_allclose(weight * u[vertex], links @ u[near], atol=20 * EXACTLY * 0.01)
 
 
 def shared(faces, one, other):

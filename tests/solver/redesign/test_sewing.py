@@ -68,6 +68,20 @@ def test_closing_sews_what_opening_undid(tshirt):
     assert closed.notes == ()
 
 
+def test_a_cut_that_was_left_open_is_closed_to_what_it_is_when_it_is_sewn(tshirt):
+    line = (-0.5, 0.2), (0.5, 0.25)
+    sewn, left_open = (apply(tshirt, Cut("front", line, sewn)).specification for sewn in (True, False))
+    (new,) = [each for each in sewn["pattern"]["stitches"] if each not in left_open["pattern"]["stitches"]]
+    one, other = new[:2]
+    edit = CloseSeam(one["panel"], one["edge"], other["panel"], other["edge"])
+    closed = apply(left_open, edit).specification["pattern"]
+    assert sorted(map(str, closed["stitches"])) == sorted(map(str, sewn["pattern"]["stitches"]))
+    one, other = (spec["panels"] for spec in (closed, sewn["pattern"]))
+    assert one.keys() == other.keys()
+    for name, piece in one.items():  # where a piece is placed to be put on is left: what was cut off lies apart
+        assert (piece["vertices"], piece["edges"]) == (other[name]["vertices"], other[name]["edges"])
+
+
 def test_closing_edges_of_different_lengths_tells_both(tshirt):
     made = apply(tshirt, CloseSeam("left_sleeve_front", 2, "right_sleeve_front", 1))
     assert made.notes == ()
