@@ -19,7 +19,7 @@ def demo(tmp_path):
 
 
 def wait_for_the_motion(page: Page) -> None:
-    """Until its first pose is behind the body: the clock is at 0 while the body stands dressed, below on the way there."""
+    """Until its first pose is behind the body: the clock is at 0 in the dressing stance, below on the way there."""
     page.wait_for_function("Number(document.getElementById('readout').dataset.simulatedS) > 0")
 
 
