@@ -226,7 +226,7 @@ def _creases(p: Parameters, cut: Cut) -> Creases:
 
 
 def _fasteners(p: Parameters, cut: Cut) -> Effect:
-    return Fasteners(np.vstack(_fastened(p, cut)), p["stiffness"])
+    return Fasteners(np.vstack(_fastened(p, cut)), p["stiffness"], p["speed"])
 
 
 def _fastened(p: Parameters, cut: Cut) -> list[np.ndarray]:
