@@ -43,7 +43,8 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         session_grace_seconds: how long a session lives on with nobody watching or asking for it [s].
         max_viewers: most clients of one session.
         frames_per_second: most frames published per second of wall time [1/s].
-        keyframe_seconds: a frame that needs no other is published at least this often [s].
+        keyframe_seconds: of the frames that are published, one at least this often needs no other [s]. Where nothing
+            moves none is, but to who has not seen what there is.
         messages_per_second: most messages accepted from one client per second, on average [1/s].
         edit_seconds: longest time that an edit of a pattern may take until it is worn, counted from when none before it
             is to be made any more; then it is refused, and those behind it are made [s].

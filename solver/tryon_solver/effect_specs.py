@@ -309,19 +309,22 @@ class Pins(EffectSpec):
 
 @dataclass(frozen=True)
 class Fasteners(EffectSpec):
-    """Buttons, hooks, the teeth of zips: `pairs` (K, 2) int32 of vertices, each held together by `stiffness` N/m.
+    """Buttons, hooks, the teeth of zips: `pairs` (K, 2) int32 of vertices, each held together by `stiffness` N/m. What
+    is apart is drawn together at `speed` m/s, as by the hand that closes it.
 
-    The contribution's value "closed" (K,) float32, all 1 at the start, may be written between steps: 0 is open, and
-    shares in between let what is far apart come together gently.
+    The contribution's value "closed" (K,) float32, all 1 at the start, may be written between steps: 0 is open, and in
+    between is so much of the stiffness.
     """
 
     module: ClassVar[str] = "tryon_solver.effects.fasteners"
 
     pairs: np.ndarray
     stiffness: float = 2e4
+    speed: float = 0.5
 
     def __post_init__(self) -> None:
         check_number("fasteners: stiffness", self.stiffness)
+        check_number("fasteners: speed", self.speed, above=True)
         if (self.pairs[:, 0] == self.pairs[:, 1]).any():
             bad = int(np.argmax(self.pairs[:, 0] == self.pairs[:, 1]))
             raise ValueError(f"fasteners: pair {bad} is vertex {self.pairs[bad, 0]} twice; name two vertices")

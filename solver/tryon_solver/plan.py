@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 import warp as wp
 
 from tryon_solver.linalg.block_ell import BlockRows
@@ -53,15 +54,15 @@ class Contribution:
     `start_step` freezes what holds for a whole step, once the state it starts from is known. `project` takes part in
     every local step; `project_in_correction` only in the correction, for a term whose weight would spoil projective
     dynamics' constant matrix; `add_velocity_gradient` and `add_velocity_gradient_in_correction` likewise.
-    `add_hessian` adds a positive semidefinite Hessian over pairs of vertices that share a triangle; where `stiffness`
-    is exactly the Hessian, it says so and nothing has to be added. `stiffness` (N, N) N/m enters projective dynamics'
-    constant matrix; `rate_stiffness` (N, N) N s/m, over dt, the correction's. Rows of all three must sum to zero, as
-    those of inner forces do: the correction multiplies by differences. What holds the cloth to a place is
-    `diagonal(dt, area)` (N,) float64 N/m, which enters both beside the inertia, of the fabric's area (N,) m^2 around
-    each vertex; what of it is another in every step, `add_diagonal(state, diagonal_out)` adds on the device once a
-    step, after `start_step`, (N,) float32 N/m. `dyad` is what of the Hessian is dense, c w w^T, for the correction
-    alone. `touches` names the surfaces the cloth may touch: "cloth", "body";
-    `sleep` says when nothing is to be done at all. `reshape` makes anew, in place, what was made of the rest shape,
+    `add_hessian` adds a positive semidefinite Hessian over pairs of vertices that share a triangle, and over those of
+    `joined`; where `stiffness` is exactly the Hessian, it says so and nothing has to be added. `stiffness` (N, N) N/m
+    enters projective dynamics' constant matrix; `rate_stiffness` (N, N) N s/m, over dt, the correction's. Rows of all
+    three must sum to zero, as those of inner forces do: the correction multiplies by differences. What holds the cloth
+    to a place is `diagonal(dt, area)` (N,) float64 N/m, which enters both beside the inertia, of the fabric's area (N,)
+    m^2 around each vertex; what of it is another in every step, `add_diagonal(state, diagonal_out)` adds on the device
+    once a step, after `start_step`, (N,) float32 N/m. `dyad` is what of the Hessian is dense, c w w^T, for the
+    correction alone. `touches` names the surfaces the cloth may touch: "cloth", "body"; `sleep` says when nothing is to
+    be done at all. `reshape` makes anew, in place, what was made of the rest shape,
     once that has changed (reshape.py): what works with it need not know.
     """
 
@@ -74,6 +75,7 @@ class Contribution:
     add_velocity_gradient: Callable[[State, wp.array, wp.array], None] | None = None  # state, x, gradient_out
     add_velocity_gradient_in_correction: Callable[[State, wp.array, wp.array], None] | None = None  # likewise
     add_hessian: Callable[[wp.array, BlockRows], None] | None = None  # x, rows
+    joined: npt.NDArray[np.int32] | None = None  # (K, 2) pairs of vertices
     stiffness: Term | None = None
     rate_stiffness: Term | None = None
     diagonal: Callable[[float, np.ndarray], np.ndarray] | None = None

@@ -193,7 +193,9 @@ class Simulation:
     def _assemble(self, basis: csr_matrix) -> None:
         """Stiffness rows and the subspace; matrices that depend on the time step come with `use_time_step`."""
         garment, device = self.scene.garment, self.device
-        self.hessian_rows = BlockRows.build(*garment.connectivity.pairs, device)
+        joined = [c.joined for c in self.plan.contributions if c.joined is not None]
+        pairs = np.vstack(joined) if joined else None
+        self.hessian_rows = BlockRows.build(*garment.connectivity.pairs, device, pairs)
         self.matrices = ConstantMatrices(self.plan.terms, self.hessian_rows, self.cloth_count, device)
         self.basis = basis
         self.mass_per_dt2 = wp.zeros(self.cloth_count, dtype=wp.float32, device=device)

@@ -2,7 +2,8 @@
 
 What acts at full strength at once sets the whole garment in motion in one step, which takes several times as many
 iterations. So the values that contributions read (plan.py) go from where they are to where they are wanted in equal
-shares of simulated time, as an edit's rest shape does (live_edit.py).
+shares of simulated time, as an edit's rest shape does (live_edit.py), or from none with a power of it
+(effect_words/gentle.py).
 """
 
 from __future__ import annotations
@@ -13,20 +14,26 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
+from tryon_solver.effect_words.gentle import root
 from tryon_solver.simulation import Simulation
 
 
 @dataclass(frozen=True)
 class _Way:
-    """From `start` at the time `begun` [s] to `end`, in `seconds`."""
+    """From `start` at the time `begun` [s] to `end`, in `seconds`; from or to none with this `power` of time."""
 
     start: np.ndarray
     end: np.ndarray
     begun: float
     seconds: float
+    power: float
 
     def at(self, time: float) -> np.ndarray:
-        return self.start + (self.end - self.start) * min((time - self.begun) / self.seconds, 1.0)
+        share = (time - self.begun) / self.seconds
+        if share >= 1.0:
+            return self.end
+        first, last = root(self.start, self.power), root(self.end, self.power)
+        return root(first + (last - first) * share, 1.0 / self.power)
 
     def left(self, time: float) -> float:
         return max(0.0, self.begun + self.seconds - time)
@@ -46,8 +53,16 @@ class ValueRamps:
             if value in values:
                 array.assign(values[value])
 
-    def lead(self, simulation: Simulation, name: str, values: Mapping[str, np.ndarray], seconds: float) -> None:
-        """Have the effect's values go from what they are to these, in so many simulated seconds; 0: at once."""
+    def lead(
+        self,
+        simulation: Simulation,
+        name: str,
+        values: Mapping[str, np.ndarray],
+        seconds: float,
+        power: float = 1.0,
+    ) -> None:
+        """Have the effect's values go from what they are to these, in so many simulated seconds, 0: at once; from or to
+        none with this power of time."""
         if seconds == 0.0:
             self.write(simulation, name, values)
             return
@@ -57,7 +72,7 @@ class ValueRamps:
                 end = values[value].astype(now.dtype)
                 self._ways.pop((name, value), None)
                 if not np.array_equal(now, end):
-                    self._ways[name, value] = _Way(now, end, simulation.state.time, seconds)
+                    self._ways[name, value] = _Way(now, end, simulation.state.time, seconds, power)
 
     def now(self, simulation: Simulation, name: str) -> dict[str, np.ndarray]:
         """The effect's values as they are; none of one that is not in the plan."""

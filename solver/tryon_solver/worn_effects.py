@@ -21,7 +21,7 @@ from tryon_solver.effect_words.table import (
     WORN_ON_BODY,
 )
 from tryon_solver.geometry.boundary_loops import boundary_loops
-from tryon_solver.geometry.lines import hinges_of_edges
+from tryon_solver.geometry.lines import corners_of_edges, hinges_of_edges
 from tryon_solver.geometry.named_lines import Cut
 from tryon_solver.materials.fabric import FABRICS, between_fabrics
 from tryon_solver.scene import (
@@ -210,6 +210,16 @@ def _elastic(p: Parameters, cut: Cut) -> Effect:
     return Elastic(tuple(lines))
 
 
+def elastic_lengths(p: Parameters, cut: Cut) -> np.ndarray:
+    """(L,) m in the pattern, of each line."""
+    flat = cut.garment.uv_corners.reshape(-1, 2)
+    corners = [
+        corners_of_edges(cut.garment, cut.mesh_edges(row["along"], f"parameters.lines[{k}].along"), "elastic")
+        for k, row in enumerate(p["lines"])
+    ]
+    return np.array([np.linalg.norm(flat[of[:, 0]] - flat[of[:, 1]], axis=1).sum() for of in corners])
+
+
 def _creases(p: Parameters, cut: Cut) -> Creases:
     edges, angles = [], []
     for k, row in enumerate(p["lines"]):
@@ -226,7 +236,7 @@ def _creases(p: Parameters, cut: Cut) -> Creases:
 
 
 def _fasteners(p: Parameters, cut: Cut) -> Effect:
-    return Fasteners(np.vstack(_fastened(p, cut)), p["stiffness"])
+    return Fasteners(np.vstack(_fastened(p, cut)), p["stiffness"], p["speed"])
 
 
 def _fastened(p: Parameters, cut: Cut) -> list[np.ndarray]:

@@ -26,7 +26,7 @@ def told(*commands, apart=0.05, until=3.0, seconds_beside=COMPILING, build=analy
         drapes.append(build(order, progress))
         return drapes[-1]
 
-    script = [(0.001, Run(True)), (0.001, allow(1000))]
+    script = [(0.001, Run(True)), (0.001, allow(10_000))]
     script += [(ASKED + apart * k, command) for k, command in enumerate(commands)]
     return work(script, until, build=remember, seconds_beside=seconds_beside, **more), drapes
 
@@ -97,6 +97,18 @@ def test_changes_that_come_meanwhile_are_made_at_once():
     assert sheet.effects.bound == 1
     assert last(connection, "sleep").state == "absent"
     assert last(connection, "sleep").why == "taken off"
+
+
+@pytest.mark.parametrize("ends", [True, False])
+def test_what_is_put_on_where_nothing_moved_any_more_is_seen(ends):
+    """A session without poses rests after 12 s. What acts then moves the cloth, and gusts as long as they blow."""
+    gusts = {} if ends else {"gusts": 0.3}
+    connection, _ = told(MeasureEffects(1), wind(2, velocity=[3, 0, 0], **gusts), apart=20.0, until=50.0, motion=None)
+    when = np.array([t for t, event in zip(connection.times, connection.events) if isinstance(event, FrameReady)])
+    put_on = ASKED + 20.0
+    assert not ((when > 13.0) & (when < put_on)).any(), "it rested"
+    assert ((when > put_on) & (when < put_on + 10.0)).sum() > 400
+    assert (when > put_on + 14.0).any() != ends
 
 
 def test_armed_is_compiled_and_no_more():

@@ -11,6 +11,7 @@ from tryon_server.runtime.sources import (
     LARGEST_DEBT,
     LONGEST_MOVE,
     NEARBY,
+    SETTLE_SECONDS,
     MotionSource,
     StillSource,
     approach_seconds,
@@ -69,6 +70,16 @@ def test_still_body_settles_and_then_costs_nothing():
     moves = [source.next(0.02) for _ in range(1000)]
     assert moves[500] is not None
     assert moves[-1] is None
+
+
+def test_cloth_of_a_slow_solver_settles_for_as_long_where_no_pose_arrives():
+    """By simulated time, in which it swings; a quarter of the wall's was a quarter of it."""
+    stream, wall = StreamSource(at(0.0)), 4 * LONGEST_MOVE
+    moves = [stream.next(wall, wall) for _ in range(1000)]
+    assert sum(move.dt for move in moves if move is not None) == pytest.approx(SETTLE_SECONDS, abs=2 * LONGEST_MOVE)
+    assert moves[-1] is None
+    stream.settle_anew()
+    assert stream.next(wall, wall) is not None
 
 
 def follow(stream: StreamSource, poses, period: float, look: float, until: float) -> list:

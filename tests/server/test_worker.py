@@ -226,6 +226,16 @@ def test_without_poses_the_cloth_settles_and_then_nothing_is_solved():
     assert 13.0 < when[-1] < 14.5
 
 
+def test_who_joins_where_nothing_moves_any_more_is_shown_it_at_once_and_nobody_else_is_sent_anything():
+    script = [(0.0, allow(1000)), (0.0, Run(True)), (18.0, allow(2000, again=True, keyframe=True)), (18.3, allow(2000))]
+    connection = work(script, until=22.0, motion=None)
+    decoded = frames(connection)
+    late = [frame for frame in decoded if frame.t_published > 17.0]
+    assert late[0].t_published == pytest.approx(18.0, abs=0.03)
+    assert all(frame.stands_alone and 18.0 <= frame.t_published < 18.35 for frame in late)
+    np.testing.assert_array_equal(late[0].cloth, decoded[-len(late) - 1].cloth)
+
+
 def test_another_motion_is_approached_from_where_the_body_stands():
     script = [(0.0, allow(1000)), (0.0, Run(True)), (0.9, FollowMotion("sway")), (2.0, FollowMotion(None))]
     connection = work(script, until=3.0)

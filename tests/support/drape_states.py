@@ -75,7 +75,7 @@ def dense(count: int, product: Callable[[wp.array, wp.array], None]) -> np.ndarr
 def term_hessian(garment: Garment, term: Contribution, x: np.ndarray) -> np.ndarray:
     """(3N, 3N) N/m: what a term's `add_hessian` sums into block rows, as a dense matrix."""
     count = garment.vertex_count
-    rows = BlockRows.build(*garment.connectivity.pairs, "cpu")
+    rows = BlockRows.build(*garment.connectivity.pairs, "cpu", term.joined)
     assert term.add_hessian is not None
     term.add_hessian(device_vectors(x), rows)
     matrix = np.zeros((3 * count, 3 * count))

@@ -13,7 +13,7 @@ from tryon_server.runtime.drape import CLOSE, Asked, Character
 from tryon_server.runtime.worn_garment import WornGarment
 from tryon_solver.dressing.outfit import Outfit
 from tryon_solver.effect_words.fields import EffectError
-from tryon_solver.effect_words.gentle import least_seconds
+from tryon_solver.effect_words.gentle import POWERS, least_seconds
 from tryon_solver.effect_words.ramps import as_it_comes, as_it_goes
 from tryon_solver.effect_words.rules import LINED, Parameters, rows_of_garments, together, with_pieces
 from tryon_solver.effect_words.table import WORDS, WORN_ON_BODY, live
@@ -26,7 +26,7 @@ from tryon_solver.redesign.parsed import parsed
 from tryon_solver.simulation import Simulation
 from tryon_solver.stepping.clocked import times_in_parts
 from tryon_solver.value_ramps import ValueRamps
-from tryon_solver.worn_effects import check, has_values, in_place, spec_of, values_of
+from tryon_solver.worn_effects import check, elastic_lengths, has_values, in_place, spec_of, values_of
 
 REPEATS = 5  # of a call that is measured, since frames wait for them
 LOOKED_AT = 1000  # vertices and triangles, from which is told what a garment is like
@@ -145,9 +145,11 @@ class SolverEffects:
         simulation = self._worn.simulation
         lightest = min(fabric.areal_density for fabric in simulation.scene.fabric_of_garments())
         for name in filter(has_values, asked):
-            values = values_of(name, asked[name], self.cut)
-            least = least_seconds(name, asked[name], self._ramps.now(simulation, name), values, lightest)
-            self._ramps.lead(simulation, name, values, max(asked[name].get("ramp", 0.0), least))
+            values, now = values_of(name, asked[name], self.cut), self._ramps.now(simulation, name)
+            lengths = elastic_lengths(asked[name], self.cut) if name == "elastic" else np.zeros(0)
+            least = least_seconds(name, asked[name], now, values, lightest, lengths)
+            seconds = max(asked[name].get("ramp", 0.0), least)
+            self._ramps.lead(simulation, name, values, seconds, POWERS.get(name, 1.0))
 
     def times(self) -> Iterator[tuple[str, Mapping[str, float]]]:
         """What each contribution to the plan takes: its name, and ms of a call by stage; measured as it is asked."""

@@ -19,7 +19,7 @@ from tryon_server.runtime.effect_choice import called_for
 from tryon_server.sessions.commands import ChangeEffect, MeasureEffects
 from tryon_server.sessions.events import EffectRefused, EffectsTold, Event
 from tryon_solver.effect_words.fields import EffectError, Rows
-from tryon_solver.effect_words.rules import Parameters, left_out, rows_of_garments, same_but_values
+from tryon_solver.effect_words.rules import Parameters, gusty, left_out, rows_of_garments, same_but_values
 from tryon_solver.effect_words.table import WORDS, live, word_of
 
 logger = logging.getLogger(__name__)
@@ -74,6 +74,7 @@ class EffectDesk:
         self._chosen_at = -CHOICE_SECONDS
         self._fading: tuple[float, float] | None = None  # s that some effect needs to go, and when that was new
         self._quiet = False  # there was nothing to do when it was last looked
+        self._acted: Mapping[str, Parameters] | None = None  # what acted when it was asked for what stirs
 
     @property
     def wishes(self) -> dict[str, Any]:
@@ -163,6 +164,13 @@ class EffectDesk:
         self._tell_news(worn)
         self._quiet = pause is None
         return pause
+
+    def stirs(self, worn: DrapeEffects) -> bool:
+        """Does cloth that hangs still begin to move on a body that stands, by what has come to act since this was asked
+        last, or is to come or go, or by gusts, which never end?"""
+        new = worn.asked != self._acted
+        self._acted = worn.asked
+        return new or gusty(worn.asked) or worn.asked != self._wanted(self._wishes, worn)
 
     def _name_pieces(self, worn: DrapeEffects | None) -> None:
         """Where other garments come to be worn, have the wishes name pieces with the garments that they are of, and

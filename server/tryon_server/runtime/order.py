@@ -150,7 +150,7 @@ class WorkOrder:
         motion: name of the motion that moves the body; None for the poses of a stream. A body that moves by itself
             moves so whatever stands here.
         frames_per_second: most frames published per second of wall time [1/s].
-        keyframe_seconds: longest time between frames that stand alone [s].
+        keyframe_seconds: longest time between frames that stand alone, while some are published [s].
         motion_file: where the motion is, if it was uploaded.
         effects: what was asked of its effects before, plain JSON (effect_desk.py).
         histories: edits that an earlier session began, by the name their garment is worn as.

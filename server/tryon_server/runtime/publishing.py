@@ -21,7 +21,7 @@ class Publisher:
     """Encodes the states of one session's drapes. Drops states before they are encoded, never frames after it.
 
     Args:
-        keyframe_seconds: longest time between shared frames that stand alone [s].
+        keyframe_seconds: longest time between shared frames that stand alone, while some are published [s].
         clock: the server's steady clock [s]; frames say when they were published on it.
     """
 

@@ -25,7 +25,7 @@ from tryon_solver.body.pose import Pose
 
 LONGEST_MOVE = 1 / 30  # [s] one step of the solver at preset draft
 LARGEST_DEBT = 0.1  # [s] of wall time that is made up when the solver is quick enough again; more is forgotten
-SETTLE_SECONDS = 12.0  # a body that stands still is simulated for this long: a skirt swings for up to ten
+SETTLE_SECONDS = 12.0  # simulated, for which a body that stands still is: a skirt swings for up to ten
 
 APPROACH_SECONDS_MIN = 0.5
 APPROACH_SPEED_MAX = 1.0  # [m/s] of the root, on a way that nobody recorded
@@ -62,7 +62,8 @@ class PoseSource(Protocol):
         when nothing is to be done."""
 
     def settle_anew(self) -> None:
-        """The garment was changed: a body that stands still is simulated for as long as if it had just come to."""
+        """The garment was changed, or what acts on it: a body that stands still is simulated for as long as if it had
+        just come to."""
 
 
 def way(start: Pose, goal: Pose) -> tuple[float, float]:

@@ -92,7 +92,8 @@ class StreamSource:
         self._seq = 0
         self._legs: deque[Leg] = deque()
         self._stream: int | None = None
-        self._waited = 0.0
+        self._waited = 0.0  # [s] of wall time without anything to go to
+        self._settled = 0.0  # [s] simulated in it
         self._cost = 0.0
         self._leap = np.zeros(3)
 
@@ -151,7 +152,7 @@ class StreamSource:
         ahead = sum(leg.seconds for leg in self._legs)
         if ahead < SHORTEST_MOVE:
             return self._wait(elapsed)
-        self._waited = 0.0
+        self._waited = self._settled = 0.0
         longest = LONGEST_MOVE
         if steady < LONGEST_STEP:  # who can't keep up even so had better take short steps, which are good ones
             longest = max(longest, min(CATCH_UP * steady, LONGEST_STEP))
@@ -162,7 +163,7 @@ class StreamSource:
 
     def settle_anew(self) -> None:
         """See ``PoseSource``."""
-        self._waited = min(self._waited, STALL_SECONDS)
+        self._settled = 0.0
 
     def _go(self, seconds: float) -> None:
         """Go on along the legs for so long, in simulated time."""
@@ -183,6 +184,8 @@ class StreamSource:
         """No newer pose: soon the body stands still, at the time of its pose, and when the cloth hangs still nothing is
         left to do."""
         self._waited += elapsed
-        if not STALL_SECONDS <= self._waited < STALL_SECONDS + SETTLE_SECONDS:
+        if self._waited < STALL_SECONDS or self._settled >= SETTLE_SECONDS:
             return None
-        return Move(self._pose, min(elapsed, LONGEST_MOVE), self._t, self._seq)
+        dt = min(elapsed, LONGEST_MOVE)
+        self._settled += dt
+        return Move(self._pose, dt, self._t, self._seq)

@@ -142,6 +142,8 @@ class Worker(PatternWorker):
             self._tell_changes()
             worn = None if self._drape is None else self._drape.effects
             pause = sooner(pause, self._effects.go_on(worn, self._cost, self._making))
+            if worn is not None and self._source is not None and self._effects.stirs(worn):
+                self._source.settle_anew()
 
     # Commands -----------------------------------------------------------------------------------------------------
 

@@ -16,7 +16,7 @@ from tryon_solver.body.on_device import WornBody
 from tryon_solver.dressing.dress import ROUNDS, Progress, Sewn, place, settle, sew, tell_nobody, told_as
 from tryon_solver.dressing.fit import CrumpledError, TightError, check_rest, unforeseen_refused, with_mesh
 from tryon_solver.dressing.outfit import Beneath, Outfit, Worn, WornOutfit
-from tryon_solver.dressing.take_in import LET_OUT, TakenIn, no_room, take_in
+from tryon_solver.dressing.take_in import ALL_BUT_ON, LET_OUT, TakenIn, no_room, take_in
 from tryon_solver.dressing.untangle import untangle
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.placement import PlacementError
@@ -106,18 +106,24 @@ class _Over:
     def let_out_and_taken_in(self, refused: TightError) -> Simulation:
         """All of it at rest, sewn in a larger size first, as in its own it was refused. Raises TightError where there
         is no room for it."""
+        bears, too_tight = np.inf, 0.0
         for size in LET_OUT:
+            if size < too_tight:
+                continue
             try:
                 taken_in = self._taken_in(size)
-                break
             except (TightError, PlacementError) as error:
-                refused = error if isinstance(error, TightError) else refused
-        else:
-            raise self._no_room(refused, np.inf) from refused
-        try:
-            return self.settled(taken_in.x, taken_in.surface, None)
-        except TightError as error:
-            raise self._no_room(error, taken_in.bears) from error
+                too_tight = size
+                refused = error if isinstance(error, TightError) and not np.isfinite(bears) else refused
+                continue
+            try:
+                return self.settled(taken_in.x, taken_in.surface, None)
+            except TightError as error:
+                if taken_in.bears <= bears:
+                    refused, bears = error, taken_in.bears
+            if bears > ALL_BUT_ON:
+                break
+        raise self._no_room(refused, bears) from refused
 
     def _taken_in(self, size: float) -> TakenIn:
         """Sewn in this size over its own and taken in from there, without gravity: one holds a skirt up by its waist

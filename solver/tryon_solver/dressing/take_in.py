@@ -4,7 +4,8 @@ Sewn in its own size over a shirt, a waist meets cloth that hangs wide: stitches
 through the edge of an opening that is not closed yet. Sewn in a larger size it goes around first. Then its rest shape
 shrinks to its own size, as slowly as stitches are drawn, under full contact and friction, and what is beneath gathers
 in folds on the body: a shirt is tucked in. In which size on the way it was still borne by its fabric says how much room
-there is. Ours.
+there is. Into which folds it gathers depends on how wide the garment was before, and a single one that lies badly under
+a waist presses the skin in as one does that is too tight; so what is refused all but on is let out otherwise. Ours.
 """
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ from tryon_solver.geometry.garment import Garment
 from tryon_solver.reshape import reshape
 from tryon_solver.simulation import Simulation
 
-LET_OUT = (1.3, 1.5)  # sizes, over its own, that are tried one after the other for sewing
+LET_OUT = (1.3, 1.2, 1.5)  # sizes, over its own, that are tried one after the other for sewing
+ALL_BUT_ON = 1.05  # over its own, borne on the way by what is refused at rest: how the folds beneath lie decides
 TAKING_IN_SECONDS = 1.0
 LEAST_STEP = 1.01  # that the sizes of two frames are apart: what bore it on the way and not at rest misses so much
 

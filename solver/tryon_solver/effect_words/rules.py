@@ -26,9 +26,14 @@ def left_out(asked: Mapping[str, Parameters]) -> dict[str, str]:
         for name in word.takes_place_of
         if name in asked
     }
-    if "sleep" in asked and asked.get("wind", {}).get("gusts", 0.0) > 0:
+    if "sleep" in asked and gusty(asked):
         why["sleep"] = "cloth that is asleep feels no gusts"
     return why
+
+
+def gusty(asked: Mapping[str, Parameters]) -> bool:
+    """Does cloth never hang still with these, not on a body that stands either?"""
+    return asked.get("wind", {}).get("gusts", 0.0) > 0
 
 
 def same_but_values(name: str, before: Parameters, after: Parameters) -> bool:

@@ -278,6 +278,7 @@ BUILT_IN = (
                 ),
             ),
             Number("stiffness", "of each button or tooth", "N/m", low=10.0, high=1e5, untold=2e4),
+            Number("speed", "at which what is apart is drawn together", "m/s", low=0.01, high=10.0, untold=0.5),
             RAMP,
         ),
         lined=True,

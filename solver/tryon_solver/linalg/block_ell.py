@@ -1,4 +1,5 @@
-"""A sparse matrix of 3x3 blocks over the pairs of vertices that share a triangle, in ELLPACK rows.
+"""A sparse matrix of 3x3 blocks over the pairs of vertices that share a triangle, or are joined otherwise, in ELLPACK
+rows.
 
 Its pattern is fixed at build; its values are summed afresh, triangle by triangle, whenever the point of linearisation
 moves.
@@ -28,8 +29,11 @@ class BlockRows:
     width: int
 
     @staticmethod
-    def build(columns: np.ndarray, slots: np.ndarray, device: str) -> BlockRows:
-        """Blocks of zero over these pairs of vertices (`Connectivity.pairs`)."""
+    def build(columns: np.ndarray, slots: np.ndarray, device: str, joined: np.ndarray | None = None) -> BlockRows:
+        """Blocks of zero over these pairs of vertices (`Connectivity.pairs`), and over those of `joined` (K, 2), which
+        come behind them in their rows."""
+        if joined is not None:
+            columns = _with_pairs(columns, joined)
         count, width = columns.shape
         return BlockRows(
             wp.array(columns, dtype=wp.int32, device=device),
@@ -38,6 +42,28 @@ class BlockRows:
             count,
             width,
         )
+
+
+def _with_pairs(columns: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """The rows' columns, padded by their own vertex, with those pairs (K, 2) that they have not."""
+    both = np.unique(np.vstack([pairs, pairs[:, ::-1]]), axis=0)
+    row, column = both[~(columns[both[:, 0]] == both[:, 1:]).any(axis=1)].T
+    taken = 1 + (columns[:, 1:] != columns[:, :1]).sum(axis=1)
+    place = taken[row] + np.arange(len(row)) - np.searchsorted(row, row)
+    wider = np.repeat(columns[:, :1], max(columns.shape[1], int(place.max(initial=0)) + 1), axis=1)
+    wider[:, : columns.shape[1]] = columns
+    wider[row, place] = column
+    return wider
+
+
+@wp.func
+def add_joined_block(
+    columns: wp.array2d(dtype=wp.int32), blocks: wp.array2d(dtype=wp.mat33), row: int, column: int, b: wp.mat33
+):
+    """Add b to the block of two vertices that have one, whether a triangle has both or not."""
+    for k in range(1, columns.shape[1]):
+        if columns[row, k] == column:
+            wp.atomic_add(blocks, row, k, b)
 
 
 @wp.func
@@ -72,9 +98,9 @@ def add_blocks_kernel(more: wp.array2d(dtype=wp.mat33), blocks: wp.array2d(dtype
 
 
 def add_blocks(rows: BlockRows, more: BlockRows) -> None:
-    """rows += more, both over one mesh."""
+    """rows += more, both over one mesh; `more` over nothing that is joined otherwise."""
     launch(
-        add_blocks_kernel, (rows.row_count, rows.width), [more.blocks], [rows.blocks], device=rows.blocks.device
+        add_blocks_kernel, (more.row_count, more.width), [more.blocks], [rows.blocks], device=rows.blocks.device
     )
 
 

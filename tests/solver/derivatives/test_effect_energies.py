@@ -8,7 +8,7 @@ from effect_terms import contribution, effect_gradient
 from small_scenes import device_vectors, fabric, flattened, icosphere, sheet
 
 from tryon_solver.geometry.garment import Garment
-from tryon_solver.scene import Creases, Elastic, ElasticLine, Pressure, Scene, StretchCurves
+from tryon_solver.scene import Creases, Elastic, ElasticLine, Fasteners, Pressure, Scene, StretchCurves
 from tryon_solver.simulation import build
 
 STEP = 1e-6
@@ -47,6 +47,43 @@ def test_elastic(rng, kind):
     hessian = reference.hessian(energy, x, 20 * STEP)
     found = term_hessian(sim.scene.garment, contribution(sim, "elastic"), x)
     np.testing.assert_allclose(found, hessian, rtol=0, atol=2e-4 * np.abs(hessian).max())
+
+
+BUTTONS = np.array([[0, 24], [20, 4], [10, 11], [2, 24], [7, 8]], np.int32)
+
+
+def fastener_energy(start, closed, way, stiffness):
+    """Of springs that are at rest by a `way` [m] shorter than the pairs are apart at the start."""
+    a, b = BUTTONS.T
+    rest = np.maximum(np.linalg.norm(start[a] - start[b], axis=1) - way, 0)
+
+    def energy(x):
+        length = np.linalg.norm(x[..., a, :] - x[..., b, :], axis=-1)
+        return (closed * stiffness / 2 * np.maximum(length - rest, 0) ** 2).sum(-1)
+
+    return energy
+
+
+@pytest.mark.parametrize("kind", [stretched, compressed, crumpled])
+@pytest.mark.parametrize("speed", [0.6, 50.0])
+def test_fasteners(rng, kind, speed):
+    """Over a step in which buttons come together by a centimetre, or altogether; some share a triangle, or a vertex."""
+    stiffness, closed = 40.0, np.array([1.0, 0.5, 1.0, 0.25, 0.0])
+    sim, uv = built(Fasteners(BUTTONS, stiffness, speed))
+    term = contribution(sim, "fasteners")
+    sim.state.dt.fill_(1 / 60)
+    term.values["closed"].assign(closed.astype(np.float32))
+    term.start_step(sim.state)
+    energy = fastener_energy(sim.state.x_start.numpy().astype(np.float64), closed, speed / 60, stiffness)
+    x = rounded(kind(uv, rng))
+    expected = reference.gradient(energy, x, STEP)
+    assert np.abs(expected).max() > 0.1
+    found = effect_gradient(sim, "fasteners", x)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-4 * np.abs(expected).max())
+    assert term.energy(device_vectors(x)) == pytest.approx(float(energy(x)), rel=1e-4)
+    hessian = reference.hessian(energy, x, 20 * STEP)
+    found = term_hessian(sim.scene.garment, term, x)
+    np.testing.assert_allclose(found, hessian, rtol=0, atol=5e-4 * np.abs(hessian).max())
 
 
 def crease_energy(garment, edges, angles, k_bend):

@@ -17,13 +17,14 @@ G, DT, STIFFNESS = 9.81, 1 / 60, 400.0
 
 
 def two_pieces(*effects):
-    """One piece above the other; all of the upper is pinned, the lower is buttoned to it at its four corners."""
+    """One piece above the other, a centimetre apart; all of the upper is pinned, the lower is buttoned to it at its
+    four corners, by hands that go that way within a step."""
     garment, x = layers(2, 4, 4, 0.09, -0.01)
     corners = np.array([0, 3, 12, 15])
     pairs = np.column_stack([corners, corners + 16]).astype(np.int32)
     stiff = fabric(areal_density=0.3, k_warp=2e3, k_weft=2e3, k_shear=500.0, k_bend=1e-2)
     pins = Pins(np.arange(16, dtype=np.int32), 1e5)
-    return x, build(Scene(garment, x, None, stiff, (*effects, pins, Fasteners(pairs, STIFFNESS))))
+    return x, build(Scene(garment, x, None, stiff, (*effects, pins, Fasteners(pairs, STIFFNESS, 1.0))))
 
 
 def closed(sim):
@@ -53,6 +54,21 @@ def test_buttons_hold_by_their_stiffness_and_let_go_when_opened():
     again = sim.cloth_positions().astype(np.float64)
     found = np.linalg.norm(again[[0, 3, 12, 15]] - again[[16, 19, 28, 31]], axis=1)
     np.testing.assert_allclose(found, apart, rtol=0.02)
+
+
+def test_what_is_far_apart_comes_together_at_the_speed_that_is_told():
+    """Two pieces half a metre apart that nothing holds: their buttons come nearer by it in each step, and stay."""
+    garment, x = layers(2, 4, 4, 0.09, 0.5)
+    pairs = np.column_stack([np.arange(16), np.arange(16) + 16]).astype(np.int32)
+    sim = build(Scene(garment, x, None, fabric(), (Fasteners(pairs, 2e4, 0.6),)))
+    apart = [0.5]
+    for k in range(60):
+        sim.advance(None, (k + 1) * DT)
+        y = sim.cloth_positions().astype(np.float64)
+        apart.append(np.linalg.norm(y[:16] - y[16:], axis=1).max())
+    came = -np.diff(apart)
+    np.testing.assert_allclose(came[1:48], 0.6 * DT, rtol=0.02)
+    assert max(apart[52:]) < 1e-3
 
 
 def test_matrices_are_those_of_a_garment_built_with_the_buttons_as_they_are():

@@ -14,14 +14,16 @@ from tryon_solver.body.model import default_body
 from tryon_solver.body.motion import blend_in
 from tryon_solver.dressing.change_outfit import without
 from tryon_solver.dressing.dress import dress
-from tryon_solver.dressing.fit import TightError
+from tryon_solver.dressing.fit import MOST_SQUEEZED, TightError
 from tryon_solver.dressing.outfit import Outfit, Worn, WornOutfit
-from tryon_solver.dressing.put_over import put_over
+from tryon_solver.dressing.put_over import _Over, put_over
+from tryon_solver.dressing.take_in import ALL_BUT_ON, TakenIn
 from tryon_solver.geometry.panel_mesh import mesh_pattern
 from tryon_solver.geometry.pattern import load_pattern
 from tryon_solver.geometry.size import in_size
 from tryon_solver.geometry.weld import weld
 from tryon_solver.materials.fabric import FABRICS
+from tryon_solver.scene import WORN
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import Simulation
 
@@ -128,6 +130,46 @@ def test_a_skirt_goes_on_over_a_tshirt_which_is_tucked_in(fabric, freedom):
     assert x[inner.vertices][:, 1].min() < waist - 0.1, "the shirt reaches into it"
     uv = sim.scene.garment.uv_corners[outer.faces]
     assert np.array_equal(uv, weld(pieces("skirt", 0.05)).uv_corners), "it is worn in its own size"
+
+
+@pytest.mark.parametrize("bears", [1.02, 1.2])
+def test_what_is_refused_all_but_on_is_let_out_otherwise(bears, monkeypatch):
+    """The folds of what is beneath lie otherwise then; a garment that is too narrow is refused at once."""
+    tried = []
+
+    def taken_in(_over, size):
+        tried.append(size)
+        return TakenIn(np.zeros((0, 3)), np.zeros((0, 3)), bears)
+
+    def settled(_over, *_):
+        if len(tried) < 2:
+            raise TightError("the garment presses the skin in by 11 mm", "garment", "Enlarge it")
+        return "on"
+
+    monkeypatch.setattr(_Over, "_taken_in", taken_in)
+    monkeypatch.setattr(_Over, "settled", settled)
+    worn = dressed(("tshirt",), 0.05)
+    over = _Over(worn, "skirt", pieces("skirt", 0.05), FABRICS["denim"], WORN, 1.0, lambda *_: None)
+    refused = TightError("a seam stays open", "garment", "Enlarge it")
+    if bears < ALL_BUT_ON:
+        assert over.let_out_and_taken_in(refused) == "on"
+        assert len(set(tried)) == 2
+    else:
+        with pytest.raises(TightError, match=r"too narrow by about .* presses the skin in by 11 mm"):
+            over.let_out_and_taken_in(refused)
+        assert len(tried) == 1
+
+
+@pytest.mark.long
+def test_a_skirt_of_denim_goes_on_over_a_tshirt_of_silk(freedom):
+    """By a mesh of 3 cm, a session's on a CPU: a fold of the silk under the waist had it refused."""
+    silk = FABRICS["silk_charmeuse"]
+    alone = dress(pieces("tshirt", 0.03), default_body(), silk, PRESETS["draft"])
+    outfit = Outfit((Worn.of_pattern("tshirt", alone.panels, alone.welded, silk),))
+    worn = WornOutfit(outfit, alone.simulation, alone.pose)
+    both = put_over(worn, "skirt", pieces("skirt", 0.03), FABRICS["denim"])
+    assert all(freedom)
+    assert both.simulation.reported.body_lag < MOST_SQUEEZED
 
 
 def test_what_does_not_fit_over_what_is_worn_is_refused_with_what_is_missing_and_that_stays():
