@@ -49,6 +49,8 @@ from tryon_solver.scene import (
     Wind,
 )
 
+SLIDES = "what slides resists more than what sticks"
+
 
 def effects_of(asked: Mapping[str, Parameters], cut: Cut) -> tuple[Effect, ...]:
     """The scene's effects for these, by name, each with all its parameters (EffectWord.parameters); one whose place
@@ -119,12 +121,16 @@ def _friction(p: Parameters, cut: Cut) -> Effect:
         kinetic[:count, :count] = p["cloth_kinetic"]
     if p["body_kinetic"] is not None:
         kinetic[count, :count] = kinetic[:count, count] = p["body_kinetic"]  # the body has nothing to do with itself
+    for name, part in (("cloth", np.s_[:count, :count]), ("body", np.s_[count, :count])):
+        if (kinetic[part] > static[part]).any():
+            remedy = f"Give at most {static[part].min():g}, the least that it has while it sticks"
+            raise EffectError(SLIDES, f"parameters.{name}_kinetic", remedy)
 
     def set_pair(row: Parameters, first: np.ndarray, second: np.ndarray, place: str) -> None:
         sliding = row["static"] if row["kinetic"] is None else row["kinetic"]
         if sliding > row["static"]:
             remedy = f"Give at most {row['static']:g}, what they have while they stick"
-            raise EffectError("what slides resists more than what sticks", f"{place}.kinetic", remedy)
+            raise EffectError(SLIDES, f"{place}.kinetic", remedy)
         for table, value in ((static, row["static"]), (kinetic, sliding)):
             table[np.ix_(first, second)] = table[np.ix_(second, first)] = value
 
