@@ -46,7 +46,7 @@ class Strip:
 
 BENT = Strip(0.10, 0.06, "wool_twill", (8.0, 5.0, 3.5, 2.5), 3.5)
 HELD = 0.04  # m of the bent strip lie on the plate
-WRINKLED = Strip(0.25, 0.30, "cotton_jersey", (16.0, 12.0, 8.0, 6.0), 8.0)
+WRINKLED = Strip(0.25, 0.30, "cotton_poplin", (16.0, 12.0, 8.0, 6.0), 6.0)
 STRETCHED, GATHERED = 0.04, 0.004  # by which the sheet is longer than its pattern, and narrower in the end
 GATHERING = 0.001  # 1/s: so slowly that the first wave to grow is the one that needs least
 NOISE = 3e-4  # m, of a sheet that does not know yet how it will wrinkle
