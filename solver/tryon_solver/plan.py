@@ -62,8 +62,8 @@ class Contribution:
     m^2 around each vertex; what of it is another in every step, `add_diagonal(state, diagonal_out)` adds on the device
     once a step, after `start_step`, (N,) float32 N/m. `dyad` is what of the Hessian is dense, c w w^T, for the
     correction alone. `touches` names the surfaces the cloth may touch: "cloth", "body"; `sleep` says when nothing is to
-    be done at all. `reshape` makes anew, in place, what was made of the rest shape,
-    once that has changed (reshape.py): what works with it need not know.
+    be done at all. `reshape` makes anew, in place, what was made of the rest shape, once that has changed (reshape.py):
+    what works with it need not know.
     """
 
     name: str
