@@ -40,7 +40,7 @@ from tryon_solver.stepping.search import (
     search_further,
     searches_left,
 )
-from tryon_solver.stepping.stride import stride_out
+from tryon_solver.stepping.stride import note_unstopped, stride_out
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -470,6 +470,7 @@ def iterate(sim: Simulation, budget: Budget) -> None:
         find_largest(work.total, progress.moved)
         make_last_if_near(sim)
         dot(work.gradient, work.total, progress.slope)
+        note_unstopped(sim)
         progress.judge_move(sim.settings.correction_tolerance, state.dt)
         collect_near()
         retreat_if_overshot(sim, lambda: gradient_at(sim), come_back)

@@ -91,5 +91,5 @@ def retreat_if_overshot(sim: Simulation, measure: Callable[[], None], come_back:
     dot(work.gradient, work.total, there)
     judged = [progress.state, progress.lengths, share, progress.overshot]
     launch(judge_kernel, 1, [sim.pairs.counters, sim.pairs.capacity, there], judged, device=sim.device)
-    choose_stride(sim, there)
+    choose_stride(sim)
     wp.capture_if(progress.overshot, retreat)

@@ -65,7 +65,8 @@ STRETCH = wp.constant(12)  # the cloth's largest, where iterations ended (torn.p
 WITHHELD = wp.constant(13)  # of the iteration's direction by contact, likewise, and doubled (near.py) [m]
 SLOPE = wp.constant(14)  # of the potential along the move, where it begins [J]
 STRIDE = wp.constant(15)  # times Newton's direction, that the next iteration goes (stride.py)
-LENGTHS = 16
+FREE_SLOPE = wp.constant(16)  # of the potential where the move begins, along what of it went all its way [J]
+LENGTHS = 17
 
 
 @wp.kernel
@@ -312,6 +313,11 @@ class Progress:
     def slope(self) -> wp.array:
         """(1,) where to put the potential's slope along the move, where it begins [J]."""
         return self.lengths[14:15]
+
+    @property
+    def free_slope(self) -> wp.array:
+        """(1,) where to put the potential's slope where the move begins, along what of it went all its way [J]."""
+        return self.lengths[16:17]
 
     @property
     def stretch(self) -> wp.array:

@@ -9,8 +9,11 @@ began, -a, and where it ended, b; were it a line in between, it would vanish at
 
 times the move. Slow iterations go the same way one after the other, so the next direction is taken s times, at least
 once and at most MOST times. What is overdone of the other, stiffer ways the next iteration mends, and a move that led
-uphill comes back (overshoot.py). It costs a product with a number. That projected Hessians are too stiff: Longva et al.
-2023; over-relaxation: Saad 2003, section 4.1. Ours.
+uphill comes back (overshoot.py). It costs two products of vectors, and one with a number. That projected Hessians are
+too stiff: Longva et al. 2023; over-relaxation: Saad 2003, section 4.1. Ours.
+
+What contact stops says nothing of stiffness: the slope that is left there is that of the way which is barred. So a and b
+are along the move of those vertices alone that went all their way.
 """
 
 from __future__ import annotations
@@ -20,7 +23,8 @@ from typing import TYPE_CHECKING
 import warp as wp
 
 from tryon_solver.linalg.launch import launch
-from tryon_solver.stepping.progress import SLOPE, STRIDE
+from tryon_solver.linalg.vectors import dot
+from tryon_solver.stepping.progress import FREE_SLOPE, STRIDE
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -28,6 +32,16 @@ if TYPE_CHECKING:
 wp.set_module_options({"enable_backward": False})
 
 MOST = wp.constant(3.0)
+ALL_ITS_WAY = wp.constant(0.99)  # or more of it: a vertex that nothing stopped
+
+
+@wp.kernel
+def keep_unstopped_kernel(
+    wanted: wp.array(dtype=wp.vec3), moved: wp.array(dtype=wp.vec3), unstopped_out: wp.array(dtype=wp.vec3)
+):
+    i = wp.tid()
+    p, m = wanted[i], moved[i]
+    unstopped_out[i] = wp.where(wp.dot(p, m) >= ALL_ITS_WAY * wp.length_sq(p), m, wp.vec3())
 
 
 @wp.kernel
@@ -38,7 +52,7 @@ def choose_kernel(
     lengths: wp.array(dtype=wp.float32),
 ):
     """Where there are more pairs than room the slope at the end is unknown, and so is how far to go."""
-    a = -lengths[SLOPE]
+    a = -lengths[FREE_SLOPE]
     b = there[0]
     lengths[STRIDE] = 1.0
     if counters[0] <= room and a > 0.0 and b < 0.0:
@@ -51,9 +65,18 @@ def stride_kernel(lengths: wp.array(dtype=wp.float32), direction: wp.array(dtype
     direction[i] = lengths[STRIDE] * direction[i]
 
 
-def choose_stride(sim: Simulation, there: wp.array) -> None:
-    """By the move that was just taken; `there` (1,) J is the potential's slope along it where it ends."""
-    pairs, lengths = sim.pairs, sim.progress.lengths
+def note_unstopped(sim: Simulation) -> None:
+    """Where the move begins: put what went all its way of `total` into `direction`, which is free by then, and note the
+    potential's slope along it."""
+    work, progress = sim.work, sim.progress
+    launch(keep_unstopped_kernel, sim.all_count, [sim.holding.wanted, work.total], [work.direction], device=sim.device)
+    dot(work.gradient, work.direction, progress.free_slope)
+
+
+def choose_stride(sim: Simulation) -> None:
+    """Where it ends: by the slope there, along what was noted."""
+    pairs, work, lengths, there = sim.pairs, sim.work, sim.progress.lengths, sim.work.scalars[2]
+    dot(work.gradient, work.direction, there)
     launch(choose_kernel, 1, [pairs.counters, pairs.capacity, there], [lengths], device=sim.device)
 
 

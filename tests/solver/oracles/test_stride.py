@@ -3,66 +3,83 @@
 
 import numpy as np
 import pytest
-import warp as wp
 from small_scenes import STILL, fabric, icosphere, rigid_body, sheet
 
 from tryon_solver.scene import WORN, Scene
 from tryon_solver.settings import Settings
 from tryon_solver.simulation import build
 from tryon_solver.stepping import correct
-from tryon_solver.stepping.progress import SLOPE, STRIDE
-from tryon_solver.stepping.stride import MOST, choose_stride, stride_out
+from tryon_solver.stepping.progress import STRIDE
+from tryon_solver.stepping.stride import MOST, choose_stride, note_unstopped, stride_out
 
 DT = 1 / 60
 BEGIN = 1.05  # times its rest size
 
 
-def strode(to, pairs=0):
-    """A sheet that went from BEGIN to `to` times its size where 1 is: how many times the next direction is taken."""
+def strode(to, pairs=0, wanted=1.0):
+    """A sheet that went from BEGIN to `to` times its size where 1 is, of `wanted` (or (N,)) times which it was to go:
+    how many times the next direction is taken, and the slopes of the vertices where they set out and ended, (N,) J."""
     garment, x = sheet(5, 5, 0.1, 0.1)
     sim = build(Scene(garment, x, None, fabric(), ()), Settings())
     sim.use_time_step(1.0)  # inertia is next to nothing
     state, work, rest = sim.state, sim.work, (x - x.mean(0)).astype(np.float32)
     for place in (state.x, state.x_start, state.x_hat, sim.x_searched):
         place.assign(BEGIN * rest)
-    work.total.assign((to - BEGIN) * rest)
+    moved = (to - BEGIN) * rest
+    work.total.assign(moved)
+    sim.holding.wanted.assign(np.broadcast_to(np.reshape(wanted, (-1, 1)) * moved, moved.shape).astype(np.float32))
+    sim.progress.lengths.fill_(np.nan)
+    work.scalars[2].fill_(np.nan)
 
-    def slope():
+    def slopes():
         correct.gradient_at(sim)
-        return float((work.gradient.numpy() * work.total.numpy()).sum())
+        return (work.gradient.numpy() * moved).sum(1)
 
-    lengths = np.full(len(sim.progress.lengths), np.nan, np.float32)
-    lengths[int(SLOPE)] = slope()
-    sim.progress.lengths.assign(lengths)
+    began = slopes()
+    note_unstopped(sim)
     state.x.assign(to * rest)
-    there = wp.array([slope()], dtype=wp.float32)
+    ended = slopes()
     sim.pairs.counters.assign(np.full_like(sim.pairs.counters.numpy(), pairs))
-    choose_stride(sim, there)
+    choose_stride(sim)
     chosen = float(sim.progress.lengths.numpy()[int(STRIDE)])
     direction = np.random.default_rng(1).normal(size=(len(x), 3)).astype(np.float32)
     work.direction.assign(direction)
     stride_out(sim)
     np.testing.assert_allclose(work.direction.numpy(), np.float32(chosen) * direction, rtol=1e-6)
-    return chosen
+    return chosen, began, ended
 
 
 @pytest.mark.parametrize("to", [1.03, 1.025, 1.01])
 def test_it_is_the_share_of_the_way_that_was_gone(to):
     """Stretched cloth is a spring, nearly: its rest size is where the slope vanishes."""
-    assert strode(to) == pytest.approx((BEGIN - 1) / (BEGIN - to), rel=0.03)
+    assert strode(to)[0] == pytest.approx((BEGIN - 1) / (BEGIN - to), rel=0.03)
 
 
 def test_it_is_never_more_than_the_most():
-    assert strode(1.045) == float(MOST)
+    assert strode(1.045)[0] == float(MOST)
+
+
+def test_those_that_are_stopped_say_nothing():
+    """Of a sheet whose one half went a third of its way, the other half's slopes count."""
+    stopped = np.arange(25) < 12
+    chosen, began, ended = strode(1.03, wanted=np.where(stopped, 3.0, 1.005))
+    a, b = -began[~stopped].sum(), ended[~stopped].sum()
+    assert a > 0 > b
+    assert abs(began[stopped].sum()) > 0.1 * a
+    assert chosen == pytest.approx(a / (a + b), rel=1e-4)
+
+
+def test_where_all_are_stopped_nothing_is_known():
+    assert strode(1.03, wanted=1.02)[0] == 1.0
 
 
 @pytest.mark.parametrize("to", [0.98, 1.06])
 def test_what_went_too_far_or_uphill_says_nothing(to):
-    assert strode(to) == 1.0
+    assert strode(to)[0] == 1.0
 
 
 def test_where_there_are_more_pairs_than_room_nothing_is_known():
-    assert strode(1.03, pairs=2**30) == 1.0
+    assert strode(1.03, pairs=2**30)[0] == 1.0
 
 
 def draped(monkeypatch, strides):
