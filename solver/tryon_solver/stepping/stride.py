@@ -12,8 +12,8 @@ once and at most MOST times. What is overdone of the other, stiffer ways the nex
 uphill comes back (overshoot.py). It costs two products of vectors, and one with a number. That projected Hessians are
 too stiff: Longva et al. 2023; over-relaxation: Saad 2003, section 4.1. Ours.
 
-What contact stops says nothing of stiffness: the slope that is left there is that of the way which is barred. So a and b
-are along the move of those vertices alone that went all their way.
+What contact stops says nothing of stiffness: the slope that is left there is that of the way which is barred. So a and
+b are along the move of those vertices alone that went all their way.
 """
 
 from __future__ import annotations
