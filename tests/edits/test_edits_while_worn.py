@@ -82,12 +82,17 @@ def test_the_factor_is_held_to_one_from_scratch_and_what_can_not_be_is_told(tmp_
 
 
 def test_a_garment_is_worn_on_until_it_is_as_fast_as_was_asked(tmp_path):
-    """A T-shirt in a walk, through all of it, or until it is as fast as was asked."""
-    order = EditRun(EditCase(vertices=150), tmp_path, print).order
-    packed = build_drape(order, silent).packed()
-    first = fastest_worn_on(packed, "walk", AFTER, enough=0.05)
-    fastest = fastest_worn_on(packed, "walk", AFTER, enough=np.inf)
-    assert 0.05 <= first < fastest < 1.5
+    """A T-shirt in a walk, which takes it at up to 0.7 m/s."""
+    packed = build_drape(EditRun(EditCase(vertices=150), tmp_path, print).order, silent).packed()
+    first, further = (fastest_worn_on(packed, "walk", AFTER, enough) for enough in (0.05, 0.3))
+    assert 0.05 <= first < 0.3 <= further < 1.0
+
+
+@pytest.mark.long
+def test_a_garment_is_worn_on_through_all_of_the_motion(tmp_path):
+    """As fast as it is there, which is less than was asked."""
+    packed = build_drape(EditRun(EditCase(vertices=150), tmp_path, print).order, silent).packed()
+    assert 0.3 < fastest_worn_on(packed, "walk", AFTER, enough=np.inf) < 1.0
 
 
 def test_a_hem_is_dragged_while_frames_come(tmp_path):
