@@ -32,8 +32,8 @@ LENGTHENED = {"lengthen (value)": 1, "undo (value)": 1}
 THREE_EDITS = {
     "ease (value)": 2,
     "remove_piece (topology)": 1,
-    "undo (value)": 2,
-    "undo (put on as before)": 1,
+    "undo (value)": 1,
+    "undo (topology)": 2,
 }
 
 
