@@ -12,11 +12,13 @@ from edit_case import EditCase, whole_proof
 from edit_steps import EditSteps
 from edit_table import markdown
 from edited_session import Shown
-from frames_after import FrameWatch, speed_on_body
+from frames_after import FrameWatch
 from levels import grown
 from rebuild_times import TOPOLOGY, VALUE, plots, table
-from run_edits import EditRun
+from run_edits import AFTER, EditRun
+from speeds import speed_on_body
 from undone import ELSEWHERE, FACTOR, NOT_THERE, other_than_from_scratch, silent
+from worn_on import fastest_worn_on
 
 from tryon_protocol import BodySurface, DecodedFrame, Topology
 from tryon_server.runtime.production import build_drape
@@ -79,6 +81,20 @@ def test_the_factor_is_held_to_one_from_scratch_and_what_can_not_be_is_told(tmp_
     assert other_than_from_scratch(drape, order) == ([], ELSEWHERE)
 
 
+def test_a_garment_is_worn_on_until_it_is_as_fast_as_was_asked(tmp_path):
+    """A T-shirt in a walk, which takes it at up to 0.7 m/s."""
+    packed = build_drape(EditRun(EditCase(vertices=150), tmp_path, print).order, silent).packed()
+    first, further = (fastest_worn_on(packed, "walk", AFTER, enough) for enough in (0.05, 0.3))
+    assert 0.05 <= first < 0.3 <= further < 1.0
+
+
+@pytest.mark.long
+def test_a_garment_is_worn_on_through_all_of_the_motion(tmp_path):
+    """As fast as it is there, which is less than was asked."""
+    packed = build_drape(EditRun(EditCase(vertices=150), tmp_path, print).order, silent).packed()
+    assert 0.3 < fastest_worn_on(packed, "walk", AFTER, enough=np.inf) < 1.0
+
+
 def test_a_hem_is_dragged_while_frames_come(tmp_path):
     """By a session in a process of its own; how fast is the machine's."""
     found = drag_rate.drag_rate(150, "draft", "cpu", 2.0, tmp_path)
@@ -135,9 +151,8 @@ def frame_at(cloth, t):
     return DecodedFrame(1, 0, 1, t, t, True, cloth, units, TETRAHEDRON, 0, np.zeros(3), np.array([[0, 0, 0, 1.0]]))
 
 
-@pytest.fixture
-def watched():
-    """A watch that has seen the sheets lie over each other, and what makes it see a frame."""
+def topology():
+    """Of the two sheets over the tetrahedron."""
     body = BodySurface(
         TETRAHEDRON,
         np.array([[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]]),
@@ -147,11 +162,17 @@ def watched():
         np.zeros((4, 1), int),
         np.ones((4, 1)),
     )
-    topology = Topology(1, len(SHEETS), np.arange(6).reshape(2, 3), body)
+    return Topology(1, len(SHEETS), np.arange(6).reshape(2, 3), body)
+
+
+@pytest.fixture
+def watched():
+    """A watch that has seen the sheets lie over each other, and what makes it see a frame."""
     watch = FrameWatch()
 
     def see(frame):
-        watch.see(Shown(frame, topology, 0.0))
+        watch.see(Shown(frame, topology(), 0.0))
+        watch.clear_up(lambda _speed: 0.0)  # worn on it hangs still
         return watch.faults
 
     see(frame_at(SHEETS, 0.0))
@@ -217,6 +238,19 @@ def test_the_limit_of_speed_is_at_least_what_the_motion_gave_the_garment_before(
     assert faults.fastest_unedited == pytest.approx(2.0)
     (said,) = faults.too_fast
     assert said.startswith("frame 8, 6 after an edit: 2.10 m/s")
+
+
+@pytest.mark.parametrize("worn_on", [1.6, 1.9])
+def test_a_frame_that_is_fast_is_no_fault_where_the_garment_is_so_by_itself(watched, worn_on):
+    """1.8 m/s after an edit; the garment that it made, worn on, is as fast, or is not."""
+    watch, _ = watched
+    watch.changed("an edit")
+    for k in range(1, 6):
+        watch.see(Shown(frame_at(SHEETS + [1.8 * k / 30, 0.0, 0.0], k / 30), topology(), 0.0))
+    watch.clear_up(lambda _speed: worn_on)
+    told, other = (watch.faults.too_fast, watch.faults.fast_unedited)[:: 1 if worn_on < 1.8 else -1]
+    assert [said.partition(":")[0] for said in told] == [f"frame {k + 1}, {k} after an edit" for k in (4, 5)]
+    assert other == []
 
 
 def test_what_falls_may_be_fast_and_what_is_thrown_may_not(seen):

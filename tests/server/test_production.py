@@ -27,8 +27,11 @@ from tryon_server.sessions.commands import AllowFrame
 from tryon_server.wording import in_parameters
 from tryon_solver.body.model import default_body
 from tryon_solver.body.pose import Pose
+from tryon_solver.dressing import carry_over
 from tryon_solver.dressing import dress as dressing
+from tryon_solver.dressing.carry_over import CarryError
 from tryon_solver.dressing.fit import DressingError
+from tryon_solver.dressing.returned import REACHES
 from tryon_solver.dressing.untangle import TangledError
 from tryon_solver.geometry import piece_meshes
 from tryon_solver.geometry.placement import PlacementError
@@ -252,6 +255,28 @@ def test_another_fabric_is_put_on_where_the_garment_is_worn(order):
     again = worn.cutting(worn.specification, order.fabric)()
     *_, back = worn.recut(again)
     assert back.simulation.scene.fabric == drape.simulation.scene.fabric
+
+
+@pytest.mark.parametrize("serves", [True, False])
+def test_what_comes_back_and_can_t_be_freed_is_tried_a_frame_later_giving_way_less_far(order, monkeypatch, serves):
+    """Where the garment hung it is put on by either reach; where no reach serves, why the last did not is told."""
+    drape = production.build_drape(order, lambda *_: None)
+    cut, tried = drape.cutting(drape.specification, "denim")(), []
+
+    def put_on(*those):
+        *_, hung, reach = those
+        assert hung is not None
+        tried.append(reach)
+        if reach > REACHES[-1] or not serves:
+            raise CarryError(f"not by {reach:g}")
+        return carry_over.put_on(*those)
+
+    monkeypatch.setattr(solver_drape, "put_on", put_on)
+    *parts, last = drape.recut(cut, drape.packed())
+    assert tried == [*REACHES]
+    assert parts[-len(REACHES) + 1 :] == [None] * (len(REACHES) - 1), "frames go by in between"
+    assert (last is not None) == serves
+    assert drape.not_carried == ("" if serves else f"not by {REACHES[-1]:g}")
 
 
 @pytest.mark.parametrize("kind", [PlacementError, DressingError])

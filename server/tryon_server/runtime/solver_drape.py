@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -25,7 +26,7 @@ from tryon_solver.dressing.change_outfit import recut, without
 from tryon_solver.dressing.opening import Opening
 from tryon_solver.dressing.outfit import Outfit as Together
 from tryon_solver.dressing.outfit import Worn, WornOutfit
-from tryon_solver.dressing.returned import Hung
+from tryon_solver.dressing.returned import REACHES, Hung
 from tryon_solver.geometry.garment import GarmentError, Layer
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.piece_meshes import keep, kept
@@ -222,7 +223,13 @@ class SolverDrape:
             yield None
         assert prepared is not None
         there = None if hung is None else hung.hung
-        yield put_on(prepared, self.simulation, self.own.mesh_now(), there).simulation
+        *reaches, last = REACHES if there is not None else REACHES[:1]
+        for reach in reaches:
+            with suppress(CarryError):
+                yield put_on(prepared, self.simulation, self.own.mesh_now(), there, reach).simulation
+                return
+            yield None
+        yield put_on(prepared, self.simulation, self.own.mesh_now(), there, last).simulation
 
     def _recut_among(
         self, cut: Cut, new: WornGarment, effects: tuple[Effect, ...]

@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 
 from tryon_solver.build_in_parts import build_in_parts
 from tryon_solver.dressing.new_cut import NewCut
-from tryon_solver.dressing.returned import Hung, Returning, lacking, torn
+from tryon_solver.dressing.returned import REACHES, Hung, Returning, lacking, torn
 from tryon_solver.dressing.stitching_on import stitched_on, without_stitches
 from tryon_solver.dressing.untangle import Freed, Tangle, TangledError
 from tryon_solver.geometry.garment import Garment
@@ -36,6 +36,8 @@ ROOM = 1.2  # offsets of cloth from cloth that lie between edges that were sewn 
 LIFT = 2e-3  # m at least off the fabric at which a pocket is laid on it, and
 LIFT_SHARE = 0.15  # of the mean edge: so far the two meshes may miss each other where the fabric is bent
 ROUNDS = 12  # of freeing, four times what cuts and darts of worn garments took: the wearer waits for them
+RETURNED_ROUNDS = 30  # of freeing what comes back: of a T-shirt's six pieces three took over 12, and are put on as they
+# hung, in four times as long, where they are given up
 EASING = 40  # rounds at most, in which what was drawn too long gives
 OVERSHOT = 1.2  # times what a round takes back: it is spread over neighbours that have to give it on
 MOST_STRETCH = 1.5  # times the fabric's limit: drawn so far together, cloth is better dressed anew
@@ -100,17 +102,25 @@ def prepare(
             yield Prepared(simulation, cut, Tangle(simulation, ROUNDS))
 
 
-def put_on(prepared: Prepared, worn: Simulation, before: PanelMesh, hung: Hung | None = None) -> Carried:
+def put_on(
+    prepared: Prepared,
+    worn: Simulation,
+    before: PanelMesh,
+    hung: Hung | None = None,
+    reach: float = REACHES[0],
+) -> Carried:
     """The rest of `carry_over`, from where the garment `worn` is now; `before` is its mesh. The cut's overlay, if it is
     one over what the garment was before, is not looked at. Cloth that lies over nothing that is worn is put where it
-    `hung`, if that is known. Raises CarryError."""
+    `hung`, if that is known, and gives way to what is worn as far as `reach`. Raises CarryError, and then it may be
+    called again."""
     assert worn.body is not None
     simulation, cut = prepared.simulation, prepared.cut
     room = ROOM * simulation.contact.sizes.xi_self
     where = worn.cloth_positions(), worn.state.v.numpy()
-    back = None if hung is None else Returning(hung, cut, worn, simulation)
+    back = None if hung is None else Returning(hung, reach, cut, worn, simulation)
     x, v = laid_over(cut, before, worn.scene.garment.faces, where, simulation.scene.fabric, room, back)
     simulation.start_at(x, worn.body_positions().astype(np.float64), worn.body.pose)
+    prepared.tangle.most_rounds = ROUNDS if hung is None else RETURNED_ROUNDS
     freed = freed_where_worn(prepared.tangle, cut.mesh.panel_names)
     simulation.state.v.assign(v.astype(np.float32))
     return Carried(simulation, cut.welded, freed)

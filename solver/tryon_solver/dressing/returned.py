@@ -27,7 +27,8 @@ from tryon_solver.state import positions
 
 GIVES = 3.0  # times a gap: so far on either side of it the fabric is put anew
 LACKING = 0.1  # mean edges beside what is worn, in the pattern: up to there the cloth beside it goes on straight
-FAR = 4.0  # times the widest way: so far the cloth that comes back gives way to what is worn
+REACHES = (4.0, 1.0)  # times the widest way: so far the cloth that comes back gives way to what is worn. Where the
+# first leaves a tangle that can't be freed, as where a skirt hangs beside the leg by now, the next is tried
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,10 +78,11 @@ def torn(mesh: PanelMesh, places: Points, limit: float) -> NDArray[np.bool_]:
 class Returning:
     """What comes back with a cut, which takes over from what is `worn` and is simulated by `new`."""
 
-    def __init__(self, hung: Hung, cut: NewCut, worn: Simulation, new: Simulation) -> None:
+    def __init__(self, hung: Hung, reach: float, cut: NewCut, worn: Simulation, new: Simulation) -> None:
+        """`reach`: one of REACHES."""
         assert worn.body is not None
         assert worn.scene.body is not None
-        self.hung, self.cut, self.worn, self.new = hung, cut, worn, new
+        self.hung, self.reach, self.cut, self.worn, self.new = hung, reach, cut, worn, new
         self.surface = worn.body_positions().astype(np.float64)
         self.faces = worn.scene.body.faces
 
@@ -100,7 +102,7 @@ class Returning:
         sides = sides[np.isin(sides, free).any(axis=1)]
         widest = float(np.linalg.norm(way[np.unique(sides)], axis=1).max(initial=0.0))
         edge = cut.garment.mean_edge_length()
-        x = y + spread(sides, way, free, edge / max(FAR * widest, edge))
+        x = y + spread(sides, way, free, edge / max(self.reach * widest, edge))
         assert self.worn.body is not None
         _, nearest = cKDTree(self.surface).query(x[free])
         normals = vertex_normals(self.surface, self.faces)[nearest]

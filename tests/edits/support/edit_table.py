@@ -6,7 +6,8 @@ from collections import defaultdict
 from collections.abc import Mapping
 from typing import Any
 
-from frames_after import AROUND, ASKED_AFTER, EVERY, RAMP, SPEED_LIMIT
+from frames_after import ASKED_AFTER, EVERY, RAMP
+from speeds import AROUND, SPEED_LIMIT
 from undone import HEM_LIMIT
 
 NEAREST = "*"  # at speeds of runs that were judged before others than the nearest point counted
@@ -26,6 +27,7 @@ HEAD = (
     "fastest [m/s]",
     "but for its fall",
     "of it unedited",
+    "fast by itself",
     "stretch",
     "hem [mm]",
     "memory [MB]",
@@ -50,7 +52,9 @@ def markdown(results: Mapping[str, Mapping[str, Any]]) -> str:
         f"within {100 * AROUND:g} cm, as cloth between two legs goes with either ({NEAREST}: nearest alone),",
         f"in frames after a change and its ramp of {RAMP:g} s;",
         f"the limit is {SPEED_LIMIT:g} m/s, or, if that is higher, the speed that the motion",
-        "gave the garment before it was edited; and what a vertex has fallen since the change does not count:",
+        "gave the garment before it was edited. Where a frame after a change is faster, the garment that the change",
+        "made is put where it hung and worn through the motion with no edit: frames in which it is as fast by itself",
+        "are no fault, and counted beside. What a vertex has fallen since the change does not count:",
         "sqrt(v^2 - 2 g h), as cloth that has lost what held it falls. The hem's mean height after all was taken back",
         f"is compared with that of a garment that was never edited (–: was not); the limit is {1e3 * HEM_LIMIT:g} mm.",
         "Where it is farther, the other one is put where this one hangs, and has to hang there, too (in brackets).",
@@ -116,6 +120,7 @@ def cells(name: str, result: Mapping[str, Any]) -> list[str]:
         str(len(faults["crossing"])),
         str(len(faults["not_numbers"])),
         *(f"{faults[speed]:.2f}{nearest}" for speed in ("fastest", "fastest_of_itself", "fastest_unedited")),
+        str(len(faults["fast_unedited"])) if "fast_unedited" in faults else "–",
         f"{result['stretch']:.2f}",
         "–" if hem is None else f"{1e3 * (hem[0] - hem[1]):+.1f}{there}",
         "–" if not memory else f"{memory[len(memory) // 10] / 1e6:.0f}, {memory[-1] / 1e6:.0f}",

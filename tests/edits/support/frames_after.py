@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from edited_session import Shown
 from frame_judge import FrameJudge
-from scipy.spatial import cKDTree
+from speeds import AROUND, SPEED_LIMIT, Falling, speed_on_body
 
 from tryon_protocol import DecodedFrame
 
 ASKED_AFTER = 5  # frames after a change of which IPC Toolkit is asked about every one
 EVERY = 10  # of the others, one in so many
 RAMP = 0.1  # s in which a worn shape goes to what is wanted: its own motion, which the limit of speed leaves out
-SPEED_LIMIT = 1.5  # m/s of a vertex on the body, but for what it has fallen since the change; or, where the motion
-# takes the garment faster than this before it was edited, as around the shins of who walks, so fast
-AROUND = 0.15  # m: cloth between two limbs that pass each other goes with either, whichever is nearer
-GRAVITY = 9.81  # m/s^2: cloth that has lost what held it falls, and is at that speed after 0.15 s
 
 
 @dataclass
@@ -30,6 +27,7 @@ class Faults:
     crossing: list[str] = field(default_factory=list)
     not_numbers: list[str] = field(default_factory=list)
     too_fast: list[str] = field(default_factory=list)
+    fast_unedited: list[str] = field(default_factory=list)  # so is the garment of then where it is worn on
     fastest: float = 0.0  # m/s, of a vertex on the body after an edit and its ramp
     fastest_of_itself: float = 0.0  # m/s: the same but for what it has fallen
     fastest_on_ramp: float = 0.0  # m/s
@@ -43,6 +41,7 @@ class Faults:
             "crossing": self.crossing,
             "not_numbers": self.not_numbers,
             "too_fast": self.too_fast,
+            "fast_unedited": self.fast_unedited,
             "around": AROUND,
             "fastest": self.fastest,
             "fastest_of_itself": self.fastest_of_itself,
@@ -61,12 +60,25 @@ class FrameWatch:
         self._after = ""  # what was done last
         self._frames_since = 0
         self._seconds_since = 0.0
-        self._highest: np.ndarray | None = None  # (N,) m over the root, where each vertex has been since the change
+        self._falling = Falling()  # since the change
+        self._suspects: list[tuple[float, str]] = []  # m/s of frames over the limit, and what is said of them
 
     def changed(self, what: str) -> None:
         """The frames that follow come after this."""
         self._after, self._frames_since, self._seconds_since = what, 0, 0.0
-        self._highest = None
+        self._falling = Falling()
+
+    def clear_up(self, worn_on: Callable[[float], float]) -> None:
+        """Look at the frames that were over the limit since this was done last: where the garment of then, `worn_on`
+        with no edit, is as fast, given the speed that is asked about [m/s], the motion takes it so."""
+        if self._suspects:
+            fastest = worn_on(max(speed for speed, _ in self._suspects))
+            for speed, said in self._suspects:
+                if speed > fastest:
+                    self.faults.too_fast.append(f"{said}; worn on with no edit it goes at {fastest:.2f}")
+                else:
+                    self.faults.fast_unedited.append(said)
+            self._suspects.clear()
 
     def see(self, shown: Shown) -> None:
         """The next frame."""
@@ -87,8 +99,8 @@ class FrameWatch:
             verdict = self._judge.judge(frame.cloth, frame.body)
             if not verdict.clean:
                 self.faults.crossing.append(f"{said}: {verdict}")
-        height = frame.cloth[:, 1] - frame.root[1]
-        self._highest = height if fresh or self._highest is None else np.maximum(self._highest, height)
+        self._falling = Falling() if fresh else self._falling
+        self._falling.see(frame)
         if not fresh and self._last is not None and frame.t_sim > self._last.t_sim:
             self._take_speed(self._last, frame, said)
         self._last = frame
@@ -104,9 +116,7 @@ class FrameWatch:
         elif on_ramp:
             faults.fastest_on_ramp = max(faults.fastest_on_ramp, speed)
         else:
-            assert self._highest is not None
-            fallen = self._highest - (after.cloth[:, 1] - after.root[1])
-            each = np.sqrt(np.maximum(speeds**2 - 2 * GRAVITY * fallen, 0.0))
+            each = self._falling.of_itself(speeds, after)
             worst = int(np.argmax(each))
             of_itself = float(each[worst])
             faults.fastest = max(faults.fastest, speed)
@@ -114,18 +124,4 @@ class FrameWatch:
             if of_itself > max(SPEED_LIMIT, faults.fastest_unedited):
                 way = (after.cloth[worst] - before.cloth[worst]) - (after.root - before.root)
                 pelvis = f"it goes at {np.linalg.norm(way) / dt:.2f} against the pelvis"  # slow: a limb swings past it
-                faults.too_fast.append(f"{said}: {of_itself:.2f} m/s beyond what it has fallen; {pelvis}")
-
-
-def speed_on_body(before: DecodedFrame, after: DecodedFrame, dt: float) -> np.ndarray:
-    """(N,) m/s of the cloth's vertices, each against the point of the body that was nearest; of those faster than half
-    of SPEED_LIMIT the least against any point within AROUND."""
-    points = cKDTree(before.body)
-    _, nearest = points.query(before.cloth)
-    way, of_body = after.cloth - before.cloth, after.body - before.body
-    result: np.ndarray = np.linalg.norm(way - of_body[nearest], axis=1) / dt
-    for k in np.flatnonzero(result > SPEED_LIMIT / 2):
-        around = points.query_ball_point(before.cloth[k], AROUND)
-        if around:
-            result[k] = np.linalg.norm(way[k] - of_body[around], axis=1).min() / dt
-    return result
+                self._suspects.append((of_itself, f"{said}: {of_itself:.2f} m/s beyond what it has fallen; {pelvis}"))

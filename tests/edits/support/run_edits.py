@@ -16,9 +16,11 @@ from edited_session import EditedSession, Script, Shown
 from frames_after import FrameWatch
 from levels import grown
 from undone import ELSEWHERE, Undone, other_than_from_scratch
+from worn_on import fastest_worn_on
 
 from tryon_server.runtime.memory import own_bytes
 from tryon_server.runtime.order import DrapeOrder
+from tryon_server.runtime.solver_drape import PackedDrape
 from tryon_server.sessions.commands import ChangePattern, Command
 from tryon_server.sessions.events import EditMade, EditRefused
 from tryon_solver.geometry.pattern import load_pattern
@@ -63,6 +65,7 @@ class EditRun:
         self.left_out: Counter[str] = Counter()  # why not, or not the whole of it
         self.stretch = 0.0
         self.memory: list[int] = []
+        self.worn: PackedDrape | None = None  # as it was after the last change that was looked at
         self.undone = Undone(self.order, case.motion, case.continued)
 
     def run(self) -> dict[str, Any]:
@@ -117,6 +120,7 @@ class EditRun:
             self.tell("all taken back")
             worn = self.watch.faults.frames - self.dressed_at
             yield from self.undone.compare(session, steps.history, self.watch.see, worn)
+            self.clear_up()
 
     def edits_made(self) -> int:
         """Edits, without those taken back and made again."""
@@ -129,6 +133,7 @@ class EditRun:
         answer = yield from session.change(command)
         for each in answer.before:
             self.watch.see(each)
+        self.clear_up()
         if not self.take(steps, command, answer.event, answer.put_on):
             return False
         self.watch.changed(described(command))
@@ -144,12 +149,23 @@ class EditRun:
             self.broken += [f"after {described(command)}, other than built from scratch: {name}" for name in other]
         self.watch.see(shown)
         yield from self.look(session, AFTER - 1)
+        self.worn = session.drape.packed()
+        self.clear_up()
         self.stretch = max(self.stretch, float(session.drape.simulation.stretches().max()))
         self.memory.append(own_bytes(os.getpid()))
         count = sum(self.made.values())
         if count % TELL_EVERY == 0:
             self.tell(f"{count} changes, {self.edits_made()} edits; {len(steps.history.done)} deep")
         return True
+
+    def clear_up(self) -> None:
+        """Ask of frames that were too fast whether the garment, as it is since the last change, is so by itself."""
+
+        def worn_on(speed: float) -> float:
+            assert self.worn is not None
+            return fastest_worn_on(self.worn, self.case.motion, AFTER, speed)
+
+        self.watch.clear_up(worn_on)
 
     def take(
         self, steps: EditSteps, command: ChangePattern, event: EditMade | EditRefused, put_on: str = ""

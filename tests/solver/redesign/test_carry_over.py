@@ -26,7 +26,7 @@ from tryon_solver.dressing.carry_over import (
     put_on,
 )
 from tryon_solver.dressing.new_cut import NewCut
-from tryon_solver.dressing.returned import Hung
+from tryon_solver.dressing.returned import REACHES, Hung
 from tryon_solver.geometry.connectivity import Connectivity
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.locate import locate
@@ -53,6 +53,7 @@ EDITS = {
     "open seam": {"kind": "open_seam", "panel": "front", "edge": 1},
     "without a sleeve's half": {"kind": "remove_piece", "panel": "right_sleeve_back"},
 }
+THE_OTHER_HALF = {"kind": "remove_piece", "panel": "right_sleeve_front"}  # takes over 12 rounds to be freed again
 
 
 class Walking:
@@ -112,10 +113,11 @@ def test_another_cut_goes_on_where_the_garment_was(walking, name):
     assert walking.sim.state.time == before[1]
 
 
-@pytest.mark.parametrize("name", ["cut off", "without a sleeve's half"])
-def test_cloth_that_was_taken_away_comes_back_where_it_hung(walking, name):
+@pytest.mark.parametrize("reach", REACHES)
+@pytest.mark.parametrize("edit", [EDITS["cut off"], EDITS["without a sleeve's half"], THE_OTHER_HALF])
+def test_cloth_that_was_taken_away_comes_back_where_it_hung(walking, edit, reach):
     """A quarter of a second of the walk later; from what is worn nobody could tell where it is to be."""
-    later, without, spacing = 8, cut(EDITS[name]), walking.sim.settings.subspace_spacing
+    later, without, spacing = 8, cut(edit), walking.sim.settings.subspace_spacing
     worn = carry_over(walking.sim, walking.mesh, without).simulation
     for k in range(1, later + 1):
         worn.advance(walking.pose(AT + k), k / FPS)
@@ -125,7 +127,7 @@ def test_cloth_that_was_taken_away_comes_back_where_it_hung(walking, name):
 
     def back(hung):
         *_, prepared = prepare(worn, made, worn.scene.fabric)
-        return put_on(prepared, worn, without, hung).simulation
+        return put_on(prepared, worn, without, hung, reach).simulation
 
     with pytest.raises(CarryError):
         back(None)
