@@ -11,11 +11,13 @@ the gradient is needed there anyway. In between, with s from 0 to 1, the slope i
     f(s) = -a (1 - s) + b s^3,
 
 which meets both; where b > 2 a its integral over the move is above 0, so the potential has risen. x goes back along the
-move to f(s) = 0. That way has been proven free (bounds.py). The first FREE moves of a correction are left as they are:
-one takes the cloth to where it turns to, and what it overdoes the next one mends, where steps so short that nothing is
-overdone would never come there. The last, which has none that mends it, is always looked at. Slopes alone are asked,
-since what friction takes has no potential. Line searches by slopes: Nocedal and Wright 2006, section 3.1; those that
-let first steps rise: Chamberlain et al. 1982. Ours.
+move to f(s) = 0. That way has been proven free (bounds.py). The first FREE moves of a correction may rise: one takes
+the cloth to where it turns to, and what it overdoes the next one mends, where steps so short that nothing is overdone
+would never come there; b is seldom over 10 a there. One that led to over 30 a, as a stiff spring does that swings past
+its middle, comes back as well: of what hundreds of times the slope has done, nothing is mended. The last move, which
+has none after it, is always looked at like all others. Slopes alone are asked, since what friction takes has no
+potential. Line searches by slopes: Nocedal and Wright 2006, section 3.1; those that let first steps rise: Chamberlain
+et al. 1982. Ours.
 """
 
 from __future__ import annotations
@@ -37,6 +39,7 @@ wp.set_module_options({"enable_backward": False})
 
 FREE = wp.constant(1)  # moves of a correction that may rise
 RISEN = wp.constant(2.0)  # times the slope it began with, against it: the move has led uphill
+ASTRAY = wp.constant(30.0)  # times it: no next move mends what one that may rise has done
 ROUNDS = wp.constant(8)  # of Newton's method from above, for a cubic's only root
 
 
@@ -62,8 +65,8 @@ def judge_kernel(
     """Where there are more pairs than room the slope at the end is unknown: nothing is said of it."""
     a = -lengths[SLOPE]
     b = there[0]
-    judged = counters[0] <= room and (state[FOUND] > FREE or state[LEFT] == 0)
-    overshot_out[0] = wp.where(judged and a > 0.0 and b > RISEN * a, 1, 0)
+    most = wp.where(state[FOUND] > FREE or state[LEFT] == 0, RISEN, ASTRAY)
+    overshot_out[0] = wp.where(counters[0] <= room and a > 0.0 and b > most * a, 1, 0)
     if overshot_out[0] == 1:
         share_out[0] = share_of_way(a, b)
 

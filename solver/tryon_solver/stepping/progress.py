@@ -43,7 +43,8 @@ SINCE = wp.constant(17)  # iterations since a direction was much shorter than al
 APART = wp.constant(18)  # where the iteration begins: 0 is not told, WITHIN or BEYOND what is near enough; and
 LAST_ONE = wp.constant(19)  # 1 if it is to be the last, being near enough (near.py)
 OVERSHOT_MOVE = wp.constant(20)  # 1 if the move has led uphill (overshoot.py); a condition
-PLACES = 21
+LEAVING_TO_TRIAL = wp.constant(21)  # vertices that the way to the trial takes out of the region
+PLACES = 22
 
 WITHIN = wp.constant(1)
 BEYOND = wp.constant(2)
@@ -100,7 +101,9 @@ def begin_kernel(
 
 @wp.kernel
 def decide_to_try_kernel(state: wp.array(dtype=wp.int32)):
+    """How many leave is kept: the rest of the turn counts anew, for a direction that there is not yet."""
     state[TRYING] = 1
+    state[LEAVING_TO_TRIAL] = state[LEAVING]
     if state[LEAVING] > 0 and state[SEARCHES] > 0:
         state[TRYING] = 0
         state[NO_DIRECTION] = 0
@@ -402,7 +405,7 @@ class Progress:
         wanted, moved, strayed = float(lengths[0]), float(lengths[1]), bool(state[13])
         why = bool(state[14]), bool(state[8]), bool(state[9])
         stretch, near = float(lengths[12]), int(state[18]) == int(WITHIN)
-        leaving, iterations = map(int, state[6:8])
+        leaving, iterations = int(state[21] if why[0] else state[6]), int(state[7])
         return Outcome(*why, iterations, leaving, found, moved, wanted, strayed, least, began, last, stretch, near)
 
     def _launch(self, kernel: wp.Kernel, inputs: list[object], outputs: list[wp.array]) -> None:

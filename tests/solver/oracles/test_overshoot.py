@@ -9,7 +9,7 @@ from tryon_solver.scene import Scene
 from tryon_solver.settings import Settings
 from tryon_solver.simulation import build
 from tryon_solver.stepping import correct
-from tryon_solver.stepping.overshoot import FREE, retreat_if_overshot
+from tryon_solver.stepping.overshoot import ASTRAY, FREE, retreat_if_overshot
 from tryon_solver.stepping.progress import FOUND, LEFT
 
 BEGIN = 1.05  # times its rest size, which is where it would go
@@ -20,18 +20,18 @@ def root(a, b):
     return next(s.real for s in np.roots([b, 0, a, -a]) if abs(s.imag) < 1e-9)
 
 
-def shrunk(to, found=int(FREE) + 1, left=3):
-    """A sheet that goes from BEGIN to `to` times its size in the iteration of that number: x over its rest shape, the
+def shrunk(to, found=int(FREE) + 1, left=3, begin=BEGIN):
+    """A sheet that goes from `begin` to `to` times its size in the iteration of that number: x over its rest shape, the
     slopes along the move that were met, the gradient that was left, and that of the place where it was left [N]."""
     garment, x = sheet(5, 5, 0.1, 0.1)
     sim = build(Scene(garment, x, None, fabric(), ()), Settings())
     sim.use_time_step(1.0)  # inertia is next to nothing
     state, work, rest = sim.state, sim.work, (x - x.mean(0)).astype(np.float32)
     wp.copy(sim.state.x_start, sim.state.x)
-    state.x.assign(BEGIN * rest)
+    state.x.assign(begin * rest)
     for place in (state.x_hat, sim.x_searched):
-        place.assign(BEGIN * rest)
-    work.total.assign((to - BEGIN) * rest)
+        place.assign(begin * rest)
+    work.total.assign((to - begin) * rest)
     correct.gradient_at(sim)
     slopes = [float((work.gradient.numpy() * work.total.numpy()).sum())]
     told = sim.progress.state.numpy()
@@ -82,3 +82,12 @@ def test_the_first_move_may_rise_unless_it_is_the_last(left, comes_back):
     size, (before, there, *_), _, _ = shrunk(0.85, found=int(FREE), left=left)
     assert there > -2 * before > 0
     assert (size > 0.86) == comes_back
+
+
+@pytest.mark.parametrize(("to", "comes_back"), [(0.9, False), (0.8, True)])
+def test_the_first_move_comes_back_from_where_no_next_one_mends_what_it_did(to, comes_back):
+    size, (before, there, *_), _, _ = shrunk(to, found=int(FREE), begin=1.005)
+    assert (there > -float(ASTRAY) * before > 0) == comes_back
+    assert there > -2 * before
+    share = root(-before, there) if comes_back else 1.0
+    assert size == pytest.approx(1.005 + share * (to - 1.005), abs=1e-5)

@@ -206,11 +206,13 @@ class Beginning:
         for _ in range(4):
             progress.if_starting(self.choose)
             progress.unless_directed(lambda: self.events.append("direction"))
+            progress.leaving.fill_(7)  # the rest of the turn counts for a direction that there is not
             outcome = progress.read()
             if not (outcome.wants_search or outcome.wants_room):
                 return outcome
             assert int(progress.going_on.numpy()[0]) == 0
             if outcome.wants_search:
+                assert outcome.leaving == self.leaving
                 self.leaving = 0
                 searches -= 1
             else:
