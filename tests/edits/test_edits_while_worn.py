@@ -248,7 +248,7 @@ def test_a_frame_that_is_fast_is_no_fault_where_the_garment_is_so_by_itself(watc
     for k in range(1, 6):
         watch.see(Shown(frame_at(SHEETS + [1.8 * k / 30, 0.0, 0.0], k / 30), topology(), 0.0))
     watch.clear_up(lambda _speed: worn_on)
-    told, other = (watch.faults.too_fast, watch.faults.fast_unedited)[:: 1 if worn_on < 1.8 else -1]
+    told, other = (watch.faults.too_fast, watch.faults.fast_by_itself)[:: 1 if worn_on < 1.8 else -1]
     assert [said.partition(":")[0] for said in told] == [f"frame {k + 1}, {k} after an edit" for k in (4, 5)]
     assert other == []
 

@@ -268,15 +268,31 @@ def test_what_comes_back_and_can_t_be_freed_is_tried_a_frame_later_giving_way_le
         assert hung is not None
         tried.append(reach)
         if reach > REACHES[-1] or not serves:
-            raise CarryError(f"not by {reach:g}")
+            error = CarryError(f"not by {reach:g}")
+            error.came_back = True
+            raise error
         return carry_over.put_on(*those)
 
     monkeypatch.setattr(solver_drape, "put_on", put_on)
-    *parts, last = drape.recut(cut, drape.packed())
+    seen = [(made, [*tried]) for made in drape.recut(cut, drape.packed())]
     assert tried == [*REACHES]
-    assert parts[-len(REACHES) + 1 :] == [None] * (len(REACHES) - 1), "frames go by in between"
-    assert (last is not None) == serves
+    assert (None, [REACHES[0]]) in seen, "frames go by in between"
+    assert (seen[-1][0] is not None) == serves
     assert drape.not_carried == ("" if serves else f"not by {REACHES[-1]:g}")
+
+
+def test_where_nothing_comes_back_no_other_reach_is_tried(order, monkeypatch):
+    drape = production.build_drape(order, lambda *_: None)
+    cut, tried = drape.cutting(drape.specification, "denim")(), []
+
+    def tangled(tangle, _):
+        tried.append(tangle.most_rounds)
+        raise CarryError("not so")
+
+    monkeypatch.setattr(carry_over, "freed_where_worn", tangled)
+    assert [made for made in drape.recut(cut, drape.packed()) if made is not None] == []
+    assert tried == [carry_over.ROUNDS]
+    assert drape.not_carried == "not so"
 
 
 @pytest.mark.parametrize("kind", [PlacementError, DressingError])

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -223,13 +222,14 @@ class SolverDrape:
             yield None
         assert prepared is not None
         there = None if hung is None else hung.hung
-        *reaches, last = REACHES if there is not None else REACHES[:1]
-        for reach in reaches:
-            with suppress(CarryError):
+        for reach in REACHES:
+            try:
                 yield put_on(prepared, self.simulation, self.own.mesh_now(), there, reach).simulation
                 return
+            except CarryError as error:
+                if reach == REACHES[-1] or not error.came_back:
+                    raise
             yield None
-        yield put_on(prepared, self.simulation, self.own.mesh_now(), there, last).simulation
 
     def _recut_among(
         self, cut: Cut, new: WornGarment, effects: tuple[Effect, ...]

@@ -44,7 +44,10 @@ MOST_STRETCH = 1.5  # times the fabric's limit: drawn so far together, cloth is 
 
 
 class CarryError(ValueError):
-    """The new cut can't be put on from the old one: it has to be dressed anew."""
+    """The new cut can't be put on from the old one: it has to be dressed anew; or, where cloth came back with it
+    (`came_back`), by another reach."""
+
+    came_back = False
 
 
 @dataclass(frozen=True)
@@ -120,8 +123,13 @@ def put_on(
     back = None if hung is None else Returning(hung, reach, cut, worn, simulation)
     x, v = laid_over(cut, before, worn.scene.garment.faces, where, simulation.scene.fabric, room, back)
     simulation.start_at(x, worn.body_positions().astype(np.float64), worn.body.pose)
-    prepared.tangle.most_rounds = ROUNDS if hung is None else RETURNED_ROUNDS
-    freed = freed_where_worn(prepared.tangle, cut.mesh.panel_names)
+    came_back = back is not None and back.came_back
+    prepared.tangle.most_rounds = RETURNED_ROUNDS if came_back else ROUNDS
+    try:
+        freed = freed_where_worn(prepared.tangle, cut.mesh.panel_names)
+    except CarryError as error:
+        error.came_back = came_back
+        raise
     simulation.state.v.assign(v.astype(np.float32))
     return Carried(simulation, cut.welded, freed)
 

@@ -76,7 +76,8 @@ def torn(mesh: PanelMesh, places: Points, limit: float) -> NDArray[np.bool_]:
 
 
 class Returning:
-    """What comes back with a cut, which takes over from what is `worn` and is simulated by `new`."""
+    """What comes back with a cut, which takes over from what is `worn` and is simulated by `new`; once it was `put`,
+    `came_back` tells whether there was anything."""
 
     def __init__(self, hung: Hung, reach: float, cut: NewCut, worn: Simulation, new: Simulation) -> None:
         """`reach`: one of REACHES."""
@@ -85,11 +86,13 @@ class Returning:
         self.hung, self.reach, self.cut, self.worn, self.new = hung, reach, cut, worn, new
         self.surface = worn.body_positions().astype(np.float64)
         self.faces = worn.scene.body.faces
+        self.came_back = False
 
     def put(self, missing: NDArray[np.bool_], places: Points, speeds: Points) -> None:
         """Write into the places (V, 3) m and speeds (V, 3) m/s of the cut's unsewn vertices those of the ones that are
         `missing` (V,), outside the body; the others' are of what is worn. It goes as fast as the body beside it."""
-        if not missing.any():
+        self.came_back = bool(missing.any())
+        if not self.came_back:
             return
         cut, welded = self.cut, self.cut.welded.welded_of_vertex
         known = np.bincount(welded[~missing], minlength=cut.welded.vertex_count)

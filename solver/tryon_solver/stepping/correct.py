@@ -40,7 +40,7 @@ from tryon_solver.stepping.search import (
     search_further,
     searches_left,
 )
-from tryon_solver.stepping.stride import note_unstopped, stride_out
+from tryon_solver.stepping.stride import choose_stride, note_unstopped, stride_out
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -474,6 +474,7 @@ def iterate(sim: Simulation, budget: Budget) -> None:
         progress.judge_move(sim.settings.correction_tolerance, state.dt)
         collect_near()
         retreat_if_overshot(sim, lambda: gradient_at(sim), come_back)
+        choose_stride(sim)
         progress.if_going_on(look)
 
     def collect_near() -> None:

@@ -30,7 +30,6 @@ import warp as wp
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.vectors import dot
 from tryon_solver.stepping.progress import FOUND, LEFT, SLOPE
-from tryon_solver.stepping.stride import choose_stride
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -39,7 +38,7 @@ wp.set_module_options({"enable_backward": False})
 
 FREE = wp.constant(1)  # moves of a correction that may rise
 RISEN = wp.constant(2.0)  # times the slope it began with, against it: the move has led uphill
-ASTRAY = wp.constant(30.0)  # times it: no next move mends what one that may rise has done
+BEYOND_MENDING = wp.constant(30.0)  # times it, by the next move, what one that may rise has done
 ROUNDS = wp.constant(8)  # of Newton's method from above, for a cubic's only root
 
 
@@ -65,7 +64,7 @@ def judge_kernel(
     """Where there are more pairs than room the slope at the end is unknown: nothing is said of it."""
     a = -lengths[SLOPE]
     b = there[0]
-    most = wp.where(state[FOUND] > FREE or state[LEFT] == 0, RISEN, ASTRAY)
+    most = wp.where(state[FOUND] > FREE or state[LEFT] == 0, RISEN, BEYOND_MENDING)
     overshot_out[0] = wp.where(counters[0] <= room and a > 0.0 and b > most * a, 1, 0)
     if overshot_out[0] == 1:
         share_out[0] = share_of_way(a, b)
@@ -94,5 +93,4 @@ def retreat_if_overshot(sim: Simulation, measure: Callable[[], None], come_back:
     dot(work.gradient, work.total, there)
     judged = [progress.state, progress.lengths, share, progress.overshot]
     launch(judge_kernel, 1, [sim.pairs.counters, sim.pairs.capacity, there], judged, device=sim.device)
-    choose_stride(sim)
     wp.capture_if(progress.overshot, retreat)

@@ -13,7 +13,9 @@ uphill comes back (overshoot.py). It costs two products of vectors, and one with
 too stiff: Longva et al. 2023; over-relaxation: Saad 2003, section 4.1. Ours.
 
 What contact stops says nothing of stiffness: the slope that is left there is that of the way which is barred. So a and
-b are along the move of those vertices alone that went all their way.
+b are along the move of those vertices alone that went all their way and no other: not of what contact pushed, nor of
+what stopped at the region's border, whose slope is that of a way which is not gone yet. After a move that came back
+nothing is known, either.
 """
 
 from __future__ import annotations
@@ -32,7 +34,7 @@ if TYPE_CHECKING:
 wp.set_module_options({"enable_backward": False})
 
 MOST = wp.constant(3.0)
-ALL_ITS_WAY = wp.constant(0.99)  # or more of it: a vertex that nothing stopped
+AS_WANTED = wp.constant(0.01)  # times its way, that a vertex is off it which nothing stopped or pushed
 
 
 @wp.kernel
@@ -41,7 +43,7 @@ def keep_unstopped_kernel(
 ):
     i = wp.tid()
     p, m = wanted[i], moved[i]
-    unstopped_out[i] = wp.where(wp.dot(p, m) >= ALL_ITS_WAY * wp.length_sq(p), m, wp.vec3())
+    unstopped_out[i] = wp.where(wp.length(m - p) <= AS_WANTED * wp.length(p), m, wp.vec3())
 
 
 @wp.kernel
@@ -49,13 +51,15 @@ def choose_kernel(
     counters: wp.array(dtype=wp.int32),
     room: int,
     there: wp.array(dtype=wp.float32),
+    overshot: wp.array(dtype=wp.int32),
     lengths: wp.array(dtype=wp.float32),
 ):
-    """Where there are more pairs than room the slope at the end is unknown, and so is how far to go."""
+    """Where there are more pairs than room, or the move came back, the slope at the end is unknown, and so is how far
+    to go."""
     a = -lengths[FREE_SLOPE]
     b = there[0]
     lengths[STRIDE] = 1.0
-    if counters[0] <= room and a > 0.0 and b < 0.0:
+    if counters[0] <= room and overshot[0] == 0 and a > 0.0 and b < 0.0:
         lengths[STRIDE] = a / wp.max(a + b, a / MOST)
 
 
@@ -77,7 +81,8 @@ def choose_stride(sim: Simulation) -> None:
     """Where it ends: by the slope there, along what was noted."""
     pairs, work, lengths, there = sim.pairs, sim.work, sim.progress.lengths, sim.work.scalars[2]
     dot(work.gradient, work.direction, there)
-    launch(choose_kernel, 1, [pairs.counters, pairs.capacity, there], [lengths], device=sim.device)
+    told = [pairs.counters, pairs.capacity, there, sim.progress.overshot]
+    launch(choose_kernel, 1, told, [lengths], device=sim.device)
 
 
 def stride_out(sim: Simulation) -> None:

@@ -120,7 +120,7 @@ def cells(name: str, result: Mapping[str, Any]) -> list[str]:
         str(len(faults["crossing"])),
         str(len(faults["not_numbers"])),
         *(f"{faults[speed]:.2f}{nearest}" for speed in ("fastest", "fastest_of_itself", "fastest_unedited")),
-        str(len(faults["fast_unedited"])) if "fast_unedited" in faults else "–",
+        str(len(faults["fast_by_itself"])) if "fast_by_itself" in faults else "–",
         f"{result['stretch']:.2f}",
         "–" if hem is None else f"{1e3 * (hem[0] - hem[1]):+.1f}{there}",
         "–" if not memory else f"{memory[len(memory) // 10] / 1e6:.0f}, {memory[-1] / 1e6:.0f}",

@@ -27,7 +27,7 @@ class Faults:
     crossing: list[str] = field(default_factory=list)
     not_numbers: list[str] = field(default_factory=list)
     too_fast: list[str] = field(default_factory=list)
-    fast_unedited: list[str] = field(default_factory=list)  # so is the garment of then where it is worn on
+    fast_by_itself: list[str] = field(default_factory=list)  # so is the garment of then where it is worn on
     fastest: float = 0.0  # m/s, of a vertex on the body after an edit and its ramp
     fastest_of_itself: float = 0.0  # m/s: the same but for what it has fallen
     fastest_on_ramp: float = 0.0  # m/s
@@ -41,7 +41,7 @@ class Faults:
             "crossing": self.crossing,
             "not_numbers": self.not_numbers,
             "too_fast": self.too_fast,
-            "fast_unedited": self.fast_unedited,
+            "fast_by_itself": self.fast_by_itself,
             "around": AROUND,
             "fastest": self.fastest,
             "fastest_of_itself": self.fastest_of_itself,
@@ -77,7 +77,7 @@ class FrameWatch:
                 if speed > fastest:
                     self.faults.too_fast.append(f"{said}; worn on with no edit it goes at {fastest:.2f}")
                 else:
-                    self.faults.fast_unedited.append(said)
+                    self.faults.fast_by_itself.append(said)
             self._suspects.clear()
 
     def see(self, shown: Shown) -> None:

@@ -9,7 +9,7 @@ from tryon_solver.scene import Scene
 from tryon_solver.settings import Settings
 from tryon_solver.simulation import build
 from tryon_solver.stepping import correct
-from tryon_solver.stepping.overshoot import ASTRAY, FREE, retreat_if_overshot
+from tryon_solver.stepping.overshoot import BEYOND_MENDING, FREE, retreat_if_overshot
 from tryon_solver.stepping.progress import FOUND, LEFT
 
 BEGIN = 1.05  # times its rest size, which is where it would go
@@ -87,7 +87,7 @@ def test_the_first_move_may_rise_unless_it_is_the_last(left, comes_back):
 @pytest.mark.parametrize(("to", "comes_back"), [(0.9, False), (0.8, True)])
 def test_the_first_move_comes_back_from_where_no_next_one_mends_what_it_did(to, comes_back):
     size, (before, there, *_), _, _ = shrunk(to, found=int(FREE), begin=1.005)
-    assert (there > -float(ASTRAY) * before > 0) == comes_back
+    assert (there > -float(BEYOND_MENDING) * before > 0) == comes_back
     assert there > -2 * before
     share = root(-before, there) if comes_back else 1.0
     assert size == pytest.approx(1.005 + share * (to - 1.005), abs=1e-5)

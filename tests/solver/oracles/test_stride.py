@@ -16,9 +16,10 @@ DT = 1 / 60
 BEGIN = 1.05  # times its rest size
 
 
-def strode(to, pairs=0, wanted=1.0):
-    """A sheet that went from BEGIN to `to` times its size where 1 is, of `wanted` (or (N,)) times which it was to go:
-    how many times the next direction is taken, and the slopes of the vertices where they set out and ended, (N,) J."""
+def strode(to, pairs=0, wanted=1.0, overshot=0, pushed=0.0):
+    """A sheet that went from BEGIN to `to` times its size where 1 is, of `wanted` (or (N,)) times which it was to go,
+    and `pushed` (or (N,)) m aside: how many times the next direction is taken, and the slopes of the vertices where
+    they set out and ended, (N,) J."""
     garment, x = sheet(5, 5, 0.1, 0.1)
     sim = build(Scene(garment, x, None, fabric(), ()), Settings())
     sim.use_time_step(1.0)  # inertia is next to nothing
@@ -26,9 +27,10 @@ def strode(to, pairs=0, wanted=1.0):
     for place in (state.x, state.x_start, state.x_hat, sim.x_searched):
         place.assign(BEGIN * rest)
     moved = (to - BEGIN) * rest
-    work.total.assign(moved)
     sim.holding.wanted.assign(np.broadcast_to(np.reshape(wanted, (-1, 1)) * moved, moved.shape).astype(np.float32))
+    work.total.assign(moved + np.multiply.outer(np.broadcast_to(pushed, len(x)), [0, 0, 1]).astype(np.float32))
     sim.progress.lengths.fill_(np.nan)
+    sim.progress.overshot.fill_(overshot)
     work.scalars[2].fill_(np.nan)
 
     def slopes():
@@ -67,6 +69,17 @@ def test_those_that_are_stopped_say_nothing():
     assert a > 0 > b
     assert abs(began[stopped].sum()) > 0.1 * a
     assert chosen == pytest.approx(a / (a + b), rel=1e-4)
+
+
+def test_those_that_are_pushed_say_nothing():
+    pushed = np.where(np.arange(25) < 12, 0.01, 0.0)
+    chosen, began, ended = strode(1.03, pushed=pushed)
+    a, b = -began[pushed == 0].sum(), ended[pushed == 0].sum()
+    assert chosen == pytest.approx(a / (a + b), rel=1e-4)
+
+
+def test_after_a_move_that_came_back_nothing_is_known():
+    assert strode(1.03, overshot=1)[0] == 1.0
 
 
 def test_where_all_are_stopped_nothing_is_known():
