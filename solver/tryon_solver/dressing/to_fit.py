@@ -19,6 +19,7 @@ import numpy as np
 from tryon_solver.body.on_device import WornBody
 from tryon_solver.dressing.dress import Dressed
 from tryon_solver.dressing.fit import CrowdedError, CrumpledError, DressingError, StanceError, TightError
+from tryon_solver.dressing.holding import NOTHING, Holding
 from tryon_solver.dressing.opening import Opening, opening_as_drawn
 from tryon_solver.files.cut_off import CROWN
 from tryon_solver.geometry.panel_mesh import PanelMesh
@@ -57,16 +58,18 @@ class Fitted:
         return "; ".join([f"size {self.size:g}", *self.others])
 
 
-def dress_to_fit(put_on: Callable[[float], Dressed], own: PanelMesh, body: WornBody) -> Fitted:
+def dress_to_fit(
+    put_on: Callable[[float], Dressed], own: PanelMesh, body: WornBody, held: Holding = NOTHING
+) -> Fitted:
     """Dress a pattern, which `put_on` does in any size, in its own size or one that fits the body.
 
-    `own` is the pattern in its own size, to be measured.
+    `own` is the pattern in its own size, to be measured, and `held` what holds it besides its cut.
 
     Raises NoSizeError when no size that was tried can be put on, at once what no size mends (a stance not fit for
     dressing; in the pattern's own size a piece that finds no place, the body between the sides of a seam), and what
     `put_on` raises besides.
     """
-    return search(put_on, opening_as_drawn(own, body.surface(body.start()), body.faces))
+    return search(put_on, opening_as_drawn(own, body.surface(body.start()), body.faces, held))
 
 
 def told_by_height(x: np.ndarray) -> str:
