@@ -3,7 +3,7 @@ and pieces of its pattern. Of one from outside (effect_words/outside.py) its own
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import replace
 from importlib import import_module
 
@@ -128,37 +128,51 @@ def _friction(p: Parameters, cut: Cut) -> Effect:
             raise EffectError(SLIDES, f"parameters.{name}_kinetic", remedy)
 
     def set_pair(row: Parameters, first: np.ndarray, second: np.ndarray, place: str) -> None:
-        sliding = row["static"] if row["kinetic"] is None else row["kinetic"]
+        sliding = _sliding(row)
         if sliding > row["static"]:
             remedy = f"Give at most {row['static']:g}, what they have while they stick"
             raise EffectError(SLIDES, f"{place}.kinetic", remedy)
         for table, value in ((static, row["static"]), (kinetic, sliding)):
             table[np.ix_(first, second)] = table[np.ix_(second, first)] = value
 
-    materials = np.array([*(piece.fabric for piece in cut.pieces), SKIN])
-    _refuse_two_coefficients(p)
+    def piece(name: str, place: str) -> int:
+        return count if name == WORN_ON_BODY else cut.panel(name, place)
+
+    materials = np.array([*(of.fabric for of in cut.pieces), SKIN])
+    _refuse_two_coefficients(p["materials"], "materials", lambda name, _place: name)
+    _refuse_two_coefficients(p["pairs"], "pairs", piece)
     for k, row in enumerate(p["materials"]):
         first, second = (np.flatnonzero(materials == row[side]) for side in ("first", "second"))
         set_pair(row, first, second, f"parameters.materials[{k}]")
     for k, row in enumerate(p["pairs"]):
         place = f"parameters.pairs[{k}]"
-        one = cut.panel(row["first"], f"{place}.first")
-        other = count if row["second"] == WORN_ON_BODY else cut.panel(row["second"], f"{place}.second")
+        one, other = cut.panel(row["first"], f"{place}.first"), piece(row["second"], f"{place}.second")
         set_pair(row, np.array([one]), np.array([other]), place)
     return Friction(p["presliding"], static, kinetic)
 
 
-def _refuse_two_coefficients(p: Parameters) -> None:
-    """Raise EffectError, naming both places, where one list tells two coefficients of the same two."""
-    for name in ("materials", "pairs"):
-        first: dict[frozenset[str], int] = {}
-        for k, row in enumerate(p[name]):
-            before = first.setdefault(frozenset((row["first"], row["second"])), k)
-            for field in ("static", "kinetic"):
-                if p[name][before][field] != row[field]:
-                    two = f"{row['first']!r:.80} and {row['second']!r:.80}"
-                    fault = f"another {field} of {two} is told at {name}[{before}]"
-                    raise EffectError(fault, f"parameters.{name}[{k}].{field}", "Tell the two once")
+def _refuse_two_coefficients(
+    rows: Sequence[Parameters], name: str, meant: Callable[[str, str], Hashable]
+) -> None:
+    """Raise EffectError, naming both places, where the list of that `name` tells two coefficients of the same two;
+    `meant` is what a row's name at a place stands for."""
+    first: dict[frozenset[Hashable], int] = {}
+    for k, row in enumerate(rows):
+        sides = (meant(row[side], f"parameters.{name}[{k}].{side}") for side in ("first", "second"))
+        before = rows[first.setdefault(frozenset(sides), k)]
+        for field, here, there in (
+            ("static", row["static"], before["static"]),
+            ("kinetic", _sliding(row), _sliding(before)),
+        ):
+            if here != there:
+                two = f"{row['first']!r:.80} and {row['second']!r:.80}"
+                fault = f"another {field} of {two} is told at {name}[{rows.index(before)}]"
+                raise EffectError(fault, f"parameters.{name}[{k}].{field}", "Tell the two once")
+
+
+def _sliding(row: Parameters) -> float:
+    """What a row has while it slides: where that is not told, as while it sticks."""
+    return float(row["static"] if row["kinetic"] is None else row["kinetic"])
 
 
 def _static(p: Parameters, cut: Cut) -> np.ndarray:
@@ -257,24 +271,30 @@ def _angles(p: Parameters, edges: Sequence[np.ndarray]) -> np.ndarray:
 
 def _fasteners(p: Parameters, cut: Cut) -> Effect:
     rows = _fastened(p, cut)
-    first: dict[frozenset[frozenset[int]], int] = {}
+    first: dict[frozenset[int], int] = {}
     for k, pairs in enumerate(rows):
-        before = first.setdefault(_unordered(pairs), k)
-        if p["rows"][before]["closed"] != p["rows"][k]["closed"]:
-            fault = f"it has the buttons of rows[{before}], of which closed is {p['rows'][before]['closed']:g}"
-            raise EffectError(fault, f"parameters.rows[{k}].closed", "Have the same closed in both, or one row of them")
-    return Fasteners(np.vstack(_rows_once(rows)), p["stiffness"], p["speed"])
+        for pair in pairs.tolist():
+            before = first.setdefault(frozenset(pair), k)
+            if p["rows"][before]["closed"] != p["rows"][k]["closed"]:
+                fault = f"it has a button of rows[{before}], of which closed is {p['rows'][before]['closed']:g}"
+                remedy = "Have the same closed in both, or one row of them"
+                raise EffectError(fault, f"parameters.rows[{k}].closed", remedy)
+    return Fasteners(np.vstack(_pairs_once(rows)), p["stiffness"], p["speed"])
 
 
-def _unordered(pairs: np.ndarray) -> frozenset[frozenset[int]]:
-    return frozenset(frozenset(pair) for pair in pairs.tolist())
-
-
-def _rows_once(rows: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """The same rows of pairs, those that fasten what one before them does without any: a row told twice, from either
-    side, is one row."""
-    first: dict[frozenset[frozenset[int]], int] = {}
-    return [pairs if first.setdefault(_unordered(pairs), k) == k else pairs[:0] for k, pairs in enumerate(rows)]
+def _pairs_once(rows: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Of each row the pairs (K, 2) that are not fastened yet: a button told twice, from either side, is one, and so are
+    two between the same vertices of a coarse mesh."""
+    taken: set[frozenset[int]] = set()
+    found = []
+    for pairs in rows:
+        new = []
+        for k, pair in enumerate(map(frozenset, pairs.tolist())):
+            if pair not in taken:
+                taken.add(pair)
+                new.append(k)
+        found.append(pairs[new])
+    return found
 
 
 def _fastened(p: Parameters, cut: Cut) -> list[np.ndarray]:
@@ -295,7 +315,7 @@ def _fastened(p: Parameters, cut: Cut) -> list[np.ndarray]:
 
 
 def _closed(p: Parameters, cut: Cut) -> np.ndarray:
-    counts = [len(pairs) for pairs in _rows_once(_fastened(p, cut))]
+    counts = [len(pairs) for pairs in _pairs_once(_fastened(p, cut))]
     return np.repeat([row["closed"] for row in p["rows"]], counts).astype(np.float32)
 
 

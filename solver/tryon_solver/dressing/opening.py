@@ -7,6 +7,7 @@ tape's: the length of the convex outline of a horizontal section, arms left out.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,7 +30,8 @@ FEWER_LEVELS = 0.02  # m between those at which the garment is
 @dataclass(frozen=True)
 class Tightest:
     """Where the body is widest against the garment below its opening: at which height over the soles [m], the
-    garment's girth in its pattern and the body's [m]; `bears` is the stretch that the fabric bears."""
+    garment's girth in its pattern and the body's [m]; `bears` is the stretch that the fabric bears. Dressing
+    lets it be a little more (fit.py); no size is advised that is as tight, for the skin gives way to it, too."""
 
     height: float
     girth: float
@@ -63,18 +65,19 @@ class Opening:
     @property
     def fitting_size(self) -> float:
         """The size, over that of the pattern, whose opening is as wide as the body is now at this height; 0 where no
-        body is."""
+        body is. Of elastic it is the size that has this girth if it carried as much: a smaller one is lighter, is
+        stretched less, and holds."""
         return self.size * self.body_girth / self.girth
 
     @property
     def advised_size(self) -> float | None:
         """The size to wear instead; None for an opening that holds, and where no other size is known to help."""
         smallest = max(self.too_small, SIZE_MIN)
-        helps = self.advice and round(self.fitting_size, 2) > smallest and not self._tight_below
+        helps = self.advice and round(self.fitting_size, 2) > smallest and not self.tight_below
         return self.fitting_size if helps else None
 
     @property
-    def _tight_below(self) -> bool:
+    def tight_below(self) -> bool:
         """Is the size whose opening fits too tight below it?"""
         return self.tightest is not None and self.tightest.too_tight(self.fitting_size / self.size)
 
@@ -98,11 +101,12 @@ class Opening:
         if self.fitting_size < SIZE_MIN:
             return f"no size of this pattern fits there, not even {SIZE_MIN:g}: narrow the opening in the pattern"
         fits = f"size {self.fitting_size:.2f} fits there"
-        if self.tightest is not None and self._tight_below:
+        if self.tightest is not None and self.tight_below:
             girth = 100 * self.tightest.girth * self.fitting_size / self.size
             return (
                 f"{fits}, but is too tight at a height of {self.tightest.height:.2f} m ({girth:.1f} cm, the body "
-                f"{100 * self.tightest.body_girth:.1f} cm): narrow the opening in the pattern, or put elastic in it"
+                f"{100 * self.tightest.body_girth:.1f} cm): narrow the opening in the pattern, or have elastic draw it "
+                "in"
             )
         if round(self.fitting_size, 2) > self.too_small:
             return fits
@@ -116,9 +120,10 @@ def upper_opening(
     body: np.ndarray,
     body_faces: np.ndarray,
     held: Holding = NOTHING,
+    laid: Collection[int] = (),
 ) -> Opening | None:
     """The opening by which the garment at x (N, 3) m hangs on the standing body (B, 3) m with those faces (F, 3), or
-    another ring in its upper half that is `held` better.
+    another ring in its upper half that is `held` better; its pieces `laid` on others go around nothing.
 
     None for a garment that reaches over the armpits, which the shoulders hold, and for one without an opening around
     the trunk.
@@ -146,7 +151,8 @@ def upper_opening(
     lowest = float(x[:, 1].min()) - soles
     tightest = None
     if girth - at_height >= WORTH_SAYING:
-        tightest = _tightest(garment, x, body, body_faces, trunk, height, held.bears)
+        around_all = ~np.isin(garment.panel_of_face, [*laid])
+        tightest = _tightest(garment, around_all, x, body, body_faces, trunk, height, held.bears)
     return Opening(pieces, height - soles, girth, at_height, rests_at, lowest, tightest=tightest)
 
 
@@ -155,7 +161,12 @@ def opening_as_drawn(
 ) -> Opening | None:
     """The opening of a garment that is not yet put on, where its pattern places it on the body; else as above."""
     garment, x = as_drawn(panels)
-    return upper_opening(garment, x, panels.panel_names, body, body_faces, held)
+    return upper_opening(garment, x, panels.panel_names, body, body_faces, held, laid_pieces(panels))
+
+
+def laid_pieces(panels: PanelMesh) -> list[int]:
+    """The pieces that lie on others, pockets and patches."""
+    return np.unique(panels.panel_of_vertex[panels.laid.vertices]).tolist()
 
 
 def as_drawn(panels: PanelMesh) -> tuple[Garment, np.ndarray]:
@@ -188,6 +199,7 @@ def body_girth(body: np.ndarray, faces: np.ndarray, trunk: Trunk, height: float,
 
 def _tightest(
     garment: Garment,
+    around_all: np.ndarray,
     x: np.ndarray,
     body: np.ndarray,
     body_faces: np.ndarray,
@@ -195,22 +207,22 @@ def _tightest(
     top: float,
     bears: float,
 ) -> Tightest | None:
-    """Where the body is widest against the garment between the height `top` [m] and the hips; None where the garment
-    does not reach below that."""
+    """Where the body is widest against the garment's faces `around_all` (F,) of it, between the height `top` [m] and
+    the hips; None where the garment does not reach below that."""
     levels = np.arange(top - FEWER_LEVELS, max(trunk.hips, float(x[:, 1].min())), -FEWER_LEVELS)
     found: Tightest | None = None
     for level in levels.tolist():
-        girth, around = _section_in_pattern(garment, x, level), body_girth(body, body_faces, trunk, level)
+        girth, around = _section_in_pattern(garment, around_all, x, level), body_girth(body, body_faces, trunk, level)
         if girth and (found is None or around / girth > found.body_girth / found.girth):
             found = Tightest(level - float(body[:, 1].min()), girth, around, bears)
     return found
 
 
-def _section_in_pattern(garment: Garment, x: np.ndarray, height: float) -> float:
-    """Length [m] in the pattern of the garment's section at the height [m], of all its cloth."""
+def _section_in_pattern(garment: Garment, counts: np.ndarray, x: np.ndarray, height: float) -> float:
+    """Length [m] in the pattern of the garment's section at the height [m], of the faces that it `counts` (F,)."""
     y = x[garment.faces, 1] - height
     across = (y > 0) != (np.roll(y, -1, axis=1) > 0)
-    cut = across.any(axis=1)
+    cut = across.any(axis=1) & counts
     y, across, uv = y[cut], across[cut], garment.uv_corners[cut]
     share = y / np.where(across, y - np.roll(y, -1, axis=1), 1.0)
     points = uv + share[:, :, None] * (np.roll(uv, -1, axis=1) - uv)

@@ -89,7 +89,8 @@ def search(put_on: Callable[[float], Dressed], drawn: Opening | None) -> Fitted:
     worn: Fitted | None = None
     if drawn is not None and drawn.advice and drawn.fitting_size:
         others.append(f"in size 1, as drawn, {drawn.advice}")
-        size = min(max(round(drawn.fitting_size, 2), SIZE_MIN), SIZE_MAX)
+        if not drawn.tight_below:
+            size = min(max(round(drawn.fitting_size, 2), SIZE_MIN), SIZE_MAX)
     for _ in range(MOST_TRIES):
         try:
             dressed = put_on(size)
@@ -110,7 +111,7 @@ def search(put_on: Callable[[float], Dressed], drawn: Opening | None) -> Fitted:
             continue
         worn = Fitted(dressed, size)
         opening = worn.upper_opening()
-        if opening is None or not opening.advice or not opening.fitting_size:
+        if opening is None or not opening.advice or not opening.fitting_size or opening.tight_below:
             break
         smaller = max(round(opening.fitting_size, 2), SIZE_MIN)
         if not too_small < smaller < size or smaller in refused:

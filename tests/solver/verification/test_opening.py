@@ -212,3 +212,23 @@ def test_no_size_is_named_that_is_too_tight_below():
     body, body_faces = cone()
     assert replace(opening, tightest=replace(lower, bears=1.3)).advised_size == opening.fitting_size
     assert upper_opening(garment, x, ("band",), body, body_faces, NOTHING).advised_size == opening.fitting_size
+
+
+def test_a_pocket_goes_around_nothing():
+    """A square of 20 cm on the hips is no part of the girth there."""
+    body, body_faces = cone()
+    garment, x = skirt(1.1, 0.6, WIDE)
+    square = np.array([[0.0, 0.7], [0.2, 0.7], [0.2, 0.95], [0.0, 0.95]])
+    faces = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
+    on = np.column_stack([square, np.full(4, radius(0.8) + 0.03)])
+    both = Garment(
+        np.vstack([garment.faces, faces + len(x)]),
+        np.concatenate([garment.uv_corners, square[faces]]),
+        np.append(garment.panel_of_face, [1, 1]).astype(np.int32),
+        len(x) + 4,
+    )
+    held = holding((), garment, CLOTH)
+    plain, names = upper_opening(garment, x, ("band",), body, body_faces, held), ("band", "pocket")
+    with_pocket = upper_opening(both, np.vstack([x, on]), names, body, body_faces, held, [1])
+    assert with_pocket.tightest == plain.tightest
+    assert upper_opening(both, np.vstack([x, on]), names, body, body_faces, held).tightest != plain.tightest
