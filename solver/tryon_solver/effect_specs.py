@@ -55,6 +55,20 @@ def check_number(name: str, value: float, above: bool = False) -> None:
         raise ValueError(f"{name} must be a finite number {'above' if above else 'of at least'} 0, not {value!r}")
 
 
+def check_once(name: str, edges: np.ndarray, what: str = "edge") -> None:
+    """Raise ValueError, beginning with `name`, where two of the `edges` (K, 2), or of `what` they are, are one,
+    whichever end comes first: each would act by itself, and so twice on the cloth."""
+    ends = np.sort(edges, axis=1)
+    _, first, found = np.unique(ends, axis=0, return_index=True, return_inverse=True)
+    earlier = first[found.ravel()]
+    again = np.flatnonzero(earlier != np.arange(len(ends)))
+    if len(again):
+        k = int(again[0])
+        a, b = ends[k]
+        both = f"{what}s {int(earlier[k])} and {k} are both {int(a)}-{int(b)}"
+        raise ValueError(f"{name}: {both}; list each {what} once")
+
+
 @dataclass(frozen=True)
 class Gravity(EffectSpec):
     """Uniform gravity; `acceleration` m/s^2, also the contribution's value (1,) vec3, which may be written."""
@@ -328,6 +342,7 @@ class Fasteners(EffectSpec):
         if (self.pairs[:, 0] == self.pairs[:, 1]).any():
             bad = int(np.argmax(self.pairs[:, 0] == self.pairs[:, 1]))
             raise ValueError(f"fasteners: pair {bad} is vertex {self.pairs[bad, 0]} twice; name two vertices")
+        check_once("fasteners", self.pairs, "pair")
 
     def check(self, scene: Scene) -> None:
         """Raises ValueError for a vertex that the garment does not have."""
@@ -406,11 +421,13 @@ class ElasticLine:
     def __post_init__(self) -> None:
         check_number("elastic: ratio", self.ratio, above=True)
         check_number("elastic: stiffness", self.stiffness)
+        check_once("elastic", self.edges)
 
 
 @dataclass(frozen=True)
 class Elastic(EffectSpec):
-    """Waistbands, belts, shirring threads, drawstrings: lines of the cloth that are drawn to another length.
+    """Waistbands, belts, shirring threads, drawstrings: lines of the cloth that are drawn to another length. Two on the
+    same edges are two bands, each of which pulls.
 
     The contribution's value "ratio" (L,) float32, one for each of the L `lines`, may be written between steps.
     """
@@ -443,6 +460,7 @@ class Creases(EffectSpec):
         if self.angles.shape != (len(self.edges),):
             shape = self.angles.shape
             raise ValueError(f"creases: {len(self.edges)} edges, but angles of shape {shape}; give one for each")
+        check_once("creases", self.edges)
         if not (np.abs(self.angles) <= SHARPEST_CREASE).all():
             bad = int(np.argmin(np.abs(self.angles) <= SHARPEST_CREASE))
             raise ValueError(

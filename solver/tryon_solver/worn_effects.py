@@ -3,7 +3,7 @@ and pieces of its pattern. Of one from outside (effect_words/outside.py) its own
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import replace
 from importlib import import_module
 
@@ -21,6 +21,7 @@ from tryon_solver.effect_words.table import (
     WORN_ON_BODY,
 )
 from tryon_solver.geometry.boundary_loops import boundary_loops
+from tryon_solver.geometry.edges_once import edges_once, refuse_contradictions
 from tryon_solver.geometry.lines import corners_of_edges, hinges_of_edges
 from tryon_solver.geometry.named_lines import Cut
 from tryon_solver.materials.fabric import FABRICS, between_fabrics
@@ -127,23 +128,51 @@ def _friction(p: Parameters, cut: Cut) -> Effect:
             raise EffectError(SLIDES, f"parameters.{name}_kinetic", remedy)
 
     def set_pair(row: Parameters, first: np.ndarray, second: np.ndarray, place: str) -> None:
-        sliding = row["static"] if row["kinetic"] is None else row["kinetic"]
+        sliding = _sliding(row)
         if sliding > row["static"]:
             remedy = f"Give at most {row['static']:g}, what they have while they stick"
             raise EffectError(SLIDES, f"{place}.kinetic", remedy)
         for table, value in ((static, row["static"]), (kinetic, sliding)):
             table[np.ix_(first, second)] = table[np.ix_(second, first)] = value
 
-    materials = np.array([*(piece.fabric for piece in cut.pieces), SKIN])
+    def piece(name: str, place: str) -> int:
+        return count if name == WORN_ON_BODY else cut.panel(name, place)
+
+    materials = np.array([*(of.fabric for of in cut.pieces), SKIN])
+    _refuse_two_coefficients(p["materials"], "materials", lambda name, _place: name)
+    _refuse_two_coefficients(p["pairs"], "pairs", piece)
     for k, row in enumerate(p["materials"]):
         first, second = (np.flatnonzero(materials == row[side]) for side in ("first", "second"))
         set_pair(row, first, second, f"parameters.materials[{k}]")
     for k, row in enumerate(p["pairs"]):
         place = f"parameters.pairs[{k}]"
-        one = cut.panel(row["first"], f"{place}.first")
-        other = count if row["second"] == WORN_ON_BODY else cut.panel(row["second"], f"{place}.second")
+        one, other = cut.panel(row["first"], f"{place}.first"), piece(row["second"], f"{place}.second")
         set_pair(row, np.array([one]), np.array([other]), place)
     return Friction(p["presliding"], static, kinetic)
+
+
+def _refuse_two_coefficients(
+    rows: Sequence[Parameters], name: str, meant: Callable[[str, str], Hashable]
+) -> None:
+    """Raise EffectError, naming both places, where the list of that `name` tells two coefficients of the same two;
+    `meant` is what a row's name at a place stands for."""
+    first: dict[frozenset[Hashable], int] = {}
+    for k, row in enumerate(rows):
+        sides = (meant(row[side], f"parameters.{name}[{k}].{side}") for side in ("first", "second"))
+        before = rows[first.setdefault(frozenset(sides), k)]
+        for field, here, there in (
+            ("static", row["static"], before["static"]),
+            ("kinetic", _sliding(row), _sliding(before)),
+        ):
+            if here != there:
+                two = f"{row['first']!r:.80} and {row['second']!r:.80}"
+                fault = f"another {field} of {two} is told at {name}[{rows.index(before)}]"
+                raise EffectError(fault, f"parameters.{name}[{k}].{field}", "Tell the two once")
+
+
+def _sliding(row: Parameters) -> float:
+    """What a row has while it slides: where that is not told, as while it sticks."""
+    return float(row["static"] if row["kinetic"] is None else row["kinetic"])
 
 
 def _static(p: Parameters, cut: Cut) -> np.ndarray:
@@ -209,40 +238,63 @@ def _pins(p: Parameters, cut: Cut) -> Effect:
 
 
 def _elastic(p: Parameters, cut: Cut) -> Effect:
-    lines = [
-        ElasticLine(cut.mesh_edges(row["along"], f"parameters.lines[{k}].along"), row["ratio"], row["stiffness"])
-        for k, row in enumerate(p["lines"])
-    ]
-    return Elastic(tuple(lines))
+    each = edges_once(cut, p["lines"], "parameters.lines")
+    refuse_contradictions(cut, p["lines"], ("ratio", "stiffness"), "parameters.lines")
+    return Elastic(tuple(ElasticLine(e, row["ratio"], row["stiffness"]) for e, row in zip(each, p["lines"])))
 
 
 def elastic_lengths(p: Parameters, cut: Cut) -> np.ndarray:
     """(L,) m in the pattern, of each line."""
     flat = cut.garment.uv_corners.reshape(-1, 2)
-    corners = [
-        corners_of_edges(cut.garment, cut.mesh_edges(row["along"], f"parameters.lines[{k}].along"), "elastic")
-        for k, row in enumerate(p["lines"])
-    ]
+    each = edges_once(cut, p["lines"], "parameters.lines")
+    corners = [corners_of_edges(cut.garment, edges, "elastic") for edges in each]
     return np.array([np.linalg.norm(flat[of[:, 0]] - flat[of[:, 1]], axis=1).sum() for of in corners])
 
 
 def _creases(p: Parameters, cut: Cut) -> Creases:
-    edges, angles = [], []
-    for k, row in enumerate(p["lines"]):
-        place = f"parameters.lines[{k}].along"
-        line = cut.mesh_edges(row["along"], place)
+    edges = edges_once(cut, p["lines"], "parameters.lines")
+    refuse_contradictions(cut, p["lines"], ("angle",), "parameters.lines")
+    for k, line in enumerate(edges):
         try:
             hinges_of_edges(cut.garment, line, "creases")
         except ValueError as error:
             remedy = "Press an edge that is sewn: a border has but one side"
-            raise EffectError("it is no seam along all its length", place, remedy) from error
-        edges.append(line)
-        angles.append(np.full(len(line), np.radians(row["angle"])))
-    return Creases(np.vstack(edges), np.concatenate(angles))
+            raise EffectError("it is no seam along all its length", f"parameters.lines[{k}].along", remedy) from error
+    return Creases(np.vstack(edges), _angles(p, edges))
+
+
+def _angles(p: Parameters, edges: Sequence[np.ndarray]) -> np.ndarray:
+    """(K,) rad, of each line's edges."""
+    angles = np.radians([row["angle"] for row in p["lines"]]).astype(np.float32)
+    return np.repeat(angles, [len(line) for line in edges])
 
 
 def _fasteners(p: Parameters, cut: Cut) -> Effect:
-    return Fasteners(np.vstack(_fastened(p, cut)), p["stiffness"], p["speed"])
+    rows = _fastened(p, cut)
+    first: dict[frozenset[int], int] = {}
+    for k, pairs in enumerate(rows):
+        for pair in pairs.tolist():
+            before = first.setdefault(frozenset(pair), k)
+            if p["rows"][before]["closed"] != p["rows"][k]["closed"]:
+                fault = f"it has a button of rows[{before}], of which closed is {p['rows'][before]['closed']:g}"
+                remedy = "Have the same closed in both, or one row of them"
+                raise EffectError(fault, f"parameters.rows[{k}].closed", remedy)
+    return Fasteners(np.vstack(_pairs_once(rows)), p["stiffness"], p["speed"])
+
+
+def _pairs_once(rows: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Of each row the pairs (K, 2) that are not fastened yet: a button told twice, from either side, is one, and so are
+    two between the same vertices of a coarse mesh."""
+    taken: set[frozenset[int]] = set()
+    found = []
+    for pairs in rows:
+        new = []
+        for k, pair in enumerate(map(frozenset, pairs.tolist())):
+            if pair not in taken:
+                taken.add(pair)
+                new.append(k)
+        found.append(pairs[new])
+    return found
 
 
 def _fastened(p: Parameters, cut: Cut) -> list[np.ndarray]:
@@ -263,7 +315,7 @@ def _fastened(p: Parameters, cut: Cut) -> list[np.ndarray]:
 
 
 def _closed(p: Parameters, cut: Cut) -> np.ndarray:
-    counts = [len(pairs) for pairs in _fastened(p, cut)]
+    counts = [len(pairs) for pairs in _pairs_once(_fastened(p, cut))]
     return np.repeat([row["closed"] for row in p["rows"]], counts).astype(np.float32)
 
 
@@ -304,7 +356,7 @@ VALUES: Mapping[str, Callable[[Parameters, Cut], dict[str, np.ndarray]]] = {
     "pressure": lambda p, _cut: {"pressure": np.array([p["pressure"]], np.float32)},
     "gas": lambda p, _cut: {"share": np.array([p["share"]], np.float64)},
     "elastic": lambda p, _cut: {"ratio": np.array([row["ratio"] for row in p["lines"]], np.float32)},
-    "creases": lambda p, cut: {"angles": _creases(p, cut).angles.astype(np.float32)},
+    "creases": lambda p, cut: {"angles": _angles(p, edges_once(cut, p["lines"], "parameters.lines"))},
     "fasteners": lambda p, cut: {"closed": _closed(p, cut)},
     "adhesion": lambda p, _cut: {"share": np.array([p["share"]], np.float32)},
 }

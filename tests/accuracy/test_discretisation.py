@@ -43,9 +43,10 @@ def test_little_loaded_cantilevers_sink_as_beams_do():
 
 
 def test_bending_length_is_near_the_closed_form():
-    """The strip begins to bend between its last held and its first free vertices: an edge of the 60 mm that jut out."""
-    found = bending_length(edge=5.0)
-    assert found["value"] == pytest.approx(found["exact"], rel=5.0 / 60)
+    """In coarse cloth as well, seven edges to what juts out."""
+    for edge in (8.0, 5.0):
+        found = bending_length(edge=edge)
+        assert found["value"] == pytest.approx(found["exact"], rel=0.03)
     assert found["vertices"] > 200
 
 

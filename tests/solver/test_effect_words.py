@@ -33,7 +33,7 @@ def skirt():
     panels = mesh_pattern(pattern, 0.05)
     welded = weld(panels)
     counts, clockwise = zip(*((len(panel.edges), panel.clockwise) for panel in pattern.panels))
-    return Cut.of_pattern(welded.garment(), panels, welded, counts, "", clockwise), panels, welded
+    return Cut.of_pattern(welded.garment(), panels, welded, counts, "skirt", clockwise), panels, welded
 
 
 @pytest.fixture
@@ -176,6 +176,74 @@ def test_creases_and_buttons_lie_on_their_edges(skirt):
     assert np.isin(spec.pairs[:, 0], front).all()
     assert np.isin(spec.pairs[:, 1], back).all()
     np.testing.assert_array_equal(values_of("fasteners", buttons, cut)["closed"], np.float32([0.25] * 3))
+
+
+SIDE_OF_BACK = [{"panel": "skirt_back", "edge": 3}]
+FASTENED = {"first": WAIST[:1], "second": WAIST[1:], "buttons": 3}
+ON_BODY = {"first": "skirt_front", "second": "body", "static": 0.4}
+TURNED = {"first": WAIST[1:], "second": WAIST[:1], "buttons": 3}
+THIRDS = {**FASTENED, "buttons": 9}
+"""Of which three are the others."""
+
+
+@pytest.mark.parametrize(
+    ("name", "rows", "first", "again", "value"),
+    [
+        ("creases", "lines", {"along": SIDES, "angle": 70.0}, {"along": SIDE_OF_BACK, "angle": 70.0}, "angles"),
+        ("elastic", "lines", {"along": SIDES, "ratio": 0.7}, {"along": SIDE_OF_BACK, "ratio": 0.7}, "ratio"),
+        ("fasteners", "rows", FASTENED, TURNED, "closed"),
+    ],
+)
+def test_what_is_asked_for_twice_along_a_line_is_there_once(name, rows, first, again, value, skirt):
+    """The two sides of a seam are one line of the mesh; what acted from both was summed."""
+
+    def told(given):
+        spec = asked(name, {rows: given}, skirt[0])[0]
+        edges = {"fasteners": lambda: spec.pairs, "creases": lambda: spec.edges}
+        found = edges.get(name, lambda: np.vstack([line.edges for line in spec.lines]))()
+        values = values_of(name, word_of(name).parameters({rows: given}), skirt[0])[value]
+        return np.sort(np.sort(found, axis=1), axis=0), values
+
+    once, values = told([first])
+    for given in ([first, again], [first, first], [again, first, again]):
+        found, written = told(given)
+        np.testing.assert_array_equal(found, once)
+        assert len(written) == (len(given) if name == "elastic" else len(values))
+
+
+@pytest.mark.parametrize(
+    ("name", "rows", "first", "other", "place", "named"),
+    [
+        ("creases", "lines", {"along": SIDES, "angle": 70.0}, {"angle": -70.0}, ".along[0]", "lines[0].along[0]"),
+        ("elastic", "lines", {"along": SIDES, "ratio": 0.7}, {"ratio": 0.9}, ".along[0]", "lines[0].along[0]"),
+        ("elastic", "lines", {"along": SIDES, "ratio": 0.7}, {"stiffness": 9.0}, ".along[0]", "lines[0].along[0]"),
+        ("fasteners", "rows", FASTENED, {**TURNED, "closed": 0.0}, ".closed", "rows[0]"),
+        ("fasteners", "rows", FASTENED, {**THIRDS, "closed": 0.0}, ".closed", "rows[0]"),
+        ("friction", "pairs", ON_BODY, {"static": 0.5}, ".static", "pairs[0]"),
+        ("friction", "pairs", ON_BODY, {"first": "skirt/skirt_front", "static": 0.5}, ".static", "pairs[0]"),
+        ("friction", "pairs", ON_BODY, {"kinetic": 0.3}, ".kinetic", "pairs[0]"),
+    ],
+)
+def test_two_that_say_different_things_of_a_line_are_refused(name, rows, first, other, place, named, skirt):
+    common = {"friction": {"body": 0.4, "cloth": 0.3}}.get(name, {})
+    for side in ({}, {"along": SIDE_OF_BACK}) if "along" in first else ({},):
+        told = refused(name, {**common, rows: [first, {**first, **other, **side}]}, skirt[0])
+        assert told.place == f"parameters.{rows}[1]{place}"
+        assert named in told.message
+
+
+def test_rows_that_share_buttons_have_them_once(skirt):
+    nine, both = ({"rows": rows} for rows in ([THIRDS], [FASTENED, THIRDS]))
+    (once,), (shared,) = (asked("fasteners", given, skirt[0]) for given in (nine, both))
+    assert {*map(tuple, shared.pairs.tolist())} == {*map(tuple, once.pairs.tolist())}
+    assert len(shared.pairs) == len(once.pairs)
+    values = values_of("fasteners", word_of("fasteners").parameters(both), skirt[0])["closed"]
+    assert len(values) == len(once.pairs)
+
+
+def test_a_kinetic_coefficient_that_is_not_told_is_as_the_static_one(skirt):
+    rows = [ON_BODY, {**ON_BODY, "kinetic": 0.4}]
+    assert asked("friction", {"body": 0.4, "cloth": 0.3, "pairs": rows}, skirt[0])
 
 
 def test_pins_are_set_at_spots_and_edges_of_the_pattern(skirt):

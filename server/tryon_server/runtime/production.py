@@ -30,6 +30,7 @@ from tryon_solver.dressing.dress import Dressed, dress
 from tryon_solver.dressing.dress_mesh import dress_mesh
 from tryon_solver.dressing.fit import DressingError, StanceError
 from tryon_solver.dressing.fitting_room import FittingRoom
+from tryon_solver.dressing.holding import holding
 from tryon_solver.dressing.opening import Opening
 from tryon_solver.dressing.outfit import Outfit as Together
 from tryon_solver.dressing.outfit import Worn, WornOutfit
@@ -218,7 +219,8 @@ def build_innermost(order: DrapeOrder, progress: Progress) -> SolverDrape:
 
         if order.size is None:
             room.look_ahead()
-            fitted = dress_to_fit(put_on, own, room.body)
+            held = holding(pattern_effects(pattern, own), weld(own).garment(), fabric)
+            fitted = dress_to_fit(put_on, own, room.body, held)
             notes = (f"garment: {fitted.describe()}",)
         else:
             fitted = Fitted(put_on(order.size), order.size)

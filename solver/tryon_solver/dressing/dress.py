@@ -27,7 +27,8 @@ from tryon_solver.dressing.fit import (
     with_mesh,
     with_opening,
 )
-from tryon_solver.dressing.opening import Opening, opening_as_drawn, upper_opening
+from tryon_solver.dressing.holding import holding
+from tryon_solver.dressing.opening import Opening, laid_pieces, opening_as_drawn, upper_opening
 from tryon_solver.dressing.outfit import Beneath, Outfit, Worn
 from tryon_solver.dressing.stitching_on import stitch_stiffness, stitched_on
 from tryon_solver.dressing.untangle import TangledError, untangle
@@ -68,11 +69,13 @@ class Dressed:
 
     def upper_opening(self) -> Opening | None:
         """The opening by which the garment hangs on the body as both are now, None where shoulders hold it."""
-        simulation = self.simulation
-        assert simulation.scene.body is not None
-        x, names = simulation.cloth_positions().astype(np.float64), self.panels.panel_names
-        skin_now = simulation.body_positions().astype(np.float64)
-        return upper_opening(simulation.scene.garment, x, names, skin_now, simulation.scene.body.faces)
+        scene, panels = self.simulation.scene, self.panels
+        assert scene.body is not None
+        x, skin = (at().astype(np.float64) for at in (self.simulation.cloth_positions, self.simulation.body_positions))
+        held = holding(scene.effects, scene.garment, scene.fabric_of_garments()[0])
+        return upper_opening(
+            scene.garment, x, panels.panel_names, skin, scene.body.faces, held, laid_pieces(panels)
+        )
 
 
 def dress(
@@ -113,7 +116,8 @@ def dress(
             if too_large := slips_off(panels, surface, body.faces):
                 raise too_large from error
             if isinstance(error, TightError):
-                told = with_opening(error, opening_as_drawn(panels, surface, body.faces))
+                held = holding(effects, joined.garment(), fabric)
+                told = with_opening(error, opening_as_drawn(panels, surface, body.faces, held))
                 told = with_mesh(told, fabric, joined.garment().mean_edge_length())
                 if told is not error:
                     raise told from error

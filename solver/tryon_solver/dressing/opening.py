@@ -1,16 +1,19 @@
 """What holds a garment that hangs from no shoulder: its upper opening, measured against the body there.
 
-An opening wider than the body slips down to where the body is as wide, however well the garment fits elsewhere. The
-body's girth is a tape's: the length of the convex outline of a horizontal section, arms left out. Ours.
+An opening wider than the body slips down to where the body is as wide, however well the garment fits elsewhere; one
+with elastic in it is as wide as that has to be stretched to carry the garment (holding.py). The body's girth is a
+tape's: the length of the convex outline of a horizontal section, arms left out. Ours.
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from tryon_solver.dressing.holding import NOTHING, Holding, rings
 from tryon_solver.geometry.body_parts import Trunk, find_trunk
 from tryon_solver.geometry.boundary_loops import boundary_loops
 from tryon_solver.geometry.garment import Garment
@@ -21,6 +24,23 @@ from tryon_solver.geometry.weld import weld
 
 WORTH_SAYING = 0.01  # m, an opening wider than the body by less is held by its friction
 LEVELS = 0.005  # m between the heights at which the body is measured
+FEWER_LEVELS = 0.02  # m between those at which the garment is
+
+
+@dataclass(frozen=True)
+class Tightest:
+    """Where the body is widest against the garment below its opening: at which height over the soles [m], the
+    garment's girth in its pattern and the body's [m]; `bears` is the stretch that the fabric bears. Dressing
+    lets it be a little more (fit.py); no size is advised that is as tight, for the skin gives way to it, too."""
+
+    height: float
+    girth: float
+    body_girth: float
+    bears: float
+
+    def too_tight(self, factor: float) -> bool:
+        """Would the garment be in a size so many times its own?"""
+        return self.body_girth > self.bears * factor * self.girth
 
 
 @dataclass(frozen=True)
@@ -29,12 +49,13 @@ class Opening:
 
     pieces: tuple[str, ...]  # the pieces around it
     height: float  # of its middle
-    girth: float  # its length in the pattern, unstretched
+    girth: float  # its length in the pattern, unstretched; of elastic, where it is stretched to carry the garment
     body_girth: float  # of the body at that height, 0 where there is none
     rests_at: float | None  # height below, at which the body is as wide as the opening; None: it falls off
     lowest: float  # height of the garment's lowest point
     size: float = 1.0  # in which the pattern is worn, over its own
     too_small: float = 0.0  # the largest smaller size that is known not to go on; 0: none is
+    tightest: Tightest | None = None  # below it; None where that is not known
 
     @property
     def too_wide(self) -> float:
@@ -44,14 +65,21 @@ class Opening:
     @property
     def fitting_size(self) -> float:
         """The size, over that of the pattern, whose opening is as wide as the body is now at this height; 0 where no
-        body is."""
+        body is. Of elastic it is the size that has this girth if it carried as much: a smaller one is lighter, is
+        stretched less, and holds."""
         return self.size * self.body_girth / self.girth
 
     @property
     def advised_size(self) -> float | None:
         """The size to wear instead; None for an opening that holds, and where no other size is known to help."""
         smallest = max(self.too_small, SIZE_MIN)
-        return self.fitting_size if self.advice and round(self.fitting_size, 2) > smallest else None
+        helps = self.advice and round(self.fitting_size, 2) > smallest and not self.tight_below
+        return self.fitting_size if helps else None
+
+    @property
+    def tight_below(self) -> bool:
+        """Is the size whose opening fits too tight below it?"""
+        return self.tightest is not None and self.tightest.too_tight(self.fitting_size / self.size)
 
     @property
     def advice(self) -> str:
@@ -73,15 +101,29 @@ class Opening:
         if self.fitting_size < SIZE_MIN:
             return f"no size of this pattern fits there, not even {SIZE_MIN:g}: narrow the opening in the pattern"
         fits = f"size {self.fitting_size:.2f} fits there"
+        if self.tightest is not None and self.tight_below:
+            girth = 100 * self.tightest.girth * self.fitting_size / self.size
+            return (
+                f"{fits}, but is too tight at a height of {self.tightest.height:.2f} m ({girth:.1f} cm, the body "
+                f"{100 * self.tightest.body_girth:.1f} cm): narrow the opening in the pattern, or have elastic draw it "
+                "in"
+            )
         if round(self.fitting_size, 2) > self.too_small:
             return fits
         return f"{fits}, but in size {self.too_small:g} it can't be put on: narrow the opening in the pattern"
 
 
 def upper_opening(
-    garment: Garment, x: np.ndarray, panel_names: tuple[str, ...], body: np.ndarray, body_faces: np.ndarray
+    garment: Garment,
+    x: np.ndarray,
+    panel_names: tuple[str, ...],
+    body: np.ndarray,
+    body_faces: np.ndarray,
+    held: Holding = NOTHING,
+    laid: Collection[int] = (),
 ) -> Opening | None:
-    """The opening by which the garment at x (N, 3) m hangs on the standing body (B, 3) m with those faces (F, 3).
+    """The opening by which the garment at x (N, 3) m hangs on the standing body (B, 3) m with those faces (F, 3), or
+    another ring in its upper half that is `held` better; its pieces `laid` on others go around nothing.
 
     None for a garment that reaches over the armpits, which the shoulders hold, and for one without an opening around
     the trunk.
@@ -94,18 +136,37 @@ def upper_opening(
     height, soles = float(x[loop, 1].mean()), float(body[:, 1].min())
     girth, faces = rest_girth(garment, loop)
     at_height = body_girth(body, body_faces, trunk, height)
+    if held.is_any:
+        half = 0.5 * (x[:, 1].min() + x[:, 1].max())
+        for ids, length in rings(garment, x, held, (trunk.middle, float(np.median(body[:, 2])))):
+            there = float(x[ids, 1].mean())
+            around = body_girth(body, body_faces, trunk, there) if there > half else 0.0
+            if there > half and length - around < girth - at_height:
+                height, girth, at_height = there, length, around
+                faces = np.flatnonzero(np.isin(garment.faces, ids).sum(axis=1) > 1)
     levels = np.arange(height - LEVELS, soles, -LEVELS)
     wide = (level for level in levels.tolist() if body_girth(body, body_faces, trunk, level) >= girth)
     rests_at = next((level - soles for level in wide), None)
     pieces = tuple(panel_names[k] for k in np.unique(garment.panel_of_face[faces]))
     lowest = float(x[:, 1].min()) - soles
-    return Opening(pieces, height - soles, girth, at_height, rests_at, lowest)
+    tightest = None
+    if girth - at_height >= WORTH_SAYING:
+        around_all = ~np.isin(garment.panel_of_face, [*laid])
+        tightest = _tightest(garment, around_all, x, body, body_faces, trunk, height, held.bears)
+    return Opening(pieces, height - soles, girth, at_height, rests_at, lowest, tightest=tightest)
 
 
-def opening_as_drawn(panels: PanelMesh, body: np.ndarray, body_faces: np.ndarray) -> Opening | None:
+def opening_as_drawn(
+    panels: PanelMesh, body: np.ndarray, body_faces: np.ndarray, held: Holding = NOTHING
+) -> Opening | None:
     """The opening of a garment that is not yet put on, where its pattern places it on the body; else as above."""
     garment, x = as_drawn(panels)
-    return upper_opening(garment, x, panels.panel_names, body, body_faces)
+    return upper_opening(garment, x, panels.panel_names, body, body_faces, held, laid_pieces(panels))
+
+
+def laid_pieces(panels: PanelMesh) -> list[int]:
+    """The pieces that lie on others, pockets and patches."""
+    return np.unique(panels.panel_of_vertex[panels.laid.vertices]).tolist()
 
 
 def as_drawn(panels: PanelMesh) -> tuple[Garment, np.ndarray]:
@@ -134,6 +195,39 @@ def body_girth(body: np.ndarray, faces: np.ndarray, trunk: Trunk, height: float,
     if not arms:
         points = points[~trunk.arms(points, 1) & ~trunk.arms(points, -1)]
     return float(ConvexHull(points[:, [0, 2]]).area) if len(points) > 2 else 0.0
+
+
+def _tightest(
+    garment: Garment,
+    around_all: np.ndarray,
+    x: np.ndarray,
+    body: np.ndarray,
+    body_faces: np.ndarray,
+    trunk: Trunk,
+    top: float,
+    bears: float,
+) -> Tightest | None:
+    """Where the body is widest against the garment's faces `around_all` (F,) of it, between the height `top` [m] and
+    the hips; None where the garment does not reach below that."""
+    levels = np.arange(top - FEWER_LEVELS, max(trunk.hips, float(x[:, 1].min())), -FEWER_LEVELS)
+    found: Tightest | None = None
+    for level in levels.tolist():
+        girth, around = _section_in_pattern(garment, around_all, x, level), body_girth(body, body_faces, trunk, level)
+        if girth and (found is None or around / girth > found.body_girth / found.girth):
+            found = Tightest(level - float(body[:, 1].min()), girth, around, bears)
+    return found
+
+
+def _section_in_pattern(garment: Garment, counts: np.ndarray, x: np.ndarray, height: float) -> float:
+    """Length [m] in the pattern of the garment's section at the height [m], of the faces that it `counts` (F,)."""
+    y = x[garment.faces, 1] - height
+    across = (y > 0) != (np.roll(y, -1, axis=1) > 0)
+    cut = across.any(axis=1) & counts
+    y, across, uv = y[cut], across[cut], garment.uv_corners[cut]
+    share = y / np.where(across, y - np.roll(y, -1, axis=1), 1.0)
+    points = uv + share[:, :, None] * (np.roll(uv, -1, axis=1) - uv)
+    ends = points[across].reshape(-1, 2, 2)
+    return float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum())
 
 
 def is_around(loop: np.ndarray, middle: float) -> bool:

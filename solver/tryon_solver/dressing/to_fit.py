@@ -19,6 +19,7 @@ import numpy as np
 from tryon_solver.body.on_device import WornBody
 from tryon_solver.dressing.dress import Dressed
 from tryon_solver.dressing.fit import CrowdedError, CrumpledError, DressingError, StanceError, TightError
+from tryon_solver.dressing.holding import NOTHING, Holding
 from tryon_solver.dressing.opening import Opening, opening_as_drawn
 from tryon_solver.files.cut_off import CROWN
 from tryon_solver.geometry.panel_mesh import PanelMesh
@@ -57,16 +58,18 @@ class Fitted:
         return "; ".join([f"size {self.size:g}", *self.others])
 
 
-def dress_to_fit(put_on: Callable[[float], Dressed], own: PanelMesh, body: WornBody) -> Fitted:
+def dress_to_fit(
+    put_on: Callable[[float], Dressed], own: PanelMesh, body: WornBody, held: Holding = NOTHING
+) -> Fitted:
     """Dress a pattern, which `put_on` does in any size, in its own size or one that fits the body.
 
-    `own` is the pattern in its own size, to be measured.
+    `own` is the pattern in its own size, to be measured, and `held` what holds it besides its cut.
 
     Raises NoSizeError when no size that was tried can be put on, at once what no size mends (a stance not fit for
     dressing; in the pattern's own size a piece that finds no place, the body between the sides of a seam), and what
     `put_on` raises besides.
     """
-    return search(put_on, opening_as_drawn(own, body.surface(body.start()), body.faces))
+    return search(put_on, opening_as_drawn(own, body.surface(body.start()), body.faces, held))
 
 
 def told_by_height(x: np.ndarray) -> str:
@@ -86,7 +89,8 @@ def search(put_on: Callable[[float], Dressed], drawn: Opening | None) -> Fitted:
     worn: Fitted | None = None
     if drawn is not None and drawn.advice and drawn.fitting_size:
         others.append(f"in size 1, as drawn, {drawn.advice}")
-        size = min(max(round(drawn.fitting_size, 2), SIZE_MIN), SIZE_MAX)
+        if not drawn.tight_below:
+            size = min(max(round(drawn.fitting_size, 2), SIZE_MIN), SIZE_MAX)
     for _ in range(MOST_TRIES):
         try:
             dressed = put_on(size)
@@ -107,7 +111,7 @@ def search(put_on: Callable[[float], Dressed], drawn: Opening | None) -> Fitted:
             continue
         worn = Fitted(dressed, size)
         opening = worn.upper_opening()
-        if opening is None or not opening.advice or not opening.fitting_size:
+        if opening is None or not opening.advice or not opening.fitting_size or opening.tight_below:
             break
         smaller = max(round(opening.fitting_size, 2), SIZE_MIN)
         if not too_small < smaller < size or smaller in refused:

@@ -8,7 +8,7 @@ where it is divided, both parts have it. Units and bounds are those of tryon_sol
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,11 +29,12 @@ class EdgeEffect:
 
 
 def read_edge_effects(
-    panels: Sequence[tuple[str, Sequence[Mapping[str, Any]]]], sewn: Collection[Side]
+    panels: Sequence[tuple[str, Sequence[Mapping[str, Any]]]], seams: Sequence[Sequence[Side]]
 ) -> tuple[EdgeEffect, ...]:
-    """Those of all edges of these panels, each a name and its edges as the file has them, of which these are `sewn`.
-    Raises EffectError."""
+    """Those of all edges of these panels, each a name and its edges as the file has them, of which these are sewn in
+    pairs, the `seams`. Raises EffectError."""
     found = []
+    sewn = {side for seam in seams for side in seam}
     for panel, (name, edges) in enumerate(panels):
         for number, edge in enumerate(edges):
             for word, fields in ON_EDGES.items():
@@ -44,6 +45,7 @@ def read_edge_effects(
                         remedy = "Press an edge that is sewn, or divide the panel along the crease and sew it"
                         raise EffectError("a border has but one side, nothing to fold", place, remedy)
     effects = tuple(found)
+    _refuse_contradictions(effects, [name for name, _ in panels], seams)
     counts = [len(edges) for _, edges in panels]
     for fastener, sides in fastened_sides(effects, counts).items():
         if len(sides) != 2:
@@ -54,6 +56,23 @@ def read_edge_effects(
                 "Have it at the edges of two lines, each of edges in a row",
             )
     return effects
+
+
+def _refuse_contradictions(
+    effects: Sequence[EdgeEffect], names: Sequence[str], seams: Sequence[Sequence[Side]]
+) -> None:
+    """Raise EffectError, naming both places, where edges that are sewn to each other carry an effect otherwise: they
+    are one line of the garment."""
+    carried = {(effect.panel, effect.edge, effect.name): effect.parameters for effect in effects}
+    for one, other in seams:
+        for word in ("elastic", "crease"):
+            here, there = carried.get((*other, word)), carried.get((*one, word))
+            if here is None or there is None or here == there:
+                continue
+            field = next(field for field in here if here[field] != there[field])
+            place, before = (f"panels.{names[panel]}.edges[{edge}].{word}" for panel, edge in (other, one))
+            fault = f"{field} is {here[field]:g}, and {there[field]:g} at {before}, the other side of the same seam"
+            raise EffectError(fault, f"{place}.{field}", f"Have the same {field} at both, or {word} at one of them")
 
 
 def fastened_sides(effects: Sequence[EdgeEffect], counts: Sequence[int]) -> dict[str, list[list[Side]]]:

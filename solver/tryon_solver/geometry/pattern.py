@@ -221,9 +221,9 @@ def parse_pattern(spec: Mapping[str, Any]) -> Pattern:
 def _edge_effects(
     panels: Sequence[Panel], specs: Mapping[str, Any], stitches: Sequence[Stitch]
 ) -> tuple[EdgeEffect, ...]:
-    sewn = {(side.panel, side.edge) for stitch in stitches for side in (stitch.first, stitch.second)}
+    seams = [tuple((side.panel, side.edge) for side in (stitch.first, stitch.second)) for stitch in stitches]
     try:
-        return read_edge_effects([(panel.name, specs[panel.name]["edges"]) for panel in panels], sewn)
+        return read_edge_effects([(panel.name, specs[panel.name]["edges"]) for panel in panels], seams)
     except EffectError as error:
         raise PatternError(error.message, error.place, error.remedy) from error
 

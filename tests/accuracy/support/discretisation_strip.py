@@ -2,7 +2,10 @@
 
 - Bending length c = (B/w)^(1/3) (Peirce 1930), B = k_bend and w the weight of an area: a strip that juts out by L over
   an edge bends as the heavy elastica, B theta'' = w (L - s) cos theta, whose chord's angle tells L/c. The chord of a
-  simulated strip is measured, and the c told for which the elastica has that angle.
+  simulated strip is measured, and the c told for which the elastica has that angle. It lies with its middle on a line
+  and hangs down on both sides, mirror images: there it is level, and begins to bend in that very line. Were some of its
+  vertices held flat instead, it would begin to bend half an edge before the last of them or after, as its triangles
+  lie, and B goes with the cube of the length.
 - Wavelength of a sheet under tension T along its length L, drawn together across: 2 sqrt(pi) (B/T)^(1/4) sqrt(L)
   (Cerda and Mahadevan 2003): bending resists short waves, tension long ones, for they are higher.
 """
@@ -44,8 +47,18 @@ class Strip:
         return garment, np.column_stack([uv[:, 0], np.zeros(len(uv)), -uv[:, 1]])
 
 
-BENT = Strip(0.10, 0.06, "wool_twill", (8.0, 5.0, 3.5, 2.5), 3.5)
-HELD = 0.04  # m of the bent strip lie on the plate
+    def with_mirror_image(self, edge: float) -> tuple[Garment, np.ndarray]:
+        """The same, and its mirror image at x = 0, one piece."""
+        half, x = self.meshed(edge)
+        middle = x[:, 0] < 1e-9
+        twin = np.where(middle, np.arange(len(x)), len(x) + np.cumsum(~middle) - 1)
+        faces = np.vstack([half.faces, twin[half.faces][:, ::-1]]).astype(np.int32)
+        corners = np.concatenate([half.uv_corners, (half.uv_corners * [-1, 1])[:, ::-1]])
+        places = np.vstack([x, x[~middle] * [-1, 1, 1]])
+        return Garment(faces, corners, np.zeros(len(faces), np.int32), len(places)), places
+
+
+BENT = Strip(0.06, 0.10, "wool_twill", (8.0, 5.0, 3.5, 2.5), 3.5)
 WRINKLED = Strip(0.25, 0.30, "cotton_poplin", (16.0, 12.0, 8.0, 6.0), 6.0)
 STRETCHED, GATHERED = 0.04, 0.004  # by which the sheet is longer than its pattern, and narrower in the end
 GATHERING = 0.001  # 1/s: so slowly that the first wave to grow is the one that needs least
@@ -55,16 +68,13 @@ HARMONICS = 40  # half waves across the sheet that are looked for
 
 def bending_length(edge: float | None = None, rate: float | None = None) -> dict[str, Any]:
     """The bending length [mm] of a cantilever, with edges of `edge` mm or so many steps a second."""
-    garment, x = BENT.meshed(edge or BENT.edge)
+    garment, x = BENT.with_mirror_image(edge or BENT.edge)
     fabric = FABRICS[BENT.fabric]
-    held = np.flatnonzero(x[:, 0] <= HELD)
-    effects = (Gravity(), AirDrag(), FabricDamping(), StrainLimit(), Pins(held))
+    effects = (Gravity(), AirDrag(), FabricDamping(), StrainLimit(), Pins(np.flatnonzero(np.abs(x[:, 0]) < 1e-9)))
     sim = build(Scene(garment, x, None, fabric, effects), live_with(rate or AT_60), "cpu")
     cloth, speed = come_to_rest(sim, None)
-    edge_at = 0.5 * (x[held, 0].max() + x[x[:, 0] > HELD, 0].min())  # bends from somewhere between the two on
     tip = cloth[x[:, 0] > BENT.long - 1e-6].mean(0)
-    angle = np.arctan2(-tip[1], tip[0] - edge_at)
-    found = (BENT.long - edge_at) / ratio_of_angle(angle) ** (1 / 3)
+    found = BENT.long / ratio_of_angle(np.arctan2(-tip[1], tip[0])) ** (1 / 3)
     exact = (fabric.k_bend / (fabric.areal_density * G)) ** (1 / 3)
     varied = {"edge [mm]": edge} if edge else {"steps [1/s]": rate}
     return tailors_row("bending length", "mm", 1e3 * found, varied, len(x), 1e3 * exact, speed=speed)

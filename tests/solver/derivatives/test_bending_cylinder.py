@@ -1,5 +1,5 @@
-"""A panel rolled to a cylinder of radius r holds 1/2 k_bend A / r^2, whatever the direction in which it is rolled."""
-
+"""A panel rolled to a cylinder of radius r holds 1/2 k_bend A / r^2, whatever the direction in which it is rolled; one
+that is bent in two directions what a plate of Poisson's ratio -1/3 holds."""
 
 import numpy as np
 import pytest
@@ -41,3 +41,15 @@ def test_cylinder_holds_the_closed_form_energy(garment, degrees):
     # each interior edge stands for a third of its two triangles: boundary edges have no hinge
     area = hinge_rows(garment)[2].sum() / 3
     assert energy == pytest.approx(0.5 * K_BEND * area / RADIUS**2, rel=0.06)
+
+
+@pytest.mark.parametrize(("first", "second"), [(1.0, 0.0), (1.0, 1.0), (1.0, -1.0), (2.0, 1.0)])
+def test_double_curvature_holds_what_a_plate_does(garment, first, second):
+    """1/2 k_bend A (a^2 + b^2 - 2/3 a b) of the principal curvatures a and b: a little bent, z = (a u^2 + b v^2)/2."""
+    uv = np.empty((garment.vertex_count, 2))
+    uv[garment.faces] = garment.uv_corners
+    vertices, row, area = hinge_rows(garment)
+    z = 0.5 * (first * uv[:, 0] ** 2 + second * uv[:, 1] ** 2)
+    expected = 0.5 * K_BEND * area.sum() / 3 * (first**2 + second**2 - 2 / 3 * first * second)
+    held = 0.5 * K_BEND * ((row * z[vertices]).sum(axis=1) ** 2 / area).sum()
+    assert held == pytest.approx(expected, rel=0.06)

@@ -82,6 +82,24 @@ def test_a_fault_names_its_place(skirt, effect, place):
     assert refused(skirt) == f"panels.skirt_front.edges[0]{place}"
 
 
+@pytest.mark.parametrize(
+    ("word", "field", "here", "there"),
+    [("crease", "angle", {"angle": 70}, {"angle": -70}), ("elastic", "ratio", {"ratio": 0.7}, {"ratio": 0.9})],
+)
+def test_the_sides_of_a_seam_say_the_same_of_it_or_are_refused(skirt, word, field, here, there):
+    edges(skirt)[1][word] = dict(here)
+    edges(skirt, "skirt_back")[3][word] = dict(here)
+    lines = parse_pattern(skirt).effects[{"crease": "creases"}.get(word, word)]["lines"]
+    seam = [{"panel": "skirt_front", "edge": 1}, {"panel": "skirt_back", "edge": 3}]
+    assert seam in [line["along"] for line in lines]
+    edges(skirt, "skirt_back")[3][word] = dict(there)
+    with pytest.raises(PatternError) as told:
+        parse_pattern(skirt)
+    both = {f"panels.{name}.edges[{k}].{word}" for name, k in (("skirt_front", 1), ("skirt_back", 3))}
+    assert told.value.place.removesuffix(f".{field}") in both
+    assert (both - {told.value.place.removesuffix(f".{field}")}).pop() in told.value.message
+
+
 def test_a_line_around_the_end_of_the_list_of_edges_is_one_side(skirt):
     for number in (3, 0):
         edges(skirt)[number]["fastened"] = {"as": "wrap"}

@@ -75,6 +75,9 @@ def test_creases_are_checked_by_name():
         Creases(middle, np.full(len(middle), SHARPEST_CREASE + 0.1))
     with pytest.raises(ValueError, match="3 edges, but angles of shape"):
         Creases(middle, np.zeros(2))
+    for again in (middle, middle[:, ::-1]):
+        with pytest.raises(ValueError, match="creases: edges 0 and 3 are both 6-19; list each edge once"):
+            Creases(np.vstack([middle, again]), np.full(2 * len(middle), 1.0))
     border = Creases(np.array([[0, 1]], np.int32), np.ones(1))
     with pytest.raises(ValueError, match="creases: no two triangles share the edge 0-1"):
         Scene(garment, x, None, WOOL, (border,))

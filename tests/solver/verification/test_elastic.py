@@ -125,6 +125,8 @@ def test_elastic_is_checked_by_name():
     garment, x = sheet(3, 3, 0.1, 0.1)
     with pytest.raises(ValueError, match="elastic: ratio must be a finite number above 0"):
         ElasticLine(chain(np.arange(3)), 0.0, 1.0)
+    with pytest.raises(ValueError, match="elastic: edges 0 and 2 are both 0-1; list each edge once"):
+        ElasticLine(np.array([[0, 1], [1, 2], [1, 0]], np.int32), 0.5, 1.0)
     line = ElasticLine(np.array([[0, 8]], np.int32), 0.5, 1.0)
     with pytest.raises(ValueError, match="elastic: line 0: no triangle has the edge 0-8"):
         Scene(garment, x, None, SOFT, (Elastic((line,)),))

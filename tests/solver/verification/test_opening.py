@@ -4,10 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from small_scenes import fabric
 
+from tryon_solver.dressing.holding import NOTHING, holding
 from tryon_solver.dressing.opening import opening_as_drawn, upper_opening
 from tryon_solver.geometry.garment import Garment
+from tryon_solver.geometry.lines import chain
 from tryon_solver.geometry.panel_mesh import PanelMesh
+from tryon_solver.scene import Elastic, ElasticLine, Fasteners
 
 SPOKES = 48
 HEIGHT = 1.7  # m
@@ -41,12 +45,13 @@ def cone():
     return np.vstack([points, ends]), np.vstack([faces, bottom, top]).astype(np.int32)
 
 
-def skirt(top, bottom, girth):
-    """A tube of that girth [m] in its pattern, hanging between the heights around the cone."""
-    x, faces = tube([bottom, top], [radius(bottom) + 0.01, radius(top) + 0.01])
+def skirt(top, bottom, girth, *between):
+    """A tube of that girth [m] in its pattern, hanging between the heights around the cone, with rings `between`."""
+    levels = np.array([bottom, *between, top])
+    x, faces = tube(levels, radius(levels) + 0.01)
     column, row = faces % SPOKES, faces // SPOKES
     column = np.where((np.ptp(column, axis=1) > 1)[:, None] & (column == 0), SPOKES, column)  # across the row's end
-    corners = np.stack([column * girth / SPOKES, row * (top - bottom)], axis=2)
+    corners = np.stack([column * girth / SPOKES, levels[row] - bottom], axis=2)
     return Garment(faces, corners, np.zeros(len(faces), np.int32), len(x)), x
 
 
@@ -137,3 +142,93 @@ def test_a_garment_over_the_armpits_hangs_from_the_shoulders():
     body, body_faces = cone()
     garment, x = skirt(1.65, 0.6, CHORDS * radius(0.8))
     assert upper_opening(garment, x, ("band",), body, body_faces) is None
+
+
+CLOTH = fabric(areal_density=0.2, mu_body=0.4, strain_limit=1.15)
+WIDE = CHORDS * radius(0.8)  # of a skirt whose waist is at 1.1 m
+
+
+def ring(row):
+    return chain(np.arange(SPOKES, dtype=np.int32) + row * SPOKES, closed=True)
+
+
+def hangs(garment, x, *effects):
+    body, body_faces = cone()
+    return upper_opening(garment, x, ("band",), body, body_faces, holding(effects, garment, CLOTH))
+
+
+def test_elastic_holds_where_its_pull_carries_the_garment():
+    """Stretched to L (r + W/(2 pi mu k)) it presses with W/mu in all; what pulls less than the garment weighs is as
+    long as the cloth is."""
+    garment, x = skirt(1.1, 0.6, WIDE)
+    weight = 0.2 * 9.81 * WIDE * 0.5
+    for ratio, stiffness in ((0.7, 40.0), (0.7, 2.0)):
+        opening = hangs(garment, x, Elastic((ElasticLine(ring(1), ratio, stiffness),)))
+        assert opening.girth == pytest.approx(WIDE * (ratio + weight / (2 * np.pi * 0.4 * stiffness)), rel=1e-6)
+        assert opening.height == pytest.approx(1.1)
+        assert (opening.advice == "") == (stiffness == 40.0)
+    for line in (ElasticLine(ring(1), 0.7, 0.5), ElasticLine(ring(1), 1.3, 40.0), ElasticLine(ring(1), 0.7, 0.0)):
+        slips = hangs(garment, x, Elastic((line,)))
+        assert slips.girth == pytest.approx(WIDE)
+        assert "slips to a height of 0.80 m" in slips.advice
+
+
+def test_a_belt_below_the_opening_holds_and_a_drawn_hem_does_not():
+    garment, x = skirt(1.1, 0.6, WIDE, 1.05)
+    belt = hangs(garment, x, Elastic((ElasticLine(ring(1), 0.7, 100.0),)))
+    assert belt.height == pytest.approx(1.05)
+    assert belt.pieces == ("band",)
+    assert belt.advice == ""
+    assert "slips" in hangs(garment, x, Elastic((ElasticLine(ring(0), 0.7, 100.0),))).advice
+
+
+def test_what_is_fastened_is_closed():
+    """A tube that is open all along at the back: its border is one line around all of it, 1 m longer than twice."""
+    girth = 0.95 * CHORDS * radius(1.1)
+    garment, x = skirt(1.1, 0.6, girth)
+    column = np.rint(garment.uv_corners[:, :, 0] / girth * SPOKES).astype(np.int32)
+    row = (garment.faces // SPOKES).astype(np.int32)
+    faces = np.where(column == SPOKES, 2 * SPOKES + row, garment.faces).astype(np.int32)
+    apart = np.vstack([x, x[[0, SPOKES]] + [-1e-3, 0, 0]])
+    open_at_back = Garment(faces, garment.uv_corners, garment.panel_of_face, len(apart))
+    whole = hangs(open_at_back, apart)
+    assert whole.girth == pytest.approx(2 * (girth + 0.5))
+    zip_ = np.array([[0, 2 * SPOKES], [SPOKES, 2 * SPOKES + 1]], np.int32)
+    closed = hangs(open_at_back, apart, Fasteners(zip_))
+    assert closed.girth == pytest.approx(girth)
+    assert closed.height == pytest.approx(1.1)
+    assert closed.advice == ""
+
+
+def test_no_size_is_named_that_is_too_tight_below():
+    """A straight skirt that fits the waist goes over no hips that are a fifth wider, in cloth that bears 15 %."""
+    garment, x = skirt(1.1, 0.6, WIDE)
+    opening = hangs(garment, x)
+    assert opening.advised_size is None
+    assert "but is too tight at a height of" in opening.advice
+    lower = opening.tightest
+    assert lower.body_girth == pytest.approx(CHORDS * radius(lower.height), rel=1e-3)
+    assert lower.girth == pytest.approx(WIDE)
+    body, body_faces = cone()
+    assert replace(opening, tightest=replace(lower, bears=1.3)).advised_size == opening.fitting_size
+    assert upper_opening(garment, x, ("band",), body, body_faces, NOTHING).advised_size == opening.fitting_size
+
+
+def test_a_pocket_goes_around_nothing():
+    """A square of 20 cm on the hips is no part of the girth there."""
+    body, body_faces = cone()
+    garment, x = skirt(1.1, 0.6, WIDE)
+    square = np.array([[0.0, 0.7], [0.2, 0.7], [0.2, 0.95], [0.0, 0.95]])
+    faces = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
+    on = np.column_stack([square, np.full(4, radius(0.8) + 0.03)])
+    both = Garment(
+        np.vstack([garment.faces, faces + len(x)]),
+        np.concatenate([garment.uv_corners, square[faces]]),
+        np.append(garment.panel_of_face, [1, 1]).astype(np.int32),
+        len(x) + 4,
+    )
+    held = holding((), garment, CLOTH)
+    plain, names = upper_opening(garment, x, ("band",), body, body_faces, held), ("band", "pocket")
+    with_pocket = upper_opening(both, np.vstack([x, on]), names, body, body_faces, held, [1])
+    assert with_pocket.tightest == plain.tightest
+    assert upper_opening(both, np.vstack([x, on]), names, body, body_faces, held).tightest != plain.tightest

@@ -27,6 +27,7 @@ class Waist:
     right: float
     size: float = 1.0
     too_small: float = 0.0
+    tight_below: bool = False  # in the size that fits the waist
 
     @property
     def fitting_size(self):
@@ -92,6 +93,19 @@ def test_a_waist_drawn_too_wide_is_not_worn_first():
     fitted = shop.fit(Waist(1.0, 0.92))
     assert (fitted.size, shop.tried) == (0.92, [0.92])
     assert fitted.describe() == "size 0.92; in size 1, as drawn, size 0.92 fits the waist"
+
+
+def test_a_size_that_is_too_tight_below_by_the_drawing_is_not_tried():
+    """The waist asks for 0.92, in which the hips are known to be too wide."""
+    shop = Shop(0.9, waist=0.0)
+    fitted = shop.fit(Waist(1.0, 0.92, tight_below=True))
+    assert (fitted.size, shop.tried) == (1.0, [1.0])
+
+
+def test_a_size_that_is_too_tight_below_where_it_hangs_is_not_tried(monkeypatch):
+    monkeypatch.setattr(Hung, "upper_opening", lambda hung: Waist(hung.size, hung.right, tight_below=True))
+    shop = Shop(0.9, waist=0.92)
+    assert (shop.fit().size, shop.tried) == (1.0, [1.0])
 
 
 def test_what_is_too_tight_is_worn_larger():
