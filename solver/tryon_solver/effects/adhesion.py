@@ -6,12 +6,13 @@ the width w = 3 W/(2 S), a sticky contact pulls instead of pushing. With g0 = g_
     traction per area   t(g) = 4 S y (1 - y),   y = (g - g0)/w from 0 to 1                                  [Pa]
 
 whose largest value is the strength S and whose integral the work W [J/m^2]. What the term adds to a pair is t and what
-takes the barrier back to where it was at g0: so beyond g0 the two together are t, and before g0 the barrier without
-the load that it has at g0; friction knows that load. An energy of g alone: where cloth parts, the same work is done
+takes the barrier back to where it was at g0: so beyond g0 the two together are t, and before g0 the barrier without the
+load that it has at g0; friction knows that load. An energy of g alone: where cloth parts, the same work is done
 whatever the law's form (Griffith 1921), so a strip is peeled off at a right angle by W times its width (Kendall 1975),
-and by a fifth more where it is held sideways, too, for the peeled edge slips. Adhesion as a potential within the
-barrier's reach, with the barrier's load giving friction its normal force: after augmented IPC (Fang, Li, Jiang, Kaufman
-2023); the law is ours. It has no memory: what has parted sticks again as before.
+and by a fifth to two thirds more where it is held sideways, too, for the peeled edge slips (METHOD.md, section 6).
+Adhesion as a potential within the barrier's reach, with the barrier's load giving friction its normal force: after
+augmented IPC (Fang, Li, Jiang, Kaufman 2023); the law is ours. It has no memory: what has parted sticks again as
+before.
 
 **Area.** Stencils overlap: a vertex is in several pairs, and has in each a share of its area by how hard the barrier
 pushes there, N = -e kappa b' (what lies aside, or is nearly parallel, counts little),
