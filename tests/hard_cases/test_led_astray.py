@@ -1,5 +1,6 @@
 """A blow at the least budget: conjugate gradients cut short lead a correction astray, and it is done again."""
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -9,7 +10,7 @@ from scenes import named
 
 from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.settings import PRESETS
-from tryon_solver.stepping import correct, search
+from tryon_solver.stepping import correct, overshoot, search
 
 STEPS = 5  # of a 30th of a second; it lands in the second
 HASTY = replace(PRESETS["draft"], correction_iterations=1)  # with its own it is not led astray here
@@ -17,9 +18,11 @@ LIMIT = FABRICS["cotton_jersey"].strain_limit
 
 
 @pytest.fixture(autouse=True)
-def searched_all_the_way(monkeypatch):
-    """Held to its room, the list of candidates stops a direction that leads astray before it stretches anything."""
+def all_the_way(monkeypatch):
+    """What leads astray is stopped before it stretches anything by the list of candidates, where that is held to its
+    room, and brought back where the first move has led far uphill: neither is done here."""
     monkeypatch.setattr(search, "PER_EDGE", 1e-6)
+    monkeypatch.setattr(overshoot, "CALM", math.inf)
 
 
 def landing(settings):

@@ -14,7 +14,8 @@ which meets both; where b > 2 a its integral over the move is above 0, so the po
 move to f(s) = 0. That way has been proven free (bounds.py). The first FREE moves of a correction may rise: one takes
 the cloth to where it turns to, and what it overdoes the next one mends, where steps so short that nothing is overdone
 would never come there; b is seldom over 10 a there. One that led to over 30 a, as a stiff spring does that swings past
-its middle, comes back as well: of what hundreds of times the slope has done, nothing is mended. The last move, which
+its middle, comes back as well: of what hundreds of times the slope has done, nothing is mended. Where a is less than
+the cloth's energy at the speed CALM, the step began in balance but for a blow to come, of which a says nothing. The last move, which
 has none after it, is always looked at like all others. Slopes alone are asked, since what friction takes has no
 potential. Line searches by slopes: Nocedal and Wright 2006, section 3.1; those that let first steps rise: Chamberlain
 et al. 1982. Ours.
@@ -38,6 +39,7 @@ wp.set_module_options({"enable_backward": False})
 
 FREE = wp.constant(1)  # moves of a correction that may rise
 RISEN = wp.constant(2.0)  # times the slope it began with, against it: the move has led uphill
+CALM = 0.1  # m/s
 BEYOND_MENDING = wp.constant(30.0)  # times it, by the next move, what one that may rise has done
 ROUNDS = wp.constant(8)  # of Newton's method from above, for a cubic's only root
 
@@ -55,17 +57,21 @@ def share_of_way(a: float, b: float) -> float:
 def judge_kernel(
     counters: wp.array(dtype=wp.int32),
     room: int,
+    calm: float,
     there: wp.array(dtype=wp.float32),
     state: wp.array(dtype=wp.int32),
     lengths: wp.array(dtype=wp.float32),
     share_out: wp.array(dtype=wp.float32),
     overshot_out: wp.array(dtype=wp.int32),
 ):
-    """Where there are more pairs than room the slope at the end is unknown: nothing is said of it."""
+    """Where there are more pairs than room the slope at the end is unknown: nothing is said of it. `calm` J is so
+    little that, less than that to lose, a first move may do anything."""
     a = -lengths[SLOPE]
     b = there[0]
-    most = wp.where(state[FOUND] > FREE or state[LEFT] == 0, RISEN, BEYOND_MENDING)
-    overshot_out[0] = wp.where(counters[0] <= room and a > 0.0 and b > most * a, 1, 0)
+    first = state[FOUND] <= FREE and state[LEFT] > 0
+    most = wp.where(first, BEYOND_MENDING, RISEN)
+    least = wp.where(first, calm, 0.0)
+    overshot_out[0] = wp.where(counters[0] <= room and a > least and b > most * a, 1, 0)
     if overshot_out[0] == 1:
         share_out[0] = share_of_way(a, b)
 
@@ -92,5 +98,6 @@ def retreat_if_overshot(sim: Simulation, measure: Callable[[], None], come_back:
     measure()
     dot(work.gradient, work.total, there)
     judged = [progress.state, progress.lengths, share, progress.overshot]
-    launch(judge_kernel, 1, [sim.pairs.counters, sim.pairs.capacity, there], judged, device=sim.device)
+    told = [sim.pairs.counters, sim.pairs.capacity, 0.5 * float(sim.mass.sum()) * CALM**2, there]
+    launch(judge_kernel, 1, told, judged, device=sim.device)
     wp.capture_if(progress.overshot, retreat)
