@@ -15,10 +15,10 @@ move to f(s) = 0. That way has been proven free (bounds.py). The first FREE move
 the cloth to where it turns to, and what it overdoes the next one mends, where steps so short that nothing is overdone
 would never come there; b is seldom over 10 a there. One that led to over 30 a, as a stiff spring does that swings past
 its middle, comes back as well: of what hundreds of times the slope has done, nothing is mended. Where a is less than
-the cloth's energy at the speed CALM, the step began in balance but for a blow to come, of which a says nothing. The last move, which
-has none after it, is always looked at like all others. Slopes alone are asked, since what friction takes has no
-potential. Line searches by slopes: Nocedal and Wright 2006, section 3.1; those that let first steps rise: Chamberlain
-et al. 1982. Ours.
+the cloth's energy at the speed CALM, the step began in balance but for a blow to come, of which a says nothing. The
+last move, which has none after it, is always looked at like all others. Slopes alone are asked, since what friction
+takes has no potential. Line searches by slopes: Nocedal and Wright 2006, section 3.1; those that let first steps rise:
+Chamberlain et al. 1982. Ours.
 """
 
 from __future__ import annotations
