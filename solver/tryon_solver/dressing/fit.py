@@ -18,8 +18,8 @@ from tryon_solver.simulation import Simulation
 
 CLOSED = 2e-3  # m, a seam further open than this can't be welded
 GAPING = 10e-3  # m, a seam further open than tightness alone would explain
-HALVINGS = 40  # of an interval, to far below any length that is told
 MOST_STRETCH = 1.1  # times the fabric's limit, at rest on a still body
+HALVINGS = 40  # of an interval, to far below any length that is told
 MOST_SQUEEZED = 10e-3  # m that a garment at rest may press the skin in
 TAUT = 0.5  # of the stretch that a fabric bears: one that is stretched by less is not what makes a garment tight
 
