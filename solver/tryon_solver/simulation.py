@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
 FACTOR_DIGITS = 9  # of a step [s]: times of frames are off in their last bits, and no bit of the factor shall be
+SAME_STEP = 1e-12  # s by which two steps of one length differ; their matrices are the same
 
 BESIDE = ThreadPoolExecutor(max_workers=1, thread_name_prefix="inverse")
 """For inverses that are made while a simulation runs; starts its thread with its first task."""
@@ -131,7 +132,8 @@ class Simulation:
             moving = scene.body.on_device(device)
             skin_now = wp.zeros(self.body_count, dtype=wp.vec3, device=device)
             reached = pose, moving.transforms(pose)
-            moving.write(reached[1], pose, skin_now)
+            moving.take(reached[1], pose)
+            moving.write(skin_now)
             carry = Carry.build(
                 self.cloth_count,
                 scene.body.skin_joints,
@@ -255,7 +257,7 @@ class Simulation:
 
     def use_time_step(self, dt: float) -> None:
         """Set the matrices that depend on dt [s]: the exact diagonal always, the reduced factor per half octave."""
-        if dt == self.dt:
+        if abs(dt - self.dt) < SAME_STEP:
             return
         self.set_diagonals(dt)
         if self.factor_key == self._factor_key:
@@ -358,7 +360,8 @@ class Simulation:
         if self.body is not None:
             body = self.body
             body.pose, body.reached = pose, (pose, body.moving.transforms(pose))
-            body.moving.write(body.reached[1], pose, body.skin_now)
+            body.moving.take(body.reached[1], pose)
+            body.moving.write(body.skin_now)
             body.felt.zero_()
             for skin in (body.skin_next, state.skin):
                 wp.copy(skin, body.skin_now)

@@ -66,16 +66,16 @@ def advance(sim: Simulation, pose: Pose | None, time: float, longest_step: float
     """Algorithm 2 without an edit: from the last simulated pose time to `time` [s] at `pose`. METHOD.md section 1."""
     sim.start_report()
     for interval in awake(sim, sim.pose_intervals(pose, time, longest_step)):  # none longer than the largest step
+        sim.use_time_step(interval.dt)
         sim.timed(move_body, interval)  # carry, kinematic sub-steps: a feasible state at the new pose
-        step(sim, interval.dt)
+        step(sim)
         go_along(sim)  # with the body's speed, where it was to come along
         sim.commit(interval)
     return sim.report()
 
 
-def step(sim: Simulation, dt: float) -> None:
-    """Algorithm 1: advance the garment by dt [s] on the body as it stands. METHOD.md section 2."""
-    sim.use_time_step(dt)
+def step(sim: Simulation) -> None:
+    """Algorithm 1: advance the garment by the time step on the body as it stands. METHOD.md section 2."""
     scheme = SCHEMES[sim.settings.scheme]  # the paper's unless the settings name another
     recorded(sim, solve_freely)  # prediction, one global step there
     for _ in contact_passes(sim):  # one, unless the settings ask for more
@@ -85,7 +85,7 @@ def step(sim: Simulation, dt: float) -> None:
         sim.timed(verify_commit)  # float64 on what is near; else the pass is void and x goes back
     sim.timed(remember_contacts)  # how far each has given
     sim.timed(estimate_error)  # how far from balance it ended
-    sim.timed(update_velocity, dt)
+    sim.timed(update_velocity)
 
 
 def solve_freely(sim: Simulation) -> None:

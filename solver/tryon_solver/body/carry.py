@@ -38,36 +38,50 @@ mat34 = wp.types.matrix(shape=(3, 4), dtype=wp.float32)  # the upper rows of A -
 @dataclass
 class Carry:
     """The field of a step: `places` (A,) vec3 m of cloth and surface, in whose distances it is weighted; `grid` over
-    the surface's, `surface` (B,), part of them; `motions` (J,) and `blends` (B,) mat34, of the joints and of the skin;
-    `near` (B,) int32: skin in reach of the cloth, marked as the field is evaluated; `upload` writes `motions`."""
+    the surface's, `surface` (B,), part of them; `root` (1,) mat44, the motion of everybody; `motions` (J,) and `blends`
+    (B,) mat34, of the joints and of the skin; `near` (B,) int32: skin in reach of the cloth, marked as the field is
+    evaluated; `uploads` write `root` and `motions`."""
 
     places: wp.array
     surface: wp.array
+    root: wp.array
     motions: wp.array
     blends: wp.array
     near: wp.array
     grid: wp.HashGrid
     skin_joints: wp.array
     skin_weights: wp.array
-    upload: Upload
+    uploads: tuple[Upload, Upload]
 
     @staticmethod
     def build(cloth_count: int, skin_joints: np.ndarray, skin_weights: np.ndarray, joints: int, device: str) -> Carry:
         """`skin_joints` (B, K) int32 and `skin_weights` (B, K) float32 as in BodyModel."""
         body_count = len(skin_joints)
         places = wp.zeros(cloth_count + body_count, dtype=wp.vec3, device=device)
+        root = wp.zeros(1, dtype=wp.mat44, device=device)
         motions = wp.zeros(joints, dtype=mat34, device=device)
+        grid = wp.HashGrid(GRID, GRID, GRID, device=device)
+        grid.reserve(body_count)  # a graph allocates nothing
         return Carry(
             places,
             places[cloth_count:],
+            root,
             motions,
             wp.zeros(body_count, dtype=mat34, device=device),
             wp.zeros(body_count, dtype=wp.int32, device=device),
-            wp.HashGrid(GRID, GRID, GRID, device=device),
+            grid,
             wp.array(skin_joints, dtype=wp.int32, device=device),
             wp.array(skin_weights, dtype=wp.float32, device=device),
-            Upload(motions),
+            (Upload(root), Upload(motions)),
         )
+
+    def take_root(self, motion: np.ndarray) -> None:
+        """As of the launches that follow, `root` is this motion (4, 4)."""
+        self.uploads[0].write(motion[None].astype(np.float32))
+
+    def take_motions(self, motions: np.ndarray) -> None:
+        """As of the launches that follow, the field is that of the joints' `motions` A (J, 4, 4)."""
+        self.uploads[1].write((motions - np.eye(4))[:, :3].astype(np.float32))
 
 
 @wp.kernel
@@ -128,10 +142,10 @@ def field_kernel(
 
 
 @wp.kernel
-def rigid_kernel(motion: wp.mat44, x: wp.array(dtype=wp.vec3)):
+def rigid_kernel(motion: wp.array(dtype=wp.mat44), x: wp.array(dtype=wp.vec3)):
     """Moves everything by one rigid motion."""
     i = wp.tid()
-    x[i] = wp.transform_point(motion, x[i])
+    x[i] = wp.transform_point(motion[0], x[i])
 
 
 @wp.kernel
@@ -169,14 +183,11 @@ def set_places(carry: Carry, x: wp.array, none: float) -> None:
     carry.grid.build(carry.surface, none)  # finer, empty cells would cost more than the skin that they pass over
 
 
-def find_field(
-    carry: Carry, motions: np.ndarray, x: wp.array, full: float, none: float, displacement_out: wp.array
-) -> None:
-    """u at the cloth, first among x (A,) vec3 m, for the joints' `motions` A (J, 4, 4); lengths in m. Marks `near`.
+def find_field(carry: Carry, x: wp.array, full: float, none: float, displacement_out: wp.array) -> None:
+    """u at the cloth, first among x (A,) vec3 m, for the motions that were taken; lengths in m. Marks `near`.
 
     `none` is that of `set_places`; `displacement_out` (A,) vec3 m keeps what it holds of the surface.
     """
-    carry.upload.write((motions - np.eye(4))[:, :3].astype(np.float32))
     launch(
         blend_kernel,
         carry.surface.size,

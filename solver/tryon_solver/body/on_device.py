@@ -19,9 +19,12 @@ class MovingBody(Protocol[Stance]):
     def transforms(self, stance: Stance) -> np.ndarray:
         """(J, 4, 4) float64 m: what each part does to points at rest."""
 
-    def write(self, transforms: np.ndarray, stance: Stance, out: wp.array) -> None:
-        """Put the vertices (B,) vec3 m at the stance into `out`, seen from where `transforms` (J, 4, 4) are: those of
-        the stance, moved by one rigid motion."""
+    def take(self, transforms: np.ndarray, stance: Stance) -> None:
+        """Be at the stance as of the launches that follow, seen from where `transforms` (J, 4, 4) are: those of the
+        stance, moved by one rigid motion."""
+
+    def write(self, out: wp.array) -> None:
+        """Put the vertices (B,) vec3 m at the stance that was taken into `out`; a launch, for a graph to repeat."""
 
     def between(self, first: Stance, last: Stance, share: float) -> Stance:
         """The stance at `share` of the way from the first to the last."""

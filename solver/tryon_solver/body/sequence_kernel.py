@@ -12,7 +12,7 @@ from tryon_solver.linalg.upload import Upload
 
 
 class SequenceKernel:
-    """Follows a sequence. Allocates on construction only; a write uploads J matrices and B corrected vertices."""
+    """Follows a sequence. Allocates on construction only; a stance uploads J matrices and B corrected vertices."""
 
     def __init__(self, sequence: MeshSequence, device: str) -> None:
         self.sequence = sequence
@@ -21,16 +21,19 @@ class SequenceKernel:
         self._joints: wp.array = wp.array(sequence.skin_joints, dtype=wp.int32, device=self.device)
         self._weights: wp.array = wp.array(sequence.skin_weights, dtype=wp.float32, device=self.device)
         self._transforms: wp.array = wp.zeros(sequence.joint_count, dtype=wp.mat44d, device=self.device)
-        self._upload = Upload(self._transforms)
+        self._uploads = Upload(self._transforms), Upload(self._rest)
 
     def transforms(self, stance: Moment) -> np.ndarray:
         """(J, 4, 4) float64 m: what each part does to points at rest."""
         return self.sequence.transforms(stance)
 
-    def write(self, transforms: np.ndarray, stance: Moment, out: wp.array) -> None:
-        """The vertices (B,) vec3 m at the stance into `out`, seen from where `transforms` (J, 4, 4) are."""
-        self._rest.assign(self.sequence.corrected_rest(stance))
-        self._upload.write(transforms)
+    def take(self, transforms: np.ndarray, stance: Moment) -> None:
+        """Be at the stance, seen from where `transforms` (J, 4, 4) are."""
+        for upload, values in zip(self._uploads, (transforms, self.sequence.corrected_rest(stance))):
+            upload.write(values)
+
+    def write(self, out: wp.array) -> None:
+        """The vertices (B,) vec3 m there into `out`."""
         launch(
             skin_vertices,
             dim=self.sequence.vertex_count,

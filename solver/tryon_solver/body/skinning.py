@@ -54,15 +54,26 @@ class SkinningKernel:
                 f"out must be {self.model.vertex_count} vec3 on {self.device}, "
                 f"got shape {out.shape} of {out.dtype.__name__} on {out.device}"
             )
-        self.run_transforms(world_from_rest(self.model, pose), out)
+        self.take(world_from_rest(self.model, pose), pose)
+        self.write(out)
 
     def transforms(self, stance: Pose) -> np.ndarray:
         """(J, 4, 4) float64 m: what each joint does to points at rest."""
         return world_from_rest(self.model, stance)
 
-    def write(self, transforms: np.ndarray, _stance: Pose, out: wp.array) -> None:
-        """The vertices at the joints' transforms, which say all there is to say of a posed body."""
-        self.run_transforms(transforms, out)
+    def take(self, transforms: np.ndarray, _stance: Pose) -> None:
+        """Be where the joints' transforms (J, 4, 4) float64 are, which say all there is to say of a posed body."""
+        self._upload.write(transforms)
+
+    def write(self, out: wp.array) -> None:
+        """The vertices there."""
+        launch(
+            skin_vertices,
+            dim=self.model.vertex_count,
+            inputs=[self._rest_vertices, self._skin_joints, self._skin_weights, self._transforms],
+            outputs=[out],
+            device=self.device,
+        )
 
     def between(self, first: Pose, last: Pose, share: float) -> Pose:
         """The pose at `share` of the way."""
@@ -81,13 +92,3 @@ class SkinningKernel:
         """The same pose, `by` (3,) m away."""
         return Pose(np.asarray(stance.root) + by, stance.rotations)
 
-    def run_transforms(self, transforms: np.ndarray, out: wp.array) -> None:
-        """The same for joint transforms (J, 4, 4) float64, world from rest pose."""
-        self._upload.write(transforms)
-        launch(
-            skin_vertices,
-            dim=self.model.vertex_count,
-            inputs=[self._rest_vertices, self._skin_joints, self._skin_weights, self._transforms],
-            outputs=[out],
-            device=self.device,
-        )

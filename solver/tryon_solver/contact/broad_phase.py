@@ -229,7 +229,8 @@ class Scope:
 def find(candidates: Candidates, scope: Scope) -> None:
     """Fill `candidates` with every stencil that can come within its surface's reach while its vertices stay in the
     region. Grows the list when it is full. Waits for the device."""
-    begin_to_find(candidates, scope)
+    candidates.clear()
+    launch_search(candidates, scope)
     settle(candidates, scope, counted(candidates.found[: len(scope.others)]))
 
 
@@ -242,9 +243,8 @@ def extend(candidates: Candidates, scope: Scope) -> None:
     settle(candidates, scope, counted(candidates.found[: len(scope.others)]))
 
 
-def begin_to_find(candidates: Candidates, scope: Scope) -> None:
-    """Launch what `find` does, which is done when `settle` is told what was counted."""
-    candidates.clear()
+def launch_search(candidates: Candidates, scope: Scope) -> None:
+    """Launch what `find` does with cleared candidates, which is done when `settle` is told what was counted."""
     begin(candidates, scope, anew=True)
 
 

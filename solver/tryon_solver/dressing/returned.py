@@ -132,5 +132,6 @@ def gone_along(worn: Simulation, new: Simulation, hung: Hung, cloth: Points) -> 
     x: wp.array = wp.array(positions(cloth, hung.surface), dtype=wp.vec3, device=new.device)
     way = wp.zeros_like(x)
     set_places(carry, x, settings.carry_none)
-    find_field(carry, motions, x, settings.carry_full, settings.carry_none, way)
+    carry.take_motions(motions)
+    find_field(carry, x, settings.carry_full, settings.carry_none, way)
     return cloth + way.numpy()[: len(cloth)].astype(np.float64)

@@ -6,6 +6,7 @@ it saw, is read at once.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -19,10 +20,11 @@ from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
 from tryon_solver.stepping.record import as_one
 from tryon_solver.stepping.search import (
-    begin_search_along,
+    begin_search,
     end_search,
     follow,
     found_of,
+    launch_search_along,
     list_holds,
     search_along,
     search_further,
@@ -49,12 +51,22 @@ def looks_ahead(sim: Simulation) -> bool:
     return keeps_graphs(sim.device) and bool(sim.touching) and sim.candidates.size > 0
 
 
-def look_ahead(sim: Simulation, share: float) -> tuple[Sight | None, float]:
+def look_ahead(
+    sim: Simulation, share: float, set_out: Callable[[], None] | None = None
+) -> tuple[Sight | None, float]:
     """Search along `direction` from x, by `share` of what the solve moved last, and see how far it is free; with it
-    comes what `largest_out` holds. None: there was too little room for what was found, or nothing was."""
-    sim.work.alpha.fill_(1.0)
-    begin_search_along(sim, sim.state.x, sim.work.direction, share)
-    launch_look(sim)
+    comes what `largest_out` holds. None: there was too little room for what was found, or nothing was. `set_out` is
+    launched first, if it is given: all as one."""
+
+    def launch_all() -> None:
+        if set_out is not None:
+            set_out()
+        sim.work.alpha.fill_(1.0)
+        launch_search_along(sim, sim.state.x, sim.work.direction, share)
+        launch_look(sim)
+
+    begin_search(sim)
+    as_one(sim, f"look_ahead_{share:g}" if set_out is None else "set_out_and_look_ahead", launch_all)
     counters = [found.counts for found in found_of(sim)]
     state, leaving, largest, *counts = read(sim.work.passes.state, sim.work.hits, sim.largest_out, *counters)
     fitted = end_search(sim, [counts_of(each) for each in counts])

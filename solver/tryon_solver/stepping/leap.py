@@ -26,12 +26,13 @@ wp.set_module_options({"enable_backward": False})
 @wp.kernel
 def feel_kernel(
     hardest: float,
-    dt: float,
+    step: wp.array(dtype=wp.float32),
     x: wp.array(dtype=wp.vec3),
     felt: wp.array(dtype=wp.vec3),
     x_start: wp.array(dtype=wp.vec3),
 ):
     i = wp.tid()
+    dt = step[0]
     carried = (x[i] - x_start[i]) / dt
     kick = carried - felt[i]
     size = wp.length(kick)
@@ -42,21 +43,24 @@ def feel_kernel(
     felt[i] = carried
 
 
-def feel_motion(sim: Simulation, dt: float) -> None:
-    """Let the step of dt [s] start, for who the body has carried from `x_start` to x, where it feels that motion as one
+def feel_motion(sim: Simulation) -> None:
+    """Let the step start, for who the body has carried from `x_start` to x, where it feels that motion as one
     of a body; `felt` (A,) m/s is the velocity with which it was carried that it has felt so far."""
     state, body = sim.state, sim.body
     assert body is not None
-    inputs = [sim.settings.hardest_kick, dt, state.x]
+    inputs = [sim.settings.hardest_kick, state.dt, state.x]
     launch(feel_kernel, sim.all_count, inputs, [body.felt, state.x_start], device=sim.device)
 
 
 @wp.kernel
 def join_kernel(
-    dt: float, x: wp.array(dtype=wp.vec3), x_start: wp.array(dtype=wp.vec3), felt_out: wp.array(dtype=wp.vec3)
+    dt: wp.array(dtype=wp.float32),
+    x: wp.array(dtype=wp.vec3),
+    x_start: wp.array(dtype=wp.vec3),
+    felt_out: wp.array(dtype=wp.vec3),
 ):
     i = wp.tid()
-    felt_out[i] = (x[i] - x_start[i]) / dt
+    felt_out[i] = (x[i] - x_start[i]) / dt[0]
     x_start[i] = x[i]
 
 
@@ -66,13 +70,13 @@ def go_along_kernel(felt: wp.array(dtype=wp.vec3), v: wp.array(dtype=wp.vec3)):
     v[i] = v[i] + felt[i]
 
 
-def join_motion(sim: Simulation, dt: float) -> None:
-    """Let the step of dt [s] start at rest where the body has carried everybody to from `x_start`; `felt` is the
+def join_motion(sim: Simulation) -> None:
+    """Let the step start at rest where the body has carried everybody to from `x_start`; `felt` is the
     velocity with which it did."""
     state, body = sim.state, sim.body
     assert body is not None
     state.v.zero_()
-    launch(join_kernel, sim.all_count, [dt, state.x, state.x_start], [body.felt], device=sim.device)
+    launch(join_kernel, sim.all_count, [state.dt, state.x, state.x_start], [body.felt], device=sim.device)
 
 
 def go_along(sim: Simulation) -> None:

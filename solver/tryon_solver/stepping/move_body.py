@@ -13,6 +13,7 @@ from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
 from tryon_solver.stepping.carry_once import carry_once, look_ahead, looks_ahead
 from tryon_solver.stepping.leap import feel_motion, join_motion
+from tryon_solver.stepping.record import as_one
 from tryon_solver.stepping.search import search_slack
 
 if TYPE_CHECKING:
@@ -26,30 +27,26 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
     of the motion along one field for cloth and surface, as far as it is proven free. Where it isn't, the surface lags.
     A step has so many sub-steps at most: a pose further away than they reach is come to in the next ones.
     """
-    state, settings, body = sim.state, sim.settings, sim.body
+    settings, body = sim.settings, sim.body
     sim.pace.begin_step(interval.left)
     sim.listed = False
     sim.counters.asked, sim.counters.behind = None, 0.0
-    for start in (state.x_committed, state.x_start):
-        wp.copy(start, state.x)
-    if body is not None:
+    if body is None:
+        depart(sim)
+    else:
         assert interval.end is not None
         moving = body.moving
         start, stance = body.pose, interval.end
         before, end = body.transforms(), moving.transforms(stance)
         motion = end[0] @ np.linalg.inv(before[0])
-        root = wp.mat44(*motion.ravel())
-        launch(carrying.rigid_kernel, sim.all_count, [root], [state.x], device=sim.device)
-        launch(carrying.rigid_kernel, sim.body_count, [root], [body.skin_now], device=sim.device)
-        launch(carrying.rigid_kernel, sim.all_count, [root], [sim.region.anchor], device=sim.device)
+        body.carry.take_root(motion)
         before = motion @ before
-        carrying.set_places(body.carry, state.x, settings.carry_none)
-        set_displacement(sim, before, end, stance)
-        measure_travel(sim)
+        take_motion(sim, before, end, stance)
         sight = None
         if goes_on(sim, before, end):
-            sight, travel = look_ahead(sim, 1.0)
+            sight, travel = look_ahead(sim, 1.0, lambda: set_out(sim))
         else:
+            as_one(sim, "set_out", lambda: set_out(sim))
             travel = float(read(sim.largest_out)[0][0])
         count = max(1, math.ceil(travel / settings.substep_travel))
         short = count > settings.most_substeps
@@ -58,7 +55,8 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
             asked = body.skin_next.numpy().copy()
             stance = moving.part_way(start, stance, share)
             end = moving.transforms(stance)
-            moving.write(end, stance, body.skin_next)
+            moving.take(end, stance)
+            moving.write(body.skin_next)
             sim.counters.asked, sim.counters.behind = asked, farthest(asked, body.skin_next.numpy())
         body.reached = stance, end
         count = sim.pace.substeps(count)
@@ -69,20 +67,27 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
                 after = moving.transforms(part)
                 after = end[0] @ np.linalg.inv(after[0]) @ after
             if count > 1 or short:
-                set_displacement(sim, before, after, part)
+                take_motion(sim, before, after, part)
+                as_one(sim, "set_displacement", lambda: set_displacement(sim))
                 sight = None
             carry_once(sim, k == count, sight)
             before = after
         sim.counters.substeps += count
         sim.substeps = count
-        limit_return(sim, interval.dt)
-        if sim.comes_along:
-            join_motion(sim, interval.dt)
-        else:
-            feel_motion(sim, interval.dt)
     sim.searches = 0
-    wp.copy(state.x_feasible, state.x)
+    as_one(sim, "come_along" if sim.comes_along else "arrive", lambda: arrive(sim))
     sim.most_cycles.fill_(sim.pace.cycles())
+
+
+def arrive(sim: Simulation) -> None:
+    """For the device: cloth and surface are where the body has taken them, and the step begins there."""
+    if sim.body is not None:
+        limit_return(sim)
+        if sim.comes_along:
+            join_motion(sim)
+        else:
+            feel_motion(sim)
+    wp.copy(sim.state.x_feasible, sim.state.x)
 
 
 def farthest(a: np.ndarray, b: np.ndarray) -> float:
@@ -90,17 +95,40 @@ def farthest(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.linalg.norm(a.astype(np.float64) - b, axis=1).max())
 
 
-def set_displacement(sim: Simulation, before: np.ndarray, after: np.ndarray, stance: object) -> None:
-    """Put into `direction` where the body's motion takes cloth and surface, and into `skin_next` the skin after it.
+def take_motion(sim: Simulation, before: np.ndarray, after: np.ndarray, stance: object) -> None:
+    """Let the body's motion be, as of the launches that follow, that from `before` to `after` (J, 4, 4), world from
+    rest, with the same root; `stance` is the body's after it."""
+    body = sim.body
+    assert body is not None
+    body.moving.take(after, stance)
+    body.carry.take_motions(after @ np.linalg.inv(before))
 
-    `before`, `after` (J, 4, 4) world from rest, with the same root; `stance` the body's after the motion.
-    """
+
+def depart(sim: Simulation) -> None:
+    """Keep where the step starts."""
+    for start in (sim.state.x_committed, sim.state.x_start):
+        wp.copy(start, sim.state.x)
+
+
+def set_out(sim: Simulation) -> None:
+    """For the device: the root's motion for everybody, and what comes of the rest of it."""
+    state, body, device = sim.state, sim.body, sim.device
+    assert body is not None
+    depart(sim)
+    for places in (state.x, body.skin_now, sim.region.anchor):
+        launch(carrying.rigid_kernel, len(places), [body.carry.root], [places], device=device)
+    carrying.set_places(body.carry, state.x, sim.settings.carry_none)
+    set_displacement(sim)
+    measure_travel(sim)
+
+
+def set_displacement(sim: Simulation) -> None:
+    """Put into `direction` where the body's motion takes cloth and surface, and into `skin_next` the skin after it."""
     body, work, settings, device = sim.body, sim.work, sim.settings, sim.device
     assert body is not None
-    body.moving.write(after, stance, body.skin_next)
-    motions = after @ np.linalg.inv(before)
+    body.moving.write(body.skin_next)
     full, none = settings.carry_full, settings.carry_none
-    carrying.find_field(body.carry, motions, sim.state.x, full, none, work.direction)
+    carrying.find_field(body.carry, sim.state.x, full, none, work.direction)
     launch(
         carrying.surface_kernel,
         sim.body_count,
@@ -133,7 +161,8 @@ def goes_on(sim: Simulation, before: np.ndarray, end: np.ndarray) -> bool:
 @wp.kernel
 def limit_return_kernel(
     cloth_count: int,
-    longest: float,
+    speed: float,
+    dt: wp.array(dtype=wp.float32),
     hold: float,
     firmness: float,
     x: wp.array(dtype=wp.vec3),
@@ -144,13 +173,14 @@ def limit_return_kernel(
     j = wp.tid()
     lag = skin[j] - x[cloth_count + j]
     size = wp.length(lag)
+    longest = speed * dt[0]
     hold_out[j] = hold + firmness * size
     if size > longest:
         lag = (longest / size) * lag
     target_out[j] = x[cloth_count + j] + lag
 
 
-def limit_return(sim: Simulation, dt: float) -> None:
+def limit_return(sim: Simulation) -> None:
     """Where the surface is drawn in the coming step, to the skin at no more than `return_speed`, and how firmly."""
     body, settings = sim.body, sim.settings
     assert body is not None
@@ -159,7 +189,8 @@ def limit_return(sim: Simulation, dt: float) -> None:
         sim.body_count,
         [
             sim.cloth_count,
-            settings.return_speed * dt,
+            settings.return_speed,
+            sim.state.dt,
             settings.skin_hold,
             settings.skin_firmness,
             sim.state.x,

@@ -26,7 +26,7 @@ def contact_passes(sim: Simulation) -> Iterator[int]:
     for number in range(settings.contact_passes):
         if number:
             wp.copy(state.x_feasible, state.x)
-            update_velocity(sim, sim.dt)  # what friction's model takes the slip from
+            update_velocity(sim)  # what friction's model takes the slip from
             sim.searches = 0
         yield number
         if counters.residual < settings.correction_tolerance or counters.retries > voided:

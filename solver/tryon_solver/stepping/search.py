@@ -199,14 +199,15 @@ def search_along(sim: Simulation, x: wp.array, direction: wp.array, share: float
     Each may be off its place on the way, and at its end, by its slack, and by the `share` of what the solve moved it in
     the last step.
     """
-    begin_search_along(sim, x, direction, share)
+    begin_search(sim)
+    launch_search_along(sim, x, direction, share)
     end_search(sim, counted(found_of(sim)))
 
 
-def begin_search_along(sim: Simulation, x: wp.array, direction: wp.array, share: float) -> None:
-    """Launch it; it is done when `end_search` is told what was counted."""
+def launch_search_along(sim: Simulation, x: wp.array, direction: wp.array, share: float) -> None:
+    """Launch it once it is begun; it is done when `end_search` is told what was counted."""
     accompany(sim, sim.region, x, direction, share)
-    begin_to_find(sim, x)
+    launch_search(sim, x)
     place_anchors(sim)
 
 
@@ -274,16 +275,22 @@ def list_holds(sim: Simulation, x: wp.array, direction: wp.array) -> bool:
 
 def find(sim: Simulation, x: wp.array) -> None:
     """Fill the candidate list for the region as it is set."""
-    begin_to_find(sim, x)
+    begin_search(sim)
+    launch_search(sim, x)
     end_search(sim, counted(found_of(sim)))
 
 
-def begin_to_find(sim: Simulation, x: wp.array) -> None:
-    """Launch that; it is done when `end_search` is told what was counted."""
-    broad_phase.begin_to_find(sim.candidates, scope(sim, x))
-    wp.copy(sim.x_listed, x)
+def begin_search(sim: Simulation) -> None:
+    """There will be another list, and none until `end_search`."""
+    sim.candidates.clear()
     sim.searches += 1
     sim.listed, sim.list_age = True, 0
+
+
+def launch_search(sim: Simulation, x: wp.array) -> None:
+    """Launch it, for the region as it is set; it is done when `end_search` is told what was counted."""
+    broad_phase.launch_search(sim.candidates, scope(sim, x))
+    wp.copy(sim.x_listed, x)
 
 
 def end_search(sim: Simulation, counts: Sequence[tuple[int, int]]) -> bool:

@@ -51,6 +51,7 @@ def skin_shift(sim: Simulation, stance: Any) -> float:
     body = sim.body
     if body is None or stance is None:
         return 0.0
-    body.moving.write(body.moving.transforms(stance), stance, body.skin_next)
+    body.moving.take(body.moving.transforms(stance), stance)
+    body.moving.write(body.skin_next)
     subtract(body.skin_next, body.skin_now, body.skin_next)
     return sim.largest(body.skin_next)

@@ -16,13 +16,16 @@ wp.set_module_options({"enable_backward": False})
 
 @wp.kernel
 def velocity_kernel(
-    x: wp.array(dtype=wp.vec3), x_start: wp.array(dtype=wp.vec3), dt: float, v_out: wp.array(dtype=wp.vec3)
+    x: wp.array(dtype=wp.vec3),
+    x_start: wp.array(dtype=wp.vec3),
+    dt: wp.array(dtype=wp.float32),
+    v_out: wp.array(dtype=wp.vec3),
 ):
     i = wp.tid()
-    v_out[i] = (x[i] - x_start[i]) / dt
+    v_out[i] = (x[i] - x_start[i]) / dt[0]
 
 
-def update_velocity(sim: Simulation, dt: float) -> None:
+def update_velocity(sim: Simulation) -> None:
     """v = (x - x_start)/dt [m/s]."""
     state = sim.state
-    launch(velocity_kernel, sim.cloth_count, [state.x, state.x_start, dt], [state.v], device=sim.device)
+    launch(velocity_kernel, sim.cloth_count, [state.x, state.x_start, state.dt], [state.v], device=sim.device)

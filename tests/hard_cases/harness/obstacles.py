@@ -86,8 +86,10 @@ class FollowedObstacles:
     def transforms(self, stance: Placed) -> np.ndarray:
         return self.obstacles.transforms(stance)
 
-    def write(self, transforms: np.ndarray, _stance: Placed, out: wp.array) -> None:
+    def take(self, transforms: np.ndarray, _stance: Placed) -> None:
         self._transforms.assign(np.ascontiguousarray(transforms))
+
+    def write(self, out: wp.array) -> None:
         inputs = [self._rest, self._joints, self._weights, self._transforms]
         wp.launch(skin_vertices, len(self._rest), inputs, [out], device=self.device)
 

@@ -13,9 +13,8 @@ from frame_judge import FrameJudge, FrameVerdict
 from scipy.spatial.transform import Rotation
 
 from tryon_solver import step
-from tryon_solver.body import carry
 from tryon_solver.linalg import device_loop
-from tryon_solver.simulation import Simulation
+from tryon_solver.simulation import PoseInterval, Simulation
 from tryon_solver.stepping import correct, move_body, record
 
 Move = tuple[np.ndarray, np.ndarray]
@@ -117,13 +116,15 @@ def near_each_other(ways: Sequence[Move], numbers: Sequence[int]) -> list[list[i
 class SubSteps:
     """The moves that the solver has accepted since they were last taken.
 
-    Where a move of everything as one led to is in `turned`, and how many others were before it.
+    Where a move of everything as one led to is in `turned`, and how many others were before it. `setting_out` until the
+    first carried sub-step of a step begins, which is where the body's root has led.
     """
 
     def __init__(self, by_launches: bool) -> None:
         self.by_launches = by_launches
         self.moves: list[Move] = []
         self.turned: list[tuple[int, np.ndarray]] = []
+        self.setting_out = False
 
     def take(self) -> list[Move]:
         """The moves, oldest first; they are forgotten."""
@@ -193,6 +194,9 @@ def listening(by_launches: bool = False) -> Iterator[SubSteps]:
             if original.__name__ != "carry_once" and recorded:
                 return original(sim, *arguments, **named)
             before = sim.state.x.numpy().copy()
+            if heard.setting_out and original.__name__ == "carry_once":  # the root has turned all
+                heard.turned.append((len(heard.moves), before))
+                heard.setting_out = False
             answer = original(sim, *arguments, **named)
             after = sim.state.x.numpy().copy()
             if original.__name__ != "retreat_if_overshot" or not np.array_equal(before, after):
@@ -201,13 +205,11 @@ def listening(by_launches: bool = False) -> Iterator[SubSteps]:
 
         return heard_move
 
-    set_places = carry.set_places
+    set_out, coast, keep_momentum = step.move_body, step.coast, correct.keep_momentum
 
-    def hear_turned(of: carry.Carry, x: wp.array, none: float) -> None:
-        heard.turned.append((len(heard.moves), x.numpy().copy()))
-        set_places(of, x, none)
-
-    coast, keep_momentum = step.coast, correct.keep_momentum
+    def hear_setting_out(sim: Simulation, interval: PoseInterval) -> None:
+        heard.setting_out = True
+        set_out(sim, interval)
 
     def hear_coasting(sim: Simulation) -> None:
         if wp.get_device(sim.device).is_cuda and not by_launches:
@@ -224,16 +226,16 @@ def listening(by_launches: bool = False) -> Iterator[SubSteps]:
         if heard.moves and np.array_equal(*heard.moves[-1]):
             heard.moves.pop()  # nothing was to be kept
 
-    hear_coasting.__name__ = coast.__name__
+    hear_setting_out.__name__, hear_coasting.__name__ = set_out.__name__, coast.__name__
     for (module, name), original in originals.items():
         setattr(module, name, hear(original))
-    carry.set_places, step.coast, correct.keep_momentum = hear_turned, hear_coasting, hear_keeping
+    step.move_body, step.coast, correct.keep_momentum = hear_setting_out, hear_coasting, hear_keeping
     try:
         yield heard
     finally:
         for (module, name), original in originals.items():
             setattr(module, name, original)
-        carry.set_places, step.coast, correct.keep_momentum = set_places, coast, keep_momentum
+        step.move_body, step.coast, correct.keep_momentum = set_out, coast, keep_momentum
         for module, keeps_graphs in kept.items():
             module.keeps_graphs = keeps_graphs  # type: ignore[attr-defined]
 

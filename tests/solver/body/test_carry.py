@@ -55,7 +55,8 @@ class Case:
         now = wp.array(np.vstack([x, self.surface + 1.0]), dtype=wp.vec3, device=device)
         found = wp.zeros_like(now)
         set_places(carry, begun, NONE)
-        find_field(carry, motions, now, FULL, NONE, found)
+        carry.take_motions(motions)
+        find_field(carry, now, FULL, NONE, found)
         assert not found.numpy()[CLOTH:].any()
         return found.numpy()[:CLOTH], carry.near.numpy()
 

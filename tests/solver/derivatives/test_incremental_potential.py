@@ -192,7 +192,7 @@ def test_the_surface_is_drawn_back_slowly_and_the_firmer_the_further_it_has_yiel
     sim.state.x.assign(np.vstack([sim.scene.x_start, surface]).astype(np.float32))
     sim.state.skin.fill_(np.nan)
     sim.state.hold.fill_(np.nan)
-    limit_return(sim, DT)
+    limit_return(sim)
     longest = settings.return_speed * DT
     assert yielded.min() < longest < yielded.max()
     drawn = np.linalg.norm(sim.state.skin.numpy() - surface, axis=1)

@@ -57,7 +57,7 @@ def test_what_is_felt_of_a_kick():
     sim.body.felt.assign(before)
     sim.state.x_start.assign(x - DT * (before + kicks))
     start = sim.state.x_start.numpy()
-    feel_motion(sim, DT)
+    feel_motion(sim)
     felt, moved = sim.body.felt.numpy(), sim.state.x_start.numpy()
     np.testing.assert_array_equal(moved[[0, *range(3, len(x))]], start[[0, *range(3, len(x))]])
     for vertex, share in ((0, 1.0), (1, (2 / 8) ** 2), (2, (2 / 400) ** 2)):
@@ -71,7 +71,7 @@ def test_a_body_that_goes_on_fast_is_followed_in_the_end():
     x, felt = sim.state.x.numpy(), []
     for _ in range(8):
         sim.state.x_start.assign(x - np.float32(DT) * np.array([5.0, 0.0, 0.0], np.float32))
-        feel_motion(sim, DT)
+        feel_motion(sim)
         felt.append(sim.body.felt.numpy()[:, 0].max())
     assert felt[0] == pytest.approx(0.8, abs=1e-3)
     assert np.all(np.diff(felt) >= -1e-3)

@@ -36,9 +36,9 @@ def play(monkeypatch, holds=None):
     ball, faces = icosphere(0.1, 3)
     scene = Scene(garment, x + np.array([0.01, 0.104, -0.02]), rigid_body(ball, faces), fabric(), WORN)
     sim = build(scene, PRESETS["draft"], "cpu", STILL)
-    asked, find = [], broad_phase.begin_to_find
+    asked, find = [], broad_phase.launch_search
     with monkeypatch.context() as patch:
-        patch.setattr(broad_phase, "begin_to_find", lambda *given: (asked.append(len(cloth)), find(*given)))
+        patch.setattr(broad_phase, "launch_search", lambda *given: (asked.append(len(cloth)), find(*given)))
         if holds is not None:
             patch.setattr(carry_once, "list_holds", holds)
         cloth, surface = [], []
