@@ -140,7 +140,7 @@ def search(sim: Simulation, surface: Any, found: Any, name: str) -> Kernel:
 
     def walk() -> None:
         counts.zero_()
-        inputs = [own, other, surface.bvh.id, surface.gained, same, 1]  # anew
+        inputs = [sim.cloth.order, own, other, surface.bvh.id, surface.gained, same, 1]  # anew
         wp.launch(pair_triangles_kernel, sim.cloth.face_count, inputs, [triangles, counts], device=sim.device)
 
     walk()

@@ -54,7 +54,8 @@ class Contribution:
     `start_step` freezes what holds for a whole step, once the state it starts from is known. `project` takes part in
     every local step; `project_in_correction` only in the correction, for a term whose weight would spoil projective
     dynamics' constant matrix; `add_velocity_gradient` and `add_velocity_gradient_in_correction` likewise.
-    `add_hessian` adds a positive semidefinite Hessian over pairs of vertices that share a triangle, and over those of
+    `add_triangle_hessian` adds a positive semidefinite Hessian over each triangle's deformation gradient
+    (materials/triangle_hessian.py), `add_hessian` one over pairs of vertices that share a triangle, and over those of
     `joined`; where `stiffness` is exactly the Hessian, it says so and nothing has to be added. `stiffness` (N, N) N/m
     enters projective dynamics' constant matrix; `rate_stiffness` (N, N) N s/m, over dt, the correction's. Rows of all
     three must sum to zero, as those of inner forces do: the correction multiplies by differences. What holds the cloth
@@ -74,6 +75,7 @@ class Contribution:
     start_step: Callable[[State], None] | None = None  # state
     add_velocity_gradient: Callable[[State, wp.array, wp.array], None] | None = None  # state, x, gradient_out
     add_velocity_gradient_in_correction: Callable[[State, wp.array, wp.array], None] | None = None  # likewise
+    add_triangle_hessian: Callable[[wp.array, wp.array], None] | None = None  # x, hessians_out (F, 3)
     add_hessian: Callable[[wp.array, BlockRows], None] | None = None  # x, rows
     joined: npt.NDArray[np.int32] | None = None  # (K, 2) pairs of vertices
     stiffness: Term | None = None
@@ -120,6 +122,7 @@ class StepPlan:
             "start_step",
             "add_velocity_gradient",
             "add_velocity_gradient_in_correction",
+            "add_triangle_hessian",
             "add_hessian",
             "stiffness",
             "rate_stiffness",
@@ -162,6 +165,7 @@ class Stages:
     start_step: tuple[Callable[..., object], ...]
     add_velocity_gradient: tuple[Callable[..., object], ...]
     add_velocity_gradient_in_correction: tuple[Callable[..., object], ...]
+    add_triangle_hessian: tuple[Callable[..., object], ...]
     add_hessian: tuple[Callable[..., object], ...]
     add_diagonal: tuple[Callable[..., object], ...]
     dyads: tuple[Dyad, ...]
@@ -178,6 +182,7 @@ class Stages:
             start_step=plan.stage("start_step"),
             add_velocity_gradient=plan.stage("add_velocity_gradient"),
             add_velocity_gradient_in_correction=plan.stage("add_velocity_gradient_in_correction"),
+            add_triangle_hessian=plan.stage("add_triangle_hessian"),
             add_hessian=plan.stage("add_hessian"),
             add_diagonal=plan.stage("add_diagonal"),
             dyads=tuple(c.dyad for c in plan.contributions if c.dyad is not None),

@@ -21,6 +21,7 @@ from tryon_solver.contact.pairs import ContactModel, ContactPairs, ContactParame
 from tryon_solver.contact.surfaces import Surface, ownership
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.effects.registry import bind
+from tryon_solver.geometry.morton import order_along_curve
 from tryon_solver.kernels import compile_kernels
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.constant_matrices import ConstantMatrices
@@ -32,6 +33,7 @@ from tryon_solver.linalg.vectors import find_largest, move_origin
 from tryon_solver.materials.device import RestShape
 from tryon_solver.materials.stretch import StretchMeter
 from tryon_solver.materials.terms import bind_bending, bind_membrane
+from tryon_solver.materials.triangle_hessian import TriangleHessian
 from tryon_solver.offsets import contact_sizes, refuse_what_bears_no_contact
 from tryon_solver.plan import Stages, StepPlan
 from tryon_solver.results import Counters, StepReport
@@ -198,6 +200,7 @@ class Simulation:
         joined = [c.joined for c in self.plan.contributions if c.joined is not None]
         pairs = np.vstack(joined) if joined else None
         self.hessian_rows = BlockRows.build(*garment.connectivity.pairs, device, pairs)
+        self.triangle_hessian = TriangleHessian.build(self.rest, garment.connectivity, self.hessian_rows.width)
         self.matrices = ConstantMatrices(self.plan.terms, self.hessian_rows, self.cloth_count, device)
         self.basis = basis
         self.mass_per_dt2 = wp.zeros(self.cloth_count, dtype=wp.float32, device=device)
@@ -232,6 +235,8 @@ class Simulation:
         refuse_what_bears_no_contact(scene, garment, touches)
         owned = garment.connectivity.owned
         self.cloth = Surface.build(garment.faces, owned, sizes.xi_self + settings.d_hat, device)
+        if wp.get_device(device).is_cuda:
+            self.cloth.order.assign(order_along_curve(scene.x_start[garment.faces].mean(axis=1)))
         surfaces = {"cloth": self.cloth}
         body_edge = 0.0
         if scene.body is not None:

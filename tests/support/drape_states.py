@@ -10,6 +10,8 @@ from small_scenes import device_vectors, turn
 
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.linalg.block_ell import BlockRows
+from tryon_solver.materials.device import RestShape
+from tryon_solver.materials.triangle_hessian import TriangleHessian
 from tryon_solver.plan import Contribution
 
 
@@ -73,11 +75,18 @@ def dense(count: int, product: Callable[[wp.array, wp.array], None]) -> np.ndarr
 
 
 def term_hessian(garment: Garment, term: Contribution, x: np.ndarray) -> np.ndarray:
-    """(3N, 3N) N/m: what a term's `add_hessian` sums into block rows, as a dense matrix."""
+    """(3N, 3N) N/m: what a term's stage of the Hessian sums into block rows, as a dense matrix."""
     count = garment.vertex_count
     rows = BlockRows.build(*garment.connectivity.pairs, "cpu", term.joined)
-    assert term.add_hessian is not None
-    term.add_hessian(device_vectors(x), rows)
+    if term.add_triangle_hessian is not None:
+        rest = RestShape.build(garment, np.ones(len(garment.faces)), "cpu")
+        rest.take(garment.uv_corners)
+        summed = TriangleHessian.build(rest, garment.connectivity, rows.width)
+        term.add_triangle_hessian(device_vectors(x), summed.hessians)
+        summed.gather(wp.zeros(rows.blocks.shape, dtype=wp.float32, device="cpu"), rows.blocks)
+    else:
+        assert term.add_hessian is not None
+        term.add_hessian(device_vectors(x), rows)
     matrix = np.zeros((3 * count, 3 * count))
     for i, (columns, blocks) in enumerate(zip(rows.columns.numpy(), rows.blocks.numpy().astype(np.float64))):
         for j, block in zip(columns, blocks):

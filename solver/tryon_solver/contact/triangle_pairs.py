@@ -14,12 +14,9 @@ from tryon_solver.contact.found import CLOSE, PAIRS, Found
 from tryon_solver.contact.surfaces import Surface
 from tryon_solver.linalg.blocks import MOST_THREADS
 from tryon_solver.linalg.launch import launch
-from tryon_solver.linalg.slots import next_slot, next_slots
+from tryon_solver.linalg.slots import next_slot
 
 wp.set_module_options({"enable_backward": False})
-
-HANDFUL = wp.constant(16)
-Held = wp.types.vector(length=16, dtype=wp.int32)
 
 
 @wp.func
@@ -138,22 +135,9 @@ def side_of(surface: Surface) -> Side:
     return side
 
 
-@wp.func
-def put_down(
-    t: int,
-    others: Held,
-    count: int,
-    triangles_out: wp.array(dtype=wp.vec2i),
-    counts: wp.array(dtype=wp.int32),
-):
-    """List the pairs of triangle t with so many others, as far as there is room."""
-    first = next_slots(counts, PAIRS, count)
-    for k in range(wp.min(count, triangles_out.shape[0] - first)):
-        triangles_out[first + k] = wp.vec2i(t, others[k])
-
-
 @wp.kernel
 def pair_triangles_kernel(
+    order: wp.array(dtype=wp.int32),
     own: Side,
     other: Side,
     other_bvh: wp.uint64,
@@ -163,19 +147,18 @@ def pair_triangles_kernel(
     triangles_out: wp.array(dtype=wp.vec2i),
     counts: wp.array(dtype=wp.int32),
 ):
-    """Pairs of triangle tid and every triangle of the other surface whose box overlaps its own, if one of the two has
-    a larger budget than the list of candidates covers already, as all have if it is made `anew`.
+    """Pairs of triangle order[tid] and every triangle of the other surface whose box overlaps its own, if one of the
+    two has a larger budget than the list of candidates covers already, as all have if it is made `anew`.
 
-    `same` is 1 when both surfaces are the cloth: then each unordered pair is met once. They are put down a handful at
-    a time: threads in a fold meet hundreds, and all of a warp wait for each one's slot.
+    `same` is 1 when both surfaces are the cloth: then each unordered pair is met once. Threads that run in step are
+    near each other, go through the same branches of the tree, and find much at once, for which they take slots
+    together.
     """
-    t = wp.tid()
+    t = order[wp.tid()]
     gained = anew == 1 or own.budget[t] > own.known[t]
     if not gained and (same == 1 or other_gained[0] == 0):
         return
     query = wp.bvh_query_aabb(other_bvh, own.lower[t], own.upper[t])
-    others = Held()
-    count = int(0)
     j = int(0)
     while wp.bvh_query_next(query, j):
         if same == 1 and j == t:
@@ -187,13 +170,9 @@ def pair_triangles_kernel(
             continue
         if not gained and not other_gains:
             continue
-        others[count] = j
-        count += 1
-        if count == HANDFUL:
-            put_down(t, others, count, triangles_out, counts)
-            count = 0
-    if count > 0:
-        put_down(t, others, count, triangles_out, counts)
+        slot = next_slot(counts, PAIRS)
+        if slot < triangles_out.shape[0]:
+            triangles_out[slot] = wp.vec2i(t, j)
 
 
 @wp.func
@@ -292,7 +271,7 @@ def pair_triangles(
     launch(
         pair_triangles_kernel,
         cloth.face_count,
-        [own, others, other.bvh.id, other.gained, same, int(anew)],
+        [cloth.order, own, others, other.bvh.id, other.gained, same, int(anew)],
         [found.triangles, found.counts],
         device=device,
     )

@@ -18,12 +18,11 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.effects.base import BuildContext
-from tryon_solver.linalg import block_ell
-from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.constant_matrices import Term
 from tryon_solver.linalg.ell import add_rate_kernel
 from tryon_solver.linalg.launch import launch
-from tryon_solver.materials.strain_rate import strain_matrix_kernel
+from tryon_solver.materials import strain_rate
+from tryon_solver.materials.triangle_hessian import add_hessians, hessians_of
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import FabricDamping
 from tryon_solver.state import State
@@ -36,42 +35,36 @@ def bind(spec: FabricDamping, context: BuildContext) -> Contribution | None:
     if spec.time == 0:
         return None
     rest, device = context.rest, context.device
-    scene, garment = context.scene, context.scene.garment
+    scene = context.scene
     per_face = scene.of_fabrics("k_warp", "k_weft", "k_shear")
     stiffness: wp.array = wp.array(per_face.astype(np.float32), dtype=wp.vec3, device=device)
-    frozen = BlockRows.build(*garment.connectivity.pairs, device)  # beta/dt K of the membrane [N/m]
+    frozen = hessians_of(rest)  # beta/dt K of the membrane, over each triangle's dF [N m]
+    x_start = wp.zeros(scene.garment.vertex_count, dtype=wp.vec3, device=device)  # m, where the step starts
     bent = context.bending
 
     def start_step(state: State) -> None:
-        frozen.blocks.zero_()
-        inputs = [rest.faces, rest.gradients, rest.area, stiffness, spec.time, state.dt, frozen.slots, state.x_start]
-        launch(strain_matrix_kernel, rest.face_count, inputs, [frozen.blocks], device=device)
+        wp.copy(x_start, state.x_start, count=len(x_start))
+        inputs = [rest.faces, rest.gradients, rest.area, stiffness, spec.time, state.dt, x_start]
+        launch(strain_rate.strain_matrix_kernel, rest.face_count, inputs, [frozen], device=device)
 
-    def add_gradient(state: State, x: wp.array, gradient: wp.array) -> None:
-        moved = [x, state.x_start]
-        launch(
-            block_ell.add_difference_kernel,
-            frozen.row_count,
-            [frozen.columns, frozen.blocks, *moved],
-            [gradient],
-            device=device,
-        )
-        if bent is not None:
-            launch(
-                add_rate_kernel,
-                bent.rows.row_count,
-                [bent.rows.columns, bent.rows.weights, spec.time, state.dt, *moved],
-                [gradient],
-                device=device,
-            )
+    def project(x: wp.array, corner_gradient: wp.array) -> None:
+        inputs = [rest.faces, rest.gradients, frozen, x_start, x]
+        launch(strain_rate.project_kernel, rest.face_count, inputs, [corner_gradient], device=device)
 
-    def add_hessian(_: wp.array, rows: BlockRows) -> None:
-        block_ell.add_blocks(rows, frozen)
+    def add_triangle_hessian(_: wp.array, hessians: wp.array) -> None:
+        add_hessians(frozen, hessians)
+
+    def add_bending_gradient(state: State, x: wp.array, gradient: wp.array) -> None:
+        assert bent is not None
+        rows = bent.rows
+        inputs = [rows.columns, rows.weights, spec.time, state.dt, x, state.x_start]
+        launch(add_rate_kernel, rows.row_count, inputs, [gradient], device=device)
 
     return Contribution(
         "fabric_damping",
         start_step=start_step,
-        add_velocity_gradient_in_correction=add_gradient,
-        add_hessian=add_hessian,
+        project_in_correction=project,
+        add_velocity_gradient_in_correction=None if bent is None else add_bending_gradient,
+        add_triangle_hessian=add_triangle_hessian,
         rate_stiffness=None if bent is None else Term(bent.matrix, spec.time, rate=True),
     )

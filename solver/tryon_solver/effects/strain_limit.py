@@ -27,6 +27,6 @@ def bind(spec: StrainLimit, context: BuildContext) -> Contribution | None:
     return Contribution(
         "strain_limit",
         project_in_correction=model.project,
-        add_hessian=model.add_hessian,
+        add_triangle_hessian=model.add_triangle_hessian,
         energy=model.energy,
     )

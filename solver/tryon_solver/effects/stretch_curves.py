@@ -44,6 +44,6 @@ def bind(spec: StretchCurves, context: BuildContext) -> Contribution | None:
     return Contribution(
         "stretch_curves",
         project_in_correction=model.project,
-        add_hessian=model.add_hessian,
+        add_triangle_hessian=model.add_triangle_hessian,
         energy=model.energy,
     )

@@ -12,8 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
-from tryon_solver.linalg.launch import launch
-
 wp.set_module_options({"enable_backward": False})
 
 
@@ -72,36 +70,6 @@ def add_block(
 ):
     """Add b to block (i, j) of triangle t, i's vertex being `row`."""
     wp.atomic_add(blocks, row, slots[t, 3 * i + j], b)
-
-
-@wp.kernel
-def add_difference_kernel(
-    columns: wp.array2d(dtype=wp.int32),
-    blocks: wp.array2d(dtype=wp.mat33),
-    x: wp.array(dtype=wp.vec3),
-    x_start: wp.array(dtype=wp.vec3),
-    out: wp.array(dtype=wp.vec3),
-):
-    """out += blocks (x - x_start)"""
-    i = wp.tid()
-    total = wp.vec3()
-    for k in range(columns.shape[1]):
-        j = columns[i, k]
-        total += blocks[i, k] * (x[j] - x_start[j])
-    out[i] = out[i] + total
-
-
-@wp.kernel
-def add_blocks_kernel(more: wp.array2d(dtype=wp.mat33), blocks: wp.array2d(dtype=wp.mat33)):
-    i, k = wp.tid()
-    blocks[i, k] = blocks[i, k] + more[i, k]
-
-
-def add_blocks(rows: BlockRows, more: BlockRows) -> None:
-    """rows += more, both over one mesh; `more` over nothing that is joined otherwise."""
-    launch(
-        add_blocks_kernel, (more.row_count, more.width), [more.blocks], [rows.blocks], device=rows.blocks.device
-    )
 
 
 @wp.kernel

@@ -30,10 +30,6 @@ class NearFar:
         for one, other, out in parts:
             launch(set_sum_kernel, out.shape, [one, scale, other], [out], device=out.device)
 
-    def add_near(self, rows: BlockRows) -> None:
-        """Add the near part to the blocks."""
-        launch(add_near_kernel, self.near.shape, [self.near], [rows.blocks], device=self.near.device)
-
 
 @dataclass(frozen=True)
 class Places:
@@ -93,12 +89,6 @@ def take_kernel(
         out[i, k] = 0.0
     else:
         out[i, k] = wp.float32(values[e])
-
-
-@wp.kernel
-def add_near_kernel(near: wp.array2d(dtype=wp.float32), blocks: wp.array2d(dtype=wp.mat33)):
-    i, k = wp.tid()
-    blocks[i, k] = blocks[i, k] + near[i, k] * wp.identity(n=3, dtype=wp.float32)
 
 
 @wp.kernel

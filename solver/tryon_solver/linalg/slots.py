@@ -27,30 +27,3 @@ wp.set_module_options({"enable_backward": False})
 """)
 def next_slot(counts: wp.array(dtype=wp.int32), place: int) -> int:  # type: ignore[empty-body, valid-type]
     """The next free slot of the list whose length is counts[place], which grows by one; of 1D launches."""
-
-
-@wp.func_native("""
-#if defined(__CUDA_ARCH__)
-    const unsigned together = __activemask();
-    const int lane = threadIdx.x & 31;
-    const int asking = __ffs(together) - 1;
-    int before = 0;
-    int all = 0;
-    for (unsigned rest = together; rest; rest &= rest - 1) {
-        const int other = __ffs(rest) - 1;
-        const int wanted = __shfl_sync(together, number, other);
-        before += other < lane ? wanted : 0;
-        all += wanted;
-    }
-    int first = 0;
-    if (lane == asking)
-        first = atomicAdd(counts.data + place, all);
-    return __shfl_sync(together, first, asking) + before;
-#else
-    const int first = counts.data[place];
-    counts.data[place] += number;
-    return first;
-#endif
-""")
-def next_slots(counts: wp.array(dtype=wp.int32), place: int, number: int) -> int:  # type: ignore[empty-body, valid-type]
-    """The first of the next `number` free slots of the list whose length is counts[place], which grows by as many."""

@@ -15,7 +15,8 @@ from __future__ import annotations
 import warp as wp
 
 from tryon_solver.materials.device import corner_gradients, sides, signed_area
-from tryon_solver.materials.principal import add_to_blocks, isotropic_hessian, principal_frame
+from tryon_solver.materials.principal import isotropic_hessian, principal_frame
+from tryon_solver.materials.triangle_hessian import add_over_gradient
 
 wp.set_module_options({"enable_backward": False})
 
@@ -116,24 +117,19 @@ def hessian_kernel(
     gradients: wp.array2d(dtype=wp.vec2),
     area: wp.array(dtype=wp.float32),
     stiffness: wp.array(dtype=wp.vec3),
-    slots: wp.array2d(dtype=wp.int32),
     x: wp.array(dtype=wp.vec3),
-    blocks_out: wp.array2d(dtype=wp.mat33),
+    hessians: wp.array2d(dtype=wp.mat33),
 ):
     """Adds the positive semidefinite Hessian of Psi: psi = (s1 - 1)^2/2 + (s2 - 1)^2/2 for the shear part."""
     t = wp.tid()
-    face = faces[t]
-    g0 = gradients[t, 0]
-    g1 = gradients[t, 1]
-    g2 = gradients[t, 2]
-    f_u, f_v = deformation_gradient(x, face, g1, g2)
+    f_u, f_v = deformation_gradient(x, faces[t], gradients[t, 1], gradients[t, 2])
     _u1, _u2, _n, _v1, s1, s2 = principal_frame(f_u, f_v)
     k = stiffness[t]
     shear = area[t] * k[2]
     h_uu, h_uv, h_vv = isotropic_hessian(f_u, f_v, shear, s1 - 1.0, s2 - 1.0, 1.0, 1.0)
     h_uu += column_hessian(area[t] * (k[0] - k[2]), f_u)
     h_vv += column_hessian(area[t] * (k[1] - k[2]), f_v)
-    add_to_blocks(blocks_out, slots, t, face, g0, g1, g2, h_uu, h_uv, h_vv)
+    add_over_gradient(hessians, t, h_uu, h_uv, h_vv)
 
 
 @wp.kernel

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import warp as wp
 
-from tryon_solver.linalg.block_ell import add_block
+from tryon_solver.materials.triangle_hessian import add_over_gradient
 
 wp.set_module_options({"enable_backward": False})
 
@@ -44,29 +44,6 @@ def principal_frame(f_u: wp.vec3, f_v: wp.vec3):
         u2 = wp.normalize(wp.cross(u1, helper))
     n = wp.cross(u1, u2)
     return u1, u2, n, v1, s1, s2
-
-
-@wp.func
-def add_to_blocks(
-    blocks: wp.array2d(dtype=wp.mat33),
-    slots: wp.array2d(dtype=wp.int32),
-    t: int,
-    face: wp.vec3i,
-    g0: wp.vec2,
-    g1: wp.vec2,
-    g2: wp.vec2,
-    h_uu: wp.mat33,
-    h_uv: wp.mat33,
-    h_vv: wp.mat33,
-):
-    """Adds the Hessian over dF = [d_u d_v], d_u^T h_uu d_u + 2 d_u^T h_uv d_v + d_v^T h_vv d_v, to the nine blocks."""
-    g = wp.matrix_from_rows(wp.vec3(g0[0], g1[0], g2[0]), wp.vec3(g0[1], g1[1], g2[1]))
-    h_vu = wp.transpose(h_uv)
-    for i in range(3):
-        to_u = g[0, i] * h_uu + g[1, i] * h_vu
-        to_v = g[0, i] * h_uv + g[1, i] * h_vv
-        for j in range(3):
-            add_block(blocks, slots, t, i, j, face[i], g[0, j] * to_u + g[1, j] * to_v)
 
 
 @wp.func
@@ -105,13 +82,8 @@ def isotropic_hessian(
 
 @wp.func
 def add_isotropic(
-    blocks: wp.array2d(dtype=wp.mat33),
-    slots: wp.array2d(dtype=wp.int32),
+    hessians: wp.array2d(dtype=wp.mat33),
     t: int,
-    face: wp.vec3i,
-    g0: wp.vec2,
-    g1: wp.vec2,
-    g2: wp.vec2,
     f_u: wp.vec3,
     f_v: wp.vec3,
     weight: float,
@@ -122,4 +94,4 @@ def add_isotropic(
 ):
     """Adds weight times the Hessian above; slopes psi_1, psi_2 and curvatures psi_11, psi_22 at the stretches of F."""
     h_uu, h_uv, h_vv = isotropic_hessian(f_u, f_v, weight, slope1, slope2, curvature1, curvature2)
-    add_to_blocks(blocks, slots, t, face, g0, g1, g2, h_uu, h_uv, h_vv)
+    add_over_gradient(hessians, t, h_uu, h_uv, h_vv)

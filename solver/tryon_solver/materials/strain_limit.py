@@ -91,17 +91,12 @@ def hessian_kernel(
     area: wp.array(dtype=wp.float32),
     stiffness: wp.array(dtype=wp.float32),
     limit: wp.array(dtype=wp.float32),
-    slots: wp.array2d(dtype=wp.int32),
     x: wp.array(dtype=wp.vec3),
-    blocks_out: wp.array2d(dtype=wp.mat33),
+    hessians: wp.array2d(dtype=wp.mat33),
 ):
     """Adds the positive semidefinite Hessian of Psi: psi = sum_k max(s_k - limit, 0)^2/2; silent below the limit."""
     t = wp.tid()
-    face = faces[t]
-    g0 = gradients[t, 0]
-    g1 = gradients[t, 1]
-    g2 = gradients[t, 2]
-    f_u, f_v = deformation_gradient(x, face, g1, g2)
+    f_u, f_v = deformation_gradient(x, faces[t], gradients[t, 1], gradients[t, 2])
     _u1, _u2, _n, _v1, s1, s2 = principal_frame(f_u, f_v)
     over1 = wp.max(s1 - limit[t], 0.0)
     over2 = wp.max(s2 - limit[t], 0.0)
@@ -110,4 +105,4 @@ def hessian_kernel(
         if over2 > 0.0:
             active2 = 1.0
         weight = area[t] * stiffness[t]
-        add_isotropic(blocks_out, slots, t, face, g0, g1, g2, f_u, f_v, weight, over1, over2, 1.0, active2)
+        add_isotropic(hessians, t, f_u, f_v, weight, over1, over2, 1.0, active2)

@@ -18,8 +18,8 @@ from __future__ import annotations
 
 import warp as wp
 
-from tryon_solver.materials.membrane import deformation_gradient
-from tryon_solver.materials.principal import SMALLEST_STRETCH, add_to_blocks, principal_frame
+from tryon_solver.materials.membrane import add_to_corners, deformation_gradient
+from tryon_solver.materials.principal import SMALLEST_STRETCH, principal_frame
 
 wp.set_module_options({"enable_backward": False})
 
@@ -32,17 +32,12 @@ def strain_matrix_kernel(
     stiffness: wp.array(dtype=wp.vec3),
     time: float,
     dt: wp.array(dtype=wp.float32),
-    slots: wp.array2d(dtype=wp.int32),
     x: wp.array(dtype=wp.vec3),
-    blocks_out: wp.array2d(dtype=wp.mat33),
+    hessians_out: wp.array2d(dtype=wp.mat33),
 ):
-    """Adds time/dt times the Gauss-Newton matrix at x to the blocks."""
+    """time/dt times the Gauss-Newton matrix at x, over each triangle's dF."""
     t = wp.tid()
-    face = faces[t]
-    g0 = gradients[t, 0]
-    g1 = gradients[t, 1]
-    g2 = gradients[t, 2]
-    f_u, f_v = deformation_gradient(x, face, g1, g2)
+    f_u, f_v = deformation_gradient(x, faces[t], gradients[t, 1], gradients[t, 2])
     u1, u2, _n, v1, s1, s2 = principal_frame(f_u, f_v)
     k = time / dt[0] * area[t] * stiffness[t]
     shear = k[2]
@@ -59,4 +54,31 @@ def strain_matrix_kernel(
     h_uu = c * c * h_11 - c * s * (h_12 + h_21) + s * s * h_22 + (k[0] - shear) * wp.outer(d_u, d_u)
     h_vv = s * s * h_11 + c * s * (h_12 + h_21) + c * c * h_22 + (k[1] - shear) * wp.outer(d_v, d_v)
     h_uv = c * s * (h_11 - h_22) + c * c * h_12 - s * s * h_21
-    add_to_blocks(blocks_out, slots, t, face, g0, g1, g2, h_uu, h_uv, h_vv)
+    hessians_out[t, 0] = h_uu
+    hessians_out[t, 1] = h_uv
+    hessians_out[t, 2] = h_vv
+
+
+@wp.kernel
+def project_kernel(
+    faces: wp.array(dtype=wp.vec3i),
+    gradients: wp.array2d(dtype=wp.vec2),
+    hessians: wp.array2d(dtype=wp.mat33),
+    x_start: wp.array(dtype=wp.vec3),
+    x: wp.array(dtype=wp.vec3),
+    corner_gradient_out: wp.array2d(dtype=wp.vec3),
+):
+    """The matrices times the change of F since x_start, added to each corner of the triangle."""
+    t = wp.tid()
+    face = faces[t]
+    d0 = x[face[0]] - x_start[face[0]]
+    d1 = x[face[1]] - x_start[face[1]] - d0
+    d2 = x[face[2]] - x_start[face[2]] - d0
+    g1 = gradients[t, 1]
+    g2 = gradients[t, 2]
+    d_u = g1[0] * d1 + g2[0] * d2
+    d_v = g1[1] * d1 + g2[1] * d2
+    h_uv = hessians[t, 1]
+    p_u = hessians[t, 0] * d_u + h_uv * d_v
+    p_v = wp.transpose(h_uv) * d_u + hessians[t, 2] * d_v
+    add_to_corners(corner_gradient_out, gradients, t, p_u, p_v)

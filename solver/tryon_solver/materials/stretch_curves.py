@@ -21,7 +21,7 @@ from __future__ import annotations
 import warp as wp
 
 from tryon_solver.materials.membrane import add_to_corners, deformation_gradient
-from tryon_solver.materials.principal import add_to_blocks
+from tryon_solver.materials.triangle_hessian import add_over_gradient
 
 wp.set_module_options({"enable_backward": False})
 
@@ -103,21 +103,16 @@ def hessian_kernel(
     area: wp.array(dtype=wp.float32),
     stiffness: wp.array(dtype=wp.vec3),
     curves: wp.array2d(dtype=wp.vec4),
-    slots: wp.array2d(dtype=wp.int32),
     x: wp.array(dtype=wp.vec3),
-    blocks_out: wp.array2d(dtype=wp.mat33),
+    hessians: wp.array2d(dtype=wp.mat33),
 ):
     """Adds the Hessian of Psi, so that with the membrane's it is positive semidefinite."""
     t = wp.tid()
-    face = faces[t]
-    g0 = gradients[t, 0]
-    g1 = gradients[t, 1]
-    g2 = gradients[t, 2]
-    f_u, f_v = deformation_gradient(x, face, g1, g2)
+    f_u, f_v = deformation_gradient(x, faces[t], gradients[t, 1], gradients[t, 2])
     own = stiffness[t]
     t_u, slope_u, _work_u = beyond(curves, 0, own[0], wp.length(f_u) - 1.0)
     t_v, slope_v, _work_v = beyond(curves, 1, own[1], wp.length(f_v) - 1.0)
     if slope_u != own[0] or slope_v != own[1] or t_u != 0.0 or t_v != 0.0:
         h_uu = area[t] * along_and_across(t_u, slope_u, own[0], own[2], f_u)
         h_vv = area[t] * along_and_across(t_v, slope_v, own[1], own[2], f_v)
-        add_to_blocks(blocks_out, slots, t, face, g0, g1, g2, h_uu, wp.mat33(), h_vv)
+        add_over_gradient(hessians, t, h_uu, wp.mat33(), h_vv)

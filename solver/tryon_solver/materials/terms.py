@@ -40,7 +40,7 @@ def bind_membrane(garment: Garment, per_face: np.ndarray, rest: RestShape, devic
     return Contribution(
         "membrane",
         project=model.project,
-        add_hessian=model.add_hessian,
+        add_triangle_hessian=model.add_triangle_hessian,
         stiffness=Term(matrix),
         energy=model.energy,
         reshape=reshape,

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.launch import launch
 from tryon_solver.materials.device import RestShape
 
@@ -50,9 +49,9 @@ class TriangleModel:
         self._launch(self.energy_kernel, [x], self.energies)
         return float(self.energies.numpy().sum(dtype=np.float64))
 
-    def add_hessian(self, x: wp.array, rows: BlockRows) -> None:
-        """Add the positive semidefinite Hessian at x (N,) vec3 m to the blocks of `rows` (N/m)."""
-        self._launch(self.hessian_kernel, [rows.slots, x], rows.blocks)
+    def add_triangle_hessian(self, x: wp.array, hessians: wp.array) -> None:
+        """Add the positive semidefinite Hessian at x (N,) vec3 m over dF to the triangles' (F, 3) mat33 N m."""
+        self._launch(self.hessian_kernel, [x], hessians)
 
     def _launch(self, kernel: Any, state: list[wp.array], output: wp.array) -> None:
         launch(kernel, self.rest.face_count, [*self.triangles, *state], [output], device=output.device)

@@ -51,7 +51,8 @@ def calls_of(sim: Simulation, contribution: Contribution) -> dict[str, Callable[
         "add_gradient": (x, vectors),
         "add_velocity_gradient": (state, x, vectors),
         "add_velocity_gradient_in_correction": (state, x, vectors),
-        "add_hessian": (x, sim.hessian_rows),  # cleared before it is summed the next time
+        "add_triangle_hessian": (x, sim.triangle_hessian.hessians),  # cleared before it is summed the next time; so are
+        "add_hessian": (x, sim.hessian_rows),  # these
     }
     calls: dict[str, Callable[[], None]] = {}
     for stage, given in arguments.items():

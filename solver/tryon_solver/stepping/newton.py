@@ -25,10 +25,12 @@ wp.set_module_options({"enable_backward": False})
 def linearise(sim: Simulation) -> None:
     """Sum the Hessian at x, with what vertices are held by, and invert its diagonal blocks."""
     rows, work = sim.hessian_rows, sim.work
-    rows.blocks.zero_()
+    sim.triangle_hessian.hessians.zero_()
+    for add_triangle_hessian in sim.stages.add_triangle_hessian:
+        add_triangle_hessian(sim.state.x, sim.triangle_hessian.hessians)
+    sim.triangle_hessian.gather(sim.matrices.near_far.near, rows.blocks)
     for add_hessian in sim.stages.add_hessian:
         add_hessian(sim.state.x, rows)
-    sim.matrices.near_far.add_near(rows)
     launch(
         block_ell.diagonal_blocks_kernel,
         sim.all_count,
