@@ -94,19 +94,18 @@ def iterations_alone(sim: Simulation) -> Kernel:
 def product_together(sim: Simulation) -> Kernel:
     """Of the solver of all threads, over and over in its first iteration."""
     matrix, device = newton_matrix(sim), sim.device
-    gradient = random_vectors(sim.all_count, device)
     lanes, rows = lanes_of(device), len(matrix.columns)
     shares = shares_of(rows, lanes)
     threads = whole_blocks(shares + sim.all_count - rows + len(matrix.ids))
     cg = sim.cg
     # as an iteration finds it: of number 0, more to do, and what is summed there at first
-    wp.copy(cg.preconditioned, gradient)
-    wp.copy(cg.direction_before, gradient)
+    cg.both.fill_(1.0)
+    pcg_together.spread_out(matrix, cg.spread)
     cg.state.zero_()
     cg.scalars.fill_(1.0)
 
     def multiply() -> None:
-        given = [matrix, lanes, shares, ITERATIONS, 0.0, cg.preconditioned, cg.direction_before, threads]
+        given = [matrix, lanes, shares, ITERATIONS, 0.0, cg.spread, cg.both, threads]
         kept = [cg.direction, cg.product, cg.pulled, cg.scalars, cg.state]
         wp.launch(pcg_together.multiply_kernel, threads, given, kept, block_dim=BLOCK, device=device)
 

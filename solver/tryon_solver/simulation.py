@@ -183,7 +183,6 @@ class Simulation:
         self.accuracy = wp.zeros(1, dtype=wp.float32, device=device)  # m, as in stepping/near.py
         self.error = wp.zeros(1, dtype=wp.float32, device=device)  # m, as in stepping/estimate.py
         self.graphs: dict[str, KeptGraph] = {}  # by verb, as in stepping/record.py
-        self.cg = ConjugateGradients.allocate(self.all_count, self.cloth_count, device)
         self.progress = Progress.allocate(device)
         self.holding = Holding.allocate(self.all_count, device)
         settings = self.settings
@@ -200,6 +199,7 @@ class Simulation:
         joined = [c.joined for c in self.plan.contributions if c.joined is not None]
         pairs = np.vstack(joined) if joined else None
         self.hessian_rows = BlockRows.build(*garment.connectivity.pairs, device, pairs)
+        self.cg = ConjugateGradients.allocate(self.all_count, self.cloth_count, self.hessian_rows.width, device)
         self.triangle_hessian = TriangleHessian.build(self.rest, garment.connectivity, self.hessian_rows.width)
         self.matrices = ConstantMatrices(self.plan.terms, self.hessian_rows, self.cloth_count, device)
         self.basis = basis

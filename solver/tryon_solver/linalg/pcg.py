@@ -25,7 +25,8 @@ class ConjugateGradients:
     residual: wp.array
     preconditioned: wp.array
     direction: wp.array
-    direction_before: wp.array
+    both: wp.array  # vec4, as in pcg_together.py; and so
+    spread: wp.array  # float32
     product: wp.array
     pulled: wp.array  # vec4, what pairs add to the product, as in pcg_together.py
     coupled: wp.array  # (count,) int32
@@ -33,8 +34,8 @@ class ConjugateGradients:
     state: wp.array  # (3,) int32, as in pcg_together.py
 
     @staticmethod
-    def allocate(count: int, rows: int, device: str) -> ConjugateGradients:
-        """For `count` unknowns, of which the first `rows` have rows in the matrix."""
+    def allocate(count: int, rows: int, width: int, device: str) -> ConjugateGradients:
+        """For `count` unknowns, of which the first `rows` have rows of `width` blocks in the matrix."""
 
         def vectors() -> wp.array:
             return wp.zeros(count, dtype=wp.vec3, device=device)
@@ -43,7 +44,8 @@ class ConjugateGradients:
             vectors(),
             vectors(),
             vectors(),
-            vectors(),
+            wp.zeros(2 * count, dtype=wp.vec4, device=device),
+            wp.zeros(9 * rows * (width - 1), dtype=wp.float32, device=device),
             vectors(),
             wp.zeros(pcg_together.pulled_of(count, rows), dtype=wp.vec4, device=device),
             wp.zeros(count, dtype=wp.int32, device=device),
@@ -114,8 +116,9 @@ def solve(
         gradient,
         solution_out,
         cg.residual,
-        cg.preconditioned,
-        (cg.direction, cg.direction_before),
+        cg.direction,
+        cg.both,
+        cg.spread,
         cg.product,
         cg.pulled,
         cg.coupled,

@@ -5,6 +5,10 @@ So p = z + b p is made where it is multiplied, rows and pairs are multiplied in 
 sum that the next one needs: a dot product is never a launch of its own. What a sum is added into has been cleared two
 launches earlier, in a ring of four, and of the iteration's number each kernel has its own copy, written by the other.
 
+What a thread reads lies side by side, or beside what its neighbours read at once: z and the direction before of a
+vertex are sixteen bytes each in one sector of 32, and the blocks of a row are spread out number by number, once for all
+iterations. (9 numbers of a block are 36 bytes, and a load of them by 32 threads goes to 36 sectors, nine times.)
+
 Additions to one place wait for each other, those to a neighbouring one too. So a sum has as many places as it takes for
 blocks of threads to seldom meet; what pairs add goes into `pulled`, a vector at once, of which there are several for
 each vertex of the collision surface, since one can be in two hundred pairs. Who reads adds up.
@@ -22,7 +26,7 @@ from tryon_solver.linalg.paired_matrix import PairedMatrix, pair_count, pair_for
 
 wp.set_module_options({"enable_backward": False})
 
-TURNS = 8  # iterations between two looks at whether there is more to do; even, for the two directions to change places
+TURNS = 8  # iterations between two looks at whether there is more to do
 
 RING = wp.constant(4)
 PLACES = wp.constant(8)  # of a sum in a ring
@@ -53,6 +57,57 @@ def place_of(ring: int, slot: int, thread: int) -> int:
     return (ring + slot) * PLACES + (thread // BLOCK_SIZE) % PLACES
 
 
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    const float4 four = *reinterpret_cast<const float4*>(vectors.data + i);
+    return wp::vec_t<3, float>(four.x, four.y, four.z);
+#else
+    return wp::vec_t<3, float>(vectors.data[i][0], vectors.data[i][1], vectors.data[i][2]);
+#endif
+""")
+def three_of(vectors: wp.array(dtype=wp.vec4), i: int) -> wp.vec3:  # type: ignore[empty-body]
+    """The first three numbers of vectors[i], in one operation of a GPU."""
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    *reinterpret_cast<float4*>(vectors.data + i) = make_float4(value[0], value[1], value[2], 0.0f);
+#else
+    vectors.data[i] = wp::vec_t<4, float>(value[0], value[1], value[2], 0.0f);
+#endif
+""")
+def put_three(vectors: wp.array(dtype=wp.vec4), i: int, value: wp.vec3) -> None:
+    """vectors[i] = (value, 0), likewise."""
+
+
+@wp.func
+def spread_block(spread: wp.array(dtype=wp.float32), i: int, k: int, width: int) -> wp.mat33:
+    """Block k of row i, of `width` beside the one on the diagonal."""
+    at = 9 * i * width + k
+    return wp.mat33(
+        spread[at],
+        spread[at + width],
+        spread[at + 2 * width],
+        spread[at + 3 * width],
+        spread[at + 4 * width],
+        spread[at + 5 * width],
+        spread[at + 6 * width],
+        spread[at + 7 * width],
+        spread[at + 8 * width],
+    )
+
+
+@wp.kernel
+def spread_kernel(blocks: wp.array2d(dtype=wp.mat33), spread_out: wp.array(dtype=wp.float32)):
+    """Number by number: of each row the first number of all blocks but the diagonal's, then the second, ..."""
+    i, k = wp.tid()
+    width = blocks.shape[1] - 1
+    block = blocks[i, k + 1]
+    for n in range(3):
+        for m in range(3):
+            spread_out[(9 * i + 3 * n + m) * width + k] = block[n, m]
+
+
 @wp.kernel
 def mark_kernel(m: PairedMatrix, threads: int, coupled_out: wp.array(dtype=wp.int32)):
     for c in range(wp.tid(), pair_count(m), threads):
@@ -69,8 +124,7 @@ def start_kernel(
     threads: int,
     solution_out: wp.array(dtype=wp.vec3),
     residual_out: wp.array(dtype=wp.vec3),
-    preconditioned_out: wp.array(dtype=wp.vec3),
-    direction_out: wp.array(dtype=wp.vec3),
+    both_out: wp.array(dtype=wp.vec4),
     pulled_out: wp.array(dtype=wp.vec4),
     scalars: wp.array(dtype=wp.float32),
     state_out: wp.array(dtype=wp.int32),
@@ -82,16 +136,16 @@ def start_kernel(
         z = inverse[i] * r
         part = wp.dot(r, z)
         first += part
-        direction_out[i] = wp.vec3()
+        put_three(both_out, 2 * i + 1, wp.vec3())
         if i < m.columns.shape[0] or coupled[i] == 1:
             squared += part
             solution_out[i] = wp.vec3()
             residual_out[i] = r
-            preconditioned_out[i] = z
+            put_three(both_out, 2 * i, z)
         else:
             solution_out[i] = z
             residual_out[i] = wp.vec3()
-            preconditioned_out[i] = wp.vec3()
+            put_three(both_out, 2 * i, wp.vec3())
     for i in range(wp.tid(), pulled_out.shape[0], threads):
         pulled_out[i] = wp.vec4()
     wp.tile_atomic_add(scalars, wp.tile_sum(wp.tile(first)), offset=FIRST_NORM)
@@ -125,8 +179,8 @@ def multiply_kernel(
     shares: int,
     at_most: int,
     tolerance: float,
-    preconditioned: wp.array(dtype=wp.vec3),
-    direction_before: wp.array(dtype=wp.vec3),
+    spread: wp.array(dtype=wp.float32),
+    both: wp.array(dtype=wp.vec4),
     threads: int,
     direction_out: wp.array(dtype=wp.vec3),
     product_out: wp.array(dtype=wp.vec3),
@@ -134,7 +188,7 @@ def multiply_kernel(
     scalars: wp.array(dtype=wp.float32),
     state: wp.array(dtype=wp.int32),
 ):
-    """p = z + b p, A p and <p, A p>, if there is anything left to do.
+    """p = z + b p, A p and <p, A p>, if there is anything left to do; of each vertex `both` has z and the p before.
 
     Each row of cloth is shared by `lanes` threads; there are `shares` of all (lanes.py).
     """
@@ -155,7 +209,8 @@ def multiply_kernel(
     if number > 0:
         b = squared / whole_sum(scalars, SQUARED, (slot + 3) % RING)
     rows = m.columns.shape[0]
-    others = preconditioned.shape[0] - rows
+    width = m.columns.shape[1] - 1
+    others = both.shape[0] // 2 - rows
     part = float(0.0)
     for e in range(thread, shares + others + pair_count(m), threads):
         if e < shares:
@@ -164,18 +219,20 @@ def multiply_kernel(
             here = wp.vec3()
             row = wp.vec3()
             if i < rows:
-                here = preconditioned[i] + b * direction_before[i]
+                here = three_of(both, 2 * i) + b * three_of(both, 2 * i + 1)
                 # by differences, as in paired_matrix.py
-                for k in range(1 + lane, m.columns.shape[1], lanes):
-                    j = m.columns[i, k]
+                for k in range(lane, width, lanes):
+                    j = m.columns[i, k + 1]
                     if j == i:
                         break  # the rest of the row is padding
-                    row += m.blocks[i, k] * (preconditioned[j] + b * direction_before[j] - here)
+                    other = three_of(both, 2 * j) + b * three_of(both, 2 * j + 1)
+                    row += spread_block(spread, i, k, width) * (other - here)
                 for k in range(lane, m.far_columns.shape[1], lanes):
                     j = m.far_columns[i, k]
                     if j == i:
                         break
-                    row += m.weights[i, k] * (preconditioned[j] + b * direction_before[j] - here)
+                    other = three_of(both, 2 * j) + b * three_of(both, 2 * j + 1)
+                    row += m.weights[i, k] * (other - here)
             row = wp.vec3(sum_of_lanes(row[0]), sum_of_lanes(row[1]), sum_of_lanes(row[2]))
             if lane == 0 and i < rows:
                 row += m.diagonal[i] * here
@@ -184,7 +241,7 @@ def multiply_kernel(
                 product_out[i] = row
         elif e < shares + others:
             i = rows + e - shares
-            here = preconditioned[i] + b * direction_before[i]
+            here = three_of(both, 2 * i) + b * three_of(both, 2 * i + 1)
             direction_out[i] = here
             row = m.diagonal[i] * here
             part += wp.dot(here, row)
@@ -195,7 +252,7 @@ def multiply_kernel(
             w = m.lam[c]
             u = wp.vec3()
             for k in range(4):
-                u += w[k] * (preconditioned[v[k]] + b * direction_before[v[k]])
+                u += w[k] * (three_of(both, 2 * v[k]) + b * three_of(both, 2 * v[k] + 1))
             f = pair_force(m, c, u)
             part += wp.dot(u, f)
             for k in range(4):
@@ -214,7 +271,7 @@ def advance_kernel(
     threads: int,
     solution: wp.array(dtype=wp.vec3),
     residual: wp.array(dtype=wp.vec3),
-    preconditioned_out: wp.array(dtype=wp.vec3),
+    both_out: wp.array(dtype=wp.vec4),
     product: wp.array(dtype=wp.vec3),
     pulled: wp.array(dtype=wp.vec4),
     scalars: wp.array(dtype=wp.float32),
@@ -233,7 +290,8 @@ def advance_kernel(
     others = inverse.shape[0] - rows
     part = float(0.0)
     for i in range(thread, inverse.shape[0], threads):
-        solution[i] = solution[i] + a * direction[i]
+        p = direction[i]
+        solution[i] = solution[i] + a * p
         copies = wp.where(i < rows, 1, COPIES)
         more = wp.vec4()
         for k in range(copies):
@@ -243,11 +301,18 @@ def advance_kernel(
         r = residual[i] - a * multiplied
         z = inverse[i] * r
         residual[i] = r
-        preconditioned_out[i] = z
+        put_three(both_out, 2 * i, z)
+        put_three(both_out, 2 * i + 1, p)
         part += wp.dot(r, z)
     wp.tile_atomic_add(scalars, wp.tile_sum(wp.tile(part)), offset=place_of(SQUARED, (slot + 1) % RING, thread))
     if thread == 0:
         state[TAKEN] = number + 1
+
+
+def spread_out(matrix: PairedMatrix, spread: wp.array) -> None:
+    """Spread the blocks of the matrix out into `spread`."""
+    rows, width = matrix.blocks.shape
+    wp.launch(spread_kernel, (rows, width - 1), [matrix.blocks], [spread], device=spread.device)
 
 
 def pulled_of(count: int, rows: int) -> int:
@@ -261,8 +326,9 @@ def solve(
     gradient: wp.array,
     solution_out: wp.array,
     residual: wp.array,
-    preconditioned: wp.array,
-    directions: tuple[wp.array, wp.array],
+    direction: wp.array,
+    both: wp.array,
+    spread: wp.array,
     product: wp.array,
     pulled: wp.array,
     coupled: wp.array,
@@ -271,8 +337,8 @@ def solve(
     at_most: int,
     tolerance: float,
 ) -> None:
-    """As `pcg.solve`; the arrays behind the solution are its scratch: (A,), `pulled` (pulled_of(A, N),), `scalars`
-    (SCALARS,), `state` (3,)."""
+    """As `pcg.solve`; the arrays behind the solution are its scratch: (A,), `both` (2 A,), `spread` (9 N (width - 1),),
+    `pulled` (pulled_of(A, N),), `scalars` (SCALARS,), `state` (3,)."""
     device, count, pairs = gradient.device, len(gradient), len(matrix.ids)
     threads = whole_blocks(count)
     rows, lanes = len(matrix.columns), lanes_of(str(device))
@@ -283,17 +349,16 @@ def solve(
         wp.launch(kernel, dim, [*inputs, dim], outputs, block_dim=BLOCK, device=device)
 
     def turn() -> None:
-        before, now = directions
         for _ in range(TURNS):
-            given = [matrix, lanes, shares, at_most, tolerance, preconditioned, before]
-            launch(multiply_kernel, all_threads, given, [now, product, pulled, scalars, state])
-            kept = [solution_out, residual, preconditioned, product, pulled, scalars, state]
-            launch(advance_kernel, threads, [inverse, now, rows], kept)
-            before, now = now, before
+            given = [matrix, lanes, shares, at_most, tolerance, spread, both]
+            launch(multiply_kernel, all_threads, given, [direction, product, pulled, scalars, state])
+            kept = [solution_out, residual, both, product, pulled, scalars, state]
+            launch(advance_kernel, threads, [inverse, direction, rows], kept)
 
     coupled.zero_()
     scalars.zero_()
+    spread_out(matrix, spread)
     launch(mark_kernel, whole_blocks(pairs), [matrix], [coupled])
-    made = [solution_out, residual, preconditioned, directions[0], pulled, scalars, state]
+    made = [solution_out, residual, both, pulled, scalars, state]
     launch(start_kernel, threads, [matrix, inverse, gradient, coupled], made)
     wp.capture_while(state[int(MORE) : int(MORE) + 1], turn)

@@ -86,12 +86,13 @@ class System:
 
     def solve(self, at_most, tolerance, gradient=None):
         """The solution, the iterations it took, and the solver's scratch."""
-        cg = pcg.ConjugateGradients.allocate(COUNT, CLOTH, self.device)
+        cg = pcg.ConjugateGradients.allocate(COUNT, CLOTH, self.matrix.blocks.shape[1], self.device)
         for scratch in (
             cg.residual,
             cg.preconditioned,
             cg.direction,
-            cg.direction_before,
+            cg.both,
+            cg.spread,
             cg.product,
             cg.pulled,
             cg.scalars,
@@ -111,7 +112,7 @@ class System:
 
 def solve_together(cg, matrix, inverse, gradient, out, *until):
     """By many threads wherever it is."""
-    vectors = cg.residual, cg.preconditioned, (cg.direction, cg.direction_before), cg.product, cg.pulled
+    vectors = cg.residual, cg.direction, cg.both, cg.spread, cg.product, cg.pulled
     pcg_together.solve(matrix, inverse, gradient, out, *vectors, cg.coupled, cg.scalars, cg.state, *until)
 
 
