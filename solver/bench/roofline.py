@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import warp as wp
 from ceilings import ceilings, seconds
 from costs import Cost, advance, contact_blocks, coupled_unknowns, pair_search, product, random_vectors
@@ -99,7 +100,9 @@ def product_together(sim: Simulation) -> Kernel:
     threads = whole_blocks(shares + sim.all_count - rows + len(matrix.ids))
     cg = sim.cg
     # as an iteration finds it: of number 0, more to do, and what is summed there at first
-    cg.both.fill_(1.0)
+    both = np.zeros((2 * sim.all_count, 4), np.float32)
+    both[::2, :3] = random_vectors(sim.all_count, device).numpy()
+    cg.both.assign(both)
     pcg_together.spread_out(matrix, cg.spread)
     cg.state.zero_()
     cg.scalars.fill_(1.0)

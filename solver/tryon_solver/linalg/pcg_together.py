@@ -100,8 +100,9 @@ def spread_block(spread: wp.array(dtype=wp.float32), i: int, k: int, width: int)
 @wp.kernel
 def spread_kernel(blocks: wp.array2d(dtype=wp.mat33), spread_out: wp.array(dtype=wp.float32)):
     """Number by number: of each row the first number of all blocks but the diagonal's, then the second, ..."""
-    i, k = wp.tid()
     width = blocks.shape[1] - 1
+    i = wp.tid() // width
+    k = wp.tid() % width
     block = blocks[i, k + 1]
     for n in range(3):
         for m in range(3):
@@ -312,7 +313,7 @@ def advance_kernel(
 def spread_out(matrix: PairedMatrix, spread: wp.array) -> None:
     """Spread the blocks of the matrix out into `spread`."""
     rows, width = matrix.blocks.shape
-    wp.launch(spread_kernel, (rows, width - 1), [matrix.blocks], [spread], device=spread.device)
+    wp.launch(spread_kernel, rows * (width - 1), [matrix.blocks], [spread], device=spread.device)
 
 
 def pulled_of(count: int, rows: int) -> int:
