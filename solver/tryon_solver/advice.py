@@ -74,8 +74,10 @@ def unmet(accuracy: float | None, error: float, late: float) -> str:
 
 def overstretched(fabric: Fabric, stretch: np.ndarray) -> bool:
     """Are more than a few triangles, of `stretch` (F,), longer than the fabric allows, or is one of them far longer?"""
-    limit = fabric.strain_limit
-    return bool(stretch.max() > STRETCH_ANY * limit or (stretch > STRETCH_MOST * limit).mean() > OVERSTRETCHED)
+    limit, most = fabric.strain_limit, float(stretch.max())
+    if most <= STRETCH_MOST * limit:
+        return False  # as in nearly all frames
+    return bool(most > STRETCH_ANY * limit or (stretch > STRETCH_MOST * limit).mean() > OVERSTRETCHED)
 
 
 def nearest_limit(fabrics: list[Fabric], stretch: np.ndarray) -> tuple[Fabric, np.ndarray]:

@@ -214,10 +214,11 @@ class Simulation:
         self.spectral_bound = 2.2
 
     def take_shape(self) -> None:
-        """Make what is made of the garment's rest shape: `mass` (N,) kg and `area` (N,) m^2 of the fabric around each
-        vertex, and what the plan's contributions have of it."""
+        """Make what is made of the garment's rest shape: `mass` (N,) kg, `total_mass` kg, and `area` (N,) m^2 of the
+        fabric around each vertex, and what the plan's contributions have of it."""
         self.rest.take(self.scene.garment.uv_corners)
         self.mass, self.area = self.rest.mass.numpy().copy(), self.rest.lumped.numpy().copy()
+        self.total_mass = float(self.mass.sum())
         for contribution in self.plan.contributions:
             if contribution.reshape is not None:
                 contribution.reshape()

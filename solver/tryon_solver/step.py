@@ -83,9 +83,7 @@ def step(sim: Simulation) -> None:
         scheme.run(sim, solve_proxy)  # their quadratic proxy, and the scheme's cycles: the trial
         sim.timed(correct_penetration)  # Newton-PCG on the full potential, every iterate proven free of contact
         sim.timed(verify_commit)  # float64 on what is near; else the pass is void and x goes back
-    sim.timed(remember_contacts)  # how far each has given
-    sim.timed(estimate_error)  # how far from balance it ended
-    sim.timed(update_velocity)
+    recorded(sim, conclude)  # what the next step is to know, and the report
 
 
 def solve_freely(sim: Simulation) -> None:
@@ -93,6 +91,13 @@ def solve_freely(sim: Simulation) -> None:
     sim.timed(predict_positions)  # x_hat = x + dt v + dt^2 M^-1 f_ext
     sim.timed(coast)  # cloth that touches itself alone goes as one
     sim.timed(solve_without_contact)  # one global step at x_hat
+
+
+def conclude(sim: Simulation) -> None:
+    """What has come of the step, at the state in which it ended."""
+    sim.timed(remember_contacts)  # how far each has given
+    sim.timed(estimate_error)  # how far from balance it ended
+    sim.timed(update_velocity)
 
 
 def solve_proxy(sim: Simulation) -> None:

@@ -31,6 +31,7 @@ wp.set_module_options({"enable_backward": False})
 
 SHARPNESS = 0.01  # m, r above: skin closer than this dominates skin further away
 GRID = 64
+SMALL_BLOCK = 64  # threads, of which each goes through hundreds of vertices: so that a GPU has blocks for all it has
 
 mat34 = wp.types.matrix(shape=(3, 4), dtype=wp.float32)  # the upper rows of A - 1: takes (x, 1) to A x - x
 
@@ -38,9 +39,9 @@ mat34 = wp.types.matrix(shape=(3, 4), dtype=wp.float32)  # the upper rows of A -
 @dataclass
 class Carry:
     """The field of a step: `places` (A,) vec3 m of cloth and surface, in whose distances it is weighted; `grid` over
-    the surface's, `surface` (B,), part of them; `root` (1,) mat44, the motion of everybody; `motions` (J,) and `blends`
-    (B,) mat34, of the joints and of the skin; `near` (B,) int32: skin in reach of the cloth, marked as the field is
-    evaluated; `uploads` write `root` and `motions`."""
+    the surface's, `surface` (B,), part of them; `motions` (J + 1,) and `blends` (B,) mat34, of the joints and of the
+    skin, and the last of the first, `root` (1,), the motion of everybody; `near` (B,) int32: skin in reach of the
+    cloth, marked as the field is evaluated; `upload` writes `motions`."""
 
     places: wp.array
     surface: wp.array
@@ -51,37 +52,34 @@ class Carry:
     grid: wp.HashGrid
     skin_joints: wp.array
     skin_weights: wp.array
-    uploads: tuple[Upload, Upload]
+    upload: Upload
 
     @staticmethod
     def build(cloth_count: int, skin_joints: np.ndarray, skin_weights: np.ndarray, joints: int, device: str) -> Carry:
         """`skin_joints` (B, K) int32 and `skin_weights` (B, K) float32 as in BodyModel."""
         body_count = len(skin_joints)
         places = wp.zeros(cloth_count + body_count, dtype=wp.vec3, device=device)
-        root = wp.zeros(1, dtype=wp.mat44, device=device)
-        motions = wp.zeros(joints, dtype=mat34, device=device)
+        motions = wp.zeros(joints + 1, dtype=mat34, device=device)
         grid = wp.HashGrid(GRID, GRID, GRID, device=device)
         grid.reserve(body_count)  # a graph allocates nothing
         return Carry(
             places,
             places[cloth_count:],
-            root,
+            motions[joints:],
             motions,
             wp.zeros(body_count, dtype=mat34, device=device),
             wp.zeros(body_count, dtype=wp.int32, device=device),
             grid,
             wp.array(skin_joints, dtype=wp.int32, device=device),
             wp.array(skin_weights, dtype=wp.float32, device=device),
-            (Upload(root), Upload(motions)),
+            Upload(motions),
         )
 
-    def take_root(self, motion: np.ndarray) -> None:
-        """As of the launches that follow, `root` is this motion (4, 4)."""
-        self.uploads[0].write(motion[None].astype(np.float32))
-
-    def take_motions(self, motions: np.ndarray) -> None:
-        """As of the launches that follow, the field is that of the joints' `motions` A (J, 4, 4)."""
-        self.uploads[1].write((motions - np.eye(4))[:, :3].astype(np.float32))
+    def take_motions(self, motions: np.ndarray, root: np.ndarray | None = None) -> None:
+        """As of the launches that follow, the field is that of the joints' `motions` A (J, 4, 4), and everybody's
+        motion is `root` (4, 4), or none."""
+        every = np.concatenate([motions, (np.eye(4) if root is None else root)[None]])
+        self.upload.write((every - np.eye(4))[:, :3].astype(np.float32))
 
 
 @wp.kernel
@@ -142,10 +140,11 @@ def field_kernel(
 
 
 @wp.kernel
-def rigid_kernel(motion: wp.array(dtype=wp.mat44), x: wp.array(dtype=wp.vec3)):
+def rigid_kernel(motion: wp.array(dtype=mat34), x: wp.array(dtype=wp.vec3)):
     """Moves everything by one rigid motion."""
     i = wp.tid()
-    x[i] = wp.transform_point(motion[0], x[i])
+    here = x[i]
+    x[i] = here + motion[0] * wp.vec4(here[0], here[1], here[2], 1.0)
 
 
 @wp.kernel
@@ -201,4 +200,5 @@ def find_field(carry: Carry, x: wp.array, full: float, none: float, displacement
         [carry.grid.id, carry.places, carry.surface, carry.blends, carry.motions, full, none, SHARPNESS, x],
         [carry.near, displacement_out],
         device=x.device,
+        block_dim=SMALL_BLOCK,
     )

@@ -12,13 +12,13 @@ from tryon_solver.linalg.blocks import BLOCK
 
 wp.set_module_options({"enable_backward": False})
 
-LANES = 8  # threads to a row on a GPU; a power of two, at most the 32 that run in step
+LANES = 4  # threads to a row on a GPU; a power of two, at most the 32 that run in step
 
 
 @wp.func_native("""
 #if defined(__CUDA_ARCH__)
-    for (int apart = 4; apart > 0; apart >>= 1)
-        value += __shfl_xor_sync(0xffffffffu, value, apart, 8);
+    for (int apart = 2; apart > 0; apart >>= 1)
+        value += __shfl_xor_sync(0xffffffffu, value, apart, 4);
 #endif
     return value;
 """)

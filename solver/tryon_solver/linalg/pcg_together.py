@@ -81,6 +81,14 @@ def put_three(vectors: wp.array(dtype=wp.vec4), i: int, value: wp.vec3) -> None:
 
 
 @wp.func
+def neighbour(columns: wp.array2d(dtype=wp.int32), i: int, k: int) -> int:
+    """The k-th of row i; beyond the row's end the row's own."""
+    if k < columns.shape[1]:
+        return columns[i, k]
+    return i
+
+
+@wp.func
 def spread_block(spread: wp.array(dtype=wp.float32), i: int, k: int, width: int) -> wp.mat33:
     """Block k of row i, of `width` beside the one on the diagonal."""
     at = 9 * i * width + k
@@ -211,6 +219,7 @@ def multiply_kernel(
         b = squared / whole_sum(scalars, SQUARED, (slot + 3) % RING)
     rows = m.columns.shape[0]
     width = m.columns.shape[1] - 1
+    far_width = m.far_columns.shape[1]
     others = both.shape[0] // 2 - rows
     part = float(0.0)
     for e in range(thread, shares + others + pair_count(m), threads):
@@ -222,18 +231,24 @@ def multiply_kernel(
             if i < rows:
                 here = three_of(both, 2 * i) + b * three_of(both, 2 * i + 1)
                 # by differences, as in paired_matrix.py
-                for k in range(lane, width, lanes):
-                    j = m.columns[i, k + 1]
-                    if j == i:
-                        break  # the rest of the row is padding
-                    other = three_of(both, 2 * j) + b * three_of(both, 2 * j + 1)
-                    row += spread_block(spread, i, k, width) * (other - here)
-                for k in range(lane, m.far_columns.shape[1], lanes):
-                    j = m.far_columns[i, k]
-                    if j == i:
-                        break
-                    other = three_of(both, 2 * j) + b * three_of(both, 2 * j + 1)
-                    row += m.weights[i, k] * (other - here)
+                for k in range(lane, wp.max(width, far_width), 2 * lanes):
+                    # all that is read before any of it is needed; what fills a row up is its own vertex, which adds 0
+                    at0 = neighbour(m.columns, i, k + 1)
+                    at1 = neighbour(m.columns, i, k + lanes + 1)
+                    far0 = neighbour(m.far_columns, i, k)
+                    far1 = neighbour(m.far_columns, i, k + lanes)
+                    to0 = three_of(both, 2 * at0) + b * three_of(both, 2 * at0 + 1) - here
+                    to1 = three_of(both, 2 * at1) + b * three_of(both, 2 * at1 + 1) - here
+                    to_far0 = three_of(both, 2 * far0) + b * three_of(both, 2 * far0 + 1) - here
+                    to_far1 = three_of(both, 2 * far1) + b * three_of(both, 2 * far1 + 1) - here
+                    if at0 != i:
+                        row += spread_block(spread, i, k, width) * to0
+                    if at1 != i:
+                        row += spread_block(spread, i, k + lanes, width) * to1
+                    if far0 != i:
+                        row += m.weights[i, k] * to_far0
+                    if far1 != i:
+                        row += m.weights[i, k + lanes] * to_far1
             row = wp.vec3(sum_of_lanes(row[0]), sum_of_lanes(row[1]), sum_of_lanes(row[2]))
             if lane == 0 and i < rows:
                 row += m.diagonal[i] * here

@@ -373,7 +373,7 @@ def ended_astray(sim: Simulation, outcome: Outcome) -> bool:
 
 def led_astray(sim: Simulation, began: float, now: float) -> bool:
     """Is an imbalance [J] larger than where the first iteration began by far, and by more than is harmless?"""
-    harmless = 0.5 * float(sim.mass.sum()) * HARMLESS**2
+    harmless = 0.5 * sim.total_mass * HARMLESS**2
     return now > max(LED_ASTRAY * began, harmless)
 
 

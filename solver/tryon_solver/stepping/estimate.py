@@ -22,7 +22,6 @@ from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.vectors import dot, subtract
 from tryon_solver.stepping.correct import linearise_at
 from tryon_solver.stepping.newton import solve_newton_system
-from tryon_solver.stepping.record import as_one
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -52,11 +51,6 @@ def take_larger_kernel(
 def estimate_error(sim: Simulation) -> None:
     """Into `error` (1,) [m], where it is larger: the cloth's RMS distance from the balance of the step that ended in x,
     whose pairs are collected."""
-    as_one(sim, "estimate_error", lambda: towards_balance(sim))
-
-
-def towards_balance(sim: Simulation) -> None:
-    """For the device: the beginning of Newton's direction at x, its length, and that of the step's way."""
     work, cloth, squared, way_squared = sim.work, sim.cloth_count, sim.work.scalars[0], sim.work.scalars[1]
     linearise_at(sim)
     solve_newton_system(sim, ITERATIONS)

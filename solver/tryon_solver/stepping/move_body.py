@@ -39,9 +39,8 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
         start, stance = body.pose, interval.end
         before, end = body.transforms(), moving.transforms(stance)
         motion = end[0] @ np.linalg.inv(before[0])
-        body.carry.take_root(motion)
         before = motion @ before
-        take_motion(sim, before, end, stance)
+        take_motion(sim, before, end, stance, motion)
         sight = None
         if goes_on(sim, before, end):
             sight, travel = look_ahead(sim, 1.0, lambda: set_out(sim))
@@ -95,13 +94,15 @@ def farthest(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.linalg.norm(a.astype(np.float64) - b, axis=1).max())
 
 
-def take_motion(sim: Simulation, before: np.ndarray, after: np.ndarray, stance: object) -> None:
+def take_motion(
+    sim: Simulation, before: np.ndarray, after: np.ndarray, stance: object, root: np.ndarray | None = None
+) -> None:
     """Let the body's motion be, as of the launches that follow, that from `before` to `after` (J, 4, 4), world from
-    rest, with the same root; `stance` is the body's after it."""
+    rest, with the same root; `stance` is the body's after it, `root` (4, 4) what everybody goes along with first."""
     body = sim.body
     assert body is not None
     body.moving.take(after, stance)
-    body.carry.take_motions(after @ np.linalg.inv(before))
+    body.carry.take_motions(after @ np.linalg.inv(before), root)
 
 
 def depart(sim: Simulation) -> None:

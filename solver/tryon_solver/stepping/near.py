@@ -116,7 +116,7 @@ def measure_nearness(sim: Simulation, by_preset: bool) -> None:
         dot(way, way, way_squared)
         slope = work.scalars[2]
         dot(work.gradient, work.direction, slope)
-        enough = [nearness, SCALE, OF_WAY, n, state.dt, squared, way_squared, slope, float(sim.mass.sum())]
+        enough = [nearness, SCALE, OF_WAY, n, state.dt, squared, way_squared, slope, sim.total_mass]
         launch(compare_kernel, 1, enough, [told, sim.progress.lengths], device=sim.device)
 
 

@@ -98,6 +98,6 @@ def retreat_if_overshot(sim: Simulation, measure: Callable[[], None], come_back:
     measure()
     dot(work.gradient, work.total, there)
     judged = [progress.state, progress.lengths, share, progress.overshot]
-    told = [sim.pairs.counters, sim.pairs.capacity, 0.5 * float(sim.mass.sum()) * CALM**2, there]
+    told = [sim.pairs.counters, sim.pairs.capacity, 0.5 * sim.total_mass * CALM**2, there]
     launch(judge_kernel, 1, told, judged, device=sim.device)
     wp.capture_if(progress.overshot, retreat)

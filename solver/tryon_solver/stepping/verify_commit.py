@@ -45,6 +45,8 @@ def is_sound(sim: Simulation) -> bool:
     hits, counters = read(sim.work.hits, sim.pairs.counters)
     if sim.touching and sim.pairs.know_size(counters) > sim.pairs.capacity:
         pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x)  # once more: there is room for all now
+        for term in sim.stages.contact:
+            term.make_room(sim.pairs)
     return int(hits[0]) == 0
 
 

@@ -31,6 +31,8 @@ STAGES = {
     "estimate_error": "ms_estimate",
 }
 """Verbs whose time [ms] is told, and as what."""
+AS_ONE = {"estimate_error": "conclude"}
+"""Verbs that a GPU has no time of their own of, and what they are part of there."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +103,9 @@ class Ours:
             "void": report.retries > 0,
             "pairs": report.pairs,
         }
-        shares = {name: round(report.times_ms.get(verb, 0.0), 3) for verb, name in STAGES.items()}
+        times = report.times_ms
+        whole = {verb: AS_ONE.get(verb, verb) for verb in STAGES}
+        shares = {STAGES[verb]: round(times.get(one, times.get(verb, 0.0)), 3) for verb, one in whole.items()}
         return Ended(x, ms, {**told, **shares})
 
     def _stop_at_trial(self) -> None:

@@ -19,7 +19,7 @@ from tryon_solver.simulation import build
 # motion, the pairs to begin with where they are counted, the correction's end, the check of the commit, and the report.
 WAITS = {"cpu": 7, "cuda:0": 6}
 WAITS_MOVING = 4  # on a GPU: all of the motion at once, the correction's end, the check, and the report
-SETTLED = 8  # frames, after which nobody searches further and no list grows
+SETTLED = 16  # frames, after which nobody searches further and no list grows
 
 
 @pytest.fixture(params=["cpu", pytest.param("cuda:0", marks=pytest.mark.gpu)])
