@@ -41,7 +41,8 @@ def move_body(sim: Simulation, interval: PoseInterval) -> None:
         root = wp.mat44(*motion.ravel())
         launch(carrying.rigid_kernel, sim.all_count, [root], [state.x], device=sim.device)
         launch(carrying.rigid_kernel, sim.body_count, [root], [body.skin_now], device=sim.device)
-        launch(carrying.rigid_kernel, sim.all_count, [root], [sim.region.anchor], device=sim.device)
+        if sim.touching:
+            launch(carrying.rigid_kernel, sim.all_count, [root], [sim.region.anchor], device=sim.device)
         before = motion @ before
         carrying.set_places(body.carry, state.x, settings.carry_none)
         set_displacement(sim, before, end, stance)
