@@ -21,6 +21,8 @@ FOR_STEPS = (
 class Deferred:
     """A module that is imported when it is first asked for something. Use what it has as the module's own."""
 
+    __slots__ = ("_name",)  # so that it has nothing but what the module has
+
     def __init__(self, name: str) -> None:
         object.__setattr__(self, "_name", name)
 
