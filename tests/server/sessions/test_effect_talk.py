@@ -112,6 +112,14 @@ def test_what_is_asked_before_the_garment_is_worn_is_kept_until_it_is():
     assert len(early.ordered(ChangeEffect)) == 2, "each is ordered once"
 
 
+def test_what_an_earlier_session_kept_is_asked_for_in_the_one_that_continues_it():
+    early = undressed()
+    early._note(early.session.begin_with_changes([ChangeEffect(0, "wind", "armed", {"velocity": [0, 0, 3]})], 100.0))
+    assert kept(early) == [("wind", "armed", {"velocity": [0, 0, 3]}, False)]
+    early.simulation(told("absent"))
+    assert [(one.name, one.state) for one in early.ordered(ChangeEffect)] == [("wind", "armed")]
+
+
 def test_of_one_effect_the_newest_is_kept_with_the_parameters_that_stand():
     early = undressed()
     early.say(1, SetEffectMessage(name="wind", parameters={"velocity": [0, 0, 3]}, state="armed"))
