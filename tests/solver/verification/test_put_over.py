@@ -17,9 +17,10 @@ from tryon_solver.dressing.dress import dress
 from tryon_solver.dressing.fit import MOST_SQUEEZED, TightError
 from tryon_solver.dressing.outfit import Outfit, Worn, WornOutfit
 from tryon_solver.dressing.put_over import _Over, put_over
-from tryon_solver.dressing.take_in import ALL_BUT_ON, TakenIn
+from tryon_solver.dressing.take_in import ALL_BUT_ON, LET_OUT, TakenIn
 from tryon_solver.geometry.panel_mesh import mesh_pattern
 from tryon_solver.geometry.pattern import load_pattern
+from tryon_solver.geometry.placement import PlacementError
 from tryon_solver.geometry.size import in_size
 from tryon_solver.geometry.weld import weld
 from tryon_solver.materials.fabric import FABRICS
@@ -130,6 +131,25 @@ def test_a_skirt_goes_on_over_a_tshirt_which_is_tucked_in(fabric, freedom):
     assert x[inner.vertices][:, 1].min() < waist - 0.1, "the shirt reaches into it"
     uv = sim.scene.garment.uv_corners[outer.faces]
     assert np.array_equal(uv, weld(pieces("skirt", 0.05)).uv_corners), "it is worn in its own size"
+
+
+def test_what_meets_more_cloth_than_it_is_wide_is_sewn_in_no_size_of_its_own(monkeypatch):
+    """A skirt over a T-shirt that hangs wide; one that is as wide as that, and an overshirt, are sewn as they are."""
+    worn = dressed(("tshirt",), 0.05)
+    sewn = []
+
+    def note(_over, panels):
+        sewn.append(panels)
+        raise PlacementError("there is no place", "pieces", "Make some")
+
+    monkeypatch.setattr(_Over, "sewn", note)
+    for name, size, first in (("skirt", 1.0, LET_OUT[0]), ("skirt", 1.6, 1.0), ("overshirt", 1.0, 1.0)):
+        panels = in_size(pieces(name, 0.05), size)
+        sewn.clear()
+        with pytest.raises(PlacementError):
+            put_over(worn, name, panels, FABRICS[MADE_OF[name]])
+        assert np.ptp(sewn[0].uv, axis=0) == pytest.approx(first * np.ptp(panels.uv, axis=0))
+        assert np.array_equal(sewn[-1].uv, panels.uv), "where no larger one is sewn its own is tried"
 
 
 @pytest.mark.parametrize("bears", [1.02, 1.2])
