@@ -37,9 +37,15 @@ class Deferred:
 
 
 def import_for_steps() -> None:
-    """Import all that the steps of a scene with contact call."""
+    """Import all that the steps of a scene with contact call. What names these modules has them itself from here on:
+    each use of one that stands for them takes a microsecond, and a step has hundreds."""
     for name in FOR_STEPS:
         import_module(f"{__name__}.{name}")
+    package = __name__.partition(".")[0]
+    for caller in [module for name, module in sys.modules.items() if name.startswith(f"{package}.")]:
+        for name, value in list(vars(caller).items()):
+            if type(value) is Deferred:
+                setattr(caller, name, value._module())
 
 
 if not TYPE_CHECKING:  # the import of a submodule puts it in the place of what stands for it here
