@@ -3,7 +3,7 @@
 from .control import decode_client, decode_server, encode, error_message, is_frame, negotiate, request_of
 from .conventions import CONVENTIONS, Convention
 from .decoder import DecodedFrame, FrameDecoder
-from .effect_messages import AUTO, EffectState
+from .effect_messages import AUTO, EffectState, KeptEffect
 from .encoder import KEYFRAME_INTERVAL, FrameEncoder
 from .errors import ProtocolError
 from .frames import Codec, EncodedFrame, FrameHeader, read_header
@@ -97,6 +97,7 @@ __all__ = [
     "GarmentTopology",
     "GoodbyeMessage",
     "HelloMessage",
+    "KeptEffect",
     "KeyframeRequestMessage",
     "MeasureEffectsMessage",
     "OutfitMessage",

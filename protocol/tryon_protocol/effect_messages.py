@@ -18,7 +18,8 @@ class SetEffectMessage(Message, tag="set_effect", frozen=True, kw_only=True):
 
     Answered by `effects`, or by `error` and nothing has changed. An effect that acts already and is only changed in
     what may be written to a running scene does so from the next frame on; otherwise it is made ready beside the
-    simulation and taken up between two frames.
+    simulation and taken up between two frames. Asked for before the garment is worn it is `kept` until then, which
+    `effects` says at once; what that garment can't have is refused then.
     """
 
     name: Annotated[Name, Meta(description='a name of `effects`, or "auto": arm what garment and motion may call for')]
@@ -65,11 +66,33 @@ class EffectState(Struct, frozen=True, kw_only=True):
     stages: Annotated[dict[str, float], Meta(description="ms of a call of each stage, as measured last")] = {}
 
 
-class EffectsMessage(Message, tag="effects", frozen=True, kw_only=True):
-    """The effects of the session's scene. Sent on joining once the garment is dressed, and on every change."""
+class KeptEffect(Struct, frozen=True, kw_only=True):
+    """An effect that was asked for before the garment was worn, and has not come to be as asked yet."""
 
-    effects: Annotated[tuple[EffectState, ...], Meta(description="all that there are, those that are absent, too")]
+    name: Annotated[str, Meta(description="its name, as it was asked for")]
+    state: Annotated[
+        Literal["absent", "armed", "active"], Meta(description="what it is to be once the garment is worn")
+    ]
+    parameters: Annotated[
+        dict[str, Any] | None, Meta(description="that it was asked for with; null: as they will stand")
+    ] = None
+    refused: Annotated[
+        str, Meta(description='for people: why the worn garment can\'t have it, and what to do about it; "": it waits')
+    ] = ""
+
+
+class EffectsMessage(Message, tag="effects", frozen=True, kw_only=True):
+    """The effects of the session's scene. Sent on joining once the garment is dressed, and on every change; before,
+    with what is `kept` alone, once something is."""
+
+    effects: Annotated[
+        tuple[EffectState, ...],
+        Meta(description="all that there are, those that are absent, too; none while the garment is put on first"),
+    ]
     auto: Annotated[bool, Meta(description="what garment and motion may call for is armed by itself")] = False
+    kept: Annotated[
+        tuple[KeptEffect, ...], Meta(description="asked for before the garment was worn, in their order")
+    ] = ()
     plan: Annotated[
         str, Meta(description="for people: the stages of a step and who takes part in each, with ms where measured")
     ] = ""

@@ -42,7 +42,7 @@ def typescript() -> str:
         *(messages.ArrayData, messages.GarmentTopology, messages.ClothTopology, messages.BodyTopology),
         *(messages.DesignEdge, messages.DesignPanel, messages.DesignSeam, messages.DesignPatch),
         messages.ChangeStatus,
-        *(messages.DesignEdit, effect_messages.EffectState, outfit_messages.WornGarment),
+        *(messages.DesignEdit, effect_messages.EffectState, effect_messages.KeptEffect, outfit_messages.WornGarment),
     ]
     structs: list[inspect.StructType] = []
     for struct in inspect.multi_type_info([*nested, *client, *server]):

@@ -168,6 +168,7 @@ def messages() -> dict[str, tuple[bytes, Any]]:
         m.EffectsMessage(
             effects=_effects(),
             auto=True,
+            kept=(effects.KeptEffect(name="böig", state="active", parameters={}, refused="There is none. Leave it."),),
             plan="add_acceleration: gravity",
         ),
         m.OutfitMessage(

@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import warp as wp
 
-from tryon_solver.contact.candidates import ContactSizes
+from tryon_solver.contact import candidates
 from tryon_solver.geometry.altitudes import refuse_flat_triangles
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.outfit import garments_of
 from tryon_solver.scene import Scene
 from tryon_solver.settings import Settings
 
+if TYPE_CHECKING:
+    from tryon_solver.contact.candidates import ContactSizes
+
 
 def contact_sizes(scene: Scene, settings: Settings, body_count: int, device: str) -> ContactSizes:
     """The offsets of a garment's cloth from itself and from the body, and those of an outfit's surfaces from each
     other: xi = (thickness + thickness) / 2 of cloth and cloth."""
-    thickest = max(fabric.thickness for fabric in scene.fabric_of_garments())
-    sizes = ContactSizes()
-    sizes.xi_self = thickest
-    sizes.xi_body = settings.body_offset + 0.5 * thickest
+    sizes = candidates.ContactSizes()
+    sizes.xi_body, sizes.xi_self = largest_offsets(scene, settings)
     sizes.d_hat = settings.d_hat
     layers = scene.garment.layers
     if layers:
@@ -30,6 +33,12 @@ def contact_sizes(scene: Scene, settings: Settings, body_count: int, device: str
         sizes.half = wp.array(half, dtype=wp.float32, device=device)
         sizes.garment = wp.array(owner, dtype=wp.int32, device=device)
     return sizes
+
+
+def largest_offsets(scene: Scene, settings: Settings) -> tuple[float, float]:
+    """(body, cloth) m: the largest offset of any surface of the scene from the body and from cloth."""
+    thickest = max(fabric.thickness for fabric in scene.fabric_of_garments())
+    return settings.body_offset + 0.5 * thickest, thickest
 
 
 def least_offsets(scene: Scene, settings: Settings) -> tuple[float, float]:

@@ -186,5 +186,5 @@ class Stages:
             add_hessian=plan.stage("add_hessian"),
             add_diagonal=plan.stage("add_diagonal"),
             dyads=tuple(c.dyad for c in plan.contributions if c.dyad is not None),
-            contact=tuple(c.contact for c in plan.contributions if c.contact is not None),
+            contact=tuple(c.contact for c in plan.contributions if c.contact is not None and plan.touches),
         )

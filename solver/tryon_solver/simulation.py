@@ -7,7 +7,7 @@ import time as clock
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import scipy.sparse as sp
@@ -15,13 +15,8 @@ import warp as wp
 
 from tryon_solver.body.carry import Carry
 from tryon_solver.body.on_device import MovingBody
-from tryon_solver.contact.candidates import Candidates, Region
-from tryon_solver.contact.deflect import DeflectionScratch
-from tryon_solver.contact.pairs import ContactModel, ContactPairs, ContactParameters
-from tryon_solver.contact.surfaces import Surface, ownership
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.effects.registry import bind
-from tryon_solver.geometry.morton import order_along_curve
 from tryon_solver.kernels import compile_kernels
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.constant_matrices import ConstantMatrices
@@ -34,15 +29,17 @@ from tryon_solver.materials.device import RestShape
 from tryon_solver.materials.stretch import StretchMeter
 from tryon_solver.materials.terms import bind_bending, bind_membrane
 from tryon_solver.materials.triangle_hessian import TriangleHessian
-from tryon_solver.offsets import contact_sizes, refuse_what_bears_no_contact
+from tryon_solver.offsets import refuse_what_bears_no_contact
 from tryon_solver.plan import Stages, StepPlan
 from tryon_solver.results import Counters, StepReport
 from tryon_solver.scene import Scene
 from tryon_solver.settings import Settings
 from tryon_solver.state import State, Workspace, positions
 from tryon_solver.step import advance
+from tryon_solver.stepping.arm_contact import arm_contact
 from tryon_solver.stepping.coast import Coasting
 from tryon_solver.stepping.hold import Holding
+from tryon_solver.stepping.nothing_near import NoCandidates, NoPairs
 from tryon_solver.stepping.pace import Hurried, Pace, Unhurried
 from tryon_solver.stepping.progress import TRUSTED, TRUSTED_AGAIN, Budget, Progress
 from tryon_solver.stepping.report import make_report, smallest_gap
@@ -54,6 +51,11 @@ from tryon_solver.subspace.search import ReducedSearch
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
+
+    from tryon_solver.contact.candidates import Candidates, Region
+    from tryon_solver.contact.deflect import DeflectionScratch
+    from tryon_solver.contact.pairs import ContactPairs, ContactParameters
+    from tryon_solver.contact.surfaces import Surface
 
 FACTOR_DIGITS = 9  # of a step [s]: times of frames are off in their last bits, and no bit of the factor shall be
 SAME_STEP = 1e-12  # s by which two steps of one length differ; their matrices are the same
@@ -93,6 +95,16 @@ class PosedBody:
 
 class Simulation:
     """A scene on a device. Made by `build`; drive it with `advance`."""
+
+    touching: tuple[Surface, ...] = ()  # what the cloth may touch; with it (stepping/arm_contact.py):
+    cloth: Surface
+    contact: ContactParameters
+    group: wp.array  # (A,) int32: who has the same number never touches
+    region: Region
+    boxes: wp.array
+    deflection: DeflectionScratch
+    candidates: Candidates  # or what stands for them where it touches nothing, as of the pairs
+    pairs: ContactPairs
 
     def __init__(self, scene: Scene, settings: Settings, device: str) -> None:
         """The first part of building it; `parts` are the others."""
@@ -176,7 +188,6 @@ class Simulation:
         self.searches = 0
         self.comes_along = False  # in the next `advance`
         self.substeps = 1  # of the body in the last step
-        self.deflection = DeflectionScratch.allocate(self.all_count, device)
         self.largest_out = wp.zeros(1, dtype=wp.float32, device=device)
         self.cycles = wp.zeros(3, dtype=wp.int32, device=device)  # as in stepping/repeat.py
         self.most_cycles = wp.zeros(1, dtype=wp.int32, device=device)
@@ -229,37 +240,11 @@ class Simulation:
         return self.matrices.total.matrix()
 
     def _prepare_contact(self) -> None:
-        scene, settings, device = self.scene, self.settings, self.device
-        garment = scene.garment
-        sizes = contact_sizes(scene, settings, self.body_count, device)
-        touches = self.plan.touches
-        refuse_what_bears_no_contact(scene, garment, touches)
-        owned = garment.connectivity.owned
-        self.cloth = Surface.build(garment.faces, owned, sizes.xi_self + settings.d_hat, device)
-        if wp.get_device(device).is_cuda:
-            self.cloth.order.assign(order_along_curve(scene.x_start[garment.faces].mean(axis=1)))
-        surfaces = {"cloth": self.cloth}
-        body_edge = 0.0
-        if scene.body is not None:
-            faces, owned = scene.body.faces + self.cloth_count, ownership(scene.body.faces)
-            surfaces["body"] = Surface.build(faces, owned, sizes.xi_body + settings.d_hat, device)
-            v, f = scene.body.rest_vertices, scene.body.faces
-            body_edge = float(np.linalg.norm(v[f] - v[f[:, [1, 2, 0]]], axis=2).mean())
-        self.touching = tuple(surfaces[name] for name in touches)
-        edge = self.mean_edge
-        model = ContactModel()
-        model.pressure_stiffness = settings.pressure_stiffness
-        model.eps_body = 1e-3 * edge**2 * body_edge**2
-        model.eps_self = 1e-3 * edge**4
-        self.contact = ContactParameters(self.cloth_count, sizes, model, self.rest.spread, self.rest.reach)
-        own = np.arange(self.all_count, dtype=np.int32)
-        if garment.group is not None:
-            own[: self.cloth_count] = garment.group
-        self.group: wp.array = wp.array(own, dtype=wp.int32, device=device)
-        self.region = Region.allocate(self.all_count, device)
-        self.boxes = wp.zeros(4, dtype=wp.vec3, device=device)  # m, as in stepping/search.py: box_kernel
-        self.candidates = Candidates.allocate(1 << 14 if touches else 1, device)
-        self.pairs = ContactPairs.allocate(1 << 12 if touches else 1, device)
+        refuse_what_bears_no_contact(self.scene, self.scene.garment, self.plan.touches)
+        if self.plan.touches:
+            arm_contact(self)
+        else:  # the steps take them for what they stand for
+            self.candidates, self.pairs = cast("Candidates", NoCandidates()), cast("ContactPairs", NoPairs(self.device))
 
     def use_time_step(self, dt: float) -> None:
         """Set the matrices that depend on dt [s]: the exact diagonal always, the reduced factor per half octave."""

@@ -102,6 +102,18 @@ def values_of(name: str, parameters: Parameters, cut: Cut) -> dict[str, np.ndarr
     return maker(parameters, cut)
 
 
+def covers(name: str, one: Parameters, other: Parameters, cut: Cut) -> bool:
+    """Does the entry `one` of the effect's list act on all of the mesh that the `other` one does, and in the same way
+    but for values? False where the pattern of that cut has not what they name."""
+    if name not in ACTS_ON:
+        return False
+    try:
+        first, second = (ACTS_ON[name](row, cut) for row in (one, other))
+    except EffectError:
+        return False
+    return second <= first
+
+
 def has_values(name: str) -> bool:
     """Is there anything that `values_of` tells of the effect?"""
     return name in VALUES or (name not in MAKERS and BY_NAME[name].changes_live)
@@ -349,6 +361,17 @@ MAKERS: Mapping[str, Callable[[Parameters, Cut], Effect]] = {
     "fasteners": _fasteners,
     "adhesion": _adhesion,
     "sleep": lambda p, _cut: Sleep(speed=p["speed"], fastest=2.5 * p["speed"], time=p["time"]),
+}
+def _along(row: Parameters, cut: Cut) -> frozenset[Hashable]:
+    """Each edge of the mesh along the entry's line, and how stiff it is there, if that is told."""
+    edges = np.sort(cut.mesh_edges(row["along"], "along"), axis=1).tolist()
+    return frozenset((low, high, row.get("stiffness")) for low, high in edges)
+
+
+ACTS_ON: Mapping[str, Callable[[Parameters, Cut], frozenset[Hashable]]] = {
+    "elastic": _along,
+    "creases": _along,
+    "fasteners": lambda row, cut: frozenset(map(frozenset, _fastened({"rows": [row]}, cut)[0].tolist())),
 }
 VALUES: Mapping[str, Callable[[Parameters, Cut], dict[str, np.ndarray]]] = {
     "gravity": lambda p, _cut: {"acceleration": np.array([p["acceleration"]], np.float32)},

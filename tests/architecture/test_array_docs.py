@@ -11,6 +11,7 @@ import tryon_solver
 ROOT = Path(tryon_solver.__file__).parent
 PUBLIC = (
     "scene.py",
+    "effect_spec.py",
     "effect_specs.py",
     "state.py",
     "results.py",

@@ -21,6 +21,7 @@ LAYERS = (
     ("materials", "subspace", "contact", "body"),
     ("files",),
     ("advice",),
+    ("effect_spec",),
     ("effect_specs",),
     ("scene",),
     ("offsets",),

@@ -44,6 +44,21 @@ test("what was asked stands until the session tells it, and not what was told be
   assert.deepEqual(made.effect("wind")?.parameters, { velocity: [0, 0, 5] });
 });
 
+test("what is asked before the garment is worn stands until it is", () => {
+  const { desk: made, sent } = desk();
+  made.ask("wind", "active");
+  assert.equal(made.awaited("wind"), "active");
+  assert.equal(sent.length, 1);
+  made.take({ ...told(), kept: [{ name: "wind", state: "armed" }] });
+  assert.equal(made.known, false);
+  assert.equal(made.awaited("wind"), "armed", "as it is kept");
+  assert.equal(made.effect("wind"), undefined);
+  made.take({ ...told(wind("absent")), kept: [{ name: "wind", state: "armed", refused: "It is calm." }] });
+  assert.equal(made.known, true);
+  assert.equal(made.kept("wind")?.refused, "It is calm.");
+  assert.equal(made.effect("wind")?.state, "absent");
+});
+
 test("what is refused is as the session told it before, and nobody else's refusal matters", () => {
   const { desk: made, sent } = desk();
   made.take(told(wind("active")));

@@ -233,3 +233,30 @@ def test_the_section_fits_the_page(page, width):
     over = """() => [...document.querySelectorAll("#effects-list [open] *")]
         .filter(part => part.scrollWidth > part.clientWidth + 1 && part.clientWidth > 0).map(part => part.className)"""
     assert page.evaluate(over) == []
+
+
+ASKS_AT_ONCE = """
+new MutationObserver(() => {
+  const item = document.querySelector("#effects:not([hidden]) [data-name=wind]");
+  if (!item) return;
+  if (!window.askedWhile) {
+    window.askedWhile = document.querySelector("#status").dataset.state;
+    document.querySelector("#effects").open = true;
+    item.querySelector("button[data-state=active]").click();
+  }
+  const said = item.querySelector(".said-state").textContent;
+  if (said && window.said?.at(-1) !== said) (window.said ??= []).push(said);
+}).observe(document, { subtree: true, childList: true, attributes: true, characterData: true });
+"""
+
+
+def test_what_is_asked_while_the_garment_is_put_on_acts_once_it_is_worn(chromium, studio):
+    """A script asks as soon as the section is there, which is before anything is worn."""
+    page = open_page(chromium, studio.url, scripts=[ASKS_AT_ONCE])
+    wait_for_state(page, "running")
+    wait_for_effect(page, "wind", "active")
+    assert page.evaluate("window.askedWhile") in ("preparing", "dressing")
+    assert page.evaluate("window.said[0]") == "on once it is worn"
+    assert page.locator("#notice:visible").count() == 0
+    assert page.faults == []
+    page.context.close()

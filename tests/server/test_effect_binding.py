@@ -158,6 +158,43 @@ def test_a_long_line_is_drawn_in_as_by_a_hand(bag):
     assert bag.effects.fade(asked()) == pytest.approx(seconds, rel=1e-3)
 
 
+SEAM = {"front": [{"panel": "front", "edge": 1}], "back": [{"panel": "back", "edge": 3}]}  # told from either side
+OPEN = {"first": [{"panel": "front", "edge": 0}], "second": [{"panel": "back", "edge": 0}], "buttons": 3}
+TWICE = {
+    "elastic": ("lines", [{"along": SEAM[side], "ratio": 0.6, "stiffness": 60.0} for side in SEAM], "ratio"),
+    "creases": ("lines", [{"along": SEAM[side], "angle": 40.0} for side in SEAM], "angles"),
+    "fasteners": ("rows", [OPEN, {**OPEN, "first": OPEN["second"], "second": OPEN["first"]}], "closed"),
+}
+
+
+@pytest.mark.parametrize("taken", [0, 1])
+@pytest.mark.parametrize("same_words", [True, False])
+@pytest.mark.parametrize("name", TWICE)
+def test_of_what_is_asked_for_twice_one_goes_and_nothing_changes(bag, name, same_words, taken):
+    """One line told from both sides of its seam, or in the same words."""
+    listed, rows, value = TWICE[name]
+    rows = [rows[0], rows[0]] if same_words else rows
+    bind(bag, asked(**{name: {listed: rows, "ramp": 0.2}}))
+    advance(bag, 12)
+    values = next(c for c in bag.simulation.plan.contributions if c.name == name).values
+    before = np.unique(values[value].numpy())
+    assert len(before) == 1
+    one = asked(**{name: {listed: [rows[1 - taken]], "ramp": 0.2}})
+    assert bag.effects.fade(one) == 0.0
+    bind(bag, one)
+    values = next(c for c in bag.simulation.plan.contributions if c.name == name).values
+    assert np.unique(values[value].numpy()) == before
+    advance(bag, 1)
+    assert np.unique(values[value].numpy()) == before
+
+
+def test_a_line_that_has_more_than_the_one_that_stays_goes_gently(bag):
+    long, short = ({"along": HEM[:count], "ratio": 0.6, "stiffness": 60.0} for count in (2, 1))
+    bind(bag, asked(elastic={"lines": [long, short], "ramp": 0.2}))
+    advance(bag, 20)
+    assert bag.effects.fade(asked(elastic={"lines": [short], "ramp": 0.2})) > 0.0
+
+
 def test_frames_go_on_from_where_they_were(bag):
     at = advance(bag, 2)
     bag.simulation.state.asleep = True  # what sleeps is woken

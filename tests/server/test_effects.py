@@ -33,6 +33,7 @@ def dressed(server, session):
     for _ in range(600):
         reply = server.http.get(path)
         if reply.status_code == 200:
+            assert reply.json()["effects"], "nothing was kept"
             return path
         refused(reply, 409, "effects.early")
         time.sleep(0.02)
@@ -51,6 +52,34 @@ def test_all_effects_and_their_parameters_are_listed(own_server):
     assert velocity["name"] == "velocity"
     assert (velocity["kind"], velocity["unit"], velocity["live"]) == ("vector", "m/s", True)
     assert words["self_contact"]["kept"]
+
+
+def test_what_is_asked_while_the_garment_is_put_on_is_kept_and_acts_once_it_is_worn(own_server):
+    http, session = own_server.http, own_server.open()
+    path = f"/api/sessions/{session}/effects"
+    south = {"velocity": [0, 0, 3]}
+    reply = http.put(f"{path}/wind", json={"parameters": south})
+    assert (reply.status_code, reply.json()["effects"]) == (202, []), reply.text
+    wind = {"name": "wind", "state": "active", "parameters": south, "refused": ""}
+    assert reply.json()["kept"] == [wind]
+    reply = http.put(f"{path}/pressure", json={"parameters": {"nonsense": 1}})
+    assert reply.status_code == 202, "only the worn garment can tell"
+    refused(http.put(f"{path}/snow", json={}), 422, "effect.refused")
+    refused(http.get(f"{path}?measure=true"), 409, "effect.unexpected_message")
+    assert [one["name"] for one in http.get(f"/api/sessions/{session}").json()["kept_effects"]] == ["wind", "pressure"]
+    assert http.get(path).json()["kept"][0] == wind
+    refused(http.get(f"{path}/wind"), 409, "effects.early")
+    for _ in range(1500):
+        told = http.get(path).json()
+        if told["effects"] and not any(one["refused"] == "" for one in told["kept"]):
+            break
+        time.sleep(0.02)
+    wind = next(effect for effect in told["effects"] if effect["name"] == "wind")
+    assert (wind["state"], wind["parameters"]["velocity"]) == ("active", [0, 0, 3])
+    (left,) = http.get(f"/api/sessions/{session}").json()["kept_effects"]
+    assert left["name"] == "pressure"
+    assert "nonsense" in left["refused"]
+    http.delete(f"/api/sessions/{session}")
 
 
 def test_an_effect_is_set_changed_measured_and_removed(own_server, worn):

@@ -2,7 +2,7 @@
 
 import hashlib
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import msgspec
 import pytest
@@ -15,11 +15,14 @@ from tryon_server.persistence import (
     GarmentRecord,
     KeptFiles,
     SessionRecord,
+    SqlEdits,
     SqlGarments,
     SqlSessions,
     open_database,
 )
 from tryon_server.problems import ProblemError
+from tryon_server.sessions.commands import HELD, ChangeEffect, ChangePattern
+from tryon_server.streaming.histories import WaitingChanges
 
 
 @dataclass
@@ -39,6 +42,19 @@ def garment(name: str, created: float = 1.0) -> GarmentRecord:
         id=name, name=name, digest="d" * 64, panel_count=2, seam_count=1, vertex_count=9, triangle_count=8, area=0.5,
         created=created,
     )  # fmt: skip
+
+
+def test_what_waits_in_a_session_comes_back_in_its_order_whatever_it_is(tmp_path):
+    waiting = WaitingChanges(SqlEdits(open_database(f"sqlite:///{tmp_path}/tryon.sqlite3")))
+    wind = ChangeEffect(2, "wind", "active", {"velocity": [0, 0, 3]})
+    for change in (ChangePattern("undo", 1), wind, ChangeEffect(3, "gravity", "absent")):
+        waiting.keep("session", change.ticket, change)
+    undo, *effects = waiting.of("session")
+    assert (undo.step, undo.ticket) == ("undo", HELD)
+    assert effects == [replace(wind, ticket=HELD), ChangeEffect(HELD, "gravity", "absent")]
+    waiting.keep("session", 2, None)
+    assert [type(change) for change in waiting.of("session")] == [ChangePattern, ChangeEffect]
+    assert waiting.of("another") == waiting.of(None) == []
 
 
 def test_garments_come_back_oldest_first_and_are_replaced_by_id(stores):

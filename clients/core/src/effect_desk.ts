@@ -2,6 +2,7 @@ import type {
   EffectsMessage,
   EffectState,
   ErrorMessage,
+  KeptEffect,
   MeasureEffectsMessage,
   RemoveEffectMessage,
   SetEffectMessage,
@@ -51,7 +52,12 @@ export class EffectDesk {
 
   /** Is there anything to show? */
   get known(): boolean {
-    return this.told !== undefined;
+    return (this.told?.effects.length ?? 0) > 0;
+  }
+
+  /** What was asked of an effect before the garment was worn, and is kept until then, or was refused then. */
+  kept(name: string): KeptEffect | undefined {
+    return this.told?.kept?.find((kept) => kept.name === name);
   }
 
   get auto(): boolean {
@@ -69,6 +75,11 @@ export class EffectDesk {
     if (!told || !owed) return told;
     const pending = told.pending === "" || told.pending === undefined ? "binding" : told.pending;
     return { ...told, parameters: { ...(owed.parameters ?? told.parameters) }, pending };
+  }
+
+  /** What an effect is to be once the garment is worn, where that was asked for before; undefined: nothing was. */
+  awaited(name: string): EffectState["state"] | undefined {
+    return this.owed.get(name)?.state ?? this.kept(name)?.state;
   }
 
   /** What was refused last of an effect, until it is asked for anew. */
@@ -104,6 +115,7 @@ export class EffectDesk {
       const owed = this.owed.get(effect.name);
       if (owed && settled(effect, owed)) this.owed.delete(effect.name);
     }
+    if (!this.known) for (const { name } of message.kept ?? []) this.owed.delete(name);
     this.show();
   }
 

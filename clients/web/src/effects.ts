@@ -41,6 +41,8 @@ export class EffectsPanel {
   private readonly auto = byId("effects-auto", HTMLInputElement);
   private readonly measure = byId("effects-measure", HTMLButtonElement);
   private readonly desk: EffectDesk;
+  /** is a garment being put on first, for which effects can be asked already? */
+  private dressing = false;
   private words: readonly EffectWord[] = [];
   private items: EffectItem[] = [];
   private garment = "";
@@ -78,6 +80,13 @@ export class EffectsPanel {
     this.desk.take(message);
   }
 
+  /** The session puts its garment on, or does no longer: what is asked for meanwhile is kept until that is worn. */
+  beingDressed(dressing: boolean): void {
+    if (dressing === this.dressing) return;
+    this.dressing = dressing;
+    this.show();
+  }
+
   /** This garment is looked at, by its name in the session, "" for all: lists show what is of it. */
   look(garment: string): void {
     this.garment = garment;
@@ -107,10 +116,14 @@ export class EffectsPanel {
   }
 
   private show(): void {
-    this.section.hidden = !this.desk.known || this.items.length === 0;
+    const { known } = this.desk;
+    this.section.hidden = !(known || this.dressing) || this.items.length === 0;
+    this.measure.disabled = !known;
     const states = this.items.map(({ state }) => state);
     const armed = states.filter((state) => state === "armed").length;
-    setText(byId("effects-short"), `${states.filter((state) => state === "active").length} act${armed ? `, ${armed} armed` : ""}`);
+    const kept = this.items.filter(({ name }) => this.desk.awaited(name) !== undefined).length;
+    const acting = `${states.filter((state) => state === "active").length} act${armed ? `, ${armed} armed` : ""}`;
+    setText(byId("effects-short"), known ? acting : kept ? `${kept} kept until it is worn` : "");
     if (!this.section.open) return;
     this.auto.checked = this.desk.auto;
     for (const item of this.items) item.show();
@@ -168,7 +181,10 @@ class EffectItem {
 
   show(): void {
     const effect = this.desk.effect(this.word.name);
-    if (!effect) return;
+    if (!effect) {
+      this.showAwaited();
+      return;
+    }
     const { state, pending = "", why = "", ms = null, stages = {} } = effect;
     this.element.dataset.state = state;
     this.element.dataset.pending = pending;
@@ -177,9 +193,23 @@ class EffectItem {
     this.ms.title = Object.entries(stages)
       .map(([stage, taken]) => `${stage.replaceAll("_", " ")}: ${significant(taken, 2)} ms a call`)
       .join("\n");
-    setText(this.why, capitalised(this.word.kept ? "Always on: that nothing penetrates rests on it" : why));
+    const refused = this.desk.kept(this.word.name)?.refused ?? "";
+    setText(this.why, capitalised(this.word.kept ? "Always on: that nothing penetrates rests on it" : refused ? `refused: ${refused}` : why));
     for (const button of this.buttons) button.ariaPressed = String(button.dataset.state === state);
     if (this.element.open) this.showForm(effect.parameters ?? {});
+  }
+
+  /** Before the garment is worn: what the effect is to be then. Its parameters are asked for once they are known. */
+  private showAwaited(): void {
+    const state = this.desk.awaited(this.word.name);
+    this.element.dataset.state = "absent";
+    this.element.dataset.pending = state === undefined ? "" : "kept";
+    setText(this.said, state === undefined ? "" : { absent: "off", armed: "armed", active: "on" }[state] + " once it is worn");
+    setText(this.ms, "");
+    setText(this.why, "");
+    for (const button of this.buttons) button.ariaPressed = String(button.dataset.state === state);
+    this.form.replaceChildren();
+    this.shown = "";
   }
 
   /** Drops what nobody has been asked for yet. */

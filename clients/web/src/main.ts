@@ -244,6 +244,7 @@ class Studio implements FittingView {
     if (link.state !== "open") {
       this.pattern.forget();
       this.effectsPanel.lost();
+      this.effectsPanel.beingDressed(false);
     }
     this.play.disabled = link.state === "connecting" || link.state === "reconnecting";
     if (link.state === "closed") this.showPlaying(false, "Start again");
@@ -261,6 +262,7 @@ class Studio implements FittingView {
     this.fit.show(status);
     this.accuracy.take(status);
     this.pattern.status(status.changes ?? []);
+    this.effectsPanel.beingDressed(status.state === "preparing" || status.state === "dressing");
     this.wornSize = status.worn_size ?? 1;
     this.panel.wornIn(status.worn_size ?? null, status.state === "failed");
     this.view.dataset.state = status.state;

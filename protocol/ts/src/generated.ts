@@ -179,6 +179,18 @@ export interface EffectState {
   stages?: Record<string, number>;
 }
 
+/** An effect that was asked for before the garment was worn, and has not come to be as asked yet. */
+export interface KeptEffect {
+  /** its name, as it was asked for */
+  name: string;
+  /** what it is to be once the garment is worn */
+  state: "absent" | "active" | "armed";
+  /** that it was asked for with; null: as they will stand. Default: null */
+  parameters?: Record<string, unknown> | null;
+  /** for people: why the worn garment can't have it, and what to do about it; "": it waits. Default: "" */
+  refused?: string;
+}
+
 /** A garment that the session wears. */
 export interface WornGarment {
   /** its name in `cloth.garments`, as edits name it */
@@ -340,7 +352,8 @@ export interface SetAccuracyMessage {
  * Have an effect act in the session, change it, or have it armed: its kernels compiled and nothing else.
  * Answered by `effects`, or by `error` and nothing has changed. An effect that acts already and is only changed
  * in what may be written to a running scene does so from the next frame on; otherwise it is made ready beside
- * the simulation and taken up between two frames.
+ * the simulation and taken up between two frames. Asked for before the garment is worn it is `kept` until then,
+ * which `effects` says at once; what that garment can't have is refused then.
  */
 export interface SetEffectMessage {
   type: "set_effect";
@@ -581,13 +594,18 @@ export interface ReportMessage {
   late_ms?: number;
 }
 
-/** The effects of the session's scene. Sent on joining once the garment is dressed, and on every change. */
+/**
+ * The effects of the session's scene. Sent on joining once the garment is dressed, and on every change; before,
+ * with what is `kept` alone, once something is.
+ */
 export interface EffectsMessage {
   type: "effects";
-  /** all that there are, those that are absent, too */
+  /** all that there are, those that are absent, too; none while the garment is put on first */
   effects: readonly EffectState[];
   /** what garment and motion may call for is armed by itself. Default: false */
   auto?: boolean;
+  /** asked for before the garment was worn, in their order. Default: [] */
+  kept?: readonly KeptEffect[];
   /** for people: the stages of a step and who takes part in each, with ms where measured. Default: "" */
   plan?: string;
 }

@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal
+from typing import Any, Literal
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Request, Response
 
 from tryon_protocol import EffectsMessage, ProtocolError
 from tryon_server.api.access import ServicesDep
 from tryon_server.api.body import json_body, read_json
 from tryon_server.api.faults import ERROR_REPLIES
 from tryon_server.api.models import EffectReply, EffectRequest, EffectsReply, EffectWordReply
-from tryon_server.problems import problem_error
+from tryon_server.problems import ProblemError, problem_error
 from tryon_server.services import Services
 from tryon_server.sessions.actions import Action
 from tryon_server.sessions.effect_talk import EffectTalk
+from tryon_server.streaming.live_session import LiveSession
 
 router = APIRouter(prefix="/api", tags=["effects"], responses=ERROR_REPLIES)
 
+KEPT: dict[int | str, dict[str, Any]] = {
+    202: {"model": EffectsReply, "description": "The garment is not worn yet: what is asked for is `kept` until it is"}
+}
 Ask = Callable[[EffectTalk], tuple[int, list[Action]]]
 
 
@@ -30,7 +34,8 @@ async def list_effects(services: ServicesDep) -> list[EffectWordReply]:
 
 @router.get("/sessions/{session_id}/effects")
 async def session_effects(session_id: str, services: ServicesDep, measure: bool = False) -> EffectsReply:
-    """The effects of a live session, and the plan of its steps; with `measure` what each takes, measured now."""
+    """The effects of a live session, and the plan of its steps; with `measure` what each takes, measured now. While the
+    garment is put on first: what is `kept` until then."""
     if measure:
         return _reply(await _asked(session_id, services, lambda effects: effects.measure()))
     return _reply(await _newest(session_id, services))
@@ -39,51 +44,68 @@ async def session_effects(session_id: str, services: ServicesDep, measure: bool 
 @router.get("/sessions/{session_id}/effects/{name}")
 async def session_effect(session_id: str, name: str, services: ServicesDep) -> EffectReply:
     """One effect of a live session."""
-    return _one(await _newest(session_id, services), name)
+    newest = await _newest(session_id, services)
+    if not newest.effects:
+        raise _early()
+    return _one(newest, name)
 
 
-@router.put("/sessions/{session_id}/effects/{name}", openapi_extra=json_body(EffectRequest))
-async def set_effect(session_id: str, name: str, request: Request, services: ServicesDep) -> EffectsReply:
+@router.put("/sessions/{session_id}/effects/{name}", responses=KEPT, openapi_extra=json_body(EffectRequest))
+async def set_effect(
+    session_id: str, name: str, request: Request, response: Response, services: ServicesDep
+) -> EffectsReply:
     """Have an effect act in a live session, or armed, or changed; answered once it is. What is refused changes nothing.
 
-    The name `auto` has those armed that garment and motion may call for.
+    Asked for before the garment is worn it is kept, and made so once it is; what that garment can't have is listed as
+    refused then. The name `auto` has those armed that garment and motion may call for.
     """
     wish = read_json(await request.body(), EffectRequest)
-    return await _change(session_id, services, name, wish)
+    return await _change(session_id, services, response, name, wish)
 
 
-@router.delete("/sessions/{session_id}/effects/{name}")
-async def remove_effect(session_id: str, name: str, services: ServicesDep) -> EffectsReply:
-    """Have an effect act no longer in a live session; answered once it does not."""
-    return await _change(session_id, services, name, None)
+@router.delete("/sessions/{session_id}/effects/{name}", responses=KEPT)
+async def remove_effect(session_id: str, name: str, response: Response, services: ServicesDep) -> EffectsReply:
+    """Have an effect act no longer in a live session; answered once it does not. Kept as what is set is."""
+    return await _change(session_id, services, response, name, None)
 
 
-async def _change(session_id: str, services: Services, name: str, wish: EffectRequest | None) -> EffectsReply:
+async def _change(
+    session_id: str, services: Services, response: Response, name: str, wish: EffectRequest | None
+) -> EffectsReply:
     state: Literal["absent", "armed", "active"] = "absent" if wish is None else wish.state
     parameters = None if wish is None else wish.parameters
+    if not (await _live(session_id, services)).machine.effects.dressed:
+        response.status_code = 202
     return _reply(await _asked(session_id, services, lambda effects: effects.change(name, state, parameters)))
 
 
-async def _newest(session_id: str, services: Services) -> EffectsMessage:
-    """What was told last. Raises ProblemError 404, 409 where there is nothing to tell."""
+async def _live(session_id: str, services: Services) -> LiveSession:
+    """The session. Raises ProblemError 404, 409 where it has ended."""
     await services.sessions.record(session_id)
     live = services.sessions.get(session_id)
     if live is None:
         remedy = "Open a session that continues it: POST /api/sessions with its id as `continues`"
         raise problem_error("session.ended", "the session has ended", remedy, place="session", status=409)
     live.machine.asked_for(live.now)
-    newest = live.machine.effects.newest
+    return live
+
+
+async def _newest(session_id: str, services: Services) -> EffectsMessage:
+    """What was told last. Raises ProblemError 404, 409 where there is nothing to tell."""
+    newest = (await _live(session_id, services)).machine.effects.newest
     if newest is None:
-        message, remedy = "the garment is still being dressed", "Ask once the session's state is `running`"
-        raise problem_error("effects.early", message, remedy, place="session", status=409)
+        raise _early()
     return newest
+
+
+def _early() -> ProblemError:
+    message, remedy = "the garment is still being dressed", "Ask once the session's state is `running`"
+    return problem_error("effects.early", message, remedy, place="session", status=409)
 
 
 async def _asked(session_id: str, services: Services, ask: Ask) -> EffectsMessage:
     """What is told once what is asked is done. Raises ProblemError 404, 409, 422."""
-    await _newest(session_id, services)
-    live = services.sessions.get(session_id)
-    assert live is not None
+    live = await _live(session_id, services)
     try:
         return await live.ask_effects(ask)
     except ProtocolError as error:

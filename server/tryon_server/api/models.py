@@ -242,6 +242,7 @@ class SessionReply(Model):
     accuracy: float | None = Field(description="m, as chosen by PUT /api/sessions/{id}/accuracy or `set_accuracy`")
     deadline_ms: float | None = Field(description="ms, likewise")
     changes: list[ChangeReply] = Field(description="of the pattern, that are not worn yet, in their order")
+    kept_effects: list[KeptEffectReply] = Field(description="asked for before the garment was worn, not made so yet")
     viewers: int
     stream: str
 
@@ -281,11 +282,21 @@ class EffectReply(Model):
     stages: dict[str, float] = Field(description="ms of a call of each stage")
 
 
+class KeptEffectReply(Model):
+    """An effect that was asked for before the garment was worn, as in the protocol's `effects`."""
+
+    name: str
+    state: Literal["absent", "armed", "active"] = Field(description="what it is to be once the garment is worn")
+    parameters: dict[str, Any] | None = Field(description="that it was asked for with; null: as they will stand")
+    refused: str = Field(description="why the garment can't have it, and what to do about it; empty: it waits")
+
+
 class EffectsReply(Model):
     """The effects of a session."""
 
-    effects: list[EffectReply]
+    effects: list[EffectReply] = Field(description="none while the garment is put on first")
     auto: bool = Field(description="what garment and motion may call for is armed by itself")
+    kept: list[KeptEffectReply] = Field(description="asked for before the garment was worn, and not made so yet")
     plan: str = Field(description="the stages of a step and who takes part in each, with ms where measured")
 class WearRequest(Model):
     """A garment to be put on over others, or under them."""

@@ -9,7 +9,7 @@ from tryon_protocol import SUBPROTOCOL, ChangeStatus, ProtocolError, StatusMessa
 from tryon_server.api.access import ServicesDep, same_origin
 from tryon_server.api.body import json_body, read_json
 from tryon_server.api.faults import ERROR_REPLIES, reply
-from tryon_server.api.models import AccuracyRequest, ChangeReply, SessionReply, SessionRequest
+from tryon_server.api.models import AccuracyRequest, ChangeReply, KeptEffectReply, SessionReply, SessionRequest
 from tryon_server.persistence import SessionRecord
 from tryon_server.problems import Problem, problem_error
 from tryon_server.services import Services
@@ -130,6 +130,8 @@ def _reply(record: SessionRecord, services: Services) -> SessionReply:
         status = live.machine.status(live.now)
         if status.state == "running" and not live.machine.viewer_count:
             status = structs.replace(status, detail=UNWATCHED)
+    newest = None if live is None else live.machine.effects.newest
+    kept = () if newest is None else newest.kept
     return SessionReply(
         id=record.id,
         garment=record.garment,
@@ -148,6 +150,7 @@ def _reply(record: SessionRecord, services: Services) -> SessionReply:
         accuracy=status.accuracy,
         deadline_ms=status.deadline_ms,
         changes=[_change(one, 0.0 if live is None else live.now) for one in status.changes],
+        kept_effects=[KeptEffectReply(**structs.asdict(one)) for one in kept],
         viewers=0 if live is None else live.machine.viewer_count,
         stream=f"/api/sessions/{record.id}/stream",
     )

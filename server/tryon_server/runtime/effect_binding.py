@@ -14,7 +14,7 @@ from tryon_server.runtime.worn_garment import WornGarment
 from tryon_solver.dressing.outfit import Outfit
 from tryon_solver.effect_words.fields import EffectError
 from tryon_solver.effect_words.gentle import POWERS, least_seconds
-from tryon_solver.effect_words.ramps import as_it_comes, as_it_goes
+from tryon_solver.effect_words.ramps import Covers, as_it_comes, as_it_goes
 from tryon_solver.effect_words.rules import LINED, Parameters, rows_of_garments, together, with_pieces
 from tryon_solver.effect_words.table import WORDS, WORN_ON_BODY, live
 from tryon_solver.geometry.boundary_loops import boundary_loops
@@ -26,7 +26,7 @@ from tryon_solver.redesign.parsed import parsed
 from tryon_solver.simulation import Simulation
 from tryon_solver.stepping.clocked import times_in_parts
 from tryon_solver.value_ramps import ValueRamps
-from tryon_solver.worn_effects import check, elastic_lengths, has_values, in_place, spec_of, values_of
+from tryon_solver.worn_effects import check, covers, elastic_lengths, has_values, in_place, spec_of, values_of
 
 REPEATS = 5  # of a call that is measured, since frames wait for them
 LOOKED_AT = 1000  # vertices and triangles, from which is told what a garment is like
@@ -98,7 +98,9 @@ class SolverEffects:
         come back; for how many simulated seconds some of it is still on its way."""
         if wanted != self._going_to:
             self._going_to = wanted
-            self._lead({name: as_it_goes(name, own, wanted.get(name)) for name, own in self.asked.items()})
+            self._lead(
+                {name: as_it_goes(name, own, wanted.get(name), self._covers(name)) for name, own in self.asked.items()}
+            )
         return self._ramps.left(self._worn.simulation)
 
     def before_frame(self, time: float) -> None:
@@ -129,7 +131,7 @@ class SolverEffects:
         self._going_to = asked
         self._worn.go_on_in(made)
         for name in filter(has_values, new):
-            first = as_it_comes(name, new[name], was.get(name))
+            first = as_it_comes(name, new[name], was.get(name), self._covers(name))
             self._ramps.write(made, name, values_of(name, first, self.cut))
         self._lead(asked)
 
@@ -139,6 +141,10 @@ class SolverEffects:
         if type(effect) not in before:
             return False
         return name not in asked or (name in self.asked and asked[name] == self.asked[name])
+
+    def _covers(self, name: str) -> Covers:
+        """What tells of two entries of the effect's list whether the first acts on all that the second one does."""
+        return lambda one, other: covers(name, one, other, self.cut)
 
     def _lead(self, asked: Asked) -> None:
         """Have the values of these effects go to what they are here, each in its own time, or as gently as it must."""

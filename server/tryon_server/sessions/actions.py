@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tryon_protocol import EffectsMessage, OutfitWish, ProtocolError
-from tryon_server.sessions.commands import ChangePattern, Command
+from tryon_server.sessions.commands import ChangeEffect, ChangePattern, Command
 from tryon_server.sessions.events import EditMade, OutfitWorn
 
 # Close codes: RFC 6455 section 7.4 and PROTOCOL.md section 1.
@@ -69,11 +69,11 @@ class Keep:
 
 @dataclass(frozen=True)
 class KeepWaiting:
-    """Keep for good that this change of the pattern waits to be made, or, for None, that the one with this ticket does
-    not any more."""
+    """Keep for good that this change waits to be made, or, for None, that the one with this ticket does not any
+    more."""
 
     ticket: int
-    change: ChangePattern | None
+    change: ChangePattern | ChangeEffect | None
 
 
 @dataclass(frozen=True)

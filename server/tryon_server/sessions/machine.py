@@ -109,7 +109,10 @@ class Session(PatternTalk):
         self._phase = PhaseChanged("preparing", "The simulation is starting")
         self._topology: TopologyReady | None = None
         self._design: DesignMessage | None = None
-        self._changes, self.effects = PatternChanges(), EffectTalk()
+        self._changes = PatternChanges()
+        self.effects = EffectTalk(
+            rules.effects, self._changes.new_ticket, lambda effects: self._tell_all(effects, "effects")
+        )
         self._bought = BuyAccuracy()
         self._last_status: StatusMessage | None = None
         self._run = Run(False)
@@ -212,7 +215,7 @@ class Session(PatternTalk):
                 self._changes.worked_at(event.changes)
                 return self._status_if_changed(now)
             case EffectsTold():
-                return [*self.effects.told(event), *self._tell_all(event.effects, "effects")]
+                return self.effects.told(event)
             case EffectRefused():
                 return self.effects.refused(event)
             case Gone():

@@ -6,7 +6,8 @@ from collections.abc import Sequence, Set
 
 from tryon_protocol import EditedMessage, EditMessage, ProtocolError, RedoMessage, UndoMessage, encode
 from tryon_server.sessions.actions import Action, Answer, Keep, KeepWaiting, Send
-from tryon_server.sessions.commands import ChangePattern
+from tryon_server.sessions.commands import ChangeEffect, ChangePattern
+from tryon_server.sessions.effect_talk import EffectTalk
 from tryon_server.sessions.events import EditMade
 from tryon_server.sessions.pattern_changes import NOBODY, Asker, PatternChanges
 from tryon_server.sessions.rules import Rules, check_fabric
@@ -16,6 +17,7 @@ from tryon_server.sessions.viewer import Viewer
 class PatternTalk:
     """What a session does with changes of the pattern; the session has these."""
 
+    effects: EffectTalk
     _changes: PatternChanges
     _rules: Rules
     _viewers: dict[int, Viewer]
@@ -40,9 +42,12 @@ class PatternTalk:
         check_fabric(command.edit, self._rules.fabrics)
         return self._changes.ask(Asker(NOBODY), command, self.dressed, now)
 
-    def begin_with_changes(self, commands: Sequence[ChangePattern], now: float) -> list[Action]:
+    def begin_with_changes(self, commands: Sequence[ChangePattern | ChangeEffect], now: float) -> list[Action]:
         """Changes that waited in an earlier session are to be made in this one, once its garment is worn."""
-        return [action for command in commands for action in self._changes.ask(Asker(NOBODY), command, False, now)[1]]
+        effects = [command for command in commands if isinstance(command, ChangeEffect)]
+        edits = [command for command in commands if isinstance(command, ChangePattern)]
+        asked = (self._changes.ask(Asker(NOBODY), command, False, now)[1] for command in edits)
+        return [*(action for actions in asked for action in actions), *self.effects.begin_with(effects)]
 
     def kept(self, made: EditMade, fault: ProtocolError | None, now: float) -> list[Action]:
         """A change of the pattern has been stored, or why it could not be."""

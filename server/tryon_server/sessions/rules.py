@@ -22,6 +22,7 @@ class Rules:
         server: name and version of the server, for the clients' logs.
         motions: names of the motions that the server can play.
         fabrics: names of the fabrics.
+        effects: names of the effects.
         credit: most frames that travel unacknowledged to one client.
         max_viewers: most connections of one session.
         messages_per_second: most messages per second from one client, on average.
@@ -33,6 +34,7 @@ class Rules:
     server: str
     motions: tuple[str, ...]
     fabrics: tuple[str, ...]
+    effects: tuple[str, ...]
     credit: int = CREDIT
     max_viewers: int = 16
     messages_per_second: float = 240.0

@@ -9,7 +9,7 @@ import msgspec
 
 from tryon_server.persistence import EditRecord, EditStore, Waiting
 from tryon_server.runtime.order import KeptEdit
-from tryon_server.sessions.commands import HELD, ChangePattern
+from tryon_server.sessions.commands import HELD, ChangeEffect, ChangePattern
 
 BEGINNING = 0  # in place of an edit's number: the pattern that a session began with, where that is another one's
 
@@ -28,24 +28,32 @@ def carry_on(edits: EditStore, before: str, after: str, unedited: Mapping[str, A
 
 
 class WaitingChanges:
-    """Changes of patterns that sessions were asked for, kept until they are made or refused."""
+    """Changes of patterns and of effects that sessions were asked for, kept until they are made or refused."""
 
     def __init__(self, edits: EditStore) -> None:
         self._edits = edits
 
-    def keep(self, session: str, ticket: int, change: ChangePattern | None) -> None:
+    def keep(self, session: str, ticket: int, change: ChangePattern | ChangeEffect | None) -> None:
         """Keep that this change waits in a session; for None, that the one with this ticket does no more. Blocks."""
         which = Waiting(session, ticket)
         if change is None:
             self._edits.forget(which)
             return
+        if isinstance(change, ChangeEffect):
+            self._edits.wait(which, {"effect": change.name, "state": change.state, "parameters": change.parameters})
+            return
         told = {"step": change.step, "edit": change.edit, "mirror": change.mirror, "garment": change.garment}
         self._edits.wait(which, told)
 
-    def of(self, session: str | None) -> list[ChangePattern]:
+    def of(self, session: str | None) -> list[ChangePattern | ChangeEffect]:
         """Those of a session, in their order; [] of None. Blocks."""
         kept = [] if session is None else self._edits.waiting(session)
-        return [ChangePattern(one["step"], HELD, one["edit"], one["mirror"], garment=one["garment"]) for one in kept]
+        return [
+            ChangeEffect(HELD, one["effect"], one["state"], one["parameters"])
+            if "effect" in one
+            else ChangePattern(one["step"], HELD, one["edit"], one["mirror"], garment=one["garment"])
+            for one in kept
+        ]
 
 
 def told(kept: Sequence[EditRecord]) -> tuple[KeptEdit, ...]:

@@ -21,7 +21,7 @@ from tryon_server.sessions.actions import (
     KeepEffects,
     KeepWaiting,
 )
-from tryon_server.sessions.commands import BuyAccuracy, ChangePattern, Command, WornItem
+from tryon_server.sessions.commands import BuyAccuracy, ChangeEffect, ChangePattern, Command, WornItem
 from tryon_server.sessions.effect_talk import EffectTalk
 from tryon_server.sessions.events import EditMade, Event, OutfitWorn, PhaseChanged, Troubled
 from tryon_server.streaming.outbox import Outbox, OutboxFullError
@@ -55,7 +55,7 @@ class LiveSession:
         complete: Callable[[Command], Command] = lambda command: command,
         keep: Callable[[EditMade], None] = lambda _made: None,
         keep_effects: Callable[[Mapping[str, Any]], None] = lambda _wishes: None,
-        keep_waiting: Callable[[int, ChangePattern | None], None] = lambda _ticket, _change: None,
+        keep_waiting: Callable[[int, ChangePattern | ChangeEffect | None], None] = lambda _ticket, _change: None,
         wear: Callable[[int, OutfitWish], Awaitable[None]] | None = None,
     ) -> None:
         self.machine = machine
@@ -115,7 +115,7 @@ class LiveSession:
         self._carry_out(actions)
         return await asked
 
-    def begin_with_changes(self, commands: Sequence[ChangePattern]) -> None:
+    def begin_with_changes(self, commands: Sequence[ChangePattern | ChangeEffect]) -> None:
         """Make these, which waited in an earlier session, once the garment is worn."""
         self._carry_out(self.machine.begin_with_changes(commands, self.now))
 
@@ -127,14 +127,18 @@ class LiveSession:
             raise self._not_kept
 
     async def ask_effects(self, ask: Callable[[EffectTalk], tuple[int, list[Action]]]) -> EffectsMessage:
-        """Ask something of the effects for somebody without a connection; the effects once that is done.
+        """Ask something of the effects for somebody without a connection; the effects once that is done. Where nothing
+        is worn yet it waits for that, and that it does is kept.
 
         Raises:
             ProtocolError: it was refused, or not now.
         """
+        dressed = self.machine.effects.dressed
         ticket, actions = ask(self.machine.effects)
         asked = self._asked_effects[ticket] = self._loop.create_future()
         self._carry_out(actions)
+        if not dressed:
+            await self.stored()
         return await asked
 
     async def change_outfit(self, items: Sequence[WornItem], edited: str, order: Any) -> None:
@@ -269,7 +273,7 @@ class LiveSession:
             self._not_kept = None
         except Exception as error:
             logger.exception("session %s: a change that waits could not be stored", self.machine.id)
-            what = f"The edit waits to be made, but could not be stored: {error!r:.200}."
+            what = f"What was asked for waits to be made, but could not be stored: {error!r:.200}."
             remedy = "Make room on its disk; where the server ends before it is made, ask for it again."
             self._not_kept = ProtocolError("edit_not_kept", "$", what, remedy)
 

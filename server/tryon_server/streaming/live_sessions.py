@@ -113,6 +113,7 @@ class LiveSessions:
             server=server,
             motions=tuple(motion.name for motion in catalogue.motions),
             fabrics=tuple(fabric.name for fabric in catalogue.fabrics),
+            effects=tuple(str(word["name"]) for word in catalogue.effects),
             max_viewers=settings.max_viewers,
             messages_per_second=settings.messages_per_second,
             grace_seconds=settings.session_grace_seconds,

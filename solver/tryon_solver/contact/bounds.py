@@ -146,17 +146,6 @@ def leaving_kernel(
         wp.atomic_add(leaving_out, 0, 1)
 
 
-@wp.kernel
-def move_kernel(
-    x: wp.array(dtype=wp.vec3),
-    displacement: wp.array(dtype=wp.vec3),
-    alpha: wp.array(dtype=wp.float32),
-    x_out: wp.array(dtype=wp.vec3),
-):
-    i = wp.tid()
-    x_out[i] = x[i] + alpha[i] * displacement[i]
-
-
 def count_leaving(
     x: wp.array, displacement: wp.array, alpha: wp.array, region: Region, count_out: wp.array
 ) -> None:

@@ -6,6 +6,7 @@ import warp as wp
 
 from tryon_solver.contact.candidates import Candidates, ContactSizes, offset
 from tryon_solver.contact.distances import stencil_vector, stencil_weights
+from tryon_solver.linalg.finite import count_not_finite
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
 
@@ -107,20 +108,6 @@ def verify_kernel(
             wp.atomic_add(violations_out, 0, 1)
 
 
-@wp.kernel
-def finite_kernel(x: wp.array(dtype=wp.vec3), violations_out: wp.array(dtype=wp.int32)):
-    i = wp.tid()
-    if not (wp.isfinite(x[i][0]) and wp.isfinite(x[i][1]) and wp.isfinite(x[i][2])):
-        wp.atomic_add(violations_out, 0, 1)
-
-
-def is_finite(x: wp.array, counter: wp.array) -> bool:
-    """Is every coordinate of x (A,) vec3 m a finite number?"""
-    counter.zero_()
-    launch(finite_kernel, len(x), [x], [counter], device=x.device)
-    return int(read(counter)[0][0]) == 0
-
-
 def violations(candidates: Candidates, cloth_count: int, sizes: ContactSizes, x: wp.array, counter: wp.array) -> int:
     """Number of candidates closer than SAFE_SHARE of their thickness offset at x, plus vertices that are not finite."""
     count_violations(candidates, cloth_count, sizes, x, counter)
@@ -131,8 +118,7 @@ def count_violations(
     candidates: Candidates, cloth_count: int, sizes: ContactSizes, x: wp.array, counter: wp.array
 ) -> None:
     """Count them into `counter` (1,) int32."""
-    counter.zero_()
-    launch(finite_kernel, len(x), [x], [counter], device=x.device)
+    count_not_finite(x, counter)
     threads = candidates.threads
     inputs = [candidates.count, threads, candidates.ids, candidates.kind, candidates.distance, cloth_count, sizes, x]
     launch(verify_kernel, threads, inputs, [counter], device=x.device)

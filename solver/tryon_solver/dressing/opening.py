@@ -11,6 +11,8 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull
 
 from tryon_solver.dressing.holding import NOTHING, Holding, rings
@@ -228,6 +230,25 @@ def _section_in_pattern(garment: Garment, counts: np.ndarray, x: np.ndarray, hei
     points = uv + share[:, :, None] * (np.roll(uv, -1, axis=1) - uv)
     ends = points[across].reshape(-1, 2, 2)
     return float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum())
+
+
+def girth_around(x: np.ndarray, faces: np.ndarray, height: float, middle: float) -> float:
+    """Length [m] of the longest line in which the horizontal plane at the height [m] cuts the surface at x (N, 3) m
+    with those faces (F, 3), of those around the trunk, as folds and all it hangs; 0 where it cuts none."""
+    above = x[:, 1] > height
+    sides = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]], axis=2).astype(np.int64)
+    cut = above[sides[..., 0]] != above[sides[..., 1]]  # two sides of a face, or none
+    ends = sides[cut].reshape(-1, 2, 2)  # of each segment the two sides that it goes between
+    if not len(ends):
+        return 0.0
+    a, b = x[ends[..., 0]], x[ends[..., 1]]
+    points = a + ((height - a[..., 1]) / (b[..., 1] - a[..., 1]))[..., None] * (b - a)
+    nodes = np.unique(ends[..., 0] * len(x) + ends[..., 1], return_inverse=True)[1].reshape(-1, 2)
+    count, label = connected_components(coo_array((np.ones(len(nodes)), nodes.T), shape=(nodes.max() + 1,) * 2))
+    line = label[nodes[:, 0]]
+    lengths = np.bincount(line, np.linalg.norm(points[:, 1] - points[:, 0], axis=1), count)
+    around = [is_around(points[line == k].reshape(-1, 3), middle) for k in range(count)]
+    return float(lengths[around].max(initial=0.0))
 
 
 def is_around(loop: np.ndarray, middle: float) -> bool:

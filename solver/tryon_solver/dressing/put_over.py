@@ -16,7 +16,7 @@ from tryon_solver.body.on_device import WornBody
 from tryon_solver.dressing.dress import ROUNDS, Progress, Sewn, place, settle, sew, tell_nobody, told_as
 from tryon_solver.dressing.fit import CrumpledError, TightError, check_rest, unforeseen_refused, with_mesh
 from tryon_solver.dressing.outfit import Beneath, Outfit, Worn, WornOutfit
-from tryon_solver.dressing.take_in import ALL_BUT_ON, LET_OUT, TakenIn, no_room, take_in
+from tryon_solver.dressing.take_in import ALL_BUT_ON, LET_OUT, TakenIn, meets_more_cloth, no_room, take_in
 from tryon_solver.dressing.untangle import untangle
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.placement import PlacementError
@@ -46,13 +46,13 @@ def put_over(
     """
     over = _Over(worn, name, panels, fabric, effects, settle_seconds, progress)
     with unforeseen_refused("the pieces can't be sewn over what is worn"):
-        try:
-            sewn = over.sewn(panels)
-            simulation = over.settled(np.vstack([sewn.beneath, sewn.x]), sewn.surface, sewn.fault)
-        except TightError as error:
-            simulation = over.let_out_and_taken_in(error)
+        simulation = over.on()
     progress("dressed", 1.0)
     return WornOutfit(over.outfit(panels), simulation, worn.pose)
+
+
+class NotLetOutError(Exception):
+    """In no larger size a garment was sewn over what is worn."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +83,27 @@ class _Over:
         """All that is worn with it, which is made of these pieces."""
         return self.worn.outfit.with_outermost(Worn.of_pattern(self.name, panels, weld(panels), self.fabric))
 
+    def on(self) -> Simulation:
+        """All of it at rest: sewn in its own size, or let out for it and taken in again. What is most likely to go on
+        is tried first: a size that does not takes longest, pressed against cloth until the end."""
+        if meets_more_cloth(self.panels, Beneath.of(self.worn), self.body.faces):
+            try:
+                return self.let_out_and_taken_in()
+            except NotLetOutError:
+                return self.in_its_own_size()
+        try:
+            return self.in_its_own_size()
+        except TightError as refused:
+            try:
+                return self.let_out_and_taken_in()
+            except NotLetOutError:
+                raise self._no_room(refused, np.inf) from refused
+
+    def in_its_own_size(self) -> Simulation:
+        """All of it at rest, sewn as it is worn."""
+        sewn = self.sewn(self.panels)
+        return self.settled(np.vstack([sewn.beneath, sewn.x]), sewn.surface, sewn.fault)
+
     def sewn(self, panels: PanelMesh) -> Sewn:
         """The pieces, these or those of another size, sewn over what is worn."""
         body, settings, device = self.body, self.settings, self.worn.simulation.device
@@ -103,18 +124,17 @@ class _Over:
             check_rest(simulation, outfit.piece_names)
         return simulation
 
-    def let_out_and_taken_in(self, refused: TightError) -> Simulation:
-        """All of it at rest, sewn in a larger size first, as in its own it was refused. Raises TightError where there
-        is no room for it."""
-        bears, too_tight = np.inf, 0.0
+    def let_out_and_taken_in(self) -> Simulation:
+        """All of it at rest, sewn in a larger size first. Raises TightError where there is no room for it,
+        NotLetOutError where it can't be sewn in a larger size either."""
+        refused, bears, too_tight = None, np.inf, 0.0
         for size in LET_OUT:
             if size < too_tight:
                 continue
             try:
                 taken_in = self._taken_in(size)
-            except (TightError, PlacementError) as error:
+            except (TightError, PlacementError):
                 too_tight = size
-                refused = error if isinstance(error, TightError) and not np.isfinite(bears) else refused
                 continue
             try:
                 return self.settled(taken_in.x, taken_in.surface, None)
@@ -123,6 +143,8 @@ class _Over:
                     refused, bears = error, taken_in.bears
             if bears > ALL_BUT_ON:
                 break
+        if refused is None:
+            raise NotLetOutError
         raise self._no_room(refused, bears) from refused
 
     def _taken_in(self, size: float) -> TakenIn:

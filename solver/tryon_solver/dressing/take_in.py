@@ -17,9 +17,11 @@ from typing import Any
 import numpy as np
 
 from tryon_solver.dressing.fit import MOST_SQUEEZED, MOST_STRETCH, TightError
-from tryon_solver.dressing.opening import opening_as_drawn
+from tryon_solver.dressing.opening import girth_around, opening_as_drawn
 from tryon_solver.dressing.outfit import Beneath, Worn
+from tryon_solver.geometry.body_parts import find_trunk
 from tryon_solver.geometry.garment import Garment
+from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.reshape import reshape
 from tryon_solver.simulation import Simulation
 
@@ -37,6 +39,19 @@ class TakenIn:
     x: np.ndarray
     surface: np.ndarray
     bears: float
+
+
+def meets_more_cloth(panels: PanelMesh, beneath: Beneath, faces: np.ndarray) -> bool:
+    """Is the upper opening of the pieces narrower than a garment `beneath`, as that hangs where it comes? Then it is
+    sewn in no size of its own: what is seen of most that try is a seam that stays open, or one that cloth is caught in.
+    `faces` (F, 3) are the body's."""
+    opening = opening_as_drawn(panels, beneath.surface, faces)
+    if opening is None:
+        return False
+    soles, middle = float(beneath.surface[:, 1].min()), find_trunk(beneath.surface, faces).middle
+    garment, height = beneath.outfit.garment, soles + opening.height
+    girths = [girth_around(beneath.x, garment.faces[layer.faces], height, middle) for layer in beneath.outfit.layers]
+    return max(girths) > opening.girth
 
 
 def take_in(

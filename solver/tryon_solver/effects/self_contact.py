@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from tryon_solver.contact import import_for_steps
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import SelfContact
+
+import_for_steps()  # and with them their kernels, which are compiled before the first step
 
 
 def bind(spec: SelfContact, context: BuildContext) -> Contribution | None:

@@ -12,9 +12,7 @@ from typing import TYPE_CHECKING
 
 import warp as wp
 
-from tryon_solver.contact import bounds, candidates
-from tryon_solver.contact.deflect import deflect
-from tryon_solver.contact.found import counts_of
+from tryon_solver.contact import bounds, candidates, deflect, found
 from tryon_solver.linalg.device_loop import NUMBER, keeps_graphs
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
@@ -33,8 +31,17 @@ from tryon_solver.stepping.search import (
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
 
+wp.set_module_options({"enable_backward": False})
+
 FILTER_ROUNDS = 4  # of turning a motion aside and searching further, before it is shortened for good
 HELD_GAP = 0.3  # share of the activation distance that the carried motion leaves: room to slide for cloth in a fold
+
+
+@wp.kernel
+def go_kernel(displacement: wp.array(dtype=wp.vec3), alpha: wp.array(dtype=wp.float32), x_out: wp.array(dtype=wp.vec3)):
+    """x += alpha displacement"""
+    i = wp.tid()
+    x_out[i] = x_out[i] + alpha[i] * displacement[i]
 
 
 @dataclass(frozen=True)
@@ -67,9 +74,9 @@ def look_ahead(
 
     begin_search(sim)
     as_one(sim, f"look_ahead_{share:g}" if set_out is None else "set_out_and_look_ahead", launch_all)
-    counters = [found.counts for found in found_of(sim)]
+    counters = [one.counts for one in found_of(sim)]
     state, leaving, largest, *counts = read(sim.work.passes.state, sim.work.hits, sim.largest_out, *counters)
-    fitted = end_search(sim, [counts_of(each) for each in counts])
+    fitted = end_search(sim, [found.counts_of(each) for each in counts])
     known = fitted and sim.candidates.size > 0
     return Sight(int(state[NUMBER]), int(leaving[0])) if known else None, float(largest[0])
 
@@ -98,7 +105,7 @@ def go(sim: Simulation) -> None:
     """Take `alpha` of the motion, which is free."""
     state, work, body = sim.state, sim.work, sim.body
     assert body is not None
-    launch(bounds.move_kernel, sim.all_count, [state.x, work.direction, work.alpha], [state.x], device=sim.device)
+    launch(go_kernel, sim.all_count, [work.direction, work.alpha], [state.x], device=sim.device)
     if sim.touching:
         follow(sim, near=False)
     wp.copy(body.skin_now, body.skin_next)
@@ -130,7 +137,7 @@ def turn_aside(sim: Simulation) -> None:
     """Deflect `direction` where it could close a gap; who cannot collide has no say in it."""
     sizes = sim.contact.sizes
     candidates.list_closing(sim.candidates, sim.work.direction, max(sizes.xi_body, sizes.xi_self))
-    deflect(
+    deflect.deflect(
         sim.candidates,
         True,
         sim.cloth_count,

@@ -18,8 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import warp as wp
 
-from tryon_solver.contact import bounds, candidates, pairs
-from tryon_solver.contact.deflect import deflect
+from tryon_solver.contact import bounds, candidates, deflect, pairs
 from tryon_solver.linalg import pcg
 from tryon_solver.linalg.as_one import move_as_one, sum_up
 from tryon_solver.linalg.launch import launch
@@ -132,7 +131,7 @@ def prove_free(sim: Simulation, direction: wp.array) -> None:
     state, work, settings, sizes = sim.state, sim.work, sim.settings, sim.contact.sizes
     if not sim.candidates.idle:
         list_near(sim, direction, settled=False)
-        deflect(
+        deflect.deflect(
             sim.candidates,
             True,
             sim.cloth_count,
@@ -192,8 +191,8 @@ def proven_free(sim: Simulation, displacement: np.ndarray) -> bool:
 
 def look_around(sim: Simulation, near: bool) -> None:
     """Pairs, friction, gradient and Hessian of the full potential at x; `near` if `take` just went there."""
-    if not (near and sim.candidates.idle):
-        pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x, near and bool(sim.touching))
+    if sim.touching and not (near and sim.candidates.idle):
+        pairs.collect(sim.pairs, sim.candidates, sim.contact, sim.state.x, near)
     linearise_at(sim)
 
 

@@ -116,7 +116,8 @@ def set_out(sim: Simulation) -> None:
     state, body, device = sim.state, sim.body, sim.device
     assert body is not None
     depart(sim)
-    for places in (state.x, body.skin_now, sim.region.anchor):
+    anchors = (sim.region.anchor,) if sim.touching else ()
+    for places in (state.x, body.skin_now, *anchors):
         launch(carrying.rigid_kernel, len(places), [body.carry.root], [places], device=device)
     carrying.set_places(body.carry, state.x, sim.settings.carry_none)
     set_displacement(sim)

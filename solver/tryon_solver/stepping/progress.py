@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import warp as wp
 
-from tryon_solver.contact.pairs import ContactPairs
 from tryon_solver.linalg.device_loop import KeptGraph
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
+
+if TYPE_CHECKING:
+    from tryon_solver.contact.pairs import ContactPairs
 
 wp.set_module_options({"enable_backward": False})
 

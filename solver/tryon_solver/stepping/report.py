@@ -11,7 +11,7 @@ from tryon_solver.contact import pairs
 from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.vectors import find_largest, subtract
 from tryon_solver.materials.fabric import Fabric
-from tryon_solver.offsets import least_offsets
+from tryon_solver.offsets import largest_offsets, least_offsets
 from tryon_solver.results import StepReport
 from tryon_solver.stepping.move_body import farthest
 from tryon_solver.stepping.repeat import TAKEN
@@ -80,7 +80,7 @@ def in_contact(sim: Simulation) -> bool:
 
 def no_gap(sim: Simulation) -> tuple[float, float]:
     """What is told where there are no pairs."""
-    return sim.settings.d_hat, sim.contact.sizes.xi_body
+    return sim.settings.d_hat, largest_offsets(sim.scene, sim.settings)[0]
 
 
 def with_offset(sim: Simulation, gaps: np.ndarray) -> tuple[float, float]:

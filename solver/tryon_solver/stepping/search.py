@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING
 
 import warp as wp
 
-from tryon_solver.contact import bounds, broad_phase, candidates
-from tryon_solver.contact.found import Found, counted
+from tryon_solver.contact import bounds, broad_phase, candidates, found
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.vectors import subtract
 from tryon_solver.stepping.progress import LEAST
 
 if TYPE_CHECKING:
     from tryon_solver.contact.candidates import Region
+    from tryon_solver.contact.found import Found
     from tryon_solver.simulation import Simulation
 
 wp.set_module_options({"enable_backward": False})
@@ -201,7 +201,7 @@ def search_along(sim: Simulation, x: wp.array, direction: wp.array, share: float
     """
     begin_search(sim)
     launch_search_along(sim, x, direction, share)
-    end_search(sim, counted(found_of(sim)))
+    end_search(sim, found.counted(found_of(sim)))
 
 
 def launch_search_along(sim: Simulation, x: wp.array, direction: wp.array, share: float) -> None:
@@ -277,7 +277,7 @@ def find(sim: Simulation, x: wp.array) -> None:
     """Fill the candidate list for the region as it is set."""
     begin_search(sim)
     launch_search(sim, x)
-    end_search(sim, counted(found_of(sim)))
+    end_search(sim, found.counted(found_of(sim)))
 
 
 def begin_search(sim: Simulation) -> None:

@@ -6,9 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tryon_solver.contact.crossings import CrossingSearch
-from tryon_solver.contact.distances import POINT_TRIANGLE
-from tryon_solver.contact.verify import violations
+from tryon_solver.contact import crossings, distances, verify
 from tryon_solver.geometry.connectivity import Connectivity
 from tryon_solver.geometry.garment import GarmentError
 from tryon_solver.stepping.search import search_around
@@ -27,14 +25,14 @@ def refuse_touching_start(sim: Simulation) -> None:
     state, candidates, sizes = sim.state, sim.candidates, sim.contact.sizes
     sim.work.direction.zero_()
     search_around(sim, state.x, sim.work.direction)
-    count = violations(candidates, sim.cloth_count, sizes, state.x, sim.work.hits)
+    count = verify.violations(candidates, sim.cloth_count, sizes, state.x, sim.work.hits)
     sim.searches = 0
     if not count:
         return
     worst = int(np.argmin(candidates.distance.numpy()[: candidates.size]))
     a, b, c, d = (named(sim, int(v)) for v in candidates.ids.numpy()[worst])
     pair = f"{a} and the triangle of {b}, {c} and {d}"
-    if int(candidates.kind.numpy()[worst]) != POINT_TRIANGLE:
+    if int(candidates.kind.numpy()[worst]) != distances.POINT_TRIANGLE:
         pair = f"the edge of {a} and {b} and the edge of {c} and {d}"
     raise GarmentError(
         f"at the start {pair} touch or nearly do ({count} pairs are closer than half the thickness between them, "
@@ -52,7 +50,7 @@ def refuse_crossing(sim: Simulation) -> None:
         skin = sim.scene.body.faces + n
         searched += [(edges, skin), (Connectivity(skin, len(x)).edges, faces)]
     for ours, theirs in searched:
-        found = CrossingSearch(ours, theirs, group, sim.device).find(x)
+        found = crossings.CrossingSearch(ours, theirs, group, sim.device).find(x)
         if len(found):
             a, b = (named(sim, int(v)) for v in ours[found[0, 0]])
             c, d, e = (named(sim, int(v)) for v in theirs[found[0, 1]])

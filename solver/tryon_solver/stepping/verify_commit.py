@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import warp as wp
 
-from tryon_solver.contact import pairs
-from tryon_solver.contact.verify import count_violations, is_finite
+from tryon_solver.contact import pairs, verify
+from tryon_solver.linalg.finite import count_not_finite, is_finite
 from tryon_solver.linalg.read_back import read
 from tryon_solver.stepping.record import as_one
 from tryon_solver.stepping.search import search_around
@@ -37,8 +37,10 @@ def is_sound(sim: Simulation) -> bool:
     """Does x pass the check of a commit? Collects the pairs at x, and waits for the device once for both."""
 
     def look_over() -> None:
-        count_violations(sim.candidates, sim.cloth_count, sim.contact.sizes, sim.state.x, sim.work.hits)
-        if sim.touching:
+        if not sim.touching:
+            count_not_finite(sim.state.x, sim.work.hits)
+        else:
+            verify.count_violations(sim.candidates, sim.cloth_count, sim.contact.sizes, sim.state.x, sim.work.hits)
             pairs.look_for(sim.pairs, sim.candidates, sim.contact, sim.state.x)
 
     as_one(sim, "look_over", look_over)

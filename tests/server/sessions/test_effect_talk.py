@@ -73,10 +73,91 @@ def test_news_are_for_all_and_who_asked_over_rest_is_answered(driver):
     assert not [action for action in again if isinstance(action, KeepEffects)], "it is kept already"
 
 
-def test_nothing_is_asked_before_the_garment_is_dressed_nor_too_much_at_once(driver):
+def undressed():
+    """A session whose garment is being put on, with two clients."""
     early = Driver()
     early.connect(1)
-    early.say(1, SetEffectMessage(name="wind", request=3))
+    early.connect(2)
+    return early
+
+
+def kept(driver, client=1):
+    told_last = driver.last(client, EffectsMessage).kept
+    return [(one.name, one.state, one.parameters, bool(one.refused)) for one in told_last]
+
+
+def test_what_is_asked_before_the_garment_is_worn_is_kept_until_it_is():
+    early = undressed()
+    early.say(1, SetEffectMessage(name="wind", parameters={"velocity": [0, 0, 3]}, request=3))
+    assert early.messages(1, ErrorMessage) == []
+    assert early.last(1, EffectsMessage).effects == ()
+    assert kept(early) == kept(early, 2) == [("wind", "active", {"velocity": [0, 0, 3]}, False)]
+    ticket, actions = early.session.effects.change("gravity", "absent", None)
+    (answer,) = (action for action in actions if isinstance(action, AnswerEffects))
+    assert [one.name for one in answer.outcome.kept] == ["wind", "gravity"]
+    early._note(actions)
+    assert early.ordered(ChangeEffect) == [], "nothing is there yet that could be changed"
+    assert list(early.stored) == [1, ticket], "it outlives the server"
+    early.connect(3)
+    assert kept(early, 3) == kept(early, 1), "who joins is told"
+    early.simulation(told("absent"))
+    ordered = early.ordered(ChangeEffect)
+    assert [(one.name, one.state) for one in ordered] == [("wind", "active"), ("gravity", "absent")]
+    assert len(kept(early)) == 2, "they are not so yet"
+    early.simulation(told("active", ordered[0].ticket))
+    assert kept(early) == [("gravity", "absent", None, False)]
+    assert list(early.stored) == [ticket]
+    early.simulation(told("active", ticket))
+    assert (kept(early), early.stored) == ([], {})
+    assert len(early.ordered(ChangeEffect)) == 2, "each is ordered once"
+
+
+def test_what_an_earlier_session_kept_is_asked_for_in_the_one_that_continues_it():
+    early = undressed()
+    early._note(early.session.begin_with_changes([ChangeEffect(0, "wind", "armed", {"velocity": [0, 0, 3]})], 100.0))
+    assert kept(early) == [("wind", "armed", {"velocity": [0, 0, 3]}, False)]
+    early.simulation(told("absent"))
+    assert [(one.name, one.state) for one in early.ordered(ChangeEffect)] == [("wind", "armed")]
+
+
+def test_of_one_effect_the_newest_is_kept_with_the_parameters_that_stand():
+    early = undressed()
+    early.say(1, SetEffectMessage(name="wind", parameters={"velocity": [0, 0, 3]}, state="armed"))
+    early.say(2, SetEffectMessage(name="wind"))
+    assert kept(early) == [("wind", "active", {"velocity": [0, 0, 3]}, False)]
+    early.say(1, RemoveEffectMessage(name="wind"))
+    early.simulation(told("absent"))
+    assert [one.state for one in early.ordered(ChangeEffect)] == ["absent"]
+    assert len(early.stored) == 1
+
+
+def test_what_the_worn_garment_cannot_have_is_refused_then_and_listed_so_until_it_is_asked_anew():
+    early = undressed()
+    early.say(1, SetEffectMessage(name="wind", request=4))
+    early.simulation(told("absent"))
+    (order,) = early.ordered(ChangeEffect)
+    early.simulation(EffectRefused(order.ticket, "parameters", "It is calm", "Go out"))
+    assert early.last(1, ErrorMessage).request == 4
+    assert kept(early, 2) == [("wind", "active", None, True)]
+    assert early.last(2, EffectsMessage).kept[0].refused == "It is calm. Go out."
+    assert early.stored == {}
+    early.say(2, SetEffectMessage(name="wind"))
+    early.simulation(told("active", early.ordered(ChangeEffect)[-1].ticket))
+    assert kept(early) == []
+
+
+def test_what_there_is_none_of_is_refused_before_anything_is_worn():
+    early = undressed()
+    early.say(1, SetEffectMessage(name="snow", request=3))
+    assert (early.last(1, ErrorMessage).code, early.last(1, ErrorMessage).request) == ("effect_refused", 3)
+    assert early.messages(1, EffectsMessage) == []
+    early.say(1, SetEffectMessage(name="auto", state="armed"))
+    assert kept(early) == [("auto", "armed", None, False)]
+
+
+def test_nothing_is_measured_before_the_garment_is_worn_nor_too_much_asked_at_once(driver):
+    early = undressed()
+    early.say(1, MeasureEffectsMessage(request=3))
     assert early.last(1, ErrorMessage).code == "unexpected_message"
     with pytest.raises(ProtocolError, match="dressed"):
         early.session.effects.measure()

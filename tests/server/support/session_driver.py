@@ -16,6 +16,7 @@ RULES = Rules(
     server="tryon test",
     motions=("walk", "squat"),
     fabrics=("cotton", "denim"),
+    effects=("wind", "gravity"),
     max_viewers=3,
     messages_per_second=100.0,
     grace_seconds=30.0,

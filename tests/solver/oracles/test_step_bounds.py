@@ -28,8 +28,8 @@ def filtered(tangle, x, motion):
     tangle.set_motion(x, motion)
     search.search_along(sim, sim.state.x, sim.work.direction, 0.0)
     carry_once.filter_motion(sim, None)
-    inputs = [sim.state.x, sim.work.direction, sim.work.alpha]
-    wp.launch(bounds.move_kernel, sim.all_count, inputs, [sim.state.x], device="cpu")
+    inputs = [sim.work.direction, sim.work.alpha]
+    wp.launch(carry_once.go_kernel, sim.all_count, inputs, [sim.state.x], device="cpu")
     return sim.state.x.numpy().astype(np.float64)
 
 

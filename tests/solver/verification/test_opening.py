@@ -7,7 +7,7 @@ import pytest
 from small_scenes import fabric
 
 from tryon_solver.dressing.holding import NOTHING, holding
-from tryon_solver.dressing.opening import opening_as_drawn, upper_opening
+from tryon_solver.dressing.opening import girth_around, opening_as_drawn, upper_opening
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.lines import chain
 from tryon_solver.geometry.panel_mesh import PanelMesh
@@ -232,3 +232,19 @@ def test_a_pocket_goes_around_nothing():
     with_pocket = upper_opening(both, np.vstack([x, on]), names, body, body_faces, held, [1])
     assert with_pocket.tightest == plain.tightest
     assert upper_opening(both, np.vstack([x, on]), names, body, body_faces, held).tightest != plain.tightest
+
+
+def test_the_girth_of_what_hangs_is_that_of_its_folds_around_the_trunk_alone():
+    """A tube in eight folds, which a tape would go around straight, and narrower ones beside it, as sleeves are."""
+    angle = 2 * np.pi * np.arange(SPOKES) / SPOKES
+    points, faces = tube(np.linspace(0.8, 1.2, 9), np.full(9, 0.2))
+    folded = points.copy()
+    folded[:, [0, 2]] *= np.tile(1.0 + 0.1 * np.cos(8 * angle), 9)[:, None]
+    ring = folded[:SPOKES]
+    length = np.linalg.norm(ring - np.roll(ring, -1, axis=0), axis=1).sum()
+    sleeve = points * [0.2, 1, 0.2] + [0.5, 0, 0]
+    both, all_faces = np.vstack([folded, sleeve]), np.vstack([faces, faces + len(points)])
+    assert length > 1.05 * 0.2 * CHORDS
+    assert girth_around(both, all_faces, 1.01, 0.0) == pytest.approx(length, rel=0.02)
+    assert girth_around(both, all_faces, 1.01, 0.5) == pytest.approx(0.04 * CHORDS, rel=0.02)
+    assert girth_around(both, all_faces, 1.3, 0.0) == 0.0, "it hangs lower"

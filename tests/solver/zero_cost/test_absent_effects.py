@@ -79,11 +79,26 @@ def test_bare_scene_costs_nothing_optional():
         assert parts_of(cost, module) == {"imported": [], "loaded": [], "launched": [], "allocated_in": []}, module
         assert module not in cost["plan"]
     assert not [k for k in cost["launched"] if ".effects." in k]
-    # moving vertices and looking for what is not a number are every scene's
-    shared = {"tryon_solver.contact.bounds.move_kernel", "tryon_solver.contact.verify.finite_kernel"}
-    assert {k for k in cost["launched"] if k.startswith("tryon_solver.contact.")} <= shared
     assert not [k for k in cost["launched"] if k.startswith("tryon_solver.body.")]
     assert cost["allocations"] < probe(ALL, "steady")["allocations"]
+
+
+@pytest.mark.parametrize("effects", [(), ("Gravity", "StrainLimit", "AirDrag")])
+def test_scene_that_touches_nothing_has_nothing_of_contact(effects):
+    """No module below contact/ is imported, and so a GPU compiles none; what a scene in contact has of them is the
+    control."""
+    names = ("imported", "loaded", "launched")
+    worn, cost = probe(ALL, "steady"), probe(effects)
+    files = {f"{name.rpartition('.')[2]}.py" for name in of_contact(worn, "imported")} | {"arm_contact.py"}
+    assert all(len(of_contact(worn, name)) > 8 for name in names)
+    assert len(files & set(worn["allocated_in"])) > 4
+    assert [of_contact(cost, name) for name in names] == [[], [], []]
+    assert not files & set(cost["allocated_in"])
+
+
+def of_contact(cost, what):
+    """Modules or kernels below contact/."""
+    return [name for name in cost[what] if name.startswith("tryon_solver.contact.")]
 
 
 def test_sewing_and_pins_cost_a_worn_garment_nothing():

@@ -66,7 +66,7 @@ def test_effects_take_part_where_they_should():
     assert plan["add_velocity_gradient"] == ["air_drag"]
     assert plan["diagonal"] == ["air_drag"]
     assert "membrane" in plan["project"]
-    assert set(plan["add_hessian"]) >= {"membrane", "strain_limit"}
+    assert set(plan["add_triangle_hessian"]) >= {"membrane", "strain_limit"}
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,62 @@
+"""What the numbers of all effects have in common: the module that does what they ask for, and what several check."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from tryon_solver.scene import Scene
+
+
+@dataclass(frozen=True)
+class EffectSpec:
+    """What a scene asks for, in numbers; one class for each effect, those made outside this package among them
+    (docs/effects.md says how).
+
+    `module` is imported when a scene lists the effect, and not before: its `bind(spec, context)` returns the
+    effect's Contribution (plan.py), or None where there is nothing to do.
+    """
+
+    module: ClassVar[str]
+
+    def check(self, scene: Scene) -> None:
+        """Raise ValueError, naming field, place and remedy, where the effect does not suit the scene."""
+
+
+def check_vertices(name: str, vertices: np.ndarray, scene: Scene) -> None:
+    """Raise ValueError for the first of `vertices`, of any shape, that the garment does not have."""
+    count = scene.garment.vertex_count
+    outside = vertices[(vertices < 0) | (vertices >= count)]
+    if len(outside):
+        raise ValueError(f"{name}: there is no vertex {int(outside[0])}; the garment has {count}")
+
+
+def check_panels(name: str, panels: tuple[int, ...], scene: Scene) -> None:
+    """Raise ValueError for the first of `panels` that the garment does not have."""
+    count = int(scene.garment.panel_of_face.max()) + 1
+    for panel in panels:
+        if not 0 <= panel < count:
+            raise ValueError(f"{name}: there is no panel {panel}; the garment has {count}, numbered from 0")
+
+
+def check_number(name: str, value: float, above: bool = False) -> None:
+    """Raise ValueError unless the value is finite and at least 0, or `above` it."""
+    if not (value > 0 if above else value >= 0) or value == float("inf"):
+        raise ValueError(f"{name} must be a finite number {'above' if above else 'of at least'} 0, not {value!r}")
+
+
+def check_once(name: str, edges: np.ndarray, what: str = "edge") -> None:
+    """Raise ValueError, beginning with `name`, where two of the `edges` (K, 2), or of `what` they are, are one,
+    whichever end comes first: each would act by itself, and so twice on the cloth."""
+    ends = np.sort(edges, axis=1)
+    _, first, found = np.unique(ends, axis=0, return_index=True, return_inverse=True)
+    earlier = first[found.ravel()]
+    again = np.flatnonzero(earlier != np.arange(len(ends)))
+    if len(again):
+        k = int(again[0])
+        a, b = ends[k]
+        both = f"{what}s {int(earlier[k])} and {k} are both {int(a)}-{int(b)}"
+        raise ValueError(f"{name}: {both}; list each {what} once")

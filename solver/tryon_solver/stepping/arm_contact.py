@@ -1,0 +1,51 @@
+"""What a scene that touches something has of contact: its surfaces, the region that is searched, and the lists."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import warp as wp
+
+from tryon_solver.contact import candidates, deflect, pairs, surfaces
+from tryon_solver.geometry.morton import order_along_curve
+from tryon_solver.offsets import contact_sizes
+
+if TYPE_CHECKING:
+    from tryon_solver.simulation import Simulation
+
+PARALLEL = 1e-3  # of |ea|^2 |eb|^2: edges whose cross product is shorter, squared, count as nearly parallel
+
+
+def arm_contact(sim: Simulation) -> None:
+    """Allocate all that the steps call contact with, for what the plan lets the cloth touch."""
+    scene, settings, device = sim.scene, sim.settings, sim.device
+    garment = scene.garment
+    sizes = contact_sizes(scene, settings, sim.body_count, device)
+    owned = garment.connectivity.owned
+    sim.cloth = surfaces.Surface.build(garment.faces, owned, sizes.xi_self + settings.d_hat, device)
+    if wp.get_device(device).is_cuda:
+        sim.cloth.order.assign(order_along_curve(scene.x_start[garment.faces].mean(axis=1)))
+    known = {"cloth": sim.cloth}
+    body_edge = 0.0
+    if scene.body is not None:
+        faces, owned = scene.body.faces + sim.cloth_count, surfaces.ownership(scene.body.faces)
+        known["body"] = surfaces.Surface.build(faces, owned, sizes.xi_body + settings.d_hat, device)
+        v, f = scene.body.rest_vertices, scene.body.faces
+        body_edge = float(np.linalg.norm(v[f] - v[f[:, [1, 2, 0]]], axis=2).mean())
+    sim.touching = tuple(known[name] for name in sim.plan.touches)
+    edge = sim.mean_edge
+    model = pairs.ContactModel()
+    model.pressure_stiffness = settings.pressure_stiffness
+    model.eps_body = PARALLEL * edge**2 * body_edge**2
+    model.eps_self = PARALLEL * edge**4
+    sim.contact = pairs.ContactParameters(sim.cloth_count, sizes, model, sim.rest.spread, sim.rest.reach)
+    own = np.arange(sim.all_count, dtype=np.int32)
+    if garment.group is not None:
+        own[: sim.cloth_count] = garment.group
+    sim.group = wp.array(own, dtype=wp.int32, device=device)
+    sim.region = candidates.Region.allocate(sim.all_count, device)
+    sim.boxes = wp.zeros(4, dtype=wp.vec3, device=device)  # m, as in stepping/search.py: box_kernel
+    sim.deflection = deflect.DeflectionScratch.allocate(sim.all_count, device)
+    sim.candidates = candidates.Candidates.allocate(1 << 14, device)
+    sim.pairs = pairs.ContactPairs.allocate(1 << 12, device)
