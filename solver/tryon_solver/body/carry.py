@@ -31,7 +31,6 @@ wp.set_module_options({"enable_backward": False})
 
 SHARPNESS = 0.01  # m, r above: skin closer than this dominates skin further away
 GRID = 64
-SMALL_BLOCK = 64  # threads, of which each goes through hundreds of vertices: so that a GPU has blocks for all it has
 
 mat34 = wp.types.matrix(shape=(3, 4), dtype=wp.float32)  # the upper rows of A - 1: takes (x, 1) to A x - x
 
@@ -200,5 +199,4 @@ def find_field(carry: Carry, x: wp.array, full: float, none: float, displacement
         [carry.grid.id, carry.places, carry.surface, carry.blends, carry.motions, full, none, SHARPNESS, x],
         [carry.near, displacement_out],
         device=x.device,
-        block_dim=SMALL_BLOCK,
     )
