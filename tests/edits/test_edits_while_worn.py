@@ -18,6 +18,7 @@ from rebuild_times import TOPOLOGY, VALUE, plots, table
 from run_edits import AFTER, EditRun
 from speeds import speed_on_body
 from undone import ELSEWHERE, FACTOR, NOT_THERE, other_than_from_scratch, silent
+from worn_frames import WornFrames
 from worn_on import fastest_worn_on
 
 from tryon_protocol import BodySurface, DecodedFrame, Topology
@@ -251,6 +252,17 @@ def test_a_frame_that_is_fast_is_no_fault_where_the_garment_is_so_by_itself(watc
     told, other = (watch.faults.too_fast, watch.faults.fast_by_itself)[:: 1 if worn_on < 1.8 else -1]
     assert [said.partition(":")[0] for said in told] == [f"frame {k + 1}, {k} after an edit" for k in (4, 5)]
     assert other == []
+
+
+def test_what_is_put_on_as_it_hung_has_been_worn_for_as_long_as_it_had_been_then():
+    """Trousers of 100 frames lose a piece and get it back 20 frames later, then are dressed anew."""
+    worn, whole, without = WornFrames(), {"pieces": 4}, {"pieces": 3}
+    worn.replaced("carried", whole, without, 100)
+    assert worn.at(120) == 120
+    worn.replaced("as before", without, whole, 120)
+    assert worn.at(125) == 105
+    worn.replaced("anew", whole, without, 130)
+    assert worn.at(135) == 5
 
 
 def test_what_falls_may_be_fast_and_what_is_thrown_may_not(seen):

@@ -8,6 +8,7 @@ there u spreads over the cloth that comes back, as the gap of a seam that is dra
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,12 +17,13 @@ import warp as wp
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from tryon_solver.body.carry import find_field, set_places
+from tryon_solver.body.carry import find_field, rigid_kernel, set_places, surface_kernel
 from tryon_solver.dressing.new_cut import NewCut
 from tryon_solver.geometry.normals import vertex_normals
 from tryon_solver.geometry.overlay import Overlay
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.spread import Points, spread
+from tryon_solver.linalg.launch import launch
 from tryon_solver.simulation import Simulation
 from tryon_solver.state import positions
 
@@ -124,14 +126,39 @@ def mean_of(values: Points, welded: NDArray[np.integer], known: NDArray[np.integ
 
 
 def gone_along(worn: Simulation, new: Simulation, hung: Hung, cloth: Points) -> Points:
-    """(N, 3) m: the cloth of `new` from where it hung so to where the body's motion since then leads it."""
+    """(N, 3) m: the cloth of `new` from where it hung so to where the body's motion since then leads it.
+
+    The body goes straight from one stance to the other, all of it with the root at once, then the rest in parts in
+    which no skin goes further than in a step's (`substep_travel`): one field over the whole way, weighted where it
+    begins, takes cloth between two legs through itself.
+    """
     assert worn.body is not None
     assert new.body is not None
-    carry, settings = new.body.carry, new.settings
-    motions = worn.body.transforms() @ np.linalg.inv(new.body.moving.transforms(hung.pose))
-    x: wp.array = wp.array(positions(cloth, hung.surface), dtype=wp.vec3, device=new.device)
+    carry, settings, moving, device = new.body.carry, new.settings, new.body.moving, new.device
+    before, end = moving.transforms(hung.pose), worn.body.transforms()
+    as_one = end[0] @ np.linalg.inv(before[0])
+    x: wp.array = wp.array(positions(cloth, hung.surface), dtype=wp.vec3, device=device)
     way = wp.zeros_like(x)
-    set_places(carry, x, settings.carry_none)
-    carry.take_motions(motions)
-    find_field(carry, x, settings.carry_full, settings.carry_none, way)
-    return cloth + way.numpy()[: len(cloth)].astype(np.float64)
+    carry.take_motions(before, as_one)
+    launch(rigid_kernel, len(x), [carry.root], [x], device=device)
+    before = as_one @ before
+    skin, skin_after = (wp.zeros(len(hung.surface), dtype=wp.vec3, device=device) for _ in range(2))
+    for transforms, stance, there in ((before, hung.pose, skin), (end, worn.body.pose, skin_after)):
+        moving.take(transforms, stance)
+        moving.write(there)
+    travel = float(np.linalg.norm(skin_after.numpy() - skin.numpy(), axis=1).max())
+    parts = max(1, math.ceil(travel / settings.substep_travel))
+    for k in range(1, parts + 1):
+        stance = worn.body.pose if k == parts else moving.between(hung.pose, worn.body.pose, k / parts)
+        after = moving.transforms(stance)
+        after = end[0] @ np.linalg.inv(after[0]) @ after
+        moving.take(after, stance)
+        moving.write(skin_after)
+        set_places(carry, x, settings.carry_none)
+        carry.take_motions(after @ np.linalg.inv(before))
+        find_field(carry, x, settings.carry_full, settings.carry_none, way)
+        launch(surface_kernel, len(skin), [len(cloth), skin, skin_after], [way], device=device)
+        x = wp.array(x.numpy() + way.numpy(), dtype=wp.vec3, device=device)
+        wp.copy(skin, skin_after)
+        before = after
+    return x.numpy()[: len(cloth)].astype(np.float64)

@@ -16,6 +16,7 @@ from edited_session import EditedSession, Script, Shown
 from frames_after import FrameWatch
 from levels import grown
 from undone import ELSEWHERE, Undone, other_than_from_scratch
+from worn_frames import WornFrames
 from worn_on import fastest_worn_on
 
 from tryon_server.runtime.memory import own_bytes
@@ -60,7 +61,7 @@ class EditRun:
         self.asked: Counter[str] = Counter()
         self.broken: list[str] = []
         self.seconds: dict[str, list[float]] = {how: [] for how in HOWS}
-        self.dressed_at = 0  # frame
+        self.worn_frames = WornFrames()
         self.rebuilt = 0  # times that another mesh's simulation was held to one built from scratch
         self.left_out: Counter[str] = Counter()  # why not, or not the whole of it
         self.stretch = 0.0
@@ -118,7 +119,7 @@ class EditRun:
             pass
         if not steps.history.done:
             self.tell("all taken back")
-            worn = self.watch.faults.frames - self.dressed_at
+            worn = self.worn_frames.at(self.watch.faults.frames)
             yield from self.undone.compare(session, steps.history, self.watch.see, worn)
             self.clear_up()
 
@@ -134,13 +135,14 @@ class EditRun:
         for each in answer.before:
             self.watch.see(each)
         self.clear_up()
+        before = steps.history.specification
         if not self.take(steps, command, answer.event, answer.put_on):
             return False
         self.watch.changed(described(command))
         shown = yield from session.frame()
         how = answer.put_on or ("carried" if changed_mesh(answer.event) else "value")
-        if answer.put_on:
-            self.dressed_at = self.watch.faults.frames
+        if how in NEW_MESH:
+            self.worn_frames.replaced(how, before, steps.history.specification, self.watch.faults.frames)
         self.seconds[how].append(shown.came - answer.asked)
         if how in NEW_MESH and sum(len(self.seconds[each]) for each in NEW_MESH) % SCRATCH == 1:
             other, left_out = other_than_from_scratch(session.drape, self.order)
