@@ -83,7 +83,7 @@ def term_hessian(garment: Garment, term: Contribution, x: np.ndarray) -> np.ndar
         rest.take(garment.uv_corners)
         summed = TriangleHessian.build(rest, garment.connectivity, rows.width)
         term.add_triangle_hessian(device_vectors(x), summed.hessians)
-        summed.gather(wp.zeros(rows.blocks.shape, dtype=wp.float32, device="cpu"), rows.blocks)
+        summed.sum_up(wp.zeros(rows.blocks.shape, dtype=wp.float32, device="cpu"), rows)
     else:
         assert term.add_hessian is not None
         term.add_hessian(device_vectors(x), rows)

@@ -123,10 +123,10 @@ def hessian_kernel(
     """Adds the positive semidefinite Hessian of Psi: psi = (s1 - 1)^2/2 + (s2 - 1)^2/2 for the shear part."""
     t = wp.tid()
     f_u, f_v = deformation_gradient(x, faces[t], gradients[t, 1], gradients[t, 2])
-    _u1, _u2, _n, _v1, s1, s2 = principal_frame(f_u, f_v)
+    u1, u2, n, v1, s1, s2 = principal_frame(f_u, f_v)
     k = stiffness[t]
     shear = area[t] * k[2]
-    h_uu, h_uv, h_vv = isotropic_hessian(f_u, f_v, shear, s1 - 1.0, s2 - 1.0, 1.0, 1.0)
+    h_uu, h_uv, h_vv = isotropic_hessian(u1, u2, n, v1, s1, s2, shear, s1 - 1.0, s2 - 1.0, 1.0, 1.0)
     h_uu += column_hessian(area[t] * (k[0] - k[2]), f_u)
     h_vv += column_hessian(area[t] * (k[1] - k[2]), f_v)
     add_over_gradient(hessians, t, h_uu, h_uv, h_vv)

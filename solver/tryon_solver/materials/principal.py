@@ -15,8 +15,6 @@ from __future__ import annotations
 
 import warp as wp
 
-from tryon_solver.materials.triangle_hessian import add_over_gradient
-
 wp.set_module_options({"enable_backward": False})
 
 mat32 = wp.types.matrix(shape=(3, 2), dtype=wp.float32)
@@ -47,11 +45,30 @@ def principal_frame(f_u: wp.vec3, f_v: wp.vec3):
 
 
 @wp.func
+def largest_stretch(f_u: wp.vec3, f_v: wp.vec3) -> float:
+    """s1 alone, which takes no angles."""
+    a = wp.dot(f_u, f_u)
+    b = wp.dot(f_u, f_v)
+    c = wp.dot(f_v, f_v)
+    return wp.sqrt(0.5 * (a + c) + wp.sqrt(0.25 * (a - c) * (a - c) + b * b))
+
+
+@wp.func
 def isotropic_hessian(
-    f_u: wp.vec3, f_v: wp.vec3, weight: float, slope1: float, slope2: float, curvature1: float, curvature2: float
+    u1: wp.vec3,
+    u2: wp.vec3,
+    n: wp.vec3,
+    v1: wp.vec2,
+    s1: float,
+    s2: float,
+    weight: float,
+    slope1: float,
+    slope2: float,
+    curvature1: float,
+    curvature2: float,
 ):
-    """weight times the Hessian above over dF, as h_uu, h_uv, h_vv: sum over the modes of w q q^T, w >= 0."""
-    u1, u2, n, v1, s1, s2 = principal_frame(f_u, f_v)
+    """weight times the Hessian above over dF, as h_uu, h_uv, h_vv: sum over the modes of w q q^T, w >= 0. Slopes psi_1,
+    psi_2 and curvatures psi_11, psi_22 are those at the stretches of the frame."""
     c = v1[0]
     s = v1[1]
     half = 0.5 * weight
@@ -78,20 +95,3 @@ def isotropic_hessian(
     h_vv = s * s * h_11 + c * s * (h_12 + h_21) + c * c * h_22
     h_uv = c * s * (h_11 - h_22) + c * c * h_12 - s * s * h_21
     return h_uu, h_uv, h_vv
-
-
-@wp.func
-def add_isotropic(
-    hessians: wp.array2d(dtype=wp.mat33),
-    t: int,
-    f_u: wp.vec3,
-    f_v: wp.vec3,
-    weight: float,
-    slope1: float,
-    slope2: float,
-    curvature1: float,
-    curvature2: float,
-):
-    """Adds weight times the Hessian above; slopes psi_1, psi_2 and curvatures psi_11, psi_22 at the stretches of F."""
-    h_uu, h_uv, h_vv = isotropic_hessian(f_u, f_v, weight, slope1, slope2, curvature1, curvature2)
-    add_over_gradient(hessians, t, h_uu, h_uv, h_vv)

@@ -11,7 +11,8 @@ from __future__ import annotations
 import warp as wp
 
 from tryon_solver.materials.membrane import add_to_corners, deformation_gradient
-from tryon_solver.materials.principal import add_isotropic, principal_frame
+from tryon_solver.materials.principal import isotropic_hessian, largest_stretch, principal_frame
+from tryon_solver.materials.triangle_hessian import add_over_gradient
 
 wp.set_module_options({"enable_backward": False})
 
@@ -97,12 +98,13 @@ def hessian_kernel(
     """Adds the positive semidefinite Hessian of Psi: psi = sum_k max(s_k - limit, 0)^2/2; silent below the limit."""
     t = wp.tid()
     f_u, f_v = deformation_gradient(x, faces[t], gradients[t, 1], gradients[t, 2])
-    _u1, _u2, _n, _v1, s1, s2 = principal_frame(f_u, f_v)
-    over1 = wp.max(s1 - limit[t], 0.0)
-    over2 = wp.max(s2 - limit[t], 0.0)
-    if over1 > 0.0:
+    if largest_stretch(f_u, f_v) > limit[t]:  # as that of few triangles is
+        u1, u2, n, v1, s1, s2 = principal_frame(f_u, f_v)
+        over1 = wp.max(s1 - limit[t], 0.0)
+        over2 = wp.max(s2 - limit[t], 0.0)
         active2 = float(0.0)
         if over2 > 0.0:
             active2 = 1.0
         weight = area[t] * stiffness[t]
-        add_isotropic(hessians, t, f_u, f_v, weight, over1, over2, 1.0, active2)
+        h_uu, h_uv, h_vv = isotropic_hessian(u1, u2, n, v1, s1, s2, weight, over1, over2, 1.0, active2)
+        add_over_gradient(hessians, t, h_uu, h_uv, h_vv)

@@ -28,7 +28,7 @@ def linearise(sim: Simulation) -> None:
     sim.triangle_hessian.hessians.zero_()
     for add_triangle_hessian in sim.stages.add_triangle_hessian:
         add_triangle_hessian(sim.state.x, sim.triangle_hessian.hessians)
-    sim.triangle_hessian.gather(sim.matrices.near_far.near, rows.blocks)
+    sim.triangle_hessian.sum_up(sim.matrices.near_far.near, rows)
     for add_hessian in sim.stages.add_hessian:
         add_hessian(sim.state.x, rows)
     launch(

@@ -91,5 +91,5 @@ def test_no_neighbour_is_far_and_padding_stays_zero(garment):
         assert not real[np.argmin(real) :].any() or real.all(), "padding comes last: products end with it"
     assert (parts.near.numpy()[:, 1:][columns[:, 1:] == columns[:, :1]] == 0).all()
     rest = RestShape.build(garment, np.ones(len(garment.faces)), "cpu")
-    TriangleHessian.build(rest, garment.connectivity, rows.width).gather(parts.near, rows.blocks)
+    TriangleHessian.build(rest, garment.connectivity, rows.width).sum_up(parts.near, rows)
     np.testing.assert_allclose(rows.blocks.numpy(), parts.near.numpy()[..., None, None] * np.eye(3), atol=0)
