@@ -39,7 +39,8 @@ def dress(path: Path) -> None:
 
 
 def play(path: Path, preset: str, rate: int) -> None:
-    """A frame for each line that is read: writes `frame`, its wall and its processor time in ms; first `ready`."""
+    """A frame for each line that is read: writes `frame`, its wall and its processor time in ms and its Newton
+    iterations; first `ready`."""
     import warp as wp
 
     wp.config.quiet = True
@@ -61,8 +62,9 @@ def play(path: Path, preset: str, rate: int) -> None:
     print("ready", len(kept["x"]), Path(tryon_solver.__file__).parents[1], flush=True)
     for frame, _ in enumerate(sys.stdin, 1):
         begun, spent = time.perf_counter(), time.process_time()
-        sim.advance(motion.sample(frame / rate), frame / rate)
-        print("frame", 1e3 * (time.perf_counter() - begun), 1e3 * (time.process_time() - spent), flush=True)
+        report = sim.advance(motion.sample(frame / rate), frame / rate)
+        took = 1e3 * (time.perf_counter() - begun), 1e3 * (time.process_time() - spent)
+        print("frame", *took, report.newton_iterations, flush=True)
 
 
 def solver_of(commit: str, folder: Path) -> Path:
@@ -85,7 +87,7 @@ def compare(commit: str, preset: str, rate: int, frames: int, folder: Path, worn
     if [Path(told) for _, told in ready] != solvers:
         raise RuntimeError(f"other solvers are installed in front of those to compare: {ready}")
     vertices = int(ready[0][0])
-    times = np.zeros((frames, len(players), 2))
+    times = np.zeros((frames, len(players), 3))
     for frame in range(frames):
         for k in (0, 1) if frame % 2 else (1, 0):
             stdin = players[k].stdin
@@ -95,8 +97,10 @@ def compare(commit: str, preset: str, rate: int, frames: int, folder: Path, worn
             times[frame, k] = [float(word) for word in said(players[k], "frame")]
     for player in players:
         player.communicate()
-    medians = np.median(times[frames // 6 :], axis=0)
-    return {"preset": preset, "rate": rate, "vertices": vertices, "frames": frames, "ms": medians.tolist()}
+    told = times[frames // 6 :]
+    medians, newton = np.median(told[..., :2], axis=0), told[..., 2].mean(axis=0)
+    alike = {"preset": preset, "rate": rate, "vertices": vertices, "frames": frames}
+    return {**alike, "ms": medians.tolist(), "newton": newton.tolist()}
 
 
 def said(player: subprocess.Popen[str], word: str) -> list[str]:
@@ -115,15 +119,20 @@ def table(found: list[dict[str, Any]], commit: str) -> str:
         "",
         f"A T-shirt of {found[0]['vertices']} vertices in the walk, with the effects `LIVE`, by the solver of commit",
         f"{commit}, the last without these effects, and by this one: frame by frame in turn, medians of",
-        f"{found[0]['frames']} frames, on one of {os.cpu_count()} cores ({platform.machine()}).",
+        f"{found[0]['frames']} frames, on one of {os.cpu_count()} cores ({platform.machine()}). How many Newton",
+        "iterations a frame takes, in the mean, follows from when a correction ends (METHOD.md section 7), not from",
+        "effects.",
         "",
-        "| preset | frames a second | ms before | ms now | ratio | processor ms before | now | ratio |",
-        "|---|---|---|---|---|---|---|---|",
+        "| preset | frames a second | ms before | ms now | ratio | processor ms before | now | ratio "
+        "| Newton iterations before | now |",
+        "|---|---|---|---|---|---|---|---|---|---|",
     ]
     for row in found:
         (wall, spent), (wall_now, spent_now) = row["ms"]
         figures = f"{wall:.1f} | {wall_now:.1f} | {wall_now / wall:.3f} | {spent:.1f} | {spent_now:.1f}"
-        lines.append(f"| {row['preset']} | {row['rate']} | {figures} | {spent_now / spent:.3f} |")
+        newton, newton_now = row["newton"]
+        iterations = f"{newton:.1f} | {newton_now:.1f}"
+        lines.append(f"| {row['preset']} | {row['rate']} | {figures} | {spent_now / spent:.3f} | {iterations} |")
     return "\n".join([*lines, "", END])
 
 
