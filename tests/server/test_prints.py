@@ -18,11 +18,22 @@ CHECKS = np.indices((24, 36)).sum(0) % 2  # rows, columns
 PICTURE = png(np.repeat((255 * CHECKS).astype(np.uint8)[..., None], 3, axis=2))
 
 
-def a_png(width: int, height: int, depth: int, colour: int, interlaced: int = 0, size: int | None = None) -> bytes:
-    """A PNG of that header with `size` bytes of pixels, all 0."""
+def a_png(
+    width: int,
+    height: int,
+    depth: int,
+    colour: int,
+    interlaced: int = 0,
+    size: int = 0,
+    filled: int = 0,
+    palette: int = 6,
+) -> bytes:
+    """A PNG of that header with `size` bytes of pixels, all `filled`, and a palette of so many bytes if it asks for
+    one."""
     header = struct.pack(">IIBBBBB", width, height, depth, colour, 0, 0, interlaced)
-    pixels = zlib.compress(bytes(size or 0))
-    return SIGNATURE + chunk(b"IHDR", header) + chunk(b"IDAT", pixels) + chunk(b"IEND", b"")
+    colours = chunk(b"PLTE", bytes(palette)) if colour == 3 and palette else b""
+    pixels = zlib.compress(bytes([filled]) * size)
+    return SIGNATURE + chunk(b"IHDR", header) + colours + chunk(b"IDAT", pixels) + chunk(b"IEND", b"")
 
 
 def a_jpeg(frame: int = 0xC0, bits: int = 8, height: int = 24, width: int = 36, colours: int = 3, end=b"\xff\xd9"):
@@ -69,6 +80,9 @@ def test_a_png_has_as_many_pixels_as_its_header_says(depth, colour, interlaced, 
         (a_jpeg(width=0), "0 pixels wide"),
         (a_png(5000, 10, 8, 2), "5000 pixels wide"),
         (a_png(9, 2, 8, 2), "2 pixels high"),
+        (a_png(9, 10, 8, 3, size=100, palette=0), "palette .PLTE., and that has 0 bytes"),
+        (a_png(9, 10, 1, 3, size=30, palette=9), "palette .PLTE., and that has 9 bytes"),
+        (a_png(9, 10, 8, 0, size=100, filled=5), "none of PNG's 5 filters"),
     ],
 )
 def test_what_can_not_be_shown_is_refused_with_what_to_do(content, says):

@@ -1,7 +1,8 @@
 """What an uploaded picture is, from its own bytes: a PNG or a JPEG that browsers and glTF readers show.
 
 Pictures are handed on as they are: nothing here decodes pixels, since whoever shows one does. A PNG's pixels are
-inflated once, to see that they are all there. PNG: https://www.w3.org/TR/png-3; JPEG: ITU-T T.81.
+inflated once, to see that they are all there and in rows that can be read. PNG: https://www.w3.org/TR/png-3; JPEG:
+ITU-T T.81.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ from tryon_server.problems import ProblemError, problem_error
 PNG_SIGNATURE, JPEG_START, JPEG_END = b"\x89PNG\r\n\x1a\n", b"\xff\xd8", b"\xff\xd9"
 LEAST_SIDE, LARGEST_SIDE = 8, 4096  # pixels
 CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}  # of PNG's colour types
+BY_PALETTE = 3  # the colour type whose pixels are numbers of a palette's colours
+FILTERS = 5  # that a row of pixels may be stored by, from 0
 DEPTHS = {0: (1, 2, 4, 8, 16), 2: (8, 16), 3: (1, 2, 4, 8), 4: (8, 16), 6: (8, 16)}
 BASELINE, EXTENDED, PROGRESSIVE = 0xC0, 0xC1, 0xC2  # JPEG's frames that everybody reads
 OTHER_FRAMES = (*range(0xC3, 0xC4), *range(0xC5, 0xC8), *range(0xC9, 0xCC), *range(0xCD, 0xD0))
@@ -46,7 +49,7 @@ def read_picture(content: bytes) -> Picture:
 
 
 def _png(content: bytes) -> Picture:
-    header, pixels = b"", bytearray()
+    header, palette, pixels = b"", b"", bytearray()
     at, kind = len(PNG_SIGNATURE), b""
     while kind != b"IEND":
         if at + 12 > len(content):
@@ -59,6 +62,8 @@ def _png(content: bytes) -> Picture:
             raise _unreadable(f"it begins with {kind.decode('latin1')!r} and not with IHDR")
         if kind == b"IHDR":
             header = body
+        elif kind == b"PLTE":
+            palette = body
         elif kind == b"IDAT":
             pixels += body
         at += 12 + length
@@ -67,10 +72,16 @@ def _png(content: bytes) -> Picture:
     width, height, depth, colour, _, _, interlaced = struct.unpack(">IIBBBBB", header)
     if depth not in DEPTHS.get(colour, ()) or interlaced > 1:
         raise _unreadable(f"colour type {colour} with {depth} bits and interlace method {interlaced} are not PNG's")
+    if colour == BY_PALETTE and (len(palette) % 3 or not 3 <= len(palette) <= 3 << depth):
+        raise _unreadable(f"its pixels are of a palette (PLTE), and that has {len(palette)} bytes")
     checked = _sized("image/png", width, height)
     rows = _passes(width, height) if interlaced else [(width, height)]
-    expected = sum(high * (1 + (wide * CHANNELS[colour] * depth + 7) // 8) for wide, high in rows if wide and high)
-    _inflate(bytes(pixels), expected)
+    sizes = [(high, 1 + (wide * CHANNELS[colour] * depth + 7) // 8) for wide, high in rows if wide and high]
+    inflated, at = _inflate(bytes(pixels), sum(high * size for high, size in sizes)), 0
+    for high, size in sizes:
+        if any(first >= FILTERS for first in inflated[at : at + high * size : size]):
+            raise _unreadable(f"a row of its pixels is stored by none of PNG's {FILTERS} filters: they are damaged")
+        at += high * size
     return checked
 
 
@@ -80,15 +91,17 @@ def _passes(width: int, height: int) -> list[tuple[int, int]]:
     return [(-(-(width - x) // across), -(-(height - y) // down)) for x, y, across, down in grid]
 
 
-def _inflate(packed: bytes, expected: int) -> None:
-    """Raises ProblemError unless there are as many bytes of pixels as there should be."""
+def _inflate(packed: bytes, expected: int) -> bytes:
+    """The pixels' rows. Raises ProblemError unless there are as many bytes of them as there should be."""
     inflating = zlib.decompressobj()
     try:
-        size = len(inflating.decompress(packed, expected + 1))
+        inflated = inflating.decompress(packed, expected + 1)
     except zlib.error as error:
         raise _unreadable("its pixels can't be inflated: they are damaged") from error
-    if size != expected:
-        raise _unreadable(f"its pixels take {'more' if size > expected else 'fewer'} bytes than its header says")
+    if len(inflated) != expected:
+        amount = "more" if len(inflated) > expected else "fewer"
+        raise _unreadable(f"its pixels take {amount} bytes than its header says")
+    return inflated
 
 
 def _jpeg(content: bytes) -> Picture:

@@ -56,6 +56,7 @@ class EffectTalk:
         self._wishes: Mapping[str, Any] = {}
         self._waiting: dict[int, Asker] = {}
         self._kept: dict[str, ChangeEffect] = {}  # asked for before the garment was worn and not answered yet, by name
+        self._earlier: dict[str, list[ChangeEffect]] = {}  # what was asked before these, should they be refused
         self._refused: dict[str, KeptEffect] = {}  # of these, what the garment can't have
 
     def obey(self, client: int, message: EffectQuestion) -> list[Action]:
@@ -97,13 +98,16 @@ class EffectTalk:
         return [action for command in commands for action in self._keep(command, NOBODY_ASKS)[1]]
 
     def _keep(self, asked: ChangeEffect, asker: Asker) -> tuple[int, list[Action]]:
-        """Keep what is asked until the garment is worn, in the place of what was asked of the same effect before."""
+        """Keep what is asked until the garment is worn, in the place of what was asked of the same effect before: that
+        is asked for again should the garment refuse it, since what is refused changes nothing."""
         if asked.name not in self._names:
             what, remedy = f"There is no effect {asked.name[:LONGEST_NAME]!r}.", f"Use one of {', '.join(self._names)}."
             raise ProtocolError("effect_refused", "$.name", what, remedy)
         before = self._kept.get(asked.name)
-        if before is None and len(self._kept) >= MOST_WAITING:
+        if len(self._kept) + sum(map(len, self._earlier.values())) >= MOST_WAITING:
             raise _too_many()
+        if before is not None:
+            self._earlier.setdefault(asked.name, []).append(before)
         actions = [] if before is None else self._forget(before)
         parameters = before.parameters if before is not None and asked.parameters is None else asked.parameters
         command = replace(asked, ticket=self._new_ticket(), parameters=parameters)
@@ -140,6 +144,7 @@ class EffectTalk:
         self.newest, self._wishes = event.effects, event.wishes
         for command in [one for one in self._kept.values() if one.ticket in event.answers]:
             actions += self._forget(command)
+            self._earlier.pop(command.name, None)
         actions += self._tell_kept()
         askers = [(ticket, self._waiting.pop(ticket, None)) for ticket in event.answers]
         answers = [AnswerEffects(ticket, self.newest) for ticket, asker in askers if asker and asker.client == NOBODY]
@@ -158,7 +163,11 @@ class EffectTalk:
             said = f"{fault.message} {fault.remedy}"
             refused = KeptEffect(name=kept.name, state=kept.state, parameters=_plain(kept), refused=said)
             self._refused[kept.name] = refused
-            actions += [*self._forget(kept), *self._tell_kept()]
+            actions += self._forget(kept)
+            if earlier := self._earlier.get(kept.name):
+                command = self._kept[kept.name] = replace(earlier.pop(), ticket=self._new_ticket())
+                actions += [KeepWaiting(command.ticket, command), Order(command)]
+            actions += self._tell_kept()
         if asker is None:
             return actions
         if asker.client == NOBODY:

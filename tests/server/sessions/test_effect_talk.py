@@ -146,6 +146,24 @@ def test_what_the_worn_garment_cannot_have_is_refused_then_and_listed_so_until_i
     assert kept(early) == []
 
 
+def test_what_is_refused_then_changes_nothing_of_what_was_asked_before_it():
+    early = undressed()
+    for speed in (4, 99, 98):
+        early.say(1, SetEffectMessage(name="wind", parameters={"velocity": [0, 0, speed]}))
+    early.simulation(told("absent"))
+    for speed in (98, 99):
+        order = early.ordered(ChangeEffect)[-1]
+        assert order.parameters == {"velocity": [0, 0, speed]}
+        early.simulation(EffectRefused(order.ticket, "parameters.velocity", "That is a storm", "Go in"))
+    order = early.ordered(ChangeEffect)[-1]
+    assert order.parameters == {"velocity": [0, 0, 4]}
+    assert [one[2:] for one in kept(early)] == [({"velocity": [0, 0, 4]}, False), ({"velocity": [0, 0, 99]}, True)]
+    assert list(early.stored) == [order.ticket], "it outlives the server"
+    early.simulation(told("active", order.ticket))
+    assert early.stored == {}
+    assert len(early.ordered(ChangeEffect)) == 3
+
+
 def test_what_there_is_none_of_is_refused_before_anything_is_worn():
     early = undressed()
     early.say(1, SetEffectMessage(name="snow", request=3))
