@@ -84,13 +84,13 @@ def hand_out_kernel(
     h_vu = wp.transpose(h_uv)
     for i in range(3):
         g = gradients[t, i]
-        to_u = g[0] * hessians[t, 0] + g[1] * h_vu
-        to_v = g[0] * h_uv + g[1] * hessians[t, 2]
         row = faces[t][i]
         for j in range(3):
             q = gradients[t, j]
             k = slots[t, 3 * i + j]
-            blocks[row, k] = blocks[row, k] + q[0] * to_u + q[1] * to_v
+            of_u = g[0] * (q[0] * hessians[t, 0] + q[1] * h_uv)  # rounded as where they are gathered
+            of_v = g[1] * (q[0] * h_vu + q[1] * hessians[t, 2])
+            blocks[row, k] = blocks[row, k] + of_u + of_v
 
 
 @wp.kernel

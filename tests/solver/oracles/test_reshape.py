@@ -57,9 +57,9 @@ def arrays(sim):
         "far columns": sim.matrices.near_far.far.columns,
         "mass": sim.mass_per_dt2,
         "all diagonal": sim.work.diagonal[: sim.cloth_count],
-        "area": sim.contact.area,
-        "reach": sim.contact.reach_self,
     }
+    if sim.touching:
+        found |= {"area": sim.contact.area, "reach": sim.contact.reach_self}
     for contribution in sim.plan.contributions:
         for term in (contribution.stiffness, contribution.rate_stiffness):
             if term is not None:
