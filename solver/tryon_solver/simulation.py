@@ -189,8 +189,12 @@ class Simulation:
         self.comes_along = False  # in the next `advance`
         self.substeps = 1  # of the body in the last step
         self.largest_out = wp.zeros(1, dtype=wp.float32, device=device)
+        self.lag = wp.zeros(1, dtype=wp.float32, device=device)  # m, of the surface behind its skin
         self.cycles = wp.zeros(3, dtype=wp.int32, device=device)  # as in stepping/repeat.py
         self.most_cycles = wp.zeros(1, dtype=wp.int32, device=device)
+        self.cycles_told = 0  # of these, as the device knows
+        self.clear = wp.zeros(1, dtype=wp.int32, device=device)  # as in stepping/carry_once.py
+        self.under_way = False  # has the device begun to solve by itself (stepping/move_body.py)?
         self.accuracy = wp.zeros(1, dtype=wp.float32, device=device)  # m, as in stepping/near.py
         self.error = wp.zeros(1, dtype=wp.float32, device=device)  # m, as in stepping/estimate.py
         self.graphs: dict[str, KeptGraph] = {}  # by verb, as in stepping/record.py
@@ -202,6 +206,7 @@ class Simulation:
         self.tears = TearWatch.build(self.rest, self.progress.stretch, settings.correction_torn)
         self.buy(settings.accuracy, settings.deadline)
         self.coasting = Coasting(device)
+        self.concluded = False  # has the device ended the step by itself (stepping/ending.py)?
         self.went_back = False  # did the last correction end where it had been nearest to balance?
 
     def _assemble(self, basis: csr_matrix) -> None:
@@ -434,6 +439,12 @@ class Simulation:
         """Largest length among the vectors [their unit]."""
         find_largest(vectors, self.largest_out)
         return float(read(self.largest_out)[0][0])
+
+    def tell_cycles(self, most: int) -> None:
+        """Let the next step's cycles be no more than that."""
+        if most != self.cycles_told:
+            self.most_cycles.fill_(most)
+            self.cycles_told = most
 
     # -- reporting -----------------------------------------------------------------------------------------------
 

@@ -24,6 +24,7 @@ from tryon_solver.stepping.proxy import build_contact_proxy, find_pairs, project
 from tryon_solver.stepping.record import recorded, unrecorded
 from tryon_solver.stepping.remember import remember_contacts
 from tryon_solver.stepping.repeat import repeat_until
+from tryon_solver.stepping.report import measure_for_report
 from tryon_solver.stepping.sleep import awake
 from tryon_solver.stepping.smooth import smooth_in_full_space
 from tryon_solver.stepping.two_level import assemble_coarse_level, solve_on_two_levels
@@ -67,7 +68,7 @@ def advance(sim: Simulation, pose: Pose | None, time: float, longest_step: float
     sim.start_report()
     for interval in awake(sim, sim.pose_intervals(pose, time, longest_step)):  # none longer than the largest step
         sim.use_time_step(interval.dt)
-        sim.timed(move_body, interval)  # carry, kinematic sub-steps: a feasible state at the new pose
+        sim.timed(move_body, interval, solve_freely)  # carry, kinematic sub-steps: a feasible state at the new pose
         step(sim)
         go_along(sim)  # with the body's speed, where it was to come along
         sim.commit(interval)
@@ -77,13 +78,15 @@ def advance(sim: Simulation, pose: Pose | None, time: float, longest_step: float
 def step(sim: Simulation) -> None:
     """Algorithm 1: advance the garment by the time step on the body as it stands. METHOD.md section 2."""
     scheme = SCHEMES[sim.settings.scheme]  # the paper's unless the settings name another
-    recorded(sim, solve_freely)  # prediction, one global step there
+    if not sim.under_way:  # as a GPU is where all of the body's motion was free
+        recorded(sim, solve_freely)  # prediction, one global step there
     for _ in contact_passes(sim):  # one, unless the settings ask for more
         sim.timed(find_pairs, scheme.run is unrecorded)  # within reach at the feasible state
         scheme.run(sim, solve_proxy)  # their quadratic proxy, and the scheme's cycles: the trial
-        sim.timed(correct_penetration)  # Newton-PCG on the full potential, every iterate proven free of contact
+        sim.timed(correct_penetration, conclude)  # Newton-PCG on the full potential, every iterate proven free
         sim.timed(verify_commit)  # float64 on what is near; else the pass is void and x goes back
-    recorded(sim, conclude)  # what the next step is to know, and the report
+    if not sim.concluded:  # as a GPU does by itself where all has gone as it should
+        recorded(sim, conclude)
 
 
 def solve_freely(sim: Simulation) -> None:
@@ -94,10 +97,11 @@ def solve_freely(sim: Simulation) -> None:
 
 
 def conclude(sim: Simulation) -> None:
-    """What has come of the step, at the state in which it ended."""
+    """What has come of the step, at the state in which it ended: what the next one is to know, and the report."""
     sim.timed(remember_contacts)  # how far each has given
     sim.timed(estimate_error)  # how far from balance it ended
     sim.timed(update_velocity)
+    sim.timed(measure_for_report)  # stretch, and how far the surface is behind
 
 
 def solve_proxy(sim: Simulation) -> None:

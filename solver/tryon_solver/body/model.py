@@ -76,12 +76,15 @@ class BodyModel:
         return {name: index for index, name in enumerate(self.joint_names)}
 
     @cached_property
-    def levels(self) -> tuple[np.ndarray, ...]:
-        """Joint indices by depth below the root, the root's level left out: what forward kinematics runs through."""
-        depth = np.zeros(self.joint_count, dtype=int)
-        for joint, parent in enumerate(self.parents[1:], start=1):
-            depth[joint] = depth[parent] + 1
-        return tuple(np.flatnonzero(depth == d) for d in range(1, depth.max() + 1))
+    def ancestors(self) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+        """What forward kinematics runs through: joints with their ancestors one step up, then two, four, eight, ...;
+        who has none so far up is left out. After as many rounds a joint has all above it in its transform."""
+        rounds, above = [], self.parents.astype(int)
+        while (above >= 0).any():
+            joints = np.flatnonzero(above >= 0)
+            rounds.append((joints, above[joints]))
+            above = np.where(above >= 0, above[above], -1)
+        return tuple(rounds)
 
     def start(self) -> Pose:
         """The rest pose."""

@@ -72,8 +72,8 @@ def world_from_joint(model: BodyModel, pose: Pose) -> np.ndarray:
     transforms[:, :3, :3], transforms[:, 3, 3] = quaternions.to_matrix(pose.rotations), 1.0
     transforms[0, :3, 3] = pose.root
     transforms[1:, :3, 3] = model.rest_joints[1:] - model.rest_joints[model.parents[1:]]
-    for joints in model.levels:  # from parent to world from parent
-        transforms[joints] = transforms[model.parents[joints]] @ transforms[joints]
+    for joints, above in model.ancestors:  # from one to the one so far up, then twice as far
+        transforms[joints] = transforms[above] @ transforms[joints]
     return transforms
 
 

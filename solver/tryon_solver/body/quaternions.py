@@ -41,19 +41,24 @@ def rotate(q: np.ndarray, v: np.ndarray) -> np.ndarray:
     return v + w * t + np.cross(u, t)
 
 
+def _products_to_matrix() -> np.ndarray:
+    """(16, 9): what the products q_a q_b of a unit quaternion's parts add to its matrix, beside the identity."""
+    entries = np.zeros((4, 4, 3, 3))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        entries[j, j, i, i] = entries[k, k, i, i] = -2.0
+        entries[i, j, i, j] = entries[i, j, j, i] = 2.0
+        entries[k, 3, i, j], entries[k, 3, j, i] = -2.0, 2.0
+    return entries.reshape(16, 9)
+
+
+PRODUCTS_TO_MATRIX = _products_to_matrix()
+
+
 def to_matrix(q: np.ndarray) -> np.ndarray:
-    """Rotation matrices (..., 3, 3) of unit quaternions."""
-    x, y, z, w = np.moveaxis(np.asarray(q, dtype=np.float64), -1, 0)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
-    matrices = np.empty((*x.shape, 3, 3))
-    for i, row in enumerate(rows):
-        for k, value in enumerate(row):
-            matrices[..., i, k] = value
-    return matrices
+    """Rotation matrices (..., 3, 3) of unit quaternions. One product of all: a frame has the body's, and waits."""
+    q = np.asarray(q, dtype=np.float64)
+    products = (q[..., :, None] * q[..., None, :]).reshape(-1, 16)
+    return (products @ PRODUCTS_TO_MATRIX + np.eye(3).reshape(9)).reshape(*q.shape[:-1], 3, 3)
 
 
 def from_axis_angle(axis: np.ndarray, angle: np.ndarray | float) -> np.ndarray:

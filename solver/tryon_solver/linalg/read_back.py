@@ -18,6 +18,7 @@ class Landing(threading.local):
 
     def __init__(self) -> None:
         self.kept: dict[tuple[int, type], tuple[wp.array, np.ndarray]] = {}
+        self.events: dict[str, wp.Event] = {}
 
     def place(self, number: int, array: wp.array) -> tuple[wp.array, np.ndarray]:
         """Memory for the array, that is the so-manieth of a reading, as the device and as the host see it."""
@@ -26,6 +27,12 @@ class Landing(threading.local):
             memory = wp.empty(len(array), dtype=array.dtype, device="cpu", pinned=True)
             self.kept[key] = memory, memory.numpy()
         return self.kept[key]
+
+    def event(self, device: wp.Device) -> wp.Event:
+        """The device's event of having read."""
+        if device.alias not in self.events:
+            self.events[device.alias] = wp.Event(device)
+        return self.events[device.alias]
 
 
 LANDING = Landing()
@@ -37,20 +44,38 @@ def read(*arrays: wp.array) -> list[np.ndarray]:
     They are the caller's for good, no views of what is still written to. Never for a graph that is being captured:
     nothing has happened there that could be waited for.
     """
-    device = wp.get_device(arrays[0].device)
-    if device.is_cpu:
-        wait(device)
-        return [array.numpy().copy() for array in arrays]
-    landed = []
-    for number, array in enumerate(arrays):
-        memory, seen = LANDING.place(number, array)
-        wp.copy(memory, array)  # goes on by itself where the memory is page-locked, in the order of the launches
-        landed.append(seen[: len(array)])
-    wait(device)
-    return [seen.copy() for seen in landed]
+    return Reading(*arrays).end()
 
 
-def wait(device: wp.Device) -> None:
-    """Until the device has done what it was told; a CPU has. All waits of a frame are here, so they can be counted."""
-    if device.is_cuda:
+class Reading:
+    """A reading of arrays, as `read` does, that is begun: they are read as they are when the device has done what it
+    was told before, and it can be told more before anybody waits. A thread ends one before it begins another."""
+
+    def __init__(self, *arrays: wp.array) -> None:
+        self.arrays, self.device = arrays, wp.get_device(arrays[0].device)
+        self._landed: list[np.ndarray] = []
+        self._read: wp.Event | None = None
+        if self.device.is_cpu:
+            return
+        for number, array in enumerate(arrays):
+            memory, seen = LANDING.place(number, array)
+            wp.copy(memory, array)  # goes on by itself where the memory is page-locked, in the order of the launches
+            self._landed.append(seen[: len(array)])
+        self._read = LANDING.event(self.device)
+        wp.get_stream(self.device).record_event(self._read)
+
+    def end(self) -> list[np.ndarray]:
+        """Wait, and have them."""
+        wait(self.device, self._read)
+        if self._read is None:
+            return [array.numpy().copy() for array in self.arrays]
+        return [seen.copy() for seen in self._landed]
+
+
+def wait(device: wp.Device, event: wp.Event | None = None) -> None:
+    """Until the device has done what it was told, or the event has happened; a CPU has. All waits of a frame are here,
+    so they can be counted."""
+    if event is not None:
+        wp.synchronize_event(event)
+    elif device.is_cuda:
         wp.synchronize_stream(device)

@@ -6,16 +6,17 @@ it saw, is read at once.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
 import warp as wp
 
 from tryon_solver.contact import bounds, candidates, deflect, found
 from tryon_solver.linalg.device_loop import NUMBER, keeps_graphs
 from tryon_solver.linalg.launch import launch
-from tryon_solver.linalg.read_back import read
+from tryon_solver.linalg.read_back import Reading, read
 from tryon_solver.stepping.record import as_one
 from tryon_solver.stepping.search import (
     begin_search,
@@ -58,27 +59,72 @@ def looks_ahead(sim: Simulation) -> bool:
     return keeps_graphs(sim.device) and bool(sim.touching) and sim.candidates.size > 0
 
 
-def look_ahead(
-    sim: Simulation, share: float, set_out: Callable[[], None] | None = None
-) -> tuple[Sight | None, float]:
-    """Search along `direction` from x, by `share` of what the solve moved last, and see how far it is free; with it
-    comes what `largest_out` holds. None: there was too little room for what was found, or nothing was. `set_out` is
-    launched first, if it is given: all as one."""
+def look_ahead(sim: Simulation, share: float) -> Sight | None:
+    """Search along `direction` from x, by `share` of what the solve moved last, and see how far it is free. None: there
+    was too little room for what was found, or nothing was."""
+    begin_search(sim)
+    as_one(sim, f"look_ahead_{share:g}", lambda: launch_search_and_look(sim, share))
+    return seen(sim, Reading(*what_is_seen(sim)).end())
 
-    def launch_all() -> None:
-        if set_out is not None:
-            set_out()
-        sim.work.alpha.fill_(1.0)
-        launch_search_along(sim, sim.state.x, sim.work.direction, share)
-        launch_look(sim)
+
+def set_out_and_go(
+    sim: Simulation, set_out: Callable[[], None], go_on: Callable[[], None]
+) -> tuple[Sight | None, bool]:
+    """Launch what sets out, and look ahead along the `direction` that it leaves. Where all of that motion is free, and
+    `largest_out` holds no more than a sub-step's travel, the device takes it and goes on by itself, while the host
+    still reads: did it?"""
+
+    def look() -> None:
+        set_out()
+        launch_search_and_look(sim, share=1.0)
+        lists, passes, hits = sim.candidates, sim.work.passes.state, sim.work.hits
+        seen = [passes, hits, lists.fits, lists.count, sim.largest_out, sim.settings.substep_travel]
+        launch(clear_kernel, 1, seen, [sim.clear], device=sim.device)
+
+    def take() -> None:
+        go(sim)
+        go_on()
 
     begin_search(sim)
-    as_one(sim, f"look_ahead_{share:g}" if set_out is None else "set_out_and_look_ahead", launch_all)
-    counters = [one.counts for one in found_of(sim)]
-    state, leaving, largest, *counts = read(sim.work.passes.state, sim.work.hits, sim.largest_out, *counters)
+    as_one(sim, "set_out_and_look_ahead", look)
+    reading = Reading(*what_is_seen(sim), sim.clear)
+    as_one(sim, "go_on", lambda: wp.capture_if(sim.clear, take))
+    *read_so_far, clear = reading.end()
+    return seen(sim, read_so_far), bool(clear[0])
+
+
+@wp.kernel
+def clear_kernel(
+    passes: wp.array(dtype=wp.int32),
+    leaving: wp.array(dtype=wp.int32),
+    fits: wp.array(dtype=wp.int32),
+    count: wp.array(dtype=wp.int32),
+    travel: wp.array(dtype=wp.float32),
+    longest: float,
+    clear_out: wp.array(dtype=wp.int32),
+):
+    held = passes[NUMBER] > 0 or leaving[0] > 0
+    clear_out[0] = wp.where(fits[0] == 0 or count[0] == 0 or held or travel[0] > longest, 0, 1)
+
+
+def launch_search_and_look(sim: Simulation, share: float) -> None:
+    """For who waits later: search along `direction`, and see how far it is free."""
+    sim.work.alpha.fill_(1.0)
+    launch_search_along(sim, sim.state.x, sim.work.direction, share)
+    launch_look(sim)
+
+
+def what_is_seen(sim: Simulation) -> list[wp.array]:
+    """Where it is told."""
+    return [sim.work.passes.state, sim.work.hits, *(one.counts for one in found_of(sim))]
+
+
+def seen(sim: Simulation, told: Sequence[np.ndarray]) -> Sight | None:
+    """What has been read of it; the search has ended."""
+    state, leaving, *counts = told
     fitted = end_search(sim, [found.counts_of(each) for each in counts])
     known = fitted and sim.candidates.size > 0
-    return Sight(int(state[NUMBER]), int(leaving[0])) if known else None, float(largest[0])
+    return Sight(int(state[NUMBER]), int(leaving[0])) if known else None
 
 
 def carry_once(sim: Simulation, last: bool, sight: Sight | None) -> None:
@@ -91,7 +137,7 @@ def carry_once(sim: Simulation, last: bool, sight: Sight | None) -> None:
         share = 1.0 if last else 0.0
         if sight is None and not list_holds(sim, state.x, work.direction):
             if looks_ahead(sim):
-                sight, _ = look_ahead(sim, share)
+                sight = look_ahead(sim, share)
             else:
                 search_along(sim, state.x, work.direction, share)
         if sim.candidates.size:

@@ -13,6 +13,7 @@ graph can't do: search further, and make room for more contact pairs.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,11 +26,13 @@ from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.vectors import dot, find_largest, subtract
 from tryon_solver.stepping.coast import keep_momentum
+from tryon_solver.stepping.ending import end_if_well, ends_by_itself
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
 from tryon_solver.stepping.near import make_last_if_near, measure_nearness
 from tryon_solver.stepping.newton import linearise, newton_matrix, solve_newton_system
+from tryon_solver.stepping.outgrown import let_go
 from tryon_solver.stepping.overshoot import retreat_if_overshot
-from tryon_solver.stepping.progress import Budget, Outcome
+from tryon_solver.stepping.progress import LED_ASTRAY, Budget, Outcome
 from tryon_solver.stepping.record import as_one, baked
 from tryon_solver.stepping.search import (
     FURTHER_EDGES,
@@ -47,7 +50,6 @@ if TYPE_CHECKING:
 
 wp.set_module_options({"enable_backward": False})
 
-LED_ASTRAY = 10.0  # so many times as far from balance as where the first iteration began
 GONE = 0.3  # of that distance, what an iteration that leads out of a blow leaves at most
 SHARES = (1 / 4, 1 / 16, 1 / 64)  # of a direction that leads astray whole
 HARMLESS = 0.1  # m/s: what the garment's energy at this speed can do
@@ -242,8 +244,7 @@ def choose_start(sim: Simulation) -> None:
     linearise_at(sim)
     measure_imbalance(sim, progress.standing)
     if sim.touching:
-        work.alpha.fill_(1.0)
-        bounds.count_leaving(state.x, sim.to_trial, work.alpha, sim.region, progress.leaving)
+        bounds.measure_leaving(state.x, sim.to_trial, sim.region, progress.leaving, progress.beyond)
 
     def attempt() -> None:
         wp.copy(work.direction, sim.to_trial)
@@ -281,7 +282,7 @@ def trial_is_in_vain(sim: Simulation) -> bool:
     return led_astray(sim, standing, tried)
 
 
-def correct_penetration(sim: Simulation) -> None:
+def correct_penetration(sim: Simulation, conclude: Callable[[Simulation], None]) -> None:
     """From x_feasible and the trial in x by Newton iterations; leaves a feasible x.
 
     Newton's steps that lead uphill come back (overshoot.py), but the first, and what contact stopped in one is held in
@@ -297,18 +298,26 @@ def correct_penetration(sim: Simulation) -> None:
     nearest to balance; and where all but the first began astray, a little of the first one's way, or the step is void:
     the garment is carried along and nothing else, for what it would do instead tears it. What leaves cloth torn is done
     again likewise (torn.py).
+
+    A GPU may `conclude` the step at once, of which `sim.concluded` tells (ending.py).
     """
     settings = sim.settings
     as_one(sim, "way_to_trial", lambda: way_to_trial(sim))
     once = settings.contact_passes == 1
-    outcome = iterate_newton(sim, sim.budget, sim.pace.iterations(sim.budget.iterations), once, starting=True)
-    if once:
+    at_most = sim.pace.iterations(sim.budget.iterations)
+    outcome = iterate_newton(sim, sim.budget, at_most, once, conclude if ends_by_itself(sim) else None, starting=True)
+    sim.concluded = outcome.concluded
+    if once and not sim.concluded:
         if settings.second_iterations and led_astray(sim, outcome.began, outcome.last):
             outcome = again(sim, sim.second_budget, outcome)
         if sim.tears is not None and settings.ends_by_budget and sim.tears.torn(outcome.stretch):
             outcome = again(sim, sim.tears.budget, outcome)
             sim.tears.bear(outcome.stretch)
         leave_off(sim, outcome)
+    elif sim.concluded:
+        sim.went_back = False
+        if sim.tears is not None:
+            sim.tears.bear_none()
     keep_momentum(sim)
     if outcome.iterations:
         sim.counters.residual = outcome.wanted / sim.dt
@@ -372,8 +381,12 @@ def ended_astray(sim: Simulation, outcome: Outcome) -> bool:
 
 def led_astray(sim: Simulation, began: float, now: float) -> bool:
     """Is an imbalance [J] larger than where the first iteration began by far, and by more than is harmless?"""
-    harmless = 0.5 * sim.total_mass * HARMLESS**2
-    return now > max(LED_ASTRAY * began, harmless)
+    return now > max(LED_ASTRAY * began, harmless_imbalance(sim))
+
+
+def harmless_imbalance(sim: Simulation) -> float:
+    """How far from balance [J] cloth may be with nothing to fear from it."""
+    return 0.5 * sim.total_mass * HARMLESS**2
 
 
 def start_again(sim: Simulation) -> None:
@@ -386,12 +399,19 @@ def start_again(sim: Simulation) -> None:
     look_around(sim, near=False)
 
 
-def iterate_newton(sim: Simulation, budget: Budget, at_most: int, extensible: bool, starting: bool = False) -> Outcome:
+def iterate_newton(
+    sim: Simulation,
+    budget: Budget,
+    at_most: int,
+    extensible: bool,
+    conclude: Callable[[Simulation], None] | None = None,
+    starting: bool = False,
+) -> Outcome:
     """Newton iterations, until nothing moves or `at_most` are made: from x as looked around, or `starting` from what
-    `choose_start` takes."""
+    `choose_start` takes. Where they end as they should a GPU is to `conclude` the step, if that is given."""
     progress, settings = sim.progress, sim.settings
     extensions = settings.correction_extensions if extensible and settings.ends_by_budget else 0
-    progress.begin(at_most, extensions, searches_left(sim), starting)
+    progress.begin(at_most, extensions, searches_left(sim), starting, let_go(sim))
     more = sim.pace.more(0, sim.candidates.size)
     if more is not None and more < at_most * (1 + extensions):
         progress.limit(more)
@@ -404,10 +424,15 @@ def iterate_newton(sim: Simulation, budget: Budget, at_most: int, extensible: bo
         progress.if_starting(lambda: choose_start(sim))
         iterate(sim, budget)
 
-    while True:
-        budget.graph.run(lambda: wp.capture_while(progress.going_on, turn), baked(sim), sim.device)
+    def run() -> None:
+        wp.capture_while(progress.going_on, turn)
         if sim.tears is not None:
             sim.tears.measure(sim.state.x)
+        if conclude is not None:
+            end_if_well(sim, harmless_imbalance(sim), conclude)
+
+    while True:
+        budget.graph.run(run, (conclude is None, harmless_imbalance(sim), *baked(sim)), sim.device)
         outcome = progress.read(sim.pairs)
         if outcome.wants_search and outcome.starting and not judged and trial_is_in_vain(sim):
             linearise_at(sim)
@@ -415,6 +440,7 @@ def iterate_newton(sim: Simulation, budget: Budget, at_most: int, extensible: bo
         elif outcome.wants_search:
             judged = outcome.starting
             wanted = sim.to_trial if outcome.starting else sim.work.direction
+            sim.work.alpha.fill_(1.0)
             search_further(sim, wanted, sim.work.alpha, a_few_edges(sim, outcome.leaving))
             progress.resume(searches_left(sim))
         elif outcome.wants_room:
@@ -459,8 +485,7 @@ def iterate(sim: Simulation, budget: Budget) -> None:
     state, work, progress = sim.state, sim.work, sim.progress
     progress.unless_directed(lambda: find_direction(sim, budget))
     if sim.touching:
-        work.alpha.fill_(1.0)
-        bounds.count_leaving(state.x, work.direction, work.alpha, sim.region, progress.leaving)
+        bounds.measure_leaving(state.x, work.direction, sim.region, progress.leaving, progress.beyond)
 
     def move() -> None:
         wp.copy(sim.holding.wanted, work.direction)

@@ -3,79 +3,96 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import warp as wp
 
 from tryon_solver.body import carry as carrying
+from tryon_solver.body import rigid
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
-from tryon_solver.stepping.carry_once import carry_once, look_ahead, looks_ahead
+from tryon_solver.stepping.carry_once import carry_once, looks_ahead, set_out_and_go
 from tryon_solver.stepping.leap import feel_motion, join_motion
 from tryon_solver.stepping.record import as_one
 from tryon_solver.stepping.search import search_slack
 
 if TYPE_CHECKING:
-    from tryon_solver.simulation import PoseInterval, Simulation
+    from tryon_solver.simulation import PosedBody, PoseInterval, Simulation
 
 
-def move_body(sim: Simulation, interval: PoseInterval) -> None:
+def move_body(sim: Simulation, interval: PoseInterval, solve_freely: Callable[[Simulation], None]) -> None:
     """Take the body from its pose to the interval's end pose; leaves a feasible state (x, collision surface).
 
     First the root's rigid motion for everybody: a common rigid motion creates no contact. Then, in sub-steps, the rest
     of the motion along one field for cloth and surface, as far as it is proven free. Where it isn't, the surface lags.
     A step has so many sub-steps at most: a pose further away than they reach is come to in the next ones.
+
+    A GPU that finds all of a sub-step's motion free may take it and `solve_freely` at once, of which `sim.under_way`
+    tells.
     """
-    settings, body = sim.settings, sim.body
     sim.pace.begin_step(interval.left)
-    sim.listed = False
+    sim.listed, sim.under_way = False, False
     sim.counters.asked, sim.counters.behind = None, 0.0
-    if body is None:
+    if sim.body is None:
         depart(sim)
     else:
-        assert interval.end is not None
-        moving = body.moving
-        start, stance = body.pose, interval.end
-        before, end = body.transforms(), moving.transforms(stance)
-        motion = end[0] @ np.linalg.inv(before[0])
-        before = motion @ before
-        take_motion(sim, before, end, stance, motion)
-        sight = None
-        if goes_on(sim, before, end):
-            sight, travel = look_ahead(sim, 1.0, lambda: set_out(sim))
-        else:
-            as_one(sim, "set_out", lambda: set_out(sim))
-            travel = float(read(sim.largest_out)[0][0])
-        count = max(1, math.ceil(travel / settings.substep_travel))
-        short = count > settings.most_substeps
-        if short:
-            count, share = settings.most_substeps, settings.most_substeps / count
-            asked = body.skin_next.numpy().copy()
-            stance = moving.part_way(start, stance, share)
-            end = moving.transforms(stance)
-            moving.take(end, stance)
-            moving.write(body.skin_next)
-            sim.counters.asked, sim.counters.behind = asked, farthest(asked, body.skin_next.numpy())
-        body.reached = stance, end
-        count = sim.pace.substeps(count)
-        for k in range(1, count + 1):
-            part, after = stance, end
-            if k < count:
-                part = moving.between(start, stance, k / count)
-                after = moving.transforms(part)
-                after = end[0] @ np.linalg.inv(after[0]) @ after
-            if count > 1 or short:
-                take_motion(sim, before, after, part)
-                as_one(sim, "set_displacement", lambda: set_displacement(sim))
-                sight = None
-            carry_once(sim, k == count, sight)
-            before = after
-        sim.counters.substeps += count
-        sim.substeps = count
+        go_with_body(sim, sim.body, interval.end, lambda: begin_solve(sim, solve_freely))
     sim.searches = 0
-    as_one(sim, "come_along" if sim.comes_along else "arrive", lambda: arrive(sim))
-    sim.most_cycles.fill_(sim.pace.cycles())
+    if not sim.under_way:
+        as_one(sim, "come_along" if sim.comes_along else "arrive", lambda: arrive(sim))
+    sim.tell_cycles(sim.pace.cycles())
+
+
+def go_with_body(sim: Simulation, body: PosedBody, stance: Any, begin: Callable[[], None]) -> None:
+    """Go with the body to the stance, in sub-steps. Where one is enough and all of its motion is free, a GPU goes and
+    begins what follows before the host knows."""
+    settings, moving, start = sim.settings, body.moving, body.pose
+    before, end = body.transforms(), moving.transforms(stance)
+    motion = end[0] @ rigid.inverse(before[0])
+    before = motion @ before
+    take_motion(sim, before, end, stance, motion)
+    sight = None
+    if goes_on(sim, before, end):
+        sight, sim.under_way = set_out_and_go(sim, lambda: set_out(sim), begin)
+    else:
+        as_one(sim, "set_out", lambda: set_out(sim))
+    travel = 0.0 if sim.under_way else float(read(sim.largest_out)[0][0])
+    count = max(1, math.ceil(travel / settings.substep_travel))
+    short = count > settings.most_substeps
+    if short:
+        count, share = settings.most_substeps, settings.most_substeps / count
+        asked = body.skin_next.numpy().copy()
+        stance = moving.part_way(start, stance, share)
+        end = moving.transforms(stance)
+        moving.take(end, stance)
+        moving.write(body.skin_next)
+        sim.counters.asked, sim.counters.behind = asked, farthest(asked, body.skin_next.numpy())
+    body.reached = stance, end
+    count = sim.pace.substeps(count)
+    for k in range(1, count + 1):
+        if sim.under_way:
+            break
+        part, after = stance, end
+        if k < count:
+            part = moving.between(start, stance, k / count)
+            after = moving.transforms(part)
+            after = end[0] @ rigid.inverse(after[0]) @ after
+        if count > 1 or short:
+            take_motion(sim, before, after, part)
+            as_one(sim, "set_displacement", lambda: set_displacement(sim))
+            sight = None
+        carry_once(sim, k == count, sight)
+        before = after
+    sim.counters.substeps += count
+    sim.substeps = count
+
+
+def begin_solve(sim: Simulation, solve_freely: Callable[[Simulation], None]) -> None:
+    """For the device: what follows once cloth and surface have gone with the body."""
+    arrive(sim)
+    solve_freely(sim)
 
 
 def arrive(sim: Simulation) -> None:
@@ -102,7 +119,7 @@ def take_motion(
     body = sim.body
     assert body is not None
     body.moving.take(after, stance)
-    body.carry.take_motions(after @ np.linalg.inv(before), root)
+    body.carry.take_motions(after @ rigid.inverse(before), root)
 
 
 def depart(sim: Simulation) -> None:
@@ -157,7 +174,8 @@ def measure_travel(sim: Simulation) -> None:
 def goes_on(sim: Simulation, before: np.ndarray, end: np.ndarray) -> bool:
     """Is it as good as known, on a GPU, that the motion from joint transforms (J, 4, 4) to others takes one sub-step
     and a search? The last one took one, and the list of before is not for a body that moves."""
-    return sim.substeps == 1 and looks_ahead(sim) and bool(np.abs(end - before).max() > search_slack(sim))
+    alike = sim.substeps == 1 and not sim.comes_along
+    return alike and looks_ahead(sim) and bool(np.abs(end - before).max() > search_slack(sim))
 
 
 @wp.kernel

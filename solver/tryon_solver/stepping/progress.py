@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -47,7 +47,11 @@ APART = wp.constant(18)  # where the iteration begins: 0 is not told, WITHIN or 
 LAST_ONE = wp.constant(19)  # 1 if it is to be the last, being near enough (near.py)
 OVERSHOT_MOVE = wp.constant(20)  # 1 if the move has led uphill (overshoot.py); a condition
 LEAVING_TO_TRIAL = wp.constant(21)  # vertices that the way to the trial takes out of the region
-PLACES = 22
+ENDED_WELL = wp.constant(22)  # 1 if the correction has ended as it should (ending.py); a condition, as is
+CONCLUDED = wp.constant(23)  # 1 if what it ended with has passed the check of a commit, and all else is done by then
+PLACES = 24
+
+LED_ASTRAY = wp.constant(10.0)  # so many times as far from balance as where the first iteration began
 
 WITHIN = wp.constant(1)
 BEYOND = wp.constant(2)
@@ -70,7 +74,19 @@ WITHHELD = wp.constant(13)  # of the iteration's direction by contact, likewise,
 SLOPE = wp.constant(14)  # of the potential along the move, where it begins [J]
 STRIDE = wp.constant(15)  # times Newton's direction, that the next iteration goes (stride.py)
 FREE_SLOPE = wp.constant(16)  # of the potential where the move begins, along what of it went all its way [J]
-LENGTHS = 17
+BEYOND_SQUARED = wp.constant(17)  # of the vertices that the way leads out of the region, how far beyond: sum of [m^2]
+FARTHEST_BEYOND = wp.constant(18)  # and the farthest of them [m]
+LET_GO = wp.constant(19)  # how far each of them may be [m], and
+SHARES_LET_GO = wp.constant(20)  # their sum of squares, in those of ENOUGH, without a search for them (outgrown.py)
+LENGTHS = 21
+
+
+@wp.func
+def wants_search(state: wp.array(dtype=wp.int32), lengths: wp.array(dtype=wp.float32)) -> bool:
+    """Does the way lead out of the region so far that it is to be searched further, and is there such a search left?"""
+    all_let_go = lengths[SHARES_LET_GO] * lengths[ENOUGH] * lengths[ENOUGH]
+    far = lengths[BEYOND_SQUARED] > all_let_go or lengths[FARTHEST_BEYOND] > lengths[LET_GO]
+    return state[LEAVING] > 0 and state[SEARCHES] > 0 and far
 
 
 @wp.kernel
@@ -79,6 +95,9 @@ def begin_kernel(
     extensions: int,
     searches: int,
     starting: int,
+    enough: float,
+    let_go: float,
+    shares_let_go: float,
     state: wp.array(dtype=wp.int32),
     lengths: wp.array(dtype=wp.float32),
 ):
@@ -100,14 +119,17 @@ def begin_kernel(
     lengths[SHORTEST] = wp.inf
     lengths[WITHHELD] = 0.0
     lengths[STRIDE] = 1.0
+    lengths[ENOUGH] = enough
+    lengths[LET_GO] = let_go
+    lengths[SHARES_LET_GO] = shares_let_go
 
 
 @wp.kernel
-def decide_to_try_kernel(state: wp.array(dtype=wp.int32)):
+def decide_to_try_kernel(state: wp.array(dtype=wp.int32), lengths: wp.array(dtype=wp.float32)):
     """How many leave is kept: the rest of the turn counts anew, for a direction that there is not yet."""
     state[TRYING] = 1
     state[LEAVING_TO_TRIAL] = state[LEAVING]
-    if state[LEAVING] > 0 and state[SEARCHES] > 0:
+    if wants_search(state, lengths):
         state[TRYING] = 0
         state[NO_DIRECTION] = 0
         state[GOING_ON] = 0
@@ -166,9 +188,9 @@ def judge_direction_kernel(
 
 
 @wp.kernel
-def decide_kernel(state: wp.array(dtype=wp.int32)):
+def decide_kernel(state: wp.array(dtype=wp.int32), lengths: wp.array(dtype=wp.float32)):
     state[FREE_TO_MOVE] = state[GOING_ON]
-    if state[GOING_ON] == 1 and state[LEAVING] > 0 and state[SEARCHES] > 0:
+    if state[GOING_ON] == 1 and wants_search(state, lengths):
         state[FREE_TO_MOVE] = 0
         state[GOING_ON] = 0
         state[WANTS_SEARCH] = 1
@@ -193,6 +215,26 @@ def stop_when_full_kernel(counters: wp.array(dtype=wp.int32), room: int, state: 
     if counters[0] > room:
         state[GOING_ON] = 0
         state[WANTS_ROOM] = 1
+
+
+@wp.kernel
+def judge_ending_kernel(
+    torn: float, harmless: float, state: wp.array(dtype=wp.int32), lengths: wp.array(dtype=wp.float32)
+):
+    """What correct.py asks on the host; who is in doubt here is asked there."""
+    on_the_way = state[WANTS_SEARCH] == 1 or state[WANTS_ROOM] == 1 or state[STRAYED] == 1
+    astray = lengths[LAST] > wp.max(LED_ASTRAY * lengths[BEGAN], harmless)
+    state[ENDED_WELL] = wp.where(on_the_way or astray or lengths[STRETCH] > torn, 0, 1)
+
+
+@wp.kernel
+def judge_state_kernel(
+    violations: wp.array(dtype=wp.int32),
+    counters: wp.array(dtype=wp.int32),
+    room: int,
+    state: wp.array(dtype=wp.int32),
+):
+    state[CONCLUDED] = wp.where(violations[0] == 0 and counters[0] <= room, 1, 0)
 
 
 @wp.kernel
@@ -241,7 +283,7 @@ class Outcome:
     the budget was spent in the middle of something: its last iteration began ASTRAY times as far from balance as
     another, or HARDLY_NEARER to it than the first ones and with long moves to come; how far from balance [J] the
     nearest began, the first, and the last; the largest stretch, where it is measured; and whether the last
-    direction was near enough, where that is asked.
+    direction was near enough, where that is asked; and whether the device has ended the step by itself (ending.py).
 
     Where the first began does not count: forces may balance there though the cloth has not yet gone where its inertia
     takes it, and who went back there would stop in mid-air."""
@@ -260,6 +302,7 @@ class Outcome:
     last: float
     stretch: float
     near: bool
+    concluded: bool
 
 
 @dataclass(frozen=True)
@@ -284,6 +327,11 @@ class Progress:
     def leaving(self) -> wp.array:
         """Where to count the vertices that the direction takes out of the region."""
         return self.state[6:7]
+
+    @property
+    def beyond(self) -> wp.array:
+        """(2,) where to put how far it takes them: the sum of squares [m^2] and the farthest [m]."""
+        return self.lengths[17:19]
 
     @property
     def trial(self) -> wp.array:
@@ -330,10 +378,20 @@ class Progress:
         """(1,) where to put the cloth's largest stretch."""
         return self.lengths[12:13]
 
-    def begin(self, at_most: int, extensions: int, searches: int, starting: bool = False) -> None:
+    def begin(
+        self,
+        at_most: int,
+        extensions: int,
+        searches: int,
+        starting: bool = False,
+        let_go: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    ) -> None:
         """A budget of iterations, how often it is given again to a strayed one, and one of further searches. With
-        `starting` it is chosen first where the iterations begin."""
-        self._launch(begin_kernel, [at_most, extensions, searches, int(starting)], [self.state, self.lengths])
+        `starting` it is chosen first where the iterations begin. `let_go`: what is near enough until that is measured
+        [m], how far vertices may be led out of the region without a search for them, each of them [m] and all, by the
+        sum of squares, in squares of what is near enough."""
+        budget = [at_most, extensions, searches, int(starting), *let_go]
+        self._launch(begin_kernel, budget, [self.state, self.lengths])
 
     def if_starting(self, choose: Callable[[], None]) -> None:
         """Launch `choose` if it is to be chosen where the iterations begin."""
@@ -341,7 +399,7 @@ class Progress:
 
     def if_free_to_try(self, attempt: Callable[[], None]) -> None:
         """Launch `attempt` if the way to the trial can be taken; else the loop ends, for a search."""
-        self._launch(decide_to_try_kernel, [], [self.state])
+        self._launch(decide_to_try_kernel, [], [self.state, self.lengths])
         wp.capture_if(self.state[15:16], attempt)
 
     def if_tried_in_vain(self, pairs: ContactPairs, back: Callable[[], None]) -> None:
@@ -369,7 +427,7 @@ class Progress:
 
     def if_free_to_move(self, move: Callable[[], None]) -> None:
         """Launch `move` if the direction can be taken; else the loop ends, for a search where there is one left."""
-        self._launch(decide_kernel, [], [self.state])
+        self._launch(decide_kernel, [], [self.state, self.lengths])
         wp.capture_if(self.state[2:3], move)
 
     def judge_move(self, shortest: float, dt: wp.array) -> None:
@@ -383,6 +441,17 @@ class Progress:
     def stop_when_full(self, pairs: ContactPairs) -> None:
         """End the loop if there are more pairs than there is room for."""
         self._launch(stop_when_full_kernel, [pairs.counters, pairs.capacity], [self.state])
+
+    def if_ended_well(self, torn: float, harmless: float, end: Callable[[], None]) -> None:
+        """Launch `end` where the loop has ended as it should: not for the host to do something, nor astray by more
+        than `harmless` [J], with cloth that is stretched no more than `torn`."""
+        self._launch(judge_ending_kernel, [torn, harmless], [self.state, self.lengths])
+        wp.capture_if(self.state[22:23], end)
+
+    def if_sound(self, violations: wp.array, pairs: ContactPairs, conclude: Callable[[], None]) -> None:
+        """Launch `conclude` where there are no `violations` (1,) and there is room for all `pairs`."""
+        self._launch(judge_state_kernel, [violations, pairs.counters, pairs.capacity], [self.state])
+        wp.capture_if(self.state[23:24], conclude)
 
     def start_here(self) -> None:
         """Go on from x_feasible, looked around: the trial is not tried, nor are directions trusted by its length."""
@@ -409,7 +478,8 @@ class Progress:
         why = bool(state[14]), bool(state[8]), bool(state[9])
         stretch, near = float(lengths[12]), int(state[18]) == int(WITHIN)
         leaving, iterations = int(state[21] if why[0] else state[6]), int(state[7])
-        return Outcome(*why, iterations, leaving, found, moved, wanted, strayed, least, began, last, stretch, near)
+        ended = stretch, near, bool(state[23])
+        return Outcome(*why, iterations, leaving, found, moved, wanted, strayed, least, began, last, *ended)
 
-    def _launch(self, kernel: wp.Kernel, inputs: list[object], outputs: list[wp.array]) -> None:
+    def _launch(self, kernel: wp.Kernel, inputs: Sequence[object], outputs: Sequence[wp.array]) -> None:
         launch(kernel, 1, inputs, outputs, device=self.state.device)

@@ -26,10 +26,10 @@ def make_report(sim: Simulation) -> StepReport:
     if sim.state.asleep and not counters.steps:
         return sim.reported.sleeping(sim.state.time, sim.debt)
     touching = in_contact(sim)
-    measure_lag(sim)
-    sim.stretch.measure(sim.state.x)
+    if not counters.steps:
+        measure_for_report(sim)
     gaps, cycles, lags, stretch, error = read(
-        sim.pairs.smallest_gap, sim.cycles, sim.largest_out, sim.stretch.stretch, sim.error
+        sim.pairs.smallest_gap, sim.cycles, sim.lag, sim.stretch.stretch, sim.error
     )
     gap, gap_offset = with_offset(sim, gaps) if touching else no_gap(sim)
     lag, late = float(lags[0]), sim.pace.end()
@@ -91,16 +91,21 @@ def with_offset(sim: Simulation, gaps: np.ndarray) -> tuple[float, float]:
     return (body, of_body) if body <= cloth else (cloth, of_cloth)
 
 
+def measure_for_report(sim: Simulation) -> None:
+    """For the device: the stretch of the cloth at x, and how far the surface is behind its skin."""
+    measure_lag(sim)
+    sim.stretch.measure(sim.state.x)
+
+
 def measure_lag(sim: Simulation) -> None:
-    """Put into `largest_out` how far the collision surface is from the tracked skin, at most [m].
+    """Put into `lag` how far the collision surface is from the tracked skin, at most [m].
 
     The skin after a sub-step is free by now: it is where their difference goes."""
     body = sim.body
     if body is None:
-        sim.largest_out.zero_()
         return
     subtract(sim.state.x[sim.cloth_count :], body.skin_now, body.skin_next)
-    find_largest(body.skin_next, sim.largest_out)
+    find_largest(body.skin_next, sim.lag)
 
 
 def strained(sim: Simulation, stretch: np.ndarray) -> tuple[Fabric, np.ndarray]:

@@ -56,9 +56,13 @@ class TearWatch:
     def torn(self, largest: float) -> bool:
         """Is cloth whose largest stretch is this torn?"""
         if largest <= self.beyond:
-            self.borne = 0.0
+            self.bear_none()
         return largest > max(self.beyond, MORE * self.borne)
 
     def bear(self, largest: float) -> None:
         """The budget for torn cloth has left so much."""
         self.borne = largest
+
+    def bear_none(self) -> None:
+        """Nothing is torn."""
+        self.borne = 0.0
