@@ -8,7 +8,12 @@ apart, by just what is missing, split by the vertices' weights:
 
 d', n', lam the distance, normal and closest points where the motion ends; along the normal at its start where it
 passes through, which continuous detection tells from passing by. By the normal at the start alone, cloth that slides
-past a vertex would be lifted off it. All pushes of a pass are computed from the same displacements and averaged per
+past a vertex would be lifted off it.
+
+A motion that was carried is pushed so whoever closes the gap, since a body takes cloth along that stands in its way. Of
+Newton's direction each vertex gives back of its own: it loses the share of its motion along n' that is missing of all
+that closes the gap. Pushed by weights, a vertex that falls freely onto a body would throw up the ones beside it that
+lie there: silk that slid down a slope was thrown about by millimetres in each step, and stopped. All pushes of a pass are computed from the same displacements and averaged per
 vertex, so the outcome does not depend on the order in which a device works through them. Tangential motion stays. This
 is the contact projection of position based dynamics applied to a displacement; it promises nothing, what it leaves is
 shortened (bounds.py).
@@ -72,6 +77,7 @@ def deflect_kernel(
     x: wp.array(dtype=wp.vec3),
     held_gap: float,
     at_most: int,
+    each_its_own: int,
     changed: wp.array(dtype=wp.int32),
     displacement: wp.array(dtype=wp.vec3),
     push_out: wp.array(dtype=wp.vec3),
@@ -130,19 +136,25 @@ def deflect_kernel(
             n = wp.normalize(there)
         surface_weight = wp.pow(SURFACE_WEIGHT, 1.0 - float(number) / float(at_most))
         total = float(0.0)
+        closed = float(0.0)
         for k in range(4):
             w = float(1.0)
             if v[k] >= cloth_count:
                 w = surface_weight
             total += w * lam[k] * lam[k]
+            closed += w * wp.max(-lam[k] * wp.dot(n, displacement[v[k]]), 0.0)
         wp.atomic_add(passes, HITS, 1)
-        push = missing / total
+        own = each_its_own == 1 and closed >= missing  # else some of it is to be given that nobody has taken
         for k in range(4):
-            if lam[k] != 0.0:
+            along = wp.dot(n, displacement[v[k]])
+            if lam[k] != 0.0 and (not own or lam[k] * along < 0.0):
                 w = float(1.0)
                 if v[k] >= cloth_count:
                     w = surface_weight
-                wp.atomic_add(push_out, v[k], w * lam[k] * push * n)
+                push = lam[k] * missing / total
+                if own:
+                    push = -along * missing / closed
+                wp.atomic_add(push_out, v[k], w * push * n)
                 wp.atomic_add(pushes_out, v[k], 1.0)
 
 
@@ -190,8 +202,10 @@ def deflect(
     passes: Passes,
     at_most: int,
     held_gap: float = 0.0,
+    each_its_own: bool = False,
 ) -> None:
-    """Turn `displacement` (A,) m aside, in at most `at_most` passes; of `held_gap` m no pair is to use up anything.
+    """Turn `displacement` (A,) m aside, in at most `at_most` passes; of `held_gap` m no pair is to use up anything. With
+    `each_its_own` vertices give back of their own motion alone.
 
     With `near` only the near list is looked at. `changed` (A,) int32 and `passes` are scratch.
     """
@@ -212,6 +226,7 @@ def deflect(
                 x,
                 held_gap,
                 at_most,
+                int(each_its_own),
             ],
             [changed, displacement, scratch.push, scratch.pushes, passes.state],
             device=x.device,

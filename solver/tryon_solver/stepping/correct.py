@@ -144,6 +144,7 @@ def prove_free(sim: Simulation, direction: wp.array) -> None:
             sim.deflection,
             work.passes,
             settings.deflection_passes,
+            each_its_own=True,
         )
         list_near(sim, direction, settled=True)
     bounds.stay_in_region(state.x, direction, sim.region, work.alpha)
