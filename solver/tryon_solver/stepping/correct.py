@@ -309,7 +309,7 @@ def correct_penetration(sim: Simulation, conclude: Callable[[Simulation], None])
     outcome = iterate_newton(sim, sim.budget, at_most, once, conclude if ends_by_itself(sim) else None, starting=True)
     sim.concluded = outcome.concluded
     if once and not sim.concluded:
-        if settings.second_iterations and led_astray(sim, outcome.began, outcome.last):
+        if settings.second_iterations and ended_astray(sim, outcome):
             outcome = again(sim, sim.second_budget, outcome)
         if sim.tears is not None and settings.ends_by_budget and sim.tears.torn(outcome.stretch):
             outcome = again(sim, sim.tears.budget, outcome)
