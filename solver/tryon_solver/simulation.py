@@ -18,7 +18,6 @@ from tryon_solver.body.on_device import MovingBody
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.effects.registry import bind
 from tryon_solver.kernels import compile_kernels
-from tryon_solver.linalg.aggregates import Aggregates, aggregate_spacing
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.constant_matrices import ConstantMatrices
 from tryon_solver.linalg.device_loop import KeptGraph
@@ -217,8 +216,6 @@ class Simulation:
         pairs = np.vstack(joined) if joined else None
         self.hessian_rows = BlockRows.build(*garment.connectivity.pairs, device, pairs)
         self.cg = ConjugateGradients.allocate(self.all_count, self.cloth_count, self.hessian_rows.width, device)
-        cells = basis_by_edges(garment, aggregate_spacing(self.cloth_count))
-        self.aggregates = Aggregates.build(cells, device)
         self.triangle_hessian = TriangleHessian.build(self.rest, garment.connectivity, self.hessian_rows.width)
         self.matrices = ConstantMatrices(self.plan.terms, self.hessian_rows, self.cloth_count, device)
         self.basis = basis

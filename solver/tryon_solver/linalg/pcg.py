@@ -1,4 +1,4 @@
-"""Preconditioned conjugate gradients (Saad 2003, algorithm 9.1) on a PairedMatrix: block-Jacobi and a coarse level.
+"""Preconditioned conjugate gradients (Saad 2003, algorithm 9.1) on a PairedMatrix, block-Jacobi preconditioner.
 
 Unknowns that nothing couples to others, most of a body's, are solved for at once and left out.
 """
@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import warp as wp
 
 from tryon_solver.linalg import pcg_alone, pcg_together
-from tryon_solver.linalg.aggregates import Aggregates
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.paired_matrix import PairedMatrix
 from tryon_solver.linalg.pcg_together import FIRST_NORM, SCALARS, TAKEN
@@ -87,10 +86,8 @@ def solve(
     solution_out: wp.array,
     at_most: int,
     tolerance: float,
-    coarse: Aggregates,
 ) -> None:
-    """Solve A p = -gradient from zero in at most `at_most` iterations; `blocks` (A,) mat33 is D^-1, and `coarse` the
-    level beside it.
+    """Solve A p = -gradient from zero in at most `at_most` iterations; `blocks` (A,) mat33 is D^-1.
 
     Stops when <r, D^-1 r> has fallen below tolerance^2 of its first value. The device decides when to stop, and the
     host reads nothing where the launches are recorded for a graph.
@@ -99,10 +96,8 @@ def solve(
         launch(
             pcg_alone.solve_kernel,
             1,
-            [matrix, blocks, gradient, at_most, tolerance, coarse.of, coarse.starts, coarse.members, coarse.inverse],
+            [matrix, blocks, gradient, at_most, tolerance],
             [
-                coarse.pooled,
-                coarse.moves,
                 cg.coupled,
                 solution_out,
                 cg.residual,
@@ -118,7 +113,6 @@ def solve(
     pcg_together.solve(
         matrix,
         blocks,
-        coarse,
         gradient,
         solution_out,
         cg.residual,

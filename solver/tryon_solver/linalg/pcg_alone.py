@@ -15,36 +15,6 @@ from tryon_solver.linalg.pcg_together import FIRST_NORM, TAKEN
 wp.set_module_options({"enable_backward": False})
 
 
-@wp.func
-def add_coarse_moves(
-    of: wp.array(dtype=wp.int32),
-    starts: wp.array(dtype=wp.int32),
-    members: wp.array(dtype=wp.int32),
-    coarse: wp.array2d(dtype=wp.float32),
-    residual: wp.array(dtype=wp.vec3),
-    pooled: wp.array(dtype=wp.vec4),
-    moves: wp.array(dtype=wp.vec3),
-    preconditioned: wp.array(dtype=wp.vec3),
-) -> wp.float64:
-    """z += P S^-1 P^T r (aggregates.py); returns what that adds to <r, z>."""
-    added = wp.float64(0.0)
-    count = moves.shape[0]
-    for a in range(count):
-        total = wp.vec3()
-        for k in range(starts[a], starts[a + 1]):
-            total += residual[members[k]]
-        pooled[a] = wp.vec4(total[0], total[1], total[2], 0.0)
-    for a in range(count):
-        move = wp.vec4()
-        for b in range(count):
-            move += coarse[a, b] * pooled[b]
-        moves[a] = wp.vec3(move[0], move[1], move[2])
-        added += wp.float64(wp.dot(move, pooled[a]))
-    for i in range(of.shape[0]):
-        preconditioned[i] = preconditioned[i] + moves[of[i]]
-    return added
-
-
 @wp.kernel
 def solve_kernel(
     m: PairedMatrix,
@@ -52,12 +22,6 @@ def solve_kernel(
     gradient: wp.array(dtype=wp.vec3),
     at_most: int,
     tolerance: float,
-    of: wp.array(dtype=wp.int32),
-    starts: wp.array(dtype=wp.int32),
-    members: wp.array(dtype=wp.int32),
-    coarse: wp.array2d(dtype=wp.float32),
-    pooled: wp.array(dtype=wp.vec4),
-    moves: wp.array(dtype=wp.vec3),
     coupled: wp.array(dtype=wp.int32),
     solution: wp.array(dtype=wp.vec3),
     residual: wp.array(dtype=wp.vec3),
@@ -88,13 +52,10 @@ def solve_kernel(
             unknowns += 1
             solution[i] = wp.vec3()
             residual[i] = r
-            preconditioned[i] = z
+            direction[i] = z
         else:
             solution[i] = z
             residual[i] = wp.vec3()
-    squared += add_coarse_moves(of, starts, members, coarse, residual, pooled, moves, preconditioned)
-    for a in range(unknowns):
-        direction[coupled[a]] = preconditioned[coupled[a]]
     enough = wp.float64(tolerance) * wp.float64(tolerance) * first
     iterations = int(0)
     while iterations < at_most and squared > enough:
@@ -125,7 +86,6 @@ def solve_kernel(
             residual[i] = r
             preconditioned[i] = z
             squared += wp.float64(wp.dot(r, z))
-        squared += add_coarse_moves(of, starts, members, coarse, residual, pooled, moves, preconditioned)
         turn = float(squared / before)
         for a in range(unknowns):
             i = coupled[a]

@@ -1,10 +1,8 @@
-"""Conjugate gradients by all threads of a device, three kernels an iteration.
+"""Conjugate gradients by all threads of a device, two kernels an iteration.
 
 There an iteration's arithmetic is a microsecond or two, and what takes time is one launch waiting for the one before.
 So p = z + b p is made where it is multiplied, rows and pairs are multiplied in one launch, and each launch leaves the
-sum that the next one needs: a dot product is never a launch of its own. The coarse level (aggregates.py) has a warp of
-threads for each aggregate, which multiplies a row of the inverse with all that was pooled, and takes the aggregate's
-vertices along. What a sum is added into has been cleared two
+sum that the next one needs: a dot product is never a launch of its own. What a sum is added into has been cleared two
 launches earlier, in a ring of four, and of the iteration's number each kernel has its own copy, written by the other.
 
 What a thread reads lies side by side, or beside what its neighbours read at once: z and the direction before of a
@@ -22,15 +20,13 @@ from collections.abc import Sequence
 
 import warp as wp
 
-from tryon_solver.linalg.aggregates import Aggregates
 from tryon_solver.linalg.blocks import BLOCK, whole_blocks
 from tryon_solver.linalg.lanes import lanes_of, shares_of, sum_of_lanes
 from tryon_solver.linalg.paired_matrix import PairedMatrix, pair_count, pair_force
 
 wp.set_module_options({"enable_backward": False})
 
-WARP = 32  # threads that run in step on a GPU
-TURNS = 15  # iterations between two looks at whether there is more to do; who has no more has no look
+TURNS = 8  # iterations between two looks at whether there is more to do
 
 RING = wp.constant(4)
 PLACES = wp.constant(8)  # of a sum in a ring
@@ -128,23 +124,6 @@ def mark_kernel(m: PairedMatrix, threads: int, coupled_out: wp.array(dtype=wp.in
             coupled_out[m.ids[c][k]] = 1
 
 
-@wp.func_native("""
-#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
-    asm volatile("red.global.add.v4.f32 [%0], {%1, %2, %3, %4};"
-        :: "l"(__cvta_generic_to_global(sums.data + i)), "f"(value[0]), "f"(value[1]), "f"(value[2]), "f"(0.0f)
-        : "memory");
-#elif defined(__CUDA_ARCH__)
-    for (int k = 0; k < 3; ++k)
-        atomicAdd(reinterpret_cast<float*>(sums.data + i) + k, value[k]);
-#else
-    for (int k = 0; k < 3; ++k)
-        sums.data[i][k] += value[k];
-#endif
-""")
-def add_at_once(sums: wp.array(dtype=wp.vec4), i: int, value: wp.vec3) -> None:
-    """sums[i] += value, in one operation where a GPU has such (PTX red.v4, from compute capability 9.0)."""
-
-
 @wp.kernel
 def start_kernel(
     m: PairedMatrix,
@@ -156,8 +135,6 @@ def start_kernel(
     residual_out: wp.array(dtype=wp.vec3),
     both_out: wp.array(dtype=wp.vec4),
     pulled_out: wp.array(dtype=wp.vec4),
-    of: wp.array(dtype=wp.int32),
-    pooled: wp.array(dtype=wp.vec4),
     scalars: wp.array(dtype=wp.float32),
     state_out: wp.array(dtype=wp.int32),
 ):
@@ -174,8 +151,6 @@ def start_kernel(
             solution_out[i] = wp.vec3()
             residual_out[i] = r
             put_three(both_out, 2 * i, z)
-            if i < of.shape[0]:
-                add_at_once(pooled, of[i], r)
         else:
             solution_out[i] = z
             residual_out[i] = wp.vec3()
@@ -190,52 +165,20 @@ def start_kernel(
 
 
 @wp.func_native("""
-#if defined(__CUDA_ARCH__)
-    for (int apart = 16; apart > 0; apart >>= 1)
-        value += __shfl_xor_sync(0xffffffffu, value, apart);
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
+    asm volatile("red.global.add.v4.f32 [%0], {%1, %2, %3, %4};"
+        :: "l"(__cvta_generic_to_global(sums.data + i)), "f"(value[0]), "f"(value[1]), "f"(value[2]), "f"(0.0f)
+        : "memory");
+#elif defined(__CUDA_ARCH__)
+    for (int k = 0; k < 3; ++k)
+        atomicAdd(reinterpret_cast<float*>(sums.data + i) + k, value[k]);
+#else
+    for (int k = 0; k < 3; ++k)
+        sums.data[i][k] += value[k];
 #endif
-    return value;
 """)
-def sum_of_warp(value: float) -> float:  # type: ignore[empty-body]
-    """The sum over the threads of a warp of a GPU, in each of them; elsewhere the value itself."""
-
-
-@wp.kernel
-def coarse_kernel(
-    coarse: wp.array2d(dtype=wp.float32),
-    starts: wp.array(dtype=wp.int32),
-    members: wp.array(dtype=wp.int32),
-    lanes: int,
-    at_most: int,
-    threads: int,
-    both: wp.array(dtype=wp.vec4),
-    pooled: wp.array(dtype=wp.vec4),
-    scalars: wp.array(dtype=wp.float32),
-    state: wp.array(dtype=wp.int32),
-):
-    """z += P S^-1 P^T r of what was pooled of r, and <r, z> with it; `lanes` threads, a warp, for each aggregate."""
-    thread = wp.tid()
-    number = state[TAKEN]
-    if number >= at_most:
-        return
-    slot = number % RING
-    count = starts.shape[0] - 1
-    a = thread // lanes
-    lane = thread % lanes
-    move = wp.vec3()
-    if a < count:
-        for b in range(lane, count, lanes):
-            move += coarse[a, b] * three_of(pooled, slot * count + b)
-    move = wp.vec3(sum_of_warp(move[0]), sum_of_warp(move[1]), sum_of_warp(move[2]))
-    part = float(0.0)
-    if a < count:
-        for k in range(starts[a] + lane, starts[a + 1], lanes):
-            i = members[k]
-            put_three(both, 2 * i, three_of(both, 2 * i) + move)
-        if lane == 0:
-            part = wp.dot(move, three_of(pooled, slot * count + a))
-            put_three(pooled, (slot + 2) % RING * count + a, wp.vec3())
-    wp.tile_atomic_add(scalars, wp.tile_sum(wp.tile(part)), offset=place_of(SQUARED, slot, thread))
+def add_at_once(sums: wp.array(dtype=wp.vec4), i: int, value: wp.vec3) -> None:
+    """sums[i] += value, in one operation where a GPU has such (PTX red.v4, from compute capability 9.0)."""
 
 
 @wp.kernel
@@ -347,13 +290,10 @@ def advance_kernel(
     both_out: wp.array(dtype=wp.vec4),
     product: wp.array(dtype=wp.vec3),
     pulled: wp.array(dtype=wp.vec4),
-    of: wp.array(dtype=wp.int32),
-    aggregates: int,
-    pooled: wp.array(dtype=wp.vec4),
     scalars: wp.array(dtype=wp.float32),
     state: wp.array(dtype=wp.int32),
 ):
-    """x += a p, r -= a A p, z = D^-1 r and <r, z>, with a = <r, z>/<p, A p>; pools r; clears what was pulled."""
+    """x += a p, r -= a A p, z = D^-1 r and <r, z>, with a = <r, z>/<p, A p>; clears what was pulled."""
     thread = wp.tid()
     number = state[NOW]
     if number < 0:
@@ -379,8 +319,6 @@ def advance_kernel(
         residual[i] = r
         put_three(both_out, 2 * i, z)
         put_three(both_out, 2 * i + 1, p)
-        if i < rows:
-            add_at_once(pooled, (slot + 1) % RING * aggregates + of[i], r)
         part += wp.dot(r, z)
     wp.tile_atomic_add(scalars, wp.tile_sum(wp.tile(part)), offset=place_of(SQUARED, (slot + 1) % RING, thread))
     if thread == 0:
@@ -401,7 +339,6 @@ def pulled_of(count: int, rows: int) -> int:
 def solve(
     matrix: PairedMatrix,
     inverse: wp.array,
-    coarse: Aggregates,
     gradient: wp.array,
     solution_out: wp.array,
     residual: wp.array,
@@ -427,26 +364,17 @@ def solve(
     def launch(kernel: wp.Kernel, dim: int, inputs: Sequence[object], outputs: Sequence[object]) -> None:
         wp.launch(kernel, dim, [*inputs, dim], outputs, block_dim=BLOCK, device=device)
 
-    warp = WARP if wp.get_device(device).is_cuda else 1
-    coarse_threads = -(-warp * coarse.count // BLOCK) * BLOCK
-
     def turn() -> None:
-        for _ in range(min(at_most, TURNS)):
-            pools = [coarse.inverse, coarse.starts, coarse.members, warp, at_most]
-            launch(coarse_kernel, coarse_threads, pools, [both, coarse.pooled, scalars, state])
+        for _ in range(TURNS):
             given = [matrix, lanes, shares, at_most, tolerance, spread, both]
             launch(multiply_kernel, all_threads, given, [direction, product, pulled, scalars, state])
-            kept = [solution_out, residual, both, product, pulled, coarse.of, coarse.count, coarse.pooled, scalars, state]
+            kept = [solution_out, residual, both, product, pulled, scalars, state]
             launch(advance_kernel, threads, [inverse, direction, rows], kept)
 
     coupled.zero_()
     scalars.zero_()
-    coarse.pooled.zero_()
     spread_out(matrix, spread)
     launch(mark_kernel, whole_blocks(pairs), [matrix], [coupled])
-    made = [solution_out, residual, both, pulled, coarse.of, coarse.pooled, scalars, state]
+    made = [solution_out, residual, both, pulled, scalars, state]
     launch(start_kernel, threads, [matrix, inverse, gradient, coupled], made)
-    if at_most <= TURNS:
-        turn()
-    else:
-        wp.capture_while(state[int(MORE) : int(MORE) + 1], turn)
+    wp.capture_while(state[int(MORE) : int(MORE) + 1], turn)

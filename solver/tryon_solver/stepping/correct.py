@@ -243,7 +243,6 @@ def choose_start(sim: Simulation) -> None:
     state, work, progress = sim.state, sim.work, sim.progress
     start_at_feasible(sim)
     linearise_at(sim)
-    sim.aggregates.take(newton_matrix(sim))
     measure_imbalance(sim, progress.standing)
     if sim.touching:
         bounds.measure_leaving(state.x, sim.to_trial, sim.region, progress.leaving, progress.beyond)

@@ -61,7 +61,7 @@ def solve_newton_system(sim: Simulation, at_most: int) -> None:
     work, tolerance = sim.work, sim.settings.correction_pcg_tolerance
 
     def solve(gradient: wp.array, solution_out: wp.array) -> None:
-        pcg.solve(sim.cg, newton_matrix(sim), work.blocks, gradient, solution_out, at_most, tolerance, sim.aggregates)
+        pcg.solve(sim.cg, newton_matrix(sim), work.blocks, gradient, solution_out, at_most, tolerance)
 
     for dyad in sim.stages.dyads:
         dyad.respond(solve)

@@ -6,12 +6,10 @@ contact pairs, some of them of unknowns that have no rows, as a body's vertices.
 
 import numpy as np
 import pytest
-import scipy.sparse as sp
 import warp as wp
 
 from tryon_solver.geometry.connectivity import Connectivity
 from tryon_solver.linalg import blocks, pcg, pcg_together
-from tryon_solver.linalg.aggregates import Aggregates
 from tryon_solver.linalg.as_one import move_as_one
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.ell import EllMatrix
@@ -19,7 +17,6 @@ from tryon_solver.linalg.paired_matrix import PairedMatrix
 from tryon_solver.linalg.vectors import dot, find_largest
 
 CLOTH, COUNT, PAIRS, ROOM = 120, 200, 40, 64
-POOLED = 3  # vertices to an aggregate
 TOUCHED = range(CLOTH, CLOTH + 30)  # of those without rows
 
 
@@ -83,20 +80,12 @@ class System:
         self.dense = dense.transpose(0, 2, 1, 3).reshape(3 * COUNT, 3 * COUNT)
         self.inverse = np.linalg.inv(dense[range(COUNT), range(COUNT)])
         self.gradient = random.normal(size=(COUNT, 3))
-        self.of = random.permutation(CLOTH // POOLED)[np.arange(CLOTH) // POOLED]
-        cells = sp.csr_matrix((np.ones(CLOTH), (np.arange(CLOTH), self.of)))
-        self.alone, self.coarse = Aggregates.build(cells, device), Aggregates.build(cells, device)
-        self.coarse.take(matrix)
 
     def array(self, values, dtype):
         return wp.array(np.asarray(values), dtype=dtype, device=self.device)
 
-    def solve(self, at_most, tolerance, gradient=None, coarse=None):
-        """The solution, the iterations it took, and the solver's scratch; without a coarse level unless one is given,
-        which is what one that has taken no matrix adds."""
-        coarse = coarse or self.alone
-        coarse.pooled.fill_(np.nan)
-        coarse.moves.fill_(np.nan)
+    def solve(self, at_most, tolerance, gradient=None):
+        """The solution, the iterations it took, and the solver's scratch."""
         cg = pcg.ConjugateGradients.allocate(COUNT, CLOTH, self.matrix.blocks.shape[1], self.device)
         for scratch in (
             cg.residual,
@@ -113,7 +102,7 @@ class System:
         forces = self.array((self.gradient if gradient is None else gradient).astype(np.float32), wp.vec3)
         inverse = self.array(self.inverse.astype(np.float32), wp.mat33)
         cg.state.fill_(77)
-        self.solver(cg, self.matrix, inverse, forces, found, at_most, tolerance, coarse)
+        self.solver(cg, self.matrix, inverse, forces, found, at_most, tolerance)
         return found.numpy().astype(np.float64), cg.taken(), cg
 
     def norm_sq(self, residual):
@@ -121,11 +110,10 @@ class System:
         return np.einsum("ia,iab,ib->", residual, self.inverse, residual)
 
 
-def solve_together(cg, matrix, inverse, gradient, out, at_most, tolerance, coarse):
+def solve_together(cg, matrix, inverse, gradient, out, *until):
     """By many threads wherever it is."""
     vectors = cg.residual, cg.direction, cg.both, cg.spread, cg.product, cg.pulled
-    scratch = *vectors, cg.coupled, cg.scalars, cg.state
-    pcg_together.solve(matrix, inverse, coarse, gradient, out, *scratch, at_most, tolerance)
+    pcg_together.solve(matrix, inverse, gradient, out, *vectors, cg.coupled, cg.scalars, cg.state, *until)
 
 
 @pytest.fixture(scope="module", params=["alone", "together", pytest.param("cuda:0", marks=pytest.mark.gpu)])
@@ -193,53 +181,6 @@ def test_one_iteration_is_one_of_steepest_descent(system):
     z[coupled] = -np.einsum("iab,ib->ia", system.inverse, system.gradient)[coupled]
     length = -(system.gradient * z).sum() / (z.ravel() @ system.dense @ z.ravel())
     assert np.abs(found - length * z)[coupled].max() <= 1e-4 * np.abs(z).max()
-
-
-def pooled(system):
-    """(3 COUNT, 3 M): one for each vertex and its aggregate; and the sum of the matrix over them, (M, M)."""
-    cells = np.zeros((COUNT, CLOTH // POOLED))
-    cells[np.arange(CLOTH), system.of] = 1.0
-    traces = np.einsum("iaja->ij", system.dense.reshape(COUNT, 3, COUNT, 3)) / 3.0
-    return np.kron(cells, np.eye(3)), cells.T @ traces @ cells
-
-
-def test_the_coarse_level_is_of_the_matrix_summed_over_aggregates(system):
-    _, total = pooled(system)
-    size = len(total)
-    assert system.coarse.count == size == 40
-    seen = system.coarse.matrix.numpy()
-    assert np.abs(seen[:size, :size] - total).max() <= 1e-5 * np.abs(total).max()
-    inverse = system.coarse.inverse.numpy()
-    expected = np.linalg.inv(total)
-    assert np.abs(inverse[:size, :size] - expected).max() <= 1e-4 * np.abs(expected).max()
-    assert np.all(inverse[size:] == 0.0)
-    assert np.all(inverse[:, size:] == 0.0)
-
-
-def test_with_a_coarse_level_one_iteration_goes_along_both(system):
-    found, _, _ = system.solve(1, 1e-9, coarse=system.coarse)
-    up, total = pooled(system)
-    coupled = np.union1d(np.arange(CLOTH), system.matrix.ids.numpy()[:PAIRS])
-    z = np.zeros((COUNT, 3))
-    z[coupled] = -np.einsum("iab,ib->ia", system.inverse, system.gradient)[coupled]
-    z -= (up @ np.kron(np.linalg.inv(total), np.eye(3)) @ up.T @ system.gradient.ravel()).reshape(-1, 3)
-    length = -(system.gradient * z)[coupled].sum() / (z.ravel() @ system.dense @ z.ravel())
-    assert np.abs(found - length * z)[coupled].max() <= 1e-3 * np.abs(z).max()
-
-
-def test_with_a_coarse_level_it_solves_and_what_is_common_to_a_region_is_solved_at_once(system):
-    """A force that gives each aggregate a move of its own, and nothing else: but for the aggregates' edges."""
-    found, _, _ = system.solve(1000, 1e-6, coarse=system.coarse)
-    expected = np.linalg.solve(system.dense, -system.gradient.ravel()).reshape(-1, 3)
-    assert np.abs(found - expected).max() <= 1e-4 * np.abs(expected).max()
-    up, total = pooled(system)
-    moves = np.sin(np.arange(3 * len(total)) / 9.0)
-    force = -(system.dense @ (up @ moves)).reshape(-1, 3)
-    left = []
-    for coarse in (None, system.coarse):
-        off = system.solve(6, 1e-9, force, coarse)[0].ravel() - up @ moves
-        left.append(off @ system.dense @ off)
-    assert 0.0 < left[1] < 0.5 * left[0]
 
 
 def test_a_looser_tolerance_takes_fewer_iterations_and_keeps_its_promise(system):
