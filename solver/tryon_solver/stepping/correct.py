@@ -30,7 +30,7 @@ from tryon_solver.stepping.ending import end_if_well, ends_by_itself
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
 from tryon_solver.stepping.near import make_last_if_near, measure_nearness
 from tryon_solver.stepping.newton import linearise, newton_matrix, solve_newton_system
-from tryon_solver.stepping.outgrown import let_go
+from tryon_solver.stepping.outgrown import NONE, let_go
 from tryon_solver.stepping.overshoot import retreat_if_overshot
 from tryon_solver.stepping.progress import LED_ASTRAY, Budget, Outcome
 from tryon_solver.stepping.record import as_one, baked
@@ -412,7 +412,7 @@ def iterate_newton(
     `choose_start` takes. Where they end as they should a GPU is to `conclude` the step, if that is given."""
     progress, settings = sim.progress, sim.settings
     extensions = settings.correction_extensions if extensible and settings.ends_by_budget else 0
-    progress.begin(at_most, extensions, searches_left(sim), starting, let_go(sim))
+    progress.begin(at_most, extensions, searches_left(sim), starting, let_go(sim) if starting else NONE)
     more = sim.pace.more(0, sim.candidates.size)
     if more is not None and more < at_most * (1 + extensions):
         progress.limit(more)

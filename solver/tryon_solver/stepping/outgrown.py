@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
 
 SHARE = 0.1  # of what is near enough
-EDGES = 0.16  # of the cloth's mean edge
+EDGES = 0.04  # of the cloth's mean edge
+NONE = 0.0, 0.0, 0.0  # of those that a correction may let go
 
 
 def let_go(sim: Simulation) -> tuple[float, float, float]:

@@ -29,7 +29,7 @@ wp.set_module_options({"enable_backward": False})
 FURTHER_EDGES = 4.0  # of the cloth's mean edge, that the correction has a search reach further, at most: where all go
 # far at once, more pairs are in reach than any memory holds; their way is shortened instead
 SLACK_EDGES = 0.08  # of the cloth's mean edge: more than that finds fine cloth's neighbours, ring upon ring; and
-SLACK_EDGES_ON_GPU = 0.12  # on a GPU, where candidates are cheap and another search waits for the host
+SLACK_EDGES_ON_GPU = 0.16  # on a GPU, where candidates are cheap and another search waits for the host
 PER_EDGE = 160  # candidates, in a shirt's front and back and the body between them
 CROWDED = 1000  # candidates for each vertex of the cloth: a list that is longer is not extended
 LONGEST_SERVED = 60  # steps, by a list after the one that it was found in
