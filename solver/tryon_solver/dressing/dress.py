@@ -114,7 +114,7 @@ def dress(
             with told_as(sewn.fault):
                 if tangled:
                     untangle(simulation, rounds=ROUNDS)
-                hang(simulation, pose, dressed.upper_opening())
+                hang(simulation, pose, dressed.upper_opening(), holding(effects, garment, fabric))
                 settle(simulation, pose, settle_seconds, progress)
                 check_rest(simulation, panels.panel_names)
         except DressingError as error:

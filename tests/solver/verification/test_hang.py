@@ -1,4 +1,4 @@
-"""Garments of the demo that hang by their waist are put on where they hang by themselves."""
+"""Garments of the demo with elastic in their waist are put on where they hang by themselves."""
 
 from dataclasses import replace
 
@@ -9,6 +9,7 @@ from worn_garment import DEMO
 from tryon_solver.body.model import default_body
 from tryon_solver.dressing.dress import dress
 from tryon_solver.dressing.hang import LONGEST, hang
+from tryon_solver.dressing.holding import NOTHING, holding
 from tryon_solver.effect_words.table import live
 from tryon_solver.geometry.boundary_loops import boundary_loops
 from tryon_solver.geometry.named_lines import Cut
@@ -57,15 +58,16 @@ def test_what_hangs_by_its_waist_is_where_it_needs_no_friction_to_stay(name):
 
 
 def test_what_does_not_hold_at_its_waist_is_left_where_it_is():
-    """None that shoulders hold, one too wide for the body, and one that ends below the hips."""
+    """One without elastic, one that shoulders hold, one too wide for the body, and one that ends below the hips."""
     dressed = put_on("skirt")
     sim, opening = dressed.simulation, dressed.upper_opening()
     friction = next(c for c in sim.plan.contributions if c.name == "friction").values["coefficients"]
     before = friction.numpy().copy()
+    time, held = sim.state.time, holding(sim.scene.effects, sim.scene.garment, sim.scene.fabric)
+    hang(sim, dressed.pose, opening, NOTHING)
     for other in (None, replace(opening, girth=opening.body_girth + 0.02), replace(opening, height=0.7)):
-        time = sim.state.time
-        hang(sim, dressed.pose, other)
-        assert sim.state.time == time
-    hang(sim, dressed.pose, opening)
+        hang(sim, dressed.pose, other, held)
+    assert sim.state.time == time
+    hang(sim, dressed.pose, opening, held)
     assert time < sim.state.time <= time + LONGEST
     assert np.array_equal(friction.numpy(), before)
