@@ -43,6 +43,7 @@ class Body:
 
 BODY = Body()
 WAISTBAND = {"ratio": 0.9, "stiffness": 30.0}  # N: worn at its own length it is pulled with 3 N, as a soft waistband is
+FIRM_WAISTBAND = WAISTBAND | {"stiffness": 50.0}  # 5 N, for trousers: they weigh more, and each step draws at them
 FRONT_Z, BACK_Z = 24.0, -18.0  # clear of the chest and of the back
 BETWEEN_HALVES = 0.5  # of an open front, and its middle
 
@@ -448,7 +449,7 @@ class TrouserLeg:
 
 def trousers() -> dict:
     """Loose trousers down to the ankles: four pieces. Their waist is the body's smallest girth, as the skirt's, and has
-    elastic in it."""
+    firmer elastic in it."""
     hip = (BODY.hip_girth + 6.0) / 4
     same = {"top": BODY.waist_height - 1.0, "widest": 83.0, "fork": 68.0, "bottom": 12.0}
     front = TrouserLeg(waist=BODY.waist_girth / 4, hip=hip, beyond=6.0, outer=21.0, **same)
@@ -460,7 +461,7 @@ def trousers() -> dict:
         "back_right": back.piece(-1.0, False),
     }
     for piece in pieces.values():
-        piece.carry("waist", elastic=WAISTBAND)
+        piece.carry("waist", elastic=FIRM_WAISTBAND)
     seams = [
         (f"front_{side}", edge, f"back_{side}", edge)
         for side in ("left", "right")

@@ -44,8 +44,8 @@ MOST_STRETCH = 1.5  # times the fabric's limit: drawn so far together, cloth is 
 
 
 class CarryError(ValueError):
-    """The new cut can't be put on from the old one: it has to be dressed anew; or, where cloth came back with it
-    (`came_back`), by another reach."""
+    """The new cut can't be put on from the old one: it has to be dressed anew; or, where cloth came back with it and
+    what is worn stayed (`came_back`), by another reach."""
 
     came_back = False
 
@@ -128,7 +128,7 @@ def put_on(
     try:
         freed = freed_where_worn(prepared.tangle, cut.mesh.panel_names)
     except CarryError as error:
-        error.came_back = came_back
+        error.came_back = back is not None and back.came_back and not back.with_all
         raise
     simulation.state.v.assign(v.astype(np.float32))
     return Carried(simulation, cut.welded, freed)

@@ -27,6 +27,7 @@ from tryon_solver.dressing.fit import (
     with_mesh,
     with_opening,
 )
+from tryon_solver.dressing.hang import hang
 from tryon_solver.dressing.holding import holding
 from tryon_solver.dressing.opening import Opening, laid_pieces, opening_as_drawn, upper_opening
 from tryon_solver.dressing.outfit import Beneath, Outfit, Worn
@@ -109,9 +110,11 @@ def dress(
             worn = (*effects, *stitched_on(panels, joined.welded_of_vertex, fabric))
             scene, tangled = Scene(garment, sewn.x, body, fabric, worn), sewn.fault is not None
             simulation = build(scene, settings, device, pose, sewn.surface, tangled)
+            dressed = Dressed(simulation, joined, panels, pose)
             with told_as(sewn.fault):
                 if tangled:
                     untangle(simulation, rounds=ROUNDS)
+                hang(simulation, pose, dressed.upper_opening(), holding(effects, garment, fabric))
                 settle(simulation, pose, settle_seconds, progress)
                 check_rest(simulation, panels.panel_names)
         except DressingError as error:
@@ -125,7 +128,7 @@ def dress(
                     raise told from error
             raise
     progress("dressed", 1.0)
-    return Dressed(simulation, joined, panels, pose)
+    return dressed
 
 
 def place(
@@ -155,10 +158,10 @@ def told_as(fault: CrumpledError | None) -> Iterator[None]:
 def settle(simulation: Simulation, pose: Any, seconds: float, progress: Progress) -> None:
     """Let a garment that was just put on come to rest, for `seconds` with the body still in `pose`."""
     step = simulation.settings.largest_step
-    frames = round(seconds / step)
+    frames, begun = round(seconds / step), simulation.state.time
     for k in range(frames):
         progress("settling", k / frames)
-        simulation.advance(pose, (k + 1) * step)
+        simulation.advance(pose, begun + (k + 1) * step)
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,8 @@
 It lies over nothing of what is worn, so there is nothing to carry it over from. But where the garment hung when it was
 worn with that cloth is known: from that stance it goes with the body to the one of the moment, by the field that
 carries cloth along (body/carry.py), which leads to y. What is worn is at p by now; at its vertices u = p - y, and from
-there u spreads over the cloth that comes back, as the gap of a seam that is drawn shut does: x = y + u. Ours.
+there u spreads over the cloth that comes back, as the gap of a seam that is drawn shut does: x = y + u. What has come
+off since, or is in the way, goes back to y with it. Ours.
 """
 
 from __future__ import annotations
@@ -29,8 +30,11 @@ from tryon_solver.state import positions
 
 GIVES = 3.0  # times a gap: so far on either side of it the fabric is put anew
 LACKING = 0.1  # mean edges beside what is worn, in the pattern: up to there the cloth beside it goes on straight
-REACHES = (4.0, 1.0)  # times the widest way: so far the cloth that comes back gives way to what is worn. Where the
-# first leaves a tangle that can't be freed, as where a skirt hangs beside the leg by now, the next is tried
+REACHES = (4.0, 1.0, 0.0)  # times the widest way: so far the cloth that comes back gives way to what is worn. Where the
+# first leaves a tangle that can't be freed, as where a skirt hangs beside the leg by now, the next is tried; by the
+# last nothing gives way, and what is worn goes back with it to where it hung
+SLID = 0.15  # m: what is worn and has come further than this from where it hung lies beyond the shoulders or the hips
+# that held it (those of a T-shirt and of skirts, which give way by the first reach, by up to 0.12), and goes back
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +83,7 @@ def torn(mesh: PanelMesh, places: Points, limit: float) -> NDArray[np.bool_]:
 
 class Returning:
     """What comes back with a cut, which takes over from what is `worn` and is simulated by `new`; once it was `put`,
-    `came_back` tells whether there was anything."""
+    `came_back` tells whether there was anything, and `with_all` whether what is worn went back with it."""
 
     def __init__(self, hung: Hung, reach: float, cut: NewCut, worn: Simulation, new: Simulation) -> None:
         """`reach`: one of REACHES."""
@@ -88,11 +92,12 @@ class Returning:
         self.hung, self.reach, self.cut, self.worn, self.new = hung, reach, cut, worn, new
         self.surface = worn.body_positions().astype(np.float64)
         self.faces = worn.scene.body.faces
-        self.came_back = False
+        self.came_back = self.with_all = False
 
     def put(self, missing: NDArray[np.bool_], places: Points, speeds: Points) -> None:
         """Write into the places (V, 3) m and speeds (V, 3) m/s of the cut's unsewn vertices those of the ones that are
-        `missing` (V,), outside the body; the others' are of what is worn. It goes as fast as the body beside it."""
+        `missing` (V,), outside the body; the others' are of what is worn. It goes as fast as the body beside it. Where
+        all goes back, all are `missing` from then on."""
         self.came_back = bool(missing.any())
         if not self.came_back:
             return
@@ -106,8 +111,12 @@ class Returning:
         sides = cut.garment.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
         sides = sides[np.isin(sides, free).any(axis=1)]
         widest = float(np.linalg.norm(way[np.unique(sides)], axis=1).max(initial=0.0))
-        edge = cut.garment.mean_edge_length()
-        x = y + spread(sides, way, free, edge / max(self.reach * widest, edge))
+        self.with_all = self.reach == 0.0 or widest > SLID
+        if self.with_all:
+            missing[:], free, x = True, np.arange(len(y)), y
+        else:
+            edge = cut.garment.mean_edge_length()
+            x = y + spread(sides, way, free, edge / max(self.reach * widest, edge))
         assert self.worn.body is not None
         _, nearest = cKDTree(self.surface).query(x[free])
         normals = vertex_normals(self.surface, self.faces)[nearest]

@@ -171,4 +171,5 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
             device=device,
         )
 
-    return Contribution("friction", start_step=held.begin, contact=held.term(prepare))
+    values = {"coefficients": coefficients}
+    return Contribution("friction", start_step=held.begin, contact=held.term(prepare), values=values)
