@@ -334,7 +334,8 @@ def published(drape, poses):
     """(frames, N, 3) float64 m: the cloth as a client decodes it, for poses 1/60 s apart."""
     publisher = Publisher(1.0, lambda: 0.0)
     decoder = FrameDecoder()
-    decoder.set_topology(Topology.from_message(decode_server(publisher.dress(drape).payload)))
+    told = publisher.dress(drape, Move(drape.pose, 0.0, 0.0, 0)).payload
+    decoder.set_topology(Topology.from_message(decode_server(told)))
     frames = []
     for k, pose in enumerate(poses, 1):
         drape.advance(pose, k / 60)
