@@ -30,7 +30,7 @@ from tryon_solver.materials.stretch import StretchMeter
 from tryon_solver.materials.terms import bind_bending, bind_membrane
 from tryon_solver.materials.triangle_hessian import TriangleHessian
 from tryon_solver.offsets import refuse_what_bears_no_contact
-from tryon_solver.plan import Stages, StepPlan
+from tryon_solver.plan import NOTHING_GIVEN, Stages, StepPlan
 from tryon_solver.results import Counters, StepReport
 from tryon_solver.scene import Scene
 from tryon_solver.settings import Settings
@@ -499,13 +499,16 @@ def build(
 
 
 def bind_plan(scene: Scene, settings: Settings, device: str, rest: RestShape) -> StepPlan:
-    """Bind the materials and the scene's effects; those with nothing to do are left out."""
+    """Bind the materials and the scene's effects; those with nothing to do are left out, and the plan says why."""
     bending = bind_bending(scene.garment, scene.of_fabrics("k_bend")[:, 0], rest, device)
     own, rows = (None, None) if bending is None else bending
     context = BuildContext(scene, settings, device, rest, rows)
-    bound = [
-        bind_membrane(scene.garment, scene.of_fabrics("k_warp", "k_weft", "k_shear"), rest, device),
-        own,
-        *(bind(effect, context) for effect in scene.effects),
-    ]
-    return StepPlan(tuple(c for c in bound if c is not None))
+    bound = [bind_membrane(scene.garment, scene.of_fabrics("k_warp", "k_weft", "k_shear"), rest, device), own]
+    idle = []
+    for effect in scene.effects:
+        why = effect.idle(scene)
+        contribution = None if why else bind(effect, context)
+        bound.append(contribution)
+        if contribution is None:
+            idle.append((effect.module.rpartition(".")[2], why or NOTHING_GIVEN))
+    return StepPlan(tuple(c for c in bound if c is not None), tuple(idle))

@@ -25,7 +25,12 @@ class Worn(PretendedEffects):
     def under_garments(self, name, parameters):
         if name != "adhesion":
             return parameters
-        return {**parameters, "panels": [f"{self._owner(p)}/{p.rpartition('/')[2]}" for p in parameters["panels"]]}
+        return {**parameters, "panels": [self._full_name(piece) for piece in parameters["panels"]]}
+
+    def _full_name(self, piece):
+        """One of no garment that is worn keeps its name, as a Cut has it."""
+        owner = self._owner(piece)
+        return piece if owner is None else f"{owner}/{piece.rpartition('/')[2]}"
 
     def check(self, asked):
         for piece in asked.get("adhesion", {}).get("panels", ()):
@@ -130,6 +135,20 @@ def test_what_was_on_a_garment_that_is_gone_is_armed_and_all_else_acts_on(desk):
     assert "no piece shirt/front" in last(desk, "adhesion").why
     assert skirt.bound == 1
     assert [event for event in desk.told if isinstance(event, EffectRefused)] == []
+
+
+def test_what_was_on_a_garment_that_comes_back_acts_again_and_says_so(desk):
+    sticky(desk, ("skirt", "shirt"))
+    settle(desk, Worn(garments=("skirt",)))
+    assert last(desk, "adhesion").state == "armed"
+    both = Worn(garments=("skirt", "shirt"))
+    settle(desk, both)
+    assert (last(desk, "adhesion").state, last(desk, "adhesion").why) == ("active", "asked for")
+    assert both.asked["adhesion"]["panels"] == ["shirt/front"]
+    desk.take(ChangeEffect(9, "adhesion", "armed"))
+    settle(desk, both)
+    settle(desk, Worn(garments=("shirt", "skirt")))
+    assert last(desk, "adhesion").state == "armed", "as it was asked for"
 
 
 def test_a_scene_that_is_half_made_gives_way_to_another_one(desk):

@@ -83,7 +83,7 @@ def test_bare_scene_costs_nothing_optional():
     assert cost["allocations"] < probe(ALL, "steady")["allocations"]
 
 
-@pytest.mark.parametrize("effects", [(), ("Gravity", "StrainLimit", "AirDrag")])
+@pytest.mark.parametrize("effects", [(), ("Gravity", "StrainLimit", "AirDrag"), ("Gravity", "Friction")])
 def test_scene_that_touches_nothing_has_nothing_of_contact(effects):
     """No module below contact/ is imported, and so a GPU compiles none; what a scene in contact has of them is the
     control."""
@@ -93,6 +93,7 @@ def test_scene_that_touches_nothing_has_nothing_of_contact(effects):
     assert all(len(of_contact(worn, name)) > 8 for name in names)
     assert len(files & set(worn["allocated_in"])) > 4
     assert [of_contact(cost, name) for name in names] == [[], [], []]
+    assert parts_of(cost, "friction")["imported"] == [], "what can't act is not there either"
     assert not files & set(cost["allocated_in"])
 
 
