@@ -246,3 +246,12 @@ def test_a_wish_that_was_kept_before_its_effect_had_a_parameter_has_it_by_defaul
     parameters = desk.wishes["effects"]["wind"]["parameters"]
     assert parameters["velocity"] == [0.0, 0.0, 2.0]
     assert parameters["ramp"] == 0.1
+
+
+def test_a_wish_that_was_kept_in_other_words_is_armed_by_default_and_says_why():
+    kept = {"effects": {"adhesion": {"state": "active", "parameters": {"kind": "glue"}, "why": "asked for"}}}
+    wish = EffectDesk(lambda _event: None, Ready(), lambda: 0.0, kept).wishes["effects"]["adhesion"]
+    assert wish["state"] == "armed"
+    assert wish["parameters"] == word_of("adhesion").parameters()
+    assert "not known any more" in wish["why"]
+    assert "kind" in wish["why"] or "glue" in wish["why"]

@@ -413,9 +413,15 @@ def _in_other_garments(
 
 
 def _restored(name: str, kept: Mapping[str, Any]) -> Wish:
-    """A wish as it was kept, with what its effect has got since by default."""
+    """A wish as it was kept, with what its effect has got since by default; armed where its words mean nothing now."""
     parameters = kept["parameters"]
-    return Wish(kept["state"], {**_by_default(name), **parameters} if parameters else {}, kept["why"])
+    if not parameters:
+        return Wish(kept["state"], {}, kept["why"])
+    whole = {**_by_default(name), **parameters}
+    try:
+        return Wish(kept["state"], word_of(name).parameters(whole), kept["why"])
+    except EffectError as error:
+        return Wish("armed", _by_default(name), f"not known any more: {error.message}")
 
 
 def _by_values(before: Mapping[str, Parameters], after: Mapping[str, Parameters]) -> bool:
