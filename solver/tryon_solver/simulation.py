@@ -7,14 +7,13 @@ import time as clock
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import scipy.sparse as sp
 import warp as wp
 
-from tryon_solver.body.carry import Carry
-from tryon_solver.body.on_device import MovingBody
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.effects.registry import bind
 from tryon_solver.kernels import compile_kernels
@@ -52,6 +51,8 @@ from tryon_solver.subspace.search import ReducedSearch
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
+    from tryon_solver.body.carry import Carry
+    from tryon_solver.body.on_device import MovingBody
     from tryon_solver.contact.candidates import Candidates, Region
     from tryon_solver.contact.deflect import DeflectionScratch
     from tryon_solver.contact.pairs import ContactPairs, ContactParameters
@@ -148,7 +149,7 @@ class Simulation:
             reached = pose, moving.transforms(pose)
             moving.take(reached[1], pose)
             moving.write(skin_now)
-            carry = Carry.build(
+            carry = import_module("tryon_solver.body.carry").Carry.build(  # which a scene without a body has not
                 self.cloth_count,
                 scene.body.skin_joints,
                 scene.body.skin_weights,
