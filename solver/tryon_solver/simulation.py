@@ -182,6 +182,7 @@ class Simulation:
         self.x_searched = wp.clone(x)  # where the contact pairs were collected last
         self.x_listed = wp.clone(x)  # where the candidates' distances were last brought up to
         self.listed = False  # is the candidate list complete around x?
+        self.held, self.rests = 0, False  # steps of cloth that stays where it is, alone, and does it rest there?
         self.list_age = 0  # steps since it was found
         self.solved = wp.zeros_like(x)  # (A,) m, by which the last step's solve moved the carried state
         self.x_carried = wp.clone(x)  # where the body's motion led to, before the first contact pass
