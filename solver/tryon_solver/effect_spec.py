@@ -17,13 +17,18 @@ class EffectSpec:
     (docs/effects.md says how).
 
     `module` is imported when a scene lists the effect, and not before: its `bind(spec, context)` returns the
-    effect's Contribution (plan.py), or None where there is nothing to do.
+    effect's Contribution (plan.py), or None where there is nothing to do. Nor is it where the spec itself says so, by
+    `idle`.
     """
 
     module: ClassVar[str]
 
     def check(self, scene: Scene) -> None:
         """Raise ValueError, naming field, place and remedy, where the effect does not suit the scene."""
+
+    def idle(self, scene: Scene) -> str:  # noqa: ARG002
+        """Why the effect has nothing to do in the scene, for people; "" where it has, as far as its numbers tell."""
+        return ""
 
 
 def check_vertices(name: str, vertices: np.ndarray, scene: Scene) -> None:

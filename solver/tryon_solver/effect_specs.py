@@ -95,6 +95,11 @@ class Friction(EffectSpec):
                 "is one more"
             )
 
+    def idle(self, scene: Scene) -> str:
+        """Where there is no contact."""
+        touching = any(isinstance(effect, (BodyContact, SelfContact)) for effect in scene.effects)
+        return "" if touching else "nothing touches: list BodyContact or SelfContact for it to act"
+
 
 @dataclass(frozen=True)
 class StrainLimit(EffectSpec):

@@ -91,11 +91,16 @@ class Contribution:
     values: Mapping[str, wp.array] = field(default_factory=dict)  # device arrays that may be written between frames
 
 
+NOTHING_GIVEN = "it is given nothing to act on, or by nothing"
+
+
 @dataclass(frozen=True)
 class StepPlan:
-    """The bound contributions in the order in which they act."""
+    """The bound contributions in the order in which they act; `idle`: names of effects that the scene asks for and that
+    have nothing to do in it, each with why, for people."""
 
     contributions: tuple[Contribution, ...]
+    idle: tuple[tuple[str, str], ...] = ()
 
     def stage(self, name: str) -> tuple[Callable[..., object], ...]:
         """The functions of one stage, in order."""
@@ -113,7 +118,7 @@ class StepPlan:
 
     def describe(self, times: Mapping[str, Mapping[str, float]] | None = None) -> str:
         """Stages and the contributions in them, one line each; behind a name the ms of a call, where `times` has them
-        (stepping/clocked.py measures them)."""
+        (stepping/clocked.py measures them). Then, a line each, what has nothing to do, and why."""
         stages = (
             "add_acceleration",
             "project",
@@ -137,6 +142,7 @@ class StepPlan:
         for stage in stages:
             names = [named(c.name, stage, times or {}) for c in self.contributions if takes_part(c, stage)]
             lines.append(f"{stage}: {', '.join(names) if names else '-'}")
+        lines += [f"not in the step: {name}, {why}" for name, why in self.idle]
         return "\n".join(lines)
 
 

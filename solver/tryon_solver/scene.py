@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tryon_solver.body.on_device import WornBody
 from tryon_solver.effect_specs import (
     SHARPEST_CREASE,
     Adhesion,
@@ -34,6 +34,9 @@ from tryon_solver.effect_specs import (
 )
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.materials.fabric import FABRICS, Fabric
+
+if TYPE_CHECKING:
+    from tryon_solver.body.on_device import WornBody
 
 __all__ = [
     "LIVE",

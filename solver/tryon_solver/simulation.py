@@ -7,14 +7,13 @@ import time as clock
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import scipy.sparse as sp
 import warp as wp
 
-from tryon_solver.body.carry import Carry
-from tryon_solver.body.on_device import MovingBody
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.effects.registry import bind
 from tryon_solver.kernels import compile_kernels
@@ -30,7 +29,7 @@ from tryon_solver.materials.stretch import StretchMeter
 from tryon_solver.materials.terms import bind_bending, bind_membrane
 from tryon_solver.materials.triangle_hessian import TriangleHessian
 from tryon_solver.offsets import refuse_what_bears_no_contact
-from tryon_solver.plan import Stages, StepPlan
+from tryon_solver.plan import NOTHING_GIVEN, Stages, StepPlan
 from tryon_solver.results import Counters, StepReport
 from tryon_solver.scene import Scene
 from tryon_solver.settings import Settings
@@ -52,6 +51,8 @@ from tryon_solver.subspace.search import ReducedSearch
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
+    from tryon_solver.body.carry import Carry
+    from tryon_solver.body.on_device import MovingBody
     from tryon_solver.contact.candidates import Candidates, Region
     from tryon_solver.contact.deflect import DeflectionScratch
     from tryon_solver.contact.pairs import ContactPairs, ContactParameters
@@ -148,7 +149,7 @@ class Simulation:
             reached = pose, moving.transforms(pose)
             moving.take(reached[1], pose)
             moving.write(skin_now)
-            carry = Carry.build(
+            carry = import_module("tryon_solver.body.carry").Carry.build(  # which a scene without a body has not
                 self.cloth_count,
                 scene.body.skin_joints,
                 scene.body.skin_weights,
@@ -181,6 +182,7 @@ class Simulation:
         self.x_searched = wp.clone(x)  # where the contact pairs were collected last
         self.x_listed = wp.clone(x)  # where the candidates' distances were last brought up to
         self.listed = False  # is the candidate list complete around x?
+        self.held, self.rests = 0, False  # steps of cloth that stays where it is, alone, and does it rest there?
         self.list_age = 0  # steps since it was found
         self.solved = wp.zeros_like(x)  # (A,) m, by which the last step's solve moved the carried state
         self.x_carried = wp.clone(x)  # where the body's motion led to, before the first contact pass
@@ -510,13 +512,16 @@ def build(
 
 
 def bind_plan(scene: Scene, settings: Settings, device: str, rest: RestShape) -> StepPlan:
-    """Bind the materials and the scene's effects; those with nothing to do are left out."""
+    """Bind the materials and the scene's effects; those with nothing to do are left out, and the plan says why."""
     bending = bind_bending(scene.garment, scene.of_fabrics("k_bend")[:, 0], rest, device)
     own, rows = (None, None) if bending is None else bending
     context = BuildContext(scene, settings, device, rest, rows)
-    bound = [
-        bind_membrane(scene.garment, scene.of_fabrics("k_warp", "k_weft", "k_shear"), rest, device),
-        own,
-        *(bind(effect, context) for effect in scene.effects),
-    ]
-    return StepPlan(tuple(c for c in bound if c is not None))
+    bound = [bind_membrane(scene.garment, scene.of_fabrics("k_warp", "k_weft", "k_shear"), rest, device), own]
+    idle = []
+    for effect in scene.effects:
+        why = effect.idle(scene)
+        contribution = None if why else bind(effect, context)
+        bound.append(contribution)
+        if contribution is None:
+            idle.append((effect.module.rpartition(".")[2], why or NOTHING_GIVEN))
+    return StepPlan(tuple(c for c in bound if c is not None), tuple(idle))

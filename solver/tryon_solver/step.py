@@ -9,7 +9,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from tryon_solver.body.pose import Pose
 from tryon_solver.results import StepReport
 from tryon_solver.stepping.coast import coast
 from tryon_solver.stepping.contact_free import solve_without_contact
@@ -32,6 +31,7 @@ from tryon_solver.stepping.velocity import update_velocity
 from tryon_solver.stepping.verify_commit import verify_commit
 
 if TYPE_CHECKING:
+    from tryon_solver.body.pose import Pose
     from tryon_solver.simulation import Simulation
 
 Verb = Callable[["Simulation"], None]

@@ -30,6 +30,7 @@ LAYERS = (
     ("simulation",),
     ("reshape", "build_in_parts"),
     ("dressing", "baselines", "live_edit", "rebind", "value_ramps", "diff"),
+    ("drawn",),
 )
 
 

@@ -6,7 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tryon_server.runtime.catching_up import FEWEST, STRIDE, CatchingUp
-from tryon_server.runtime.sources import APPROACH_TURN_MAX, NEARBY
+from tryon_server.runtime.sources import APPROACH_TURN_MAX, LONGEST_MOVE, NEARBY
 from tryon_solver.body.pose import Pose
 
 
@@ -21,12 +21,20 @@ def brought_to(*stances):
     """The drape at the end of its way, and how many moves it took; each stance is that of one move, the last of all
     from there on."""
     left = list(stances)
-    sheet = analytic_drape.WavingSheet("cotton")
-    catching_up = CatchingUp(iter([None, sheet]), lambda: left.pop(0) if len(left) > 1 else left[0])
+    sheet, worn = analytic_drape.WavingSheet("cotton"), AtOnce("cotton")
+    catching_up = CatchingUp(iter([None, sheet]), lambda: left.pop(0) if len(left) > 1 else left[0], worn)
     *others, drape = catching_up.parts()
     assert others == [None] * len(others)
-    assert catching_up.seconds == drape.t
+    assert worn.went_to == [drape]
     return drape, len(others)
+
+
+class AtOnce(analytic_drape.WavingSheet):
+    """What is worn, which has nothing that the other has."""
+
+    def come_to(self, other, way):
+        yield from way
+        self.went_to = [other]
 
 
 def test_a_near_stance_is_reached_in_the_fewest_moves():
@@ -39,6 +47,19 @@ def test_a_near_stance_is_reached_in_the_fewest_moves():
 def test_the_moves_grow_with_the_way():
     _, moves = brought_to(stance(2.0))
     assert moves == np.ceil(2.0 / APPROACH_TURN_MAX / STRIDE) > FEWEST
+
+
+def test_what_is_worn_comes_to_it_at_its_end_and_it_goes_along():
+    sheet, worn, goal = analytic_drape.WavingSheet("cotton"), analytic_drape.WavingSheet("cotton"), stance(0.3)
+    parts = CatchingUp(iter([sheet]), lambda: goal, worn).parts()
+    for _ in range(FEWEST + 3):
+        assert next(parts) is None, "it does not end while what is worn stands still"
+    assert sheet.steps == FEWEST
+    for k in range(1, 4):
+        worn.advance(goal, k * analytic_drape.DRAWN / 3)
+    assert next(parts) is sheet
+    assert sheet.steps == FEWEST + 3
+    assert sheet.seconds == pytest.approx(FEWEST * LONGEST_MOVE + analytic_drape.DRAWN)
 
 
 def test_nothing_of_the_way_is_felt_and_it_ends_in_the_next_move():

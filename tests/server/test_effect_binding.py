@@ -314,7 +314,7 @@ def test_what_is_bound_comes_in_over_its_ramp_and_goes_before_it_is_bound_no_mor
 
 
 def test_without_a_ramp_it_acts_at_once(bag):
-    bind(bag, asked(adhesion={"kind": "wet", "ramp": 0.0}))
+    bind(bag, asked(adhesion={"kind": "wet_cling", "ramp": 0.0}))
     np.testing.assert_array_equal(values_of(bag, "adhesion")["share"].numpy(), [1.0])
     assert bag.effects.fade(asked()) == 0.0
 

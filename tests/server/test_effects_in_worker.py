@@ -236,6 +236,17 @@ def test_by_itself_it_arms_what_garment_and_motion_may_call_for_and_says_why():
     assert last(connection, "wind").state == "absent"
 
 
+def test_where_it_arms_nothing_it_says_what_it_looked_at():
+    connection, _ = told(ChangeEffect(1, "auto", "active"))
+    found = states(news(connection)[-1])
+    looked = {name for name, effect in found.items() if effect.why.startswith("looked for by itself: ")}
+    assert looked == {"wind", "stretch_curves", "adhesion", "pressure"}
+    assert {found[name].state for name in looked} == {"absent"}
+    assert "hangs 1 cm off the body, where over 8 call for it" in found["wind"].why
+    assert answered(connection) == [1]
+    assert len(news(connection)) <= 3, "it is told once, not each time it looks"
+
+
 def test_nothing_is_told_and_nothing_is_looked_at_while_nothing_is_asked():
     connection, (sheet,) = told(until=2.0)
     assert len(news(connection)) == 1

@@ -25,7 +25,12 @@ class Worn(PretendedEffects):
     def under_garments(self, name, parameters):
         if name != "adhesion":
             return parameters
-        return {**parameters, "panels": [f"{self._owner(p)}/{p.rpartition('/')[2]}" for p in parameters["panels"]]}
+        return {**parameters, "panels": [self._full_name(piece) for piece in parameters["panels"]]}
+
+    def _full_name(self, piece):
+        """One of no garment that is worn keeps its name, as a Cut has it."""
+        owner = self._owner(piece)
+        return piece if owner is None else f"{owner}/{piece.rpartition('/')[2]}"
 
     def check(self, asked):
         for piece in asked.get("adhesion", {}).get("panels", ()):
@@ -132,6 +137,20 @@ def test_what_was_on_a_garment_that_is_gone_is_armed_and_all_else_acts_on(desk):
     assert [event for event in desk.told if isinstance(event, EffectRefused)] == []
 
 
+def test_what_was_on_a_garment_that_comes_back_acts_again_and_says_so(desk):
+    sticky(desk, ("skirt", "shirt"))
+    settle(desk, Worn(garments=("skirt",)))
+    assert last(desk, "adhesion").state == "armed"
+    both = Worn(garments=("skirt", "shirt"))
+    settle(desk, both)
+    assert (last(desk, "adhesion").state, last(desk, "adhesion").why) == ("active", "asked for")
+    assert both.asked["adhesion"]["panels"] == ["shirt/front"]
+    desk.take(ChangeEffect(9, "adhesion", "armed"))
+    settle(desk, both)
+    settle(desk, Worn(garments=("shirt", "skirt")))
+    assert last(desk, "adhesion").state == "armed", "as it was asked for"
+
+
 def test_a_scene_that_is_half_made_gives_way_to_another_one(desk):
     worn = Worn(garments=("shirt",))
     settle(desk, worn)
@@ -227,3 +246,12 @@ def test_a_wish_that_was_kept_before_its_effect_had_a_parameter_has_it_by_defaul
     parameters = desk.wishes["effects"]["wind"]["parameters"]
     assert parameters["velocity"] == [0.0, 0.0, 2.0]
     assert parameters["ramp"] == 0.1
+
+
+def test_a_wish_that_was_kept_in_other_words_is_armed_by_default_and_says_why():
+    kept = {"effects": {"adhesion": {"state": "active", "parameters": {"kind": "glue"}, "why": "asked for"}}}
+    wish = EffectDesk(lambda _event: None, Ready(), lambda: 0.0, kept).wishes["effects"]["adhesion"]
+    assert wish["state"] == "armed"
+    assert wish["parameters"] == word_of("adhesion").parameters()
+    assert "not known any more" in wish["why"]
+    assert "kind" in wish["why"] or "glue" in wish["why"]

@@ -9,7 +9,7 @@ import pytest
 from scripted_worker import allow, frames, work
 
 from tryon_server.runtime.order import GarmentOrder
-from tryon_server.sessions.commands import ChangeOutfit, ChangePattern, Run, WornItem
+from tryon_server.sessions.commands import ChangeOutfit, ChangePattern, FollowMotion, Run, WornItem
 from tryon_server.sessions.events import (
     Designed,
     EditMade,
@@ -53,7 +53,7 @@ def test_a_garment_is_put_on_over_the_other_while_that_streams_on():
 
 def test_what_is_newly_dressed_takes_over_in_the_pose_of_the_moment():
     """The body sways on: neither it nor its clock goes back, and the frames before and after are a step apart."""
-    seen = frames(changed(outfit(7, "", "coat"), until=2.0, asked=0.8))[1:]  # the first is of the stance for dressing
+    seen = frames(changed(outfit(7, "", "coat"), until=2.0, asked=0.8))
     swap = next(k for k, frame in enumerate(seen) if frame.topology_id == 2)
     assert abs(seen[swap].root[0]) > 1e-3, "the body is elsewhere than in the stance for dressing"
     times = [frame.t_sim for frame in seen]
@@ -67,8 +67,15 @@ def test_what_is_newly_dressed_takes_over_in_the_pose_of_the_moment():
 
 
 def test_it_follows_a_body_that_stands_and_one_that_nobody_watches():
+    """What is worn is drawn to where it hangs in the other outfit, for which it is advanced while its clock stands."""
     connection = changed(Run(False), outfit(7, "", "coat"), until=3.0)
     assert [event.ticket for event in events(connection, OutfitWorn)] == [7]
+    times = [frame.t_sim for frame in frames(connection)]
+    assert times == sorted(times)
+    connection = changed(outfit(7, "", "coat"), Run(False), until=3.0, seconds_beside=1.15)
+    assert [event.ticket for event in events(connection, OutfitWorn)] == [7], "it is held in the midst of it"
+    standing = changed(FollowMotion(None), outfit(7, "", "coat"), until=18.0, apart=14.0)
+    assert [event.ticket for event in events(standing, OutfitWorn)] == [7], "the cloth had come to rest"
 
 
 def test_one_is_taken_off_where_it_is_worn_and_nothing_begins_again():

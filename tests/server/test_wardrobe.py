@@ -3,8 +3,10 @@ simulate the analytic drape."""
 
 import asyncio
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+from killable_server import KillableServer
 from live_server import LiveServer
 
 from tryon_client import connect
@@ -145,6 +147,44 @@ def test_frames_go_on_while_another_outfit_is_made_and_no_longer_once_it_is_worn
     assert reply.status_code == 201
     assert seen == sorted(seen)
     assert len(set(seen)) == 2
+
+
+def test_what_is_asked_while_the_first_garment_is_put_on_waits_for_its_turn(tmp_path):
+    """Each is made of what those before it have made, and refused with its own reason."""
+    held = tmp_path / "held"
+    held.touch()
+    with KillableServer(tmp_path, "held_dressing:make_app") as server, ThreadPoolExecutor() as pool:
+        path = f"/api/sessions/{server.open(garment='tube', motion='sway')}/garments"
+
+        def ask(method, where="", body=None):
+            asked = pool.submit(server.http.request, method, path + where, json=body)
+            time.sleep(0.3)
+            return asked
+
+        over, bad = ask("POST", "", {"garment": "tube"}), ask("POST", "", {"garment": "tube", "position": 9})
+        turned = ask("PUT", "", {"order": ["tube-2", "tube"]})
+        off, gone = ask("DELETE", "/tube"), ask("DELETE", "/tube")
+        assert not any(asked.done() for asked in (over, bad, turned, off, gone))
+        held.unlink()
+        replies = [asked.result() for asked in (over, bad, turned, off, gone)]
+        assert [reply.status_code for reply in replies] == [201, 422, 200, 200, 404]
+        assert replies[1].json()["code"] == "position.outside"
+        worn = [[one["name"] for one in reply.json()] for reply in replies if reply.status_code < 400]
+        assert worn == [["tube", "tube-2"], ["tube-2", "tube"], ["tube-2"]]
+
+
+def test_what_waits_for_a_garment_that_can_t_be_put_on_is_refused(tmp_path):
+    held = tmp_path / "held"
+    held.touch()
+    with KillableServer(tmp_path, "held_dressing:make_app") as server, ThreadPoolExecutor() as pool:
+        session = server.open(garment="tube", fabric="tight", motion="sway")
+        asked = pool.submit(server.http.post, f"/api/sessions/{session}/garments", json={"garment": "tube"})
+        time.sleep(0.3)
+        held.unlink()
+        reply = asked.result()
+        assert (reply.status_code, reply.json()["code"]) == (422, "outfit.refused")
+        assert "stayed open" in reply.json()["message"]
+        assert reply.json()["remedy"] == "Open a session with another garment."
 
 
 def test_outfits_in_the_database(tmp_path):

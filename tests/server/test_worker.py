@@ -236,6 +236,17 @@ def test_who_joins_where_nothing_moves_any_more_is_shown_it_at_once_and_nobody_e
     np.testing.assert_array_equal(late[0].cloth, decoded[-len(late) - 1].cloth)
 
 
+def test_the_clock_of_frames_never_goes_back():
+    """Not from the stance for dressing to the way into the motion, nor to another motion, nor where none is chosen any
+    more and cloth settles, nor where the garment is dressed anew."""
+    script = [(0.0, allow(1000)), (0.0, Run(True)), (1.0, FollowMotion("sway")), (1.7, FollowMotion(None))]
+    script += [(2.4, FollowMotion("sway")), (3.0, WearFabric("denim")), (3.8, Run(False)), (4.0, Run(True))]
+    times = [frame.t_sim for frame in frames(work(script, 5.0, motion="sway"))]
+    assert times[0] == pytest.approx(-0.5), "where the way into the motion begins"
+    assert times == sorted(times)
+    assert times[-1] > 2.0
+
+
 def test_another_motion_is_approached_from_where_the_body_stands():
     script = [(0.0, allow(1000)), (0.0, Run(True)), (0.9, FollowMotion("sway")), (2.0, FollowMotion(None))]
     connection = work(script, until=3.0)

@@ -28,7 +28,7 @@ ASKED: dict[str, dict[str, Any]] = {
     "elastic": {"lines": [{"along": HEM, "ratio": 0.6, "stiffness": 60.0}]},
     "creases": {"lines": [{"along": [{"panel": "front", "edge": 1}], "angle": 90.0}]},
     "fasteners": {"rows": [{"first": HEM[:1], "second": HEM[1:], "buttons": 3}]},
-    "adhesion": {"kind": "wet"},
+    "adhesion": {"kind": "wet_cling"},
 }
 
 

@@ -18,7 +18,7 @@ from tryon_server.services import Services
 
 router = APIRouter(prefix="/api/sessions", tags=["outfits"], responses=ERROR_REPLIES)
 
-REFUSED = "edit_refused"  # what is asked for is to blame; all else is the moment's
+REFUSED = ("edit_refused", "outfit_refused")  # what is asked for is to blame; all else is the moment's
 
 
 @router.get("/{session_id}/garments")
@@ -31,7 +31,7 @@ async def list_worn(session_id: str, services: ServicesDep) -> list[WornReply]:
 @router.post("/{session_id}/garments", status_code=201, openapi_extra=json_body(WearRequest))
 async def put_on(session_id: str, request: Request, services: ServicesDep) -> list[WornReply]:
     """Put a garment on over what is worn, or at another place in the order; answered once it is worn. One that can't be
-    put on changes nothing."""
+    put on changes nothing. Asked for while another is put on, the first one among them, it waits for its turn."""
     wish = read_json(await request.body(), WearRequest)
     await asyncio.to_thread(services.garments.get, wish.garment)
     fabric = await services.sessions.fabric_for(wish.garment, wish.fabric)
@@ -64,8 +64,8 @@ async def _change(
     try:
         return _replies(await services.sessions.change_outfit(session_id, change))
     except ProtocolError as error:
-        status = 422 if error.code == REFUSED else 409
-        code = f"outfit.{error.code.removeprefix('edit_')}"
+        status = 422 if error.code in REFUSED else 409
+        code = f"outfit.{error.code.removeprefix('edit_').removeprefix('outfit_')}"
         place = error.place.removeprefix("$.")
         raise problem_error(code, error.message, error.remedy, place=place, status=status) from error
 

@@ -1,5 +1,6 @@
-"""An outfit that was dressed beside what is worn, brought to where the body is by now: it takes the other's place
-between two frames, and nobody sees the body go back to the stance in which garments are put on."""
+"""An outfit that was dressed beside what is worn, brought to where the body is by now, and what is worn to where it
+hangs in that: it takes the other's place between two frames, and nobody sees the body go back to the stance in which
+garments are put on, or cloth jump."""
 
 from __future__ import annotations
 
@@ -22,23 +23,25 @@ class CatchingUp:
     The way leads from the stance in which it was dressed to the stance of the moment, wherever that goes meanwhile:
     both are blended, and the share of the latter goes from 0 to 1 smoothly. Nobody sees it, so it is gone in strides,
     in which the garment is taken along and feels nothing of the motion: what folds it has in the new stance is found,
-    and not how it would have swung on the way. It ends with the next move, in which it takes on the body's speed.
+    and not how it would have swung on the way. With the next move it takes on the body's speed. From there both go
+    along, and what both have is drawn to where the new one has it, which is seen, until that takes the place.
     """
 
-    def __init__(self, unpacking: Iterator[Drape | None], stance: Callable[[], Stance]) -> None:
-        """``stance`` tells where the body of what is worn is."""
-        self._unpacking, self._stance = unpacking, stance
-        self.seconds = 0.0  # simulated on the way
+    def __init__(self, unpacking: Iterator[Drape | None], stance: Callable[[], Stance], worn: Drape) -> None:
+        """``stance`` tells where the body of what is ``worn`` is."""
+        self._unpacking, self._stance, self._worn = unpacking, stance, worn
 
     def parts(self) -> Iterator[Drape | None]:
-        """None after each part but the last, which gives the drape in the stance of the moment."""
+        """None after each part but the last, which gives the drape in the stance of the moment. What is worn has to be
+        advanced between them, else they don't end."""
         for drape in self._unpacking:
             if drape is not None:
-                yield from self._led(drape)
+                yield from self._worn.come_to(drape, self._led(drape))
+                yield drape
                 return
             yield None
 
-    def _led(self, drape: Drape) -> Iterator[Drape | None]:
+    def _led(self, drape: Drape) -> Iterator[None]:
         start, goal = drape.pose, self._stance()
         moves = max(FEWEST, math.ceil(_shortest(start, goal) / STRIDE))
         for k in range(1, moves + 1):
@@ -49,11 +52,10 @@ class CatchingUp:
                 leap = leap_towards(start, goal)
                 drape.leap(leap)
                 start = moved(start, leap)
-            self.seconds = k * LONGEST_MOVE
             drape.come_along()
-            drape.advance(_between(start, goal, float(ease(k / moves)), drape.own_motion), self.seconds)
+            stance = _between(start, goal, float(ease(k / moves)), drape.own_motion)
+            drape.advance(stance, drape.seconds + LONGEST_MOVE)
         drape.come_along()
-        yield drape
 
 
 def _shortest(start: Stance, goal: Stance) -> float:

@@ -204,6 +204,10 @@ class Drape(Protocol):
     not_carried: str
 
     @property
+    def seconds(self) -> float:
+        """Simulated, until the last ``advance``, since it was dressed [s]."""
+
+    @property
     def overstretched(self) -> float:
         """Share of the cloth that is stretched by more than its fabric bears, of the garment that is edited."""
 
@@ -250,6 +254,14 @@ class Drape(Protocol):
 
         None comes after each but the last, and this garment may be advanced; the last gives the new one, as this one is
         worn then: its next ``advance`` is this one's. Without one it ends where it has to be dressed anew.
+        """
+
+    def come_to(self, other: Any, way: Iterator[None]) -> Iterator[None]:
+        """What this drape and the ``other`` have both is drawn to where that has it, while this one is advanced, in
+        parts; both are in the same stance at the same time then. First the other comes its ``way``, in parts, to where
+        the body is; from there it is advanced along with this one, which no part but an ``advance`` brings any nearer.
+
+        Raises what ``way`` or advancing the other raises, and then this drape is worn on.
         """
 
     def packed(self) -> Packed:

@@ -14,8 +14,8 @@ from typing import Any, Literal
 
 from tryon_protocol import AUTO, EffectsMessage, EffectState
 from tryon_server.runtime.arming import Armoury
-from tryon_server.runtime.drape import DrapeEffects
-from tryon_server.runtime.effect_choice import called_for
+from tryon_server.runtime.drape import Character, DrapeEffects
+from tryon_server.runtime.effect_choice import at_most, called_for, not_called_for
 from tryon_server.sessions.commands import ChangeEffect, MeasureEffects
 from tryon_server.sessions.events import EffectRefused, EffectsTold, Event
 from tryon_solver.effect_words.fields import EffectError, Rows
@@ -29,10 +29,12 @@ LOOK_SECONDS = 0.02  # between looks at what is being compiled
 CHOICE_SECONDS = 1.0  # between looks at what garment and motion may call for
 STILL_SECONDS = 1.0  # for which what is to go gently waits for a body and a garment that do not go on
 CHOSEN = "chosen by itself: "
+LOOKED = "looked for by itself: "
 ASKED = "asked for"
 TAKEN_OFF = "taken off"
 USUAL = "every garment is worn with it"
 OWN = "the pattern has it"
+NOT_WORN = "not worn: "  # and why: it can't be, with what is worn
 
 
 @dataclass(frozen=True)
@@ -72,6 +74,8 @@ class EffectDesk:
         self._times: dict[str, Mapping[str, float]] = {}
         self._told: tuple[EffectsMessage, Mapping[str, Any]] | None = None
         self._chosen_at = -CHOICE_SECONDS
+        self._seen: Character | None = None  # what the worn garment and its motion have been like at most, as looked
+        self._not_called: Mapping[str, str] = {}  # why nothing of these is armed by itself
         self._fading: tuple[float, float] | None = None  # s that some effect needs to go, and when that was new
         self._quiet = False  # there was nothing to do when it was last looked
         self._acted: Mapping[str, Parameters] | None = None  # what acted when it was asked for what stirs
@@ -108,6 +112,7 @@ class EffectDesk:
                 self._choose(worn)
             else:
                 self._wishes = {name: wish for name, wish in self._wishes.items() if not wish.why.startswith(CHOSEN)}
+                self._seen = None
             self._waiting.append(command.ticket)
             return
         word = word_of(command.name)
@@ -140,6 +145,8 @@ class EffectDesk:
         """
         if worn is not self._worn:
             self._name_pieces(worn)
+            self._take_up_again(worn)
+            self._seen, self._not_called = None, {}
             self._worn, self._parts, self._measuring, self._quiet = worn, None, None, False
             self._fading = None
             self._times.clear()
@@ -190,6 +197,21 @@ class EffectDesk:
 
         self._wishes, self._held = named(self._wishes), named(self._held)
 
+    def _take_up_again(self, worn: DrapeEffects | None) -> None:
+        """Where something else comes to be worn, have act again what the garment before could not be worn with, and
+        this one can be."""
+        if worn is None:
+            return
+        for name, wish in self._wishes.items():
+            if wish.state != "armed" or not wish.why.startswith(NOT_WORN):
+                continue
+            wishes = {**self._wishes, name: Wish("active", wish.parameters)}
+            try:
+                worn.check(self._wanted(wishes, worn))
+            except EffectError as error:
+                wishes[name] = replace(wish, why=f"{NOT_WORN}{error.message}")
+            self._wishes = wishes
+
     def _wanted(self, wishes: Mapping[str, Wish], worn: DrapeEffects) -> dict[str, Parameters]:
         """The effects that are to act, and all their parameters."""
         wanted: dict[str, Parameters] = {**live(), **worn.own}
@@ -202,18 +224,21 @@ class EffectDesk:
 
     def _choose(self, worn: DrapeEffects) -> bool:
         """Arm what garment and motion may call for, if that is wished, and nobody has said otherwise of it; whether
-        there is something new."""
+        there is something new, also of why nothing is armed."""
         now = self._clock()
         if not self._auto or now - self._chosen_at < CHOICE_SECONDS:
             return False
         self._chosen_at = now
+        character = worn.character()
+        self._seen = at_most(self._seen, character)
+        before, self._not_called = self._not_called, not_called_for(self._seen)
         new = {
             name: Wish("armed", {}, f"{CHOSEN}{why}")
-            for name, why in called_for(worn.character()).items()
+            for name, why in called_for(character).items()
             if name not in self._wishes and name not in worn.asked
         }
         self._wishes.update(new)
-        return bool(new)
+        return bool(new) or before != self._not_called
 
     def _arm(self, worn: DrapeEffects) -> None:
         self._armoury.hold(worn.asked)
@@ -288,7 +313,7 @@ class EffectDesk:
         """The wish, but armed where this garment can't be worn with it, as where an edit took its lines."""
         if wish.state != "active" or worn.asked.get(name) == wish.parameters:
             return wish
-        return Wish("armed", wish.parameters, f"not worn: {error.message}")
+        return Wish("armed", wish.parameters, f"{NOT_WORN}{error.message}")
 
     def _measure(self, worn: DrapeEffects) -> None:
         if self._measuring is None:
@@ -366,7 +391,9 @@ class EffectDesk:
             return TAKEN_OFF if name in {**live(), **worn.own} else ""
         if name in worn.own:
             return OWN
-        return USUAL if name in worn.asked else ""
+        if name in worn.asked:
+            return USUAL
+        return f"{LOOKED}{self._not_called[name]}" if self._auto and name in self._not_called else ""
 
 
 def _in_other_garments(
@@ -386,9 +413,15 @@ def _in_other_garments(
 
 
 def _restored(name: str, kept: Mapping[str, Any]) -> Wish:
-    """A wish as it was kept, with what its effect has got since by default."""
+    """A wish as it was kept, with what its effect has got since by default; armed where its words mean nothing now."""
     parameters = kept["parameters"]
-    return Wish(kept["state"], {**_by_default(name), **parameters} if parameters else {}, kept["why"])
+    if not parameters:
+        return Wish(kept["state"], {}, kept["why"])
+    whole = {**_by_default(name), **parameters}
+    try:
+        return Wish(kept["state"], word_of(name).parameters(whole), kept["why"])
+    except EffectError as error:
+        return Wish("armed", _by_default(name), f"not known any more: {error.message}")
 
 
 def _by_values(before: Mapping[str, Parameters], after: Mapping[str, Parameters]) -> bool:

@@ -56,6 +56,10 @@ class OutfitWorker:
         """Go on making the next cut of the garment that is edited."""
         raise NotImplementedError
 
+    def _keep_moving(self) -> None:
+        """Have what is worn advanced for a while, also on a body that stands, or is held."""
+        raise NotImplementedError
+
     @property
     def _making(self) -> bool:
         """Is the scene that is worn about to give way to another one?"""
@@ -65,6 +69,8 @@ class OutfitWorker:
         """Go on making what is to be worn next; how long to wait before the next look [s], None if nothing is."""
         if self._drape is None or not (self._remaking.under_way or self._outfitting.under_way):
             return None
+        if self._remaking.drawing or self._outfitting.drawing:
+            self._keep_moving()
         if self._outfitting.under_way:
             self._dress_otherwise()
         else:
@@ -115,9 +121,10 @@ class OutfitWorker:
 
     def _dress_otherwise(self) -> None:
         """Go on making the outfit that is to be worn next; wear it once it is there."""
+        assert self._drape is not None
         ticket = self._outfitting.ticket
         try:
-            remade = self._outfitting.go_on(self._stance_now)
+            remade = self._outfitting.go_on(self._drape, self._stance_now)
             news = self._outfitting.news()
             if news is not None:
                 self._tell(PhaseChanged("ready", news.stage, news.share or 0.0, *self._worn))
@@ -184,6 +191,7 @@ class OutfitWorker:
 
     def _go_on_with(self, remade: Remade) -> None:
         """Wear it in place of what was worn, in the stance of that."""
+        assert self._move is not None
         self._tell(self._publisher.dress(remade.drape, self._move))
         self._drape = remade.drape
         if remade.seconds is not None:

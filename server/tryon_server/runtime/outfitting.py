@@ -89,9 +89,14 @@ class Outfitting:
         """What is being done for it, where that has changed."""
         return self._beside.news() if self.under_way and self._anew else None
 
-    def go_on(self, stance: Callable[[], Stance]) -> Remade | None:
-        """Do the next part, between two frames; the new outfit once it is there, and then nothing is under way.
-        ``stance`` tells where the body of what is worn is.
+    @property
+    def drawing(self) -> bool:
+        """Is what is worn about to be drawn to where it hangs in the new outfit? Then it has to be advanced."""
+        return self._catching_up is not None
+
+    def go_on(self, drape: Drape, stance: Callable[[], Stance]) -> Remade | None:
+        """Do the next part, between two frames of this drape, which is worn; the new outfit once it is there, and then
+        nothing is under way. ``stance`` tells where the body is.
 
         Raises EditError when it can't be put on.
         """
@@ -101,11 +106,11 @@ class Outfitting:
                 fault = in_parameters(outcome.problem)
                 raise EditError(fault.message, fault.place, fault.remedy)
             if isinstance(outcome, Made):
-                self._catching_up = CatchingUp(outcome.value.unpacking(), stance)
+                self._catching_up = CatchingUp(outcome.value.unpacking(), stance, drape)
                 self._parts = self._catching_up.parts()
             return None
         made = next(self._parts)
         if made is None:
             return None
         self._parts = None
-        return Remade(made, seconds=None if self._catching_up is None else self._catching_up.seconds)
+        return Remade(made, seconds=None if self._catching_up is None else made.seconds)

@@ -11,7 +11,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, Literal
 
-from tryon_server.runtime.drape import Drape
+from tryon_server.runtime.drape import Drape, Stance
 from tryon_server.runtime.held_edits import Outcome
 from tryon_server.runtime.outfit_worker import OutfitWorker
 from tryon_server.runtime.redesign import Wanted, of_pattern, wanted
@@ -50,6 +50,7 @@ class PatternWorker(OutfitWorker):
     _settles: bool  # while it does not run
     _standing: StillSource | None  # what moves the body then, until what is kept is taken on
     _on_the_way: set[str]  # garments that have not taken on what is kept of their patterns
+    _told_at: float | None
     _kept_shown: bool  # and nothing that is only held
 
     def _trouble(self, code: str, place: str, message: str, remedy: str) -> None:
@@ -157,7 +158,18 @@ class PatternWorker(OutfitWorker):
     def _settle(self) -> None:
         """Take on what is kept, on the body as it stands, if nobody watches it move."""
         if not self._running and self._settles and self._pose is not None and self._on_the_way:
-            self._standing = StillSource(self._pose, REST_SECONDS)
+            self._stand_still(self._pose)
+
+    def _stand_still(self, pose: Stance) -> None:
+        """Simulate for a while on the body as it is held, while its clock stands."""
+        self._standing = StillSource(pose, REST_SECONDS, self._told_at, held=True)
+
+    def _keep_moving(self) -> None:
+        source = self._source if self._running else self._standing
+        if source is not None:
+            source.settle_anew()
+        else:
+            self._stand_still(self._stance_now())
 
     def _tell_taken_on(self) -> None:
         """Tell of what is kept that it is taken on, once it is."""

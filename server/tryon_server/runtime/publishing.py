@@ -41,8 +41,8 @@ class Publisher:
         """Number of the newest frame; 0 before the first."""
         return self._handed_over
 
-    def dress(self, drape: Drape, move: Move | None = None) -> TopologyReady:
-        """Go on with another garment, newly dressed or as it is at this move; the event that announces it."""
+    def dress(self, drape: Drape, move: Move) -> TopologyReady:
+        """Go on with another garment as it is at this move; the event that announces it."""
         self._topology_id += 1
         topology = topology_of(drape.outfit, self._topology_id)
         if self._encoder is None:
@@ -50,7 +50,7 @@ class Publisher:
         else:
             self._encoder.set_topology(topology)
         self._drape = drape
-        self.show(move or Move(drape.pose, 0.0, 0.0, 0))
+        self.show(move)
         return TopologyReady(
             topology_id=self._topology_id,
             payload=encode(topology.to_message()),

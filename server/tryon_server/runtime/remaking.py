@@ -82,6 +82,11 @@ class Remaking:
         return self._parts is not None
 
     @property
+    def drawing(self) -> bool:
+        """Is what is worn about to be drawn to where it hangs in the new garment? Then it has to be advanced."""
+        return self._catching_up is not None
+
+    @property
     def doing(self) -> tuple[Doing, str, float | None]:
         """What is being done, the same for people, and how much of that is done, 0 to 1; None: not known."""
         if self._catching_up is not None:
@@ -139,7 +144,7 @@ class Remaking:
         if isinstance(outcome, NotMade):
             self._not_made(outcome, drape, stance)
         elif isinstance(outcome, Made) and self._dressing:
-            self._catch_up(outcome.value.unpacking(), stance)
+            self._catch_up(outcome.value.unpacking(), drape, stance)
         elif isinstance(outcome, Made):
             self._parts = drape.recut(outcome.value, self._hung())
         return None
@@ -155,7 +160,7 @@ class Remaking:
             return None
         if made is None:
             return None
-        seconds = None if self._catching_up is None else self._catching_up.seconds
+        seconds = None if self._catching_up is None else made.seconds
         self.give_up()
         return Remade(made, seconds)
 
@@ -178,7 +183,7 @@ class Remaking:
         assert self._order is not None
         hung = self._hung()
         if hung is not None:
-            self._catch_up(hung.unpacking(self._order.of_edited.specification), stance)
+            self._catch_up(hung.unpacking(self._order.of_edited.specification), drape, stance)
             return
         try:
             refuse_what_is_too_tight(self._edit, drape.overstretched)
@@ -197,7 +202,7 @@ class Remaking:
         assert wanted is not None
         return None if self._order.over else self._worn_before.recall(wanted)
 
-    def _catch_up(self, unpacking: Iterator[Drape | None], stance: Callable[[], Stance]) -> None:
-        """Put on what is unpacked, and bring it to where the body is."""
-        self._catching_up = CatchingUp(unpacking, stance)
+    def _catch_up(self, unpacking: Iterator[Drape | None], drape: Drape, stance: Callable[[], Stance]) -> None:
+        """Put on what is unpacked, and bring it to where the body of the drape that is worn is."""
+        self._catching_up = CatchingUp(unpacking, stance, drape)
         self._parts = self._catching_up.parts()

@@ -4,7 +4,7 @@ put away."""
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -20,6 +20,7 @@ from tryon_server.runtime.worn_pattern import Shapes, WornPattern
 from tryon_solver.body.mesh_sequence import MeshSequence
 from tryon_solver.body.model import BodyModel
 from tryon_solver.build_in_parts import build_in_parts
+from tryon_solver.drawn import SECONDS, draw, drawing, in_both, left_after, let_go, without_draw
 from tryon_solver.dressing.carry_over import CarryError, prepare, put_on
 from tryon_solver.dressing.change_outfit import recut, without
 from tryon_solver.dressing.opening import Opening
@@ -30,6 +31,7 @@ from tryon_solver.geometry.garment import GarmentError, Layer
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.piece_meshes import keep, kept
 from tryon_solver.materials.fabric import FABRICS
+from tryon_solver.rebind import take_over
 from tryon_solver.redesign.drag import Shape
 from tryon_solver.redesign.parsed import parsed
 from tryon_solver.redesign.remesh import Remesh
@@ -89,6 +91,7 @@ class SolverDrape:
         self.origin = np.zeros(3)
         self.outgrown = self.not_carried = ""
         self._stance, self._time = pose, 0.0  # of the last advance
+        self._coming_to: ComingTo | None = None
         self.effects = SolverEffects(self, asked)
 
     @property
@@ -277,7 +280,8 @@ class SolverDrape:
         garment = sim.scene.garment
         for one in self.garments:
             garment = garment if one.edit is None else one.edit.taken_back(garment)
-        scene = replace(sim.scene, garment=garment, x_start=sim.cloth_positions().astype(np.float64))
+        x, effects = sim.cloth_positions().astype(np.float64), without_draw(sim.scene.effects)
+        scene = replace(sim.scene, garment=garment, x_start=x, effects=effects)
         pose, surface = sim.body.pose, sim.body_positions().astype(np.float64)
         worn = tuple((one.worn, one.pattern, one.shown) for one in self.garments)
         mesh = None if self.own.pattern is None else self.own.mesh_now()
@@ -294,6 +298,8 @@ class SolverDrape:
     def leap(self, by: npt.NDArray[np.float64]) -> None:
         """Be elsewhere by (3,) whole metres: nothing changes but where the solver's origin lies."""
         self.origin = self.origin + by
+        if self._coming_to is not None:
+            self._coming_to.other.leap(by)
 
     def buy(self, accuracy: float | None, deadline: float | None) -> None:
         """Solve so from the next ``advance`` on: to an error of ``accuracy`` [m], in ``deadline`` [s]."""
@@ -322,9 +328,37 @@ class SolverDrape:
                 except (GarmentError, OtherStructureError) as error:
                     self.outgrown = str(error)
         self.effects.before_frame(self._dressed_at + t)
+        if self._coming_to is not None:
+            self._coming_to.before_frame(self, pose, t - self._time)
         report = self.simulation.advance(moving.moved(pose, -self.origin), self._dressed_at + t, longest_step)
         self._stance, self._time = pose, t
         return report
+
+    def come_to(self, other: SolverDrape, way: Iterator[None]) -> Generator[None, None, None]:
+        """What both wear drawn to where `other` has it, once that has come its `way` to where the body is."""
+        mine, theirs = in_both(self.worn_outfit().outfit, other.worn_outfit().outfit)
+        if len(mine) == 0:
+            yield from way
+            return
+        made: Simulation | None = None
+        for part in drawing(self.simulation, mine):
+            made = part
+            yield None
+        assert made is not None
+        yield from way
+        before = self.simulation.scene.effects
+        take_over(made, self.simulation)
+        self.go_on_in(made)
+        coming = self._coming_to = ComingTo(other, mine, theirs)
+        try:
+            while not coming.is_there:
+                yield None
+                if coming.fault is not None:
+                    raise coming.fault
+        finally:
+            self._coming_to = None
+            if not coming.is_there:  # nobody waits for the other any more: this one is worn on
+                self.go_on_in(let_go(self.simulation, before))
 
     def cloth_positions(self) -> npt.NDArray[np.float32]:
         """(N, 3) positions of the cloth [m], from ``origin``."""
@@ -333,6 +367,43 @@ class SolverDrape:
     def body_positions(self) -> npt.NDArray[np.float32]:
         """(B, 3) positions of the body's simulated surface [m], from ``origin``."""
         return self.simulation.body_positions()
+
+
+class ComingTo:
+    """What is worn on its way to where another drape has it, which goes along with the same body."""
+
+    def __init__(
+        self, other: SolverDrape, mine: npt.NDArray[np.int32], theirs: npt.NDArray[np.int32]
+    ) -> None:
+        """`mine` and `theirs` (K,): the vertices that both have, as each numbers them."""
+        self.other = other
+        self._mine, self._theirs = mine, theirs
+        self.seconds = 0.0  # simulated so far
+        self.fault: Exception | None = None  # why the other could not go along
+
+    @property
+    def is_there(self) -> bool:
+        """Is it at the end of its way?"""
+        return self.seconds >= SECONDS
+
+    def before_frame(self, drape: SolverDrape, pose: Any, dt: float) -> None:
+        """The drape is about to be advanced to this pose in dt s: advance the other, and draw to where that comes."""
+        if self.fault is not None:
+            return
+        apart = drape.cloth_positions()[self._mine] - self._seen_from(drape)
+        try:
+            self.other.advance(pose, self.other.seconds + dt)
+        except Exception as error:  # what is worn goes on all the same; who waits for the other is told
+            self.fault = error
+            return
+        draw(drape.simulation, self._seen_from(drape) + left_after(self.seconds, dt) * apart)
+        self.seconds += dt
+
+    def _seen_from(self, drape: SolverDrape) -> npt.NDArray[np.float32]:
+        """Where the other has what both have [m], from the drape's origin."""
+        shift = (self.other.origin - drape.origin).astype(np.float32)
+        places: npt.NDArray[np.float32] = self.other.cloth_positions()[self._theirs] + shift
+        return places
 
 
 @dataclass(frozen=True, eq=False)

@@ -57,6 +57,10 @@ class Move:
 class PoseSource(Protocol):
     """Something that moves the body."""
 
+    @property
+    def t(self) -> float:
+        """Where its own clock is [s]: the time of the last move, or, before the first, of where that begins."""
+
     def next(self, elapsed: float, cost: float = 0.0) -> Move | None:
         """The next move, ``elapsed`` s of wall time after the last one, which took the solver ``cost`` s of them; None
         when nothing is to be done."""
@@ -112,15 +116,20 @@ class Pace:
 class SequenceSource:
     """Plays a body's own frames to their end and back again: nothing says how their end leads to their beginning.
 
-    A body that was dressed later in them, at ``start`` s, is led to the first one before. The clock is the frames':
-    below 0 on that way.
+    A body that was dressed later in them, at ``start`` s, is led to the first one before. The clock is the frames',
+    below 0 on that way; where ``since`` [s] was told before, it goes on from there.
     """
 
-    def __init__(self, sequence: MeshSequence, start: float = 0.0) -> None:
+    def __init__(self, sequence: MeshSequence, start: float = 0.0, since: float | None = None) -> None:
         self._sequence = sequence
         self._lead = LeadBack(sequence, start)
         self._pace = Pace()
         self._t = -self._lead.duration
+        self._ahead = _ahead(self._t, since)
+
+    @property
+    def t(self) -> float:
+        return self._ahead + self._t
 
     def settle_anew(self) -> None:
         """It moves on anyway."""
@@ -129,21 +138,27 @@ class SequenceSource:
         dt = self._pace.take(elapsed)
         self._t += dt
         if self._t < 0.0:
-            return Move(self._lead.sample(self._t + self._lead.duration), dt, self._t, 0)
+            return Move(self._lead.sample(self._t + self._lead.duration), dt, self.t, 0)
         duration = self._sequence.duration
         there = duration - abs(self._t % (2.0 * duration) - duration)
-        return Move(self._sequence.sample(there), dt, self._t, 0)
+        return Move(self._sequence.sample(there), dt, self.t, 0)
 
 
 class StillSource:
     """The body stands still, for so many simulated seconds: no motion was chosen and no pose has arrived yet, or nobody
-    watches it move."""
+    watches it move. Its clock goes on from ``since`` [s], or stands there with that of a motion that is held."""
 
-    def __init__(self, pose: Stance, seconds: float = SETTLE_SECONDS) -> None:
-        self._pose, self._seconds = pose, seconds
+    def __init__(
+        self, pose: Stance, seconds: float = SETTLE_SECONDS, since: float | None = None, held: bool = False
+    ) -> None:
+        self._pose, self._seconds, self._since, self._held = pose, seconds, since or 0.0, held
         self._pace = Pace()
         self._stood = 0.0
         self._settled_at = seconds
+
+    @property
+    def t(self) -> float:
+        return self._since if self._held else self._since + self._stood
 
     def settle_anew(self) -> None:
         self._settled_at = self._stood + self._seconds
@@ -153,17 +168,17 @@ class StillSource:
             return None
         dt = self._pace.take(elapsed)
         self._stood += dt
-        return Move(self._pose, dt, self._stood, 0)
+        return Move(self._pose, dt, self.t, 0)
 
 
 class MotionSource:
     """Plays a motion in a loop, after leading the body from where it stands into the motion.
 
-    A body that stands far from where the motion begins is put there first. The clock is the motion's own: below 0 on
-    the way to the first pose.
+    A body that stands far from where the motion begins is put there first. The clock is the motion's own, below 0 on
+    the way to the first pose; where ``since`` [s] was told before, it goes on from there.
     """
 
-    def __init__(self, motion: Motion, start: Pose) -> None:
+    def __init__(self, motion: Motion, start: Pose, since: float | None = None) -> None:
         self._motion = motion
         self._leap = leap_towards(start, motion.pose(0))
         start = moved(start, self._leap)
@@ -172,6 +187,11 @@ class MotionSource:
         self._lead_seconds = seconds
         self._pace = Pace()
         self._t = -seconds
+        self._ahead = _ahead(self._t, since)
+
+    @property
+    def t(self) -> float:
+        return self._ahead + self._t
 
     def settle_anew(self) -> None:
         """It moves on anyway."""
@@ -181,5 +201,10 @@ class MotionSource:
         self._t += dt
         leap, self._leap = self._leap, np.zeros(3)
         if self._t >= 0:
-            return Move(self._motion.sample(self._t, loop=True), dt, self._t, 0, leap)
-        return Move(self._lead.sample(self._t + self._lead_seconds), dt, self._t, 0, leap)
+            return Move(self._motion.sample(self._t, loop=True), dt, self.t, 0, leap)
+        return Move(self._lead.sample(self._t + self._lead_seconds), dt, self.t, 0, leap)
+
+
+def _ahead(t: float, since: float | None) -> float:
+    """By how much what is told is ahead of a clock that begins at t [s], so that it does not go back."""
+    return 0.0 if since is None else since - t

@@ -84,11 +84,12 @@ def put_elsewhere(pose: Pose, goal: Pose) -> Pose:
 
 
 class StreamSource:
-    """Follows the newest poses of a stream. Its clock is the sender's; before the first pose it stands at 0."""
+    """Follows the newest poses of a stream. Its clock is the sender's; before the first pose it stands at 0, or at
+    ``since`` [s], which was told before."""
 
-    def __init__(self, start: Pose) -> None:
+    def __init__(self, start: Pose, since: float | None = None) -> None:
         self._pose = start
-        self._t = 0.0
+        self._t = since or 0.0
         self._seq = 0
         self._legs: deque[Leg] = deque()
         self._stream: int | None = None
@@ -96,6 +97,11 @@ class StreamSource:
         self._settled = 0.0  # [s] simulated in it
         self._cost = 0.0
         self._leap = np.zeros(3)
+
+    @property
+    def t(self) -> float:
+        """See ``PoseSource``."""
+        return self._t
 
     def take(self, stream: int, seq: int, t_capture: float, pose: Pose) -> None:
         """A newer pose has arrived: number, capture time [s, sender's clock], later than of the one before; ``stream``

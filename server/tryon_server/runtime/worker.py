@@ -103,7 +103,8 @@ class Worker(PatternWorker):
         self._poses = PoseTaking(clock, self._trouble)
         self._bought = BuyAccuracy()
         self._pose: Stance | None = None
-        self._move: Move | None = None  # the last one; None of a garment that has not moved since it was dressed
+        self._move: Move | None = None  # the last one
+        self._told_at: float | None = None  # the time of the newest frame [s], on the poses' clock
         self._histories = {name: history_of(kept) for name, kept in order.histories.items()}
         self._held, self._kept_shown = False, True
         self._settles, self._standing, self._on_the_way = True, None, set()
@@ -194,10 +195,10 @@ class Worker(PatternWorker):
         name, file = self._motion, self._motion_file
         play = None if name is None else lambda body: self._load_motion(name, body, file)
         try:
-            self._source = chosen_source(self._drape, self._pose, self._source, play)
+            self._source = chosen_source(self._drape, self._pose, self._source, play, self._told_at)
         except Exception as error:
             logger.exception("the motion %r can't be played", self._motion)
-            self._source = StillSource(self._pose)
+            self._source = StillSource(self._pose, since=self._told_at)
             why = error.problem.message if isinstance(error, ProblemError) else repr(error)
             self._trouble("unknown_motion", "$.motion", f"The motion can't be played: {why}.", "Choose another motion.")
 
@@ -227,14 +228,16 @@ class Worker(PatternWorker):
 
     def _put_on(self, drape: Drape) -> None:
         """Go on with a newly dressed garment. Raises ProtocolError when it can't be told."""
-        announcement = self._publisher.dress(drape)
         self._drape, self._pose = drape, drape.pose
         self._poses.begin(drape.outfit.body)
         self._standing = None
         self._tell_taken_on()
-        self._simulated, self._failures, self._cost, self._move = 0.0, 0, 0.0, None
+        self._simulated, self._failures, self._cost = 0.0, 0, 0.0
         self._follow()
-        self._tell(announcement)
+        assert self._source is not None
+        self._move = Move(drape.pose, 0.0, self._source.t, 0)  # it stands where the way to the first pose begins
+        self._tell(self._publisher.dress(drape, self._move))
+        self._told_at = self._move.t
         self._tell_worn()
         self._last_look = self._clock()
 
@@ -294,7 +297,7 @@ class Worker(PatternWorker):
             return self._count_failure("a position is not a number")
         self._failures = 0
         self._simulated += move.dt
-        self._pose, self._move = move.pose, move
+        self._pose, self._move, self._told_at = move.pose, move, move.t
         self._publisher.show(move)
         self._cost = self._clock() - begun
         self._solved = (facts, move, 1e3 * self._cost)

@@ -5,6 +5,7 @@ What is asked for before the garment is worn is kept, and ordered once it is.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Literal
@@ -85,8 +86,10 @@ class EffectTalk:
         where nothing is dressed yet, once that is. That it is kept for then is the answer.
 
         Raises:
-            ProtocolError: too much is asked, or, of what is to be kept, there is no such effect.
+            ProtocolError: too much is asked, or with what is no number whatever is worn, or, of what is to be kept,
+                there is no such effect.
         """
+        _check_finite(parameters, "$.parameters")
         if not self.dressed:
             return self._keep(ChangeEffect(0, name, state, parameters), asker)
         ticket = self._ticket(asker)
@@ -183,6 +186,18 @@ class EffectTalk:
         ticket = self._new_ticket()
         self._waiting[ticket] = asker
         return ticket
+
+
+def _check_finite(value: Any, place: str) -> None:
+    """Raises ProtocolError for the first number of plain JSON that is not finite, at this place or below it."""
+    if isinstance(value, Mapping):
+        for name, below in value.items():
+            _check_finite(below, f"{place}.{name[:LONGEST_NAME]}")
+    elif isinstance(value, Sequence) and not isinstance(value, str | bytes):
+        for k, below in enumerate(value):
+            _check_finite(below, f"{place}[{k}]")
+    elif isinstance(value, float) and not math.isfinite(value):
+        raise ProtocolError("effect_refused", place, f"It is {value}, not a finite number.", "Send a finite one.")
 
 
 def _too_many() -> ProtocolError:

@@ -61,7 +61,6 @@ class WardrobeSession(Session):
         if not isinstance(message, OutfitWish):
             return super()._obey(client, viewer, message, now)
         try:
-            refuse_before(self._topology is not None)
             if isinstance(message, PutOnMessage) and message.fabric not in (None, *self._rules.fabrics):
                 raise unknown("unknown_fabric", "fabric", str(message.fabric), self._rules.fabrics)
         except ProtocolError as fault:

@@ -6,7 +6,8 @@ import asyncio
 import itertools
 import logging
 import time
-from collections.abc import Awaitable, Callable, Mapping, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping, Sequence
+from contextlib import asynccontextmanager
 from typing import Any, TypeVar
 
 from tryon_protocol import EffectsMessage, OutfitWish, ProtocolError
@@ -27,6 +28,8 @@ from tryon_server.sessions.events import EditMade, Event, OutfitWorn, PhaseChang
 from tryon_server.streaming.outbox import Outbox, OutboxFullError
 
 logger = logging.getLogger(__name__)
+
+MOST_IN_LINE = 8  # changes of what is worn that wait for their turn: each takes seconds
 
 TICK_SECONDS = 0.1
 
@@ -65,6 +68,8 @@ class LiveSession:
         self._keep_waiting = keep_waiting
         self._wear = wear
         self._wearing: set[asyncio.Task[None]] = set()
+        self._turn, self._in_line = asyncio.Lock(), 0  # of who changes what is worn, and how many wait for theirs
+        self._first: asyncio.Future[None] | None = None  # who has the turn waits for something to be worn
         self._keeping: asyncio.Task[None] | None = None
         self._not_kept: ProtocolError | None = None  # why the last change that waits could not be stored
         self._asked: dict[int, asyncio.Future[Any]] = {}  # of what was made, by ticket
@@ -141,6 +146,37 @@ class LiveSession:
             await self.stored()
         return await asked
 
+    @asynccontextmanager
+    async def in_turn(self) -> AsyncIterator[None]:
+        """Who changes what is worn does it in here: one after the other in the order in which they ask, once anything
+        is worn.
+
+        Raises ProtocolError where nothing comes to be worn, or too much waits.
+        """
+        if self._in_line >= MOST_IN_LINE:
+            what = f"{MOST_IN_LINE} changes of what is worn wait to be made; this one was not used."
+            raise ProtocolError("rate_limited", "$", what, "Wait until one of them is worn.")
+        self._in_line += 1
+        try:
+            await self._turn.acquire()
+        finally:
+            self._in_line -= 1
+        try:
+            if not self.machine.dressed:
+                self._first = self._loop.create_future()
+                await self._first
+            yield
+        finally:
+            self._turn.release()
+
+    def _something_is_worn(self, event: Event) -> None:
+        """Let go on who waits for that; or tell why it is not."""
+        if self.machine.dressed:
+            _answer(self._first, None)
+        elif isinstance(event, PhaseChanged) and event.phase == "failed":
+            what = f"Nothing is worn that it could be worn with: {event.detail}"
+            _answer(self._first, ProtocolError("outfit_refused", "$", what, "Open a session with another garment."))
+
     async def change_outfit(self, items: Sequence[WornItem], edited: str, order: Any) -> None:
         """Wear these garments, and edit the one of this name; returns once they are worn.
 
@@ -163,7 +199,8 @@ class LiveSession:
         """Wear what a client asks for; it is told how that ended."""
         assert self._wear is not None
         try:
-            await self._wear(client, wish)
+            async with self.in_turn():
+                await self._wear(client, wish)
         except ProtocolError as fault:
             self._carry_out(self.machine.outfit_refused(client, wish.request, fault, self.now))
         except Exception as error:
@@ -198,10 +235,13 @@ class LiveSession:
         elif isinstance(event, Troubled):
             logger.warning("session %s: %s %s", self.machine.id, event.message, event.remedy)
         self._carry_out(self.machine.simulated(event, self.now))
+        self._something_is_worn(event)
 
     async def _tick(self) -> None:
         while not self.machine.ended:
             await asyncio.sleep(TICK_SECONDS)
+            if self._first is not None and not self._first.done():
+                self.machine.asked_for(self.now)  # who waits for it may have no connection
             self._carry_out(self.machine.tick(self.now))
 
     def _carry_out(self, actions: list[Action]) -> None:
@@ -244,6 +284,7 @@ class LiveSession:
                         _answer(change, fault)
                     for effect in self._asked_effects.values():
                         _answer(effect, fault)
+                    _answer(self._first, fault)
                     self._asked.clear()
                     self._asked_effects.clear()
                     self._on_end(self, reason)

@@ -284,17 +284,11 @@ class LiveSessions:
         """Have a live session wear what a client wants. Raises ProtocolError."""
         with as_protocol_errors():
             fabric = await self.fabric_for(wish.garment, wish.fabric) if isinstance(wish, PutOnMessage) else ""
-            await self.change_outfit(session_id, self.wardrobes.wished(wish, fabric), client, wish.request)
+            live, change = self._live[session_id], self.wardrobes.wished(wish, fabric)
+            await self._change_outfit(live, await self.record(session_id), change, client, wish.request)
 
-    async def change_outfit(
-        self,
-        session_id: str,
-        change: Callable[[OutfitRecord], OutfitRecord],
-        client: int | None = None,
-        request: int | None = None,
-    ) -> OutfitRecord:
-        """Have a live session wear another outfit, made of what it wears; what it wears, once it is worn and kept. A
-        client asked for it by that request, or nobody with a connection did.
+    async def change_outfit(self, session_id: str, change: Callable[[OutfitRecord], OutfitRecord]) -> OutfitRecord:
+        """Have a live session wear another outfit, made of what it wears in its turn; what it wears, once that is kept.
 
         Raises:
             ProblemError: 404 no such session, 409 it has ended, or what `change` raises.
@@ -305,11 +299,23 @@ class LiveSessions:
             remedy = "Open a session that continues it: POST /api/sessions with its id as `continues`"
             raise problem_error("session.ended", "the session has ended", remedy, place="session", status=409)
         live.machine.asked_for(live.now)
+        async with live.in_turn():
+            return await self._change_outfit(live, record, change)
+
+    async def _change_outfit(
+        self,
+        live: LiveSession,
+        record: SessionRecord,
+        change: Callable[[OutfitRecord], OutfitRecord],
+        client: int | None = None,
+        request: int | None = None,
+    ) -> OutfitRecord:
+        """The same in its turn; a client asked for it by that request, or nobody with a connection did."""
         wanted = change(await self.outfit(record))
-        await asyncio.to_thread(self.wardrobes.hold, session_id, wanted)
-        order = await asyncio.to_thread(self.wardrobes.garments, session_id, wanted)
+        await asyncio.to_thread(self.wardrobes.hold, record.id, wanted)
+        order = await asyncio.to_thread(self.wardrobes.garments, record.id, wanted)
         await live.change_outfit(self.wardrobes.items(wanted), wanted.edited, order)
-        await asyncio.to_thread(self.wardrobes.keep, session_id, wanted)
+        await asyncio.to_thread(self.wardrobes.keep, record.id, wanted)
         live.tell_outfit(self.wardrobes.items(wanted), wanted.edited, client, request)
         return wanted
 

@@ -80,6 +80,47 @@ class Carry:
         every = np.concatenate([motions, (np.eye(4) if root is None else root)[None]])
         self.upload.write((every - np.eye(4))[:, :3].astype(np.float32))
 
+    def move_along(self, x: wp.array) -> None:
+        """Move all of x (K,) vec3 m by everybody's motion."""
+        launch(rigid_kernel, len(x), [self.root], [x], device=x.device)
+
+    def set_places(self, x: wp.array, none: float) -> None:
+        """From now on the field is weighted by the distances between cloth and surface at x (A,) m, up to `none` m."""
+        wp.copy(self.places, x)
+        self.near.zero_()
+        self.grid.build(self.surface, none)  # finer, empty cells would cost more than the skin that they pass over
+
+    def find_field(self, x: wp.array, full: float, none: float, displacement_out: wp.array) -> None:
+        """u at the cloth, first among x (A,) vec3 m, for the motions that were taken; lengths in m. Marks `near`.
+
+        `none` is that of `set_places`; `displacement_out` (A,) vec3 m keeps what it holds of the surface.
+        """
+        launch(
+            blend_kernel,
+            self.surface.size,
+            [self.skin_joints, self.skin_weights, self.motions],
+            [self.blends],
+            device=x.device,
+        )
+        launch(
+            field_kernel,
+            self.places.size - self.surface.size,
+            [self.grid.id, self.places, self.surface, self.blends, self.motions, full, none, SHARPNESS, x],
+            [self.near, displacement_out],
+            device=x.device,
+        )
+
+    def move_surface(self, skin_before: wp.array, skin_after: wp.array, displacement_out: wp.array) -> None:
+        """Put the surface's part of `displacement_out` (A,) vec3 m: it goes as the skin (B,) vec3 m does."""
+        count = self.surface.size
+        inputs = [self.places.size - count, skin_before, skin_after]
+        launch(surface_kernel, count, inputs, [displacement_out], device=skin_before.device)
+
+    def find_travel(self, skin_before: wp.array, skin_after: wp.array, largest_out: wp.array) -> None:
+        """Raise `largest_out` (1,) to the largest motion [m] of skin (B,) vec3 m that is marked as near the cloth."""
+        inputs = [self.near, skin_before, skin_after]
+        launch(travel_kernel, self.surface.size, inputs, [largest_out], device=skin_before.device)
+
 
 @wp.kernel
 def blend_kernel(
@@ -172,31 +213,3 @@ def travel_kernel(
     j = wp.tid()
     if near[j] != 0:
         wp.atomic_max(largest_out, 0, wp.length(skin_after[j] - skin_before[j]))
-
-
-def set_places(carry: Carry, x: wp.array, none: float) -> None:
-    """From now on the field is weighted by the distances between cloth and surface at x (A,) m, up to `none` m."""
-    wp.copy(carry.places, x)
-    carry.near.zero_()
-    carry.grid.build(carry.surface, none)  # finer, empty cells would cost more than the skin that they pass over
-
-
-def find_field(carry: Carry, x: wp.array, full: float, none: float, displacement_out: wp.array) -> None:
-    """u at the cloth, first among x (A,) vec3 m, for the motions that were taken; lengths in m. Marks `near`.
-
-    `none` is that of `set_places`; `displacement_out` (A,) vec3 m keeps what it holds of the surface.
-    """
-    launch(
-        blend_kernel,
-        carry.surface.size,
-        [carry.skin_joints, carry.skin_weights, carry.motions],
-        [carry.blends],
-        device=x.device,
-    )
-    launch(
-        field_kernel,
-        carry.places.size - carry.surface.size,
-        [carry.grid.id, carry.places, carry.surface, carry.blends, carry.motions, full, none, SHARPNESS, x],
-        [carry.near, displacement_out],
-        device=x.device,
-    )

@@ -50,7 +50,7 @@ SEWING_SECONDS = 1.2
 FASTER_SECONDS = 0.8  # in which all is sewn once more where fabric was left crumpled at a seam: other folds form
 SEWING_STEP = 1 / 60  # s, at most, of a garment alone; one over others is sewn in the steps that it is worn in: what is
 # beneath leads its pieces, in fewer steps to the same place
-CLOSING_SECONDS = 0.4  # seams held shut before they are welded
+CLOSING_SECONDS = 0.4  # seams held shut until they can be welded, at most
 ROUNDS = 100  # of freeing what welding makes cross, hardly more than a triangle's corner
 SEWING_DRAG = 2.0  # N s/m^3, so that pieces are drawn, not thrown
 STILL_STIFFNESS = 1e5  # N/m and
@@ -244,12 +244,30 @@ def _sew_in(
     )
     simulation = build(scene, settings, device, pose, surface)
     share = next(c for c in simulation.plan.contributions if c.name == "sewing").values["share"]
-    frames = round((seconds + CLOSING_SECONDS) / settings.largest_step)
-    for k in range(frames):
-        progress("sewing", k / frames)
-        time = (k + 1) * settings.largest_step
-        share.fill_(max(0.0, 1.0 - time / seconds))
-        simulation.advance(pose, time)
+    drawn = round(seconds / settings.largest_step)
+    frames = drawn + round(CLOSING_SECONDS / settings.largest_step)
+    for k in range(1, frames + 1):
+        progress("sewing", (k - 1) / frames)
+        share.fill_(max(0.0, 1.0 - k / drawn))
+        simulation.advance(pose, k * settings.largest_step)
+        if drawn <= k < frames and (sewn := _if_closed(simulation, panels, joined, fabric, first)) is not None:
+            return sewn
+    return _welded(simulation, panels, joined, fabric, first)
+
+
+def _if_closed(
+    simulation: Simulation, panels: PanelMesh, joined: WeldedMesh, fabric: Fabric, first: int
+) -> Sewn | None:
+    """`_welded` where all seams are closed and free by now; None where they are to be held shut longer."""
+    try:
+        sewn = _welded(simulation, panels, joined, fabric, first)
+    except DressingError:
+        return None
+    return sewn if sewn.fault is None else None
+
+
+def _welded(simulation: Simulation, panels: PanelMesh, joined: WeldedMesh, fabric: Fabric, first: int) -> Sewn:
+    """The pieces as they are, behind the `first` vertices, of what is beneath, welded. Raises as close_seams."""
     under, x = np.split(simulation.cloth_positions().astype(np.float64), [first])
     stretches = simulation.stretches()[-len(panels.faces) :]
     x_welded, fault = close_seams(panels, joined, fabric, stretches, x)

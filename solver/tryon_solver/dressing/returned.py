@@ -18,13 +18,11 @@ import warp as wp
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from tryon_solver.body.carry import find_field, rigid_kernel, set_places, surface_kernel
 from tryon_solver.dressing.new_cut import NewCut
 from tryon_solver.geometry.normals import vertex_normals
 from tryon_solver.geometry.overlay import Overlay
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.spread import Points, spread
-from tryon_solver.linalg.launch import launch
 from tryon_solver.simulation import Simulation
 from tryon_solver.state import positions
 
@@ -149,7 +147,7 @@ def gone_along(worn: Simulation, new: Simulation, hung: Hung, cloth: Points) -> 
     x: wp.array = wp.array(positions(cloth, hung.surface), dtype=wp.vec3, device=device)
     way = wp.zeros_like(x)
     carry.take_motions(before, as_one)
-    launch(rigid_kernel, len(x), [carry.root], [x], device=device)
+    carry.move_along(x)
     before = as_one @ before
     skin, skin_after = (wp.zeros(len(hung.surface), dtype=wp.vec3, device=device) for _ in range(2))
     for transforms, stance, there in ((before, hung.pose, skin), (end, worn.body.pose, skin_after)):
@@ -163,10 +161,10 @@ def gone_along(worn: Simulation, new: Simulation, hung: Hung, cloth: Points) -> 
         after = end[0] @ np.linalg.inv(after[0]) @ after
         moving.take(after, stance)
         moving.write(skin_after)
-        set_places(carry, x, settings.carry_none)
+        carry.set_places(x, settings.carry_none)
         carry.take_motions(after @ np.linalg.inv(before))
-        find_field(carry, x, settings.carry_full, settings.carry_none, way)
-        launch(surface_kernel, len(skin), [len(cloth), skin, skin_after], [way], device=device)
+        carry.find_field(x, settings.carry_full, settings.carry_none, way)
+        carry.move_surface(skin, skin_after, way)
         x = wp.array(x.numpy() + way.numpy(), dtype=wp.vec3, device=device)
         wp.copy(skin, skin_after)
         before = after

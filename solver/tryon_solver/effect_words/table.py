@@ -27,7 +27,7 @@ from tryon_solver.effect_words.outside import words_from_outside
 from tryon_solver.effect_words.word import EffectWord
 
 AUTO = "auto"  # in place of an effect's name: have those armed that garment and motion may call for
-CLINGS = {"static_cling": (5.0, 5e-4), "wet": (100.0, 0.05), "hook_and_loop": (2e4, 15.0), "tape": (1e3, 1.0)}
+CLINGS = {"static_cling": (5.0, 5e-4), "wet_cling": (100.0, 0.05), "hook_and_loop": (2e4, 15.0), "tape": (1e3, 1.0)}
 """How strongly contacts stick: strength [Pa] and work [J/m^2], orders of magnitude (effect_specs.Adhesion); of hook
 and loop those of a light closure, as on a cuff."""
 

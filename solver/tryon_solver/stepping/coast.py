@@ -29,7 +29,7 @@ from tryon_solver.linalg.as_one import sum_up
 from tryon_solver.linalg.launch import launch
 from tryon_solver.stepping.gradient import elastic_gradient
 from tryon_solver.stepping.record import as_one
-from tryon_solver.stepping.search import follow, search_slack
+from tryon_solver.stepping.search import follow, search_slack, touches_itself_alone
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -69,35 +69,32 @@ def go_along_kernel(
 
 
 class Coasting:
-    """`total` (1,) N of dE/dx, `stiffness` (1,) N/m, thrice, and the `way` (1,) m."""
+    """`total` (1,) N of dE/dx, `stiffness` (1,) N/m, thrice, and the `way` (1,) m, that at the step's end beside it."""
 
     def __init__(self, device: str) -> None:
-        self.total, self.stiffness, self.way = (wp.zeros(1, dtype=wp.vec3, device=device) for _ in range(3))
-
-
-def touches_itself_alone(sim: Simulation) -> bool:
-    """May the cloth touch itself, and nothing else?"""
-    return len(sim.touching) == 1 and sim.touching[0] is sim.cloth
+        places = (wp.zeros(1, dtype=wp.vec3, device=device) for _ in range(4))
+        self.total, self.stiffness, self.way, self.way_at_end = places
 
 
 def coast(sim: Simulation) -> None:
     """Take x_feasible as one to where forces balance, when these are known for the step."""
-    if touches_itself_alone(sim):
-        go_to_balance(sim, sim.state.x_feasible, least=SHARE * search_slack(sim))
+    if touches_itself_alone(sim) and not sim.rests:
+        go_to_balance(sim, sim.state.x_feasible, sim.coasting.way, least=SHARE * search_slack(sim))
 
 
 def keep_momentum(sim: Simulation) -> None:
-    """Take x as one to where forces balance, where a correction has ended further off than its tolerance."""
-    if not touches_itself_alone(sim):
+    """Take x as one to where forces balance, where a correction has ended further off than its tolerance. Not where
+    nothing was near in the step: no contact has stopped anything."""
+    if not touches_itself_alone(sim) or (sim.listed and sim.candidates.idle):
         return
     slowest = sim.settings.correction_tolerance
-    as_one(sim, "keep_momentum", lambda: go_to_balance(sim, sim.state.x, slowest=slowest))
+    as_one(sim, "keep_momentum", lambda: go_to_balance(sim, sim.state.x, sim.coasting.way_at_end, slowest=slowest))
     follow(sim, near=False)
 
 
-def go_to_balance(sim: Simulation, x: wp.array, least: float = 0.0, slowest: float = 0.0) -> None:
+def go_to_balance(sim: Simulation, x: wp.array, way: wp.array, least: float = 0.0, slowest: float = 0.0) -> None:
     """Move the cloth in x (A,) by c, and the region's anchors, if that is longer than `least` [m] and faster than
-    `slowest` [m/s]."""
+    `slowest` [m/s]; the `way` (1,) m is that, or none."""
     work, count, device, coasting = sim.work, sim.cloth_count, sim.device, sim.coasting
     elastic_gradient(sim, x, work.gradient)
     sum_up(work.gradient, count, coasting.total)
@@ -105,5 +102,5 @@ def go_to_balance(sim: Simulation, x: wp.array, least: float = 0.0, slowest: flo
     launch(spread_diagonal_kernel, count, [work.diagonal], [spread], device=device)
     sum_up(spread, count, coasting.stiffness)
     seen = [least, slowest, sim.state.dt, coasting.total, coasting.stiffness]
-    launch(find_way_kernel, 1, seen, [coasting.way], device=device)
-    launch(go_along_kernel, count, [coasting.way], [x, sim.region.anchor], device=device)
+    launch(find_way_kernel, 1, seen, [way], device=device)
+    launch(go_along_kernel, count, [way], [x, sim.region.anchor], device=device)

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import warp as wp
 
-from tryon_solver.body import carry as carrying
-from tryon_solver.body import rigid
+from tryon_solver.geometry import rigid
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
 from tryon_solver.stepping.carry_once import carry_once, looks_ahead, set_out_and_go
@@ -130,31 +129,24 @@ def depart(sim: Simulation) -> None:
 
 def set_out(sim: Simulation) -> None:
     """For the device: the root's motion for everybody, and what comes of the rest of it."""
-    state, body, device = sim.state, sim.body, sim.device
+    state, body = sim.state, sim.body
     assert body is not None
     depart(sim)
     anchors = (sim.region.anchor,) if sim.touching else ()
     for places in (state.x, body.skin_now, *anchors):
-        launch(carrying.rigid_kernel, len(places), [body.carry.root], [places], device=device)
-    carrying.set_places(body.carry, state.x, sim.settings.carry_none)
+        body.carry.move_along(places)
+    body.carry.set_places(state.x, sim.settings.carry_none)
     set_displacement(sim)
     measure_travel(sim)
 
 
 def set_displacement(sim: Simulation) -> None:
     """Put into `direction` where the body's motion takes cloth and surface, and into `skin_next` the skin after it."""
-    body, work, settings, device = sim.body, sim.work, sim.settings, sim.device
+    body, work, settings = sim.body, sim.work, sim.settings
     assert body is not None
     body.moving.write(body.skin_next)
-    full, none = settings.carry_full, settings.carry_none
-    carrying.find_field(body.carry, sim.state.x, full, none, work.direction)
-    launch(
-        carrying.surface_kernel,
-        sim.body_count,
-        [sim.cloth_count, body.skin_now, body.skin_next],
-        [work.direction],
-        device=device,
-    )
+    body.carry.find_field(sim.state.x, settings.carry_full, settings.carry_none, work.direction)
+    body.carry.move_surface(body.skin_now, body.skin_next, work.direction)
 
 
 def measure_travel(sim: Simulation) -> None:
@@ -162,13 +154,7 @@ def measure_travel(sim: Simulation) -> None:
     body = sim.body
     assert body is not None
     sim.largest_out.zero_()
-    launch(
-        carrying.travel_kernel,
-        sim.body_count,
-        [body.carry.near, body.skin_now, body.skin_next],
-        [sim.largest_out],
-        device=sim.device,
-    )
+    body.carry.find_travel(body.skin_now, body.skin_next, sim.largest_out)
 
 
 def goes_on(sim: Simulation, before: np.ndarray, end: np.ndarray) -> bool:

@@ -49,12 +49,12 @@ def unrecorded(sim: Simulation, verb: Callable[[Simulation], None]) -> None:
 
 
 def baked(sim: Simulation) -> tuple[object, ...]:
-    """What a graph was recorded for: settings, whether there were pairs, whether candidates are idle, where the arrays
-    are that grow and how far.
+    """What a graph was recorded for: settings, whether there were pairs, whether candidates are idle and the cloth
+    rests among none, where the arrays are that grow and how far.
 
     What contacts keep grows later than the pairs: a graph that was recorded between the two would go on keeping it
     where nobody looks any more."""
     lists, pairs = sim.candidates, sim.pairs
     kept = tuple(term.room() for term in sim.stages.contact)
-    any_at_all = pairs.size > 0, lists.idle
+    any_at_all = pairs.size > 0, lists.idle, sim.rests
     return sim.recorded_settings, any_at_all, lists.places, pairs.ids.ptr, pairs.capacity, kept

@@ -16,6 +16,7 @@ import warp as wp
 
 from tryon_solver.contact import bounds, broad_phase, candidates, found
 from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.vectors import subtract
 from tryon_solver.stepping.progress import LEAST
 
@@ -33,6 +34,7 @@ SLACK_EDGES_ON_GPU = 0.16  # on a GPU, where candidates are cheap and another se
 PER_EDGE = 160  # candidates, in a shirt's front and back and the body between them
 CROWDED = 1000  # candidates for each vertex of the cloth: a list that is longer is not extended
 LONGEST_SERVED = 60  # steps, by a list after the one that it was found in
+RESTED = 5  # steps in which nobody left his ball, nothing was near, and the cloth went nowhere as one
 KEPT_APART = wp.constant(0.999)  # of the distance of two boxes, for the rounding of their corners
 SURFACE_SHARE = 0.25  # of the slack is granted to the collision surface, which seldom leaves the skin
 
@@ -246,7 +248,7 @@ def search_further(sim: Simulation, direction: wp.array, alpha: wp.array, most: 
     broad_phase.extend(sim.candidates, scope(sim, sim.state.x))
     wp.copy(sim.x_listed, sim.state.x)
     sim.searches += 1
-    sim.list_age = LONGEST_SERVED
+    sim.list_age, sim.held, sim.rests = LONGEST_SERVED, 0, False
 
 
 def scope(sim: Simulation, x: wp.array) -> broad_phase.Scope:
@@ -263,14 +265,25 @@ def list_holds(sim: Simulation, x: wp.array, direction: wp.array) -> bool:
     rounds the anchors once more, and what budgets have grown to would never shrink. So one that was
     extended serves no further step: of what falls or is blown, budgets and list would grow from step to step.
     """
-    if sim.list_age >= LONGEST_SERVED or bounds.outside(x, direction, sim.region, sim.work.hits):
+    if sim.list_age >= LONGEST_SERVED:
+        return False
+    if bounds.outside(x, direction, sim.region, sim.work.hits):
+        sim.held, sim.rests = 0, False
         return False
     candidates.measure(sim.candidates, x)
     sim.candidates.look_back()
     sim.list_age += 1
     wp.copy(sim.x_listed, x)
     sim.listed = True
+    still = touches_itself_alone(sim) and sim.candidates.idle and not read(sim.coasting.way)[0].any()
+    sim.held = sim.held + 1 if still else 0
+    sim.rests = sim.held >= RESTED
     return True
+
+
+def touches_itself_alone(sim: Simulation) -> bool:
+    """May the cloth touch itself, and nothing else?"""
+    return len(sim.touching) == 1 and sim.touching[0] is sim.cloth
 
 
 def find(sim: Simulation, x: wp.array) -> None:

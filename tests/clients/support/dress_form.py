@@ -157,6 +157,13 @@ class Tunic:
     def unpacking(self, _specification: object = None) -> Iterator[Tunic]:
         yield self
 
+    @property
+    def seconds(self) -> float:
+        return self.t
+
+    def come_to(self, _other: object, way: Iterator[None]) -> Iterator[None]:
+        yield from way
+
     def leap(self, by: np.ndarray) -> None:
         self.origin = self.origin + by
 

@@ -20,7 +20,7 @@ class Wire:
         self.time = 0.0
         self.bytes = 0
         self.publisher = Publisher(KEYFRAME_SECONDS, lambda: self.time)
-        message = decode_server(self.publisher.dress(drape).payload)
+        message = decode_server(self.publisher.dress(drape, Move(drape.pose, 0.0, 0.0, 0)).payload)
         assert isinstance(message, TopologyMessage)
         self.topology = Topology.from_message(message)
         self.decoder = FrameDecoder()

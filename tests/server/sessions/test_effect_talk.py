@@ -173,6 +173,27 @@ def test_what_there_is_none_of_is_refused_before_anything_is_worn():
     assert kept(early) == [("auto", "armed", None, False)]
 
 
+@pytest.mark.parametrize("dressed", [False, True])
+def test_what_is_no_number_is_refused_at_once_worn_or_not(dressed):
+    driver = Driver()
+    if dressed:
+        driver.dressed()
+        driver.simulation(told())
+    effects = driver.session.effects
+    rows = [{"ratio": 0.9}, {"ratio": float("nan")}]
+    for parameters, place in (
+        ({"velocity": [0.0, float("nan"), 4.0]}, "$.parameters.velocity[1]"),
+        ({"density": float("inf")}, "$.parameters.density"),
+        ({"lines": rows}, "$.parameters.lines[1].ratio"),
+    ):
+        with pytest.raises(ProtocolError, match="not a finite number") as caught:
+            effects.change("wind", "active", parameters)
+        assert (caught.value.code, caught.value.place) == ("effect_refused", place)
+        assert caught.value.remedy
+    assert driver.ordered(ChangeEffect) == []
+    assert dressed or effects.newest is None, "nothing is kept"
+
+
 def test_nothing_is_measured_before_the_garment_is_worn_nor_too_much_asked_at_once(driver):
     early = undressed()
     early.say(1, MeasureEffectsMessage(request=3))

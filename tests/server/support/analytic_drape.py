@@ -29,6 +29,7 @@ from tryon_solver.redesign.fabrics import made_of, named_fabric
 SIDE = 12
 NARROWEST, RECUT, TIGHTEST, LATE_WIDTH = 0.4, 0.33, 0.3, 0.7  # m, of the first square
 RAMP = 0.25  # s, simulated, on the way to a shape
+DRAWN = 0.1  # s, simulated, on the way to where another has it
 PARTS = 4  # in which another mesh is put on
 QUICKEST = 0.002  # s, in which it solves a frame
 FITTING_SIZE = 0.93  # what a size that is looked for comes to
@@ -125,6 +126,7 @@ class WavingSheet:
         self.shapes: list[float] = []
         self.late, self.there_at = False, 0.0
         self.comes_along, self.along = False, []  # in the next advance, and in each that there was
+        self.comes_to = None  # another that goes along
         self.bought: tuple[float | None, float | None] = (None, None)
         self.effects = PretendedEffects()
 
@@ -207,6 +209,17 @@ class WavingSheet:
             assert sheet.reshape(specification) == ""
         yield sheet
 
+    @property
+    def seconds(self) -> float:
+        return self.t
+
+    def come_to(self, other, way):
+        yield from way
+        self.comes_to, until = other, self.t + DRAWN
+        while self.t < until:
+            yield
+        self.comes_to = None
+
     def leap(self, by: np.ndarray) -> None:
         self.origin = self.origin + by
 
@@ -219,6 +232,8 @@ class WavingSheet:
     def advance(self, pose: Pose, t: float, longest_step: float = 0.0) -> Facts:  # noqa: ARG002
         assert t > self.t, "time goes forward"
         pose.validate(self.outfit.body)
+        if self.comes_to is not None:
+            self.comes_to.advance(pose, self.comes_to.t + t - self.t)
         self.steps += 1
         if self.late:
             self.outgrown = "a row is too long"

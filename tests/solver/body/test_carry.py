@@ -7,7 +7,7 @@ import pytest
 import warp as wp
 
 from tryon_solver.body import quaternions
-from tryon_solver.body.carry import SHARPNESS, Carry, find_field, set_places
+from tryon_solver.body.carry import SHARPNESS, Carry
 
 FULL, NONE = 0.015, 0.06  # m
 JOINTS, SKIN, CLOTH, INFLUENCES = 7, 300, 200, 3
@@ -54,9 +54,9 @@ class Case:
         begun = wp.array(np.vstack([self.cloth, self.surface]), dtype=wp.vec3, device=device)
         now = wp.array(np.vstack([x, self.surface + 1.0]), dtype=wp.vec3, device=device)
         found = wp.zeros_like(now)
-        set_places(carry, begun, NONE)
+        carry.set_places(begun, NONE)
         carry.take_motions(motions)
-        find_field(carry, now, FULL, NONE, found)
+        carry.find_field(now, FULL, NONE, found)
         assert not found.numpy()[CLOTH:].any()
         return found.numpy()[:CLOTH], carry.near.numpy()
 

@@ -153,6 +153,7 @@ def test_cloth_goes_as_one_as_far_as_what_is_outside_lets_it(outside):
     tolerance = 8 * ULP  # of the places before and after, and of sums of 81 over which c is a share
     np.testing.assert_allclose(feasible - start, np.broadcast_to(way, start.shape), rtol=0, atol=tolerance)
     sim.state.x.assign((start + [0.01, -0.02, 0.03]).astype(np.float32))
+    sim.listed = False  # what is near is not known: contact may have done anything
     keep_momentum(sim)
     np.testing.assert_allclose(sim.cloth_positions() - start, np.broadcast_to(way, start.shape), rtol=0, atol=tolerance)
 

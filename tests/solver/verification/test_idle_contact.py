@@ -113,6 +113,29 @@ def test_a_far_body_launches_nothing_of_contact(monkeypatch):
     assert {"face_boxes_kernel", "collect_kernel", "deflect_kernel"} <= set(counts)
 
 
+def test_cloth_that_rests_and_may_touch_itself_launches_nothing_of_it(monkeypatch):
+    """Nor does it look where it would go as one, until it goes somewhere."""
+    counts = launches(monkeypatch)
+    garment, x = sheet(9, 9, 0.3, 0.3)
+    made = []
+    for effects in ((), (SelfContact(),)):
+        sim = build(Scene(garment, x, None, fabric(), (StrainLimit(), *effects)), PRESETS["draft"])
+        for k in range(1, 9):
+            sim.advance(None, k * DT)
+        counts.clear()
+        for k in range(9, 14):
+            sim.advance(None, k * DT)
+        made.append(Counter(counts))
+    assert set(made[1]) - set(made[0]) <= ASKED
+    assert sum(made[1].values()) <= sum(made[0].values()) + 5 * 8
+    sim.state.v.fill_(np.array([0.0, 3.0, 0.0]))
+    counts.clear()
+    for k in range(14, 17):
+        sim.advance(None, k * DT)
+    assert counts["find_way_kernel"] >= 2, "all but the step in which it leaves"
+    np.testing.assert_allclose(sim.cloth_positions() - x, np.broadcast_to([0, 9 * DT, 0], x.shape), atol=1e-4)
+
+
 @pytest.mark.parametrize("others", [(), (SelfContact(),)], ids=["body", "self"])
 def test_what_is_granted_is_under_half_of_what_is_between(others):
     """The ball's distance from the cloth is known: its centre's less its radius. The grant is no trifle, unless

@@ -83,7 +83,7 @@ def test_bare_scene_costs_nothing_optional():
     assert cost["allocations"] < probe(ALL, "steady")["allocations"]
 
 
-@pytest.mark.parametrize("effects", [(), ("Gravity", "StrainLimit", "AirDrag")])
+@pytest.mark.parametrize("effects", [(), ("Gravity", "StrainLimit", "AirDrag"), ("Gravity", "Friction")])
 def test_scene_that_touches_nothing_has_nothing_of_contact(effects):
     """No module below contact/ is imported, and so a GPU compiles none; what a scene in contact has of them is the
     control."""
@@ -93,7 +93,32 @@ def test_scene_that_touches_nothing_has_nothing_of_contact(effects):
     assert all(len(of_contact(worn, name)) > 8 for name in names)
     assert len(files & set(worn["allocated_in"])) > 4
     assert [of_contact(cost, name) for name in names] == [[], [], []]
+    assert parts_of(cost, "friction")["imported"] == [], "what can't act is not there either"
     assert not files & set(cost["allocated_in"])
+
+
+CLOTH_ALONE = """
+import sys
+import numpy as np
+from tryon_solver.geometry.garment import Garment
+from tryon_solver.scene import Gravity, Scene
+from tryon_solver.simulation import build
+
+x = np.array([[0.0, 0, 0], [1, 0, 0], [1, 0, 1], [0, 0, 1]]) * 0.1
+faces = np.array([[0, 2, 1], [0, 3, 2]], np.int32)
+garment = Garment(faces, x[:, [2, 0]][faces], np.zeros(2, np.int32), 4)
+sim = build(Scene(garment, x, None, effects=(Gravity(),)), None, "cpu")
+sim.advance(None, 0.1)
+assert sim.cloth_positions()[:, 1].max() < -0.01
+print("of a body:", *sorted(name for name in sys.modules if name.startswith("tryon_solver.body")))
+"""
+
+
+def test_scene_without_a_body_imports_nothing_of_one():
+    """Neither how one is posed, nor how motions are read, nor how cloth is carried along."""
+    done = subprocess.run([sys.executable, "-c", CLOTH_ALONE], capture_output=True, text=True, check=False, timeout=240)
+    assert done.returncode == 0, done.stderr[-3000:]
+    assert done.stdout.strip().splitlines()[-1] == "of a body:"
 
 
 def of_contact(cost, what):

@@ -30,15 +30,25 @@ NAMES = {
     Sleep: "sleep",
 }
 
+IDLE = "not in the step: "
+
 
 def described(effects, cloth=None):
-    """Stage -> names of the contributions in it, as `describe` prints them."""
+    """Stage -> names of the contributions in it, as `describe` prints them, and of what has nothing to do why."""
     garment, x = sheet(5, 5, 0.2, 0.2)
     body = rigid_body(*icosphere(0.05, 1)) if any(isinstance(e, BodyContact) for e in effects) else None
     x[:, 1] += 0.06
     sim = build(Scene(garment, x, body, cloth or fabric(), tuple(effects)), None, "cpu", STILL if body else None)
-    lines = dict(line.split(": ") for line in sim.plan.describe().splitlines())
-    return {stage: [] if names == "-" else names.split(", ") for stage, names in lines.items()}
+    lines = [line for line in sim.plan.describe().splitlines() if not line.startswith(IDLE)]
+    stages = dict(line.split(": ") for line in lines)
+    return {stage: [] if names == "-" else names.split(", ") for stage, names in stages.items()}
+
+
+def idle(effects, cloth=None):
+    """What `describe` says of those that have nothing to do."""
+    garment, x = sheet(5, 5, 0.2, 0.2)
+    plan = build(Scene(garment, x, None, cloth or fabric(), tuple(effects)), None, "cpu").plan
+    return [line.removeprefix(IDLE) for line in plan.describe().splitlines() if line.startswith(IDLE)]
 
 
 def test_bare_scene_has_materials_only():
@@ -84,6 +94,14 @@ def test_effect_with_nothing_to_do_is_left_out(effect, cloth):
     """Bound once, at build: a zero is not carried through every step."""
     plan = described((SelfContact(), effect), cloth)
     assert NAMES[type(effect)] not in {name for names in plan.values() for name in names}
+
+
+def test_the_plan_says_what_has_nothing_to_do_and_why():
+    (told,) = idle((Gravity(), Friction()))
+    assert told == "friction, nothing touches: list BodyContact or SelfContact for it to act"
+    assert idle((SelfContact(), Friction())) == []
+    (told,) = idle((Gravity((0.0, 0.0, 0.0)),))
+    assert told.startswith("gravity, ")
 
 
 def test_fabric_without_bending_has_no_bending_term():

@@ -1,0 +1,142 @@
+"""What is worn comes to where it hangs in another outfit before that takes its place: drawn there, under contact, on a
+body that goes on."""
+
+import pickle
+
+import numpy as np
+import pytest
+from frame_judge import FrameJudge
+
+from tryon_server.app import BUILT_IN_PATTERNS
+from tryon_server.runtime import production
+from tryon_server.runtime.order import DrapeOrder, GarmentOrder
+from tryon_solver.body.pose import Pose
+from tryon_solver.drawn import SECONDS, in_both
+from tryon_solver.effects.drawn import bind as bind_drawn
+
+STEP = 1 / 30
+
+
+def order(folder, *names):
+    innermost, *over = (GarmentOrder(name, BUILT_IN_PATTERNS / f"{name}.json", "cotton_jersey") for name in names)
+    alone = DrapeOrder(innermost.pattern, innermost.fabric, "draft", "cpu", edge_length=0.05, wardrobe=folder)
+    return alone.wearing((innermost, *over))
+
+
+@pytest.fixture(scope="module")
+def dressed(tmp_path_factory):
+    """A T-shirt, and the same with a skirt over it, the waist of which gathers its hem."""
+    folder = tmp_path_factory.mktemp("dressed")
+    orders = [order(folder, "tshirt"), order(folder, "tshirt", "skirt")]
+    drapes = [production.build_drape(ordered, tell_nobody) for ordered in orders]
+    return [pickle.dumps(drape.packed()) for drape in drapes]
+
+
+@pytest.fixture
+def both(dressed):
+    return [list(pickle.loads(packed).unpacking())[-1] for packed in dressed]
+
+
+def tell_nobody(_stage, _share):
+    pass
+
+
+def raised(drape, k):
+    return Pose(drape.pose.root + [0.0, 0.01 * np.sin(0.2 * k), 0.0], drape.pose.rotations)
+
+
+def way_of(drape, pose):
+    """Two moves to there."""
+    for k in (1, 2):
+        yield
+        drape.come_along()
+        drape.advance(pose(), k * STEP)
+    drape.come_along()
+
+
+def apart(worn, other):
+    """How far the T-shirt's vertices are from where the other has them [m]."""
+    mine, theirs = in_both(worn.worn_outfit().outfit, other.worn_outfit().outfit)
+    return np.linalg.norm(worn.cloth_positions()[mine] - other.cloth_positions()[theirs], axis=1)
+
+
+def test_what_is_worn_is_led_over_and_passes_through_nothing(both):
+    worn, other = both
+    judges = [
+        FrameJudge(one.outfit.faces, one.outfit.body.faces, one.cloth_positions(), one.body_positions()) for one in both
+    ]
+    far = apart(worn, other)
+    assert far.max() > 0.04, "it would jump"
+    moved, led, k = [], 0, 0
+    for _ in worn.come_to(other, way_of(other, lambda: worn.stance)):
+        k, before = k + 1, worn.cloth_positions().copy()
+        worn.advance(raised(worn, k), k * STEP)
+        led += any(own.name == "drawn" for own in worn.simulation.plan.contributions)
+        moved.append(np.linalg.norm(worn.cloth_positions() - before, axis=1).max())
+        for one, judge in zip(both, judges):
+            assert judge.judge(one.cloth_positions(), one.body_positions()).clean, k
+    assert SECONDS / STEP <= led <= SECONDS / STEP + 1.5
+    left = apart(worn, other)
+    assert np.quantile(left, 0.95) < 0.003
+    assert left.max() < 0.2 * far.max()
+    assert max(moved) < 0.25 * far.max(), "gently"
+    assert other.stance is worn.stance
+
+
+def test_who_is_given_up_leaves_what_is_worn_as_it_hangs_by_itself(both):
+    worn, other = both
+    hung = worn.cloth_positions().copy()
+    coming, k = worn.come_to(other, iter(())), 0
+    while k < 5 or not any(own.name == "drawn" for own in worn.simulation.plan.contributions):
+        next(coming)
+        k += 1
+    for step in range(1, 8):
+        worn.advance(worn.pose, step * STEP)
+        next(coming)
+    coming.close()
+    assert not any(own.name == "drawn" for own in worn.simulation.plan.contributions)
+    drawn = np.linalg.norm(worn.cloth_positions() - hung, axis=1)
+    assert drawn.max() > 0.02
+    steps = other.simulation.counters.steps
+    for step in range(8, 40):
+        worn.advance(worn.pose, step * STEP)
+    assert other.simulation.counters.steps == steps
+    back = np.linalg.norm(worn.cloth_positions() - hung, axis=1)
+    assert back.max() < drawn.max()
+
+
+def test_what_the_other_raises_is_told_and_what_is_worn_goes_on(both, monkeypatch):
+    worn, other = both
+    coming = worn.come_to(other, iter(()))
+
+    def failing(*_):
+        raise RuntimeError("it diverged")
+
+    monkeypatch.setattr(other, "advance", failing)
+    def go_on():
+        for step, _ in enumerate(coming, 1):
+            worn.advance(worn.pose, step * STEP)
+
+    with pytest.raises(RuntimeError, match="diverged"):
+        go_on()
+    assert not any(own.name == "drawn" for own in worn.simulation.plan.contributions)
+    worn.advance(worn.pose, worn.seconds + STEP)
+
+
+def test_what_is_put_away_on_the_way_draws_no_more(both):
+    worn, other = both
+    coming = worn.come_to(other, iter(()))
+    while worn._coming_to is None:
+        next(coming)
+    assert all(type(effect).module != bind_drawn.__module__ for effect in worn.packed().scene.effects)
+    coming.close()
+
+
+def test_garments_that_lie_in_another_order_are_not_drawn_through_each_other(both):
+    _, other = both
+    outfit = other.worn_outfit().outfit
+    turned = type(outfit)(outfit.worn[::-1])
+    assert [len(ids) for ids in in_both(outfit, turned)] == [0, 0]
+    mine, theirs = in_both(outfit.without("tshirt"), outfit)
+    first = outfit.layers[1].vertices.start
+    assert np.array_equal(mine + first, theirs)
