@@ -10,13 +10,13 @@ d', n', lam the distance, normal and closest points where the motion ends; along
 passes through, which continuous detection tells from passing by. By the normal at the start alone, cloth that slides
 past a vertex would be lifted off it.
 
-A motion that was carried is pushed so whoever closes the gap, since a body takes cloth along that stands in its way. Of
-Newton's direction each vertex gives back of its own: it loses the share of its motion along n' that is missing of all
-that closes the gap. Pushed by weights, a vertex that falls freely onto a body would throw up the ones beside it that
-lie there: silk that slid down a slope was thrown about by millimetres in each step, and stopped. All pushes of a pass are computed from the same displacements and averaged per
-vertex, so the outcome does not depend on the order in which a device works through them. Tangential motion stays. This
-is the contact projection of position based dynamics applied to a displacement; it promises nothing, what it leaves is
-shortened (bounds.py).
+A motion that was carried is pushed so whoever closes the gap, since a body takes cloth along that stands in its way.
+Of Newton's direction each vertex gives back of its own: it loses the share of its motion along n' that is missing of
+all that closes the gap. Pushed by weights, a vertex that falls freely onto a body would throw up the ones beside it
+that lie there: silk that slid down a slope was thrown about by millimetres in each step, and stopped. All pushes of a
+pass are computed from the same displacements and averaged per vertex, so the outcome does not depend on the order in
+which a device works through them. Tangential motion stays. This is the contact projection of position based dynamics
+applied to a displacement; it promises nothing, what it leaves is shortened (bounds.py).
 """
 
 from __future__ import annotations
@@ -204,8 +204,8 @@ def deflect(
     held_gap: float = 0.0,
     each_its_own: bool = False,
 ) -> None:
-    """Turn `displacement` (A,) m aside, in at most `at_most` passes; of `held_gap` m no pair is to use up anything. With
-    `each_its_own` vertices give back of their own motion alone.
+    """Turn `displacement` (A,) m aside, in at most `at_most` passes; of `held_gap` m no pair is to use up anything.
+    With `each_its_own` vertices give back of their own motion alone.
 
     With `near` only the near list is looked at. `changed` (A,) int32 and `passes` are scratch.
     """
