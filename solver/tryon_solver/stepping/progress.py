@@ -53,6 +53,8 @@ PLACES = 24
 
 LED_ASTRAY = wp.constant(10.0)  # so many times as far from balance as where the first iteration began
 
+LETTING_GO = wp.constant(2)  # iterations of a correction that may let vertices go (outgrown.py)
+
 WITHIN = wp.constant(1)
 BEYOND = wp.constant(2)
 
@@ -86,6 +88,7 @@ def wants_search(state: wp.array(dtype=wp.int32), lengths: wp.array(dtype=wp.flo
     """Does the way lead out of the region so far that it is to be searched further, and is there such a search left?"""
     all_let_go = lengths[SHARES_LET_GO] * lengths[ENOUGH] * lengths[ENOUGH]
     far = lengths[BEYOND_SQUARED] > all_let_go or lengths[FARTHEST_BEYOND] > lengths[LET_GO]
+    far = far or state[FOUND] > LETTING_GO
     return state[LEAVING] > 0 and state[SEARCHES] > 0 and far
 
 

@@ -138,6 +138,11 @@ def test_for_few_who_are_led_out_of_the_region_by_little_it_asks_for_no_search(s
     assert script.events.count("search") == searches
 
 
+def test_none_is_let_go_after_a_corrections_first_iterations(script):
+    script.play(5, 1, [1.0, 0.5, 0.3], [0.1, 0.1, 0.0], leaving=(2,), beyond=1.5e-3, let_go=(1e-3, 2e-3, 4.0))
+    assert script.events.count("search") == 1
+
+
 def test_without_a_search_left_it_moves_as_far_as_it_can(script):
     script.play(2, 0, [1, 1], [0.5, 0.5], leaving=(0, 1))
     assert "search" not in script.events
