@@ -308,6 +308,7 @@ def correct_penetration(sim: Simulation, conclude: Callable[[Simulation], None])
     at_most = sim.pace.iterations(sim.budget.iterations)
     outcome = iterate_newton(sim, sim.budget, at_most, once, conclude if ends_by_itself(sim) else None, starting=True)
     sim.concluded = outcome.concluded
+    sim.calm = outcome.near and outcome.iterations <= settings.correction_iterations
     if once and not sim.concluded:
         if settings.second_iterations and ended_astray(sim, outcome):
             outcome = again(sim, sim.second_budget, outcome)
@@ -412,7 +413,7 @@ def iterate_newton(
     `choose_start` takes. Where they end as they should a GPU is to `conclude` the step, if that is given."""
     progress, settings = sim.progress, sim.settings
     extensions = settings.correction_extensions if extensible and settings.ends_by_budget else 0
-    progress.begin(at_most, extensions, searches_left(sim), starting, let_go(sim) if starting else NONE)
+    progress.begin(at_most, extensions, searches_left(sim), starting, let_go(sim) if starting and sim.calm else NONE)
     more = sim.pace.more(0, sim.candidates.size)
     if more is not None and more < at_most * (1 + extensions):
         progress.limit(more)

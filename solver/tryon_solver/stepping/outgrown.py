@@ -4,9 +4,9 @@ Another search looks for all that the garment could meet, and on a GPU the devic
 for it. Nearly half of a walk's frames had one, for two vertices of 20,000 at the median. Who is led out of its ball
 stops at the border, like who meets something, and the next step has its ball around where it was going. So there is
 another search only where the region would withhold more than what is near enough tells of (near.py): more than SHARE of
-that, as root mean square over the cloth, or of one vertex more than EDGES. Only in a correction's first iterations,
-which are all that a step of a walk has: let go in blow after blow, cloth was torn (progress.py: LETTING_GO). Where
-nothing says what is near enough, none is let go. Ours.
+that, as root mean square over the cloth, or of one vertex more than EDGES. Only after a step that came near within its
+first budget, and in a correction's first iterations (progress.py: LETTING_GO), which are all that a step of a walk has:
+let go in blow after blow, cloth was torn. Where nothing says what is near enough, none is let go. Ours.
 """
 
 from __future__ import annotations
