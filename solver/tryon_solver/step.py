@@ -23,7 +23,6 @@ from tryon_solver.stepping.proxy import build_contact_proxy, find_pairs, project
 from tryon_solver.stepping.record import recorded, unrecorded
 from tryon_solver.stepping.remember import remember_contacts
 from tryon_solver.stepping.repeat import repeat_until
-from tryon_solver.stepping.report import measure_for_report
 from tryon_solver.stepping.sleep import awake
 from tryon_solver.stepping.smooth import smooth_in_full_space
 from tryon_solver.stepping.two_level import assemble_coarse_level, solve_on_two_levels
@@ -78,15 +77,13 @@ def advance(sim: Simulation, pose: Pose | None, time: float, longest_step: float
 def step(sim: Simulation) -> None:
     """Algorithm 1: advance the garment by the time step on the body as it stands. METHOD.md section 2."""
     scheme = SCHEMES[sim.settings.scheme]  # the paper's unless the settings name another
-    if not sim.under_way:  # as a GPU is where all of the body's motion was free
-        recorded(sim, solve_freely)  # prediction, one global step there
+    recorded(sim, solve_freely, done=sim.under_way)  # prediction, one global step there, unless a GPU is at it already
     for _ in contact_passes(sim):  # one, unless the settings ask for more
         sim.timed(find_pairs, scheme.run is unrecorded)  # within reach at the feasible state
         scheme.run(sim, solve_proxy)  # their quadratic proxy, and the scheme's cycles: the trial
         sim.timed(correct_penetration, conclude)  # Newton-PCG on the full potential, every iterate proven free
         sim.timed(verify_commit)  # float64 on what is near; else the pass is void and x goes back
-    if not sim.concluded:  # as a GPU does by itself where all has gone as it should
-        recorded(sim, conclude)
+    recorded(sim, conclude, done=sim.concluded)  # as a GPU has by itself where all has gone as it should
 
 
 def solve_freely(sim: Simulation) -> None:
@@ -97,11 +94,10 @@ def solve_freely(sim: Simulation) -> None:
 
 
 def conclude(sim: Simulation) -> None:
-    """What has come of the step, at the state in which it ended: what the next one is to know, and the report."""
+    """What has come of the step, at the state in which it ended."""
     sim.timed(remember_contacts)  # how far each has given
     sim.timed(estimate_error)  # how far from balance it ended
     sim.timed(update_velocity)
-    sim.timed(measure_for_report)  # stretch, and how far the surface is behind
 
 
 def solve_proxy(sim: Simulation) -> None:

@@ -2,8 +2,8 @@
 
 Else it stands still twice while the host reads what has come of the correction, has the state checked, reads what has
 come of that, and has the step concluded: a tenth of a millisecond each time, and of a walk's frame of 20,000 vertices
-six. So the check of a commit and what concludes the step are in the correction's graph, on conditions. Where one of
-them is not met nothing of it was done, and the host goes on as it does without a GPU.
+six. So the check of a commit, what concludes the step, and the report's figures are in the correction's graph, on
+conditions. Where one of them is not met nothing of it was done, and the host goes on as it does without a GPU.
 
 Not with more than one contact pass, which the correction does not end, nor where cloth touches itself alone, which
 goes on as one (coast.py).
@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from tryon_solver.linalg.device_loop import keeps_graphs
 from tryon_solver.stepping.coast import touches_itself_alone
+from tryon_solver.stepping.report import measure_for_report
 from tryon_solver.stepping.verify_commit import look_over
 
 if TYPE_CHECKING:
@@ -35,6 +36,10 @@ def end_if_well(sim: Simulation, harmless: float, conclude: Callable[[Simulation
 
     def end() -> None:
         look_over(sim)
-        sim.progress.if_sound(sim.work.hits, sim.pairs, lambda: conclude(sim))
+        sim.progress.if_sound(sim.work.hits, sim.pairs, conclude_and_measure)
+
+    def conclude_and_measure() -> None:
+        conclude(sim)
+        measure_for_report(sim)
 
     sim.progress.if_ended_well(math.inf if tears is None else tears.beyond, harmless, end)

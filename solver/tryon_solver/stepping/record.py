@@ -11,9 +11,11 @@ if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
 
 
-def recorded(sim: Simulation, verb: Callable[[Simulation], None]) -> None:
-    """Run a verb whose verbs neither read nor allocate. On a GPU they are recorded once, and launched as one graph for
-    as long as that stands; of their times there is one then, under the verb's own name."""
+def recorded(sim: Simulation, verb: Callable[[Simulation], None], done: bool = False) -> None:
+    """Run a verb whose verbs neither read nor allocate, unless it is `done`. On a GPU they are recorded once, and
+    launched as one graph for as long as that stands; of their times there is one then, under the verb's own name."""
+    if done:
+        return
     if not keeps_graphs(sim.device):
         verb(sim)
         return

@@ -26,7 +26,7 @@ def make_report(sim: Simulation) -> StepReport:
     if sim.state.asleep and not counters.steps:
         return sim.reported.sleeping(sim.state.time, sim.debt)
     touching = in_contact(sim)
-    if not counters.steps:
+    if not (counters.steps and sim.concluded):  # else the device has, where the step ended
         measure_for_report(sim)
     gaps, cycles, lags, stretch, error = read(
         sim.pairs.smallest_gap, sim.cycles, sim.lag, sim.stretch.stretch, sim.error

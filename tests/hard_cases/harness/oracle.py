@@ -173,6 +173,14 @@ def farthest_off(x: np.ndarray, goal: np.ndarray) -> float:
     return float(np.abs(turn.apply(a) - b).max())
 
 
+def turned_with_root(sim: Simulation) -> np.ndarray:
+    """(A, 3) m: where cloth and surface were once the body's root had taken them all along."""
+    x = sim.state.x_committed.numpy()
+    assert sim.body is not None
+    along = sim.body.carry.root.numpy()[0]
+    return np.asarray(x + x @ along[:, :3].T + along[:, 3], np.float32)
+
+
 @contextlib.contextmanager
 def listening(by_launches: bool = False) -> Iterator[SubSteps]:
     """Hear of every move along a proven path: carried sub-steps, and the correction's; and where all went as one.
@@ -207,9 +215,14 @@ def listening(by_launches: bool = False) -> Iterator[SubSteps]:
 
     set_out, coast, keep_momentum = step.move_body, step.coast, correct.keep_momentum
 
-    def hear_setting_out(sim: Simulation, interval: PoseInterval) -> None:
+    def hear_setting_out(sim: Simulation, interval: PoseInterval, solve_freely: Callable[[Simulation], None]) -> None:
         heard.setting_out = True
-        set_out(sim, interval)
+        set_out(sim, interval, solve_freely)
+        if sim.under_way:  # a GPU has taken all of the motion by itself
+            heard.setting_out = False
+            turned = turned_with_root(sim)
+            heard.turned.append((len(heard.moves), turned))
+            heard.moves.append((turned, sim.state.x_feasible.numpy().copy()))
 
     def hear_coasting(sim: Simulation) -> None:
         if wp.get_device(sim.device).is_cuda and not by_launches:

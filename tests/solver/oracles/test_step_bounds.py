@@ -223,8 +223,8 @@ def test_reverted_step_is_told_and_the_next_one_goes_on(monkeypatch):
     before = sim.cloth_positions()
     real = step.correct_penetration
 
-    def lose_everything(sim):
-        real(sim)
+    def lose_everything(sim, conclude):
+        real(sim, conclude)
         sim.state.x.fill_(wp.vec3(np.nan, np.nan, np.nan))
         sim.state.x_feasible.fill_(wp.vec3(np.nan, np.nan, np.nan))
 
