@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from tryon_solver.body import BodyModel, Pose, PoseError, quaternions, skin, world_from_joint
 from tryon_solver.body.pose import world_from_rest
+from tryon_solver.geometry import rigid
 
 QUARTER_ABOUT_Z = quaternions.from_axis_angle(np.array([0.0, 0.0, 1.0]), np.pi / 2)
 
@@ -114,3 +115,10 @@ def test_wrong_shape_of_rotations_is_refused(body: BodyModel, shape: tuple[int, 
 def test_root_that_is_not_finite_is_refused(body: BodyModel) -> None:
     with pytest.raises(PoseError, match="root position"):
         Pose(np.array([0.0, np.nan, 0.0]), Pose.rest(body).rotations).validate(body)
+
+
+def test_the_inverse_of_a_rigid_transform_takes_back_what_it_does(body: BodyModel) -> None:
+    there = world_from_rest(body, random_pose(body, 5))
+    back = rigid.inverse(there)
+    assert np.abs(back - np.linalg.inv(there)).max() < 1e-12
+    np.testing.assert_allclose(back @ there, np.broadcast_to(np.eye(4), there.shape), atol=1e-12)
