@@ -30,12 +30,12 @@ def stance(frame):
     return replace(STILL, root=np.array([away, 0.0, 0.0]), rotations=rotation)
 
 
-def play(monkeypatch, holds=None, settings=PRESETS["draft"]):
+def play(monkeypatch, holds=None):
     """Frames (T, N, 3) m, the surface's (T, B, 3) m, and in which frames the broad phase was asked for a whole list."""
     garment, x = sheet(13, 13, 0.3, 0.3)
     ball, faces = icosphere(0.1, 3)
     scene = Scene(garment, x + np.array([0.01, 0.104, -0.02]), rigid_body(ball, faces), fabric(), WORN)
-    sim = build(scene, settings, "cpu", STILL)
+    sim = build(scene, PRESETS["draft"], "cpu", STILL)
     asked, find = [], broad_phase.launch_search
     with monkeypatch.context() as patch:
         patch.setattr(broad_phase, "launch_search", lambda *given: (asked.append(len(cloth)), find(*given)))
@@ -69,13 +69,11 @@ def test_no_frame_crosses(served):
     assert all(judge.judge(x, c).clean for x, c in zip(cloth, surface))
 
 
-def test_the_cloth_hangs_as_it_does_when_every_step_searches(monkeypatch):
+def test_the_cloth_hangs_as_it_does_when_every_step_searches(served, monkeypatch):
     """While it falls the balls, at which moves end, are others, and so is what each step leaves undone; what hangs in
-    the end is the same, to less than the fabric's thickness. Without what is near enough: who may be let go
-    (outgrown.py) is another in other balls, and friction keeps what comes of it."""
-    to_the_end = replace(PRESETS["draft"], correction_nearness=None)
-    _, cloth, _, asked = play(monkeypatch, settings=to_the_end)
-    scene, each, _, always = play(monkeypatch, lambda *_: False, to_the_end)
+    the end is the same, to less than the fabric's thickness."""
+    _, cloth, _, asked = served
+    scene, each, _, always = play(monkeypatch, lambda *_: False)
     assert len(always) >= FRAMES > 2 * len(asked)
     assert np.linalg.norm(cloth[59] - cloth[0], axis=1).max() > 0.05, "it has fallen"
     assert np.linalg.norm(cloth[59] - each[59], axis=1).max() < scene.fabric.thickness
