@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -51,6 +52,12 @@ def check_number(name: str, value: float, above: bool = False) -> None:
     """Raise ValueError unless the value is finite and at least 0, or `above` it."""
     if not (value > 0 if above else value >= 0) or value == float("inf"):
         raise ValueError(f"{name} must be a finite number {'above' if above else 'of at least'} 0, not {value!r}")
+
+
+def check_finite(name: str, values: Sequence[float] | np.ndarray) -> None:
+    """Raise ValueError unless all of the values are finite."""
+    if not np.isfinite(values).all():
+        raise ValueError(f"{name} must be finite numbers, not {list(values)!r}")
 
 
 def check_once(name: str, edges: np.ndarray, what: str = "edge") -> None:

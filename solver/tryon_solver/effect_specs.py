@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from tryon_solver.effect_spec import EffectSpec, check_number, check_once, check_panels, check_vertices
+from tryon_solver.effect_spec import EffectSpec, check_finite, check_number, check_once, check_panels, check_vertices
 from tryon_solver.geometry.enclosed import closed_by_caps, enclosed_volume
 from tryon_solver.geometry.lines import corners_of_edges, hinges_of_edges
 
@@ -26,6 +26,9 @@ class Gravity(EffectSpec):
     module: ClassVar[str] = "tryon_solver.effects.gravity"
 
     acceleration: tuple[float, float, float] = (0.0, -9.81, 0.0)
+
+    def __post_init__(self) -> None:
+        check_finite("gravity: acceleration", self.acceleration)
 
 
 @dataclass(frozen=True)
@@ -109,6 +112,9 @@ class StrainLimit(EffectSpec):
 
     stiffness: float = 20000.0
 
+    def __post_init__(self) -> None:
+        check_number("strain limit: stiffness", self.stiffness)
+
 
 @dataclass(frozen=True)
 class StretchCurves(EffectSpec):
@@ -126,7 +132,8 @@ class StretchCurves(EffectSpec):
     def __post_init__(self) -> None:
         for name, points in (("warp", self.warp), ("weft", self.weft)):
             for k, ((strain, tension), (next_strain, next_tension)) in enumerate(pairwise(((0.0, 0.0), *points))):
-                if not (next_strain > strain and next_tension >= tension and next_tension < float("inf")):
+                rises = float("inf") > next_strain > strain and float("inf") > next_tension >= tension
+                if not rises:
                     raise ValueError(f"stretch curves: {name} does not rise to point {k}; order the points by strain")
 
 
@@ -142,6 +149,9 @@ class AirDrag(EffectSpec):
     module: ClassVar[str] = "tryon_solver.effects.air_drag"
 
     coefficient: float = 1.7
+
+    def __post_init__(self) -> None:
+        check_number("air drag: coefficient", self.coefficient)
 
 
 @dataclass(frozen=True)
@@ -178,6 +188,7 @@ class Wind(EffectSpec):
     along: float = 0.01
 
     def __post_init__(self) -> None:
+        check_finite("wind: velocity", self.velocity)
         for name in ("density", "broadside", "along"):
             check_number(f"wind: {name}", getattr(self, name))
         if self.along > self.broadside:
@@ -215,6 +226,9 @@ class FabricDamping(EffectSpec):
 
     time: float = 5e-3
 
+    def __post_init__(self) -> None:
+        check_number("fabric damping: time", self.time)
+
 
 @dataclass(frozen=True)
 class Sewing(EffectSpec):
@@ -228,6 +242,13 @@ class Sewing(EffectSpec):
 
     stitches: np.ndarray
     stiffness: float
+
+    def __post_init__(self) -> None:
+        check_number("sewing: stiffness", self.stiffness)
+
+    def check(self, scene: Scene) -> None:
+        """Raises ValueError for a vertex that the garment does not have."""
+        check_vertices("sewing", self.stitches, scene)
 
 
 @dataclass(frozen=True)
@@ -244,6 +265,15 @@ class Attached(EffectSpec):
     onto: np.ndarray
     weights: np.ndarray
     stiffness: float
+
+    def __post_init__(self) -> None:
+        check_number("attached: stiffness", self.stiffness)
+        check_finite("attached: weights", np.ravel(self.weights))
+
+    def check(self, scene: Scene) -> None:
+        """Raises ValueError for a vertex that the garment does not have."""
+        check_vertices("attached", self.vertices, scene)
+        check_vertices("attached", self.onto, scene)
 
 
 @dataclass(frozen=True)
@@ -478,3 +508,7 @@ class Sleep(EffectSpec):
     fastest: float = 2.5e-3
     time: float = 0.5
     shift: float = 1e-4
+
+    def __post_init__(self) -> None:
+        for name in ("speed", "fastest", "time", "shift"):
+            check_number(f"sleep: {name}", getattr(self, name))
