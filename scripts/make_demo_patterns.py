@@ -43,7 +43,7 @@ class Body:
 
 BODY = Body()
 WAISTBAND = {"ratio": 0.9, "stiffness": 30.0}  # N: worn at its own length it is pulled with 3 N, as a soft waistband is
-FIRM_WAISTBAND = WAISTBAND | {"stiffness": 50.0}  # 5 N, for trousers: they weigh more, and each step draws at them
+FIRM_WAISTBAND = WAISTBAND | {"stiffness": 40.0}  # 4 N, for trousers: they weigh more, and each step draws at them
 FRONT_Z, BACK_Z = 24.0, -18.0  # clear of the chest and of the back
 BETWEEN_HALVES = 0.5  # of an open front, and its middle
 
