@@ -217,12 +217,14 @@ def test_what_the_pattern_has_says_so_and_can_be_taken_off_and_back():
     assert answered(connection) == [1, 2]
 
 
-def test_by_itself_it_arms_what_garment_and_motion_may_call_for_and_says_why():
-    def brisk(order, progress):
-        sheet = analytic_drape.build(order, progress)
-        sheet.effects.now = replace(CALM, speed=2.0, layered=True)
-        return sheet
+def brisk(order, progress):
+    """A sheet in layers that goes at 2 m/s."""
+    sheet = analytic_drape.build(order, progress)
+    sheet.effects.now = replace(CALM, speed=2.0, layered=True)
+    return sheet
 
+
+def test_by_itself_it_arms_what_garment_and_motion_may_call_for_and_says_why():
     on, off = (ChangeEffect(ticket, "auto", state) for ticket, state in ((1, "active"), (2, "absent")))
     connection, (sheet,) = told(on, off, apart=1.5, build=brisk)
     during = [states(event) for event in news(connection) if event.effects.auto][-1]
@@ -234,6 +236,15 @@ def test_by_itself_it_arms_what_garment_and_motion_may_call_for_and_says_why():
     assert answered(connection) == [1, 2]
     assert not news(connection)[-1].effects.auto
     assert last(connection, "wind").state == "absent"
+
+
+def test_what_somebody_has_taken_off_is_not_armed_by_itself_and_that_is_said():
+    put, taken = ChangeEffect(1, "wind", "active", {"velocity": [2.0, 0.0, 0.0]}), ChangeEffect(2, "wind", "absent")
+    connection, _ = told(put, taken, ChangeEffect(3, "auto", "active"), apart=1.0, until=6.0, build=brisk)
+    wind = states(news(connection)[-1])["wind"]
+    assert wind.state == "absent"
+    assert wind.why.startswith("taken off by who asked for that")
+    assert last(connection, "adhesion").state == "armed"
 
 
 def test_where_it_arms_nothing_it_says_what_it_looked_at():

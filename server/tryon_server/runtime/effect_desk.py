@@ -32,6 +32,7 @@ CHOSEN = "chosen by itself: "
 LOOKED = "looked for by itself: "
 ASKED = "asked for"
 TAKEN_OFF = "taken off"
+LEFT_OFF = "taken off by who asked for that; asked for again it acts, by itself it is not armed"
 USUAL = "every garment is worn with it"
 OWN = "the pattern has it"
 NOT_WORN = "not worn: "  # and why: it can't be, with what is worn
@@ -388,7 +389,9 @@ class EffectDesk:
         if wish is not None and wish.state != "absent":
             return wish.why
         if wish is not None:
-            return TAKEN_OFF if name in {**live(), **worn.own} else ""
+            if name in {**live(), **worn.own}:
+                return TAKEN_OFF
+            return LEFT_OFF if self._auto else ""
         if name in worn.own:
             return OWN
         if name in worn.asked:
