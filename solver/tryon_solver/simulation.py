@@ -209,7 +209,6 @@ class Simulation:
         self.buy(settings.accuracy, settings.deadline)
         self.coasting = Coasting(device)
         self.concluded = False  # has the device ended the step by itself (stepping/ending.py)?
-        self.calm = False  # did the last correction come near to balance within its first budget?
         self.went_back = False  # did the last correction end where it had been nearest to balance?
 
     def _assemble(self, basis: csr_matrix) -> None:

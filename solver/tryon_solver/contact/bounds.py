@@ -146,24 +146,6 @@ def leaving_kernel(
         wp.atomic_add(leaving_out, 0, 1)
 
 
-@wp.kernel
-def leaving_by_kernel(
-    x: wp.array(dtype=wp.vec3),
-    displacement: wp.array(dtype=wp.vec3),
-    anchor: wp.array(dtype=wp.vec3),
-    budget: wp.array(dtype=wp.float32),
-    leaving_out: wp.array(dtype=wp.int32),
-    beyond_out: wp.array(dtype=wp.float32),
-):
-    i = wp.tid()
-    far = wp.length_sq(x[i] + displacement[i] - anchor[i])
-    if far > budget[i] * budget[i]:
-        beyond = wp.sqrt(far) - budget[i]
-        wp.atomic_add(leaving_out, 0, 1)
-        wp.atomic_add(beyond_out, 0, beyond * beyond)
-        wp.atomic_max(beyond_out, 1, beyond)
-
-
 def count_leaving(
     x: wp.array, displacement: wp.array, alpha: wp.array, region: Region, count_out: wp.array
 ) -> None:
@@ -176,17 +158,6 @@ def count_leaving(
         [count_out],
         device=x.device,
     )
-
-
-def measure_leaving(
-    x: wp.array, displacement: wp.array, region: Region, count_out: wp.array, beyond_out: wp.array
-) -> None:
-    """Count the same of all of `displacement`; `beyond_out` (2,): the sum of squares [m^2] of how far each of them is
-    led beyond its budget, and the farthest [m]."""
-    count_out.zero_()
-    beyond_out.zero_()
-    inputs = [x, displacement, region.anchor, region.budget]
-    launch(leaving_by_kernel, len(x), inputs, [count_out, beyond_out], device=x.device)
 
 
 @wp.kernel

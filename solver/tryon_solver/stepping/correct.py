@@ -30,7 +30,6 @@ from tryon_solver.stepping.ending import end_if_well, ends_by_itself
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient
 from tryon_solver.stepping.near import make_last_if_near, measure_nearness
 from tryon_solver.stepping.newton import linearise, newton_matrix, solve_newton_system
-from tryon_solver.stepping.outgrown import NONE, let_go
 from tryon_solver.stepping.overshoot import retreat_if_overshot
 from tryon_solver.stepping.progress import LED_ASTRAY, Budget, Outcome
 from tryon_solver.stepping.record import as_one, baked
@@ -245,7 +244,8 @@ def choose_start(sim: Simulation) -> None:
     linearise_at(sim)
     measure_imbalance(sim, progress.standing)
     if sim.touching:
-        bounds.measure_leaving(state.x, sim.to_trial, sim.region, progress.leaving, progress.beyond)
+        work.alpha.fill_(1.0)
+        bounds.count_leaving(state.x, sim.to_trial, work.alpha, sim.region, progress.leaving)
 
     def attempt() -> None:
         wp.copy(work.direction, sim.to_trial)
@@ -308,7 +308,6 @@ def correct_penetration(sim: Simulation, conclude: Callable[[Simulation], None])
     at_most = sim.pace.iterations(sim.budget.iterations)
     outcome = iterate_newton(sim, sim.budget, at_most, once, conclude if ends_by_itself(sim) else None, starting=True)
     sim.concluded = outcome.concluded
-    sim.calm = outcome.near and outcome.iterations <= settings.correction_iterations
     if once and not sim.concluded:
         if settings.second_iterations and ended_astray(sim, outcome):
             outcome = again(sim, sim.second_budget, outcome)
@@ -413,7 +412,7 @@ def iterate_newton(
     `choose_start` takes. Where they end as they should a GPU is to `conclude` the step, if that is given."""
     progress, settings = sim.progress, sim.settings
     extensions = settings.correction_extensions if extensible and settings.ends_by_budget else 0
-    progress.begin(at_most, extensions, searches_left(sim), starting, let_go(sim) if starting and sim.calm else NONE)
+    progress.begin(at_most, extensions, searches_left(sim), starting)
     more = sim.pace.more(0, sim.candidates.size)
     if more is not None and more < at_most * (1 + extensions):
         progress.limit(more)
@@ -442,7 +441,6 @@ def iterate_newton(
         elif outcome.wants_search:
             judged = outcome.starting
             wanted = sim.to_trial if outcome.starting else sim.work.direction
-            sim.work.alpha.fill_(1.0)
             search_further(sim, wanted, sim.work.alpha, a_few_edges(sim, outcome.leaving))
             progress.resume(searches_left(sim))
         elif outcome.wants_room:
@@ -487,7 +485,8 @@ def iterate(sim: Simulation, budget: Budget) -> None:
     state, work, progress = sim.state, sim.work, sim.progress
     progress.unless_directed(lambda: find_direction(sim, budget))
     if sim.touching:
-        bounds.measure_leaving(state.x, work.direction, sim.region, progress.leaving, progress.beyond)
+        work.alpha.fill_(1.0)
+        bounds.count_leaving(state.x, work.direction, work.alpha, sim.region, progress.leaving)
 
     def move() -> None:
         wp.copy(sim.holding.wanted, work.direction)

@@ -53,8 +53,6 @@ PLACES = 24
 
 LED_ASTRAY = wp.constant(10.0)  # so many times as far from balance as where the first iteration began
 
-LETTING_GO = wp.constant(2)  # iterations of a correction that may let vertices go (outgrown.py)
-
 WITHIN = wp.constant(1)
 BEYOND = wp.constant(2)
 
@@ -76,20 +74,7 @@ WITHHELD = wp.constant(13)  # of the iteration's direction by contact, likewise,
 SLOPE = wp.constant(14)  # of the potential along the move, where it begins [J]
 STRIDE = wp.constant(15)  # times Newton's direction, that the next iteration goes (stride.py)
 FREE_SLOPE = wp.constant(16)  # of the potential where the move begins, along what of it went all its way [J]
-BEYOND_SQUARED = wp.constant(17)  # of the vertices that the way leads out of the region, how far beyond: sum of [m^2]
-FARTHEST_BEYOND = wp.constant(18)  # and the farthest of them [m]
-LET_GO = wp.constant(19)  # how far each of them may be [m], and
-SHARES_LET_GO = wp.constant(20)  # their sum of squares, in those of ENOUGH, without a search for them (outgrown.py)
-LENGTHS = 21
-
-
-@wp.func
-def wants_search(state: wp.array(dtype=wp.int32), lengths: wp.array(dtype=wp.float32)) -> bool:
-    """Does the way lead out of the region so far that it is to be searched further, and is there such a search left?"""
-    all_let_go = lengths[SHARES_LET_GO] * lengths[ENOUGH] * lengths[ENOUGH]
-    far = lengths[BEYOND_SQUARED] > all_let_go or lengths[FARTHEST_BEYOND] > lengths[LET_GO]
-    far = far or state[FOUND] > LETTING_GO
-    return state[LEAVING] > 0 and state[SEARCHES] > 0 and far
+LENGTHS = 17
 
 
 @wp.kernel
@@ -98,9 +83,6 @@ def begin_kernel(
     extensions: int,
     searches: int,
     starting: int,
-    enough: float,
-    let_go: float,
-    shares_let_go: float,
     state: wp.array(dtype=wp.int32),
     lengths: wp.array(dtype=wp.float32),
 ):
@@ -122,17 +104,14 @@ def begin_kernel(
     lengths[SHORTEST] = wp.inf
     lengths[WITHHELD] = 0.0
     lengths[STRIDE] = 1.0
-    lengths[ENOUGH] = enough
-    lengths[LET_GO] = let_go
-    lengths[SHARES_LET_GO] = shares_let_go
 
 
 @wp.kernel
-def decide_to_try_kernel(state: wp.array(dtype=wp.int32), lengths: wp.array(dtype=wp.float32)):
+def decide_to_try_kernel(state: wp.array(dtype=wp.int32)):
     """How many leave is kept: the rest of the turn counts anew, for a direction that there is not yet."""
     state[TRYING] = 1
     state[LEAVING_TO_TRIAL] = state[LEAVING]
-    if wants_search(state, lengths):
+    if state[LEAVING] > 0 and state[SEARCHES] > 0:
         state[TRYING] = 0
         state[NO_DIRECTION] = 0
         state[GOING_ON] = 0
@@ -191,9 +170,9 @@ def judge_direction_kernel(
 
 
 @wp.kernel
-def decide_kernel(state: wp.array(dtype=wp.int32), lengths: wp.array(dtype=wp.float32)):
+def decide_kernel(state: wp.array(dtype=wp.int32)):
     state[FREE_TO_MOVE] = state[GOING_ON]
-    if state[GOING_ON] == 1 and wants_search(state, lengths):
+    if state[GOING_ON] == 1 and state[LEAVING] > 0 and state[SEARCHES] > 0:
         state[FREE_TO_MOVE] = 0
         state[GOING_ON] = 0
         state[WANTS_SEARCH] = 1
@@ -332,11 +311,6 @@ class Progress:
         return self.state[6:7]
 
     @property
-    def beyond(self) -> wp.array:
-        """(2,) where to put how far it takes them: the sum of squares [m^2] and the farthest [m]."""
-        return self.lengths[17:19]
-
-    @property
     def trial(self) -> wp.array:
         """(1,) where to put the longest way to the trial [m]."""
         return self.lengths[7:8]
@@ -381,20 +355,10 @@ class Progress:
         """(1,) where to put the cloth's largest stretch."""
         return self.lengths[12:13]
 
-    def begin(
-        self,
-        at_most: int,
-        extensions: int,
-        searches: int,
-        starting: bool = False,
-        let_go: tuple[float, float, float] = (0.0, 0.0, 0.0),
-    ) -> None:
+    def begin(self, at_most: int, extensions: int, searches: int, starting: bool = False) -> None:
         """A budget of iterations, how often it is given again to a strayed one, and one of further searches. With
-        `starting` it is chosen first where the iterations begin. `let_go`: what is near enough until that is measured
-        [m], how far vertices may be led out of the region without a search for them, each of them [m] and all, by the
-        sum of squares, in squares of what is near enough."""
-        budget = [at_most, extensions, searches, int(starting), *let_go]
-        self._launch(begin_kernel, budget, [self.state, self.lengths])
+        `starting` it is chosen first where the iterations begin."""
+        self._launch(begin_kernel, [at_most, extensions, searches, int(starting)], [self.state, self.lengths])
 
     def if_starting(self, choose: Callable[[], None]) -> None:
         """Launch `choose` if it is to be chosen where the iterations begin."""
@@ -402,7 +366,7 @@ class Progress:
 
     def if_free_to_try(self, attempt: Callable[[], None]) -> None:
         """Launch `attempt` if the way to the trial can be taken; else the loop ends, for a search."""
-        self._launch(decide_to_try_kernel, [], [self.state, self.lengths])
+        self._launch(decide_to_try_kernel, [], [self.state])
         wp.capture_if(self.state[15:16], attempt)
 
     def if_tried_in_vain(self, pairs: ContactPairs, back: Callable[[], None]) -> None:
@@ -430,7 +394,7 @@ class Progress:
 
     def if_free_to_move(self, move: Callable[[], None]) -> None:
         """Launch `move` if the direction can be taken; else the loop ends, for a search where there is one left."""
-        self._launch(decide_kernel, [], [self.state, self.lengths])
+        self._launch(decide_kernel, [], [self.state])
         wp.capture_if(self.state[2:3], move)
 
     def judge_move(self, shortest: float, dt: wp.array) -> None:

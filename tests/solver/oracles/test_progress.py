@@ -41,14 +41,12 @@ class Script:
         device = progress.state.device
         self.second = wp.ones(1, dtype=wp.float32, device=device)
         self.together = wp.array([(more.get("adrift", 0.0), 0.0, 0.0)], dtype=wp.vec3, device=device)
-        progress.begin(budget, more.get("extensions", 0), searches, let_go=more.get("let_go", (0.0, 0.0, 0.0)))
-        self.beyond = more.get("beyond", 1e-3)
+        progress.begin(budget, more.get("extensions", 0), searches)
         self.done = 0
         while True:
             while int(progress.going_on.numpy()[0]):
                 progress.unless_directed(self.find)
                 progress.leaving.fill_(3 if self.done in leaving else 0)
-                progress.beyond.assign([self.beyond**2, self.beyond])
                 progress.if_free_to_move(self.move)
             outcome = progress.read()
             if outcome.wants_search:
@@ -126,21 +124,6 @@ def test_no_budget_no_iteration(script):
 def test_it_asks_for_a_search_and_goes_on_with_the_same_direction(script):
     script.play(2, 1, [1, 1], [0.5, 0.5], leaving=(1,))
     assert script.events == [*ONE, "direction", "search", "move"]
-
-
-@pytest.mark.parametrize(
-    ("let_go", "searches"),
-    [((1e-3, 2e-3, 4.0), 0), ((1e-3, 1e-3, 4.0), 1), ((1e-3, 2e-3, 2.0), 1), ((0.5e-3, 2e-3, 4.0), 1)],
-    ids=["little", "one by too much", "all by too much", "of what is near enough too much"],
-)
-def test_for_few_who_are_led_out_of_the_region_by_little_it_asks_for_no_search(script, let_go, searches):
-    script.play(5, 1, [1.0, 0.5], [0.1, 0.0], leaving=(1,), beyond=1.5e-3, let_go=let_go)
-    assert script.events.count("search") == searches
-
-
-def test_none_is_let_go_after_a_corrections_first_iterations(script):
-    script.play(5, 1, [1.0, 0.5, 0.3], [0.1, 0.1, 0.0], leaving=(2,), beyond=1.5e-3, let_go=(1e-3, 2e-3, 4.0))
-    assert script.events.count("search") == 1
 
 
 def test_without_a_search_left_it_moves_as_far_as_it_can(script):
@@ -245,7 +228,6 @@ class Beginning:
         self.events.append("standing")
         self.progress.standing.fill_(self.standing)
         self.progress.leaving.fill_(self.leaving)
-        self.progress.beyond.assign([1e-6, 1e-3])
         self.progress.if_free_to_try(self.attempt)
 
     def attempt(self):

@@ -26,7 +26,7 @@ RADIUS = 0.1
 FAR, THERE, THROUGH = 70.0, 1.0, -20.0  # degrees from where the ball's middle is in the middle of the cloth
 IDLE, LED_ON, FRAMES = 12, 15, 18  # frames
 # the test of the bound, and what friction knows
-ASKED = {"outside_kernel", "leaving_by_kernel", "stay_kernel", "enter_kernel"}
+ASKED = {"outside_kernel", "leaving_kernel", "stay_kernel", "enter_kernel"}
 
 
 def led_ball():
