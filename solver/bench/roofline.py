@@ -105,11 +105,12 @@ def product_together(sim: Simulation) -> Kernel:
     cg.both.assign(both)
     pcg_together.spread_out(matrix, cg.spread)
     cg.state.zero_()
-    cg.scalars.fill_(1.0)
+    cg.first.fill_(1.0)
+    cg.sums.fill_(1)
 
     def multiply() -> None:
         given = [matrix, lanes, shares, ITERATIONS, 0.0, cg.spread, cg.both, threads]
-        kept = [cg.direction, cg.product, cg.pulled, cg.scalars, cg.state]
+        kept = [cg.direction, cg.product, cg.pulled, cg.sums, cg.first, cg.squares, cg.state]
         wp.launch(pcg_together.multiply_kernel, threads, given, kept, block_dim=BLOCK, device=device)
 
     name = "product of conjugate gradients (linalg/pcg_together.py)"
@@ -120,7 +121,7 @@ def hessian_blocks(sim: Simulation) -> Kernel:
     """The contact pairs' blocks on the diagonal."""
     blocks = wp.clone(sim.work.blocks)
     name = "contact blocks of the Hessian (contact/pairs.py)"
-    return Kernel(name, lambda: add_diagonal(sim.pairs, blocks), contact_blocks(sim.pairs))
+    return Kernel(name, lambda: add_diagonal(sim.pairs, blocks, sim.sums), contact_blocks(sim.pairs))
 
 
 def searches(sim: Simulation) -> list[Kernel]:

@@ -21,6 +21,7 @@ from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.constant_matrices import ConstantMatrices
 from tryon_solver.linalg.device_loop import KeptGraph
 from tryon_solver.linalg.freed import give_back_freed
+from tryon_solver.linalg.order_free import OrderFreeSums
 from tryon_solver.linalg.pcg import ConjugateGradients
 from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.vectors import find_largest, move_origin
@@ -116,7 +117,8 @@ class Simulation:
         self.all_count = self.cloth_count + self.body_count
         self.mean_edge = garment.mean_edge_length()  # m, in the pattern
         self.rest = RestShape.build(garment, scene.of_fabrics("areal_density")[:, 0], device)
-        self.plan = bind_plan(scene, settings, device, self.rest)
+        self.sums = OrderFreeSums(self.all_count, device)
+        self.plan = bind_plan(scene, settings, device, self.rest, self.sums)
         compile_kernels(device)  # of what the plan has imported, too
         self.take_shape()
         self.stages = Stages.of(self.plan)
@@ -511,11 +513,11 @@ def build(
     return simulation
 
 
-def bind_plan(scene: Scene, settings: Settings, device: str, rest: RestShape) -> StepPlan:
+def bind_plan(scene: Scene, settings: Settings, device: str, rest: RestShape, sums: OrderFreeSums) -> StepPlan:
     """Bind the materials and the scene's effects; those with nothing to do are left out, and the plan says why."""
     bending = bind_bending(scene.garment, scene.of_fabrics("k_bend")[:, 0], rest, device)
     own, rows = (None, None) if bending is None else bending
-    context = BuildContext(scene, settings, device, rest, rows)
+    context = BuildContext(scene, settings, device, rest, rows, sums)
     bound = [bind_membrane(scene.garment, scene.of_fabrics("k_warp", "k_weft", "k_shear"), rest, device), own]
     idle = []
     for effect in scene.effects:

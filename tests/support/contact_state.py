@@ -164,7 +164,7 @@ def contact_gradient(sim: Simulation, friction: bool) -> np.ndarray:
             term.prepare(sim.pairs, sim.state, sim.state.x, None)
         add_contact_gradient(sim, sim.state.x, sim.state.x, out)
     elif sim.pairs.size:
-        pairs.add_gradient(sim.pairs, sim.state.x, sim.state.x, out)
+        pairs.add_gradient(sim.pairs, sim.state.x, sim.state.x, out, sim.sums)
     return out.numpy().astype(np.float64)
 
 

@@ -54,12 +54,13 @@ def shorten_kernel(
     sizes: ContactSizes,
     x: wp.array(dtype=wp.vec3),
     displacement: wp.array(dtype=wp.vec3),
+    before: wp.array(dtype=wp.float32),
     changed: wp.array(dtype=wp.int32),
     alpha: wp.array(dtype=wp.float32),
     passes: wp.array(dtype=wp.int32),
 ):
     """Pass 0 looks at every stencil, later ones at those with a vertex that the pass before, or this one so far, has
-    shortened."""
+    shortened; it goes by `before`."""
     for entry in range(wp.tid(), listed[0], threads):
         c = candidate_at(near, some, entry)
         v = ids[c]
@@ -68,10 +69,10 @@ def shorten_kernel(
             newest = wp.max(wp.max(changed[v[0]], changed[v[1]]), wp.max(changed[v[2]], changed[v[3]]))
             if newest < number - 1:
                 continue
-        a0 = alpha[v[0]]
-        a1 = alpha[v[1]]
-        a2 = alpha[v[2]]
-        a3 = alpha[v[3]]
+        a0 = before[v[0]]
+        a1 = before[v[1]]
+        a2 = before[v[2]]
+        a3 = before[v[3]]
         p0 = a0 * displacement[v[0]]
         p1 = a1 * displacement[v[1]]
         p2 = a2 * displacement[v[2]]
@@ -206,19 +207,26 @@ def shorten(
     x: wp.array,
     displacement: wp.array,
     alpha: wp.array,
+    before: wp.array,
     changed: wp.array,
     passes: Passes,
 ) -> None:
     """Shrink `alpha` until the move x + alpha * displacement is proven free.
 
-    With `near` only the near list is looked at, which must have been made for it. `changed` (A,) int32 and `passes` are
-    scratch; the latter tells how many passes it took. If MOST_PASSES do not suffice, alpha becomes zero everywhere:
+    With `near` only the near list is looked at, which must have been made for it. `before` (A,) float32, `changed` (A,)
+    int32 and `passes` are scratch; the last tells how many passes it took. Threads that run at once go by the fractions
+    that the pass began with, so that it matters to none who was first; a processor's one thread goes by those it has
+    made itself, which takes fewer passes. If MOST_PASSES do not suffice, alpha becomes zero everywhere:
     nobody moves, which is always free.
     """
     count, entries = candidates.entries(near)
     changed.fill_(-2)
+    in_turn = wp.get_device(x.device).is_cpu
+    begun_with = alpha if in_turn else before
 
     def shorten_once() -> None:
+        if not in_turn:
+            wp.copy(before, alpha)
         launch(
             shorten_kernel,
             count,
@@ -231,6 +239,7 @@ def shorten(
                 sizes,
                 x,
                 displacement,
+                begun_with,
             ],
             [changed, alpha, passes.state],
             device=x.device,

@@ -31,6 +31,7 @@ from tryon_solver.contact.ccd import time_of_impact
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
 from tryon_solver.linalg.device_loop import HITS, NUMBER, Passes
 from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.order_free import add, places, taken
 
 wp.set_module_options({"enable_backward": False})
 
@@ -81,7 +82,8 @@ def deflect_kernel(
     changed: wp.array(dtype=wp.int32),
     displacement: wp.array(dtype=wp.vec3),
     push_out: wp.array(dtype=wp.vec3),
-    pushes_out: wp.array(dtype=wp.float32),
+    whole: wp.array(dtype=wp.int64),
+    pushes_out: wp.array(dtype=wp.int32),
     passes: wp.array(dtype=wp.int32),
 ):
     """Pass 0 looks at every stencil, later ones at those with a vertex that the pass before has pushed."""
@@ -154,8 +156,8 @@ def deflect_kernel(
                 push = lam[k] * missing / total
                 if own:
                     push = -along * missing / closed
-                wp.atomic_add(push_out, v[k], w * push * n)
-                wp.atomic_add(pushes_out, v[k], 1.0)
+                add(push_out, whole, v[k], w * push * n)
+                wp.atomic_add(pushes_out, v[k], 1)
 
 
 @wp.kernel
@@ -163,30 +165,35 @@ def apply_kernel(
     passes: wp.array(dtype=wp.int32),
     relaxation: float,
     push: wp.array(dtype=wp.vec3),
-    pushes: wp.array(dtype=wp.float32),
+    whole: wp.array(dtype=wp.int64),
+    pushes: wp.array(dtype=wp.int32),
     changed: wp.array(dtype=wp.int32),
     displacement: wp.array(dtype=wp.vec3),
 ):
     """p += relaxation * mean push; clears the sums for the next pass."""
     i = wp.tid()
-    if pushes[i] > 0.0:
-        displacement[i] = displacement[i] + (relaxation / pushes[i]) * push[i]
+    if pushes[i] > 0:
+        displacement[i] = displacement[i] + (relaxation / float(pushes[i])) * (push[i] + taken(whole, i))
         changed[i] = passes[NUMBER]
         push[i] = wp.vec3()
-        pushes[i] = 0.0
+        pushes[i] = 0
 
 
 @dataclass(frozen=True)
 class DeflectionScratch:
-    """Sums of one pass: `push` (A,) vec3 m, `pushes` (A,) float32, both zero between passes."""
+    """Sums of one pass: `push` (A,) vec3 m with its `whole` (order_free.py), `pushes` (A,) int32, zero between
+    passes."""
 
     push: wp.array
+    whole: wp.array
     pushes: wp.array
 
     @staticmethod
     def allocate(count: int, device: str) -> DeflectionScratch:
         return DeflectionScratch(
-            wp.zeros(count, dtype=wp.vec3, device=device), wp.zeros(count, dtype=wp.float32, device=device)
+            wp.zeros(count, dtype=wp.vec3, device=device),
+            places(3 * count, device),
+            wp.zeros(count, dtype=wp.int32, device=device),
         )
 
 
@@ -228,14 +235,14 @@ def deflect(
                 at_most,
                 int(each_its_own),
             ],
-            [changed, displacement, scratch.push, scratch.pushes, passes.state],
+            [changed, displacement, scratch.push, scratch.whole, scratch.pushes, passes.state],
             device=x.device,
         )
         launch(
             apply_kernel,
             len(x),
             [passes.state, RELAXATION],
-            [scratch.push, scratch.pushes, changed, displacement],
+            [scratch.push, scratch.whole, scratch.pushes, changed, displacement],
             device=x.device,
         )
 

@@ -20,6 +20,7 @@ from tryon_solver.contact.barrier import barrier, barrier_curvature, barrier_gra
 from tryon_solver.contact.candidates import Candidates, ContactSizes, candidate_at, offset, same_garment
 from tryon_solver.contact.distances import stencil_vector, stencil_weights
 from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.order_free import OrderFreeSums, add, add_matrix
 from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.slots import next_slot
 
@@ -202,6 +203,7 @@ def add_gradient_kernel(
     x_ref: wp.array(dtype=wp.vec3),
     x: wp.array(dtype=wp.vec3),
     gradient_out: wp.array(dtype=wp.vec3),
+    whole: wp.array(dtype=wp.int64),
 ):
     """Gradient at x of the quadratic model made at x_ref; at x = x_ref that of the potential itself.
 
@@ -219,7 +221,7 @@ def add_gradient_kernel(
     f = wp.min(slope[c] + curvature[c] * moved, 0.0) * n
     for k in range(4):
         if v[k] < gradient_out.shape[0]:
-            wp.atomic_add(gradient_out, v[k], w[k] * f)
+            add(gradient_out, whole, v[k], w[k] * f)
 
 
 @wp.kernel
@@ -232,6 +234,7 @@ def add_product_kernel(
     beside: wp.array(dtype=wp.mat33),
     p: wp.array(dtype=wp.vec3),
     product_out: wp.array(dtype=wp.vec3),
+    whole: wp.array(dtype=wp.int64),
 ):
     """product += C p"""
     c = wp.tid()
@@ -246,7 +249,7 @@ def add_product_kernel(
     f = (curvature[c] * wp.dot(n, u)) * n + beside[c] * u
     for k in range(4):
         if v[k] < product_out.shape[0]:
-            wp.atomic_add(product_out, v[k], w[k] * f)
+            add(product_out, whole, v[k], w[k] * f)
 
 
 @wp.kernel
@@ -258,6 +261,7 @@ def add_diagonal_kernel(
     curvature: wp.array(dtype=wp.float32),
     beside: wp.array(dtype=wp.mat33),
     blocks_out: wp.array(dtype=wp.mat33),
+    whole: wp.array(dtype=wp.int64),
 ):
     """Adds each pair's 3x3 diagonal blocks."""
     c = wp.tid()
@@ -267,7 +271,7 @@ def add_diagonal_kernel(
     own = curvature[c] * wp.outer(normal[c], normal[c]) + beside[c]
     for k in range(4):
         if lam[c][k] != 0.0:
-            wp.atomic_add(blocks_out, v[k], lam[c][k] * lam[c][k] * own)
+            add_matrix(blocks_out, whole, v[k], lam[c][k] * lam[c][k] * own)
 
 
 @dataclass(frozen=True)
@@ -341,36 +345,41 @@ def look_for(
     )
 
 
-def add_gradient(pairs: ContactPairs, x_ref: wp.array, x: wp.array, gradient_out: wp.array) -> None:
+def add_gradient(
+    pairs: ContactPairs, x_ref: wp.array, x: wp.array, gradient_out: wp.array, sums: OrderFreeSums
+) -> None:
     """gradient += gradient at x of the model of the contact potential made at x_ref [N], of as many vertices as
     `gradient_out` is long."""
     launch(
         add_gradient_kernel,
         pairs.size,
         [pairs.counters, pairs.ids, pairs.lam, pairs.normal, pairs.slope, pairs.curvature, x_ref, x],
-        [gradient_out],
+        [gradient_out, sums.vectors],
         device=x.device,
     )
+    sums.settle(gradient_out)
 
 
-def add_product(pairs: ContactPairs, p: wp.array, product_out: wp.array) -> None:
+def add_product(pairs: ContactPairs, p: wp.array, product_out: wp.array, sums: OrderFreeSums) -> None:
     """product += C p, block (i, j) of a pair's C being lam_i lam_j (e kappa b'' n n^T + `beside`); of as many vertices
     as `product_out` is long."""
     launch(
         add_product_kernel,
         pairs.size,
         [pairs.counters, pairs.ids, pairs.lam, pairs.normal, pairs.curvature, pairs.beside, p],
-        [product_out],
+        [product_out, sums.vectors],
         device=p.device,
     )
+    sums.settle(product_out)
 
 
-def add_diagonal(pairs: ContactPairs, blocks_out: wp.array) -> None:
+def add_diagonal(pairs: ContactPairs, blocks_out: wp.array, sums: OrderFreeSums) -> None:
     """blocks += the 3x3 diagonal blocks of C."""
     launch(
         add_diagonal_kernel,
         pairs.size,
         [pairs.counters, pairs.ids, pairs.lam, pairs.normal, pairs.curvature, pairs.beside],
-        [blocks_out],
+        [blocks_out, sums.blocks],
         device=blocks_out.device,
     )
+    sums.settle_blocks(blocks_out)

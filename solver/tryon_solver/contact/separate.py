@@ -10,6 +10,7 @@ import warp as wp
 from tryon_solver.contact.candidates import Candidates, ContactSizes, offset
 from tryon_solver.contact.distances import stencil_vector, stencil_weights
 from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.order_free import add, places, taken
 
 wp.set_module_options({"enable_backward": False})
 
@@ -23,7 +24,8 @@ def push_kernel(
     share: float,
     x: wp.array(dtype=wp.vec3),
     push_out: wp.array(dtype=wp.vec3),
-    weight_out: wp.array(dtype=wp.float32),
+    whole: wp.array(dtype=wp.int64),
+    pushes_out: wp.array(dtype=wp.int32),
     close_out: wp.array(dtype=wp.int32),
 ):
     """Each stencil that lacks some of `share` times its offset asks its vertices for the way that would give it."""
@@ -45,21 +47,22 @@ def push_kernel(
     size = (wanted - d) / (d * wp.dot(lam, lam))
     for k in range(4):
         if lam[k] != 0.0:
-            wp.atomic_add(push_out, v[k], (size * lam[k]) * way)
-            wp.atomic_add(weight_out, v[k], 1.0)
+            add(push_out, whole, v[k], (size * lam[k]) * way)
+            wp.atomic_add(pushes_out, v[k], 1)
 
 
 @wp.kernel
 def apply_push_kernel(
     push: wp.array(dtype=wp.vec3),
-    weight: wp.array(dtype=wp.float32),
+    whole: wp.array(dtype=wp.int64),
+    pushes: wp.array(dtype=wp.int32),
     relaxation: float,
     x: wp.array(dtype=wp.vec3),
 ):
     """The mean of what was asked of each vertex, times the relaxation."""
     i = wp.tid()
-    if weight[i] > 0.0:
-        x[i] = x[i] + (relaxation / weight[i]) * push[i]
+    if pushes[i] > 0:
+        x[i] = x[i] + (relaxation / float(pushes[i])) * (push[i] + taken(whole, i))
 
 
 def push_apart(
@@ -71,16 +74,17 @@ def push_apart(
     """
     device = x.device
     push = wp.zeros_like(x)
-    weight = wp.zeros(len(x), dtype=wp.float32, device=device)
+    whole = places(3 * len(x), str(device))
+    pushes = wp.zeros(len(x), dtype=wp.int32, device=device)
     close = wp.zeros(1, dtype=wp.int32, device=device)
     launch(
         push_kernel,
         candidates.size,
         [candidates.ids, candidates.kind, cloth_count, sizes, share, x],
-        [push, weight, close],
+        [push, whole, pushes, close],
         device=device,
     )
     count = int(close.numpy()[0])
     if count:
-        launch(apply_push_kernel, len(x), [push, weight, relaxation], [x], device=device)
+        launch(apply_push_kernel, len(x), [push, whole, pushes, relaxation], [x], device=device)
     return count

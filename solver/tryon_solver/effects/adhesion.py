@@ -56,6 +56,7 @@ from tryon_solver.effects.base import BuildContext
 from tryon_solver.effects.presliding import recall
 from tryon_solver.effects.slip import FIRST_ROOM, SlipOfPairs, hold, slip
 from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.order_free import add, add_number
 from tryon_solver.offsets import contact_sizes
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import Adhesion
@@ -73,6 +74,7 @@ def count_shares_kernel(
     lam: wp.array(dtype=wp.vec4),
     slope: wp.array(dtype=wp.float32),
     shares: wp.array(dtype=wp.float32),
+    whole: wp.array(dtype=wp.int64),
 ):
     """shares[i] += -e kappa b' |lam_i|"""
     c = wp.tid()
@@ -80,7 +82,7 @@ def count_shares_kernel(
         return
     for k in range(4):
         if ids[c][k] < shares.shape[0]:
-            wp.atomic_add(shares, ids[c][k], -slope[c] * wp.abs(lam[c][k]))
+            add_number(shares, whole, ids[c][k], -slope[c] * wp.abs(lam[c][k]))
 
 
 @wp.kernel
@@ -140,6 +142,7 @@ def add_gradient_kernel(
     proxy: int,
     x: wp.array(dtype=wp.vec3),
     gradient_out: wp.array(dtype=wp.vec3),
+    whole: wp.array(dtype=wp.int64),
 ):
     """At x, along the normals of where the pairs were collected; `share` scales all of it. The `proxy` is linear."""
     c = wp.tid()
@@ -166,7 +169,7 @@ def add_gradient_kernel(
         pull = 4.0 * strength * area[c] * y * (1.0 - y) - pushed
     for k in range(4):
         if v[k] < gradient_out.shape[0]:
-            wp.atomic_add(gradient_out, v[k], (share[0] * lam[c][k] * pull) * n)
+            add(gradient_out, whole, v[k], (share[0] * lam[c][k] * pull) * n)
 
 
 @wp.kernel
@@ -304,7 +307,7 @@ def bind(spec: Adhesion, context: BuildContext) -> Contribution | None:
     """None when nothing sticks."""
     if spec.strength == 0 or spec.work == 0 or (spec.vertices is not None and len(spec.vertices) == 0):
         return None
-    settings, device, scene = context.settings, context.device, context.scene
+    settings, device, scene, sums = context.settings, context.device, context.scene, context.sums
     width = zone_width(spec, settings.d_hat)
     shear = spec.strength if spec.shear is None else spec.shear
     count = scene.garment.vertex_count
@@ -320,7 +323,7 @@ def bind(spec: Adhesion, context: BuildContext) -> Contribution | None:
             area[np.setdiff1d(np.arange(count), spec.vertices)] = 0
         sticky.assign(area)
 
-    aside = SlipOfPairs(FIRST_ROOM, spec.presliding, device)
+    aside = SlipOfPairs(FIRST_ROOM, spec.presliding, sums, device)
 
     def make_room(pairs: ContactPairs) -> None:
         held.make_room(pairs)
@@ -331,7 +334,8 @@ def bind(spec: Adhesion, context: BuildContext) -> Contribution | None:
         held.proxy = x_before is None
         held.shares.zero_()
         weights = [pairs.counters, pairs.ids, pairs.lam, pairs.slope]
-        launch(count_shares_kernel, pairs.size, weights, [held.shares], device=device)
+        launch(count_shares_kernel, pairs.size, weights, [held.shares, sums.numbers], device=device)
+        sums.settle_numbers(held.shares)
         inputs = [*weights, pairs.gap, sticky, held.shares, width]
         launch(prepare_kernel, pairs.size, inputs, [held.area, held.load], device=device)
         model = [pairs.counters, pairs.ids, pairs.lam, pairs.normal, pairs.gap, held.area, shear, width, share]
@@ -343,7 +347,8 @@ def bind(spec: Adhesion, context: BuildContext) -> Contribution | None:
     def add_gradient(pairs: ContactPairs, state: State, x: wp.array, gradient: wp.array) -> None:
         model = [pairs.counters, pairs.ids, pairs.lam, pairs.normal, pairs.slope, pairs.curvature, pairs.gap]
         own = [held.area, held.load, count, sizes, spec.strength, width, share, int(held.proxy)]
-        launch(add_gradient_kernel, pairs.size, [*model, *own, x], [gradient], device=device)
+        launch(add_gradient_kernel, pairs.size, [*model, *own, x], [gradient, sums.vectors], device=device)
+        sums.settle(gradient)
         aside.add_gradient(pairs, state, x, gradient)
 
     def add_stiffness(pairs: ContactPairs) -> None:

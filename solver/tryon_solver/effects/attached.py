@@ -16,6 +16,7 @@ from tryon_solver.effects.base import BuildContext
 from tryon_solver.linalg.constant_matrices import Term
 from tryon_solver.linalg.device_matrix import DeviceMatrix
 from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.order_free import add
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import Attached
 
@@ -30,15 +31,16 @@ def add_attached_kernel(
     stiffness: float,
     x: wp.array(dtype=wp.vec3),
     gradient_out: wp.array(dtype=wp.vec3),
+    whole: wp.array(dtype=wp.int64),
 ):
     s = wp.tid()
     v = vertices[s]
     ids = onto[s]
     w = weights[s]
     f = stiffness * (w[0] * (x[v] - x[ids[0]]) + w[1] * (x[v] - x[ids[1]]) + w[2] * (x[v] - x[ids[2]]))
-    wp.atomic_add(gradient_out, v, f)
+    add(gradient_out, whole, v, f)
     for k in range(3):
-        wp.atomic_add(gradient_out, ids[k], -w[k] * f)
+        add(gradient_out, whole, ids[k], -w[k] * f)
 
 
 def bind(spec: Attached, context: BuildContext) -> Contribution | None:
@@ -46,7 +48,7 @@ def bind(spec: Attached, context: BuildContext) -> Contribution | None:
     count = len(spec.vertices)
     if count == 0:
         return None
-    device = context.device
+    device, sums = context.device, context.sums
     vertices: wp.array = wp.array(spec.vertices.astype(np.int32), dtype=wp.int32, device=device)
     onto: wp.array = wp.array(spec.onto.astype(np.int32), dtype=wp.vec3i, device=device)
     weights: wp.array = wp.array(spec.weights.astype(np.float32), dtype=wp.vec3, device=device)
@@ -56,9 +58,10 @@ def bind(spec: Attached, context: BuildContext) -> Contribution | None:
             add_attached_kernel,
             count,
             [vertices, onto, weights, spec.stiffness, positions],
-            [gradient],
+            [gradient, sums.vectors],
             device=device,
         )
+        sums.settle(gradient)
 
     n = context.scene.garment.vertex_count
     values = np.column_stack([np.ones(count), -spec.weights])

@@ -21,6 +21,7 @@ import warp as wp
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.geometry.lines import hinges_of_edges
 from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.order_free import add
 from tryon_solver.materials.bending import cotangent_at
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import Creases
@@ -87,13 +88,19 @@ def mean_normal(x: wp.array(dtype=wp.vec3), f: wp.vec3i, g: wp.vec3i):
 
 
 @wp.func
-def add_turning(x: wp.array(dtype=wp.vec3), f: wp.vec3i, force: wp.vec3, gradient_out: wp.array(dtype=wp.vec3)):
+def add_turning(
+    x: wp.array(dtype=wp.vec3),
+    f: wp.vec3i,
+    force: wp.vec3,
+    gradient_out: wp.array(dtype=wp.vec3),
+    whole: wp.array(dtype=wp.int64),
+):
     """Adds the derivative of force . (area normal) to the triangle's vertices."""
     b = wp.cross(x[f[2]] - x[f[0]], force)
     c = wp.cross(force, x[f[1]] - x[f[0]])
-    wp.atomic_add(gradient_out, f[0], -b - c)
-    wp.atomic_add(gradient_out, f[1], b)
-    wp.atomic_add(gradient_out, f[2], c)
+    add(gradient_out, whole, f[0], -b - c)
+    add(gradient_out, whole, f[1], b)
+    add(gradient_out, whole, f[2], c)
 
 
 @wp.kernel
@@ -107,6 +114,7 @@ def add_crease_kernel(
     angles: wp.array(dtype=wp.float32),
     x: wp.array(dtype=wp.vec3),
     gradient_out: wp.array(dtype=wp.vec3),
+    whole: wp.array(dtype=wp.int64),
 ):
     """-w h0 (K^T n + (dn/dx)^T h)"""
     c = wp.tid()
@@ -118,11 +126,11 @@ def add_crease_kernel(
         return
     pull = -2.0 * weight[c] * length[c] * wp.sin(0.5 * angles[c])
     for i in range(4):
-        wp.atomic_add(gradient_out, v[i], (pull * row[c][i]) * n)
+        add(gradient_out, whole, v[i], (pull * row[c][i]) * n)
     h = curvature(x, v, row[c])
     turning = (pull / size) * (h - wp.dot(h, n) * n)
-    add_turning(x, f, turning, gradient_out)
-    add_turning(x, g, turning, gradient_out)
+    add_turning(x, f, turning, gradient_out, whole)
+    add_turning(x, g, turning, gradient_out, whole)
 
 
 @wp.kernel
@@ -146,7 +154,7 @@ def energy_kernel(
 
 def bind(spec: Creases, context: BuildContext) -> Contribution | None:
     """None when nothing is creased, or no fabric resists bending."""
-    garment, device, rest = context.scene.garment, context.device, context.rest
+    garment, device, rest, sums = context.scene.garment, context.device, context.rest, context.sums
     count = len(spec.edges)
     if count == 0 or context.bending is None:
         return None
@@ -167,7 +175,8 @@ def bind(spec: Creases, context: BuildContext) -> Contribution | None:
         launch(measure_kernel, count, [rest.flat, corners, k_bend], [row, weight, length], device=device)
 
     def add_gradient(x: wp.array, gradient: wp.array) -> None:
-        launch(add_crease_kernel, count, [*creases, x], [gradient], device=device)
+        launch(add_crease_kernel, count, [*creases, x], [gradient, sums.vectors], device=device)
+        sums.settle(gradient)
 
     def energy(x: wp.array) -> float:
         launch(energy_kernel, count, [*creases, x], [energies], device=device)

@@ -22,6 +22,7 @@ from tryon_solver.geometry.lines import corners_of_edges
 from tryon_solver.linalg.block_ell import BlockRows, add_block
 from tryon_solver.linalg.constant_matrices import Term
 from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.order_free import add, add_matrix
 from tryon_solver.materials.terms import matrix_over
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import Elastic
@@ -76,13 +77,14 @@ def add_pull_kernel(
     rest: wp.array(dtype=wp.float32),
     x: wp.array(dtype=wp.vec3),
     gradient_out: wp.array(dtype=wp.vec3),
+    whole: wp.array(dtype=wp.int64),
 ):
     e = wp.tid()
     side, length, over = excess(x, edges[e], ratio[lines[e]] * rest[e])
     if over > 0.0:
         f = (wp.float32(stiffness[e]) / rest[e] * over / length) * side
-        wp.atomic_add(gradient_out, edges[e][0], f)
-        wp.atomic_add(gradient_out, edges[e][1], -f)
+        add(gradient_out, whole, edges[e][0], f)
+        add(gradient_out, whole, edges[e][1], -f)
 
 
 @wp.kernel
@@ -112,6 +114,8 @@ def hessian_kernel(
     slots: wp.array2d(dtype=wp.int32),
     x: wp.array(dtype=wp.vec3),
     blocks_out: wp.array2d(dtype=wp.mat33),
+    on_diagonal_out: wp.array(dtype=wp.mat33),
+    whole: wp.array(dtype=wp.int64),
 ):
     e = wp.tid()
     edge = edges[e]
@@ -125,8 +129,8 @@ def hessian_kernel(
         t = corners[e][0] // 3
         a = corners[e][0] % 3
         b = corners[e][1] % 3
-        add_block(blocks_out, slots, t, a, a, edge[0], h)
-        add_block(blocks_out, slots, t, b, b, edge[1], h)
+        add_matrix(on_diagonal_out, whole, edge[0], h)
+        add_matrix(on_diagonal_out, whole, edge[1], h)
         add_block(blocks_out, slots, t, a, b, edge[0], -h)
         add_block(blocks_out, slots, t, b, a, edge[1], -h)
 
@@ -136,7 +140,7 @@ def bind(spec: Elastic, context: BuildContext) -> Contribution | None:
     pulling = [line for line in spec.lines if line.stiffness and len(line.edges)]
     if not pulling:
         return None
-    device, garment, rest = context.device, context.scene.garment, context.rest
+    device, garment, rest, sums = context.device, context.scene.garment, context.rest, context.sums
     together = np.vstack([line.edges for line in spec.lines]).astype(np.int32)
     counts = [len(line.edges) for line in spec.lines]
     number = np.repeat(np.arange(len(spec.lines)), counts)
@@ -157,11 +161,14 @@ def bind(spec: Elastic, context: BuildContext) -> Contribution | None:
         launch(measure_kernel, len(length), [rest.flat, ends], [length], device=device)
 
     def add_gradient(x: wp.array, gradient: wp.array) -> None:
-        launch(add_pull_kernel, len(length), [edges, *springs, x], [gradient], device=device)
+        launch(add_pull_kernel, len(length), [edges, *springs, x], [gradient, sums.vectors], device=device)
+        sums.settle(gradient)
 
     def add_hessian(x: wp.array, rows: BlockRows) -> None:
         inputs = [edges, ends, *springs, rows.slots, x]
-        launch(hessian_kernel, len(length), inputs, [rows.blocks], device=device)
+        outputs = [rows.blocks, rows.on_diagonal, sums.blocks]
+        launch(hessian_kernel, len(length), inputs, outputs, device=device)
+        sums.settle_blocks(rows.on_diagonal)
 
     def energy(x: wp.array) -> float:
         launch(energy_kernel, len(length), [edges, *springs, x], [energies], device=device)

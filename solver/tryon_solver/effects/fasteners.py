@@ -25,6 +25,7 @@ from tryon_solver.geometry.element_sum import ElementSum
 from tryon_solver.linalg.block_ell import BlockRows, add_joined_block
 from tryon_solver.linalg.constant_matrices import Term
 from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.order_free import add, add_matrix
 from tryon_solver.materials.terms import matrix_over
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import Fasteners
@@ -79,14 +80,15 @@ def add_pull_kernel(
     stiffness: float,
     x: wp.array(dtype=wp.vec3),
     gradient_out: wp.array(dtype=wp.vec3),
+    whole: wp.array(dtype=wp.int64),
 ):
     s = wp.tid()
     a = pairs[s][0]
     b = pairs[s][1]
     side = x[a] - x[b]
     f = closed[s] * stiffness * pulling_share(wp.length(side), rest[s]) * side
-    wp.atomic_add(gradient_out, a, f)
-    wp.atomic_add(gradient_out, b, -f)
+    add(gradient_out, whole, a, f)
+    add(gradient_out, whole, b, -f)
 
 
 @wp.kernel
@@ -98,6 +100,8 @@ def hessian_kernel(
     x: wp.array(dtype=wp.vec3),
     columns: wp.array2d(dtype=wp.int32),
     blocks_out: wp.array2d(dtype=wp.mat33),
+    on_diagonal_out: wp.array(dtype=wp.mat33),
+    whole: wp.array(dtype=wp.int64),
 ):
     s = wp.tid()
     a = pairs[s][0]
@@ -111,8 +115,8 @@ def hessian_kernel(
             d = side / length
             h += (1.0 - share) * wp.outer(d, d)
         h = closed[s] * stiffness * h
-        wp.atomic_add(blocks_out, a, 0, h)
-        wp.atomic_add(blocks_out, b, 0, h)
+        add_matrix(on_diagonal_out, whole, a, h)
+        add_matrix(on_diagonal_out, whole, b, h)
         add_joined_block(columns, blocks_out, a, b, -h)
         add_joined_block(columns, blocks_out, b, a, -h)
 
@@ -122,7 +126,7 @@ def bind(spec: Fasteners, context: BuildContext) -> Contribution | None:
     count = len(spec.pairs)
     if count == 0 or spec.stiffness == 0:
         return None
-    device = context.device
+    device, sums = context.device, context.sums
     pairs: wp.array = wp.array(spec.pairs.astype(np.int32), dtype=wp.vec2i, device=device)
     closed = wp.ones(count, dtype=wp.float32, device=device)
     rest = wp.zeros(count, dtype=wp.float32, device=device)
@@ -136,10 +140,13 @@ def bind(spec: Fasteners, context: BuildContext) -> Contribution | None:
         launch(draw_together_kernel, count, [pairs, state.x_start, state.dt, spec.speed], [rest], device=device)
 
     def add_gradient(x: wp.array, gradient: wp.array) -> None:
-        launch(add_pull_kernel, count, [*springs, x], [gradient], device=device)
+        launch(add_pull_kernel, count, [*springs, x], [gradient, sums.vectors], device=device)
+        sums.settle(gradient)
 
     def add_hessian(x: wp.array, rows: BlockRows) -> None:
-        launch(hessian_kernel, count, [*springs, x, rows.columns], [rows.blocks], device=device)
+        outputs = [rows.blocks, rows.on_diagonal, sums.blocks]
+        launch(hessian_kernel, count, [*springs, x, rows.columns], outputs, device=device)
+        sums.settle_blocks(rows.on_diagonal)
 
     def energy(x: wp.array) -> float:
         a, b = (x.numpy()[spec.pairs[:, k]].astype(np.float64) for k in range(2))

@@ -142,7 +142,7 @@ def bind(spec: Friction, context: BuildContext) -> Contribution | None:
         return None
     material: wp.array = wp.array(materials_of(spec, context.scene), dtype=wp.int32, device=device)
     coefficients: wp.array = wp.array(table, dtype=wp.vec2, device=device)
-    held = SlipOfPairs(FIRST_ROOM, spec.presliding, device)
+    held = SlipOfPairs(FIRST_ROOM, spec.presliding, context.sums, device)
 
     def prepare(pairs: ContactPairs, state: State, x: wp.array, x_before: wp.array | None) -> None:
         held.make_room(pairs.capacity)

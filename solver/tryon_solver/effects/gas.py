@@ -26,6 +26,8 @@ from tryon_solver.effects.base import BuildContext
 from tryon_solver.geometry.enclosed import closed_by_caps, enclosed_volume
 from tryon_solver.linalg.dyad import Dyad
 from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.one_block import launch_one_block
+from tryon_solver.linalg.order_free import add
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import Gas
 from tryon_solver.state import State
@@ -36,22 +38,35 @@ LEAST = wp.constant(wp.float64(1e-4))  # of the gas's volume at the pressure aro
 
 
 @wp.kernel
+def volume_kernel(
+    faces: wp.array(dtype=wp.vec3i), x: wp.array(dtype=wp.vec3), threads: int, volume_out: wp.array(dtype=wp.float64)
+):
+    """The sum of x0 . (x1 x x2)/6 about a vertex"""
+    origin = x[faces[0][0]]
+    part = wp.float64(0.0)
+    for t in range(wp.tid(), faces.shape[0], threads):
+        f = faces[t]
+        x0 = x[f[0]] - origin
+        x1 = x[f[1]] - origin
+        x2 = x[f[2]] - origin
+        part += wp.float64(wp.dot(x0, wp.cross(x1, x2))) / wp.float64(6.0)
+    whole = wp.tile_sum(wp.tile(part))[0]
+    if wp.tid() == 0:
+        volume_out[0] = whole
+
+
+@wp.kernel
 def measure_kernel(
     faces: wp.array(dtype=wp.vec3i),
     x: wp.array(dtype=wp.vec3),
-    volume: wp.array(dtype=wp.float64),
     slope: wp.array(dtype=wp.vec3),
+    whole: wp.array(dtype=wp.int64),
 ):
-    """volume += x0 . (x1 x x2)/6 about a vertex; slope += (x1 - x0) x (x2 - x0)/6 at each corner."""
+    """slope += (x1 - x0) x (x2 - x0)/6 at each corner"""
     f = faces[wp.tid()]
-    origin = x[faces[0][0]]
-    x0 = x[f[0]] - origin
-    x1 = x[f[1]] - origin
-    x2 = x[f[2]] - origin
-    wp.atomic_add(volume, 0, wp.float64(wp.dot(x0, wp.cross(x1, x2))) / wp.float64(6.0))
-    push = wp.cross(x1 - x0, x2 - x0) / 6.0
+    push = wp.cross(x[f[1]] - x[f[0]], x[f[2]] - x[f[0]]) / 6.0
     for k in range(3):
-        wp.atomic_add(slope, f[k], push)
+        add(slope, whole, f[k], push)
 
 
 @wp.kernel
@@ -84,7 +99,7 @@ def add_push_kernel(
 
 def bind(spec: Gas, context: BuildContext) -> Contribution | None:
     """None where no gas is shut in."""
-    device, scene = context.device, context.scene
+    device, scene, sums = context.device, context.scene, context.sums
     garment = scene.garment
     faces = closed_by_caps(spec.faces_of(garment))
     start = enclosed_volume(scene.x_start, faces)
@@ -101,9 +116,10 @@ def bind(spec: Gas, context: BuildContext) -> Contribution | None:
     dyad = Dyad(garment.vertex_count + body, device)
 
     def measure(x: wp.array, gauge_out: wp.array) -> None:
-        now.zero_()
         dyad.vector.zero_()
-        launch(measure_kernel, len(faces), [closed, x], [now, dyad.vector], device=device)
+        launch_one_block(volume_kernel, [closed, x], [now], device)
+        launch(measure_kernel, len(faces), [closed, x], [dyad.vector, sums.vectors], device=device)
+        sums.settle(dyad.vector)
         launch(follow_kernel, 1, [now, amount, share, ambient], [gauge_out, dyad.stiffness], device=device)
 
     def start_step(_state: State) -> None:

@@ -16,6 +16,7 @@ from tryon_solver.effects.base import BuildContext
 from tryon_solver.linalg.constant_matrices import Term
 from tryon_solver.linalg.device_matrix import DeviceMatrix
 from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.order_free import add
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import Sewing
 
@@ -30,13 +31,14 @@ def add_stitches_kernel(
     stiffness: float,
     x: wp.array(dtype=wp.vec3),
     gradient_out: wp.array(dtype=wp.vec3),
+    whole: wp.array(dtype=wp.int64),
 ):
     s = wp.tid()
     a = stitches[s][0]
     b = stitches[s][1]
     f = stiffness * (x[a] - x[b] - share[0] * apart[s])
-    wp.atomic_add(gradient_out, a, f)
-    wp.atomic_add(gradient_out, b, -f)
+    add(gradient_out, whole, a, f)
+    add(gradient_out, whole, b, -f)
 
 
 def bind(spec: Sewing, context: BuildContext) -> Contribution | None:
@@ -44,7 +46,7 @@ def bind(spec: Sewing, context: BuildContext) -> Contribution | None:
     count = len(spec.stitches)
     if count == 0:
         return None
-    device, x = context.device, context.scene.x_start
+    device, sums, x = context.device, context.sums, context.scene.x_start
     a, b = spec.stitches[:, 0], spec.stitches[:, 1]
     stitches: wp.array = wp.array(spec.stitches.astype(np.int32), dtype=wp.vec2i, device=device)
     apart: wp.array = wp.array((x[a] - x[b]).astype(np.float32), dtype=wp.vec3, device=device)
@@ -55,9 +57,10 @@ def bind(spec: Sewing, context: BuildContext) -> Contribution | None:
             add_stitches_kernel,
             count,
             [stitches, apart, share, spec.stiffness, positions],
-            [gradient],
+            [gradient, sums.vectors],
             device=device,
         )
+        sums.settle(gradient)
 
     n = context.scene.garment.vertex_count
     difference = sp.coo_matrix(

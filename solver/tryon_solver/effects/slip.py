@@ -19,6 +19,7 @@ import warp as wp
 from tryon_solver.contact.pairs import ContactPairs
 from tryon_solver.effects.presliding import Presliding, recall
 from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.order_free import OrderFreeSums, add
 from tryon_solver.plan import ContactTerm
 from tryon_solver.state import State
 
@@ -93,6 +94,7 @@ def add_gradient_kernel(
     x: wp.array(dtype=wp.vec3),
     x_start: wp.array(dtype=wp.vec3),
     gradient_out: wp.array(dtype=wp.vec3),
+    whole: wp.array(dtype=wp.int64),
 ):
     c = wp.tid()
     if c >= counters[0]:
@@ -102,7 +104,7 @@ def add_gradient_kernel(
     f = weight[c] * slip(v, w, normal[c], given[c], x, x_start)
     for k in range(4):
         if v[k] < gradient_out.shape[0]:
-            wp.atomic_add(gradient_out, v[k], w[k] * f)
+            add(gradient_out, whole, v[k], w[k] * f)
 
 
 @wp.kernel
@@ -153,8 +155,8 @@ class SlipOfPairs:
     `weight` float32 N/m and `along` vec4, see `hold`. `known` holds the contacts that the step began with,
     `ended` (count, ids, given) those it ended with, as in Presliding."""
 
-    def __init__(self, capacity: int, presliding: float, device: str) -> None:
-        self.presliding, self.device = presliding, device
+    def __init__(self, capacity: int, presliding: float, sums: OrderFreeSums, device: str) -> None:
+        self.presliding, self.sums, self.device = presliding, sums, device
         self._allocate(capacity)
 
     def _allocate(self, capacity: int) -> None:
@@ -209,7 +211,8 @@ class SlipOfPairs:
     def add_gradient(self, pairs: ContactPairs, state: State, x: wp.array, gradient: wp.array) -> None:
         """As in ContactTerm."""
         model = [pairs.counters, pairs.ids, pairs.lam, pairs.normal, self.weight, self.given, x, state.x_start]
-        launch(add_gradient_kernel, pairs.size, model, [gradient], device=self.device)
+        launch(add_gradient_kernel, pairs.size, model, [gradient, self.sums.vectors], device=self.device)
+        self.sums.settle(gradient)
 
     def add_stiffness(self, pairs: ContactPairs) -> None:
         """As in ContactTerm."""

@@ -15,25 +15,14 @@ from __future__ import annotations
 
 import warp as wp
 
-from tryon_solver.linalg.blocks import BLOCK, whole_blocks
 from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.one_block import launch_one_block, sum_up
 from tryon_solver.linalg.paired_matrix import PairedMatrix, pair_count
 from tryon_solver.linalg.pcg import ConjugateGradients
 
 wp.set_module_options({"enable_backward": False})
 
-ADDING = 1024  # threads on a GPU, each of which adds its share to one sum: they wait for each other there
-
-
-@wp.kernel
-def total_kernel(
-    residual: wp.array(dtype=wp.vec3), moving: int, threads: int, total_out: wp.array(dtype=wp.vec3)
-):
-    """total_out[0] += the sum of the first `moving`"""
-    total = wp.vec3()
-    for i in range(wp.tid(), moving, threads):
-        total += residual[i]
-    wp.tile_atomic_add(total_out, wp.tile_sum(wp.tile(total, preserve_type=True)), offset=0)
+FINE = wp.constant(wp.float64(2.0**24))  # quanta in 1 N/m, and sums up to 5e11
 
 
 @wp.kernel
@@ -44,13 +33,24 @@ def add_diagonal_kernel(
     total = wp.float64(0.0)
     for i in range(wp.tid(), moving, threads):
         total += wp.float64(diagonal[i])
-    wp.atomic_add(coarse_out, 0, total * wp.identity(n=3, dtype=wp.float64))
+    whole = wp.tile_sum(wp.tile(total))[0]
+    if wp.tid() == 0:
+        coarse_out[0] = coarse_out[0] + whole * wp.identity(n=3, dtype=wp.float64)
+
+
+@wp.func
+def of_block(part: wp.int64) -> wp.float64:
+    """The sum over the block of threads [N/m]."""
+    return wp.float64(wp.tile_sum(wp.tile(part))[0]) / FINE
 
 
 @wp.kernel
 def add_pairs_kernel(m: PairedMatrix, moving: int, threads: int, coarse_out: wp.array(dtype=wp.mat33d)):
-    """coarse_out[0] += s^2 (curvature n n^T + beside) of each pair, s the sum of its weights over the first `moving`"""
-    total = wp.mat33d()
+    """coarse_out[0] += s^2 (curvature n n^T + beside) of each pair, s the sum of its weights over the first `moving`
+
+    Pairs are listed in any order, so they are added in whole numbers (order_free.py)."""
+    xx, yy, zz = wp.int64(0), wp.int64(0), wp.int64(0)
+    xy, yz, zx = wp.int64(0), wp.int64(0), wp.int64(0)
     for c in range(wp.tid(), pair_count(m), threads):
         s = float(0.0)
         for k in range(4):
@@ -58,8 +58,19 @@ def add_pairs_kernel(m: PairedMatrix, moving: int, threads: int, coarse_out: wp.
                 s += m.lam[c][k]
         n = wp.vec3d(m.normal[c])
         beside = wp.mat33d(m.beside[c])
-        total += wp.float64(s) * wp.float64(s) * (wp.float64(m.curvature[c]) * wp.outer(n, n) + beside)
-    wp.atomic_add(coarse_out, 0, total)
+        own = wp.float64(s) * wp.float64(s) * (wp.float64(m.curvature[c]) * wp.outer(n, n) + beside)
+        xx += wp.int64(wp.rint(FINE * own[0, 0]))
+        yy += wp.int64(wp.rint(FINE * own[1, 1]))
+        zz += wp.int64(wp.rint(FINE * own[2, 2]))
+        xy += wp.int64(wp.rint(FINE * own[0, 1]))
+        yz += wp.int64(wp.rint(FINE * own[1, 2]))
+        zx += wp.int64(wp.rint(FINE * own[2, 0]))
+    all_xx, all_yy, all_zz = of_block(xx), of_block(yy), of_block(zz)
+    all_xy, all_yz, all_zx = of_block(xy), of_block(yz), of_block(zx)
+    if wp.tid() == 0:
+        coarse_out[0] = coarse_out[0] + wp.mat33d(
+            all_xx, all_xy, all_zx, all_xy, all_yy, all_yz, all_zx, all_yz, all_zz
+        )
 
 
 @wp.kernel
@@ -69,13 +80,6 @@ def add_move_kernel(
     """solution += (U^T A U)^-1 U^T r"""
     i = wp.tid()
     solution[i] = solution[i] + wp.vec3(wp.inverse(coarse[0]) * wp.vec3d(total[0]))
-
-
-def sum_up(vectors: wp.array, moving: int, total_out: wp.array) -> None:
-    """total_out (1,) = the sum of the first `moving`"""
-    total_out.zero_()
-    threads = whole_blocks(moving)
-    launch(total_kernel, threads, [vectors, moving, threads], [total_out], block_dim=BLOCK, device=vectors.device)
 
 
 def move_as_one(
@@ -89,7 +93,6 @@ def move_as_one(
     device, total = solution.device, cg.preconditioned[0:1]
     sum_up(cg.residual, moving, total)
     coarse.zero_()
-    threads = 1 if wp.get_device(device).is_cpu else ADDING
-    launch(add_diagonal_kernel, threads, [diagonal, moving, threads], [coarse], device=device)
-    launch(add_pairs_kernel, threads, [matrix, moving, threads], [coarse], device=device)
+    launch_one_block(add_diagonal_kernel, [diagonal, moving], [coarse], device)
+    launch_one_block(add_pairs_kernel, [matrix, moving], [coarse], device)
     launch(add_move_kernel, moving, [total, coarse], [solution], device=device)

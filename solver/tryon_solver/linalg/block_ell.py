@@ -41,6 +41,11 @@ class BlockRows:
             width,
         )
 
+    @property
+    def on_diagonal(self) -> wp.array:
+        """(N,) mat33, the blocks on the diagonal, in place."""
+        return self.blocks[:, 0]
+
 
 def _with_pairs(columns: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     """The rows' columns, padded by their own vertex, with those pairs (K, 2) that they have not."""

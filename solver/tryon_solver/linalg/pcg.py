@@ -11,8 +11,9 @@ import warp as wp
 
 from tryon_solver.linalg import pcg_alone, pcg_together
 from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.order_free import places
 from tryon_solver.linalg.paired_matrix import PairedMatrix
-from tryon_solver.linalg.pcg_together import FIRST_NORM, SCALARS, TAKEN
+from tryon_solver.linalg.pcg_together import RING, SUMS, TAKEN
 from tryon_solver.linalg.vectors import dot
 
 wp.set_module_options({"enable_backward": False})
@@ -28,9 +29,12 @@ class ConjugateGradients:
     both: wp.array  # vec4, as in pcg_together.py; and so
     spread: wp.array  # float32
     product: wp.array
-    pulled: wp.array  # vec4, what pairs add to the product, as in pcg_together.py
+    pulled: wp.array  # int64, what pairs add to the product, as in pcg_together.py; on a processor of no length, and so
+    sums: wp.array  # int64, and so
+    parts: wp.array  # float32, as in pcg_together.py
     coupled: wp.array  # (count,) int32
-    scalars: wp.array  # (SCALARS,) float32, as in pcg_together.py
+    squares: wp.array  # float32, as in pcg_together.py
+    first: wp.array  # (1,) float32, <g, D^-1 g> of the gradient solved for last
     state: wp.array  # (3,) int32, as in pcg_together.py
 
     @staticmethod
@@ -47,16 +51,14 @@ class ConjugateGradients:
             wp.zeros(2 * count, dtype=wp.vec4, device=device),
             wp.zeros(9 * rows * (width - 1), dtype=wp.float32, device=device),
             vectors(),
-            wp.zeros(pcg_together.pulled_of(count, rows), dtype=wp.vec4, device=device),
+            places(pcg_together.pulled_of(count, rows), device),
+            places(int(SUMS), device),
+            wp.zeros(pcg_together.parts_of(count), dtype=wp.float32, device=device),
             wp.zeros(count, dtype=wp.int32, device=device),
-            wp.zeros(SCALARS, dtype=wp.float32, device=device),
+            wp.zeros(int(RING), dtype=wp.float32, device=device),
+            wp.zeros(1, dtype=wp.float32, device=device),
             wp.zeros(3, dtype=wp.int32, device=device),
         )
-
-    @property
-    def first(self) -> wp.array:
-        """(1,) <g, D^-1 g> of the gradient solved for last."""
-        return self.scalars[FIRST_NORM : FIRST_NORM + 1]
 
     def taken(self) -> int:
         """How many iterations the last solve took. Waits for the device."""
@@ -104,7 +106,7 @@ def solve(
                 cg.preconditioned,
                 cg.direction,
                 cg.product,
-                cg.scalars,
+                cg.first,
                 cg.state,
             ],
             device=gradient.device,
@@ -122,7 +124,10 @@ def solve(
         cg.product,
         cg.pulled,
         cg.coupled,
-        cg.scalars,
+        cg.sums,
+        cg.parts,
+        cg.first,
+        cg.squares,
         cg.state,
         at_most,
         tolerance,

@@ -10,7 +10,7 @@ from __future__ import annotations
 import warp as wp
 
 from tryon_solver.linalg.paired_matrix import PairedMatrix, pair_count, pair_force, row_product
-from tryon_solver.linalg.pcg_together import FIRST_NORM, TAKEN
+from tryon_solver.linalg.pcg_together import TAKEN
 
 wp.set_module_options({"enable_backward": False})
 
@@ -28,7 +28,7 @@ def solve_kernel(
     preconditioned: wp.array(dtype=wp.vec3),
     direction: wp.array(dtype=wp.vec3),
     product: wp.array(dtype=wp.vec3),
-    scalars: wp.array(dtype=wp.float32),
+    first_out: wp.array(dtype=wp.float32),
     state: wp.array(dtype=wp.int32),
 ):
     """`coupled` (A,) holds, one by one, the unknowns that are iterated on."""
@@ -91,5 +91,5 @@ def solve_kernel(
             i = coupled[a]
             direction[i] = preconditioned[i] + turn * direction[i]
         iterations += 1
-    scalars[FIRST_NORM] = float(first)
+    first_out[0] = float(first)
     state[TAKEN] = iterations

@@ -10,8 +10,10 @@ vertex are sixteen bytes each in one sector of 32, and the blocks of a row are s
 iterations. (9 numbers of a block are 36 bytes, and a load of them by 32 threads goes to 36 sectors, nine times.)
 
 Additions to one place wait for each other, those to a neighbouring one too. So a sum has as many places as it takes for
-blocks of threads to seldom meet; what pairs add goes into `pulled`, a vector at once, of which there are several for
-each vertex of the collision surface, since one can be in two hundred pairs. Who reads adds up.
+blocks of threads to seldom meet; what pairs add goes into `pulled`, of which there are several vectors for each vertex
+of the collision surface, since one can be in two hundred pairs. Who reads adds up. All of it is added in whole numbers,
+which come to the same in whatever order (order_free.py): dot products as multiples of the last <r, z> before them,
+however small these get. The first of all is added up in order by one block of threads.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ import warp as wp
 
 from tryon_solver.linalg.blocks import BLOCK, whole_blocks
 from tryon_solver.linalg.lanes import lanes_of, shares_of, sum_of_lanes
+from tryon_solver.linalg.order_free import QUANTA, whole_of
 from tryon_solver.linalg.paired_matrix import PairedMatrix, pair_count, pair_force
 
 wp.set_module_options({"enable_backward": False})
@@ -32,8 +35,7 @@ RING = wp.constant(4)
 PLACES = wp.constant(8)  # of a sum in a ring
 SQUARED = wp.constant(0)  # ring of <r, z>
 CURVATURE = wp.constant(4)  # ring of <p, A p>
-FIRST_NORM = (CURVATURE + RING) * PLACES  # behind the rings: <g, D^-1 g>, in one place
-SCALARS = FIRST_NORM + 1
+SUMS = wp.constant(2 * 4 * 8)  # places of both rings
 BLOCK_SIZE = wp.constant(BLOCK)
 COPIES = wp.constant(4)  # of what is pulled at a vertex beyond the cloth
 
@@ -43,12 +45,20 @@ MORE = wp.constant(2)  # 1 while there is more to do
 
 
 @wp.func
-def whole_sum(scalars: wp.array(dtype=wp.float32), ring: int, slot: int) -> float:
-    """Of a sum's places."""
-    total = float(0.0)
+def whole_sum(sums: wp.array(dtype=wp.int64), ring: int, slot: int) -> float:
+    """Of a sum's places, as a multiple of the <r, z> before."""
+    total = wp.int64(0)
     for k in range(PLACES):
-        total += scalars[(ring + slot) * PLACES + k]
-    return total
+        total += sums[(ring + slot) * PLACES + k]
+    return float(total) / QUANTA
+
+
+@wp.func
+def quanta_over(before: float) -> float:
+    """What makes whole numbers of the parts of a dot product, `before` being the <r, z> before it."""
+    if before > 0.0:
+        return QUANTA / before
+    return 0.0
 
 
 @wp.func
@@ -134,10 +144,12 @@ def start_kernel(
     solution_out: wp.array(dtype=wp.vec3),
     residual_out: wp.array(dtype=wp.vec3),
     both_out: wp.array(dtype=wp.vec4),
-    pulled_out: wp.array(dtype=wp.vec4),
-    scalars: wp.array(dtype=wp.float32),
+    pulled_out: wp.array(dtype=wp.int64),
+    sums_out: wp.array(dtype=wp.int64),
+    parts_out: wp.array(dtype=wp.float32),
     state_out: wp.array(dtype=wp.int32),
 ):
+    """Each block leaves its parts of <g, D^-1 g>, and of the same over what is iterated on, in `parts_out`."""
     first = float(0.0)
     squared = float(0.0)
     for i in range(wp.tid(), inverse.shape[0], threads):
@@ -156,29 +168,45 @@ def start_kernel(
             residual_out[i] = wp.vec3()
             put_three(both_out, 2 * i, wp.vec3())
     for i in range(wp.tid(), pulled_out.shape[0], threads):
-        pulled_out[i] = wp.vec4()
-    wp.tile_atomic_add(scalars, wp.tile_sum(wp.tile(first)), offset=FIRST_NORM)
-    wp.tile_atomic_add(scalars, wp.tile_sum(wp.tile(squared)), offset=place_of(SQUARED, 0, wp.tid()))
+        pulled_out[i] = wp.int64(0)
+    for i in range(wp.tid(), SUMS, threads):
+        sums_out[i] = wp.int64(0)
+    first_of_block = wp.tile_sum(wp.tile(first))[0]
+    squared_of_block = wp.tile_sum(wp.tile(squared))[0]
+    if wp.tid() % wp.block_dim() == 0:
+        block = wp.tid() // wp.block_dim()
+        parts_out[2 * block] = first_of_block
+        parts_out[2 * block + 1] = squared_of_block
     if wp.tid() == 0:
         state_out[TAKEN] = 0
         state_out[MORE] = 1
 
 
-@wp.func_native("""
-#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
-    asm volatile("red.global.add.v4.f32 [%0], {%1, %2, %3, %4};"
-        :: "l"(__cvta_generic_to_global(sums.data + i)), "f"(value[0]), "f"(value[1]), "f"(value[2]), "f"(0.0f)
-        : "memory");
-#elif defined(__CUDA_ARCH__)
-    for (int k = 0; k < 3; ++k)
-        atomicAdd(reinterpret_cast<float*>(sums.data + i) + k, value[k]);
-#else
-    for (int k = 0; k < 3; ++k)
-        sums.data[i][k] += value[k];
-#endif
-""")
-def add_at_once(sums: wp.array(dtype=wp.vec4), i: int, value: wp.vec3) -> None:
-    """sums[i] += value, in one operation where a GPU has such (PTX red.v4, from compute capability 9.0)."""
+@wp.kernel
+def open_kernel(
+    parts: wp.array(dtype=wp.float32),
+    blocks: int,
+    threads: int,
+    first_out: wp.array(dtype=wp.float32),
+    sums: wp.array(dtype=wp.int64),
+):
+    """One block: the first sums of all from their parts, in order."""
+    first = float(0.0)
+    squared = float(0.0)
+    for k in range(wp.tid(), blocks, threads):
+        first += parts[2 * k]
+        squared += parts[2 * k + 1]
+    whole_first = wp.tile_sum(wp.tile(first))[0]
+    whole_squared = wp.tile_sum(wp.tile(squared))[0]
+    if wp.tid() == 0:
+        first_out[0] = whole_first
+        sums[place_of(SQUARED, 0, 0)] = whole_of(whole_squared, quanta_over(whole_first))
+
+
+@wp.func
+def pull(pulled: wp.array(dtype=wp.int64), place: int, force: wp.vec3):
+    for k in range(3):
+        wp.atomic_add(pulled, 3 * place + k, whole_of(force[k], QUANTA))
 
 
 @wp.kernel
@@ -193,8 +221,10 @@ def multiply_kernel(
     threads: int,
     direction_out: wp.array(dtype=wp.vec3),
     product_out: wp.array(dtype=wp.vec3),
-    pulled: wp.array(dtype=wp.vec4),
-    scalars: wp.array(dtype=wp.float32),
+    pulled: wp.array(dtype=wp.int64),
+    sums: wp.array(dtype=wp.int64),
+    first: wp.array(dtype=wp.float32),
+    squares: wp.array(dtype=wp.float32),
     state: wp.array(dtype=wp.int32),
 ):
     """p = z + b p, A p and <p, A p>, if there is anything left to do; of each vertex `both` has z and the p before.
@@ -204,24 +234,26 @@ def multiply_kernel(
     thread = wp.tid()
     number = state[TAKEN]
     slot = number % RING
-    squared = whole_sum(scalars, SQUARED, slot)
-    going_on = number < at_most and squared > tolerance * tolerance * scalars[FIRST_NORM]
+    b = float(0.0)
+    squared = first[0] * whole_sum(sums, SQUARED, slot)
+    if number > 0:
+        b = whole_sum(sums, SQUARED, slot)
+        squared = b * squares[(slot + 3) % RING]
+    going_on = number < at_most and squared > tolerance * tolerance * first[0]
     if thread == 0:
         state[NOW] = wp.where(going_on, number, -1)
         state[MORE] = wp.where(going_on, 1, 0)
+        squares[slot] = squared
     if thread < PLACES:
-        scalars[(SQUARED + (slot + 2) % RING) * PLACES + thread] = 0.0
-        scalars[(CURVATURE + (slot + 1) % RING) * PLACES + thread] = 0.0
+        sums[(SQUARED + (slot + 2) % RING) * PLACES + thread] = wp.int64(0)
+        sums[(CURVATURE + (slot + 1) % RING) * PLACES + thread] = wp.int64(0)
     if not going_on:
         return
-    b = float(0.0)
-    if number > 0:
-        b = squared / whole_sum(scalars, SQUARED, (slot + 3) % RING)
     rows = m.columns.shape[0]
     width = m.columns.shape[1] - 1
     far_width = m.far_columns.shape[1]
     others = both.shape[0] // 2 - rows
-    part = float(0.0)
+    part, quanta = wp.int64(0), quanta_over(squared)
     for e in range(thread, shares + others + pair_count(m), threads):
         if e < shares:
             i = e // lanes
@@ -253,14 +285,14 @@ def multiply_kernel(
             if lane == 0 and i < rows:
                 row += m.diagonal[i] * here
                 direction_out[i] = here
-                part += wp.dot(here, row)
+                part += whole_of(wp.dot(here, row), quanta)
                 product_out[i] = row
         elif e < shares + others:
             i = rows + e - shares
             here = three_of(both, 2 * i) + b * three_of(both, 2 * i + 1)
             direction_out[i] = here
             row = m.diagonal[i] * here
-            part += wp.dot(here, row)
+            part += whole_of(wp.dot(here, row), quanta)
             product_out[i] = row
         else:
             c = e - shares - others
@@ -270,13 +302,15 @@ def multiply_kernel(
             for k in range(4):
                 u += w[k] * (three_of(both, 2 * v[k]) + b * three_of(both, 2 * v[k] + 1))
             f = pair_force(m, c, u)
-            part += wp.dot(u, f)
+            part += whole_of(wp.dot(u, f), quanta)
             for k in range(4):
                 place = v[k]
                 if v[k] >= rows:
                     place += (thread % COPIES) * others
-                add_at_once(pulled, place, w[k] * f)
-    wp.tile_atomic_add(scalars, wp.tile_sum(wp.tile(part)), offset=place_of(CURVATURE, slot, thread))
+                pull(pulled, place, w[k] * f)
+    of_block = wp.tile_sum(wp.tile(part))[0]
+    if thread % wp.block_dim() == 0:
+        wp.atomic_add(sums, place_of(CURVATURE, slot, thread), of_block)
 
 
 @wp.kernel
@@ -289,8 +323,9 @@ def advance_kernel(
     residual: wp.array(dtype=wp.vec3),
     both_out: wp.array(dtype=wp.vec4),
     product: wp.array(dtype=wp.vec3),
-    pulled: wp.array(dtype=wp.vec4),
-    scalars: wp.array(dtype=wp.float32),
+    pulled: wp.array(dtype=wp.int64),
+    sums: wp.array(dtype=wp.int64),
+    squares: wp.array(dtype=wp.float32),
     state: wp.array(dtype=wp.int32),
 ):
     """x += a p, r -= a A p, z = D^-1 r and <r, z>, with a = <r, z>/<p, A p>; clears what was pulled."""
@@ -300,27 +335,33 @@ def advance_kernel(
         return
     slot = number % RING
     a = float(0.0)
-    curvature = whole_sum(scalars, CURVATURE, slot)
+    curvature = whole_sum(sums, CURVATURE, slot)
     if curvature > 0.0:
-        a = whole_sum(scalars, SQUARED, slot) / curvature
+        a = 1.0 / curvature
     others = inverse.shape[0] - rows
-    part = float(0.0)
+    part, quanta = wp.int64(0), quanta_over(squares[slot])
     for i in range(thread, inverse.shape[0], threads):
         p = direction[i]
         solution[i] = solution[i] + a * p
         copies = wp.where(i < rows, 1, COPIES)
-        more = wp.vec4()
-        for k in range(copies):
-            more += pulled[i + k * others]
-            pulled[i + k * others] = wp.vec4()
-        multiplied = product[i] + wp.vec3(more[0], more[1], more[2])
+        more = wp.vec3()
+        for axis in range(3):
+            whole = wp.int64(0)
+            for k in range(copies):
+                place = 3 * (i + k * others) + axis
+                whole += pulled[place]
+                pulled[place] = wp.int64(0)
+            more[axis] = float(whole) / QUANTA
+        multiplied = product[i] + more
         r = residual[i] - a * multiplied
         z = inverse[i] * r
         residual[i] = r
         put_three(both_out, 2 * i, z)
         put_three(both_out, 2 * i + 1, p)
-        part += wp.dot(r, z)
-    wp.tile_atomic_add(scalars, wp.tile_sum(wp.tile(part)), offset=place_of(SQUARED, (slot + 1) % RING, thread))
+        part += whole_of(wp.dot(r, z), quanta)
+    of_block = wp.tile_sum(wp.tile(part))[0]
+    if thread % wp.block_dim() == 0:
+        wp.atomic_add(sums, place_of(SQUARED, (slot + 1) % RING, thread), of_block)
     if thread == 0:
         state[TAKEN] = number + 1
 
@@ -332,8 +373,13 @@ def spread_out(matrix: PairedMatrix, spread: wp.array) -> None:
 
 
 def pulled_of(count: int, rows: int) -> int:
-    """How many vectors `pulled` has, for `count` unknowns of which `rows` are the cloth's."""
-    return rows + int(COPIES) * (count - rows)
+    """How many numbers `pulled` has, for `count` unknowns of which `rows` are the cloth's."""
+    return 3 * (rows + int(COPIES) * (count - rows))
+
+
+def parts_of(count: int) -> int:
+    """How many parts of the first sums of `count` unknowns there are at most: two of each block, if of one thread."""
+    return 2 * whole_blocks(count)
 
 
 def solve(
@@ -348,15 +394,20 @@ def solve(
     product: wp.array,
     pulled: wp.array,
     coupled: wp.array,
-    scalars: wp.array,
+    sums: wp.array,
+    parts: wp.array,
+    first: wp.array,
+    squares: wp.array,
     state: wp.array,
     at_most: int,
     tolerance: float,
 ) -> None:
     """As `pcg.solve`; the arrays behind the solution are its scratch: (A,), `both` (2 A,), `spread` (9 N (width - 1),),
-    `pulled` (pulled_of(A, N),), `scalars` (SCALARS,), `state` (3,)."""
+    `pulled` (pulled_of(A, N),) and `sums` (SUMS,) int64, `parts` (parts_of(A),), `squares` (RING,), `state` (3,);
+    `first` (1,) is set."""
     device, count, pairs = gradient.device, len(gradient), len(matrix.ids)
     threads = whole_blocks(count)
+    block = 1 if wp.get_device(device).is_cpu else BLOCK  # a processor's blocks are of one thread
     rows, lanes = len(matrix.columns), lanes_of(str(device))
     shares = shares_of(rows, lanes)
     all_threads = whole_blocks(shares + count - rows + pairs)
@@ -367,14 +418,14 @@ def solve(
     def turn() -> None:
         for _ in range(TURNS):
             given = [matrix, lanes, shares, at_most, tolerance, spread, both]
-            launch(multiply_kernel, all_threads, given, [direction, product, pulled, scalars, state])
-            kept = [solution_out, residual, both, product, pulled, scalars, state]
+            launch(multiply_kernel, all_threads, given, [direction, product, pulled, sums, first, squares, state])
+            kept = [solution_out, residual, both, product, pulled, sums, squares, state]
             launch(advance_kernel, threads, [inverse, direction, rows], kept)
 
     coupled.zero_()
-    scalars.zero_()
     spread_out(matrix, spread)
     launch(mark_kernel, whole_blocks(pairs), [matrix], [coupled])
-    made = [solution_out, residual, both, pulled, scalars, state]
+    made = [solution_out, residual, both, pulled, sums, parts, state]
     launch(start_kernel, threads, [matrix, inverse, gradient, coupled], made)
+    launch(open_kernel, block, [parts, threads // block], [first, sums])
     wp.capture_while(state[int(MORE) : int(MORE) + 1], turn)

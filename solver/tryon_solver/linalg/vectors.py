@@ -6,6 +6,7 @@ import warp as wp
 
 from tryon_solver.linalg.blocks import BLOCK, whole_blocks
 from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.one_block import dot_kernel, launch_one_block
 
 wp.set_module_options({"enable_backward": False})
 
@@ -65,22 +66,11 @@ def largest_number_kernel(values: wp.array(dtype=wp.float32), threads: int, larg
         wp.atomic_max(largest_out, 0, of_block)
 
 
-@wp.kernel
-def dot_kernel(a: wp.array(dtype=wp.vec3), b: wp.array(dtype=wp.vec3), threads: int, out: wp.array(dtype=wp.float32)):
-    """out[0] += sum_i a_i . b_i"""
-    part = float(0.0)
-    for i in range(wp.tid(), a.shape[0], threads):
-        part += wp.dot(a[i], b[i])
-    wp.tile_atomic_add(out, wp.tile_sum(wp.tile(part)), offset=0)
-
-
 def dot(a: wp.array, b: wp.array, out: wp.array) -> None:
-    """out[0] = sum_i a_i . b_i, on the device; on a processor in a fixed order."""
+    """out[0] = sum_i a_i . b_i, on the device, in a fixed order."""
     if wp.get_device(a.device).is_cuda:
         # Warp's own needs memory for its partial sums, which the body of a loop in a graph cannot allocate
-        out.zero_()
-        threads = whole_blocks(len(a))
-        launch(dot_kernel, threads, [a, b, threads], [out], block_dim=BLOCK, device=a.device)
+        launch_one_block(dot_kernel, [a, b], [out], a.device)
     else:
         wp.utils.array_inner(a, b, out=out)
 

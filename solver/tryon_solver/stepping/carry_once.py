@@ -227,6 +227,7 @@ def shorten(sim: Simulation) -> None:
         sim.state.x,
         sim.work.direction,
         sim.work.alpha,
+        sim.work.alpha_before,
         sim.work.changed,
         sim.work.passes,
     )

@@ -49,8 +49,8 @@ def contact_calls(sim: Simulation, surface: Surface) -> dict[str, Callable[[], N
 
     def assemble() -> None:
         contact_pairs.collect(beside.pairs, beside.candidates, beside.contact, x)
-        contact_pairs.add_gradient(beside.pairs, x, x, sums)
-        contact_pairs.add_diagonal(beside.pairs, numbers)
+        contact_pairs.add_gradient(beside.pairs, x, x, sums, sim.sums)
+        contact_pairs.add_diagonal(beside.pairs, numbers, sim.sums)
 
     def time_of_impact() -> None:
         wp.copy(beside.candidates.distance, distances)  # bounds that every call would lower
@@ -62,7 +62,7 @@ def contact_calls(sim: Simulation, surface: Surface) -> dict[str, Callable[[], N
 
     calls = {"detection": lambda: find(beside), "assembly": assemble}
     if beside.pairs.size:
-        calls["product"] = lambda: contact_pairs.add_product(beside.pairs, way, sums)
+        calls["product"] = lambda: contact_pairs.add_product(beside.pairs, way, sums, sim.sums)
     if beside.candidates.size:
         calls |= {"time_of_impact": time_of_impact, "verification": verify}
     return calls

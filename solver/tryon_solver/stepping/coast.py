@@ -25,8 +25,8 @@ from typing import TYPE_CHECKING
 
 import warp as wp
 
-from tryon_solver.linalg.as_one import sum_up
 from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.one_block import sum_up
 from tryon_solver.stepping.gradient import elastic_gradient
 from tryon_solver.stepping.record import as_one
 from tryon_solver.stepping.search import follow, search_slack, touches_itself_alone

@@ -21,8 +21,9 @@ import warp as wp
 
 from tryon_solver.contact import bounds, candidates, deflect, pairs
 from tryon_solver.linalg import pcg
-from tryon_solver.linalg.as_one import move_as_one, sum_up
+from tryon_solver.linalg.as_one import move_as_one
 from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.one_block import sum_up
 from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.vectors import dot, find_largest, subtract
 from tryon_solver.stepping.coast import keep_momentum
@@ -157,6 +158,7 @@ def prove_free(sim: Simulation, direction: wp.array) -> None:
             state.x,
             direction,
             work.alpha,
+            work.alpha_before,
             work.changed,
             work.passes,
         )
@@ -185,6 +187,7 @@ def proven_free(sim: Simulation, displacement: np.ndarray) -> bool:
         state.x,
         work.direction,
         work.alpha,
+        work.alpha_before,
         work.changed,
         work.passes,
     )

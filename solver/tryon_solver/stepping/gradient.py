@@ -128,7 +128,7 @@ def add_contact_gradient(sim: Simulation, x_ref: wp.array, x: wp.array, gradient
     """gradient += dB/dx + dD/dx of the model made at x_ref [N], of as many vertices as `gradient_out` is long."""
     if sim.pairs.size == 0:
         return
-    contact_pairs.add_gradient(sim.pairs, x_ref, x, gradient_out)
+    contact_pairs.add_gradient(sim.pairs, x_ref, x, gradient_out, sim.sums)
     for term in sim.stages.contact:
         term.add_gradient(sim.pairs, sim.state, x, gradient_out)
 
@@ -145,7 +145,7 @@ def system_product(sim: Simulation, p: wp.array, product_out: wp.array) -> None:
         device=sim.device,
     )
     if sim.pairs.size:
-        contact_pairs.add_product(sim.pairs, p, product_out)
+        contact_pairs.add_product(sim.pairs, p, product_out, sim.sums)
 
 
 def add_contact_blocks(sim: Simulation, blocks: wp.array) -> None:
@@ -156,7 +156,7 @@ def add_contact_blocks(sim: Simulation, blocks: wp.array) -> None:
         sim.pairs.beside.zero_()
     for term in sim.stages.contact:
         term.add_stiffness(sim.pairs)
-    contact_pairs.add_diagonal(sim.pairs, blocks)
+    contact_pairs.add_diagonal(sim.pairs, blocks, sim.sums)
 
 
 @wp.kernel

@@ -124,7 +124,7 @@ def solve_on_two_levels(sim: Simulation) -> None:
     work, n, device = sim.work, sim.cloth_count, sim.device
     gradient, direction, z = work.gradient[:n], work.direction, work.preconditioned
     residual, product = work.residual[:n], work.product[:n]
-    scalars, length = sim.cg.scalars, work.scalars[0]
+    scalars, length = work.products, work.scalars[0]
     current, previous, curvature = scalars[0:1], scalars[1:2], scalars[2:3]
     direction.zero_()
     scalars.zero_()

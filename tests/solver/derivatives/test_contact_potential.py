@@ -144,7 +144,7 @@ def test_matrix_is_semidefinite_and_its_blocks_are_its_diagonal(surfaces, states
 
         def product(p, out):
             out.zero_()
-            pairs.add_product(sim.pairs, p, out)
+            pairs.add_product(sim.pairs, p, out, sim.sums)
 
         matrix = dense(count, product)
         size = np.abs(matrix).max()
@@ -152,7 +152,7 @@ def test_matrix_is_semidefinite_and_its_blocks_are_its_diagonal(surfaces, states
         np.testing.assert_allclose(matrix, matrix.T, rtol=0, atol=1e-6 * size)
         assert np.linalg.eigvalsh(matrix).min() > -1e-5 * size
         blocks = wp.zeros(count, dtype=wp.mat33, device="cpu")
-        pairs.add_diagonal(sim.pairs, blocks)
+        pairs.add_diagonal(sim.pairs, blocks, sim.sums)
         diagonal = np.stack([matrix[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] for i in range(count)])
         np.testing.assert_allclose(blocks.numpy(), diagonal, rtol=0, atol=1e-5 * size)
 
@@ -189,7 +189,7 @@ def test_model_never_pulls(surfaces, states):
     direction = contact_gradient(sim, friction=False)[~surfaces.first].sum(0)
     away[~surfaces.first] -= 0.01 * direction / np.linalg.norm(direction)
     out = wp.zeros(sim.all_count, dtype=wp.vec3, device="cpu")
-    pairs.add_gradient(sim.pairs, device_vectors(x), device_vectors(away), out)
+    pairs.add_gradient(sim.pairs, device_vectors(x), device_vectors(away), out, sim.sums)
     table = pair_table(sim)
     change = np.einsum("pk,pd,pkd->p", table["lam"], table["normal"], (away - x)[table["ids"]])
     force = np.minimum(table["slope"] + table["curvature"] * change, 0.0)
@@ -250,7 +250,7 @@ def test_friction_matrix_is_semidefinite_and_tangential(surfaces, states):
 
     def product(p, out):
         out.zero_()
-        pairs.add_product(sim.pairs, p, out)
+        pairs.add_product(sim.pairs, p, out, sim.sums)
 
     matrix = dense(sim.all_count, product)
     size = np.abs(matrix).max()
@@ -261,7 +261,7 @@ def test_friction_matrix_is_semidefinite_and_tangential(surfaces, states):
     together = np.tile(np.eye(3), (sim.all_count, 1))
     np.testing.assert_allclose(matrix @ together, 0, atol=1e-4 * size)
     blocks = wp.zeros(sim.all_count, dtype=wp.mat33, device="cpu")
-    pairs.add_diagonal(sim.pairs, blocks)
+    pairs.add_diagonal(sim.pairs, blocks, sim.sums)
     diagonal = np.stack([matrix[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] for i in range(sim.all_count)])
     np.testing.assert_allclose(blocks.numpy(), diagonal, rtol=0, atol=1e-4 * size)
 

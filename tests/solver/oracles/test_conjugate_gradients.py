@@ -94,10 +94,13 @@ class System:
             cg.both,
             cg.spread,
             cg.product,
-            cg.pulled,
-            cg.scalars,
+            cg.parts,
+            cg.squares,
+            cg.first,
         ):
             scratch.fill_(np.nan)
+        cg.pulled.fill_(77)
+        cg.sums.fill_(77)
         found = self.array(np.full((COUNT, 3), np.nan, np.float32), wp.vec3)
         forces = self.array((self.gradient if gradient is None else gradient).astype(np.float32), wp.vec3)
         inverse = self.array(self.inverse.astype(np.float32), wp.mat33)
@@ -112,8 +115,13 @@ class System:
 
 def solve_together(cg, matrix, inverse, gradient, out, *until):
     """By many threads wherever it is."""
-    vectors = cg.residual, cg.direction, cg.both, cg.spread, cg.product, cg.pulled
-    pcg_together.solve(matrix, inverse, gradient, out, *vectors, cg.coupled, cg.scalars, cg.state, *until)
+    places = pcg_together.pulled_of(COUNT, CLOTH), int(pcg_together.SUMS)
+    pulled, sums = (wp.full(n, 77, dtype=wp.int64, device="cpu") for n in places)
+    vectors = cg.residual, cg.direction, cg.both, cg.spread, cg.product, pulled
+    kept = cg.coupled, sums, cg.parts, cg.first, cg.squares, cg.state
+    pcg_together.solve(
+        matrix, inverse, gradient, out, *vectors, *kept, *until
+    )
 
 
 @pytest.fixture(scope="module", params=["alone", "together", pytest.param("cuda:0", marks=pytest.mark.gpu)])

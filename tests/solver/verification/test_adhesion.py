@@ -55,7 +55,7 @@ def test_traction_follows_the_law(y):
     (term,) = sim.stages.contact
     term.prepare(sim.pairs, sim.state, sim.state.x, sim.state.x)
     gradient = wp.zeros(sim.all_count, dtype=wp.vec3, device="cpu")
-    pairs.add_gradient(sim.pairs, sim.state.x, sim.state.x, gradient)
+    pairs.add_gradient(sim.pairs, sim.state.x, sim.state.x, gradient, sim.sums)
     pushed = -gradient.numpy()[: len(x), 1].sum()
     add_contact_gradient(sim, sim.state.x, sim.state.x, gradient := wp.zeros_like(gradient))
     net = gradient.numpy()[: len(x), 1].sum() / 0.09**2
