@@ -110,7 +110,7 @@ def product_together(sim: Simulation) -> Kernel:
 
     def multiply() -> None:
         given = [matrix, lanes, shares, ITERATIONS, 0.0, cg.spread, cg.both, threads]
-        kept = [cg.direction, cg.product, cg.pulled, cg.sums, cg.first, cg.squares, cg.state]
+        kept = [cg.direction, cg.product, cg.pulled, cg.pulled_whole, cg.sums, cg.first, cg.squares, cg.state]
         wp.launch(pcg_together.multiply_kernel, threads, given, kept, block_dim=BLOCK, device=device)
 
     name = "product of conjugate gradients (linalg/pcg_together.py)"

@@ -219,7 +219,8 @@ class Simulation:
         joined = [c.joined for c in self.plan.contributions if c.joined is not None]
         pairs = np.vstack(joined) if joined else None
         self.hessian_rows = BlockRows.build(*garment.connectivity.pairs, device, pairs)
-        self.cg = ConjugateGradients.allocate(self.all_count, self.cloth_count, self.hessian_rows.width, device)
+        width, repeatable = self.hessian_rows.width, self.settings.deterministic
+        self.cg = ConjugateGradients.allocate(self.all_count, self.cloth_count, width, device, repeatable)
         self.triangle_hessian = TriangleHessian.build(self.rest, garment.connectivity, self.hessian_rows.width)
         self.matrices = ConstantMatrices(self.plan.terms, self.hessian_rows, self.cloth_count, device)
         self.basis = basis
@@ -499,11 +500,6 @@ def build(
     determinism that the device does not have.
     """
     settings = settings or Settings()
-    if settings.deterministic and device != "cpu":
-        raise ValueError(
-            f"settings.deterministic: on {device} sums run in an order that changes from run to run "
-            "(METHOD.md section 13); simulate on the CPU or leave the setting out"
-        )
     simulation = Simulation(scene, settings, device)
     for _ in simulation.parts(pose, surface):
         pass

@@ -22,9 +22,14 @@ ONE_BLOCK = 1024  # threads, the most that a GPU's block has
 def dot_kernel(a: wp.array(dtype=wp.vec3), b: wp.array(dtype=wp.vec3), threads: int, out: wp.array(dtype=wp.float32)):
     """out[0] = sum_i a_i . b_i"""
     part = float(0.0)
-    for i in range(wp.tid(), a.shape[0], threads):
+    other = float(0.0)  # two at once, so that a thread waits half as long for what it reads
+    count = a.shape[0]
+    for i in range(wp.tid(), count, 2 * threads):
+        j = i + threads
         part += wp.dot(a[i], b[i])
-    whole = wp.tile_sum(wp.tile(part))[0]
+        if j < count:
+            other += wp.dot(a[j], b[j])
+    whole = wp.tile_sum(wp.tile(part + other))[0]
     if wp.tid() == 0:
         out[0] = whole
 

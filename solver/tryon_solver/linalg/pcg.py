@@ -11,7 +11,6 @@ import warp as wp
 
 from tryon_solver.linalg import pcg_alone, pcg_together
 from tryon_solver.linalg.launch import launch
-from tryon_solver.linalg.order_free import places
 from tryon_solver.linalg.paired_matrix import PairedMatrix
 from tryon_solver.linalg.pcg_together import RING, SUMS, TAKEN
 from tryon_solver.linalg.vectors import dot
@@ -29,8 +28,9 @@ class ConjugateGradients:
     both: wp.array  # vec4, as in pcg_together.py; and so
     spread: wp.array  # float32
     product: wp.array
-    pulled: wp.array  # int64, what pairs add to the product, as in pcg_together.py; on a processor of no length, and so
-    sums: wp.array  # int64, and so
+    pulled: wp.array  # vec4, what pairs add to the product, as in pcg_together.py; or so:
+    pulled_whole: wp.array  # int64
+    sums: wp.array  # int64, as in pcg_together.py
     parts: wp.array  # float32, as in pcg_together.py
     coupled: wp.array  # (count,) int32
     squares: wp.array  # float32, as in pcg_together.py
@@ -38,8 +38,10 @@ class ConjugateGradients:
     state: wp.array  # (3,) int32, as in pcg_together.py
 
     @staticmethod
-    def allocate(count: int, rows: int, width: int, device: str) -> ConjugateGradients:
-        """For `count` unknowns, of which the first `rows` have rows of `width` blocks in the matrix."""
+    def allocate(count: int, rows: int, width: int, device: str, repeatable: bool) -> ConjugateGradients:
+        """For `count` unknowns, of which the first `rows` have rows of `width` blocks in the matrix. On a GPU what they
+        find repeats bit for bit if they are `repeatable`; on a processor it always does."""
+        pulled = pcg_together.pulled_of(count, rows)
 
         def vectors() -> wp.array:
             return wp.zeros(count, dtype=wp.vec3, device=device)
@@ -51,8 +53,9 @@ class ConjugateGradients:
             wp.zeros(2 * count, dtype=wp.vec4, device=device),
             wp.zeros(9 * rows * (width - 1), dtype=wp.float32, device=device),
             vectors(),
-            places(pcg_together.pulled_of(count, rows), device),
-            places(int(SUMS), device),
+            wp.zeros(0 if repeatable else pulled, dtype=wp.vec4, device=device),
+            wp.zeros(3 * pulled if repeatable else 0, dtype=wp.int64, device=device),
+            wp.zeros(int(SUMS), dtype=wp.int64, device=device),
             wp.zeros(pcg_together.parts_of(count), dtype=wp.float32, device=device),
             wp.zeros(count, dtype=wp.int32, device=device),
             wp.zeros(int(RING), dtype=wp.float32, device=device),
@@ -123,6 +126,7 @@ def solve(
         cg.spread,
         cg.product,
         cg.pulled,
+        cg.pulled_whole,
         cg.coupled,
         cg.sums,
         cg.parts,

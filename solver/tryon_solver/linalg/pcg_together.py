@@ -10,10 +10,13 @@ vertex are sixteen bytes each in one sector of 32, and the blocks of a row are s
 iterations. (9 numbers of a block are 36 bytes, and a load of them by 32 threads goes to 36 sectors, nine times.)
 
 Additions to one place wait for each other, those to a neighbouring one too. So a sum has as many places as it takes for
-blocks of threads to seldom meet; what pairs add goes into `pulled`, of which there are several vectors for each vertex
-of the collision surface, since one can be in two hundred pairs. Who reads adds up. All of it is added in whole numbers,
-which come to the same in whatever order (order_free.py): dot products as multiples of the last <r, z> before them,
-however small these get. The first of all is added up in order by one block of threads.
+blocks of threads to seldom meet; what pairs add goes into `pulled`, a vector at once, of which there are several for
+each vertex of the collision surface, since one can be in two hundred pairs. Who reads adds up.
+
+Dot products are added in whole numbers, which come to the same in whatever order (order_free.py): as multiples of the
+last <r, z> before them, however small these get. The first of all is added up in order by one block of threads. What
+pairs add comes to the same in every run only where it goes into `pulled_whole`, number by number: a GPU adds four
+floats in one operation and no whole numbers so, and an iteration takes a third longer.
 """
 
 from __future__ import annotations
@@ -144,7 +147,8 @@ def start_kernel(
     solution_out: wp.array(dtype=wp.vec3),
     residual_out: wp.array(dtype=wp.vec3),
     both_out: wp.array(dtype=wp.vec4),
-    pulled_out: wp.array(dtype=wp.int64),
+    pulled_out: wp.array(dtype=wp.vec4),
+    pulled_whole_out: wp.array(dtype=wp.int64),
     sums_out: wp.array(dtype=wp.int64),
     parts_out: wp.array(dtype=wp.float32),
     state_out: wp.array(dtype=wp.int32),
@@ -168,7 +172,9 @@ def start_kernel(
             residual_out[i] = wp.vec3()
             put_three(both_out, 2 * i, wp.vec3())
     for i in range(wp.tid(), pulled_out.shape[0], threads):
-        pulled_out[i] = wp.int64(0)
+        pulled_out[i] = wp.vec4()
+    for i in range(wp.tid(), pulled_whole_out.shape[0], threads):
+        pulled_whole_out[i] = wp.int64(0)
     for i in range(wp.tid(), SUMS, threads):
         sums_out[i] = wp.int64(0)
     first_of_block = wp.tile_sum(wp.tile(first))[0]
@@ -203,10 +209,31 @@ def open_kernel(
         sums[place_of(SQUARED, 0, 0)] = whole_of(whole_squared, quanta_over(whole_first))
 
 
+@wp.func_native("""
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
+    asm volatile("red.global.add.v4.f32 [%0], {%1, %2, %3, %4};"
+        :: "l"(__cvta_generic_to_global(sums.data + i)), "f"(value[0]), "f"(value[1]), "f"(value[2]), "f"(0.0f)
+        : "memory");
+#elif defined(__CUDA_ARCH__)
+    for (int k = 0; k < 3; ++k)
+        atomicAdd(reinterpret_cast<float*>(sums.data + i) + k, value[k]);
+#else
+    for (int k = 0; k < 3; ++k)
+        sums.data[i][k] += value[k];
+#endif
+""")
+def add_at_once(sums: wp.array(dtype=wp.vec4), i: int, value: wp.vec3) -> None:
+    """sums[i] += value, in one operation where a GPU has such (PTX red.v4, from compute capability 9.0)."""
+
+
 @wp.func
-def pull(pulled: wp.array(dtype=wp.int64), place: int, force: wp.vec3):
-    for k in range(3):
-        wp.atomic_add(pulled, 3 * place + k, whole_of(force[k], QUANTA))
+def pull(pulled: wp.array(dtype=wp.vec4), whole: wp.array(dtype=wp.int64), place: int, force: wp.vec3):
+    """Add to what is pulled there, in whichever of both has places."""
+    if whole.shape[0] == 0:
+        add_at_once(pulled, place, force)
+    else:
+        for k in range(3):
+            wp.atomic_add(whole, 3 * place + k, whole_of(force[k], QUANTA))
 
 
 @wp.kernel
@@ -221,7 +248,8 @@ def multiply_kernel(
     threads: int,
     direction_out: wp.array(dtype=wp.vec3),
     product_out: wp.array(dtype=wp.vec3),
-    pulled: wp.array(dtype=wp.int64),
+    pulled: wp.array(dtype=wp.vec4),
+    pulled_whole: wp.array(dtype=wp.int64),
     sums: wp.array(dtype=wp.int64),
     first: wp.array(dtype=wp.float32),
     squares: wp.array(dtype=wp.float32),
@@ -307,7 +335,7 @@ def multiply_kernel(
                 place = v[k]
                 if v[k] >= rows:
                     place += (thread % COPIES) * others
-                pull(pulled, place, w[k] * f)
+                pull(pulled, pulled_whole, place, w[k] * f)
     of_block = wp.tile_sum(wp.tile(part))[0]
     if thread % wp.block_dim() == 0:
         wp.atomic_add(sums, place_of(CURVATURE, slot, thread), of_block)
@@ -323,7 +351,8 @@ def advance_kernel(
     residual: wp.array(dtype=wp.vec3),
     both_out: wp.array(dtype=wp.vec4),
     product: wp.array(dtype=wp.vec3),
-    pulled: wp.array(dtype=wp.int64),
+    pulled: wp.array(dtype=wp.vec4),
+    pulled_whole: wp.array(dtype=wp.int64),
     sums: wp.array(dtype=wp.int64),
     squares: wp.array(dtype=wp.float32),
     state: wp.array(dtype=wp.int32),
@@ -344,15 +373,20 @@ def advance_kernel(
         p = direction[i]
         solution[i] = solution[i] + a * p
         copies = wp.where(i < rows, 1, COPIES)
-        more = wp.vec3()
-        for axis in range(3):
-            whole = wp.int64(0)
+        more = wp.vec4()
+        if pulled_whole.shape[0] == 0:
             for k in range(copies):
-                place = 3 * (i + k * others) + axis
-                whole += pulled[place]
-                pulled[place] = wp.int64(0)
-            more[axis] = float(whole) / QUANTA
-        multiplied = product[i] + more
+                more += pulled[i + k * others]
+                pulled[i + k * others] = wp.vec4()
+        else:
+            for axis in range(3):
+                whole = wp.int64(0)
+                for k in range(copies):
+                    place = 3 * (i + k * others) + axis
+                    whole += pulled_whole[place]
+                    pulled_whole[place] = wp.int64(0)
+                more[axis] = float(whole) / QUANTA
+        multiplied = product[i] + wp.vec3(more[0], more[1], more[2])
         r = residual[i] - a * multiplied
         z = inverse[i] * r
         residual[i] = r
@@ -373,8 +407,8 @@ def spread_out(matrix: PairedMatrix, spread: wp.array) -> None:
 
 
 def pulled_of(count: int, rows: int) -> int:
-    """How many numbers `pulled` has, for `count` unknowns of which `rows` are the cloth's."""
-    return 3 * (rows + int(COPIES) * (count - rows))
+    """How many vectors are pulled, for `count` unknowns of which `rows` are the cloth's."""
+    return rows + int(COPIES) * (count - rows)
 
 
 def parts_of(count: int) -> int:
@@ -393,6 +427,7 @@ def solve(
     spread: wp.array,
     product: wp.array,
     pulled: wp.array,
+    pulled_whole: wp.array,
     coupled: wp.array,
     sums: wp.array,
     parts: wp.array,
@@ -403,8 +438,8 @@ def solve(
     tolerance: float,
 ) -> None:
     """As `pcg.solve`; the arrays behind the solution are its scratch: (A,), `both` (2 A,), `spread` (9 N (width - 1),),
-    `pulled` (pulled_of(A, N),) and `sums` (SUMS,) int64, `parts` (parts_of(A),), `squares` (RING,), `state` (3,);
-    `first` (1,) is set."""
+    `pulled` (pulled_of(A, N),) or `pulled_whole` of three times that, int64, the other one of no length; `sums` (SUMS,)
+    int64, `parts` (parts_of(A),), `squares` (RING,), `state` (3,); `first` (1,) is set."""
     device, count, pairs = gradient.device, len(gradient), len(matrix.ids)
     threads = whole_blocks(count)
     block = 1 if wp.get_device(device).is_cpu else BLOCK  # a processor's blocks are of one thread
@@ -418,14 +453,15 @@ def solve(
     def turn() -> None:
         for _ in range(TURNS):
             given = [matrix, lanes, shares, at_most, tolerance, spread, both]
-            launch(multiply_kernel, all_threads, given, [direction, product, pulled, sums, first, squares, state])
-            kept = [solution_out, residual, both, product, pulled, sums, squares, state]
+            made = [direction, product, pulled, pulled_whole, sums, first, squares, state]
+            launch(multiply_kernel, all_threads, given, made)
+            kept = [solution_out, residual, both, product, pulled, pulled_whole, sums, squares, state]
             launch(advance_kernel, threads, [inverse, direction, rows], kept)
 
     coupled.zero_()
     spread_out(matrix, spread)
     launch(mark_kernel, whole_blocks(pairs), [matrix], [coupled])
-    made = [solution_out, residual, both, pulled, sums, parts, state]
+    made = [solution_out, residual, both, pulled, pulled_whole, sums, parts, state]
     launch(start_kernel, threads, [matrix, inverse, gradient, coupled], made)
     launch(open_kernel, block, [parts, threads // block], [first, sums])
     wp.capture_while(state[int(MORE) : int(MORE) + 1], turn)

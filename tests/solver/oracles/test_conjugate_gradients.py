@@ -23,8 +23,8 @@ TOUCHED = range(CLOTH, CLOTH + 30)  # of those without rows
 class System:
     """The matrix as the kernel takes it and as a dense one (3 COUNT, 3 COUNT), its inverse blocks, a gradient."""
 
-    def __init__(self, device, solve):
-        self.device, self.solver = device, solve
+    def __init__(self, device, solve, repeatable=False):
+        self.device, self.solver, self.repeatable = device, solve, repeatable
         random = self.random = np.random.default_rng(11)
         dense = np.zeros((COUNT, COUNT, 3, 3))
         faces = np.array([[i, i + 1, i + 2] for i in range(CLOTH - 2)])
@@ -86,7 +86,7 @@ class System:
 
     def solve(self, at_most, tolerance, gradient=None):
         """The solution, the iterations it took, and the solver's scratch."""
-        cg = pcg.ConjugateGradients.allocate(COUNT, CLOTH, self.matrix.blocks.shape[1], self.device)
+        cg = pcg.ConjugateGradients.allocate(COUNT, CLOTH, self.matrix.blocks.shape[1], self.device, self.repeatable)
         for scratch in (
             cg.residual,
             cg.preconditioned,
@@ -94,12 +94,13 @@ class System:
             cg.both,
             cg.spread,
             cg.product,
+            cg.pulled,
             cg.parts,
             cg.squares,
             cg.first,
         ):
             scratch.fill_(np.nan)
-        cg.pulled.fill_(77)
+        cg.pulled_whole.fill_(77)
         cg.sums.fill_(77)
         found = self.array(np.full((COUNT, 3), np.nan, np.float32), wp.vec3)
         forces = self.array((self.gradient if gradient is None else gradient).astype(np.float32), wp.vec3)
@@ -115,24 +116,33 @@ class System:
 
 def solve_together(cg, matrix, inverse, gradient, out, *until):
     """By many threads wherever it is."""
-    places = pcg_together.pulled_of(COUNT, CLOTH), int(pcg_together.SUMS)
-    pulled, sums = (wp.full(n, 77, dtype=wp.int64, device="cpu") for n in places)
-    vectors = cg.residual, cg.direction, cg.both, cg.spread, cg.product, pulled
-    kept = cg.coupled, sums, cg.parts, cg.first, cg.squares, cg.state
-    pcg_together.solve(
-        matrix, inverse, gradient, out, *vectors, *kept, *until
-    )
+    vectors = cg.residual, cg.direction, cg.both, cg.spread, cg.product, cg.pulled, cg.pulled_whole
+    kept = cg.coupled, cg.sums, cg.parts, cg.first, cg.squares, cg.state
+    pcg_together.solve(matrix, inverse, gradient, out, *vectors, *kept, *until)
 
 
-@pytest.fixture(scope="module", params=["alone", "together", pytest.param("cuda:0", marks=pytest.mark.gpu)])
+ON_GPU = pytest.mark.gpu
+
+
+@pytest.fixture(
+    scope="module",
+    params=[
+        "alone",
+        "together",
+        "together, repeatable",
+        pytest.param("cuda:0", marks=ON_GPU),
+        pytest.param("cuda:0, repeatable", marks=ON_GPU),
+    ],
+)
 def system(request):
     """By one thread and by many on the processor, where these are one after the other; by many on the GPU."""
     wp.init()
-    if request.param != "cuda:0":
-        return System("cpu", pcg.solve if request.param == "alone" else solve_together)
+    where, repeatable = request.param.partition(",")[0], request.param.endswith("repeatable")
+    if where != "cuda:0":
+        return System("cpu", pcg.solve if where == "alone" else solve_together, repeatable)
     if not wp.is_cuda_available():
         pytest.skip("no CUDA device on this machine")
-    return System("cuda:0", pcg.solve)
+    return System("cuda:0", pcg.solve, repeatable)
 
 
 @pytest.mark.parametrize("iterations", [0, 1, 5])

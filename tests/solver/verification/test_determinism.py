@@ -1,15 +1,25 @@
-"""Two runs of one scene on the CPU end in equal bytes, frame by frame."""
+"""Two runs of one scene on a device end in equal bytes, frame by frame."""
 
 import os
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import warp as wp
 from contact_scenes import sleeve_on_limb
 from scipy.spatial.transform import Rotation
 from small_scenes import fabric, icosphere, layers, rigid_body
+from worn_garment import DEMO
 
+from tryon_solver import dress
+from tryon_solver.body.bvh import parse_bvh
+from tryon_solver.body.model import default_body
+from tryon_solver.body.motion import blend_in
 from tryon_solver.body.pose import Pose
+from tryon_solver.body.retarget import retarget
+from tryon_solver.geometry.pattern import load_pattern
+from tryon_solver.geometry.size import mesh_with_vertices
+from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.scene import WORN, Scene
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
@@ -44,17 +54,14 @@ def scene():
     return Scene(garment, x + np.array([0.003, 0.0845, 0.004]), rigid_body(vertices, faces), fabric(), WORN)
 
 
-@pytest.mark.parametrize(
-    ("make", "pose_at"),
-    [(scene, ball_at), pytest.param(sleeve, limb_at, marks=pytest.mark.long)],
-    ids=["layers", "sleeve"],
-)
-def test_equal_bytes_frame_by_frame(make, pose_at):
+ON_GPU = pytest.mark.gpu
+
+
+def alike(make, settings, device, pose_at, frames=FRAMES):
     """All of the state, at every frame; the runs take turns, so that neither has the threads to itself."""
-    first, second = (build(make(), SETTINGS, "cpu", pose_at(0.0)) for _ in range(2))
-    assert len(first.touching) == 2
+    first, second = (build(make(), settings, device, pose_at(0.0)) for _ in range(2))
     start, pairs, moved = first.cloth_positions(), 0, 0.0
-    for k in range(1, FRAMES + 1):
+    for k in range(1, frames + 1):
         one, other = (sim.advance(pose_at(k * DT), k * DT) for sim in (first, second))
         assert first.state.x.numpy().tobytes() == second.state.x.numpy().tobytes(), f"frame {k}"
         assert first.state.v.numpy().tobytes() == second.state.v.numpy().tobytes(), f"frame {k}"
@@ -62,13 +69,54 @@ def test_equal_bytes_frame_by_frame(make, pose_at):
         pairs = max(pairs, one.pairs)
         moved = max(moved, float(np.abs(first.cloth_positions() - start).max()))
     assert np.isfinite(first.cloth_positions()).all()
-    assert pairs > 100
     assert moved > 0.02
+    return first, pairs
 
 
-def test_where_it_cannot_be_had_it_is_refused():
-    with pytest.raises(ValueError, match="deterministic"):
-        build(scene(), SETTINGS, "cuda:0", ball_at(0.0))
+@pytest.mark.parametrize("device", ["cpu", pytest.param("cuda:0", marks=ON_GPU)])
+@pytest.mark.parametrize(
+    ("make", "pose_at"),
+    [(scene, ball_at), pytest.param(sleeve, limb_at, marks=pytest.mark.long)],
+    ids=["layers", "sleeve"],
+)
+def test_equal_bytes_frame_by_frame(device, make, pose_at):
+    if device != "cpu" and not wp.is_cuda_available():
+        pytest.skip("no CUDA device on this machine")
+    sim, pairs = alike(make, SETTINGS, device, pose_at)
+    assert len(sim.touching) == 2
+    assert pairs > 100
+
+
+@pytest.mark.gpu
+@pytest.mark.parametrize("preset", ["draft", "live"])
+def test_a_worn_garment_repeats_on_a_gpu_from_its_dressing_on(preset):
+    """A T-shirt of 2,500 vertices dressed twice, each time from its pattern, and worn for a second of jumping jack."""
+    if not wp.is_cuda_available():
+        pytest.skip("no CUDA device on this machine")
+    settings = replace(PRESETS[preset], deterministic=True)
+    body = default_body()
+    motion = retarget(parse_bvh((DEMO / "motions" / "jumping_jack.bvh").read_text()), body)
+    panels = mesh_with_vertices(load_pattern(DEMO / "patterns" / "tshirt.json"), 2500)
+    runs = []
+    for _ in range(2):
+        dressed = dress(panels, body, FABRICS["cotton_jersey"], settings, "cuda:0")
+        sim, lead = dressed.simulation, blend_in(dressed.pose, motion, 1.0)
+        start, frames = sim.state.time, [sim.cloth_positions()]
+        for k in range(1, 121):
+            t = k * DT
+            pose = lead.sample(t) if t < lead.duration else motion.sample(t - lead.duration, loop=True)
+            sim.advance(pose, start + t)
+            frames.append(sim.cloth_positions())
+        runs.append(np.array(frames))
+    assert np.isfinite(runs[0]).all()
+    assert np.abs(runs[0] - runs[0][0]).max() > 0.2
+    differing = (runs[0] != runs[1]).any((1, 2))
+    assert not differing.any(), f"frame {int(differing.argmax())} of {len(differing)}"
+
+
+def test_a_run_by_a_clock_is_not_said_to_repeat():
+    with pytest.raises(ValueError, match=r"deterministic.*deadline"):
+        replace(SETTINGS, deadline=0.01)
 
 
 def test_a_step_is_the_same_whatever_longer_ones_the_settings_allow():
