@@ -8,6 +8,7 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.linalg.device_loop import Passes
+from tryon_solver.linalg.vectors import PARTS
 
 
 @dataclass
@@ -53,6 +54,7 @@ class Workspace:
     travel: wp.array  # (A,) float32 m, the longest way each vertex may take in the coming move
     changed: wp.array  # (A,) int32, last pass of a contact filter that changed the vertex's motion
     products: wp.array  # (3,) float32 J, the global step's dot products, as in two_level.py
+    parts: wp.array  # (PARTS,) float32, of sums, as in linalg/vectors.py
     hits: wp.array  # (1,) int32
     passes: Passes  # of a contact filter
     scalars: list[wp.array] = field(default_factory=list)  # (1,) float32 each
@@ -79,6 +81,7 @@ class Workspace:
             travel=wp.zeros(all_count, dtype=wp.float32, device=device),
             changed=wp.zeros(all_count, dtype=wp.int32, device=device),
             products=wp.zeros(3, dtype=wp.float32, device=device),
+            parts=wp.zeros(PARTS, dtype=wp.float32, device=device),
             hits=wp.zeros(1, dtype=wp.int32, device=device),
             passes=Passes.allocate(device),
             scalars=[wp.zeros(1, dtype=wp.float32, device=device) for _ in range(4)],

@@ -1,8 +1,9 @@
 """How far each contact has given tangentially, kept from step to step: what sticks stays where it is.
 
 A contact is known again by the numbers of its four vertices, which are looked up in a hash table of open addressing on
-the device. What is found there does not depend on the order in which it was entered. (A vertex with a triangle and two
-edges that have the same four numbers share a vertex's neighbourhood, and slip alike.)
+the device. What is found there does not depend on the order in which it was entered: a vertex with a triangle and two
+edges may have the same four numbers; they share a vertex's neighbourhood and slip alike, and what is known of them is
+that of the one which has given more.
 """
 
 from __future__ import annotations
@@ -29,19 +30,32 @@ def first_place(v: wp.vec4i, places: int) -> int:
 
 
 @wp.func
+def comes_behind(a: wp.vec3, b: wp.vec3) -> bool:
+    """By length, and where that is the same by their components: an order in which no two are alike."""
+    if wp.length_sq(a) != wp.length_sq(b):
+        return wp.length_sq(a) > wp.length_sq(b)
+    if a[0] != b[0]:
+        return a[0] > b[0]
+    if a[1] != b[1]:
+        return a[1] > b[1]
+    return a[2] > b[2]
+
+
+@wp.func
 def recall(
     v: wp.vec4i, table: wp.array(dtype=wp.int32), ids: wp.array(dtype=wp.vec4i), given: wp.array(dtype=wp.vec3)
 ) -> wp.vec3:
     """How far the contact of these vertices has given [m]; zero for one that is new."""
     places = table.shape[0]
     place = first_place(v, places)
+    most = wp.vec3()
     entry = table[place]
     while entry != 0:
-        if ids[entry - 1] == v:
-            return given[entry - 1]
+        if ids[entry - 1] == v and comes_behind(given[entry - 1], most):
+            most = given[entry - 1]
         place = (place + 1) & (places - 1)
         entry = table[place]
-    return wp.vec3()
+    return most
 
 
 @wp.kernel

@@ -13,7 +13,7 @@ from collections.abc import Callable
 import warp as wp
 
 from tryon_solver.linalg.launch import launch
-from tryon_solver.linalg.vectors import dot
+from tryon_solver.linalg.vectors import PARTS, dot
 
 wp.set_module_options({"enable_backward": False})
 
@@ -41,14 +41,15 @@ class Dyad:
         self._response: wp.array = wp.zeros(count, dtype=wp.vec3, device=device)
         self._along: wp.array = wp.zeros(1, dtype=wp.float32, device=device)
         self._given: wp.array = wp.zeros(1, dtype=wp.float32, device=device)
+        self._parts: wp.array = wp.zeros(PARTS, dtype=wp.float32, device=device)
 
     def respond(self, solve: Callable[[wp.array, wp.array], None]) -> None:
         """Find z; `solve(b, out)` solves A out = -b."""
         solve(self.vector, self._response)
-        dot(self.vector, self._response, self._given)
+        dot(self.vector, self._response, self._given, self._parts)
 
     def amend(self, solution: wp.array) -> None:
         """Of a solution (A,) with A make that with the dyad, after `respond`."""
-        dot(self.vector, solution, self._along)
+        dot(self.vector, solution, self._along, self._parts)
         inputs = [self.stiffness, self._along, self._given, self._response]
         launch(amend_kernel, len(solution), inputs, [solution], device=solution.device)

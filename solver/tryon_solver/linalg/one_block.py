@@ -1,7 +1,8 @@
 """Sums by one block of threads: a GPU too adds them in the same order in every run.
 
 Many blocks finish in another order each time, and what they add to a sum is rounded in that order (order_free.py). One
-block of a thousand threads sums 20,000 vectors in the time of two launches.
+block of a thousand threads sums 20,000 vectors in the time of two launches; what is read of two arrays at once takes it
+longer, and is summed in parts (vectors.py).
 """
 
 from __future__ import annotations
@@ -16,22 +17,6 @@ from tryon_solver.linalg.launch import launch
 wp.set_module_options({"enable_backward": False})
 
 ONE_BLOCK = 1024  # threads, the most that a GPU's block has
-
-
-@wp.kernel
-def dot_kernel(a: wp.array(dtype=wp.vec3), b: wp.array(dtype=wp.vec3), threads: int, out: wp.array(dtype=wp.float32)):
-    """out[0] = sum_i a_i . b_i"""
-    part = float(0.0)
-    other = float(0.0)  # two at once, so that a thread waits half as long for what it reads
-    count = a.shape[0]
-    for i in range(wp.tid(), count, 2 * threads):
-        j = i + threads
-        part += wp.dot(a[i], b[i])
-        if j < count:
-            other += wp.dot(a[j], b[j])
-    whole = wp.tile_sum(wp.tile(part + other))[0]
-    if wp.tid() == 0:
-        out[0] = whole
 
 
 @wp.kernel

@@ -13,7 +13,7 @@ from tryon_solver.linalg import pcg_alone, pcg_together
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.paired_matrix import PairedMatrix
 from tryon_solver.linalg.pcg_together import RING, SUMS, TAKEN
-from tryon_solver.linalg.vectors import dot
+from tryon_solver.linalg.vectors import PARTS, dot
 
 wp.set_module_options({"enable_backward": False})
 
@@ -56,7 +56,7 @@ class ConjugateGradients:
             wp.zeros(0 if repeatable else pulled, dtype=wp.vec4, device=device),
             wp.zeros(3 * pulled if repeatable else 0, dtype=wp.int64, device=device),
             wp.zeros(int(SUMS), dtype=wp.int64, device=device),
-            wp.zeros(pcg_together.parts_of(count), dtype=wp.float32, device=device),
+            wp.zeros(max(pcg_together.parts_of(count), PARTS), dtype=wp.float32, device=device),
             wp.zeros(count, dtype=wp.int32, device=device),
             wp.zeros(int(RING), dtype=wp.float32, device=device),
             wp.zeros(1, dtype=wp.float32, device=device),
@@ -80,7 +80,7 @@ def precondition_kernel(
 def preconditioned_norm_sq(cg: ConjugateGradients, blocks: wp.array, gradient: wp.array, out: wp.array) -> None:
     """out[0] = <g, D^-1 g> with `blocks` the inverse diagonal blocks D^-1."""
     launch(precondition_kernel, len(gradient), [blocks, gradient], [cg.preconditioned], device=gradient.device)
-    dot(gradient, cg.preconditioned, out)
+    dot(gradient, cg.preconditioned, out, cg.parts)
 
 
 def solve(

@@ -6,9 +6,10 @@ import warp as wp
 
 from tryon_solver.linalg.blocks import BLOCK, whole_blocks
 from tryon_solver.linalg.launch import launch
-from tryon_solver.linalg.one_block import dot_kernel, launch_one_block
 
 wp.set_module_options({"enable_backward": False})
+
+PARTS = 512  # of a sum, each by a block of threads, which a single one adds up in order
 
 
 @wp.kernel
@@ -66,11 +67,38 @@ def largest_number_kernel(values: wp.array(dtype=wp.float32), threads: int, larg
         wp.atomic_max(largest_out, 0, of_block)
 
 
-def dot(a: wp.array, b: wp.array, out: wp.array) -> None:
-    """out[0] = sum_i a_i . b_i, on the device, in a fixed order."""
+@wp.kernel
+def dot_in_parts_kernel(
+    a: wp.array(dtype=wp.vec3), b: wp.array(dtype=wp.vec3), threads: int, parts_out: wp.array(dtype=wp.float32)
+):
+    """parts_out[k] = what block k of threads has of sum_i a_i . b_i"""
+    thread = wp.tid()
+    part = float(0.0)
+    for i in range(thread, a.shape[0], threads):
+        part += wp.dot(a[i], b[i])
+    of_block = wp.tile_sum(wp.tile(part))[0]
+    if thread % wp.block_dim() == 0:
+        parts_out[thread // wp.block_dim()] = of_block
+
+
+@wp.kernel
+def sum_parts_kernel(parts: wp.array(dtype=wp.float32), count: int, threads: int, out: wp.array(dtype=wp.float32)):
+    """One block: out[0] = the sum of the first `count`, in a fixed order"""
+    part = float(0.0)
+    for k in range(wp.tid(), count, threads):
+        part += parts[k]
+    whole = wp.tile_sum(wp.tile(part))[0]
+    if wp.tid() == 0:
+        out[0] = whole
+
+
+def dot(a: wp.array, b: wp.array, out: wp.array, parts: wp.array) -> None:
+    """out[0] = sum_i a_i . b_i, on the device, in a fixed order; `parts` (PARTS,) float32 is scratch."""
     if wp.get_device(a.device).is_cuda:
         # Warp's own needs memory for its partial sums, which the body of a loop in a graph cannot allocate
-        launch_one_block(dot_kernel, [a, b], [out], a.device)
+        threads = min(whole_blocks(len(a)), PARTS * BLOCK)
+        launch(dot_in_parts_kernel, threads, [a, b, threads], [parts], block_dim=BLOCK, device=a.device)
+        launch(sum_parts_kernel, BLOCK, [parts, threads // BLOCK, BLOCK], [out], block_dim=BLOCK, device=a.device)
     else:
         wp.utils.array_inner(a, b, out=out)
 

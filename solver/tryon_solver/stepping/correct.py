@@ -497,7 +497,7 @@ def iterate(sim: Simulation, budget: Budget) -> None:
         sim.holding.measure(work.total)
         find_largest(work.total, progress.moved)
         make_last_if_near(sim)
-        dot(work.gradient, work.total, progress.slope)
+        dot(work.gradient, work.total, progress.slope, work.parts)
         note_unstopped(sim)
         progress.judge_move(sim.settings.correction_tolerance, state.dt)
         collect_near()

@@ -55,8 +55,8 @@ def estimate_error(sim: Simulation) -> None:
     linearise_at(sim)
     solve_newton_system(sim, ITERATIONS)
     direction, way = work.direction[:cloth], work.total[:cloth]
-    dot(direction, direction, squared)
+    dot(direction, direction, squared, work.parts)
     subtract(sim.state.x[:cloth], sim.x_carried[:cloth], way)
-    dot(way, way, way_squared)
+    dot(way, way, way_squared, work.parts)
     lengths = [squared, way_squared, cloth, SCALE, OF_WAY]
     launch(take_larger_kernel, 1, lengths, [sim.error], device=sim.device)

@@ -106,16 +106,16 @@ def measure_nearness(sim: Simulation, by_preset: bool) -> None:
     nearness, told = settings.correction_nearness, sim.progress.state
     direction, squared, way_squared = work.direction[:n], work.scalars[0], work.scalars[1]
     if settings.accuracy is not None:
-        dot(direction, direction, squared)
+        dot(direction, direction, squared, work.parts)
         asked = [sim.accuracy, squared, n, SCALE]
         launch(compare_asked_kernel, 1, asked, [told, sim.progress.lengths], device=sim.device)
     elif by_preset and nearness is not None and settings.deadline is None:  # else it goes on while there is time
-        dot(direction, direction, squared)
+        dot(direction, direction, squared, work.parts)
         way = work.total[:n]  # which is free until the move
         subtract(state.x[:n], state.x_feasible[:n], way)
-        dot(way, way, way_squared)
+        dot(way, way, way_squared, work.parts)
         slope = work.scalars[2]
-        dot(work.gradient, work.direction, slope)
+        dot(work.gradient, work.direction, slope, work.parts)
         enough = [nearness, SCALE, OF_WAY, n, state.dt, squared, way_squared, slope, sim.total_mass]
         launch(compare_kernel, 1, enough, [told, sim.progress.lengths], device=sim.device)
 
@@ -130,6 +130,6 @@ def make_last_if_near(sim: Simulation) -> None:
             return
         withheld, squared = work.direction[:n], work.scalars[0]  # which is free until the next
         subtract(sim.holding.wanted[:n], work.total[:n], withheld)
-        dot(withheld, withheld, squared)
+        dot(withheld, withheld, squared, work.parts)
         launch(compare_withheld_kernel, 1, [SCALE, n, squared, sim.progress.lengths], [told], device=sim.device)
     launch(make_last_kernel, 1, [], [told], device=sim.device)

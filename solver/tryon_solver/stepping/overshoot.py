@@ -96,7 +96,7 @@ def retreat_if_overshot(sim: Simulation, measure: Callable[[], None], come_back:
         measure()
 
     measure()
-    dot(work.gradient, work.total, there)
+    dot(work.gradient, work.total, there, work.parts)
     judged = [progress.state, progress.lengths, share, progress.overshot]
     told = [sim.pairs.counters, sim.pairs.capacity, 0.5 * sim.total_mass * CALM**2, there]
     launch(judge_kernel, 1, told, judged, device=sim.device)

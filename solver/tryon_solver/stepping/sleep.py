@@ -37,7 +37,7 @@ def watch(sim: Simulation, dt: float) -> None:
     assert spec is not None
     subtract(state.x, state.x_start, work.total)
     find_largest(work.total, sim.largest_out)
-    dot(work.total, work.total, work.scalars[0])
+    dot(work.total, work.total, work.scalars[0], work.parts)
     largest, together = (float(found[0]) for found in read(sim.largest_out, work.scalars[0]))
     still = largest <= spec.fastest * dt and together <= sim.cloth_count * (spec.speed * dt) ** 2
     state.still = state.still + dt if still else 0.0

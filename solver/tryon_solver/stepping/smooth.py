@@ -100,8 +100,8 @@ def smooth_in_full_space(sim: Simulation) -> None:
     system_product(sim, work.direction, product)
     launch(total_product_kernel, n, [gradient, residual, product], [product], device=sim.device)
     slope, curvature, length = sim.work.scalars[:3]
-    dot(gradient, total, slope)
-    dot(total, product, curvature)
+    dot(gradient, total, slope, work.parts)
+    dot(total, product, curvature, work.parts)
     launch(descent_length_kernel, 1, [slope, curvature], [length], device=sim.device)
     add_scaled(length, total, sim.state.x)
     add_scaled(length, product, gradient)

@@ -74,13 +74,13 @@ def note_unstopped(sim: Simulation) -> None:
     potential's slope along it."""
     work, progress = sim.work, sim.progress
     launch(keep_unstopped_kernel, sim.all_count, [sim.holding.wanted, work.total], [work.direction], device=sim.device)
-    dot(work.gradient, work.direction, progress.free_slope)
+    dot(work.gradient, work.direction, progress.free_slope, work.parts)
 
 
 def choose_stride(sim: Simulation) -> None:
     """Where it ends: by the slope there, along what was noted."""
     pairs, work, lengths, there = sim.pairs, sim.work, sim.progress.lengths, sim.work.scalars[2]
-    dot(work.gradient, work.direction, there)
+    dot(work.gradient, work.direction, there, work.parts)
     told = [pairs.counters, pairs.capacity, there, sim.progress.overshot]
     launch(choose_kernel, 1, told, [lengths], device=sim.device)
 

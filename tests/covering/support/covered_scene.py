@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -143,7 +143,7 @@ class CoveredScene:
         return np.asarray(now.root - then.root)
 
 
-def make_scene(row: Row, device: str = "cpu") -> CoveredScene:
+def make_scene(row: Row, device: str = "cpu", deterministic: bool = False) -> CoveredScene:
     """Build what a row asks for."""
     cloth = plain = make_cloth(row["cloth"], row["fabric"])
     lies_on: tuple[np.ndarray, np.ndarray] | None = None
@@ -160,7 +160,8 @@ def make_scene(row: Row, device: str = "cpu") -> CoveredScene:
     effects = (*effects_of(row, cloth, garment, fabrics), *attached(lies_on))
     scene = Scene(garment, x, body, fabrics[0], effects, of_panels(garment, fabrics))
     surface = None if cloth.worn is None else cloth.worn.surface
-    sim = build(scene, PRESETS[row["preset"]], device, stance(0.0), surface)
+    settings = replace(PRESETS[row["preset"]], deterministic=deterministic)
+    sim = build(scene, settings, device, stance(0.0), surface)
     return CoveredScene(row, cloth, sim, stance)
 
 

@@ -14,7 +14,7 @@ from tryon_solver.linalg.as_one import move_as_one
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.ell import EllMatrix
 from tryon_solver.linalg.paired_matrix import PairedMatrix
-from tryon_solver.linalg.vectors import dot, find_largest
+from tryon_solver.linalg.vectors import PARTS, dot, find_largest
 
 CLOTH, COUNT, PAIRS, ROOM = 120, 200, 40, 64
 TOUCHED = range(CLOTH, CLOTH + 30)  # of those without rows
@@ -234,7 +234,8 @@ def test_dot_and_largest(system):
     for count in (1, 31, 1024, 5003):
         a, b = random.normal(size=(2, count, 3)).astype(np.float32)
         out = system.array([np.nan], wp.float32)
-        dot(system.array(a, wp.vec3), system.array(b, wp.vec3), out)
+        parts = system.array(np.full(PARTS, np.nan), wp.float32)
+        dot(system.array(a, wp.vec3), system.array(b, wp.vec3), out, parts)
         exact = (a.astype(np.float64) * b).sum()
         assert abs(out.numpy()[0] - exact) <= 1e-5 * np.abs(a.astype(np.float64) * b).sum()
         out.fill_(np.nan)

@@ -6,6 +6,7 @@ import warp as wp
 
 from tryon_solver.effects.presliding import Presliding, recall
 from tryon_solver.effects.slip import SlipOfPairs
+from tryon_solver.linalg.order_free import OrderFreeSums
 
 UNKNOWN = [7, 8, 9, 1_000_000]
 
@@ -72,9 +73,20 @@ def test_the_order_of_entry_does_not_matter(rng):
     np.testing.assert_array_equal(recalled(first, ids), recalled(other, ids))
 
 
+def test_of_two_with_the_same_numbers_that_counts_which_has_given_more(rng):
+    """A vertex with a triangle, and two edges, whichever was entered first."""
+    ids, given = contacts(rng, 300)
+    twice, more = np.vstack([ids, ids]), np.vstack([given, 1.5 * given])
+    for order in (rng.permutation(600), rng.permutation(600)):
+        np.testing.assert_array_equal(recalled(known_of(twice[order], more[order], 1024), ids), more[300:])
+    mirrored = given * np.float32([1, 1, -1])  # as long
+    found = [recalled(known_of(twice, np.vstack(both), 1024), ids) for both in ((given, mirrored), (mirrored, given))]
+    np.testing.assert_array_equal(*found)
+
+
 def test_more_room_keeps_what_is_known(rng):
     ids, given = contacts(rng, 60)
-    held = SlipOfPairs(64, 1e-4, "cpu")
+    held = SlipOfPairs(64, 1e-4, OrderFreeSums(1, "cpu"), "cpu")
     held.restore(ids, given)
     held.known.replace_by(*held.ended)
     held.make_room(256)
@@ -86,7 +98,7 @@ def test_more_room_keeps_what_is_known(rng):
 
 def test_more_is_restored_than_there_was_room_for(rng):
     ids, given = contacts(rng, 300)
-    held = SlipOfPairs(16, 1e-4, "cpu")
+    held = SlipOfPairs(16, 1e-4, OrderFreeSums(1, "cpu"), "cpu")
     held.restore(ids, given)
     for kept, expected in zip(held.kept(), (ids, given)):
         np.testing.assert_array_equal(kept, expected)
