@@ -22,7 +22,7 @@ from tryon_solver.linalg.pcg import ConjugateGradients
 
 wp.set_module_options({"enable_backward": False})
 
-FINE = wp.constant(wp.float64(2.0**24))  # quanta in 1 N/m, and sums up to 5e11
+QUANTA = wp.constant(wp.float64(2.0**20))  # in 1 N/m: quanta of 1e-6, and exact sums up to 8.6e9
 
 
 @wp.kernel
@@ -39,18 +39,21 @@ def add_diagonal_kernel(
 
 
 @wp.func
-def of_block(part: wp.int64) -> wp.float64:
-    """The sum over the block of threads [N/m]."""
-    return wp.float64(wp.tile_sum(wp.tile(part))[0]) / FINE
+def in_quanta(values: wp.mat33d) -> wp.mat33d:
+    """Rounded to whole quanta."""
+    rounded = wp.mat33d()
+    for n in range(3):
+        for k in range(3):
+            rounded[n, k] = wp.rint(values[n, k] * QUANTA) / QUANTA
+    return rounded
 
 
 @wp.kernel
 def add_pairs_kernel(m: PairedMatrix, moving: int, threads: int, coarse_out: wp.array(dtype=wp.mat33d)):
     """coarse_out[0] += s^2 (curvature n n^T + beside) of each pair, s the sum of its weights over the first `moving`
 
-    Pairs are listed in any order, so they are added in whole numbers (order_free.py)."""
-    xx, yy, zz = wp.int64(0), wp.int64(0), wp.int64(0)
-    xy, yz, zx = wp.int64(0), wp.int64(0), wp.int64(0)
+    On a GPU pairs are listed in any order, and are rounded so that float64 adds them exactly."""
+    total = wp.mat33d()
     for c in range(wp.tid(), pair_count(m), threads):
         s = float(0.0)
         for k in range(4):
@@ -59,18 +62,12 @@ def add_pairs_kernel(m: PairedMatrix, moving: int, threads: int, coarse_out: wp.
         n = wp.vec3d(m.normal[c])
         beside = wp.mat33d(m.beside[c])
         own = wp.float64(s) * wp.float64(s) * (wp.float64(m.curvature[c]) * wp.outer(n, n) + beside)
-        xx += wp.int64(wp.rint(FINE * own[0, 0]))
-        yy += wp.int64(wp.rint(FINE * own[1, 1]))
-        zz += wp.int64(wp.rint(FINE * own[2, 2]))
-        xy += wp.int64(wp.rint(FINE * own[0, 1]))
-        yz += wp.int64(wp.rint(FINE * own[1, 2]))
-        zx += wp.int64(wp.rint(FINE * own[2, 0]))
-    all_xx, all_yy, all_zz = of_block(xx), of_block(yy), of_block(zz)
-    all_xy, all_yz, all_zx = of_block(xy), of_block(yz), of_block(zx)
+        if threads > 1:
+            own = in_quanta(own)
+        total += own
+    whole = wp.tile_sum(wp.tile(total, preserve_type=True))[0]
     if wp.tid() == 0:
-        coarse_out[0] = coarse_out[0] + wp.mat33d(
-            all_xx, all_xy, all_zx, all_xy, all_yy, all_yz, all_zx, all_yz, all_zz
-        )
+        coarse_out[0] = coarse_out[0] + whole
 
 
 @wp.kernel
