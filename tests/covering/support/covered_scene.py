@@ -16,6 +16,7 @@ from worn_garment import demo_motion
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.motion import blend_in
 from tryon_solver.body.pose import Pose
+from tryon_solver.dressing.untangle import untangle
 from tryon_solver.geometry.enclosed import enclosed_volume
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.outfit import put_together
@@ -161,7 +162,10 @@ def make_scene(row: Row, device: str = "cpu", deterministic: bool = False) -> Co
     scene = Scene(garment, x, body, fabrics[0], effects, of_panels(garment, fabrics))
     surface = None if cloth.worn is None else cloth.worn.surface
     settings = replace(PRESETS[row["preset"]], deterministic=deterministic)
-    sim = build(scene, settings, device, stance(0.0), surface)
+    twice = cloth.worn is not None and row["garments"] in TWO
+    sim = build(scene, settings, device, stance(0.0), surface, tangled=twice)
+    if twice:  # where what is worn is gathered, what is lifted off it may pass through it
+        untangle(sim)
     return CoveredScene(row, cloth, sim, stance)
 
 
