@@ -22,7 +22,7 @@ import numpy.typing as npt
 
 from tryon_solver.body.motion import ease
 from tryon_solver.dressing.outfit import Outfit
-from tryon_solver.geometry.garment import Layer
+from tryon_solver.geometry.garment import Garment, Layer
 from tryon_solver.rebind import take_over, with_effects
 from tryon_solver.scene import Effect, Pins, Sleep
 from tryon_solver.simulation import Simulation
@@ -64,9 +64,13 @@ def without_draw(effects: Sequence[Effect]) -> tuple[Effect, ...]:
 def drawing(worn: Simulation, vertices: npt.NDArray[np.int32]) -> Iterator[Simulation | None]:
     """A simulation in which these vertices (K,) can be drawn, in parts, None after each but the last, between which the
     worn one may be advanced; `take_over` is to follow. Cloth that is drawn does not sleep."""
-    awake = tuple(effect for effect in worn.scene.effects if not isinstance(effect, Sleep))
-    stiffness = PULL * float(worn.scene.garment.vertex_areas().mean())
-    yield from with_effects(worn, (*awake, Drawn(vertices, stiffness)))
+    yield from with_effects(worn, drawn_with(worn.scene.effects, worn.scene.garment, vertices))
+
+
+def drawn_with(effects: Sequence[Effect], garment: Garment, vertices: npt.NDArray[np.int32]) -> tuple[Effect, ...]:
+    """The effects of a garment that has these, while these vertices (K,) of it are drawn."""
+    awake = (effect for effect in effects if not isinstance(effect, Sleep))
+    return (*awake, Drawn(vertices, PULL * float(garment.vertex_areas().mean())))
 
 
 def let_go(drawn: Simulation, effects: Sequence[Effect]) -> Simulation:
@@ -85,6 +89,6 @@ def left_after(t: float, dt: float) -> float:
 
 
 def draw(simulation: Simulation, places: np.ndarray) -> None:
-    """Draw to these places (K,) m in the next steps."""
+    """Draw to these places (K, 3) m in the next steps."""
     (contribution,) = (own for own in simulation.plan.contributions if own.name == "drawn")
     contribution.values["places"].assign(places.astype(np.float32))

@@ -100,7 +100,9 @@ export class Wardrobe {
     const edited = make("input", { type: "radio", name: "wardrobe-edited", value: item.name });
     edited.checked = item.edited;
     edited.addEventListener("change", () => this.change(`Editing ${called}`, (session) => this.api.rearrange(session, null, item.name)));
-    const label = make("label", { title: "Edit this garment" }, edited, `${called} `, make("small", {}, item.fabric.replaceAll("_", " ")));
+    const fabric = item.fabric.replaceAll("_", " ");
+    const says = item.again ? `${fabric}, taken off and put on again` : fabric;
+    const label = make("label", { title: "Edit this garment" }, edited, `${called} `, make("small", {}, says));
     const last = this.worn.length - 1;
     const buttons = [
       this.button("↑", `Wear ${called} further out`, place === last, () => this.move(place, place + 1, called)),
