@@ -165,7 +165,7 @@ export interface WornItem {
   readonly size: Size;
   readonly edited: boolean;
   /** in the change that this tells of it was taken off and put on again */
-  readonly again: boolean;
+  readonly again?: boolean;
 }
 
 export interface SessionInfo {

@@ -1,4 +1,4 @@
-"""What is worn on its way to where another drape has it, which goes along with the same body (tryon_solver/drawn.py)."""
+"""What is worn on its way to where another drape has it, which goes along on the same body (tryon_solver/drawn.py)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from tryon_solver.drawn import SECONDS, draw, left_after
+from tryon_solver.drawn import draw, left_after, seconds_for
 
 if TYPE_CHECKING:
     from tryon_server.runtime.solver_drape import SolverDrape
@@ -25,13 +25,14 @@ class ComingTo:
         """`mine` and `theirs` (K,): the vertices that both have, as each numbers them."""
         self.other = other
         self._mine, self._theirs = mine, theirs
-        self.seconds = 0.0  # simulated so far
+        self.seconds = 0.0  # simulated so far, and
+        self._whole = np.inf  # in all, which its first frame tells
         self._fault: Exception | None = None  # why the other could not go along
 
     @property
     def is_there(self) -> bool:
         """Is it at the end of its way?"""
-        return self.seconds >= SECONDS
+        return self.seconds >= self._whole
 
     def parts(self) -> Iterator[None]:
         """None until it is there. Raises what advancing the other raised."""
@@ -49,13 +50,15 @@ class ComingTo:
         if self._fault is not None:
             return
         apart = drape.cloth_positions()[self._mine] - self._seen_from(drape)
+        if self.seconds == 0.0:
+            self._whole = seconds_for(apart)
         try:
             self.other.advance(pose, self.other.seconds + dt)
         except Exception as error:  # what is worn goes on all the same; who waits for the other is told
             self._fault = error
             return
         if len(self._mine):
-            draw(drape.simulation, self._seen_from(drape) + left_after(self.seconds, dt) * apart)
+            draw(drape.simulation, self._seen_from(drape) + left_after(self.seconds, dt, self._whole) * apart)
         self.seconds += dt
 
     def _seen_from(self, drape: SolverDrape) -> npt.NDArray[np.float32]:

@@ -32,9 +32,8 @@ def without(
     Raises ValueError where the outfit has no such garments, or no other.
     """
     outfit, before = worn.outfit.without(*names), worn.simulation
-    kept = np.concatenate(
-        [np.arange(layer.vertices.start, layer.vertices.stop) for layer in worn.outfit.layers if layer.name not in names]
-    )
+    spans = [layer.vertices for layer in worn.outfit.layers if layer.name not in names]
+    kept = np.concatenate([np.arange(span.start, span.stop) for span in spans])
     for simulation in _built(worn, outfit, before.cloth_positions()[kept].astype(np.float64), effects, more):
         if simulation is None:
             yield None
