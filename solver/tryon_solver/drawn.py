@@ -29,7 +29,7 @@ from tryon_solver.scene import Effect, Pins, Sleep
 from tryon_solver.simulation import Simulation
 
 SECONDS = 1 / 3  # simulated, that it takes at least
-FASTEST = 0.5  # m/s that cloth is drawn at: 17 mm in a thirtieth of a second, less than a walk moves a sleeve
+FASTEST = 0.4  # m/s that cloth is drawn at: 13 mm in a thirtieth of a second, and 20 where it hung behind
 PULL = 1e5  # N/m^3, per area of what is drawn: 100 Pa, as a tight waist presses, hold it off by a millimetre
 
 
