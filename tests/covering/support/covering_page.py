@@ -103,8 +103,10 @@ def why(result: Result, seen: Mapping[Any, Result]) -> list[str]:
     row = result["row"]
     if result["fastest"] > NAMED_SPEED:
         blown = "blown" if row["pressure"] == "blown" else "not blown"
-        held = "held by pins" if row["pins"] != "none" else "held by nothing"
-        said.append(f"{result['fastest']:.2f} m/s: {blown} and {held}")
+        held = "held by nothing" if row["pins"] == "none" else "held by three pins"
+        if row["garments"] != "one" and row["pins"] != "none":
+            held = "the inner garment held by three pins, the outer one by nothing"
+        said.append(f"{result['fastest']:.2f} m/s: {blown}, {held}")
         if found is not None and found["fastest"] > NAMED_SPEED:
             said[-1] += f"; half of its vertices go at {found['usual']:.2f} m/s or more then{elsewhere(here)}"
     if result["stretch"] > NAMED_STRETCH:
