@@ -147,6 +147,11 @@ class DrapeEffects(Protocol):
     @property
     def garments(self) -> tuple[str, ...]: ...
 
+    @property
+    def caveats(self) -> Mapping[str, str]:
+        """Of effects by name, what is not brought out of them as the cloth is solved now, and what helps; for
+        people."""
+
     def under_garments(self, name: str, parameters: Parameters) -> Parameters:
         """The effect's parameters with each piece called by its garment's name and its own, which hold for whatever is
         worn with that garment, too."""
