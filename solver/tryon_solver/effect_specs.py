@@ -179,6 +179,8 @@ class Gusts:
             share = "the speed's standard deviation over its mean"
             raise ValueError(f"wind: gusts.intensity {self.intensity!r} is {share}; give 1 at most, 0.2 for 20 %")
         check_number("wind: gusts.length", self.length, above=True)
+        if not isinstance(self.seed, int | np.integer) or self.seed < 0:
+            raise ValueError(f"wind: gusts.seed must be a whole number of at least 0, not {self.seed!r}")
 
 
 @dataclass(frozen=True)

@@ -146,3 +146,12 @@ def test_in_another_order_what_has_to_pass_through_the_other_is_taken_off_and_pu
     assert len(bared) >= 3, "the others go on meanwhile"
     times = [frame.t_sim for frame in seen]
     assert times == sorted(times)
+
+
+def test_in_another_order_also_while_nobody_watches():
+    """What is left is advanced while the clock stands, and the motion goes on from there."""
+    connection = changed(outfit(1, "hat", "coat"), Run(False), outfit(3, "coat", "hat"), Run(True), until=8.0)
+    assert [(event.ticket, event.again) for event in events(connection, OutfitWorn)] == [(1, ()), (3, ("hat",))]
+    assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2, 3, 4]
+    times = [frame.t_sim for frame in frames(connection)]
+    assert times == sorted(times)

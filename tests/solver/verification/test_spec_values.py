@@ -23,6 +23,7 @@ ONE = np.zeros(1, np.int32), np.array([[1, 2, 3]], np.int32)
         (lambda: Wind((NAN, 0.0, 0.0)), "wind: velocity must be finite"),
         (lambda: Gusts(1e6), "wind: gusts.intensity 1000000.0 is the speed's standard deviation over its mean"),
         (lambda: Gusts(NAN), "wind: gusts.intensity"),
+        (lambda: Gusts(seed=-1), "wind: gusts.seed must be a whole number of at least 0, not -1"),
         (lambda: Gusts(0.2, length=0.0), "wind: gusts.length"),
         (lambda: FabricDamping(-1.0), "fabric damping: time"),
         (lambda: StrainLimit(-2e4), "strain limit: stiffness"),
