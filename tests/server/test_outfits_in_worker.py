@@ -136,8 +136,9 @@ def test_in_another_order_what_has_to_pass_through_the_other_is_taken_off_and_pu
     assert [(event.ticket, event.again) for event in events(connection, OutfitWorn)] == [(1, ()), (3, ("hat",))]
     told = [event.topology_id for event in events(connection, TopologyReady)]
     assert told[:4] == [1, 2, 3, 4], "both, then the coat alone, then both"
-    said = [event.detail for event in events(connection, PhaseChanged)]
-    assert "Taking hat off, to put it on again in the new order" in said
+    said = [(event.detail, event.progress) for event in events(connection, PhaseChanged)]
+    assert ("Taking hat off, to be put on again in the new order", 1.0) in said, "told while it has progress"
+    assert said[-1] == ("Dressed", None)
     assert [made.ticket for made in events(connection, EditMade)] == [4], "it waited"
     effects = {effect.name: effect for effect in events(connection, EffectsTold)[-1].effects.effects}
     assert effects["wind"].state == "active"

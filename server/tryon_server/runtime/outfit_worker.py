@@ -207,7 +207,8 @@ class OutfitWorker:
         off = " and ".join(name for name in self._outfitting.again if name not in drape.names)
         self._tell(self._publisher.dress(drape, self._move))
         self._drape = drape
-        self._tell(PhaseChanged("ready", f"Taking {off} off, to put it on again in the new order", None, *self._worn))
+        said = f"Taking {off} off, to be put on again in the new order"
+        self._tell(PhaseChanged("ready", said, 1.0, *self._worn))  # the new outfit is dressed, and not worn yet
 
     def _wear_outfit(self, remade: Remade) -> None:
         drape, order = remade.drape, self._outfitting.order
