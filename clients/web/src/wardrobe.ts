@@ -50,10 +50,17 @@ export class Wardrobe {
     if (session === undefined) return;
     try {
       const worn = await this.api.worn(session);
-      if (turn === this.asked && !this.field.disabled) this.take(worn);
+      if (turn === this.asked && !this.field.disabled) this.take(this.withWhatChanged(worn));
     } catch (error) {
       if (!(error instanceof RequestError)) throw error; // of a session that has ended the page tells elsewhere
     }
+  }
+
+  /** The same with what the last change of it was told of, which who only asks is not. */
+  private withWhatChanged(worn: readonly WornItem[]): readonly WornItem[] {
+    const before = this.worn;
+    const same = worn.length === before.length && worn.every(({ name }, k) => name === before[k]?.name);
+    return same ? worn.map((item, k) => ({ ...item, again: before[k]?.again ?? false })) : worn;
   }
 
   /** The session tells what is worn, whoever changed that. */
