@@ -8,7 +8,7 @@ WEB := server/tryon_server/web/.built
 WEB_SOURCES := $(shell find protocol/ts clients/core clients/web -name '*.ts' -not -path '*/node_modules/*' -o -name '*.css' \
 	-not -path '*/node_modules/*' -o -name '*.html' -not -path '*/node_modules/*' -o -name '*.mjs' -not -path '*/node_modules/*')
 
-.PHONY: help demo test long check chromium proof edits edits-page effects effects-page effects-together-page fabrics-page accuracy accuracy-page hard hard-peers hard-page bench bench-page reference precision lock
+.PHONY: help demo test long check chromium proof edits edits-page effects effects-page effects-together-page outfits outfits-page fabrics-page accuracy accuracy-page hard hard-peers hard-page bench bench-page reference precision lock
 help:
 	@grep -hE '^## ' $(MAKEFILE_LIST) | sed 's/## //'
 
@@ -83,6 +83,17 @@ effects-page: $(VENV)/.dev
 	$(BIN)/python tests/support/effect_pictures.py --out docs/effects --document docs/effects.md
 	$(BIN)/python tests/support/effect_costs.py --document docs/effects.md --of $(wildcard docs/effects/runs/costs-*.json)
 	$(BIN)/python tests/support/before_effects.py --document docs/effects.md
+
+OUTFITS :=
+## make outfits  three garments over each other in walk and squat, every frame judged, against one: build/outfits/run.json (ten minutes)
+# OUTFITS='--vertices 10000 --device cuda:0 --preset live' and others: .venv/bin/python tests/outfits --help
+outfits: $(VENV)/.dev $(BODY)
+	$(BIN)/python tests/outfits $(OUTFITS)
+
+## make outfits-page  their tables in docs/effects.md, of the runs kept in docs/effects/runs
+# To keep a run of yours there: cp build/outfits/run.json docs/effects/runs/outfits-cpu.json
+outfits-page: $(VENV)/.dev
+	$(BIN)/python tests/outfits --document docs/effects.md --of $(wildcard docs/effects/runs/outfits-*.json) || [ $$? = 1 ]
 
 ## make fabrics-page  docs/fabrics.md: how each fabric drapes and looks; measures those that are not in docs/fabrics/runs
 fabrics-page: $(VENV)/.dev

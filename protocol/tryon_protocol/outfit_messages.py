@@ -36,7 +36,8 @@ class TakeOffMessage(Message, tag="take_off", frozen=True, kw_only=True):
 
 
 class ReorderMessage(Message, tag="reorder", frozen=True, kw_only=True):
-    """Wear the same garments in another order, or edit another one of them. Answered as `put_on`."""
+    """Wear the same garments in another order, or edit another one of them. Answered as `put_on`; what has to pass
+    through others is taken off for it and put on again."""
 
     order: Annotated[
         tuple[WornName, ...] | None,
@@ -54,6 +55,7 @@ class WornGarment(Struct, frozen=True, kw_only=True):
     fabric: Annotated[str, Meta(description="what it is made of")]
     size: Annotated[float | Literal["fit"], Meta(description='of its pattern, over its own; "fit": the one that fits')]
     edited: Annotated[bool, Meta(description="edits are of this one")]
+    again: Annotated[bool, Meta(description="it was taken off and put on again for this change")] = False
 
 
 class OutfitMessage(Message, tag="outfit", frozen=True, kw_only=True):

@@ -174,7 +174,9 @@ def messages() -> dict[str, tuple[bytes, Any]]:
         m.OutfitMessage(
             worn=(
                 outfits.WornGarment(name="tube", garment="g-1", fabric="cotton", size=1.25, edited=False),
-                outfits.WornGarment(name="skirt", garment="g-2", fabric="Leinen, grün", size="fit", edited=True),
+                outfits.WornGarment(
+                    name="skirt", garment="g-2", fabric="Leinen, grün", size="fit", edited=True, again=True
+                ),
             ),
             request=17,
         ),

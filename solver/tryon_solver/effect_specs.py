@@ -1,4 +1,12 @@
-"""What a scene may ask for: one frozen class of numbers for each effect. Importing this imports no effect."""
+"""What a scene may ask for: one frozen class of numbers for each effect. Importing this imports no effect, nor what
+only some of them are checked with.
+
+A spec refuses what no step could do anything with: what is not finite, of the wrong sign, or by its meaning impossible,
+as a share beyond 1 or a fold through itself. How large a quantity with a unit may be it does not say: 1e6 Pa is a slip
+for a garment and none for a membrane of a pressure vessel, and no unit tells which. What is more than steps can follow
+is told by their reports (`error`, `retries`, `max_stretch`), and penetrates nothing. What garments and wearers call for
+has bounds in effect_words/table.py, which every session is held to.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +17,6 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from tryon_solver.effect_spec import EffectSpec, check_finite, check_number, check_once, check_panels, check_vertices
-from tryon_solver.geometry.enclosed import closed_by_caps, enclosed_volume
-from tryon_solver.geometry.lines import corners_of_edges, hinges_of_edges
 
 if TYPE_CHECKING:
     from tryon_solver.geometry.garment import Garment
@@ -158,12 +164,23 @@ class AirDrag(EffectSpec):
 class Gusts:
     """Turbulence of the wind along its direction: von Karman's spectrum as a sum of sines (effects/wind.py).
 
-    `intensity` is the speed's standard deviation over its mean, `length` m how large eddies are; `seed` draws phases.
+    `intensity` is the speed's standard deviation over its mean, at most 1: 0.1 to 0.3 near the ground, and beyond 1 the
+    wind would blow backwards every sixth moment, eddies that are borne past by it no more. `length` m is how large
+    eddies are; `seed` draws phases.
     """
 
     intensity: float = 0.2
     length: float = 5.0
     seed: int = 0
+
+    def __post_init__(self) -> None:
+        check_number("wind: gusts.intensity", self.intensity)
+        if self.intensity > 1.0:
+            share = "the speed's standard deviation over its mean"
+            raise ValueError(f"wind: gusts.intensity {self.intensity!r} is {share}; give 1 at most, 0.2 for 20 %")
+        check_number("wind: gusts.length", self.length, above=True)
+        if not isinstance(self.seed, int | np.integer) or self.seed < 0:
+            raise ValueError(f"wind: gusts.seed must be a whole number of at least 0, not {self.seed!r}")
 
 
 @dataclass(frozen=True)
@@ -196,11 +213,8 @@ class Wind(EffectSpec):
         if not 0 <= self.shelter <= 1:
             raise ValueError(f"wind: shelter must be a share from 0 to 1, not {self.shelter!r}")
         check_number("wind: shelter_length", self.shelter_length, above=True)
-        if self.gusts is not None:
-            check_number("wind: gusts.intensity", self.gusts.intensity)
-            check_number("wind: gusts.length", self.gusts.length, above=True)
-            if not any(self.velocity):
-                raise ValueError("wind: gusts are a share of the wind's speed, which is 0; give it a velocity")
+        if self.gusts is not None and not any(self.velocity):
+            raise ValueError("wind: gusts are a share of the wind's speed, which is 0; give it a velocity")
 
     def check(self, scene: Scene) -> None:
         """Raises ValueError beside AirDrag, in gusts beside Sleep, or for a body's shelter where there is none."""
@@ -378,6 +392,8 @@ class Gas(EffectSpec):
 
     def check(self, scene: Scene) -> None:
         """Raises ValueError for a panel that the garment does not have, or a piece that encloses nothing."""
+        from tryon_solver.geometry.enclosed import closed_by_caps, enclosed_volume
+
         check_panels("gas", self.panels, scene)
         faces = closed_by_caps(self.faces_of(scene.garment))
         found = enclosed_volume(scene.x_start, faces)
@@ -423,6 +439,8 @@ class Elastic(EffectSpec):
 
     def check(self, scene: Scene) -> None:
         """Raises ValueError for what is no edge of the garment's mesh."""
+        from tryon_solver.geometry.lines import corners_of_edges
+
         for k, line in enumerate(self.lines):
             corners_of_edges(scene.garment, line.edges, f"elastic: line {k}")
 
@@ -455,6 +473,8 @@ class Creases(EffectSpec):
 
     def check(self, scene: Scene) -> None:
         """Raises ValueError for what is no inner edge of the garment's mesh."""
+        from tryon_solver.geometry.lines import hinges_of_edges
+
         hinges_of_edges(scene.garment, self.edges, "creases")
 
 

@@ -44,6 +44,9 @@ def test_garments_are_put_on_moved_and_taken_off(page, studio):
     page.wait_for_function("document.querySelector('#wardrobe-worn input:checked').value === 'cape'")
     page.get_by_label("Wear Cape further in").click()
     wears(page, "tshirt,cape")
+    rows = page.locator("#wardrobe-worn li")
+    assert "taken off and put on again" in rows.nth(0).inner_text()
+    assert "put on again" not in rows.nth(1).inner_text()
     session = page.evaluate("new URL(location.href).searchParams.get('session')")
     with urlopen(f"{studio.url}api/sessions/{session}/garments") as reply:
         assert [one["name"] for one in json.load(reply)] == ["cape", "tshirt"]

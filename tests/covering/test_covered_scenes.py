@@ -10,7 +10,7 @@ import pytest
 import warp as wp
 from covered_run import crosses, play
 from covered_scene import OUTER, make_scene
-from covering_page import of_run
+from covering_page import of_run, page
 from effect_factors import TWO, rows
 from frame_judge import FrameVerdict
 
@@ -60,6 +60,27 @@ def test_nothing_that_flies_freely_is_blown_faster_than_is_judged():
     scene = make_scene(row)
     assert 2 * scene.blown / np.pi / FABRICS["silk_charmeuse"].areal_density == pytest.approx(covered_run.FASTEST / 2)
     assert make_scene(row | {"air": "still"}).blown > 10 * scene.blown
+
+
+def test_what_is_stretched_is_told_with_what_acts_there_and_limits_are_in_the_page():
+    row = of(pins="led", fasteners="closed", cloth="strip", garments="one")
+    scene = make_scene(row)
+    corner, button = scene.cloth.corners[0], scene.cloth.buttons[0, 0]
+    assert "pins" in scene.acting_on(np.array([corner, corner, corner]))
+    assert "fasteners" in scene.acting_on(np.array([button, button, button]))
+    beyond = scene.cloth.garment.vertex_count
+    assert scene.acting_on(np.array([beyond, beyond + 1, beyond + 2])) == ["outer"]
+
+    figures = play(row, 0.1)
+    result = {"scene": 0, "row": row, "about": {"commit": "c", "machine": "m"}, **figures}
+    pulled = result | {"stretch": 1.6, "stretched_at": ["pins"], "fastest": 5.5, "usual": 5.25}
+    text = page({"cpu": [pulled], "cuda": [{k: v for k, v in pulled.items() if k not in ("stretched_at", "usual")}]})
+    assert "faster than 10 m/s and no triangle is stretched to more than 3 times" in text
+    assert "- 1 scenes hold in all, 0 of them within 5 m/s and 1.5 times, too" in text
+    assert "stretched to 1.60: at pins, led\n" in text
+    assert "half of its vertices go at 5.25 m/s or more then" in text
+    assert "stretched to 1.60: at pins, led (as another run found)" in text
+    assert "1 of them within" in page({"cpu": [result]})
 
 
 def test_frames_without_contact_are_not_judged():

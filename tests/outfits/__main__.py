@@ -1,106 +1,73 @@
 """What three garments over each other cost against one of them, and whether anything passes through anything.
 
-    python tests/outfits --edge 0.0165 --motion walk --frames 60 --device cpu --preset draft
+    python tests/outfits --vertices 3000                                        # the CPU, preset draft
+    python tests/outfits --vertices 10000 --device cuda:0 --preset live --out build/outfits/h200.json
+    python tests/outfits --document docs/effects.md --of docs/effects/runs/outfits-*.json
 
 The demo's skirt, T-shirt and overshirt are put on one over the other, the T-shirt alone likewise, and both are led into
-the motion. Every fifth frame IPC Toolkit says whether any two surfaces cross. Times are the median of a frame's wall
-time, and of the processor's time of this process, which other programs of the machine have no share in.
+each motion, from the same start. IPC Toolkit is asked of every frame whether any two surfaces cross, of all pairs of
+what is worn, each garment with itself and the body. Exits with 1 where any do.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import sys
-import time
 from pathlib import Path
 
-import numpy as np
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+OURS = ("tests/outfits/support", "tests/support", "solver")
+sys.path[:0] = [str(ROOT / folder) for folder in OURS]  # this checkout is judged, whatever is installed
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
-
-import warp as wp
-from frame_judge import FrameJudge
-from worn_garment import DEMO, demo_motion
-
-from tryon_solver.body.model import default_body
-from tryon_solver.body.motion import blend_in
-from tryon_solver.dressing.dress import dress
-from tryon_solver.dressing.outfit import Outfit, Worn, WornOutfit
-from tryon_solver.dressing.put_over import put_over
-from tryon_solver.geometry.panel_mesh import mesh_pattern
-from tryon_solver.geometry.pattern import load_pattern
-from tryon_solver.materials.fabric import FABRICS
-from tryon_solver.settings import PRESETS
-
-OUTFIT = {"skirt": "cotton_poplin", "tshirt": "cotton_jersey", "overshirt": "denim"}
-ALONE = "tshirt"
-JUDGED = 5  # of so many frames one
+from outfits_page import line, write  # noqa: E402
+from provenance import commit_of, machine_of  # noqa: E402
 
 
-def put_on(names: list[str], edge: float, preset: str, device: str) -> WornOutfit:
-    """These garments, one over the other."""
-    meshes = {name: mesh_pattern(load_pattern(DEMO / "patterns" / f"{name}.json"), edge) for name in names}
-    first, *others = names
-    fabric = FABRICS[OUTFIT[first]]
-    alone = dress(meshes[first], default_body(), fabric, PRESETS[preset], device)
-    outfit = Outfit((Worn.of_pattern(first, alone.panels, alone.welded, fabric),))
-    worn = WornOutfit(outfit, alone.simulation, alone.pose)
-    for name in others:
-        worn = put_over(worn, name, meshes[name], FABRICS[OUTFIT[name]])
-    return worn
+def main(arguments: list[str] | None = None) -> int:
+    """The command line; returns the exit status."""
+    asked = parsed(arguments)
+    if asked.document is not None:
+        return write(asked.document, [json.loads(path.read_text()) for path in asked.of])
+    import warp as wp
+    from outfits_played import OUTFIT, edge_for, played, put_on
 
-
-def played(worn: WornOutfit, motion: str, frames: int, fps: float) -> dict[str, float]:
-    """Figures of so many frames of the motion, the first second of which leads into it."""
-    sim = worn.simulation
-    assert sim.scene.body is not None
-    body = default_body()
-    into = blend_in(worn.pose, demo_motion(motion, body), 1.0)
-    judge = FrameJudge(sim.scene.garment.faces, body.faces, sim.cloth_positions(), sim.body_positions())
-    begun, wall, own = sim.state.time, [], []
-    crossed = judged = retries = 0
-    gap = np.inf
-    for k in range(1, frames + 1):
-        clock, cpu = time.perf_counter(), time.process_time()
-        report = sim.advance(into.sample(k / fps), begun + k / fps)
-        wall.append(time.perf_counter() - clock)
-        own.append(time.process_time() - cpu)
-        retries, gap = retries + report.retries, min(gap, report.min_gap)
-        if k % JUDGED == 0:
-            judged += 1
-            crossed += not judge.judge(sim.cloth_positions(), sim.body_positions()).clean
-    return {
-        "vertices": sim.cloth_count,
-        "ms": 1e3 * float(np.median(wall)),
-        "cpu ms": 1e3 * float(np.median(own)),
-        "void steps": retries,
-        "crossed": crossed,
-        "judged": judged,
-        "least gap mm": 1e3 * gap,
-    }
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--edge", type=float, default=0.0165, help="m, of the meshes (%(default)s)")
-    parser.add_argument("--motion", default="walk", help="%(default)s")
-    parser.add_argument("--frames", type=int, default=60, help="%(default)s")
-    parser.add_argument("--fps", type=float, default=30.0, help="%(default)s")
-    parser.add_argument("--preset", default="draft", choices=list(PRESETS), help="%(default)s")
-    parser.add_argument("--device", default="cpu", help="%(default)s")
-    asked = parser.parse_args()
     wp.config.quiet = True
-    found = {}
-    for names in ([ALONE], list(OUTFIT)):
-        worn = put_on(names, asked.edge, asked.preset, asked.device)
-        counts = [layer.vertices.stop - layer.vertices.start for layer in worn.outfit.layers]
-        found[len(names)] = played(worn, asked.motion, asked.frames, asked.fps)
-        figures = ", ".join(f"{name} {value:.3g}" for name, value in found[len(names)].items())
-        print(f"{' + '.join(names)} {counts}, {asked.motion}: {figures}", flush=True)
-    one, three = found[1], found[len(OUTFIT)]
-    clock, cpu = (three[name] / one[name] for name in ("ms", "cpu ms"))
-    print(f"three over one: {clock:.2f} by the clock, {cpu:.2f} by the processor's time")
+    edge = edge_for(asked.vertices)
+    about = {"commit": commit_of(ROOT), "machine": machine_of(asked.device), "preset": asked.preset, "fps": asked.fps}
+    run: dict[str, object] = {"about": about, "edge": edge, "runs": []}
+    crossing = 0
+    for names in (["tshirt"], list(OUTFIT)):
+        worn = put_on(names, edge, asked.preset, asked.device)
+        for motion in asked.motions:
+            figures = played(worn, motion, asked.frames, asked.fps)
+            crossing += len(figures["crossing"])
+            run["runs"] = [*run["runs"], figures]  # type: ignore[misc]
+            print(line(figures), flush=True)
+            asked.out.parent.mkdir(parents=True, exist_ok=True)
+            asked.out.write_text(json.dumps(run, indent=1) + "\n")
+    print(f"written: {asked.out}")
+    return 1 if crossing else 0
+
+
+def parsed(arguments: list[str] | None) -> argparse.Namespace:
+    """The options."""
+    parser = argparse.ArgumentParser(
+        prog="python tests/outfits", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    add = parser.add_argument
+    add("--vertices", type=int, default=3000, metavar="N", help="of a garment, about (%(default)s)")
+    add("--motions", nargs="+", default=["walk", "squat"], help="walk squat")
+    add("--frames", type=int, default=90, help="of each motion, which the first second leads into (%(default)s)")
+    add("--fps", type=float, default=30.0, help="frames a second (%(default)s)")
+    add("--preset", default="draft", choices=["draft", "live", "fit"], help="%(default)s")
+    add("--device", default="cpu", help="cpu, cuda:0, ...")
+    add("--out", type=Path, default=ROOT / "build" / "outfits" / "run.json", metavar="FILE", help="JSON")
+    add("--document", type=Path, metavar="FILE", help="play nothing: write the tables of the runs --of into this page")
+    add("--of", nargs="+", type=Path, default=[], metavar="FILE", help="JSON of runs, for --document")
+    return parser.parse_args(arguments)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tryon_server.runtime.catching_up import FEWEST, STRIDE, CatchingUp
+from tryon_server.runtime.catching_up import FEWEST, STRIDE, CatchingUp, taken_off_for
 from tryon_server.runtime.sources import APPROACH_TURN_MAX, LONGEST_MOVE, NEARBY
 from tryon_solver.body.pose import Pose
 
@@ -32,7 +32,8 @@ def brought_to(*stances):
 class AtOnce(analytic_drape.WavingSheet):
     """What is worn, which has nothing that the other has."""
 
-    def come_to(self, other, way):
+    def come_to(self, other, way, off=()):
+        assert off == ()
         yield from way
         self.went_to = [other]
 
@@ -82,3 +83,64 @@ def test_who_is_far_away_is_not_walked_to():
     assert moves == FEWEST
     assert drape.origin[0] == pytest.approx(7.0)
     assert drape.current is goal
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "off"),
+    [
+        ("abc", "abc", ""),
+        ("ab", "ba", "a"),
+        ("abc", "bac", "a"),
+        ("abc", "cab", "c"),
+        ("abc", "acb", "b"),
+        ("abc", "bca", "a"),
+        ("abc", "cba", "ab"),
+        ("abc", "adc", ""),
+        ("a", "ba", ""),
+        ("ab", "cd", ""),
+    ],
+)
+def test_the_fewest_are_taken_off_that_have_to_pass_through_others(before, after, off):
+    """Of as few, those that come to lie farther out."""
+    assert taken_off_for(before, after) == tuple(off)
+
+
+class Refusing(analytic_drape.WavingSheet):
+    """What is worn, and can't be led anywhere."""
+
+    def come_to(self, _other, _way, off=()):
+        yield None
+        if off:
+            yield from self.take_off(*off)
+        raise RuntimeError("it diverged")
+
+
+def wearing(sheet, *names):
+    sheet.specifications, sheet.edited = dict.fromkeys(names, sheet.specification), names[-1]
+    return sheet
+
+
+def test_what_is_taken_off_for_it_is_missed_while_the_others_are_drawn():
+    sheet, worn = (wearing(analytic_drape.WavingSheet("cotton"), *names) for names in ("bca", "abc"))
+    goal, seen, begun = stance(2.0), [worn.names], 0.0
+    catching_up = CatchingUp(iter([sheet]), lambda: goal, worn, again=("a",))
+    for made in catching_up.parts():
+        if made is not None:
+            seen.append(made.names)
+            begun, worn = worn.t, made
+            assert catching_up.is_there == (made is sheet)
+        else:
+            worn.advance(goal, worn.t + analytic_drape.DRAWN / 3)
+    assert seen == [tuple("abc"), tuple("bc"), tuple("bca")]
+    assert begun > FEWEST * analytic_drape.DRAWN / 3, "the long way is gone before"
+    assert sheet.current is goal
+
+
+def test_what_is_off_is_put_on_also_where_the_others_can_t_be_led():
+    """What was asked for is worn, though it jumps; where nothing is off yet, nothing changes."""
+    sheet, worn = (wearing(kind("cotton"), *"ab") for kind in (analytic_drape.WavingSheet, Refusing))
+    *_, last = CatchingUp(iter([sheet]), lambda: stance(0.3), worn, again=("a",)).parts()
+    assert last is sheet
+    assert sheet.comes_along, "to where the body is"
+    with pytest.raises(RuntimeError, match="diverged"):
+        list(CatchingUp(iter([sheet]), lambda: stance(0.3), worn).parts())

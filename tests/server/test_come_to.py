@@ -9,9 +9,10 @@ from frame_judge import FrameJudge
 
 from tryon_server.app import BUILT_IN_PATTERNS
 from tryon_server.runtime import production
+from tryon_server.runtime.catching_up import CatchingUp, taken_off_for
 from tryon_server.runtime.order import DrapeOrder, GarmentOrder
 from tryon_solver.body.pose import Pose
-from tryon_solver.drawn import SECONDS, in_both
+from tryon_solver.drawn import FASTEST, in_both, left_after, seconds_for
 from tryon_solver.effects.drawn import bind as bind_drawn
 
 STEP = 1 / 30
@@ -33,6 +34,13 @@ def dressed(tmp_path_factory):
 
 
 @pytest.fixture
+def turned(dressed, tmp_path):
+    """A skirt over a T-shirt, and under it."""
+    drape = production.build_drape(order(tmp_path, "skirt", "tshirt"), tell_nobody)
+    return [list(pickle.loads(packed).unpacking())[-1] for packed in (dressed[1], pickle.dumps(drape.packed()))]
+
+
+@pytest.fixture
 def both(dressed):
     return [list(pickle.loads(packed).unpacking())[-1] for packed in dressed]
 
@@ -43,6 +51,12 @@ def tell_nobody(_stage, _share):
 
 def raised(drape, k):
     return Pose(drape.pose.root + [0.0, 0.01 * np.sin(0.2 * k), 0.0], drape.pose.rotations)
+
+
+def judge_of(drape):
+    """Judges frames of this drape by ipctk."""
+    outfit = drape.outfit
+    return FrameJudge(outfit.faces, outfit.body.faces, drape.cloth_positions(), drape.body_positions())
 
 
 def way_of(drape, pose):
@@ -62,9 +76,7 @@ def apart(worn, other):
 
 def test_what_is_worn_is_led_over_and_passes_through_nothing(both):
     worn, other = both
-    judges = [
-        FrameJudge(one.outfit.faces, one.outfit.body.faces, one.cloth_positions(), one.body_positions()) for one in both
-    ]
+    judges = [judge_of(one) for one in both]
     far = apart(worn, other)
     assert far.max() > 0.04, "it would jump"
     moved, led, k = [], 0, 0
@@ -75,12 +87,26 @@ def test_what_is_worn_is_led_over_and_passes_through_nothing(both):
         moved.append(np.linalg.norm(worn.cloth_positions() - before, axis=1).max())
         for one, judge in zip(both, judges):
             assert judge.judge(one.cloth_positions(), one.body_positions()).clean, k
-    assert SECONDS / STEP <= led <= SECONDS / STEP + 1.5
+    frames = seconds_for(far[:, None]) / STEP
+    assert frames <= led <= frames + 1.5
     left = apart(worn, other)
     assert np.quantile(left, 0.95) < 0.003
     assert left.max() < 0.2 * far.max()
     assert max(moved) < 0.25 * far.max(), "gently"
     assert other.stance is worn.stance
+
+
+def test_a_long_way_takes_as_long_as_its_fastest_moment_allows():
+    ways = np.array([[0.0, 0.1, 0.0], [0.3, 0.0, 0.0]])
+    whole, dt = seconds_for(ways), 1e-4
+    left, speeds = 1.0, []
+    for k in range(int(whole / dt)):
+        after = left * left_after(k * dt, dt, whole)
+        speeds.append(0.3 * (left - after) / dt)
+        left = after
+    assert max(speeds) == pytest.approx(FASTEST, rel=1e-3)
+    assert left < 1e-6
+    assert seconds_for(0.01 * ways) == seconds_for(ways[:0]) == pytest.approx(1 / 3)
 
 
 def test_who_is_given_up_leaves_what_is_worn_as_it_hangs_by_itself(both):
@@ -130,6 +156,39 @@ def test_what_is_put_away_on_the_way_draws_no_more(both):
         next(coming)
     assert all(type(effect).module != bind_drawn.__module__ for effect in worn.packed().scene.effects)
     coming.close()
+
+
+def parted(drape):
+    """The cloth of each garment [m], by name, where it is seen."""
+    cloth = drape.cloth_positions() + drape.origin
+    return {layer.name: cloth[layer.vertices] for layer in drape.worn_outfit().outfit.layers}
+
+
+def test_in_another_order_nothing_that_is_seen_twice_jumps_and_nothing_passes_through_anything(turned):
+    """Between two frames that both show it no garment goes farther than cloth that is led may, and as the body does, a
+    quarter more; the two outfits have it 60 mm apart and more."""
+    worn, other = turned
+    far = {name: np.linalg.norm(parted(worn)[name] - place, axis=1).max() for name, place in parted(other).items()}
+    assert min(far.values()) > 0.06, "they would jump"
+    again = taken_off_for(worn.names, other.names)
+    assert again == ("tshirt",)
+    judge, moved, k = judge_of(worn), {"tshirt": [], "skirt": []}, 0
+    now = [worn]
+    catching_up = CatchingUp(iter([other]), lambda: now[-1].stance, worn, again)
+    for made in catching_up.parts():
+        before, k = parted(now[-1]), k + 1
+        if made is None:
+            now[-1].advance(raised(other, k), now[-1].seconds + STEP)
+        else:
+            now.append(made)
+            judge = judge_of(made)
+        for name, place in parted(now[-1]).items():
+            if name in before:
+                moved[name].append(np.linalg.norm(place - before[name], axis=1).max())
+        assert judge.judge(now[-1].cloth_positions(), now[-1].body_positions()).clean, k
+    assert [drape.names for drape in now] == [("tshirt", "skirt"), ("skirt",), ("skirt", "tshirt")]
+    assert max(moved["skirt"]) < 1.25 * FASTEST * STEP < 0.2 * far["skirt"]
+    assert max(moved["tshirt"]) < 0.01, "as it hung until it was off"
 
 
 def test_garments_that_lie_in_another_order_are_not_drawn_through_each_other(both):

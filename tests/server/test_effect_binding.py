@@ -18,6 +18,7 @@ from tryon_solver.effect_words.gentle import HARDEST_PRESS, POWERS, QUICKEST_DRA
 from tryon_solver.effect_words.table import live, word_of
 from tryon_solver.redesign.apply import apply
 from tryon_solver.redesign.plain import parse_edit
+from tryon_solver.settings import PRESETS
 
 DT = 1 / 30
 FRAMES_PER_SECOND = 50.0  # of a worker that is driven by a script
@@ -193,6 +194,19 @@ def test_a_line_that_has_more_than_the_one_that_stays_goes_gently(bag):
     bind(bag, asked(elastic={"lines": [long, short], "ramp": 0.2}))
     advance(bag, 20)
     assert bag.effects.fade(asked(elastic={"lines": [short], "ramp": 0.2})) > 0.0
+
+
+def test_friction_of_few_iterations_has_a_caveat_until_accuracy_is_asked_for(bag):
+    """At the preset draft; METHOD.md section 6 has by how much, test_coulomb.py what helps."""
+    assert list(bag.effects.caveats) == ["friction"]
+    assert "an accuracy of 0.1 mm or the detail live helps" in bag.effects.caveats["friction"]
+    bag.buy(1e-3, None)
+    assert "friction" in bag.effects.caveats
+    bag.buy(1e-4, None)
+    assert bag.effects.caveats == {}
+    bag.buy(None, None)
+    bag.simulation.settings = PRESETS["live"]
+    assert bag.effects.caveats == {}
 
 
 def test_frames_go_on_from_where_they_were(bag):

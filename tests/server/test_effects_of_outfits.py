@@ -113,6 +113,17 @@ def sticky(desk, garments=("shirt",)):
     return worn
 
 
+def test_what_is_not_brought_out_of_an_effect_is_told_with_why_it_acts_and_told_no_more_once_it_is(desk):
+    worn = Worn(garments=("shirt",))
+    worn.caveats = {"friction": "it is coarse"}
+    settle(desk, worn)
+    assert last(desk, "friction").why == "every garment is worn with it; it is coarse"
+    assert last(desk, "gravity").why == "every garment is worn with it"
+    worn.caveats = {}
+    settle(desk, worn)
+    assert last(desk, "friction").why == "every garment is worn with it"
+
+
 def test_pieces_are_named_with_their_garments_once_others_are_worn(desk):
     sticky(desk)
     assert desk.wishes["effects"]["adhesion"]["parameters"]["panels"] == ["front"]

@@ -9,11 +9,12 @@ import pytest
 from scripted_worker import allow, frames, work
 
 from tryon_server.runtime.order import GarmentOrder
-from tryon_server.sessions.commands import ChangeOutfit, ChangePattern, FollowMotion, Run, WornItem
+from tryon_server.sessions.commands import ChangeEffect, ChangeOutfit, ChangePattern, FollowMotion, Run, WornItem
 from tryon_server.sessions.events import (
     Designed,
     EditMade,
     EditRefused,
+    EffectsTold,
     OutfitRefused,
     OutfitWorn,
     PhaseChanged,
@@ -124,3 +125,34 @@ def test_an_outfit_that_can_t_be_put_on_is_refused_and_what_is_worn_goes_on():
     assert "can't be put on over" in refused.message
     assert len(events(connection, TopologyReady)) == 1
     assert frames(connection)[-1].t_sim > 1.0
+
+
+def test_in_another_order_what_has_to_pass_through_the_other_is_taken_off_and_put_on_again():
+    """Edits and effects are of all that is worn again in a moment: nothing of what was asked is forgotten."""
+    wind = ChangeEffect(5, "wind", "active", {"velocity": [0.0, 0.0, 2.0]})
+    wait = ChangePattern("edit", 4, WIDER, garment="coat")
+    connection = changed(outfit(1, "hat", "coat"), wind, outfit(3, "coat", "hat"), wait, until=6.0, apart=0.9)
+    assert events(connection, OutfitRefused) == []
+    assert [(event.ticket, event.again) for event in events(connection, OutfitWorn)] == [(1, ()), (3, ("hat",))]
+    told = [event.topology_id for event in events(connection, TopologyReady)]
+    assert told[:4] == [1, 2, 3, 4], "both, then the coat alone, then both"
+    said = [(event.detail, event.progress) for event in events(connection, PhaseChanged)]
+    assert ("Taking hat off, to be put on again in the new order", 1.0) in said, "told while it has progress"
+    assert said[-1] == ("Dressed", None)
+    assert [made.ticket for made in events(connection, EditMade)] == [4], "it waited"
+    effects = {effect.name: effect for effect in events(connection, EffectsTold)[-1].effects.effects}
+    assert effects["wind"].state == "active"
+    seen = frames(connection)
+    bared = [frame.t_sim for frame in seen if frame.topology_id == 3]
+    assert len(bared) >= 3, "the others go on meanwhile"
+    times = [frame.t_sim for frame in seen]
+    assert times == sorted(times)
+
+
+def test_in_another_order_also_while_nobody_watches():
+    """What is left is advanced while the clock stands, and the motion goes on from there."""
+    connection = changed(outfit(1, "hat", "coat"), Run(False), outfit(3, "coat", "hat"), Run(True), until=8.0)
+    assert [(event.ticket, event.again) for event in events(connection, OutfitWorn)] == [(1, ()), (3, ("hat",))]
+    assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2, 3, 4]
+    times = [frame.t_sim for frame in frames(connection)]
+    assert times == sorted(times)

@@ -62,7 +62,10 @@ def test_garments_are_put_on_reordered_swapped_and_taken_off(server, session):
     under = put_on(server, session, position=0)
     assert [one["name"] for one in under.json()] == ["tube-3", "tube", "tube-2"]
     order = {"order": ["tube-2", "tube", "tube-3"], "edited": "tube"}
-    assert server.http.put(f"/api/sessions/{session}/garments", json=order).status_code == 200
+    turned = server.http.put(f"/api/sessions/{session}/garments", json=order)
+    assert [one["name"] for one in turned.json() if one["again"]] == ["tube", "tube-3"]
+    listed = server.http.get(f"/api/sessions/{session}/garments").json()
+    assert not any(one["again"] for one in listed), "it is told of the change, not from then on"
     assert worn(server, session) == (["tube-2", "tube", "tube-3"], ["tube"])
     swapped = put_on(server, session, replaces="tube")
     assert [one["name"] for one in swapped.json()] == ["tube-2", "tube", "tube-3"]
@@ -229,7 +232,7 @@ def test_garments_are_put_on_reordered_and_taken_off_over_the_websocket(server, 
         ("tube", "tube", "cotton", 1.0, False),
         ("tube-2", "tube", "denim", 1.0, True),
     ]
-    assert [one.name for one in turned.worn] == ["tube-2", "tube"]
+    assert [(one.name, one.again) for one in turned.worn] == [("tube-2", False), ("tube", True)]
     assert [(one.name, one.edited) for one in off.worn] == [("tube", True)]
     assert worn(server, session) == (["tube"], ["tube"])
 

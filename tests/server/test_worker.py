@@ -224,6 +224,11 @@ def test_without_poses_the_cloth_settles_and_then_nothing_is_solved():
     connection = work([(0.0, allow(1000)), (0.0, Run(True)), (0.5, pose_command(1, 0.0, 0.0))], until=20.0, motion=None)
     when = [t for t, event in zip(connection.times, connection.events) if isinstance(event, FrameReady)]
     assert 13.0 < when[-1] < 14.5
+    settling = [frame for frame in frames(connection) if frame.t_published > 3.0]
+    assert len(settling) > 100, "frames go on, by numbers of their own"
+    assert (np.diff([frame.seq for frame in settling]) > 0).all()
+    assert len({(frame.t_sim, frame.pose_seq) for frame in settling}) == 1, "at the time of the pose, which stands"
+    assert np.ptp([frame.cloth[0, 2] for frame in settling]) > 0.01, "with other cloth"
 
 
 def test_who_joins_where_nothing_moves_any_more_is_shown_it_at_once_and_nobody_else_is_sent_anything():

@@ -31,6 +31,7 @@ class PretendedEffects:
         self.garments = garments
         self.own = {}
         self.now = CALM
+        self.caveats = {}
         self.bound, self.written, self.measured = 0, 0, 0
 
     def under_garments(self, _name, parameters):

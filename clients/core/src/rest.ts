@@ -164,6 +164,8 @@ export interface WornItem {
   /** of its pattern, over its own; "fit": the one that fits */
   readonly size: Size;
   readonly edited: boolean;
+  /** in the change that this tells of it was taken off and put on again */
+  readonly again?: boolean;
 }
 
 export interface SessionInfo {

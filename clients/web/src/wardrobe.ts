@@ -50,10 +50,17 @@ export class Wardrobe {
     if (session === undefined) return;
     try {
       const worn = await this.api.worn(session);
-      if (turn === this.asked && !this.field.disabled) this.take(worn);
+      if (turn === this.asked && !this.field.disabled) this.take(this.withWhatChanged(worn));
     } catch (error) {
       if (!(error instanceof RequestError)) throw error; // of a session that has ended the page tells elsewhere
     }
+  }
+
+  /** The same with what the last change of it was told of, which who only asks is not. */
+  private withWhatChanged(worn: readonly WornItem[]): readonly WornItem[] {
+    const before = this.worn;
+    const same = worn.length === before.length && worn.every(({ name }, k) => name === before[k]?.name);
+    return same ? worn.map((item, k) => ({ ...item, again: before[k]?.again ?? false })) : worn;
   }
 
   /** The session tells what is worn, whoever changed that. */
@@ -100,7 +107,9 @@ export class Wardrobe {
     const edited = make("input", { type: "radio", name: "wardrobe-edited", value: item.name });
     edited.checked = item.edited;
     edited.addEventListener("change", () => this.change(`Editing ${called}`, (session) => this.api.rearrange(session, null, item.name)));
-    const label = make("label", { title: "Edit this garment" }, edited, `${called} `, make("small", {}, item.fabric.replaceAll("_", " ")));
+    const fabric = item.fabric.replaceAll("_", " ");
+    const says = item.again ? `${fabric}, taken off and put on again` : fabric;
+    const label = make("label", { title: "Edit this garment" }, edited, `${called} `, make("small", {}, says));
     const last = this.worn.length - 1;
     const buttons = [
       this.button("↑", `Wear ${called} further out`, place === last, () => this.move(place, place + 1, called)),

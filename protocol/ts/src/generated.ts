@@ -203,6 +203,8 @@ export interface WornGarment {
   size: number | "fit";
   /** edits are of this one */
   edited: boolean;
+  /** it was taken off and put on again for this change. Default: false */
+  again?: boolean;
 }
 
 /** First message of a client. The server answers with `welcome`, or with a fatal `error`. */
@@ -413,7 +415,10 @@ export interface TakeOffMessage {
   request?: number | null;
 }
 
-/** Wear the same garments in another order, or edit another one of them. Answered as `put_on`. */
+/**
+ * Wear the same garments in another order, or edit another one of them. Answered as `put_on`; what has to pass
+ * through others is taken off for it and put on again.
+ */
 export interface ReorderMessage {
   type: "reorder";
   /** names of all that is worn, from the innermost outwards; null: as they are. Default: null */

@@ -325,6 +325,7 @@ class WornReply(Model):
     fabric: str
     size: Size = Field(description="as it was asked for")
     edited: bool = Field(description="edits that name none are of this one")
+    again: bool = Field(False, description="it was taken off and put on again for this change")
 
 
 class EditRequest(Model):

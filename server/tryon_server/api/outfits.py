@@ -52,7 +52,8 @@ async def take_off(session_id: str, name: str, services: ServicesDep) -> list[Wo
 
 @router.put("/{session_id}/garments", openapi_extra=json_body(OutfitRequest))
 async def rearrange(session_id: str, request: Request, services: ServicesDep) -> list[WornReply]:
-    """Wear the same garments in another order, or edit another one of them."""
+    """Wear the same garments in another order, or edit another one of them. Cloth can't pass through cloth: `again`
+    tells which were taken off for that and put on again, the fewest that had to, while the others stayed on."""
     wish = read_json(await request.body(), OutfitRequest)
     wardrobes = services.sessions.wardrobes
     return await _change(session_id, services, lambda outfit: wardrobes.in_order(outfit, wish.order, wish.edited))
@@ -62,7 +63,8 @@ async def _change(
     session_id: str, services: Services, change: Callable[[OutfitRecord], OutfitRecord]
 ) -> list[WornReply]:
     try:
-        return _replies(await services.sessions.change_outfit(session_id, change))
+        changed = await services.sessions.change_outfit(session_id, change)
+        return _replies(changed.outfit, changed.again)
     except ProtocolError as error:
         status = 422 if error.code in REFUSED else 409
         code = f"outfit.{error.code.removeprefix('edit_').removeprefix('outfit_')}"
@@ -70,10 +72,15 @@ async def _change(
         raise problem_error(code, error.message, error.remedy, place=place, status=status) from error
 
 
-def _replies(outfit: OutfitRecord) -> list[WornReply]:
+def _replies(outfit: OutfitRecord, again: tuple[str, ...] = ()) -> list[WornReply]:
     return [
         WornReply(
-            name=one.name, garment=one.garment, fabric=one.fabric, size=one.size, edited=one.name == outfit.edited
+            name=one.name,
+            garment=one.garment,
+            fabric=one.fabric,
+            size=one.size,
+            edited=one.name == outfit.edited,
+            again=one.name in again,
         )
         for one in outfit.worn
     ]

@@ -1,17 +1,23 @@
 """An outfit that was dressed beside what is worn, brought to where the body is by now, and what is worn to where it
 hangs in that: it takes the other's place between two frames, and nobody sees the body go back to the stance in which
-garments are put on, or cloth jump."""
+garments are put on, or cloth jump. What lies on the other side of another garment than before can't be led there, since
+cloth does not pass through cloth: as who dresses takes it off and puts it on again, it is worn no more before the
+others are led, and is worn again with the new outfit."""
 
 from __future__ import annotations
 
+import logging
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from itertools import combinations, pairwise
 
 from tryon_server.runtime.drape import Drape, Stance
 from tryon_server.runtime.sources import LONGEST_MOVE, approach_seconds, leap_towards, moved
 from tryon_solver.body.mesh_sequence import MeshSequence, Moment
 from tryon_solver.body.motion import ease
 from tryon_solver.body.pose import Pose
+
+logger = logging.getLogger(__name__)
 
 STRIDE = 0.15  # s that the body would take, unhurried, for what it goes in a move
 FEWEST = 4  # moves: the fabric takes on the folds of the new stance on the way
@@ -25,21 +31,46 @@ class CatchingUp:
     in which the garment is taken along and feels nothing of the motion: what folds it has in the new stance is found,
     and not how it would have swung on the way. With the next move it takes on the body's speed. From there both go
     along, and what both have is drawn to where the new one has it, which is seen, until that takes the place.
+
+    Attributes:
+        is_there: was the drape that the last part gave the one that was unpacked?
     """
 
-    def __init__(self, unpacking: Iterator[Drape | None], stance: Callable[[], Stance], worn: Drape) -> None:
-        """``stance`` tells where the body of what is ``worn`` is."""
-        self._unpacking, self._stance, self._worn = unpacking, stance, worn
+    def __init__(
+        self,
+        unpacking: Iterator[Drape | None],
+        stance: Callable[[], Stance],
+        worn: Drape,
+        again: Sequence[str] = (),
+    ) -> None:
+        """``stance`` tells where the body of what is ``worn`` is. Those of the names ``again`` are taken off before the
+        others are drawn, and worn again at the end."""
+        self._unpacking, self._stance, self._worn, self._again = unpacking, stance, worn, again
+        self.is_there = False
 
     def parts(self) -> Iterator[Drape | None]:
-        """None after each part but the last, which gives the drape in the stance of the moment. What is worn has to be
-        advanced between them, else they don't end."""
+        """A drape where what is worn gives way to that, from the next frame on: without some of its garments, and, the
+        last part, the new one in the stance of the moment; None after each other part. What is worn has to be advanced
+        between them, else they don't end."""
         for drape in self._unpacking:
             if drape is not None:
-                yield from self._worn.come_to(drape, self._led(drape))
-                yield drape
+                yield from self._taking_over(drape)
                 return
             yield None
+
+    def _taking_over(self, drape: Drape) -> Iterator[Drape | None]:
+        bared = False
+        try:
+            for left in self._worn.come_to(drape, self._led(drape), self._again):
+                bared = bared or left is not None
+                yield left
+        except Exception:
+            if not bared:
+                raise
+            logger.exception("what is worn could not be led all the way")  # what is off is put on nevertheless
+            drape.come_along()
+        self.is_there = True
+        yield drape
 
     def _led(self, drape: Drape) -> Iterator[None]:
         start, goal = drape.pose, self._stance()
@@ -56,6 +87,23 @@ class CatchingUp:
             stance = _between(start, goal, float(ease(k / moves)), drape.own_motion)
             drape.advance(stance, drape.seconds + LONGEST_MOVE)
         drape.come_along()
+
+
+def taken_off_for(before: Sequence[str], after: Sequence[str]) -> tuple[str, ...]:
+    """Of garments that are worn before and after, both told from the innermost outwards, those that have to pass
+    through others: the fewest, and of as few those that come to lie farther out."""
+    common = [name for name in before if name in after]
+    place = {name: after.index(name) for name in common}
+
+    def ascend(kept: tuple[str, ...]) -> bool:
+        return all(place[one] < place[other] for one, other in pairwise(kept))
+
+    for count in range(len(common), 0, -1):
+        orders = [kept for kept in combinations(common, count) if ascend(kept)]
+        if orders:
+            stay = min(orders, key=lambda kept: [place[name] for name in kept])
+            return tuple(name for name in common if name not in stay)
+    return ()
 
 
 def _shortest(start: Stance, goal: Stance) -> float:

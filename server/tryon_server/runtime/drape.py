@@ -3,7 +3,7 @@ other drape that the tests or a later placement bring along."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -147,6 +147,11 @@ class DrapeEffects(Protocol):
     @property
     def garments(self) -> tuple[str, ...]: ...
 
+    @property
+    def caveats(self) -> Mapping[str, str]:
+        """Of effects by name, what is not brought out of them as the cloth is solved now, and what helps; for
+        people."""
+
     def under_garments(self, name: str, parameters: Parameters) -> Parameters:
         """The effect's parameters with each piece called by its garment's name and its own, which hold for whatever is
         worn with that garment, too."""
@@ -230,8 +235,8 @@ class Drape(Protocol):
     def edit_garment(self, name: str) -> None:
         """Edits are of this garment from now on."""
 
-    def take_off(self, name: str) -> Iterator[Drape | None]:
-        """What is worn without the garment of this name, as it is worn then, in parts as those of ``recut``."""
+    def take_off(self, *names: str) -> Iterator[Drape | None]:
+        """What is worn without the garments of these names, as it is worn then, in parts as those of ``recut``."""
 
     def reshape(self, specification: Mapping[str, Any], shape: Any = None) -> str:
         """Take on the pattern's shape, from the next ``advance`` on; why that needs another mesh, and then nothing is
@@ -256,12 +261,14 @@ class Drape(Protocol):
         worn then: its next ``advance`` is this one's. Without one it ends where it has to be dressed anew.
         """
 
-    def come_to(self, other: Any, way: Iterator[None]) -> Iterator[None]:
+    def come_to(self, other: Any, way: Iterator[None], off: Sequence[str] = ()) -> Iterator[Drape | None]:
         """What this drape and the ``other`` have both is drawn to where that has it, while this one is advanced, in
         parts; both are in the same stance at the same time then. First the other comes its ``way``, in parts, to where
         the body is; from there it is advanced along with this one, which no part but an ``advance`` brings any nearer.
+        Where something is to be taken ``off`` before what is left is drawn, one part gives that drape, which is worn in
+        place of this one from then on.
 
-        Raises what ``way`` or advancing the other raises, and then this drape is worn on.
+        Raises what ``way`` or advancing the other raises, and then what was worn last is worn on.
         """
 
     def packed(self) -> Packed:

@@ -23,6 +23,7 @@ from tryon_solver.geometry.named_lines import Cut
 from tryon_solver.geometry.outfit import garments_of
 from tryon_solver.rebind import settle_in, take_over, with_effects
 from tryon_solver.redesign.parsed import parsed
+from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import Simulation
 from tryon_solver.stepping.clocked import times_in_parts
 from tryon_solver.value_ramps import ValueRamps
@@ -32,6 +33,9 @@ REPEATS = 5  # of a call that is measured, since frames wait for them
 LOOKED_AT = 1000  # vertices and triangles, from which is told what a garment is like
 MOST = 0.9  # of them have less than what is told of a tenth
 G = 9.81  # m/s^2
+PATIENT = PRESETS["live"].correction_iterations  # of a step: so many bring friction out, and so does
+FRICTION_ACCURACY = 1e-4  # m, whatever the preset: a sheet that slides is within some percent of Coulomb's speed then
+SLOWED = "what slides fast loses speed in single frames at this detail; an accuracy of 0.1 mm or the detail live helps"
 
 
 class WornTogether(Protocol):
@@ -70,6 +74,13 @@ class SolverEffects:
     def garments(self) -> tuple[str, ...]:
         """Names of what is worn, from the innermost outwards."""
         return tuple(one.worn.name for one in self._worn.garments)
+
+    @property
+    def caveats(self) -> Mapping[str, str]:
+        """What few Newton iterations leave undone: METHOD.md section 6."""
+        settings = self._worn.simulation.settings
+        accurate = settings.accuracy is not None and settings.accuracy <= FRICTION_ACCURACY
+        return {} if accurate or settings.correction_iterations >= PATIENT else {"friction": SLOWED}
 
     def under_garments(self, name: str, parameters: Parameters) -> Parameters:
         """The effect's parameters with each piece called by its garment's name and its own."""

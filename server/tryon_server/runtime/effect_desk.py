@@ -78,6 +78,7 @@ class EffectDesk:
         self._seen: Character | None = None  # what the worn garment and its motion have been like at most, as looked
         self._not_called: Mapping[str, str] = {}  # why nothing of these is armed by itself
         self._fading: tuple[float, float] | None = None  # s that some effect needs to go, and when that was new
+        self._caveats: Mapping[str, str] = {}  # as they were told
         self._quiet = False  # there was nothing to do when it was last looked
         self._acted: Mapping[str, Parameters] | None = None  # what acted when it was asked for what stirs
 
@@ -151,7 +152,7 @@ class EffectDesk:
             self._worn, self._parts, self._measuring, self._quiet = worn, None, None, False
             self._fading = None
             self._times.clear()
-        if worn is None or (self._quiet and not self._choose(worn)):
+        if worn is None or (self._quiet and worn.caveats == self._caveats and not self._choose(worn)):
             return None
         self._arm(worn)
         pause: float | None = LOOK_SECONDS if self._armoury.compiling else None
@@ -339,6 +340,7 @@ class EffectDesk:
             self._measurers = []
         if self._measuring is not None:
             return
+        self._caveats = worn.caveats
         news = EffectsMessage(effects=self._states(worn), auto=self._auto, plan=worn.plan(self._times)), self.wishes
         if news != self._told or answers:
             self._told = news
@@ -379,10 +381,14 @@ class EffectDesk:
             state=state,
             pending=pending,
             parameters=dict(worn.asked.get(name) or (wish.parameters if wish else {}) or _by_default(name)),
-            why=out.get(name, "") or self._why(name, worn),
+            why=out.get(name, "") or self._with_caveat(name, state, worn),
             ms=round(sum(stages.values()), 4) if stages else None,
             stages={stage: round(ms, 4) for stage, ms in stages.items()},
         )
+
+    def _with_caveat(self, name: str, state: str, worn: DrapeEffects) -> str:
+        why, caveat = self._why(name, worn), worn.caveats.get(name, "")
+        return f"{why}; {caveat}" if caveat and state == "active" else why
 
     def _why(self, name: str, worn: DrapeEffects) -> str:
         wish = self._wishes.get(name)

@@ -128,10 +128,12 @@ class OutfitWorker:
             news = self._outfitting.news()
             if news is not None:
                 self._tell(PhaseChanged("ready", news.stage, news.share or 0.0, *self._worn))
-            if remade is not None:
+            if remade is not None and remade.meanwhile:
+                self._wear_meanwhile(remade.drape)
+            elif remade is not None:
                 self._wear_outfit(remade)
                 fabric = self._order.drape.of_edited.fabric
-                self._tell(FabricWorn(fabric) if ticket is None else OutfitWorn(ticket))
+                self._tell(FabricWorn(fabric) if ticket is None else OutfitWorn(ticket, self._outfitting.again))
         except EditError as error:
             self._refuse_outfit(ticket, error)
         except Exception as error:
@@ -197,6 +199,16 @@ class OutfitWorker:
         if remade.seconds is not None:
             self._simulated, self._failures = remade.seconds, 0
             self._tell_worn()
+
+    def _wear_meanwhile(self, drape: Drape) -> None:
+        """Wear what is left where something was taken off that is put on again: nothing of what was ordered or asked of
+        it is forgotten."""
+        assert self._move is not None
+        off = " and ".join(name for name in self._outfitting.again if name not in drape.names)
+        self._tell(self._publisher.dress(drape, self._move))
+        self._drape = drape
+        said = f"Taking {off} off, to be put on again in the new order"
+        self._tell(PhaseChanged("ready", said, 1.0, *self._worn))  # the new outfit is dressed, and not worn yet
 
     def _wear_outfit(self, remade: Remade) -> None:
         drape, order = remade.drape, self._outfitting.order

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
 from tryon_server.runtime.beside import Beside, Made, NotMade, Told
-from tryon_server.runtime.catching_up import CatchingUp
+from tryon_server.runtime.catching_up import CatchingUp, taken_off_for
 from tryon_server.runtime.drape import BuildDrape, Drape, Stance
 from tryon_server.runtime.order import DrapeOrder, GarmentOrder
 from tryon_server.runtime.remaking import Dressing, Remade
@@ -36,7 +36,12 @@ def as_edited(order: DrapeOrder, histories: Histories) -> DrapeOrder:
 
 
 class Outfitting:
-    """At most one outfit on its way, for the command that asked for it."""
+    """At most one outfit on its way, for the command that asked for it.
+
+    Attributes:
+        again: names of what is taken off for it, and put on again with it.
+        bared: is something of that off?
+    """
 
     def __init__(self, beside: Beside, build: BuildDrape) -> None:
         self._beside = beside
@@ -46,6 +51,8 @@ class Outfitting:
         self._catching_up: CatchingUp | None = None
         self.order: DrapeOrder | None = None
         self.ticket: int | None = None
+        self.again: tuple[str, ...] = ()
+        self.bared = False
 
     @property
     def under_way(self) -> bool:
@@ -65,6 +72,7 @@ class Outfitting:
         self.ticket = command.ticket
         left = tuple(one.name for one in command.items)
         gone = [name for name in drape.names if name not in left]
+        self.again, self.bared = taken_off_for(drape.names, left), False
         self._anew = len(gone) != 1 or left != tuple(name for name in drape.names if name not in gone)
         if self._anew:
             self._beside.begin(Dressing(self._build, self.order))
@@ -77,6 +85,7 @@ class Outfitting:
         own = worn.of_edited
         garments = tuple(replace(one, fabric=fabric) if one == own else one for one in worn.garments)
         self.order, self.ticket, self._anew = worn.wearing(garments, worn.edited), None, True
+        self.again, self.bared = (), False
         self._beside.begin(Dressing(self._build, self.order))
 
     def give_up(self) -> None:
@@ -84,6 +93,7 @@ class Outfitting:
         if self.under_way and self._anew:
             self._beside.give_up()
         self.order = self._parts = self._catching_up = None
+        self.bared = False
 
     def news(self) -> Told | None:
         """What is being done for it, where that has changed."""
@@ -95,8 +105,8 @@ class Outfitting:
         return self._catching_up is not None
 
     def go_on(self, drape: Drape, stance: Callable[[], Stance]) -> Remade | None:
-        """Do the next part, between two frames of this drape, which is worn; the new outfit once it is there, and then
-        nothing is under way. ``stance`` tells where the body is.
+        """Do the next part, between two frames of this drape, which is worn; what is to be worn in its place, once that
+        is there: the new outfit, or what is worn until then. ``stance`` tells where the body is.
 
         Raises EditError when it can't be put on.
         """
@@ -106,11 +116,14 @@ class Outfitting:
                 fault = in_parameters(outcome.problem)
                 raise EditError(fault.message, fault.place, fault.remedy)
             if isinstance(outcome, Made):
-                self._catching_up = CatchingUp(outcome.value.unpacking(), stance, drape)
+                self._catching_up = CatchingUp(outcome.value.unpacking(), stance, drape, self.again)
                 self._parts = self._catching_up.parts()
             return None
         made = next(self._parts)
         if made is None:
             return None
+        if self._catching_up is not None and not self._catching_up.is_there:
+            self.bared = True
+            return Remade(made, meanwhile=True)
         self._parts = None
         return Remade(made, seconds=None if self._catching_up is None else made.seconds)

@@ -44,10 +44,12 @@ class Dressing:
 @dataclass(frozen=True)
 class Remade:
     """The garment that was asked for: put on where the old one was worn; or in another stance, and brought to where
-    that is in `seconds` of simulated time since."""
+    that is in `seconds` of simulated time since. Or, `meanwhile`, what is worn without some of its garments until it is
+    there, which are worn again then."""
 
     drape: Drape
     seconds: float | None = None
+    meanwhile: bool = False
 
 
 class Remaking:

@@ -4,7 +4,7 @@ put away."""
 from __future__ import annotations
 
 import logging
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tryon_server.runtime.coming_to import ComingTo
 from tryon_server.runtime.cutting import Cut, Cutting
 from tryon_server.runtime.drape import Asked, GarmentPart, Outfit
 from tryon_server.runtime.effect_binding import SolverEffects, cut_of, in_other_garments
@@ -20,7 +21,7 @@ from tryon_server.runtime.worn_pattern import Shapes, WornPattern
 from tryon_solver.body.mesh_sequence import MeshSequence
 from tryon_solver.body.model import BodyModel
 from tryon_solver.build_in_parts import build_in_parts
-from tryon_solver.drawn import SECONDS, draw, drawing, in_both, left_after, let_go, without_draw
+from tryon_solver.drawn import drawing, drawn_with, in_both, let_go, without_draw
 from tryon_solver.dressing.carry_over import CarryError, prepare, put_on
 from tryon_solver.dressing.change_outfit import recut, without
 from tryon_solver.dressing.opening import Opening
@@ -245,13 +246,21 @@ class SolverDrape:
         """All that is worn, in the shapes that their meshes were made in."""
         return WornOutfit(Together(tuple(one.worn for one in self.garments)), self.simulation, self._stance)
 
-    def take_off(self, name: str) -> Iterator[SolverDrape | None]:
-        """The others worn on without the garment of this name, in parts as those of ``recut``."""
+    def take_off(self, *names: str) -> Iterator[SolverDrape | None]:
+        """The others worn on without the garments of these names, in parts as those of ``recut``."""
+        yield from self._taken_off(names)
+
+    def _taken_off(self, names: Sequence[str], towards: SolverDrape | None = None) -> Iterator[SolverDrape | None]:
+        """The same, with what is left about to be drawn `towards` where another drape has it."""
         shaped = self.shaped()
-        worn = WornOutfit(Together(tuple(one.worn for one in shaped)), self.simulation, self._stance)
-        left = [one for one in shaped if one.worn.name != name]
+        together = Together(tuple(one.worn for one in shaped))
+        left = [one for one in shaped if one.worn.name not in names]
         asked = in_other_garments(self.effects, left)
-        for made in without(worn, name, effects=effects_of(asked, cut_of(left))):
+        effects = effects_of(asked, cut_of(left))
+        if towards is not None:
+            outfit = together.without(*names)
+            effects = drawn_with(effects, outfit.garment, in_both(outfit, towards.worn_outfit().outfit)[0])
+        for made in without(WornOutfit(together, self.simulation, self._stance), *names, effects=effects):
             yield None if made is None else self._gone_on(made.simulation, left, asked)
 
     def shaped(self) -> list[WornGarment]:
@@ -334,8 +343,13 @@ class SolverDrape:
         self._stance, self._time = pose, t
         return report
 
-    def come_to(self, other: SolverDrape, way: Iterator[None]) -> Generator[None, None, None]:
+    def come_to(
+        self, other: SolverDrape, way: Iterator[None], off: Sequence[str] = ()
+    ) -> Iterator[SolverDrape | None]:
         """What both wear drawn to where `other` has it, once that has come its `way` to where the body is."""
+        if off:
+            yield from self._come_to_without(other, way, off)
+            return
         mine, theirs = in_both(self.worn_outfit().outfit, other.worn_outfit().outfit)
         if len(mine) == 0:
             yield from way
@@ -351,14 +365,34 @@ class SolverDrape:
         self.go_on_in(made)
         coming = self._coming_to = ComingTo(other, mine, theirs)
         try:
-            while not coming.is_there:
-                yield None
-                if coming.fault is not None:
-                    raise coming.fault
+            yield from coming.parts()
         finally:
             self._coming_to = None
             if not coming.is_there:  # nobody waits for the other any more: this one is worn on
                 self.go_on_in(let_go(self.simulation, before))
+
+    def _come_to_without(
+        self, other: SolverDrape, way: Iterator[None], off: Sequence[str]
+    ) -> Iterator[SolverDrape | None]:
+        """The other goes along while what is left is made, which is drawn from its first frame on: what a waist was
+        held off by is gone at once, and it would snap to the skin."""
+        yield from way
+        left: SolverDrape | None = None
+        along = self._coming_to = ComingTo(other)
+        try:
+            for left in self._taken_off(off, other):
+                if left is None:
+                    yield None
+                    along.check()
+        finally:
+            self._coming_to = None
+        assert left is not None
+        coming = left._coming_to = ComingTo(other, *in_both(left.worn_outfit().outfit, other.worn_outfit().outfit))
+        yield left
+        try:
+            yield from coming.parts()
+        finally:
+            left._coming_to = None
 
     def cloth_positions(self) -> npt.NDArray[np.float32]:
         """(N, 3) positions of the cloth [m], from ``origin``."""
@@ -367,43 +401,6 @@ class SolverDrape:
     def body_positions(self) -> npt.NDArray[np.float32]:
         """(B, 3) positions of the body's simulated surface [m], from ``origin``."""
         return self.simulation.body_positions()
-
-
-class ComingTo:
-    """What is worn on its way to where another drape has it, which goes along with the same body."""
-
-    def __init__(
-        self, other: SolverDrape, mine: npt.NDArray[np.int32], theirs: npt.NDArray[np.int32]
-    ) -> None:
-        """`mine` and `theirs` (K,): the vertices that both have, as each numbers them."""
-        self.other = other
-        self._mine, self._theirs = mine, theirs
-        self.seconds = 0.0  # simulated so far
-        self.fault: Exception | None = None  # why the other could not go along
-
-    @property
-    def is_there(self) -> bool:
-        """Is it at the end of its way?"""
-        return self.seconds >= SECONDS
-
-    def before_frame(self, drape: SolverDrape, pose: Any, dt: float) -> None:
-        """The drape is about to be advanced to this pose in dt s: advance the other, and draw to where that comes."""
-        if self.fault is not None:
-            return
-        apart = drape.cloth_positions()[self._mine] - self._seen_from(drape)
-        try:
-            self.other.advance(pose, self.other.seconds + dt)
-        except Exception as error:  # what is worn goes on all the same; who waits for the other is told
-            self.fault = error
-            return
-        draw(drape.simulation, self._seen_from(drape) + left_after(self.seconds, dt) * apart)
-        self.seconds += dt
-
-    def _seen_from(self, drape: SolverDrape) -> npt.NDArray[np.float32]:
-        """Where the other has what both have [m], from the drape's origin."""
-        shift = (self.other.origin - drape.origin).astype(np.float32)
-        places: npt.NDArray[np.float32] = self.other.cloth_positions()[self._theirs] + shift
-        return places
 
 
 @dataclass(frozen=True, eq=False)

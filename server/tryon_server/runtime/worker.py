@@ -141,10 +141,15 @@ class Worker(PatternWorker):
             pause = sooner(pause, self._go_on_making())
             self._change_later()
             self._tell_changes()
-            worn = None if self._drape is None else self._drape.effects
-            pause = sooner(pause, self._effects.go_on(worn, self._cost, self._making))
-            if worn is not None and self._source is not None and self._effects.stirs(worn):
-                self._source.settle_anew()
+            if not self._outfitting.bared:  # what is asked of effects is of all that is worn again in a moment
+                pause = sooner(pause, self._go_on_with_effects())
+
+    def _go_on_with_effects(self) -> float | None:
+        worn = None if self._drape is None else self._drape.effects
+        pause = self._effects.go_on(worn, self._cost, self._making)
+        if worn is not None and self._source is not None and self._effects.stirs(worn):
+            self._source.settle_anew()
+        return pause
 
     # Commands -----------------------------------------------------------------------------------------------------
 

@@ -186,9 +186,11 @@ class EffectRefused:
 
 @dataclass(frozen=True)
 class OutfitWorn:
-    """The outfit of the command with this ticket is worn."""
+    """The outfit of the command with this ticket is worn; for it garments of the names ``again`` were taken off and put
+    on again."""
 
     ticket: int
+    again: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

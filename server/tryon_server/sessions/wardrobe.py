@@ -68,9 +68,15 @@ class WardrobeSession(Session):
         return [ChangeWorn(client, message)]
 
     def outfit_changed(
-        self, worn: Sequence[WornItem], edited: str, client: int | None = None, request: int | None = None
+        self,
+        worn: Sequence[WornItem],
+        edited: str,
+        again: Sequence[str],
+        client: int | None = None,
+        request: int | None = None,
     ) -> list[Action]:
-        """These garments are worn and kept, as that client asked for, if one did; all clients are told."""
+        """These garments are worn and kept, as that client asked for, if one did, those of the names ``again`` put on
+        again for it; all clients are told."""
         told = tuple(
             WornGarment(
                 name=item.name,
@@ -78,6 +84,7 @@ class WardrobeSession(Session):
                 fabric=item.fabric,
                 size=FITTING if item.size is None else item.size,
                 edited=item.name == edited,
+                again=item.name in again,
             )
             for item in worn
         )

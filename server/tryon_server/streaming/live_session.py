@@ -177,8 +177,9 @@ class LiveSession:
             what = f"Nothing is worn that it could be worn with: {event.detail}"
             _answer(self._first, ProtocolError("outfit_refused", "$", what, "Open a session with another garment."))
 
-    async def change_outfit(self, items: Sequence[WornItem], edited: str, order: Any) -> None:
-        """Wear these garments, and edit the one of this name; returns once they are worn.
+    async def change_outfit(self, items: Sequence[WornItem], edited: str, order: Any) -> tuple[str, ...]:
+        """Wear these garments, and edit the one of this name; returns once they are worn, with the names of those that
+        were taken off for it and put on again.
 
         Raises:
             ProtocolError: they can't be worn so, or not now; what was worn is worn on.
@@ -187,13 +188,19 @@ class LiveSession:
         asked: asyncio.Future[OutfitWorn] = self._loop.create_future()
         self._asked[ticket] = asked
         self._carry_out(actions)
-        await asked
+        return (await asked).again
 
     def tell_outfit(
-        self, items: Sequence[WornItem], edited: str, client: int | None = None, request: int | None = None
+        self,
+        items: Sequence[WornItem],
+        edited: str,
+        again: Sequence[str],
+        client: int | None = None,
+        request: int | None = None,
     ) -> None:
-        """These garments are worn and kept; that client asked for them, if one did."""
-        self._carry_out(self.machine.outfit_changed(items, edited, client, request))
+        """These garments are worn and kept, those of the names ``again`` were put on again for it; that client asked
+        for them, if one did."""
+        self._carry_out(self.machine.outfit_changed(items, edited, again, client, request))
 
     async def _wear_for(self, client: int, wish: OutfitWish) -> None:
         """Wear what a client asks for; it is told how that ended."""

@@ -40,7 +40,7 @@ from tryon_server.sessions.events import EditMade
 from tryon_server.settings import Settings
 from tryon_server.streaming.histories import BEGINNING, WaitingChanges, carry_on
 from tryon_server.streaming.live_session import LiveSession
-from tryon_server.streaming.wardrobes import Wardrobes, as_protocol_errors, history_key
+from tryon_server.streaming.wardrobes import Changed, Wardrobes, as_protocol_errors, history_key
 from tryon_server.uploads.service import BodyUploads, MotionUploads
 
 logger = logging.getLogger(__name__)
@@ -287,8 +287,8 @@ class LiveSessions:
             live, change = self._live[session_id], self.wardrobes.wished(wish, fabric)
             await self._change_outfit(live, await self.record(session_id), change, client, wish.request)
 
-    async def change_outfit(self, session_id: str, change: Callable[[OutfitRecord], OutfitRecord]) -> OutfitRecord:
-        """Have a live session wear another outfit, made of what it wears in its turn; what it wears, once that is kept.
+    async def change_outfit(self, session_id: str, change: Callable[[OutfitRecord], OutfitRecord]) -> Changed:
+        """Have a live session wear another outfit, made of what it wears in its turn.
 
         Raises:
             ProblemError: 404 no such session, 409 it has ended, or what `change` raises.
@@ -309,15 +309,15 @@ class LiveSessions:
         change: Callable[[OutfitRecord], OutfitRecord],
         client: int | None = None,
         request: int | None = None,
-    ) -> OutfitRecord:
+    ) -> Changed:
         """The same in its turn; a client asked for it by that request, or nobody with a connection did."""
         wanted = change(await self.outfit(record))
         await asyncio.to_thread(self.wardrobes.hold, record.id, wanted)
         order = await asyncio.to_thread(self.wardrobes.garments, record.id, wanted)
-        await live.change_outfit(self.wardrobes.items(wanted), wanted.edited, order)
+        again = await live.change_outfit(self.wardrobes.items(wanted), wanted.edited, order)
         await asyncio.to_thread(self.wardrobes.keep, record.id, wanted)
-        live.tell_outfit(self.wardrobes.items(wanted), wanted.edited, client, request)
-        return wanted
+        live.tell_outfit(self.wardrobes.items(wanted), wanted.edited, again, client, request)
+        return Changed(wanted, again)
 
     async def outfit(self, record: SessionRecord) -> OutfitRecord:
         """What a session wears, with the fabrics that edits have chosen."""

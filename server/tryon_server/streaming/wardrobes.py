@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import msgspec
@@ -28,6 +28,14 @@ from tryon_server.streaming.histories import carry_on, told
 
 MOST = 6  # garments of one session
 FIRST = 1  # the number of the garment that a session was opened with, whose edits are kept under the session's id
+
+
+@dataclass(frozen=True)
+class Changed:
+    """What a session wears after a change of it, and the names of what was taken off for it and put on again."""
+
+    outfit: OutfitRecord
+    again: tuple[str, ...]
 
 
 class Wardrobes:

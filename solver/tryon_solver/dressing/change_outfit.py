@@ -1,4 +1,4 @@
-"""Another outfit where one is worn, between two frames: without one of its garments, or with one in another cut.
+"""Another outfit where one is worn, between two frames: without some of its garments, or with one in another cut.
 
 What stays keeps its places and velocities, and what its contacts remember. What is taken off leaves a state that is
 free as it is; a new cut is carried over from the old one (carry_over.py) with all else around it.
@@ -23,18 +23,17 @@ from tryon_solver.simulation import Simulation
 
 
 def without(
-    worn: WornOutfit, name: str, more: Iterable[object] = (), effects: Sequence[Effect] | None = None
+    worn: WornOutfit, *names: str, more: Iterable[object] = (), effects: Sequence[Effect] | None = None
 ) -> Iterator[WornOutfit | None]:
-    """Take the garment of this name off, in parts, None after each but the last, between which the outfit may be
+    """Take the garments of these names off, in parts, None after each but the last, between which the outfit may be
     advanced; `more` are parts of something else, `effects` those of what is left, the worn ones if none are given. The
     new simulation's clock begins at 0.
 
-    Raises ValueError where the outfit has no such garment, or no other.
+    Raises ValueError where the outfit has no such garments, or no other.
     """
-    outfit, before = worn.outfit.without(name), worn.simulation
-    kept = np.concatenate(
-        [np.arange(layer.vertices.start, layer.vertices.stop) for layer in worn.outfit.layers if layer.name != name]
-    )
+    outfit, before = worn.outfit.without(*names), worn.simulation
+    spans = [layer.vertices for layer in worn.outfit.layers if layer.name not in names]
+    kept = np.concatenate([np.arange(span.start, span.stop) for span in spans])
     for simulation in _built(worn, outfit, before.cloth_positions()[kept].astype(np.float64), effects, more):
         if simulation is None:
             yield None

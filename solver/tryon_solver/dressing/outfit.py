@@ -103,12 +103,13 @@ class Outfit:
         """The outfit with this garment over all others."""
         return Outfit((*self.worn, one))
 
-    def without(self, name: str) -> Outfit:
-        """The outfit without the garment of this name. Raises ValueError where that leaves none, or there is none."""
-        left = tuple(one for one in self.worn if one.name != name)
-        if len(left) == len(self.worn) or not left:
-            names = ", ".join(one.name for one in self.worn)
-            raise ValueError(f"of the outfit of {names}, {name!r} can't be taken off")
+    def without(self, *names: str) -> Outfit:
+        """The outfit without the garments of these names, at least one. Raises ValueError where that leaves none, or
+        there is none of a name."""
+        left = tuple(one for one in self.worn if one.name not in names)
+        if not left or not set(names) <= {one.name for one in self.worn}:
+            worn, off = (", ".join(each) for each in ([one.name for one in self.worn], map(repr, names)))
+            raise ValueError(f"of the outfit of {worn}, {off} can't be taken off")
         return Outfit(left)
 
 

@@ -7,7 +7,7 @@ error is asked for; under a deadline they take QUICKEST at least.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
@@ -146,8 +146,8 @@ class Tunic:
     def edit_garment(self, name: str) -> None:
         self.edited = name
 
-    def take_off(self, name: str) -> Iterator[Tunic]:
-        left = Tunic(self.advice, {own: fabric for own, fabric in self.fabrics.items() if own != name})
+    def take_off(self, *names: str) -> Iterator[Tunic]:
+        left = Tunic(self.advice, {own: fabric for own, fabric in self.fabrics.items() if own not in names})
         left.current, left.t, left.origin = self.current, self.t, self.origin
         yield left
 
@@ -161,8 +161,10 @@ class Tunic:
     def seconds(self) -> float:
         return self.t
 
-    def come_to(self, _other: object, way: Iterator[None]) -> Iterator[None]:
+    def come_to(self, _other: object, way: Iterator[None], off: Sequence[str] = ()) -> Iterator[Tunic | None]:
         yield from way
+        if off:
+            yield from self.take_off(*off)
 
     def leap(self, by: np.ndarray) -> None:
         self.origin = self.origin + by

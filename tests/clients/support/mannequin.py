@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import ClassVar
 
@@ -73,7 +73,7 @@ class Tunic:
     def come_along(self) -> None:
         """It feels nothing, ever."""
 
-    def come_to(self, _other: object, way: Iterator[None]) -> Iterator[None]:
+    def come_to(self, _other: object, way: Iterator[None], _off: Sequence[str] = ()) -> Iterator[Tunic | None]:
         yield from way
 
     def leap(self, by: np.ndarray) -> None:

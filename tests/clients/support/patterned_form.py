@@ -114,9 +114,9 @@ class PatternedTunic(Tunic):
         changed = {**self._specifications, self.edited: specification}
         yield self._as_now(PatternedTunic({**self.fabrics, self.edited: fabric}, changed, self.effects.asked))
 
-    def take_off(self, name: str) -> Iterator[PatternedTunic]:  # type: ignore[override]
-        fabrics = {own: fabric for own, fabric in self.fabrics.items() if own != name}
-        left = {own: specification for own, specification in self._specifications.items() if own != name}
+    def take_off(self, *names: str) -> Iterator[PatternedTunic]:  # type: ignore[override]
+        fabrics = {own: fabric for own, fabric in self.fabrics.items() if own not in names}
+        left = {own: specification for own, specification in self._specifications.items() if own not in names}
         yield self._as_now(PatternedTunic(fabrics, left, self.effects.asked))
 
     def unpacking(self, specification: Any = None) -> Iterator[PatternedTunic]:  # type: ignore[override]

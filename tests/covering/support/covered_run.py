@@ -6,14 +6,13 @@ import time
 from typing import Any
 
 import numpy as np
+from covered_limits import FASTEST, STRETCHED
 from covered_scene import CoveredScene, make_scene
 from covering_array import Row
 from frame_judge import FrameJudge, FrameVerdict, principal_stretches
 
 EVERY = 2  # frames to one that IPC Toolkit is asked about
 G = 9.81  # m/s^2
-FASTEST = 10.0  # m/s of a vertex, over what its fall gives it: wind, hands and the body's motion together give less
-STRETCHED = 3.0  # of the pattern's length: nothing that is asked for pulls harder; a spring that has gone wild does
 
 
 def play(row: Row, seconds: float, device: str = "cpu") -> dict[str, Any]:
@@ -48,7 +47,8 @@ class Judged:
         self.crossing: list[int] = []
         self.judged = self.free = self.void = self.asleep = 0
         self.fastest = self.stretch = 0.0
-        self.last_speed = 0.0
+        self.last_speed = self.usual = 0.0
+        self.stretched_at: list[str] = []
         sim = scene.sim
         self.start = self.x = sim.cloth_positions().astype(np.float64)
         self.body = scene.row["body contact"] == "on"
@@ -78,12 +78,18 @@ class Judged:
         garment = self.scene.sim.scene.garment
         speeds = np.linalg.norm(self.x - before, axis=1) * self.scene.rate
         falls = 2 * G * np.maximum(self.start[:, 1] - self.x[:, 1], 0) * (self.scene.row["gravity"] == "down")
-        own = np.sqrt(np.maximum(speeds**2 - falls, 0)).max()
+        each = np.sqrt(np.maximum(speeds**2 - falls, 0))
+        own = each.max()
         if own > FASTEST >= self.fastest:
             self.broken.append(f"frame {frame}: a vertex goes at {own:.1f} m/s")
-        stretch = principal_stretches(self.x, garment.faces, garment.uv_corners).max()
+        stretches = principal_stretches(self.x, garment.faces, garment.uv_corners)[:, 1]
+        stretch = stretches.max()
         if stretch > STRETCHED >= self.stretch:
             self.broken.append(f"frame {frame}: a triangle is stretched to {stretch:.2f}")
+        if own > self.fastest:
+            self.usual = float(np.median(each))
+        if stretch > self.stretch:
+            self.stretched_at = self.scene.acting_on(garment.faces[stretches.argmax()])
         self.fastest, self.stretch = max(self.fastest, float(own)), max(self.stretch, float(stretch))
         self.last_speed = float(np.sqrt((speeds**2).mean()))
 
@@ -107,7 +113,9 @@ class Judged:
             "free": self.free,
             "crossing": self.crossing,
             "fastest": self.fastest,
+            "usual": self.usual,
             "stretch": self.stretch,
+            "stretched_at": self.stretched_at,
             "speed_at_end": self.last_speed,
             "void": self.void,
             "asleep": self.asleep,

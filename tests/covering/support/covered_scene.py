@@ -136,6 +136,20 @@ class CoveredScene:
         if row["adhesion"] == "wet cling":
             yield "adhesion", "share", [1.0 if time < 1.5 else 0.3]
 
+    def acting_on(self, triangle: np.ndarray) -> list[str]:
+        """Of the row, what pulls at a vertex of this triangle: its factors; "outer" where the other garment has it."""
+        row, cloth = self.row, self.cloth
+        if triangle.min() >= cloth.garment.vertex_count:
+            return ["outer"]
+        pulls = {
+            "pins": cloth.corners,
+            "fasteners": cloth.buttons,
+            "sewing": cloth.dart,
+            "elastic": cloth.across,
+            "creases": cloth.along,
+        }
+        return [factor for factor, where in pulls.items() if row[factor] != "none" and np.isin(triangle, where).any()]
+
     def _carried(self, time: float) -> np.ndarray:
         """(3,) m by which a person has gone."""
         now, then = self.stance(time), self.stance(0.0)

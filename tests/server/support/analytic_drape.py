@@ -153,11 +153,11 @@ class WavingSheet:
         assert name in self.names
         self.edited = name
 
-    def take_off(self, name):
+    def take_off(self, *names):
         for _ in range(PARTS - 1):
             yield None
         sheet = copy(self)
-        sheet.specifications = {own: value for own, value in self.specifications.items() if own != name}
+        sheet.specifications = {own: value for own, value in self.specifications.items() if own not in names}
         sheet.effects = PretendedEffects(self.effects.asked, tuple(sheet.specifications))
         sheet.edited = self.edited if self.edited in sheet.names else sheet.names[-1]
         yield sheet
@@ -213,12 +213,19 @@ class WavingSheet:
     def seconds(self) -> float:
         return self.t
 
-    def come_to(self, other, way):
+    def come_to(self, other, way, off=()):
         yield from way
-        self.comes_to, until = other, self.t + DRAWN
-        while self.t < until:
+        worn = self
+        if off:
+            *parts, worn = self.take_off(*off)
+            yield from parts
+            worn.current, worn.t = self.current, self.t
+        worn.comes_to, until = other, worn.t + DRAWN
+        if worn is not self:
+            yield worn
+        while worn.t < until:
             yield
-        self.comes_to = None
+        worn.comes_to = None
 
     def leap(self, by: np.ndarray) -> None:
         self.origin = self.origin + by

@@ -1,0 +1,6 @@
+"""The tests here find what they share as the command does."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent / "support"))
