@@ -3,12 +3,14 @@
 What was put on anew hangs in other folds, and what is put on over it gathers it. Nothing that is seen with it may pass
 through it on its way, so the way is simulated, under contact, in the outfit in which it is seen: that one lacks what is
 put on, so the way is as free as it can be. Springs draw every vertex that both have, as stiff as what a skirt's waist
-presses with asks for, in a move of dt after the time t of SECONDS in all, to
+presses with asks for, in a move of dt after the time t of T in all, to
 
-    p = y' + (1 - s) (x - y),   1 - s = (1 - ease((t + dt) / SECONDS)) / (1 - ease(t / SECONDS))
+    p = y' + (1 - s) (x - y),   1 - s = (1 - ease((t + dt) / T)) / (1 - ease(t / T))
 
 x is where it is, y and y' where the other has it before and after that move, so that x - y dwindles by `ease`, from and
-to a standstill, however the body moves meanwhile. Ours.
+to a standstill, however the body moves meanwhile. T is as long as no vertex goes faster than FASTEST on that way, whose
+steepest is 15/8 of its mean; what contact holds back and then lets go is not drawn faster, either: p is no nearer to y'
+than |x - y| - dt FASTEST. Ours.
 """
 
 from __future__ import annotations
@@ -27,7 +29,10 @@ from tryon_solver.rebind import take_over, with_effects
 from tryon_solver.scene import Effect, Pins, Sleep
 from tryon_solver.simulation import Simulation
 
-SECONDS = 1 / 3  # simulated, that it takes
+SECONDS = 1 / 3  # simulated, that it takes at least, and as long as
+FASTEST = 1.0  # m/s is the most that a vertex is drawn with against where the other has it: cloth that has slipped off
+# hangs half a metre away
+STEEPEST = 15 / 8  # times its mean slope, that of `ease` halfway
 PULL = 1e5  # N/m^3, per area of what is drawn: 100 Pa, as a tight waist presses, hold it off by a millimetre
 
 
@@ -77,11 +82,22 @@ def let_go(drawn: Simulation, effects: Sequence[Effect]) -> Simulation:
     return made
 
 
-def left_after(t: float, dt: float) -> float:
-    """Of what is left of the way at the time t of SECONDS, the share that is left dt s later: 1 - s above."""
-    if t + dt >= SECONDS:
-        return 0.0
-    return float((1.0 - ease((t + dt) / SECONDS)) / (1.0 - ease(t / SECONDS)))
+def seconds_for(apart: npt.NDArray[np.floating]) -> float:
+    """Simulated, that it takes to draw vertices that are `apart` (K, 3) m from where they are wanted."""
+    farthest = float(np.linalg.norm(apart, axis=1).max(initial=0.0))
+    return max(SECONDS, STEEPEST * farthest / FASTEST)
+
+
+def left_after(apart: npt.NDArray[np.floating], t: float, dt: float, seconds: float) -> npt.NDArray[np.floating]:
+    """(K, 3) m: what is to be left dt s later of vertices that are so far `apart` (K, 3) m at the time t of `seconds`:
+    p - y' above."""
+    share = 0.0
+    if t + dt < seconds:
+        share = float((1.0 - ease((t + dt) / seconds)) / (1.0 - ease(t / seconds)))
+    length = np.linalg.norm(apart, axis=1, keepdims=True)
+    slowest = 1.0 - dt * FASTEST / np.maximum(length, dt * FASTEST)
+    left: npt.NDArray[np.floating] = np.maximum(share, slowest) * apart
+    return left
 
 
 def draw(simulation: Simulation, places: np.ndarray) -> None:

@@ -11,7 +11,7 @@ from tryon_server.app import BUILT_IN_PATTERNS
 from tryon_server.runtime import production
 from tryon_server.runtime.order import DrapeOrder, GarmentOrder
 from tryon_solver.body.pose import Pose
-from tryon_solver.drawn import SECONDS, in_both
+from tryon_solver.drawn import FASTEST, SECONDS, in_both, left_after, seconds_for
 from tryon_solver.effects.drawn import bind as bind_drawn
 
 STEP = 1 / 30
@@ -81,6 +81,24 @@ def test_what_is_worn_is_led_over_and_passes_through_nothing(both):
     assert left.max() < 0.2 * far.max()
     assert max(moved) < 0.25 * far.max(), "gently"
     assert other.stance is worn.stance
+
+
+@pytest.mark.parametrize("held", [0, 12, 24])
+def test_what_hangs_far_off_is_drawn_no_faster_than_it_may(held):
+    """Cloth that has slipped off, 0.6 m from where it is wanted, and beside it a centimetre; all goes exactly where it
+    is drawn to, but for so many frames in which contact holds the first vertex,
+    which is caught up with if it can be."""
+    apart = np.array([[0.0, -0.6, 0.0], [0.01, 0.0, 0.0]])
+    seconds, t, k = seconds_for(apart), 0.0, 0
+    while t < seconds:
+        left = left_after(apart, t, STEP, seconds)
+        if k < held:
+            left[0] = apart[0]
+        assert np.linalg.norm(left - apart, axis=1).max() <= FASTEST * STEP * (1 + 1e-9)
+        apart, t, k = left, t + STEP, k + 1
+    assert seconds <= t < seconds + STEP
+    assert np.linalg.norm(apart[1]) < 1e-12
+    assert bool(np.linalg.norm(apart[0]) < 1e-12) is (held < 24)
 
 
 def test_who_is_given_up_leaves_what_is_worn_as_it_hangs_by_itself(both):

@@ -4,6 +4,7 @@ put away."""
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -20,7 +21,7 @@ from tryon_server.runtime.worn_pattern import Shapes, WornPattern
 from tryon_solver.body.mesh_sequence import MeshSequence
 from tryon_solver.body.model import BodyModel
 from tryon_solver.build_in_parts import build_in_parts
-from tryon_solver.drawn import SECONDS, draw, drawing, in_both, left_after, let_go, without_draw
+from tryon_solver.drawn import draw, drawing, in_both, left_after, let_go, seconds_for, without_draw
 from tryon_solver.dressing.carry_over import CarryError, prepare, put_on
 from tryon_solver.dressing.change_outfit import recut, without
 from tryon_solver.dressing.opening import Opening
@@ -378,26 +379,29 @@ class ComingTo:
         """`mine` and `theirs` (K,): the vertices that both have, as each numbers them."""
         self.other = other
         self._mine, self._theirs = mine, theirs
-        self.seconds = 0.0  # simulated so far
+        self._seconds = 0.0  # simulated so far,
+        self._in_all = math.inf  # of so many, which is known with the first frame
         self.fault: Exception | None = None  # why the other could not go along
 
     @property
     def is_there(self) -> bool:
         """Is it at the end of its way?"""
-        return self.seconds >= SECONDS
+        return self._seconds >= self._in_all
 
     def before_frame(self, drape: SolverDrape, pose: Any, dt: float) -> None:
         """The drape is about to be advanced to this pose in dt s: advance the other, and draw to where that comes."""
         if self.fault is not None:
             return
         apart = drape.cloth_positions()[self._mine] - self._seen_from(drape)
+        if self._seconds == 0.0:
+            self._in_all = seconds_for(apart)
         try:
             self.other.advance(pose, self.other.seconds + dt)
         except Exception as error:  # what is worn goes on all the same; who waits for the other is told
             self.fault = error
             return
-        draw(drape.simulation, self._seen_from(drape) + left_after(self.seconds, dt) * apart)
-        self.seconds += dt
+        draw(drape.simulation, self._seen_from(drape) + left_after(apart, self._seconds, dt, self._in_all))
+        self._seconds += dt
 
     def _seen_from(self, drape: SolverDrape) -> npt.NDArray[np.float32]:
         """Where the other has what both have [m], from the drape's origin."""
