@@ -36,6 +36,7 @@ from tryon_solver.rebind import take_over
 from tryon_solver.redesign.drag import Shape
 from tryon_solver.redesign.parsed import parsed
 from tryon_solver.redesign.remesh import Remesh
+from tryon_solver.redesign.slack import Slack
 from tryon_solver.redesign.structure import difference
 from tryon_solver.reshape import OtherStructureError
 from tryon_solver.results import StepReport
@@ -211,15 +212,15 @@ class SolverDrape:
         effects = effects_of(asked, cut_of(garments))
         try:
             recut = partial(self._recut_alone, hung) if len(garments) == 1 else self._recut_among
-            for simulation in recut(cut, new, effects):
-                yield None if simulation is None else self._gone_on(simulation, garments, asked)
+            for made in recut(cut, new, effects):
+                yield None if made is None else self._gone_on_with_slack(*made, garments, asked)
         except (CarryError, GarmentError) as error:
             logger.info("the garment can't be carried over: %s", error)
             self.not_carried = str(error)
 
     def _recut_alone(
         self, hung: PackedDrape | None, cut: Cut, new: WornGarment, effects: tuple[Effect, ...]
-    ) -> Iterator[Simulation | None]:
+    ) -> Iterator[tuple[Simulation, Slack | None] | None]:
         prepared = None
         for made in prepare(self.simulation, cut.made, new.worn.fabric, new.drag_in_parts(), effects):
             prepared = made
@@ -228,7 +229,8 @@ class SolverDrape:
         there = None if hung is None else hung.hung
         for reach in REACHES:
             try:
-                yield put_on(prepared, self.simulation, self.own.mesh_now(), there, reach).simulation
+                carried = put_on(prepared, self.simulation, self.own.mesh_now(), there, reach)
+                yield carried.simulation, carried.slack
                 return
             except CarryError as error:
                 if reach == REACHES[-1] or not error.came_back:
@@ -237,10 +239,10 @@ class SolverDrape:
 
     def _recut_among(
         self, cut: Cut, new: WornGarment, effects: tuple[Effect, ...]
-    ) -> Iterator[Simulation | None]:
+    ) -> Iterator[tuple[Simulation, Slack | None] | None]:
         worn, fabric, more = self.worn_outfit(), new.worn.fabric, new.drag_in_parts()
         for made in recut(worn, self.edited, cut.made, self.own.mesh_now, fabric, more, effects):
-            yield None if made is None else made.simulation
+            yield None if made is None else (made.outfit.simulation, made.slack)
 
     def worn_outfit(self) -> WornOutfit:
         """All that is worn, in the shapes that their meshes were made in."""
@@ -272,6 +274,15 @@ class SolverDrape:
         drape.outfit = replace(drape.outfit, fit=old.fit, fitting_size=old.fitting_size)
         drape.own_motion, drape.origin = self.own_motion, self.origin
         drape._dressed_at, drape._time = -self._time, self._time
+        return drape
+
+    def _gone_on_with_slack(
+        self, simulation: Simulation, slack: Slack | None, garments: Sequence[WornGarment], asked: Asked
+    ) -> SolverDrape:
+        """The same where the cut of the garment that is edited is new, and begins with this slack."""
+        drape = self._gone_on(simulation, garments, asked)
+        if slack is not None:
+            drape.own.begun_edit(simulation, drape.layer_of(drape.edited)).begin_with(slack)
         return drape
 
     def packed(self) -> PackedDrape:

@@ -27,6 +27,7 @@ from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.spread import Points, spread
 from tryon_solver.geometry.weld import WeldedMesh
 from tryon_solver.materials.fabric import Fabric
+from tryon_solver.redesign.slack import Slack
 from tryon_solver.scene import Effect, Scene
 from tryon_solver.simulation import Simulation
 
@@ -62,11 +63,13 @@ class Prepared:
 
 @dataclass(frozen=True)
 class Carried:
-    """The new cut, worn: the running simulation, its welded mesh, and what had to be freed."""
+    """The new cut, worn: the running simulation, its welded mesh, what had to be freed, and the slack that its rest
+    shape is to begin with, None where nothing was drawn out."""
 
     simulation: Simulation
     welded: WeldedMesh
     freed: Freed
+    slack: Slack | None
 
 
 def carry_over(worn: Simulation, before: PanelMesh, after: PanelMesh) -> Carried:
@@ -121,8 +124,8 @@ def put_on(
     room = ROOM * simulation.contact.sizes.xi_self
     where = worn.cloth_positions(), worn.state.v.numpy()
     back = None if hung is None else Returning(hung, reach, cut, worn, simulation)
-    x, v = laid_over(cut, before, worn.scene.garment.faces, where, simulation.scene.fabric, room, back)
-    simulation.start_at(x, worn.body_positions().astype(np.float64), worn.body.pose)
+    laid = laid_over(cut, before, worn.scene.garment.faces, where, simulation.scene.fabric, room, back)
+    simulation.start_at(laid.x, worn.body_positions().astype(np.float64), worn.body.pose)
     came_back = back is not None and back.came_back
     prepared.tangle.most_rounds = RETURNED_ROUNDS if came_back else ROUNDS
     try:
@@ -130,8 +133,24 @@ def put_on(
     except CarryError as error:
         error.came_back = back is not None and back.came_back and not back.with_all
         raise
-    simulation.state.v.assign(v.astype(np.float32))
-    return Carried(simulation, cut.welded, freed)
+    simulation.state.v.assign(laid.v.astype(np.float32))
+    return Carried(simulation, cut.welded, freed, laid.slack_at(simulation.cloth_positions()))
+
+
+@dataclass(frozen=True, eq=False)
+class Laid:
+    """The new cut's `garment` where it is to be put on: its vertices at x (N, 3) m, as fast as v (N, 3) m/s, and where
+    its triangles' corners had come from what is worn before anything was drawn, `carried` (F, 3, 3) m, zero of what did
+    not."""
+
+    garment: Garment
+    x: Points
+    v: Points
+    carried: Points
+
+    def slack_at(self, x: NDArray[np.float32]) -> Slack | None:
+        """That of the cut once its vertices are freed and at x (N, 3) m."""
+        return Slack.of(self.garment, x.astype(np.float64), self.carried)
 
 
 def laid_over(
@@ -142,10 +161,10 @@ def laid_over(
     fabric: Fabric,
     room: float,
     back: Returning | None = None,
-) -> tuple[Points, Points]:
-    """Where the new cut's vertices (N, 3) m lie, and how fast they are [m/s], from `where` those of the garment with
-    these `faces` (F, 3) are, whose mesh is `before`; `room` m is to be between what was sewn together, and `back`
-    knows where what lies over none of its cloth is to be."""
+) -> Laid:
+    """Where the new cut lies, and how fast it is, from `where` the vertices of the garment with these `faces` (F, 3)
+    are, (N, 3) m, and how fast, (N, 3) m/s, whose mesh is `before`; `room` m is to be between what was sewn together,
+    and `back` knows where what lies over none of its cloth is to be."""
     after, joined = cut.mesh, cut.welded
     overlay = cut.overlay if cut.overlay.is_over(before) else Overlay.of(before, after)
     corners = faces[overlay.face]
@@ -161,7 +180,7 @@ def laid_over(
     were[missing[after.faces].any(axis=1)] = 0.0  # how long it is there says nothing of how long it has been
     x = joined.mean_of_vertices(drawn_together(after, joined, places))
     x = eased(cut.garment, x, were, fabric.strain_limit)
-    return drawn_back(cut.garment, x, room), joined.mean_of_vertices(speeds)
+    return Laid(cut.garment, drawn_back(cut.garment, x, room), joined.mean_of_vertices(speeds), were)
 
 
 def freed_where_worn(tangle: Tangle, pieces: Sequence[str]) -> Freed:

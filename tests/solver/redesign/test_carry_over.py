@@ -36,8 +36,10 @@ from tryon_solver.geometry.pattern import parse_pattern
 from tryon_solver.geometry.size import in_size
 from tryon_solver.geometry.spread import EXACTLY
 from tryon_solver.geometry.weld import weld
+from tryon_solver.live_edit import FASTEST_STRAIN, LiveEdit
 from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.redesign.apply import apply
+from tryon_solver.redesign.drag import begin_drag
 from tryon_solver.redesign.plain import parse_edit
 from tryon_solver.simulation import build
 from tryon_solver.subspace.basis import basis_by_edges
@@ -111,6 +113,31 @@ def test_another_cut_goes_on_where_the_garment_was(walking, name):
     assert_goes_on(walking, sim)
     np.testing.assert_array_equal(walking.sim.cloth_positions(), before[0])  # the old one is as it was
     assert walking.sim.state.time == before[1]
+
+
+def test_what_is_drawn_together_is_let_go_over_time(walking):
+    """A dart of 6 cm: where its fabric is as short as in the pattern from the first frame on, that is thrown."""
+    wide = {**EDITS["dart"], "width": 0.06, "depth": 0.15}
+    pattern = parse_pattern(apply(demo("tshirt"), parse_edit(wide)).specification)
+    mesh, fastest = mesh_pattern(pattern, EDGE), {}
+    for with_slack in (False, True):
+        carried = carry_over(walking.sim, walking.mesh, mesh)
+        sim, shape = carried.simulation, carried.simulation.scene.garment.uv_corners
+        inverse, edit = sim.search.inverse.numpy(), LiveEdit(sim, begin_drag(mesh, pattern, sim.scene.fabric.thickness))
+        if with_slack:
+            edit.begin_with(carried.slack)
+            assert edit.ramp_seconds == pytest.approx(carried.slack.largest_strain() / FASTEST_STRAIN)
+        moved = []
+        for k in range(1, 9):
+            x = sim.cloth_positions()
+            edit.before_frame(k / FPS)
+            sim.advance(walking.pose(AT + k), k / FPS)
+            moved.append(FPS * np.linalg.norm(sim.cloth_positions() - x, axis=1).max())
+            assert edit.there is (not with_slack or k / FPS >= edit.ramp_seconds)
+        np.testing.assert_array_equal(sim.scene.garment.uv_corners, shape)
+        np.testing.assert_array_equal(sim.search.inverse.numpy(), inverse)
+        fastest[with_slack] = max(moved[:3])
+    assert fastest[True] < 0.7 * fastest[False]
 
 
 @pytest.mark.parametrize("reach", REACHES)
