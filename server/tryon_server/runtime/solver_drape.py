@@ -21,7 +21,7 @@ from tryon_server.runtime.worn_pattern import Shapes, WornPattern
 from tryon_solver.body.mesh_sequence import MeshSequence
 from tryon_solver.body.model import BodyModel
 from tryon_solver.build_in_parts import build_in_parts
-from tryon_solver.drawn import draw, drawing, in_both, left_after, let_go, seconds_for, without_draw
+from tryon_solver.drawn import Common, draw, drawing, in_both, left_after, let_go, seconds_for, without_draw
 from tryon_solver.dressing.carry_over import CarryError, prepare, put_on
 from tryon_solver.dressing.change_outfit import recut, without
 from tryon_solver.dressing.opening import Opening
@@ -248,6 +248,11 @@ class SolverDrape:
         """All that is worn, in the shapes that their meshes were made in."""
         return WornOutfit(Together(tuple(one.worn for one in self.garments)), self.simulation, self._stance)
 
+    def _in_shape(self) -> Together:
+        """All that is worn, in the shapes that it has by now."""
+        panels = (None if one.pattern is None else one.mesh_now() for one in self.garments)
+        return Together(tuple(replace(one.worn, panels=mesh) for one, mesh in zip(self.garments, panels)))
+
     def take_off(self, name: str) -> Iterator[SolverDrape | None]:
         """The others worn on without the garment of this name, in parts as those of ``recut``."""
         shaped = self.shaped()
@@ -348,12 +353,12 @@ class SolverDrape:
 
     def come_to(self, other: SolverDrape, way: Iterator[None]) -> Generator[None, None, None]:
         """What both wear drawn to where `other` has it, once that has come its `way` to where the body is."""
-        mine, theirs = in_both(self.worn_outfit().outfit, other.worn_outfit().outfit)
-        if len(mine) == 0:
+        common = in_both(self._in_shape(), other._in_shape())
+        if len(common.vertices) == 0:
             yield from way
             return
         made: Simulation | None = None
-        for part in drawing(self.simulation, mine):
+        for part in drawing(self.simulation, common.vertices):
             made = part
             yield None
         assert made is not None
@@ -361,7 +366,7 @@ class SolverDrape:
         before = self.simulation.scene.effects
         take_over(made, self.simulation)
         self.go_on_in(made)
-        coming = self._coming_to = ComingTo(other, mine, theirs)
+        coming = self._coming_to = ComingTo(other, common)
         try:
             while not coming.is_there:
                 yield None
@@ -384,12 +389,9 @@ class SolverDrape:
 class ComingTo:
     """What is worn on its way to where another drape has it, which goes along with the same body."""
 
-    def __init__(
-        self, other: SolverDrape, mine: npt.NDArray[np.int32], theirs: npt.NDArray[np.int32]
-    ) -> None:
-        """`mine` and `theirs` (K,): the vertices that both have, as each numbers them."""
-        self.other = other
-        self._mine, self._theirs = mine, theirs
+    def __init__(self, other: SolverDrape, common: Common) -> None:
+        """`common`: what both have."""
+        self.other, self._common = other, common
         self._seconds = 0.0  # simulated so far,
         self._in_all = math.inf  # of so many, which is known with the first frame
         self.fault: Exception | None = None  # why the other could not go along
@@ -403,7 +405,7 @@ class ComingTo:
         """The drape is about to be advanced to this pose in dt s: advance the other, and draw to where that comes."""
         if self.fault is not None:
             return
-        apart = drape.cloth_positions()[self._mine] - self._seen_from(drape)
+        apart = drape.cloth_positions()[self._common.vertices] - self._seen_from(drape)
         if self._seconds == 0.0:
             self._in_all = seconds_for(apart)
         try:
@@ -417,8 +419,7 @@ class ComingTo:
     def _seen_from(self, drape: SolverDrape) -> npt.NDArray[np.float32]:
         """Where the other has what both have [m], from the drape's origin."""
         shift = (self.other.origin - drape.origin).astype(np.float32)
-        places: npt.NDArray[np.float32] = self.other.cloth_positions()[self._theirs] + shift
-        return places
+        return self._common.there(self.other.cloth_positions()) + shift
 
 
 @dataclass(frozen=True, eq=False)
