@@ -256,6 +256,10 @@ class Drape(Protocol):
         worn then: its next ``advance`` is this one's. Without one it ends where it has to be dressed anew.
         """
 
+    def apart_from(self, other: Any) -> float:
+        """How far apart what both have hangs in this drape and in the ``other``, at most [m], both in the same stance;
+        what has fallen from the body does not count."""
+
     def come_to(self, other: Any, way: Iterator[None]) -> Iterator[None]:
         """What this drape and the ``other`` have both is drawn to where that has it, while this one is advanced, in
         parts; both are in the same stance at the same time then. First the other comes its ``way``, in parts, to where

@@ -21,7 +21,7 @@ from tryon_server.runtime.worn_pattern import Shapes, WornPattern
 from tryon_solver.body.mesh_sequence import MeshSequence
 from tryon_solver.body.model import BodyModel
 from tryon_solver.build_in_parts import build_in_parts
-from tryon_solver.drawn import Common, draw, drawing, in_both, left_after, let_go, seconds_for, without_draw
+from tryon_solver.drawn import Common, draw, drawing, farthest, in_both, left_after, let_go, seconds_for, without_draw
 from tryon_solver.dressing.carry_over import CarryError, prepare, put_on
 from tryon_solver.dressing.change_outfit import recut, without
 from tryon_solver.dressing.opening import Opening
@@ -350,6 +350,12 @@ class SolverDrape:
         report = self.simulation.advance(moving.moved(pose, -self.origin), self._dressed_at + t, longest_step)
         self._stance, self._time = pose, t
         return report
+
+    def apart_from(self, other: SolverDrape) -> float:
+        """How far apart, at most, what both have hangs [m], but for what has fallen."""
+        common = in_both(self._in_shape(), other._in_shape())
+        there = common.there(other.cloth_positions()) + (other.origin - self.origin)
+        return farthest(self.cloth_positions()[common.vertices] - there)
 
     def come_to(self, other: SolverDrape, way: Iterator[None]) -> Generator[None, None, None]:
         """What both wear drawn to where `other` has it, once that has come its `way` to where the body is."""
