@@ -118,15 +118,11 @@ def let_go(drawn: Simulation, effects: Sequence[Effect]) -> Simulation:
     return made
 
 
-def farthest(apart: npt.NDArray[np.floating]) -> float:
-    """m: the farthest of vertices that are `apart` (K, 3) m from where they are wanted, and have not fallen."""
-    far = np.linalg.norm(apart, axis=1)
-    return float(far[far <= FALLEN].max(initial=0.0))
-
-
 def seconds_for(apart: npt.NDArray[np.floating]) -> float:
     """Simulated, that it takes to draw vertices that are `apart` (K, 3) m from where they are wanted."""
-    return max(SECONDS, STEEPEST * farthest(apart) / FASTEST)
+    far = np.linalg.norm(apart, axis=1)
+    farthest = float(far[far <= FALLEN].max(initial=0.0))
+    return max(SECONDS, STEEPEST * farthest / FASTEST)
 
 
 def left_after(apart: npt.NDArray[np.floating], t: float, dt: float, seconds: float) -> npt.NDArray[np.floating]:

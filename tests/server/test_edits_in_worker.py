@@ -159,8 +159,8 @@ def test_another_mesh_is_put_on_from_where_the_old_one_was():
 def test_another_mesh_that_hangs_far_from_the_old_one_takes_its_place_once_that_was_drawn_there(monkeypatch):
     """The body and the clock go on meanwhile; so it is where nobody watches, too."""
     kept, unseen = [], []
-    for apart in (0.9 * JUMP, 1.1 * JUMP):
-        monkeypatch.setattr(analytic_drape.WavingSheet, "apart", apart)
+    for went in (0.9 * JUMP, 1.1 * JUMP):
+        monkeypatch.setattr(analytic_drape.WavingSheet, "went", went)
         connection, drapes = changed(edit(1, 0.35))
         assert len(drapes) == 1  # nothing was dressed
         assert [event.topology_id for event in events(connection, FrameReady)].count(2) > 5

@@ -192,6 +192,7 @@ class Drape(Protocol):
         specification: the sewing pattern that its mesh was made of, plain JSON that parse_pattern passes; None of a
             garment that has none.
         not_carried: why the next cut could not be put on where this one is worn, the last time that was so.
+        went: how far its cloth went at most when it was put on where another cut was worn [m].
         outgrown: why the shape it was last told to take needs another mesh, found on the way to it; "" as a rule.
         effects: what acts on it besides its fabric.
     """
@@ -202,6 +203,7 @@ class Drape(Protocol):
     origin: npt.NDArray[np.float64]
     outgrown: str
     not_carried: str
+    went: float
 
     @property
     def seconds(self) -> float:
@@ -255,10 +257,6 @@ class Drape(Protocol):
         None comes after each but the last, and this garment may be advanced; the last gives the new one, as this one is
         worn then: its next ``advance`` is this one's. Without one it ends where it has to be dressed anew.
         """
-
-    def apart_from(self, other: Any) -> float:
-        """How far apart what both have hangs in this drape and in the ``other``, at most [m], both in the same stance;
-        what has fallen from the body does not count."""
 
     def come_to(self, other: Any, way: Iterator[None]) -> Iterator[None]:
         """What this drape and the ``other`` have both is drawn to where that has it, while this one is advanced, in

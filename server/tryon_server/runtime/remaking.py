@@ -161,7 +161,7 @@ class Remaking:
     ) -> Iterator[Drape | None]:
         """The parts of this cut put on from where the drape is worn, and drawn there where it would jump."""
         for made in drape.recut(cut, self._hung()):
-            if made is not None and drape.apart_from(made) > JUMP:
+            if made is not None and made.went > JUMP:
                 self._drawing_over = True
                 yield from drape.come_to(made, caught_up(made, drape, stance))
             yield made

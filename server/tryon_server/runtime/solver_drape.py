@@ -21,7 +21,7 @@ from tryon_server.runtime.worn_pattern import Shapes, WornPattern
 from tryon_solver.body.mesh_sequence import MeshSequence
 from tryon_solver.body.model import BodyModel
 from tryon_solver.build_in_parts import build_in_parts
-from tryon_solver.drawn import Common, draw, drawing, farthest, in_both, left_after, let_go, seconds_for, without_draw
+from tryon_solver.drawn import Common, draw, drawing, in_both, left_after, let_go, seconds_for, without_draw
 from tryon_solver.dressing.carry_over import CarryError, prepare, put_on
 from tryon_solver.dressing.change_outfit import recut, without
 from tryon_solver.dressing.opening import Opening
@@ -92,6 +92,7 @@ class SolverDrape:
         self.own_motion: MeshSequence | None = None
         self.origin = np.zeros(3)
         self.outgrown = self.not_carried = ""
+        self.went = 0.0
         self._stance, self._time = pose, 0.0  # of the last advance
         self._coming_to: ComingTo | None = None
         self.effects = SolverEffects(self, asked)
@@ -213,14 +214,14 @@ class SolverDrape:
         try:
             recut = partial(self._recut_alone, hung) if len(garments) == 1 else self._recut_among
             for made in recut(cut, new, effects):
-                yield None if made is None else self._gone_on_with_slack(*made, garments, asked)
+                yield None if made is None else self._recut_as(*made, garments, asked)
         except (CarryError, GarmentError) as error:
             logger.info("the garment can't be carried over: %s", error)
             self.not_carried = str(error)
 
     def _recut_alone(
         self, hung: PackedDrape | None, cut: Cut, new: WornGarment, effects: tuple[Effect, ...]
-    ) -> Iterator[tuple[Simulation, Slack | None] | None]:
+    ) -> Iterator[tuple[Simulation, Slack | None, float] | None]:
         prepared = None
         for made in prepare(self.simulation, cut.made, new.worn.fabric, new.drag_in_parts(), effects):
             prepared = made
@@ -230,7 +231,7 @@ class SolverDrape:
         for reach in REACHES:
             try:
                 carried = put_on(prepared, self.simulation, self.own.mesh_now(), there, reach)
-                yield carried.simulation, carried.slack
+                yield carried.simulation, carried.slack, carried.went
                 return
             except CarryError as error:
                 if reach == REACHES[-1] or not error.came_back:
@@ -239,10 +240,10 @@ class SolverDrape:
 
     def _recut_among(
         self, cut: Cut, new: WornGarment, effects: tuple[Effect, ...]
-    ) -> Iterator[tuple[Simulation, Slack | None] | None]:
+    ) -> Iterator[tuple[Simulation, Slack | None, float] | None]:
         worn, fabric, more = self.worn_outfit(), new.worn.fabric, new.drag_in_parts()
         for made in recut(worn, self.edited, cut.made, self.own.mesh_now, fabric, more, effects):
-            yield None if made is None else (made.outfit.simulation, made.slack)
+            yield None if made is None else (made.outfit.simulation, made.slack, made.went)
 
     def worn_outfit(self) -> WornOutfit:
         """All that is worn, in the shapes that their meshes were made in."""
@@ -281,11 +282,13 @@ class SolverDrape:
         drape._dressed_at, drape._time = -self._time, self._time
         return drape
 
-    def _gone_on_with_slack(
-        self, simulation: Simulation, slack: Slack | None, garments: Sequence[WornGarment], asked: Asked
+    def _recut_as(
+        self, simulation: Simulation, slack: Slack | None, went: float, garments: Sequence[WornGarment], asked: Asked
     ) -> SolverDrape:
-        """The same where the cut of the garment that is edited is new, and begins with this slack."""
+        """The same where the garment that is edited is in a new cut, which begins with this slack and went so far [m]
+        to be put on."""
         drape = self._gone_on(simulation, garments, asked)
+        drape.went = went
         if slack is not None:
             drape.own.begun_edit(simulation, drape.layer_of(drape.edited)).begin_with(slack)
         return drape
@@ -350,12 +353,6 @@ class SolverDrape:
         report = self.simulation.advance(moving.moved(pose, -self.origin), self._dressed_at + t, longest_step)
         self._stance, self._time = pose, t
         return report
-
-    def apart_from(self, other: SolverDrape) -> float:
-        """How far apart, at most, what both have hangs [m], but for what has fallen."""
-        common = in_both(self._in_shape(), other._in_shape())
-        there = common.there(other.cloth_positions()) + (other.origin - self.origin)
-        return farthest(self.cloth_positions()[common.vertices] - there)
 
     def come_to(self, other: SolverDrape, way: Iterator[None]) -> Generator[None, None, None]:
         """What both wear drawn to where `other` has it, once that has come its `way` to where the body is."""

@@ -63,13 +63,14 @@ class Prepared:
 
 @dataclass(frozen=True)
 class Carried:
-    """The new cut, worn: the running simulation, its welded mesh, what had to be freed, and the slack that its rest
-    shape is to begin with, None where nothing was drawn out."""
+    """The new cut, worn: the running simulation, its welded mesh, what had to be freed, the slack that its rest shape
+    is to begin with, None where nothing was drawn out, and how far its cloth went at most [m]."""
 
     simulation: Simulation
     welded: WeldedMesh
     freed: Freed
     slack: Slack | None
+    went: float
 
 
 def carry_over(worn: Simulation, before: PanelMesh, after: PanelMesh) -> Carried:
@@ -134,23 +135,28 @@ def put_on(
         error.came_back = back is not None and back.came_back and not back.with_all
         raise
     simulation.state.v.assign(laid.v.astype(np.float32))
-    return Carried(simulation, cut.welded, freed, laid.slack_at(simulation.cloth_positions()))
+    return Carried(simulation, cut.welded, freed, *laid.drawn_to(simulation.cloth_positions()))
 
 
 @dataclass(frozen=True, eq=False)
 class Laid:
-    """The new cut's `garment` where it is to be put on: its vertices at x (N, 3) m, as fast as v (N, 3) m/s, and where
-    its triangles' corners had come from what is worn before anything was drawn, `carried` (F, 3, 3) m, zero of what did
-    not."""
+    """The new `cut` where it is to be put on: its vertices at x (N, 3) m, as fast as v (N, 3) m/s, and where its cloth
+    was before anything was drawn: triangles' corners at `carried` (F, 3, 3) m, zero of what comes from nowhere, unsewn
+    vertices at `places` (V, 3) m, `known` (V,) those that lay over cloth."""
 
-    garment: Garment
+    cut: NewCut
     x: Points
     v: Points
     carried: Points
+    places: Points
+    known: NDArray[np.bool_]
 
-    def slack_at(self, x: NDArray[np.float32]) -> Slack | None:
-        """That of the cut once its vertices are freed and at x (N, 3) m."""
-        return Slack.of(self.garment, x.astype(np.float64), self.carried)
+    def drawn_to(self, x: NDArray[np.float32]) -> tuple[Slack | None, float]:
+        """The slack of the cut once its vertices are freed and at x (N, 3) m, and how far its cloth went then, at most
+        [m]."""
+        came = x.astype(np.float64)
+        way = came[self.cut.welded.welded_of_vertex[self.known]] - self.places[self.known]
+        return Slack.of(self.cut.garment, came, self.carried), float(_lengths(way).max(initial=0.0))
 
 
 def laid_over(
@@ -171,16 +177,18 @@ def laid_over(
     places, speeds = (
         np.einsum("vk,vkd->vd", overlay.weights, values[corners].astype(np.float64)) for values in where
     )
-    missing = np.zeros(len(places), bool)
+    off, were_at, missing = lacking(cut, before, overlay), places.copy(), np.zeros(len(places), bool)
     if back is not None:
-        missing = lacking(cut, before, overlay) | torn(after, places, MOST_STRETCH * fabric.strain_limit)
+        missing = off | torn(after, places, MOST_STRETCH * fabric.strain_limit)
         back.put(missing, places, speeds)
     lay_on(before, after, overlay.face, places)
     were = places[after.faces]
     were[missing[after.faces].any(axis=1)] = 0.0  # how long it is there says nothing of how long it has been
     x = joined.mean_of_vertices(drawn_together(after, joined, places))
     x = eased(cut.garment, x, were, fabric.strain_limit)
-    return Laid(cut.garment, drawn_back(cut.garment, x, room), joined.mean_of_vertices(speeds), were)
+    x, v = drawn_back(cut.garment, x, room), joined.mean_of_vertices(speeds)
+    off[after.laid.vertices] = True  # what is laid on another piece goes with that
+    return Laid(cut, x, v, were, were_at, ~off)
 
 
 def freed_where_worn(tangle: Tangle, pieces: Sequence[str]) -> Freed:

@@ -26,10 +26,12 @@ from tryon_solver.simulation import Simulation
 
 @dataclass(frozen=True)
 class Recut:
-    """An outfit with one garment in another cut, and the slack that the rest shape of that is to begin with."""
+    """An outfit with one garment in another cut, the slack that the rest shape of that is to begin with, and how far
+    its cloth went at most [m]."""
 
     outfit: WornOutfit
     slack: Slack | None
+    went: float
 
 
 def without(
@@ -94,7 +96,8 @@ def recut(
         freed_where_worn(tangle, outfit.piece_names)
         simulation.state.v.assign(with_cut(laid.v, v).astype(np.float32))
         own_now = slice(first, first + cut.garment.vertex_count)
-        yield Recut(WornOutfit(outfit, simulation, worn.pose), laid.slack_at(simulation.cloth_positions()[own_now]))
+        drawn = laid.drawn_to(simulation.cloth_positions()[own_now])
+        yield Recut(WornOutfit(outfit, simulation, worn.pose), *drawn)
 
 
 def _built(

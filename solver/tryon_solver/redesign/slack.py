@@ -22,6 +22,7 @@ from tryon_solver.geometry.garment import Garment
 
 Points = NDArray[np.float64]
 
+STAYS = 1e-6  # m: a triangle no corner of which went further is not looked at, as most of a garment's
 LEAST = 1.02  # times as long: what is drawn out by less is left to the fabric
 
 
@@ -37,15 +38,16 @@ class Slack:
     def of(garment: Garment, x: Points, carried: Points) -> Slack | None:
         """Of vertices at x (N, 3) m, whose triangles' corners were carried over to `carried` (F, 3, 3) m, all zero of
         what was not; None where nothing is drawn out."""
-        own, lies = _squared(garment, carried), _squared(garment, x[garment.faces])
+        lies = x[garment.faces]
+        moved = np.flatnonzero(np.abs(lies - carried).max(axis=(1, 2)) > STAYS)
+        own, now = (_squared(garment, moved, corners[moved]) for corners in (carried, lies))
         before = np.sqrt(np.maximum(np.linalg.eigvalsh(own)[:, 1], 1.0))
-        values, vectors = np.linalg.eigh(lies)
+        values, vectors = np.linalg.eigh(now)
         longer = np.maximum(np.sqrt(np.maximum(values, 0.0)) / before[:, None], 1.0)
-        faces = np.flatnonzero(longer[:, 1] > LEAST)
-        if not len(faces):
+        out = np.flatnonzero(longer[:, 1] > LEAST)
+        if not len(out):
             return None
-        v = vectors[faces]
-        return Slack(faces, np.einsum("kia,ka,kja->kij", v, longer[faces], v))
+        return Slack(moved[out], np.einsum("kia,ka,kja->kij", vectors[out], longer[out], vectors[out]))
 
     def largest_strain(self) -> float:
         """Logarithm of how many times as long a side is to begin with, at most."""
@@ -60,8 +62,8 @@ class Slack:
         return given
 
 
-def _squared(garment: Garment, corners: Points) -> Points:
-    """(F, 2, 2): F^T F of triangles whose corners are at (F, 3, 3) m."""
-    gradient = np.einsum("fkd,fke->fde", corners, garment.corner_gradients())
+def _squared(garment: Garment, faces: NDArray[np.int64], corners: Points) -> Points:
+    """(K, 2, 2): F^T F of the triangles `faces` (K,) with their corners at (K, 3, 3) m."""
+    gradient = np.einsum("fkd,fke->fde", corners, garment.corner_gradients()[faces])
     product: Points = np.einsum("fda,fdb->fab", gradient, gradient)
     return product

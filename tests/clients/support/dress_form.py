@@ -129,7 +129,7 @@ class Tunic:
         self.effects = PretendedEffects(garments=self.names)
 
     own_motion = None
-    on_the_way, not_carried, overstretched = False, "", 0.0
+    on_the_way, not_carried, went, overstretched = False, "", 0.0, 0.0
     outgrown = ""
 
     @property
@@ -160,9 +160,6 @@ class Tunic:
     @property
     def seconds(self) -> float:
         return self.t
-
-    def apart_from(self, _other: object) -> float:
-        return 0.0
 
     def come_to(self, _other: object, way: Iterator[None]) -> Iterator[None]:
         yield from way

@@ -66,15 +66,12 @@ class Tunic:
     names, edited = ("",), ""
     specifications: ClassVar[dict[str, None]] = {"": None}
     outgrown = ""
-    on_the_way, not_carried, overstretched = False, "", 0.0
+    on_the_way, not_carried, went, overstretched = False, "", 0.0, 0.0
 
     seconds = 0.0
 
     def come_along(self) -> None:
         """It feels nothing, ever."""
-
-    def apart_from(self, _other: object) -> float:
-        return 0.0
 
     def come_to(self, _other: object, way: Iterator[None]) -> Iterator[None]:
         yield from way

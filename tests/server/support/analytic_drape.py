@@ -101,7 +101,7 @@ def width_of(specification) -> float:
 class WavingSheet:
     """SIDE x SIDE vertices in front of the root, waving as time goes by."""
 
-    apart = 0.0  # m, from all others
+    went = 0.0  # m, to where it is
 
     def __init__(self, behaviour: str) -> None:
         self.behaviour = behaviour
@@ -214,9 +214,6 @@ class WavingSheet:
     @property
     def seconds(self) -> float:
         return self.t
-
-    def apart_from(self, other) -> float:  # noqa: ARG002
-        return self.apart
 
     def come_to(self, other, way):
         yield from way

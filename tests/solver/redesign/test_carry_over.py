@@ -123,6 +123,7 @@ def test_what_is_drawn_together_is_let_go_over_time(walking):
     for with_slack in (False, True):
         carried = carry_over(walking.sim, walking.mesh, mesh)
         sim, shape = carried.simulation, carried.simulation.scene.garment.uv_corners
+        assert 0.03 < carried.went < 0.07
         inverse, edit = sim.search.inverse.numpy(), LiveEdit(sim, begin_drag(mesh, pattern, sim.scene.fabric.thickness))
         if with_slack:
             edit.begin_with(carried.slack)
@@ -178,7 +179,9 @@ def test_what_has_come_off_meanwhile_goes_back_with_what_comes_back(walking):
     worn.state.x.assign(x)
     made = NewCut.of(walking.mesh, without, sim.settings.subspace_spacing)
     *_, prepared = prepare(worn, made, worn.scene.fabric)
-    back = put_on(prepared, worn, without, hung, REACHES[0]).simulation
+    carried = put_on(prepared, worn, without, hung, REACHES[0])
+    back = carried.simulation
+    assert carried.went == pytest.approx(0.2, abs=0.01)
     np.testing.assert_allclose(back.cloth_positions(), sim.cloth_positions(), atol=5e-3)
     assert_goes_on(walking, back)
 
@@ -325,6 +328,8 @@ def state_of(sim):
 
 def test_the_same_cut_is_where_it_was(walking):
     carried = carry_over(walking.sim, walking.mesh, walking.mesh)
+    assert carried.went < 1e-3
+    assert carried.slack is None
     there = carried.simulation.cloth_positions()
     np.testing.assert_allclose(there, walking.sim.cloth_positions(), atol=2e-4)
     np.testing.assert_allclose(carried.simulation.state.v.numpy(), walking.sim.state.v.numpy(), atol=1e-4)
