@@ -3,7 +3,8 @@
 Between two frames the pattern coordinates move on their way to what was wanted last (redesign/ramp.py), and the worn
 garment takes them up (reshape.py). However many edits come between two frames, only the newest counts. The inverse of
 the reduced matrix is made on a thread beside the simulation, once the shape stands, and now and then on a long way:
-what is ready is taken up before the next frame.
+what is ready is taken up before the next frame. A new cut that had to be drawn out to be put on begins with slack
+(redesign/slack.py), which is taken in on the way, too.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from tryon_solver.geometry.pattern import Pattern
 from tryon_solver.redesign.drag import Drag
 from tryon_solver.redesign.ramp import Ramp, begin_ramp
 from tryon_solver.redesign.remesh import Remesh
+from tryon_solver.redesign.slack import Slack
 from tryon_solver.reshape import reshape
 from tryon_solver.simulation import BESIDE, Simulation
 
@@ -47,6 +49,8 @@ class LiveEdit:
         self.ramp_seconds = 0.0  # simulated, that the way to what is wanted takes or took
         self._ramp: Ramp | None = None
         self._begun = 0.0  # s, when the shape set out
+        self._slack: Slack | None = None
+        self._slack_begun = self._slack_seconds = self._taken_in = 0.0  # s, s, and the share of it that is taken in
         self._stood_since = -math.inf  # s, when it became `now`
         self._making: tuple[Garment, int, Future[np.ndarray]] | None = None
         self._inverse_at = sim.state.time  # when the shape last had its own inverse, or one was begun
@@ -73,6 +77,11 @@ class LiveEdit:
         self.ramp_seconds = max(RAMP_SECONDS, way / FASTEST, strain / FASTEST_STRAIN)
         return None
 
+    def begin_with(self, slack: Slack) -> None:
+        """Have this slack from the next frame on, and take it in."""
+        self._slack, self._slack_begun = slack, self.sim.state.time
+        self._slack_seconds = self.ramp_seconds = max(RAMP_SECONDS, slack.largest_strain() / FASTEST_STRAIN)
+
     def go_on_in(self, sim: Simulation) -> None:
         """The garment, in the shape of `now`, is simulated by another simulation from here on, under other effects.
         What was made for the matrices of the one before serves no longer."""
@@ -86,7 +95,7 @@ class LiveEdit:
     @property
     def there(self) -> bool:
         """Is the shape what is wanted?"""
-        return self._ramp is None
+        return self._ramp is None and self._slack is None
 
     @property
     def settled(self) -> bool:
@@ -100,17 +109,25 @@ class LiveEdit:
 
     def before_frame(self, time: float) -> None:
         """Let the shape be what it should be at the frame's time [s], and take up an inverse that is ready."""
-        if self._ramp is not None:
-            self._go_on_the_way(self._ramp, time)
+        if not self.there and (time - self._stood_since >= STEP_SECONDS or self._due(time)):
+            self._go_on_the_way(time)
         self._go_on_with_inverse(time)
 
-    def _go_on_the_way(self, ramp: Ramp, time: float) -> None:
-        share = (time - self._begun) / self.ramp_seconds
-        there = share >= 1.0
-        if there or time - self._stood_since >= STEP_SECONDS:
-            self.now, self._stood_since = self.wanted if there else ramp.at(share), time
-            self._ramp = None if there else ramp
-            self._reshape()
+    def _due(self, time: float) -> bool:
+        """Is the end of a way reached?"""
+        on_ramp = self._ramp is not None and time - self._begun >= self.ramp_seconds
+        return on_ramp or (self._slack is not None and time - self._slack_begun >= self._slack_seconds)
+
+    def _go_on_the_way(self, time: float) -> None:
+        self._stood_since = time
+        if self._ramp is not None:
+            share = (time - self._begun) / self.ramp_seconds
+            there = share >= 1.0
+            self.now, self._ramp = (self.wanted, None) if there else (self._ramp.at(share), self._ramp)
+        if self._slack is not None:
+            self._taken_in = (time - self._slack_begun) / self._slack_seconds
+            self._slack = None if self._taken_in >= 1.0 else self._slack
+        self._reshape()
 
     def _reshape(self) -> None:
         garment = self.garment()
@@ -125,10 +142,13 @@ class LiveEdit:
         """What is worn, in the shape of `now`. At the start's it has the corners of then: brought to the pattern's own
         size and back, they would have other bits."""
         worn = self.sim.scene.garment
-        if np.array_equal(self.now.uv, self.drag.mesh.uv):
+        if not np.array_equal(self.now.uv, self.drag.mesh.uv):
+            corners = np.take(self.size * self.now.uv, self.now.faces, axis=0)  # a tenth of what indexing takes
+        elif self._slack is None:
             return self.taken_back(worn)
-        corners = np.take(self.size * self.now.uv, self.now.faces, axis=0)  # a tenth of what indexing takes
-        return self._with_own(worn, corners)
+        else:
+            corners = self._first.uv_corners[self._own]
+        return self._with_own(worn, corners if self._slack is None else self._slack.given(corners, self._taken_in))
 
     def _with_own(self, garment: Garment, corners: np.ndarray) -> Garment:
         """The garment with these `corners` (K, 3, 2) m in this one's part of it."""
@@ -140,8 +160,8 @@ class LiveEdit:
 
     def arrive(self) -> None:
         """Have the shape that is wanted at once; its inverse is made beside the simulation."""
-        if self._ramp is not None:
-            self.now, self._ramp = self.wanted, None
+        if not self.there:
+            self.now, self._ramp, self._slack = self.wanted, None, None
             self._reshape()
 
     def finish(self) -> None:
@@ -168,7 +188,7 @@ class LiveEdit:
         if self._has_inverse:
             self._inverse_at = time
             return
-        due = self._ramp is None or time - self._inverse_at >= INVERSE_SECONDS
+        due = self.there or time - self._inverse_at >= INVERSE_SECONDS
         theirs = self._given is not sim.scene.garment  # an edit of another garment has given it one since
         if self._making is None and due and not theirs and not self._back_at_start():
             self._inverse_at = time

@@ -12,6 +12,7 @@ import argparse
 import json
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -82,6 +83,7 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
     add("--preset", default="draft", help="draft, live, fit")
     add("--device", default="cpu", help="cpu, cuda:0, ...")
     add("--seed", type=int, default=1)
+    add("--deterministic", action="store_true", help="runs repeat bit for bit on a GPU, too")
     add("--rebuild", nargs="*", type=int, metavar="N", help="only time rebuilds of meshes with so many vertices")
     add(
         "--drag",
@@ -107,7 +109,7 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
 def cases(options: argparse.Namespace) -> list[EditCase]:
     """What was asked for."""
     o = options
-    more = {name: getattr(o, name) for name in ("vertices", "fabric", "preset", "device", "seed")}
+    more = {name: getattr(o, name) for name in ("vertices", "fabric", "preset", "device", "seed", "deterministic")}
     if o.garments is None:
         return whole_proof(o.edits, o.each, **more)
     return [
@@ -124,8 +126,11 @@ def one(case: EditCase, out: Path) -> int:
     import warp as wp
     from run_edits import EditRun
 
+    from tryon_solver.settings import PRESETS
+
     wp.config.quiet = True
     ipctk.set_num_threads(1)
+    PRESETS[case.preset] = replace(PRESETS[case.preset], deterministic=case.deterministic)
     begun = time.monotonic()
     run = EditRun(case, out / "wardrobe", lambda text: print(f"{time.monotonic() - begun:.0f} s: {text}", flush=True))
     result = run.run()

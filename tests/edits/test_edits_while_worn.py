@@ -227,6 +227,29 @@ def test_cloth_between_limbs_goes_with_either(apart, fast):
     assert speed_on_body(before, stays, 1 / 30) == pytest.approx(0.0)
 
 
+@pytest.mark.parametrize(("apart", "fast"), [(0.04, True), (0.06, False)])
+def test_a_limb_that_swings_past_cloth_makes_it_fast_only_where_it_may_touch_it(watched, apart, fast):
+    """To and fro at 1.8 m/s over sheets that hang still."""
+    watch, see = watched
+    watch.changed("an edit")
+    limb = TETRAHEDRON + [0.0, 0.35 + apart, 0.0]
+    for k in range(1, 7):
+        faults = see(replace(frame_at(SHEETS, k / 30), body=limb + [0.06 * (k % 2), 0.0, 0.0]))
+    assert faults.fastest == pytest.approx(1.8)
+    assert bool(faults.too_fast) is fast
+    assert (faults.limb_passes == 0) is fast
+
+
+def test_cloth_that_is_thrown_is_fast_however_the_limbs_swing(seen):
+    """1.6 m/s where nothing of the body is near, past a limb that goes half as fast the other way."""
+    for k in range(1, 6):
+        way = np.array([1.6 * k / 30, 0.0, 0.0])
+        faults = seen(replace(frame_at(SHEETS + way, k / 30), body=TETRAHEDRON - way / 2))
+    assert faults.fastest == pytest.approx(2.4)
+    assert [said.partition(":")[0] for said in faults.too_fast] == [f"frame {k + 1}, {k} after an edit" for k in (4, 5)]
+    assert faults.fastest_of_itself == pytest.approx(1.6)
+
+
 def test_the_limit_of_speed_is_at_least_what_the_motion_gave_the_garment_before(watched):
     """2 m/s before an edit: after it, and its ramp, 1.9 m/s is no fault of the edit, and 2.1 m/s is."""
     watch, see = watched

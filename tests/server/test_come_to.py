@@ -14,6 +14,8 @@ from tryon_server.runtime.order import DrapeOrder, GarmentOrder
 from tryon_solver.body.pose import Pose
 from tryon_solver.drawn import FASTEST, in_both, left_after, seconds_for
 from tryon_solver.effects.drawn import bind as bind_drawn
+from tryon_solver.redesign.apply import apply
+from tryon_solver.redesign.plain import parse_edit
 
 STEP = 1 / 30
 
@@ -70,8 +72,8 @@ def way_of(drape, pose):
 
 def apart(worn, other):
     """How far the T-shirt's vertices are from where the other has them [m]."""
-    mine, theirs = in_both(worn.worn_outfit().outfit, other.worn_outfit().outfit)
-    return np.linalg.norm(worn.cloth_positions()[mine] - other.cloth_positions()[theirs], axis=1)
+    common = in_both(worn.worn_outfit().outfit, other.worn_outfit().outfit)
+    return np.linalg.norm(worn.cloth_positions()[common.vertices] - common.there(other.cloth_positions()), axis=1)
 
 
 def test_what_is_worn_is_led_over_and_passes_through_nothing(both):
@@ -96,17 +98,60 @@ def test_what_is_worn_is_led_over_and_passes_through_nothing(both):
     assert other.stance is worn.stance
 
 
-def test_a_long_way_takes_as_long_as_its_fastest_moment_allows():
-    ways = np.array([[0.0, 0.1, 0.0], [0.3, 0.0, 0.0]])
-    whole, dt = seconds_for(ways), 1e-4
-    left, speeds = 1.0, []
-    for k in range(int(whole / dt)):
-        after = left * left_after(k * dt, dt, whole)
-        speeds.append(0.3 * (left - after) / dt)
-        left = after
-    assert max(speeds) == pytest.approx(FASTEST, rel=1e-3)
-    assert left < 1e-6
-    assert seconds_for(0.01 * ways) == seconds_for(ways[:0]) == pytest.approx(1 / 3)
+def test_what_is_worn_in_another_mesh_is_led_to_where_the_same_fabric_hangs(dressed):
+    """A T-shirt without its front, which hangs otherwise by now, to where the whole one hangs."""
+    whole, other = (list(pickle.loads(dressed[0]).unpacking())[-1] for _ in range(2))
+    without = apply(whole.specification, parse_edit({"kind": "remove_piece", "panel": "front"})).specification
+    *_, worn = whole.recut(whole.cutting(without, "cotton_jersey")())
+    for _ in range(20):
+        worn.advance(worn.pose, worn.seconds + STEP)
+    far = apart(worn, other)
+    assert len(far) == worn.outfit.vertex_count
+    assert far.max() > 0.03, "it would jump"
+    judge = FrameJudge(worn.outfit.faces, worn.outfit.body.faces, worn.cloth_positions(), worn.body_positions())
+    for _ in worn.come_to(other, way_of(other, lambda: worn.stance)):
+        worn.advance(worn.pose, worn.seconds + STEP)
+        assert judge.judge(worn.cloth_positions(), worn.body_positions()).clean
+    assert apart(worn, other).max() < 0.1 * far.max()
+    assert other.specification != worn.specification
+
+
+def test_what_one_of_two_meshes_lacks_is_not_drawn(dressed):
+    """The front of a whole T-shirt, to where it hangs without."""
+    whole, other = (list(pickle.loads(dressed[0]).unpacking())[-1] for _ in range(2))
+    without = apply(whole.specification, parse_edit({"kind": "remove_piece", "panel": "front"})).specification
+    *_, other = other.recut(other.cutting(without, "cotton_jersey")())
+    common = in_both(whole.worn_outfit().outfit, other.worn_outfit().outfit)
+    there = common.there(other.cloth_positions())
+    np.testing.assert_allclose(there, whole.cloth_positions()[common.vertices], atol=1e-3)
+    names, panels = whole.outfit.panel_names, whole.outfit.panel_of_face
+    of_others = np.unique(whole.outfit.faces[panels != names.index("front")])
+    assert np.array_equal(np.sort(common.vertices), of_others)
+
+
+@pytest.mark.parametrize("held", [0, 20, 40])
+def test_what_hangs_far_off_is_drawn_no_faster_than_it_may(held):
+    """Cloth that has slipped off, 0.6 m from where it is wanted, and beside it a centimetre; all goes exactly where it
+    is drawn to, but for so many frames in which contact holds the first vertex,
+    which is caught up with if it can be."""
+    apart = np.array([[0.0, -0.6, 0.0], [0.01, 0.0, 0.0]])
+    seconds, t, k = seconds_for(apart), 0.0, 0
+    while t < seconds:
+        left = left_after(apart, t, STEP, seconds)
+        if k < held:
+            left[0] = apart[0]
+        assert np.linalg.norm(left - apart, axis=1).max() <= FASTEST * STEP * (1 + 1e-9)
+        apart, t, k = left, t + STEP, k + 1
+    assert seconds <= t < seconds + STEP
+    assert np.linalg.norm(apart[1]) < 1e-12
+    assert bool(np.linalg.norm(apart[0]) < 1e-12) is (held < 40)
+
+
+def test_nobody_waits_for_what_has_fallen_from_the_body():
+    apart = np.array([[0.0, -5.0, 0.0], [0.4, 0.0, 0.0]])
+    assert seconds_for(apart) == seconds_for(apart[1:]) == pytest.approx(0.75 / FASTEST)
+    left = left_after(apart, 0.74 / FASTEST, STEP, 0.75 / FASTEST)
+    assert np.linalg.norm(left[0]) == pytest.approx(5.0 - FASTEST * STEP)
 
 
 def test_who_is_given_up_leaves_what_is_worn_as_it_hangs_by_itself(both):
@@ -187,7 +232,7 @@ def test_in_another_order_nothing_that_is_seen_twice_jumps_and_nothing_passes_th
                 moved[name].append(np.linalg.norm(place - before[name], axis=1).max())
         assert judge.judge(now[-1].cloth_positions(), now[-1].body_positions()).clean, k
     assert [drape.names for drape in now] == [("tshirt", "skirt"), ("skirt",), ("skirt", "tshirt")]
-    assert max(moved["skirt"]) < 1.25 * FASTEST * STEP < 0.2 * far["skirt"]
+    assert max(moved["skirt"]) < min(1.25 * FASTEST * STEP, 0.2 * far["skirt"])
     assert max(moved["tshirt"]) < 0.01, "as it hung until it was off"
 
 
@@ -195,7 +240,7 @@ def test_garments_that_lie_in_another_order_are_not_drawn_through_each_other(bot
     _, other = both
     outfit = other.worn_outfit().outfit
     turned = type(outfit)(outfit.worn[::-1])
-    assert [len(ids) for ids in in_both(outfit, turned)] == [0, 0]
-    mine, theirs = in_both(outfit.without("tshirt"), outfit)
+    assert len(in_both(outfit, turned).vertices) == 0
+    common = in_both(outfit.without("tshirt"), outfit)
     first = outfit.layers[1].vertices.start
-    assert np.array_equal(mine + first, theirs)
+    assert np.array_equal(common.vertices + first, common.corners[:, 0])

@@ -12,6 +12,7 @@ from scripted_worker import allow, frames, work
 import tryon_server
 from tryon_server.runtime.design import design_of
 from tryon_server.runtime.pattern_worker import REST_SECONDS
+from tryon_server.runtime.remaking import JUMP
 from tryon_server.sessions.commands import ChangePattern, Run
 from tryon_server.sessions.events import (
     Designed,
@@ -153,6 +154,23 @@ def test_another_mesh_is_put_on_from_where_the_old_one_was():
     assert times == sorted(times)
     assert np.diff(times).max() < 0.1
     assert [event.phase for event in events(connection, PhaseChanged)].count("ready") == 1
+
+
+def test_another_mesh_that_hangs_far_from_the_old_one_takes_its_place_once_that_was_drawn_there(monkeypatch):
+    """The body and the clock go on meanwhile; so it is where nobody watches, too."""
+    kept, unseen = [], []
+    for went in (0.9 * JUMP, 1.1 * JUMP):
+        monkeypatch.setattr(analytic_drape.WavingSheet, "went", went)
+        connection, drapes = changed(edit(1, 0.35))
+        assert len(drapes) == 1  # nothing was dressed
+        assert [event.topology_id for event in events(connection, FrameReady)].count(2) > 5
+        times = [frame.t_sim for frame in frames(connection)[1:]]
+        assert times == sorted(times)
+        assert np.diff(times).max() < 0.1
+        kept += times_of(connection, EditMade)
+        unseen += times_of(unwatched(edit(1, 0.35))[0], EditMade)
+    for at_once, drawn in (kept, unseen):
+        assert drawn - at_once == pytest.approx(analytic_drape.DRAWN, abs=0.05)
 
 
 def test_with_all_edits_taken_back_it_is_the_mesh_that_it_began_with():

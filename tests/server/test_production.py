@@ -242,6 +242,22 @@ def test_another_cut_is_meshed_elsewhere_and_put_on_in_parts_while_the_old_one_i
     assert np.isfinite(worn.cloth_positions()).all()
 
 
+def test_a_cut_that_is_drawn_together_takes_on_its_shape_over_time(order):
+    """It is on its way until it has the pattern's own, and what is put away of it has that all the while."""
+    drape = production.build_drape(order, lambda *_: None)
+    dart = {"kind": "dart", "panel": "front", "edge": 0, "position": 0.5, "width": 0.06, "depth": 0.12}
+    darted = apply(drape.specification, parse_edit(dart)).specification
+    *_, worn = drape.recut(drape.cutting(darted, order.fabric)())
+    shape, k = worn.simulation.scene.garment.uv_corners, 0
+    while worn.on_the_way:
+        k += 1
+        worn.advance(worn.pose, k / 60)
+        assert np.array_equal(worn.simulation.scene.garment.uv_corners, shape) is not worn.on_the_way
+        np.testing.assert_array_equal(worn.packed().scene.garment.uv_corners, shape)
+    assert 6 <= k < 30
+    assert worn.reshape(darted) == ""
+
+
 def test_another_fabric_is_put_on_where_the_garment_is_worn(order):
     drape = production.build_drape(order, lambda *_: None)
     drape.advance(Pose(drape.pose.root + [0.0, 0.01, 0.0], drape.pose.rotations), 1 / 60)

@@ -8,23 +8,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from tryon_solver.drawn import draw, left_after, seconds_for
+from tryon_solver.drawn import Common, draw, left_after, seconds_for
 
 if TYPE_CHECKING:
     from tryon_server.runtime.solver_drape import SolverDrape
-
-NONE = np.zeros(0, np.int32)
 
 
 class ComingTo:
     """The way of one drape to another, of what both have; of nothing, the other goes along and no more."""
 
-    def __init__(
-        self, other: SolverDrape, mine: npt.NDArray[np.int32] = NONE, theirs: npt.NDArray[np.int32] = NONE
-    ) -> None:
-        """`mine` and `theirs` (K,): the vertices that both have, as each numbers them."""
-        self.other = other
-        self._mine, self._theirs = mine, theirs
+    def __init__(self, other: SolverDrape, common: Common | None = None) -> None:
+        """`common`: what both have."""
+        self.other, self._common = other, common
         self.seconds = 0.0  # simulated so far, and
         self._whole = np.inf  # in all, which its first frame tells
         self._fault: Exception | None = None  # why the other could not go along
@@ -49,20 +44,22 @@ class ComingTo:
         """The drape is about to be advanced to this pose in dt s: advance the other, and draw to where that comes."""
         if self._fault is not None:
             return
-        apart = drape.cloth_positions()[self._mine] - self._seen_from(drape)
-        if self.seconds == 0.0:
-            self._whole = seconds_for(apart)
+        apart = None
+        if self._common is not None:
+            apart = drape.cloth_positions()[self._common.vertices] - self._seen_from(drape, self._common)
+            if self.seconds == 0.0:
+                self._whole = seconds_for(apart)
         try:
             self.other.advance(pose, self.other.seconds + dt)
         except Exception as error:  # what is worn goes on all the same; who waits for the other is told
             self._fault = error
             return
-        if len(self._mine):
-            draw(drape.simulation, self._seen_from(drape) + left_after(self.seconds, dt, self._whole) * apart)
+        if self._common is not None and apart is not None and len(apart):
+            there = self._seen_from(drape, self._common)
+            draw(drape.simulation, there + left_after(apart, self.seconds, dt, self._whole))
         self.seconds += dt
 
-    def _seen_from(self, drape: SolverDrape) -> npt.NDArray[np.float32]:
+    def _seen_from(self, drape: SolverDrape, common: Common) -> npt.NDArray[np.float32]:
         """Where the other has what both have [m], from the drape's origin."""
         shift = (self.other.origin - drape.origin).astype(np.float32)
-        places: npt.NDArray[np.float32] = self.other.cloth_positions()[self._theirs] + shift
-        return places
+        return common.there(self.other.cloth_positions()) + shift

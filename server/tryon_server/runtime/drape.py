@@ -197,6 +197,7 @@ class Drape(Protocol):
         specification: the sewing pattern that its mesh was made of, plain JSON that parse_pattern passes; None of a
             garment that has none.
         not_carried: why the next cut could not be put on where this one is worn, the last time that was so.
+        went: how far its cloth went at most when it was put on where another cut was worn [m].
         outgrown: why the shape it was last told to take needs another mesh, found on the way to it; "" as a rule.
         effects: what acts on it besides its fabric.
     """
@@ -207,6 +208,7 @@ class Drape(Protocol):
     origin: npt.NDArray[np.float64]
     outgrown: str
     not_carried: str
+    went: float
 
     @property
     def seconds(self) -> float:

@@ -12,6 +12,7 @@ from tryon_server.runtime.beside import Beside, Made, NotMade, Task, Told
 from tryon_server.runtime.catching_up import CatchingUp
 from tryon_server.runtime.drape import BuildDrape, Drape, Packed, Progress, Stance
 from tryon_server.runtime.order import DrapeOrder
+from tryon_server.runtime.sources import LONGEST_MOVE
 from tryon_server.runtime.tightness import UnfitError, refuse_what_is_too_tight
 from tryon_server.runtime.worn_before import WornBefore
 from tryon_server.sessions.events import Doing
@@ -20,6 +21,8 @@ from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.edits import Edit
 
 PUTTING_ON = Told("Putting it on anew", None)
+JUMP = 0.03  # m that cloth goes at most in the frame in which another cut is put on where one is worn: what would go
+# further, as the sides of a seam that is closed over a gap, is drawn there first, at most this far in a frame of 1/30 s
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +69,7 @@ class Remaking:
         self._news = PUTTING_ON  # the newest of how it is dressed anew
         self._dressing = False
         self._catching_up: CatchingUp | None = None
+        self._drawing_over = False
         self._parts: Iterator[Drape | None] | None = None
 
     @property
@@ -86,13 +90,15 @@ class Remaking:
     @property
     def drawing(self) -> bool:
         """Is what is worn about to be drawn to where it hangs in the new garment? Then it has to be advanced."""
-        return self._catching_up is not None
+        return self._catching_up is not None or self._drawing_over
 
     @property
     def doing(self) -> tuple[Doing, str, float | None]:
         """What is being done, the same for people, and how much of that is done, 0 to 1; None: not known."""
         if self._catching_up is not None:
             return "settling", "Bringing it to where the body is", None
+        if self._drawing_over:
+            return "settling", "Drawing it to where it hangs in the new mesh", None
         if self._dressing:
             news = self._beside.news() or self._news
             self._news = news
@@ -123,6 +129,7 @@ class Remaking:
         """Nobody wants any more what is being made."""
         self._beside.give_up()
         self._order, self._parts, self._dressing, self._catching_up = None, None, False, None
+        self._drawing_over = False
 
     def keep(self, drape: Drape, specification: Mapping[str, Any]) -> None:
         """Keep this garment of this pattern, the place of which another takes now, for when that is wanted again. One
@@ -148,8 +155,18 @@ class Remaking:
         elif isinstance(outcome, Made) and self._dressing:
             self._catch_up(outcome.value.unpacking(), drape, stance)
         elif isinstance(outcome, Made):
-            self._parts = drape.recut(outcome.value, self._hung())
+            self._parts = self._put_on_where_worn(outcome.value, drape, stance)
         return None
+
+    def _put_on_where_worn(
+        self, cut: Any, drape: Drape, stance: Callable[[], Stance]
+    ) -> Iterator[Drape | None]:
+        """The parts of this cut put on from where the drape is worn, and drawn there where it would jump."""
+        for made in drape.recut(cut, self._hung()):
+            if made is not None and made.went > JUMP:
+                self._drawing_over = True
+                yield from drape.come_to(made, caught_up(made, drape, stance))
+            yield made
 
     def _next_part(
         self, parts: Iterator[Drape | None], drape: Drape, stance: Callable[[], Stance]
@@ -208,3 +225,11 @@ class Remaking:
         """Put on what is unpacked, and bring it to where the body of the drape that is worn is."""
         self._catching_up = CatchingUp(unpacking, stance, drape)
         self._parts = self._catching_up.parts()
+
+
+def caught_up(made: Drape, worn: Drape, stance: Callable[[], Stance]) -> Iterator[None]:
+    """Have what was made a few frames ago come to where the body of what is worn is by now, as if the room moved."""
+    made.come_along()
+    while made.seconds < worn.seconds:
+        made.advance(stance(), min(made.seconds + LONGEST_MOVE, worn.seconds))
+    yield from ()

@@ -36,6 +36,7 @@ from tryon_solver.rebind import take_over
 from tryon_solver.redesign.drag import Shape
 from tryon_solver.redesign.parsed import parsed
 from tryon_solver.redesign.remesh import Remesh
+from tryon_solver.redesign.slack import Slack
 from tryon_solver.redesign.structure import difference
 from tryon_solver.reshape import OtherStructureError
 from tryon_solver.results import StepReport
@@ -91,6 +92,7 @@ class SolverDrape:
         self.own_motion: MeshSequence | None = None
         self.origin = np.zeros(3)
         self.outgrown = self.not_carried = ""
+        self.went = 0.0
         self._stance, self._time = pose, 0.0  # of the last advance
         self._coming_to: ComingTo | None = None
         self.effects = SolverEffects(self, asked)
@@ -211,15 +213,15 @@ class SolverDrape:
         effects = effects_of(asked, cut_of(garments))
         try:
             recut = partial(self._recut_alone, hung) if len(garments) == 1 else self._recut_among
-            for simulation in recut(cut, new, effects):
-                yield None if simulation is None else self._gone_on(simulation, garments, asked)
+            for made in recut(cut, new, effects):
+                yield None if made is None else self._recut_as(*made, garments, asked)
         except (CarryError, GarmentError) as error:
             logger.info("the garment can't be carried over: %s", error)
             self.not_carried = str(error)
 
     def _recut_alone(
         self, hung: PackedDrape | None, cut: Cut, new: WornGarment, effects: tuple[Effect, ...]
-    ) -> Iterator[Simulation | None]:
+    ) -> Iterator[tuple[Simulation, Slack | None, float] | None]:
         prepared = None
         for made in prepare(self.simulation, cut.made, new.worn.fabric, new.drag_in_parts(), effects):
             prepared = made
@@ -228,7 +230,8 @@ class SolverDrape:
         there = None if hung is None else hung.hung
         for reach in REACHES:
             try:
-                yield put_on(prepared, self.simulation, self.own.mesh_now(), there, reach).simulation
+                carried = put_on(prepared, self.simulation, self.own.mesh_now(), there, reach)
+                yield carried.simulation, carried.slack, carried.went
                 return
             except CarryError as error:
                 if reach == REACHES[-1] or not error.came_back:
@@ -237,14 +240,19 @@ class SolverDrape:
 
     def _recut_among(
         self, cut: Cut, new: WornGarment, effects: tuple[Effect, ...]
-    ) -> Iterator[Simulation | None]:
+    ) -> Iterator[tuple[Simulation, Slack | None, float] | None]:
         worn, fabric, more = self.worn_outfit(), new.worn.fabric, new.drag_in_parts()
         for made in recut(worn, self.edited, cut.made, self.own.mesh_now, fabric, more, effects):
-            yield None if made is None else made.simulation
+            yield None if made is None else (made.outfit.simulation, made.slack, made.went)
 
     def worn_outfit(self) -> WornOutfit:
         """All that is worn, in the shapes that their meshes were made in."""
         return WornOutfit(Together(tuple(one.worn for one in self.garments)), self.simulation, self._stance)
+
+    def _in_shape(self) -> Together:
+        """All that is worn, in the shapes that it has by now."""
+        panels = (None if one.pattern is None else one.mesh_now() for one in self.garments)
+        return Together(tuple(replace(one.worn, panels=mesh) for one, mesh in zip(self.garments, panels)))
 
     def take_off(self, *names: str) -> Iterator[SolverDrape | None]:
         """The others worn on without the garments of these names, in parts as those of ``recut``."""
@@ -259,7 +267,7 @@ class SolverDrape:
         effects = effects_of(asked, cut_of(left))
         if towards is not None:
             outfit = together.without(*names)
-            effects = drawn_with(effects, outfit.garment, in_both(outfit, towards.worn_outfit().outfit)[0])
+            effects = drawn_with(effects, outfit.garment, in_both(outfit, towards._in_shape()).vertices)
         for made in without(WornOutfit(together, self.simulation, self._stance), *names, effects=effects):
             yield None if made is None else self._gone_on(made.simulation, left, asked)
 
@@ -280,6 +288,17 @@ class SolverDrape:
         drape.outfit = replace(drape.outfit, fit=old.fit, fitting_size=old.fitting_size)
         drape.own_motion, drape.origin = self.own_motion, self.origin
         drape._dressed_at, drape._time = -self._time, self._time
+        return drape
+
+    def _recut_as(
+        self, simulation: Simulation, slack: Slack | None, went: float, garments: Sequence[WornGarment], asked: Asked
+    ) -> SolverDrape:
+        """The same where the garment that is edited is in a new cut, which begins with this slack and went so far [m]
+        to be put on."""
+        drape = self._gone_on(simulation, garments, asked)
+        drape.went = went
+        if slack is not None:
+            drape.own.begun_edit(simulation, drape.layer_of(drape.edited)).begin_with(slack)
         return drape
 
     def packed(self) -> PackedDrape:
@@ -350,12 +369,12 @@ class SolverDrape:
         if off:
             yield from self._come_to_without(other, way, off)
             return
-        mine, theirs = in_both(self.worn_outfit().outfit, other.worn_outfit().outfit)
-        if len(mine) == 0:
+        common = in_both(self._in_shape(), other._in_shape())
+        if len(common.vertices) == 0:
             yield from way
             return
         made: Simulation | None = None
-        for part in drawing(self.simulation, mine):
+        for part in drawing(self.simulation, common.vertices):
             made = part
             yield None
         assert made is not None
@@ -363,7 +382,7 @@ class SolverDrape:
         before = self.simulation.scene.effects
         take_over(made, self.simulation)
         self.go_on_in(made)
-        coming = self._coming_to = ComingTo(other, mine, theirs)
+        coming = self._coming_to = ComingTo(other, common)
         try:
             yield from coming.parts()
         finally:
@@ -387,7 +406,7 @@ class SolverDrape:
         finally:
             self._coming_to = None
         assert left is not None
-        coming = left._coming_to = ComingTo(other, *in_both(left.worn_outfit().outfit, other.worn_outfit().outfit))
+        coming = left._coming_to = ComingTo(other, in_both(left._in_shape(), other._in_shape()))
         yield left
         try:
             yield from coming.parts()

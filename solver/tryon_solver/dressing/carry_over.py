@@ -27,6 +27,7 @@ from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.spread import Points, spread
 from tryon_solver.geometry.weld import WeldedMesh
 from tryon_solver.materials.fabric import Fabric
+from tryon_solver.redesign.slack import Slack
 from tryon_solver.scene import Effect, Scene
 from tryon_solver.simulation import Simulation
 
@@ -62,11 +63,14 @@ class Prepared:
 
 @dataclass(frozen=True)
 class Carried:
-    """The new cut, worn: the running simulation, its welded mesh, and what had to be freed."""
+    """The new cut, worn: the running simulation, its welded mesh, what had to be freed, the slack that its rest shape
+    is to begin with, None where nothing was drawn out, and how far its cloth went at most [m]."""
 
     simulation: Simulation
     welded: WeldedMesh
     freed: Freed
+    slack: Slack | None
+    went: float
 
 
 def carry_over(worn: Simulation, before: PanelMesh, after: PanelMesh) -> Carried:
@@ -121,8 +125,8 @@ def put_on(
     room = ROOM * simulation.contact.sizes.xi_self
     where = worn.cloth_positions(), worn.state.v.numpy()
     back = None if hung is None else Returning(hung, reach, cut, worn, simulation)
-    x, v = laid_over(cut, before, worn.scene.garment.faces, where, simulation.scene.fabric, room, back)
-    simulation.start_at(x, worn.body_positions().astype(np.float64), worn.body.pose)
+    laid = laid_over(cut, before, worn.scene.garment.faces, where, simulation.scene.fabric, room, back)
+    simulation.start_at(laid.x, worn.body_positions().astype(np.float64), worn.body.pose)
     came_back = back is not None and back.came_back
     prepared.tangle.most_rounds = RETURNED_ROUNDS if came_back else ROUNDS
     try:
@@ -130,8 +134,29 @@ def put_on(
     except CarryError as error:
         error.came_back = back is not None and back.came_back and not back.with_all
         raise
-    simulation.state.v.assign(v.astype(np.float32))
-    return Carried(simulation, cut.welded, freed)
+    simulation.state.v.assign(laid.v.astype(np.float32))
+    return Carried(simulation, cut.welded, freed, *laid.drawn_to(simulation.cloth_positions()))
+
+
+@dataclass(frozen=True, eq=False)
+class Laid:
+    """The new `cut` where it is to be put on: its vertices at x (N, 3) m, as fast as v (N, 3) m/s, and where its cloth
+    was before anything was drawn: triangles' corners at `carried` (F, 3, 3) m, zero of what comes from nowhere, unsewn
+    vertices at `places` (V, 3) m, `known` (V,) those that lay over cloth."""
+
+    cut: NewCut
+    x: Points
+    v: Points
+    carried: Points
+    places: Points
+    known: NDArray[np.bool_]
+
+    def drawn_to(self, x: NDArray[np.float32]) -> tuple[Slack | None, float]:
+        """The slack of the cut once its vertices are freed and at x (N, 3) m, and how far its cloth went then, at most
+        [m]."""
+        came = x.astype(np.float64)
+        way = came[self.cut.welded.welded_of_vertex[self.known]] - self.places[self.known]
+        return Slack.of(self.cut.garment, came, self.carried), float(_lengths(way).max(initial=0.0))
 
 
 def laid_over(
@@ -142,26 +167,28 @@ def laid_over(
     fabric: Fabric,
     room: float,
     back: Returning | None = None,
-) -> tuple[Points, Points]:
-    """Where the new cut's vertices (N, 3) m lie, and how fast they are [m/s], from `where` those of the garment with
-    these `faces` (F, 3) are, whose mesh is `before`; `room` m is to be between what was sewn together, and `back`
-    knows where what lies over none of its cloth is to be."""
+) -> Laid:
+    """Where the new cut lies, and how fast it is, from `where` the vertices of the garment with these `faces` (F, 3)
+    are, (N, 3) m, and how fast, (N, 3) m/s, whose mesh is `before`; `room` m is to be between what was sewn together,
+    and `back` knows where what lies over none of its cloth is to be."""
     after, joined = cut.mesh, cut.welded
     overlay = cut.overlay if cut.overlay.is_over(before) else Overlay.of(before, after)
     corners = faces[overlay.face]
     places, speeds = (
         np.einsum("vk,vkd->vd", overlay.weights, values[corners].astype(np.float64)) for values in where
     )
-    missing = np.zeros(len(places), bool)
+    off, were_at, missing = lacking(cut, before, overlay), places.copy(), np.zeros(len(places), bool)
     if back is not None:
-        missing = lacking(cut, before, overlay) | torn(after, places, MOST_STRETCH * fabric.strain_limit)
+        missing = off | torn(after, places, MOST_STRETCH * fabric.strain_limit)
         back.put(missing, places, speeds)
     lay_on(before, after, overlay.face, places)
     were = places[after.faces]
     were[missing[after.faces].any(axis=1)] = 0.0  # how long it is there says nothing of how long it has been
     x = joined.mean_of_vertices(drawn_together(after, joined, places))
     x = eased(cut.garment, x, were, fabric.strain_limit)
-    return drawn_back(cut.garment, x, room), joined.mean_of_vertices(speeds)
+    x, v = drawn_back(cut.garment, x, room), joined.mean_of_vertices(speeds)
+    off[after.laid.vertices] = True  # what is laid on another piece goes with that
+    return Laid(cut, x, v, were, were_at, ~off)
 
 
 def freed_where_worn(tangle: Tangle, pieces: Sequence[str]) -> Freed:

@@ -7,6 +7,7 @@ free as it is; a new cut is carried over from the old one (carry_over.py) with a
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,8 +19,19 @@ from tryon_solver.dressing.stitching_on import without_stitches
 from tryon_solver.dressing.untangle import Tangle
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.materials.fabric import Fabric
+from tryon_solver.redesign.slack import Slack
 from tryon_solver.scene import Effect
 from tryon_solver.simulation import Simulation
+
+
+@dataclass(frozen=True)
+class Recut:
+    """An outfit with one garment in another cut, the slack that the rest shape of that is to begin with, and how far
+    its cloth went at most [m]."""
+
+    outfit: WornOutfit
+    slack: Slack | None
+    went: float
 
 
 def without(
@@ -52,7 +64,7 @@ def recut(
     fabric: Fabric,
     more: Iterable[object] = (),
     effects: Sequence[Effect] | None = None,
-) -> Iterator[WornOutfit | None]:
+) -> Iterator[Recut | None]:
     """Put the new cut of the garment of this name on, of this fabric, where it is worn, as `without` in parts; `before`
     tells its mesh as it is worn then, and is asked for the last part.
 
@@ -78,11 +90,13 @@ def recut(
         x, v = sim.cloth_positions(), sim.state.v.numpy()
         faces = worn.outfit.garment.faces[own.faces] - first
         where = x[own.vertices], v[own.vertices]
-        places, speeds = laid_over(cut, before(), faces, where, fabric, ROOM * fabric.thickness)
-        _start(simulation, sim, with_cut(places, x))
+        laid = laid_over(cut, before(), faces, where, fabric, ROOM * fabric.thickness)
+        _start(simulation, sim, with_cut(laid.x, x))
         freed_where_worn(tangle, outfit.piece_names)
-        simulation.state.v.assign(with_cut(speeds, v).astype(np.float32))
-        yield WornOutfit(outfit, simulation, worn.pose)
+        simulation.state.v.assign(with_cut(laid.v, v).astype(np.float32))
+        own_now = slice(first, first + cut.garment.vertex_count)
+        drawn = laid.drawn_to(simulation.cloth_positions()[own_now])
+        yield Recut(WornOutfit(outfit, simulation, worn.pose), *drawn)
 
 
 def _built(

@@ -56,13 +56,18 @@ class Hung:
 def lacking(cut: NewCut, before: PanelMesh, overlay: Overlay) -> NDArray[np.bool_]:
     """(V,): which unsewn vertices of the cut lie over no cloth of `before`, over which the overlay is laid. What lies
     on another piece is not asked about: that is laid on it."""
+    off = lies_off(cut.mesh, cut.garment.mean_edge_length(), before, overlay)
+    off[cut.mesh.laid.vertices] = False
+    return off
+
+
+def lies_off(mesh: PanelMesh, edge: float, before: PanelMesh, overlay: Overlay) -> NDArray[np.bool_]:
+    """(V,): which unsewn vertices of a mesh, of edges of `edge` m on the mean, lie over no cloth of `before`."""
     inside = np.clip(overlay.weights, 0.0, None)
     inside /= inside.sum(axis=1, keepdims=True)
     nearest = np.einsum("vk,vkd->vd", inside, before.placed[before.faces[overlay.face]])
-    beside = np.linalg.norm(cut.mesh.placed - nearest, axis=1)
-    lies_off: NDArray[np.bool_] = beside > LACKING * cut.garment.mean_edge_length()
-    lies_off[cut.mesh.laid.vertices] = False
-    return lies_off
+    off: NDArray[np.bool_] = np.linalg.norm(mesh.placed - nearest, axis=1) > LACKING * edge
+    return off
 
 
 def torn(mesh: PanelMesh, places: Points, limit: float) -> NDArray[np.bool_]:

@@ -26,45 +26,38 @@ from tryon_solver.effects.base import BuildContext
 from tryon_solver.geometry.enclosed import closed_by_caps, enclosed_volume
 from tryon_solver.linalg.dyad import Dyad
 from tryon_solver.linalg.launch import launch
-from tryon_solver.linalg.one_block import launch_one_block
-from tryon_solver.linalg.order_free import add
+from tryon_solver.linalg.order_free import add, places
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import Gas
 from tryon_solver.state import State
 
 wp.set_module_options({"enable_backward": False})
 
+VOLUME_QUANTA = wp.constant(wp.float64(2.0**50))  # in 1 m^3, and volumes up to 8192 (order_free.py)
 LEAST = wp.constant(wp.float64(1e-4))  # of the gas's volume at the pressure around: below it the law is at its end
-
-
-@wp.kernel
-def volume_kernel(
-    faces: wp.array(dtype=wp.vec3i), x: wp.array(dtype=wp.vec3), threads: int, volume_out: wp.array(dtype=wp.float64)
-):
-    """The sum of x0 . (x1 x x2)/6 about a vertex"""
-    origin = x[faces[0][0]]
-    part = wp.float64(0.0)
-    for t in range(wp.tid(), faces.shape[0], threads):
-        f = faces[t]
-        x0 = x[f[0]] - origin
-        x1 = x[f[1]] - origin
-        x2 = x[f[2]] - origin
-        part += wp.float64(wp.dot(x0, wp.cross(x1, x2))) / wp.float64(6.0)
-    whole = wp.tile_sum(wp.tile(part))[0]
-    if wp.tid() == 0:
-        volume_out[0] = whole
 
 
 @wp.kernel
 def measure_kernel(
     faces: wp.array(dtype=wp.vec3i),
     x: wp.array(dtype=wp.vec3),
+    volume: wp.array(dtype=wp.float64),
+    whole_volume: wp.array(dtype=wp.int64),
     slope: wp.array(dtype=wp.vec3),
     whole: wp.array(dtype=wp.int64),
 ):
-    """slope += (x1 - x0) x (x2 - x0)/6 at each corner"""
+    """volume += x0 . (x1 x x2)/6 about a vertex; slope += (x1 - x0) x (x2 - x0)/6 at each corner."""
     f = faces[wp.tid()]
-    push = wp.cross(x[f[1]] - x[f[0]], x[f[2]] - x[f[0]]) / 6.0
+    origin = x[faces[0][0]]
+    x0 = x[f[0]] - origin
+    x1 = x[f[1]] - origin
+    x2 = x[f[2]] - origin
+    part = wp.float64(wp.dot(x0, wp.cross(x1, x2))) / wp.float64(6.0)
+    if whole_volume.shape[0] == 0:
+        wp.atomic_add(volume, 0, part)
+    else:
+        wp.atomic_add(whole_volume, 0, wp.int64(wp.rint(part * VOLUME_QUANTA)))
+    push = wp.cross(x1 - x0, x2 - x0) / 6.0
     for k in range(3):
         add(slope, whole, f[k], push)
 
@@ -72,6 +65,7 @@ def measure_kernel(
 @wp.kernel
 def follow_kernel(
     volume: wp.array(dtype=wp.float64),
+    whole_volume: wp.array(dtype=wp.int64),
     amount: wp.array(dtype=wp.float64),
     share: wp.array(dtype=wp.float64),
     ambient: wp.array(dtype=wp.float64),
@@ -80,7 +74,10 @@ def follow_kernel(
 ):
     """n R T/V - p_a [Pa] and n R T/V^2 [Pa/m^3], n R T = amount share"""
     nrt = amount[0] * share[0]
-    v = wp.max(volume[0], LEAST * nrt / ambient[0])
+    v = volume[0]
+    if whole_volume.shape[0] > 0:
+        v = wp.float64(whole_volume[0]) / VOLUME_QUANTA
+    v = wp.max(v, LEAST * nrt / ambient[0])
     gauge_out[0] = wp.float32(nrt / v - ambient[0])
     stiffness_out[0] = wp.float32(nrt / (v * v))
 
@@ -111,16 +108,19 @@ def bind(spec: Gas, context: BuildContext) -> Contribution | None:
     share: wp.array = wp.array([1.0], dtype=wp.float64, device=device)
     ambient: wp.array = wp.array([spec.ambient], dtype=wp.float64, device=device)
     now: wp.array = wp.zeros(1, dtype=wp.float64, device=device)
+    whole = places(1, device)
     gauge, gauge_before, unused, nothing = (wp.zeros(1, dtype=wp.float32, device=device) for _ in range(4))
     body = 0 if scene.body is None else len(scene.body.rest_vertices)
     dyad = Dyad(garment.vertex_count + body, device)
 
     def measure(x: wp.array, gauge_out: wp.array) -> None:
+        now.zero_()
+        whole.zero_()
         dyad.vector.zero_()
-        launch_one_block(volume_kernel, [closed, x], [now], device)
-        launch(measure_kernel, len(faces), [closed, x], [dyad.vector, sums.vectors], device=device)
+        outputs = [now, whole, dyad.vector, sums.vectors]
+        launch(measure_kernel, len(faces), [closed, x], outputs, device=device)
         sums.settle(dyad.vector)
-        launch(follow_kernel, 1, [now, amount, share, ambient], [gauge_out, dyad.stiffness], device=device)
+        launch(follow_kernel, 1, [now, whole, amount, share, ambient], [gauge_out, dyad.stiffness], device=device)
 
     def start_step(_state: State) -> None:
         wp.copy(gauge_before, gauge)

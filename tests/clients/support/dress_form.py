@@ -129,7 +129,7 @@ class Tunic:
         self.effects = PretendedEffects(garments=self.names)
 
     own_motion = None
-    on_the_way, not_carried, overstretched = False, "", 0.0
+    on_the_way, not_carried, went, overstretched = False, "", 0.0, 0.0
     outgrown = ""
 
     @property

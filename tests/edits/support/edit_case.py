@@ -26,6 +26,7 @@ class EditCase:
         at_once: the first edit is asked for before the garment is dressed.
         deepest: so many edits are made before any is taken back for certain.
         continued: frames that it goes on for after all is taken back.
+        deterministic: asked of the solver, so that what is put on twice on a GPU moves to the same bits.
     """
 
     garment: str = "tshirt"
@@ -41,6 +42,7 @@ class EditCase:
     seed: int = 1
     deepest: int = 12
     continued: int = 120
+    deterministic: bool = False
 
     @property
     def name(self) -> str:

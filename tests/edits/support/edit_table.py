@@ -7,10 +7,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from frames_after import ASKED_AFTER, EVERY, RAMP
-from speeds import AROUND, SPEED_LIMIT
+from speeds import AROUND, FREE, SPEED_LIMIT
 from undone import HEM_LIMIT
 
 NEAREST = "*"  # at speeds of runs that were judged before others than the nearest point counted
+LIMBS = "+"  # at those judged before what hangs free was held to the trunk
 HEAD = (
     "case",
     "edits",
@@ -28,6 +29,7 @@ HEAD = (
     "but for its fall",
     "of it unedited",
     "fast by itself",
+    "a limb passes",
     "stretch",
     "hem [mm]",
     "memory [MB]",
@@ -50,7 +52,9 @@ def markdown(results: Mapping[str, Mapping[str, Any]]) -> str:
         f"IPC Toolkit is asked about the {ASKED_AFTER} frames after each change and every {EVERY}th otherwise.",
         "Speeds are those of the fastest vertex against the nearest point of the body, or, if it is less, against any",
         f"within {100 * AROUND:g} cm, as cloth between two legs goes with either ({NEAREST}: nearest alone),",
-        f"in frames after a change and its ramp of {RAMP:g} s;",
+        f"in frames after a change and its ramp of {RAMP:g} s. Judged are they of vertices with nothing of the body",
+        f"within {100 * FREE:g} cm against the pelvis, if that is less ({LIMBS}: not so), as a hem hangs still while a",
+        "shin swings past it; frames that are too fast against such a limb alone are counted beside;",
         f"the limit is {SPEED_LIMIT:g} m/s, or, if that is higher, the speed that the motion",
         "gave the garment before it was edited. Where a frame after a change is faster, the garment that the change",
         "made is put where it hung and worn through the motion with no edit: frames in which it is as fast by itself",
@@ -106,7 +110,7 @@ def cells(name: str, result: Mapping[str, Any]) -> list[str]:
 
     hows = (count(how=h) + count(how=h, back=True) for h in ("(value", "(topology", "(put on anew", "(put on as"))
     hem, memory = result["undone"]["hem"], result["memory"]
-    nearest = "" if "around" in faults else NEAREST
+    nearest = NEAREST if "around" not in faults else "" if "free" in faults else LIMBS
     put = result["undone"].get("hem_there")  # not in runs of before it was asked
     there = "" if put is None else f" ({1e3 * (hem[0] - put):+.1f})"
     return [
@@ -121,6 +125,7 @@ def cells(name: str, result: Mapping[str, Any]) -> list[str]:
         str(len(faults["not_numbers"])),
         *(f"{faults[speed]:.2f}{nearest}" for speed in ("fastest", "fastest_of_itself", "fastest_unedited")),
         str(len(faults["fast_by_itself"])) if "fast_by_itself" in faults else "–",
+        str(faults.get("limb_passes", "–")),
         f"{result['stretch']:.2f}",
         "–" if hem is None else f"{1e3 * (hem[0] - hem[1]):+.1f}{there}",
         "–" if not memory else f"{memory[len(memory) // 10] / 1e6:.0f}, {memory[-1] / 1e6:.0f}",

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from edited_session import Shown
 from frame_judge import FrameJudge
-from speeds import AROUND, SPEED_LIMIT, Falling, speed_on_body
+from speeds import AROUND, FREE, SPEED_LIMIT, Falling, speed_of_hanging, speed_on_body
 
 from tryon_protocol import DecodedFrame
 
@@ -28,10 +28,11 @@ class Faults:
     not_numbers: list[str] = field(default_factory=list)
     too_fast: list[str] = field(default_factory=list)
     fast_by_itself: list[str] = field(default_factory=list)  # so is the garment of then where it is worn on
+    limb_passes: int = 0  # frames in which cloth is too fast against a limb alone that swings past it where it hangs
     fastest: float = 0.0  # m/s, of a vertex on the body after an edit and its ramp
-    fastest_of_itself: float = 0.0  # m/s: the same but for what it has fallen
+    fastest_of_itself: float = 0.0  # m/s: the same, what hangs free against the trunk, and but for what it has fallen
     fastest_on_ramp: float = 0.0  # m/s
-    fastest_unedited: float = 0.0  # m/s, before the first edit: what the motion does by itself
+    fastest_unedited: float = 0.0  # m/s, before the first edit, what hangs free against the trunk: the motion's doing
 
     def plain(self) -> dict[str, Any]:
         """Ready for JSON."""
@@ -42,7 +43,9 @@ class Faults:
             "not_numbers": self.not_numbers,
             "too_fast": self.too_fast,
             "fast_by_itself": self.fast_by_itself,
+            "limb_passes": self.limb_passes,
             "around": AROUND,
+            "free": FREE,
             "fastest": self.fastest,
             "fastest_of_itself": self.fastest_of_itself,
             "fastest_on_ramp": self.fastest_on_ramp,
@@ -109,19 +112,24 @@ class FrameWatch:
         dt = after.t_sim - before.t_sim
         on_ramp = self._seconds_since < RAMP - 1e-9
         self._seconds_since += dt
-        speeds = speed_on_body(before, after, dt)
-        speed, faults = float(speeds.max()), self.faults
+        faults = self.faults
+        hanging = speed_of_hanging(before, after, dt)
         if not self._after:
-            faults.fastest_unedited = max(faults.fastest_unedited, speed)
-        elif on_ramp:
-            faults.fastest_on_ramp = max(faults.fastest_on_ramp, speed)
+            faults.fastest_unedited = max(faults.fastest_unedited, float(hanging.max()))
+            return
+        speeds = speed_on_body(before, after, dt)
+        if on_ramp:
+            faults.fastest_on_ramp = max(faults.fastest_on_ramp, float(speeds.max()))
+            return
+        limit = max(SPEED_LIMIT, faults.fastest_unedited)
+        each = self._falling.of_itself(hanging, after)
+        worst = int(np.argmax(each))
+        of_itself = float(each[worst])
+        faults.fastest = max(faults.fastest, float(speeds.max()))
+        faults.fastest_of_itself = max(faults.fastest_of_itself, of_itself)
+        if of_itself > limit:
+            way = (after.cloth[worst] - before.cloth[worst]) - (after.root - before.root)
+            pelvis = f"it goes at {np.linalg.norm(way) / dt:.2f} against the pelvis"
+            self._suspects.append((of_itself, f"{said}: {of_itself:.2f} m/s beyond what it has fallen; {pelvis}"))
         else:
-            each = self._falling.of_itself(speeds, after)
-            worst = int(np.argmax(each))
-            of_itself = float(each[worst])
-            faults.fastest = max(faults.fastest, speed)
-            faults.fastest_of_itself = max(faults.fastest_of_itself, of_itself)
-            if of_itself > max(SPEED_LIMIT, faults.fastest_unedited):
-                way = (after.cloth[worst] - before.cloth[worst]) - (after.root - before.root)
-                pelvis = f"it goes at {np.linalg.norm(way) / dt:.2f} against the pelvis"  # slow: a limb swings past it
-                self._suspects.append((of_itself, f"{said}: {of_itself:.2f} m/s beyond what it has fallen; {pelvis}"))
+            faults.limb_passes += bool(self._falling.of_itself(speeds, after).max() > limit)

@@ -15,7 +15,7 @@ from edit_steps import EditSteps
 from edited_session import EditedSession, Script, Shown
 from frames_after import FrameWatch
 from levels import grown
-from undone import ELSEWHERE, Undone, other_than_from_scratch
+from undone import ELSEWHERE, UNDER_WAY, Undone, other_than_from_scratch
 from worn_frames import WornFrames
 from worn_on import fastest_worn_on
 
@@ -144,13 +144,13 @@ class EditRun:
         if how in NEW_MESH:
             self.worn_frames.replaced(how, before, steps.history.specification, self.watch.faults.frames)
         self.seconds[how].append(shown.came - answer.asked)
-        if how in NEW_MESH and sum(len(self.seconds[each]) for each in NEW_MESH) % SCRATCH == 1:
-            other, left_out = other_than_from_scratch(session.drape, self.order)
-            self.rebuilt += left_out != ELSEWHERE
-            self.left_out.update([left_out] if left_out else [])
-            self.broken += [f"after {described(command)}, other than built from scratch: {name}" for name in other]
         self.watch.see(shown)
         yield from self.look(session, AFTER - 1)
+        if how in NEW_MESH and sum(len(self.seconds[each]) for each in NEW_MESH) % SCRATCH == 1:
+            other, left_out = other_than_from_scratch(session.drape, self.order)
+            self.rebuilt += left_out not in (ELSEWHERE, UNDER_WAY)
+            self.left_out.update([left_out] if left_out else [])
+            self.broken += [f"after {described(command)}, other than built from scratch: {name}" for name in other]
         self.worn = session.drape.packed()
         self.clear_up()
         self.stretch = max(self.stretch, float(session.drape.simulation.stretches().max()))

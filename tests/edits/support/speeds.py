@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 SPEED_LIMIT = 1.5  # m/s of a vertex on the body, but for what it has fallen since the change; or, where the motion
 # takes the garment faster than this by itself, as around the shins of who walks, so fast
 AROUND = 0.15  # m: cloth between two limbs that pass each other goes with either, whichever is nearer
+FREE = 0.05  # m: no limb takes along cloth that is farther than this from all of the body; it hangs from the trunk
 GRAVITY = 9.81  # m/s^2: cloth that has lost what held it falls, and is at that speed after 0.15 s
 
 
@@ -56,4 +57,15 @@ def speed_on_body(before: Seen, after: Seen, dt: float) -> np.ndarray:
         around = points.query_ball_point(before.cloth[k], AROUND)
         if around:
             result[k] = np.linalg.norm(way[k] - of_body[around], axis=1).min() / dt
+    return result
+
+
+def speed_of_hanging(before: Seen, after: Seen, dt: float) -> np.ndarray:
+    """(N,) m/s: `speed_on_body`, or, of vertices that nothing of the body is within FREE of, before and after, that
+    against the root, if it is less. A hem that hangs still while a shin swings past it is as fast against that as the
+    shin is, which no edit has to do with; cloth that is thrown is fast against both."""
+    speeds = speed_on_body(before, after, dt)
+    apart = np.minimum(*(cKDTree(seen.body).query(seen.cloth)[0] for seen in (before, after)))
+    way = (after.cloth - before.cloth) - (after.root - before.root)
+    result: np.ndarray = np.where(apart > FREE, np.minimum(speeds, np.linalg.norm(way, axis=1) / dt), speeds)
     return result

@@ -40,6 +40,7 @@ COMPARED = 0.5  # of the frames that both go on for by the same poses: so much a
 ALIKE = 15  # frames that a garment put on twice has to have the same bits
 FACTOR = "factor"  # of the steps that were taken last
 ELSEWHERE = "it is worn in another shape than its mesh was made in"
+UNDER_WAY = "its shape was still on its way"
 NOT_THERE = "its factor was still being made"
 SETTLING = 300  # frames in which a reduced matrix's inverse has to be there
 
@@ -149,6 +150,8 @@ def other_than_from_scratch(drape: SolverDrape, order: DrapeOrder) -> tuple[list
     sim = drape.simulation
     if drape.own.shown != drape.specification:
         return [], ELSEWHERE
+    if drape.on_the_way:
+        return [], UNDER_WAY
     assert drape.specification is not None
     assert order.edge_length is not None
     assert sim.body is not None

@@ -1,7 +1,7 @@
 """The same garment worn on without an edit: how fast the motion alone takes it.
 
-What a motion does to a garment is its own: a skirt's hem that hangs still while the shins pass beneath it is as fast
-against them as they are, and a leg of trousers that lost its other half flaps. The pattern as it is now is put where
+What a motion does to a garment is its own: a hem that a shin strikes swings, and a leg of trousers that lost its other
+half flaps. The pattern as it is now is put where
 it hung, at rest, led to where the motion begins, and worn through all of that. What it does there no edit has done.
 """
 
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import count
 
 import numpy as np
-from speeds import Falling, speed_on_body
+from speeds import Falling, speed_of_hanging
 
 from tryon_server.runtime.motions import load_motion
 from tryon_server.runtime.solver_drape import PackedDrape, SolverDrape
@@ -45,7 +45,7 @@ def fastest_worn_on(packed: PackedDrape, motion: str, span: int, enough: float) 
             falling = Falling()
         falling.see(after)
         if move.t > LONGEST_MOVE:  # nobody recorded the way to where the motion begins
-            speeds = speed_on_body(before, after, move.dt)
+            speeds = speed_of_hanging(before, after, move.dt)
             fastest = max(fastest, float(falling.of_itself(speeds, after).max()))
         if fastest >= enough or move.t >= played.duration:
             return fastest

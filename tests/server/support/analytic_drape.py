@@ -101,6 +101,8 @@ def width_of(specification) -> float:
 class WavingSheet:
     """SIDE x SIDE vertices in front of the root, waving as time goes by."""
 
+    went = 0.0  # m, to where it is
+
     def __init__(self, behaviour: str) -> None:
         self.behaviour = behaviour
         body = small_body()

@@ -27,7 +27,7 @@ def moved(height, motion):
     ids = wp.array([[0, 1, 2, 3]], dtype=wp.vec4i, device="cpu")
     distance = wp.array([height], dtype=wp.float32, device="cpu")
     changed, passes = wp.zeros(4, dtype=wp.int32, device="cpu"), Passes.allocate("cpu")
-    inputs = [kind, one, 0, 1, ids, kind, distance, 4, sizes, positions, path, changed, alpha, passes.state]
+    inputs = [kind, one, 0, 1, ids, kind, distance, 4, sizes, positions, path, alpha, changed, alpha, passes.state]
     passes.repeat(lambda: wp.launch(bounds.shorten_kernel, 1, inputs, device="cpu"), 60)
     return float(np.float32(height) + alpha.numpy()[0] * np.float32(motion))
 

@@ -36,8 +36,10 @@ from tryon_solver.geometry.pattern import parse_pattern
 from tryon_solver.geometry.size import in_size
 from tryon_solver.geometry.spread import EXACTLY
 from tryon_solver.geometry.weld import weld
+from tryon_solver.live_edit import FASTEST_STRAIN, LiveEdit
 from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.redesign.apply import apply
+from tryon_solver.redesign.drag import begin_drag
 from tryon_solver.redesign.plain import parse_edit
 from tryon_solver.simulation import build
 from tryon_solver.subspace.basis import basis_by_edges
@@ -113,6 +115,32 @@ def test_another_cut_goes_on_where_the_garment_was(walking, name):
     assert walking.sim.state.time == before[1]
 
 
+def test_what_is_drawn_together_is_let_go_over_time(walking):
+    """A dart of 6 cm: where its fabric is as short as in the pattern from the first frame on, that is thrown."""
+    wide = {**EDITS["dart"], "width": 0.06, "depth": 0.15}
+    pattern = parse_pattern(apply(demo("tshirt"), parse_edit(wide)).specification)
+    mesh, fastest = mesh_pattern(pattern, EDGE), {}
+    for with_slack in (False, True):
+        carried = carry_over(walking.sim, walking.mesh, mesh)
+        sim, shape = carried.simulation, carried.simulation.scene.garment.uv_corners
+        assert 0.03 < carried.went < 0.07
+        inverse, edit = sim.search.inverse.numpy(), LiveEdit(sim, begin_drag(mesh, pattern, sim.scene.fabric.thickness))
+        if with_slack:
+            edit.begin_with(carried.slack)
+            assert edit.ramp_seconds == pytest.approx(carried.slack.largest_strain() / FASTEST_STRAIN)
+        moved = []
+        for k in range(1, 9):
+            x = sim.cloth_positions()
+            edit.before_frame(k / FPS)
+            sim.advance(walking.pose(AT + k), k / FPS)
+            moved.append(FPS * np.linalg.norm(sim.cloth_positions() - x, axis=1).max())
+            assert edit.there is (not with_slack or k / FPS >= edit.ramp_seconds)
+        np.testing.assert_array_equal(sim.scene.garment.uv_corners, shape)
+        np.testing.assert_array_equal(sim.search.inverse.numpy(), inverse)
+        fastest[with_slack] = max(moved[:3])
+    assert fastest[True] < 0.7 * fastest[False]
+
+
 @pytest.mark.parametrize("reach", REACHES)
 @pytest.mark.parametrize("edit", [EDITS["cut off"], EDITS["without a sleeve's half"], THE_OTHER_HALF])
 def test_cloth_that_was_taken_away_comes_back_where_it_hung(walking, edit, reach):
@@ -151,7 +179,9 @@ def test_what_has_come_off_meanwhile_goes_back_with_what_comes_back(walking):
     worn.state.x.assign(x)
     made = NewCut.of(walking.mesh, without, sim.settings.subspace_spacing)
     *_, prepared = prepare(worn, made, worn.scene.fabric)
-    back = put_on(prepared, worn, without, hung, REACHES[0]).simulation
+    carried = put_on(prepared, worn, without, hung, REACHES[0])
+    back = carried.simulation
+    assert carried.went == pytest.approx(0.2, abs=0.01)
     np.testing.assert_allclose(back.cloth_positions(), sim.cloth_positions(), atol=5e-3)
     assert_goes_on(walking, back)
 
@@ -298,6 +328,8 @@ def state_of(sim):
 
 def test_the_same_cut_is_where_it_was(walking):
     carried = carry_over(walking.sim, walking.mesh, walking.mesh)
+    assert carried.went < 1e-3
+    assert carried.slack is None
     there = carried.simulation.cloth_positions()
     np.testing.assert_allclose(there, walking.sim.cloth_positions(), atol=2e-4)
     np.testing.assert_allclose(carried.simulation.state.v.numpy(), walking.sim.state.v.numpy(), atol=1e-4)
