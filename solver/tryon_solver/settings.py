@@ -108,7 +108,7 @@ class Settings:
 
     deterministic: bool = False
     """Two runs of a scene on a device end in equal bytes. On a CPU they always do; a GPU's conjugate gradients take a
-    third longer for it. None that goes by a `deadline` does."""
+    third longer for it, and motions are shortened somewhat more. None that goes by a `deadline` does."""
 
     def __post_init__(self) -> None:
         if self.scheme not in SCHEME_NAMES:

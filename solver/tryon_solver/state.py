@@ -50,7 +50,7 @@ class Workspace:
     diagonal: wp.array  # (A,) float32 N/m, inertia, drag and the skin's hold: what is not in the stiffness rows
     coarse: wp.array  # (1,) mat33d N/m, what the cloth meets as one
     alpha: wp.array  # (A,) float32, fraction of a displacement each vertex may take
-    alpha_before: wp.array  # (A,) float32, those that a pass over all candidates began with
+    alpha_before: wp.array  # (A,) float32, those that a pass over all candidates began with; or none (bounds.py)
     travel: wp.array  # (A,) float32 m, the longest way each vertex may take in the coming move
     changed: wp.array  # (A,) int32, last pass of a contact filter that changed the vertex's motion
     products: wp.array  # (3,) float32 J, the global step's dot products, as in two_level.py
@@ -60,7 +60,9 @@ class Workspace:
     scalars: list[wp.array] = field(default_factory=list)  # (1,) float32 each
 
     @staticmethod
-    def allocate(all_count: int, face_count: int, device: str) -> Workspace:
+    def allocate(all_count: int, face_count: int, device: str, repeatable: bool) -> Workspace:
+        """On a GPU what is found repeats bit for bit if it is `repeatable`."""
+        kept = all_count if repeatable and wp.get_device(device).is_cuda else 0
         def vectors(*shape: int) -> wp.array:
             return wp.zeros(shape, dtype=wp.vec3, device=device)
 
@@ -77,7 +79,7 @@ class Workspace:
             diagonal=wp.zeros(all_count, dtype=wp.float32, device=device),
             coarse=wp.zeros(1, dtype=wp.mat33d, device=device),
             alpha=wp.zeros(all_count, dtype=wp.float32, device=device),
-            alpha_before=wp.zeros(all_count, dtype=wp.float32, device=device),
+            alpha_before=wp.zeros(kept, dtype=wp.float32, device=device),
             travel=wp.zeros(all_count, dtype=wp.float32, device=device),
             changed=wp.zeros(all_count, dtype=wp.int32, device=device),
             products=wp.zeros(3, dtype=wp.float32, device=device),

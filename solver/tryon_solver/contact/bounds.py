@@ -214,18 +214,17 @@ def shorten(
     """Shrink `alpha` until the move x + alpha * displacement is proven free.
 
     With `near` only the near list is looked at, which must have been made for it. `before` (A,) float32, `changed` (A,)
-    int32 and `passes` are scratch; the last tells how many passes it took. Threads that run at once go by the fractions
-    that the pass began with, so that it matters to none who was first; a processor's one thread goes by those it has
-    made itself, which takes fewer passes. If MOST_PASSES do not suffice, alpha becomes zero everywhere:
+    int32 and `passes` are scratch; the last tells how many passes it took. By `before` threads that run at once go by
+    the fractions that the pass began with, so that it matters to none who was first; where it has no places they go by
+    those that others have just made, and shorten less. If MOST_PASSES do not suffice, alpha becomes zero everywhere:
     nobody moves, which is always free.
     """
     count, entries = candidates.entries(near)
     changed.fill_(-2)
-    in_turn = wp.get_device(x.device).is_cpu
-    begun_with = alpha if in_turn else before
+    begun_with = before if len(before) else alpha
 
     def shorten_once() -> None:
-        if not in_turn:
+        if len(before):
             wp.copy(before, alpha)
         launch(
             shorten_kernel,
