@@ -50,11 +50,11 @@ class Workspace:
     diagonal: wp.array  # (A,) float32 N/m, inertia, drag and the skin's hold: what is not in the stiffness rows
     coarse: wp.array  # (1,) mat33d N/m, what the cloth meets as one
     alpha: wp.array  # (A,) float32, fraction of a displacement each vertex may take
-    alpha_before: wp.array  # (A,) float32, those that a pass over all candidates began with; or none (bounds.py)
+    alpha_before: wp.array  # (A,) float32, the fractions that a pass began with, or of no length (bounds.py)
     travel: wp.array  # (A,) float32 m, the longest way each vertex may take in the coming move
     changed: wp.array  # (A,) int32, last pass of a contact filter that changed the vertex's motion
     products: wp.array  # (3,) float32 J, the global step's dot products, as in two_level.py
-    parts: wp.array  # (PARTS,) float32, of sums, as in linalg/vectors.py
+    parts: wp.array  # (PARTS,) float32, of sums, in their unit, as in linalg/vectors.py
     hits: wp.array  # (1,) int32
     passes: Passes  # of a contact filter
     scalars: list[wp.array] = field(default_factory=list)  # (1,) float32 each

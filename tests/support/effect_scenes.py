@@ -144,6 +144,7 @@ FALLING = (Gravity(),)
 AIR = (Gravity(), AirDrag())
 TOUCH = (*AIR, BodyContact())
 BLOWN = (Gravity(), BodyContact(), Friction())
+CLOSING = ("geometry.boundary_loops", "geometry.enclosed", "geometry.seams")  # by which gas finds what it is shut in by
 SCENES = tuple(
     EffectScene(name, own, shows, made)
     for name, own, shows, made in (
@@ -189,7 +190,7 @@ SCENES = tuple(
             added(hung, AIR, lambda _: FabricDamping()),
         ),
         ("Pressure", ours("effects.pressure"), "a balloon", added(ball, (AirDrag(),), lambda _: Pressure(300.0))),
-        ("Gas", ours("effects.gas", "linalg.dyad"), "a ball full of air", added(ball, AIR, lambda _: Gas())),
+        ("Gas", ours("effects.gas", "linalg.dyad", *CLOSING), "a ball full of air", added(ball, AIR, lambda _: Gas())),
         ("Elastic", ours("effects.elastic"), "is drawn in along a line", added(hung, AIR, pulled)),
         ("Creases", ours("effects.creases"), "is pleated once", added(hung, AIR, pleated)),
         (
