@@ -87,7 +87,7 @@ def test_twin_is_in_float64(start):
     for arrays in (sim.state, sim.work, sim.pairs, sim.cg, sim.search, sim.contact, sim.region):
         for name, value in vars(arrays).items():
             if isinstance(value, wp.array):
-                assert getattr(value.dtype, "_wp_scalar_type_", value.dtype) in (wp.float64, wp.int32), name
+                assert getattr(value.dtype, "_wp_scalar_type_", value.dtype) in (wp.float64, wp.int32, wp.int64), name
     names = ("contact.pairs", "contact.bounds", "effects.friction", "effects.slip", "stepping.correct")
     names += ("linalg.pcg", "linalg.ell")
     values = [value for name in names for value in vars(twin_module(name)).values()]
