@@ -107,8 +107,8 @@ class Settings:
     """Newton iterations of a correction that ends by `accuracy` or `deadline`, at most."""
 
     deterministic: bool = False
-    """Two runs of a scene on a device end in equal bytes. On a CPU they always do; a GPU's conjugate gradients take a
-    third longer for it, and motions are shortened somewhat more. None that goes by a `deadline` does."""
+    """Two runs of a scene on a device end in equal bytes. On a CPU they always do; a GPU's conjugate gradients take two
+    fifths longer for it, and motions are shortened somewhat more. None that goes by a `deadline` does."""
 
     def __post_init__(self) -> None:
         if self.scheme not in SCHEME_NAMES:

@@ -179,8 +179,9 @@ class Simulation:
             hold=wp.full(self.body_count, self.settings.skin_hold, dtype=wp.float32, device=device),
             dt=wp.zeros(1, dtype=wp.float32, device=device),
         )
-        repeatable = self.settings.deterministic
-        self.work = Workspace.allocate(self.all_count, len(scene.garment.faces), device, repeatable)
+        self.work = Workspace.allocate(
+            self.all_count, len(scene.garment.faces), device, self.settings.deterministic
+        )
         self.x_before = wp.clone(cloth)
         self.x_searched = wp.clone(x)  # where the contact pairs were collected last
         self.x_listed = wp.clone(x)  # where the candidates' distances were last brought up to

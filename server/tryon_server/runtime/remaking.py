@@ -22,7 +22,7 @@ from tryon_solver.redesign.edits import Edit
 
 PUTTING_ON = Told("Putting it on anew", None)
 JUMP = 0.03  # m that cloth goes at most in the frame in which another cut is put on where one is worn: what would go
-# further, as the sides of a seam that is closed over a gap, is drawn there first, at most this far in a frame of 1/30 s
+# further, as the sides of a seam that is closed over a gap, is drawn there first (tryon_solver/drawn.py)
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,8 +2,9 @@
 
 A GPU's threads come in another order in every run, and a sum of rounded numbers depends on it. One of whole numbers
 does not. So there what is added is rounded first to whole multiples of a quantum, and these are added: as exactly as
-float32 holds what is added, where that is 2^24 quanta or more. On a processor, whose one thread adds in order, `whole`
-has no places, and what is added goes straight into the floats it is meant for.
+float32 holds what is added, where that is 2^24 quanta or more. A sum beyond the largest would come out wrong; none
+comes near: below a gap's floor the barrier's force grows no more than linearly (contact/pairs.py). On a processor,
+whose one thread adds in order, `whole` has no places, and what is added goes straight into the floats it is meant for.
 """
 
 from __future__ import annotations

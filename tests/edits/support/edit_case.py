@@ -49,7 +49,7 @@ class EditCase:
         """Of its files and its row."""
         said = [self.garment, self.motion, self.kind]
         said += [f"size_{self.size:g}"] * (self.size != 1.0) + ["dressing"] * self.at_once
-        said += [f"seed_{self.seed}"] * (self.seed != 1)
+        said += [f"seed_{self.seed}"] * (self.seed != 1) + ["deterministic"] * self.deterministic
         return "-".join([*said, f"{self.edits}x{self.vertices}", self.preset, self.device.replace(":", "")])
 
     @property
