@@ -2,10 +2,33 @@
 
 import warp as wp
 
-from tryon_solver.linalg.paired_matrix import PairedMatrix, pair_count, pair_force, row_product
+from tryon_solver.linalg.paired_matrix import PairedMatrix, pair_count, pair_force
 from tryon_solver.stepping.newton import newton_matrix
 
 wp.set_module_options({"enable_backward": False})
+
+
+@wp.func
+def row_product(m: PairedMatrix, i: int, p: wp.array(dtype=wp.vec3)) -> wp.vec3:
+    """Row i of all but the pairs, times p.
+
+    From differences of p, since a row's blocks sum to zero: a move as one would else cost the digits by which they
+    exceed the diagonal, all there are where the cloth is stiff and light.
+    """
+    here = p[i]
+    total = wp.vec3()
+    if i < m.columns.shape[0]:
+        for k in range(1, m.columns.shape[1]):
+            j = m.columns[i, k]
+            if j == i:
+                break  # the rest of the row is padding
+            total += m.blocks[i, k] * (p[j] - here)
+        for k in range(m.far_columns.shape[1]):
+            j = m.far_columns[i, k]
+            if j == i:
+                break
+            total += m.weights[i, k] * (p[j] - here)
+    return total + m.diagonal[i] * here
 
 
 @wp.kernel

@@ -87,7 +87,7 @@ def move_as_one(
     Rows of the matrix sum to zero, so of it there are only the pairs and the `diagonal` (A,) float32 N/m, here without
     what holds single vertices. `coarse` (1,) mat33d is scratch. The residual that `cg` keeps is not renewed.
     """
-    device, total = solution.device, cg.preconditioned[0:1]
+    device, total = solution.device, cg.single
     sum_up(cg.residual, moving, total)
     coarse.zero_()
     launch_one_block(add_diagonal_kernel, [diagonal, moving], [coarse], device)

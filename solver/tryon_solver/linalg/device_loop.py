@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import warp as wp
 
@@ -78,6 +79,11 @@ class Passes:
     def allocate(device: str) -> Passes:
         return Passes(wp.zeros(3, dtype=wp.int32, device=device))
 
+    @cached_property
+    def more(self) -> wp.array:
+        """(1,) the loop's condition."""
+        return self.state[int(MORE) : int(MORE) + 1]
+
     def repeat(self, one: Callable[[], None], at_most: int) -> None:
         """Launch `one` pass until it has no hits, `at_most` times; afterwards NUMBER passes have had some."""
         device = self.state.device
@@ -87,7 +93,7 @@ class Passes:
             one()
             launch(next_kernel, 1, [at_most], [self.state], device=device)
 
-        wp.capture_while(self.state[1:2], turn)
+        wp.capture_while(self.more, turn)
 
     def taken(self) -> int:
         """How many passes had hits. Waits for the device."""

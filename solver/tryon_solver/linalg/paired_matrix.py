@@ -34,29 +34,6 @@ def pair_count(m: PairedMatrix) -> int:
 
 
 @wp.func
-def row_product(m: PairedMatrix, i: int, p: wp.array(dtype=wp.vec3)) -> wp.vec3:
-    """Row i of all but the pairs, times p.
-
-    From differences of p, since a row's blocks sum to zero: a move as one would else cost the digits by which they
-    exceed the diagonal, all there are where the cloth is stiff and light.
-    """
-    here = p[i]
-    total = wp.vec3()
-    if i < m.columns.shape[0]:
-        for k in range(1, m.columns.shape[1]):
-            j = m.columns[i, k]
-            if j == i:
-                break  # the rest of the row is padding
-            total += m.blocks[i, k] * (p[j] - here)
-        for k in range(m.far_columns.shape[1]):
-            j = m.far_columns[i, k]
-            if j == i:
-                break
-            total += m.weights[i, k] * (p[j] - here)
-    return total + m.diagonal[i] * here
-
-
-@wp.func
 def pair_force(m: PairedMatrix, c: int, u: wp.vec3) -> wp.vec3:
     """What pair c answers to u = sum_k lam_k p_k with; vertex k gets lam_k of it."""
     n = m.normal[c]

@@ -25,8 +25,8 @@ class ConjugateGradients:
     residual: wp.array
     preconditioned: wp.array
     direction: wp.array
-    both: wp.array  # vec4, as in pcg_together.py; and so
-    spread: wp.array  # float32
+    both: wp.array  # (2 count,) vec4, as in pcg_together.py; and so
+    spread: wp.array  # float32, as in pcg_together.py
     product: wp.array
     pulled: wp.array  # vec4, what pairs add to the product, as in pcg_together.py; or so:
     pulled_whole: wp.array  # int64
@@ -36,6 +36,9 @@ class ConjugateGradients:
     squares: wp.array  # float32, as in pcg_together.py
     first: wp.array  # (1,) float32, <g, D^-1 g> of the gradient solved for last
     state: wp.array  # (3,) int32, as in pcg_together.py
+    direction_four: wp.array  # (count,) vec4, as in pcg_alone.py, in one half of `both`
+    product_four: wp.array  # the same, in the other
+    single: wp.array  # (1,) vec3, in the beginning of `preconditioned`, which is free between solves
 
     @staticmethod
     def allocate(count: int, rows: int, width: int, device: str, repeatable: bool) -> ConjugateGradients:
@@ -46,11 +49,12 @@ class ConjugateGradients:
         def vectors() -> wp.array:
             return wp.zeros(count, dtype=wp.vec3, device=device)
 
+        preconditioned, both = vectors(), wp.zeros(2 * count, dtype=wp.vec4, device=device)
         return ConjugateGradients(
             vectors(),
+            preconditioned,
             vectors(),
-            vectors(),
-            wp.zeros(2 * count, dtype=wp.vec4, device=device),
+            both,
             wp.zeros(9 * rows * (width - 1), dtype=wp.float32, device=device),
             vectors(),
             wp.zeros(0 if repeatable else pulled, dtype=wp.vec4, device=device),
@@ -61,6 +65,9 @@ class ConjugateGradients:
             wp.zeros(int(RING), dtype=wp.float32, device=device),
             wp.zeros(1, dtype=wp.float32, device=device),
             wp.zeros(3, dtype=wp.int32, device=device),
+            both[:count],
+            both[count:],
+            preconditioned[:1],
         )
 
     def taken(self) -> int:
@@ -107,8 +114,8 @@ def solve(
                 solution_out,
                 cg.residual,
                 cg.preconditioned,
-                cg.direction,
-                cg.product,
+                cg.direction_four,
+                cg.product_four,
                 cg.first,
                 cg.state,
             ],

@@ -2,17 +2,78 @@
 
 There an iteration's nine launches would take as long as its arithmetic for a thousand vertices. In one kernel there is
 one, products and their sums are made in one pass, sums are float64 in a fixed order, and unknowns that nothing couples
-to others, most of a body's, are solved for at once and left out.
+to others, most of a body's, are solved for at once and left out. What it multiplies by are vectors of four numbers,
+the last zero, which a processor takes at once, as it does a row of a block beside the next row's beginning.
 """
 
 from __future__ import annotations
 
 import warp as wp
 
-from tryon_solver.linalg.paired_matrix import PairedMatrix, pair_count, pair_force, row_product
+from tryon_solver.linalg.paired_matrix import PairedMatrix, pair_count, pair_force
 from tryon_solver.linalg.pcg_together import TAKEN
 
 wp.set_module_options({"enable_backward": False})
+
+
+@wp.func_native("""
+    typedef float four __attribute__((vector_size(16), aligned(4)));  // of Clang, which Warp compiles with
+    const float* vectors = reinterpret_cast<const float*>(p.data);
+    const four here = *reinterpret_cast<const four*>(vectors + 4 * i);
+    four total = diagonal.data[i] * here;
+    if (i < columns.shape[0]) {
+        four first = {}, second = {}, third = {};
+        const int* column = &wp::index(columns, i, 0);
+        const float* block = reinterpret_cast<const float*>(&wp::index(blocks, i, 0));
+        for (int k = 1; k < columns.shape[1] && column[k] != i; ++k) {
+            block += 9;
+            const four u = *reinterpret_cast<const four*>(vectors + 4 * column[k]) - here;
+            first += *reinterpret_cast<const four*>(block) * u;
+            second += *reinterpret_cast<const four*>(block + 3) * u;
+            // the last from one number before it: what lies behind a block may be no memory of ours
+            third += *reinterpret_cast<const four*>(block + 5) * __builtin_shufflevector(u, u, 3, 0, 1, 2);
+        }
+        column = &wp::index(far_columns, i, 0);
+        const float* weight = &wp::index(weights, i, 0);
+        for (int k = 0; k < far_columns.shape[1] && column[k] != i; ++k)
+            total += weight[k] * (*reinterpret_cast<const four*>(vectors + 4 * column[k]) - here);
+        total[0] += first[0] + first[1] + first[2];
+        total[1] += second[0] + second[1] + second[2];
+        total[2] += third[1] + third[2] + third[3];
+    }
+    return wp::vec_t<4, float>(total[0], total[1], total[2], 0.0f);
+""")
+def product_of_rows(  # type: ignore[empty-body]
+    columns: wp.array2d(dtype=wp.int32),
+    blocks: wp.array2d(dtype=wp.mat33),
+    far_columns: wp.array2d(dtype=wp.int32),
+    weights: wp.array2d(dtype=wp.float32),
+    diagonal: wp.array(dtype=wp.float32),
+    i: int,
+    p: wp.array(dtype=wp.vec4),
+) -> wp.vec4:
+    """Row i of all but the pairs of a PairedMatrix, times p, whose fourth numbers are zero; rows that are shorter end
+    with their own number.
+
+    From differences of p, since a row's blocks sum to zero: a move as one would else cost the digits by which they
+    exceed the diagonal, all there are where the cloth is stiff and light.
+    """
+
+
+@wp.func
+def row_product(m: PairedMatrix, i: int, p: wp.array(dtype=wp.vec4)) -> wp.vec4:
+    """Row i of all but the pairs, times p."""
+    return product_of_rows(m.columns, m.blocks, m.far_columns, m.weights, m.diagonal, i, p)
+
+
+@wp.func
+def with_zero(v: wp.vec3) -> wp.vec4:
+    return wp.vec4(v[0], v[1], v[2], 0.0)
+
+
+@wp.func
+def without_zero(v: wp.vec4) -> wp.vec3:
+    return wp.vec3(v[0], v[1], v[2])
 
 
 @wp.kernel
@@ -26,8 +87,8 @@ def solve_kernel(
     solution: wp.array(dtype=wp.vec3),
     residual: wp.array(dtype=wp.vec3),
     preconditioned: wp.array(dtype=wp.vec3),
-    direction: wp.array(dtype=wp.vec3),
-    product: wp.array(dtype=wp.vec3),
+    direction: wp.array(dtype=wp.vec4),
+    product: wp.array(dtype=wp.vec4),
     first_out: wp.array(dtype=wp.float32),
     state: wp.array(dtype=wp.int32),
 ):
@@ -52,7 +113,7 @@ def solve_kernel(
             unknowns += 1
             solution[i] = wp.vec3()
             residual[i] = r
-            direction[i] = z
+            direction[i] = with_zero(z)
         else:
             solution[i] = z
             residual[i] = wp.vec3()
@@ -68,11 +129,13 @@ def solve_kernel(
         for c in range(pairs):
             v = m.ids[c]
             w = m.lam[c]
-            u = w[0] * direction[v[0]] + w[1] * direction[v[1]] + w[2] * direction[v[2]] + w[3] * direction[v[3]]
+            first_two = w[0] * direction[v[0]] + w[1] * direction[v[1]]
+            u = without_zero(first_two + w[2] * direction[v[2]] + w[3] * direction[v[3]])
             f = pair_force(m, c, u)
             curvature += wp.float64(wp.dot(u, f))
+            g = with_zero(f)
             for k in range(4):
-                product[v[k]] = product[v[k]] + w[k] * f
+                product[v[k]] = product[v[k]] + w[k] * g
         step = float(0.0)
         if curvature > wp.float64(0.0):
             step = float(squared / curvature)
@@ -80,8 +143,8 @@ def solve_kernel(
         squared = wp.float64(0.0)
         for a in range(unknowns):
             i = coupled[a]
-            solution[i] = solution[i] + step * direction[i]
-            r = residual[i] - step * product[i]
+            solution[i] = solution[i] + step * without_zero(direction[i])
+            r = residual[i] - step * without_zero(product[i])
             z = inverse[i] * r
             residual[i] = r
             preconditioned[i] = z
@@ -89,7 +152,7 @@ def solve_kernel(
         turn = float(squared / before)
         for a in range(unknowns):
             i = coupled[a]
-            direction[i] = preconditioned[i] + turn * direction[i]
+            direction[i] = with_zero(preconditioned[i]) + turn * direction[i]
         iterations += 1
     first_out[0] = float(first)
     state[TAKEN] = iterations

@@ -92,6 +92,15 @@ def sum_parts_kernel(parts: wp.array(dtype=wp.float32), count: int, threads: int
         out[0] = whole
 
 
+@wp.kernel
+def dot_alone_kernel(a: wp.array(dtype=wp.vec3), b: wp.array(dtype=wp.vec3), out: wp.array(dtype=wp.float32)):
+    """out[0] = sum_i a_i . b_i, by one thread"""
+    total = wp.float64(0.0)
+    for i in range(a.shape[0]):
+        total += wp.float64(wp.dot(a[i], b[i]))
+    out[0] = wp.float32(total)
+
+
 def dot(a: wp.array, b: wp.array, out: wp.array, parts: wp.array) -> None:
     """out[0] = sum_i a_i . b_i, on the device, in a fixed order; `parts` (PARTS,) float32 is scratch."""
     if wp.get_device(a.device).is_cuda:
@@ -100,7 +109,7 @@ def dot(a: wp.array, b: wp.array, out: wp.array, parts: wp.array) -> None:
         launch(dot_in_parts_kernel, threads, [a, b, threads], [parts], block_dim=BLOCK, device=a.device)
         launch(sum_parts_kernel, BLOCK, [parts, threads // BLOCK, BLOCK], [out], block_dim=BLOCK, device=a.device)
     else:
-        wp.utils.array_inner(a, b, out=out)
+        launch(dot_alone_kernel, 1, [a, b], [out], device=a.device)
 
 
 def find_largest(vectors: wp.array, largest_out: wp.array) -> None:

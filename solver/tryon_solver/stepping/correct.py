@@ -533,7 +533,7 @@ def find_direction(sim: Simulation, budget: Budget) -> None:
     trusted = [budget.trusted, sim.state.dt, sim.progress.trial, sim.progress.length]
     launch(trust_kernel, sim.all_count, trusted, [work.direction], device=sim.device)
     measure_nearness(sim, budget.ends_near)
-    together = sim.cg.preconditioned[:1]  # free again
+    together = sim.cg.single
     sum_up(work.direction, sim.cloth_count, together)
     unsettled, dt = settings.correction_unsettled, sim.state.dt
     sim.progress.judge_direction(sim.cg.first, unsettled, dt, together, sim.cloth_count)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import warp as wp
@@ -300,60 +301,70 @@ class Progress:
             wp.zeros(PLACES, dtype=wp.int32, device=device), wp.zeros(LENGTHS, dtype=wp.float32, device=device)
         )
 
+    @cached_property
+    def numbers(self) -> tuple[wp.array, ...]:
+        """Those of `state`, each by itself, (1,): to make an array of a part takes as long as a small kernel."""
+        return tuple(self.state[k : k + 1] for k in range(PLACES))
+
+    @cached_property
+    def ways(self) -> tuple[wp.array, ...]:
+        """Those of `lengths`, likewise."""
+        return tuple(self.lengths[k : k + 1] for k in range(LENGTHS))
+
     @property
     def going_on(self) -> wp.array:
         """The loop's condition."""
-        return self.state[0:1]
+        return self.numbers[0]
 
     @property
     def leaving(self) -> wp.array:
         """Where to count the vertices that the direction takes out of the region."""
-        return self.state[6:7]
+        return self.numbers[6]
 
     @property
     def trial(self) -> wp.array:
         """(1,) where to put the longest way to the trial [m]."""
-        return self.lengths[7:8]
+        return self.ways[7]
 
     @property
     def length(self) -> wp.array:
         """Where to put the direction's longest vector [m]."""
-        return self.lengths[0:1]
+        return self.ways[0]
 
     @property
     def moved(self) -> wp.array:
         """Where to put the largest move [m]."""
-        return self.lengths[1:2]
+        return self.ways[1]
 
     @property
     def standing(self) -> wp.array:
         """Where to put how far from balance x_feasible is [J]."""
-        return self.lengths[8:9]
+        return self.ways[8]
 
     @property
     def tried(self) -> wp.array:
         """Where to put how far from balance the trial is [J]."""
-        return self.lengths[9:10]
+        return self.ways[9]
 
     @property
     def overshot(self) -> wp.array:
         """(1,) int32 condition: did the move lead uphill?"""
-        return self.state[20:21]
+        return self.numbers[20]
 
     @property
     def slope(self) -> wp.array:
         """(1,) where to put the potential's slope along the move, where it begins [J]."""
-        return self.lengths[14:15]
+        return self.ways[14]
 
     @property
     def free_slope(self) -> wp.array:
         """(1,) where to put the potential's slope where the move begins, along what of it went all its way [J]."""
-        return self.lengths[16:17]
+        return self.ways[16]
 
     @property
     def stretch(self) -> wp.array:
         """(1,) where to put the cloth's largest stretch."""
-        return self.lengths[12:13]
+        return self.ways[12]
 
     def begin(self, at_most: int, extensions: int, searches: int, starting: bool = False) -> None:
         """A budget of iterations, how often it is given again to a strayed one, and one of further searches. With
@@ -362,21 +373,21 @@ class Progress:
 
     def if_starting(self, choose: Callable[[], None]) -> None:
         """Launch `choose` if it is to be chosen where the iterations begin."""
-        wp.capture_if(self.state[14:15], choose)
+        wp.capture_if(self.numbers[14], choose)
 
     def if_free_to_try(self, attempt: Callable[[], None]) -> None:
         """Launch `attempt` if the way to the trial can be taken; else the loop ends, for a search."""
         self._launch(decide_to_try_kernel, [], [self.state])
-        wp.capture_if(self.state[15:16], attempt)
+        wp.capture_if(self.numbers[15], attempt)
 
     def if_tried_in_vain(self, pairs: ContactPairs, back: Callable[[], None]) -> None:
         """Launch `back` if the trial is further from balance; end the loop if there are too many pairs to tell."""
         self._launch(judge_trial_kernel, [pairs.counters, pairs.capacity], [self.state, self.lengths])
-        wp.capture_if(self.state[16:17], back)
+        wp.capture_if(self.numbers[16], back)
 
     def unless_directed(self, find: Callable[[], None]) -> None:
         """Launch `find` if the direction is still to be found."""
-        wp.capture_if(self.state[1:2], find)
+        wp.capture_if(self.numbers[1], find)
 
     def judge_direction(
         self, imbalance: wp.array, unsettled: float, dt: wp.array, together: wp.array, count: int
@@ -390,12 +401,12 @@ class Progress:
     @property
     def least_yet(self) -> wp.array:
         """(1,) int32: did the iteration begin nearer to balance than all before it?"""
-        return self.state[10:11]
+        return self.numbers[10]
 
     def if_free_to_move(self, move: Callable[[], None]) -> None:
         """Launch `move` if the direction can be taken; else the loop ends, for a search where there is one left."""
         self._launch(decide_kernel, [], [self.state])
-        wp.capture_if(self.state[2:3], move)
+        wp.capture_if(self.numbers[2], move)
 
     def judge_move(self, shortest: float, dt: wp.array) -> None:
         """The direction is taken: end the loop with the budget, or when nothing moved by `shortest` m/s times `dt`."""
@@ -403,7 +414,7 @@ class Progress:
 
     def if_going_on(self, look: Callable[[], None]) -> None:
         """Launch `look` if there is another iteration after this move."""
-        wp.capture_if(self.state[3:4], look)
+        wp.capture_if(self.numbers[3], look)
 
     def stop_when_full(self, pairs: ContactPairs) -> None:
         """End the loop if there are more pairs than there is room for."""
@@ -413,12 +424,12 @@ class Progress:
         """Launch `end` where the loop has ended as it should: not for the host to do something, nor astray by more
         than `harmless` [J], with cloth that is stretched no more than `torn`."""
         self._launch(judge_ending_kernel, [torn, harmless], [self.state, self.lengths])
-        wp.capture_if(self.state[22:23], end)
+        wp.capture_if(self.numbers[22], end)
 
     def if_sound(self, violations: wp.array, pairs: ContactPairs, conclude: Callable[[], None]) -> None:
         """Launch `conclude` where there are no `violations` (1,) and there is room for all `pairs`."""
         self._launch(judge_state_kernel, [violations, pairs.counters, pairs.capacity], [self.state])
-        wp.capture_if(self.state[23:24], conclude)
+        wp.capture_if(self.numbers[23], conclude)
 
     def start_here(self) -> None:
         """Go on from x_feasible, looked around: the trial is not tried, nor are directions trusted by its length."""
