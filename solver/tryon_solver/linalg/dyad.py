@@ -25,19 +25,25 @@ def amend_kernel(
     given: wp.array(dtype=wp.float32),
     response: wp.array(dtype=wp.vec3),
     solution: wp.array(dtype=wp.vec3),
+    gain_out: wp.array(dtype=wp.float32),
 ):
-    """y += c (w.y)/(1 - c w.z) z"""
+    """y += c (w.y)/(1 - c w.z) z, and c times what w.y has become"""
     i = wp.tid()
     c = stiffness[0]
-    solution[i] = solution[i] + (c * along[0] / (1.0 - c * given[0])) * response[i]
+    share = c * along[0] / (1.0 - c * given[0])
+    solution[i] = solution[i] + share * response[i]
+    if i == 0:
+        gain_out[0] = share
 
 
 class Dyad:
-    """`vector` w (A,) vec3 and `stiffness` c (1,) float32, whose owner writes both."""
+    """`vector` w (A,) vec3 and `stiffness` c (1,) float32, whose owner writes both; `gain` (1,) float32 is c w.p of the
+    solution p that was amended last."""
 
     def __init__(self, count: int, device: str) -> None:
         self.vector: wp.array = wp.zeros(count, dtype=wp.vec3, device=device)
         self.stiffness: wp.array = wp.zeros(1, dtype=wp.float32, device=device)
+        self.gain: wp.array = wp.zeros(1, dtype=wp.float32, device=device)
         self._response: wp.array = wp.zeros(count, dtype=wp.vec3, device=device)
         self._along: wp.array = wp.zeros(1, dtype=wp.float32, device=device)
         self._given: wp.array = wp.zeros(1, dtype=wp.float32, device=device)
@@ -52,4 +58,4 @@ class Dyad:
         """Of a solution (A,) with A make that with the dyad, after `respond`."""
         dot(self.vector, solution, self._along, self._parts)
         inputs = [self.stiffness, self._along, self._given, self._response]
-        launch(amend_kernel, len(solution), inputs, [solution], device=solution.device)
+        launch(amend_kernel, len(solution), inputs, [solution, self.gain], device=solution.device)

@@ -151,6 +151,10 @@ def test_newtons_direction_has_the_dyad(inflated):
     tension = over - given
     assert given > 1000.0
     assert 0 < tension < 0.6 * over
+    # a step that begins where another was cut short begins with that: with all of `over` it would be thrown
+    term.start_step(sim.state)
+    begun = -effect_gradient(sim, "gas", squeezed)
+    np.testing.assert_allclose(begun, tension * w[: len(begun)], rtol=0, atol=0.01 * tension * np.abs(w).max())
 
 
 def test_gas_is_checked_by_name():
