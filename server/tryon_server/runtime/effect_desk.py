@@ -343,8 +343,8 @@ class EffectDesk:
             self._tell(EffectsTold(*news, tuple(answers)))
 
     def _answered(self, worn: DrapeEffects) -> list[int]:
-        """Tickets whose effect is as it was asked for, whatever is under way for others, as compiling takes seconds; none
-        of them waits any more, and should the others fail this stays."""
+        """Tickets whose effect is as it was asked for, whatever is under way for others, as compiling takes seconds;
+        none of them waits any more, and should the others fail this stays."""
         pending = self._pending_names(worn)
         if not pending:
             self._held = dict(self._wishes)
