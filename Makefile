@@ -81,6 +81,7 @@ effects-together-page: $(VENV)/.dev
 # What it costs here: .venv/bin/python tests/support/effect_costs.py --vertices 33 --frames 60 --jobs 8 --out docs/effects/runs/costs-cpu.json
 effects-page: $(VENV)/.dev
 	$(BIN)/python tests/support/effect_pictures.py --out docs/effects --document docs/effects.md
+	$(BIN)/python tests/support/effect_names.py --document docs/effects.md
 	$(BIN)/python tests/support/effect_costs.py --document docs/effects.md --of $(wildcard docs/effects/runs/costs-*.json)
 	$(BIN)/python tests/support/before_effects.py --document docs/effects.md
 

@@ -13,7 +13,8 @@ STRETCH_MOST = 1.02  # of the fabric's limit, for all but OVERSTRETCHED of the t
 OVERSTRETCHED = 1e-3
 STRETCH_ANY = 1.10  # of the fabric's limit, for every triangle
 FAR = 4.0  # times the accuracy asked for: within that an error is told rightly, nearly always
-PULLING = ("elastic", "fasteners", "adhesion", "pins", "pressure", "gas", "wind")  # effects that can stretch cloth
+PULLING = ("elastic", "fasteners", "adhesion", "pins", "pressure", "gas", "wind", "gravity")  # what can stretch cloth;
+HEAVY = 2 * 9.81  # m/s^2: a weight can from there on
 LAG = 10e-3  # m from the skin to the collision surface; skin that the body itself pinches may be part of it
 
 
@@ -30,7 +31,7 @@ def advise(
 
     `stretch` (F,) is the larger principal stretch of each triangle, `lag` the largest distance [m] from the tracked
     skin to the collision surface, `debt` the time [s] that a gap in the poses left to be simulated, `more` what
-    there is to say besides, `acting` the effects that act.
+    there is to say besides, `acting` the effects that act, gravity among them where it is `heavy`.
     """
     said = []
     if counters.retries:
@@ -56,9 +57,14 @@ def advise(
         why = ["too tight for this motion", "caught between parts of the body"]
         if pulling := ", ".join(name for name in PULLING if name in acting):
             why.append(f"pulled by what acts on it ({pulling})")
-            tries = f"less of that, {tries}"
+            tries = f"less of that, or have it come in over a longer time, {tries}"
         said.append(f"{' and '.join(strained)}: the garment is {', or '.join(why)}; try {tries}")
     return "; ".join(said)
+
+
+def heavy(acceleration: np.ndarray) -> bool:
+    """Is a gravity of this acceleration (1, 3) m/s^2 more than garments are made for?"""
+    return float(np.linalg.norm(acceleration)) > HEAVY
 
 
 def unmet(accuracy: float | None, error: float, late: float) -> str:

@@ -143,6 +143,15 @@ def test_a_wind_changes_its_pressure_no_faster_either(start, end):
     assert pressures.max() > 0.7 * most.max()
 
 
+@pytest.mark.parametrize("turn", [9.81, 59.81])
+def test_a_weight_turns_in_the_time_in_which_a_pressure_would_come_to_as_much(turn):
+    down, up = ({"acceleration": np.array([[0.0, y, 0.0]], np.float32)} for y in (-9.81, turn - 9.81))
+    seconds = least_seconds("gravity", {}, down, up, 0.18, np.zeros(0))
+    pascals = {"pressure": np.array([0.18 * turn], np.float32)}
+    none = {"pressure": np.zeros(1, np.float32)}
+    assert seconds == pytest.approx(least_seconds("pressure", {}, none, pascals, 0.18, np.zeros(0)))
+
+
 def test_a_long_line_is_drawn_in_as_by_a_hand(bag):
     """All of a hem by 0.4 of it; a short one, or by little, in its ramp, and what is let out likewise."""
     whole = asked(elastic={"lines": [{"along": HEM, "ratio": 0.6}], "ramp": 0.0})

@@ -81,6 +81,15 @@ class Ready:
     hold = want
 
 
+class AtWind(Ready):
+    """One that compiles wind, and does not come to its end."""
+
+    compiling = ("wind",)
+
+    def is_ready(self, name):
+        return name != "wind"
+
+
 @pytest.fixture
 def desk():
     told = []
@@ -266,3 +275,32 @@ def test_a_wish_that_was_kept_in_other_words_is_armed_by_default_and_says_why():
     assert wish["parameters"] == word_of("adhesion").parameters()
     assert "not known any more" in wish["why"]
     assert "kind" in wish["why"] or "glue" in wish["why"]
+
+
+@pytest.mark.parametrize(
+    ("name", "state", "parameters"),
+    [("elastic", "absent", None), ("gravity", "active", None), ("air_drag", "active", {"coefficient": 1.7})],
+)
+def test_what_is_as_it_is_asked_for_is_answered_while_another_effect_is_compiled(name, state, parameters):
+    """Taking off what never acted waited for seconds, for another effect's kernels."""
+    told, worn = [], Worn(garments=("shirt",))
+    desk = EffectDesk(told.append, AtWind(), lambda: 0.0, {})
+    settle(desk, worn)
+    desk.take(ChangeEffect(1, "wind", "armed"))
+    desk.take(ChangeEffect(2, "auto", "absent"))
+    settle(desk, worn)
+    desk.take(ChangeEffect(3, name, state, parameters))
+    desk.go_on(worn, 0.0, False)
+    assert [event.answers for event in told if event.answers] == [(3,)]
+    assert (worn.bound, worn.written) == (0, 0)
+
+
+def test_what_was_answered_stays_where_another_effect_can_not_be_bound(desk):
+    worn = sticky(desk)
+    desk.take(ChangeEffect(8, "pressure", "active", {"pressure": 666}))
+    desk.go_on(worn, 0.0, False)
+    desk.take(ChangeEffect(9, "sleep", "active", None))
+    settle(desk, worn)
+    assert [event.ticket for event in desk.told if isinstance(event, EffectRefused)] == [8]
+    assert desk.wishes["effects"]["sleep"]["state"] == "active"
+    assert "pressure" not in desk.wishes["effects"]

@@ -7,7 +7,7 @@ from small_scenes import sheet
 from tryon_solver.advice import advise, nearest_limit, unmet
 from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.results import Counters
-from tryon_solver.scene import Gravity, Scene
+from tryon_solver.scene import Gravity, Pins, Scene
 from tryon_solver.simulation import build
 
 DENIM = FABRICS["denim"]  # bears 5 %
@@ -45,9 +45,19 @@ def test_surface_far_behind_the_skin_is_told_with_what_to_try():
 
 
 def test_effects_that_pull_are_named():
-    said = advise(Counters(), 0.0, JERSEY, stretches(1.5), 0.0, acting=("gravity", "pins", "elastic"))
-    assert "or pulled by what acts on it (elastic, pins); try less of that, a larger size" in said
-    assert "pulled" not in advise(Counters(), 0.0, JERSEY, stretches(1.5), 0.0, acting=("gravity",))
+    said = advise(Counters(), 0.0, JERSEY, stretches(1.5), 0.0, acting=("friction", "pins", "elastic"))
+    assert "or pulled by what acts on it (elastic, pins); try less of that, or have it come in over a longer" in said
+    assert "pulled" not in advise(Counters(), 0.0, JERSEY, stretches(1.5), 0.0, acting=("friction",))
+
+
+@pytest.mark.parametrize(("acceleration", "named"), [(-9.81, False), (50.0, True)])
+def test_a_weight_is_named_where_it_is_no_usual_one(acceleration, named):
+    garment, x = sheet(3, 3, 0.1, 0.1)
+    held = Pins(np.arange(9, dtype=np.int32), 1e5)
+    sim = build(Scene(garment, 1.3 * x, effects=(Gravity((0.0, acceleration, 0.0)), held)))
+    said = sim.advance(None, 1 / 60).advice
+    assert "stretched by" in said
+    assert ("(pins, gravity)" in said) is named
 
 
 def test_the_fabric_that_stretches_most_is_not_offered_another_one():

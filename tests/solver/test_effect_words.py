@@ -3,15 +3,17 @@ that it says."""
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from effect_names import rows, table
 from small_scenes import garment_of, grid_faces, grid_uv, icosphere
 
 from tryon_solver.effect_words.fields import EffectError
 from tryon_solver.effect_words.rules import in_scene, left_out, same_but_values
+from tryon_solver.effect_words.table import BUILT_IN, LIVE, WORDS, live, word_of
 from tryon_solver.effect_words.table import FABRICS as NAMED
-from tryon_solver.effect_words.table import LIVE, WORDS, live, word_of
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.named_lines import Cut
 from tryon_solver.geometry.panel_mesh import mesh_pattern
@@ -356,3 +358,11 @@ def test_values_are_told_from_what_has_to_be_bound_anew():
     assert not same("elastic", {"lines": lines[:1]}, {"lines": lines})
     assert not same("elastic", {"lines": lines[:1]}, {"lines": [{**lines[0], "stiffness": 9}]})
     assert not same("air_drag", {}, {"coefficient": 1})
+
+
+def test_the_page_has_each_effect_by_both_its_names():
+    assert table() in Path("docs/effects.md").read_text(), "make effects-page"
+    named = "\n".join(rows())
+    for word in BUILT_IN:
+        assert f"| `{word.name}`" in named
+    assert "`Elastic(lines)`, `ElasticLine(edges, ratio, stiffness)` | `elastic`" in named

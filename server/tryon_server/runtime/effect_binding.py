@@ -23,6 +23,7 @@ from tryon_solver.geometry.named_lines import Cut
 from tryon_solver.geometry.outfit import garments_of
 from tryon_solver.rebind import settle_in, take_over, with_effects
 from tryon_solver.redesign.parsed import parsed
+from tryon_solver.scene import Adhesion
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import Simulation
 from tryon_solver.stepping.clocked import times_in_parts
@@ -77,10 +78,15 @@ class SolverEffects:
 
     @property
     def caveats(self) -> Mapping[str, str]:
-        """What few Newton iterations leave undone: METHOD.md section 6."""
-        settings = self._worn.simulation.settings
+        """What few Newton iterations leave undone, and of what is asked for more than cloth bears how much acts:
+        METHOD.md section 6."""
+        settings, scene = self._worn.simulation.settings, self._worn.simulation.scene
         accurate = settings.accuracy is not None and settings.accuracy <= FRICTION_ACCURACY
-        return {} if accurate or settings.correction_iterations >= PATIENT else {"friction": SLOWED}
+        found = {} if accurate or settings.correction_iterations >= PATIENT else {"friction": SLOWED}
+        for effect in scene.effects:
+            if isinstance(effect, Adhesion) and (shear := effect.shear_in(scene)) < effect.strength:
+                found["adhesion"] = f"it slips aside at {shear:.0f} Pa, as much as the fabric bears within its limit"
+        return found
 
     def under_garments(self, name: str, parameters: Parameters) -> Parameters:
         """The effect's parameters with each piece called by its garment's name and its own."""

@@ -69,7 +69,7 @@ class EffectDesk:
         self._worn: DrapeEffects | None = None
         self._parts: Iterator[None] | None = None
         self._binding: Mapping[str, Parameters] = {}
-        self._waiting: list[int] = []  # tickets of changes
+        self._waiting: dict[int, str] = {}  # tickets of changes: of which effect, or AUTO
         self._measurers: list[int] = []
         self._measuring: Iterator[tuple[str, Mapping[str, float]]] | None = None
         self._times: dict[str, Mapping[str, float]] = {}
@@ -115,7 +115,7 @@ class EffectDesk:
             else:
                 self._wishes = {name: wish for name, wish in self._wishes.items() if not wish.why.startswith(CHOSEN)}
                 self._seen = None
-            self._waiting.append(command.ticket)
+            self._waiting[command.ticket] = command.name
             return
         word = word_of(command.name)
         if word.kept and command.state != "active":
@@ -127,7 +127,7 @@ class EffectDesk:
         wishes = {**self._wishes, command.name: Wish(command.state, parameters or {})}
         worn.check(self._wanted(wishes, worn))
         self._wishes = wishes
-        self._waiting.append(command.ticket)
+        self._waiting[command.ticket] = command.name
 
     def _stands(self, name: str, worn: DrapeEffects) -> Parameters | None:
         """The effect's parameters as they are, or were when it was worn last; None of what never was."""
@@ -297,7 +297,7 @@ class EffectDesk:
             self._wishes = dict(self._held)
         else:
             self._wishes = {name: self._possible(name, wish, worn, error) for name, wish in self._held.items()}
-        waiting, self._waiting = self._waiting, []
+        waiting, self._waiting = self._waiting, {}
         for ticket in waiting:
             self._refuse(ticket, error)
 
@@ -330,11 +330,7 @@ class EffectDesk:
 
     def _tell_news(self, worn: DrapeEffects) -> None:
         """Tell the effects if anything of them is new, or somebody waits for it and has not to wait longer."""
-        settled = worn.asked == self._wanted(self._wishes, worn) and not self._pending_names(worn)
-        answers: list[int] = []
-        if settled:
-            self._held = dict(self._wishes)
-            answers, self._waiting = self._waiting, []
+        answers = self._answered(worn)
         if self._measurers and self._measuring is None:
             answers += self._measurers
             self._measurers = []
@@ -345,6 +341,19 @@ class EffectDesk:
         if news != self._told or answers:
             self._told = news
             self._tell(EffectsTold(*news, tuple(answers)))
+
+    def _answered(self, worn: DrapeEffects) -> list[int]:
+        """Tickets whose effect is as it was asked for, whatever is under way for others, as compiling takes seconds;
+        none of them waits any more, and should the others fail this stays."""
+        pending = self._pending_names(worn)
+        if not pending:
+            self._held = dict(self._wishes)
+        answered = [
+            ticket for ticket, name in self._waiting.items() if not pending or (name != AUTO and name not in pending)
+        ]
+        for name in {self._waiting.pop(ticket) for ticket in answered} & set(self._wishes):
+            self._held[name] = self._wishes[name]
+        return answered
 
     def _pending_names(self, worn: DrapeEffects) -> dict[str, Literal["compiling", "binding"]]:
         """What is under way for which effects."""

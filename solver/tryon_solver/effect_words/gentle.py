@@ -3,8 +3,9 @@
 A thousand pascals at once accelerate jersey by 5,500 m/s^2, 1.5 m in a step of 1/60 s. Nothing real does that: a body
 of air, a fan, a gust take their time. A step that begins so has all of the garment pushed out of its search's reach,
 and so has the next. Cloth that hangs loose is taut after some centimetres, and from then on more pressure hardly moves
-it: so what presses goes by the cube of time from none, and back likewise. A line of elastic has its ends drawn together
-as by a hand on a drawstring. Ours.
+it: so what presses goes by the cube of time from none, and back likewise. A weight that turns takes as long as a
+pressure that accelerates cloth by as much as the two differ. A line of elastic has its ends drawn together as by a hand
+on a drawstring. Ours.
 """
 
 from __future__ import annotations
@@ -42,6 +43,9 @@ def least_seconds(
     time, on cloth of `areal_density` kg/m^2; `lengths` (L,) m of elastic's lines in the pattern. 0 of all others."""
     if name == "elastic" and "ratio" in start:
         return float((np.abs(end["ratio"] - start["ratio"]) * lengths).max(initial=0.0)) / QUICKEST_DRAW
+    if name == "gravity" and "acceleration" in start:
+        turn = end["acceleration"].astype(np.float64) - start["acceleration"].astype(np.float64)
+        return float(np.cbrt(np.linalg.norm(turn) / HARDEST_PRESS))
     if name == "pressure" and "pressure" in start:
         pascals, value = 1.0, "pressure"
     elif name == "wind" and "velocity" in start:

@@ -31,7 +31,9 @@ it has given (slip.py), whatever it is pressed with; what is being pulled off ha
 
     F = T area (1 - y) beyond g0,   T area before it
 
-So what sticks neither creeps nor slips below T times its area, and slips with that resistance above, as tape does. The
+So what sticks neither creeps nor slips below T times its area, and slips with that resistance above, as tape does.
+Where T is not told it is S, up to what the fabric bears (effect_specs.Adhesion.shear_in): cloth within its limit feels
+no more of a bond, and beside its stiffness T/s conjugate gradients that are cut short see no fabric. The
 idea is augmented IPC's tangential adhesion; there what has slipped resists no more within a step.
 
 **What holds must be found first.** t falls beyond its peak, so a step may have two balances, stuck and parted, and
@@ -309,7 +311,7 @@ def bind(spec: Adhesion, context: BuildContext) -> Contribution | None:
         return None
     settings, device, scene, sums = context.settings, context.device, context.scene, context.sums
     width = zone_width(spec, settings.d_hat)
-    shear = spec.strength if spec.shear is None else spec.shear
+    shear = spec.shear_in(scene)
     count = scene.garment.vertex_count
     held = AdhesionOfPairs(count, device)
     share = wp.ones(1, dtype=wp.float32, device=device)

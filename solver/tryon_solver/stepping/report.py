@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tryon_solver.advice import advise, nearest_limit, unmet
+from tryon_solver.advice import advise, heavy, nearest_limit, unmet
 from tryon_solver.contact import pairs
 from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.vectors import find_largest, subtract
@@ -28,8 +28,9 @@ def make_report(sim: Simulation) -> StepReport:
     touching = in_contact(sim)
     if not (counters.steps and sim.concluded):  # else the device has, where the step ended
         measure_for_report(sim)
-    gaps, cycles, lags, stretch, error = read(
-        sim.pairs.smallest_gap, sim.cycles, sim.lag, sim.stretch.stretch, sim.error
+    weights = [one.values["acceleration"] for one in sim.plan.contributions if one.name == "gravity"]
+    gaps, cycles, lags, stretch, error, *weight = read(
+        sim.pairs.smallest_gap, sim.cycles, sim.lag, sim.stretch.stretch, sim.error, *weights
     )
     gap, gap_offset = with_offset(sim, gaps) if touching else no_gap(sim)
     lag, late = float(lags[0]), sim.pace.end()
@@ -60,7 +61,7 @@ def make_report(sim: Simulation) -> StepReport:
             *strained(sim, stretch),
             lag,
             unmet(wanted, float(error[0]), late),
-            [contribution.name for contribution in sim.plan.contributions],
+            [one.name for one in sim.plan.contributions if one.name != "gravity" or heavy(weight[0])],
         ),
     )
 
