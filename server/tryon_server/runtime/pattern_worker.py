@@ -252,7 +252,7 @@ class PatternWorker(OutfitWorker):
         end = now + REMAKING_SHARE * self._cost
         try:
             remade = self._remaking.go_on(drape, self._stance_now)
-            while remade is None and self._remaking.has_parts and self._clock() < end:
+            while remade is None and self._remaking.has_parts and not drape.waiting and self._clock() < end:
                 remade = self._remaking.go_on(drape, self._stance_now)
             if remade is not None:
                 self._wear(remade, drape)
