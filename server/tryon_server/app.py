@@ -22,6 +22,7 @@ from tryon_server.api import (
     faults,
     garments,
     glb,
+    jobs,
     looks,
     motions,
     outfits,
@@ -56,6 +57,7 @@ from tryon_server.runtime.interface import Runtime
 from tryon_server.runtime.local import local_runtime
 from tryon_server.services import Services
 from tryon_server.settings import PREFIX, Settings
+from tryon_server.streaming.jobs import Jobs
 from tryon_server.streaming.live_sessions import LiveSessions
 from tryon_server.uploads.service import BodyUploads, MotionUploads, PrintUploads
 
@@ -89,6 +91,7 @@ def create_app(
             yield
         finally:
             await services.sessions.close()
+            await services.jobs.close()
             services.runtime.placement.close()
             services.checkers.shutdown(wait=False, cancel_futures=True)
 
@@ -104,7 +107,7 @@ def create_app(
         app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
     faults.install(app)
     choosing = catalogue, looks, garments, motions, bodies, prints
-    for module in (*choosing, sessions, edits, effects, outfits, glb):
+    for module in (*choosing, sessions, edits, effects, outfits, jobs, glb):
         app.include_router(module.router, dependencies=[Depends(refuse_strangers)])
     app.include_router(sessions.stream_router)
     page.install(app, web)
@@ -178,6 +181,7 @@ def _start(settings: Settings, runtime: Runtime, patterns: Path, server: str) ->
         finishes=ready.finishes,
         runtime=runtime,
         sessions=live,
+        jobs=Jobs(settings.job_kept_seconds, settings.most_jobs_kept),
         version=version("tryon"),
         checkers=ThreadPoolExecutor(CHECKS_AT_ONCE, "upload check"),
     )

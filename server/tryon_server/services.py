@@ -9,6 +9,7 @@ from tryon_server.garments.service import GarmentService
 from tryon_server.persistence import FinishStore
 from tryon_server.runtime.interface import Runtime
 from tryon_server.settings import Settings
+from tryon_server.streaming.jobs import Jobs
 from tryon_server.streaming.live_sessions import LiveSessions
 from tryon_server.uploads.service import BodyUploads, MotionUploads, PrintUploads
 
@@ -25,5 +26,6 @@ class Services:
     finishes: FinishStore
     runtime: Runtime
     sessions: LiveSessions
+    jobs: Jobs
     version: str
     checkers: ThreadPoolExecutor

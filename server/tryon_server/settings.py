@@ -48,6 +48,11 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         messages_per_second: most messages accepted from one client per second, on average [1/s].
         edit_seconds: longest time that an edit of a pattern may take until it is worn, counted from when none before it
             is to be made any more; then it is refused, and those behind it are made [s].
+        answer_seconds: longest time that a change of an edit or of what is worn is waited for before it is answered
+            that it goes on (202), unless the client says for how long [s].
+        longest_wait_seconds: longest that a client may have it waited for: proxies give up after 30 to 60 s [s].
+        job_kept_seconds: how long what became of one is told after its end, where it was answered so [s].
+        most_jobs_kept: of these at most so many, those that ended last.
         smoothing_place_unrest: speed that the filter of trackers' poses (sessions/smoothing.py) leaves of noise in the
             place of a joint at rest [m/s].
         smoothing_place_gain: cutoff that a joint's speed adds [Hz per m/s].
@@ -86,6 +91,10 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     keyframe_seconds: Positive = 1.0
     messages_per_second: Positive = 240.0
     edit_seconds: Positive = 120.0
+    answer_seconds: Positive = 5.0
+    longest_wait_seconds: Positive = 25.0
+    job_kept_seconds: Positive = 600.0
+    most_jobs_kept: Count = 200
     smoothing_place_unrest: Positive = DEFAULT_SMOOTHING.place_unrest
     smoothing_place_gain: Positive = DEFAULT_SMOOTHING.place_gain
     smoothing_turn_unrest: Positive = DEFAULT_SMOOTHING.turn_unrest

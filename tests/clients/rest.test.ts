@@ -106,3 +106,37 @@ test("what is worn is listed, put on, taken off and rearranged under the session
     { url: address, method: "PUT", body: '{"order":["skirt","tshirt"],"edited":null}' },
   ]);
 });
+
+test("a change that takes longer is asked for again until it is done, and its progress is told", async () => {
+  const job = { state: "running", detail: "Sewing", progress: null, location: "/api/sessions/s/jobs/j" };
+  const replies = [
+    new Response(JSON.stringify(job), { status: 202, headers: { "retry-after": "3" } }),
+    new Response(JSON.stringify({ ...job, progress: 0.5 }), { status: 202 }),
+    new Response('[{"name":"cape"}]', { status: 201 }),
+    new Response("{}", { status: 202 }),
+    new Response('{"message":"it was worn before it could be cancelled"}', { status: 409 }),
+  ];
+  const asked: string[] = [];
+  const fetcher: typeof fetch = (input, init) => {
+    const prefer = new Headers(init?.headers).get("prefer");
+    asked.push(`${init?.method} ${new URL(new Request(input).url).pathname}${prefer ? ` (${prefer})` : ""}`);
+    return Promise.resolve(replies.shift() ?? Response.error());
+  };
+  const waited: number[] = [];
+  const api = new Api(new URL("http://example.test/try/"), fetcher, (seconds) => Promise.resolve(void waited.push(seconds)));
+  const told: (number | null)[] = [];
+  const worn = await api.putOn("s", { garment: "cape", fabric: null }, ({ progress }) => told.push(progress));
+  assert.deepEqual(worn, [{ name: "cape" }]);
+  assert.deepEqual(told, [null, 0.5]);
+  assert.deepEqual(waited, [3, 1]);
+  await api.cancel({ ...job, state: "running" });
+  await assert.rejects(api.cancel({ ...job, state: "running" }), /before it could be cancelled/);
+  const address = "/try/api/sessions/s/jobs/j";
+  assert.deepEqual(asked, [
+    "POST /try/api/sessions/s/garments (wait=1)",
+    `GET ${address}`,
+    `GET ${address}`,
+    `DELETE ${address} (respond-async)`,
+    `DELETE ${address} (respond-async)`,
+  ]);
+});

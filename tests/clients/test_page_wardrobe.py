@@ -57,6 +57,39 @@ def test_garments_are_put_on_moved_and_taken_off(page, studio):
     assert page.get_by_label("Take Cape off").is_disabled()
 
 
+def test_what_takes_longer_is_told_in_a_line_and_can_be_cancelled(page):
+    """The server is made to answer 202 at once, as it does where dressing takes long."""
+
+    def at_once(route):
+        route.continue_(headers={**route.request.headers, "prefer": "respond-async"})
+
+    page.route("**/api/sessions/*/garments", at_once)
+    wears(page, "tshirt")
+    put_on(page, "cape")
+    page.wait_for_selector("#wardrobe-doing:not([hidden])")
+    assert page.inner_text("#wardrobe-doing span")
+    assert page.locator("#wardrobe-doing").get_by_role("button", name="Cancel").is_enabled()
+    wears(page, "cape,tshirt")
+    page.wait_for_selector("#wardrobe-doing", state="hidden")
+    cancelled = {"code": "job.cancelled", "place": "job", "message": "it was cancelled", "remedy": "Ask again"}
+    asked = []
+
+    def answered(route):
+        asked.append(route.request.method)
+        status = 204 if route.request.method == "DELETE" else 409
+        route.fulfill(status=status, json=None if status == 204 else cancelled)
+
+    job = {"state": "running", "detail": "Sewing", "progress": 0.5, "location": "/api/sessions/s/jobs/j"}
+    page.route("**/jobs/j", answered)
+    page.route("**/api/sessions/*/garments", lambda route: route.fulfill(status=202, json=job))
+    put_on(page, "cape")
+    page.locator("#wardrobe-doing").get_by_role("button", name="Cancel").click()
+    page.wait_for_selector("#wardrobe-doing", state="hidden")
+    assert asked == ["DELETE", "GET"]
+    assert page.is_hidden("#notice"), "whoever cancels it needs not be told"
+    wears(page, "cape,tshirt")
+
+
 def test_what_can_t_be_put_on_is_told_and_what_is_worn_stays(page):
     wears(page, "tshirt")
     put_on(page, "cape")

@@ -159,7 +159,7 @@ def test_what_is_asked_for_before_the_garment_is_worn_is_made_once_it_is_also_af
         wider, bad = {"edit": WIDER}, {"edit": {"kind": "?"}}
         for step, json in (("", wider), ("", wider), ("/undo", None), ("", bad)):
             reply = http.post(f"{path}/edits{step}", json=json)
-            assert (reply.status_code, reply.json()["id"]) == (202, None)
+            assert (reply.status_code, reply.json()["doing"]) == (202, "waiting")
         told = http.get(path).json()
         assert told["state"] in ("preparing", "dressing")
         waits = [(one["step"], one["kind"], one["doing"]) for one in told["changes"]]

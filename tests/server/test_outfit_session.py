@@ -8,6 +8,7 @@ from contextlib import suppress
 import httpx
 import numpy as np
 import pytest
+from asking import answered
 from coarse_garments import make_app
 from live_server import LiveServer
 from watching import Viewer, crossing
@@ -41,6 +42,7 @@ def test_two_garments_with_wind_a_print_an_edit_and_another_outfit(server):
     session = f"/api/sessions/{name}"
 
     def done(reply):
+        reply = answered(http, reply)
         assert reply.status_code in (200, 201), reply.text
         return reply.json()
 

@@ -9,7 +9,15 @@ import pytest
 from scripted_worker import allow, frames, work
 
 from tryon_server.runtime.order import GarmentOrder
-from tryon_server.sessions.commands import ChangeEffect, ChangeOutfit, ChangePattern, FollowMotion, Run, WornItem
+from tryon_server.sessions.commands import (
+    ChangeEffect,
+    ChangeOutfit,
+    ChangePattern,
+    FollowMotion,
+    GiveUp,
+    Run,
+    WornItem,
+)
 from tryon_server.sessions.events import (
     Designed,
     EditMade,
@@ -156,3 +164,32 @@ def test_in_another_order_also_while_nobody_watches():
     assert [event.topology_id for event in events(connection, TopologyReady)] == [1, 2, 3, 4]
     times = [frame.t_sim for frame in frames(connection)]
     assert times == sorted(times)
+
+
+def test_one_that_is_given_up_is_refused_unless_something_is_off_for_it():
+    """Whenever that comes, what is worn in the end is one outfit or the other, whole."""
+    answers = set()
+    for seconds in (0.15, 0.35, 0.5, 0.65, 2.5):
+        script = [outfit(1, "hat", "coat"), outfit(3, "coat", "hat")]
+        connection = work(
+            [(0.001, Run(True)), (0.001, allow(1000)), (0.1, script[0]), (1.3, script[1]), (1.3 + seconds, GiveUp(3))],
+            6.0,
+            build=analytic_drape.build,
+            seconds_beside=0.2,
+        )
+        refused = [event.ticket for event in events(connection, OutfitRefused)]
+        worn = [event.ticket for event in events(connection, OutfitWorn)]
+        assert (worn, refused) in (([1, 3], []), ([1], [3]))
+        answers.add(bool(refused))
+        told = [event.topology_id for event in events(connection, TopologyReady)]
+        assert told == ([1, 2] if refused else [1, 2, 3, 4])
+        assert frames(connection)[-1].t_sim > 2.0
+    assert answers == {True, False}
+
+
+def test_an_edit_that_waits_for_an_outfit_is_given_up_alone():
+    commands = [outfit(1, "", "coat"), ChangePattern("edit", 2, WIDER), ChangePattern("edit", 4, WIDER), GiveUp(2)]
+    connection = changed(*commands, seconds_beside=2.0, apart=0.3)
+    assert [event.ticket for event in events(connection, EditRefused)] == [2]
+    assert [made.ticket for made in events(connection, EditMade)] == [4]
+    assert [event.ticket for event in events(connection, OutfitWorn)] == [1]

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from asking import answered
 from coarse_garments import EDGE_LENGTH
 from killable_server import KillableServer
 from watching import Viewer, crossing
@@ -45,7 +46,8 @@ def test_a_garment_edited_until_nobody_can_put_it_on_is_worn_again_after_kill_9(
         viewer.wait(6)
         unedited = seen_area(viewer)
         edit = {"edit": {"kind": "scale_garment", "factors": [0.8, 0.8]}}
-        assert server.http.post(f"/api/sessions/{session}/edits", json=edit).status_code == 201
+        made = answered(server.http, server.http.post(f"/api/sessions/{session}/edits", json=edit))
+        assert made.status_code == 201
         viewer.wait(30)
         worn = seen_area(viewer)
         viewer.close()
@@ -62,7 +64,8 @@ def test_a_garment_edited_until_nobody_can_put_it_on_is_worn_again_after_kill_9(
         assert any("put on as it was before its edits" in note for note in told["notes"])
         assert crossing(viewer.seen) == 0
         assert abs(restored - worn) < 0.25 * (unedited - worn), (unedited, worn, restored)
-        assert server.http.post(f"/api/sessions/{again}/edits/undo").json()["last"] == 0
+        undone = server.http.post(f"/api/sessions/{again}/edits/undo")
+        assert answered(server.http, undone).json()["last"] == 0
 
 
 def order(**more) -> DrapeOrder:

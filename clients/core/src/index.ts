@@ -41,6 +41,7 @@ export {
   type FabricLook,
   type Finish,
   type Garment,
+  type Job,
   type MeshReading,
   type Motion,
   type MotionReading,
@@ -49,6 +50,7 @@ export {
   type SessionInfo,
   type SessionWish,
   type Size,
+  type Told,
   type WornItem,
 } from "./rest.ts";
 export { Wearer, type Tracking, type TrackedFrame } from "./wearer.ts";

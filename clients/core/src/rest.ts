@@ -168,6 +168,23 @@ export interface WornItem {
   readonly again?: boolean;
 }
 
+/** A change of what is worn that takes longer than who asks may wait: how it stands. */
+export interface Job {
+  readonly state: "running" | "done" | "refused" | "cancelled";
+  /** what is done for it, for people */
+  readonly detail: string;
+  /** how much of that is done, 0 to 1; null: not known */
+  readonly progress: number | null;
+  /** path of it */
+  readonly location: string;
+}
+
+/** Is told how a change stands, as long as it is not done. */
+export type Told = (job: Job) => void;
+
+/** for so long the answer is waited for before the first telling [s] */
+const FIRST_WAIT = 1;
+
 export interface SessionInfo {
   readonly id: string;
   readonly garment: string;
@@ -205,6 +222,8 @@ export class Api {
   constructor(
     private readonly base: URL,
     private readonly fetcher: typeof fetch = (input, init) => fetch(input, init),
+    /** Passes the time between two questions how a change stands [s]. */
+    private readonly pass: (seconds: number) => Promise<void> = (seconds) => new Promise((go) => setTimeout(go, 1000 * seconds)),
   ) {}
 
   garments(): Promise<Garment[]> {
@@ -320,17 +339,22 @@ export class Api {
   }
 
   /** Puts a garment on over what is worn; answered once it is worn. */
-  putOn(session: string, wish: WearWish): Promise<WornItem[]> {
-    return this.ask("POST", wornPath(session), JSON.stringify(wish));
+  putOn(session: string, wish: WearWish, told?: Told): Promise<WornItem[]> {
+    return this.change("POST", wornPath(session), JSON.stringify(wish), told);
   }
 
-  takeOff(session: string, name: string): Promise<WornItem[]> {
-    return this.ask("DELETE", `${wornPath(session)}/${encodeURIComponent(name)}`);
+  takeOff(session: string, name: string, told?: Told): Promise<WornItem[]> {
+    return this.change("DELETE", `${wornPath(session)}/${encodeURIComponent(name)}`, undefined, told);
   }
 
   /** Wears the same in this order, from the innermost outwards, and edits the garment of this name; null: as it is. */
-  rearrange(session: string, order: readonly string[] | null, edited: string | null): Promise<WornItem[]> {
-    return this.ask("PUT", wornPath(session), JSON.stringify({ order, edited }));
+  rearrange(session: string, order: readonly string[] | null, edited: string | null, told?: Told): Promise<WornItem[]> {
+    return this.change("PUT", wornPath(session), JSON.stringify({ order, edited }), told);
+  }
+
+  /** Asks a change to stop; who waits for it hears whether that came in time. */
+  async cancel(job: Job): Promise<void> {
+    await this.send("DELETE", job.location.replace(/^\//, ""), undefined, "respond-async");
   }
 
   /** Address of a session's stream. */
@@ -341,10 +365,28 @@ export class Api {
   }
 
   private async ask<T>(method: string, path: string, body?: BodyInit): Promise<T> {
-    const init: RequestInit = { method, headers: { accept: "application/json" } };
+    return (await this.send(method, path, body)).reply as T;
+  }
+
+  /** Asks for what may take long, and again until it is done: proxies cut off who waits for a minute. */
+  private async change<T>(method: string, path: string, body: BodyInit | undefined, told: Told | undefined): Promise<T> {
+    let answer = await this.send(method, path, body, `wait=${FIRST_WAIT}`);
+    while (answer.status === 202) {
+      const job = answer.reply as Job;
+      told?.(job);
+      await this.pass(answer.retryAfter);
+      answer = await this.send("GET", job.location.replace(/^\//, ""));
+    }
+    return answer.reply as T;
+  }
+
+  private async send(method: string, path: string, body?: BodyInit, prefer?: string): Promise<Answer> {
+    const headers: Record<string, string> = { accept: "application/json" };
+    const init: RequestInit = { method, headers };
+    if (prefer !== undefined) headers.prefer = prefer;
     if (body !== undefined) {
       init.body = body;
-      init.headers = { accept: "application/json", "content-type": "application/json" };
+      headers["content-type"] = "application/json";
     }
     let response: Response;
     try {
@@ -354,9 +396,16 @@ export class Api {
     }
     const text = await response.text();
     const reply = parse(text);
-    if (response.ok) return reply as T;
+    if (response.ok) return { status: response.status, retryAfter: Number(response.headers.get("retry-after") ?? 1), reply };
     throw refusal(reply, response.status);
   }
+}
+
+interface Answer {
+  readonly status: number;
+  /** after which to ask again [s] */
+  readonly retryAfter: number;
+  readonly reply: unknown;
 }
 
 function wornPath(session: string): string {

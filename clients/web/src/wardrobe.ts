@@ -1,7 +1,8 @@
-import { RequestError, type Api, type Garment, type WornItem } from "@tryon/core";
+import { RequestError, type Api, type Garment, type Job, type Told, type WornItem } from "@tryon/core";
 
 import { byId, make } from "./dom.ts";
 import { sentence } from "./format.ts";
+import { JobLine } from "./job_line.ts";
 import type { Notice } from "./notice.ts";
 
 /** What the wardrobe needs of the page. */
@@ -23,14 +24,16 @@ export class Wardrobe {
   private garments: readonly Garment[] = [];
   private worn: readonly WornItem[] = [];
   private asked = 0;
+  private readonly doing: JobLine;
 
   constructor(
     private readonly api: Api,
     private readonly page: WardrobeSurroundings,
   ) {
+    this.doing = new JobLine(byId("wardrobe-doing"), (job) => void this.cancel(job));
     byId("wardrobe-put-on", HTMLButtonElement).addEventListener("click", () => {
       const garment = this.more.value;
-      if (garment) this.change(`Putting on ${this.called(garment)}`, (session) => this.api.putOn(session, { garment, fabric: null }));
+      if (garment) this.change(`Putting on ${this.called(garment)}`, (session, told) => this.api.putOn(session, { garment, fabric: null }, told));
     });
   }
 
@@ -76,23 +79,34 @@ export class Wardrobe {
   }
 
   /** Has something changed; what is worn stays as it is where that is refused. */
-  private change(doing: string, ask: (session: string) => Promise<WornItem[]>): void {
+  private change(doing: string, ask: (session: string, told: Told) => Promise<WornItem[]>): void {
     const session = this.page.session();
     if (session === undefined || this.field.disabled) return;
     this.field.disabled = true;
     this.page.busy(doing);
-    ask(session)
+    ask(session, (job) => this.doing.show(job))
       .then((worn) => this.take(worn))
       .catch((error: unknown) => {
         if (!(error instanceof RequestError)) throw error;
-        this.page.notice({ title: "That can't be worn", message: error.message, place: error.place, remedy: error.remedy });
+        if (!this.doing.cancelled) this.page.notice({ title: "That can't be worn", message: error.message, place: error.place, remedy: error.remedy });
         this.show();
       })
       .finally(() => {
         this.asked += 1; // what was asked meanwhile may be answered with what was worn before
         this.field.disabled = false;
+        this.doing.show(null);
         this.page.busy(null);
       });
+  }
+
+  /** Has a change stopped; where it can't be any more, it is worn in a moment, which shows. */
+  private async cancel(job: Job): Promise<void> {
+    try {
+      await this.api.cancel(job);
+    } catch (error) {
+      if (!(error instanceof RequestError)) throw error;
+      this.page.notice({ title: "That can't be cancelled", message: error.message, place: error.place, remedy: error.remedy });
+    }
   }
 
   private show(): void {
@@ -106,7 +120,7 @@ export class Wardrobe {
     const called = this.called(item.garment) + number;
     const edited = make("input", { type: "radio", name: "wardrobe-edited", value: item.name });
     edited.checked = item.edited;
-    edited.addEventListener("change", () => this.change(`Editing ${called}`, (session) => this.api.rearrange(session, null, item.name)));
+    edited.addEventListener("change", () => this.change(`Editing ${called}`, (session, told) => this.api.rearrange(session, null, item.name, told)));
     const fabric = item.fabric.replaceAll("_", " ");
     const says = item.again ? `${fabric}, taken off and put on again` : fabric;
     const label = make("label", { title: "Edit this garment" }, edited, `${called} `, make("small", {}, says));
@@ -115,7 +129,7 @@ export class Wardrobe {
       this.button("↑", `Wear ${called} further out`, place === last, () => this.move(place, place + 1, called)),
       this.button("↓", `Wear ${called} further in`, place === 0, () => this.move(place, place - 1, called)),
       this.button("×", `Take ${called} off`, last === 0, () =>
-        this.change(`Taking ${called} off`, (session) => this.api.takeOff(session, item.name)),
+        this.change(`Taking ${called} off`, (session, told) => this.api.takeOff(session, item.name, told)),
       ),
     ];
     return make("li", { "data-worn": item.name }, label, ...buttons);
@@ -131,7 +145,7 @@ export class Wardrobe {
   private move(from: number, to: number, called: string): void {
     const order = this.worn.map(({ name }) => name);
     order.splice(to, 0, ...order.splice(from, 1));
-    this.change(`Wearing ${called} ${to > from ? "over" : "under"} the other`, (session) => this.api.rearrange(session, order, null));
+    this.change(`Wearing ${called} ${to > from ? "over" : "under"} the other`, (session, told) => this.api.rearrange(session, order, null, told));
   }
 
   private called(garment: string): string {

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from typing import Any
+from collections.abc import Awaitable
+from functools import partial
 
 from fastapi import APIRouter, Request, Response
 
@@ -11,16 +12,19 @@ from tryon_protocol import ProtocolError
 from tryon_server.api.access import ServicesDep
 from tryon_server.api.body import json_body, read_json
 from tryon_server.api.faults import ERROR_REPLIES
+from tryon_server.api.jobs import ACCEPTED, answer
 from tryon_server.api.models import EditedReply, EditReply, EditRequest
-from tryon_server.problems import problem_error
+from tryon_server.api.prefer import Wait, WaitDep
+from tryon_server.problems import ProblemError, problem_error
 from tryon_server.services import Services
 from tryon_server.sessions.commands import ChangePattern
+from tryon_server.sessions.events import EditMade
+from tryon_server.streaming.jobs import BEING_KEPT, Progress
+from tryon_server.streaming.live_session import LiveSession
 
 router = APIRouter(prefix="/api/sessions", tags=["edits"], responses=ERROR_REPLIES)
 
-WAITS: dict[int | str, dict[str, Any]] = {
-    202: {"model": EditedReply, "description": "The garment is not worn yet: the change is kept and made once it is"}
-}
+AT_ONCE = 0.0  # s, for which is waited before it is answered that a change waits for a garment that is not worn yet
 REFUSED = ("edit_refused", "invalid_field", "unknown_fabric")  # what the edit is to blame for; all else is the moment's
 
 
@@ -44,28 +48,35 @@ async def list_edits(session_id: str, services: ServicesDep, garment: str = "") 
     ]
 
 
-@router.post("/{session_id}/edits", status_code=201, responses=WAITS, openapi_extra=json_body(EditRequest))
-async def make_edit(session_id: str, request: Request, response: Response, services: ServicesDep) -> EditedReply:
-    """Edit the pattern while it is worn; answered when the edit is kept. One that is refused changes nothing.
+@router.post(
+    "/{session_id}/edits",
+    status_code=201,
+    response_model=EditedReply,
+    responses=ACCEPTED,
+    openapi_extra=json_body(EditRequest),
+)
+async def make_edit(session_id: str, request: Request, services: ServicesDep, wait: WaitDep) -> Response:
+    """Edit the pattern while it is worn; answered when the edit is kept, or by 202 where that takes longer than
+    `Prefer` says, and at once where nothing is worn yet. One that is refused changes nothing.
 
     Its shape is taken on in the moments that follow, also while nobody watches: on the body as it stands then. In a
     session that a client holds it waits until that plays; the list of edits says which are `worn`."""
     wish = read_json(await request.body(), EditRequest)
     command = ChangePattern("edit", edit=wish.edit, mirror=wish.mirror, garment=wish.garment)
-    return await _change(session_id, services, response, command)
+    return await _change(session_id, services, wait, command)
 
 
-@router.post("/{session_id}/edits/undo", responses=WAITS)
-async def undo_edit(session_id: str, response: Response, services: ServicesDep, garment: str = "") -> EditedReply:
+@router.post("/{session_id}/edits/undo", response_model=EditedReply, responses=ACCEPTED)
+async def undo_edit(session_id: str, services: ServicesDep, wait: WaitDep, garment: str = "") -> Response:
     """Take the last edit back, of the garment of this name or the edited one. One that is not worn yet is cancelled:
     whoever waits for it is answered, too, and it can be made again."""
-    return await _change(session_id, services, response, ChangePattern("undo", garment=garment))
+    return await _change(session_id, services, wait, ChangePattern("undo", garment=garment))
 
 
-@router.post("/{session_id}/edits/redo", responses=WAITS)
-async def redo_edit(session_id: str, response: Response, services: ServicesDep, garment: str = "") -> EditedReply:
+@router.post("/{session_id}/edits/redo", response_model=EditedReply, responses=ACCEPTED)
+async def redo_edit(session_id: str, services: ServicesDep, wait: WaitDep, garment: str = "") -> Response:
     """Make the edit again that was taken back last, of the garment of this name or the edited one."""
-    return await _change(session_id, services, response, ChangePattern("redo", garment=garment))
+    return await _change(session_id, services, wait, ChangePattern("redo", garment=garment))
 
 
 @router.get("/{session_id}/pattern")
@@ -76,22 +87,48 @@ async def pattern(session_id: str, services: ServicesDep, garment: str = "") -> 
     return Response(json.dumps(specification), media_type="application/json")
 
 
-async def _change(
-    session_id: str, services: Services, response: Response, command: ChangePattern
-) -> EditedReply:
+async def _change(session_id: str, services: Services, wait: Wait, command: ChangePattern) -> Response:
     await services.sessions.record(session_id)
     live = services.sessions.get(session_id)
     if live is None:
         remedy = "Open a session that continues it: POST /api/sessions with its id as `continues`"
         raise problem_error("session.ended", "the session has ended", remedy, place="session", status=409)
+    dressed = live.machine.dressed
     try:
-        made = await live.change_pattern(command)
+        ticket, asked = live.change_pattern(command)
     except ProtocolError as error:
-        status = 422 if error.code in REFUSED else 409
-        code = f"edit.{error.code.removeprefix('edit_')}"
-        place = error.place.removeprefix("$.")
-        raise problem_error(code, error.message, error.remedy, place=place, status=status) from error
-    if made is None:
-        response.status_code = 202
-        return EditedReply(id=None, last=None, change=None)
+        raise _refusal(error) from error
+    job = services.jobs.begin(
+        session_id,
+        command.step,
+        command.garment,
+        _made(asked),
+        status=201 if command.step == "edit" else 200,
+        progress=partial(_progress, live, ticket),
+        give_up=partial(live.give_up, ticket),
+    )
+    try:
+        return await answer(job, services, wait, otherwise=None if dressed else AT_ONCE, kept=live.stored)
+    except ProtocolError as error:
+        raise _refusal(error) from error
+
+
+async def _made(asked: Awaitable[EditMade]) -> EditedReply:
+    try:
+        made = await asked
+    except ProtocolError as error:
+        raise _refusal(error) from error
     return EditedReply(id=made.id, last=made.last, change=made.change)
+
+
+def _progress(live: LiveSession, ticket: int) -> Progress:
+    status = live.machine.status_of_change(ticket)
+    if status is None:
+        return Progress("keeping", BEING_KEPT)
+    return Progress(status.doing, status.detail, status.progress)
+
+
+def _refusal(error: ProtocolError) -> ProblemError:
+    status = 422 if error.code in REFUSED else 409
+    code = f"edit.{error.code.removeprefix('edit_')}"
+    return problem_error(code, error.message, error.remedy, place=error.place.removeprefix("$."), status=status)

@@ -219,6 +219,24 @@ class ChangeReply(Model):
     progress: float | None
 
 
+class JobReply(Model):
+    """A change of a session that takes longer than who asked for it waited."""
+
+    job: str = Field(description="names it")
+    step: Literal["put_on", "take_off", "reorder", "edit", "undo", "redo"]
+    garment: str = Field(description="of which; empty: the edited one, or all of them")
+    state: Literal["running", "done", "refused", "cancelled"]
+    doing: str = Field(
+        description="waiting: others are made first; of an edit as in `changes` of the session; of other garments "
+        "dressing, which they are in whichever way, and keeping; else its state"
+    )
+    detail: str = Field(description="the same, for people; of one that was refused: why, and what to do about it")
+    progress: float | None = Field(description="share done of what `doing` says, 0 to 1; null: not known")
+    seconds: float = Field(description="since it was asked for, up to its end")
+    cancelling: bool = Field(description="it was asked to stop")
+    location: str = Field(description="its path: reading it answers 202 until it is done, DELETE cancels it")
+
+
 class SessionReply(Model):
     """A session. ``stream`` is the path of its websocket; ``state``, ``detail``, ``fit``, ``fitting_size``,
     ``notes`` and ``worn_size`` as in the protocol's status."""
@@ -354,8 +372,6 @@ class EditReply(Model):
 class EditedReply(Model):
     """What became of a change of the pattern."""
 
-    id: int | None = Field(
-        None, description="of the edit that was made, taken back or made again; null: it waits to be"
-    )
-    last: int | None = Field(None, description="of the edit that is the last one now; 0: none is left")
-    change: Literal["value", "topology"] | None = Field(None, description="value: the same triangles in another shape")
+    id: int = Field(description="of the edit that was made, taken back or made again")
+    last: int = Field(description="of the edit that is the last one now; 0: none is left")
+    change: Literal["value", "topology"] = Field(description="value: the same triangles in another shape")

@@ -6,6 +6,7 @@ from fastapi import APIRouter, Request, Response, WebSocket
 from msgspec import structs
 
 from tryon_protocol import SUBPROTOCOL, ChangeStatus, ProtocolError, StatusMessage, encode, error_message
+from tryon_server.api import outfits
 from tryon_server.api.access import ServicesDep, same_origin
 from tryon_server.api.body import json_body, read_json
 from tryon_server.api.faults import ERROR_REPLIES, reply
@@ -38,6 +39,8 @@ async def open_session(request: Request, response: Response, services: ServicesD
         continues=wish.continues,
     )
     live = await services.sessions.open(opening)
+    for waiting in await services.sessions.wishes_of(wish.continues):
+        await outfits.begin(live.machine.id, services, waiting)
     response.headers["Location"] = f"/api/sessions/{live.machine.id}"
     return _reply(await services.sessions.record(live.machine.id), services)
 

@@ -65,11 +65,11 @@ class SqlEdits:
 
     def add(self, edit: EditRecord, made_of: Waiting | None = None) -> None:
         columns = tables.edits.c
-        forget = tables.edits.delete().where(columns.session == edit.session, columns.undone.is_(True))
+        undone = tables.edits.delete().where(columns.session == edit.session, columns.undone.is_(True))
         with self._engine.begin() as connection:
-            connection.execute(forget)
+            connection.execute(undone)
             connection.execute(tables.edits.insert().values(_row(edit)))
-            _forget(connection, made_of)
+            forget(connection, made_of)
 
     def add_all(self, edits: Sequence[EditRecord]) -> None:
         with self._engine.begin() as connection:
@@ -80,7 +80,7 @@ class SqlEdits:
         which = (columns.session == session, columns.id == edit_id)
         with self._engine.begin() as connection:
             connection.execute(tables.edits.update().where(*which).values(undone=undone))
-            _forget(connection, made_of)
+            forget(connection, made_of)
 
     def all(self, session: str) -> list[EditRecord]:
         query = select(tables.edits).where(tables.edits.c.session == session).order_by(tables.edits.c.id)
@@ -110,10 +110,11 @@ class SqlEdits:
 
     def forget(self, waiting: Waiting) -> None:
         with self._engine.begin() as connection:
-            _forget(connection, waiting)
+            forget(connection, waiting)
 
 
-def _forget(connection: Connection, waiting: Waiting | None) -> None:
+def forget(connection: Connection, waiting: Waiting | None) -> None:
+    """This change waits no more, if one is told."""
     if waiting is not None:
         columns = tables.waiting_edits.c
         which = (columns.session == waiting.session, columns.number == waiting.number)

@@ -8,6 +8,7 @@ import msgspec
 from sqlalchemy import Engine, select
 
 from tryon_server.persistence import tables
+from tryon_server.persistence.edits import Waiting, forget
 from tryon_server.persistence.sessions import Size
 
 
@@ -34,8 +35,9 @@ class OutfitRecord(msgspec.Struct, frozen=True, kw_only=True):
 class OutfitStore(Protocol):
     """Where outfits are kept."""
 
-    def put(self, session: str, outfit: OutfitRecord) -> None:
-        """Keep what a session wears, in place of what it wore."""
+    def put(self, session: str, outfit: OutfitRecord, made_of: Waiting | None = None) -> None:
+        """Keep what a session wears, in place of what it wore; the wish that it is `made_of` waits no more: both or
+        neither."""
 
     def get(self, session: str) -> OutfitRecord | None:
         """What a session wears; None of one that was never told."""
@@ -47,12 +49,13 @@ class SqlOutfits:
     def __init__(self, engine: Engine) -> None:
         self._engine = engine
 
-    def put(self, session: str, outfit: OutfitRecord) -> None:
+    def put(self, session: str, outfit: OutfitRecord, made_of: Waiting | None = None) -> None:
         table = tables.outfits
         text = msgspec.json.encode(outfit).decode()
         with self._engine.begin() as connection:
             connection.execute(table.delete().where(table.c.session == session))
             connection.execute(table.insert().values(session=session, outfit=text))
+            forget(connection, made_of)
 
     def get(self, session: str) -> OutfitRecord | None:
         query = select(tables.outfits.c.outfit).where(tables.outfits.c.session == session)

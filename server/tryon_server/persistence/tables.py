@@ -98,7 +98,7 @@ edits = Table(  # of the patterns that sessions wear
     Column("undone", Boolean, nullable=False),
 )
 
-waiting_edits = Table(  # changes of patterns, and of effects, that were asked for and are not made yet
+waiting_edits = Table(  # changes of patterns, effects and outfits that were asked for and are not made yet
     "waiting_edits",
     metadata,
     Column("session", String(64), primary_key=True),

@@ -196,6 +196,7 @@ class Drape(Protocol):
             ``recut``; ``edit_garment`` chooses it.
         specification: the sewing pattern that its mesh was made of, plain JSON that parse_pattern passes; None of a
             garment that has none.
+        waiting: is nothing to be done for the next cut before the next frame? It waits for the body to come by.
         not_carried: why the next cut could not be put on where this one is worn, the last time that was so.
         went: how far its cloth went at most when it was put on where another cut was worn [m].
         outgrown: why the shape it was last told to take needs another mesh, found on the way to it; "" as a rule.
@@ -208,6 +209,7 @@ class Drape(Protocol):
     origin: npt.NDArray[np.float64]
     outgrown: str
     not_carried: str
+    waiting: bool
     went: float
 
     @property

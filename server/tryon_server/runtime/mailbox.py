@@ -1,12 +1,13 @@
 """Commands on their way to a simulation that may be too busy to read: of each kind only the newest is kept, but all
-edits that are to be kept and all that is asked of effects, of which a session lets only so many wait."""
+edits that are to be kept, all that are given up and all that is asked of effects, of which a session lets only so many
+wait."""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Hashable
 
-from tryon_server.sessions.commands import ChangeEffect, ChangePattern, Command, MeasureEffects
+from tryon_server.sessions.commands import ChangeEffect, ChangePattern, Command, GiveUp, MeasureEffects
 
 
 class Mailbox:
@@ -48,4 +49,6 @@ def kind_of(command: Command) -> Hashable:
         return command.ticket
     if isinstance(command, ChangeEffect | MeasureEffects):
         return "effects", command.ticket
+    if isinstance(command, GiveUp):
+        return "give up", command.ticket
     return type(command).__name__

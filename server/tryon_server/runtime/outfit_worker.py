@@ -23,6 +23,7 @@ from tryon_solver.redesign.history import History
 
 logger = logging.getLogger(__name__)
 
+GIVEN_UP, ASK_AGAIN = "it was given up before it was worn", "Ask for it again"
 MAKING_SECONDS = 0.01  # between looks at what is being made
 
 
@@ -140,6 +141,12 @@ class OutfitWorker:
             logger.exception("an outfit could not be made")
             what = f"it could not be made: {error!r}"
             self._refuse_outfit(ticket, EditError(what, "garments", "Wear something else"))
+
+    def _give_up_outfit(self, ticket: int) -> None:
+        """Make the outfit of this ticket no more, if it is on its way; where something is off for it already, it is
+        gone on with: what is worn then would be neither."""
+        if self._outfitting.ticket == ticket and self._outfitting.under_way and not self._outfitting.bared:
+            self._refuse_outfit(ticket, EditError(GIVEN_UP, "garments", ASK_AGAIN))
 
     def _refuse_outfit(self, ticket: int | None, error: EditError) -> None:
         """What is worn is worn on."""

@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 from tryon_server.runtime.drape import Drape, Stance
 from tryon_server.runtime.held_edits import Outcome
-from tryon_server.runtime.outfit_worker import OutfitWorker
+from tryon_server.runtime.outfit_worker import ASK_AGAIN, GIVEN_UP, OutfitWorker
 from tryon_server.runtime.redesign import Wanted, of_pattern, wanted
 from tryon_server.runtime.remaking import Remade
 from tryon_server.runtime.sources import PoseSource, StillSource
@@ -186,6 +186,23 @@ class PatternWorker(OutfitWorker):
         for refused in self._waiting.take_refused():
             self._tell(refused)
 
+    def _give_up_change(self, ticket: int) -> None:
+        """Refuse the change with this ticket, if it waits, and make the others without it."""
+        given_up = EditError(GIVEN_UP, "edit", ASK_AGAIN)
+        later = [command for command in self._later if command.ticket == ticket]
+        for command in later:
+            self._later.remove(command)
+            self._tell(refusal(command, given_up))
+        if self._drape is None or self._history is None or later:
+            return
+        if self._waiting.refuse(ticket, given_up, self._history, self._clock()):
+            if self._waiting.place_of(self._remade_pattern) is None:
+                self._remaking.give_up()
+                self._make_next(self._drape)
+            if not self._remaking.under_way:
+                self._held_last = None
+            self._tell_refused()
+
     # Another garment for the pattern ------------------------------------------------------------------------------
 
     def _change_fabric(self, fabric: str) -> None:
@@ -235,7 +252,7 @@ class PatternWorker(OutfitWorker):
         end = now + REMAKING_SHARE * self._cost
         try:
             remade = self._remaking.go_on(drape, self._stance_now)
-            while remade is None and self._remaking.has_parts and self._clock() < end:
+            while remade is None and self._remaking.has_parts and not drape.waiting and self._clock() < end:
                 remade = self._remaking.go_on(drape, self._stance_now)
             if remade is not None:
                 self._wear(remade, drape)

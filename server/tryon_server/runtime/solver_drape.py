@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tryon_server.runtime.coming_by import comes_by
 from tryon_server.runtime.coming_to import ComingTo
 from tryon_server.runtime.cutting import Cut, Cutting
 from tryon_server.runtime.drape import Asked, GarmentPart, Outfit
@@ -92,6 +93,7 @@ class SolverDrape:
         self.own_motion: MeshSequence | None = None
         self.origin = np.zeros(3)
         self.outgrown = self.not_carried = ""
+        self.waiting = False
         self.went = 0.0
         self._stance, self._time = pose, 0.0  # of the last advance
         self._coming_to: ComingTo | None = None
@@ -228,15 +230,21 @@ class SolverDrape:
             yield None
         assert prepared is not None
         there = None if hung is None else hung.hung
-        for reach in REACHES:
-            try:
-                carried = put_on(prepared, self.simulation, self.own.mesh_now(), there, reach)
-                yield carried.simulation, carried.slack, carried.went
-                return
-            except CarryError as error:
-                if reach == REACHES[-1] or not error.came_back:
-                    raise
-            yield None
+        for again in (False, True):
+            for reach in REACHES:
+                try:
+                    carried = put_on(prepared, self.simulation, self.own.mesh_now(), there, reach)
+                    yield carried.simulation, carried.slack, carried.went
+                    return
+                except CarryError as error:
+                    as_hung = error.as_hung and there is not None and not again
+                    if not as_hung and (reach == REACHES[-1] or not error.came_back):
+                        raise
+                if as_hung:
+                    break
+                yield None
+            if there is not None:
+                yield from comes_by(self, prepared.simulation, there)
 
     def _recut_among(
         self, cut: Cut, new: WornGarment, effects: tuple[Effect, ...]

@@ -70,8 +70,24 @@ class WaitingChanges:
     def refuse_first(self, error: EditError, history: History, now: float) -> None:
         """What the first of them makes of the pattern, which has this history, can't be worn; those behind it are made
         of the pattern without it, or refused where they can't be."""
+        self._refuse_from(0, error, history)
+        self._first_since = now
+
+    def refuse(self, ticket: int, error: EditError, history: History, now: float) -> bool:
+        """The same of the one whose command has this ticket, wherever it stands; False where it does not wait."""
+        place = next((k for k, one in enumerate(self._changes) if _waits_as(one, ticket)), None)
+        if place is None:
+            return False
+        before = [one.outcome for one in self._changes[:place] if isinstance(one.outcome, Wanted)]
+        self._refuse_from(place, error, before[-1].history if before else history)
+        self._first_since = self._first_since if before else now
+        return True
+
+    def _refuse_from(self, place: int, error: EditError, history: History) -> None:
+        """Refuse the first that is not refused of those from this place on, which the pattern of this history stands
+        before, and make those behind it of the pattern without it."""
         refused: Mapping[str, Any] | None = None
-        for change in self._changes:
+        for change in self._changes[place:]:
             if isinstance(change.outcome, EditRefused):
                 continue
             try:
@@ -84,7 +100,6 @@ class WaitingChanges:
                 change.outcome, history = outcome, outcome.history
             except EditError as fault:
                 change.outcome = refusal(change.command, fault)
-        self._first_since = now
 
     def refuse_all(self, error: EditError) -> None:
         """None of them can be worn."""
@@ -120,6 +135,10 @@ class WaitingChanges:
         taken, self._changes = self._changes[:last], self._changes[last:]
         self._first_since = now if taken else self._first_since
         return [*((change.command, change.outcome) for change in taken), *self._take_refused()]
+
+
+def _waits_as(change: _Change, ticket: int) -> bool:
+    return change.command.ticket == ticket and isinstance(change.outcome, Wanted)
 
 
 def _makes(change: _Change, worn: Mapping[str, Any]) -> bool:

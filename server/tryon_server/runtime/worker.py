@@ -44,6 +44,7 @@ from tryon_server.sessions.commands import (
     ChangePattern,
     Command,
     FollowMotion,
+    GiveUp,
     MeasureEffects,
     Run,
     UsePose,
@@ -192,6 +193,9 @@ class Worker(PatternWorker):
                 self._effects.take(command)
             case ChangeOutfit():
                 self._change_outfit(command)
+            case GiveUp(ticket):
+                self._give_up_outfit(ticket)
+                self._give_up_change(ticket)
 
     def _follow(self) -> None:
         """Have the body follow the chosen motion, or a stream, from the pose in which it stands."""

@@ -146,6 +146,14 @@ class ChangeOutfit:
 
 
 @dataclass(frozen=True)
+class GiveUp:
+    """The change of the pattern, or of what is worn, that has this ticket is wanted no more: it is refused, unless it
+    can't be stopped any longer."""
+
+    ticket: int
+
+
+@dataclass(frozen=True)
 class ChangeEffect:
     """Have an effect be in this state, with these parameters (plain JSON; None: as they stand).
 
@@ -195,5 +203,6 @@ Command = (
     | ChangeEffect
     | MeasureEffects
     | ChangeOutfit
+    | GiveUp
     | AllowFrame
 )

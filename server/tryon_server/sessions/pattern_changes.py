@@ -123,6 +123,15 @@ class PatternChanges:
                 orders.append(Order(one.command))
         return orders
 
+    def is_ordered(self, ticket: int) -> bool:
+        """Does the simulation know of the change with this ticket, or did it? Else it waits for the garment."""
+        return ticket not in self._waiting or self._waiting[ticket].ordered
+
+    def status_of(self, ticket: int) -> ChangeStatus | None:
+        """What is done for the change with this ticket; None of one that is answered."""
+        one = self._waiting.get(ticket)
+        return None if one is None else one.status()
+
     def worked_at(self, changes: Sequence[ChangeUnderWay]) -> None:
         """The simulation told what it does for which."""
         doing = {change.ticket: change for change in changes}

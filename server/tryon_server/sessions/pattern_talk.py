@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence, Set
 
-from tryon_protocol import EditedMessage, EditMessage, ProtocolError, RedoMessage, UndoMessage, encode
-from tryon_server.sessions.actions import Action, Answer, Keep, KeepWaiting, Send
-from tryon_server.sessions.commands import ChangeEffect, ChangePattern
+from tryon_protocol import ChangeStatus, EditedMessage, EditMessage, ProtocolError, RedoMessage, UndoMessage, encode
+from tryon_server.sessions.actions import Action, Answer, Keep, KeepWaiting, Order, Send
+from tryon_server.sessions.commands import ChangeEffect, ChangePattern, GiveUp
 from tryon_server.sessions.effect_talk import EffectTalk
 from tryon_server.sessions.events import EditMade
 from tryon_server.sessions.pattern_changes import NOBODY, Asker, PatternChanges
@@ -41,6 +41,18 @@ class PatternTalk:
         Raises ProtocolError: too many wait, or there is no such fabric."""
         check_fabric(command.edit, self._rules.fabrics)
         return self._changes.ask(Asker(NOBODY), command, self.dressed, now)
+
+    def give_up(self, ticket: int, now: float) -> list[Action]:
+        """The change with this ticket, of the pattern or of what is worn, is wanted no more; `Answer` tells whether
+        that came in time."""
+        if self._changes.is_ordered(ticket):
+            return [Order(GiveUp(ticket))]
+        fault = ProtocolError("edit_refused", "$", "It was given up before it was worn.", "Ask for it again.")
+        return self._refuse_edit(ticket, fault, now)
+
+    def status_of_change(self, ticket: int) -> ChangeStatus | None:
+        """What is done for the change of the pattern with this ticket; None of one that is answered."""
+        return self._changes.status_of(ticket)
 
     def begin_with_changes(self, commands: Sequence[ChangePattern | ChangeEffect], now: float) -> list[Action]:
         """Changes that waited in an earlier session are to be made in this one, once its garment is worn."""

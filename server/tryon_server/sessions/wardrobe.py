@@ -39,8 +39,15 @@ class WardrobeSession(Session):
         """That of the worn garment of this name, which its edits are kept by; None where there is none."""
         return next((item.number for item in self.items if item.name == name), None)
 
-    def change_outfit(self, items: Sequence[WornItem], edited: str, order: Any) -> tuple[int, list[Action]]:
-        """Somebody asks for these garments; the ticket that `Answer` will have, and what is to be done.
+    def new_ticket(self) -> int:
+        """For a change of what is worn that waits for its turn."""
+        return self._changes.new_ticket()
+
+    def change_outfit(
+        self, items: Sequence[WornItem], edited: str, order: Any, ticket: int | None = None
+    ) -> tuple[int, list[Action]]:
+        """Somebody asks for these garments; the ticket that `Answer` will have, a new one unless it is told, and what
+        is to be done.
 
         Raises ProtocolError: nothing is dressed yet, or another change of them is under way.
         """
@@ -48,7 +55,7 @@ class WardrobeSession(Session):
         if self._asked is not None:
             what = "Another change of what is worn is under way."
             raise ProtocolError("unexpected_message", "$", what, "Wait until it is worn.")
-        self._asked = ChangeOutfit(self._changes.new_ticket(), tuple(items), edited, order)
+        self._asked = ChangeOutfit(ticket or self.new_ticket(), tuple(items), edited, order)
         return self._asked.ticket, [Order(self._asked)]
 
     def tick(self, now: float) -> list[Action]:

@@ -102,23 +102,23 @@ class LiveSession:
         """A text message arrived."""
         self._carry_out(self.machine.receive_text(client, self.now))
 
-    async def change_pattern(self, command: ChangePattern) -> EditMade | None:
-        """Change the pattern for somebody without a connection; what was made, once it is kept. None where nothing is
-        worn yet: then the change waits for that, and that it does is kept.
+    def change_pattern(self, command: ChangePattern) -> tuple[int, asyncio.Future[EditMade]]:
+        """Change the pattern for somebody without a connection: the ticket of that, and what was made, once it is kept.
+        Where nothing is worn yet it waits for that. That it waits is kept (`stored`).
 
         Raises:
-            ProtocolError: it was refused, or not now.
+            ProtocolError: it was refused, or not now; of the future, too.
         """
-        dressed = self.machine.dressed
         ticket, actions = self.machine.change_pattern(command, self.now)
-        if not dressed:
-            self._carry_out(actions)
-            await self.stored()
-            return None
         asked: asyncio.Future[EditMade] = self._loop.create_future()
         self._asked[ticket] = asked
         self._carry_out(actions)
-        return await asked
+        return ticket, asked
+
+    def give_up(self, ticket: int) -> None:
+        """The change of the pattern, or of what is worn, with this ticket is wanted no more; who waits for it is told
+        whether that came in time."""
+        self._carry_out(self.machine.give_up(ticket, self.now))
 
     def begin_with_changes(self, commands: Sequence[ChangePattern | ChangeEffect]) -> None:
         """Make these, which waited in an earlier session, once the garment is worn."""
@@ -177,14 +177,16 @@ class LiveSession:
             what = f"Nothing is worn that it could be worn with: {event.detail}"
             _answer(self._first, ProtocolError("outfit_refused", "$", what, "Open a session with another garment."))
 
-    async def change_outfit(self, items: Sequence[WornItem], edited: str, order: Any) -> tuple[str, ...]:
+    async def change_outfit(
+        self, items: Sequence[WornItem], edited: str, order: Any, ticket: int | None = None
+    ) -> tuple[str, ...]:
         """Wear these garments, and edit the one of this name; returns once they are worn, with the names of those that
-        were taken off for it and put on again.
+        were taken off for it and put on again. It is given up by its ``ticket``, if it is told one.
 
         Raises:
             ProtocolError: they can't be worn so, or not now; what was worn is worn on.
         """
-        ticket, actions = self.machine.change_outfit(items, edited, order)
+        ticket, actions = self.machine.change_outfit(items, edited, order, ticket)
         asked: asyncio.Future[OutfitWorn] = self._loop.create_future()
         self._asked[ticket] = asked
         self._carry_out(actions)

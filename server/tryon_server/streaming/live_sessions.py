@@ -7,14 +7,14 @@ import json
 import logging
 import secrets
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from tryon_protocol import OutfitWish, ProtocolError, PutOnMessage
+from tryon_protocol import OutfitWish, ProtocolError
 from tryon_server.garments.service import GarmentService
 from tryon_server.persistence import (
     FIT,
@@ -35,12 +35,14 @@ from tryon_server.problems import ProblemError, problem_error
 from tryon_server.runtime.interface import Catalogue, Placement
 from tryon_server.runtime.order import DrapeOrder, MeshReading, WorkOrder
 from tryon_server.sessions import OWN_MOTION, Rules, WardrobeSession
-from tryon_server.sessions.commands import Command, FollowMotion, MotionFile, MotionReading
+from tryon_server.sessions.commands import Command, FollowMotion
 from tryon_server.sessions.events import EditMade
 from tryon_server.settings import Settings
 from tryon_server.streaming.histories import BEGINNING, WaitingChanges, carry_on
 from tryon_server.streaming.live_session import LiveSession
-from tryon_server.streaming.wardrobes import Changed, Wardrobes, as_protocol_errors, history_key
+from tryon_server.streaming.outfit_change import OutfitChange
+from tryon_server.streaming.uploaded_motions import all_playable, playable
+from tryon_server.streaming.wardrobes import Wardrobes, as_protocol_errors, history_key
 from tryon_server.uploads.service import BodyUploads, MotionUploads
 
 logger = logging.getLogger(__name__)
@@ -68,14 +70,6 @@ class Opening:
     continues: str | None = None
 
 
-@dataclass(frozen=True)
-class _Motion:
-    """An uploaded motion that sessions can play."""
-
-    digest: str
-    file: MotionFile
-
-
 class LiveSessions:
     """The sessions that live now. To be used from one event loop."""
 
@@ -101,10 +95,9 @@ class LiveSessions:
         self._files = files
         self._store = store
         self._edits = edits
-        self._waiting = WaitingChanges(edits)
+        self.waiting = WaitingChanges(edits)
         self.wardrobes = Wardrobes(garments, files, edits, outfits)
-        there = (motion for motion in motions.all() if _is_there(motions, motion))
-        self._motions = {motion.id: _Motion(motion.digest, _file_of(motions, motion)) for motion in there}
+        self._motions = all_playable(motions)
         self._live: dict[str, LiveSession] = {}
         self._notes: set[asyncio.Task[None]] = set()
         self._closing = False
@@ -167,7 +160,7 @@ class LiveSessions:
         except ProblemError as error:
             await self._note_end(record.id, error.problem.message)
             raise
-        waiting = await asyncio.to_thread(self._waiting.of, opening.continues)
+        waiting = await asyncio.to_thread(self.waiting.of, opening.continues)
         live = self._start(record, order)
         live.begin_with_changes(waiting)
         live.machine.begin_with(self.wardrobes.items(worn), worn.edited)
@@ -187,7 +180,7 @@ class LiveSessions:
             partial(self._complete, record.id),
             partial(self._keep, record.id),
             partial(self._store.keep_effects, record.id),
-            partial(self._waiting.keep, record.id),
+            partial(self.waiting.keep, record.id),
             partial(self._wear, record.id),
         )
         self._live[record.id] = live
@@ -209,7 +202,7 @@ class LiveSessions:
 
     def offer_motion(self, motion: MotionRecord, path: Path) -> None:
         """A motion has been uploaded: all sessions can play it."""
-        self._motions[motion.id] = _Motion(motion.digest, _file_at(path, motion))
+        self._motions[motion.id] = playable(motion, path)
         for live in self.all():
             live.machine.offer_motion(motion.id)
 
@@ -283,41 +276,26 @@ class LiveSessions:
     async def _wear(self, session_id: str, client: int, wish: OutfitWish) -> None:
         """Have a live session wear what a client wants. Raises ProtocolError."""
         with as_protocol_errors():
-            fabric = await self.fabric_for(wish.garment, wish.fabric) if isinstance(wish, PutOnMessage) else ""
-            live, change = self._live[session_id], self.wardrobes.wished(wish, fabric)
-            await self._change_outfit(live, await self.record(session_id), change, client, wish.request)
+            await OutfitChange(self, self._live[session_id], wish).made(client)
 
-    async def change_outfit(self, session_id: str, change: Callable[[OutfitRecord], OutfitRecord]) -> Changed:
-        """Have a live session wear another outfit, made of what it wears in its turn.
+    async def outfit_change(self, session_id: str, wish: OutfitWish) -> OutfitChange:
+        """What has a live session wear another outfit, made of what it wears in its turn: kept from now on.
 
-        Raises:
-            ProblemError: 404 no such session, 409 it has ended, or what `change` raises.
-            ProtocolError: it can't be worn so, or not now; what was worn is worn on.
+        Raises ProblemError: 404 no such session, 409 it has ended.
         """
-        record, live = await self.record(session_id), self._live.get(session_id)
+        await self.record(session_id)
+        live = self._live.get(session_id)
         if live is None:
             remedy = "Open a session that continues it: POST /api/sessions with its id as `continues`"
             raise problem_error("session.ended", "the session has ended", remedy, place="session", status=409)
         live.machine.asked_for(live.now)
-        async with live.in_turn():
-            return await self._change_outfit(live, record, change)
+        change = OutfitChange(self, live, wish)
+        await change.keep()
+        return change
 
-    async def _change_outfit(
-        self,
-        live: LiveSession,
-        record: SessionRecord,
-        change: Callable[[OutfitRecord], OutfitRecord],
-        client: int | None = None,
-        request: int | None = None,
-    ) -> Changed:
-        """The same in its turn; a client asked for it by that request, or nobody with a connection did."""
-        wanted = change(await self.outfit(record))
-        await asyncio.to_thread(self.wardrobes.hold, record.id, wanted)
-        order = await asyncio.to_thread(self.wardrobes.garments, record.id, wanted)
-        again = await live.change_outfit(self.wardrobes.items(wanted), wanted.edited, order)
-        await asyncio.to_thread(self.wardrobes.keep, record.id, wanted)
-        live.tell_outfit(self.wardrobes.items(wanted), wanted.edited, again, client, request)
-        return Changed(wanted, again)
+    async def wishes_of(self, session_id: str | None) -> list[OutfitWish]:
+        """What a session was asked to wear and has not worn, nor refused: for that which continues it."""
+        return await asyncio.to_thread(self.waiting.wishes, session_id)
 
     async def outfit(self, record: SessionRecord) -> OutfitRecord:
         """What a session wears, with the fabrics that edits have chosen."""
@@ -469,23 +447,6 @@ def _own(motion: str | None) -> str:
             "motion.two", "the body moves by itself", "Leave the motion out", place="motion", status=422
         )
     return OWN_MOTION
-
-
-def _file_of(motions: MotionUploads, motion: MotionRecord) -> MotionFile:
-    return _file_at(motions.path(motion), motion)
-
-
-def _file_at(path: Path, motion: MotionRecord) -> MotionFile:
-    return MotionFile(str(path), MotionReading(motion.units, motion.up, motion.facing, motion.joints))
-
-
-def _is_there(motions: MotionUploads, motion: MotionRecord) -> bool:
-    """Whether its file is; one that was taken out of the data folder can't be played."""
-    try:
-        return motions.path(motion).is_file()
-    except ProblemError as error:
-        logger.warning("%s", error)
-        return False
 
 
 def _one_of(kind: str, name: str, known: tuple[str, ...]) -> None:

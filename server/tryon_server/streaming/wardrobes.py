@@ -19,6 +19,7 @@ from tryon_server.persistence import (
     OutfitRecord,
     OutfitStore,
     SessionRecord,
+    Waiting,
     WornRecord,
 )
 from tryon_server.problems import ProblemError, problem_error
@@ -97,9 +98,9 @@ class Wardrobes:
         made = [edit for edit in self._edits.all(history_key(session_id, worn.number)) if not edit.undone]
         return made[-1].specification if made else None
 
-    def keep(self, session_id: str, outfit: OutfitRecord) -> None:
-        """The session wears this from now on."""
-        self._outfits.put(session_id, outfit)
+    def keep(self, session_id: str, outfit: OutfitRecord, made_of: Waiting | None = None) -> None:
+        """The session wears this from now on; the wish that it is `made_of` waits no more."""
+        self._outfits.put(session_id, outfit, made_of)
 
     def with_one(
         self, outfit: OutfitRecord, garment: str, fabric: str, size: float, position: int | None, replaces: str | None

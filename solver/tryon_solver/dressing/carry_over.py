@@ -46,9 +46,10 @@ MOST_STRETCH = 1.5  # times the fabric's limit: drawn so far together, cloth is 
 
 class CarryError(ValueError):
     """The new cut can't be put on from the old one: it has to be dressed anew; or, where cloth came back with it and
-    what is worn stayed (`came_back`), by another reach."""
+    what is worn stayed (`came_back`), by another reach; where all went back to where it hung (`as_hung`), in another
+    stance."""
 
-    came_back = False
+    came_back = as_hung = False
 
 
 @dataclass(frozen=True)
@@ -132,6 +133,7 @@ def put_on(
     try:
         freed = freed_where_worn(prepared.tangle, cut.mesh.panel_names)
     except CarryError as error:
+        error.as_hung = back is not None and back.with_all
         error.came_back = back is not None and back.came_back and not back.with_all
         raise
     simulation.state.v.assign(laid.v.astype(np.float32))

@@ -137,6 +137,21 @@ def mean_of(values: Points, welded: NDArray[np.integer], known: NDArray[np.integ
     return mean
 
 
+def stances_apart(worn: Simulation, new: Simulation, hung: Hung) -> float:
+    """m: how far the skin of the body of what is `worn` is at most from where it was when the garment hung so, had it
+    the root there that it has now; `new` is of the same body."""
+    assert worn.body is not None
+    assert new.body is not None
+    moving, skin = new.body.moving, wp.zeros(len(hung.surface), dtype=wp.vec3, device=new.device)
+    before, now = moving.transforms(hung.pose), worn.body.transforms()
+    places = []
+    for transforms, stance in ((now[0] @ np.linalg.inv(before[0]) @ before, hung.pose), (now, worn.body.pose)):
+        moving.take(transforms, stance)
+        moving.write(skin)
+        places.append(skin.numpy().copy())
+    return float(np.linalg.norm(places[1] - places[0], axis=1).max())
+
+
 def gone_along(worn: Simulation, new: Simulation, hung: Hung, cloth: Points) -> Points:
     """(N, 3) m: the cloth of `new` from where it hung so to where the body's motion since then leads it.
 

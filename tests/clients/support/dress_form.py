@@ -131,6 +131,7 @@ class Tunic:
     own_motion = None
     on_the_way, not_carried, went, overstretched = False, "", 0.0, 0.0
     outgrown = ""
+    waiting = False
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -66,6 +66,7 @@ class Tunic:
     names, edited = ("",), ""
     specifications: ClassVar[dict[str, None]] = {"": None}
     outgrown = ""
+    waiting = False
     on_the_way, not_carried, went, overstretched = False, "", 0.0, 0.0
 
     seconds = 0.0

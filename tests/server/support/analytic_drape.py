@@ -134,6 +134,7 @@ class WavingSheet:
 
     own_motion = None
     outgrown = not_carried = ""
+    waiting = False
     overstretched = 0.0  # share of its cloth
 
     @property

@@ -34,3 +34,10 @@ def answer_to(live, head: str, parts: Iterable[bytes], path: str = "/api/garment
             answer += received
     head, _, body = answer.decode().partition("\r\n\r\n")
     return head.splitlines()[0], json.loads(body), sent
+
+
+def answered(http, reply):
+    """The answer to a change of a session once it is made, however long it takes: `reply`, or what its job comes to."""
+    while reply.status_code == 202:
+        reply = http.get(reply.headers["Location"], headers={"Prefer": "wait=10"})
+    return reply
