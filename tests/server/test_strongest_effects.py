@@ -148,10 +148,10 @@ def test_a_garment_that_is_taped_all_over_hangs_as_it_did(worn):
     taped = BY_NAME["adhesion"].parameters(STRONGEST["adhesion_thin"])
     for _ in drape.effects.rebind({**live(), "adhesion": taped}):
         pass
-    assert "as much as the fabric bears" in drape.effects.caveats["adhesion"]
+    assert "the fabric does not bear" in drape.effects.caveats["adhesion"]
     began = drape.cloth_positions()
     for k in range(1, 13):
         report = drape.advance(drape.pose, k * DT)
         assert report.max_stretch < 1.3
-        assert report.body_lag < 0.01
+        assert report.body_lag < 0.02
         assert np.linalg.norm(drape.cloth_positions() - began, axis=1).max() < 0.04
