@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from tryon_solver.scene import Scene
 
 SHARPEST_CREASE = 2.8  # rad: 160 degrees
+FIRMER = 2.0  # times cloth at its limit a bond may be; tried of 1, 2 and 4 in two scenes: METHOD.md section 6
 
 
 @dataclass(frozen=True)
@@ -517,18 +518,18 @@ class Adhesion(EffectSpec):
             check_vertices("adhesion", self.vertices, scene)
 
     def shear_in(self, scene: Scene) -> float:
-        """Pa that it resists being pushed aside with in this scene: `shear`, or else `strength` up to k (limit - 1)/h,
-        of the fabric that bears most, with its stiffness k [N/m], the stretch up to which it goes, and h the mesh's
-        mean edge length [m].
+        """Pa that it resists being pushed aside with in this scene: `shear`, or else `strength` up to FIRMER times
+        k (limit - 1)/h, of the fabric that bears most, with its stiffness k [N/m], the stretch up to which it goes, and
+        h the mesh's mean edge length [m].
 
-        One row of cells that stick, h wide, then carries the tension that the fabric has at its limit: no more is felt
-        of a bond by cloth that is not torn. Ours.
+        One row of cells that stick, h wide, then carries so many times the tension that the fabric has at its limit: no
+        more is felt of a bond by cloth that is not torn. Ours.
         """
         if self.shear is not None:
             return self.shear
         fabrics = scene.panel_fabrics or (scene.fabric,)
         tension = max(max(one.k_warp, one.k_weft) * (one.strain_limit - 1.0) for one in fabrics)
-        return min(self.strength, tension / scene.garment.mean_edge_length())
+        return min(self.strength, FIRMER * tension / scene.garment.mean_edge_length())
 
 
 @dataclass(frozen=True)

@@ -85,7 +85,7 @@ class SolverEffects:
         found = {} if accurate or settings.correction_iterations >= PATIENT else {"friction": SLOWED}
         for effect in scene.effects:
             if isinstance(effect, Adhesion) and (shear := effect.shear_in(scene)) < effect.strength:
-                found["adhesion"] = f"it slips aside at {shear:.0f} Pa, as much as the fabric bears within its limit"
+                found["adhesion"] = f"it slips aside at {shear:.0f} Pa, more than which the fabric does not bear"
         return found
 
     def under_garments(self, name: str, parameters: Parameters) -> Parameters:
