@@ -157,8 +157,8 @@ def test_cloth_of_the_shop_slides_as_it_weighs(preset, name, fps, frames, share)
 
 def test_what_falls_beside_a_light_sheet_does_not_throw_it_up():
     """A second down 10 degrees without friction at draft. The vertices that lie where they belong stay there while
-    others land: pushed up with these, the sheet was thrown about and came 0.30 m far, of 0.85. How each lands is chance:
-    of starts that differ by less than float32 tells, one in four comes 0.6 to 0.8 of the way, so the middle one counts.
+    others land: pushed up with these, the sheet was thrown about and came 0.30 m far, of 0.85. How each lands is
+    chance: of starts that differ by less than float32 tells one in four comes 0.6 to 0.8 of it, so the middle counts.
     """
     tilt = turn((0, 0, -10))
     garment, flat = sheet(13, 13, 0.6, 0.6)
