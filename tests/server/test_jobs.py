@@ -253,3 +253,27 @@ def test_those_that_ended_are_kept_for_a_while_and_by_number():
         assert short.of("s") == []
 
     asyncio.run(run())
+
+
+def test_an_effect_that_takes_longer_is_a_job(server):
+    """Bound, refused and taken away: who asks is answered at once, and the job comes to what the route would answer."""
+    session = server.open(garment="tube", motion="sway")
+    server.dressed(session)
+    path = f"/api/sessions/{session}"
+    wind = {"parameters": {"velocity": [1.0, 0.0, 0.5]}}
+    location = accepted(server.http.put(f"{path}/effects/wind", json=wind, headers=AT_ONCE))
+    told = {job["location"]: job["step"] for job in server.http.get(f"{path}/jobs").json()}
+    assert told[location] == "effect"
+    made = ended(server, location)
+    assert made.status_code == 200
+    (own,) = (one for one in made.json()["effects"] if one["name"] == "wind")
+    assert (own["state"], own["parameters"]["velocity"]) == ("active", [1.0, 0.0, 0.5])
+    strong = {"parameters": {"velocity": [1e4, 0.0, 0.0]}}
+    too_strong = server.http.put(f"{path}/effects/wind", json=strong, headers=AT_ONCE)
+    refused(ended(server, accepted(too_strong)), 422, "effect.refused")
+    assert server.http.get(f"{path}/effects/wind").json()["parameters"]["velocity"] == [1.0, 0.0, 0.5]
+    gone = ended(server, accepted(server.http.delete(f"{path}/effects/wind", headers=AT_ONCE)))
+    assert {one["name"]: one["state"] for one in gone.json()["effects"]}["wind"] == "absent"
+    changes = Changes(str(server.http.base_url), session)
+    assert changes.effect("wind", **wind)["effects"] == server.http.get(f"{path}/effects").json()["effects"]
+    assert {one["name"]: one["state"] for one in changes.no_effect("wind")["effects"]}["wind"] == "absent"

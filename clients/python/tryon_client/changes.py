@@ -1,5 +1,5 @@
-"""Changes of a session over REST: garments put on, taken off and rearranged, the pattern edited. What takes longer than
-a proxy lets anybody wait is asked for again until it is done."""
+"""Changes of a session over REST: garments put on, taken off and rearranged, the pattern edited, effects. What takes
+longer than a proxy lets anybody wait is asked for again until it is done."""
 
 from __future__ import annotations
 
@@ -69,13 +69,24 @@ class Changes:
         made: dict[str, Any] = self._change("POST", f"/edits/redo?{urlencode({'garment': garment})}")
         return made
 
+    def effect(self, name: str, **wish: Any) -> dict[str, Any]:
+        """Have the effect of this name act: with `parameters` and `state` as the route has them. Returns all effects of
+        the session; those that are `kept` where nothing is worn yet."""
+        told: dict[str, Any] = self._change("PUT", f"/effects/{quote(name, safe='')}", wish)
+        return told
+
+    def no_effect(self, name: str) -> dict[str, Any]:
+        """Have it act no longer."""
+        told: dict[str, Any] = self._change("DELETE", f"/effects/{quote(name, safe='')}")
+        return told
+
     def cancel(self, job: Mapping[str, Any]) -> None:
         """Ask a change to stop; who waits for it hears whether that came in time."""
         self._ask("DELETE", job["location"], prefer="respond-async")
 
     def _change(self, method: str, path: str, wish: Mapping[str, Any] | None = None) -> Any:
         status, answer, pause = self._ask(method, self._session + path, wish, f"wait={FIRST_WAIT}")
-        while status == ACCEPTED:
+        while status == ACCEPTED and "location" in answer:
             self._told(answer)
             time.sleep(pause)
             status, answer, pause = self._ask("GET", answer["location"])

@@ -6,23 +6,33 @@ from collections.abc import Callable
 from typing import Any, Literal
 
 from fastapi import APIRouter, Request, Response
+from fastapi.encoders import jsonable_encoder
+from fastapi.responses import JSONResponse
 
 from tryon_protocol import EffectsMessage, ProtocolError
 from tryon_server.api.access import ServicesDep
 from tryon_server.api.body import json_body, read_json
 from tryon_server.api.faults import ERROR_REPLIES
-from tryon_server.api.models import EffectReply, EffectRequest, EffectsReply, EffectWordReply
+from tryon_server.api.jobs import answer
+from tryon_server.api.models import EffectReply, EffectRequest, EffectsReply, EffectWordReply, JobReply
+from tryon_server.api.prefer import Wait, WaitDep
 from tryon_server.problems import ProblemError, problem_error
 from tryon_server.services import Services
 from tryon_server.sessions.actions import Action
 from tryon_server.sessions.effect_talk import EffectTalk
+from tryon_server.streaming.jobs import Progress
 from tryon_server.streaming.live_session import LiveSession
 
 router = APIRouter(prefix="/api", tags=["effects"], responses=ERROR_REPLIES)
 
-KEPT: dict[int | str, dict[str, Any]] = {
-    202: {"model": EffectsReply, "description": "The garment is not worn yet: what is asked for is `kept` until it is"}
+LATER: dict[int | str, dict[str, Any]] = {
+    202: {
+        "model": EffectsReply | JobReply,
+        "description": "The garment is not worn yet: what is asked for is `kept` until it is. Or, with a `Location`, "
+        "it takes longer: its job, which goes on",
+    }
 }
+BINDING = Progress("binding", "It is bound beside what is worn")
 Ask = Callable[[EffectTalk], tuple[int, list[Action]]]
 
 
@@ -50,33 +60,50 @@ async def session_effect(session_id: str, name: str, services: ServicesDep) -> E
     return _one(newest, name)
 
 
-@router.put("/sessions/{session_id}/effects/{name}", responses=KEPT, openapi_extra=json_body(EffectRequest))
+@router.put(
+    "/sessions/{session_id}/effects/{name}",
+    response_model=EffectsReply,
+    responses=LATER,
+    openapi_extra=json_body(EffectRequest),
+)
 async def set_effect(
-    session_id: str, name: str, request: Request, response: Response, services: ServicesDep
-) -> EffectsReply:
-    """Have an effect act in a live session, or armed, or changed; answered once it is. What is refused changes nothing.
+    session_id: str, name: str, request: Request, services: ServicesDep, wait: WaitDep
+) -> Response:
+    """Have an effect act in a live session, or armed, or changed; answered once it is, or by 202 where that takes
+    longer than `Prefer` says. What is refused changes nothing.
 
     Asked for before the garment is worn it is kept, and made so once it is; what that garment can't have is listed as
     refused then. The name `auto` has those armed that garment and motion may call for.
     """
     wish = read_json(await request.body(), EffectRequest)
-    return await _change(session_id, services, response, name, wish)
+    return await _change(session_id, services, wait, name, wish)
 
 
-@router.delete("/sessions/{session_id}/effects/{name}", responses=KEPT)
-async def remove_effect(session_id: str, name: str, response: Response, services: ServicesDep) -> EffectsReply:
-    """Have an effect act no longer in a live session; answered once it does not. Kept as what is set is."""
-    return await _change(session_id, services, response, name, None)
+@router.delete("/sessions/{session_id}/effects/{name}", response_model=EffectsReply, responses=LATER)
+async def remove_effect(session_id: str, name: str, services: ServicesDep, wait: WaitDep) -> Response:
+    """Have an effect act no longer in a live session; answered once it does not, or by 202. Kept as what is set is."""
+    return await _change(session_id, services, wait, name, None)
 
 
 async def _change(
-    session_id: str, services: Services, response: Response, name: str, wish: EffectRequest | None
-) -> EffectsReply:
+    session_id: str, services: Services, wait: Wait, name: str, wish: EffectRequest | None
+) -> Response:
     state: Literal["absent", "armed", "active"] = "absent" if wish is None else wish.state
     parameters = None if wish is None else wish.parameters
+
+    async def made() -> EffectsReply:
+        return _reply(await _asked(session_id, services, lambda effects: effects.change(name, state, parameters)))
+
     if not (await _live(session_id, services)).machine.effects.dressed:
-        response.status_code = 202
-    return _reply(await _asked(session_id, services, lambda effects: effects.change(name, state, parameters)))
+        return JSONResponse(jsonable_encoder(await made()), 202)
+    job = services.jobs.begin(
+        session_id, "effect", "", made(), status=200, progress=lambda: BINDING, give_up=_goes_on
+    )
+    return await answer(job, services, wait)
+
+
+def _goes_on() -> None:
+    """An effect that is being bound can't be stopped, but taken away again."""
 
 
 async def _live(session_id: str, services: Services) -> LiveSession:

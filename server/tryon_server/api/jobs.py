@@ -69,7 +69,7 @@ async def cancel_job(session_id: str, job_id: str, services: ServicesDep, wait: 
         return _accepted(job, wait)
     if job.state != "done":
         return Response(status_code=204)
-    remedy = "Change it back: undo an edit, take off what was put on"
+    remedy = "Change it back: undo an edit, take off what was put on, take an effect away"
     raise problem_error("job.done", "it was worn before it could be cancelled", remedy, place="job", status=409)
 
 

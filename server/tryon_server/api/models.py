@@ -223,12 +223,12 @@ class JobReply(Model):
     """A change of a session that takes longer than who asked for it waited."""
 
     job: str = Field(description="names it")
-    step: Literal["put_on", "take_off", "reorder", "edit", "undo", "redo"]
+    step: Literal["put_on", "take_off", "reorder", "edit", "undo", "redo", "effect"]
     garment: str = Field(description="of which; empty: the edited one, or all of them")
     state: Literal["running", "done", "refused", "cancelled"]
     doing: str = Field(
         description="waiting: others are made first; of an edit as in `changes` of the session; of other garments "
-        "dressing, which they are in whichever way, and keeping; else its state"
+        "dressing, which they are in whichever way, and keeping; of an effect binding; else its state"
     )
     detail: str = Field(description="the same, for people; of one that was refused: why, and what to do about it")
     progress: float | None = Field(description="share done of what `doing` says, 0 to 1; null: not known")

@@ -16,7 +16,7 @@ CANCELLED = "job.cancelled"
 UNEXPECTED = "The server failed to make it; its log says why"
 BEING_KEPT = "It is worn, and is being kept"
 
-Step = Literal["put_on", "take_off", "reorder", "edit", "undo", "redo"]
+Step = Literal["put_on", "take_off", "reorder", "edit", "undo", "redo", "effect"]
 State = Literal["running", "done", "refused", "cancelled"]
 
 
