@@ -17,17 +17,19 @@ wp.set_module_options({"enable_backward": False})
 
 
 @wp.func_native("""
+    typedef decltype(p.data[0][0] + 0) number;
 #if defined(__CUDA_ARCH__)
-    return wp::vec_t<4, float>();  // it is never launched there
+    return wp::vec_t<4, number>();  // it is never launched there
 #else
-    typedef float four __attribute__((vector_size(16), aligned(4)));  // of Clang, which Warp compiles with
-    const float* vectors = reinterpret_cast<const float*>(p.data);
+    // of Clang, which Warp compiles with
+    typedef number four __attribute__((vector_size(4 * sizeof(number)), aligned(sizeof(number))));
+    const number* vectors = reinterpret_cast<const number*>(p.data);
     const four here = *reinterpret_cast<const four*>(vectors + 4 * i);
     four total = diagonal.data[i] * here;
     if (i < columns.shape[0]) {
         four first = {}, second = {}, third = {};
         const int* column = &wp::index(columns, i, 0);
-        const float* block = reinterpret_cast<const float*>(&wp::index(blocks, i, 0));
+        const number* block = reinterpret_cast<const number*>(&wp::index(blocks, i, 0));
         for (int k = 1; k < columns.shape[1] && column[k] != i; ++k) {
             block += 9;
             const four u = *reinterpret_cast<const four*>(vectors + 4 * column[k]) - here;
@@ -37,14 +39,14 @@ wp.set_module_options({"enable_backward": False})
             third += *reinterpret_cast<const four*>(block + 5) * __builtin_shufflevector(u, u, 3, 0, 1, 2);
         }
         column = &wp::index(far_columns, i, 0);
-        const float* weight = &wp::index(weights, i, 0);
+        const number* weight = &wp::index(weights, i, 0);
         for (int k = 0; k < far_columns.shape[1] && column[k] != i; ++k)
             total += weight[k] * (*reinterpret_cast<const four*>(vectors + 4 * column[k]) - here);
         total[0] += first[0] + first[1] + first[2];
         total[1] += second[0] + second[1] + second[2];
         total[2] += third[1] + third[2] + third[3];
     }
-    return wp::vec_t<4, float>(total[0], total[1], total[2], 0.0f);
+    return wp::vec_t<4, number>(total[0], total[1], total[2], number(0));
 #endif
 """)
 def product_of_rows(  # type: ignore[empty-body]
