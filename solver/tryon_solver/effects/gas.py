@@ -15,8 +15,7 @@ resists its skin's breathing ten thousand times more than the skin's inertia doe
 out, as in pressure.py. Projective dynamics, which knows no dyad, goes on with the pressure that the last direction of
 the step before was to lead to, p - n R T/V^2 w.d, which is what skin and all else hold; what it is otherwise acts in
 the correction alone. A step that begins with 1 % too little room would send the skin off by a metre with the pressure
-that this makes, where a micrometre relieves it: where a correction was cut short the next ones were thrown further and
-further, denim balloons of which buttons drew two ends together to 9 times their length.
+that this makes, where a micrometre relieves it: what a correction that is cut short leaves is not to be the next one's.
 """
 
 from __future__ import annotations

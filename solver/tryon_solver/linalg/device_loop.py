@@ -82,7 +82,7 @@ class Passes:
     @cached_property
     def more(self) -> wp.array:
         """(1,) the loop's condition."""
-        return self.state[int(MORE) : int(MORE) + 1]
+        return self.state[MORE : MORE + 1]
 
     def repeat(self, one: Callable[[], None], at_most: int) -> None:
         """Launch `one` pass until it has no hits, `at_most` times; afterwards NUMBER passes have had some."""

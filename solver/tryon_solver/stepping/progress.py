@@ -314,57 +314,57 @@ class Progress:
     @property
     def going_on(self) -> wp.array:
         """The loop's condition."""
-        return self.numbers[0]
+        return self.numbers[GOING_ON]
 
     @property
     def leaving(self) -> wp.array:
         """Where to count the vertices that the direction takes out of the region."""
-        return self.numbers[6]
+        return self.numbers[LEAVING]
 
     @property
     def trial(self) -> wp.array:
         """(1,) where to put the longest way to the trial [m]."""
-        return self.ways[7]
+        return self.ways[TRIAL]
 
     @property
     def length(self) -> wp.array:
         """Where to put the direction's longest vector [m]."""
-        return self.ways[0]
+        return self.ways[LENGTH]
 
     @property
     def moved(self) -> wp.array:
         """Where to put the largest move [m]."""
-        return self.ways[1]
+        return self.ways[MOVED]
 
     @property
     def standing(self) -> wp.array:
         """Where to put how far from balance x_feasible is [J]."""
-        return self.ways[8]
+        return self.ways[STANDING]
 
     @property
     def tried(self) -> wp.array:
         """Where to put how far from balance the trial is [J]."""
-        return self.ways[9]
+        return self.ways[TRIED]
 
     @property
     def overshot(self) -> wp.array:
         """(1,) int32 condition: did the move lead uphill?"""
-        return self.numbers[20]
+        return self.numbers[OVERSHOT_MOVE]
 
     @property
     def slope(self) -> wp.array:
         """(1,) where to put the potential's slope along the move, where it begins [J]."""
-        return self.ways[14]
+        return self.ways[SLOPE]
 
     @property
     def free_slope(self) -> wp.array:
         """(1,) where to put the potential's slope where the move begins, along what of it went all its way [J]."""
-        return self.ways[16]
+        return self.ways[FREE_SLOPE]
 
     @property
     def stretch(self) -> wp.array:
         """(1,) where to put the cloth's largest stretch."""
-        return self.ways[12]
+        return self.ways[STRETCH]
 
     def begin(self, at_most: int, extensions: int, searches: int, starting: bool = False) -> None:
         """A budget of iterations, how often it is given again to a strayed one, and one of further searches. With
@@ -373,21 +373,21 @@ class Progress:
 
     def if_starting(self, choose: Callable[[], None]) -> None:
         """Launch `choose` if it is to be chosen where the iterations begin."""
-        wp.capture_if(self.numbers[14], choose)
+        wp.capture_if(self.numbers[STARTING], choose)
 
     def if_free_to_try(self, attempt: Callable[[], None]) -> None:
         """Launch `attempt` if the way to the trial can be taken; else the loop ends, for a search."""
         self._launch(decide_to_try_kernel, [], [self.state])
-        wp.capture_if(self.numbers[15], attempt)
+        wp.capture_if(self.numbers[TRYING], attempt)
 
     def if_tried_in_vain(self, pairs: ContactPairs, back: Callable[[], None]) -> None:
         """Launch `back` if the trial is further from balance; end the loop if there are too many pairs to tell."""
         self._launch(judge_trial_kernel, [pairs.counters, pairs.capacity], [self.state, self.lengths])
-        wp.capture_if(self.numbers[16], back)
+        wp.capture_if(self.numbers[GOING_BACK], back)
 
     def unless_directed(self, find: Callable[[], None]) -> None:
         """Launch `find` if the direction is still to be found."""
-        wp.capture_if(self.numbers[1], find)
+        wp.capture_if(self.numbers[NO_DIRECTION], find)
 
     def judge_direction(
         self, imbalance: wp.array, unsettled: float, dt: wp.array, together: wp.array, count: int
@@ -401,12 +401,12 @@ class Progress:
     @property
     def least_yet(self) -> wp.array:
         """(1,) int32: did the iteration begin nearer to balance than all before it?"""
-        return self.numbers[10]
+        return self.numbers[LEAST_YET]
 
     def if_free_to_move(self, move: Callable[[], None]) -> None:
         """Launch `move` if the direction can be taken; else the loop ends, for a search where there is one left."""
         self._launch(decide_kernel, [], [self.state])
-        wp.capture_if(self.numbers[2], move)
+        wp.capture_if(self.numbers[FREE_TO_MOVE], move)
 
     def judge_move(self, shortest: float, dt: wp.array) -> None:
         """The direction is taken: end the loop with the budget, or when nothing moved by `shortest` m/s times `dt`."""
@@ -414,7 +414,7 @@ class Progress:
 
     def if_going_on(self, look: Callable[[], None]) -> None:
         """Launch `look` if there is another iteration after this move."""
-        wp.capture_if(self.numbers[3], look)
+        wp.capture_if(self.numbers[LOOKING], look)
 
     def stop_when_full(self, pairs: ContactPairs) -> None:
         """End the loop if there are more pairs than there is room for."""
@@ -424,12 +424,12 @@ class Progress:
         """Launch `end` where the loop has ended as it should: not for the host to do something, nor astray by more
         than `harmless` [J], with cloth that is stretched no more than `torn`."""
         self._launch(judge_ending_kernel, [torn, harmless], [self.state, self.lengths])
-        wp.capture_if(self.numbers[22], end)
+        wp.capture_if(self.numbers[ENDED_WELL], end)
 
     def if_sound(self, violations: wp.array, pairs: ContactPairs, conclude: Callable[[], None]) -> None:
         """Launch `conclude` where there are no `violations` (1,) and there is room for all `pairs`."""
         self._launch(judge_state_kernel, [violations, pairs.counters, pairs.capacity], [self.state])
-        wp.capture_if(self.numbers[23], conclude)
+        wp.capture_if(self.numbers[CONCLUDED], conclude)
 
     def start_here(self) -> None:
         """Go on from x_feasible, looked around: the trial is not tried, nor are directions trusted by its length."""
