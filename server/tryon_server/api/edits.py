@@ -88,11 +88,7 @@ async def pattern(session_id: str, services: ServicesDep, garment: str = "") -> 
 
 
 async def _change(session_id: str, services: Services, wait: Wait, command: ChangePattern) -> Response:
-    await services.sessions.record(session_id)
-    live = services.sessions.get(session_id)
-    if live is None:
-        remedy = "Open a session that continues it: POST /api/sessions with its id as `continues`"
-        raise problem_error("session.ended", "the session has ended", remedy, place="session", status=409)
+    live = await services.sessions.living(session_id)
     dressed = live.machine.dressed
     try:
         ticket, asked = live.change_pattern(command)

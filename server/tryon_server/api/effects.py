@@ -108,11 +108,7 @@ def _goes_on() -> None:
 
 async def _live(session_id: str, services: Services) -> LiveSession:
     """The session. Raises ProblemError 404, 409 where it has ended."""
-    await services.sessions.record(session_id)
-    live = services.sessions.get(session_id)
-    if live is None:
-        remedy = "Open a session that continues it: POST /api/sessions with its id as `continues`"
-        raise problem_error("session.ended", "the session has ended", remedy, place="session", status=409)
+    live = await services.sessions.living(session_id)
     live.machine.asked_for(live.now)
     return live
 

@@ -283,11 +283,7 @@ class LiveSessions:
 
         Raises ProblemError: 404 no such session, 409 it has ended.
         """
-        await self.record(session_id)
-        live = self._live.get(session_id)
-        if live is None:
-            remedy = "Open a session that continues it: POST /api/sessions with its id as `continues`"
-            raise problem_error("session.ended", "the session has ended", remedy, place="session", status=409)
+        live = await self.living(session_id)
         live.machine.asked_for(live.now)
         change = OutfitChange(self, live, wish)
         await change.keep()
@@ -358,6 +354,15 @@ class LiveSessions:
     def get(self, session_id: str) -> LiveSession | None:
         """The live session with this id, or None."""
         return self._live.get(session_id)
+
+    async def living(self, session_id: str) -> LiveSession:
+        """The session, to be changed. Raises ProblemError: 404 no such session, 409 it has ended."""
+        await self.record(session_id)
+        live = self._live.get(session_id)
+        if live is None:
+            remedy = "Open a session that continues it: POST /api/sessions with its id as `continues`"
+            raise problem_error("session.ended", "the session has ended", remedy, place="session", status=409)
+        return live
 
     def all(self) -> list[LiveSession]:
         """Every live session, oldest first."""
