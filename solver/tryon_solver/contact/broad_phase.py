@@ -254,8 +254,6 @@ def begin(candidates: Candidates, scope: Scope, anew: bool) -> None:
     while len(candidates.found) < len(scope.others):
         candidates.found.append(Found.allocate(candidates.capacity, candidates.capacity, str(device)))
     found = candidates.found[: len(scope.others)]
-    if candidates.beside is None and device.is_cuda and len(found) > 1:
-        candidates.beside = wp.Stream(device)
 
     def search_all() -> None:
         if anew:
@@ -263,7 +261,7 @@ def begin(candidates: Candidates, scope: Scope, anew: bool) -> None:
             for surface in scope.surfaces:
                 surface.budget.fill_(NOTHING_KNOWN)
         scope.refit()
-        at_once(lambda k: scope.search(found[k], k, anew), len(found), candidates.beside)
+        at_once(lambda k: scope.search(found[k], k, anew), len(found), device)
         if device.is_cuda:
             take_over(candidates, found)
 
@@ -315,15 +313,14 @@ def take_apart(found: Found, cloth: Surface, other: Surface, region: Region, gro
 OTHER_CORE = ThreadPoolExecutor(max_workers=1)  # starts its thread with its first task
 
 
-def at_once(search: Callable[[int], None], count: int, beside: wp.Stream | None) -> None:
-    """Run the searches 0 to count - 1: on a GPU all but the first on the stream `beside`, for none of them keeps all of
-    it busy. On a CPU Warp runs a kernel on the thread that launches it: there they go to another one."""
-    if beside is not None:
-        with wp.ScopedStream(beside):  # which waits for what was launched before it
-            for k in range(1, count):
-                search(k)
-        search(0)
-        wp.get_stream(beside.device).wait_stream(beside)
+def at_once(search: Callable[[int], None], count: int, device: wp.Device) -> None:
+    """Run the searches 0 to count - 1. On a CPU Warp runs a kernel on the thread that launches it: all but the first go
+    to another one. On a GPU one follows the other: side by side on a stream of their own they gained nothing that is
+    seen in a frame, and where such a stream was let go of, graphs that never ran on it read memory that was not theirs.
+    """
+    if device.is_cuda:
+        for k in range(count):
+            search(k)
         return
     elsewhere = [OTHER_CORE.submit(search, k) for k in range(1, count)]
     if count:

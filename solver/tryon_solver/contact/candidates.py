@@ -67,10 +67,9 @@ class Candidates:
     over without looking at their vertices. `near` int32 lists those that the coming move concerns (`list_near`),
     `near_count` (1,) int32 how many; `near_size` is that, or more in a graph. `capacity` grows when the broad phase
     finds more; nothing is ever dropped. `found` is the broad phase's scratch, one a surface, `searches` its launches,
-    for what is not on the list and anew, and `beside` a stream of its own on a GPU, where there are several. `most` is
-    how long the list was since there was too much room for it, and `fillings` how often it was filled since; `quiet`
-    counts the steps and searches since there was any. `fits` and `end` (1,) int32 are of taking over what was found
-    (taking_over.py).
+    for what is not on the list and anew. `most` is how long the list was since there was too much room for it, and
+    `fillings` how often it was filled since; `quiet` counts the steps and searches since there was any. `fits` and
+    `end` (1,) int32 are of taking over what was found (taking_over.py).
     """
 
     ids: wp.array
@@ -86,7 +85,6 @@ class Candidates:
     size: int = 0
     near_size: int = 0
     searches: tuple[KeptGraph, KeptGraph] = field(default_factory=lambda: (KeptGraph(), KeptGraph()))
-    beside: wp.Stream | None = None
     most: int = 0
     fillings: int = 0
     quiet: int = 0
@@ -127,7 +125,7 @@ class Candidates:
     def of_room(self, room: int) -> Candidates:
         """Another for the same searches, empty."""
         other = Candidates.allocate(room, str(self.ids.device))
-        other.found, other.searches, other.beside = self.found, self.searches, self.beside
+        other.found, other.searches = self.found, self.searches
         other.most, other.fillings, other.quiet = self.most, self.fillings, self.quiet
         return other
 
