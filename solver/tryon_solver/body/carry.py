@@ -60,7 +60,7 @@ class Carry:
         places = wp.zeros(cloth_count + body_count, dtype=wp.vec3, device=device)
         motions = wp.zeros(joints + 1, dtype=mat34, device=device)
         grid = wp.HashGrid(GRID, GRID, GRID, device=device)
-        grid.reserve(body_count)  # a graph allocates nothing
+        grid.reserve(body_count)
         return Carry(
             places,
             places[cloth_count:],
@@ -84,16 +84,21 @@ class Carry:
         """Move all of x (K,) vec3 m by everybody's motion."""
         launch(rigid_kernel, len(x), [self.root], [x], device=x.device)
 
-    def set_places(self, x: wp.array, none: float) -> None:
-        """From now on the field is weighted by the distances between cloth and surface at x (A,) m, up to `none` m."""
+    def set_places(self, x: wp.array) -> None:
+        """From now on the field is weighted by the distances between cloth and surface at x (A,) m; `sort_surface` is
+        to follow."""
         wp.copy(self.places, x)
         self.near.zero_()
+
+    def sort_surface(self, none: float) -> None:
+        """Have the surface's places looked up, up to `none` m around a vertex. Never in a graph: it sorts, which takes
+        memory for a while, and graphs that do so read what was not theirs once others had come and gone beside them."""
         self.grid.build(self.surface, none)  # finer, empty cells would cost more than the skin that they pass over
 
     def find_field(self, x: wp.array, full: float, none: float, displacement_out: wp.array) -> None:
         """u at the cloth, first among x (A,) vec3 m, for the motions that were taken; lengths in m. Marks `near`.
 
-        `none` is that of `set_places`; `displacement_out` (A,) vec3 m keeps what it holds of the surface.
+        `none` is that of `sort_surface`; `displacement_out` (A,) vec3 m keeps what it holds of the surface.
         """
         launch(
             blend_kernel,

@@ -315,9 +315,8 @@ OTHER_CORE = ThreadPoolExecutor(max_workers=1)  # starts its thread with its fir
 
 def at_once(search: Callable[[int], None], count: int, device: wp.Device) -> None:
     """Run the searches 0 to count - 1. On a CPU Warp runs a kernel on the thread that launches it: all but the first go
-    to another one. On a GPU one follows the other: side by side on a stream of their own they gained nothing that is
-    seen in a frame, and where such a stream was let go of, graphs that never ran on it read memory that was not theirs.
-    """
+    to another one. On a GPU one follows the other: side by side on two streams they gained nothing that is seen in a
+    frame."""
     if device.is_cuda:
         for k in range(count):
             search(k)

@@ -181,7 +181,8 @@ def gone_along(worn: Simulation, new: Simulation, hung: Hung, cloth: Points) -> 
         after = end[0] @ np.linalg.inv(after[0]) @ after
         moving.take(after, stance)
         moving.write(skin_after)
-        carry.set_places(x, settings.carry_none)
+        carry.set_places(x)
+        carry.sort_surface(settings.carry_none)
         carry.take_motions(after @ np.linalg.inv(before))
         carry.find_field(x, settings.carry_full, settings.carry_none, way)
         carry.move_surface(skin, skin_after, way)

@@ -52,6 +52,8 @@ def go_with_body(sim: Simulation, body: PosedBody, stance: Any, begin: Callable[
     motion = end[0] @ rigid.inverse(before[0])
     before = motion @ before
     take_motion(sim, before, end, stance, motion)
+    as_one(sim, "go_along", lambda: go_along(sim))
+    body.carry.sort_surface(settings.carry_none)
     sight = None
     if goes_on(sim, before, end):
         sight, sim.under_way = set_out_and_go(sim, lambda: set_out(sim), begin)
@@ -127,15 +129,19 @@ def depart(sim: Simulation) -> None:
         wp.copy(start, sim.state.x)
 
 
-def set_out(sim: Simulation) -> None:
-    """For the device: the root's motion for everybody, and what comes of the rest of it."""
+def go_along(sim: Simulation) -> None:
+    """For the device: the root's motion for everybody."""
     state, body = sim.state, sim.body
     assert body is not None
     depart(sim)
     anchors = (sim.region.anchor,) if sim.touching else ()
     for places in (state.x, body.skin_now, *anchors):
         body.carry.move_along(places)
-    body.carry.set_places(state.x, sim.settings.carry_none)
+    body.carry.set_places(state.x)
+
+
+def set_out(sim: Simulation) -> None:
+    """For the device: what comes of the rest of the motion."""
     set_displacement(sim)
     measure_travel(sim)
 

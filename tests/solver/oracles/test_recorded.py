@@ -1,5 +1,7 @@
 """Steps that a GPU runs as graphs are the steps, whatever their length and however contacts come and go."""
 
+import ctypes
+
 import numpy as np
 import pytest
 import warp as wp
@@ -15,6 +17,7 @@ from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
 from tryon_solver.stepping import record
 
+TAKES, GIVES_BACK = 10, 11  # CU_GRAPH_NODE_TYPE_MEM_ALLOC and _MEM_FREE of the CUDA driver
 LENGTHS = (1 / 60, 1 / 90, 1 / 72, 1 / 240)  # s, taken in turns
 
 
@@ -45,6 +48,43 @@ def test_a_graph_is_recorded_once_for_a_key(gpu):
         graph.run(body, key, gpu)
     assert int(total.numpy()[0]) == 1111
     assert len(recorded) == 2
+
+
+def kinds_of_nodes(graph):
+    """The driver's numbers of the kinds of a recorded graph's nodes, of which the bodies of loops are one each."""
+    driver, count = ctypes.CDLL("libcuda.so.1"), ctypes.c_size_t()
+    assert driver.cuGraphGetNodes(graph.graph, None, ctypes.byref(count)) == 0
+    nodes, kinds = (ctypes.c_void_p * count.value)(), []
+    assert driver.cuGraphGetNodes(graph.graph, nodes, ctypes.byref(count)) == 0
+    for node in nodes:
+        kind = ctypes.c_int(-1)
+        assert driver.cuGraphNodeGetType(ctypes.c_void_p(node), ctypes.byref(kind)) == 0
+        kinds.append(kind.value)
+    return kinds
+
+
+@pytest.mark.gpu
+def test_a_sort_in_a_graph_is_seen_to_take_memory(gpu):
+    grid, places = wp.HashGrid(8, 8, 8, device=gpu), wp.zeros(4096, dtype=wp.vec3, device=gpu)
+    grid.reserve(4096)
+    with wp.ScopedCapture(device=gpu) as recorded:
+        grid.build(places, 0.1)
+    assert {TAKES, GIVES_BACK} <= set(kinds_of_nodes(recorded.graph))
+
+
+@pytest.mark.gpu
+def test_no_graph_of_a_step_takes_memory(gpu):
+    """One that does reads what is not its own once other simulations' graphs have come and gone beside it."""
+    sim = build(sleeve_on_limb().scene, PRESETS["live"], gpu, limb_at(0.0))
+    for k in range(12):
+        sim.advance(limb_at(k / 60), k / 60)
+    graphs = {**sim.graphs, "correction": sim.budget.graph, "search": sim.candidates.searches[1]}
+    assert "set_out_and_look_ahead" in graphs
+    for name, kept in graphs.items():
+        if kept._graph is not None:
+            kinds = kinds_of_nodes(kept._graph)
+            assert kinds, name
+            assert not {TAKES, GIVES_BACK} & set(kinds), name
 
 
 @pytest.mark.gpu
