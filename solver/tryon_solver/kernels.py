@@ -9,7 +9,7 @@ from importlib import import_module
 
 import warp as wp
 
-from tryon_solver.linalg import as_one, ell, one_block, pcg_together, vectors
+from tryon_solver.linalg import as_one, ell, one_block, pcg_together, turning, vectors
 from tryon_solver.linalg.blocks import BLOCK
 from tryon_solver.stepping import gradient
 from tryon_solver.subspace import search
@@ -17,7 +17,7 @@ from tryon_solver.subspace import search
 PACKAGE = "tryon_solver"
 WARPS_OWN = 256  # threads a block; told, since untold it is what a module was called with before
 IN_BLOCKS = (
-    (BLOCK, (pcg_together, vectors, gradient)),
+    (BLOCK, (pcg_together, turning, vectors, gradient)),
     (one_block.ONE_BLOCK, (one_block, as_one)),
     (search.BLOCK, (search,)),
     (ell.WIDE_BLOCK, (ell,)),

@@ -3,7 +3,8 @@
     (A + c w w^T)^-1 b = y + c (w.y)/(1 - c w.z) z,   A y = b,   A z = -w
 
 With A positive definite w.z is below 0, so nothing is divided by less than 1. Where conjugate gradients are cut short y
-and z are near their solutions only, and what is found still has less of w than y had.
+and z are near their solutions only, and what is found still has less of w than y had. What they leave, r of b - A y and
+s of -w - A z, is left of b - (A + c w w^T) p as r + c (w.y)/(1 - c w.z) s.
 """
 
 from __future__ import annotations
@@ -24,14 +25,17 @@ def amend_kernel(
     along: wp.array(dtype=wp.float32),
     given: wp.array(dtype=wp.float32),
     response: wp.array(dtype=wp.vec3),
+    left: wp.array(dtype=wp.vec3),
     solution: wp.array(dtype=wp.vec3),
+    residual: wp.array(dtype=wp.vec3),
     gain_out: wp.array(dtype=wp.float32),
 ):
-    """y += c (w.y)/(1 - c w.z) z, and c times what w.y has become"""
+    """y += c (w.y)/(1 - c w.z) z, r likewise by s, and c times what w.y has become"""
     i = wp.tid()
     c = stiffness[0]
     share = c * along[0] / (1.0 - c * given[0])
     solution[i] = solution[i] + share * response[i]
+    residual[i] = residual[i] + share * left[i]
     if i == 0:
         gain_out[0] = share
 
@@ -45,17 +49,19 @@ class Dyad:
         self.stiffness: wp.array = wp.zeros(1, dtype=wp.float32, device=device)
         self.gain: wp.array = wp.zeros(1, dtype=wp.float32, device=device)
         self._response: wp.array = wp.zeros(count, dtype=wp.vec3, device=device)
+        self._left: wp.array = wp.zeros(count, dtype=wp.vec3, device=device)
         self._along: wp.array = wp.zeros(1, dtype=wp.float32, device=device)
         self._given: wp.array = wp.zeros(1, dtype=wp.float32, device=device)
         self._parts: wp.array = wp.zeros(PARTS, dtype=wp.float32, device=device)
 
-    def respond(self, solve: Callable[[wp.array, wp.array], None]) -> None:
-        """Find z; `solve(b, out)` solves A out = -b."""
+    def respond(self, solve: Callable[[wp.array, wp.array], None], residual: wp.array) -> None:
+        """Find z; `solve(b, out)` solves A out = -b and leaves its `residual` (A,) vec3."""
         solve(self.vector, self._response)
+        wp.copy(self._left, residual)
         dot(self.vector, self._response, self._given, self._parts)
 
-    def amend(self, solution: wp.array) -> None:
-        """Of a solution (A,) with A make that with the dyad, after `respond`."""
+    def amend(self, solution: wp.array, residual: wp.array) -> None:
+        """Of a solution (A,) with A and what it leaves make those with the dyad, after `respond`."""
         dot(self.vector, solution, self._along, self._parts)
-        inputs = [self.stiffness, self._along, self._given, self._response]
-        launch(amend_kernel, len(solution), inputs, [solution, self.gain], device=solution.device)
+        inputs = [self.stiffness, self._along, self._given, self._response, self._left]
+        launch(amend_kernel, len(solution), inputs, [solution, residual, self.gain], device=solution.device)

@@ -14,6 +14,7 @@ graph can't do: search further, and make room for more contact pairs.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -359,17 +360,37 @@ def leave_off(sim: Simulation, outcome: Outcome) -> None:
 
 
 def go_a_little(sim: Simulation, began: float) -> None:
-    """From x_feasible along Newton's direction, shortened until it does not lead astray; else the step is void."""
+    """From x_feasible as one, which loses no momentum and tears nothing, or along Newton's direction, shortened until
+    it does not lead astray; else the step is void."""
+    if leads_well(sim, began, partial(find_common_move, sim)):
+        return
     for share in SHARES:
-        start_again(sim)
-        find_direction(sim, sim.second_budget)
-        launch(shorten_kernel, sim.all_count, [share], [sim.work.direction], device=sim.device)
-        take(sim, sim.work.direction)
-        look_around(sim, near=True)
-        if not led_astray(sim, began, imbalance(sim)):
+        if leads_well(sim, began, partial(find_share, sim, share)):
             return
     start_again(sim)
     sim.counters.retries += 1
+
+
+def leads_well(sim: Simulation, began: float, find: Callable[[], None]) -> bool:
+    """Go from x_feasible along the `direction` that is found there; does it not lead astray?"""
+    start_again(sim)
+    find()
+    take(sim, sim.work.direction)
+    look_around(sim, near=True)
+    return not led_astray(sim, began, imbalance(sim))
+
+
+def find_share(sim: Simulation, share: float) -> None:
+    """Of Newton's direction."""
+    find_direction(sim, sim.second_budget)
+    launch(shorten_kernel, sim.all_count, [share], [sim.work.direction], device=sim.device)
+
+
+def find_common_move(sim: Simulation) -> None:
+    """The best move and turn of all the cloth."""
+    sim.work.direction.zero_()
+    subtract(sim.work.direction, sim.work.gradient, sim.cg.residual)
+    improve_as_one(sim)
 
 
 def ended_astray(sim: Simulation, outcome: Outcome) -> bool:
@@ -522,13 +543,20 @@ def iterate(sim: Simulation, budget: Budget) -> None:
     progress.if_free_to_move(move)
 
 
+def improve_as_one(sim: Simulation) -> None:
+    """Of what `direction` leaves, as `cg` has it, what a common move and turn of the cloth can meet."""
+    work = sim.work
+    cloth = work.diagonal, sim.state.x, sim.cloth_count
+    move_as_one(sim.cg, newton_matrix(sim), *cloth, work.as_one, work.direction)
+
+
 def find_direction(sim: Simulation, budget: Budget) -> None:
     """Newton's direction at x as looked around; the budget's last is dropped if it overshoots. Keeps the x that is
     nearest to balance."""
     work, settings = sim.work, sim.settings
     solve_newton_system(sim, budget.pcg_iterations)
     stride_out(sim)
-    move_as_one(sim.cg, newton_matrix(sim), work.diagonal, sim.cloth_count, work.coarse, work.direction)
+    improve_as_one(sim)
     find_largest(work.direction, sim.progress.length)
     trusted = [budget.trusted, sim.state.dt, sim.progress.trial, sim.progress.length]
     launch(trust_kernel, sim.all_count, trusted, [work.direction], device=sim.device)

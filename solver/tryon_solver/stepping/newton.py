@@ -57,14 +57,14 @@ def newton_matrix(sim: Simulation) -> PairedMatrix:
 
 def solve_newton_system(sim: Simulation, at_most: int) -> None:
     """`direction` by conjugate gradients from the matrix and the gradient at x as looked around, and from what dyads
-    the Hessian has beside the matrix; `cg` keeps what it had of the matrix alone."""
+    the Hessian has beside the matrix; `cg` keeps what is left."""
     work, tolerance = sim.work, sim.settings.correction_pcg_tolerance
 
     def solve(gradient: wp.array, solution_out: wp.array) -> None:
         pcg.solve(sim.cg, newton_matrix(sim), work.blocks, gradient, solution_out, at_most, tolerance)
 
     for dyad in sim.stages.dyads:
-        dyad.respond(solve)
+        dyad.respond(solve, sim.cg.residual)
     solve(work.gradient, work.direction)
     for dyad in sim.stages.dyads:
-        dyad.amend(work.direction)
+        dyad.amend(work.direction, sim.cg.residual)

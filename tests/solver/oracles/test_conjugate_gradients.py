@@ -14,6 +14,7 @@ from tryon_solver.linalg.as_one import move_as_one
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.ell import EllMatrix
 from tryon_solver.linalg.paired_matrix import PairedMatrix
+from tryon_solver.linalg.turning import AsOne
 from tryon_solver.linalg.vectors import PARTS, dot, find_largest
 
 CLOTH, COUNT, PAIRS, ROOM = 120, 200, 40, 64
@@ -21,9 +22,10 @@ TOUCHED = range(CLOTH, CLOTH + 30)  # of those without rows
 
 
 class System:
-    """The matrix as the kernel takes it and as a dense one (3 COUNT, 3 COUNT), its inverse blocks, a gradient."""
+    """The matrix as the kernel takes it and as a dense one (3 COUNT, 3 COUNT), its inverse blocks, a gradient. Pairs
+    resist moves across them in so many `directions`."""
 
-    def __init__(self, device, solve, repeatable=False):
+    def __init__(self, device, solve, repeatable=False, directions=2):
         self.device, self.solver, self.repeatable = device, solve, repeatable
         random = self.random = np.random.default_rng(11)
         dense = np.zeros((COUNT, COUNT, 3, 3))
@@ -58,7 +60,7 @@ class System:
             ids[c] = [*random.choice(CLOTH, 2, replace=False), *random.choice(TOUCHED, 2, replace=False)]
             share = random.uniform(size=2)
             lam[c] = [share[0], 1 - share[0], -share[1], share[1] - 1]
-            normal[c] = random.normal(size=3)
+            normal[c] = random.normal(size=3) * (np.arange(3) < directions)
             normal[c] /= np.linalg.norm(normal[c])
             curvature[c] = 10.0 ** random.uniform(0, 4)
             beside[c] = random.uniform(1, 20) * (np.eye(3) - np.outer(normal[c], normal[c]))
@@ -80,6 +82,7 @@ class System:
         self.dense = dense.transpose(0, 2, 1, 3).reshape(3 * COUNT, 3 * COUNT)
         self.inverse = np.linalg.inv(dense[range(COUNT), range(COUNT)])
         self.gradient = random.normal(size=(COUNT, 3))
+        self.x = 0.1 * random.normal(size=(COUNT, 3))
 
     def array(self, values, dtype):
         return wp.array(np.asarray(values), dtype=dtype, device=self.device)
@@ -146,25 +149,59 @@ def system(request):
 
 
 @pytest.mark.parametrize("iterations", [0, 1, 5])
-def test_no_uniform_move_makes_it_better_after_the_best_one(system, iterations):
-    """Stiff pairs across leave nothing of the total along them: the slope along each axis is gone."""
+def test_no_move_or_turn_of_all_makes_it_better_after_the_best_ones(system, iterations):
+    """Stiff pairs across leave nothing of the total along them: the slope along and around each axis is gone."""
     found, _, cg = system.solve(iterations, 0.0)
     if iterations == 0:
         cg.residual.assign(-system.gradient.astype(np.float32))
     moving, out = slice(0, 3 * CLOTH), system.array(found.astype(np.float32), wp.vec3)
-    coarse = system.array(np.full((1, 3, 3), np.nan), wp.mat33d)
-    move_as_one(cg, system.matrix, system.matrix.diagonal, CLOTH, coarse, out)
+    scratch = AsOne.allocate(system.device)
+    for each in (scratch.resistance, scratch.parts, scratch.left):
+        each.fill_(np.nan)
+    x = system.array(system.x.astype(np.float32), wp.vec3)
+    move_as_one(cg, system.matrix, system.matrix.diagonal, x, CLOTH, scratch, out)
     moved = out.numpy().astype(np.float64)
+    arms = system.x[:CLOTH] - system.x[0]
 
     def slopes(p):
-        residual = -system.gradient.ravel() - system.dense @ p.ravel()
-        return residual[moving].reshape(-1, 3).sum(0)
+        residual = (-system.gradient.ravel() - system.dense @ p.ravel())[moving].reshape(-1, 3)
+        return residual.sum(0), np.cross(arms, residual).sum(0)
 
-    before = np.linalg.norm(slopes(found))
-    assert before > 0.1
-    assert np.linalg.norm(slopes(moved)) < 1e-3 * before
-    np.testing.assert_allclose(moved[:CLOTH] - found[:CLOTH], np.tile(moved[0] - found[0], (CLOTH, 1)), atol=1e-5)
+    for before, after in zip(slopes(found), slopes(moved)):
+        assert np.linalg.norm(before) > 0.1
+        assert np.linalg.norm(after) < 1e-3 * np.linalg.norm(before)
+    by = moved[:CLOTH] - found[:CLOTH]
+    turns = np.cross(np.eye(3)[None], arms[:, None]).transpose(0, 2, 1).reshape(-1, 3)
+    turn = np.linalg.lstsq(turns, (by - by[0]).ravel())[0]
+    assert np.linalg.norm(turn) > 1e-3, "some of it is a turn"
+    np.testing.assert_allclose(by, by[0] + np.cross(turn, arms), atol=1e-5)
     np.testing.assert_array_equal(moved[CLOTH:], found[CLOTH:])
+
+
+def test_cloth_that_contact_holds_in_every_direction_is_not_turned(system):
+    """The best move is made all the same."""
+    held = System(system.device, system.solver, system.repeatable, directions=3)
+    found, _, cg = held.solve(1, 0.0)
+    out, x = (held.array(values.astype(np.float32), wp.vec3) for values in (found, held.x))
+    move_as_one(cg, held.matrix, held.matrix.diagonal, x, CLOTH, AsOne.allocate(held.device), out)
+    by = (out.numpy() - found)[:CLOTH]
+    assert np.abs(by[0]).max() > 1e-4
+    np.testing.assert_allclose(by, np.tile(by[0], (CLOTH, 1)), atol=1e-6)
+    left = (-held.gradient.ravel() - held.dense @ out.numpy().astype(np.float64).ravel()).reshape(-1, 3)[:CLOTH].sum(0)
+    before = (-held.gradient.ravel() - held.dense @ found.ravel()).reshape(-1, 3)[:CLOTH].sum(0)
+    assert np.linalg.norm(left) < 1e-3 * np.linalg.norm(before)
+
+
+def test_cloth_in_a_line_is_not_turned_about_it(system):
+    """What resists nothing at all is left as it is, and so is what a turn about another axis would do."""
+    found, _, cg = system.solve(3, 0.0)
+    line = np.outer(np.arange(COUNT), [0.3, 0.1, -0.2]).astype(np.float32)
+    out = system.array(found.astype(np.float32), wp.vec3)
+    scratch = AsOne.allocate(system.device)
+    move_as_one(cg, system.matrix, system.matrix.diagonal, system.array(line, wp.vec3), CLOTH, scratch, out)
+    by = out.numpy()[:CLOTH] - found[:CLOTH]
+    assert np.isfinite(by).all()
+    np.testing.assert_allclose(by, np.tile(by[0], (CLOTH, 1)), atol=1e-5)
 
 
 def test_the_dense_matrix_is_what_it_should_be(system):

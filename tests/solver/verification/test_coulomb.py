@@ -79,7 +79,7 @@ def check_sliding(mu, degrees, v, first, last, share):
 
 def test_an_accuracy_brings_out_at_draft_what_its_budget_leaves_undone():
     """12 x 12 vertices, steps of 1/60 s: after half a second the speed is within 3 % of Coulomb's for 0.1 mm, which the
-    budget alone misses by more than 8 %."""
+    budget alone misses by more than 7 %."""
     angle = np.radians(30)
     expected = G * (np.sin(angle) - 0.3 * np.cos(angle)) / 2
     garment, x = sheet(12, 12, 0.1, 0.1)
@@ -97,7 +97,7 @@ def test_an_accuracy_brings_out_at_draft_what_its_budget_leaves_undone():
             sim.advance(STILL, (k + 1) * DT)
         found.append(float(sim.state.v.numpy()[:, 0].mean()) / expected)
     assert found[0] == pytest.approx(1.0, abs=0.03)
-    assert found[1] < 0.92
+    assert found[1] < 0.93
 
 
 @pytest.mark.parametrize(("mu", "degrees"), SLIDING)
@@ -125,6 +125,30 @@ def test_nothing_holds_cloth_that_slides_without_friction(preset):
     scene = Scene(garment, x, rigid_body(body @ tilt.T, faces), fabric(), (Gravity(), BodyContact()))
     v = speeds(build(scene, PRESETS[preset], "cpu", STILL), tilt[:, 0], 20)
     assert v[-1] == pytest.approx(G * np.sin(np.radians(30)) * 20 * DT, rel=0.03)
+
+
+@pytest.mark.parametrize(("preset", "fps"), [("draft", 30), ("draft", 60), ("live", 60)])
+def test_nothing_brakes_cloth_that_turns_without_friction(preset, fps):
+    """A sheet of 24 cm on a level floor, once round in two seconds: of its turn implicit Euler takes (w dt)^2 a step,
+    and what the budget leaves undone across the floor hardly more. With the best common move alone `draft` had a
+    twentieth of it left after twelve frames of 1/30 s."""
+    garment, x = sheet(13, 13, 0.24, 0.24)
+    body, faces = slab(0.8, 0.8, 0.02, 0.05)
+    x = x - x.mean(0) + [0.0, 0.0022, 0.0]
+    scene = Scene(garment, x, rigid_body(body, faces), FABRICS["cotton_jersey"], (Gravity(), BodyContact()))
+    sim = build(scene, PRESETS[preset], "cpu", STILL)
+    v = sim.state.v.numpy()
+    v[: len(x)] = np.cross([0.0, 3.0, 0.0], x)
+    sim.state.v.assign(v)
+    expected = 3.0
+    for k in range(12):
+        sim.advance(STILL, (k + 1) / fps)
+        expected /= 1 + (expected / fps) ** 2
+    r = sim.cloth_positions().astype(np.float64)
+    r -= r.mean(0)
+    v = sim.state.v.numpy()[: len(x)].astype(np.float64)
+    around = np.cross(r, v - v.mean(0))[:, 1].sum() / (r[:, [0, 2]] ** 2).sum()
+    assert around == pytest.approx(expected, rel=0.12)
 
 
 @pytest.mark.parametrize(
