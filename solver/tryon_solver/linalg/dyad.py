@@ -40,6 +40,30 @@ def amend_kernel(
         gain_out[0] = share
 
 
+@wp.kernel
+def restore_kernel(
+    noted: wp.array(dtype=wp.float32),
+    along: wp.array(dtype=wp.float32),
+    given: wp.array(dtype=wp.float32),
+    response: wp.array(dtype=wp.vec3),
+    direction: wp.array(dtype=wp.vec3),
+):
+    """d += (w.d as noted - w.d)/(w.z) z"""
+    i = wp.tid()
+    if given[0] < 0.0:
+        direction[i] = direction[i] + (noted[0] - along[0]) / given[0] * response[i]
+
+
+@wp.kernel
+def least_kernel(shares: wp.array(dtype=wp.float32), least: wp.array(dtype=wp.float32)):
+    wp.atomic_min(least, 0, shares[wp.tid()])
+
+
+@wp.kernel
+def level_kernel(least: wp.array(dtype=wp.float32), shares_out: wp.array(dtype=wp.float32)):
+    shares_out[wp.tid()] = least[0]
+
+
 class Dyad:
     """`vector` w (A,) vec3 and `stiffness` c (1,) float32, whose owner writes both; `gain` (1,) float32 is c w.p of the
     solution p that was amended last."""
@@ -50,6 +74,8 @@ class Dyad:
         self.gain: wp.array = wp.zeros(1, dtype=wp.float32, device=device)
         self._response: wp.array = wp.zeros(count, dtype=wp.vec3, device=device)
         self._left: wp.array = wp.zeros(count, dtype=wp.vec3, device=device)
+        self._least: wp.array = wp.zeros(1, dtype=wp.float32, device=device)
+        self._noted: wp.array = wp.zeros(1, dtype=wp.float32, device=device)
         self._along: wp.array = wp.zeros(1, dtype=wp.float32, device=device)
         self._given: wp.array = wp.zeros(1, dtype=wp.float32, device=device)
         self._parts: wp.array = wp.zeros(PARTS, dtype=wp.float32, device=device)
@@ -65,3 +91,20 @@ class Dyad:
         dot(self.vector, solution, self._along, self._parts)
         inputs = [self.stiffness, self._along, self._given, self._response, self._left]
         launch(amend_kernel, len(solution), inputs, [solution, residual, self.gain], device=solution.device)
+
+    def note(self, direction: wp.array) -> None:
+        """Keep w.d of a direction d (A,)."""
+        dot(self.vector, direction, self._noted, self._parts)
+
+    def restore(self, direction: wp.array) -> None:
+        """Make w.d what was noted, along z, where `respond` has found one: what is so stiff has no use for less."""
+        dot(self.vector, direction, self._along, self._parts)
+        inputs = [self._noted, self._along, self._given, self._response]
+        launch(restore_kernel, len(direction), inputs, [direction], device=direction.device)
+
+    def level(self, shares: wp.array, moving: int) -> None:
+        """Make all of the first `moving` shares (A,) of a direction the least of them: w.d of some vertices alone is not
+        what the rest of d makes of it."""
+        self._least.fill_(1.0)
+        launch(least_kernel, moving, [shares], [self._least], device=shares.device)
+        launch(level_kernel, moving, [self._least], [shares], device=shares.device)

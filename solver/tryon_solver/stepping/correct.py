@@ -129,11 +129,14 @@ def take_within_region(sim: Simulation, direction: wp.array) -> None:
 def prove_free(sim: Simulation, direction: wp.array) -> None:
     """Turn `direction` aside where it closes gaps, then set `alpha` so that what is left of it is free of contact.
 
-    Where candidates are idle, all of the region is.
+    Where candidates are idle, all of the region is. A move of cloth that shuts in gas is turned aside as its volume
+    allows, and shortened as one.
     """
     state, work, settings, sizes = sim.state, sim.work, sim.settings, sim.contact.sizes
     if not sim.candidates.idle:
         list_near(sim, direction, settled=False)
+        for dyad in sim.stages.dyads:
+            dyad.note(direction)
         deflect.deflect(
             sim.candidates,
             True,
@@ -147,6 +150,8 @@ def prove_free(sim: Simulation, direction: wp.array) -> None:
             settings.deflection_passes,
             each_its_own=True,
         )
+        for dyad in sim.stages.dyads:
+            dyad.restore(direction)
         list_near(sim, direction, settled=True)
     bounds.stay_in_region(state.x, direction, sim.region, work.alpha)
     wp.copy(sim.holding.allowed, work.alpha)
@@ -163,6 +168,8 @@ def prove_free(sim: Simulation, direction: wp.array) -> None:
             work.changed,
             work.passes,
         )
+    for dyad in sim.stages.dyads[:1]:
+        dyad.level(work.alpha, sim.cloth_count)
 
 
 def list_near(sim: Simulation, direction: wp.array, settled: bool) -> None:

@@ -5,13 +5,15 @@ import pytest
 import warp as wp
 from effect_terms import contribution, effect_gradient
 from scipy.optimize import brentq
-from small_scenes import device_vectors, fabric, flattened, grid_faces, icosphere, sheet
+from small_scenes import STILL, device_vectors, fabric, flattened, grid_faces, icosphere, rigid_body, sheet, slab
 
 from tryon_solver.geometry.enclosed import closed_by_caps, enclosed_volume
 from tryon_solver.geometry.garment import Garment
-from tryon_solver.scene import AirDrag, Elastic, ElasticLine, Gas, Scene
+from tryon_solver.linalg.dyad import Dyad
+from tryon_solver.scene import AirDrag, BodyContact, Elastic, ElasticLine, Gas, Gravity, Scene
+from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
-from tryon_solver.stepping.correct import look_around
+from tryon_solver.stepping.correct import look_around, prove_free
 from tryon_solver.stepping.newton import solve_newton_system
 
 K, AMBIENT = 300.0, 101325.0
@@ -155,6 +157,56 @@ def test_newtons_direction_has_the_dyad(inflated):
     term.start_step(sim.state)
     begun = -effect_gradient(sim, "gas", squeezed)
     np.testing.assert_allclose(begun, tension * w[: len(begun)], rtol=0, atol=0.01 * tension * np.abs(w).max())
+
+
+def test_a_move_of_cloth_that_shuts_in_gas_is_shortened_as_one():
+    """A balloon that lies on a floor: what is left of a direction vertex by vertex would squeeze the gas as no force
+    asks for."""
+    ball, faces = icosphere(0.1, 2)
+    garment = Garment(
+        faces, flattened(ball, faces), np.zeros(len(faces), np.int32), len(ball), spline_corners=ball[faces][:, :, :2]
+    )
+    floor, triangles = slab(0.6, 0.6, 0.1, 0.05)
+    x = ball + [0.0, 0.005 - ball[:, 1].min(), 0.0]
+    effects = (Gravity(), AirDrag(), Gas(), BodyContact())
+    sim = build(Scene(garment, x, rigid_body(floor, triangles), RUBBER, effects), PRESETS["live"], "cpu", STILL)
+    for k in range(12):
+        sim.advance(STILL, (k + 1) / 60)
+    assert sim.pairs.size > 10
+    look_around(sim, near=False)
+    solve_newton_system(sim, 60)
+    down = sim.work.direction.numpy()
+    down[: len(ball)] += [0.0, -4e-3, 0.0]
+    sim.work.direction.assign(down)
+    sim.work.alpha.fill_(1.0)
+    prove_free(sim, sim.work.direction)
+    share = sim.work.alpha.numpy()[: len(ball)]
+    assert (share == share[0]).all()
+    assert 0.05 < share[0] < 0.95
+
+
+def test_what_is_turned_aside_gets_back_its_part_of_a_dyad(rng):
+    """Along what the dyad's vector is met with, which must be known."""
+    w, z, d, aside = (rng.normal(size=(50, 3)) for _ in range(4))
+    z *= -np.sign((w * z).sum())
+    dyad = Dyad(50, "cpu")
+    dyad.vector.assign(w.astype(np.float32))
+    direction = device_vectors(d)
+    dyad.note(direction)
+    direction.assign(aside.astype(np.float32))
+    dyad.restore(direction)
+    np.testing.assert_array_equal(direction.numpy(), aside.astype(np.float32))  # nothing is known yet
+
+    def solve(_gradient, out):
+        out.assign(z.astype(np.float32))
+
+    dyad.respond(solve, device_vectors(np.zeros((50, 3))))
+    dyad.restore(direction)
+    found = direction.numpy().astype(np.float64)
+    assert (w * found).sum() == pytest.approx((w * d).sum(), abs=1e-4)
+    assert abs((w * aside).sum() - (w * d).sum()) > 0.1
+    along = (found - aside).ravel()
+    assert np.linalg.norm(along - (along @ z.ravel()) / (z.ravel() @ z.ravel()) * z.ravel()) < 1e-4
 
 
 def test_gas_is_checked_by_name():
