@@ -17,8 +17,8 @@ from tryon_solver.subspace import search
 PACKAGE = "tryon_solver"
 WARPS_OWN = 256  # threads a block; told, since untold it is what a module was called with before
 IN_BLOCKS = (
-    (BLOCK, (pcg_together, turning, vectors, gradient)),
-    (one_block.ONE_BLOCK, (one_block, as_one)),
+    (BLOCK, (as_one, pcg_together, turning, vectors, gradient)),
+    (one_block.ONE_BLOCK, (one_block,)),
     (search.BLOCK, (search,)),
     (ell.WIDE_BLOCK, (ell,)),
 )

@@ -103,8 +103,8 @@ class Dyad:
         launch(restore_kernel, len(direction), inputs, [direction], device=direction.device)
 
     def level(self, shares: wp.array, moving: int) -> None:
-        """Make all of the first `moving` shares (A,) of a direction the least of them: w.d of some vertices alone is not
-        what the rest of d makes of it."""
+        """Make all of the first `moving` shares (A,) of a direction the least of them: w.d of a part of d is not that
+        part of w.d."""
         self._least.fill_(1.0)
         launch(least_kernel, moving, [shares], [self._least], device=shares.device)
         launch(level_kernel, moving, [self._least], [shares], device=shares.device)

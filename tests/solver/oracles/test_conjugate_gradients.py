@@ -156,7 +156,7 @@ def test_no_move_or_turn_of_all_makes_it_better_after_the_best_ones(system, iter
         cg.residual.assign(-system.gradient.astype(np.float32))
     moving, out = slice(0, 3 * CLOTH), system.array(found.astype(np.float32), wp.vec3)
     scratch = AsOne.allocate(system.device)
-    for each in (scratch.resistance, scratch.parts, scratch.left):
+    for each in (scratch.of_cloth, scratch.of_pairs, scratch.found):
         each.fill_(np.nan)
     x = system.array(system.x.astype(np.float32), wp.vec3)
     move_as_one(cg, system.matrix, system.matrix.diagonal, x, CLOTH, scratch, out)
