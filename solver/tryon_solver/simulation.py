@@ -62,6 +62,7 @@ if TYPE_CHECKING:
 FACTOR_DIGITS = 9  # of a step [s]: times of frames are off in their last bits, and no bit of the factor shall be
 SAME_STEP = 1e-12  # s by which two steps of one length differ; their matrices are the same
 
+CARRY = "tryon_solver.body.carry"  # which a scene without a body does not import
 BESIDE = ThreadPoolExecutor(max_workers=1, thread_name_prefix="inverse")
 """For inverses that are made while a simulation runs; starts its thread with its first task."""
 
@@ -119,6 +120,8 @@ class Simulation:
         self.rest = RestShape.build(garment, scene.of_fabrics("areal_density")[:, 0], device)
         self.sums = OrderFreeSums(self.all_count, device)
         self.plan = bind_plan(scene, settings, device, self.rest, self.sums)
+        if scene.body is not None:
+            import_module(CARRY)
         compile_kernels(device)  # of what the plan has imported, too
         self.take_shape()
         self.stages = Stages.of(self.plan)
@@ -151,7 +154,7 @@ class Simulation:
             reached = pose, moving.transforms(pose)
             moving.take(reached[1], pose)
             moving.write(skin_now)
-            carry = import_module("tryon_solver.body.carry").Carry.build(  # which a scene without a body has not
+            carry = import_module(CARRY).Carry.build(
                 self.cloth_count,
                 scene.body.skin_joints,
                 scene.body.skin_weights,
