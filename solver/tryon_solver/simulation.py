@@ -117,6 +117,7 @@ class Simulation:
         self.body_count = 0 if scene.body is None else len(scene.body.rest_vertices)
         self.all_count = self.cloth_count + self.body_count
         self.mean_edge = garment.mean_edge_length()  # m, in the pattern
+        self.of_one_piece = garment.connectivity.of_one_piece
         self.rest = RestShape.build(garment, scene.of_fabrics("areal_density")[:, 0], device)
         self.sums = OrderFreeSums(self.all_count, device)
         self.plan = bind_plan(scene, settings, device, self.rest, self.sums)

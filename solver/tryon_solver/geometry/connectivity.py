@@ -6,6 +6,8 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from tryon_solver.geometry.distinct import ascending, distinct
 from tryon_solver.geometry.element_sum import ElementSum, stable_order
@@ -31,6 +33,12 @@ class Connectivity:
             _ = self.corners, self.pairs
             of_hinges.result()
             of_sides.result()
+
+    @cached_property
+    def of_one_piece(self) -> bool:
+        """Does a way along edges lead from each vertex to all others?"""
+        graph = coo_array((np.ones(len(self.edges), np.int8), self.edges.T), shape=(self.count, self.count))
+        return int(connected_components(graph, directed=False)[0]) == 1
 
     @property
     def edges(self) -> np.ndarray:

@@ -13,7 +13,8 @@ matrices as well (turning.py). Where inertia alone resists, no total is left; on
 contact is across. One step along r's total, as long as is best, left cloth that slides down a slope what it had across
 the slope for its length, and stopped it; so did the one turn that diagonal and pairs find best.
 
-Cloth that contact holds in every direction, as on a body, is not turned: it goes where that lets it, and what is left
+Cloth of several pieces is not turned, since each has a turn of its own: two sheets that slide past each other have
+stopped. Nor is cloth that contact holds in every direction, as on a body: it goes where that lets it, and what is left
 is contact's that has not come to an end. Two balloons around a ball were turned to and fro by a centimetre. Ours.
 """
 
@@ -86,7 +87,10 @@ def add_parts_kernel(parts: wp.array2d(dtype=wp.mat33d), count: int, threads: in
 
 @wp.kernel
 def find_best_kernel(
-    of_cloth: wp.array2d(dtype=wp.mat33d), of_pairs: wp.array2d(dtype=wp.mat33d), found_out: wp.array(dtype=wp.vec3d)
+    of_cloth: wp.array2d(dtype=wp.mat33d),
+    of_pairs: wp.array2d(dtype=wp.mat33d),
+    turns: int,
+    found_out: wp.array(dtype=wp.vec3d),
 ):
     """(U^T A U)^-1 U^T r"""
     left = of_cloth[0, LEFT]
@@ -97,7 +101,7 @@ def find_best_kernel(
     both = turned(first) + of_pairs[0, BOTH]
     half = wp.float64(0.5) * of_cloth[0, TURNS]  # rounded, and not symmetric
     turn = wp.vec3d()
-    if not encloses(of_pairs[0, ACROSS]):
+    if turns == 1 and not encloses(of_pairs[0, ACROSS]):
         turn = best_turn(moves, both, half + wp.transpose(half) + of_pairs[0, TURNS], force, row(left, 2))
     found_out[MOVE] = wp.inverse(moves) * (force - both * turn) + wp.cross(turn, centre)
     found_out[TURN] = turn
@@ -126,11 +130,12 @@ def move_as_one(
     diagonal: wp.array,
     x: wp.array,
     moving: int,
+    turns: bool,
     scratch: AsOne,
     solution: wp.array,
 ) -> None:
-    """Improve what `pcg.solve` just found of `matrix`, of cloth at x (A,) m, by the best common move and turn of the
-    first `moving` unknowns.
+    """Improve what `pcg.solve` just found of `matrix`, of cloth at x (A,) m, by the best common move of the first
+    `moving` unknowns, and if it `turns`, turn.
 
     `diagonal` (A,) float32 N/m is here without what holds single vertices. The residual that `cg` keeps is not renewed.
     """
@@ -140,5 +145,6 @@ def move_as_one(
     for parts, count in ((scratch.of_cloth, of_cloth), (scratch.of_pairs, of_pairs)):
         if count > 1:
             launch(add_parts_kernel, threads, [parts, count, threads], [], block_dim=block, device=device)
-    launch(find_best_kernel, 1, [scratch.of_cloth, scratch.of_pairs], [scratch.found], device=device)
+    sums = [scratch.of_cloth, scratch.of_pairs, int(turns)]
+    launch(find_best_kernel, 1, sums, [scratch.found], device=device)
     launch(add_move_kernel, moving, [scratch.found, x], [solution], device=device)

@@ -55,13 +55,27 @@ def restore_kernel(
 
 
 @wp.kernel
-def least_kernel(shares: wp.array(dtype=wp.float32), least: wp.array(dtype=wp.float32)):
-    wp.atomic_min(least, 0, shares[wp.tid()])
+def least_kernel(
+    vector: wp.array(dtype=wp.vec3),
+    allowed: wp.array(dtype=wp.float32),
+    shares: wp.array(dtype=wp.float32),
+    least: wp.array(dtype=wp.float32),
+):
+    i = wp.tid()
+    if wp.length_sq(vector[i]) > 0.0 and allowed[i] > 0.0:
+        wp.atomic_min(least, 0, shares[i] / allowed[i])
 
 
 @wp.kernel
-def level_kernel(least: wp.array(dtype=wp.float32), shares_out: wp.array(dtype=wp.float32)):
-    shares_out[wp.tid()] = least[0]
+def level_kernel(
+    vector: wp.array(dtype=wp.vec3),
+    allowed: wp.array(dtype=wp.float32),
+    least: wp.array(dtype=wp.float32),
+    shares_out: wp.array(dtype=wp.float32),
+):
+    i = wp.tid()
+    if wp.length_sq(vector[i]) > 0.0:
+        shares_out[i] = least[0] * allowed[i]
 
 
 class Dyad:
@@ -102,9 +116,10 @@ class Dyad:
         inputs = [self._noted, self._along, self._given, self._response]
         launch(restore_kernel, len(direction), inputs, [direction], device=direction.device)
 
-    def level(self, shares: wp.array, moving: int) -> None:
-        """Make all of the first `moving` shares (A,) of a direction the least of them: w.d of a part of d is not that
-        part of w.d."""
+    def level(self, shares: wp.array, allowed: wp.array) -> None:
+        """Of a direction whose shares (A,) were `allowed` (A,) and have been lowered since, lower those where w is not
+        zero all alike, by the most that one of them was: w.d of a part of d is not that part of w.d."""
+        count, device = len(shares), shares.device
         self._least.fill_(1.0)
-        launch(least_kernel, moving, [shares], [self._least], device=shares.device)
-        launch(level_kernel, moving, [self._least], [shares], device=shares.device)
+        launch(least_kernel, count, [self.vector, allowed, shares], [self._least], device=device)
+        launch(level_kernel, count, [self.vector, allowed, self._least], [shares], device=device)

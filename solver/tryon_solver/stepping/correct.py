@@ -168,8 +168,8 @@ def prove_free(sim: Simulation, direction: wp.array) -> None:
             work.changed,
             work.passes,
         )
-    for dyad in sim.stages.dyads[:1]:
-        dyad.level(work.alpha, sim.cloth_count)
+    for dyad in sim.stages.dyads:
+        dyad.level(work.alpha, sim.holding.allowed)
 
 
 def list_near(sim: Simulation, direction: wp.array, settled: bool) -> None:
@@ -367,9 +367,9 @@ def leave_off(sim: Simulation, outcome: Outcome) -> None:
 
 
 def go_a_little(sim: Simulation, began: float) -> None:
-    """From x_feasible as one, which loses no momentum and tears nothing, or along Newton's direction, shortened until
-    it does not lead astray; else the step is void."""
-    if leads_well(sim, began, partial(find_common_move, sim)):
+    """From x_feasible cloth of one piece as one, which loses no momentum and tears nothing, or along Newton's
+    direction, shortened until it does not lead astray; else the step is void."""
+    if sim.of_one_piece and leads_well(sim, began, partial(find_common_move, sim)):
         return
     for share in SHARES:
         if leads_well(sim, began, partial(find_share, sim, share)):
@@ -553,7 +553,7 @@ def iterate(sim: Simulation, budget: Budget) -> None:
 def improve_as_one(sim: Simulation) -> None:
     """Of what `direction` leaves, as `cg` has it, what a common move and turn of the cloth can meet."""
     work = sim.work
-    cloth = work.diagonal, sim.state.x, sim.cloth_count
+    cloth = work.diagonal, sim.state.x, sim.cloth_count, sim.of_one_piece
     move_as_one(sim.cg, newton_matrix(sim), *cloth, work.as_one, work.direction)
 
 

@@ -159,7 +159,7 @@ def test_no_move_or_turn_of_all_makes_it_better_after_the_best_ones(system, iter
     for each in (scratch.of_cloth, scratch.of_pairs, scratch.found):
         each.fill_(np.nan)
     x = system.array(system.x.astype(np.float32), wp.vec3)
-    move_as_one(cg, system.matrix, system.matrix.diagonal, x, CLOTH, scratch, out)
+    move_as_one(cg, system.matrix, system.matrix.diagonal, x, CLOTH, True, scratch, out)
     moved = out.numpy().astype(np.float64)
     arms = system.x[:CLOTH] - system.x[0]
 
@@ -183,7 +183,7 @@ def test_cloth_that_contact_holds_in_every_direction_is_not_turned(system):
     held = System(system.device, system.solver, system.repeatable, directions=3)
     found, _, cg = held.solve(1, 0.0)
     out, x = (held.array(values.astype(np.float32), wp.vec3) for values in (found, held.x))
-    move_as_one(cg, held.matrix, held.matrix.diagonal, x, CLOTH, AsOne.allocate(held.device), out)
+    move_as_one(cg, held.matrix, held.matrix.diagonal, x, CLOTH, True, AsOne.allocate(held.device), out)
     by = (out.numpy() - found)[:CLOTH]
     assert np.abs(by[0]).max() > 1e-4
     np.testing.assert_allclose(by, np.tile(by[0], (CLOTH, 1)), atol=1e-6)
@@ -198,7 +198,7 @@ def test_cloth_in_a_line_is_not_turned_about_it(system):
     line = np.outer(np.arange(COUNT), [0.3, 0.1, -0.2]).astype(np.float32)
     out = system.array(found.astype(np.float32), wp.vec3)
     scratch = AsOne.allocate(system.device)
-    move_as_one(cg, system.matrix, system.matrix.diagonal, system.array(line, wp.vec3), CLOTH, scratch, out)
+    move_as_one(cg, system.matrix, system.matrix.diagonal, system.array(line, wp.vec3), CLOTH, True, scratch, out)
     by = out.numpy()[:CLOTH] - found[:CLOTH]
     assert np.isfinite(by).all()
     np.testing.assert_allclose(by, np.tile(by[0], (CLOTH, 1)), atol=1e-5)
