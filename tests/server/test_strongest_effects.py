@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from frame_judge import FrameJudge
+from worn_garment import led_into
 
 from tryon_server import demo
 from tryon_server.runtime import effect_binding, production
 from tryon_server.runtime.motions import read_motion
 from tryon_server.runtime.order import DrapeOrder
-from tryon_solver.body.motion import blend_in
 from tryon_solver.effect_words.table import BY_NAME, live
 from tryon_solver.stepping import correct, pace, search, torn
 
@@ -131,14 +131,14 @@ def test_every_frame_comes_in_bounded_work_and_nothing_crosses(named, worn, monk
 def test_a_walk_goes_on_while_the_strongest_are_put_on_and_taken_off_at_once(named, monkeypatch):
     """With a session's mesh, on a body that walks."""
     *_, drape = dressed(FINE).unpacking()
-    walk = blend_in(drape.pose, read_motion("walk", drape.outfit.body)[0], 0.5)
+    walk = led_into(drape.pose, read_motion("walk", drape.outfit.body)[0], 0.5)
     work = Work(drape, monkeypatch)
     own = {**live(), named: BY_NAME[named].parameters(STRONGEST[named])}
     for k in range(1, 33):
         if k in (10, 22):
             for _ in drape.effects.rebind(own if k == 10 else live()):
                 pass
-        work.frame(walk.sample(k * DT), k * DT)
+        work.frame(walk(k * DT), k * DT)
 
 
 def test_a_garment_that_is_taped_all_over_hangs_as_it_did(worn):

@@ -55,14 +55,16 @@ def play(path: Path, preset: str, rate: int) -> None:
 
     kept, body = np.load(path), default_body()
     walk = ROOT / "server" / "tryon_server" / "demo" / "motions" / "walk.bvh"
-    motion = blend_in(Pose.rest(body), retarget(parse_bvh(walk.read_text()), body), 1.0)
+    motion = retarget(parse_bvh(walk.read_text()), body)
+    into = blend_in(Pose.rest(body), motion, 1.0)
     garment = Garment(kept["faces"], kept["uv"], kept["panel"], len(kept["x"]))
     scene = Scene(garment, kept["x"], body, effects=LIVE)
     sim = build(scene, PRESETS[preset], "cpu", Pose.rest(body), kept["surface"])
     print("ready", len(kept["x"]), Path(tryon_solver.__file__).parents[1], flush=True)
     for frame, _ in enumerate(sys.stdin, 1):
         begun, spent = time.perf_counter(), time.process_time()
-        report = sim.advance(motion.sample(frame / rate), frame / rate)
+        at = frame / rate
+        report = sim.advance(into.sample(at) if at < 1.0 else motion.sample(at - 1.0), at)
         took = 1e3 * (time.perf_counter() - begun), 1e3 * (time.process_time() - spent)
         print("frame", *took, report.newton_iterations, flush=True)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -78,6 +79,12 @@ def demo_motion(name: str, body: BodyModel) -> Motion:
     if not path.exists():
         raise FileNotFoundError(f"{path} is missing: write it with python scripts/make_demo_motions.py")
     return retarget(parse_bvh(path.read_text()), body)
+
+
+def led_into(pose: Pose, motion: Motion, seconds: float = 1.0) -> Callable[[float], Pose]:
+    """The stance at a time [s]: for so many seconds from `pose` into where the motion begins, then the motion."""
+    into = blend_in(pose, motion, seconds)
+    return lambda time: into.sample(time) if time < seconds else motion.sample(time - seconds)
 
 
 def run_window(

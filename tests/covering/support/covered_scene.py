@@ -11,10 +11,9 @@ from covered_cloths import RADIUS, Cloth, make_cloth
 from covering_array import Row
 from effect_factors import TWO
 from small_scenes import icosphere, rigid_body
-from worn_garment import demo_motion
+from worn_garment import demo_motion, led_into
 
 from tryon_solver.body.model import BodyModel
-from tryon_solver.body.motion import blend_in
 from tryon_solver.body.pose import Pose
 from tryon_solver.dressing.untangle import untangle
 from tryon_solver.geometry.enclosed import enclosed_volume
@@ -196,8 +195,7 @@ def body_of(row: Row, cloth: Cloth) -> tuple[BodyModel | None, Stance]:
         return None, lambda _: None
     if cloth.worn is not None:
         body = cloth.worn.body
-        walk = blend_in(Pose.rest(body), demo_motion("walk", body), 1.0)
-        return body, walk.sample
+        return body, led_into(Pose.rest(body), demo_motion("walk", body))
     ball, faces = icosphere(RADIUS, 2)
     moving = row["body"] == "moving ball"
 

@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 from frame_judge import FrameJudge, principal_stretches
-from worn_garment import DEMO, demo_motion
+from worn_garment import DEMO, demo_motion, led_into
 
 from tryon_solver.body.model import default_body
-from tryon_solver.body.motion import blend_in
 from tryon_solver.dressing.dress import dress
 from tryon_solver.dressing.outfit import Outfit, Worn, WornOutfit
 from tryon_solver.dressing.put_over import put_over
@@ -55,14 +54,14 @@ def played(worn: WornOutfit, motion: str, frames: int, fps: float) -> dict[str, 
     surface = dressed.body_positions().astype(np.float64)
     sim = build(scene, dressed.settings.by_budget(), str(dressed.device), dressed.body.pose, surface)
     body, garment = default_body(), scene.garment
-    into = blend_in(worn.pose, demo_motion(motion, body), 1.0)
+    stance = led_into(worn.pose, demo_motion(motion, body))
     judge = FrameJudge(garment.faces, body.faces, sim.cloth_positions(), sim.body_positions())
     wall, own = [], []
     crossing: list[int] = []
     retries, gap, lag, stretch = 0, np.inf, 0.0, 0.0
     for k in range(1, frames + 1):
         clock, cpu = time.perf_counter(), time.process_time()
-        report = sim.advance(into.sample(k / fps), k / fps)
+        report = sim.advance(stance(k / fps), k / fps)
         x = sim.cloth_positions()
         wall.append(1e3 * (time.perf_counter() - clock))
         own.append(1e3 * (time.process_time() - cpu))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from frame_judge import FrameJudge
 from scipy.spatial import cKDTree
-from worn_garment import DEMO, demo_motion
+from worn_garment import DEMO, demo_motion, led_into
 
 from tryon_solver.body.model import default_body
 from tryon_solver.body.motion import blend_in
@@ -214,8 +214,8 @@ def test_three_garments_go_through_a_motion(motion):
     worn = dressed(("skirt", "tshirt", "overshirt"), 0.015)
     sim = worn.simulation
     begun, clean = sim.state.time, judge_of(sim)
-    into = blend_in(sim.body.pose, demo_motion(motion, sim.scene.body), 1.0)
+    stance = led_into(sim.body.pose, demo_motion(motion, sim.scene.body))
     for k in range(1, 3 * FPS + 1):
-        sim.advance(into.sample(k / FPS), begun + k / FPS)
+        sim.advance(stance(k / FPS), begun + k / FPS)
         if k % 3 == 0:
             assert clean(), f"frame {k}"
