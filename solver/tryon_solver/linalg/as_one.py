@@ -13,9 +13,10 @@ matrices as well (turning.py). Where inertia alone resists, no total is left; on
 contact is across. One step along r's total, as long as is best, left cloth that slides down a slope what it had across
 the slope for its length, and stopped it; so did the one turn that diagonal and pairs find best.
 
-Cloth of several pieces is not turned, since each has a turn of its own: two sheets that slide past each other have
-stopped. Nor is cloth that contact holds in every direction, as on a body: it goes where that lets it, and what is left
-is contact's that has not come to an end. Two balloons around a ball were turned to and fro by a centimetre. Ours.
+Cloth of several pieces is not turned, since each has a turn of its own: a sheet at rest was set turning by one that it
+never touched. Nor is cloth that contact holds in every direction, as on a body: it goes where that lets it, and what
+is left is contact's that has not come to an end. Two balloons around a ball were turned to and fro by a centimetre.
+Ours.
 """
 
 from __future__ import annotations
