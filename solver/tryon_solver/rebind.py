@@ -57,6 +57,8 @@ def take_over(simulation: Simulation, worn: Simulation) -> None:
         wp.copy(places, theirs.x)
     wp.copy(simulation.solved, worn.solved)
     simulation.went_back = worn.went_back
+    if simulation.flight is not None and worn.flight is not None:
+        simulation.flight.begin_as(worn.flight, worn.pairs)
     ours.time = theirs.time
     simulation.wake()
     if simulation.body is not None and worn.body is not None:

@@ -36,7 +36,7 @@ from tryon_solver.scene import Scene
 from tryon_solver.settings import Settings
 from tryon_solver.state import State, Workspace, positions
 from tryon_solver.step import advance
-from tryon_solver.stepping.arm_contact import arm_contact
+from tryon_solver.stepping.arm_contact import FLY, arm_contact
 from tryon_solver.stepping.coast import Coasting
 from tryon_solver.stepping.hold import Holding
 from tryon_solver.stepping.nothing_near import NoCandidates, NoPairs
@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from tryon_solver.contact.deflect import DeflectionScratch
     from tryon_solver.contact.pairs import ContactPairs, ContactParameters
     from tryon_solver.contact.surfaces import Surface
+    from tryon_solver.stepping.fly import Flight
 
 FACTOR_DIGITS = 9  # of a step [s]: times of frames are off in their last bits, and no bit of the factor shall be
 SAME_STEP = 1e-12  # s by which two steps of one length differ; their matrices are the same
@@ -105,6 +106,7 @@ class Simulation:
     group: wp.array  # (A,) int32: who has the same number never touches
     region: Region
     boxes: wp.array
+    flight: Flight | None = None  # where it may touch a body
     deflection: DeflectionScratch
     candidates: Candidates  # or what stands for them where it touches nothing, as of the pairs
     pairs: ContactPairs
@@ -123,6 +125,8 @@ class Simulation:
         self.plan = bind_plan(scene, settings, device, self.rest, self.sums)
         if scene.body is not None:
             import_module(CARRY)
+        if "body" in self.plan.touches:
+            import_module(FLY)
         compile_kernels(device)  # of what the plan has imported, too
         self.take_shape()
         self.stages = Stages.of(self.plan)

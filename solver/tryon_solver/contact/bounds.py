@@ -10,6 +10,8 @@ instead of spheres.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import warp as wp
 
 from tryon_solver.contact.candidates import Candidates, ContactSizes, Region, candidate_at, offset
@@ -210,6 +212,7 @@ def shorten(
     before: wp.array,
     changed: wp.array,
     passes: Passes,
+    level: Callable[[], None] | None = None,
 ) -> None:
     """Shrink `alpha` until the move x + alpha * displacement is proven free.
 
@@ -217,7 +220,8 @@ def shorten(
     int32 and `passes` are scratch; the last tells how many passes it took. By `before` threads that run at once go by
     the fractions that the pass began with, so that it matters to none who was first; where it has no places they go by
     those that others have just made, and shorten less. If MOST_PASSES do not suffice, alpha becomes zero everywhere:
-    nobody moves, which is always free.
+    nobody moves, which is always free. `level`
+    is launched after each pass, and may shrink fractions further, which it tells in `changed`.
     """
     count, entries = candidates.entries(near)
     changed.fill_(-2)
@@ -243,6 +247,8 @@ def shorten(
             [changed, alpha, passes.state],
             device=x.device,
         )
+        if level is not None:
+            level()
 
     passes.repeat(shorten_once, MOST_PASSES)
     launch(give_up_kernel, len(x), [passes.state, MOST_PASSES], [alpha], device=x.device)

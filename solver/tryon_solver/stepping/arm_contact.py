@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,7 @@ from tryon_solver.offsets import contact_sizes
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
 
+FLY = "tryon_solver.stepping.fly"  # which a scene that touches no body does not import
 PARALLEL = 1e-3  # of |ea|^2 |eb|^2: edges whose cross product is shorter, squared, count as nearly parallel
 
 
@@ -49,3 +51,5 @@ def arm_contact(sim: Simulation) -> None:
     sim.deflection = deflect.DeflectionScratch.allocate(sim.all_count, device)
     sim.candidates = candidates.Candidates.allocate(1 << 14, device)
     sim.pairs = pairs.ContactPairs.allocate(1 << 12, device)
+    if "body" in sim.plan.touches:
+        sim.flight = import_module(FLY).Flight(sim.matrices.total.pattern, device)

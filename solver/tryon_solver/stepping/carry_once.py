@@ -141,7 +141,7 @@ def carry_once(sim: Simulation, last: bool, sight: Sight | None) -> None:
             else:
                 search_along(sim, state.x, work.direction, share)
         if sim.candidates.size:
-            filter_motion(sim, sight)
+            filter_motion(sim, stop_short(sim, sight, share))
         else:
             work.alpha.fill_(1.0)
     as_one(sim, "go", lambda: go(sim))
@@ -155,6 +155,15 @@ def go(sim: Simulation) -> None:
     if sim.touching:
         follow(sim, near=False)
     wp.copy(body.skin_now, body.skin_next)
+
+
+def stop_short(sim: Simulation, sight: Sight | None, share: float) -> Sight | None:
+    """Let what flies stop short of what it meets; `share` as of `look_ahead`. Returns what is seen of the motion as it
+    is then, None if nobody has looked."""
+    if sim.flight is None:
+        return sight
+    sight = sight or look(sim)
+    return None if sight.held and sim.flight.stop_short(sim, share) else sight
 
 
 def filter_motion(sim: Simulation, sight: Sight | None) -> None:

@@ -23,6 +23,15 @@ if TYPE_CHECKING:
 wp.set_module_options({"enable_backward": False})
 
 
+@wp.func
+def slip_of(kick: wp.vec3, hardest: float) -> wp.vec3:
+    """What of a change of velocity is not felt."""
+    size = wp.length(kick)
+    if size > hardest:
+        return (1.0 - (hardest / size) * (hardest / size)) * kick
+    return wp.vec3()
+
+
 @wp.kernel
 def feel_kernel(
     hardest: float,
@@ -34,13 +43,9 @@ def feel_kernel(
     i = wp.tid()
     dt = step[0]
     carried = (x[i] - x_start[i]) / dt
-    kick = carried - felt[i]
-    size = wp.length(kick)
-    if size > hardest:
-        slipped = (1.0 - (hardest / size) * (hardest / size)) * kick
-        x_start[i] = x_start[i] + dt * slipped
-        carried -= slipped
-    felt[i] = carried
+    slipped = slip_of(carried - felt[i], hardest)
+    x_start[i] = x_start[i] + dt * slipped
+    felt[i] = carried - slipped
 
 
 def feel_motion(sim: Simulation) -> None:

@@ -52,7 +52,7 @@ def go_with_body(sim: Simulation, body: PosedBody, stance: Any, begin: Callable[
     motion = end[0] @ rigid.inverse(before[0])
     before = motion @ before
     take_motion(sim, before, end, stance, motion)
-    as_one(sim, "go_along", lambda: go_along(sim))
+    as_one(sim, "be_brought_along" if sim.comes_along else "go_along", lambda: go_along(sim))
     body.carry.sort_surface(settings.carry_none)
     sight = None
     if goes_on(sim, before, end):
@@ -82,7 +82,7 @@ def go_with_body(sim: Simulation, body: PosedBody, stance: Any, begin: Callable[
             after = end[0] @ rigid.inverse(after[0]) @ after
         if count > 1 or short:
             take_motion(sim, before, after, part)
-            as_one(sim, "set_displacement", lambda: set_displacement(sim))
+            as_one(sim, "set_out_in_part", lambda: set_out_in_part(sim))
             sight = None
         carry_once(sim, k == count, sight)
         before = after
@@ -104,6 +104,8 @@ def arrive(sim: Simulation) -> None:
             join_motion(sim)
         else:
             feel_motion(sim)
+            if sim.flight is not None:
+                sim.flight.keep_start(sim)
     wp.copy(sim.state.x_feasible, sim.state.x)
 
 
@@ -130,10 +132,15 @@ def depart(sim: Simulation) -> None:
 
 
 def go_along(sim: Simulation) -> None:
-    """For the device: the root's motion for everybody."""
+    """For the device: the root's motion for everybody, once it is known who flies."""
     state, body = sim.state, sim.body
     assert body is not None
     depart(sim)
+    if sim.flight is not None:
+        if sim.comes_along:
+            sim.flight.stay()
+        else:
+            sim.flight.set_off(sim)
     anchors = (sim.region.anchor,) if sim.touching else ()
     for places in (state.x, body.skin_now, *anchors):
         body.carry.move_along(places)
@@ -143,7 +150,17 @@ def go_along(sim: Simulation) -> None:
 def set_out(sim: Simulation) -> None:
     """For the device: what comes of the rest of the motion."""
     set_displacement(sim)
+    if sim.flight is not None:
+        sim.flight.feel_beside(sim)
+        sim.flight.take_way(sim)
     measure_travel(sim)
+
+
+def set_out_in_part(sim: Simulation) -> None:
+    """For the device: what comes of a part of it; who flies goes all of its way in the first."""
+    set_displacement(sim)
+    if sim.flight is not None:
+        sim.flight.take_way(sim)
 
 
 def set_displacement(sim: Simulation) -> None:

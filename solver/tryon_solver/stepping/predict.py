@@ -35,6 +35,12 @@ def predict_positions(sim: Simulation) -> None:
         start_step(state)
     if sim.matrices.live is not None:
         sim.matrices.live.take_up()
+    predict_as_frozen(sim)
+
+
+def predict_as_frozen(sim: Simulation) -> None:
+    """Set `x_hat`, and the matrices' `diagonal`, by what effects have frozen last."""
+    state = sim.state
     if sim.stages.add_diagonal:
         wp.copy(sim.work.diagonal, sim.steady_diagonal, count=sim.cloth_count)
         for add_diagonal in sim.stages.add_diagonal:

@@ -8,7 +8,7 @@ from contact_scenes import tube
 from small_scenes import STILL, fabric, flattened, icosphere, layers, rigid_body, sheet, turn
 
 from tryon_solver.geometry.garment import Garment
-from tryon_solver.scene import Adhesion, AirDrag, Gravity, Pins, Scene, SelfContact, StrainLimit
+from tryon_solver.scene import Adhesion, AirDrag, BodyContact, Gravity, Pins, Scene, SelfContact, StrainLimit
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
 from tryon_solver.stepping.coast import coast, keep_momentum
@@ -45,12 +45,13 @@ def test_free_fall_is_implicit_eulers(preset):
 @pytest.mark.parametrize("preset", ["draft", "live"])
 def test_cloth_that_may_touch_itself_falls_as_fast_and_looks_no_further(preset, beside):
     """A closed surface: v_n = v_{n-1} + g dt, and what is near each other stays what it was, however fast it falls;
-    also where a body that it does not touch goes by and would carry it along."""
+    also where a body that it may touch goes by and would carry it along."""
     ball, faces = icosphere(0.12, 2)
     garment = Garment(faces, flattened(ball, faces), np.zeros(len(faces), np.int32), len(ball))
     body = rigid_body(ball + np.array([0.3, 0.0, 0.0]), faces) if beside else None
     pose = STILL if beside else None
-    sim = build(Scene(garment, ball, body, fabric(), (Gravity(), SelfContact())), PRESETS[preset], "cpu", pose)
+    effects = (Gravity(), SelfContact(), *((BodyContact(),) if beside else ()))
+    sim = build(Scene(garment, ball, body, fabric(), effects), PRESETS[preset], "cpu", pose)
     dt, steps = PRESETS[preset].largest_step, 15
     known = []
     for k in range(steps):

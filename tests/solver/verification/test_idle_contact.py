@@ -25,8 +25,8 @@ ARM = 2.0  # m, from the point that the ball is led around
 RADIUS = 0.1
 FAR, THERE, THROUGH = 70.0, 1.0, -20.0  # degrees from where the ball's middle is in the middle of the cloth
 IDLE, LED_ON, FRAMES = 12, 15, 18  # frames
-# the test of the bound, and what friction knows
-ASKED = {"outside_kernel", "leaving_kernel", "stay_kernel", "enter_kernel"}
+# the test of the bound, what friction knows, and whether cloth that may touch a body flies beside it
+ASKED = {"outside_kernel", "leaving_kernel", "stay_kernel", "enter_kernel", "add_velocity_kernel", "set_off_kernel"}
 
 
 def led_ball():
