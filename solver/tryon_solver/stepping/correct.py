@@ -370,7 +370,7 @@ def leave_off(sim: Simulation, outcome: Outcome) -> None:
 def go_a_little(sim: Simulation, began: float) -> None:
     """From x_feasible cloth of one piece as one, which loses no momentum and tears nothing, or along Newton's
     direction, shortened until it does not lead astray; else the step is void."""
-    if sim.of_one_piece and goes_as_one(sim, began):
+    if sim.as_one.pieces.count == 1 and goes_as_one(sim, began):
         return
     for share in SHARES:
         if leads_well(sim, began, partial(find_share, sim, share)):
@@ -561,10 +561,9 @@ def iterate(sim: Simulation, budget: Budget) -> None:
 
 
 def improve_as_one(sim: Simulation) -> None:
-    """Of what `direction` leaves, as `cg` has it, what a common move and turn of the cloth can meet."""
+    """Of what `direction` leaves, as `cg` has it, what a common move and turn of each piece of cloth can meet."""
     work = sim.work
-    cloth = work.diagonal, sim.state.x, sim.cloth_count, sim.of_one_piece
-    move_as_one(sim.cg, newton_matrix(sim), *cloth, work.as_one, work.direction)
+    move_as_one(sim.cg, newton_matrix(sim), work.diagonal, sim.state.x, sim.as_one, work.direction)
 
 
 def find_direction(sim: Simulation, budget: Budget) -> None:

@@ -14,6 +14,7 @@ from tryon_solver.linalg.as_one import move_as_one
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.ell import EllMatrix
 from tryon_solver.linalg.paired_matrix import PairedMatrix
+from tryon_solver.linalg.pieces import Pieces
 from tryon_solver.linalg.turning import AsOne
 from tryon_solver.linalg.vectors import PARTS, dot, find_largest
 
@@ -117,6 +118,11 @@ class System:
         return np.einsum("ia,iab,ib->", residual, self.inverse, residual)
 
 
+def one_piece(device):
+    """Scratch for all of the cloth as one."""
+    return AsOne.allocate(Pieces.of(np.zeros(CLOTH, np.int32), device), device)
+
+
 def solve_together(cg, matrix, inverse, gradient, out, *until):
     """By many threads wherever it is."""
     vectors = cg.residual, cg.direction, cg.both, cg.spread, cg.product, cg.pulled, cg.pulled_whole
@@ -155,11 +161,11 @@ def test_no_move_or_turn_of_all_makes_it_better_after_the_best_ones(system, iter
     if iterations == 0:
         cg.residual.assign(-system.gradient.astype(np.float32))
     moving, out = slice(0, 3 * CLOTH), system.array(found.astype(np.float32), wp.vec3)
-    scratch = AsOne.allocate(system.device)
-    for each in (scratch.of_cloth, scratch.of_pairs, scratch.found):
+    scratch = one_piece(system.device)
+    for each in (scratch.of_cloth, scratch.of_pairs, scratch.found, scratch.solving):
         each.fill_(np.nan)
     x = system.array(system.x.astype(np.float32), wp.vec3)
-    move_as_one(cg, system.matrix, system.matrix.diagonal, x, CLOTH, True, scratch, out)
+    move_as_one(cg, system.matrix, system.matrix.diagonal, x, scratch, out)
     moved = out.numpy().astype(np.float64)
     arms = system.x[:CLOTH] - system.x[0]
 
@@ -183,7 +189,7 @@ def test_cloth_that_contact_holds_in_every_direction_is_not_turned(system):
     held = System(system.device, system.solver, system.repeatable, directions=3)
     found, _, cg = held.solve(1, 0.0)
     out, x = (held.array(values.astype(np.float32), wp.vec3) for values in (found, held.x))
-    move_as_one(cg, held.matrix, held.matrix.diagonal, x, CLOTH, True, AsOne.allocate(held.device), out)
+    move_as_one(cg, held.matrix, held.matrix.diagonal, x, one_piece(held.device), out)
     by = (out.numpy() - found)[:CLOTH]
     assert np.abs(by[0]).max() > 1e-4
     np.testing.assert_allclose(by, np.tile(by[0], (CLOTH, 1)), atol=1e-6)
@@ -197,8 +203,8 @@ def test_cloth_in_a_line_is_not_turned_about_it(system):
     found, _, cg = system.solve(3, 0.0)
     line = np.outer(np.arange(COUNT), [0.3, 0.1, -0.2]).astype(np.float32)
     out = system.array(found.astype(np.float32), wp.vec3)
-    scratch = AsOne.allocate(system.device)
-    move_as_one(cg, system.matrix, system.matrix.diagonal, system.array(line, wp.vec3), CLOTH, True, scratch, out)
+    scratch = one_piece(system.device)
+    move_as_one(cg, system.matrix, system.matrix.diagonal, system.array(line, wp.vec3), scratch, out)
     by = out.numpy()[:CLOTH] - found[:CLOTH]
     assert np.isfinite(by).all()
     np.testing.assert_allclose(by, np.tile(by[0], (CLOTH, 1)), atol=1e-5)
