@@ -368,9 +368,9 @@ def leave_off(sim: Simulation, outcome: Outcome) -> None:
 
 
 def go_a_little(sim: Simulation, began: float) -> None:
-    """From x_feasible cloth of one piece as one, which loses no momentum and tears nothing, or along Newton's
+    """From x_feasible each piece of cloth as one, which loses no momentum and tears nothing, or along Newton's
     direction, shortened until it does not lead astray; else the step is void."""
-    if sim.as_one.pieces.count == 1 and goes_as_one(sim, began):
+    if sim.as_one.pieces.apart and goes_as_one(sim, began):
         return
     for share in SHARES:
         if leads_well(sim, began, partial(find_share, sim, share)):
@@ -380,7 +380,8 @@ def go_a_little(sim: Simulation, began: float) -> None:
 
 
 def goes_as_one(sim: Simulation, began: float) -> bool:
-    """Go from x_feasible as one; is that most of where inertia takes it? Cloth around a ball goes nowhere so."""
+    """Go from x_feasible piece by piece as one; is that most of where inertia takes the cloth? What is around a ball
+    goes nowhere so."""
     if not leads_well(sim, began, partial(find_common_move, sim)):
         return False
     places = sim.state.x, sim.state.x_hat, sim.state.x_feasible
@@ -404,7 +405,7 @@ def find_share(sim: Simulation, share: float) -> None:
 
 
 def find_common_move(sim: Simulation) -> None:
-    """The best move and turn of all the cloth."""
+    """The best move and turn of each piece of cloth."""
     sim.work.direction.zero_()
     subtract(sim.work.direction, sim.work.gradient, sim.cg.residual)
     improve_as_one(sim)
