@@ -14,9 +14,9 @@ contact is across. One step along r's total, as long as is best, left cloth that
 the slope for its length, and stopped it; so did the one turn that diagonal and pairs find best.
 
 One piece's six are solved for at once. Pieces that touch couple through the pairs between them, and are solved for
-together, by conjugate gradients to their end with each piece's own solution as preconditioner: pieces that touch none
-have found theirs in the first iteration. By one move of all together, as it was, a sheet that slid on a floor took
-another along that it never touched.
+together, by conjugate gradients to their end with each piece's own solution as preconditioner: where none touch, the
+first iteration is the last. One iteration alone, which is each by itself and one length for all, stopped sheets that
+slid while they stuck to each other; one move of all together took a sheet at rest along that nothing touched.
 
 A piece that contact holds in every direction, as on a body, is not turned: it goes where that lets it, and what is
 left is contact's that has not come to an end. Two balloons around a ball were turned to and fro by a centimetre. Nor is
