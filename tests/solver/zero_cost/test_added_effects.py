@@ -58,7 +58,7 @@ def test_kernels_are_its_own(costs):
 
 
 def test_memory_is_allocated_by_its_modules(costs):
-    """Of the core's, which has less with Sewing: two pieces that are sewn move as one."""
+    """What the core has may get less: pieces that are sewn move as one."""
     for name, cost in costs.items():
         files = {f"{module.rpartition('.')[2]}.py" for module in cost["own"]}
         if name in OF_THE_CORE:
