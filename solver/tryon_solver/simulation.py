@@ -23,9 +23,7 @@ from tryon_solver.linalg.device_loop import KeptGraph
 from tryon_solver.linalg.freed import give_back_freed
 from tryon_solver.linalg.order_free import OrderFreeSums
 from tryon_solver.linalg.pcg import ConjugateGradients
-from tryon_solver.linalg.pieces import Pieces, uncoupled
 from tryon_solver.linalg.read_back import read
-from tryon_solver.linalg.turning import AsOne
 from tryon_solver.linalg.vectors import find_largest, move_origin
 from tryon_solver.materials.device import RestShape
 from tryon_solver.materials.stretch import StretchMeter
@@ -121,6 +119,7 @@ class Simulation:
         self.body_count = 0 if scene.body is None else len(scene.body.rest_vertices)
         self.all_count = self.cloth_count + self.body_count
         self.mean_edge = garment.mean_edge_length()  # m, in the pattern
+        self.of_one_piece = garment.connectivity.of_one_piece
         self.rest = RestShape.build(garment, scene.of_fabrics("areal_density")[:, 0], device)
         self.sums = OrderFreeSums(self.all_count, device)
         self.plan = bind_plan(scene, settings, device, self.rest, self.sums)
@@ -234,7 +233,6 @@ class Simulation:
         self.cg = ConjugateGradients.allocate(self.all_count, self.cloth_count, width, device, repeatable)
         self.triangle_hessian = TriangleHessian.build(self.rest, garment.connectivity, self.hessian_rows.width)
         self.matrices = ConstantMatrices(self.plan.terms, self.hessian_rows, self.cloth_count, device)
-        self.as_one = AsOne.allocate(Pieces.of(self.uncoupled_pieces(), device), device)
         self.basis = basis
         self.mass_per_dt2 = wp.zeros(self.cloth_count, dtype=wp.float32, device=device)
         if self.stages.add_diagonal:  # what of the diagonal is the same in all steps of one length (N,) N/m
@@ -245,13 +243,6 @@ class Simulation:
         self.coarse: ContactCoarseLevel | None = None
         self._factor_key: int | None = None
         self.spectral_bound = 2.2
-
-    def uncoupled_pieces(self) -> np.ndarray:
-        """(N,) int32, which piece of the cloth each vertex is of, what springs join being one."""
-        count, piece_of = self.scene.garment.connectivity.pieces
-        if count == 1:
-            return piece_of
-        return uncoupled(self.hessian_rows.columns.numpy(), self.matrices.near_far.far.columns.numpy())
 
     def take_shape(self) -> None:
         """Make what is made of the garment's rest shape: `mass` (N,) kg, `total_mass` kg, and `area` (N,) m^2 of the

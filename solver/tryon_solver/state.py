@@ -8,6 +8,7 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.linalg.device_loop import Passes
+from tryon_solver.linalg.turning import AsOne
 from tryon_solver.linalg.vectors import PARTS
 
 
@@ -48,6 +49,7 @@ class Workspace:
     least: wp.array  # (A,) vec3 m, where the correction was nearest to balance
     blocks: wp.array  # (A,) mat33 m/N, inverse diagonal blocks
     diagonal: wp.array  # (A,) float32 N/m, inertia, drag and the skin's hold: what is not in the stiffness rows
+    as_one: AsOne
     alpha: wp.array  # (A,) float32, fraction of a displacement each vertex may take
     alpha_before: wp.array  # (A,) float32, the fractions that a pass began with, or of no length (bounds.py)
     travel: wp.array  # (A,) float32 m, the longest way each vertex may take in the coming move
@@ -76,6 +78,7 @@ class Workspace:
             least=vectors(all_count),
             blocks=wp.zeros(all_count, dtype=wp.mat33, device=device),
             diagonal=wp.zeros(all_count, dtype=wp.float32, device=device),
+            as_one=AsOne.allocate(device),
             alpha=wp.zeros(all_count, dtype=wp.float32, device=device),
             alpha_before=wp.zeros(kept, dtype=wp.float32, device=device),
             travel=wp.zeros(all_count, dtype=wp.float32, device=device),

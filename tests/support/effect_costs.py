@@ -110,7 +110,6 @@ def costs(n: int, frames: int, device: str) -> list[dict[str, Any]]:
         for scene, bare in zip(SCENES, without):
             cost = played(scene, n, True, frames, tracker, device)
             files = {file: size - bare["bytes"].get(file, 0.0) for file, size in cost["bytes"].items()}
-            own = {file: size for file, size in cost["bytes"].items() if file not in bare["bytes"]}
             found.append(
                 {
                     "name": scene.name,
@@ -119,8 +118,7 @@ def costs(n: int, frames: int, device: str) -> list[dict[str, Any]]:
                     "imported": sorted(cost["imported"]),
                     "imported_before": sorted(set(scene.own) & (imported() - cost["imported"])),
                     "launched": sorted(cost["launched"] - bare["launched"]),
-                    "allocated_in": sorted(own),
-                    "own_bytes": sum(own.values()),
+                    "allocated_in": sorted(file for file in cost["bytes"] if file not in bare["bytes"]),
                     "bytes": sum(files.values()),
                 }
             )

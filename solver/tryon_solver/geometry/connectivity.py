@@ -43,6 +43,10 @@ class Connectivity:
         return int(count), piece_of.astype(np.int32)
 
     @property
+    def of_one_piece(self) -> bool:
+        return self.pieces[0] == 1
+
+    @property
     def edges(self) -> np.ndarray:
         """(E, 2) int32 unique edges, smaller vertex first, sorted."""
         return self._edges_and_owned[0]

@@ -368,9 +368,9 @@ def leave_off(sim: Simulation, outcome: Outcome) -> None:
 
 
 def go_a_little(sim: Simulation, began: float) -> None:
-    """From x_feasible each piece of cloth as one, which loses no momentum and tears nothing, or along Newton's
+    """From x_feasible cloth of one piece as one, which loses no momentum and tears nothing, or along Newton's
     direction, shortened until it does not lead astray; else the step is void."""
-    if sim.as_one.pieces.apart and goes_as_one(sim, began):
+    if sim.of_one_piece and goes_as_one(sim, began):
         return
     for share in SHARES:
         if leads_well(sim, began, partial(find_share, sim, share)):
@@ -380,8 +380,7 @@ def go_a_little(sim: Simulation, began: float) -> None:
 
 
 def goes_as_one(sim: Simulation, began: float) -> bool:
-    """Go from x_feasible piece by piece as one; is that most of where inertia takes the cloth? What is around a ball
-    goes nowhere so."""
+    """Go from x_feasible as one; is that most of where inertia takes it? Cloth around a ball goes nowhere so."""
     if not leads_well(sim, began, partial(find_common_move, sim)):
         return False
     places = sim.state.x, sim.state.x_hat, sim.state.x_feasible
@@ -405,7 +404,7 @@ def find_share(sim: Simulation, share: float) -> None:
 
 
 def find_common_move(sim: Simulation) -> None:
-    """The best move and turn of each piece of cloth."""
+    """The best move and turn of all the cloth."""
     sim.work.direction.zero_()
     subtract(sim.work.direction, sim.work.gradient, sim.cg.residual)
     improve_as_one(sim)
@@ -562,9 +561,10 @@ def iterate(sim: Simulation, budget: Budget) -> None:
 
 
 def improve_as_one(sim: Simulation) -> None:
-    """Of what `direction` leaves, as `cg` has it, what a common move and turn of each piece of cloth can meet."""
+    """Of what `direction` leaves, as `cg` has it, what a common move and turn of the cloth can meet."""
     work = sim.work
-    move_as_one(sim.cg, newton_matrix(sim), work.diagonal, sim.state.x, sim.as_one, work.direction)
+    cloth = work.diagonal, sim.state.x, sim.cloth_count, sim.of_one_piece
+    move_as_one(sim.cg, newton_matrix(sim), *cloth, work.as_one, work.direction)
 
 
 def find_direction(sim: Simulation, budget: Budget) -> None:

@@ -9,12 +9,11 @@ import pytest
 import warp as wp
 
 from tryon_solver.geometry.connectivity import Connectivity
-from tryon_solver.linalg import blocks, pcg, pcg_together, turning
+from tryon_solver.linalg import blocks, pcg, pcg_together
 from tryon_solver.linalg.as_one import move_as_one
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.ell import EllMatrix
 from tryon_solver.linalg.paired_matrix import PairedMatrix
-from tryon_solver.linalg.pieces import MOST_PIECES, Pieces, uncoupled
 from tryon_solver.linalg.turning import AsOne
 from tryon_solver.linalg.vectors import PARTS, dot, find_largest
 
@@ -23,16 +22,14 @@ TOUCHED = range(CLOTH, CLOTH + 30)  # of those without rows
 
 
 class System:
-    """The matrix as the kernel takes it and as a dense one (3 COUNT, 3 COUNT), its inverse blocks, a gradient. The
-    cloth is of so many `pieces`, one behind the other, between which no rows have entries but pairs are. Pairs resist
-    moves across them in so many `directions`, in three those that are of the piece that is `held` alone."""
+    """The matrix as the kernel takes it and as a dense one (3 COUNT, 3 COUNT), its inverse blocks, a gradient. Pairs
+    resist moves across them in so many `directions`."""
 
-    def __init__(self, device, solve, repeatable=False, directions=2, pieces=1, held=None):
+    def __init__(self, device, solve, repeatable=False, directions=2):
         self.device, self.solver, self.repeatable = device, solve, repeatable
         random = self.random = np.random.default_rng(11)
         dense = np.zeros((COUNT, COUNT, 3, 3))
-        self.labels = labels = np.arange(CLOTH, dtype=np.int32) * pieces // CLOTH
-        faces = np.array([[i, i + 1, i + 2] for i in range(CLOTH - 2) if labels[i] == labels[i + 2]])
+        faces = np.array([[i, i + 1, i + 2] for i in range(CLOTH - 2)])
         rows = BlockRows.build(*Connectivity(faces, CLOTH).pairs, device)
         columns = rows.columns.numpy()
         blocks = np.zeros((*columns.shape, 3, 3))
@@ -51,7 +48,7 @@ class System:
         rows.blocks.assign(blocks.astype(np.float32))
         far = np.zeros((CLOTH, CLOTH))
         for i in range(CLOTH - 7):
-            far[i, i + 7] = far[i + 7, i] = -random.uniform(1, 5) * (labels[i] == labels[i + 7])
+            far[i, i + 7] = far[i + 7, i] = -random.uniform(1, 5)
         np.fill_diagonal(far, -far.sum(1))
         dense[:CLOTH, :CLOTH] += np.einsum("ij,ab->ijab", far, np.eye(3))
         diagonal = random.uniform(0.5, 3.0, COUNT)
@@ -63,8 +60,7 @@ class System:
             ids[c] = [*random.choice(CLOTH, 2, replace=False), *random.choice(TOUCHED, 2, replace=False)]
             share = random.uniform(size=2)
             lam[c] = [share[0], 1 - share[0], -share[1], share[1] - 1]
-            ways = 3 if (labels[ids[c, :2]] == held).all() else directions
-            normal[c] = random.normal(size=3) * (np.arange(3) < ways)
+            normal[c] = random.normal(size=3) * (np.arange(3) < directions)
             normal[c] /= np.linalg.norm(normal[c])
             curvature[c] = 10.0 ** random.uniform(0, 4)
             beside[c] = random.uniform(1, 20) * (np.eye(3) - np.outer(normal[c], normal[c]))
@@ -121,11 +117,6 @@ class System:
         return np.einsum("ia,iab,ib->", residual, self.inverse, residual)
 
 
-def one_piece(device):
-    """Scratch for all of the cloth as one."""
-    return AsOne.allocate(Pieces.of(np.zeros(CLOTH, np.int32), device), device)
-
-
 def solve_together(cg, matrix, inverse, gradient, out, *until):
     """By many threads wherever it is."""
     vectors = cg.residual, cg.direction, cg.both, cg.spread, cg.product, cg.pulled, cg.pulled_whole
@@ -164,11 +155,11 @@ def test_no_move_or_turn_of_all_makes_it_better_after_the_best_ones(system, iter
     if iterations == 0:
         cg.residual.assign(-system.gradient.astype(np.float32))
     moving, out = slice(0, 3 * CLOTH), system.array(found.astype(np.float32), wp.vec3)
-    scratch = one_piece(system.device)
-    for each in (scratch.of_cloth, scratch.of_pairs, scratch.found, scratch.solving):
+    scratch = AsOne.allocate(system.device)
+    for each in (scratch.of_cloth, scratch.of_pairs, scratch.found):
         each.fill_(np.nan)
     x = system.array(system.x.astype(np.float32), wp.vec3)
-    move_as_one(cg, system.matrix, system.matrix.diagonal, x, scratch, out)
+    move_as_one(cg, system.matrix, system.matrix.diagonal, x, CLOTH, True, scratch, out)
     moved = out.numpy().astype(np.float64)
     arms = system.x[:CLOTH] - system.x[0]
 
@@ -192,7 +183,7 @@ def test_cloth_that_contact_holds_in_every_direction_is_not_turned(system):
     held = System(system.device, system.solver, system.repeatable, directions=3)
     found, _, cg = held.solve(1, 0.0)
     out, x = (held.array(values.astype(np.float32), wp.vec3) for values in (found, held.x))
-    move_as_one(cg, held.matrix, held.matrix.diagonal, x, one_piece(held.device), out)
+    move_as_one(cg, held.matrix, held.matrix.diagonal, x, CLOTH, True, AsOne.allocate(held.device), out)
     by = (out.numpy() - found)[:CLOTH]
     assert np.abs(by[0]).max() > 1e-4
     np.testing.assert_allclose(by, np.tile(by[0], (CLOTH, 1)), atol=1e-6)
@@ -201,68 +192,13 @@ def test_cloth_that_contact_holds_in_every_direction_is_not_turned(system):
     assert np.linalg.norm(left) < 1e-3 * np.linalg.norm(before)
 
 
-@pytest.mark.parametrize("held", [None, 1])
-@pytest.mark.parametrize("by", ["one thread", "many"])
-def test_several_pieces_get_the_best_moves_and_turns_of_each(system, held, by, monkeypatch):
-    """The dense (U^T A U)^-1 U^T r of six unknowns a piece, pairs between pieces among it; of a piece that is held in
-    every direction three."""
-    if by == "many":
-        if system.device != "cpu":
-            pytest.skip("there it is by many anyhow")
-        monkeypatch.setattr(turning, "in_blocks", lambda _count, parts, _device: (min(parts, 29), 1))
-        monkeypatch.setattr(turning, "parts_of", lambda _many, _device: 31)
-    torn = System(system.device, system.solver, system.repeatable, pieces=3, held=held)
-    found, _, cg = torn.solve(2, 0.0)
-    out, x = (torn.array(values.astype(np.float32), wp.vec3) for values in (found, torn.x))
-    scratch = AsOne.allocate(Pieces.of(torn.labels, torn.device), torn.device)
-    for each in (scratch.of_cloth, scratch.of_pairs, scratch.found, scratch.solving):
-        each.fill_(np.nan)
-    move_as_one(cg, torn.matrix, torn.matrix.diagonal, x, scratch, out)
-    by_kernel = (out.numpy() - found)[:CLOTH]
-    columns = []
-    for piece in range(3):
-        own = torn.labels == piece
-        arms = torn.x[:CLOTH] - torn.x[:CLOTH][own].mean(0)
-        moves = [np.tile(axis, (CLOTH, 1)) for axis in np.eye(3)]
-        turns = [] if piece == held else [np.cross(axis, arms) for axis in np.eye(3)]
-        columns += [(each * own[:, None]).ravel() for each in moves + turns]
-    u = np.vstack([np.array(columns).T, np.zeros((3 * (COUNT - CLOTH), len(columns)))])
-    left = -torn.gradient.ravel() - torn.dense @ found.ravel()
-    best = u @ np.linalg.solve(u.T @ torn.dense @ u, u.T @ left)
-    assert np.abs(best).max() > 1e-2
-    np.testing.assert_allclose(by_kernel.ravel(), best[: 3 * CLOTH], atol=3e-5)
-    np.testing.assert_array_equal(out.numpy()[CLOTH:], found.astype(np.float32)[CLOTH:])
-
-
-def test_cloth_of_too_many_pieces_moves_as_one_altogether(system):
-    """And turns no more than several did that were not told apart."""
-    many = Pieces.of(np.arange(CLOTH, dtype=np.int32) % (MOST_PIECES + 1), system.device)
-    found, _, cg = system.solve(1, 0.0)
-    out, x = (system.array(values.astype(np.float32), wp.vec3) for values in (found, system.x))
-    scratch = AsOne.allocate(many, system.device)
-    move_as_one(cg, system.matrix, system.matrix.diagonal, x, scratch, out)
-    by = (out.numpy() - found)[:CLOTH]
-    assert np.abs(by[0]).max() > 1e-4
-    np.testing.assert_allclose(by, np.tile(by[0], (CLOTH, 1)), atol=1e-6)
-
-
-def test_pieces_are_what_no_row_couples():
-    """Whichever of the two kinds of rows does; rows are filled up by their own number."""
-    near, far = np.array([[0, 1], [1, 0], [2, 2], [3, 3], [4, 4]]), np.array([[0], [1], [4], [3], [2]])
-    np.testing.assert_array_equal(uncoupled(near, far), [0, 0, 1, 2, 1])
-    pieces = Pieces.of(uncoupled(near, far), "cpu")
-    assert (pieces.count, pieces.largest, pieces.apart) == (3, 2, True)
-    assert pieces.ordered.numpy().tolist() == [0, 1, 2, 4, 3]
-    assert pieces.starts.numpy().tolist() == [0, 2, 4, 5]
-
-
 def test_cloth_in_a_line_is_not_turned_about_it(system):
     """What resists nothing at all is left as it is, and so is what a turn about another axis would do."""
     found, _, cg = system.solve(3, 0.0)
     line = np.outer(np.arange(COUNT), [0.3, 0.1, -0.2]).astype(np.float32)
     out = system.array(found.astype(np.float32), wp.vec3)
-    scratch = one_piece(system.device)
-    move_as_one(cg, system.matrix, system.matrix.diagonal, system.array(line, wp.vec3), scratch, out)
+    scratch = AsOne.allocate(system.device)
+    move_as_one(cg, system.matrix, system.matrix.diagonal, system.array(line, wp.vec3), CLOTH, True, scratch, out)
     by = out.numpy()[:CLOTH] - found[:CLOTH]
     assert np.isfinite(by).all()
     np.testing.assert_allclose(by, np.tile(by[0], (CLOTH, 1)), atol=1e-5)
