@@ -78,6 +78,7 @@ def changed(specification: Mapping[str, Any], make: Callable[[Draft], None], sma
         after = parsed(edited)
         if _wearable(before):
             check_wearable(after)
+        _check_not_turned_over(before, after)
     except PatternError as error:
         remedy = smaller + (", or gather the seam" if error.place.startswith("stitches[") else "")
         raise EditError(f"it would make an invalid garment: {error.message}", error.place, remedy) from error
@@ -91,6 +92,18 @@ def _wearable(pattern: Pattern) -> bool:
     except PatternError:
         return False
     return True
+
+
+def _check_not_turned_over(before: Pattern, after: Pattern) -> None:
+    """Raise PatternError for a piece that has its other side out: an edge went through the opposite one and beyond.
+
+    Its outline crosses itself on the way there and at the end does not; what is sewn to it would have to turn, too.
+    """
+    was_clockwise = {panel.name: panel.clockwise for panel in before.panels}
+    for panel in after.panels:
+        if was_clockwise.get(panel.name, panel.clockwise) != panel.clockwise:
+            message = f"the panel {panel.name!r} is turned over: its outline runs the other way around"
+            raise PatternError(message, f"panels.{panel.name}", "Draw its edges around it as they were")
 
 
 def _misfits(draft: Draft) -> list[str]:

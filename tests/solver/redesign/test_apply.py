@@ -110,6 +110,13 @@ REFUSED = {
     "vertex on vertex": (edits.MoveVertex("front", 0, (0.528, 0)), "panels.front.edges[0]", "coincide", "less far"),
     "vertex across": (edits.MoveVertex("front", 2, (-0.7, 0)), "panels.front.edges[8]", "crosses", "less far"),
     "handle far away": (edits.MoveHandle("front", 3, 0, (0, -2.0)), "panels.front.edges[", "crosses", "less far"),
+    "turned over": (edits.Lengthen("front", 0, -0.64), "panels.front", "'front' is turned over", "less far"),
+    "sleeve turned over": (
+        edits.Lengthen("left_sleeve_front", 2, -0.22),
+        "panels.left_sleeve_front",
+        "'left_sleeve_front' is turned over",
+        "less far",
+    ),
     "past the other side": (edits.Lengthen("front", 1, -0.6), "panels.front", "crosses", "less far"),
 }
 
