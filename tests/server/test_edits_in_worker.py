@@ -93,9 +93,16 @@ def test_an_edit_is_worn_and_told():
 def test_what_is_held_is_shown_and_counts_from_what_is_kept():
     connection, (drape,) = changed(hold(0.6), hold(0.8), hold(None), hold(0.75), edit(1, 0.9))
     assert drape.shapes == [0.6, 0.8, 0.5, 0.75, 0.9]
-    assert widths(connection)[1:] == [(0.6, True), (0.8, True), (0.5, True), (0.75, True), (0.9, False)]
+    assert widths(connection)[1:] == [(0.6, True), (0.8, True), (0.5, False), (0.75, True), (0.9, False)]
     assert [made.id for made in events(connection, EditMade)] == [1]
     assert connection.beside.begun == 3, "what is held is worked out beside the simulation"
+
+
+def test_where_nothing_is_held_any_more_nothing_is_told_to_be():
+    """Also of what needs another mesh, which was never shown, and where nothing was held."""
+    connection, _ = changed(hold(0.36), hold(None), hold(None))
+    assert widths(connection) == [(0.5, False), (0.36, True), (0.5, False), (0.5, False)]
+    assert events(connection, Designed)[-1].design.notes == ()
 
 
 def test_edits_are_taken_back_and_made_again():

@@ -126,13 +126,14 @@ class PatternWorker(OutfitWorker):
         self._keep("value", asked.specification)
 
     def _show_held(self, command: ChangePattern, asked: Wanted, why: str) -> None:
-        """Tell what the garment takes on, or why it does not."""
+        """Tell what the garment takes on, or why it does not. With no edit that is what is kept: nothing is held."""
         if self._source is not None:
             self._source.settle_anew()
-        self._held, self._kept_shown = True, command.edit is None
+        self._held = command.edit is not None
+        self._kept_shown = not self._held
         self._held_last = command if self._remaking.under_way else None
         notes = (*asked.notes, f"{LATER}: {why}") if why else asked.notes
-        self._tell_design(asked.specification, asked.history, held=True, notes=notes, drawn=asked.drawn)
+        self._tell_design(asked.specification, asked.history, held=self._held, notes=notes, drawn=asked.drawn)
 
     def _keep(self, change: Literal["value", "topology"], worn: Mapping[str, Any]) -> None:
         """This pattern is worn: answer all that it was waited for, each once it was told; show what is held."""
