@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import time
 from contextlib import closing
 from functools import partial
@@ -15,7 +16,7 @@ from scripted_worker import InThisProcess
 import tryon_server
 from tryon_server.runtime.beside import ProcessBeside
 from tryon_server.runtime.design import design_of
-from tryon_server.runtime.held_edits import HeldEdits
+from tryon_server.runtime.held_edits import HeldEdits, MakingReady, WorkedOut
 from tryon_server.runtime.redesign import wanted
 from tryon_server.runtime.solver_drape import SolverDrape
 from tryon_server.runtime.worn_garment import alone
@@ -78,9 +79,52 @@ def outcome(edits, worn):
     raise AssertionError("it took too long")
 
 
+def ready(beside, worn) -> HeldEdits:
+    """Held edits of what is worn, once the process beside is ready for them."""
+    edits = HeldEdits(beside)
+    assert not edits.take(hem(0.3), HISTORY, worn)
+    until_done(beside, edits, worn)
+    return edits
+
+
+def until_done(beside, edits, worn) -> None:
+    end = time.monotonic() + PATIENCE
+    while beside.doing is not None:
+        assert edits.outcome(worn) is None
+        assert time.monotonic() < end, "it took too long"
+        time.sleep(0.002)
+
+
+def test_until_the_process_is_there_and_knows_what_is_worn_edits_are_left_to_be_worked_out_here(worn):
+    """On a busy machine it takes seconds to start, in which whoever drags would see nothing."""
+    with closing(ProcessBeside()) as beside:
+        beside.warm()
+        os.kill(beside._process.pid, signal.SIGSTOP)
+        edits = HeldEdits(beside)
+        for by in (0.01, 0.02):
+            assert not edits.take(hem(by), HISTORY, worn)
+            assert not edits.under_way
+            assert edits.outcome(worn) is None
+        assert not edits.take(ChangePattern("undo", 1), HISTORY, worn)
+        assert beside.doing is not None, "what ends a drag lets the process come to be there"
+        os.kill(beside._process.pid, signal.SIGCONT)
+        until_done(beside, edits, worn)
+        assert edits.take(hem(0.03), HISTORY, worn)
+        assert edits.under_way
+        assert isinstance(outcome(edits, worn)[1], WorkedOut)
+
+
+def test_another_garment_is_told_of_before_its_edits_are_worked_out(beside, worn):
+    edits, other = ready(beside, worn), Worn()
+    assert not edits.take(hem(0.01), HISTORY, other)
+    until_done(beside, edits, other)
+    assert edits.take(hem(0.01), HISTORY, other)
+    assert isinstance(outcome(edits, other)[1], WorkedOut)
+
+
 def test_an_edit_has_the_bits_that_it_has_here(beside, worn):
     """One after the other, as a drag's."""
-    edits = HeldEdits(beside)
+    edits = ready(beside, worn)
     drag = begin_drag(in_size(worn.pattern.panels, 1 / SIZE), parse_pattern(SPECIFICATION), THICKNESS / SIZE)
     for by in (0.01, 0.02):
         assert edits.take(hem(by), HISTORY, worn)
@@ -121,7 +165,7 @@ def test_a_garment_takes_on_the_shape_that_was_found_elsewhere(worn):
 
 
 def test_why_one_needs_another_mesh_is_told(beside, worn):
-    edits = HeldEdits(beside)
+    edits = ready(beside, worn)
     assert edits.take(held({"kind": "remove_piece", "panel": "left_sleeve_back"}), HISTORY, worn)
     _, worked_out = outcome(edits, worn)
     shape = worked_out.wanted(HISTORY).shape
@@ -130,7 +174,7 @@ def test_why_one_needs_another_mesh_is_told(beside, worn):
 
 
 def test_one_that_can_not_be_made_is_refused_in_the_same_words(beside, worn):
-    edits, bad = HeldEdits(beside), held({"kind": "lengthen", "panel": "frond", "edge": 0, "by": 0.01})
+    edits, bad = ready(beside, worn), held({"kind": "lengthen", "panel": "frond", "edge": 0, "by": 0.01})
     assert edits.take(bad, HISTORY, worn)
     _, worked_out = outcome(edits, worn)
     with pytest.raises(EditError) as there:
@@ -146,7 +190,7 @@ def test_one_that_can_not_be_made_is_refused_in_the_same_words(beside, worn):
 
 def test_what_ends_a_drag_ends_no_process(beside, worn):
     """To start it anew takes a second, in which the garment of the edit that is kept would not be made."""
-    edits = HeldEdits(beside)
+    edits = ready(beside, worn)
     assert edits.take(hem(0.01), HISTORY, worn)
     outcome(edits, worn)
     process = process_of(beside)
@@ -162,7 +206,8 @@ def test_the_garment_travels_once_and_again_to_a_process_that_was_started_since(
         edits, sent = HeldEdits(beside), []
 
         def begin(task, short=False, begin=beside.begin):
-            sent.append(len(task.shape_of.worn))
+            shapes = task.shapes if isinstance(task, MakingReady) else task.shape_of
+            sent.append(len(shapes.worn))
             begin(task, short)
 
         beside.begin = begin
@@ -170,10 +215,15 @@ def test_the_garment_travels_once_and_again_to_a_process_that_was_started_since(
         for by in (0.01, 0.01, 0.02, 0.02):
             if len(shapes) == 3:
                 beside.close()
+                assert edits.take(hem(by), HISTORY, worn)
+                assert outcome(edits, worn) == (hem(by), None), "to be worked out here"
+            if len(shapes) % 3 == 0:
+                assert not edits.take(hem(by), HISTORY, worn)
+                until_done(beside, edits, worn)
             assert edits.take(hem(by), HISTORY, worn)
             shapes.append(outcome(edits, worn)[1].shape)
         whole = len(worn.shape_of.worn)
-        assert sent == [whole, 0, 0, 0, whole]
+        assert sent == [whole, 0, 0, 0, 0, whole, 0]
         for one, other in (shapes[:2], shapes[2:]):
             assert np.array_equal(one.uv, other.uv)
         assert not np.array_equal(shapes[0].uv, shapes[2].uv)
@@ -202,7 +252,7 @@ def test_while_something_else_is_done_it_is_left_to_be_done_here():
 def test_one_that_came_to_nothing_is_told_to_be_worked_out_again(worn, given_up):
     """Given up for another task, or found for a garment that is not worn any more."""
     beside = InThisProcess(lambda: 0.0, 1.0)
-    edits, now = HeldEdits(beside), worn if given_up else Worn()
+    edits, now = ready(beside, worn), worn if given_up else Worn()
     assert edits.take(hem(0.01), HISTORY, worn)
     if given_up:
         beside.begin(partial(tasks.double, 1))

@@ -1,10 +1,11 @@
 """A drag's edits worked out beside the simulation: sixty of them a second may come, and each takes Python as long as a
-frame takes a GPU."""
+frame takes a GPU. The process that does so has to be there, which a busy machine takes seconds for, and to be told of
+the garment; until then they are left to be worked out between frames, where the garment is known."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from tryon_protocol import DesignMessage
@@ -75,6 +76,16 @@ class WorkingOut:
         return WorkedOut(asked.specification, asked.notes, shape, drawn)
 
 
+@dataclass(frozen=True, eq=False)
+class MakingReady:
+    """Makes a process ready to find shapes in what is worn. Call it there."""
+
+    shapes: Shapes
+
+    def __call__(self) -> None:
+        self.shapes.make_ready()
+
+
 class HeldEdits:
     """At most one edit that is being worked out `beside`, which serves others, too: they go first."""
 
@@ -82,7 +93,8 @@ class HeldEdits:
         self._beside = beside
         self._task: WorkingOut | None = None
         self._drape: Drape | None = None  # whose shape is to be found
-        self._told: Shapes | None = None  # what the other process has been told of last, and need not be told again
+        self._making_ready: MakingReady | None = None
+        self._told: Shapes | None = None  # what the other process has been told of last, and is ready for
 
     @property
     def under_way(self) -> bool:
@@ -90,22 +102,24 @@ class HeldEdits:
         return self._task is not None and self._beside.doing is self._task
 
     def take(self, command: ChangePattern, history: History, drape: Drape) -> bool:
-        """Have it worked out, if it is an edit that is held and nothing else is being done beside; any other command
-        ends the drag, and what is being worked out is given up."""
+        """Have it worked out, if it is an edit that is held, nothing else is being done beside, and the process there
+        is ready for what is worn, which it is made otherwise; any other command ends the drag, and what is being worked
+        out is given up."""
         if not command.hold or command.edit is None:
             self.give_up()
             return False
         if self._beside.doing is not None:
             return False
         shapes = drape.shape_of
-        if isinstance(shapes, Shapes) and shapes is self._told:
+        if isinstance(shapes, Shapes):
+            if shapes is not self._told:
+                self._making_ready = MakingReady(shapes)
+                self._beside.begin(self._making_ready, short=True)
+                return False
             shapes = shapes.by_number()
-        self._begin(WorkingOut(history.specification, command, shapes), drape)
+        self._task, self._drape = WorkingOut(history.specification, command, shapes), drape
+        self._beside.begin(self._task, short=True)
         return True
-
-    def _begin(self, task: WorkingOut, drape: Drape) -> None:
-        self._task, self._drape = task, drape
-        self._beside.begin(task, short=True)
 
     def give_up(self) -> None:
         """Nobody waits for it any more."""
@@ -114,8 +128,10 @@ class HeldEdits:
         self._task = self._drape = None
 
     def outcome(self, worn: Drape | None) -> tuple[ChangePattern, Outcome | None] | None:
-        """The edit, once it is worked out, and what it came to; None where another garment is worn by now, or where it
-        was given up for something else. Then no more; returns at once."""
+        """The edit, once it is worked out, and what it came to; None where another garment is worn by now, where it was
+        given up for something else, or where the process was started since and knows nothing of what is worn. Then no
+        more; returns at once."""
+        self._look_whether_ready()
         task, under_way = self._task, self.under_way
         ended = self._beside.outcome() if under_way else None
         if task is None or (under_way and ended is None):
@@ -125,11 +141,17 @@ class HeldEdits:
             return task.command, None
         if isinstance(ended, Made) and isinstance(ended.value, NotKnown):
             self._told = None
-            self._begin(replace(task, shape_of=drape.shape_of), drape)
-            return None
+            return task.command, None
         if isinstance(ended, Made):
-            shapes = drape.shape_of
-            if isinstance(shapes, Shapes) and isinstance(ended.value, WorkedOut):
-                self._told = shapes
             return task.command, ended.value
         return task.command, Refused(ended.problem.message, ended.problem.place, ended.problem.remedy)
+
+    def _look_whether_ready(self) -> None:
+        making = self._making_ready
+        if making is None:
+            return
+        ended = self._beside.outcome() if self._beside.doing is making else None
+        if isinstance(ended, Made):
+            self._told = making.shapes
+        if self._beside.doing is not making:  # ended, or given up for something else
+            self._making_ready = None

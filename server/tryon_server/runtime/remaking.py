@@ -127,7 +127,8 @@ class Remaking:
 
     def give_up(self) -> None:
         """Nobody wants any more what is being made."""
-        self._beside.give_up()
+        if self.under_way:  # else what is done beside is another's
+            self._beside.give_up()
         self._order, self._parts, self._dressing, self._catching_up = None, None, False, None
         self._drawing_over = False
 

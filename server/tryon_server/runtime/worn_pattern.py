@@ -63,12 +63,17 @@ class Shapes:
 
     def __call__(self, specification: Mapping[str, Any]) -> Shape | Remesh:
         """Remesh where that needs another mesh, as `Drag.moved`. Raises NotKnownError."""
-        if self.number not in _begun:
-            if not self.worn:
-                raise NotKnownError
-            worn, thickness = pickle.loads(self.worn)
-            *_, drag = worn.drag_in_parts(thickness)
-            _begun.clear()
-            _begun[self.number] = drag
+        self.make_ready()
         moved = _begun[self.number].moved(parsed(specification))
         return moved if isinstance(moved, Remesh) else Shape(moved.uv, moved.placed)
+
+    def make_ready(self) -> None:
+        """Begin the drag that shapes are found by, in place of the one before. Raises NotKnownError."""
+        if self.number in _begun:
+            return
+        if not self.worn:
+            raise NotKnownError
+        worn, thickness = pickle.loads(self.worn)
+        *_, drag = worn.drag_in_parts(thickness)
+        _begun.clear()
+        _begun[self.number] = drag
