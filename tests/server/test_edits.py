@@ -62,7 +62,9 @@ def test_an_edit_over_rest_is_made_listed_and_in_the_pattern(server):
     assert abs(edit["made"] - time.time()) < 60
     assert width_of(server.http.get(f"{path}/pattern").json()) == 0.6
     assert server.http.post(f"{path}/edits/undo").json() == {"id": 1, "last": 0, "change": "value"}
-    assert server.http.get(f"{path}/edits").json()[0]["undone"]
+    assert edit["can_be_undone"]
+    edit = server.http.get(f"{path}/edits").json()[0]
+    assert (edit["undone"], edit["can_be_undone"]) == (True, False)
     refused(server.http.post(f"{path}/edits/undo"), 422, "edit.refused")
     assert server.http.post(f"{path}/edits/redo").json()["last"] == 1
 

@@ -16,6 +16,7 @@ from tryon_server.api.jobs import ACCEPTED, answer
 from tryon_server.api.models import EditedReply, EditReply, EditRequest
 from tryon_server.api.prefer import Wait, WaitDep
 from tryon_server.problems import ProblemError, problem_error
+from tryon_server.runtime.order import undoable
 from tryon_server.services import Services
 from tryon_server.sessions.commands import ChangePattern
 from tryon_server.sessions.events import EditMade
@@ -31,9 +32,10 @@ REFUSED = ("edit_refused", "invalid_field", "unknown_fabric")  # what the edit i
 @router.get("/{session_id}/edits")
 async def list_edits(session_id: str, services: ServicesDep, garment: str = "") -> list[EditReply]:
     """The edits of the pattern of a session's garment, the edited one unless it is named, live or ended, oldest first,
-    with those that were taken back, and whether they are worn yet."""
+    with those that were taken back, and whether they can be, and are worn yet."""
     kept = await services.sessions.edits(session_id, garment)
     live = services.sessions.get(session_id)
+    can_be_undone = undoable([one.id for one in kept if not one.undone])
     on_the_way = set() if live is None else live.machine.on_the_way(garment or live.machine.edited)
     return [
         EditReply(
@@ -42,6 +44,7 @@ async def list_edits(session_id: str, services: ServicesDep, garment: str = "") 
             mirror=one.mirror,
             made=one.made,
             undone=one.undone,
+            can_be_undone=one.id in can_be_undone,
             worn=None if live is None else one.id not in on_the_way,
         )
         for one in kept

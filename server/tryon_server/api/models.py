@@ -363,6 +363,7 @@ class EditReply(Model):
     mirror: bool
     made: float
     undone: bool = Field(description="it was taken back, and can be made again")
+    can_be_undone: bool = Field(description="by this session or one that continues it, those behind it first")
     worn: bool | None = Field(
         description="the garment has taken it on, or, taken back, let go of it; false: it is kept, and worn as soon as "
         "its shape is come to, which takes a moment, or waits until the session plays; null: the session has ended"

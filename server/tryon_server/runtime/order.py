@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
 from tryon_server.sessions.commands import MotionFile
+from tryon_solver.redesign.history import UNDO_MAX
 
 
 @dataclass(frozen=True)
@@ -139,6 +140,11 @@ class KeptEdit:
     edit: Mapping[str, Any]
     specification: Mapping[str, Any]
     undone: bool
+
+
+def undoable(edits: Sequence[int]) -> frozenset[int]:
+    """Of edits that were made and not taken back, by their numbers and oldest first, those that can be."""
+    return frozenset(edits[-UNDO_MAX:])
 
 
 @dataclass(frozen=True)

@@ -78,7 +78,7 @@ def wanted(history: History, command: ChangePattern) -> Wanted:
     if command.hold:
         return Wanted(history, edited.specification, edited.notes)
     after = history.append(edit, edited.specification)
-    return Wanted(after, edited.specification, edited.notes, after.done[-1].id, edit)
+    return Wanted(after, after.specification, edited.notes, after.done[-1].id, edit)
 
 
 def history_of(kept: Sequence[KeptEdit]) -> History:

@@ -1,5 +1,7 @@
 """Claims on the history: undo and redo give back what was, ids are given once, and the limit is what it says."""
 
+from copy import deepcopy
+
 import pytest
 
 from tryon_solver.redesign.apply import apply
@@ -41,6 +43,30 @@ def test_nothing_to_undo_is_said(tshirt):
     with pytest.raises(EditError, match="no edit to undo") as caught:
         History(tshirt).undo()
     assert f"{UNDO_MAX}" in caught.value.remedy
+
+
+def test_a_thousand_edits_can_be_undone_and_hold_what_they_share_once(tshirt):
+    """A history in which each held all of its pattern would be 25 MB of T-shirts."""
+    history = History(tshirt)
+    for number in range(1000):
+        edit = Lengthen("front", 0, 1e-3 * (-1) ** number)
+        history = history.append(edit, apply(history.specification, edit).specification)
+    one, other = (history.done[k].specification["pattern"]["panels"] for k in (0, -1))
+    assert one["front"] is not other["front"]
+    assert one["left_sleeve_front"] is other["left_sleeve_front"] is tshirt["pattern"]["panels"]["left_sleeve_front"]
+    for _ in range(1000):
+        history = history.undo()
+    assert history.specification is tshirt
+
+
+def test_what_is_held_once_is_what_was_made(tshirt):
+    edit = RemovePiece("left_sleeve_front")
+    made = apply(tshirt, edit).specification
+    before = deepcopy(tshirt), deepcopy(made)
+    history = History(tshirt).append(edit, made)
+    assert history.specification == made
+    assert list(history.specification["pattern"]["panels"]) == list(made["pattern"]["panels"])
+    assert (tshirt, made) == before
 
 
 def test_the_oldest_edits_can_be_undone_no_more():
