@@ -14,6 +14,7 @@ from sqlalchemy.exc import IntegrityError
 from tryon_client import connect
 from tryon_protocol import DesignMessage, EditedMessage, EditMessage, ErrorMessage, StatusMessage
 from tryon_server.persistence import EditRecord, SqlEdits, Waiting, open_database
+from tryon_server.runtime.order import undoable
 
 DENIM = {"kind": "change_fabric", "fabric": "denim"}
 STEEL = DENIM | {"fabric": "steel"}
@@ -53,6 +54,10 @@ def dressed(server, **wishes) -> str:
     raise AssertionError(server.http.get(f"/api/sessions/{session}").json())
 
 
+def test_the_list_says_of_the_oldest_of_more_than_a_thousand_that_they_can_be_undone_no_more():
+    assert undoable(range(1, 1102)) == set(range(102, 1102))
+
+
 def test_an_edit_over_rest_is_made_listed_and_in_the_pattern(server):
     path = f"/api/sessions/{dressed(server)}"
     reply = server.http.post(f"{path}/edits", json={"edit": WIDER})
@@ -67,6 +72,15 @@ def test_an_edit_over_rest_is_made_listed_and_in_the_pattern(server):
     assert (edit["undone"], edit["can_be_undone"]) == (True, False)
     refused(server.http.post(f"{path}/edits/undo"), 422, "edit.refused")
     assert server.http.post(f"{path}/edits/redo").json()["last"] == 1
+
+
+def test_whether_it_is_mirrored_is_said_by_true_or_false(server):
+    path = f"/api/sessions/{dressed(server)}"
+    for mirror in ("yes", 1, "true"):
+        reply = server.http.post(f"{path}/edits", json={"edit": WIDER, "mirror": mirror})
+        assert reply.status_code == 422, reply.json()
+        assert "mirror" in reply.text
+    assert server.http.get(f"{path}/edits").json() == []
 
 
 def worn_in_the_end(server, path) -> list:

@@ -142,6 +142,18 @@ def test_what_can_not_be_done_is_refused_and_nothing_changes(command, place):
     assert events(connection, PhaseChanged)[-1].phase == "ready"
 
 
+@pytest.mark.parametrize("by", [0.0, 1e-13])
+def test_what_leaves_the_pattern_as_it_is_is_no_edit(by):
+    """Held it shows what is kept: a drag may come back to where it began."""
+    nothing = {"kind": "lengthen", "panel": "front", "edge": 1, "by": by}
+    connection, _ = changed(hold(0.6), ChangePattern("edit", 0, nothing, hold=True), ChangePattern("edit", 3, nothing))
+    (refused,) = events(connection, EditRefused)
+    assert (refused.ticket, refused.place) == (3, "edit")
+    assert "as it is" in refused.message
+    assert events(connection, EditMade) == []
+    assert widths(connection)[1:] == [(0.6, True), (0.5, True)]
+
+
 def test_a_garment_without_a_pattern_refuses_edits():
     connection, _ = changed(edit(3, 0.6), fabric="mesh")
     (refused,) = events(connection, EditRefused)

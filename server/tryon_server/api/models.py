@@ -8,6 +8,7 @@ from pydantic import (
     BaseModel,
     ConfigDict,
     Field,
+    StrictBool,
     ValidationError,
     ValidatorFunctionWrapHandler,
     field_validator,
@@ -352,7 +353,7 @@ class EditRequest(Model):
     garment: Name = Field("", description="name of a worn garment, edited from now on; empty: the edited one")
 
     edit: dict[str, Any] = Field(description="kind, and that kind's fields; see PROTOCOL.md section 3.2")
-    mirror: bool = Field(False, description="do the same on the symmetric piece, or side")
+    mirror: StrictBool = Field(False, description="do the same on the symmetric piece, or side")
 
 
 class EditReply(Model):

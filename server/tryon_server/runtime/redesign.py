@@ -12,11 +12,13 @@ from tryon_server.sessions.commands import ChangePattern
 from tryon_server.sessions.events import EditMade
 from tryon_solver.redesign.apply import apply
 from tryon_solver.redesign.both_sides import apply_to_both
+from tryon_solver.redesign.edit_error import EditError
 from tryon_solver.redesign.edits import Edit
 from tryon_solver.redesign.fabrics import named_fabric
 from tryon_solver.redesign.history import Entry, History
 from tryon_solver.redesign.plain import parse_edit, plain
 
+ROUNDING = 1e-9  # of a number of a pattern, which is in centimetres as a rule: less than an atom
 ITS_OWN = "all edits are taken back: the garment is worn in the mesh that it began with"
 
 
@@ -77,8 +79,21 @@ def wanted(history: History, command: ChangePattern) -> Wanted:
     edited = (apply_to_both if command.mirror else apply)(history.specification, edit)
     if command.hold:
         return Wanted(history, edited.specification, edited.notes)
+    if _the_same(edited.specification, history.specification):
+        raise EditError("it leaves the pattern as it is", "edit", "Change something by more, or make no edit")
     after = history.append(edit, edited.specification)
     return Wanted(after, after.specification, edited.notes, after.done[-1].id, edit)
+
+
+def _the_same(one: Any, other: Any) -> bool:
+    """Are these patterns, or parts of them, one but for rounding?"""
+    if isinstance(one, Mapping) and isinstance(other, Mapping):
+        return one.keys() == other.keys() and all(_the_same(value, other[name]) for name, value in one.items())
+    if isinstance(one, list) and isinstance(other, list):
+        return len(one) == len(other) and all(map(_the_same, one, other))
+    if isinstance(one, float) and isinstance(other, int | float):
+        return abs(one - other) <= ROUNDING
+    return bool(one == other)
 
 
 def history_of(kept: Sequence[KeptEdit]) -> History:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from copy import deepcopy
+from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import brentq
@@ -65,7 +66,11 @@ def crosses(draft: Draft, edit: Cut) -> bool:
 def _points(draft: Draft, piece: Piece, line: Points) -> list[Points]:
     """The two points (2,) m where the line (2, 2) m crosses the outline; raises EditError when it does not cut once."""
     points: list[Points] = []
-    for _, _, point in _crossings(draft, piece, line):
+    crossings = _crossings(draft, piece, line)
+    for (edge, _, _), (next_edge, _, _) in pairwise(crossings):
+        if edge is next_edge and curves.is_straight(draft.curve(edge)):  # two lines that meet twice are one
+            raise EditError(f"the line runs along {draft.said(edge)}", "line", TWICE)
+    for _, _, point in crossings:
         vertex = _near_vertex(piece, point)
         point = point if vertex is None else vertex.position
         if all(np.hypot(*(point - other)) > SNAP for other in points):
