@@ -8,7 +8,15 @@ import pytest
 from scripted_worker import allow, work
 
 import tryon_server
-from tryon_server.runtime.tightness import TOO_TIGHT, UnfitError, refuse_what_is_too_tight, tightening, with_cause
+from tryon_server.runtime.tightness import (
+    SEWN_SHUT,
+    TOO_TIGHT,
+    UnfitError,
+    openings,
+    refuse_what_is_too_tight,
+    tightening,
+    with_cause,
+)
 from tryon_server.sessions.commands import ChangePattern, Run
 from tryon_server.sessions.events import EditMade, EditRefused
 from tryon_solver.redesign import edits
@@ -40,18 +48,57 @@ def test_the_edit_that_made_it_smallest_is_found_among_others():
 def test_where_none_made_it_smaller_none_is_to_blame(made):
     assert tightening(edited(*made)) is None
     error = UnfitError("it is too tight", "garment", "Make it larger")
-    assert with_cause(error, edited(*made)) is error
+    assert with_cause(error, edited(*made), DART, TSHIRT) is error
 
 
 def test_a_refusal_names_the_edit_and_what_to_do_and_one_of_another_kind_is_as_it_was():
     history = edited(edits.ScaleGarment((0.85, 0.85)))
-    said = with_cause(UnfitError("a seam stays open.", "panels.front", "Enlarge front."), history)
+    said = with_cause(UnfitError("a seam stays open.", "panels.front", "Enlarge front."), history, DART, TSHIRT)
     assert said.message == "a seam stays open; edit 1 (scale_garment) left 72 % of the area of its pieces"
     assert said.place == "panels.front"
     back = "take edit 1 (scale_garment) back, make this one first, and that one after it"
     assert said.remedy == f"Enlarge front; or {back}"
     other = EditError("it crosses itself", "edit", "Draw it otherwise")
-    assert with_cause(other, history) is other
+    assert with_cause(other, history, DART, TSHIRT) is other
+
+
+HEM = edits.CloseSeam("front", 0, "back", 0)
+CUFF = edits.CloseSeam("left_sleeve_front", 2, "left_sleeve_back", 1)
+CUFF_TO_CUFF = edits.CloseSeam("left_sleeve_front", 2, "right_sleeve_front", 1)
+
+
+@pytest.mark.parametrize(
+    ("made", "count"),
+    [
+        ((), 4),
+        ((CUFF,), 3),
+        ((CUFF, HEM), 2),
+        ((CUFF_TO_CUFF,), 3),
+        ((edits.OpenSeam("front", 1),), 4),  # the side: the hem and the sleeve's seam end in one slit
+        ((edits.Pocket("front", (0.0, 0.2), 0.1, 0.1),), 4),
+        ((CUT,), 4),
+    ],
+    ids=["as it is", "a cuff", "cuff and hem", "cuff to cuff", "a side opened", "a pocket", "a cut that is sewn"],
+)
+def test_openings_are_counted_as_the_sewn_garment_has_them(made, count):
+    assert openings(edited(*made).specification) == count
+
+
+@pytest.mark.parametrize("edit", [HEM, CUFF])
+def test_of_what_is_sewn_shut_no_size_is_advised(edit):
+    history = edited(edits.ScaleGarment((0.85, 0.85)))
+    wanted = apply(history.specification, edit).specification
+    said = with_cause(UnfitError("a seam stays open.", "panels.front", "Enlarge front."), history, edit, wanted)
+    assert said.message == "a seam stays open; of 4 openings the seam leaves 3"
+    assert "Leave these edges open" in said.remedy
+    assert "nlarge" not in said.remedy
+
+
+def test_a_seam_that_shuts_nothing_is_refused_as_ever():
+    side = edited(edits.OpenSeam("front", 1))
+    closed = edits.CloseSeam("front", 1, "back", 8)
+    error = UnfitError("it is too tight", "garment", "Make it larger")
+    assert with_cause(error, side, closed, TSHIRT) is error
 
 
 def test_what_gives_no_room_is_refused_of_what_is_too_tight_and_what_may_is_tried():
@@ -99,15 +146,21 @@ def test_one_that_takes_too_long_tells_what_has_come_of_it():
     )
 
 
-def test_one_that_can_not_be_put_on_anew_is_refused_without_trying():
-    """A dart of the tight sheet, which can't be carried over."""
+NEW_DART = {"kind": "dart", "panel": "front", "edge": 0, "position": 0.5, "width": 0.03, "depth": 0.1}
+SHUT = {"kind": "close_seam", "panel": "front", "edge": 0, "to_panel": "back", "to_edge": 0}
+
+
+@pytest.mark.parametrize(
+    ("edit", "remedy"), [(NEW_DART, "Make the garment larger"), (SHUT, SEWN_SHUT)], ids=["dart", "sewn shut"]
+)
+def test_one_that_can_not_be_put_on_anew_is_refused_without_trying(edit, remedy):
+    """Made of the tight sheet, from which it can't be carried over."""
 
     class Torn(analytic_drape.WavingSheet):
         def recut(self, cut, hung=None):  # noqa: ARG002
             self.not_carried = "where the garment is worn, front would be stretched to 2.31 times its length"
             return iter(())
 
-    dart = {"kind": "dart", "panel": "front", "edge": 0, "position": 0.5, "width": 0.03, "depth": 0.1}
     dressed = []
 
     def build(order, progress):
@@ -118,7 +171,7 @@ def test_one_that_can_not_be_put_on_anew_is_refused_without_trying():
         sheet.reshape = lambda specification, shape=None: "it has another structure"  # noqa: ARG005
         return sheet
 
-    script = [(0.001, Run(True)), (0.001, allow(1000)), (0.5, ChangePattern("edit", 1, dart))]
+    script = [(0.001, Run(True)), (0.001, allow(1000)), (0.5, ChangePattern("edit", 1, edit))]
     connection = work(script, 4.0, build=build, seconds_beside=0.5)
     (refused,) = (event for event in connection.events if isinstance(event, EditRefused))
     assert len(dressed) == 1
@@ -126,4 +179,4 @@ def test_one_that_can_not_be_put_on_anew_is_refused_without_trying():
         "so it can't be worn: where the garment is worn, front would be stretched to 2.31 times its length; and it "
         "can't be put on anew: 30 % of what is worn are stretched by more than the fabric bears already"
     )
-    assert refused.remedy == "Make the garment larger"
+    assert refused.remedy == remedy

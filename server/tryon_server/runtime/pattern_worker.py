@@ -292,7 +292,9 @@ class PatternWorker(OutfitWorker):
         """Refuse the first of the changes that wait, and make those behind it."""
         assert self._history is not None
         self._remaking.give_up()
-        self._waiting.refuse_first(with_cause(error, self._history), self._history, self._clock())
+        first = self._waiting.first
+        why = error if first is None else with_cause(error, self._history, first.edit, first.specification)
+        self._waiting.refuse_first(why, self._history, self._clock())
         self._make_next(drape)
         if not self._remaking.under_way:
             self._held_last = None

@@ -1,8 +1,11 @@
-"""Why an edit can't be worn of a garment that earlier edits have made small.
+"""Why an edit can't be worn: of a garment that earlier edits have made small, or as it sews an opening shut.
 
 Worn, a T-shirt bears to be made 0.85 times as large: it hangs where it hung. What can't go on from there is put on
 anew, and around the body the seams of one so small do not close. Looked at by itself the edit that was asked for is
 sound; what stands in its way is one that was made before.
+
+A garment whose hem is sewn shut can't be put on, however large. That openings become fewer does not tell by itself that
+it can't: a slit may be sewn, too, that no part of the body goes through. It is tried, and told where it fails.
 """
 
 from __future__ import annotations
@@ -10,6 +13,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from tryon_solver.geometry import outline
 from tryon_solver.redesign.draft import read_draft
@@ -21,6 +28,8 @@ NO_ROOM = (CloseSeam, Cut, Dart, SewnOn)  # edits that leave a garment no wider 
 TOO_TIGHT = 0.25  # of the cloth, stretched by more than its fabric bears: of a walking T-shirt 0.01 in its own size,
 # 0.10 in 0.92 of it, in which it goes on anew, 0.14 in 0.9, in which its seams stay 4 mm open, and 0.28 in 0.85, 16 mm
 SMALLER = 0.97  # of the area of its pieces, at most, that an edit leaves of a garment, by which it makes that tight
+
+SEWN_SHUT = "Leave these edges open: what of the body goes through an opening can't be got through it once it is shut"
 
 
 class UnfitError(EditError):
@@ -39,9 +48,16 @@ def refuse_what_is_too_tight(edit: Edit | None, overstretched: float) -> None:
         )
 
 
-def with_cause(error: EditError, history: History) -> EditError:
-    """The same with the edit that made the garment so small, where one did; other errors have nothing to do with it."""
-    tightest = tightening(history) if isinstance(error, UnfitError) else None
+def with_cause(error: EditError, history: History, edit: Edit | None, wanted: Mapping[str, Any]) -> EditError:
+    """The same of the `edit` that makes the `wanted` pattern: with the openings that it sews shut, or else with the
+    earlier edit that made the garment so small, where one did; other errors have nothing to do with either."""
+    if not isinstance(error, UnfitError):
+        return error
+    before, after = (openings(pattern) for pattern in (history.specification, wanted))
+    if isinstance(edit, CloseSeam) and after < before:
+        message = f"{error.message.rstrip('.')}; of {before} openings the seam leaves {after}"
+        return EditError(message, error.place, SEWN_SHUT)
+    tightest = tightening(history)
     if tightest is None:
         return error
     entry, left = tightest
@@ -69,3 +85,18 @@ def areas_of(specification: Mapping[str, Any]) -> dict[str, float]:
     """m^2 of each piece, by name."""
     draft = read_draft(specification)
     return {name: abs(float(outline.signed_area(draft.outline(piece)))) for name, piece in draft.pieces.items()}
+
+
+def openings(specification: Mapping[str, Any]) -> int:
+    """How many openings the sewn garment has: edges sewn to nothing, in rows that close by what their ends are sewn to.
+    Two that meet in a point are one. The edges of a piece that lies on another are no openings."""
+    draft = read_draft(specification)
+    index = {vertex: k for k, vertex in enumerate(v for piece in draft.pieces.values() for v in piece.vertices)}
+    sewn = {edge for seam in draft.seams for edge in (seam.first, seam.second)}
+    lying = (piece.edges for piece in draft.pieces.values() if "on" not in piece.fields)
+    free = [edge for edges in lying for edge in edges if edge not in sewn]
+    met = [*(pair for seam in draft.seams for pair in seam.ends()), *((edge.start, edge.end) for edge in free)]
+    links = np.array([(index[one], index[other]) for one, other in met], np.int64).reshape(-1, 2)
+    graph = coo_array((np.ones(len(links)), links.T), shape=(len(index), len(index)))
+    _, row_of_vertex = connected_components(graph, directed=False)
+    return len({int(row_of_vertex[index[edge.start]]) for edge in free})
