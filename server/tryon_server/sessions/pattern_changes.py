@@ -36,12 +36,14 @@ class Asker:
 
 @dataclass(frozen=True)
 class _Waiting:
-    """A change that is not answered; `since` when it was asked for [s]; `ordered` of the simulation, or not yet."""
+    """A change that is not answered; `since` when it was asked for [s]; `ordered` of the simulation, or not yet;
+    `held_by` who held an edit then, which is held on if this one is refused."""
 
     asker: Asker
     command: ChangePattern
     since: float
     ordered: bool
+    held_by: Asker | None
     doing: ChangeUnderWay | None = None
 
     def status(self) -> ChangeStatus:
@@ -97,7 +99,7 @@ class PatternChanges:
 
     def ask(self, asker: Asker, command: ChangePattern, dressed: bool, now: float) -> tuple[int, list[Action]]:
         """The ticket that a change which is to be kept has, and what is to be done: at once, or, where nothing is
-        ``dressed`` yet, once that is. What is held is shown no longer then.
+        ``dressed`` yet, once that is. What is held is shown no longer once it is made.
 
         Raises:
             ProtocolError: too many changes wait already, or there is no edit.
@@ -108,9 +110,9 @@ class PatternChanges:
         if len(self._waiting) >= MOST_WAITING:
             what = f"{MOST_WAITING} edits wait to be made; this one was not used."
             raise ProtocolError("rate_limited", "$", what, "Wait for `edited`; send `hold` during a drag.")
-        self._holder = None
         numbered = replace(command, ticket=next(self._tickets))
-        self._waiting[numbered.ticket] = _Waiting(asker, numbered, now, dressed)
+        self._waiting[numbered.ticket] = _Waiting(asker, numbered, now, dressed, self._holder)
+        self._holder = None
         kept = KeepWaiting(numbered.ticket, numbered)
         return numbered.ticket, [kept, Order(numbered)] if dressed else [kept]
 
@@ -149,7 +151,8 @@ class PatternChanges:
 
     def left(self, client: int) -> ChangePattern | None:
         """A client has left: the command that drops what it held, if it did."""
-        held = self._holder is not None and self._holder.client == client
+        holders = (self._holder, *(one.held_by for one in self._waiting.values()))
+        held = any(holder is not None and holder.client == client for holder in holders)
         return self._hold(Asker(client), None, mirror=False) if held else None
 
     def answered(self, ticket: int, refused: ProtocolError | None = None) -> Asker | None:
@@ -160,6 +163,8 @@ class PatternChanges:
         one = self._waiting.pop(ticket, None)
         if one is None:
             return None
+        if refused is not None and self._holder is None:
+            self._holder = one.held_by
         if refused is not None and one.asker.client == NOBODY:
             said = f"{refused.message.rstrip('.')}. {refused.remedy.rstrip('.')}."
             self._refused.append(msgspec.structs.replace(one.status(), doing="refused", detail=said, progress=None))

@@ -93,9 +93,25 @@ def test_who_has_let_go_leaves_nothing_behind(driver):
     driver.say(1, EditMessage(edit=None, hold=True))
     driver.say(1, EditMessage(edit=MOVE, hold=True))
     driver.say(2, EditMessage(edit=MOVE))
+    driver._note(driver.session.kept(made(driver.ordered(ChangePattern)[-1].ticket), None, driver.now))
     count = len(driver.ordered(ChangePattern))
     driver.leave(1)
     assert len(driver.ordered(ChangePattern)) == count
+
+
+@pytest.mark.parametrize("leaves", ["before", "after"])
+def test_what_is_held_on_after_a_refusal_is_let_go_when_its_client_leaves(driver, leaves):
+    """Before the edit is refused that was to take its place, or after."""
+    driver.say(1, EditMessage(edit=MOVE, hold=True))
+    driver.say(2, EditMessage(edit=MOVE))
+    refused = EditRefused(driver.ordered(ChangePattern)[-1].ticket, "by", "it would fold", "Move it less far")
+    if leaves == "after":
+        driver.simulation(refused)
+    driver.leave(1)
+    assert driver.ordered(ChangePattern)[2:] == [ChangePattern("edit", 0, None, hold=True)]
+    if leaves == "before":
+        driver.simulation(refused)
+        assert [fault.code for fault in driver.messages(2, ErrorMessage)] == ["edit_refused"]
 
 
 def test_a_refusal_of_what_is_held_goes_to_its_holder(driver):
