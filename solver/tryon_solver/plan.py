@@ -62,9 +62,9 @@ class Contribution:
     to a place is `diagonal(dt, area)` (N,) float64 N/m, which enters both beside the inertia, of the fabric's area (N,)
     m^2 around each vertex; what of it is another in every step, `add_diagonal(state, diagonal_out)` adds on the device
     once a step, after `start_step`, (N,) float32 N/m. `dyad` is what of the Hessian is dense, c w w^T, for the
-    correction alone. `touches` names the surfaces the cloth may touch: "cloth", "body"; `sleep` says when nothing is to
-    be done at all. `reshape` makes anew, in place, what was made of the rest shape, once that has changed (reshape.py):
-    what works with it need not know.
+    correction alone. `led` (K,) are vertices that the body leads, whatever is near. `touches` names the surfaces the
+    cloth may touch: "cloth", "body"; `sleep` says when nothing is to be done at all. `reshape` makes anew, in place,
+    what was made of the rest shape, once that has changed (reshape.py): what works with it need not know.
     """
 
     name: str
@@ -83,6 +83,7 @@ class Contribution:
     diagonal: Callable[[float, np.ndarray], np.ndarray] | None = None
     add_diagonal: Callable[[State, wp.array], None] | None = None  # state, diagonal_out
     dyad: Dyad | None = None
+    led: np.ndarray | None = None
     touches: tuple[str, ...] = ()
     contact: ContactTerm | None = None
     sleep: Sleep | None = None

@@ -184,12 +184,17 @@ def field_kernel(
     displacement_out[i] = displacement
 
 
+@wp.func
+def displaced(motion: mat34, here: wp.vec3) -> wp.vec3:
+    """How far a rigid motion, held less the identity, takes what is here."""
+    return motion * wp.vec4(here[0], here[1], here[2], 1.0)
+
+
 @wp.kernel
 def rigid_kernel(motion: wp.array(dtype=mat34), x: wp.array(dtype=wp.vec3)):
     """Moves everything by one rigid motion."""
     i = wp.tid()
-    here = x[i]
-    x[i] = here + motion[0] * wp.vec4(here[0], here[1], here[2], 1.0)
+    x[i] = x[i] + displaced(motion[0], x[i])
 
 
 @wp.kernel

@@ -220,8 +220,8 @@ def shorten(
     int32 and `passes` are scratch; the last tells how many passes it took. By `before` threads that run at once go by
     the fractions that the pass began with, so that it matters to none who was first; where it has no places they go by
     those that others have just made, and shorten less. If MOST_PASSES do not suffice, alpha becomes zero everywhere:
-    nobody moves, which is always free. `level`
-    is launched after each pass, and may shrink fractions further, which it tells in `changed`.
+    nobody moves, which is always free. `level` is launched after each pass, and may shrink fractions further, which it
+    tells in `changed`.
     """
     count, entries = candidates.entries(near)
     changed.fill_(-2)

@@ -90,5 +90,6 @@ def bind(spec: Pins, context: BuildContext) -> Contribution | None:
         add_gradient=add_gradient,
         diagonal=diagonal,
         energy=energy,
+        led=spec.vertices if spec.led else None,
         values=values,
     )

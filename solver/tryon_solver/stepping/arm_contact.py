@@ -52,4 +52,5 @@ def arm_contact(sim: Simulation) -> None:
     sim.candidates = candidates.Candidates.allocate(1 << 14, device)
     sim.pairs = pairs.ContactPairs.allocate(1 << 12, device)
     if "body" in sim.plan.touches:
-        sim.flight = import_module(FLY).Flight(sim.matrices.total.pattern, device)
+        led = [c.led for c in sim.plan.contributions if c.led is not None]
+        sim.flight = import_module(FLY).Flight(sim.matrices.total.pattern, led, device)

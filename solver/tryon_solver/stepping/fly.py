@@ -13,8 +13,10 @@ on its way. The rest of the step begins there. Left to the solve, each vertex wo
 ball of 642 vertices that fell at ten edges a step searched through 700,000 candidates and was braked to six edges.
 
 A piece flies in a step if at its start no contact pair has a vertex of it and one of the body or another piece, and if
-it goes by more than the SHARE of what the search has to spare, as fast as it is and by c. What is slower, or is held,
-is carried along with what it hangs beside, and the solve takes it the rest of the way. Pieces that something joins, as
+it goes by more than the SHARE of what the search has to spare, as fast as it is and by c, seen from the body's root,
+which takes along all that does not fly: what rests or hangs in the room stays where it is while a body goes by. What is
+slower so is carried along with what it hangs beside, and the solve takes it the rest of the way; so is what the body
+leads. Pieces that something joins, as
 stitches and fasteners do, are one here: what they pull by is none of d. Ours.
 """
 
@@ -28,6 +30,7 @@ import warp as wp
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
+from tryon_solver.body.carry import displaced, mat34
 from tryon_solver.contact import bounds
 from tryon_solver.linalg.device_loop import NUMBER
 from tryon_solver.linalg.launch import launch
@@ -91,19 +94,26 @@ def add_velocity_kernel(
 @wp.kernel
 def set_off_kernel(
     least: float,
+    root: wp.array(dtype=mat34),
+    x: wp.array(dtype=wp.vec3),
+    first: wp.array(dtype=wp.int32),
     count: wp.array(dtype=wp.float32),
     dt: wp.array(dtype=wp.float32),
+    led: wp.array(dtype=wp.int32),
     touched: wp.array(dtype=wp.int32),
     total: wp.array(dtype=wp.vec3),
+    along_out: wp.array(dtype=wp.vec3),
     stiffness_out: wp.array(dtype=wp.float32),
     flies_out: wp.array(dtype=wp.int32),
     any_out: wp.array(dtype=wp.int32),
 ):
-    """Who goes by more than `least` m, so fast, of who is not touched; clears what is summed and noted next."""
+    """Who goes by more than `least` m, so fast, seen from the root, of who is neither touched nor led; clears what is
+    summed and noted next."""
     piece = wp.tid()
-    goes = dt[0] * wp.length(total[piece]) > least * count[piece]
+    along_out[piece] = displaced(root[0], x[first[piece]])
+    goes = wp.length(dt[0] * total[piece] - count[piece] * along_out[piece]) > least * count[piece]
     flies_out[piece] = 0
-    if touched[piece] == 0 and goes:
+    if touched[piece] == 0 and led[piece] == 0 and goes:
         flies_out[piece] = 1
         any_out[0] = 1
     touched[piece] = 0
@@ -134,15 +144,16 @@ def find_way_kernel(
     least: float,
     total: wp.array(dtype=wp.vec3),
     stiffness: wp.array(dtype=wp.float32),
+    along: wp.array(dtype=wp.vec3),
     flies: wp.array(dtype=wp.int32),
     way_out: wp.array(dtype=wp.vec3),
 ):
-    """c; who is held back to no more than `least` m of it does not fly."""
+    """c; who is held back to no more than `least` m of it, seen from the root, does not fly."""
     piece = wp.tid()
     if flies[piece] == 1:
         way = -total[piece] / stiffness[piece]
         way_out[piece] = way
-        if wp.length(way) <= least:
+        if wp.length(way - along[piece]) <= least:
             flies[piece] = 0
     total[piece] = wp.vec3()
 
@@ -239,21 +250,27 @@ class Flight:
     """Of P pieces, of which vertex i is of `piece_of`[i], `count` (P,) how many each has: `flies` (P,) int32 tells who
     flies in this step, `any` (1,) int32 whether one does, `way` (P,) m is theirs.
 
-    `touched` (P,) int32 is who is touched as the step begins, as far as it is known; all, until a step has ended.
-    `felt` (N,) m/s is what who flies feels of the body's motion. `total`, `stiffness` and `least` (P,) are scratch.
+    `led` (P,) int32 is who the body leads, `touched` (P,) int32 who is touched as the step begins, as far as it is
+    known; all, until a step has ended. `along` (P,) m is where the root takes the `first` (P,) vertex of each. `felt`
+    (N,) m/s is what who flies feels of the body's motion. `total`, `stiffness` and `least` (P,) are scratch.
     """
 
-    def __init__(self, joined: csr_matrix, device: str) -> None:
-        """`joined` (N, N) has an entry wherever two vertices act on each other."""
+    def __init__(self, joined: csr_matrix, led: Sequence[np.ndarray], device: str) -> None:
+        """`joined` (N, N) has an entry wherever two vertices act on each other; `led` (any) are vertices that the body
+        leads."""
         ones = csr_matrix((np.ones(joined.nnz, np.int8), joined.indices, joined.indptr), shape=joined.shape)
         pieces, piece_of = connected_components(ones, directed=False)
         self.pieces = int(pieces)
         self.piece_of: wp.array = wp.array(piece_of, dtype=wp.int32, device=device)
         self.count: wp.array = wp.array(np.bincount(piece_of), dtype=wp.float32, device=device)
+        of_led = np.isin(np.arange(pieces), piece_of[np.concatenate([*led, np.zeros(0, np.int64)]).astype(np.int64)])
+        self.led: wp.array = wp.array(of_led, dtype=wp.int32, device=device)
+        first = np.unique(piece_of, return_index=True)[1]
+        self.first: wp.array = wp.array(first, dtype=wp.int32, device=device)
         self.touched = wp.ones(self.pieces, dtype=wp.int32, device=device)
         self.flies = wp.zeros(self.pieces, dtype=wp.int32, device=device)
         self.any = wp.zeros(1, dtype=wp.int32, device=device)
-        self.way = wp.zeros(self.pieces, dtype=wp.vec3, device=device)
+        self.way, self.along = (wp.zeros(self.pieces, dtype=wp.vec3, device=device) for _ in range(2))
         self.felt = wp.zeros(len(piece_of), dtype=wp.vec3, device=device)
         self.total = wp.zeros(self.pieces, dtype=wp.vec3, device=device)
         self.stiffness, self.least = (wp.zeros(self.pieces, dtype=wp.float32, device=device) for _ in range(2))
@@ -271,14 +288,16 @@ class Flight:
 
     def set_off(self, sim: Simulation) -> None:
         """For the device: find who flies in the step that begins at x, and which way."""
-        sums, total = sim.sums, self.total
+        sums, total, body = sim.sums, self.total, sim.body
+        assert body is not None
         self.any.zero_()
         self.note_touched(sim.pairs)
         velocities = [self.piece_of, self.touched, sim.state.v]
         launch(add_velocity_kernel, sim.cloth_count, velocities, [total, sums.vectors], device=sim.device)
         sums.settle(total)
-        gate = [SHARE * search_slack(sim), self.count, sim.state.dt, self.touched, total]
-        launch(set_off_kernel, self.pieces, gate, [self.stiffness, self.flies, self.any], device=sim.device)
+        gate = [SHARE * search_slack(sim), body.carry.root, sim.state.x, self.first, self.count, sim.state.dt, self.led]
+        outputs = [self.along, self.stiffness, self.flies, self.any]
+        launch(set_off_kernel, self.pieces, [*gate, self.touched, total], outputs, device=sim.device)
         wp.capture_if(self.any, lambda: self._find_way(sim))
 
     def _find_way(self, sim: Simulation) -> None:
@@ -289,7 +308,7 @@ class Flight:
         outputs = [self.total, sums.vectors, self.stiffness, sums.numbers]
         launch(add_forces_kernel, sim.cloth_count, forces, outputs, device=sim.device)
         self._settle(sums)
-        found = [SHARE * search_slack(sim), self.total, self.stiffness]
+        found = [SHARE * search_slack(sim), self.total, self.stiffness, self.along]
         launch(find_way_kernel, self.pieces, found, [self.flies, self.way], device=sim.device)
 
     def _settle(self, sums: OrderFreeSums) -> None:
