@@ -158,12 +158,20 @@ def go(sim: Simulation) -> None:
 
 
 def stop_short(sim: Simulation, sight: Sight | None, share: float) -> Sight | None:
-    """Let what flies stop short of what it meets; `share` as of `look_ahead`. Returns what is seen of the motion as it
-    is then, None if nobody has looked."""
-    if sim.flight is None:
+    """Let what flies stop short of what it meets, and then what meets that; `share` as of `look_ahead`. Returns what is
+    seen of the motion as it is then, None if nobody has looked."""
+    flight = sim.flight
+    if flight is None:
         return sight
-    sight = sight or look(sim)
-    return None if sight.held and sim.flight.stop_short(sim, share) else sight
+    for _ in range(flight.pieces):
+        sight = sight or look(sim)
+        if not sight.held or not flight.under_way:
+            return sight
+        sight = None
+        if not flight.stop_short(sim):
+            return None
+        search_along(sim, sim.state.x, sim.work.direction, share)
+    return None
 
 
 def filter_motion(sim: Simulation, sight: Sight | None) -> None:

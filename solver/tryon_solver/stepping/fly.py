@@ -40,7 +40,7 @@ from tryon_solver.stepping.coast import SHARE
 from tryon_solver.stepping.gradient import elastic_gradient
 from tryon_solver.stepping.leap import slip_of
 from tryon_solver.stepping.predict import predict_as_frozen
-from tryon_solver.stepping.search import search_along, search_slack
+from tryon_solver.stepping.search import search_slack
 
 if TYPE_CHECKING:
     from tryon_solver.contact.pairs import ContactPairs
@@ -344,11 +344,14 @@ class Flight:
         arguments = [self.piece_of, self.flies, *inputs]
         wp.capture_if(self.any, lambda: launch(kernel, sim.cloth_count, arguments, outputs, device=sim.device))
 
-    def stop_short(self, sim: Simulation, share: float) -> bool:
-        """Shorten the way of each piece that flies, as one, until the motion in `direction` is free, and search along
-        what is left of it; False, and nothing is done, if none flies. Waits for the device."""
-        if not read(self.any)[0][0]:
-            return False
+    @property
+    def under_way(self) -> bool:
+        """Does any piece fly in this step? Waits for the device."""
+        return bool(read(self.any)[0][0])
+
+    def stop_short(self, sim: Simulation) -> bool:
+        """Shorten the way of each piece that flies, as one, until the motion in `direction` is free by what was found
+        along it: was any? What goes on past one that stops has to be searched for anew. Waits for the device."""
         work = sim.work
         self.least.fill_(1.0)
         work.alpha.fill_(1.0)
@@ -367,8 +370,8 @@ class Flight:
         )
         inputs = [self.piece_of, self.flies, work.alpha]
         launch(stop_short_kernel, sim.cloth_count, inputs, [work.direction], device=sim.device)
-        search_along(sim, sim.state.x, work.direction, share)
-        return True
+        flies, least = read(self.flies, self.least)
+        return bool((least[flies == 1] < 1.0).any())
 
     def _level(self, sim: Simulation) -> None:
         """For the device: of the vertices of a piece that flies, all have the least fraction."""

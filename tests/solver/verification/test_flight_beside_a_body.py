@@ -100,6 +100,24 @@ def test_a_ball_comes_to_the_floor_when_implicit_euler_does(preset, gas):
     assert report.max_stretch < 1.05
 
 
+def test_what_flies_above_another_stops_when_that_does():
+    """A patch falls with a ball of air, 1.3 mm above it: on their ways nothing is between them, until the ball stops
+    short of the floor. Vertex by vertex both were stretched to 5 and 7 then, and the step was void."""
+    dt, height = STEP["live"], 1.2
+    patch, x = sheet(5, 5, 0.02, 0.02)
+    parts = [ball([0.0, height + RADIUS, 0.0]), (patch, x + [0.0, height + 2 * RADIUS + 1.3e-3, 0.0])]
+    sim = over_floor(parts, (*TOUCHING, Gas(panels=(0,))), "live")
+    judge, flew, landed = judge_of(sim), False, False
+    for n in range(1, 35):
+        report = sim.advance(STILL, n * dt)
+        flew = flew or bool(sim.flight.flies.numpy().all())
+        landed = landed or report.pairs > 0
+        assert report.retries == 0
+        assert report.max_stretch < 1.25
+        assert not landed or judge.judge(sim.cloth_positions(), sim.body_positions()).clean
+    assert flew and landed
+
+
 def test_one_piece_flies_while_another_lies():
     """A sheet lies on a floor that goes up, where the ball falls beside it: that is touched, and goes with the
     floor."""
