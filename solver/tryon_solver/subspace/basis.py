@@ -50,11 +50,11 @@ def pattern_rows(garment: Garment) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def spline_basis(garment: Garment, spacing: float) -> sp.csr_matrix:
-    """(vertex_count, basis_count) float64; rows sum to one. `spacing` m between grid points.
+    """(vertex_count, basis_count) float64; rows sum to one (but below). `spacing` m between grid points.
 
     A narrow panel (collar, waistband) gets a finer grid across it. Bases whose support holds almost no fabric would
     make the reduced matrix singular: those with less than 1e-3 of the largest weight are dropped and the rows rescaled
-    to sum to one.
+    to sum to one; beside large pieces a tiny one may be left with none, and its rows empty.
     """
     vertex, panel, uv = pattern_rows(garment)
     rows, columns, weights = [], [], []
@@ -82,7 +82,7 @@ def spline_basis(garment: Garment, spacing: float) -> sp.csr_matrix:
     size = np.asarray(basis.multiply(basis).T @ garment.vertex_areas()).ravel()
     basis = basis[:, size >= 1e-3 * size.max()]
     total = np.asarray(basis.sum(axis=1)).ravel()
-    return sp.diags(1.0 / total) @ basis
+    return sp.diags(np.divide(1.0, total, out=np.zeros_like(total), where=total > 0.0)) @ basis
 
 
 def basis_by_edges(garment: Garment, edges: float) -> sp.csr_matrix:
