@@ -78,6 +78,7 @@ class Contribution:
     add_triangle_hessian: Callable[[wp.array, wp.array], None] | None = None  # x, hessians_out (F, 3)
     add_hessian: Callable[[wp.array, BlockRows], None] | None = None  # x, rows
     joined: npt.NDArray[np.int32] | None = None  # (K, 2) pairs of vertices
+    joined_by: wp.array | None = None  # (K,) float32, 0 where nothing joins the pair now
     stiffness: Term | None = None
     rate_stiffness: Term | None = None
     diagonal: Callable[[float, np.ndarray], np.ndarray] | None = None

@@ -36,7 +36,7 @@ from tryon_solver.scene import Scene
 from tryon_solver.settings import Settings
 from tryon_solver.state import State, Workspace, positions
 from tryon_solver.step import advance
-from tryon_solver.stepping.arm_contact import FLY, arm_contact
+from tryon_solver.stepping.arm_contact import FLY, arm_contact, may_fly
 from tryon_solver.stepping.coast import Coasting
 from tryon_solver.stepping.hold import Holding
 from tryon_solver.stepping.nothing_near import NoCandidates, NoPairs
@@ -106,7 +106,7 @@ class Simulation:
     group: wp.array  # (A,) int32: who has the same number never touches
     region: Region
     boxes: wp.array
-    flight: Flight | None = None  # where it may touch a body
+    flight: Flight | None = None  # where it may touch a body, or is of several pieces
     deflection: DeflectionScratch
     candidates: Candidates  # or what stands for them where it touches nothing, as of the pairs
     pairs: ContactPairs
@@ -125,7 +125,7 @@ class Simulation:
         self.plan = bind_plan(scene, settings, device, self.rest, self.sums)
         if scene.body is not None:
             import_module(CARRY)
-        if "body" in self.plan.touches:
+        if may_fly(self.plan, garment):
             import_module(FLY)
         compile_kernels(device)  # of what the plan has imported, too
         self.take_shape()

@@ -25,6 +25,7 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.rigid_motion import displaced, mat34
 from tryon_solver.linalg.upload import Upload
 
 wp.set_module_options({"enable_backward": False})
@@ -32,7 +33,6 @@ wp.set_module_options({"enable_backward": False})
 SHARPNESS = 0.01  # m, r above: skin closer than this dominates skin further away
 GRID = 64
 
-mat34 = wp.types.matrix(shape=(3, 4), dtype=wp.float32)  # the upper rows of A - 1: takes (x, 1) to A x - x
 
 
 @dataclass
@@ -182,12 +182,6 @@ def field_kernel(
         share = t * t * (3.0 - 2.0 * t)
         displacement = (share / total) * moved + (1.0 - share) * displacement
     displacement_out[i] = displacement
-
-
-@wp.func
-def displaced(motion: mat34, here: wp.vec3) -> wp.vec3:
-    """How far a rigid motion, held less the identity, takes what is here."""
-    return motion * wp.vec4(here[0], here[1], here[2], 1.0)
 
 
 @wp.kernel

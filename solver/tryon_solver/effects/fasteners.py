@@ -159,6 +159,7 @@ def bind(spec: Fasteners, context: BuildContext) -> Contribution | None:
         add_gradient=add_gradient,
         add_hessian=add_hessian,
         joined=spec.pairs.astype(np.int32),
+        joined_by=closed,
         stiffness=Term(matrix, live=True),
         energy=energy,
         reshape=make,

@@ -13,9 +13,11 @@ from tryon_solver.geometry.morton import order_along_curve
 from tryon_solver.offsets import contact_sizes
 
 if TYPE_CHECKING:
+    from tryon_solver.geometry.garment import Garment
+    from tryon_solver.plan import StepPlan
     from tryon_solver.simulation import Simulation
 
-FLY = "tryon_solver.stepping.fly"  # which a scene that touches no body does not import
+FLY = "tryon_solver.stepping.fly"  # which a scene in which nothing flies does not import
 PARALLEL = 1e-3  # of |ea|^2 |eb|^2: edges whose cross product is shorter, squared, count as nearly parallel
 
 
@@ -51,6 +53,12 @@ def arm_contact(sim: Simulation) -> None:
     sim.deflection = deflect.DeflectionScratch.allocate(sim.all_count, device)
     sim.candidates = candidates.Candidates.allocate(1 << 14, device)
     sim.pairs = pairs.ContactPairs.allocate(1 << 12, device)
-    if "body" in sim.plan.touches:
-        led = [c.led for c in sim.plan.contributions if c.led is not None]
-        sim.flight = import_module(FLY).Flight(sim.matrices.total.pattern, led, device)
+    if may_fly(sim.plan, sim.scene.garment):
+        beside = "body" in sim.plan.touches
+        flight = import_module(FLY).Flight(sim.matrices.total.pattern, sim.plan.contributions, beside, device)
+        sim.flight = flight if beside or flight.pieces > 1 else None
+
+
+def may_fly(plan: StepPlan, garment: Garment) -> bool:
+    """May a piece of the cloth come to go by itself, beside a body or another piece, and meet it? One alone coasts."""
+    return "body" in plan.touches or (bool(plan.touches) and garment.connectivity.pieces[0] > 1)

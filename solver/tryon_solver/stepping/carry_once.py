@@ -150,11 +150,11 @@ def carry_once(sim: Simulation, last: bool, sight: Sight | None) -> None:
 def go(sim: Simulation) -> None:
     """Take `alpha` of the motion, which is free."""
     state, work, body = sim.state, sim.work, sim.body
-    assert body is not None
     launch(go_kernel, sim.all_count, [work.direction, work.alpha], [state.x], device=sim.device)
     if sim.touching:
         follow(sim, near=False)
-    wp.copy(body.skin_now, body.skin_next)
+    if body is not None:
+        wp.copy(body.skin_now, body.skin_next)
 
 
 def stop_short(sim: Simulation, sight: Sight | None, share: float) -> Sight | None:

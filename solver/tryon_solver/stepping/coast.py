@@ -16,7 +16,8 @@ where c is within the SHARE of what the search has to spare anyhow.
 At the end, since contact stops vertices one by one, and what a budget then leaves undone is momentum that comes from
 nowhere: two cloths that stick to each other went off at 170 m/s.
 
-Not where cloth may touch a body, which does not come along: beside one, a piece of it flies (fly.py). Ours.
+Not where cloth may touch a body, which does not come along: beside one, a piece of it flies, as does each of several
+(fly.py). Ours.
 """
 
 from __future__ import annotations

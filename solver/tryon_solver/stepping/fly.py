@@ -1,4 +1,5 @@
-"""Cloth that flies beside a body that it may touch: a piece that nothing but itself touches takes its way as one.
+"""Cloth that flies beside a body or another piece that it may touch: a piece that nothing but itself touches takes its
+way as one.
 
 What holds of cloth that may touch itself alone (coast.py) holds of each piece of cloth for as long as nothing else
 touches it: of the incremental potential E, along a motion that its vertices i have in common, there is left what acts
@@ -6,18 +7,19 @@ from outside, and forces balance after
 
     c = -sum_i dE/dx_i / sum_i d_i.
 
-With a body about, that way may not lead through it. So it is taken with the body's motion (move_body.py), in place of
-what the field that carries cloth beside a body has for these vertices: the search follows all ways at once, and finds
-what is met on them; where something is, the piece stops short of it, as one, so that what lands is not pressed together
-on its way. The rest of the step begins there. Left to the solve, each vertex would be granted its way to any side: a
-ball of 642 vertices that fell at ten edges a step searched through 700,000 candidates and was braked to six edges.
+With a body or other pieces about, that way may not lead through them. So it is taken with the body's motion
+(move_body.py), if there is one, in place of what the field that carries cloth beside it has for these vertices: the
+search follows all ways at once, and finds what is met on them; where something is, the piece stops short of it, as one,
+so that what lands is not pressed together on its way. The rest of the step begins there. Left to the solve, each vertex
+would be granted its way to any side: a ball of 642 vertices that fell at ten edges a step searched through 700,000
+candidates and was braked to six edges.
 
 A piece flies in a step if at its start no contact pair has a vertex of it and one of the body or another piece, and if
 it goes by more than the SHARE of what the search has to spare, as fast as it is and by c, seen from the body's root,
 which takes along all that does not fly: what rests or hangs in the room stays where it is while a body goes by. What is
 slower so is carried along with what it hangs beside, and the solve takes it the rest of the way; so is what the body
-leads. Pieces that something joins, as
-stitches and fasteners do, are one here: what they pull by is none of d. Ours.
+leads, or a closed fastener joins to another. Pieces that stitches join are one here: what they pull by is none of d.
+Ours.
 """
 
 from __future__ import annotations
@@ -30,12 +32,12 @@ import warp as wp
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
-from tryon_solver.body.carry import displaced, mat34
 from tryon_solver.contact import bounds
 from tryon_solver.linalg.device_loop import NUMBER
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.order_free import OrderFreeSums, add, add_number
 from tryon_solver.linalg.read_back import read
+from tryon_solver.linalg.rigid_motion import displaced, mat34
 from tryon_solver.stepping.coast import SHARE
 from tryon_solver.stepping.gradient import elastic_gradient
 from tryon_solver.stepping.leap import slip_of
@@ -44,6 +46,7 @@ from tryon_solver.stepping.search import search_slack
 
 if TYPE_CHECKING:
     from tryon_solver.contact.pairs import ContactPairs
+    from tryon_solver.plan import Contribution
     from tryon_solver.simulation import Simulation
 
 wp.set_module_options({"enable_backward": False})
@@ -75,6 +78,21 @@ def note_touched_kernel(
             touched[a] = 1
         if b >= 0:
             touched[b] = 1
+
+
+@wp.kernel
+def note_joined_kernel(
+    pairs: wp.array(dtype=wp.vec2i),
+    joined_by: wp.array(dtype=wp.float32),
+    piece_of: wp.array(dtype=wp.int32),
+    touched: wp.array(dtype=wp.int32),
+):
+    k = wp.tid()
+    a = piece_of[pairs[k][0]]
+    b = piece_of[pairs[k][1]]
+    if joined_by[k] > 0.0 and a != b:
+        touched[a] = 1
+        touched[b] = 1
 
 
 @wp.kernel
@@ -246,28 +264,43 @@ def stop_short_kernel(
         direction[i] = alpha[i] * direction[i]
 
 
+def without(matrix: csr_matrix, joined: Sequence[np.ndarray]) -> csr_matrix:
+    """Ones where `matrix` (N, N) has entries, but for those of the pairs `joined` (K, 2) each."""
+    ones = csr_matrix((np.ones(matrix.nnz, np.int8), matrix.indices, matrix.indptr), shape=matrix.shape, copy=True)
+    for pairs in joined:
+        ones[pairs[:, 0], pairs[:, 1]] = 0
+        ones[pairs[:, 1], pairs[:, 0]] = 0
+    ones.eliminate_zeros()
+    return ones
+
+
 class Flight:
     """Of P pieces, of which vertex i is of `piece_of`[i], `count` (P,) how many each has: `flies` (P,) int32 tells who
     flies in this step, `any` (1,) int32 whether one does, `way` (P,) m is theirs.
 
     `led` (P,) int32 is who the body leads, `touched` (P,) int32 who is touched as the step begins, as far as it is
-    known; all, until a step has ended. `along` (P,) m is where the root takes the `first` (P,) vertex of each. `felt`
-    (N,) m/s is what who flies feels of the body's motion. `total`, `stiffness` and `least` (P,) are scratch.
+    known; beside a body all, until a step has ended. `along` (P,) m is where the root takes the `first` (P,) vertex of
+    each. `felt` (N,) m/s is what who flies feels of the body's motion. `total`, `stiffness` and `least` (P,) are
+    scratch.
     """
 
-    def __init__(self, joined: csr_matrix, led: Sequence[np.ndarray], device: str) -> None:
-        """`joined` (N, N) has an entry wherever two vertices act on each other; `led` (any) are vertices that the body
-        leads."""
-        ones = csr_matrix((np.ones(joined.nnz, np.int8), joined.indices, joined.indptr), shape=joined.shape)
-        pieces, piece_of = connected_components(ones, directed=False)
+    def __init__(
+        self, matrix: csr_matrix, contributions: Sequence[Contribution], body: bool, device: str
+    ) -> None:
+        """`matrix` (N, N) has an entry wherever two vertices act on each other; there may be a `body`."""
+        joins = [c for c in contributions if c.joined is not None and c.joined_by is not None]
+        pieces, piece_of = connected_components(without(matrix, [c.joined for c in joins]), directed=False)
+        self.joins = [(wp.array(c.joined, dtype=wp.vec2i, device=device), c.joined_by) for c in joins]
+        led = np.concatenate([np.zeros(0, np.int64), *(c.led for c in contributions if c.led is not None)])
         self.pieces = int(pieces)
         self.piece_of: wp.array = wp.array(piece_of, dtype=wp.int32, device=device)
         self.count: wp.array = wp.array(np.bincount(piece_of), dtype=wp.float32, device=device)
-        of_led = np.isin(np.arange(pieces), piece_of[np.concatenate([*led, np.zeros(0, np.int64)]).astype(np.int64)])
+        of_led = np.isin(np.arange(pieces), piece_of[led.astype(np.int64)])
         self.led: wp.array = wp.array(of_led, dtype=wp.int32, device=device)
         first = np.unique(piece_of, return_index=True)[1]
         self.first: wp.array = wp.array(first, dtype=wp.int32, device=device)
-        self.touched = wp.ones(self.pieces, dtype=wp.int32, device=device)
+        self.still = wp.zeros(1, dtype=mat34, device=device)
+        self.touched: wp.array = wp.full(self.pieces, int(body), dtype=wp.int32, device=device)
         self.flies = wp.zeros(self.pieces, dtype=wp.int32, device=device)
         self.any = wp.zeros(1, dtype=wp.int32, device=device)
         self.way, self.along = (wp.zeros(self.pieces, dtype=wp.vec3, device=device) for _ in range(2))
@@ -288,14 +321,17 @@ class Flight:
 
     def set_off(self, sim: Simulation) -> None:
         """For the device: find who flies in the step that begins at x, and which way."""
-        sums, total, body = sim.sums, self.total, sim.body
-        assert body is not None
+        sums, total = sim.sums, self.total
+        root = self.still if sim.body is None else sim.body.carry.root
         self.any.zero_()
         self.note_touched(sim.pairs)
+        for pairs, joined_by in self.joins:
+            inputs = [pairs, joined_by, self.piece_of]
+            launch(note_joined_kernel, len(pairs), inputs, [self.touched], device=sim.device)
         velocities = [self.piece_of, self.touched, sim.state.v]
         launch(add_velocity_kernel, sim.cloth_count, velocities, [total, sums.vectors], device=sim.device)
         sums.settle(total)
-        gate = [SHARE * search_slack(sim), body.carry.root, sim.state.x, self.first, self.count, sim.state.dt, self.led]
+        gate = [SHARE * search_slack(sim), root, sim.state.x, self.first, self.count, sim.state.dt, self.led]
         outputs = [self.along, self.stiffness, self.flies, self.any]
         launch(set_off_kernel, self.pieces, [*gate, self.touched, total], outputs, device=sim.device)
         wp.capture_if(self.any, lambda: self._find_way(sim))

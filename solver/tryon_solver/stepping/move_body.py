@@ -35,13 +35,30 @@ def move_body(sim: Simulation, interval: PoseInterval, solve_freely: Callable[[S
     sim.listed, sim.under_way = False, False
     sim.counters.asked, sim.counters.behind = None, 0.0
     if sim.body is None:
-        depart(sim)
+        go_alone(sim)
     else:
         go_with_body(sim, sim.body, interval.end, lambda: begin_solve(sim, solve_freely))
     sim.searches = 0
     if not sim.under_way:
         as_one(sim, "come_along" if sim.comes_along else "arrive", lambda: arrive(sim))
     sim.tell_cycles(sim.pace.cycles())
+
+
+def go_alone(sim: Simulation) -> None:
+    """Where there is no body: let pieces that nothing else touches go their ways, as far as these are proven free."""
+    depart(sim)
+    flight = sim.flight
+    if flight is None:
+        return
+
+    def set_off() -> None:
+        flight.set_off(sim)
+        sim.work.direction.zero_()
+        flight.take_way(sim)
+
+    as_one(sim, "set_off", set_off)
+    if flight.under_way:
+        carry_once(sim, last=True, sight=None)
 
 
 def go_with_body(sim: Simulation, body: PosedBody, stance: Any, begin: Callable[[], None]) -> None:
