@@ -288,9 +288,11 @@ class Flight:
         self, matrix: csr_matrix, contributions: Sequence[Contribution], body: bool, device: str
     ) -> None:
         """`matrix` (N, N) has an entry wherever two vertices act on each other; there may be a `body`."""
-        joins = [c for c in contributions if c.joined is not None and c.joined_by is not None]
-        pieces, piece_of = connected_components(without(matrix, [c.joined for c in joins]), directed=False)
-        self.joins = [(wp.array(c.joined, dtype=wp.vec2i, device=device), c.joined_by) for c in joins]
+        joins = [(c.joined, c.joined_by) for c in contributions if c.joined is not None and c.joined_by is not None]
+        pieces, piece_of = connected_components(without(matrix, [pairs for pairs, _ in joins]), directed=False)
+        self.joins: list[tuple[wp.array, wp.array]] = [
+            (wp.array(pairs, dtype=wp.vec2i, device=device), joined_by) for pairs, joined_by in joins
+        ]
         led = np.concatenate([np.zeros(0, np.int64), *(c.led for c in contributions if c.led is not None)])
         self.pieces = int(pieces)
         self.piece_of: wp.array = wp.array(piece_of, dtype=wp.int32, device=device)
