@@ -41,11 +41,12 @@ class HemWeights(EffectSpec):
     acceleration: tuple[float, float, float] = (0.0, -9.81, 0.0)
 
     def check(self, scene: Scene) -> None:
-        """Raises ValueError for a vertex that the garment does not have, or a mass below 0."""
-        if (self.masses < 0).any():
-            raise ValueError(f"hem weights: mass {int(np.argmin(self.masses))} is below 0 kg; give what it weighs")
-        if len(self.vertices) and self.vertices.max() >= scene.garment.vertex_count:
-            raise ValueError(f"hem weights: there is no vertex {int(self.vertices.max())}")
+        """Raises ValueError for a vertex that the garment does not have, or a mass that none has."""
+        for k, (vertex, mass) in enumerate(zip(self.vertices, self.masses)):
+            if not 0 <= mass < np.inf:
+                raise ValueError(f"hem weights: mass {k} is {mass} kg; give what it weighs, 0 or more")
+            if not 0 <= vertex < scene.garment.vertex_count:
+                raise ValueError(f"hem weights: there is no vertex {vertex}")
 
 
 @wp.kernel

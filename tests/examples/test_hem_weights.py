@@ -53,8 +53,12 @@ def test_the_effect_is_in_the_plan_where_it_says_and_nowhere_without_weight():
     assert "hem_weights" in stages["diagonal"]
     without = made(HemWeights(low, np.zeros(len(low)))).plan
     assert "hem_weights" not in [contribution.name for contribution in without.contributions]
-    with pytest.raises(ValueError, match="there is no vertex 99"):
-        made(HemWeights(np.array([99]), np.ones(1)))
+    for vertex in (99, -1):
+        with pytest.raises(ValueError, match=f"there is no vertex {vertex}"):
+            made(HemWeights(np.array([vertex]), np.ones(1)))
+    for mass in (-1.0, np.nan, np.inf):
+        with pytest.raises(ValueError, match="mass 0 is"):
+            made(HemWeights(low[:1], np.array([mass])))
 
 
 @pytest.mark.parametrize("name", ["hem_weights.py", "hem_weights_word.py"])

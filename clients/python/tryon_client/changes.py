@@ -27,7 +27,7 @@ class RefusedError(Exception):
         self.code, self.place = problem.get("code", ""), problem.get("place", "")
         self.message = problem.get("message", f"the server answered with status {status}")
         self.remedy = problem.get("remedy", "")
-        super().__init__(f"{self.message}. {self.remedy}")
+        super().__init__(f"{self.message.rstrip('.')}. {self.remedy}")
 
 
 class Changes:
