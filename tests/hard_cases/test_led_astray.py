@@ -10,7 +10,7 @@ from scenes import named
 
 from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.settings import PRESETS
-from tryon_solver.stepping import correct, overshoot, search
+from tryon_solver.stepping import correct, fly, overshoot, search
 
 STEPS = 5  # of a 30th of a second; it lands in the second
 HASTY = replace(PRESETS["draft"], correction_iterations=1)  # with its own it is not led astray here
@@ -20,9 +20,11 @@ LIMIT = FABRICS["cotton_jersey"].strain_limit
 @pytest.fixture(autouse=True)
 def all_the_way(monkeypatch):
     """What leads astray is stopped before it stretches anything by the list of candidates, where that is held to its
-    room, and brought back where the first move has led far uphill: neither is done here."""
+    room, and brought back where the first move has led far uphill; and what flies stops short of the blow as one. None
+    of these is done here."""
     monkeypatch.setattr(search, "PER_EDGE", 1e-6)
     monkeypatch.setattr(overshoot, "CALM", math.inf)
+    monkeypatch.setattr(fly.Flight, "set_off", lambda self, _sim: self.stay())
 
 
 def landing(settings):
