@@ -35,16 +35,10 @@ class Connectivity:
             of_sides.result()
 
     @cached_property
-    def pieces(self) -> tuple[int, np.ndarray]:
-        """How many pieces there are, a way along edges leading from each vertex to all others of its piece, and (N,)
-        int32, which each vertex is of."""
-        graph = coo_array((np.ones(len(self.edges), np.int8), self.edges.T), shape=(self.count, self.count))
-        count, piece_of = connected_components(graph, directed=False)
-        return int(count), piece_of.astype(np.int32)
-
-    @property
     def of_one_piece(self) -> bool:
-        return self.pieces[0] == 1
+        """Does a way along edges lead from each vertex to all others?"""
+        graph = coo_array((np.ones(len(self.edges), np.int8), self.edges.T), shape=(self.count, self.count))
+        return int(connected_components(graph, directed=False)[0]) == 1
 
     @property
     def edges(self) -> np.ndarray:

@@ -234,17 +234,19 @@ def launch_look(sim: Simulation) -> None:
     as_one(sim, "look", shorten_and_count)
 
 
-def shorten(sim: Simulation) -> None:
-    """Shrink `alpha` until the motion is proven free."""
+def shorten(sim: Simulation, before: wp.array | None = None, level: Callable[[], None] | None = None) -> None:
+    """Shrink `alpha` until the motion is proven free; `before`, if it is told, and `level` as of `bounds.shorten`."""
+    work = sim.work
     bounds.shorten(
         sim.candidates,
         False,
         sim.cloth_count,
         sim.contact.sizes,
         sim.state.x,
-        sim.work.direction,
-        sim.work.alpha,
-        sim.work.alpha_before,
-        sim.work.changed,
-        sim.work.passes,
+        work.direction,
+        work.alpha,
+        work.alpha_before if before is None else before,
+        work.changed,
+        work.passes,
+        level,
     )

@@ -32,12 +32,12 @@ import warp as wp
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
-from tryon_solver.contact import bounds
 from tryon_solver.linalg.device_loop import NUMBER
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.order_free import OrderFreeSums, add, add_number
 from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.rigid_motion import displaced, mat34
+from tryon_solver.stepping.carry_once import shorten
 from tryon_solver.stepping.coast import SHARE
 from tryon_solver.stepping.gradient import elastic_gradient
 from tryon_solver.stepping.leap import slip_of
@@ -284,9 +284,7 @@ class Flight:
     scratch.
     """
 
-    def __init__(
-        self, matrix: csr_matrix, contributions: Sequence[Contribution], body: bool, device: str
-    ) -> None:
+    def __init__(self, matrix: csr_matrix, contributions: Sequence[Contribution], body: bool, device: str) -> None:
         """`matrix` (N, N) has an entry wherever two vertices act on each other; there may be a `body`."""
         joins = [(c.joined, c.joined_by) for c in contributions if c.joined is not None and c.joined_by is not None]
         pieces, piece_of = connected_components(without(matrix, [pairs for pairs, _ in joins]), directed=False)
@@ -393,19 +391,8 @@ class Flight:
         work = sim.work
         self.least.fill_(1.0)
         work.alpha.fill_(1.0)
-        bounds.shorten(
-            sim.candidates,
-            False,
-            sim.cloth_count,
-            sim.contact.sizes,
-            sim.state.x,
-            work.direction,
-            work.alpha,
-            work.travel,  # a place for each vertex: by fractions just made, a piece would be in its own way
-            work.changed,
-            work.passes,
-            level=lambda: self._level(sim),
-        )
+        # a place for each vertex: by fractions just made, a piece would be in its own way
+        shorten(sim, before=work.travel, level=lambda: self._level(sim))
         inputs = [self.piece_of, self.flies, work.alpha]
         launch(stop_short_kernel, sim.cloth_count, inputs, [work.direction], device=sim.device)
         flies, least = read(self.flies, self.least)

@@ -97,7 +97,7 @@ def test_scene_that_touches_nothing_has_nothing_of_contact(effects):
     assert not files & set(cost["allocated_in"])
 
 
-def test_cloth_that_may_touch_no_body_has_nothing_of_flying_beside_one():
+def test_cloth_of_one_piece_that_may_touch_no_body_has_nothing_of_flight():
     """What a worn scene has of it is the control."""
     worn, cost = (parts_of(probe(effects), "stepping.fly") for effects in (ALL, ("Gravity", "SelfContact")))
     assert worn["imported"]
