@@ -2,7 +2,8 @@
 
 The solver of an earlier commit is put into a folder of its own. Two processes, one with that solver and one with this
 one, play the same dressed T-shirt on a walking body, frame by frame in turn, so that whatever else the machine does
-meets both alike. Prints medians and their ratio; with --document they are written into that file anew.
+meets both alike. Prints means, medians and their ratios, and how far from balance either ends its frames, as it
+estimates that itself; with --document they are written into that file anew.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +27,12 @@ BEFORE = "2a44b3b"  # the last commit without them
 BEGIN, END = "<!-- made by before_effects.py -->", "<!-- until there -->"
 BODY = ROOT / ".cache" / "tryon" / "body.npz"
 EDGE = 0.0175  # m: 2,500 vertices
+ROWS = (  # preset, frames a second, correction_nearness in place of the preset's for the solver of now
+    ("draft", 30, None),
+    ("draft", 30, 0.05),
+    ("draft", 90, None),
+    ("live", 60, None),
+)
 THREADS = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
 
@@ -38,9 +46,9 @@ def dress(path: Path) -> None:
     np.savez(path, faces=g.faces, uv=g.uv_corners, panel=g.panel_of_face, x=worn.x, surface=worn.surface)
 
 
-def play(path: Path, preset: str, rate: int) -> None:
-    """A frame for each line that is read: writes `frame`, its wall and its processor time in ms and its Newton
-    iterations; first `ready`."""
+def play(path: Path, preset: str, rate: int, nearness: float | None) -> None:
+    """A frame for each line that is read: writes `frame`, its wall and its processor time in ms, its Newton iterations
+    and its estimated error in mm; first `ready`."""
     import warp as wp
 
     wp.config.quiet = True
@@ -59,14 +67,15 @@ def play(path: Path, preset: str, rate: int) -> None:
     into = blend_in(Pose.rest(body), motion, 1.0)
     garment = Garment(kept["faces"], kept["uv"], kept["panel"], len(kept["x"]))
     scene = Scene(garment, kept["x"], body, effects=LIVE)
-    sim = build(scene, PRESETS[preset], "cpu", Pose.rest(body), kept["surface"])
+    settings = PRESETS[preset] if nearness is None else replace(PRESETS[preset], correction_nearness=nearness)
+    sim = build(scene, settings, "cpu", Pose.rest(body), kept["surface"])
     print("ready", len(kept["x"]), Path(tryon_solver.__file__).parents[1], flush=True)
     for frame, _ in enumerate(sys.stdin, 1):
         begun, spent = time.perf_counter(), time.process_time()
         at = frame / rate
         report = sim.advance(into.sample(at) if at < 1.0 else motion.sample(at - 1.0), at)
         took = 1e3 * (time.perf_counter() - begun), 1e3 * (time.process_time() - spent)
-        print("frame", *took, report.newton_iterations, flush=True)
+        print("frame", *took, report.newton_iterations, 1e3 * report.error, flush=True)
 
 
 def solver_of(commit: str, folder: Path) -> Path:
@@ -76,11 +85,14 @@ def solver_of(commit: str, folder: Path) -> Path:
     return folder / "solver"
 
 
-def compare(commit: str, preset: str, rate: int, frames: int, folder: Path, worn: Path) -> dict[str, Any]:
-    """Both in turn."""
+def compare(
+    commit: str, preset: str, rate: int, nearness: float | None, frames: int, folder: Path, worn: Path
+) -> dict[str, Any]:
+    """Both in turn; `nearness` is told to the solver of now alone."""
     players, solvers = [], [solver_of(commit, folder), ROOT / "solver"]
-    for solver in solvers:
+    for solver, near in zip(solvers, (None, nearness), strict=True):
         command = [sys.executable, str(Path(__file__).resolve()), "--play", str(worn), preset, str(rate)]
+        command += [] if near is None else [str(near)]
         environment = {"TRYON_BODY": str(BODY), **os.environ, **THREADS, "PYTHONPATH": str(solver)}
         players.append(
             subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment)
@@ -89,7 +101,7 @@ def compare(commit: str, preset: str, rate: int, frames: int, folder: Path, worn
     if [Path(told) for _, told in ready] != solvers:
         raise RuntimeError(f"other solvers are installed in front of those to compare: {ready}")
     vertices = int(ready[0][0])
-    times = np.zeros((frames, len(players), 3))
+    times = np.zeros((frames, len(players), 4))
     for frame in range(frames):
         for k in (0, 1) if frame % 2 else (1, 0):
             stdin = players[k].stdin
@@ -100,9 +112,14 @@ def compare(commit: str, preset: str, rate: int, frames: int, folder: Path, worn
     for player in players:
         player.communicate()
     told = times[frames // 6 :]
-    medians, newton = np.median(told[..., :2], axis=0), told[..., 2].mean(axis=0)
-    alike = {"preset": preset, "rate": rate, "vertices": vertices, "frames": frames}
-    return {**alike, "ms": medians.tolist(), "newton": newton.tolist()}
+    return {
+        **{"preset": preset, "rate": rate, "nearness": nearness, "vertices": vertices, "frames": frames},
+        "ms": told[..., 0].mean(axis=0).tolist(),
+        "processor_ms": told[..., 1].mean(axis=0).tolist(),
+        "processor_ms_median": np.median(told[..., 1], axis=0).tolist(),
+        "newton": told[..., 2].mean(axis=0).tolist(),
+        "error_mm": np.sqrt((told[..., 3] ** 2).mean(axis=0)).tolist(),
+    }
 
 
 def said(player: subprocess.Popen[str], word: str) -> list[str]:
@@ -120,21 +137,25 @@ def table(found: list[dict[str, Any]], commit: str) -> str:
         BEGIN,
         "",
         f"A T-shirt of {found[0]['vertices']} vertices in the walk, with the effects `LIVE`, by the solver of commit",
-        f"{commit}, the last without these effects, and by this one: frame by frame in turn, medians of",
-        f"{found[0]['frames']} frames, on one of {os.cpu_count()} cores ({platform.machine()}). How many Newton",
-        "iterations a frame takes, in the mean, follows from when a correction ends (METHOD.md section 7), not from",
-        "effects.",
+        f"{commit}, the last without these effects, and by this one: frame by frame in turn, {found[0]['frames']}",
+        f"frames, on one of {os.cpu_count()} cores ({platform.machine()}). Times and Newton iterations are means over",
+        "frames, with the ratio of the medians beside that of the means; the error is the one that either solver",
+        "estimates, a root mean square over frames.",
         "",
-        "| preset | frames a second | ms before | ms now | ratio | processor ms before | now | ratio "
-        "| Newton iterations before | now |",
-        "|---|---|---|---|---|---|---|---|---|---|",
+        "| preset | frames a second | ms before | ms now | ratio | processor ms before | now | ratio | of the medians "
+        "| Newton iterations before | now | error before, mm | now |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for row in found:
-        (wall, spent), (wall_now, spent_now) = row["ms"]
+        (wall, wall_now), (spent, spent_now) = row["ms"], row["processor_ms"]
+        median, median_now = row["processor_ms_median"]
         figures = f"{wall:.1f} | {wall_now:.1f} | {wall_now / wall:.3f} | {spent:.1f} | {spent_now:.1f}"
-        newton, newton_now = row["newton"]
-        iterations = f"{newton:.1f} | {newton_now:.1f}"
-        lines.append(f"| {row['preset']} | {row['rate']} | {figures} | {spent_now / spent:.3f} | {iterations} |")
+        ratios = f"{spent_now / spent:.3f} | {median_now / median:.3f}"
+        (newton, newton_now), (error, error_now) = row["newton"], row["error_mm"]
+        came = f"{newton:.1f} | {newton_now:.1f} | {error:.2f} | {error_now:.2f}"
+        nearness = row["nearness"]
+        played = row["preset"] if nearness is None else f"{row['preset']}, now by `correction_nearness` {nearness}"
+        lines.append(f"| {played} | {row['rate']} | {figures} | {ratios} | {came} |")
     return "\n".join([*lines, "", END])
 
 
@@ -143,17 +164,17 @@ def main() -> None:
     parser.add_argument("--commit", default=BEFORE, help=f"to compare with ({BEFORE})")
     parser.add_argument("--frames", type=int, default=90)
     parser.add_argument("--document", type=Path, help="a file whose table is written anew")
-    parser.add_argument("--play", nargs=3, help=argparse.SUPPRESS)
+    parser.add_argument("--play", nargs="+", help=argparse.SUPPRESS)
     asked = parser.parse_args()
     if asked.play:
-        play(Path(asked.play[0]), asked.play[1], int(asked.play[2]))
+        worn, preset, rate, *nearness = asked.play
+        play(Path(worn), preset, int(rate), float(nearness[0]) if nearness else None)
         return
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        worn = folder / "worn.npz"
-        dress(worn)
-        presets = (("draft", 30), ("live", 60))
-        found = [compare(asked.commit, preset, rate, asked.frames, folder, worn) for preset, rate in presets]
+        dressed = folder / "worn.npz"
+        dress(dressed)
+        found = [compare(asked.commit, *row, asked.frames, folder, dressed) for row in ROWS]
     print(json.dumps(found))
     text = table(found, asked.commit)
     print(text)
