@@ -31,11 +31,11 @@ from tryon_solver.geometry.overlay import Overlay
 from tryon_solver.rebind import take_over, with_effects
 from tryon_solver.scene import Effect, Pins, Sleep
 from tryon_solver.simulation import Simulation
+from tryon_solver.stepping.leap import FALLEN
 
 SECONDS = 1 / 3  # simulated, that it takes at least, and as long as
 FASTEST = 0.6  # m/s is the most that a vertex is drawn with against where the other has it, 20 mm in a frame of 1/30 s:
 # cloth that has slipped off hangs half a metre away, and takes a second and a half
-FALLEN = 1.0  # m: what is farther off has fallen from the body, a piece that was cut off, and nobody waits for it
 STEEPEST = 15 / 8  # times its mean slope, that of `ease` halfway
 PULL = 1e5  # N/m^3, per area of what is drawn: 100 Pa, as a tight waist presses, hold it off by a millimetre
 

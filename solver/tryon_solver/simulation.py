@@ -388,7 +388,8 @@ class Simulation:
 
     def come_along(self) -> None:
         """In the next `advance` the cloth goes with the body as if the room moved: it feels nothing of that motion,
-        what speed it had is gone, and in the end it has the body's. For a garment that nobody sees on its way."""
+        what speed it had is gone, and in the end it has the body's. For a garment that nobody sees on its way; what of
+        it has fallen from the body goes its own (stepping/fly.py)."""
         self.comes_along = self.body is not None
 
     def move_origin(self, by: np.ndarray) -> None:

@@ -19,7 +19,13 @@ it goes by more than the SHARE of what the search has to spare, as fast as it is
 which takes along all that does not fly: what rests or hangs in the room stays where it is while a body goes by. What is
 slower so is carried along with what it hangs beside, and the solve takes it the rest of the way; so is what the body
 leads, or a closed fastener joins to another. Pieces that stitches join are one here: what they pull by is none of d.
-Ours.
+
+In a step in which the cloth comes along (leap.py) there flies only what has fallen from the body: what is worn may be
+untouched for a moment, as a dress is in a jump, and would be left behind by a body that is led to another stance. So
+what is within FALLEN of the box around the body counts as touched then. It does so, too, in the first step of a
+simulation, of which nobody knows who is touched. Of what is farther off than that contact pairs tell, which are
+collected where such a step begins: a garment that fell metres below who wears it, and goes on in another mesh, would
+be carried with the turn of the body's root, at 27 m by metres a step. Ours.
 """
 
 from __future__ import annotations
@@ -32,6 +38,7 @@ import warp as wp
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
+from tryon_solver.contact.pairs import collect
 from tryon_solver.linalg.device_loop import NUMBER
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.order_free import OrderFreeSums, add, add_number
@@ -40,9 +47,9 @@ from tryon_solver.linalg.rigid_motion import displaced, mat34
 from tryon_solver.stepping.carry_once import shorten
 from tryon_solver.stepping.coast import SHARE
 from tryon_solver.stepping.gradient import elastic_gradient
-from tryon_solver.stepping.leap import slip_of
+from tryon_solver.stepping.leap import FALLEN, slip_of
 from tryon_solver.stepping.predict import predict_as_frozen
-from tryon_solver.stepping.search import search_slack
+from tryon_solver.stepping.search import list_holds, search_along, search_slack
 
 if TYPE_CHECKING:
     from tryon_solver.contact.pairs import ContactPairs
@@ -93,6 +100,31 @@ def note_joined_kernel(
     if joined_by[k] > 0.0 and a != b:
         touched[a] = 1
         touched[b] = 1
+
+
+@wp.kernel
+def bound_kernel(x: wp.array(dtype=wp.vec3), box: wp.array(dtype=wp.vec3)):
+    """Largest way from the first of x (B,) m to another, along each axis, and backwards."""
+    way = x[wp.tid()] - x[0]
+    wp.atomic_max(box, 0, way)
+    wp.atomic_max(box, 1, -way)
+
+
+@wp.kernel
+def note_near_kernel(
+    cloth_count: int,
+    far: float,
+    x: wp.array(dtype=wp.vec3),
+    box: wp.array(dtype=wp.vec3),
+    piece_of: wp.array(dtype=wp.int32),
+    touched: wp.array(dtype=wp.int32),
+):
+    """No point of the body is nearer to a vertex than the box around it is."""
+    i = wp.tid()
+    way = x[i] - x[cloth_count]
+    outside = wp.max(wp.max(way - box[0], -way - box[1]), wp.vec3())
+    if wp.length(outside) <= far:
+        touched[piece_of[i]] = 1
 
 
 @wp.kernel
@@ -229,6 +261,25 @@ def keep_start_kernel(
 
 
 @wp.kernel
+def rest_kernel(piece_of: wp.array(dtype=wp.int32), flies: wp.array(dtype=wp.int32), v: wp.array(dtype=wp.vec3)):
+    i = wp.tid()
+    if flies[piece_of[i]] == 0:
+        v[i] = wp.vec3()
+
+
+@wp.kernel
+def go_along_kernel(
+    piece_of: wp.array(dtype=wp.int32),
+    flies: wp.array(dtype=wp.int32),
+    felt: wp.array(dtype=wp.vec3),
+    v: wp.array(dtype=wp.vec3),
+):
+    i = wp.tid()
+    if flies[piece_of[i]] == 0:
+        v[i] = v[i] + felt[i]
+
+
+@wp.kernel
 def find_least_kernel(
     piece_of: wp.array(dtype=wp.int32), alpha: wp.array(dtype=wp.float32), least: wp.array(dtype=wp.float32)
 ):
@@ -279,9 +330,9 @@ class Flight:
     flies in this step, `any` (1,) int32 whether one does, `way` (P,) m is theirs.
 
     `led` (P,) int32 is who the body leads, `touched` (P,) int32 who is touched as the step begins, as far as it is
-    known; beside a body all, until a step has ended. `along` (P,) m is where the root takes the `first` (P,) vertex of
+    `known`; else beside a body all that are near it. `along` (P,) m is where the root takes the `first` (P,) vertex of
     each. `felt` (N,) m/s is what who flies feels of the body's motion. `total`, `stiffness` and `least` (P,) are
-    scratch.
+    scratch, and so is the body's `box` (2,) m, as of `bound_kernel`.
     """
 
     def __init__(self, matrix: csr_matrix, contributions: Sequence[Contribution], body: bool, device: str) -> None:
@@ -300,7 +351,9 @@ class Flight:
         first = np.unique(piece_of, return_index=True)[1]
         self.first: wp.array = wp.array(first, dtype=wp.int32, device=device)
         self.still = wp.zeros(1, dtype=mat34, device=device)
-        self.touched: wp.array = wp.full(self.pieces, int(body), dtype=wp.int32, device=device)
+        self.touched = wp.zeros(self.pieces, dtype=wp.int32, device=device)
+        self.known = not body
+        self.box = wp.zeros(2, dtype=wp.vec3, device=device)
         self.flies = wp.zeros(self.pieces, dtype=wp.int32, device=device)
         self.any = wp.zeros(1, dtype=wp.int32, device=device)
         self.way, self.along = (wp.zeros(self.pieces, dtype=wp.vec3, device=device) for _ in range(2))
@@ -314,10 +367,33 @@ class Flight:
         launch(note_touched_kernel, pairs.size, inputs, [self.touched], device=self.any.device)
 
     def begin_as(self, worn: Flight, pairs: ContactPairs) -> None:
-        """Begin where cloth that is `worn` has ended a step with these pairs, if it has; waits for the device."""
-        if not read(worn.touched)[0].any():
-            self.touched.zero_()
+        """Begin where cloth that is `worn` has ended a step with these pairs, if it has."""
+        if worn.known:
+            self.known = True
             self.note_touched(pairs)
+
+    def look_about(self, sim: Simulation) -> None:
+        """Before the first step that begins at x, of which no step before tells who is touched: who is near the body
+        counts as touched; if all are, nothing is to be found out. Of the others the pairs tell, which are collected
+        then. Waits for the device."""
+        if self.known:
+            return
+        self.known = True
+        self._note_near(sim)
+        if read(self.touched)[0].all():
+            return
+        x, direction = sim.state.x, sim.work.direction
+        direction.zero_()
+        if not list_holds(sim, x, direction):
+            search_along(sim, x, direction, 0.0)
+        collect(sim.pairs, sim.candidates, sim.contact, x)
+
+    def _note_near(self, sim: Simulation) -> None:
+        """For the device: count who is near the body among those that are touched."""
+        x, first = sim.state.x, sim.cloth_count
+        self.box.zero_()
+        launch(bound_kernel, sim.body_count, [x[first:]], [self.box], device=sim.device)
+        launch(note_near_kernel, first, [first, FALLEN, x, self.box, self.piece_of], [self.touched], device=sim.device)
 
     def set_off(self, sim: Simulation) -> None:
         """For the device: find who flies in the step that begins at x, and which way."""
@@ -325,6 +401,8 @@ class Flight:
         root = self.still if sim.body is None else sim.body.carry.root
         self.any.zero_()
         self.note_touched(sim.pairs)
+        if sim.comes_along:
+            self._note_near(sim)
         for pairs, joined_by in self.joins:
             inputs = [pairs, joined_by, self.piece_of]
             launch(note_joined_kernel, len(pairs), inputs, [self.touched], device=sim.device)
@@ -351,11 +429,6 @@ class Flight:
         sums.settle(self.total)
         sums.settle_numbers(self.stiffness)
 
-    def stay(self) -> None:
-        """For the device: nobody flies in this step."""
-        self.flies.zero_()
-        self.any.zero_()
-
     def feel_beside(self, sim: Simulation) -> None:
         """For the device: `felt`, as if who flies were carried along by `direction` (leap.py): what a body that it
         comes to has done all the while is no jerk then. x is where everybody has gone along with the root."""
@@ -374,6 +447,17 @@ class Flight:
         state, body = sim.state, sim.body
         assert body is not None
         self._of_cloth(sim, keep_start_kernel, [self.felt, state.x_committed], [state.x_start, body.felt])
+
+    def come_to_rest(self, sim: Simulation) -> None:
+        """For the device: who does not fly is at rest."""
+        launch(rest_kernel, sim.cloth_count, [self.piece_of, self.flies], [sim.state.v], device=sim.device)
+
+    def go_along(self, sim: Simulation) -> None:
+        """For the device: who does not fly has the velocity that it has felt, on top of its own."""
+        body = sim.body
+        assert body is not None
+        inputs = [self.piece_of, self.flies, body.felt]
+        launch(go_along_kernel, sim.cloth_count, inputs, [sim.state.v], device=sim.device)
 
     def _of_cloth(self, sim: Simulation, kernel: wp.Kernel, inputs: Sequence[Any], outputs: Sequence[Any]) -> None:
         """Launch it over the cloth where some of it flies."""

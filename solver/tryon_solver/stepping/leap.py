@@ -7,6 +7,8 @@ have done it: of a change k of the velocity with which a vertex is carried, (h/|
 the rest the step starts where it would if the room had moved along. A body that goes on so fast is followed, later.
 
 A garment that nobody sees yet is brought to where a body is without feeling any of the way (`Simulation.come_along`).
+Not what has fallen from the body: metres away the turn of the body's root is metres long, and would be its speed in the
+end. What flies then (fly.py) keeps its own way and its own velocity.
 """
 
 from __future__ import annotations
@@ -21,6 +23,9 @@ if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
 
 wp.set_module_options({"enable_backward": False})
+
+FALLEN = 1.0  # m: what is farther off has fallen from the body, a piece that was cut off: nobody waits for it, and it
+# does not come along
 
 
 @wp.func
@@ -77,10 +82,14 @@ def go_along_kernel(felt: wp.array(dtype=wp.vec3), v: wp.array(dtype=wp.vec3)):
 
 def join_motion(sim: Simulation) -> None:
     """Let the step start at rest where the body has carried everybody to from `x_start`; `felt` is the
-    velocity with which it did."""
+    velocity with which it did. Who flies is not at rest; where it starts `Flight.keep_start` says, which is to
+    follow."""
     state, body = sim.state, sim.body
     assert body is not None
-    state.v.zero_()
+    if sim.flight is None:
+        state.v.zero_()
+    else:
+        sim.flight.come_to_rest(sim)
     launch(join_kernel, sim.all_count, [state.dt, state.x, state.x_start], [body.felt], device=sim.device)
 
 
@@ -89,4 +98,7 @@ def go_along(sim: Simulation) -> None:
     body = sim.body
     if not sim.comes_along or body is None:
         return
-    launch(go_along_kernel, sim.cloth_count, [body.felt], [sim.state.v], device=sim.device)
+    if sim.flight is None:
+        launch(go_along_kernel, sim.cloth_count, [body.felt], [sim.state.v], device=sim.device)
+    else:
+        sim.flight.go_along(sim)

@@ -69,6 +69,8 @@ def go_with_body(sim: Simulation, body: PosedBody, stance: Any, begin: Callable[
     motion = end[0] @ rigid.inverse(before[0])
     before = motion @ before
     take_motion(sim, before, end, stance, motion)
+    if sim.flight is not None:
+        sim.flight.look_about(sim)
     as_one(sim, "be_brought_along" if sim.comes_along else "go_along", lambda: go_along(sim))
     body.carry.sort_surface(settings.carry_none)
     sight = None
@@ -121,8 +123,8 @@ def arrive(sim: Simulation) -> None:
             join_motion(sim)
         else:
             feel_motion(sim)
-            if sim.flight is not None:
-                sim.flight.keep_start(sim)
+        if sim.flight is not None:
+            sim.flight.keep_start(sim)
     wp.copy(sim.state.x_feasible, sim.state.x)
 
 
@@ -154,10 +156,7 @@ def go_along(sim: Simulation) -> None:
     assert body is not None
     depart(sim)
     if sim.flight is not None:
-        if sim.comes_along:
-            sim.flight.stay()
-        else:
-            sim.flight.set_off(sim)
+        sim.flight.set_off(sim)
     anchors = (sim.region.anchor,) if sim.touching else ()
     for places in (state.x, body.skin_now, *anchors):
         body.carry.move_along(places)

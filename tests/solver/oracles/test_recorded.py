@@ -76,10 +76,12 @@ def test_a_sort_in_a_graph_is_seen_to_take_memory(gpu):
 def test_no_graph_of_a_step_takes_memory(gpu):
     """One that does reads what is not its own once other simulations' graphs have come and gone beside it."""
     sim = build(sleeve_on_limb().scene, PRESETS["live"], gpu, limb_at(0.0))
-    for k in range(12):
+    for k in range(14):
+        if k >= 12:
+            sim.come_along()
         sim.advance(limb_at(k / 60), k / 60)
     graphs = {**sim.graphs, "correction": sim.budget.graph, "search": sim.candidates.searches[1]}
-    assert "set_out_and_look_ahead" in graphs
+    assert {"set_out_and_look_ahead", "be_brought_along", "come_along"} <= set(graphs)
     for name, kept in graphs.items():
         if kept._graph is not None:
             kinds = kinds_of_nodes(kept._graph)

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from frame_judge import FrameJudge
+from scipy.spatial.transform import Rotation
 from small_scenes import STILL, flattened, icosphere, rigid_body, sheet, slab
 
 from tryon_solver.geometry.garment import Garment
@@ -18,6 +19,7 @@ from tryon_solver.rebind import take_over, with_effects
 from tryon_solver.scene import AirDrag, BodyContact, Fasteners, Gas, Gravity, Pins, Scene, SelfContact
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
+from tryon_solver.stepping.leap import FALLEN
 
 G = 9.81
 ULP = 2.0**-23  # of a metre, half the spacing of float32 between 1 and 2 m
@@ -278,18 +280,74 @@ def test_what_an_open_button_would_join_flies_by_itself():
     np.testing.assert_allclose(np.diff(speeds[3:]), -G * dt, rtol=0, atol=1e-3)
 
 
-def test_what_comes_along_does_not_fly():
-    """A garment that nobody sees yet goes with the body whatever it was about to do, and has its speed then."""
+def test_what_is_near_and_comes_along_does_not_fly():
+    """A garment that nobody sees yet goes with the body whatever it was about to do, and has its speed then: what is
+    loose and untouched for a moment would be left behind by a body that is led elsewhere."""
     dt, steps = STEP["live"], 18
     sim = over_floor([ball([0.0, 1.2, 0.0])], TOUCHING, "live")
     for n in range(1, steps + 1):
         sim.advance(STILL, n * dt)
     assert sim.flight.flies.numpy().all()
     before = sim.cloth_positions().mean(0)
+    assert before[1] < FALLEN
     sim.come_along()
     sim.advance(replace(STILL, root=np.array([0.05, 0.0, 0.0])), (steps + 1) * dt)
     assert not sim.flight.flies.numpy().any()
     np.testing.assert_allclose(sim.cloth_positions().mean(0) - before, [0.05, -G * dt**2, 0.0], rtol=0, atol=1e-3)
+
+
+def fallen(*others):
+    """A sheet that lies on the floor, a ball in the air 1.25 m beside it, and others; at `live`."""
+    cloth, x = sheet(9, 9, 0.2, 0.2)
+    parts = [(cloth, x + [-0.3, 0.0035, 0.0]), ball([0.0, 0.5, 1.8], 2), *others]
+    return over_floor(parts, TOUCHING, "live"), len(x)
+
+
+def turned(degrees):
+    """The floor, turned about the vertical."""
+    return replace(STILL, rotations=Rotation.from_euler("y", [degrees], degrees=True).as_quat())
+
+
+def test_what_has_fallen_off_keeps_its_way_and_its_velocity_where_the_rest_comes_along():
+    """The floor turns by 6 degrees in each step, by 11 m/s where the ball falls. What lies on it lies as it would with
+    no ball about, and has the floor's speed."""
+    dt, falling, steps = STEP["live"], 12, 16
+    cloth, x = sheet(9, 9, 0.2, 0.2)
+    (sim, lie), alone = fallen(), over_floor([(cloth, x + [-0.3, 0.0035, 0.0])], TOUCHING, "live")
+    start = sim.cloth_positions()[lie:].mean(0)
+    for n in range(1, steps + 1):
+        for one in (sim, alone):
+            if n > falling:
+                one.come_along()
+            one.advance(turned(6.0 * max(n - falling, 0)), n * dt)
+        v, x = sim.state.v.numpy(), sim.cloth_positions()
+        np.testing.assert_allclose(v[lie:].mean(0), [0.0, -G * n * dt, 0.0], rtol=0, atol=2 * rounding(n, dt))
+        way = x[lie:].mean(0) - start
+        np.testing.assert_allclose(way, [0.0, -G * dt**2 * n * (n + 1) / 2, 0.0], rtol=0, atol=8 * n * ULP)
+        np.testing.assert_allclose(x[:lie], alone.cloth_positions(), rtol=0, atol=1e-4)
+        np.testing.assert_allclose(v[:lie], alone.state.v.numpy(), rtol=0, atol=1e-4 / dt)
+    assert v[:lie, 2].max() > 1.0, "m/s"
+
+
+@pytest.mark.parametrize("along", [True, False])
+def test_what_has_fallen_off_goes_on_so_in_another_simulation(along):
+    """As in one that was made beside the stream: no step of its own has told who is touched. Of two patches that touch
+    each other that is found where it begins, and they do not fly, however far off they are."""
+    dt, patch, speed = STEP["live"], sheet(5, 5, 0.1, 0.1), np.array([0.5, -2.0, 0.0])
+    sim, lie = fallen(*((patch[0], patch[1] + [1.8, height, 0.0]) for height in (0.5, 0.5012)))
+    of, before = sim.flight.piece_of.numpy(), sim.cloth_positions()
+    falls = of == of[lie]
+    sim.state.v.assign(np.where(np.arange(len(of))[:, None] < lie, 0.0, speed))
+    if along:
+        sim.come_along()
+    sim.advance(turned(6.0), dt)
+    assert sim.flight.flies.numpy().tolist() == [int(piece == of[lie]) for piece in range(4)]
+    velocity = sim.state.v.numpy()[falls].mean(0)
+    np.testing.assert_allclose(velocity, speed - [0.0, G * dt, 0.0], rtol=0, atol=2 * rounding(1, dt))
+    way = sim.cloth_positions()[falls].mean(0) - before[falls].mean(0)
+    np.testing.assert_allclose(way, dt * velocity, rtol=0, atol=8 * ULP)
+    felt = sim.body.felt.numpy()[: len(of)][falls]
+    assert np.linalg.norm(felt, axis=1).max() < sim.settings.hardest_kick, "to land is no jerk of the body"
 
 
 def test_under_other_effects_it_flies_on_and_what_lies_does_not():
