@@ -6,11 +6,13 @@ import pickle
 import numpy as np
 import pytest
 from frame_judge import FrameJudge
+from scipy.spatial.transform import Rotation
 
 from tryon_server.app import BUILT_IN_PATTERNS
 from tryon_server.runtime import production
 from tryon_server.runtime.catching_up import CatchingUp, taken_off_for
 from tryon_server.runtime.order import DrapeOrder, GarmentOrder
+from tryon_server.runtime.remaking import caught_up
 from tryon_solver.body.pose import Pose
 from tryon_solver.drawn import FASTEST, in_both, left_after, seconds_for
 from tryon_solver.effects.drawn import bind as bind_drawn
@@ -152,6 +154,34 @@ def test_nobody_waits_for_what_has_fallen_from_the_body():
     assert seconds_for(apart) == seconds_for(apart[1:]) == pytest.approx(0.75 / FASTEST)
     left = left_after(apart, 0.74 / FASTEST, STEP, 0.75 / FASTEST)
     assert np.linalg.norm(left[0]) == pytest.approx(5.0 - FASTEST * STEP)
+
+
+def test_what_has_fallen_off_goes_on_falling_in_a_mesh_that_comes_to_where_the_body_is(both):
+    """A skirt 8 m aside of who turns by 5 degrees a frame, 21 m/s there, while a T-shirt of another fabric is made
+    beside: when that has come to the body's stance, the skirt is where it is beside the worn one."""
+    _, worn = both
+    skirt, sim = worn.layer_of("skirt").vertices, worn.simulation
+    x = sim.cloth_positions()
+    x[skirt] += [8.0, -2.0, 0.0]
+    sim.start_at(x, worn.body_positions(), sim.body.pose)
+
+    def turn(frames):
+        for _ in range(frames):
+            k = round(worn.seconds / STEP) + 1
+            root = Rotation.from_euler("y", 5.0 * k, degrees=True) * Rotation.from_quat(worn.pose.rotations[0])
+            worn.advance(Pose(worn.pose.root, np.vstack([root.as_quat(), worn.pose.rotations[1:]])), k * STEP)
+
+    turn(6)
+    worn.edit_garment("tshirt")
+    *_, made = worn.recut(worn.cutting(worn.specification, "denim")())
+    turn(1)
+    list(caught_up(made, worn, lambda: worn.stance))
+    assert made.stance is worn.stance
+    there = made.layer_of("skirt").vertices
+    np.testing.assert_allclose(made.cloth_positions()[there], worn.cloth_positions()[skirt], rtol=0, atol=1e-3)
+    np.testing.assert_allclose(made.simulation.state.v.numpy()[there], sim.state.v.numpy()[skirt], rtol=0, atol=0.05)
+    shirts = (one.cloth_positions()[one.layer_of("tshirt").vertices] for one in (made, worn))
+    assert np.linalg.norm(np.subtract(*shirts), axis=1).max() < 0.05, "it has come along"
 
 
 def test_who_is_given_up_leaves_what_is_worn_as_it_hangs_by_itself(both):
