@@ -16,6 +16,7 @@ from frames_after import FrameWatch
 from levels import grown
 from rebuild_times import TOPOLOGY, VALUE, plots, table
 from run_edits import AFTER, EditRun
+from scipy.spatial.transform import Rotation
 from speeds import speed_on_body
 from undone import ELSEWHERE, FACTOR, NOT_THERE, other_than_from_scratch, silent
 from worn_frames import WornFrames
@@ -248,6 +249,20 @@ def test_cloth_that_is_thrown_is_fast_however_the_limbs_swing(seen):
     assert faults.fastest == pytest.approx(2.4)
     assert [said.partition(":")[0] for said in faults.too_fast] == [f"frame {k + 1}, {k} after an edit" for k in (4, 5)]
     assert faults.fastest_of_itself == pytest.approx(1.6)
+
+
+@pytest.mark.parametrize("carried", [False, True])
+def test_cloth_far_off_is_fast_where_the_body_s_turn_takes_it_and_not_where_it_rests(watched, carried):
+    """8 m aside of a body that turns by 3 degrees a frame: against the pelvis its way counts, and not its turn."""
+    watch, see = watched
+    watch.changed("an edit")
+    for k in range(1, 6):
+        turn = Rotation.from_euler("y", 3.0 * k, degrees=True)
+        far = SHEETS + [8.0, -2.0, 0.0]
+        frame = frame_at(turn.apply(far) if carried else far, k / 30)
+        faults = see(replace(frame, body=turn.apply(TETRAHEDRON), rotations=turn.as_quat()[None]))
+    assert bool(faults.too_fast) is carried
+    assert faults.fastest_of_itself == pytest.approx(12.9 if carried else 0.0, abs=1.0)
 
 
 def test_the_limit_of_speed_is_at_least_what_the_motion_gave_the_garment_before(watched):
