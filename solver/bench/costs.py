@@ -58,7 +58,7 @@ def product(matrix: PairedMatrix, unknowns: int, directions: int) -> Cost:
     made = 6 if directions == 2 else 0  # operations of z + b q
     rows = Cost(near * (WORD + BLOCK) + far * 2 * WORD, near * (made + 21) + far * (made + 9))
     vectors = directions + (2 if directions == 2 else 1)  # read; p, if made, and y written
-    own = Cost(unknowns * (VECTOR * vectors + WORD), unknowns * (made + 12))
+    own = Cost(unknowns * (VECTOR * (vectors + 1) + WORD), unknowns * (made + 12 + 11))  # with what holds it
     # u = sum w p: 6 each; its answer: 5, 4 and 18 with the sum; <u, f>: 6; added to four: 6 each
     coupled = Cost(pairs * PAIR, pairs * (4 * (made + 6) + 27 + 6 + 24))
     places = 16 if directions == 2 else VECTOR  # a vector of four is added at once

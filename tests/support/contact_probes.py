@@ -8,6 +8,7 @@ import warp as wp
 from tryon_solver.contact.barrier import barrier, barrier_curvature, barrier_gradient, mollifier
 from tryon_solver.contact.ccd import time_of_impact
 from tryon_solver.contact.distances import stencil_vector, stencil_weights
+from tryon_solver.contact.nearest import Fans, share_of_stencil
 from tryon_solver.contact.verify import edge_edge_sq, point_triangle_sq
 
 wp.config.quiet = True
@@ -64,6 +65,22 @@ def impact_kernel(
     )
 
 
+@wp.kernel
+def share_kernel(
+    kinds: wp.array(dtype=wp.int32),
+    ids: wp.array(dtype=wp.vec4i),
+    x: wp.array(dtype=wp.vec3),
+    starts: wp.array(dtype=wp.int32),
+    corners: wp.array(dtype=wp.vec2i),
+    out: wp.array(dtype=wp.float32),
+):
+    i = wp.tid()
+    v = ids[i]
+    lam = stencil_weights(kinds[i], x[v[0]], x[v[1]], x[v[2]], x[v[3]])
+    away = stencil_vector(lam, x[v[0]], x[v[1]], x[v[2]], x[v[3]])
+    out[i] = share_of_stencil(kinds[i], v, lam, away, x, starts, corners)
+
+
 def _vectors(values: np.ndarray) -> wp.array:
     return wp.array(np.ascontiguousarray(values, np.float32), dtype=wp.vec3, device="cpu")
 
@@ -106,3 +123,14 @@ def solver_impact(kind: int, floor: np.ndarray, x: np.ndarray, p: np.ndarray) ->
     floors = wp.array(floor, dtype=wp.float32, device="cpu")
     wp.launch(impact_kernel, len(x), [kind, floors, _vectors(x), _vectors(p)], [t], device="cpu")
     return t.numpy().astype(np.float64)
+
+
+def solver_shares(faces: np.ndarray, kinds: np.ndarray, ids: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """(S,) how much stencils (S,), (S, 4) count on triangles (F, 3) with corners at x (A, 3) m."""
+    fans = Fans.of(faces, len(x), "cpu")
+    out = wp.full(len(kinds), np.nan, dtype=wp.float32, device="cpu")
+    kinds_in = wp.array(kinds.astype(np.int32), dtype=wp.int32, device="cpu")
+    ids_in = wp.array(ids.astype(np.int32), dtype=wp.vec4i, device="cpu")
+    inputs = [kinds_in, ids_in, _vectors(x), fans.starts, fans.corners]
+    wp.launch(share_kernel, len(kinds), inputs, [out], device="cpu")
+    return out.numpy().astype(np.float64)

@@ -95,13 +95,31 @@ def distances(surfaces: TwoSurfaces, x: np.ndarray) -> tuple[np.ndarray, np.ndar
     return stencil_distances(surfaces.kinds, x[..., surfaces.stencils, :])
 
 
-MEETINGS = ("corners", "anywhere", "parallel edges")
+def shares(surfaces: TwoSurfaces, x: np.ndarray) -> np.ndarray:
+    """(S,) how much each stencil counts at positions (A, 3): of a point beside a triangle, nothing where it is nearer
+    to another one with the edge or corner it is nearest to there, else its part in all that have that; of two edges,
+    all if they are nearest within both."""
+    d, weights = distances(surfaces, x)
+    share = np.ones(len(d))
+    share[(surfaces.kinds == 1) & (np.abs(weights) < 1e-12).any(1)] = 0.0
+    points = np.flatnonzero(surfaces.kinds == 0)
+    for k in points[(np.abs(weights[points]) < 1e-12).any(1)]:
+        vertex, corners = surfaces.stencils[k, 0], surfaces.stencils[k, 1:]
+        feature = corners[np.abs(weights[k, 1:]) >= 1e-12]
+        others = points[surfaces.stencils[points, 0] == vertex]
+        about = others[np.isin(surfaces.stencils[others, 1:], feature).sum(1) == len(feature)]
+        share[k] = 0.0 if (d[about] < d[k] - 1e-12).any() else 1.0 / len(about)
+    return share
+
+
+MEETINGS = ("corners", "anywhere", "parallel edges", "edges that cross")
 
 
 def near_state(surfaces: TwoSurfaces, rng: np.random.Generator, closest: float, meeting: str) -> np.ndarray:
     """(A, 3) float64 m of float32 values: noisy surfaces turned at random whose smallest distance is `closest` m.
 
-    They meet vertex to vertex, wherever they happen to, or with two edges parallel within half a degree.
+    They meet vertex to vertex, wherever they happen to, or with two edges parallel within half a degree, of which the
+    nearest points are an end's, or within both.
     """
     first, second = surfaces.first, ~surfaces.first
     x = surfaces.x_rest + 1e-3 * rng.standard_normal(surfaces.x_rest.shape)
@@ -113,14 +131,15 @@ def near_state(surfaces: TwoSurfaces, rng: np.random.Generator, closest: float, 
     aside = 0.0 if meeting == "corners" else 0.03 / np.linalg.norm(across)
     a = np.flatnonzero(first)[np.argmax(x[first] @ direction)]
     b = np.flatnonzero(second)[np.argmin(x[second] @ direction)]
-    if meeting == "parallel edges":
+    if "edges" in meeting:
         ends_a, ends_b = (surfaces.edge_at(v, direction, x) for v in (a, b))
         edge_a, edge_b = x[ends_a[1]] - x[ends_a[0]], x[ends_b[1]] - x[ends_b[0]]
         x[second] = Rotation.align_vectors(edge_a[None], edge_b[None])[0].apply(x[second])
-        x[second] = Rotation.from_rotvec(8e-3 * rng.standard_normal(3)).apply(x[second])
-        x[second] += x[ends_a].mean(0) - x[ends_b].mean(0)
         outward = direction - (direction @ edge_a) / (edge_a @ edge_a) * edge_a
         direction, aside = outward / np.linalg.norm(outward), 0.0
+        turn = rng.standard_normal(3) if meeting == "parallel edges" else direction
+        x[second] = Rotation.from_rotvec(8e-3 * turn).apply(x[second])
+        x[second] += x[ends_a].mean(0) - x[ends_b].mean(0)
     else:
         x[second] += x[a] - x[b]
     while not brought_together(surfaces, x, aside * across + 0.2 * direction, direction, closest):

@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from tryon_solver.linalg.paired_matrix import PairedMatrix, pair_count, pair_force
+from tryon_solver.linalg.paired_matrix import PairedMatrix, held_product, pair_count, pair_force
 from tryon_solver.stepping.newton import newton_matrix
 
 wp.set_module_options({"enable_backward": False})
@@ -28,7 +28,7 @@ def row_product(m: PairedMatrix, i: int, p: wp.array(dtype=wp.vec3)) -> wp.vec3:
             if j == i:
                 break
             total += m.weights[i, k] * (p[j] - here)
-    return total + m.diagonal[i] * here
+    return total + m.diagonal[i] * here + held_product(m, i, here)
 
 
 @wp.kernel

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 FOR_STEPS = (
     *("bounds", "broad_phase", "candidates", "crossings", "deflect"),
-    *("distances", "found", "pairs", "surfaces", "verify"),
+    *("distances", "found", "nearest", "pairs", "surfaces", "verify"),
 )
 
 

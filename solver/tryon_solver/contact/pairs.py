@@ -19,6 +19,7 @@ import warp as wp
 from tryon_solver.contact.barrier import barrier, barrier_curvature, barrier_gradient, mollifier
 from tryon_solver.contact.candidates import Candidates, ContactSizes, candidate_at, offset, same_garment
 from tryon_solver.contact.distances import stencil_vector, stencil_weights
+from tryon_solver.contact.nearest import Fans, share_of_stencil
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.order_free import OrderFreeSums, add, add_matrix
 from tryon_solver.linalg.read_back import read
@@ -124,6 +125,8 @@ def collect_kernel(
     model: ContactModel,
     area: wp.array(dtype=wp.float32),
     reach_self: wp.array(dtype=wp.float32),
+    starts: wp.array(dtype=wp.int32),
+    corners: wp.array(dtype=wp.vec2i),
     x: wp.array(dtype=wp.vec3),
     candidate_distance: wp.array(dtype=wp.float32),
     ids_out: wp.array(dtype=wp.vec4i),
@@ -171,6 +174,9 @@ def collect_kernel(
         g = d - xi
         if g >= g_hat:
             continue
+        share = share_of_stencil(kind, v, lam, difference, x, starts, corners)
+        if share == 0.0:
+            continue
         wp.atomic_min(smallest_gap_out, wp.where(touches_body, 0, 1), g)
         if g <= 0.0:
             wp.atomic_add(counters_out, 1, 1)
@@ -180,9 +186,9 @@ def collect_kernel(
         floor = GAP_FLOOR * wp.min(xi, g_hat)
         # a patch of cloth meets several stencils: a quarter of its vertices' area goes to each
         kappa = 0.25 * model.pressure_stiffness * cloth_area / cloth_vertices
-        e = float(1.0)
+        e = share
         if kind == 1:
-            e = mollifier(wp.length_sq(wp.cross(x1 - x0, x3 - x2)), eps)
+            e *= mollifier(wp.length_sq(wp.cross(x1 - x0, x3 - x2)), eps)
         ids_out[slot] = v
         lam_out[slot] = lam
         normal_out[slot] = wp.normalize(difference)
@@ -283,6 +289,7 @@ class ContactParameters:
     model: ContactModel
     area: wp.array
     reach_self: wp.array
+    fans: Fans
 
 
 def collect(
@@ -327,6 +334,8 @@ def look_for(
             parameters.model,
             parameters.area,
             parameters.reach_self,
+            parameters.fans.starts,
+            parameters.fans.corners,
             x,
         ],
         [

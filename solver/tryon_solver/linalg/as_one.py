@@ -128,7 +128,6 @@ def add_move_kernel(found: wp.array(dtype=wp.vec3d), x: wp.array(dtype=wp.vec3),
 def move_as_one(
     cg: ConjugateGradients,
     matrix: PairedMatrix,
-    diagonal: wp.array,
     x: wp.array,
     moving: int,
     turns: bool,
@@ -138,10 +137,10 @@ def move_as_one(
     """Improve what `pcg.solve` just found of `matrix`, of cloth at x (A,) m, by the best common move of the first
     `moving` unknowns, and if it `turns`, turn.
 
-    `diagonal` (A,) float32 N/m is here without what holds single vertices. The residual that `cg` keeps is not renewed.
+    What holds single unknowns is left out of what resists. The residual that `cg` keeps is not renewed.
     """
     device = wp.get_device(solution.device)
-    of_cloth, of_pairs = sum_up_as_one(matrix, diagonal, cg.residual, x, moving, scratch)
+    of_cloth, of_pairs = sum_up_as_one(matrix, cg.residual, x, moving, scratch)
     threads, block = in_blocks(1, device)
     for parts, count in ((scratch.of_cloth, of_cloth), (scratch.of_pairs, of_pairs)):
         if count > 1:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import warp as wp
 
-from tryon_solver.linalg.paired_matrix import PairedMatrix, pair_count, pair_force
+from tryon_solver.linalg.paired_matrix import PairedMatrix, held_product, pair_count, pair_force
 from tryon_solver.linalg.pcg_together import TAKEN
 
 wp.set_module_options({"enable_backward": False})
@@ -130,6 +130,7 @@ def solve_kernel(
         for a in range(unknowns):
             i = coupled[a]
             row = row_product(m, i, direction)
+            row += with_zero(held_product(m, i, without_zero(direction[i])))
             product[i] = row
             curvature += wp.float64(wp.dot(direction[i], row))
         for c in range(pairs):

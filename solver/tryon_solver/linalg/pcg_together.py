@@ -28,7 +28,7 @@ import warp as wp
 from tryon_solver.linalg.blocks import BLOCK, whole_blocks
 from tryon_solver.linalg.lanes import lanes_of, shares_of, sum_of_lanes
 from tryon_solver.linalg.order_free import QUANTA, whole_of
-from tryon_solver.linalg.paired_matrix import PairedMatrix, pair_count, pair_force
+from tryon_solver.linalg.paired_matrix import PairedMatrix, held_product, pair_count, pair_force
 
 wp.set_module_options({"enable_backward": False})
 
@@ -311,7 +311,7 @@ def multiply_kernel(
                         row += m.weights[i, k + lanes] * to_far1
             row = wp.vec3(sum_of_lanes(row[0]), sum_of_lanes(row[1]), sum_of_lanes(row[2]))
             if lane == 0 and i < rows:
-                row += m.diagonal[i] * here
+                row += m.diagonal[i] * here + held_product(m, i, here)
                 direction_out[i] = here
                 part += whole_of(wp.dot(here, row), quanta)
                 product_out[i] = row
@@ -319,7 +319,7 @@ def multiply_kernel(
             i = rows + e - shares
             here = three_of(both, 2 * i) + b * three_of(both, 2 * i + 1)
             direction_out[i] = here
-            row = m.diagonal[i] * here
+            row = m.diagonal[i] * here + held_product(m, i, here)
             part += whole_of(wp.dot(here, row), quanta)
             product_out[i] = row
         else:

@@ -76,7 +76,6 @@ def row_of_turns(m: PairedMatrix, i: int, x: wp.array(dtype=wp.vec3)) -> wp.mat3
 @wp.kernel
 def sum_cloth_kernel(
     m: PairedMatrix,
-    diagonal: wp.array(dtype=wp.float32),
     residual: wp.array(dtype=wp.vec3),
     x: wp.array(dtype=wp.vec3),
     moving: int,
@@ -90,7 +89,7 @@ def sum_cloth_kernel(
     turns = wp.mat33d()
     left = wp.mat33d()
     for i in range(thread, moving, threads):
-        d = wp.float64(diagonal[i])
+        d = wp.float64(m.diagonal[i])
         r = wp.vec3d(x[i]) - origin
         f = wp.vec3d(residual[i])
         torque = wp.cross(r, f)
@@ -182,12 +181,12 @@ def in_blocks(count: int, device: wp.Device) -> tuple[int, int]:
 
 
 def sum_up_as_one(
-    matrix: PairedMatrix, diagonal: wp.array, residual: wp.array, x: wp.array, moving: int, scratch: AsOne
+    matrix: PairedMatrix, residual: wp.array, x: wp.array, moving: int, scratch: AsOne
 ) -> tuple[int, int]:
     """Both sums' parts, of the first `moving` at x (A,) m, and how many there are of each."""
     device = wp.get_device(x.device)
     threads, block = in_blocks(moving, device)
-    given = [matrix, diagonal, residual, x, moving, threads]
+    given = [matrix, residual, x, moving, threads]
     launch(sum_cloth_kernel, threads, given, [scratch.of_cloth], block_dim=block, device=device)
     of_cloth = threads // block
     threads, block = in_blocks(len(matrix.ids), device)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import warp as wp
 
-from tryon_solver.contact import candidates, deflect, pairs, surfaces
+from tryon_solver.contact import candidates, deflect, nearest, pairs, surfaces
 from tryon_solver.geometry.morton import order_along_curve
 from tryon_solver.offsets import contact_sizes
 
@@ -31,10 +31,12 @@ def arm_contact(sim: Simulation) -> None:
     if wp.get_device(device).is_cuda:
         sim.cloth.order.assign(order_along_curve(scene.x_start[garment.faces].mean(axis=1)))
     known = {"cloth": sim.cloth}
+    all_faces = garment.faces
     body_edge = 0.0
     if scene.body is not None:
         faces, owned = scene.body.faces + sim.cloth_count, surfaces.ownership(scene.body.faces)
         known["body"] = surfaces.Surface.build(faces, owned, sizes.xi_body + settings.d_hat, device)
+        all_faces = np.vstack([garment.faces, faces])
         v, f = scene.body.rest_vertices, scene.body.faces
         body_edge = float(np.linalg.norm(v[f] - v[f[:, [1, 2, 0]]], axis=2).mean())
     sim.touching = tuple(known[name] for name in sim.plan.touches)
@@ -43,7 +45,8 @@ def arm_contact(sim: Simulation) -> None:
     model.pressure_stiffness = settings.pressure_stiffness
     model.eps_body = PARALLEL * edge**2 * body_edge**2
     model.eps_self = PARALLEL * edge**4
-    sim.contact = pairs.ContactParameters(sim.cloth_count, sizes, model, sim.rest.spread, sim.rest.reach)
+    fans = nearest.Fans.of(all_faces, sim.all_count, device)
+    sim.contact = pairs.ContactParameters(sim.cloth_count, sizes, model, sim.rest.spread, sim.rest.reach, fans)
     own = np.arange(sim.all_count, dtype=np.int32)
     if garment.group is not None:
         own[: sim.cloth_count] = garment.group

@@ -563,7 +563,7 @@ def iterate(sim: Simulation, budget: Budget) -> None:
 def improve_as_one(sim: Simulation) -> None:
     """Of what `direction` leaves, as `cg` has it, what a common move and turn of the cloth can meet."""
     work = sim.work
-    cloth = work.diagonal, sim.state.x, sim.cloth_count, sim.of_one_piece
+    cloth = sim.state.x, sim.cloth_count, sim.of_one_piece
     move_as_one(sim.cg, newton_matrix(sim), *cloth, work.as_one, work.direction)
 
 

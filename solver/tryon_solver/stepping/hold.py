@@ -11,9 +11,10 @@ had a say in that (the region's border, where the candidates end, stops nobody f
 
     lambda = (1/max(s, LEAST_SHARE) - 1) d,   d the mean of its diagonal block's diagonal,
 
-as a stiffness in the next direction's matrix, or KEPT of the last one's where that is more: Levenberg-Marquardt's
-damping (Levenberg 1944, Marquardt 1963), of those vertices alone. The gradient is untouched, and so is the balance that
-is found. Ours.
+as a stiffness in the next direction's matrix, along what is lacking of its way, p - m; or it keeps its last one's, KEPT
+of it, where that is more: Levenberg-Marquardt's damping (Levenberg 1944, Marquardt 1963), of those vertices alone, that
+way alone. Held in all directions, cloth that had met what it slides on stood still on it: a barrier's stiffness is a
+thousand times what inertia takes it on by. The gradient is untouched, and so is the balance that is found. Ours.
 """
 
 from __future__ import annotations
@@ -38,43 +39,45 @@ def measure_kernel(
     allowed: wp.array(dtype=wp.float32),
     moved: wp.array(dtype=wp.vec3),
     share_out: wp.array(dtype=wp.float32),
+    lacking_out: wp.array(dtype=wp.vec3),
 ):
     i = wp.tid()
     p = wanted[i]
     share_out[i] = 1.0
+    lacking_out[i] = allowed[i] * p - moved[i]
     if allowed[i] > 0.0 and wp.length(p) > LEAST_WAY:
         share_out[i] = wp.dot(moved[i], p) / (allowed[i] * wp.length_sq(p))
 
 
 @wp.kernel
 def add_kernel(
-    diagonal: wp.array(dtype=wp.float32),
     share: wp.array(dtype=wp.float32),
-    stiffness: wp.array(dtype=wp.float32),
+    lacking: wp.array(dtype=wp.vec3),
+    held: wp.array(dtype=wp.vec3),
     blocks: wp.array(dtype=wp.mat33),
-    diagonal_out: wp.array(dtype=wp.float32),
 ):
     i = wp.tid()
-    held = KEPT * stiffness[i]
+    h = wp.sqrt(KEPT) * held[i]
     if share[i] < FREE_SHARE:
         own = wp.trace(blocks[i]) / 3.0
-        held = wp.max(held, (1.0 / wp.max(share[i], LEAST_SHARE) - 1.0) * own)
-    stiffness[i] = held
-    blocks[i] = blocks[i] + held * wp.identity(n=3, dtype=wp.float32)
-    diagonal_out[i] = diagonal[i] + held
+        stiffness = (1.0 / wp.max(share[i], LEAST_SHARE) - 1.0) * own
+        if stiffness > wp.length_sq(h):
+            h = wp.sqrt(stiffness) * wp.normalize(lacking[i])
+    held[i] = h
+    blocks[i] = blocks[i] + wp.outer(h, h)
 
 
 @dataclass(frozen=True)
 class Holding:
     """Of A vertices: `wanted` vec3 m, the direction; `allowed` float32, the share of it that lies within the region;
-    `share` float32 of that that they went; `stiffness` float32 N/m by which they are held; `diagonal` float32 N/m, the
-    Newton matrix's own with it."""
+    `share` float32 of that that they went, and what is `lacking` vec3 m; `held` vec3 (N/m)^1/2, h of the stiffness
+    h h^T by which they are held."""
 
     wanted: wp.array
     allowed: wp.array
     share: wp.array
-    stiffness: wp.array
-    diagonal: wp.array
+    lacking: wp.array
+    held: wp.array
 
     @staticmethod
     def allocate(count: int, device: str) -> Holding:
@@ -83,25 +86,20 @@ class Holding:
             wp.zeros(count, dtype=wp.vec3, device=device),
             wp.full(count, 1.0, dtype=wp.float32, device=device),
             wp.full(count, 1.0, dtype=wp.float32, device=device),
-            wp.zeros(count, dtype=wp.float32, device=device),
-            wp.zeros(count, dtype=wp.float32, device=device),
+            wp.zeros(count, dtype=wp.vec3, device=device),
+            wp.zeros(count, dtype=wp.vec3, device=device),
         )
 
     def release(self) -> None:
         """Hold nothing."""
         self.share.fill_(1.0)
-        self.stiffness.zero_()
+        self.held.zero_()
 
     def measure(self, moved: wp.array) -> None:
         """Take note of what `moved` (A,) m has of the way wanted."""
-        launch(measure_kernel, len(moved), [self.wanted, self.allowed, moved], [self.share], device=moved.device)
+        outputs = [self.share, self.lacking]
+        launch(measure_kernel, len(moved), [self.wanted, self.allowed, moved], outputs, device=moved.device)
 
-    def add(self, diagonal: wp.array, blocks: wp.array) -> None:
-        """Add what vertices are to be held by to the blocks (A,) and, in a copy, to the diagonal (A,) [N/m]."""
-        launch(
-            add_kernel,
-            len(diagonal),
-            [diagonal, self.share],
-            [self.stiffness, blocks, self.diagonal],
-            device=diagonal.device,
-        )
+    def add(self, blocks: wp.array) -> None:
+        """Find what vertices are to be `held` by, and add it to the blocks (A,) [N/m]."""
+        launch(add_kernel, len(blocks), [self.share, self.lacking], [self.held, blocks], device=blocks.device)

@@ -34,6 +34,7 @@ def matrix():
     m.far_columns = wp.array(np.array([[1], [0]], np.int32), dtype=wp.int32, device="cpu")
     m.weights = wp.zeros((2, 1), dtype=wp.float32, device="cpu")
     m.diagonal = wp.zeros(4, dtype=wp.float32, device="cpu")
+    m.held = wp.zeros(4, dtype=wp.vec3, device="cpu")
     m.count = wp.array(np.array([1, 0], np.int32), dtype=wp.int32, device="cpu")
     m.ids = wp.array(np.array([[0, 1, 2, 2], [3, 3, 3, 3]], np.int32), dtype=wp.vec4i, device="cpu")
     return m
@@ -42,9 +43,9 @@ def matrix():
 def test_a_product_costs_what_its_entries_do():
     entries = 2 * (4 + 36) + 2 * (4 + 4)  # padding is none
     pair = 16 + 16 + 12 + 4 + 36 + 3 * 12 * 2  # three vertices, read and written
-    # unknowns: p read, y written, and the diagonal
+    # unknowns: p read, y written, the diagonal, and what holds them
     read = costs.product(matrix(), 3, directions=1)
-    assert read == Cost(entries + pair + 3 * (2 * 12 + 4), 2 * 21 + 2 * 9 + 3 * 12 + 81)
+    assert read == Cost(entries + pair + 3 * (3 * 12 + 4), 2 * 21 + 2 * 9 + 3 * (12 + 11) + 81)
     # z and q read, p and y written, and z + b q made wherever it is used
     made = costs.product(matrix(), 3, directions=2)
     assert made.bytes - read.bytes == 3 * 2 * 12 + 3 * 2 * 4
@@ -100,7 +101,7 @@ def test_the_product_that_is_timed_is_done_in_every_launch(on_sphere):
     assert on_sphere.cg.state.numpy()[int(NOW)] == 0
     p, cloth = on_sphere.cg.direction.numpy(), on_sphere.cloth_count
     np.testing.assert_array_equal(p, on_sphere.cg.both.numpy()[::2, :3])
-    diagonal = on_sphere.holding.diagonal.numpy()[cloth:]
+    diagonal = on_sphere.work.diagonal.numpy()[cloth:]
     product = on_sphere.cg.product.numpy()
     np.testing.assert_allclose(product[cloth:], diagonal[:, None] * p[cloth:], rtol=1e-4)
     assert (np.abs(product[:cloth]) > 0).all()

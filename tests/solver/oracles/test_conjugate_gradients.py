@@ -1,7 +1,7 @@
 """Conjugate gradients, by one thread and by many, against a direct solve of the same matrix.
 
 The matrix has all parts that the correction's has: rows of blocks and of weights that sum to zero, a diagonal, and
-contact pairs, some of them of unknowns that have no rows, as a body's vertices.
+what holds single unknowns, and contact pairs, some of them of unknowns that have no rows, as a body's vertices.
 """
 
 import numpy as np
@@ -23,9 +23,9 @@ TOUCHED = range(CLOTH, CLOTH + 30)  # of those without rows
 
 class System:
     """The matrix as the kernel takes it and as a dense one (3 COUNT, 3 COUNT), its inverse blocks, a gradient. Pairs
-    resist moves across them in so many `directions`."""
+    resist moves across them in so many `directions`; the share `holding` of the unknowns is held."""
 
-    def __init__(self, device, solve, repeatable=False, directions=2):
+    def __init__(self, device, solve, repeatable=False, directions=2, holding=0.0):
         self.device, self.solver, self.repeatable = device, solve, repeatable
         random = self.random = np.random.default_rng(11)
         dense = np.zeros((COUNT, COUNT, 3, 3))
@@ -53,6 +53,9 @@ class System:
         dense[:CLOTH, :CLOTH] += np.einsum("ij,ab->ijab", far, np.eye(3))
         diagonal = random.uniform(0.5, 3.0, COUNT)
         dense[range(COUNT), range(COUNT)] += np.einsum("i,ab->iab", diagonal, np.eye(3))
+        apart = np.random.default_rng(12)
+        held = 10.0 * apart.normal(size=(COUNT, 3)) * (apart.uniform(size=(COUNT, 1)) < holding)
+        dense[range(COUNT), range(COUNT)] += held[:, :, None] * held[:, None, :]
         ids = np.zeros((ROOM, 4), np.int32)
         lam, normal = np.full((ROOM, 4), np.nan), np.full((ROOM, 3), np.nan)
         curvature, beside = np.full(ROOM, np.nan), np.full((ROOM, 3, 3), np.nan)
@@ -73,6 +76,7 @@ class System:
         matrix.columns, matrix.blocks = rows.columns, rows.blocks
         matrix.far_columns, matrix.weights = ell.columns, ell.weights
         matrix.diagonal = self.array(diagonal.astype(np.float32), wp.float32)
+        matrix.held = self.array(held.astype(np.float32), wp.vec3)
         matrix.count = self.array(np.array([PAIRS], np.int32), wp.int32)
         matrix.ids, matrix.lam = self.array(ids, wp.vec4i), self.array(lam.astype(np.float32), wp.vec4)
         matrix.normal = self.array(normal.astype(np.float32), wp.vec3)
@@ -159,7 +163,7 @@ def test_no_move_or_turn_of_all_makes_it_better_after_the_best_ones(system, iter
     for each in (scratch.of_cloth, scratch.of_pairs, scratch.found):
         each.fill_(np.nan)
     x = system.array(system.x.astype(np.float32), wp.vec3)
-    move_as_one(cg, system.matrix, system.matrix.diagonal, x, CLOTH, True, scratch, out)
+    move_as_one(cg, system.matrix, x, CLOTH, True, scratch, out)
     moved = out.numpy().astype(np.float64)
     arms = system.x[:CLOTH] - system.x[0]
 
@@ -183,7 +187,7 @@ def test_cloth_that_contact_holds_in_every_direction_is_not_turned(system):
     held = System(system.device, system.solver, system.repeatable, directions=3)
     found, _, cg = held.solve(1, 0.0)
     out, x = (held.array(values.astype(np.float32), wp.vec3) for values in (found, held.x))
-    move_as_one(cg, held.matrix, held.matrix.diagonal, x, CLOTH, True, AsOne.allocate(held.device), out)
+    move_as_one(cg, held.matrix, x, CLOTH, True, AsOne.allocate(held.device), out)
     by = (out.numpy() - found)[:CLOTH]
     assert np.abs(by[0]).max() > 1e-4
     np.testing.assert_allclose(by, np.tile(by[0], (CLOTH, 1)), atol=1e-6)
@@ -198,7 +202,7 @@ def test_cloth_in_a_line_is_not_turned_about_it(system):
     line = np.outer(np.arange(COUNT), [0.3, 0.1, -0.2]).astype(np.float32)
     out = system.array(found.astype(np.float32), wp.vec3)
     scratch = AsOne.allocate(system.device)
-    move_as_one(cg, system.matrix, system.matrix.diagonal, system.array(line, wp.vec3), CLOTH, True, scratch, out)
+    move_as_one(cg, system.matrix, system.array(line, wp.vec3), CLOTH, True, scratch, out)
     by = out.numpy()[:CLOTH] - found[:CLOTH]
     assert np.isfinite(by).all()
     np.testing.assert_allclose(by, np.tile(by[0], (CLOTH, 1)), atol=1e-5)
@@ -218,6 +222,17 @@ def test_it_solves(system):
     residual = -(system.dense @ found.ravel()).reshape(-1, 3) - system.gradient
     assert np.abs(cg.residual.numpy() - residual).max() <= 1e-3 * np.abs(system.gradient).max()
     assert cg.first.numpy()[0] == pytest.approx(system.norm_sq(system.gradient), rel=1e-5)
+
+
+def test_it_solves_where_single_unknowns_are_held(system):
+    """Each in one direction: of those with rows, of those in pairs, and of those that nothing couples."""
+    held = System(system.device, system.solver, system.repeatable, holding=0.3)
+    assert np.abs(held.dense - system.dense).max() > 100.0
+    found, _, _ = held.solve(1000, 1e-6)
+    expected = np.linalg.solve(held.dense, -held.gradient.ravel()).reshape(-1, 3)
+    assert np.abs(found - expected).max() <= 1e-4 * np.abs(expected).max()
+    free, _, _ = system.solve(1000, 1e-6)
+    assert np.abs(found - free).max() > 0.1 * np.abs(expected).max()
 
 
 def test_unknowns_that_nothing_couples_are_solved_for_at_once(system):

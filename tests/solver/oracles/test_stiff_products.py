@@ -39,7 +39,7 @@ def product(sim, p):
 
 def test_a_move_as_one_meets_nothing_but_inertia_and_drag(sim):
     move = np.array([0.3, -0.7, 0.2], np.float32)
-    own = sim.holding.diagonal.numpy()[: sim.cloth_count, None]
+    own = sim.work.diagonal.numpy()[: sim.cloth_count, None]
     assert own.min() > 0
     np.testing.assert_allclose(product(sim, move), own * move, rtol=1e-6)
 

@@ -19,32 +19,37 @@ LIVE = PRESETS["live"]
 
 @pytest.fixture(scope="module")
 def met():
-    """A square that has just met a ball: the case, and the state that a step sets out from."""
+    """A square that has just met a ball: the case, and the states that steps set out from, by their numbers."""
     case = square_on_sphere()
     sim = build(case.scene, LIVE, "cpu", case.pose_at(0))
-    for k in range(1, 13):
+    motions = {}
+    for k in range(1, 18):
         sim.advance(case.pose_at(k), k * DT)
-    x = np.vstack([sim.cloth_positions(), sim.body_positions()]).astype(np.float64)
-    return case, Motion(x, sim.state.v.numpy().astype(np.float64), case.pose_at(12))
+        x = np.vstack([sim.cloth_positions(), sim.body_positions()]).astype(np.float64)
+        motions[k] = Motion(x, sim.state.v.numpy().astype(np.float64), case.pose_at(k))
+    return case, motions
 
 
-def step(met, settings):
-    case, motion = met
-    sim = simulation_at(case, motion, settings)
-    report = sim.advance(case.pose_at(13), DT)
+def step(met, settings, after=12):
+    case, motions = met
+    sim = simulation_at(case, motions[after], settings)
+    report = sim.advance(case.pose_at(after + 1), DT)
     return report, sim.cloth_positions()
 
 
 def test_the_smaller_the_error_that_is_asked_for_the_smaller_it_is_and_the_more_iterations_it_takes(met):
-    _, true = step(met, replace(PRESETS["reference"], largest_step=DT))
-    errors, taken = [], []
-    for accuracy in (3e-4, 3e-5, 3e-6):
-        report, x = step(met, replace(LIVE, accuracy=accuracy))
-        errors.append(rms((x - true).astype(np.float64)))
-        taken.append(report.newton_iterations)
-        assert errors[-1] < 2 * accuracy
-    assert errors[0] > 3 * errors[1] > 9 * errors[2] > 0
-    assert taken[0] < taken[1] < taken[2]
+    """What is asked for is what errors are in the middle: of cloth that buckles a step has more than one balance."""
+    accuracies, errors, taken = (3e-4, 3e-5, 3e-6), [], []
+    for after in range(10, 17):
+        _, true = step(met, replace(PRESETS["reference"], largest_step=DT), after)
+        ends = [step(met, replace(LIVE, accuracy=accuracy), after) for accuracy in accuracies]
+        errors.append([rms((x - true).astype(np.float64)) for _, x in ends])
+        taken.append([report.newton_iterations for report, _ in ends])
+    error, iterations = np.median(errors, axis=0), np.median(taken, axis=0)
+    assert (error > 0).all()
+    assert (error < accuracies).all()
+    assert error[0] > 3 * error[1] > 9 * error[2]
+    assert iterations[0] < iterations[1] < iterations[2]
 
 
 def test_a_budget_that_is_too_small_for_the_accuracy_is_not_kept_to(met):
@@ -90,8 +95,8 @@ def test_an_accuracy_that_is_asked_for_comes_before_what_is_near_enough(met):
 
 
 def test_it_is_bought_anew_while_the_simulation_runs_and_nothing_is_built(met):
-    case, motion = met
-    sim = simulation_at(case, motion, LIVE)
+    case, motions = met
+    sim = simulation_at(case, motions[12], LIVE)
     before = {name: value for name, value in vars(sim).items() if name not in BOUGHT}
     sim.buy(1e-3, 0.5)
     assert {name: value for name, value in vars(sim).items() if name not in BOUGHT} == before
@@ -118,8 +123,8 @@ def test_a_nearness_that_can_not_be_is_refused_by_name(value):
 def test_what_can_not_be_bought_is_refused_by_name(met, field, value):
     with pytest.raises(ValueError, match=rf"settings\.{field} must be a finite number above 0"):
         replace(LIVE, **{field: value})
-    case, motion = met
-    sim = simulation_at(case, motion, LIVE)
+    case, motions = met
+    sim = simulation_at(case, motions[12], LIVE)
     with pytest.raises(ValueError, match=rf"settings\.{field}"):
         sim.buy(**{"accuracy": None, "deadline": None, field: value})
     assert sim.settings == LIVE
@@ -262,10 +267,10 @@ def test_who_asks_for_the_balance_gets_it_on_any_list(changed):
 
 
 def test_the_body_comes_as_far_under_a_deadline_with_fewer_longer_sub_steps(met):
-    case, motion = met
-    patient = simulation_at(case, motion, replace(LIVE, substep_travel=1e-4))
+    case, motions = met
+    patient = simulation_at(case, motions[12], replace(LIVE, substep_travel=1e-4))
     usual = patient.advance(case.pose_at(16), DT)
-    rushed = simulation_at(case, motion, replace(LIVE, substep_travel=1e-4, deadline=1e-6))
+    rushed = simulation_at(case, motions[12], replace(LIVE, substep_travel=1e-4, deadline=1e-6))
     report = rushed.advance(case.pose_at(16), DT)
     assert report.substeps == -(-usual.substeps // 2)
     assert np.allclose(rushed.body.skin_now.numpy(), patient.body.skin_now.numpy(), atol=1e-6)

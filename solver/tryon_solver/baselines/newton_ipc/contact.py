@@ -1,7 +1,8 @@
 """Barrier and friction of METHOD.md sections 5 and 6, over all pairs at once, in float64.
 
-Potential of a pair: e kappa b(d - xi). Lagged, as in the solver: the fade e of nearly parallel edges, and for friction
-the normal force, the normal and the closest points. What is lagged is made afresh in every Newton iteration.
+Potential of a pair: e kappa b(d - xi). Lagged, as in the solver: the fade e, of nearly parallel edges and by how much
+a stencil counts, and for friction the normal force, the normal and the closest points. What is lagged is made afresh in
+every Newton iteration.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from tryon_solver.baselines.newton_ipc.distance import (
     distance_hessian,
 )
 from tryon_solver.baselines.newton_ipc.search import Stencils
+from tryon_solver.baselines.newton_ipc.shares import shares
 
 
 def barrier(g: np.ndarray, g_hat: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -71,13 +73,15 @@ def positive_part(hessians: np.ndarray) -> np.ndarray:
 
 
 def fades(discrete: Discrete, stencils: Stencils, x: np.ndarray) -> np.ndarray:
-    """(S,) e = (2 - c/eps) c/eps below eps, else 1, with c = |e_a x e_b|^2; 1 for a point and a triangle."""
+    """(S,) e = (2 - c/eps) c/eps below eps, else 1, with c = |e_a x e_b|^2, 1 for a point and a triangle, times how
+    much a stencil counts whose closest points lie on an edge or a corner."""
     corner = x[stencils.ids]
     c = (np.cross(corner[:, 1] - corner[:, 0], corner[:, 3] - corner[:, 2]) ** 2).sum(1)
     with_body = (stencils.ids >= discrete.cloth_count).any(1)
     eps = np.where(with_body, discrete.contact.eps_body, discrete.contact.eps_self)
-    share = np.minimum(c / eps, 1.0)
-    return np.where(stencils.kinds == EDGE_EDGE, (2 - share) * share, 1.0)
+    ratio = np.minimum(c / eps, 1.0)
+    fade = np.where(stencils.kinds == EDGE_EDGE, (2 - ratio) * ratio, 1.0)
+    return fade * shares(discrete.neighbours, stencils.kinds, stencils.ids, closest(stencils.kinds, corner), x)
 
 
 def pairs_at(discrete: Discrete, stencils: Stencils, fade: np.ndarray, x: np.ndarray) -> Pairs:
@@ -94,7 +98,7 @@ def pairs_at(discrete: Discrete, stencils: Stencils, fade: np.ndarray, x: np.nda
     g = at.d - xi
     if (g <= 0).any():
         raise ValueError(f"a pair is {1e6 * -g.min():.3f} micrometres under its offset")
-    near = g < g_hat
+    near = (g < g_hat) & (fade > 0.0)
     area = (np.append(sizes.area, 0.0)[np.where(cloth, ids, n)]).sum(1) / np.maximum(cloth.sum(1), 1)
     kappa = fade * 0.25 * sizes.pressure_stiffness * area
     mu = np.where(with_body, discrete.mu_body, discrete.mu_self)

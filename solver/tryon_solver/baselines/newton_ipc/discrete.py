@@ -6,10 +6,12 @@ Read from the scene and the settings, as the solver does it, but written again: 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
 
+from tryon_solver.baselines.newton_ipc.shares import Neighbours
 from tryon_solver.materials.fabric import Fabric
 from tryon_solver.scene import (
     AirDrag,
@@ -72,6 +74,12 @@ class Discrete:
     skin_firmness: float  # N/m
     return_speed: float  # m/s
     held: np.ndarray  # (K,)
+
+    @cached_property
+    def neighbours(self) -> Neighbours:
+        """Of cloth and body."""
+        faces = np.vstack([self.faces, self.body_faces]) if len(self.body_faces) else self.faces
+        return Neighbours.of(faces, self.cloth_count + self.body_count)
 
     @staticmethod
     def build(scene: Scene, settings: Settings, held: np.ndarray | None = None) -> Discrete:
