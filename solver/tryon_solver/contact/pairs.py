@@ -184,8 +184,8 @@ def collect_kernel(
         if slot >= ids_out.shape[0]:
             continue
         floor = GAP_FLOOR * wp.min(xi, g_hat)
-        # a patch of cloth meets several stencils: a quarter of its vertices' area goes to each
-        kappa = 0.25 * model.pressure_stiffness * cloth_area / cloth_vertices
+        # a patch of cloth meets several stencils: a third of its vertices' area goes to each
+        kappa = model.pressure_stiffness * cloth_area / (3.0 * cloth_vertices)
         e = share
         if kind == 1:
             e *= mollifier(wp.length_sq(wp.cross(x1 - x0, x3 - x2)), eps)

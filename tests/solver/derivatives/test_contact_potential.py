@@ -74,7 +74,7 @@ def test_pairs_are_all_stencils_within_reach_that_count(surfaces, states):
 
 
 def test_pair_energy_is_mollified_stiffness_times_barrier(surfaces, states):
-    """kappa is pressure stiffness x a quarter of the mean area of the stencil's cloth; e fades parallel edges, and what
+    """kappa is pressure stiffness x a third of the mean area of the stencil's cloth; e fades parallel edges, and what
     is nearest on an edge or a corner counts once."""
     sim = surfaces.sim
     area = np.append(sim.area, np.full(sim.body_count, np.nan))
@@ -85,7 +85,7 @@ def test_pair_energy_is_mollified_stiffness_times_barrier(surfaces, states):
         which = which_stencils(surfaces, table["ids"])
         kinds, ids = surfaces.kinds[which], surfaces.stencils[which]
         d = distances(surfaces, x)[0][which]
-        kappa = 0.25 * sim.contact.model.pressure_stiffness * np.nanmean(area[ids], axis=1)
+        kappa = sim.contact.model.pressure_stiffness * np.nanmean(area[ids], axis=1) / 3.0
         cross = np.cross(x[ids[:, 1]] - x[ids[:, 0]], x[ids[:, 3]] - x[ids[:, 2]])
         eps = sim.contact.model.eps_body if sim.body_count else sim.contact.model.eps_self
         ratio = np.minimum((cross**2).sum(1) / eps, 1.0)

@@ -100,7 +100,7 @@ def pairs_at(discrete: Discrete, stencils: Stencils, fade: np.ndarray, x: np.nda
         raise ValueError(f"a pair is {1e6 * -g.min():.3f} micrometres under its offset")
     near = (g < g_hat) & (fade > 0.0)
     area = (np.append(sizes.area, 0.0)[np.where(cloth, ids, n)]).sum(1) / np.maximum(cloth.sum(1), 1)
-    kappa = fade * 0.25 * sizes.pressure_stiffness * area
+    kappa = fade * sizes.pressure_stiffness * area / 3.0
     mu = np.where(with_body, discrete.mu_body, discrete.mu_self)
     kept = Closest(at.d[near], at.lam[near], at.normal[near], at.rates[near])
     return Pairs(
