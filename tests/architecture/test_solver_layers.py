@@ -13,6 +13,7 @@ LONGEST_FILE = 600
 
 # From the ground up. Modules of one layer may import each other's, if they are in the same folder or listed in BESIDE.
 LAYERS = (
+    ("checks",),
     ("effect_words",),
     ("geometry", "linalg", "settings", "device"),
     ("redesign",),

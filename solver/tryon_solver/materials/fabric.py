@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
+from tryon_solver.checks import as_float, check_number, told
 from tryon_solver.materials.look import Look
 
 
@@ -35,14 +36,14 @@ class Fabric:
     drape: tuple[float, float] | None = None  # - least and most published; None: none was found
 
     def __post_init__(self) -> None:
+        for name in ("name", "source"):
+            if not isinstance(getattr(self, name), str):
+                raise ValueError(f"fabric {told(self.name)}: {name} must be text, not {told(getattr(self, name))}")
+        if not isinstance(self.look, Look):
+            raise ValueError(f"fabric {self.name!r}: look is {told(self.look)}; give a Look")
         for name in (entry.name for entry in fields(self)):
-            value = getattr(self, name)
-            if name in ("name", "look", "source", "drape"):
-                continue
-            if not (isinstance(value, (int, float)) and 0 <= value < float("inf")):
-                raise ValueError(f"fabric {self.name!r}: {name} must be a finite number >= 0, not {value!r}")
-        if not self.areal_density > 0:
-            raise ValueError(f"fabric {self.name!r}: areal_density must be above 0 kg/m^2")
+            if name not in ("name", "look", "source", "drape"):
+                check_number(f"fabric {self.name!r}: {name}", getattr(self, name), above=name == "areal_density")
         if self.k_shear > min(self.k_warp, self.k_weft):
             raise ValueError(
                 f"fabric {self.name!r}: k_shear {self.k_shear} N/m exceeds the smaller stretch stiffness "
@@ -50,8 +51,12 @@ class Fabric:
             )
         if self.strain_limit <= 1:
             raise ValueError(f"fabric {self.name!r}: strain_limit must be above 1, the rest length")
-        if self.drape is not None and not 0 <= self.drape[0] <= self.drape[1] <= 1:
-            raise ValueError(f"fabric {self.name!r}: drape must be two shares of 1, least first, not {self.drape}")
+        if self.drape is not None:
+            two = isinstance(self.drape, tuple) and len(self.drape) == 2
+            if not two or not 0 <= as_float(self.drape[0]) <= as_float(self.drape[1]) <= 1:
+                raise ValueError(
+                    f"fabric {self.name!r}: drape must be two shares of 1, least first, not {told(self.drape)}"
+                )
 
 
 # What is published and what is estimated of each fabric: docs/fabrics.md. A contact's thickness is not below 0.4 mm, so

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Literal, get_args
+
+from tryon_solver.checks import LEAST, MOST, as_float, check_share, told
 
 Weave = Literal["plain", "twill", "satin", "knit"]
 WEAVES: tuple[str, ...] = get_args(Weave)
@@ -37,13 +38,19 @@ class Look:
         if self.weave not in WEAVES:
             raise ValueError(f"look: weave must be one of {', '.join(WEAVES)}, not {self.weave!r}")
         for name in SHARES:
-            value = getattr(self, name)
-            if not 0 <= value <= 1:
-                raise ValueError(f"look: {name} must be from 0 to 1, not {value!r}")
+            check_share(f"look: {name}", getattr(self, name))
         for name in ("colour", "weft"):
             colour = getattr(self, name)
-            if colour is not None and not (len(colour) == 3 and all(0 <= part <= 1 for part in colour)):
-                raise ValueError(f"look: {name} must be three numbers from 0 to 1, linear RGB, not {colour!r}")
-        if not all(0 < pitch < math.inf for pitch in self.pitch):
-            raise ValueError(f"look: pitch must be two lengths above 0 m, not {self.pitch!r}")
+            if name == "weft" and colour is None:
+                continue
+            if not _numbers(colour, 3, 0.0, 1.0):
+                three = "a tuple of three numbers from 0 to 1, linear RGB"
+                raise ValueError(f"look: {name} must be {three}, not {told(colour)}")
+        if not _numbers(self.pitch, 2, LEAST, MOST):
+            raise ValueError(f"look: pitch must be a tuple of two lengths above 0 m, not {told(self.pitch)}")
+
+
+def _numbers(value: object, count: int, least: float, most: float) -> bool:
+    """Is it a tuple of that many numbers from `least` to `most`?"""
+    return isinstance(value, tuple) and len(value) == count and all(least <= as_float(part) <= most for part in value)
 
