@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tryon_solver.checks import check_numbers, check_tuple, told
 from tryon_solver.effect_specs import (
     SHARPEST_CREASE,
     Adhesion,
@@ -84,14 +85,20 @@ LIVE: tuple[Effect, ...] = (*WORN, Sleep())
 """What is worn, and left alone while nothing moves."""
 
 
+FARTHEST_START = 2.0**14
+"""m from the origin along an axis. Beyond, float32 resolves no more than 2 mm, the gap at which contact begins to act:
+nothing is between far and touching."""
+
+
 @dataclass(frozen=True)
 class Scene:
     """A garment on a body.
 
-    `garment` welded triangles; `x_start` (N, 3) float64 m, an intersection-free position of its vertices; `body` a
-    posed body's model, a sequence of meshes, or None; `effects` what the scene calls for: what is not listed costs
-    nothing. `panel_fabrics`: the fabric of each panel where they differ; thickness and friction are `fabric`'s in all,
-    or one for each garment of an outfit (geometry/outfit.py).
+    `garment` welded triangles; `x_start` (N, 3) float64 m, an intersection-free position of its vertices, best within a
+    few metres of the origin and no farther than FARTHEST_START; `body` a posed body's model, a sequence of meshes, or
+    None; `effects` what the scene calls for: what is not listed costs nothing. `panel_fabrics`: the fabric of each
+    panel where they differ; thickness and friction are `fabric`'s in all, or one for each garment of an outfit
+    (geometry/outfit.py). Raises ValueError for what suits no scene, or not this one, by field, place and remedy.
     """
 
     garment: Garment
@@ -102,14 +109,15 @@ class Scene:
     panel_fabrics: tuple[Fabric, ...] = ()
 
     def __post_init__(self) -> None:
-        if self.x_start.shape != (self.garment.vertex_count, 3):
-            raise ValueError(
-                f"x_start has shape {self.x_start.shape}, the garment has {self.garment.vertex_count} vertices"
-            )
-        if not np.isfinite(self.x_start).all():
-            bad = int(np.flatnonzero(~np.isfinite(self.x_start).all(axis=1))[0])
-            raise ValueError(f"x_start: vertex {bad} is not a finite position")
+        if not isinstance(self.garment, Garment):
+            raise ValueError(f"garment is {told(self.garment)}; give a Garment")
+        self._check_start()
+        if self.body is not None and not hasattr(self.body, "on_device"):
+            raise ValueError(f"body is {told(self.body)}; give a body's model, a sequence of meshes, or None for none")
+        if not isinstance(self.fabric, Fabric):
+            raise ValueError(f'fabric is {told(self.fabric)}; give a Fabric, as FABRICS["denim"]')
         self._check_panel_fabrics()
+        check_tuple("effects", self.effects, EffectSpec, "Gravity()")
         kinds = [type(effect) for effect in self.effects]
         for kind in kinds:
             if kinds.count(kind) > 1:
@@ -117,7 +125,18 @@ class Scene:
         for effect in self.effects:
             effect.check(self)
 
+    def _check_start(self) -> None:
+        check_numbers("x_start", self.x_start, self.garment.vertex_count, 3)
+        far = np.abs(self.x_start).max(axis=1)
+        if far.max() > FARTHEST_START:
+            bad = int(far.argmax())
+            raise ValueError(
+                f"x_start: vertex {bad} is {far[bad]:.6g} m from the origin along an axis, where float32 is too coarse "
+                f"for contact; put garment and body within {FARTHEST_START:g} m of it, better within a few"
+            )
+
     def _check_panel_fabrics(self) -> None:
+        check_tuple("panel_fabrics", self.panel_fabrics, Fabric, 'FABRICS["denim"]')
         panels = self.garment.panel_count
         if len(self.panel_fabrics) not in (0, panels):
             count = len(self.panel_fabrics)
