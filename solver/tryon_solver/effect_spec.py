@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -48,16 +47,12 @@ def check_panels(name: str, panels: tuple[int, ...], scene: Scene) -> None:
             raise ValueError(f"{name}: there is no panel {panel}; the garment has {count}, numbered from 0")
 
 
-def check_number(name: str, value: float, above: bool = False) -> None:
-    """Raise ValueError unless the value is finite and at least 0, or `above` it."""
-    if not (value > 0 if above else value >= 0) or value == float("inf"):
-        raise ValueError(f"{name} must be a finite number {'above' if above else 'of at least'} 0, not {value!r}")
-
-
-def check_finite(name: str, values: Sequence[float] | np.ndarray) -> None:
-    """Raise ValueError unless all of the values are finite."""
-    if not np.isfinite(values).all():
-        raise ValueError(f"{name} must be finite numbers, not {list(values)!r}")
+def check_apart(name: str, pairs: np.ndarray, what: str) -> None:
+    """Raise ValueError for the first of the `pairs` (K, 2), of what each is one, of which both vertices are one."""
+    same = pairs[:, 0] == pairs[:, 1]
+    if same.any():
+        bad = int(np.argmax(same))
+        raise ValueError(f"{name}: {what} {bad} is vertex {int(pairs[bad, 0])} twice; name two vertices")
 
 
 def check_once(name: str, edges: np.ndarray, what: str = "edge") -> None:

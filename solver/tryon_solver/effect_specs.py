@@ -1,11 +1,11 @@
 """What a scene may ask for: one frozen class of numbers for each effect. Importing this imports no effect, nor what
 only some of them are checked with.
 
-A spec refuses what no step could do anything with: what is not finite, of the wrong sign, or by its meaning impossible,
-as a share beyond 1 or a fold through itself. How large a quantity with a unit may be it does not say: 1e6 Pa is a slip
-for a garment and none for a membrane of a pressure vessel, and no unit tells which. What is more than steps can follow
-is told by their reports (`error`, `retries`, `max_stretch`, `advice`), and penetrates nothing. What garments and
-wearers call for has bounds in effect_words/table.py, which every session is held to.
+A spec refuses what no step could do anything with: what is not of its field's type (checks.py), not finite, of the
+wrong sign, or by its meaning impossible, as a share beyond 1 or a fold through itself. How large a quantity with a unit
+may be it does not say: 1e6 Pa is a slip for a garment and none for a membrane of a pressure vessel, and no unit tells
+which. What is more than steps can follow is told by their reports (`error`, `retries`, `max_stretch`, `advice`), and
+penetrates nothing. What garments and wearers call for has bounds in effect_words/table.py, which sessions are held to.
 
 All acts in full from the first step on. 200 Pa, by themselves, send jersey 1.2 m away in a step of 1/30 s: whoever adds
 what is strong leads its values there over time (value_ramps.py, and effect_words/gentle.py for how long), as sessions
@@ -20,7 +20,22 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from tryon_solver.effect_spec import EffectSpec, check_finite, check_number, check_once, check_panels, check_vertices
+from tryon_solver.checks import (
+    check_flag,
+    check_indices,
+    check_number,
+    check_numbers,
+    check_pairs,
+    check_share,
+    check_signed,
+    check_tuple,
+    check_vector,
+    check_whole,
+    check_whole_shares,
+    check_wholes,
+    told,
+)
+from tryon_solver.effect_spec import EffectSpec, check_apart, check_once, check_panels, check_vertices
 
 if TYPE_CHECKING:
     from tryon_solver.geometry.garment import Garment
@@ -39,7 +54,7 @@ class Gravity(EffectSpec):
     acceleration: tuple[float, float, float] = (0.0, -9.81, 0.0)
 
     def __post_init__(self) -> None:
-        check_finite("gravity: acceleration", self.acceleration)
+        check_vector("gravity: acceleration", self.acceleration)
 
 
 @dataclass(frozen=True)
@@ -89,10 +104,11 @@ class Friction(EffectSpec):
         for name, table in (("static", self.static), ("kinetic", self.kinetic)):
             if table is None:
                 continue
-            if table.ndim != 2 or table.shape[0] != table.shape[1] or len(table) != len(self.static):
+            check_numbers(f"friction: {name}", table, "P + 1", "P + 1")
+            if table.shape[0] != table.shape[1] or len(table) != len(self.static):
                 raise ValueError(f"friction: {name} has shape {table.shape}; give a square table, both alike")
-            if not (np.isfinite(table).all() and (table >= 0).all() and (table == table.T).all()):
-                raise ValueError(f"friction: {name} must be symmetric, of finite numbers of at least 0")
+            if not ((table >= 0).all() and (table == table.T).all()):
+                raise ValueError(f"friction: {name} must be symmetric, of numbers of at least 0")
         if self.kinetic is not None and (self.kinetic > self.static).any():
             i, j = np.argwhere(self.kinetic > self.static)[0]
             raise ValueError(
@@ -142,10 +158,14 @@ class StretchCurves(EffectSpec):
 
     def __post_init__(self) -> None:
         for name, points in (("warp", self.warp), ("weft", self.weft)):
+            check_pairs(f"stretch curves: {name}", points, "a strain and a tension, as (0.05, 12.5)")
             for k, ((strain, tension), (next_strain, next_tension)) in enumerate(pairwise(((0.0, 0.0), *points))):
-                rises = float("inf") > next_strain > strain and float("inf") > next_tension >= tension
-                if not rises:
+                if not (next_strain > strain and next_tension >= tension):
                     raise ValueError(f"stretch curves: {name} does not rise to point {k}; order the points by strain")
+
+    def idle(self, scene: Scene) -> str:  # noqa: ARG002
+        """Without points."""
+        return "" if self.warp or self.weft else "there is no curve: give points of warp or weft"
 
 
 @dataclass(frozen=True)
@@ -184,8 +204,7 @@ class Gusts:
             share = "the speed's standard deviation over its mean"
             raise ValueError(f"wind: gusts.intensity {self.intensity!r} is {share}; give 1 at most, 0.2 for 20 %")
         check_number("wind: gusts.length", self.length, above=True)
-        if not isinstance(self.seed, int | np.integer) or self.seed < 0:
-            raise ValueError(f"wind: gusts.seed must be a whole number of at least 0, not {self.seed!r}")
+        check_whole("wind: gusts.seed", self.seed)
 
 
 @dataclass(frozen=True)
@@ -210,14 +229,15 @@ class Wind(EffectSpec):
     along: float = 0.01
 
     def __post_init__(self) -> None:
-        check_finite("wind: velocity", self.velocity)
+        check_vector("wind: velocity", self.velocity)
         for name in ("density", "broadside", "along"):
             check_number(f"wind: {name}", getattr(self, name))
         if self.along > self.broadside:
             raise ValueError(f"wind: along {self.along} exceeds broadside {self.broadside}; lower it")
-        if not 0 <= self.shelter <= 1:
-            raise ValueError(f"wind: shelter must be a share from 0 to 1, not {self.shelter!r}")
+        check_share("wind: shelter", self.shelter)
         check_number("wind: shelter_length", self.shelter_length, above=True)
+        if not isinstance(self.gusts, Gusts | None):
+            raise ValueError(f"wind: gusts is {told(self.gusts)}; give Gusts(0.2) for 20 %, or None for none")
         if self.gusts is not None and not any(self.velocity):
             raise ValueError("wind: gusts are a share of the wind's speed, which is 0; give it a velocity")
 
@@ -253,8 +273,8 @@ class FabricDamping(EffectSpec):
 class Sewing(EffectSpec):
     """Open seams being drawn together while a garment is dressed.
 
-    `stitches` (S, 2) int32 vertex pairs, each held by a spring of `stiffness` N/m at `share` of the way it was apart at
-    the start; the contribution's value "share" (1,) is lowered from 1 to 0.
+    `stitches` (S, 2) int32 pairs of two vertices, each held by a spring of `stiffness` N/m at `share` of the way it was
+    apart at the start; the contribution's value "share" (1,) is lowered from 1 to 0.
     """
 
     module: ClassVar[str] = "tryon_solver.effects.sewing"
@@ -263,6 +283,8 @@ class Sewing(EffectSpec):
     stiffness: float
 
     def __post_init__(self) -> None:
+        check_indices("sewing: stitches", self.stitches, "S", 2)
+        check_apart("sewing: stitches", self.stitches, "stitch")
         check_number("sewing: stiffness", self.stiffness)
 
     def check(self, scene: Scene) -> None:
@@ -273,7 +295,8 @@ class Sewing(EffectSpec):
 @dataclass(frozen=True)
 class Attached(EffectSpec):
     """Cloth sewn flat onto other cloth, as a pocket is: each of `vertices` (K,) int32 is drawn by a spring of
-    `stiffness` N/m to the place on the cloth beneath that `weights` (K, 3) of the vertices `onto` (K, 3) int32 say.
+    `stiffness` N/m to the place on the cloth beneath that `weights` (K, 3), without unit, of the vertices `onto` (K, 3)
+    int32 say: shares of 1.
 
     How far it stays off, the contact between the two says.
     """
@@ -286,8 +309,12 @@ class Attached(EffectSpec):
     stiffness: float
 
     def __post_init__(self) -> None:
+        check_indices("attached: vertices", self.vertices, "K")
+        count = len(self.vertices)
+        check_indices("attached: onto", self.onto, count, 3)
+        check_numbers("attached: weights", self.weights, count, 3)
+        check_whole_shares("attached: weights", self.weights)
         check_number("attached: stiffness", self.stiffness)
-        check_finite("attached: weights", np.ravel(self.weights))
 
     def check(self, scene: Scene) -> None:
         """Raises ValueError for a vertex that the garment does not have."""
@@ -312,8 +339,9 @@ class Pins(EffectSpec):
     led: bool = False
 
     def __post_init__(self) -> None:
-        if not 0 <= self.stiffness < float("inf"):
-            raise ValueError(f"pins: stiffness must be a finite number of at least 0 N/m, not {self.stiffness!r}")
+        check_indices("pins: vertices", self.vertices, "K")
+        check_number("pins: stiffness", self.stiffness)
+        check_flag("pins: led", self.led)
         once, count = np.unique(self.vertices, return_counts=True)
         if (count > 1).any():
             raise ValueError(f"pins: vertex {int(once[np.argmax(count)])} is listed twice; list it once")
@@ -341,11 +369,10 @@ class Fasteners(EffectSpec):
     speed: float = 0.5
 
     def __post_init__(self) -> None:
+        check_indices("fasteners: pairs", self.pairs, "K", 2)
         check_number("fasteners: stiffness", self.stiffness)
         check_number("fasteners: speed", self.speed, above=True)
-        if (self.pairs[:, 0] == self.pairs[:, 1]).any():
-            bad = int(np.argmax(self.pairs[:, 0] == self.pairs[:, 1]))
-            raise ValueError(f"fasteners: pair {bad} is vertex {self.pairs[bad, 0]} twice; name two vertices")
+        check_apart("fasteners: pairs", self.pairs, "pair")
         check_once("fasteners", self.pairs, "pair")
 
     def check(self, scene: Scene) -> None:
@@ -366,10 +393,12 @@ class Pressure(EffectSpec):
     pressure: float
     panels: tuple[int, ...] = ()
 
+    def __post_init__(self) -> None:
+        check_signed("pressure: pressure", self.pressure)
+        check_wholes("pressure: panels", self.panels)
+
     def check(self, scene: Scene) -> None:
-        """Raises ValueError for a panel that the garment does not have, or a pressure that is no number."""
-        if not abs(self.pressure) < float("inf"):
-            raise ValueError(f"pressure: must be a finite number of Pa, not {self.pressure!r}")
+        """Raises ValueError for a panel that the garment does not have."""
         check_panels("pressure", self.panels, scene)
 
 
@@ -378,7 +407,7 @@ class Gas(EffectSpec):
     """Gas shut in by the `panels`, all if none is named: together one piece, seen counter-clockwise from outside, whose
     openings count as closed by flat caps. It has `volume` m^3 at the pressure around it, `ambient` Pa, and keeps its
     temperature: its pressure is `ambient` times `volume` over the volume that is left to it. None: as much as the piece
-    has room for at the start.
+    has room for at the start. Without any gas, at 0 m^3, what is around would press the piece flat: that is refused.
 
     The contribution's values may be written between steps: "amount" (1,) float64 J, pressure times volume, more where
     gas is pumped in; "share" (1,) float64 of that amount, 1 at the start; "ambient" (1,) float64 Pa.
@@ -392,8 +421,9 @@ class Gas(EffectSpec):
 
     def __post_init__(self) -> None:
         if self.volume is not None:
-            check_number("gas: volume", self.volume)
+            check_number("gas: volume", self.volume, above=True)
         check_number("gas: ambient", self.ambient, above=True)
+        check_wholes("gas: panels", self.panels)
 
     def check(self, scene: Scene) -> None:
         """Raises ValueError for a panel that the garment does not have, or a piece that encloses nothing."""
@@ -425,6 +455,7 @@ class ElasticLine:
     stiffness: float
 
     def __post_init__(self) -> None:
+        check_indices("elastic: edges", self.edges, "K", 2)
         check_number("elastic: ratio", self.ratio, above=True)
         check_number("elastic: stiffness", self.stiffness)
         check_once("elastic", self.edges)
@@ -442,11 +473,15 @@ class Elastic(EffectSpec):
 
     lines: tuple[ElasticLine, ...]
 
+    def __post_init__(self) -> None:
+        check_tuple("elastic: lines", self.lines, ElasticLine, "ElasticLine(edges, ratio, stiffness)")
+
     def check(self, scene: Scene) -> None:
         """Raises ValueError for what is no edge of the garment's mesh."""
         from tryon_solver.geometry.lines import corners_of_edges
 
         for k, line in enumerate(self.lines):
+            check_vertices(f"elastic: line {k}", line.edges, scene)
             corners_of_edges(scene.garment, line.edges, f"elastic: line {k}")
 
 
@@ -465,7 +500,9 @@ class Creases(EffectSpec):
     angles: np.ndarray
 
     def __post_init__(self) -> None:
-        if self.angles.shape != (len(self.edges),):
+        check_indices("creases: edges", self.edges, "K", 2)
+        check_numbers("creases: angles", self.angles, "K")
+        if len(self.angles) != len(self.edges):
             shape = self.angles.shape
             raise ValueError(f"creases: {len(self.edges)} edges, but angles of shape {shape}; give one for each")
         check_once("creases", self.edges)
@@ -480,6 +517,7 @@ class Creases(EffectSpec):
         """Raises ValueError for what is no inner edge of the garment's mesh."""
         from tryon_solver.geometry.lines import hinges_of_edges
 
+        check_vertices("creases", self.edges, scene)
         hinges_of_edges(scene.garment, self.edges, "creases")
 
 
@@ -506,6 +544,8 @@ class Adhesion(EffectSpec):
     def __post_init__(self) -> None:
         check_number("adhesion: strength", self.strength)
         check_number("adhesion: work", self.work)
+        if self.vertices is not None:
+            check_indices("adhesion: vertices", self.vertices, "K")
         if self.shear is not None:
             check_number("adhesion: shear", self.shear)
         check_number("adhesion: presliding", self.presliding, above=True)
@@ -516,6 +556,12 @@ class Adhesion(EffectSpec):
             raise ValueError("adhesion: nothing is touched; list BodyContact or SelfContact, or leave Adhesion out")
         if self.vertices is not None:
             check_vertices("adhesion", self.vertices, scene)
+
+    def idle(self, scene: Scene) -> str:  # noqa: ARG002
+        """Where nothing sticks, whatever it resists being pushed aside with."""
+        if self.strength == 0 or self.work == 0:
+            return f"nothing sticks at {self.strength:g} Pa and {self.work:g} J/m^2: give more than 0 of both"
+        return "no vertex is sticky" if self.vertices is not None and len(self.vertices) == 0 else ""
 
     def shear_in(self, scene: Scene) -> float:
         """Pa that it resists being pushed aside with in this scene: `shear`, or else `strength` up to FIRMER times

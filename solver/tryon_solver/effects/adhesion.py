@@ -306,9 +306,7 @@ class AdhesionOfPairs:
 
 
 def bind(spec: Adhesion, context: BuildContext) -> Contribution | None:
-    """None when nothing sticks."""
-    if spec.strength == 0 or spec.work == 0 or (spec.vertices is not None and len(spec.vertices) == 0):
-        return None
+    """Always something to do: a spec of what does not stick is idle."""
     settings, device, scene, sums = context.settings, context.device, context.scene, context.sums
     width = zone_width(spec, settings.d_hat)
     shear = spec.shear_in(scene)

@@ -104,14 +104,12 @@ def add_push_kernel(
 
 
 def bind(spec: Gas, context: BuildContext) -> Contribution | None:
-    """None where no gas is shut in."""
+    """Always something to do: there is gas in it."""
     device, scene, sums = context.device, context.scene, context.sums
     garment = scene.garment
     faces = closed_by_caps(spec.faces_of(garment))
     start = enclosed_volume(scene.x_start, faces)
     volume = start if spec.volume is None else spec.volume
-    if volume == 0:
-        return None
     closed: wp.array = wp.array(faces, dtype=wp.vec3i, device=device)
     amount: wp.array = wp.array([spec.ambient * volume], dtype=wp.float64, device=device)
     share: wp.array = wp.array([1.0], dtype=wp.float64, device=device)

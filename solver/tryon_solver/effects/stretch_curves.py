@@ -31,10 +31,8 @@ def pieces_of(points: tuple[tuple[float, float], ...], count: int) -> np.ndarray
 
 
 def bind(spec: StretchCurves, context: BuildContext) -> Contribution | None:
-    """None without points."""
+    """Always something to do: a spec without points is idle."""
     count = max(len(spec.warp), len(spec.weft))
-    if count == 0:
-        return None
     device = context.device
     rows = np.stack([pieces_of(points, count) for points in (spec.warp, spec.weft)])
     curves: wp.array = wp.array(rows, dtype=wp.vec4, device=device)
