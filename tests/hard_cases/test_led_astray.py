@@ -17,6 +17,11 @@ HASTY = replace(PRESETS["draft"], correction_iterations=1)  # with its own it is
 LIMIT = FABRICS["cotton_jersey"].strain_limit
 
 
+def nobody_flies(flight, _sim):
+    flight.flies.zero_()
+    flight.any.zero_()
+
+
 @pytest.fixture(autouse=True)
 def all_the_way(monkeypatch):
     """What leads astray is stopped before it stretches anything by the list of candidates, where that is held to its
@@ -24,7 +29,7 @@ def all_the_way(monkeypatch):
     of these is done here."""
     monkeypatch.setattr(search, "PER_EDGE", 1e-6)
     monkeypatch.setattr(overshoot, "CALM", math.inf)
-    monkeypatch.setattr(fly.Flight, "set_off", lambda self, _sim: self.stay())
+    monkeypatch.setattr(fly.Flight, "set_off", nobody_flies)
 
 
 def landing(settings):

@@ -51,7 +51,6 @@ if TYPE_CHECKING:
 
 wp.set_module_options({"enable_backward": False})
 
-GONE = 0.3  # of that distance, what an iteration that leads out of a blow leaves at most
 MOST_OF_IT = 0.5  # of the way that inertia takes the cloth
 SHARES = (1 / 4, 1 / 16, 1 / 64)  # of a direction that leads astray whole
 HARMLESS = 0.1  # m/s: what the garment's energy at this speed can do
@@ -418,7 +417,7 @@ def ended_astray(sim: Simulation, outcome: Outcome) -> bool:
     if not outcome.near:
         return True
     look_around(sim, near=True)
-    return imbalance(sim) > GONE * outcome.last
+    return imbalance(sim) > outcome.last
 
 
 def led_astray(sim: Simulation, began: float, now: float) -> bool:

@@ -78,28 +78,28 @@ def check_sliding(mu, degrees, v, first, last, share):
 
 
 def test_draft_slides_as_coulomb_says_and_an_accuracy_brings_out_what_its_budget_leaves_undone():
-    """12 x 12 vertices, steps of 1/30 s: after half a second the speed is within 10 % of Coulomb's with the budget
-    alone, and within 3 % for 0.1 mm."""
+    """12 x 12 vertices: after half a second the speed is within 5 % of Coulomb's with the budget alone, in steps of
+    1/60 s, and within 3 % in steps of 1/30 s for 0.1 mm, which the budget alone misses by more."""
     angle = np.radians(30)
     expected = G * (np.sin(angle) - 0.3 * np.cos(angle)) / 2
     garment, x = sheet(12, 12, 0.1, 0.1)
     body, faces = slab(2.0, 0.3, 0.02, 0.05)
     x = x + np.array([-0.8, 0.0018, 0.003])
     found = []
-    for accuracy in (1e-4, None):
+    for rate, accuracy in ((30, 1e-4), (30, None), (60, None)):
         effects = (Gravity((0.0, -G, 0.0)), BodyContact(), Friction())
         scene = Scene(garment, x, rigid_body(body, faces), fabric(mu_body=0.3), effects)
         sim = build(scene, replace(PRESETS["draft"], accuracy=accuracy), "cpu", STILL)
-        for k in range(15):
-            sim.advance(STILL, (k + 1) / 30)  # it comes to lie
+        for k in range(rate // 2):
+            sim.advance(STILL, (k + 1) / rate)  # it comes to lie
         (gravity,) = (own for own in sim.plan.contributions if own.name == "gravity")
         gravity.values["acceleration"].assign(G * np.array([[np.sin(angle), -np.cos(angle), 0.0]], np.float32))
-        for k in range(15, 30):
-            sim.advance(STILL, (k + 1) / 30)
+        for k in range(rate // 2, rate):
+            sim.advance(STILL, (k + 1) / rate)
         found.append(float(sim.state.v.numpy()[:, 0].mean()) / expected)
     assert found[0] == pytest.approx(1.0, abs=0.03)
-    assert found[1] == pytest.approx(1.0, abs=0.1)
-    assert abs(found[1] - 1.0) > abs(found[0] - 1.0)
+    assert abs(found[1] - 1.0) > 0.03
+    assert found[2] == pytest.approx(1.0, abs=0.05)
 
 
 @pytest.mark.parametrize(("mu", "degrees"), SLIDING)
