@@ -13,6 +13,9 @@ from reference_distances import all_stencils, stencil_distances
 from scipy.spatial.transform import Rotation
 from small_scenes import STILL, fabric, icosphere, layers, rigid_body, sheet
 
+from tryon_solver.baselines.newton_ipc.distance import closest
+from tryon_solver.baselines.newton_ipc.shares import Neighbours
+from tryon_solver.baselines.newton_ipc.shares import shares as reference_shares
 from tryon_solver.contact import pairs
 from tryon_solver.scene import BodyContact, Friction, Scene, SelfContact
 from tryon_solver.simulation import Simulation, build
@@ -95,21 +98,18 @@ def distances(surfaces: TwoSurfaces, x: np.ndarray) -> tuple[np.ndarray, np.ndar
     return stencil_distances(surfaces.kinds, x[..., surfaces.stencils, :])
 
 
+def triangles(surfaces: TwoSurfaces) -> np.ndarray:
+    """(F, 3) of both surfaces."""
+    sim = surfaces.sim
+    faces = sim.scene.garment.faces
+    return np.vstack([faces, sim.scene.body.faces + sim.cloth_count]) if sim.body_count else faces
+
+
 def shares(surfaces: TwoSurfaces, x: np.ndarray) -> np.ndarray:
-    """(S,) how much each stencil counts at positions (A, 3): of a point beside a triangle, nothing where it is nearer
-    to another one with the edge or corner it is nearest to there, else its part in all that have that; of two edges,
-    all if they are nearest within both."""
-    d, weights = distances(surfaces, x)
-    share = np.ones(len(d))
-    share[(surfaces.kinds == 1) & (np.abs(weights) < 1e-12).any(1)] = 0.0
-    points = np.flatnonzero(surfaces.kinds == 0)
-    for k in points[(np.abs(weights[points]) < 1e-12).any(1)]:
-        vertex, corners = surfaces.stencils[k, 0], surfaces.stencils[k, 1:]
-        feature = corners[np.abs(weights[k, 1:]) >= 1e-12]
-        others = points[surfaces.stencils[points, 0] == vertex]
-        about = others[np.isin(surfaces.stencils[others, 1:], feature).sum(1) == len(feature)]
-        share[k] = 0.0 if (d[about] < d[k] - 1e-12).any() else 1.0 / len(about)
-    return share
+    """(S,) how much each stencil counts at positions (A, 3), by the reference."""
+    neighbours = Neighbours.of(triangles(surfaces), len(x))
+    at = closest(surfaces.kinds, x[surfaces.stencils])
+    return reference_shares(neighbours, surfaces.kinds, surfaces.stencils, at, x)
 
 
 MEETINGS = ("corners", "anywhere", "parallel edges", "edges that cross")

@@ -6,10 +6,9 @@ apart, by just what is missing, split by the vertices' weights:
 
     p_i += w_i lam_i / (sum_j w_j lam_j^2) (target - d') n',
 
-d', n', lam the distance, normal and closest points where the motion ends; where it passes through, which continuous
-detection tells from passing by, those where the two meet, and d' how far apart they end along n'. By the normal at the
-start, cloth that slides past a vertex would be lifted off it, and cloth that slides down onto a plane stopped by it:
-ahead of what slides the normal at the start points back.
+d', n', lam the distance, normal and closest points where the motion ends; along the normal at its start where it
+passes through, which continuous detection tells from passing by. By the normal at the start alone, cloth that slides
+past a vertex would be lifted off it.
 
 A motion that was carried is pushed so whoever closes the gap, since a body takes cloth along that stands in its way.
 Of Newton's direction each vertex gives back of its own: it loses the share of its motion along n' that is missing of
@@ -128,19 +127,9 @@ def deflect_kernel(
         through = wp.dot(there, n) <= 0.0
         if through:
             x0 = x[v[0]]
-            x1 = x[v[1]]
-            x2 = x[v[2]]
-            x3 = x[v[3]]
-            t = time_of_impact(kind[c], floor_of(d, xi, sizes.d_hat), x0, x1, x2, x3, p0, p1, p2, p3)
-            through = t < 1.0
-            if through:  # by the normal where they meet: ahead of what slides the one at its start points backward
-                lam = stencil_weights(kind[c], x0 + t * p0, x1 + t * p1, x2 + t * p2, x3 + t * p3)
-                met = stencil_vector(lam, x0 + t * p0, x1 + t * p1, x2 + t * p2, x3 + t * p3)
-                n = wp.normalize(met)
-                on = wp.dot(n, lam[0] * p0 + lam[1] * p1 + lam[2] * p2 + lam[3] * p3)
-                missing = wanted - (wp.length(met) + (1.0 - t) * on)
-                if missing <= LEAST_PUSH:
-                    continue
+            through = time_of_impact(
+                kind[c], floor_of(d, xi, sizes.d_hat), x0, x[v[1]], x[v[2]], x[v[3]], p0, p1, p2, p3
+            ) < 1.0
         if not through:  # what counts is the distance at the end
             missing = wanted - wp.length(there)
             if missing <= LEAST_PUSH:

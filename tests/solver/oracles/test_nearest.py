@@ -4,7 +4,8 @@ place: by the solver, and by the reference, which was written again."""
 import numpy as np
 import pytest
 from contact_probes import solver_distances, solver_shares
-from contact_state import MEETINGS, near_state, sheet_and_ball, two_sheets
+from contact_state import MEETINGS, near_state, sheet_and_ball, triangles, two_sheets
+from contact_state import shares as shares_in
 from small_scenes import sheet
 
 from tryon_solver.baselines.newton_ipc.distance import closest
@@ -31,17 +32,24 @@ def met_by(points, faces, x, shares_of):
 
 @BOTH
 def test_a_plane_is_felt_alike_wherever_a_vertex_is_above_it(rng, shares_of):
-    """Beside its edges and corners as well: one triangle counts, that right below."""
+    """By the triangle below, by both beside an edge; near a corner by what comes to about as much."""
     garment, x = sheet(9, 7, 0.2, 0.15)
-    inside = x[(np.abs(x[:, 0]) < 0.09) & (np.abs(x[:, 2]) < 0.065)]
-    apart = rng.uniform(-1, 1, (len(inside), 3)) * 10.0 ** rng.uniform(-5, -3, (len(inside), 1))
-    points = np.vstack([inside + apart, rng.uniform(-0.06, 0.06, (200, 3))]) * [1, 0, 1] + [0, HEIGHT, 0]
-    share, d = met_by(points, garment.faces, x, shares_of)
-    beside = (d < 1.2 * HEIGHT) & (d > HEIGHT + 1e-7)
-    assert beside.sum() > 100, "which would be felt"
-    below = d <= HEIGHT + 1e-7
-    np.testing.assert_array_equal(share, np.where(below & (share > 0), 1.0, 0.0))
-    np.testing.assert_array_equal(share.sum(1), 1.0)
+    faces = garment.faces[(np.abs(x[garment.faces]) < [0.08, 1, 0.06]).all((1, 2))]
+    assert len(faces) > 20
+    above, up = x[faces], np.array([0, HEIGHT, 0])
+    within = rng.dirichlet(np.full(3, 30.0), len(faces))
+    alone, d = met_by(np.einsum("fk,fkd->fd", within, above) + up, garment.faces, x, shares_of)
+    np.testing.assert_array_equal(alone, np.where(d <= HEIGHT + 1e-7, 1.0, 0.0))
+    beside = np.column_stack([rng.uniform(0, 0.05, len(faces)), rng.uniform(0.3, 0.5, len(faces))])
+    beside = np.column_stack([beside, 1 - beside.sum(1)])
+    both, apart = met_by(np.einsum("fk,fkd->fd", beside, above) + up, garment.faces, x, shares_of)
+    assert ((apart < 1.2 * HEIGHT) & (apart > HEIGHT + 1e-7)).sum() > 20, "which would be felt"
+    assert ((both > 0).sum(1) <= 2).all()
+    np.testing.assert_allclose(both.sum(1), 1.0, atol=2e-4)
+    corner = above[:, 0] + up + 1e-4 * rng.uniform(-1, 1, (len(faces), 3)) * [1, 0, 1]
+    about, _ = met_by(corner, garment.faces, x, shares_of)
+    assert (about.sum(1) > 0.5).all()
+    assert (about.sum(1) < 1.6).all()
 
 
 def folded(angle):
@@ -53,11 +61,14 @@ def folded(angle):
 
 @BOTH
 def test_a_ridge_is_felt_once_and_a_valley_from_both_sides(shares_of):
+    """In a valley more and more, with the height in which its sides are apart."""
     points = np.array([[0.0, HEIGHT, 0.0], [0.03, HEIGHT, 0.0], [-0.03, HEIGHT, 0.01]])
     ridge, _ = met_by(points, folded(0.4)[1], folded(0.4)[0], shares_of)
     np.testing.assert_array_equal(ridge, [[0.5, 0.5], [1, 0], [0, 1]])
-    valley, _ = met_by(points, folded(-0.4)[1], folded(-0.4)[0], shares_of)
-    np.testing.assert_array_equal(valley[0], [1, 1])
+    low, _ = met_by(points[:1], folded(-0.4)[1], folded(-0.4)[0], shares_of)
+    np.testing.assert_allclose(low, [[0.5, 0.5]], atol=0.01)
+    high, _ = met_by(15 * points[:1], folded(-0.4)[1], folded(-0.4)[0], shares_of)
+    np.testing.assert_array_equal(high, [[1, 1]])
 
 
 @BOTH
@@ -78,24 +89,23 @@ def test_borders_and_tips_are_felt_once(shares_of):
 def test_two_edges_count_where_they_are_nearest_within_both(shares_of):
     x = np.array([[-1, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, -1], [0, 1, 1], [1, 1, 0], [3, 1, -1], [3, 1, 1]]) * 0.1
     ids = np.array([[0, 1, 3, 4], [0, 1, 6, 7]])
-    share = shares_of(np.array([[0, 1, 2], [3, 4, 5], [6, 7, 5]]), np.array([1, 1]), ids, x)
-    np.testing.assert_array_equal(share, [1, 0])
+    faces = np.array([[0, 1, 2], [3, 4, 5], [6, 7, 5]])
+    np.testing.assert_array_equal(shares_of(faces, np.array([1, 1]), ids, x), [1, 0])
+    x[[3, 4], 0] += 0.095  # 2.5 % from an end
+    np.testing.assert_allclose(shares_of(faces, np.array([1, 1]), ids, x), [0.5, 0], rtol=1e-4)
 
 
 @pytest.mark.parametrize("made", [two_sheets, sheet_and_ball])
 def test_what_is_nearest_of_all_counts_and_both_agree(rng, made):
-    """Wherever two surfaces meet, the stencils that are as near as any count once at least."""
+    """Wherever two surfaces meet, stencils that are as near as any but for a tenth of a millimetre count."""
     surfaces = made()
-    faces = surfaces.sim.scene.garment.faces
-    if surfaces.sim.body_count:
-        faces = np.vstack([faces, surfaces.sim.scene.body.faces + surfaces.sim.cloth_count])
-    dropped = 0
-    for k in range(12):
+    dropped, least = 0, np.inf
+    for k in range(24):
         x = near_state(surfaces, rng, surfaces.xi + 1e-3, MEETINGS[k % len(MEETINGS)])
-        given = surfaces.kinds, surfaces.stencils, x
-        share = solver_shares(faces, *given)
-        np.testing.assert_allclose(share, reference_shares(faces, *given), atol=1e-6)
+        share = solver_shares(triangles(surfaces), surfaces.kinds, surfaces.stencils, x)
+        np.testing.assert_allclose(share, shares_in(surfaces, x), atol=2e-3)
         d = closest(surfaces.kinds, x[surfaces.stencils]).d
-        assert share[d < d.min() + 1e-9].sum() > 1 - 1e-6
+        least = min(least, share[d < d.min() + 1e-4].sum())
         dropped += int((share[d < surfaces.xi + 2e-3] == 0).sum())
-    assert dropped > 12
+    assert least > 0.4
+    assert dropped > 24

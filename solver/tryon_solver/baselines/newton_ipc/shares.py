@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tryon_solver.baselines.newton_ipc.distance import EDGE_EDGE, Closest
+from tryon_solver.baselines.newton_ipc.distance import EDGE_EDGE, POINT_TRIANGLE, Closest, closest
+
+ENDS = 0.05  # of an edge's length, or of a triangle's height, over which it counts less towards its end
 
 
 @dataclass(frozen=True)
@@ -44,32 +46,36 @@ class Neighbours:
 
 def shares(neighbours: Neighbours, kinds: np.ndarray, ids: np.ndarray, at: Closest, x: np.ndarray) -> np.ndarray:
     """(S,) of stencils (S,), (S, 4) with these closest points at x (A, 3) m."""
-    zeros = (at.lam == 0.0).sum(1)
-    share = np.where((kinds == EDGE_EDGE) & (zeros > 0), 0.0, 1.0)
-    away = at.d[:, None] * at.normal
-    on_edge, on_corner = (np.flatnonzero((kinds != EDGE_EDGE) & (zeros == k)) for k in (1, 2))
-    if len(on_edge):
-        share[on_edge] = _on_edges(neighbours, ids[on_edge], at.lam[on_edge], away[on_edge], x)
-    if len(on_corner):
-        rows = np.arange(len(on_corner))
-        corner = ids[on_corner][rows, 1 + np.argmax(at.lam[on_corner, 1:] != 0.0, axis=1)]
+    of_edges = kinds == EDGE_EDGE
+    ends = np.minimum(np.abs(at.lam[:, [0, 2]]), np.abs(at.lam[:, [1, 3]]))
+    share = np.where(of_edges, _fade(ends).prod(1), 1.0)
+    on_corner = ~of_edges & ((at.lam == 0.0).sum(1) == 2)
+    for k in range(1, 4):
+        near = np.flatnonzero(~of_edges & ~on_corner & (-at.lam[:, k] < ENDS))
+        if len(near):
+            share[near] *= _beside_edges(neighbours, ids[near], k, -at.lam[near, k], x)
+    corners = np.flatnonzero(on_corner)
+    if len(corners):
+        corner = ids[corners, 1 + np.argmax(at.lam[corners, 1:] != 0.0, axis=1)]
         around = neighbours.around[corner]
-        leads = np.einsum("kd,knd->kn", away[on_corner], x[around] - x[corner][:, None]) > 0.0
-        nearer = (leads & (around >= 0)).any(1)
-        share[on_corner] = np.where(nearer, 0.0, 1.0 / neighbours.triangles[corner])
+        away = at.d[corners, None] * at.normal[corners]
+        leads = np.einsum("kd,knd->kn", away, x[around] - x[corner][:, None]) > 0.0
+        share[corners] = np.where((leads & (around >= 0)).any(1), 0.0, 1.0 / neighbours.triangles[corner])
     return share
 
 
-def _on_edges(
-    neighbours: Neighbours, ids: np.ndarray, lam: np.ndarray, away: np.ndarray, x: np.ndarray
-) -> np.ndarray:
-    rows, absent = np.arange(len(ids)), np.argmax(lam[:, 1:] == 0.0, axis=1)
-    third = ids[rows, 1 + absent]
-    a, b = ids[rows, 1 + (absent + 1) % 3], ids[rows, 1 + (absent + 2) % 3]
+def _fade(s: np.ndarray) -> np.ndarray:
+    r = np.clip(s / ENDS, 0.0, 1.0)
+    return r**2 * (3.0 - 2.0 * r)
+
+
+def _beside_edges(neighbours: Neighbours, ids: np.ndarray, k: int, own: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Of points and triangles (K, 4), by what each's neighbour across the edge that is opposite corner k has."""
+    p, third = ids[:, 0], ids[:, k]
+    a, b = ids[:, 1 + k % 3], ids[:, 1 + (k + 1) % 3]
     name = np.minimum(a, b).astype(np.int64) * len(x) + np.maximum(a, b)
     beside = neighbours.beside[np.searchsorted(neighbours.edges, name)]
     other = np.where(beside[:, 0] == third, beside[:, 1], beside[:, 0])
-    along, across = x[b] - x[a], x[other] - x[a]
-    across -= ((across * along).sum(1) / (along * along).sum(1))[:, None] * along
-    nearer = (away * across).sum(1) > 0.0
-    return np.where(other < 0, 1.0, np.where(nearer, 0.0, 0.5))
+    stencils = np.column_stack([p, a, b, np.where((other < 0) | (other == p), third, other)])
+    there = np.where(other == p, 1.0, _fade(-closest(np.full(len(ids), POINT_TRIANGLE), x[stencils]).lam[:, 3]))
+    return np.where(other < 0, 1.0, 1.0 - 0.5 * (1.0 - _fade(own)) * (1.0 + there))
