@@ -172,7 +172,7 @@ def test_a_move_of_cloth_that_shuts_in_gas_is_shortened_as_one():
     sim = build(Scene(garment, x, rigid_body(floor, triangles), RUBBER, effects), PRESETS["live"], "cpu", STILL)
     for k in range(12):
         sim.advance(STILL, (k + 1) / 60)
-    assert sim.pairs.size > 10
+    assert sim.pairs.size > 5
     look_around(sim, near=False)
     solve_newton_system(sim, 60)
     down = sim.work.direction.numpy()
