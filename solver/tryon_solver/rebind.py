@@ -56,7 +56,7 @@ def take_over(simulation: Simulation, worn: Simulation) -> None:
     for places in (simulation.x_searched, simulation.x_listed, simulation.x_carried):
         wp.copy(places, theirs.x)
     wp.copy(simulation.solved, worn.solved)
-    simulation.went_back = worn.went_back
+    simulation.went_back, simulation.stood = worn.went_back, worn.stood
     if simulation.flight is not None and worn.flight is not None:
         simulation.flight.begin_as(worn.flight, worn.pairs)
     ours.time = theirs.time

@@ -222,6 +222,7 @@ class Simulation:
         self.coasting = Coasting(device)
         self.concluded = False  # has the device ended the step by itself (stepping/ending.py)?
         self.went_back = False  # did the last correction end where it had been nearest to balance?
+        self.stood = False  # was the last step void, of those in which nothing led well?
 
     def _assemble(self, basis: csr_matrix) -> None:
         """Stiffness rows and the subspace; matrices that depend on the time step come with `use_time_step`."""

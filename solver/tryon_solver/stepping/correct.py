@@ -327,7 +327,7 @@ def correct_penetration(sim: Simulation, conclude: Callable[[Simulation], None])
             sim.tears.bear(outcome.stretch)
         leave_off(sim, outcome)
     elif sim.concluded:
-        sim.went_back = False
+        sim.went_back = sim.stood = False
         if sim.tears is not None:
             sim.tears.bear_none()
     keep_momentum(sim)
@@ -362,20 +362,29 @@ def leave_off(sim: Simulation, outcome: Outcome) -> None:
     sim.went_back = not lost and (astray or (outcome.strayed and not sim.went_back))
     if lost:
         go_a_little(sim, outcome.began)
-    elif sim.went_back:
+        return
+    sim.stood = False
+    if sim.went_back:
         go_back_to_least(sim)
 
 
 def go_a_little(sim: Simulation, began: float) -> None:
     """From x_feasible cloth of one piece as one, which loses no momentum and tears nothing, or along Newton's
-    direction, shortened until it does not lead astray; else the step is void."""
+    direction, shortened until it does not lead astray; else the step is void. Never twice in a row: from the same state
+    all that follow would be, so the second goes the least of these ways wherever it leads."""
     if sim.of_one_piece and goes_as_one(sim, began):
+        sim.stood = False
         return
     for share in SHARES:
         if leads_well(sim, began, partial(find_share, sim, share)):
+            sim.stood = False
             return
+    if sim.stood and SHARES:
+        sim.stood = False
+        return
     start_again(sim)
     sim.counters.retries += 1
+    sim.stood = True
 
 
 def goes_as_one(sim: Simulation, began: float) -> bool:

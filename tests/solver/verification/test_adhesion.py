@@ -1,5 +1,7 @@
 """Adhesion: what just holds and what just does not, and a strip's peeling by the work of adhesion times its width."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 import warp as wp
@@ -8,7 +10,9 @@ from small_scenes import STILL, fabric, rigid_body, sheet, slab, turn
 
 from tryon_solver.contact import pairs
 from tryon_solver.geometry.garment import Garment
+from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.scene import (
+    WORN,
     Adhesion,
     AirDrag,
     BodyContact,
@@ -203,6 +207,20 @@ def test_sideways_it_holds_as_much_as_the_fabric_bears_unless_it_is_told():
     assert Adhesion(1000.0, 1.0).shear_in(scene) == 1000.0
     assert Adhesion(1e5, 1.0).shear_in(scene) == pytest.approx(borne)
     assert Adhesion(1e5, 1.0, shear=1e5).shear_in(scene) == 1e5
+
+
+def test_what_pulls_harder_than_a_step_can_follow_does_not_stand_still():
+    """Tape that acts at once on denim 1.5 mm above it: half a metre in a step of 1/60 s. No two steps in a row are
+    void, which all that follow would be then."""
+    denim = FABRICS["denim"]
+    garment, x = sheet(9, 9, 0.06, 0.06)
+    body, faces = slab(0.2, 0.2, 0.02, 0.02)
+    x = x @ turn((0, 13, 0)).T + [0.001, Settings().body_offset + denim.thickness / 2 + 1.5e-3, 0.0021]
+    scene = Scene(garment, x, rigid_body(body, faces), denim, (*WORN, Adhesion(1000.0, 1.0)))
+    sim = build(scene, Settings(), "cpu", STILL)
+    void = [sim.advance(STILL, (k + 1) * DT).retries for k in range(4)]
+    assert not any(before and after for before, after in pairwise(void))
+    assert np.abs(sim.cloth_positions() - x).max() > 1e-4
 
 
 def test_adhesion_is_checked_by_name():
