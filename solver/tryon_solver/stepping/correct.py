@@ -360,27 +360,23 @@ def leave_off(sim: Simulation, outcome: Outcome) -> None:
     astray = ended_astray(sim, outcome)
     lost = several and astray and led_astray(sim, outcome.began, outcome.least)
     sim.went_back = not lost and (astray or (outcome.strayed and not sim.went_back))
+    stood, sim.stood = sim.stood, False
     if lost:
-        go_a_little(sim, outcome.began)
-        return
-    sim.stood = False
-    if sim.went_back:
+        go_a_little(sim, outcome.began, stood)
+    elif sim.went_back:
         go_back_to_least(sim)
 
 
-def go_a_little(sim: Simulation, began: float) -> None:
+def go_a_little(sim: Simulation, began: float, stood: bool) -> None:
     """From x_feasible cloth of one piece as one, which loses no momentum and tears nothing, or along Newton's
-    direction, shortened until it does not lead astray; else the step is void. Never twice in a row: from the same state
-    all that follow would be, so the second goes the least of these ways wherever it leads."""
+    direction, shortened until it does not lead astray; else the step is void. Not where the step before `stood`, too:
+    from the same state all that follow would, so it goes the least of these ways, wherever that leads."""
     if sim.of_one_piece and goes_as_one(sim, began):
-        sim.stood = False
         return
     for share in SHARES:
         if leads_well(sim, began, partial(find_share, sim, share)):
-            sim.stood = False
             return
-    if sim.stood and SHARES:
-        sim.stood = False
+    if stood and SHARES:
         return
     start_again(sim)
     sim.counters.retries += 1
