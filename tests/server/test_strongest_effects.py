@@ -17,7 +17,7 @@ from tryon_server.runtime import effect_binding, production
 from tryon_server.runtime.motions import read_motion
 from tryon_server.runtime.order import DrapeOrder
 from tryon_solver.effect_words.table import BY_NAME, live
-from tryon_solver.stepping import correct, pace, search, torn
+from tryon_solver.stepping import correct, pace, search, take, torn
 
 DT = 1 / 30
 EDGE_LENGTH = 0.03  # m
@@ -80,7 +80,8 @@ class Work:
             search_further(*told)
             self.sizes.append(drape.simulation.candidates.size)
 
-        monkeypatch.setattr(correct, "search_further", counted)
+        for module in (correct, take):
+            monkeypatch.setattr(module, "search_further", counted)
         rest = drape.cloth_positions().astype(np.float64)
         scene = drape.simulation.scene
         self.judge = FrameJudge(scene.garment.faces, scene.body.faces, rest, drape.body_positions())

@@ -42,7 +42,7 @@ from tryon_solver.materials.fabric import Fabric
 from tryon_solver.scene import WORN, AirDrag, BodyContact, Effect, Scene, SelfContact, Sewing, StrainLimit
 from tryon_solver.settings import Settings
 from tryon_solver.simulation import Simulation, build
-from tryon_solver.stepping.correct import proven_free
+from tryon_solver.stepping.take import proven_free
 
 Progress = Callable[[str, float], None]
 

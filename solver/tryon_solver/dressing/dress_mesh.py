@@ -26,7 +26,7 @@ from tryon_solver.materials.fabric import Fabric
 from tryon_solver.scene import WORN, AirDrag, BodyContact, Effect, Scene, SelfContact, Sewing, StrainLimit
 from tryon_solver.settings import Settings
 from tryon_solver.simulation import Simulation, build
-from tryon_solver.stepping.correct import proven_free
+from tryon_solver.stepping.take import proven_free
 
 DRAWN_PER_SECOND = 0.05  # m/s at which the ends of a stitch near each other; a pattern's pieces come from further off
 SOONEST = 0.2  # s, in which even a seam that is nearly closed is drawn together

@@ -19,8 +19,8 @@ from tryon_solver.contact.candidates import Candidates, Region
 from tryon_solver.contact.pairs import ContactPairs
 from tryon_solver.contact.surfaces import Surface
 from tryon_solver.contact.verify import violations
-from tryon_solver.stepping.correct import prove_free
 from tryon_solver.stepping.search import accompany, scope
+from tryon_solver.stepping.take import prove_free
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation

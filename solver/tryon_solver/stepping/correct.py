@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import warp as wp
 
-from tryon_solver.contact import bounds, candidates, deflect, pairs
+from tryon_solver.contact import bounds, pairs
 from tryon_solver.linalg import pcg
 from tryon_solver.linalg.as_one import move_as_one
 from tryon_solver.linalg.launch import launch
@@ -33,17 +33,11 @@ from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradien
 from tryon_solver.stepping.near import make_last_if_near, measure_nearness
 from tryon_solver.stepping.newton import linearise, newton_matrix, solve_newton_system
 from tryon_solver.stepping.overshoot import retreat_if_overshot
-from tryon_solver.stepping.progress import LED_ASTRAY, Budget, Outcome
+from tryon_solver.stepping.progress import HARDLY_NEARER, LED_ASTRAY, Budget, Outcome
 from tryon_solver.stepping.record import as_one, baked
-from tryon_solver.stepping.search import (
-    FURTHER_EDGES,
-    a_few_edges,
-    follow,
-    search_around,
-    search_further,
-    searches_left,
-)
+from tryon_solver.stepping.search import FURTHER_EDGES, a_few_edges, follow, search_further, searches_left
 from tryon_solver.stepping.stride import choose_stride, note_unstopped, stride_out
+from tryon_solver.stepping.take import move_kernel, take, take_within_region
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -51,29 +45,10 @@ if TYPE_CHECKING:
 
 wp.set_module_options({"enable_backward": False})
 
+LITTLE = 0.1  # of what a step that stays would keep from cloth that goes as one, that this may be off balance
 MOST_OF_IT = 0.5  # of the way that inertia takes the cloth
 SHARES = (1 / 4, 1 / 16, 1 / 64)  # of a direction that leads astray whole
 HARMLESS = 0.1  # m/s: what the garment's energy at this speed can do
-
-
-@wp.kernel
-def travel_kernel(direction: wp.array(dtype=wp.vec3), travel_out: wp.array(dtype=wp.float32)):
-    i = wp.tid()
-    travel_out[i] = wp.length(direction[i])
-
-
-@wp.kernel
-def move_kernel(
-    direction: wp.array(dtype=wp.vec3),
-    alpha: wp.array(dtype=wp.float32),
-    x_out: wp.array(dtype=wp.vec3),
-    moved_out: wp.array(dtype=wp.vec3),
-):
-    """x += alpha direction"""
-    i = wp.tid()
-    moved = alpha[i] * direction[i]
-    x_out[i] = x_out[i] + moved
-    moved_out[i] = moved
 
 
 @wp.kernel
@@ -101,105 +76,6 @@ def keep_kernel(wanted: wp.array(dtype=wp.int32), x: wp.array(dtype=wp.vec3), x_
     i = wp.tid()
     if wanted[0] == 1:
         x_out[i] = x[i]
-
-
-def take(sim: Simulation, direction: wp.array) -> None:
-    """Move x by `direction`, as far as it is proven free of contact; searches further for it where it must."""
-    work = sim.work
-    work.alpha.fill_(1.0)
-    if sim.touching and searches_left(sim) > 0:
-        leaving = bounds.leaving(sim.state.x, direction, work.alpha, sim.region, work.hits)
-        if leaving:
-            search_further(sim, direction, work.alpha, a_few_edges(sim, leaving))
-    take_within_region(sim, direction)
-
-
-def take_within_region(sim: Simulation, direction: wp.array) -> None:
-    """Move x by `direction`, as far as it is proven free by the candidates that there are; `total` is the move."""
-    state, work = sim.state, sim.work
-    work.alpha.fill_(1.0)
-    if sim.touching:
-        prove_free(sim, direction)
-    moved = [state.x, work.total]
-    launch(move_kernel, sim.all_count, [direction, work.alpha], moved, device=sim.device)
-    if sim.touching:
-        follow(sim, near=True)
-
-
-def prove_free(sim: Simulation, direction: wp.array) -> None:
-    """Turn `direction` aside where it closes gaps, then set `alpha` so that what is left of it is free of contact.
-
-    Where candidates are idle, all of the region is. A move of cloth that shuts in gas is turned aside as its volume
-    allows, and shortened as one.
-    """
-    state, work, settings, sizes = sim.state, sim.work, sim.settings, sim.contact.sizes
-    if not sim.candidates.idle:
-        list_near(sim, direction, settled=False)
-        for dyad in sim.stages.dyads:
-            dyad.note(direction)
-        deflect.deflect(
-            sim.candidates,
-            True,
-            sim.cloth_count,
-            sizes,
-            state.x,
-            direction,
-            work.changed,
-            sim.deflection,
-            work.passes,
-            settings.deflection_passes,
-            each_its_own=True,
-        )
-        for dyad in sim.stages.dyads:
-            dyad.restore(direction)
-        list_near(sim, direction, settled=True)
-    bounds.stay_in_region(state.x, direction, sim.region, work.alpha)
-    wp.copy(sim.holding.allowed, work.alpha)
-    if not sim.candidates.idle:
-        bounds.shorten(
-            sim.candidates,
-            True,
-            sim.cloth_count,
-            sizes,
-            state.x,
-            direction,
-            work.alpha,
-            work.alpha_before,
-            work.changed,
-            work.passes,
-        )
-    for dyad in sim.stages.dyads:
-        dyad.level(work.alpha, sim.holding.allowed)
-
-
-def list_near(sim: Simulation, direction: wp.array, settled: bool) -> None:
-    """List the candidates that a move from x by `direction` concerns, at any fractions."""
-    sizes, work = sim.contact.sizes, sim.work
-    launch(travel_kernel, sim.all_count, [direction], [work.travel], device=sim.device)
-    candidates.list_near(sim.candidates, sim.state.x, work.travel, sim.cloth_count, sizes, settled)
-
-
-def proven_free(sim: Simulation, displacement: np.ndarray) -> bool:
-    """Is the straight move of the cloth by `displacement` (N, 3) m from x free of contact? Nothing is moved."""
-    state, work = sim.state, sim.work
-    work.direction.zero_()
-    wp.copy(work.direction, wp.array(displacement, dtype=wp.vec3, device=sim.device), count=sim.cloth_count)
-    sim.searches = 0
-    search_around(sim, state.x, work.direction)
-    work.alpha.fill_(1.0)
-    bounds.shorten(
-        sim.candidates,
-        False,
-        sim.cloth_count,
-        sim.contact.sizes,
-        state.x,
-        work.direction,
-        work.alpha,
-        work.alpha_before,
-        work.changed,
-        work.passes,
-    )
-    return work.passes.taken() == 0
 
 
 def look_around(sim: Simulation, near: bool) -> None:
@@ -300,10 +176,10 @@ def correct_penetration(sim: Simulation, conclude: Callable[[Simulation], None])
     Newton's steps that lead uphill come back (overshoot.py), but the first, and what contact stopped in one is held in
     the next (hold.py). The budget's last is not taken when it is much longer than the one before. A fold that snaps
     takes several, the first of them uphill: where the budget ends among these it is extended. Where that is spent as
-    well, x is where an iteration began nearest to balance, and the next step has the snap. Never twice in a row: a step
-    that only finds back to where it began would be found again by all that follow, and the garment would stand frozen.
-    A budget is extended likewise where the cloth as one has still to move. With more contact passes the next pass goes
-    on with a snap: nothing is extended and nothing goes back.
+    well, x is where an iteration began nearest to balance, and the next step has the snap. Not twice in a row, unless
+    that is much nearer than where the step began: one that only finds back there would be found again by all that
+    follow, and the garment would stand frozen. A budget is extended likewise where the cloth as one has still to move.
+    With more contact passes the next pass goes on with a snap: nothing is extended and nothing goes back.
 
     Conjugate gradients that are cut short in a blow lead astray, each direction further than the one before: then all
     of it is done again from x_feasible with the second budget. If that leads astray, too, x is where an iteration began
@@ -359,7 +235,8 @@ def leave_off(sim: Simulation, outcome: Outcome) -> None:
     several = outcome.iterations > 1  # else none but the first began anywhere
     astray = ended_astray(sim, outcome)
     lost = several and astray and led_astray(sim, outcome.began, outcome.least)
-    sim.went_back = not lost and (astray or (outcome.strayed and not sim.went_back))
+    found_back = sim.went_back and outcome.least > HARDLY_NEARER * outcome.began
+    sim.went_back = not lost and (astray or (outcome.strayed and not found_back))
     stood, sim.stood = sim.stood, False
     if lost:
         go_a_little(sim, outcome.began, stood)
@@ -384,21 +261,29 @@ def go_a_little(sim: Simulation, began: float, stood: bool) -> None:
 
 
 def goes_as_one(sim: Simulation, began: float) -> bool:
-    """Go from x_feasible as one; is that most of where inertia takes it? Cloth around a ball goes nowhere so."""
-    if not leads_well(sim, began, partial(find_common_move, sim)):
-        return False
+    """Go from x_feasible as one; is that most of where inertia takes it? Cloth around a ball goes nowhere so. It may be
+    off balance by a LITTLE of what staying would keep from it: gaps that it slides with do not stay as they were."""
+    now = gone_to(sim, partial(find_common_move, sim))
     places = sim.state.x, sim.state.x_hat, sim.state.x_feasible
     x, predicted, feasible = (each.numpy()[: sim.cloth_count] for each in places)
+    kept = sim.total_mass * float(np.linalg.norm((x - feasible).mean(axis=0)) / sim.dt) ** 2
+    if led_astray(sim, began, now) and now > LITTLE * kept:
+        return False
     return bool(np.linalg.norm(x - feasible) > MOST_OF_IT * np.linalg.norm(predicted - feasible))
 
 
 def leads_well(sim: Simulation, began: float, find: Callable[[], None]) -> bool:
     """Go from x_feasible along the `direction` that is found there; does it not lead astray?"""
+    return not led_astray(sim, began, gone_to(sim, find))
+
+
+def gone_to(sim: Simulation, find: Callable[[], None]) -> float:
+    """Go from x_feasible along the `direction` that is found there; how far from balance is where it leads [J]?"""
     start_again(sim)
     find()
     take(sim, sim.work.direction)
     look_around(sim, near=True)
-    return not led_astray(sim, began, imbalance(sim))
+    return imbalance(sim)
 
 
 def find_share(sim: Simulation, share: float) -> None:

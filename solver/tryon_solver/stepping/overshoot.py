@@ -10,15 +10,17 @@ the gradient is needed there anyway. In between, with s from 0 to 1, the slope i
 
     f(s) = -a (1 - s) + b s^3,
 
-which meets both; where b > 2 a its integral over the move is above 0, so the potential has risen. x goes back along the
-move to f(s) = 0. That way has been proven free (bounds.py). The first FREE moves of a correction may rise: one takes
-the cloth to where it turns to, and what it overdoes the next one mends, where steps so short that nothing is overdone
-would never come there; b is seldom over 10 a there. One that led to over 30 a, as a stiff spring does that swings past
-its middle, comes back as well: of what hundreds of times the slope has done, nothing is mended. Where a is less than
-the cloth's energy at the speed CALM, the step began in balance but for a blow to come, of which a says nothing. The
-last move, which has none after it, is always looked at like all others. Slopes alone are asked, since what friction
-takes has no potential. Line searches by slopes: Nocedal and Wright 2006, section 3.1; those that let first steps rise:
-Chamberlain et al. 1982. Ours.
+which meets both; where b > 2 a its integral over the move is above 0, so the potential has risen. x goes back along
+the move to f(s) = 0. That way has been proven free (bounds.py). A move that leads uphill from its beginning, as
+deflection can make it, goes on, for it is the way that contact leaves; but it goes no further than where the cube is
+as much as the line, b s^3 = |a| (1 - s): what rises beyond is no contact's doing. The first FREE moves of a correction
+may rise: one takes the cloth to where it turns to, and what it overdoes the next one mends, where steps so short that
+nothing is overdone would never come there; b is seldom over 10 a there. One that led to over 30 a, as a stiff spring
+does that swings past its middle, comes back as well: of what hundreds of times the slope has done, nothing is mended.
+Where a is less than the cloth's energy at the speed CALM, the step began in balance but for a blow to come, of which a
+says nothing. The last move, which has none after it, is always looked at like all others. Slopes alone are asked,
+since what friction takes has no potential. Line searches by slopes: Nocedal and Wright 2006, section 3.1; those that
+let first steps rise: Chamberlain et al. 1982. Ours.
 """
 
 from __future__ import annotations
@@ -66,7 +68,7 @@ def judge_kernel(
 ):
     """Where there are more pairs than room the slope at the end is unknown: nothing is said of it. `calm` J is so
     little that, less than that to lose, a first move may do anything."""
-    a = -lengths[SLOPE]
+    a = wp.abs(lengths[SLOPE])  # against it where contact has turned the move uphill
     b = there[0]
     first = state[FOUND] <= FREE and state[LEFT] > 0
     most = wp.where(first, BEYOND_MENDING, RISEN)

@@ -157,11 +157,13 @@ def a_few_edges(sim: Simulation, leaving: int) -> float:
     """How much further the correction has a search reach than the one before it, at most [m], for so many vertices that
     leave their balls.
 
-    Stencils within reach grow with its square, by about PER_EDGE for each that reaches an edge further: where all of a
-    garment goes far at once, no further than the list may grow.
+    Stencils within reach grow with its square, PER_EDGE for each that reaches an edge; how far they reach, that length
+    of the list tells: where all of a garment goes far at once, no further than the list may grow.
     """
-    room = max(CROWDED * sim.cloth_count - sim.candidates.size, 0)
-    return min(FURTHER_EDGES, math.sqrt(room / (PER_EDGE * max(leaving, 1)))) * sim.mean_edge
+    count, size = sim.cloth_count, sim.candidates.size
+    reached_sq, room = size / (PER_EDGE * count), max(CROWDED * count - size, 0)
+    further = math.sqrt(reached_sq + room / (PER_EDGE * max(leaving, 1))) - math.sqrt(reached_sq)
+    return min(FURTHER_EDGES, further) * sim.mean_edge
 
 
 def searches_left(sim: Simulation) -> int:

@@ -69,12 +69,13 @@ def test_a_move_that_leads_down_is_left():
     assert size == pytest.approx(0.98, abs=1e-6)
 
 
-def test_a_move_that_leads_up_from_its_beginning_is_left():
-    """There is no way back that is any better."""
-    size, (before, there), _, _ = shrunk(1.2)
+@pytest.mark.parametrize(("to", "comes_back"), [(1.09, False), (1.2, True)])
+def test_a_move_that_leads_up_from_its_beginning_goes_no_further_than_where_the_cube_is_as_much(to, comes_back):
+    size, (before, there, *_), _, _ = shrunk(to)
     assert before > 0
-    assert there > 0
-    assert size == pytest.approx(1.2, abs=1e-6)
+    assert (there > 2 * before) == comes_back
+    share = root(before, there) if comes_back else 1.0
+    assert size == pytest.approx(BEGIN + share * (to - BEGIN), abs=1e-5)
 
 
 @pytest.mark.parametrize(("left", "comes_back"), [(3, False), (0, True)])

@@ -13,7 +13,7 @@ from tryon_solver.contact.candidates import Region
 from tryon_solver.contact.verify import SAFE_SHARE, violations
 from tryon_solver.scene import Gravity, Scene
 from tryon_solver.simulation import build
-from tryon_solver.stepping import carry_once, correct, search
+from tryon_solver.stepping import carry_once, search, take
 from tryon_solver.stepping.verify_commit import verify_commit
 
 
@@ -92,7 +92,7 @@ def test_moves_of_the_correction_are_free(tangle, speed):
         motion = tangle.throw(rng, speed)
         collided += not tangle.is_free(x, x + motion)
         sim.work.direction.assign(motion.astype(np.float32))
-        correct.take(sim, sim.work.direction)
+        take.take(sim, sim.work.direction)
         after = sim.state.x.numpy().astype(np.float64)
         assert tangle.is_free(x, after)
         moved = sim.largest(sim.work.total)

@@ -13,8 +13,9 @@ from tryon_solver.linalg.dyad import Dyad
 from tryon_solver.scene import AirDrag, BodyContact, Elastic, ElasticLine, Gas, Gravity, Scene
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
-from tryon_solver.stepping.correct import look_around, prove_free
+from tryon_solver.stepping.correct import look_around
 from tryon_solver.stepping.newton import solve_newton_system
+from tryon_solver.stepping.take import prove_free
 
 K, AMBIENT = 300.0, 101325.0
 RUBBER = fabric(k_warp=K, k_weft=K, k_shear=K, k_bend=0.0, strain_limit=3.0)

@@ -42,7 +42,9 @@ def overshooting_at(number, monkeypatch):
 
 @pytest.mark.parametrize(("iterations", "calm"), [(2, True), (1, False)])
 def test_an_overshooting_last_step_is_not_taken(iterations, calm, monkeypatch):
-    """Every second Newton direction 30 times as long and turned round; a budget of one has no step before its last."""
+    """Every second Newton direction 30 times as long and turned round, and no move comes back (overshoot.py); a budget
+    of one has no step before its last."""
+    monkeypatch.setattr(correct, "retreat_if_overshot", lambda _, measure, *__: measure())
     sim = laid_on_ball(Settings(correction_iterations=iterations, correction_extensions=0))
     for k in range(20):
         sim.advance(STILL, (k + 1) * DT)
@@ -67,13 +69,22 @@ def test_a_budget_that_ends_astray_is_extended_until_it_is_back(monkeypatch):
     assert not sim.went_back
 
 
-@pytest.mark.parametrize(("passes", "steps_back"), [(1, [0, 2, 4]), (3, [])])
-def test_a_budget_that_ends_astray_goes_back_but_never_twice_in_a_row(passes, steps_back, monkeypatch):
-    """Every budget ends so here. With more contact passes to come, the next goes on from there."""
+@pytest.mark.parametrize(
+    ("passes", "nearest", "steps_back"), [(1, 0.11, [0, 2, 4]), (1, 0.09, [0, 1, 2, 3, 4]), (3, 0.11, [])]
+)
+def test_a_budget_that_ends_astray_goes_back_but_not_twice_in_a_row_to_where_it_began(
+    passes, nearest, steps_back, monkeypatch
+):
+    """Every budget ends so here, and was nearest to balance at so many times of where it began. With more contact
+    passes to come, the next goes on from there."""
     sim = laid_on_ball(Settings(correction_iterations=1, correction_extensions=0, contact_passes=passes))
     step, went_back = 0, []
+
+    def ended(outcome):
+        return replace(outcome, strayed=True, began=1.0, least=nearest, last=nearest)
+
     read = Progress.read
-    monkeypatch.setattr(Progress, "read", lambda self, pairs: replace(read(self, pairs), strayed=True))
+    monkeypatch.setattr(Progress, "read", lambda self, pairs: ended(read(self, pairs)))
     monkeypatch.setattr(correct, "go_back_to_least", lambda _: went_back.append(step))
     for step in range(5):
         sim.advance(STILL, (step + 1) * DT)
