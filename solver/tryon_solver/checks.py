@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 ROUNDED = 1e-4  # by which shares may miss a whole
+BEYOND = 2.0  # a share of a triangle's corner: as far outside as the triangle is high, and no place on cloth
 LEAST, MOST = float(np.finfo(np.float32).tiny), float(np.finfo(np.float32).max)
 
 
@@ -127,12 +128,16 @@ def check_numbers(name: str, value: object, *shape: int | str) -> None:
 
 
 def check_whole_shares(name: str, value: np.ndarray) -> None:
-    """Raise ValueError unless each row of finite numbers (K, C) sums to 1, but for rounding."""
+    """Raise ValueError unless each row of finite numbers (K, C) sums to 1, but for rounding, none of them BEYOND."""
     whole = value.sum(axis=1)
     missed = np.abs(whole - 1.0) > ROUNDED
     if missed.any():
         bad = int(np.argmax(missed))
         raise ValueError(f"{name} of row {bad} sum to {whole[bad]:.6g}; give shares that sum to 1")
+    far = np.abs(value).max(axis=1, initial=0.0) > BEYOND
+    if far.any():
+        bad = int(np.argmax(far))
+        raise ValueError(f"{name} of row {bad} lie outside their triangle; give shares from {-BEYOND:g} to {BEYOND:g}")
 
 
 def _refuse(name: str, what: str, value: object) -> None:

@@ -36,7 +36,7 @@ def check_vertices(name: str, vertices: np.ndarray, scene: Scene) -> None:
     count = scene.garment.vertex_count
     outside = vertices[(vertices < 0) | (vertices >= count)]
     if len(outside):
-        raise ValueError(f"{name}: there is no vertex {int(outside[0])}; the garment has {count}")
+        raise ValueError(f"{name}: there is no vertex {int(outside[0])}; use 0 to {count - 1}")
 
 
 def check_panels(name: str, panels: tuple[int, ...], scene: Scene) -> None:

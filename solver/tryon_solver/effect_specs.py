@@ -289,7 +289,7 @@ class Sewing(EffectSpec):
 
     def check(self, scene: Scene) -> None:
         """Raises ValueError for a vertex that the garment does not have."""
-        check_vertices("sewing", self.stitches, scene)
+        check_vertices("sewing: stitches", self.stitches, scene)
 
 
 @dataclass(frozen=True)
@@ -318,8 +318,8 @@ class Attached(EffectSpec):
 
     def check(self, scene: Scene) -> None:
         """Raises ValueError for a vertex that the garment does not have."""
-        check_vertices("attached", self.vertices, scene)
-        check_vertices("attached", self.onto, scene)
+        check_vertices("attached: vertices", self.vertices, scene)
+        check_vertices("attached: onto", self.onto, scene)
 
 
 @dataclass(frozen=True)
@@ -348,7 +348,7 @@ class Pins(EffectSpec):
 
     def check(self, scene: Scene) -> None:
         """Raises ValueError for a vertex that the garment does not have, or where no body is that could lead."""
-        check_vertices("pins", self.vertices, scene)
+        check_vertices("pins: vertices", self.vertices, scene)
         if self.led and scene.body is None:
             raise ValueError("pins: led by a body, of which there is none; give the scene one, or hold them in space")
 
@@ -377,7 +377,7 @@ class Fasteners(EffectSpec):
 
     def check(self, scene: Scene) -> None:
         """Raises ValueError for a vertex that the garment does not have."""
-        check_vertices("fasteners", self.pairs, scene)
+        check_vertices("fasteners: pairs", self.pairs, scene)
 
 
 @dataclass(frozen=True)
@@ -481,7 +481,7 @@ class Elastic(EffectSpec):
         from tryon_solver.geometry.lines import corners_of_edges
 
         for k, line in enumerate(self.lines):
-            check_vertices(f"elastic: line {k}", line.edges, scene)
+            check_vertices(f"elastic: line {k}: edges", line.edges, scene)
             corners_of_edges(scene.garment, line.edges, f"elastic: line {k}")
 
 
@@ -517,7 +517,7 @@ class Creases(EffectSpec):
         """Raises ValueError for what is no inner edge of the garment's mesh."""
         from tryon_solver.geometry.lines import hinges_of_edges
 
-        check_vertices("creases", self.edges, scene)
+        check_vertices("creases: edges", self.edges, scene)
         hinges_of_edges(scene.garment, self.edges, "creases")
 
 
@@ -555,7 +555,7 @@ class Adhesion(EffectSpec):
         if not any(isinstance(effect, (BodyContact, SelfContact)) for effect in scene.effects):
             raise ValueError("adhesion: nothing is touched; list BodyContact or SelfContact, or leave Adhesion out")
         if self.vertices is not None:
-            check_vertices("adhesion", self.vertices, scene)
+            check_vertices("adhesion: vertices", self.vertices, scene)
 
     def idle(self, scene: Scene) -> str:  # noqa: ARG002
         """Where nothing sticks, whatever it resists being pushed aside with."""

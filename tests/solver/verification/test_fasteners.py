@@ -105,5 +105,5 @@ def test_fasteners_are_checked_by_name():
     with pytest.raises(ValueError, match="pair 1 is vertex 4 twice"):
         Fasteners(np.array([[0, 1], [4, 4]], np.int32))
     garment, x = layers(1, 3, 3, 0.1, 0.0)
-    with pytest.raises(ValueError, match="fasteners: there is no vertex 9"):
+    with pytest.raises(ValueError, match="fasteners: pairs: there is no vertex 9"):
         Scene(garment, x, None, fabric(), (Fasteners(np.array([[0, 9]], np.int32)),))

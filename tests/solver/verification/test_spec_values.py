@@ -106,6 +106,7 @@ REFUSED = {
             "weights": (
                 None, "a", 1.0, THIRDS.tolist(), THIRDS[0], np.full((2, 3), 1 / 3), np.full((1, 2), 1 / 2), THIRDS > 0,
                 THIRDS.astype(str), THIRDS * NAN, THIRDS * INF, 2.0 * THIRDS, 0.0 * THIRDS, THIRDS.astype(complex),
+                np.array([[500.0, -499.0, 0.0]]),
             ),
             "stiffness": NUMBER,
         },
@@ -246,19 +247,22 @@ def test_a_scene_at_ten_kilometres_is_taken():
 
 
 @pytest.mark.parametrize(
-    "effect",
+    ("effect", "field"),
     [
-        Sewing(np.array([[0, 999]], np.int32), 1.0),
-        Attached(ints(1), ONTO + 997, THIRDS, 1.0),
+        (Sewing(np.array([[0, 999]], np.int32), 1.0), "sewing: stitches"),
+        (Attached(np.array([999], np.int32), ONTO, THIRDS, 1.0), "attached: vertices"),
+        (Attached(ints(1), ONTO + 997, THIRDS, 1.0), "attached: onto"),
+        (Pins(np.array([999], np.int32)), "pins: vertices"),
+        (Fasteners(np.array([[0, 999]], np.int32)), "fasteners: pairs"),
+        (Adhesion(100.0, 0.05, np.array([999], np.int32)), "adhesion: vertices"),
         # Their keys, 0 * 16 + 999 and so on, are those of other edges.
-        Elastic((replace(LINE, edges=np.array([[0, 999], [0, 16 + 2]], np.int32)),)),
-        Creases(np.array([[0, 999]], np.int32), np.ones(1)),
+        (Elastic((replace(LINE, edges=np.array([[0, 999], [0, 16 + 2]], np.int32)),)), "elastic: line 0: edges"),
+        (Creases(np.array([[0, 999]], np.int32), np.ones(1)), "creases: edges"),
     ],
-    ids=["sewing", "attached", "elastic", "creases"],
 )
-def test_a_vertex_that_there_is_not_is_refused_by_its_number(effect):
-    with pytest.raises(ValueError, match=r"there is no vertex 99\d; the garment has 16"):
-        build(Scene(GARMENT, X, None, effects=(effect,)))
+def test_a_vertex_that_there_is_not_is_refused_by_its_field_and_number(effect, field):
+    with pytest.raises(ValueError, match=rf"^{field}: there is no vertex 99\d; use 0 to 15"):
+        build(Scene(GARMENT, X, None, effects=(SelfContact(), effect)))
 
 
 def test_an_edge_beyond_the_garment_is_not_taken_for_another_one():
@@ -266,7 +270,7 @@ def test_an_edge_beyond_the_garment_is_not_taken_for_another_one():
     near, far = (np.array([edge], np.int32) for edge in ([1, 6], [0, 22]))
     for effect in (lambda edge: Elastic((ElasticLine(edge, 0.8, 20.0),)), lambda edge: Creases(edge, np.ones(1))):
         Scene(GARMENT, X, effects=(effect(near),))
-        with pytest.raises(ValueError, match="there is no vertex 22; the garment has 16"):
+        with pytest.raises(ValueError, match="there is no vertex 22; use 0 to 15"):
             Scene(GARMENT, X, effects=(effect(far),))
 
 
