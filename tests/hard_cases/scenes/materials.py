@@ -14,20 +14,22 @@ from tryon_solver.geometry.garment import Garment
 from tryon_solver.scene import Scene
 from tryon_solver.simulation import build
 
+BOARD = 1e4  # times the bending stiffness of jersey: nothing hangs from a corner any more
 
-def draped(ask: Ask, stops: float = 1.5, **values: float) -> Run:
-    """A square of cotton jersey with some values changed, dropped over a corner."""
+
+def draped(ask: Ask, stops: float = 1.5, parts: bool = False, **values: float) -> Run:
+    """A square of cotton jersey with some values changed, dropped over a corner, from which it may slide off."""
     garment, x = square(ask.vertices, 0.3)
     x = turned(rippled(x, 2e-3), 0.3) + [0.004, 0.014, 0.003]
-    return laid(on_body(ask, garment, x, rigid_body(*corner(0.2, 4)), fabric(**values)), stops)
+    return laid(on_body(ask, garment, x, rigid_body(*corner(0.2, 4)), fabric(**values)), stops, parts=parts)
 
 
 def bent(times: float) -> HardScene:
-    """Bending stiffness so many times that of jersey."""
+    """Bending stiffness so many times that of jersey. A board whose middle is 5 mm off the corner slides off it."""
     return HardScene(
         f"bending_{times:g}",
         f"bending stiffness {times:g} times that of {JERSEY.name}",
-        lambda ask: draped(ask, k_bend=times * JERSEY.k_bend),
+        lambda ask: draped(ask, parts=times >= BOARD, k_bend=times * JERSEY.k_bend),
     )
 
 
