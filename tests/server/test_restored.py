@@ -22,7 +22,7 @@ from tryon_solver.redesign.fabrics import made_of
 
 TSHIRT = Path(production.__file__).parents[1] / "demo/patterns/tshirt.json"
 FABRIC = "cotton_jersey"
-SMALLER = ScaleGarment((0.82, 0.82))
+SMALLER = ScaleGarment((0.8, 0.8))
 
 
 def area(positions, faces) -> float:
