@@ -47,7 +47,7 @@ class Settings:
     cloth has at this speed (stepping/near.py): a correction that is nearer ends before its budget, but for cloth that
     hardly moves, and one that is not is extended. None: neither.
     """
-    correction_pcg_iterations: int = 60
+    correction_pcg_iterations: int = 240
     correction_pcg_tolerance: float = 1e-2
     """Relative residual at which the correction's conjugate gradients stop."""
     correction_torn: float | None = None

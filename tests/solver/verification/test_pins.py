@@ -60,7 +60,7 @@ def test_pins_are_checked_by_name():
         Pins(np.array([1, 4, 4], np.int32))
     with pytest.raises(ValueError, match="stiffness must be a finite number"):
         Pins(np.array([1], np.int32), -1.0)
-    with pytest.raises(ValueError, match="there is no vertex 9; the garment has 9"):
+    with pytest.raises(ValueError, match="pins: vertices: there is no vertex 9; use 0 to 8"):
         Scene(garment, x, None, fabric(), (Pins(np.array([0, 9], np.int32)),))
 
 
