@@ -107,8 +107,8 @@ class Friction(EffectSpec):
             check_numbers(f"friction: {name}", table, "P + 1", "P + 1")
             if table.shape[0] != table.shape[1] or len(table) != len(self.static):
                 raise ValueError(f"friction: {name} has shape {table.shape}; give a square table, both alike")
-            if not ((table >= 0).all() and (table == table.T).all()):
-                raise ValueError(f"friction: {name} must be symmetric, of numbers of at least 0")
+            if odd := np.argwhere((table < 0) | (table != table.T)).tolist():
+                raise ValueError(f"friction: {name} must be symmetric, of numbers of at least 0, unlike at {odd[0]}")
         if self.kinetic is not None and (self.kinetic > self.static).any():
             i, j = np.argwhere(self.kinetic > self.static)[0]
             raise ValueError(

@@ -34,9 +34,8 @@ REPEATS = 5  # of a call that is measured, since frames wait for them
 LOOKED_AT = 1000  # vertices and triangles, from which is told what a garment is like
 MOST = 0.9  # of them have less than what is told of a tenth
 G = 9.81  # m/s^2
-PATIENT = PRESETS["live"].correction_iterations  # of a step: so many bring friction out, and so does
-FRICTION_ACCURACY = 1e-4  # m, whatever the preset: a sheet that slides is within some percent of Coulomb's speed then
-SLOWED = "what slides fast loses speed in single frames at this detail; an accuracy of 0.1 mm or the detail live helps"
+PATIENT = PRESETS["live"].correction_iterations  # of a step: so many bring friction out
+SLOWED = "what slides is slowed at this detail, most of all over curves and on other cloth; the detail live helps"
 
 
 class WornTogether(Protocol):
@@ -81,8 +80,7 @@ class SolverEffects:
         """What few Newton iterations leave undone, and of what is asked for more than cloth bears how much acts:
         METHOD.md section 6."""
         settings, scene = self._worn.simulation.settings, self._worn.simulation.scene
-        accurate = settings.accuracy is not None and settings.accuracy <= FRICTION_ACCURACY
-        found = {} if accurate or settings.correction_iterations >= PATIENT else {"friction": SLOWED}
+        found = {} if settings.correction_iterations >= PATIENT else {"friction": SLOWED}
         for effect in scene.effects:
             if isinstance(effect, Adhesion) and (shear := effect.shear_in(scene)) < effect.strength:
                 found["adhesion"] = f"it slips aside at {shear:.0f} Pa, more than which the fabric does not bear"

@@ -48,7 +48,8 @@ def corners_of_edges(garment: Garment, edges: np.ndarray, name: str) -> np.ndarr
     order = np.argsort(keys, kind="stable")
     wanted = edges[:, 0].astype(np.int64) * count + edges[:, 1]
     at = np.minimum(np.searchsorted(keys[order], wanted), len(keys) - 1)
-    refuse_strangers(keys[order][at] == wanted, edges, f"{name}: no triangle has the edge")
+    said, remedy = f"{name}: no triangle has the edge", "edges of the garment's mesh"
+    refuse_strangers(keys[order][at] == wanted, edges, said, remedy)
     return ends[order][at].astype(np.int32)
 
 
@@ -62,12 +63,13 @@ def hinges_of_edges(garment: Garment, edges: np.ndarray, name: str) -> np.ndarra
     sorted_edges = np.sort(edges.astype(np.int64), axis=1)
     wanted = sorted_edges[:, 0] * count + sorted_edges[:, 1]
     at = np.minimum(np.searchsorted(keys[order], wanted), len(keys) - 1)
-    refuse_strangers(keys[order][at] == wanted, edges, f"{name}: no two triangles share the edge")
+    said, remedy = f"{name}: no two triangles share the edge", "edges of the garment's mesh that are not at its border"
+    refuse_strangers(keys[order][at] == wanted, edges, said, remedy)
     return order[at]
 
 
-def refuse_strangers(found: np.ndarray, edges: np.ndarray, said: str) -> None:
+def refuse_strangers(found: np.ndarray, edges: np.ndarray, said: str, remedy: str) -> None:
     """Raise ValueError for the first edge that was not found."""
     if not found.all():
         a, b = edges[int(np.argmin(found))]
-        raise ValueError(f"{said} {int(a)}-{int(b)}; give edges of the garment's mesh")
+        raise ValueError(f"{said} {int(a)}-{int(b)}; give {remedy}")
