@@ -35,7 +35,7 @@ LOOKED_AT = 1000  # vertices and triangles, from which is told what a garment is
 MOST = 0.9  # of them have less than what is told of a tenth
 G = 9.81  # m/s^2
 PATIENT = PRESETS["live"].correction_iterations  # of a step: so many bring friction out
-SLOWED = "what slides is slowed at this detail, most of all over curves and on other cloth; the detail live helps"
+ASTRAY = "what slides is too slow or too fast here, most of all over curves and on other cloth; the detail live helps"
 
 
 class WornTogether(Protocol):
@@ -80,7 +80,7 @@ class SolverEffects:
         """What few Newton iterations leave undone, and of what is asked for more than cloth bears how much acts:
         METHOD.md section 6."""
         settings, scene = self._worn.simulation.settings, self._worn.simulation.scene
-        found = {} if settings.correction_iterations >= PATIENT else {"friction": SLOWED}
+        found = {} if settings.correction_iterations >= PATIENT else {"friction": ASTRAY}
         for effect in scene.effects:
             if isinstance(effect, Adhesion) and (shear := effect.shear_in(scene)) < effect.strength:
                 found["adhesion"] = f"it slips aside at {shear:.0f} Pa, more than which the fabric does not bear"
