@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import threading
+import time
 
 import patterns
 import pytest
@@ -10,6 +12,7 @@ from asking import FIELDS, answer_to, refused
 from live_server import LiveServer
 
 from tryon_server.garments.check import check_pattern
+from tryon_server.persistence.sessions import SqlSessions
 
 
 def upload(live, pattern, name: str = "my tube"):
@@ -344,6 +347,23 @@ def test_session_is_found_and_ended(live):
     for _ in range(2):
         assert live.http.delete(f"/api/sessions/{session['id']}").status_code == 204
     ended = live.http.get(f"/api/sessions/{session['id']}").json()
+    assert (ended["state"], ended["detail"]) == ("closed", "Ended by request")
+
+
+def test_who_asks_while_an_end_is_being_noted_is_told_why(live, monkeypatch):
+    noting = threading.Event()
+    end = SqlSessions.end
+
+    def slowly(*arguments):
+        noting.set()
+        time.sleep(0.5)
+        end(*arguments)
+
+    monkeypatch.setattr(SqlSessions, "end", slowly)
+    session = live.http.post("/api/sessions", json={"garment": "tube"}).json()["id"]
+    assert live.http.delete(f"/api/sessions/{session}").status_code == 204
+    assert noting.wait(10.0)
+    ended = live.http.get(f"/api/sessions/{session}").json()
     assert (ended["state"], ended["detail"]) == ("closed", "Ended by request")
 
 

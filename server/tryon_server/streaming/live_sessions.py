@@ -99,7 +99,7 @@ class LiveSessions:
         self.wardrobes = Wardrobes(garments, files, edits, outfits)
         self._motions = all_playable(motions)
         self._live: dict[str, LiveSession] = {}
-        self._notes: set[asyncio.Task[None]] = set()
+        self._notes: dict[str, asyncio.Task[None]] = {}
         self._closing = False
         self._rules = Rules(
             epoch=secrets.token_hex(8),
@@ -371,6 +371,11 @@ class LiveSessions:
     async def record(self, session_id: str) -> SessionRecord:
         """What is known of a session, live or ended. Raises ProblemError 404."""
         record = await asyncio.to_thread(self._store.get, session_id)
+        if record is not None and record.ended is None and session_id not in self._live:
+            # It has ended just now: why is told once it is noted.
+            if session_id in self._notes:
+                await asyncio.wait({self._notes[session_id]})
+            record = await asyncio.to_thread(self._store.get, session_id)
         if record is None:
             raise problem_error(
                 "session.unknown",
@@ -388,7 +393,7 @@ class LiveSessions:
             retry_after = RESTART_RETRY_SECONDS * (1.0 + 2.0 * secrets.randbelow(1000) / 1000.0)
             live.end("The server stops", retry_after)
         while self._notes:
-            await asyncio.gather(*self._notes, return_exceptions=True)
+            await asyncio.gather(*self._notes.values(), return_exceptions=True)
 
     def _work_order(self, record: SessionRecord, garment: GarmentRecord, body: BodyRecord | None = None) -> WorkOrder:
         told = MeshReading()
@@ -436,8 +441,8 @@ class LiveSessions:
         session_id = live.machine.id
         self._live.pop(session_id, None)
         note = asyncio.get_running_loop().create_task(self._note_end(session_id, reason))
-        self._notes.add(note)
-        note.add_done_callback(self._notes.discard)
+        self._notes[session_id] = note
+        note.add_done_callback(lambda _: self._notes.pop(session_id))
 
     async def _note_end(self, session_id: str, reason: str) -> None:
         logger.info("session %s has ended: %s", session_id, reason)
