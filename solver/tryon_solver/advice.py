@@ -56,7 +56,7 @@ def advise(
         tries = tries if best.strain_limit <= fabric.strain_limit else f"{other}, {tries}"
         why = ["too tight for this motion", "caught between parts of the body"]
         if pulling := ", ".join(name for name in PULLING if name in acting):
-            why.append(f"pulled by what acts on it ({pulling})")
+            why.insert(0, f"pulled by what acts on it ({pulling})")
             tries = f"less of that, or have it come in over a longer time, {tries}"
         said.append(f"{' and '.join(strained)}: the garment is {', or '.join(why)}; try {tries}")
     return "; ".join(said)

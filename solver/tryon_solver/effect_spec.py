@@ -18,16 +18,23 @@ class EffectSpec:
 
     `module` is imported when a scene lists the effect, and not before: its `bind(spec, context)` returns the
     effect's Contribution (plan.py), or None where there is nothing to do. Nor is it where the spec itself says so, by
-    `idle`.
+    `idle`: of what is named in `acts_by` there must be some, and no number may be 0.
     """
 
     module: ClassVar[str]
+    acts_by: ClassVar[tuple[str, ...]] = ()
 
     def check(self, scene: Scene) -> None:
         """Raise ValueError, naming field, place and remedy, where the effect does not suit the scene."""
 
     def idle(self, scene: Scene) -> str:  # noqa: ARG002
         """Why the effect has nothing to do in the scene, for people; "" where it has, as far as its numbers tell."""
+        for name in self.acts_by:
+            value = getattr(self, name)
+            if np.size(value) == 0:
+                return f"it has no {name}"
+            if not isinstance(value, np.ndarray) and not np.any(value):  # a lone index may be 0
+                return f"its {name} is 0"
         return ""
 
 

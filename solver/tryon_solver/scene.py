@@ -8,26 +8,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tryon_solver.checks import check_numbers, check_tuple, told
+from tryon_solver.effect_spec import EffectSpec
 from tryon_solver.effect_specs import (
-    SHARPEST_CREASE,
     Adhesion,
     AirDrag,
-    Attached,
     BodyContact,
-    Creases,
-    EffectSpec,
-    Elastic,
-    ElasticLine,
     FabricDamping,
-    Fasteners,
     Friction,
     Gas,
     Gravity,
     Gusts,
-    Pins,
     Pressure,
     SelfContact,
-    Sewing,
     Sleep,
     StrainLimit,
     StretchCurves,
@@ -35,6 +27,16 @@ from tryon_solver.effect_specs import (
 )
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.materials.fabric import FABRICS, Fabric
+from tryon_solver.sewn_specs import (
+    SHARPEST_CREASE,
+    Attached,
+    Creases,
+    Elastic,
+    ElasticLine,
+    Fasteners,
+    Pins,
+    Sewing,
+)
 
 if TYPE_CHECKING:
     from tryon_solver.body.on_device import WornBody

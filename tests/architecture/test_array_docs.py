@@ -13,6 +13,7 @@ PUBLIC = (
     "scene.py",
     "effect_spec.py",
     "effect_specs.py",
+    "sewn_specs.py",
     "state.py",
     "results.py",
     "geometry/garment.py",

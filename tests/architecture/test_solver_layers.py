@@ -23,7 +23,7 @@ LAYERS = (
     ("files",),
     ("advice",),
     ("effect_spec",),
-    ("effect_specs",),
+    ("effect_specs", "sewn_specs"),
     ("scene",),
     ("offsets",),
     ("effects", "stepping", "worn_effects"),

@@ -56,12 +56,12 @@ def test_every_effect_is_in_a_scene():
     """A new effect needs a factor here."""
     import covered_scene
 
-    from tryon_solver import effect_specs
+    from tryon_solver import scene
 
     kinds = {
         name
-        for name, kind in vars(effect_specs).items()
-        if isinstance(kind, type) and issubclass(kind, effect_specs.EffectSpec) and kind is not effect_specs.EffectSpec
+        for name, kind in vars(scene).items()
+        if isinstance(kind, type) and issubclass(kind, scene.EffectSpec) and kind is not scene.EffectSpec
     }
     assert len(kinds) > 15
     assert kinds <= set(vars(covered_scene))

@@ -221,6 +221,9 @@ def test_friction_between_pieces_that_are_gone_is_as_usual(desk):
     settle(desk, shirt)
     assert shirt.asked["friction"]["pairs"] == []
     assert shirt.asked["friction"]["body"] == 0.4
+    assert last(desk, "friction").why == "asked for; without pairs of skirt, which was taken off"
+    settle(desk, Lined(("shirt", "cap")))
+    assert last(desk, "friction").why == "asked for"
 
 
 class Fading(Worn):

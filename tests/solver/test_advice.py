@@ -46,7 +46,7 @@ def test_surface_far_behind_the_skin_is_told_with_what_to_try():
 
 def test_effects_that_pull_are_named():
     said = advise(Counters(), 0.0, JERSEY, stretches(1.5), 0.0, acting=("friction", "pins", "elastic"))
-    assert "or pulled by what acts on it (elastic, pins); try less of that, or have it come in over a longer" in said
+    assert "the garment is pulled by what acts on it (elastic, pins), or too tight for this motion, or caught" in said
     assert "pulled" not in advise(Counters(), 0.0, JERSEY, stretches(1.5), 0.0, acting=("friction",))
 
 

@@ -11,7 +11,7 @@ import inspect
 from collections.abc import Iterator
 from pathlib import Path
 
-from tryon_solver import effect_specs
+from tryon_solver import scene
 from tryon_solver.effect_spec import EffectSpec
 from tryon_solver.effect_words.fields import Choice, Field, Rows
 from tryon_solver.effect_words.table import BUILT_IN, CLINGS
@@ -36,7 +36,7 @@ def rows() -> Iterator[str]:
     """One of each effect that a scene may list, in the order of the words; those that have none come last."""
     words = {word.home: word for word in BUILT_IN}
     homes = list(words)
-    specs = [kind for _, kind in inspect.getmembers(effect_specs, inspect.isclass) if is_effect(kind)]
+    specs = [kind for _, kind in inspect.getmembers(scene, inspect.isclass) if is_effect(kind)]
     for kind in sorted(specs, key=lambda kind: homes.index(kind.module) if kind.module in words else len(homes)):
         word = words.get(kind.module)
         named = "-" if word is None else f"`{word.name}`" + (f": {fields(word.fields)}" if word.fields else "")
@@ -59,9 +59,9 @@ def parts(kind: type) -> str:
     """The constructors of the classes that its parameters are made of, if any are."""
     own = [
         other
-        for name, other in inspect.getmembers(effect_specs, inspect.isclass)
+        for name, other in inspect.getmembers(scene, inspect.isclass)
         if not issubclass(other, EffectSpec)
-        and other.__module__ == effect_specs.__name__
+        and other.__module__.endswith("_specs")
         and any(name in str(p.annotation) for p in inspect.signature(kind).parameters.values())
     ]
     return "".join(f", {called(other)}" for other in own)

@@ -1,4 +1,4 @@
-"""What contact costs where nothing can touch: `python idle_costs.py [--vertices 17 --frames 90 --preset live]`.
+"""What contact costs where nothing can touch: `python idle_costs.py [--vertices 17 --frames 90 --preset live --blown]`.
 
 A square hangs by its upper edge with a ball far from it, or without a body; scenes of a kind differ in their contact
 alone. All of a kind are played in one process, a frame of each in turn, by the processor's time. Prints the medians of
@@ -18,7 +18,19 @@ import warp as wp
 from small_scenes import STILL, fabric, icosphere, rigid_body, sheet
 
 import tryon_solver.linalg.launch as launching
-from tryon_solver.scene import Adhesion, BodyContact, Effect, Friction, Gravity, Pins, Scene, SelfContact, StrainLimit
+from tryon_solver.scene import (
+    Adhesion,
+    BodyContact,
+    Effect,
+    Friction,
+    Gravity,
+    Gusts,
+    Pins,
+    Scene,
+    SelfContact,
+    StrainLimit,
+    Wind,
+)
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import Simulation, build
 
@@ -26,6 +38,7 @@ DT = 1 / 60
 EDGE = 0.02  # m, of a cell
 AWAY = 3.8  # m, of the ball's middle
 HANGING = (Gravity(), StrainLimit())
+BLOWN = (Wind((0.0, 0.0, 4.0), Gusts()),)
 ALONE: tuple[tuple[str, tuple[Effect, ...]], ...] = (("no contact", ()), ("self", (SelfContact(),)))
 BESIDE: tuple[tuple[str, tuple[Effect, ...]], ...] = (
     ("no contact", ()),
@@ -62,8 +75,10 @@ def measure(asked: argparse.Namespace, with_ball: bool, kind: tuple[tuple[str, t
     launches: Counter[str] = Counter()
     counted(launches)
     pose = STILL if with_ball else None
+    moved: tuple[Effect, ...] = BLOWN if asked.blown else ()
     sims: list[Simulation] = [
-        build(hung(asked.vertices, with_ball, effects), PRESETS[asked.preset], "cpu", pose) for _, effects in kind
+        build(hung(asked.vertices, with_ball, moved + effects), PRESETS[asked.preset], "cpu", pose)
+        for _, effects in kind
     ]
     spent = np.zeros((asked.frames, len(kind)))
     made = [Counter[str]() for _ in kind]
@@ -96,6 +111,7 @@ def main() -> None:
     parser.add_argument("--vertices", type=int, default=17, help="to a side of the square")
     parser.add_argument("--frames", type=int, default=90)
     parser.add_argument("--preset", default="live", choices=list(PRESETS))
+    parser.add_argument("--blown", action="store_true", help="in gusts, not at rest")
     parser.add_argument("--launches", action="store_true", help="say which kernels are launched beside the first's")
     asked = parser.parse_args()
     measure(asked, True, BESIDE)

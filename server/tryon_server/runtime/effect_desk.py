@@ -35,6 +35,7 @@ TAKEN_OFF = "taken off"
 LEFT_OFF = "taken off by who asked for that; asked for again it acts, by itself it is not armed"
 USUAL = "every garment is worn with it"
 OWN = "the pattern has it"
+FORGOTTEN = "; without "  # and what, since what it was on was taken off
 NOT_WORN = "not worn: "  # and why: it can't be, with what is worn
 
 
@@ -183,8 +184,8 @@ class EffectDesk:
 
     def _name_pieces(self, worn: DrapeEffects | None) -> None:
         """Where other garments come to be worn, have the wishes name pieces with the garments that they are of, and
-        what they list by garment be of those that are worn: what was on one that was taken off is forgotten, and what
-        the pattern of one that was put on calls for is added."""
+        what they list by garment be of those that are worn: what was on one that was taken off is forgotten, of which
+        `why` tells, and what the pattern of one that was put on calls for is added."""
         before = self._worn
         if before is None or worn is None or worn.garments == before.garments:
             return
@@ -194,7 +195,9 @@ class EffectDesk:
             for name, wish in wishes.items():
                 parameters = _in_other_garments(name, wish.parameters, before, worn) if wish.parameters else {}
                 if parameters is not None:
-                    after[name] = replace(wish, parameters=parameters)
+                    lost = _lost_with(name, wish.parameters, before, worn) if wish.parameters else ""
+                    why = wish.why.partition(FORGOTTEN)[0] + lost
+                    after[name] = replace(wish, parameters=parameters, why=why)
             return after
 
         self._wishes, self._held = named(self._wishes), named(self._held)
@@ -414,13 +417,27 @@ class EffectDesk:
         return f"{LOOKED}{self._not_called[name]}" if self._auto and name in self._not_called else ""
 
 
+def _listed(name: str) -> list[str]:
+    """Of which of the effect's parameters are there as many as it is told."""
+    return [field.name for field in word_of(name).fields if isinstance(field, Rows)]
+
+
+def _lost_with(name: str, parameters: Parameters, before: DrapeEffects, worn: DrapeEffects) -> str:
+    """Which of the effect's entries name a garment that was taken off, for people; "" where none does."""
+    gone = set(before.garments) - set(worn.garments)
+    under = before.under_garments(name, parameters)
+    without = rows_of_garments(name, under, lambda garments: not garments & gone)
+    lost = [rows for rows in _listed(name) if len(without[rows]) < len(under[rows])]
+    return f"{FORGOTTEN}{', '.join(lost)} of {', '.join(sorted(gone))}, which was taken off" if lost else ""
+
+
 def _in_other_garments(
     name: str, parameters: Parameters, before: DrapeEffects, worn: DrapeEffects
 ) -> Parameters | None:
     """The effect's parameters as they are to be in what is worn after what was before; None where all that it listed is
     gone."""
     gone, come = set(before.garments) - set(worn.garments), set(worn.garments) - set(before.garments)
-    listed = [field.name for field in word_of(name).fields if isinstance(field, Rows)]
+    listed = _listed(name)
     kept = rows_of_garments(name, before.under_garments(name, parameters), lambda garments: not garments & gone)
     if any(parameters[rows] for rows in listed) and not any(kept[rows] for rows in listed):
         return kept if name in live() else None

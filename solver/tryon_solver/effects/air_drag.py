@@ -31,9 +31,7 @@ def add_drag_kernel(
 
 
 def bind(spec: AirDrag, context: BuildContext) -> Contribution | None:
-    """None when the coefficient is zero."""
-    if spec.coefficient == 0:
-        return None
+    """Always something to do: a spec of 0 is idle."""
     area = context.rest.spread
 
     def add_velocity_gradient(state: State, x: wp.array, gradient: wp.array) -> None:

@@ -44,10 +44,8 @@ def add_attached_kernel(
 
 
 def bind(spec: Attached, context: BuildContext) -> Contribution | None:
-    """None when nothing is attached."""
+    """Always something to do: a spec that attaches nothing is idle."""
     count = len(spec.vertices)
-    if count == 0:
-        return None
     device, sums = context.device, context.sums
     vertices: wp.array = wp.array(spec.vertices.astype(np.int32), dtype=wp.int32, device=device)
     onto: wp.array = wp.array(spec.onto.astype(np.int32), dtype=wp.vec3i, device=device)

@@ -153,10 +153,10 @@ def energy_kernel(
 
 
 def bind(spec: Creases, context: BuildContext) -> Contribution | None:
-    """None when nothing is creased, or no fabric resists bending."""
+    """None when no fabric resists bending."""
     garment, device, rest, sums = context.scene.garment, context.device, context.rest, context.sums
     count = len(spec.edges)
-    if count == 0 or context.bending is None:
+    if context.bending is None:
         return None
     hinge = hinges_of_edges(garment, spec.edges, "creases")
     stiffness = context.scene.of_fabrics("k_bend")[:, 0][garment.hinges()[hinge, 4:]].mean(axis=1)

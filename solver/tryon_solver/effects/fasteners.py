@@ -122,10 +122,8 @@ def hessian_kernel(
 
 
 def bind(spec: Fasteners, context: BuildContext) -> Contribution | None:
-    """None when nothing is fastened, or by nothing."""
+    """Always something to do: a spec that fastens nothing, or by nothing, is idle."""
     count = len(spec.pairs)
-    if count == 0 or spec.stiffness == 0:
-        return None
     device, sums = context.device, context.sums
     pairs: wp.array = wp.array(spec.pairs.astype(np.int32), dtype=wp.vec2i, device=device)
     closed = wp.ones(count, dtype=wp.float32, device=device)

@@ -19,9 +19,7 @@ def add_uniform_kernel(acceleration: wp.array(dtype=wp.vec3), out: wp.array(dtyp
 
 
 def bind(spec: Gravity, context: BuildContext) -> Contribution | None:
-    """None when the acceleration is zero."""
-    if not any(spec.acceleration):
-        return None
+    """Always something to do: a spec of 0 is idle."""
     acceleration: wp.array = wp.array([spec.acceleration], dtype=wp.vec3, device=context.device)
 
     def add_acceleration(out: wp.array) -> None:

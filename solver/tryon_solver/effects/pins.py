@@ -55,9 +55,7 @@ def follow_kernel(
 
 
 def bind(spec: Pins, context: BuildContext) -> Contribution | None:
-    """None when no vertex is held, or by nothing."""
-    if len(spec.vertices) == 0 or spec.stiffness == 0:
-        return None
+    """Always something to do: a spec that holds no vertex, or by nothing, is idle."""
     device, x_start = context.device, context.scene.x_start
     vertices: wp.array = wp.array(spec.vertices.astype(np.int32), dtype=wp.int32, device=device)
     places: wp.array = wp.array(x_start[spec.vertices].astype(np.float32), dtype=wp.vec3, device=device)

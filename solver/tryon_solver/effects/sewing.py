@@ -42,10 +42,8 @@ def add_stitches_kernel(
 
 
 def bind(spec: Sewing, context: BuildContext) -> Contribution | None:
-    """None when there is nothing to sew."""
+    """Always something to do: a spec without stitches is idle."""
     count = len(spec.stitches)
-    if count == 0:
-        return None
     device, sums, x = context.device, context.sums, context.scene.x_start
     a, b = spec.stitches[:, 0], spec.stitches[:, 1]
     stitches: wp.array = wp.array(spec.stitches.astype(np.int32), dtype=wp.vec2i, device=device)

@@ -8,7 +8,5 @@ from tryon_solver.scene import Sleep
 
 
 def bind(spec: Sleep, context: BuildContext) -> Contribution | None:
-    """None when no stillness is long enough, or no speed low enough, to sleep."""
-    if spec.speed == 0 or spec.fastest == 0 or spec.time == float("inf"):
-        return None
+    """Always something to do: a spec of no speed that is low enough is idle."""
     return Contribution("sleep", sleep=spec)

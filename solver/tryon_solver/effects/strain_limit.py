@@ -16,9 +16,7 @@ from tryon_solver.scene import StrainLimit
 
 
 def bind(spec: StrainLimit, context: BuildContext) -> Contribution | None:
-    """None when the stiffness is zero."""
-    if spec.stiffness == 0:
-        return None
+    """Always something to do: a spec of 0 is idle."""
     rest, device = context.rest, context.device
     stiffness = wp.full(rest.face_count, spec.stiffness, dtype=wp.float32, device=device)
     limits = context.scene.of_fabrics("strain_limit")[:, 0]

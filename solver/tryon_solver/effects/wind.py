@@ -206,9 +206,7 @@ def sines_of(gusts: Gusts | None, speed: float) -> np.ndarray:
 
 
 def bind(spec: Wind, context: BuildContext) -> Contribution | None:
-    """None in air without density, or that neither presses nor strokes."""
-    if spec.density == 0 or spec.broadside == 0:
-        return None
+    """Always something to do: a spec without density, or that neither presses nor strokes, is idle."""
     device, rest, scene = context.device, context.rest, context.scene
     count = scene.garment.vertex_count
     velocity: wp.array = wp.array([spec.velocity], dtype=wp.vec3, device=device)

@@ -21,3 +21,9 @@ def enclosed_volume(x: np.ndarray, faces: np.ndarray) -> float:
     sum of tetrahedra (x0, x1, x2, any point)."""
     corners = x[faces] - x[faces[0, 0]]
     return float(np.einsum("ti,ti->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6)
+
+
+def area_of(x: np.ndarray, faces: np.ndarray) -> float:
+    """m^2 of faces (T, 3) of positions (N, 3) m."""
+    a, b, c = (x[faces[:, k]] for k in range(3))
+    return float(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())

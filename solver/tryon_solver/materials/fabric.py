@@ -16,9 +16,10 @@ class Fabric:
     """A woven or knitted fabric.
 
     `k_warp` and `k_weft` are the stretch stiffnesses along the pattern's u and v, `k_shear` resists in-plane shear and
-    must not exceed them (membrane.py says why). `strain_limit` is the largest principal stretch the fabric allows: 1.1
-    is ten per cent longer than the pattern. `source` says what the numbers follow, and `drape` what drape coefficients
-    were published for such cloth: 0 hangs straight down, 1 stays flat (Cusick 1968; BS 5058).
+    must not exceed them (membrane.py says why): sheared by a small angle, cloth resists with k_shear/2 times that, so
+    what a shear test measures as G is half of it. `strain_limit` is the largest principal stretch the fabric allows:
+    1.1 is ten per cent longer than the pattern. `source` says what the numbers follow, and `drape` what drape
+    coefficients were published for such cloth: 0 hangs straight down, 1 stays flat (Cusick 1968; BS 5058).
     """
 
     name: str

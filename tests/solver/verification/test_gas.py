@@ -215,6 +215,10 @@ def test_gas_is_checked_by_name():
     garment, x = sheet(3, 3, 0.1, 0.1)
     with pytest.raises(ValueError, match="the piece encloses 0 m"):
         Scene(garment, x, None, RUBBER, (Gas(),))
+    turned = x @ np.linalg.qr(np.arange(9.0).reshape(3, 3) ** 2)[0]  # flat, but for rounding
+    for normal_up in (turned, turned * [1, 1, -1]):
+        with pytest.raises(ValueError, match="give a piece with room in it"):
+            Scene(garment, normal_up, None, RUBBER, (Gas(),))
     ball, sim = balloon(Gas())
     inside_out = Garment(
         sim.scene.garment.faces[:, ::-1].copy(),

@@ -132,6 +132,36 @@ def test_bare_scene_imports_nothing_of_a_body_nor_of_absent_effects():
     assert done.stdout.strip().splitlines()[-2:] == ["of effects:", "of a body:"]
 
 
+LEFT_IDLE = """
+import sys
+import numpy as np
+sys.path.insert(0, "tests/support")
+from small_scenes import fabric, sheet
+from tryon_solver import scene as s
+from tryon_solver.simulation import build
+none, edges = np.zeros(0, np.int32), np.zeros((0, 2), np.int32)
+effects = (
+    s.Gravity((0.0, 0.0, 0.0)), s.StrainLimit(0.0), s.FabricDamping(0.0), s.Sleep(speed=0.0), s.Pins(none),
+    s.Fasteners(edges), s.Sewing(edges, 1.0), s.Attached(none, np.zeros((0, 3), np.int32), np.zeros((0, 3)), 1.0),
+    s.Elastic((s.ElasticLine(np.array([[0, 1]]), 0.8, 0.0),)), s.Creases(edges, np.zeros(0)), s.StretchCurves(),
+    s.AirDrag(0.0), s.Friction(),
+)
+garment, x = sheet(4, 4, 0.1, 0.1)
+sim = build(s.Scene(garment, x, None, fabric(), effects))
+print(len(effects), *(line for line in sim.plan.describe().splitlines() if line.startswith("not in")), sep="; ")
+print("imported:", *(effect.module for effect in effects if effect.module in sys.modules))
+"""
+
+
+def test_effects_that_are_listed_with_nothing_to_do_are_not_imported():
+    done = subprocess.run([sys.executable, "-c", LEFT_IDLE], capture_output=True, text=True, check=False, timeout=240)
+    assert done.returncode == 0, done.stderr[-3000:]
+    plan, imported = done.stdout.strip().splitlines()[-2:]
+    listed, *left = plan.split("; ")
+    assert len(left) == int(listed)
+    assert imported == "imported:"
+
+
 def of_contact(cost, what):
     """Modules or kernels below contact/."""
     return [name for name in cost[what] if name.startswith("tryon_solver.contact.")]
