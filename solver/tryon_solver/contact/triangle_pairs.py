@@ -74,7 +74,9 @@ def wedges_apart(
     """For triangles that share exactly one vertex: does a plane through it keep all their other vertices r away?
 
     Every stencil of theirs that does not contain the shared vertex on both sides has one primitive made of such other
-    vertices alone, so it is further apart than r. False when they share none, or an edge.
+    vertices alone, so it is further apart than r. Of vertices that are being sewn into one and are still apart, the
+    plane goes through the first triangle's, and the other's must not be beyond it. False when they share none, or an
+    edge.
     """
     shared = int(0)
     corner = wp.vec3()
@@ -89,6 +91,13 @@ def wedges_apart(
     if shared != 1:
         return False
     n = wp.normalize((a0 + a1 + a2) - (b0 + b1 + b2))
+    other = b0
+    if gb[1] == ga[0] or gb[1] == ga[1] or gb[1] == ga[2]:
+        other = b1
+    elif gb[2] == ga[0] or gb[2] == ga[1] or gb[2] == ga[2]:
+        other = b2
+    if wp.dot(n, other - corner) > 0.0:
+        return False
     above = smallest_of(
         wedge_height(n, corner, a0, ga[0] == gb[0] or ga[0] == gb[1] or ga[0] == gb[2]),
         wedge_height(n, corner, a1, ga[1] == gb[0] or ga[1] == gb[1] or ga[1] == gb[2]),

@@ -279,6 +279,31 @@ def test_vertices_to_be_sewn_together_are_no_candidates(rng):
     assert not [k for k in after if opposite(k, a, b)]
 
 
+@pytest.mark.parametrize("corner", range(3))
+@pytest.mark.parametrize("faces", [(0, 2), (0, 3), (1, 2), (1, 3)])
+def test_vertices_to_be_sewn_that_are_still_apart_hide_nothing(faces, corner):
+    """Triangles that share the two are told apart by a plane through the one: here the other lies beyond it."""
+    tangle = Tangle(columns=2, size=0.01)
+    sim = tangle.sim
+    above, below = (np.roll(sim.scene.garment.faces[face], -corner) for face in faces)
+    group = sim.group.numpy()
+    group[below[0]] = group[above[0]]
+    sim.group.assign(group)
+    x = tangle.x.copy()
+    x[: tangle.cloth] = [[0.1 * k, 1.0, 0.0] for k in range(tangle.cloth)]
+    x[above] = 1e-3 * np.array([[0, 0, 0], [20, 0, 10], [-20, 0, 10]])
+    x[below] = 1e-3 * np.array([[20, 1, 10], [-30, 0, -10], [10, 0, -10]])
+    x[tangle.cloth :] += [0.0, -1.0, 0.0]
+    tangle.set_motion(x, np.zeros_like(x))
+    search.search_around(sim, sim.state.x, sim.work.direction)
+    kinds, ids = tangle.stencils
+    told = list(keys(kinds, ids))
+    near = {told[k] for k in np.flatnonzero(tangle.distances(x) < sim.cloth.reach)}
+    wanted = {key for key in near if not opposite(key, above[0], below[0])}
+    assert wanted
+    assert wanted <= tangle.candidate_keys()
+
+
 def opposite(key, a, b):
     """Is vertex a on one side of the stencil and b on the other?"""
     kind, *ids = key
