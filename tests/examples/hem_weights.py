@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 import warp as wp
 
+from tryon_solver.checks import check_indices, check_numbers, check_vector
+from tryon_solver.effect_spec import check_vertices
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.linalg.launch import launch
 from tryon_solver.plan import Contribution
@@ -40,13 +42,17 @@ class HemWeights(EffectSpec):
     masses: np.ndarray
     acceleration: tuple[float, float, float] = (0.0, -9.81, 0.0)
 
+    def __post_init__(self) -> None:
+        check_indices("hem weights: vertices", self.vertices, "K")
+        check_numbers("hem weights: masses", self.masses, len(self.vertices))
+        if (self.masses < 0).any():
+            k = int(np.argmax(self.masses < 0))
+            raise ValueError(f"hem weights: mass {k} is {self.masses[k]} kg; give what it weighs, 0 or more")
+        check_vector("hem weights: acceleration", self.acceleration)
+
     def check(self, scene: Scene) -> None:
-        """Raises ValueError for a vertex that the garment does not have, or a mass that none has."""
-        for k, (vertex, mass) in enumerate(zip(self.vertices, self.masses)):
-            if not 0 <= mass < np.inf:
-                raise ValueError(f"hem weights: mass {k} is {mass} kg; give what it weighs, 0 or more")
-            if not 0 <= vertex < scene.garment.vertex_count:
-                raise ValueError(f"hem weights: there is no vertex {vertex}")
+        """Raises ValueError for a vertex that the garment does not have."""
+        check_vertices("hem weights: vertices", self.vertices, scene)
 
 
 @wp.kernel

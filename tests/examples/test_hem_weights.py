@@ -56,9 +56,11 @@ def test_the_effect_is_in_the_plan_where_it_says_and_nowhere_without_weight():
     for vertex in (99, -1):
         with pytest.raises(ValueError, match=f"there is no vertex {vertex}"):
             made(HemWeights(np.array([vertex]), np.ones(1)))
-    for mass in (-1.0, np.nan, np.inf):
-        with pytest.raises(ValueError, match="mass 0 is"):
+    for mass, said in ((-1.0, "mass 0 is -1.0 kg"), (np.nan, r"masses is nan at \[0\]"), (np.inf, "masses is inf")):
+        with pytest.raises(ValueError, match=said):
             made(HemWeights(low[:1], np.array([mass])))
+    with pytest.raises(ValueError, match="masses is an array of float64 of shape"):
+        HemWeights(low, np.ones(1))
 
 
 @pytest.mark.parametrize("name", ["hem_weights.py", "hem_weights_word.py"])

@@ -210,7 +210,18 @@ def test_lists_have_the_lines_of_the_garments_that_are_worn(desk):
     assert lines(desk) == {"skirt/flounce": 0.9}
     settle(desk, Lined(("cap",)))
     assert last(desk, "elastic").state == "absent"
+    assert last(desk, "elastic").why == "without lines of skirt, which was taken off"
     assert "elastic" not in desk.wishes.get("effects", {})
+    ask(desk, desk._worn, elastic={"lines": [line("brim", 0.5)]})
+    assert last(desk, "elastic").why == "asked for"
+
+
+def test_what_was_on_a_garment_alone_that_is_taken_off_is_told_beside_what_the_others_patterns_have(desk):
+    settle(desk, Lined(("skirt", "shirt")))
+    ask(desk, desk._worn, elastic={"lines": [line("shirt/front", 0.5)]})
+    settle(desk, Lined(("skirt",)))
+    assert lines(desk) == {"skirt/flounce": 0.9}
+    assert last(desk, "elastic").why == "the pattern has it; without lines of shirt, which was taken off"
 
 
 def test_friction_between_pieces_that_are_gone_is_as_usual(desk):

@@ -97,6 +97,23 @@ def test_one_is_taken_off_where_it_is_worn_and_nothing_begins_again():
     assert len(set(times)) > 10
 
 
+def test_effects_are_told_as_they_are_on_what_is_left_before_it_is_told_to_be_worn():
+    """Whoever hears that something is off may ask for them at once."""
+    pair = {"first": "coat/front", "second": "hat/front", "static": 0.9}
+    rubbing = ChangeEffect(5, "friction", "active", {"body": 0.4, "cloth": 0.3, "pairs": [pair]})
+    connection = changed(outfit(1, "hat", "coat"), rubbing, outfit(2, "hat"))
+    why = []
+    for event in connection.events:
+        if isinstance(event, EffectsTold):
+            (said,) = (effect.why for effect in event.effects.effects if effect.name == "friction")
+            why.append(said)
+        if isinstance(event, OutfitWorn):
+            why.append(event.ticket)
+    assert 5 in [ticket for event in events(connection, EffectsTold) for ticket in event.answers]
+    told = "asked for; without pairs of coat, which was taken off"
+    assert why.index(told) < why.index(2)
+
+
 def test_edits_are_of_the_garment_that_they_name_or_the_edited_one():
     connection = changed(
         outfit(1, "", "coat"),

@@ -35,7 +35,7 @@ TAKEN_OFF = "taken off"
 LEFT_OFF = "taken off by who asked for that; asked for again it acts, by itself it is not armed"
 USUAL = "every garment is worn with it"
 OWN = "the pattern has it"
-FORGOTTEN = "; without "  # and what, since what it was on was taken off
+WITHOUT = "without "  # and what, since what it was on was taken off
 NOT_WORN = "not worn: "  # and why: it can't be, with what is worn
 
 
@@ -82,6 +82,7 @@ class EffectDesk:
         self._caveats: Mapping[str, str] = {}  # as they were told
         self._quiet = False  # there was nothing to do when it was last looked
         self._acted: Mapping[str, Parameters] | None = None  # what acted when it was asked for what stirs
+        self._lost: dict[str, str] = {}  # what of effects nobody asks for any more was on garments that were taken off
 
     @property
     def wishes(self) -> dict[str, Any]:
@@ -128,6 +129,7 @@ class EffectDesk:
         wishes = {**self._wishes, command.name: Wish(command.state, parameters or {})}
         worn.check(self._wanted(wishes, worn))
         self._wishes = wishes
+        self._lost.pop(command.name, None)
         self._waiting[command.ticket] = command.name
 
     def _stands(self, name: str, worn: DrapeEffects) -> Parameters | None:
@@ -194,12 +196,15 @@ class EffectDesk:
             after = {}
             for name, wish in wishes.items():
                 parameters = _in_other_garments(name, wish.parameters, before, worn) if wish.parameters else {}
-                if parameters is not None:
-                    lost = _lost_with(name, wish.parameters, before, worn) if wish.parameters else ""
-                    why = wish.why.partition(FORGOTTEN)[0] + lost
-                    after[name] = replace(wish, parameters=parameters, why=why)
+                lost = _lost_with(name, wish.parameters, before, worn) if wish.parameters else ""
+                if parameters is None:
+                    self._lost[name] = lost
+                    continue
+                why = "; ".join(filter(None, (wish.why.partition(f"; {WITHOUT}")[0], lost)))
+                after[name] = replace(wish, parameters=parameters, why=why)
             return after
 
+        self._lost.clear()
         self._wishes, self._held = named(self._wishes), named(self._held)
 
     def _take_up_again(self, worn: DrapeEffects | None) -> None:
@@ -410,11 +415,13 @@ class EffectDesk:
             if name in {**live(), **worn.own}:
                 return TAKEN_OFF
             return LEFT_OFF if self._auto else ""
+        lost = self._lost.get(name, "")
         if name in worn.own:
-            return OWN
+            return "; ".join(filter(None, (OWN, lost)))
         if name in worn.asked:
             return USUAL
-        return f"{LOOKED}{self._not_called[name]}" if self._auto and name in self._not_called else ""
+        looked = f"{LOOKED}{self._not_called[name]}" if self._auto and name in self._not_called else ""
+        return "; ".join(filter(None, (lost, looked)))
 
 
 def _listed(name: str) -> list[str]:
@@ -428,7 +435,7 @@ def _lost_with(name: str, parameters: Parameters, before: DrapeEffects, worn: Dr
     under = before.under_garments(name, parameters)
     without = rows_of_garments(name, under, lambda garments: not garments & gone)
     lost = [rows for rows in _listed(name) if len(without[rows]) < len(under[rows])]
-    return f"{FORGOTTEN}{', '.join(lost)} of {', '.join(sorted(gone))}, which was taken off" if lost else ""
+    return f"{WITHOUT}{', '.join(lost)} of {', '.join(sorted(gone))}, which was taken off" if lost else ""
 
 
 def _in_other_garments(

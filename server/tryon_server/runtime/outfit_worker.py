@@ -61,6 +61,10 @@ class OutfitWorker:
         """Have what is worn advanced for a while, also on a body that stands, or is held."""
         raise NotImplementedError
 
+    def _go_on_with_effects(self) -> float | None:
+        """Do what is next for the effects of what is worn, and tell of them; how long to wait before the next look."""
+        raise NotImplementedError
+
     @property
     def _making(self) -> bool:
         """Is the scene that is worn about to give way to another one?"""
@@ -133,6 +137,7 @@ class OutfitWorker:
                 self._wear_meanwhile(remade.drape)
             elif remade is not None:
                 self._wear_outfit(remade)
+                self._go_on_with_effects()  # whoever is told that it is worn may ask for them at once
                 fabric = self._order.drape.of_edited.fabric
                 self._tell(FabricWorn(fabric) if ticket is None else OutfitWorn(ticket, self._outfitting.again))
         except EditError as error:

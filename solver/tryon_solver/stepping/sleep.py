@@ -41,7 +41,7 @@ def watch(sim: Simulation, dt: float) -> None:
     largest, together = (float(found[0]) for found in read(sim.largest_out, work.scalars[0]))
     still = largest <= spec.fastest * dt and together <= sim.cloth_count * (spec.speed * dt) ** 2
     state.still = state.still + dt if still else 0.0
-    if state.still >= spec.time:
+    if still and state.still >= spec.time:
         state.asleep = True
         state.v.zero_()
 

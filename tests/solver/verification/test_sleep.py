@@ -9,7 +9,7 @@ import warp as wp
 from scipy.signal import butter, sosfiltfilt
 from small_scenes import STILL, fabric, icosphere, rigid_body, sheet
 
-from tryon_solver.scene import LIVE, WORN, Scene, Sleep
+from tryon_solver.scene import LIVE, WORN, Gravity, Scene, Sleep
 from tryon_solver.simulation import build
 
 DT = 1 / 60
@@ -54,6 +54,19 @@ def asleep(fallen_asleep):
     vars(sim.state).update(numbers)
     wp.copy(sim.body.skin_now, skin)
     sim.body.pose = pose
+
+
+def test_what_falls_is_not_still_even_where_no_time_of_stillness_is_asked_for():
+    """Steps have a start of no speed, and an end."""
+    garment, x = sheet(3, 3, 0.1, 0.1)
+    sim = build(Scene(garment, x, None, fabric(), (Gravity(), replace(SLEEP, time=0.0))))
+    for k in range(30):
+        sim.advance(None, (k + 1) * DT)
+    assert not sim.state.asleep
+    assert sim.cloth_positions()[:, 1].max() < -1.0
+    resting = build(Scene(garment, x, None, fabric(), (replace(SLEEP, time=0.0),)))
+    resting.advance(None, DT)
+    assert resting.state.asleep
 
 
 def test_it_falls_asleep_after_the_time_of_stillness_and_says_so(fallen_asleep):
