@@ -1,8 +1,8 @@
 """`python tests/covering`: all effects together, in scenes in which any two of their variants that may meet do meet.
 
 The scenes are the rows of a pairwise covering array (support/effect_factors.py): small cloths and coarse garments on
-bodies that stand and move, 3 s each. IPC Toolkit judges every second frame for what crosses; a position that is no
-number, a vertex that is too fast, a triangle that is torn and a step that raises are told with their frame. A line of
+bodies that stand and move, 3 s each. IPC Toolkit judges every frame for what crosses; a position that is no number, a
+vertex that is too fast, a triangle that is torn and a step that raises are told with their frame. A line of
 `scenes.jsonl` is written for each scene as it ends: what was cut off goes on where it was. Exits with 1 when something
 does not hold, naming the scene and the frame.
 """

@@ -11,7 +11,6 @@ from covered_scene import CoveredScene, make_scene
 from covering_array import Row
 from frame_judge import FrameJudge, FrameVerdict, principal_stretches
 
-EVERY = 2  # frames to one that IPC Toolkit is asked about
 G = 9.81  # m/s^2
 
 
@@ -70,8 +69,7 @@ class Judged:
         self.void += report.retries
         self.asleep += report.asleep
         self._look(frame, before)
-        if frame % EVERY == 0:
-            self._ask(frame)
+        self._ask(frame)
 
     def _look(self, frame: int, before: np.ndarray) -> None:
         """Speeds and stretches."""
