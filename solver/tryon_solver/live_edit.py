@@ -73,7 +73,7 @@ class LiveEdit:
         now = self.sim.state.time
         self._begun = now if self._ramp is None else max(self._begun, self._stood_since)
         self.wanted, self._ramp = mesh, ramp
-        way, strain = self.size * ramp.longest_way(), ramp.largest_strain()
+        way, strain = self.size * ramp.longest_way(), ramp.largest_strain
         self.ramp_seconds = max(RAMP_SECONDS, way / FASTEST, strain / FASTEST_STRAIN)
         return None
 

@@ -27,10 +27,14 @@ ROUNDING = 1e-12  # of sqrt(a c): nearer to its bound b counts as past it
 
 @dataclass(frozen=True)
 class Ramp:
-    """A way from pattern coordinates `before` (V, 2) m to a mesh's, on which no triangle turns over or is too flat."""
+    """A way from pattern coordinates `before` (V, 2) m to a mesh's, on which no triangle turns over or is too flat.
+
+    `largest_strain` is the largest logarithm of the ratio of a triangle's side after to before, or before to after.
+    """
 
     before: Points
     after: PanelMesh
+    largest_strain: float
 
     def at(self, share: float) -> PanelMesh:
         """The mesh at this share of the way, 0 to 1; flat pieces lie where they do at its end all the while."""
@@ -39,11 +43,6 @@ class Ramp:
     def longest_way(self) -> float:
         """How far a vertex goes [m], at most."""
         return float(np.linalg.norm(self.after.uv - self.before, axis=1).max(initial=0.0))
-
-    def largest_strain(self) -> float:
-        """Largest logarithm of the ratio of a triangle's side after to before, or before to after."""
-        ways = [_squared(sides_of(uv, self.after.faces)) for uv in (self.before, self.after.uv)]
-        return 0.5 * float(np.abs(np.log(ways[1] / ways[0])).max(initial=0.0))
 
 
 def begin_ramp(before: PanelMesh, after: PanelMesh) -> Ramp | Remesh:
@@ -58,8 +57,9 @@ def begin_ramp(before: PanelMesh, after: PanelMesh) -> Ramp | Remesh:
     b = 0.5 * LARGEST_ASPECT * (_crossed(one, other) + _crossed(other, one))
     longest = max(_longest_squared(one), _longest_squared(other))
     doubtful = np.flatnonzero(~(np.minimum(np.minimum(a, c), b) > longest))
+    way = Ramp(before.uv, after, _largest_strain(one, other))
     if not len(doubtful):
-        return Ramp(before.uv, after)
+        return way
     a, b, c = a[doubtful], b[doubtful], c[doubtful]
     margin = np.full(len(a), np.inf)  # m^2, of the worst side; no way where it is not positive
     for p, q in zip(_of(one, doubtful), _of(other, doubtful)):
@@ -69,15 +69,17 @@ def begin_ramp(before: PanelMesh, after: PanelMesh) -> Ramp | Remesh:
         margin = np.minimum(margin, np.minimum(ends, between))
     worst = int(np.argmin(margin))
     if margin[worst] > 0:
-        return Ramp(before.uv, after)
+        return way
     name = after.panel_names[int(after.panel_of_face[doubtful[worst]])]
     on_the_way = "on the way its fabric would fold over itself or be almost without width"
     return Remesh(f"{name!r} can't be drawn gradually into its new shape: {on_the_way}", name)
 
 
-def _squared(sides: Sides) -> Points:
-    """(3, F) m^2."""
-    return np.stack([x * x + y * y for x, y in sides])
+def _largest_strain(before: Sides, after: Sides) -> float:
+    """As in Ramp: of the smallest ratio and the largest, which takes fewer logarithms than there are sides."""
+    ratios = [_dot(now, now) / _dot(then, then) for then, now in zip(before, after)]
+    least, most = min(float(one.min()) for one in ratios), max(float(one.max()) for one in ratios)
+    return 0.5 * float(np.abs(np.log([least, most])).max())
 
 
 def _crossed(one: Sides, other: Sides) -> Points:
