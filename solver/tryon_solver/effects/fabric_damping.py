@@ -19,10 +19,9 @@ import warp as wp
 
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.linalg.constant_matrices import Term
-from tryon_solver.linalg.ell import add_rate_kernel
 from tryon_solver.linalg.launch import launch
 from tryon_solver.materials import strain_rate
-from tryon_solver.materials.triangle_hessian import add_hessians, hessians_of
+from tryon_solver.materials.triangle_hessian import hessians_of
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import FabricDamping
 from tryon_solver.state import State
@@ -50,13 +49,13 @@ def bind(spec: FabricDamping, context: BuildContext) -> Contribution | None:
         launch(strain_rate.project_kernel, rest.face_count, inputs, [corner_gradient], device=device)
 
     def add_triangle_hessian(_: wp.array, hessians: wp.array) -> None:
-        add_hessians(frozen, hessians)
+        strain_rate.add_hessians(frozen, hessians)
 
     def add_bending_gradient(state: State, x: wp.array, gradient: wp.array) -> None:
         assert bent is not None
         rows = bent.rows
         inputs = [rows.columns, rows.weights, spec.time, state.dt, x, state.x_start]
-        launch(add_rate_kernel, rows.row_count, inputs, [gradient], device=device)
+        launch(strain_rate.add_rate_kernel, rows.row_count, inputs, [gradient], device=device)
 
     return Contribution(
         "fabric_damping",

@@ -115,25 +115,6 @@ def add_difference_kernel(
     y_out[row] = y_out[row] + total
 
 
-@wp.kernel
-def add_rate_kernel(
-    columns: wp.array2d(dtype=wp.int32),
-    weights: wp.array2d(dtype=wp.float32),
-    scale: float,
-    dt: wp.array(dtype=wp.float32),
-    x: wp.array(dtype=wp.vec3),
-    x_start: wp.array(dtype=wp.vec3),
-    y_out: wp.array(dtype=wp.vec3),
-):
-    """y += scale S (x - x_start)/dt"""
-    row = wp.tid()
-    total = wp.vec3()
-    for k in range(columns.shape[1]):
-        j = columns[row, k]
-        total += weights[row, k] * (x[j] - x_start[j])
-    y_out[row] = y_out[row] + scale * total / dt[0]
-
-
 def multiply(matrix: EllMatrix, x: wp.array, y_out: wp.array) -> None:
     """y = S x, vec3 arrays of at least `row_count` entries; entries of y beyond the rows stay as they are."""
     launch(multiply_kernel, matrix.row_count, [matrix.columns, matrix.weights, x], [y_out], device=x.device)

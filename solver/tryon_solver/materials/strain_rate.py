@@ -18,10 +18,13 @@ from __future__ import annotations
 
 import warp as wp
 
+from tryon_solver.linalg.launch import launch
 from tryon_solver.materials.membrane import add_to_corners, deformation_gradient
 from tryon_solver.materials.principal import SMALLEST_STRETCH, principal_frame
 
 wp.set_module_options({"enable_backward": False})
+
+NUMBERS = 27  # of a triangle's three matrices
 
 
 @wp.kernel
@@ -82,3 +85,37 @@ def project_kernel(
     p_u = hessians[t, 0] * d_u + h_uv * d_v
     p_v = wp.transpose(h_uv) * d_u + hessians[t, 2] * d_v
     add_to_corners(corner_gradient_out, gradients, t, p_u, p_v)
+
+
+@wp.kernel
+def add_rate_kernel(
+    columns: wp.array2d(dtype=wp.int32),
+    weights: wp.array2d(dtype=wp.float32),
+    scale: float,
+    dt: wp.array(dtype=wp.float32),
+    x: wp.array(dtype=wp.vec3),
+    x_start: wp.array(dtype=wp.vec3),
+    y_out: wp.array(dtype=wp.vec3),
+):
+    """y += scale S (x - x_start)/dt"""
+    row = wp.tid()
+    total = wp.vec3()
+    for k in range(columns.shape[1]):
+        j = columns[row, k]
+        total += weights[row, k] * (x[j] - x_start[j])
+    y_out[row] = y_out[row] + scale * total / dt[0]
+
+
+@wp.kernel
+def add_numbers_kernel(more: wp.array(dtype=wp.float32), numbers: wp.array(dtype=wp.float32)):
+    k = wp.tid()
+    numbers[k] = numbers[k] + more[k]
+
+
+def add_hessians(more: wp.array, hessians: wp.array) -> None:
+    """hessians += more, both (F, 3) mat33, number by number: neighbouring threads then read what lies side by side."""
+    device, size = hessians.device, (NUMBERS * hessians.shape[0],)
+    numbers: list[wp.array] = [
+        wp.array(ptr=each.ptr, shape=size, dtype=wp.float32, device=device) for each in (more, hessians)
+    ]
+    launch(add_numbers_kernel, size[0], numbers[:1], numbers[1:], device=device)

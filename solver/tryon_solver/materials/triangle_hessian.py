@@ -26,8 +26,6 @@ from tryon_solver.materials.device import RestShape
 
 wp.set_module_options({"enable_backward": False})
 
-NUMBERS = 27  # of a triangle's three matrices
-
 
 @wp.func
 def add_over_gradient(
@@ -93,12 +91,6 @@ def hand_out_kernel(
             blocks[row, k] = blocks[row, k] + of_u + of_v
 
 
-@wp.kernel
-def add_numbers_kernel(more: wp.array(dtype=wp.float32), numbers: wp.array(dtype=wp.float32)):
-    k = wp.tid()
-    numbers[k] = numbers[k] + more[k]
-
-
 @dataclass(frozen=True)
 class TriangleHessian:
     """`hessians` (F, 3) mat33 N m, of each triangle h_uu, h_uv and h_vv. `places`, of a GPU: `order` (9 F,) int32 and
@@ -139,12 +131,3 @@ class TriangleHessian:
 def hessians_of(rest: RestShape) -> wp.array:
     """(F, 3) mat33, of zero."""
     return wp.zeros((rest.face_count, 3), dtype=wp.mat33, device=rest.faces.device)
-
-
-def add_hessians(more: wp.array, hessians: wp.array) -> None:
-    """hessians += more, both (F, 3) mat33, number by number: neighbouring threads then read what lies side by side."""
-    device, size = hessians.device, (NUMBERS * hessians.shape[0],)
-    numbers: list[wp.array] = [
-        wp.array(ptr=each.ptr, shape=size, dtype=wp.float32, device=device) for each in (more, hessians)
-    ]
-    launch(add_numbers_kernel, size[0], numbers[:1], numbers[1:], device=device)
