@@ -29,6 +29,25 @@ from tryon_solver.state import State
 wp.set_module_options({"enable_backward": False})
 
 
+@wp.kernel
+def add_rate_kernel(
+    columns: wp.array2d(dtype=wp.int32),
+    weights: wp.array2d(dtype=wp.float32),
+    scale: float,
+    dt: wp.array(dtype=wp.float32),
+    x: wp.array(dtype=wp.vec3),
+    x_start: wp.array(dtype=wp.vec3),
+    y_out: wp.array(dtype=wp.vec3),
+):
+    """y += scale S (x - x_start)/dt of the bending's matrix S, as in EllMatrix."""
+    row = wp.tid()
+    total = wp.vec3()
+    for k in range(columns.shape[1]):
+        j = columns[row, k]
+        total += weights[row, k] * (x[j] - x_start[j])
+    y_out[row] = y_out[row] + scale * total / dt[0]
+
+
 def bind(spec: FabricDamping, context: BuildContext) -> Contribution | None:
     """Always something to do: a spec of 0 is idle."""
     rest, device = context.rest, context.device
@@ -55,7 +74,7 @@ def bind(spec: FabricDamping, context: BuildContext) -> Contribution | None:
         assert bent is not None
         rows = bent.rows
         inputs = [rows.columns, rows.weights, spec.time, state.dt, x, state.x_start]
-        launch(strain_rate.add_rate_kernel, rows.row_count, inputs, [gradient], device=device)
+        launch(add_rate_kernel, rows.row_count, inputs, [gradient], device=device)
 
     return Contribution(
         "fabric_damping",

@@ -88,25 +88,6 @@ def project_kernel(
 
 
 @wp.kernel
-def add_rate_kernel(
-    columns: wp.array2d(dtype=wp.int32),
-    weights: wp.array2d(dtype=wp.float32),
-    scale: float,
-    dt: wp.array(dtype=wp.float32),
-    x: wp.array(dtype=wp.vec3),
-    x_start: wp.array(dtype=wp.vec3),
-    y_out: wp.array(dtype=wp.vec3),
-):
-    """y += scale S (x - x_start)/dt"""
-    row = wp.tid()
-    total = wp.vec3()
-    for k in range(columns.shape[1]):
-        j = columns[row, k]
-        total += weights[row, k] * (x[j] - x_start[j])
-    y_out[row] = y_out[row] + scale * total / dt[0]
-
-
-@wp.kernel
 def add_numbers_kernel(more: wp.array(dtype=wp.float32), numbers: wp.array(dtype=wp.float32)):
     k = wp.tid()
     numbers[k] = numbers[k] + more[k]

@@ -132,10 +132,10 @@ def test_bare_scene_imports_nothing_of_a_body_nor_of_absent_effects():
     assert done.stdout.strip().splitlines()[-2:] == ["of effects:", "of a body:"]
 
 
-LEFT_IDLE = """
+LEFT_IDLE = f"""
 import sys
 import numpy as np
-sys.path.insert(0, "tests/support")
+sys.path.insert(0, {str(Path(__file__).parents[2] / "support")!r})
 from small_scenes import fabric, sheet
 from tryon_solver import scene as s
 from tryon_solver.simulation import build
