@@ -312,12 +312,7 @@ def ended_astray(sim: Simulation, outcome: Outcome) -> bool:
 
 def led_astray(sim: Simulation, began: float, now: float) -> bool:
     """Is an imbalance [J] larger than where the first iteration began by far, and by more than is harmless?"""
-    return now > max(LED_ASTRAY * began, harmless_imbalance(sim))
-
-
-def harmless_imbalance(sim: Simulation) -> float:
-    """How far from balance [J] cloth may be with nothing to fear from it."""
-    return 0.5 * sim.total_mass * HARMLESS**2
+    return now > max(LED_ASTRAY * began, 0.5 * sim.total_mass * HARMLESS**2)
 
 
 def start_again(sim: Simulation) -> None:
@@ -360,10 +355,10 @@ def iterate_newton(
         if sim.tears is not None:
             sim.tears.measure(sim.state.x)
         if conclude is not None:
-            end_if_well(sim, harmless_imbalance(sim), conclude)
+            end_if_well(sim, HARMLESS, conclude)
 
     while True:
-        budget.graph.run(run, (conclude is None, harmless_imbalance(sim), *baked(sim)), sim.device)
+        budget.graph.run(run, (conclude is None, *baked(sim)), sim.device)
         outcome = progress.read(sim.pairs)
         if outcome.wants_search and outcome.starting and not judged and trial_is_in_vain(sim):
             linearise_at(sim)

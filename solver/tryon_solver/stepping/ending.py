@@ -31,7 +31,7 @@ def ends_by_itself(sim: Simulation) -> bool:
 
 def end_if_well(sim: Simulation, harmless: float, conclude: Callable[[Simulation], None]) -> None:
     """For the device: check x and `conclude` the step, if the correction has ended as it should; led astray by no more
-    than `harmless` [J]."""
+    than the cloth has at the speed `harmless` [m/s]."""
     tears = sim.tears
 
     def end() -> None:
@@ -42,4 +42,4 @@ def end_if_well(sim: Simulation, harmless: float, conclude: Callable[[Simulation
         conclude(sim)
         measure_for_report(sim)
 
-    sim.progress.if_ended_well(math.inf if tears is None else tears.beyond, harmless, end)
+    sim.progress.if_ended_well(math.inf if tears is None else tears.beyond, sim.weight, harmless, end)

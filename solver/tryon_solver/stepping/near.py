@@ -47,7 +47,7 @@ def compare_kernel(
     squared: wp.array(dtype=wp.float32),
     way_squared: wp.array(dtype=wp.float32),
     slope: wp.array(dtype=wp.float32),
-    mass: float,
+    mass: wp.array(dtype=wp.float32),
     state_out: wp.array(dtype=wp.int32),
     lengths_out: wp.array(dtype=wp.float32),
 ):
@@ -55,7 +55,7 @@ def compare_kernel(
     way = wp.sqrt(way_squared[0] / float(count))
     near = nearness * dt[0]
     enough = wp.min(near, of_way * way)
-    calm = -slope[0] <= CALM * mass * nearness * nearness
+    calm = -slope[0] <= CALM * mass[0] * nearness * nearness
     state_out[APART] = wp.where(off <= near and calm, WITHIN, BEYOND)
     state_out[LAST_ONE] = wp.where(off <= enough and calm, 1, 0)
     lengths_out[ENOUGH] = enough
@@ -116,7 +116,7 @@ def measure_nearness(sim: Simulation, by_preset: bool) -> None:
         dot(way, way, way_squared, work.parts)
         slope = work.scalars[2]
         dot(work.gradient, work.direction, slope, work.parts)
-        enough = [nearness, SCALE, OF_WAY, n, state.dt, squared, way_squared, slope, sim.total_mass]
+        enough = [nearness, SCALE, OF_WAY, n, state.dt, squared, way_squared, slope, sim.weight]
         launch(compare_kernel, 1, enough, [told, sim.progress.lengths], device=sim.device)
 
 

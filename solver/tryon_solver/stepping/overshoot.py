@@ -59,6 +59,7 @@ def share_of_way(a: float, b: float) -> float:
 def judge_kernel(
     counters: wp.array(dtype=wp.int32),
     room: int,
+    mass: wp.array(dtype=wp.float32),
     calm: float,
     there: wp.array(dtype=wp.float32),
     state: wp.array(dtype=wp.int32),
@@ -66,13 +67,13 @@ def judge_kernel(
     share_out: wp.array(dtype=wp.float32),
     overshot_out: wp.array(dtype=wp.int32),
 ):
-    """Where there are more pairs than room the slope at the end is unknown: nothing is said of it. `calm` J is so
-    little that, less than that to lose, a first move may do anything."""
+    """Where there are more pairs than room the slope at the end is unknown: nothing is said of it. With less
+    to lose than what the cloth's `mass` (1,) kg has at the speed `calm` m/s, a first move may do anything."""
     a = wp.abs(lengths[SLOPE])  # against it where contact has turned the move uphill
     b = there[0]
     first = state[FOUND] <= FREE and state[LEFT] > 0
     most = wp.where(first, BEYOND_MENDING, RISEN)
-    least = wp.where(first, calm, 0.0)
+    least = wp.where(first, 0.5 * mass[0] * calm * calm, 0.0)
     overshot_out[0] = wp.where(counters[0] <= room and a > least and b > most * a, 1, 0)
     if overshot_out[0] == 1:
         share_out[0] = share_of_way(a, b)
@@ -100,6 +101,6 @@ def retreat_if_overshot(sim: Simulation, measure: Callable[[], None], come_back:
     measure()
     dot(work.gradient, work.total, there, work.parts)
     judged = [progress.state, progress.lengths, share, progress.overshot]
-    told = [sim.pairs.counters, sim.pairs.capacity, 0.5 * sim.total_mass * CALM**2, there]
+    told = [sim.pairs.counters, sim.pairs.capacity, sim.weight, CALM, there]
     launch(judge_kernel, 1, told, judged, device=sim.device)
     wp.capture_if(progress.overshot, retreat)

@@ -202,11 +202,15 @@ def stop_when_full_kernel(counters: wp.array(dtype=wp.int32), room: int, state: 
 
 @wp.kernel
 def judge_ending_kernel(
-    torn: float, harmless: float, state: wp.array(dtype=wp.int32), lengths: wp.array(dtype=wp.float32)
+    torn: float,
+    mass: wp.array(dtype=wp.float32),
+    harmless: float,
+    state: wp.array(dtype=wp.int32),
+    lengths: wp.array(dtype=wp.float32),
 ):
     """What correct.py asks on the host; who is in doubt here is asked there."""
     on_the_way = state[WANTS_SEARCH] == 1 or state[WANTS_ROOM] == 1 or state[STRAYED] == 1
-    astray = lengths[LAST] > wp.max(LED_ASTRAY * lengths[BEGAN], harmless)
+    astray = lengths[LAST] > wp.max(LED_ASTRAY * lengths[BEGAN], 0.5 * mass[0] * harmless * harmless)
     state[ENDED_WELL] = wp.where(on_the_way or astray or lengths[STRETCH] > torn, 0, 1)
 
 
@@ -420,10 +424,10 @@ class Progress:
         """End the loop if there are more pairs than there is room for."""
         self._launch(stop_when_full_kernel, [pairs.counters, pairs.capacity], [self.state])
 
-    def if_ended_well(self, torn: float, harmless: float, end: Callable[[], None]) -> None:
+    def if_ended_well(self, torn: float, mass: wp.array, harmless: float, end: Callable[[], None]) -> None:
         """Launch `end` where the loop has ended as it should: not for the host to do something, nor astray by more
-        than `harmless` [J], with cloth that is stretched no more than `torn`."""
-        self._launch(judge_ending_kernel, [torn, harmless], [self.state, self.lengths])
+        than `mass` (1,) kg has at the speed `harmless` [m/s], with cloth that is stretched no more than `torn`."""
+        self._launch(judge_ending_kernel, [torn, mass, harmless], [self.state, self.lengths])
         wp.capture_if(self.numbers[ENDED_WELL], end)
 
     def if_sound(self, violations: wp.array, pairs: ContactPairs, conclude: Callable[[], None]) -> None:

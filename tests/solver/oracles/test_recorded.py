@@ -1,6 +1,7 @@
 """Steps that a GPU runs as graphs are the steps, whatever their length and however contacts come and go."""
 
 import ctypes
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from tryon_solver.contact.pairs import ContactPairs
 from tryon_solver.effects import friction
 from tryon_solver.linalg import device_loop
 from tryon_solver.linalg.device_loop import KeptGraph
+from tryon_solver.reshape import reshape
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
 from tryon_solver.stepping import record
@@ -153,6 +155,52 @@ def test_a_graph_is_recorded_anew_when_what_contacts_keep_has_grown(monkeypatch)
     term.make_room(sim.pairs)
     assert term.room() == sim.pairs.capacity
     assert record.baked(sim) != before
+
+
+def reshaped_while_worn(preset, device, watch):
+    """Steps of a sleeve on a bending limb, twelve, of which a third are after the fabric has become a thousandth larger
+    in the pattern, so that no list grows for it; what `watch` has after the first eight and in the end."""
+    sim = build(sleeve_on_limb().scene, PRESETS[preset], device, limb_at(0.0))
+    garment, mass, seen = sim.scene.garment, sim.total_mass, []
+    for k in range(12):
+        if k == 8:
+            seen.append(list(watch))
+            reshape(sim, replace(garment, uv_corners=1.001 * garment.uv_corners))
+        sim.advance(limb_at((k + 1) / 60), (k + 1) / 60)
+    assert sim.total_mass == pytest.approx(1.001**2 * mass, rel=1e-6)
+    assert sim.weight.numpy()[0] == pytest.approx(sim.total_mass, rel=1e-6)
+    return *seen, list(watch)
+
+
+@pytest.mark.parametrize("preset", ["draft", "live"])
+def test_another_rest_shape_is_no_other_key(preset, monkeypatch):
+    """What depends on it is read on the device: a drag, an edit a frame, would be recorded anew in each."""
+    keys, run = [], KeptGraph.run
+
+    def told(graph, body, key, device):
+        keys.append(key)
+        run(graph, body, key, device)
+
+    monkeypatch.setattr(KeptGraph, "run", told)
+    before, after = reshaped_while_worn(preset, "cpu", keys)
+    later = after[len(before) :]
+    assert len(later) >= 8
+    assert all(key in before for key in later)
+
+
+@pytest.mark.gpu
+@pytest.mark.parametrize("preset", ["draft", "live"])
+def test_another_rest_shape_is_recorded_nowhere(preset, gpu, monkeypatch):
+    recorded, begin = [], wp.ScopedCapture.__enter__
+
+    def told(capture):
+        recorded.append(1)
+        return begin(capture)
+
+    monkeypatch.setattr(wp.ScopedCapture, "__enter__", told)
+    before, after = reshaped_while_worn(preset, gpu, recorded)
+    assert len(before) > 3
+    assert len(after) == len(before)
 
 
 def limb_at(time):
