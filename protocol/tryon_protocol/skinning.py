@@ -46,16 +46,20 @@ class Skinner:
         self._spans = [(j, int(a), int(b)) for j, (a, b) in enumerate(pairwise(bounds)) if b > a]
         self._moved = np.empty((len(vertices), 3))
 
-        # Sum per vertex: the first influence of every vertex, then the second of those that have one, and so on.
+        # Sum per vertex: the first influence of every vertex, then the second of those that have one, and so on, with
+        # the vertices in order of how many they have, so that each time it is the first so many that have one more.
         place = np.empty(len(vertices), dtype=np.int64)
         place[order] = np.arange(len(vertices))
         counts = np.bincount(vertices, minlength=self._vertex_count)
         starts = np.cumsum(counts) - counts
-        self._first = place[starts]
-        self._further = []
-        for influence in range(1, int(counts.max(initial=0))):
-            owners = np.flatnonzero(counts > influence)
-            self._further.append((owners, place[starts[owners] + influence]))
+        most_first = np.argsort(-counts, kind="stable")
+        self._rank = np.empty(self._vertex_count, dtype=np.int64)
+        self._rank[most_first] = np.arange(self._vertex_count)
+        self._entries = []
+        for influence in range(int(counts.max(initial=0))):
+            owners = most_first[: int((counts > influence).sum())]
+            self._entries.append(place[starts[owners] + influence])
+        self._ranked, self._more = np.zeros((2, self._vertex_count, 3))
 
     def joint_transforms(self, rotations: npt.NDArray[np.floating]) -> tuple[Doubles, Doubles]:
         """World rotations W (J,3,3) and joint centres p (J,3) m relative to the root joint.
@@ -78,9 +82,13 @@ class Skinner:
         matrices[:, 3] = centres - (world @ self._centres[:, :, None])[:, :, 0]
         for joint, start, stop in self._spans:
             np.matmul(self._weighted[start:stop], matrices[joint], out=self._moved[start:stop])
-        surface = np.take(self._moved, self._first, axis=0)
-        for owners, entries in self._further:
-            surface[owners] += self._moved[entries]
+        ranked = self._ranked
+        for influence, entries in enumerate(self._entries):
+            more = self._more[: len(entries)] if influence else ranked
+            np.take(self._moved, entries, axis=0, out=more, mode="clip")  # which checks nothing, and needs to copy none
+            if influence:
+                ranked[: len(entries)] += more
+        surface = np.take(ranked, self._rank, axis=0)
         surface += root
         return surface
 
