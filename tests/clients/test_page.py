@@ -190,7 +190,11 @@ def test_motion_and_fabric_change_within_the_session(page, studio):
     wait_for_state(page, "running")
     told = ask(studio, f"api/sessions/{session}")
     assert (told["motion"], told["fabric"], session_of(page)) == ("turn", "denim", session)
-    image = picture(page)
+    for _ in range(20):  # until its picture is there
+        image = picture(page)
+        if bluish(image):
+            break
+        wait_for_frames(page, 5)
     assert bluish(image) > 0.02 * image.shape[0] * image.shape[1]
     assert reddish(image) == 0
     page.locator("#motions label", has_text="Walk").click()
