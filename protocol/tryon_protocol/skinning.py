@@ -55,10 +55,11 @@ class Skinner:
         most_first = np.argsort(-counts, kind="stable")
         self._rank = np.empty(self._vertex_count, dtype=np.int64)
         self._rank[most_first] = np.arange(self._vertex_count)
-        self._entries = []
-        for influence in range(int(counts.max(initial=0))):
+        entries = []
+        for influence in range(max(1, int(counts.max(initial=0)))):
             owners = most_first[: int((counts > influence).sum())]
-            self._entries.append(place[starts[owners] + influence])
+            entries.append(place[starts[owners] + influence])
+        self._first, *self._further = entries
         self._ranked, self._more = np.zeros((2, self._vertex_count, 3))
 
     def joint_transforms(self, rotations: npt.NDArray[np.floating]) -> tuple[Doubles, Doubles]:
@@ -82,12 +83,12 @@ class Skinner:
         matrices[:, 3] = centres - (world @ self._centres[:, :, None])[:, :, 0]
         for joint, start, stop in self._spans:
             np.matmul(self._weighted[start:stop], matrices[joint], out=self._moved[start:stop])
-        ranked = self._ranked
-        for influence, entries in enumerate(self._entries):
-            more = self._more[: len(entries)] if influence else ranked
-            np.take(self._moved, entries, axis=0, out=more, mode="clip")  # which checks nothing, and needs to copy none
-            if influence:
-                ranked[: len(entries)] += more
+        moved, ranked = self._moved, self._ranked
+        # "clip" checks no index; what does has to copy for `out`
+        np.take(moved, self._first, axis=0, out=ranked[: len(self._first)], mode="clip")
+        for entries in self._further:
+            more = np.take(moved, entries, axis=0, out=self._more[: len(entries)], mode="clip")
+            ranked[: len(entries)] += more
         surface = np.take(ranked, self._rank, axis=0)
         surface += root
         return surface

@@ -121,7 +121,7 @@ class Simulation:
         self.mean_edge = garment.mean_edge_length()  # m, in the pattern
         self.of_one_piece = garment.connectivity.of_one_piece
         self.rest = RestShape.build(garment, scene.of_fabrics("areal_density")[:, 0], device)
-        self.weight = wp.zeros(1, dtype=wp.float32, device=device)  # kg, `total_mass` where graphs find it
+        self.mass_told = wp.zeros(1, dtype=wp.float32, device=device)  # kg, `total_mass` where graphs read it
         self.sums = OrderFreeSums(self.all_count, device)
         self.plan = bind_plan(scene, settings, device, self.rest, self.sums)
         if scene.body is not None:
@@ -252,7 +252,7 @@ class Simulation:
         self.rest.take(self.scene.garment.uv_corners)
         self.mass, self.area = self.rest.mass.numpy().copy(), self.rest.lumped.numpy().copy()
         self.total_mass = float(self.mass.sum())
-        self.weight.fill_(self.total_mass)
+        self.mass_told.fill_(self.total_mass)
         for contribution in self.plan.contributions:
             if contribution.reshape is not None:
                 contribution.reshape()

@@ -42,4 +42,4 @@ def end_if_well(sim: Simulation, harmless: float, conclude: Callable[[Simulation
         conclude(sim)
         measure_for_report(sim)
 
-    sim.progress.if_ended_well(math.inf if tears is None else tears.beyond, sim.weight, harmless, end)
+    sim.progress.if_ended_well(math.inf if tears is None else tears.beyond, sim.mass_told, harmless, end)

@@ -116,7 +116,7 @@ def measure_nearness(sim: Simulation, by_preset: bool) -> None:
         dot(way, way, way_squared, work.parts)
         slope = work.scalars[2]
         dot(work.gradient, work.direction, slope, work.parts)
-        enough = [nearness, SCALE, OF_WAY, n, state.dt, squared, way_squared, slope, sim.weight]
+        enough = [nearness, SCALE, OF_WAY, n, state.dt, squared, way_squared, slope, sim.mass_told]
         launch(compare_kernel, 1, enough, [told, sim.progress.lengths], device=sim.device)
 
 

@@ -101,6 +101,6 @@ def retreat_if_overshot(sim: Simulation, measure: Callable[[], None], come_back:
     measure()
     dot(work.gradient, work.total, there, work.parts)
     judged = [progress.state, progress.lengths, share, progress.overshot]
-    told = [sim.pairs.counters, sim.pairs.capacity, sim.weight, CALM, there]
+    told = [sim.pairs.counters, sim.pairs.capacity, sim.mass_told, CALM, there]
     launch(judge_kernel, 1, told, judged, device=sim.device)
     wp.capture_if(progress.overshot, retreat)
