@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -17,7 +17,7 @@ from tryon_solver.state import State
 if TYPE_CHECKING:
     from tryon_solver.contact.pairs import ContactPairs
     from tryon_solver.linalg.dyad import Dyad
-    from tryon_solver.scene import Sleep
+    from tryon_solver.simulation import PoseInterval, Simulation
 
 
 @dataclass(frozen=True)
@@ -63,8 +63,9 @@ class Contribution:
     m^2 around each vertex; what of it is another in every step, `add_diagonal(state, diagonal_out)` adds on the device
     once a step, after `start_step`, (N,) float32 N/m. `dyad` is what of the Hessian is dense, c w w^T, for the
     correction alone. `led` (K,) are vertices that the body leads, whatever is near. `touches` names the surfaces the
-    cloth may touch: "cloth", "body"; `sleep` says when nothing is to be done at all. `reshape` makes anew, in place,
-    what was made of the rest shape, once that has changed (reshape.py): what works with it need not know.
+    cloth may touch: "cloth", "body"; `sleep` passes over intervals of time in which nothing is to be done. `reshape`
+    makes anew, in place, what was made of the rest shape, once that has changed (reshape.py): what works with it need
+    not know.
     """
 
     name: str
@@ -78,7 +79,7 @@ class Contribution:
     add_triangle_hessian: Callable[[wp.array, wp.array], None] | None = None  # x, hessians_out (F, 3)
     add_hessian: Callable[[wp.array, BlockRows], None] | None = None  # x, rows
     joined: npt.NDArray[np.int32] | None = None  # (K, 2) pairs of vertices
-    joined_by: wp.array | None = None  # (K,) float32, 0 where nothing joins the pair now
+    note_joined: Callable[[wp.array, wp.array], None] | None = None  # piece_of (N,), touched_out (P,) int32
     stiffness: Term | None = None
     rate_stiffness: Term | None = None
     diagonal: Callable[[float, np.ndarray], np.ndarray] | None = None
@@ -87,7 +88,7 @@ class Contribution:
     led: np.ndarray | None = None
     touches: tuple[str, ...] = ()
     contact: ContactTerm | None = None
-    sleep: Sleep | None = None
+    sleep: Callable[[Simulation, Iterator[PoseInterval]], Iterator[PoseInterval]] | None = None  # those to simulate
     energy: Callable[[wp.array], float] | None = None  # x -> J, for tests and reports
     reshape: Callable[[], None] | None = None
     values: Mapping[str, wp.array] = field(default_factory=dict)  # device arrays that may be written between frames
@@ -178,6 +179,7 @@ class Stages:
     add_diagonal: tuple[Callable[..., object], ...]
     dyads: tuple[Dyad, ...]
     contact: tuple[ContactTerm, ...]
+    sleep: tuple[Callable[..., Iterator[PoseInterval]], ...]
 
     @staticmethod
     def of(plan: StepPlan) -> Stages:
@@ -194,5 +196,6 @@ class Stages:
             add_hessian=plan.stage("add_hessian"),
             add_diagonal=plan.stage("add_diagonal"),
             dyads=tuple(c.dyad for c in plan.contributions if c.dyad is not None),
+            sleep=tuple(c.sleep for c in plan.contributions if c.sleep is not None),
             contact=tuple(c.contact for c in plan.contributions if c.contact is not None and plan.touches),
         )

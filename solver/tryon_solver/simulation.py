@@ -131,7 +131,6 @@ class Simulation:
         compile_kernels(device)  # of what the plan has imported, too
         self.take_shape()
         self.stages = Stages.of(self.plan)
-        self.sleep = next((c.sleep for c in self.plan.contributions if c.sleep is not None), None)
         self.stretch = StretchMeter.build(self.rest)
         self.counters = Counters()
         self.reported = StepReport(0.0, 0, 0, 0, 0, 0.0, settings.d_hat, 1.0, 0.0, 0, 0, 0, 0.0)
@@ -429,6 +428,12 @@ class Simulation:
         for k in range(1, count + 1):
             end = self.stance_between(first, pose, share * k / count)
             yield PoseInterval(end, start_time + bridged * k / count, bridged / count, 1 + count - k)
+
+    def awake(self, intervals: Iterator[PoseInterval]) -> Iterator[PoseInterval]:
+        """Those of the intervals that are to be simulated: all of them but for what effects pass over."""
+        for pass_over in self.stages.sleep:
+            intervals = pass_over(self, intervals)
+        return intervals
 
     def stance_between(self, first: Any, last: Any, share: float) -> Any:
         """The body's stance at `share` of the way; whatever was given for a scene without a body."""

@@ -23,7 +23,6 @@ from tryon_solver.stepping.proxy import build_contact_proxy, find_pairs, project
 from tryon_solver.stepping.record import recorded, unrecorded
 from tryon_solver.stepping.remember import remember_contacts
 from tryon_solver.stepping.repeat import repeat_until
-from tryon_solver.stepping.sleep import awake
 from tryon_solver.stepping.smooth import smooth_in_full_space
 from tryon_solver.stepping.two_level import assemble_coarse_level, solve_on_two_levels
 from tryon_solver.stepping.velocity import update_velocity
@@ -65,7 +64,7 @@ SCHEMES = {
 def advance(sim: Simulation, pose: Pose | None, time: float, longest_step: float = 0.0) -> StepReport:
     """Algorithm 2 without an edit: from the last simulated pose time to `time` [s] at `pose`. METHOD.md section 1."""
     sim.start_report()
-    for interval in awake(sim, sim.pose_intervals(pose, time, longest_step)):  # none longer than the largest step
+    for interval in sim.awake(sim.pose_intervals(pose, time, longest_step)):  # none longer than the largest step
         sim.use_time_step(interval.dt)
         sim.timed(move_body, interval, solve_freely)  # carry, kinematic sub-steps: a feasible state at the new pose
         step(sim)

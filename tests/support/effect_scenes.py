@@ -62,7 +62,16 @@ class EffectScene:
 def hung(n: int, *effects: Effect) -> Scene:
     """A square that hangs by its upper edge."""
     garment, flat = sheet(n, n, EDGE * (n - 1), EDGE * (n - 1))
-    x = np.column_stack([flat[:, 0], -flat[:, 2], 0.02 * np.sin(40 * flat[:, 0])])
+    return by_its_top(n, garment, np.column_stack([flat[:, 0], -flat[:, 2], 0.02 * np.sin(40 * flat[:, 0])]), effects)
+
+
+def hung_straight(n: int, *effects: Effect) -> Scene:
+    """A square that hangs by its upper edge, in a plane from the start: it is at rest after a few frames."""
+    garment, flat = sheet(n, n, EDGE * (n - 1), EDGE * (n - 1))
+    return by_its_top(n, garment, np.column_stack([flat[:, 0], -flat[:, 2], 0.0 * flat[:, 0]]), effects)
+
+
+def by_its_top(n: int, garment: Garment, x: np.ndarray, effects: tuple[Effect, ...]) -> Scene:
     top = np.arange(n * (n - 1), n * n, dtype=np.int32)
     return Scene(garment, x, None, JERSEY, (*effects, Pins(top)))
 
@@ -185,7 +194,7 @@ SCENES = tuple(
         ),
         (
             "FabricDamping",
-            ours("effects.fabric_damping", "materials.strain_rate"),
+            ours("effects.fabric_damping", "linalg.rated", "materials.strain_rate"),
             "swings",
             added(hung, AIR, lambda _: FabricDamping()),
         ),
@@ -202,7 +211,8 @@ SCENES = tuple(
         ("Sewing", ours("effects.sewing"), "is sewn on", added(two, AIR, lambda n: Sewing(rows_of(n), 1e3), -0.01)),
         ("Attached", ours("effects.attached"), "is sewn on", added(two, AIR, attached, -0.01)),
         ("Pins", ours("effects.pins"), "is held at a point", added(ball, AIR, lambda _: Pins(np.zeros(1, np.int32)))),
-        ("Sleep", ours("effects.sleep"), "falls asleep", added(hung, AIR, lambda _: Sleep())),
+        ("Sleep", ours("effects.sleep"), "sleeps after half a second", added(hung_straight, AIR, lambda _: Sleep())),
+        ("Sleep, awake", ours("effects.sleep"), "swings, watched", added(hung, AIR, lambda _: Sleep())),
         ("HemWeights (below)", ("hem_weights",), "hangs", added(hung, AIR, hem_weights)),
     )
 )

@@ -121,6 +121,22 @@ def hessian_kernel(
         add_joined_block(columns, blocks_out, b, a, -h)
 
 
+@wp.kernel
+def note_joined_kernel(
+    pairs: wp.array(dtype=wp.vec2i),
+    closed: wp.array(dtype=wp.float32),
+    piece_of: wp.array(dtype=wp.int32),
+    touched: wp.array(dtype=wp.int32),
+):
+    """Who is fastened to another piece now is touched by it."""
+    s = wp.tid()
+    a = piece_of[pairs[s][0]]
+    b = piece_of[pairs[s][1]]
+    if closed[s] > 0.0 and a != b:
+        touched[a] = 1
+        touched[b] = 1
+
+
 def bind(spec: Fasteners, context: BuildContext) -> Contribution | None:
     """Always something to do: a spec that fastens nothing, or by nothing, is idle."""
     count = len(spec.pairs)
@@ -146,6 +162,9 @@ def bind(spec: Fasteners, context: BuildContext) -> Contribution | None:
         launch(hessian_kernel, count, [*springs, x, rows.columns], outputs, device=device)
         sums.settle_blocks(rows.on_diagonal)
 
+    def note_joined(piece_of: wp.array, touched: wp.array) -> None:
+        launch(note_joined_kernel, count, [pairs, closed, piece_of], [touched], device=device)
+
     def energy(x: wp.array) -> float:
         a, b = (x.numpy()[spec.pairs[:, k]].astype(np.float64) for k in range(2))
         beyond = np.maximum(np.linalg.norm(a - b, axis=1) - rest.numpy(), 0.0)
@@ -157,7 +176,7 @@ def bind(spec: Fasteners, context: BuildContext) -> Contribution | None:
         add_gradient=add_gradient,
         add_hessian=add_hessian,
         joined=spec.pairs.astype(np.int32),
-        joined_by=closed,
+        note_joined=note_joined,
         stiffness=Term(matrix, live=True),
         energy=energy,
         reshape=make,

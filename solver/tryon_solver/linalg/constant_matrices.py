@@ -80,7 +80,9 @@ class ConstantMatrices:
         """Let `near_far` be that of steps of dt [s]."""
         self._per_dt.fill_(1.0 / dt)
         if self._rate is not None:
-            self.near_far.set_sum(self._at_rest, 1.0 / dt, self._rate)
+            from tryon_solver.linalg.rated import add_rated  # not compiled for who has none
+
+            add_rated(self._at_rest, self._per_dt, self._rate, self.near_far)
 
     def _follow(self, live: list[tuple[Term, Summand]]) -> LiveEntries | None:
         """What takes up the entries of terms that may be others in every step; None where there are none."""

@@ -24,12 +24,6 @@ class NearFar:
     near: wp.array
     far: EllMatrix
 
-    def set_sum(self, a: NearFar, scale: float, b: NearFar) -> None:
-        """self = a + scale b, all three with the same places."""
-        parts = ((a.near, b.near, self.near), (a.far.weights, b.far.weights, self.far.weights))
-        for one, other, out in parts:
-            launch(set_sum_kernel, out.shape, [one, scale, other], [out], device=out.device)
-
 
 @dataclass(frozen=True)
 class Places:
@@ -89,14 +83,3 @@ def take_kernel(
         out[i, k] = 0.0
     else:
         out[i, k] = wp.float32(values[e])
-
-
-@wp.kernel
-def set_sum_kernel(
-    a: wp.array2d(dtype=wp.float32),
-    scale: float,
-    b: wp.array2d(dtype=wp.float32),
-    out: wp.array2d(dtype=wp.float32),
-):
-    i, k = wp.tid()
-    out[i, k] = a[i, k] + scale * b[i, k]

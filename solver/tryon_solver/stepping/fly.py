@@ -88,21 +88,6 @@ def note_touched_kernel(
 
 
 @wp.kernel
-def note_joined_kernel(
-    pairs: wp.array(dtype=wp.vec2i),
-    joined_by: wp.array(dtype=wp.float32),
-    piece_of: wp.array(dtype=wp.int32),
-    touched: wp.array(dtype=wp.int32),
-):
-    k = wp.tid()
-    a = piece_of[pairs[k][0]]
-    b = piece_of[pairs[k][1]]
-    if joined_by[k] > 0.0 and a != b:
-        touched[a] = 1
-        touched[b] = 1
-
-
-@wp.kernel
 def bound_kernel(x: wp.array(dtype=wp.vec3), box: wp.array(dtype=wp.vec3)):
     """Largest way from the first of x (B,) m to another, along each axis, and backwards."""
     way = x[wp.tid()] - x[0]
@@ -337,11 +322,9 @@ class Flight:
 
     def __init__(self, matrix: csr_matrix, contributions: Sequence[Contribution], body: bool, device: str) -> None:
         """`matrix` (N, N) has an entry wherever two vertices act on each other; there may be a `body`."""
-        joins = [(c.joined, c.joined_by) for c in contributions if c.joined is not None and c.joined_by is not None]
+        joins = [(c.joined, c.note_joined) for c in contributions if c.joined is not None and c.note_joined is not None]
         pieces, piece_of = connected_components(without(matrix, [pairs for pairs, _ in joins]), directed=False)
-        self.joins: list[tuple[wp.array, wp.array]] = [
-            (wp.array(pairs, dtype=wp.vec2i, device=device), joined_by) for pairs, joined_by in joins
-        ]
+        self.joins = [note_joined for _, note_joined in joins]
         led = np.concatenate([np.zeros(0, np.int64), *(c.led for c in contributions if c.led is not None)])
         self.pieces = int(pieces)
         self.piece_of: wp.array = wp.array(piece_of, dtype=wp.int32, device=device)
@@ -403,9 +386,8 @@ class Flight:
         self.note_touched(sim.pairs)
         if sim.comes_along:
             self._note_near(sim)
-        for pairs, joined_by in self.joins:
-            inputs = [pairs, joined_by, self.piece_of]
-            launch(note_joined_kernel, len(pairs), inputs, [self.touched], device=sim.device)
+        for note_joined in self.joins:
+            note_joined(self.piece_of, self.touched)
         velocities = [self.piece_of, self.touched, sim.state.v]
         launch(add_velocity_kernel, sim.cloth_count, velocities, [total, sums.vectors], device=sim.device)
         sums.settle(total)

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import warp as wp
+from effect_scenes import SCENES
 from scipy.signal import butter, sosfiltfilt
 from small_scenes import STILL, fabric, icosphere, rigid_body, sheet
 
@@ -162,6 +163,14 @@ def test_a_moved_origin_does_not_wake_it(asleep):
     np.testing.assert_allclose(sim.cloth_positions() + np.array([2.0, 0.0, -1.0]), before, atol=3e-7)
 
 
+def test_scene_that_its_cost_is_measured_in_sleeps_through_most_of_it():
+    """60 frames, of which the last 45 are timed (tests/support/effect_costs.py)."""
+    sim, _ = next(scene for scene in SCENES if scene.name == "Sleep").built(9, with_it=True)
+    slept = [sim.advance(None, (k + 1) / 60).asleep for k in range(60)]
+    assert not any(slept[:30])
+    assert sum(slept[15:]) > 45 / 2
+
+
 def test_sleep_is_for_live_garments_and_absent_otherwise():
     assert not drape(WORN).plan.stage("sleep")
-    assert drape(LIVE).sleep == Sleep()
+    assert len(drape(LIVE).plan.stage("sleep")) == 1

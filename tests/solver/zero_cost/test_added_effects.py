@@ -12,8 +12,8 @@ import pytest
 
 SCRIPT = Path(__file__).resolve().parents[2] / "support" / "effect_costs.py"
 # they let the core's own contact work, or leave it nothing to do: no kernel is theirs alone
-OF_THE_CORE = {"BodyContact", "SelfContact", "Sleep"}
-NOTHING_TO_KEEP = {"AirDrag", "BodyContact", "SelfContact", "Sleep"}
+OF_THE_CORE = {"BodyContact", "SelfContact", "Sleep", "Sleep, awake"}
+NOTHING_TO_KEEP = {"AirDrag", *OF_THE_CORE}
 EVERYWHERE = {"Gravity", "AirDrag", "BodyContact", "Friction", "Pins"}  # other effects' scenes have them, too
 
 
@@ -46,15 +46,13 @@ OF_THE_STATE = "tryon_solver.stepping.overshoot"  # the core's; one of its kerne
 
 
 def test_kernels_are_its_own(costs):
-    """But for matrices that it adds up and multiplies by, which FabricDamping has of all."""
     for name, cost in costs.items():
         modules = {kernel.rpartition(".")[0] for kernel in cost["launched"]} - {OF_THE_STATE}
         if name in OF_THE_CORE:
             assert not modules & {m for other in costs.values() for m in other["own"]}, name
             continue
         assert modules & set(cost["own"]), name
-        shared = {"tryon_solver.materials.triangle_hessian", "tryon_solver.linalg.ell", "tryon_solver.linalg.near_far"}
-        assert modules - set(cost["own"]) <= (shared if name == "FabricDamping" else set()), name
+        assert modules <= set(cost["own"]), name
 
 
 def test_memory_is_allocated_by_its_modules(costs):
