@@ -9,7 +9,7 @@ from importlib import import_module
 
 import warp as wp
 
-from tryon_solver.linalg import as_one, ell, one_block, pcg_together, turning, vectors
+from tryon_solver.linalg import as_one, ell, gauss_jordan, one_block, pcg_together, turning, vectors
 from tryon_solver.linalg.blocks import BLOCK
 from tryon_solver.stepping import gradient
 from tryon_solver.subspace import search
@@ -19,6 +19,7 @@ WARPS_OWN = 256  # threads a block; told, since untold it is what a module was c
 IN_BLOCKS = (
     (BLOCK, (as_one, pcg_together, turning, vectors, gradient)),
     (one_block.ONE_BLOCK, (one_block,)),
+    (gauss_jordan.PIVOT * gauss_jordan.PIVOT, (gauss_jordan,)),
     (search.BLOCK, (search,)),
     (ell.WIDE_BLOCK, (ell,)),
 )

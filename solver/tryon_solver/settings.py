@@ -47,7 +47,7 @@ class Settings:
     cloth has at this speed (stepping/near.py): a correction that is nearer ends before its budget, but for cloth that
     hardly moves, and one that is not is extended. None: neither.
     """
-    correction_pcg_iterations: int = 240
+    correction_pcg_iterations: int = 80
     correction_pcg_tolerance: float = 1e-2
     """Relative residual at which the correction's conjugate gradients stop."""
     correction_torn: float | None = None
@@ -55,7 +55,7 @@ class Settings:
     it so (stepping/torn.py). None: none is."""
     second_iterations: int = 24
     """Newton iterations of a correction that is done again, because the first one led astray; 0: none is."""
-    second_pcg_iterations: int = 120
+    second_pcg_iterations: int = 80
     """Conjugate gradients of each of these, at most."""
     correction_tolerance: float = 1e-4
     """The correction stops when its largest Newton move falls below this times dt [m/s * s]: a tenth of the trembling
@@ -187,10 +187,10 @@ PRESETS: dict[str, Settings] = {
         outer_iterations=2,
         correction_iterations=4,
         correction_nearness=0.03,
-        correction_pcg_iterations=30,
+        correction_pcg_iterations=20,
         correction_torn=1.3,
         second_iterations=12,
-        second_pcg_iterations=60,
+        second_pcg_iterations=40,
         substep_travel=16e-3,
         searches=6,
         deflection_passes=8,

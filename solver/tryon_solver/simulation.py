@@ -17,6 +17,7 @@ import warp as wp
 from tryon_solver.effects.base import BuildContext
 from tryon_solver.effects.registry import bind
 from tryon_solver.kernels import compile_kernels
+from tryon_solver.linalg.aggregates import Aggregates, aggregate_edges
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.constant_matrices import ConstantMatrices
 from tryon_solver.linalg.device_loop import KeptGraph
@@ -232,6 +233,8 @@ class Simulation:
         self.hessian_rows = BlockRows.build(*garment.connectivity.pairs, device, pairs)
         width, repeatable = self.hessian_rows.width, self.settings.deterministic
         self.cg = ConjugateGradients.allocate(self.all_count, self.cloth_count, width, device, repeatable)
+        cells = basis_by_edges(garment, aggregate_edges(self.cloth_count))
+        self.aggregates = Aggregates.build(cells, device)
         self.triangle_hessian = TriangleHessian.build(self.rest, garment.connectivity, self.hessian_rows.width)
         self.matrices = ConstantMatrices(self.plan.terms, self.hessian_rows, self.cloth_count, device)
         self.basis = basis

@@ -1,4 +1,4 @@
-"""Preconditioned conjugate gradients (Saad 2003, algorithm 9.1) on a PairedMatrix, block-Jacobi preconditioner.
+"""Preconditioned conjugate gradients (Saad 2003, algorithm 9.1) on a PairedMatrix: block-Jacobi and a coarse level.
 
 Unknowns that nothing couples to others, most of a body's, are solved for at once and left out.
 """
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import warp as wp
 
 from tryon_solver.linalg import pcg_alone, pcg_together
+from tryon_solver.linalg.aggregates import Aggregates
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.paired_matrix import PairedMatrix
 from tryon_solver.linalg.pcg_together import RING, SUMS, TAKEN
@@ -98,18 +99,21 @@ def solve(
     solution_out: wp.array,
     at_most: int,
     tolerance: float,
+    aggregates: Aggregates,
 ) -> None:
-    """Solve A p = -gradient from zero in at most `at_most` iterations; `blocks` (A,) mat33 is D^-1.
+    """Solve A p = -gradient from zero in at most `at_most` iterations; `blocks` (A,) mat33 is D^-1, and `aggregates`
+    are the level beside it, of whichever matrix they took last.
 
-    Stops when <r, D^-1 r> has fallen below tolerance^2 of its first value. The device decides when to stop, and the
-    host reads nothing where the launches are recorded for a graph.
+    Stops when <r, z> of the preconditioned residual z has fallen below tolerance^2 of the first <r, D^-1 r>. The device
+    decides when to stop, and the host reads nothing where the launches are recorded for a graph.
     """
     if wp.get_device(gradient.device).is_cpu:
         launch(
             pcg_alone.solve_kernel,
             1,
-            [matrix, blocks, gradient, at_most, tolerance],
+            [matrix, blocks, gradient, at_most, tolerance, aggregates.of, aggregates.factor],
             [
+                aggregates.moves,
                 cg.coupled,
                 solution_out,
                 cg.residual,
@@ -125,6 +129,7 @@ def solve(
     pcg_together.solve(
         matrix,
         blocks,
+        aggregates,
         gradient,
         solution_out,
         cg.residual,

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import warp as wp
 
+from tryon_solver.linalg.cholesky import solve_factored
 from tryon_solver.linalg.paired_matrix import PairedMatrix, held_product, pair_count, pair_force
 from tryon_solver.linalg.pcg_together import TAKEN
 
@@ -82,6 +83,31 @@ def without_zero(v: wp.vec4) -> wp.vec3:
     return wp.vec3(v[0], v[1], v[2])
 
 
+@wp.func
+def add_moves_as_one(
+    of: wp.array(dtype=wp.int32),
+    factor: wp.array2d(dtype=wp.float64),
+    residual: wp.array(dtype=wp.vec3),
+    moves: wp.array(dtype=wp.float64),
+    preconditioned: wp.array(dtype=wp.vec3),
+) -> wp.float64:
+    """z += P S^-1 P^T r (aggregates.py); returns what that adds to <r, z>."""
+    for n in range(moves.shape[0]):
+        moves[n] = wp.float64(0.0)
+    for i in range(of.shape[0]):
+        r = residual[i]
+        for n in range(3):
+            moves[3 * of[i] + n] += wp.float64(r[n])
+    solve_factored(factor, moves)
+    added = wp.float64(0.0)
+    for i in range(of.shape[0]):
+        a = 3 * of[i]
+        move = wp.vec3(float(moves[a]), float(moves[a + 1]), float(moves[a + 2]))
+        preconditioned[i] = preconditioned[i] + move
+        added += wp.float64(wp.dot(residual[i], move))
+    return added
+
+
 @wp.kernel
 def solve_kernel(
     m: PairedMatrix,
@@ -89,6 +115,9 @@ def solve_kernel(
     gradient: wp.array(dtype=wp.vec3),
     at_most: int,
     tolerance: float,
+    of: wp.array(dtype=wp.int32),
+    factor: wp.array2d(dtype=wp.float64),
+    moves: wp.array(dtype=wp.float64),
     coupled: wp.array(dtype=wp.int32),
     solution: wp.array(dtype=wp.vec3),
     residual: wp.array(dtype=wp.vec3),
@@ -119,10 +148,13 @@ def solve_kernel(
             unknowns += 1
             solution[i] = wp.vec3()
             residual[i] = r
-            direction[i] = with_zero(z)
+            preconditioned[i] = z
         else:
             solution[i] = z
             residual[i] = wp.vec3()
+    squared += add_moves_as_one(of, factor, residual, moves, preconditioned)
+    for a in range(unknowns):
+        direction[coupled[a]] = with_zero(preconditioned[coupled[a]])
     enough = wp.float64(tolerance) * wp.float64(tolerance) * first
     iterations = int(0)
     while iterations < at_most and squared > enough:
@@ -156,6 +188,7 @@ def solve_kernel(
             residual[i] = r
             preconditioned[i] = z
             squared += wp.float64(wp.dot(r, z))
+        squared += add_moves_as_one(of, factor, residual, moves, preconditioned)
         turn = float(squared / before)
         for a in range(unknowns):
             i = coupled[a]

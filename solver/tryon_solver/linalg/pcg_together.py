@@ -1,9 +1,14 @@
-"""Conjugate gradients by all threads of a device, two kernels an iteration.
+"""Conjugate gradients by all threads of a device, three kernels an iteration.
 
 There an iteration's arithmetic is a microsecond or two, and what takes time is one launch waiting for the one before.
 So p = z + b p is made where it is multiplied, rows and pairs are multiplied in one launch, and each launch leaves the
 sum that the next one needs: a dot product is never a launch of its own. What a sum is added into has been cleared two
 launches earlier, in a ring of four, and of the iteration's number each kernel has its own copy, written by the other.
+
+Of the coarse level (aggregates.py) a block of threads has vertices of one aggregate alone and leaves their forces'
+sum; in the next launch each aggregate has a block, which multiplies its rows of the inverse with all of these, and
+takes its vertices along. (Added up by threads that meet at an aggregate's place they took three times as long as all
+else of an iteration.)
 
 What a thread reads lies side by side, or beside what its neighbours read at once: z and the direction before of a
 vertex are sixteen bytes each in one sector of 32, and the blocks of a row are spread out number by number, once for all
@@ -25,6 +30,7 @@ from collections.abc import Sequence
 
 import warp as wp
 
+from tryon_solver.linalg.aggregates import NOBODY, Aggregates
 from tryon_solver.linalg.blocks import BLOCK, whole_blocks
 from tryon_solver.linalg.lanes import lanes_of, shares_of, sum_of_lanes
 from tryon_solver.linalg.order_free import QUANTA, whole_of
@@ -32,7 +38,7 @@ from tryon_solver.linalg.paired_matrix import PairedMatrix, held_product, pair_c
 
 wp.set_module_options({"enable_backward": False})
 
-TURNS = 8  # iterations between two looks at whether there is more to do
+TURNS = 10  # iterations between two looks at whether there is more to do
 
 RING = wp.constant(4)
 PLACES = wp.constant(8)  # of a sum in a ring
@@ -137,18 +143,36 @@ def mark_kernel(m: PairedMatrix, threads: int, coupled_out: wp.array(dtype=wp.in
             coupled_out[m.ids[c][k]] = 1
 
 
+@wp.func
+def vertex_of(seats: wp.array(dtype=wp.int32), place: int, rows: int) -> int:
+    """Whose turn it is: those with rows by their seats, the others after them; NOBODY in a free seat."""
+    if place < seats.shape[0]:
+        return seats[place]
+    return rows + place - seats.shape[0]
+
+
+@wp.func
+def pool(seats: wp.array(dtype=wp.int32), thread: int, force: wp.vec3, pooled: wp.array(dtype=wp.vec3)):
+    """Leave the sum of the forces of a block that has seats."""
+    of_block = wp.tile_sum(wp.tile(force, preserve_type=True))[0]
+    if thread % wp.block_dim() == 0 and thread < seats.shape[0]:
+        pooled[thread // wp.block_dim()] = of_block
+
+
 @wp.kernel
 def start_kernel(
     m: PairedMatrix,
     inverse: wp.array(dtype=wp.mat33),
     gradient: wp.array(dtype=wp.vec3),
     coupled: wp.array(dtype=wp.int32),
+    seats: wp.array(dtype=wp.int32),
     threads: int,
     solution_out: wp.array(dtype=wp.vec3),
     residual_out: wp.array(dtype=wp.vec3),
     both_out: wp.array(dtype=wp.vec4),
     pulled_out: wp.array(dtype=wp.vec4),
     pulled_whole_out: wp.array(dtype=wp.int64),
+    pooled_out: wp.array(dtype=wp.vec3),
     sums_out: wp.array(dtype=wp.int64),
     parts_out: wp.array(dtype=wp.float32),
     state_out: wp.array(dtype=wp.int32),
@@ -156,21 +180,28 @@ def start_kernel(
     """Each block leaves its parts of <g, D^-1 g>, and of the same over what is iterated on, in `parts_out`."""
     first = float(0.0)
     squared = float(0.0)
-    for i in range(wp.tid(), inverse.shape[0], threads):
-        r = -gradient[i]
-        z = inverse[i] * r
-        part = wp.dot(r, z)
-        first += part
-        put_three(both_out, 2 * i + 1, wp.vec3())
-        if i < m.columns.shape[0] or coupled[i] == 1:
-            squared += part
-            solution_out[i] = wp.vec3()
-            residual_out[i] = r
-            put_three(both_out, 2 * i, z)
-        else:
-            solution_out[i] = z
-            residual_out[i] = wp.vec3()
-            put_three(both_out, 2 * i, wp.vec3())
+    rows = m.columns.shape[0]
+    force = wp.vec3()
+    for place in range(wp.tid(), seats.shape[0] + inverse.shape[0] - rows, threads):
+        i = vertex_of(seats, place, rows)
+        if i != NOBODY:
+            r = -gradient[i]
+            z = inverse[i] * r
+            part = wp.dot(r, z)
+            first += part
+            put_three(both_out, 2 * i + 1, wp.vec3())
+            if i < rows or coupled[i] == 1:
+                squared += part
+                solution_out[i] = wp.vec3()
+                residual_out[i] = r
+                put_three(both_out, 2 * i, z)
+                if i < rows:
+                    force = r
+            else:
+                solution_out[i] = z
+                residual_out[i] = wp.vec3()
+                put_three(both_out, 2 * i, wp.vec3())
+    pool(seats, wp.tid(), force, pooled_out)
     for i in range(wp.tid(), pulled_out.shape[0], threads):
         pulled_out[i] = wp.vec4()
     for i in range(wp.tid(), pulled_whole_out.shape[0], threads):
@@ -207,6 +238,54 @@ def open_kernel(
     if wp.tid() == 0:
         first_out[0] = whole_first
         sums[place_of(SQUARED, 0, 0)] = whole_of(whole_squared, quanta_over(whole_first))
+
+
+@wp.func
+def pooled_at(pooled: wp.array(dtype=wp.vec3), starts: wp.array(dtype=wp.int32), a: int) -> wp.vec3:
+    """What the blocks of an aggregate left."""
+    total = wp.vec3()
+    for block in range(starts[a], starts[a + 1]):
+        total += pooled[block]
+    return total
+
+
+@wp.kernel
+def move_as_one_kernel(
+    inverse: wp.array2d(dtype=wp.float32),
+    starts: wp.array(dtype=wp.int32),
+    seats: wp.array(dtype=wp.int32),
+    pooled: wp.array(dtype=wp.vec3),
+    at_most: int,
+    both: wp.array(dtype=wp.vec4),
+    sums: wp.array(dtype=wp.int64),
+    first: wp.array(dtype=wp.float32),
+    squares: wp.array(dtype=wp.float32),
+    state: wp.array(dtype=wp.int32),
+):
+    """z += P S^-1 P^T r of what was pooled of r, and <r, z> with it: a block of threads for each aggregate."""
+    a, lane = wp.tid()
+    number = state[TAKEN]
+    if number >= at_most:
+        return
+    slot = number % RING
+    stride = wp.block_dim()
+    own = wp.vec3()
+    for b in range(lane, starts.shape[0] - 1, stride):
+        force = pooled_at(pooled, starts, b)
+        for k in range(3):
+            for n in range(3):
+                own[k] = own[k] + inverse[3 * a + k, 3 * b + n] * force[n]
+    move = wp.tile_sum(wp.tile(own, preserve_type=True))[0]
+    for seat in range(stride * starts[a] + lane, stride * starts[a + 1], stride):
+        i = seats[seat]
+        if i != NOBODY:
+            put_three(both, 2 * i, three_of(both, 2 * i) + move)
+    if lane == 0:
+        before = first[0]
+        if number > 0:
+            before = squares[(slot + 3) % RING]
+        part = wp.dot(move, pooled_at(pooled, starts, a))
+        wp.atomic_add(sums, place_of(SQUARED, slot, a * stride), whole_of(part, quanta_over(before)))
 
 
 @wp.func_native("""
@@ -341,11 +420,32 @@ def multiply_kernel(
         wp.atomic_add(sums, place_of(CURVATURE, slot, thread), of_block)
 
 
+@wp.func
+def taken_off(
+    pulled: wp.array(dtype=wp.vec4), whole: wp.array(dtype=wp.int64), i: int, copies: int, others: int
+) -> wp.vec3:
+    """What was pulled at i, of so many copies, which are cleared."""
+    total = wp.vec3()
+    for k in range(copies):
+        at = i + k * others
+        if whole.shape[0] == 0:
+            total += three_of(pulled, at)
+            pulled[at] = wp.vec4()
+        else:
+            for axis in range(3):
+                total[axis] = total[axis] + float(whole[3 * at + axis])
+                whole[3 * at + axis] = wp.int64(0)
+    if whole.shape[0] > 0:
+        total = total / QUANTA
+    return total
+
+
 @wp.kernel
 def advance_kernel(
     inverse: wp.array(dtype=wp.mat33),
     direction: wp.array(dtype=wp.vec3),
     rows: int,
+    seats: wp.array(dtype=wp.int32),
     threads: int,
     solution: wp.array(dtype=wp.vec3),
     residual: wp.array(dtype=wp.vec3),
@@ -353,11 +453,12 @@ def advance_kernel(
     product: wp.array(dtype=wp.vec3),
     pulled: wp.array(dtype=wp.vec4),
     pulled_whole: wp.array(dtype=wp.int64),
+    pooled_out: wp.array(dtype=wp.vec3),
     sums: wp.array(dtype=wp.int64),
     squares: wp.array(dtype=wp.float32),
     state: wp.array(dtype=wp.int32),
 ):
-    """x += a p, r -= a A p, z = D^-1 r and <r, z>, with a = <r, z>/<p, A p>; clears what was pulled."""
+    """x += a p, r -= a A p, z = D^-1 r and <r, z>, with a = <r, z>/<p, A p>; pools r; clears what was pulled."""
     thread = wp.tid()
     number = state[NOW]
     if number < 0:
@@ -369,30 +470,22 @@ def advance_kernel(
         a = 1.0 / curvature
     others = inverse.shape[0] - rows
     part, quanta = wp.int64(0), quanta_over(squares[slot])
-    for i in range(thread, inverse.shape[0], threads):
-        p = direction[i]
-        solution[i] = solution[i] + a * p
-        copies = wp.where(i < rows, 1, COPIES)
-        more = wp.vec4()
-        if pulled_whole.shape[0] == 0:
-            for k in range(copies):
-                more += pulled[i + k * others]
-                pulled[i + k * others] = wp.vec4()
-        else:
-            for axis in range(3):
-                whole = wp.int64(0)
-                for k in range(copies):
-                    place = 3 * (i + k * others) + axis
-                    whole += pulled_whole[place]
-                    pulled_whole[place] = wp.int64(0)
-                more[axis] = float(whole) / QUANTA
-        multiplied = product[i] + wp.vec3(more[0], more[1], more[2])
-        r = residual[i] - a * multiplied
-        z = inverse[i] * r
-        residual[i] = r
-        put_three(both_out, 2 * i, z)
-        put_three(both_out, 2 * i + 1, p)
-        part += whole_of(wp.dot(r, z), quanta)
+    force = wp.vec3()
+    for place in range(thread, seats.shape[0] + others, threads):
+        i = vertex_of(seats, place, rows)
+        if i != NOBODY:
+            p = direction[i]
+            solution[i] = solution[i] + a * p
+            more = taken_off(pulled, pulled_whole, i, wp.where(i < rows, 1, COPIES), others)
+            r = residual[i] - a * (product[i] + more)
+            z = inverse[i] * r
+            residual[i] = r
+            put_three(both_out, 2 * i, z)
+            put_three(both_out, 2 * i + 1, p)
+            part += whole_of(wp.dot(r, z), quanta)
+            if i < rows:
+                force = r
+    pool(seats, thread, force, pooled_out)
     of_block = wp.tile_sum(wp.tile(part))[0]
     if thread % wp.block_dim() == 0:
         wp.atomic_add(sums, place_of(SQUARED, (slot + 1) % RING, thread), of_block)
@@ -413,12 +506,13 @@ def pulled_of(count: int, rows: int) -> int:
 
 def parts_of(count: int) -> int:
     """How many parts of the first sums of `count` unknowns there are at most: two of each block, if of one thread."""
-    return 2 * whole_blocks(count)
+    return 2 * (whole_blocks(count) + BLOCK)
 
 
 def solve(
     matrix: PairedMatrix,
     inverse: wp.array,
+    aggregates: Aggregates,
     gradient: wp.array,
     solution_out: wp.array,
     residual: wp.array,
@@ -441,27 +535,35 @@ def solve(
     `pulled` (pulled_of(A, N),) or `pulled_whole` of three times that, int64, the other one of no length; `sums` (SUMS,)
     int64, `parts` (parts_of(A),), `squares` (RING,), `state` (3,); `first` (1,) is set."""
     device, count, pairs = gradient.device, len(gradient), len(matrix.ids)
-    threads = whole_blocks(count)
     block = 1 if wp.get_device(device).is_cpu else BLOCK  # a processor's blocks are of one thread
     rows, lanes = len(matrix.columns), lanes_of(str(device))
     shares = shares_of(rows, lanes)
     all_threads = whole_blocks(shares + count - rows + pairs)
+    seats = aggregates.seats
+    threads = len(seats) + whole_blocks(count - rows)
 
     def launch(kernel: wp.Kernel, dim: int, inputs: Sequence[object], outputs: Sequence[object]) -> None:
         wp.launch(kernel, dim, [*inputs, dim], outputs, block_dim=BLOCK, device=device)
 
+    def take_along() -> None:
+        inputs = [aggregates.inverse, aggregates.starts, seats, aggregates.pooled, at_most]
+        dim, made = (aggregates.count, block), [both, sums, first, squares, state]
+        wp.launch(move_as_one_kernel, dim, inputs, made, block_dim=BLOCK, device=device)
+
     def turn() -> None:
         for _ in range(TURNS):
+            take_along()
             given = [matrix, lanes, shares, at_most, tolerance, spread, both]
             made = [direction, product, pulled, pulled_whole, sums, first, squares, state]
             launch(multiply_kernel, all_threads, given, made)
-            kept = [solution_out, residual, both, product, pulled, pulled_whole, sums, squares, state]
-            launch(advance_kernel, threads, [inverse, direction, rows], kept)
+            kept = [solution_out, residual, both, product, pulled, pulled_whole, aggregates.pooled]
+            kept += [sums, squares, state]
+            launch(advance_kernel, threads, [inverse, direction, rows, seats], kept)
 
     coupled.zero_()
     spread_out(matrix, spread)
     launch(mark_kernel, whole_blocks(pairs), [matrix], [coupled])
-    made = [solution_out, residual, both, pulled, pulled_whole, sums, parts, state]
-    launch(start_kernel, threads, [matrix, inverse, gradient, coupled], made)
+    made = [solution_out, residual, both, pulled, pulled_whole, aggregates.pooled, sums, parts, state]
+    launch(start_kernel, threads, [matrix, inverse, gradient, coupled, seats], made)
     launch(open_kernel, block, [parts, threads // block], [first, sums])
     wp.capture_while(state[int(MORE) : int(MORE) + 1], turn)

@@ -58,10 +58,13 @@ def newton_matrix(sim: Simulation) -> PairedMatrix:
 def solve_newton_system(sim: Simulation, at_most: int) -> None:
     """`direction` by conjugate gradients from the matrix and the gradient at x as looked around, and from what dyads
     the Hessian has beside the matrix; `cg` keeps what is left."""
-    work, tolerance = sim.work, sim.settings.correction_pcg_tolerance
+    work, matrix = sim.work, newton_matrix(sim)
+    until = at_most, sim.settings.correction_pcg_tolerance
 
     def solve(gradient: wp.array, solution_out: wp.array) -> None:
-        pcg.solve(sim.cg, newton_matrix(sim), work.blocks, gradient, solution_out, at_most, tolerance)
+        pcg.solve(sim.cg, matrix, work.blocks, gradient, solution_out, *until, sim.aggregates)
+
+    sim.aggregates.take(matrix, sim.pairs.size > 0)
 
     for dyad in sim.stages.dyads:
         dyad.respond(solve, sim.cg.residual)

@@ -4,20 +4,26 @@ The matrix has all parts that the correction's has: rows of blocks and of weight
 what holds single unknowns, and contact pairs, some of them of unknowns that have no rows, as a body's vertices.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import scipy.sparse as sp
 import warp as wp
 
 from tryon_solver.geometry.connectivity import Connectivity
 from tryon_solver.linalg import blocks, pcg, pcg_together
+from tryon_solver.linalg.aggregates import Aggregates
 from tryon_solver.linalg.as_one import move_as_one
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.ell import EllMatrix
+from tryon_solver.linalg.order_free import STIFF_QUANTA
 from tryon_solver.linalg.paired_matrix import PairedMatrix
 from tryon_solver.linalg.turning import AsOne
 from tryon_solver.linalg.vectors import PARTS, dot, find_largest
 
 CLOTH, COUNT, PAIRS, ROOM = 120, 200, 40, 64
+POOLED = 3  # vertices to an aggregate
 TOUCHED = range(CLOTH, CLOTH + 30)  # of those without rows
 
 
@@ -87,12 +93,38 @@ class System:
         self.inverse = np.linalg.inv(dense[range(COUNT), range(COUNT)])
         self.gradient = random.normal(size=(COUNT, 3))
         self.x = 0.1 * random.normal(size=(COUNT, 3))
+        self.of = random.permutation(CLOTH // POOLED)[np.arange(CLOTH) // POOLED]
+        cells = sp.csr_matrix((np.ones(CLOTH), (np.arange(CLOTH), self.of)))
+        self.alone, self.aggregates = (self.explicit(Aggregates.build(cells, device)) for _ in range(2))
+        self.aggregates.sums.fill_(77)
+        self.aggregates.take(matrix, True)
+        if solve is not pcg.solve:
+            self.aggregates.inverse.assign(np.linalg.inv(self.pooled()[1]).astype(np.float32))
+
+    def explicit(self, aggregates):
+        """With room for an inverse on a processor, too, where many threads are to take it."""
+        if self.solver is pcg.solve:
+            return aggregates
+        size = 3 * aggregates.count
+        inverse = wp.zeros((size, size), dtype=wp.float32, device=self.device)
+        return replace(aggregates, inverting=replace(aggregates.inverting, inverse=inverse))
+
+    def pooled(self):
+        """(3 COUNT, 3 M): one for each vertex and its aggregate; and the sum of the matrix over them, (3 M, 3 M)."""
+        cells = np.zeros((COUNT, CLOTH // POOLED))
+        cells[np.arange(CLOTH), self.of] = 1.0
+        up = np.kron(cells, np.eye(3))
+        return up, up.T @ self.dense @ up
 
     def array(self, values, dtype):
         return wp.array(np.asarray(values), dtype=dtype, device=self.device)
 
-    def solve(self, at_most, tolerance, gradient=None):
-        """The solution, the iterations it took, and the solver's scratch."""
+    def solve(self, at_most, tolerance, gradient=None, aggregates=None):
+        """The solution, the iterations it took, and the solver's scratch; by blocks alone unless aggregates are given:
+        those that have taken no matrix add nothing."""
+        aggregates = aggregates or self.alone
+        aggregates.pooled.fill_(np.nan)
+        aggregates.moves.fill_(np.nan)
         cg = pcg.ConjugateGradients.allocate(COUNT, CLOTH, self.matrix.blocks.shape[1], self.device, self.repeatable)
         for scratch in (
             cg.residual,
@@ -113,7 +145,7 @@ class System:
         forces = self.array((self.gradient if gradient is None else gradient).astype(np.float32), wp.vec3)
         inverse = self.array(self.inverse.astype(np.float32), wp.mat33)
         cg.state.fill_(77)
-        self.solver(cg, self.matrix, inverse, forces, found, at_most, tolerance)
+        self.solver(cg, self.matrix, inverse, forces, found, at_most, tolerance, aggregates)
         return found.numpy().astype(np.float64), cg.taken(), cg
 
     def norm_sq(self, residual):
@@ -121,11 +153,11 @@ class System:
         return np.einsum("ia,iab,ib->", residual, self.inverse, residual)
 
 
-def solve_together(cg, matrix, inverse, gradient, out, *until):
+def solve_together(cg, matrix, inverse, gradient, out, at_most, tolerance, aggregates):
     """By many threads wherever it is."""
     vectors = cg.residual, cg.direction, cg.both, cg.spread, cg.product, cg.pulled, cg.pulled_whole
     kept = cg.coupled, cg.sums, cg.parts, cg.first, cg.squares, cg.state
-    pcg_together.solve(matrix, inverse, gradient, out, *vectors, *kept, *until)
+    pcg_together.solve(matrix, inverse, aggregates, gradient, out, *vectors, *kept, at_most, tolerance)
 
 
 ON_GPU = pytest.mark.gpu
@@ -251,6 +283,74 @@ def test_one_iteration_is_one_of_steepest_descent(system):
     z[coupled] = -np.einsum("iab,ib->ia", system.inverse, system.gradient)[coupled]
     length = -(system.gradient * z).sum() / (z.ravel() @ system.dense @ z.ravel())
     assert np.abs(found - length * z)[coupled].max() <= 1e-4 * np.abs(z).max()
+
+
+def test_the_coarse_level_is_of_the_matrix_summed_over_aggregates(system):
+    _, total = system.pooled()
+    size = len(total)
+    assert size == 3 * system.aggregates.count == 120
+    seen = system.aggregates.sums.numpy()[:size, :size] / STIFF_QUANTA
+    upper = np.arange(size)[:, None] // 3 <= np.arange(size)[None] // 3
+    assert np.abs(seen - total)[upper].max() <= 1e-6 * np.abs(total).max()
+    assert np.all(seen[~upper] == 0.0)
+
+
+def test_the_coarse_level_is_inverted(system):
+    """On a GPU; on a processor it is factored, as what it finds shows."""
+    _, total = system.pooled()
+    size, expected = len(total), np.linalg.inv(total)
+    if system.device == "cpu":
+        upper = np.triu(system.aggregates.factor.numpy())
+        pivots = 1.0 / np.diagonal(upper).copy()
+        np.fill_diagonal(upper, pivots)
+        assert np.abs(upper.T @ upper - total).max() <= 1e-6 * np.abs(total).max()
+        return
+    inverse = system.aggregates.inverse.numpy()
+    assert np.abs(inverse[:size, :size] - expected).max() <= 1e-6 * np.abs(expected).max()
+    np.testing.assert_array_equal(inverse, inverse.T)
+    assert np.all(inverse[size:] == 0.0)
+    assert np.all(inverse[:, size:] == 0.0)
+
+
+def test_with_a_coarse_level_one_iteration_goes_along_both(system):
+    found, _, _ = system.solve(1, 1e-9, aggregates=system.aggregates)
+    up, total = system.pooled()
+    coupled = np.union1d(np.arange(CLOTH), system.matrix.ids.numpy()[:PAIRS])
+    z = np.zeros((COUNT, 3))
+    z[coupled] = -np.einsum("iab,ib->ia", system.inverse, system.gradient)[coupled]
+    z -= (up @ np.linalg.inv(total) @ up.T @ system.gradient.ravel()).reshape(-1, 3)
+    length = -(system.gradient * z)[coupled].sum() / (z.ravel() @ system.dense @ z.ravel())
+    assert np.abs(found - length * z)[coupled].max() <= 1e-4 * np.abs(z).max()
+
+
+def test_with_a_coarse_level_it_solves_and_what_is_common_to_a_region_sooner(system):
+    """A force that gives each aggregate a move of its own, and nothing else."""
+    found, _, _ = system.solve(1000, 1e-6, aggregates=system.aggregates)
+    expected = np.linalg.solve(system.dense, -system.gradient.ravel()).reshape(-1, 3)
+    assert np.abs(found - expected).max() <= 1e-4 * np.abs(expected).max()
+    up, total = system.pooled()
+    moves = np.sin(np.arange(len(total)) / 9.0)
+    force = -(system.dense @ (up @ moves)).reshape(-1, 3)
+    left = []
+    for aggregates in (system.alone, system.aggregates):
+        off = system.solve(6, 1e-9, force, aggregates)[0].ravel() - up @ moves
+        left.append(off @ system.dense @ off)
+    assert 0.0 < left[1] < 0.5 * left[0]
+
+
+def test_unknowns_that_nothing_answers_are_left_alone(system):
+    """An aggregate without a matrix of its own, as of cloth without mass, takes no part."""
+    empty = System(system.device, system.solver, system.repeatable)
+    empty.matrix.blocks.zero_()
+    empty.matrix.weights.zero_()
+    empty.matrix.held.zero_()
+    empty.matrix.diagonal.zero_()
+    empty.matrix.count.zero_()
+    empty.aggregates.take(empty.matrix, True)
+    if system.device == "cpu":
+        assert np.all(np.triu(empty.aggregates.factor.numpy()) == 0.0)
+    else:
+        assert np.all(empty.aggregates.inverse.numpy() == 0.0)
 
 
 def test_a_looser_tolerance_takes_fewer_iterations_and_keeps_its_promise(system):

@@ -77,9 +77,9 @@ def check_sliding(mu, degrees, v, first, last, share):
     assert found == pytest.approx(expected, abs=share * mu * G * np.cos(angle))
 
 
-def test_draft_slides_as_coulomb_says_and_an_accuracy_brings_out_what_its_budget_leaves_undone():
-    """12 x 12 vertices: after half a second the speed is within 5 % of Coulomb's with the budget alone, in steps of
-    1/60 s, and within 3 % in steps of 1/30 s for 0.01 mm, which the budget alone misses by more."""
+def test_draft_slides_as_coulomb_says():
+    """12 x 12 vertices: after half a second the speed is within 3 % of Coulomb's in steps of 1/30 s, for 0.01 mm and
+    with the budget alone, and within 5 % in steps of 1/60 s."""
     angle = np.radians(30)
     expected = G * (np.sin(angle) - 0.3 * np.cos(angle)) / 2
     garment, x = sheet(12, 12, 0.1, 0.1)
@@ -98,18 +98,20 @@ def test_draft_slides_as_coulomb_says_and_an_accuracy_brings_out_what_its_budget
             sim.advance(STILL, (k + 1) / rate)
         found.append(float(sim.state.v.numpy()[:, 0].mean()) / expected)
     assert found[0] == pytest.approx(1.0, abs=0.03)
-    assert abs(found[1] - 1.0) > 0.03
+    assert found[1] == pytest.approx(1.0, abs=0.03)
     assert found[2] == pytest.approx(1.0, abs=0.05)
 
 
 def test_draft_slides_without_friction_as_inertia_says():
-    """Silk, 18 steps of 1/30 s down 30 degrees, at the end of which it goes 10 cm in one: three starts a micrometre
-    apart end within 20 % of the speed that it should have, and none was ever faster."""
+    """Silk, 18 steps of 1/30 s down 30 degrees, at the end of which it goes 10 cm in one: of eight starts a micrometre
+    apart those in the middle end within 3 % of the speed that it should have, and none was ever faster. One of eight
+    may lose much of its speed in one step (METHOD.md, section 15)."""
     down = np.radians(30)
     garment, x = sheet(9, 9, 0.1, 0.1)
     body, faces = slab(4.0, 0.4, 0.02, 0.05)
     effects = (Gravity((G * np.sin(down), -G * np.cos(down), 0.0)), BodyContact())
-    for start in range(3):
+    ends = []
+    for start in range(8):
         apart = 1e-6 * np.random.default_rng(start).standard_normal(x.shape)
         silk = FABRICS["silk_charmeuse"]
         scene = Scene(garment, x + [-1.8, 0.0022, 0.003] + apart, rigid_body(body, faces), silk, effects)
@@ -119,8 +121,9 @@ def test_draft_slides_without_friction_as_inertia_says():
             sim.advance(STILL, (k + 1) / 30)
             v.append(float(sim.state.v.numpy()[: sim.cloth_count, 0].mean()))
         expected = G * np.sin(down) * np.arange(1, 19) / 30
-        assert v[-1] == pytest.approx(expected[-1], rel=0.2)
         assert (v < 1.05 * expected).all()
+        ends.append(v[-1])
+    assert np.median(ends) == pytest.approx(expected[-1], rel=0.03)
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.3])

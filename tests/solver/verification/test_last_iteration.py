@@ -28,8 +28,8 @@ def overshooting_at(number, monkeypatch):
     each of its directions."""
     solve, calls = newton.pcg.solve, []
 
-    def overshooting(cg, matrix, blocks, gradient, direction, at_most, tolerance):
-        done = solve(cg, matrix, blocks, gradient, direction, at_most, tolerance)
+    def overshooting(cg, matrix, blocks, gradient, direction, at_most, *others):
+        done = solve(cg, matrix, blocks, gradient, direction, at_most, *others)
         if at_most != estimate.ITERATIONS:  # what estimates the error goes nowhere
             calls.append(done)
         if len(calls) == number:

@@ -337,8 +337,12 @@ def test_nothing_to_do_is_told_with_what_is_missing():
 
 
 def test_any_finite_quantity_is_taken_and_what_steps_can_not_follow_is_told():
-    """1e6 Pa on a sheet of jersey, by the report of its first step; nothing that is not a number comes of it."""
+    """1e6 Pa on a sheet of jersey, which is over a kilometre away after the first step, by the reports of two steps;
+    nothing that is not a number comes of it."""
     sim = build(Scene(GARMENT, X, None, effects=(Pressure(1e6),)))
-    report = sim.advance(None, 1 / 60)
-    assert np.isfinite(sim.cloth_positions()).all()
-    assert report.max_stretch > 2.0 or report.retries > 0
+    told = False
+    for k in range(2):
+        report = sim.advance(None, (k + 1) / 60)
+        assert np.isfinite(sim.cloth_positions()).all()
+        told = told or report.max_stretch > 2.0 or report.retries > 0
+    assert told
