@@ -54,7 +54,7 @@ def pool_rows_kernel(m: PairedMatrix, of: wp.array(dtype=wp.int32), sums_out: wp
     """What a row has for vertices of other aggregates, and of its own the rest, since its blocks sum to zero."""
     i = wp.tid()
     own = of[i]
-    rest = wp.outer(m.held[i], m.held[i]) + m.diagonal[i] * wp.identity(3, dtype=float)
+    rest = wp.outer(m.held[i], m.held[i]) + m.diagonal[i] * wp.identity(n=3, dtype=wp.float32)
     for k in range(1, m.columns.shape[1]):
         j = m.columns[i, k]
         if j == i:
@@ -67,7 +67,7 @@ def pool_rows_kernel(m: PairedMatrix, of: wp.array(dtype=wp.int32), sums_out: wp
         if j == i:
             break
         if of[j] != own:
-            far = m.weights[i, k] * wp.identity(3, dtype=float)
+            far = m.weights[i, k] * wp.identity(n=3, dtype=wp.float32)
             add_block(sums_out, own, of[j], far)
             rest -= far
     add_block(sums_out, own, own, rest)
