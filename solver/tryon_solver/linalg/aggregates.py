@@ -168,7 +168,7 @@ class Aggregates:
         if touching:
             threads = min(len(matrix.ids), MOST_THREADS)
             launch(pool_pairs_kernel, threads, [matrix, self.of, threads], [self.sums], device=device)
-        if device.is_cuda:
+        if wp.get_device(device).is_cuda:
             self.inverting.invert(self.sums, 3 * self.count)
         else:
             factor(self.sums, self.factor)

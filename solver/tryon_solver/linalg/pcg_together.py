@@ -263,12 +263,13 @@ def move_as_one_kernel(
     state: wp.array(dtype=wp.int32),
 ):
     """z += P S^-1 P^T r of what was pooled of r, and <r, z> with it: a block of threads for each aggregate."""
-    a, lane = wp.tid()
+    stride = wp.block_dim()
+    a = wp.tid() // stride
+    lane = wp.tid() % stride
     number = state[TAKEN]
     if number >= at_most:
         return
     slot = number % RING
-    stride = wp.block_dim()
     own = wp.vec3()
     for b in range(lane, starts.shape[0] - 1, stride):
         force = pooled_at(pooled, starts, b)
@@ -426,17 +427,19 @@ def taken_off(
 ) -> wp.vec3:
     """What was pulled at i, of so many copies, which are cleared."""
     total = wp.vec3()
-    for k in range(copies):
-        at = i + k * others
-        if whole.shape[0] == 0:
+    if whole.shape[0] == 0:
+        for k in range(copies):
+            at = i + k * others
             total += three_of(pulled, at)
             pulled[at] = wp.vec4()
-        else:
-            for axis in range(3):
-                total[axis] = total[axis] + float(whole[3 * at + axis])
-                whole[3 * at + axis] = wp.int64(0)
-    if whole.shape[0] > 0:
-        total = total / QUANTA
+    else:
+        for axis in range(3):
+            all_copies = wp.int64(0)  # as one whole number: which pair adds to which copy may be another in each run
+            for k in range(copies):
+                place = 3 * (i + k * others) + axis
+                all_copies += whole[place]
+                whole[place] = wp.int64(0)
+            total[axis] = float(all_copies) / QUANTA
     return total
 
 
@@ -547,8 +550,8 @@ def solve(
 
     def take_along() -> None:
         inputs = [aggregates.inverse, aggregates.starts, seats, aggregates.pooled, at_most]
-        dim, made = (aggregates.count, block), [both, sums, first, squares, state]
-        wp.launch(move_as_one_kernel, dim, inputs, made, block_dim=BLOCK, device=device)
+        made = [both, sums, first, squares, state]
+        wp.launch(move_as_one_kernel, aggregates.count * block, inputs, made, block_dim=BLOCK, device=device)
 
     def turn() -> None:
         for _ in range(TURNS):

@@ -9,6 +9,7 @@ from small_scenes import sheet
 from tryon_solver.linalg.block_ell import BlockRows
 from tryon_solver.linalg.device_matrix import DeviceMatrix, Summand, add_together, union
 from tryon_solver.linalg.near_far import Places
+from tryon_solver.linalg.rated import add_rated
 from tryon_solver.materials.device import RestShape
 from tryon_solver.materials.triangle_hessian import TriangleHessian
 
@@ -73,7 +74,7 @@ def test_near_and_far_are_the_matrix(garment):
         assert np.abs(part.near.numpy()[:, 1:]).sum() > 1
         assert np.abs(part.far.weights.numpy()).sum() > 1
     total = places.zeros()
-    total.set_sum(parts[0], 3.0, parts[1])
+    add_rated(parts[0], wp.array([3.0], dtype=wp.float32, device="cpu"), parts[1], total)
     off, on = dense(total, rows)
     wanted = (one + 3 * other).toarray()
     np.testing.assert_allclose(off + np.diag(on), wanted, atol=1e-5)
