@@ -60,11 +60,10 @@ def solve_newton_system(sim: Simulation, at_most: int) -> None:
     the Hessian has beside the matrix; `cg` keeps what is left."""
     work, matrix = sim.work, newton_matrix(sim)
     until = at_most, sim.settings.correction_pcg_tolerance
+    sim.aggregates.take(matrix, sim.pairs.size > 0)
 
     def solve(gradient: wp.array, solution_out: wp.array) -> None:
         pcg.solve(sim.cg, matrix, work.blocks, gradient, solution_out, *until, sim.aggregates)
-
-    sim.aggregates.take(matrix, sim.pairs.size > 0)
 
     for dyad in sim.stages.dyads:
         dyad.respond(solve, sim.cg.residual)
