@@ -79,6 +79,7 @@ def put_on_a_cape(page) -> None:
     page.click("#wardrobe-put-on")
     page.wait_for_function(f"{WORN} === 'cape,tshirt' && !document.getElementById('wardrobe').disabled")
     page.wait_for_function("document.querySelector('#wardrobe-worn input:checked').value === 'cape'")
+    page.wait_for_selector(".piece .edge .reach[aria-label='Edge 0 of front, open, 90.0 cm']", state="attached")
 
 
 def test_a_fabric_that_is_chosen_during_a_drag_is_worn_and_the_drag_kept(page, patterned):
