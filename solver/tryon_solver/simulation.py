@@ -36,9 +36,8 @@ from tryon_solver.results import Counters, StepReport
 from tryon_solver.scene import Scene
 from tryon_solver.settings import Settings
 from tryon_solver.state import State, Workspace, positions
-from tryon_solver.step import advance
+from tryon_solver.step import SCHEMES, advance
 from tryon_solver.stepping.arm_contact import FLY, arm_contact, may_fly
-from tryon_solver.stepping.coast import Coasting
 from tryon_solver.stepping.hold import Holding
 from tryon_solver.stepping.nothing_near import NoCandidates, NoPairs
 from tryon_solver.stepping.pace import Hurried, Pace, Unhurried
@@ -47,24 +46,26 @@ from tryon_solver.stepping.report import make_report, smallest_gap
 from tryon_solver.stepping.start import refuse_touching_start
 from tryon_solver.stepping.torn import TearWatch
 from tryon_solver.subspace.basis import basis_by_edges, reduced_inverse, reduced_matrix
-from tryon_solver.subspace.contact_coarse import ContactCoarseLevel
 from tryon_solver.subspace.search import ReducedSearch
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-    from tryon_solver.body.carry import Carry
-    from tryon_solver.body.on_device import MovingBody
-    from tryon_solver.contact.candidates import Candidates, Region
+    from tryon_solver.body.posed import PosedBody
+    from tryon_solver.contact.candidates import Candidates
+    from tryon_solver.contact.coasting import Coasting
     from tryon_solver.contact.deflect import DeflectionScratch
+    from tryon_solver.contact.filtering import Filtering
     from tryon_solver.contact.pairs import ContactPairs, ContactParameters
+    from tryon_solver.contact.region import Region
     from tryon_solver.contact.surfaces import Surface
     from tryon_solver.stepping.fly import Flight
+    from tryon_solver.subspace.contact_coarse import ContactCoarseLevel
 
 FACTOR_DIGITS = 9  # of a step [s]: times of frames are off in their last bits, and no bit of the factor shall be
 SAME_STEP = 1e-12  # s by which two steps of one length differ; their matrices are the same
 
-CARRY = "tryon_solver.body.carry"  # which a scene without a body does not import
+POSED = "tryon_solver.body.posed"  # which a scene without a body does not import
 BESIDE = ThreadPoolExecutor(max_workers=1, thread_name_prefix="inverse")
 """For inverses that are made while a simulation runs; starts its thread with its first task."""
 
@@ -79,25 +80,6 @@ class PoseInterval:
     left: int
 
 
-@dataclass
-class PosedBody:
-    """The body on the device, its carry field, the tracked skin before and after a sub-step (B,) vec3 m, its stance;
-    `reached`: the stance it was moved to last, with its transforms (J, 4, 4) m; `felt` (A,) vec3 m/s: see leap.py."""
-
-    moving: MovingBody
-    carry: Carry
-    skin_now: wp.array
-    skin_next: wp.array
-    pose: Any
-    reached: tuple[Any, np.ndarray]
-    felt: wp.array
-
-    def transforms(self) -> np.ndarray:
-        """(J, 4, 4) float64 m, world from rest, at its pose: those it was moved to last, as a rule."""
-        stance, transforms = self.reached
-        return transforms if stance is self.pose else self.moving.transforms(self.pose)
-
-
 class Simulation:
     """A scene on a device. Made by `build`; drive it with `advance`."""
 
@@ -107,8 +89,10 @@ class Simulation:
     group: wp.array  # (A,) int32: who has the same number never touches
     region: Region
     boxes: wp.array
+    coasting: Coasting
     flight: Flight | None = None  # where it may touch a body, or is of several pieces
     deflection: DeflectionScratch
+    filtering: Filtering
     candidates: Candidates  # or what stands for them where it touches nothing, as of the pairs
     pairs: ContactPairs
 
@@ -125,8 +109,9 @@ class Simulation:
         self.mass_told = wp.zeros(1, dtype=wp.float32, device=device)  # kg, `total_mass` where graphs read it
         self.sums = OrderFreeSums(self.all_count, device)
         self.plan = bind_plan(scene, settings, device, self.rest, self.sums)
+        self.scheme = SCHEMES[settings.scheme]()
         if scene.body is not None:
-            import_module(CARRY)
+            import_module(POSED)
         if may_fly(self.plan, garment):
             import_module(FLY)
         compile_kernels(device)  # of what the plan has imported, too
@@ -155,21 +140,8 @@ class Simulation:
         if scene.body is not None:
             if pose is None:
                 raise ValueError("a scene with a body needs the pose it starts in")
-            moving = scene.body.on_device(device)
-            skin_now = wp.zeros(self.body_count, dtype=wp.vec3, device=device)
-            reached = pose, moving.transforms(pose)
-            moving.take(reached[1], pose)
-            moving.write(skin_now)
-            carry = import_module(CARRY).Carry.build(
-                self.cloth_count,
-                scene.body.skin_joints,
-                scene.body.skin_weights,
-                scene.body.joint_count,
-                device,
-            )
-            felt = wp.zeros(self.all_count, dtype=wp.vec3, device=device)
-            self.body = PosedBody(moving, carry, skin_now, wp.clone(skin_now), pose, reached, felt)
-            skin = skin_now.numpy()
+            self.body = import_module(POSED).PosedBody.build(scene.body, self.cloth_count, pose, device)
+            skin = self.body.skin_now.numpy()
         if surface is None:
             surface = skin
         elif surface.shape != skin.shape:
@@ -188,9 +160,7 @@ class Simulation:
             hold=wp.full(self.body_count, self.settings.skin_hold, dtype=wp.float32, device=device),
             dt=wp.zeros(1, dtype=wp.float32, device=device),
         )
-        self.work = Workspace.allocate(
-            self.all_count, len(scene.garment.faces), device, self.settings.deterministic
-        )
+        self.work = Workspace.allocate(self.all_count, len(scene.garment.faces), device)
         self.x_before = wp.clone(cloth)
         self.x_searched = wp.clone(x)  # where the contact pairs were collected last
         self.x_listed = wp.clone(x)  # where the candidates' distances were last brought up to
@@ -220,7 +190,6 @@ class Simulation:
         self.second_budget = Budget(settings.second_iterations, settings.second_pcg_iterations, TRUSTED_AGAIN)
         self.tears = TearWatch.build(self.rest, self.progress.stretch, settings.correction_torn)
         self.buy(settings.accuracy, settings.deadline)
-        self.coasting = Coasting(device)
         self.concluded = False  # has the device ended the step by itself (stepping/ending.py)?
         self.went_back = False  # did the last correction end where it had been nearest to balance?
         self.stood = False  # was the last step void, of those in which nothing led well?
@@ -343,6 +312,8 @@ class Simulation:
         """The coarse level's constant matrix for this time step, in the scheme that has one."""
         if self.settings.scheme != "contact_coarse":
             return
+        from tryon_solver.subspace.contact_coarse import ContactCoarseLevel  # for who asks for the scheme alone
+
         if self.coarse is None:
             coarse = basis_by_edges(self.scene.garment, self.settings.coarse_spacing)
             self.coarse = ContactCoarseLevel.build(coarse, self.device)

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 import numpy as np
 import warp as wp
 
-from tryon_solver.linalg.device_loop import Passes
 from tryon_solver.linalg.turning import AsOne
 from tryon_solver.linalg.vectors import PARTS
 
@@ -51,19 +50,15 @@ class Workspace:
     diagonal: wp.array  # (A,) float32 N/m, inertia, drag and the skin's hold: what is not in the stiffness rows
     as_one: AsOne
     alpha: wp.array  # (A,) float32, fraction of a displacement each vertex may take
-    alpha_before: wp.array  # (A,) float32, the fractions that a pass began with, or of no length (bounds.py)
-    travel: wp.array  # (A,) float32 m, the longest way each vertex may take in the coming move
-    changed: wp.array  # (A,) int32, last pass of a contact filter that changed the vertex's motion
     products: wp.array  # (3,) float32 J, the global step's dot products, as in two_level.py
     parts: wp.array  # (PARTS,) float32, of sums, in their unit, as in linalg/vectors.py
     hits: wp.array  # (1,) int32
-    passes: Passes  # of a contact filter
     scalars: list[wp.array] = field(default_factory=list)  # (1,) float32 each
 
     @staticmethod
-    def allocate(all_count: int, face_count: int, device: str, repeatable: bool) -> Workspace:
-        """On a GPU what is found repeats bit for bit if it is `repeatable`."""
-        kept = all_count if repeatable and wp.get_device(device).is_cuda else 0
+    def allocate(all_count: int, face_count: int, device: str) -> Workspace:
+        """For so many vertices and triangles."""
+
         def vectors(*shape: int) -> wp.array:
             return wp.zeros(shape, dtype=wp.vec3, device=device)
 
@@ -80,13 +75,9 @@ class Workspace:
             diagonal=wp.zeros(all_count, dtype=wp.float32, device=device),
             as_one=AsOne.allocate(device),
             alpha=wp.zeros(all_count, dtype=wp.float32, device=device),
-            alpha_before=wp.zeros(kept, dtype=wp.float32, device=device),
-            travel=wp.zeros(all_count, dtype=wp.float32, device=device),
-            changed=wp.zeros(all_count, dtype=wp.int32, device=device),
             products=wp.zeros(3, dtype=wp.float32, device=device),
             parts=wp.zeros(PARTS, dtype=wp.float32, device=device),
             hits=wp.zeros(1, dtype=wp.int32, device=device),
-            passes=Passes.allocate(device),
             scalars=[wp.zeros(1, dtype=wp.float32, device=device) for _ in range(4)],
         )
 

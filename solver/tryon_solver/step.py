@@ -24,7 +24,6 @@ from tryon_solver.stepping.record import recorded, unrecorded
 from tryon_solver.stepping.remember import remember_contacts
 from tryon_solver.stepping.repeat import repeat_until
 from tryon_solver.stepping.smooth import smooth_in_full_space
-from tryon_solver.stepping.two_level import assemble_coarse_level, solve_on_two_levels
 from tryon_solver.stepping.velocity import update_velocity
 from tryon_solver.stepping.verify_commit import verify_commit
 
@@ -45,20 +44,27 @@ class Scheme:
     run: Callable[[Simulation, Verb], None]
 
 
-SCHEMES = {
-    # Li et al. 2023: reduced L-BFGS with a prefactorised first Hessian, smoothing, local step
-    "subspace_lbfgs": Scheme(
+def subspace_lbfgs() -> Scheme:
+    """Li et al. 2023: reduced L-BFGS with a prefactorised first Hessian, smoothing, local step."""
+    return Scheme(
         prepare=(forget_search_history,),  # L-BFGS pairs live for one step
         cycle=(descend_in_subspace, smooth_in_full_space, project_locally),
         run=recorded,
-    ),
-    # ours: conjugate gradients on two levels, the coarse one exact and aware of the contacts
-    "contact_coarse": Scheme(
+    )
+
+
+def contact_coarse() -> Scheme:
+    """Ours: conjugate gradients on two levels, the coarse one exact and aware of the contacts."""
+    from tryon_solver.stepping.two_level import assemble_coarse_level, solve_on_two_levels  # for who asks for it alone
+
+    return Scheme(
         prepare=(assemble_coarse_level,),
         cycle=(solve_on_two_levels, project_locally),
         run=unrecorded,  # it is factored on the host
-    ),
-}
+    )
+
+
+SCHEMES = {scheme.__name__: scheme for scheme in (subspace_lbfgs, contact_coarse)}
 
 
 def advance(sim: Simulation, pose: Pose | None, time: float, longest_step: float = 0.0) -> StepReport:
@@ -75,7 +81,7 @@ def advance(sim: Simulation, pose: Pose | None, time: float, longest_step: float
 
 def step(sim: Simulation) -> None:
     """Algorithm 1: advance the garment by the time step on the body as it stands. METHOD.md section 2."""
-    scheme = SCHEMES[sim.settings.scheme]  # the paper's unless the settings name another
+    scheme = sim.scheme  # the paper's unless the settings name another
     recorded(sim, solve_freely, done=sim.under_way)  # prediction, one global step there, unless a GPU is at it already
     for _ in contact_passes(sim):  # one, unless the settings ask for more
         sim.timed(find_pairs, scheme.run is unrecorded)  # within reach at the feasible state
@@ -101,8 +107,7 @@ def conclude(sim: Simulation) -> None:
 
 def solve_proxy(sim: Simulation) -> None:
     """Projective dynamics with the barrier's quadratic proxy: leaves the trial in x."""
-    scheme = SCHEMES[sim.settings.scheme]
     sim.timed(build_contact_proxy)  # made at the feasible state
-    for prepare in scheme.prepare:
+    for prepare in sim.scheme.prepare:
         sim.timed(prepare)
-    repeat_until(sim, at_most=sim.settings.outer_iterations, cycle=scheme.cycle)
+    repeat_until(sim, at_most=sim.settings.outer_iterations, cycle=sim.scheme.cycle)

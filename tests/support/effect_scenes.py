@@ -9,6 +9,7 @@ import numpy as np
 from small_scenes import STILL, fabric, flattened, icosphere, layers, rigid_body, sheet
 
 from tryon_solver.body.pose import Pose
+from tryon_solver.contact import FOR_STEPS
 from tryon_solver.geometry.garment import Garment
 from tryon_solver.geometry.lines import line_between
 from tryon_solver.scene import (
@@ -154,6 +155,10 @@ AIR = (Gravity(), AirDrag())
 TOUCH = (*AIR, BodyContact())
 BLOWN = (Gravity(), BodyContact(), Friction())
 CLOSING = ("geometry.boundary_loops", "geometry.enclosed", "geometry.seams")  # by which gas finds what it is shut in by
+CONTACT = (
+    *(f"contact.{name}" for name in (*FOR_STEPS, "barrier", "ccd", "taking_over", "triangle_pairs")),
+    *("linalg.slots", "stepping.arm_contact", "stepping.fly"),
+)
 SCENES = tuple(
     EffectScene(name, own, shows, made)
     for name, own, shows, made in (
@@ -166,8 +171,18 @@ SCENES = tuple(
             "lies on a ball in the wind",
             added(draped, BLOWN, lambda _: Wind((2.0, 0.0, 0.0), shelter=0.8)),
         ),
-        ("BodyContact", ours("effects.body_contact"), "falls on a ball", added(draped, AIR, lambda _: BodyContact())),
-        ("SelfContact", ours("effects.self_contact"), "falls on cloth", added(two, AIR, lambda _: SelfContact(), 4e-3)),
+        (
+            "BodyContact",
+            ours("effects.body_contact", *CONTACT),
+            "falls on a ball",
+            added(draped, AIR, lambda _: BodyContact()),
+        ),
+        (
+            "SelfContact",
+            ours("effects.self_contact", *CONTACT),
+            "falls on cloth",
+            added(two, AIR, lambda _: SelfContact(), 4e-3),
+        ),
         (
             "Friction",
             ours("effects.friction", "effects.presliding", "effects.slip"),

@@ -14,10 +14,11 @@ from collections.abc import Callable
 
 import warp as wp
 
-from tryon_solver.contact.candidates import Candidates, ContactSizes, Region, candidate_at, offset
+from tryon_solver.contact.candidates import Candidates, ContactSizes, candidate_at, offset
 from tryon_solver.contact.ccd import time_of_impact
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
-from tryon_solver.linalg.device_loop import HITS, NUMBER, Passes
+from tryon_solver.contact.filtering import HITS, NUMBER, Passes
+from tryon_solver.contact.region import Region
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
 
@@ -252,3 +253,26 @@ def shorten(
 
     passes.repeat(shorten_once, MOST_PASSES)
     launch(give_up_kernel, len(x), [passes.state, MOST_PASSES], [alpha], device=x.device)
+
+
+@wp.kernel
+def clear_kernel(
+    passes: wp.array(dtype=wp.int32),
+    leaving: wp.array(dtype=wp.int32),
+    fits: wp.array(dtype=wp.int32),
+    count: wp.array(dtype=wp.int32),
+    travel: wp.array(dtype=wp.float32),
+    longest: float,
+    clear_out: wp.array(dtype=wp.int32),
+):
+    held = passes[NUMBER] > 0 or leaving[0] > 0
+    clear_out[0] = wp.where(fits[0] == 0 or count[0] == 0 or held or travel[0] > longest, 0, 1)
+
+
+def find_clear(
+    passes: Passes, leaving: wp.array, candidates: Candidates, travel: wp.array, longest: float, clear_out: wp.array
+) -> None:
+    """For the device: is all of a motion free, of which `passes` held nothing and nobody is `leaving` (1,) the region,
+    by a list for which there was room and that is not empty, and is its `travel` (1,) m no longer than `longest` m?"""
+    inputs = [passes.state, leaving, candidates.fits, candidates.count, travel, longest]
+    launch(clear_kernel, 1, inputs, [clear_out], device=clear_out.device)

@@ -12,9 +12,10 @@ from dataclasses import dataclass
 
 import warp as wp
 
-from tryon_solver.contact.candidates import Candidates, Region
+from tryon_solver.contact.candidates import Candidates
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
 from tryon_solver.contact.found import CLOSE, STENCILS, Found, counted
+from tryon_solver.contact.region import Region
 from tryon_solver.contact.surfaces import Surface
 from tryon_solver.contact.taking_over import take_over
 from tryon_solver.contact.triangle_pairs import Side, pair_triangles, side_of, threads_over

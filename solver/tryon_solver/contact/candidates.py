@@ -190,27 +190,6 @@ def candidate_at(near: wp.array(dtype=wp.int32), some: int, entry: int) -> int:
     return entry
 
 
-@dataclass
-class Region:
-    """Where a candidate list is complete: while every vertex i is within `budget`[i] m of `anchor`[i], both (A,).
-
-    A search may be made for anchors that move on straight paths from `centre` - `half_way` to `centre` + `half_way`,
-    all at once; whoever moves them keeps `anchor` where they are.
-    """
-
-    anchor: wp.array
-    budget: wp.array
-    centre: wp.array
-    half_way: wp.array
-
-    @staticmethod
-    def allocate(count: int, device: str) -> Region:
-        def vectors() -> wp.array:
-            return wp.zeros(count, dtype=wp.vec3, device=device)
-
-        return Region(vectors(), wp.zeros(count, dtype=wp.float32, device=device), vectors(), vectors())
-
-
 @wp.kernel
 def follow_kernel(
     near: wp.array(dtype=wp.int32),
@@ -274,6 +253,17 @@ def measure(candidates: Candidates, x: wp.array) -> None:
 
 
 MOST_USED = 1.25  # a stencil whose gap is this many times what a move can use up of it needs no filter
+
+
+@wp.kernel
+def travel_kernel(direction: wp.array(dtype=wp.vec3), travel_out: wp.array(dtype=wp.float32)):
+    i = wp.tid()
+    travel_out[i] = wp.length(direction[i])
+
+
+def measure_travel(direction: wp.array, travel_out: wp.array) -> None:
+    """The longest way each vertex may take by `direction`, both (A,) m."""
+    launch(travel_kernel, len(direction), [direction], [travel_out], device=direction.device)
 
 
 @wp.kernel

@@ -29,7 +29,7 @@ from tryon_solver.contact.bounds import floor_of
 from tryon_solver.contact.candidates import Candidates, ContactSizes, candidate_at, offset
 from tryon_solver.contact.ccd import time_of_impact
 from tryon_solver.contact.distances import approach, stencil_vector, stencil_weights
-from tryon_solver.linalg.device_loop import HITS, NUMBER, Passes
+from tryon_solver.contact.filtering import HITS, NUMBER, Passes
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.order_free import add, places, taken
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import warp as wp
 
-from tryon_solver.contact.candidates import Region
 from tryon_solver.contact.found import CLOSE, PAIRS, Found
+from tryon_solver.contact.region import Region
 from tryon_solver.contact.surfaces import Surface
 from tryon_solver.linalg.blocks import MOST_THREADS
 from tryon_solver.linalg.launch import launch

@@ -14,24 +14,27 @@ Wu, Wang and Wang 2022. METHOD.md section 7 has the figures.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
 import warp as wp
 
-from tryon_solver.linalg.blocks import BLOCK, MOST_THREADS
+from tryon_solver.linalg.blocks import BLOCK
 from tryon_solver.linalg.cholesky import factor
 from tryon_solver.linalg.gauss_jordan import PIVOT, GaussJordan
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.order_free import STIFF_QUANTA, whole_of
-from tryon_solver.linalg.paired_matrix import PairedMatrix, pair_count
+from tryon_solver.linalg.paired_matrix import PairedMatrix
 
 wp.set_module_options({"enable_backward": False})
 
 EDGES = 8.0  # across an aggregate, at least
 MOST = 100  # aggregates, about: their matrix is a full one, of three unknowns each
 NOBODY = wp.constant(-1)  # in a seat that is left free
+
+AddPairs = Callable[[PairedMatrix, wp.array, wp.array], None]  # matrix, of (N,), sums_out
 
 
 def aggregate_edges(vertices: int) -> float:
@@ -71,32 +74,6 @@ def pool_rows_kernel(m: PairedMatrix, of: wp.array(dtype=wp.int32), sums_out: wp
             add_block(sums_out, own, of[j], far)
             rest -= far
     add_block(sums_out, own, own, rest)
-
-
-@wp.kernel
-def pool_pairs_kernel(
-    m: PairedMatrix, of: wp.array(dtype=wp.int32), threads: int, sums_out: wp.array2d(dtype=wp.int64)
-):
-    """Pairs, each aggregate with the sum of its vertices' weights: zero, and nothing to add, where it has all four."""
-    for c in range(wp.tid(), pair_count(m), threads):
-        cells = wp.vec4i(-1, -1, -1, -1)  # of each vertex that is the first of its aggregate in the pair
-        share = wp.vec4()
-        for k in range(4):
-            v = m.ids[c][k]
-            if v < of.shape[0]:
-                at = k
-                for j in range(k):
-                    if cells[j] == of[v] and at == k:
-                        at = j
-                if at == k:
-                    cells[k] = of[v]
-                share[at] = share[at] + m.lam[c][k]
-        n = m.normal[c]
-        block = m.curvature[c] * wp.outer(n, n) + m.beside[c]
-        for k in range(4):
-            for j in range(4):
-                if cells[k] >= 0 and cells[j] >= 0 and share[k] * share[j] != 0.0:
-                    add_block(sums_out, cells[k], cells[j], share[k] * share[j] * block)
 
 
 def seated(of: np.ndarray, block: int) -> tuple[np.ndarray, np.ndarray]:
@@ -160,14 +137,13 @@ class Aggregates:
         """On a GPU: of the matrix that was taken last."""
         return self.inverting.inverse
 
-    def take(self, matrix: PairedMatrix, touching: bool) -> None:
-        """Let the preconditioner be of this matrix, on the device; `touching`: it may have pairs."""
+    def take(self, matrix: PairedMatrix, add_pairs: AddPairs | None) -> None:
+        """Let the preconditioner be of this matrix, on the device; where it may have pairs, `add_pairs` sums them."""
         device = self.of.device
         self.sums.zero_()
         launch(pool_rows_kernel, len(self.of), [matrix, self.of], [self.sums], device=device)
-        if touching:
-            threads = min(len(matrix.ids), MOST_THREADS)
-            launch(pool_pairs_kernel, threads, [matrix, self.of, threads], [self.sums], device=device)
+        if add_pairs is not None:
+            add_pairs(matrix, self.of, self.sums)
         if wp.get_device(device).is_cuda:
             self.inverting.invert(self.sums, 3 * self.count)
         else:

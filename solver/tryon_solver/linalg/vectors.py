@@ -12,6 +12,15 @@ wp.set_module_options({"enable_backward": False})
 PARTS = 512  # of a sum, each by a block of threads, which a single one adds up in order
 
 
+@wp.func
+def slip_of(kick: wp.vec3, hardest: float) -> wp.vec3:
+    """What of a change of velocity is not felt."""
+    size = wp.length(kick)
+    if size > hardest:
+        return (1.0 - (hardest / size) * (hardest / size)) * kick
+    return wp.vec3()
+
+
 @wp.kernel
 def add_scaled_kernel(scale: wp.array(dtype=wp.float32), p: wp.array(dtype=wp.vec3), x_out: wp.array(dtype=wp.vec3)):
     """x += scale[0] p"""

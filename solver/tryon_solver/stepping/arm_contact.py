@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import warp as wp
 
-from tryon_solver.contact import candidates, deflect, nearest, pairs, surfaces
+from tryon_solver.contact import candidates, coasting, deflect, filtering, nearest, pairs, region, surfaces
 from tryon_solver.geometry.morton import order_along_curve
 from tryon_solver.offsets import contact_sizes
 
@@ -51,9 +51,11 @@ def arm_contact(sim: Simulation) -> None:
     if garment.group is not None:
         own[: sim.cloth_count] = garment.group
     sim.group = wp.array(own, dtype=wp.int32, device=device)
-    sim.region = candidates.Region.allocate(sim.all_count, device)
-    sim.boxes = wp.zeros(4, dtype=wp.vec3, device=device)  # m, as in stepping/search.py: box_kernel
+    sim.region = region.Region.allocate(sim.all_count, device)
+    sim.boxes = wp.zeros(4, dtype=wp.vec3, device=device)  # m, of all vertices, as in contact/region.py
+    sim.coasting = coasting.Coasting(device)
     sim.deflection = deflect.DeflectionScratch.allocate(sim.all_count, device)
+    sim.filtering = filtering.Filtering.allocate(sim.all_count, device, settings.deterministic)
     sim.candidates = candidates.Candidates.allocate(1 << 14, device)
     sim.pairs = pairs.ContactPairs.allocate(1 << 12, device)
     if may_fly(sim.plan, sim.scene.garment):

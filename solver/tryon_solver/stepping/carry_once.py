@@ -14,8 +14,7 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.contact import bounds, candidates, deflect, found
-from tryon_solver.linalg.device_loop import NUMBER, keeps_graphs
-from tryon_solver.linalg.launch import launch
+from tryon_solver.linalg.device_loop import keeps_graphs
 from tryon_solver.linalg.read_back import Reading, read
 from tryon_solver.stepping.record import as_one
 from tryon_solver.stepping.search import (
@@ -28,21 +27,13 @@ from tryon_solver.stepping.search import (
     search_along,
     search_further,
 )
+from tryon_solver.stepping.take import move
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
 
-wp.set_module_options({"enable_backward": False})
-
 FILTER_ROUNDS = 4  # of turning a motion aside and searching further, before it is shortened for good
 HELD_GAP = 0.3  # share of the activation distance that the carried motion leaves: room to slide for cloth in a fold
-
-
-@wp.kernel
-def go_kernel(displacement: wp.array(dtype=wp.vec3), alpha: wp.array(dtype=wp.float32), x_out: wp.array(dtype=wp.vec3)):
-    """x += alpha displacement"""
-    i = wp.tid()
-    x_out[i] = x_out[i] + alpha[i] * displacement[i]
 
 
 @dataclass(frozen=True)
@@ -77,9 +68,8 @@ def set_out_and_go(
     def look() -> None:
         set_out()
         launch_search_and_look(sim, share=1.0)
-        lists, passes, hits = sim.candidates, sim.work.passes.state, sim.work.hits
-        seen = [passes, hits, lists.fits, lists.count, sim.largest_out, sim.settings.substep_travel]
-        launch(clear_kernel, 1, seen, [sim.clear], device=sim.device)
+        lists, passes, hits = sim.candidates, sim.filtering.passes, sim.work.hits
+        bounds.find_clear(passes, hits, lists, sim.largest_out, sim.settings.substep_travel, sim.clear)
 
     def take() -> None:
         go(sim)
@@ -93,20 +83,6 @@ def set_out_and_go(
     return seen(sim, read_so_far), bool(clear[0])
 
 
-@wp.kernel
-def clear_kernel(
-    passes: wp.array(dtype=wp.int32),
-    leaving: wp.array(dtype=wp.int32),
-    fits: wp.array(dtype=wp.int32),
-    count: wp.array(dtype=wp.int32),
-    travel: wp.array(dtype=wp.float32),
-    longest: float,
-    clear_out: wp.array(dtype=wp.int32),
-):
-    held = passes[NUMBER] > 0 or leaving[0] > 0
-    clear_out[0] = wp.where(fits[0] == 0 or count[0] == 0 or held or travel[0] > longest, 0, 1)
-
-
 def launch_search_and_look(sim: Simulation, share: float) -> None:
     """For who waits later: search along `direction`, and see how far it is free."""
     sim.work.alpha.fill_(1.0)
@@ -116,7 +92,7 @@ def launch_search_and_look(sim: Simulation, share: float) -> None:
 
 def what_is_seen(sim: Simulation) -> list[wp.array]:
     """Where it is told."""
-    return [sim.work.passes.state, sim.work.hits, *(one.counts for one in found_of(sim))]
+    return [sim.filtering.passes.state, sim.work.hits, *(one.counts for one in found_of(sim))]
 
 
 def seen(sim: Simulation, told: Sequence[np.ndarray]) -> Sight | None:
@@ -124,7 +100,7 @@ def seen(sim: Simulation, told: Sequence[np.ndarray]) -> Sight | None:
     state, leaving, *counts = told
     fitted = end_search(sim, [found.counts_of(each) for each in counts])
     known = fitted and sim.candidates.size > 0
-    return Sight(int(state[NUMBER]), int(leaving[0])) if known else None
+    return Sight(sim.filtering.passes.number_in(state), int(leaving[0])) if known else None
 
 
 def carry_once(sim: Simulation, last: bool, sight: Sight | None) -> None:
@@ -149,8 +125,8 @@ def carry_once(sim: Simulation, last: bool, sight: Sight | None) -> None:
 
 def go(sim: Simulation) -> None:
     """Take `alpha` of the motion, which is free."""
-    state, work, body = sim.state, sim.work, sim.body
-    launch(go_kernel, sim.all_count, [work.direction, work.alpha], [state.x], device=sim.device)
+    body = sim.body
+    move(sim, sim.work.direction)
     if sim.touching:
         follow(sim, near=False)
     if body is not None:
@@ -207,9 +183,9 @@ def turn_aside(sim: Simulation) -> None:
         sizes,
         sim.state.x,
         sim.work.direction,
-        sim.work.changed,
+        sim.filtering.changed,
         sim.deflection,
-        sim.work.passes,
+        sim.filtering.passes,
         sim.settings.deflection_passes,
         HELD_GAP * sim.settings.d_hat,
     )
@@ -219,8 +195,8 @@ def look(sim: Simulation) -> Sight:
     """Shrink `alpha`, from all of the motion, until it is proven free. Waits for the device."""
     sim.work.alpha.fill_(1.0)
     launch_look(sim)
-    passes, leaving = read(sim.work.passes.state, sim.work.hits)
-    return Sight(int(passes[NUMBER]), int(leaving[0]))
+    passes, leaving = read(sim.filtering.passes.state, sim.work.hits)
+    return Sight(sim.filtering.passes.number_in(passes), int(leaving[0]))
 
 
 def launch_look(sim: Simulation) -> None:
@@ -245,8 +221,8 @@ def shorten(sim: Simulation, before: wp.array | None = None, level: Callable[[],
         sim.state.x,
         work.direction,
         work.alpha,
-        work.alpha_before if before is None else before,
-        work.changed,
-        work.passes,
+        sim.filtering.alpha_before if before is None else before,
+        sim.filtering.changed,
+        sim.filtering.passes,
         level,
     )

@@ -15,8 +15,9 @@ import warp as wp
 
 from tryon_solver.contact import broad_phase
 from tryon_solver.contact import pairs as contact_pairs
-from tryon_solver.contact.candidates import Candidates, Region
+from tryon_solver.contact.candidates import Candidates
 from tryon_solver.contact.pairs import ContactPairs
+from tryon_solver.contact.region import Region
 from tryon_solver.contact.surfaces import Surface
 from tryon_solver.contact.verify import violations
 from tryon_solver.stepping.search import accompany, scope

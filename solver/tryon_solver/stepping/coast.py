@@ -24,57 +24,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import warp as wp
-
-from tryon_solver.linalg.launch import launch
-from tryon_solver.linalg.one_block import sum_up
 from tryon_solver.stepping.gradient import elastic_gradient
 from tryon_solver.stepping.record import as_one
 from tryon_solver.stepping.search import follow, search_slack, touches_itself_alone
 
 if TYPE_CHECKING:
+    import warp as wp
+
     from tryon_solver.simulation import Simulation
 
-wp.set_module_options({"enable_backward": False})
-
 SHARE = 0.5  # of the search's slack
-
-
-@wp.kernel
-def spread_diagonal_kernel(diagonal: wp.array(dtype=wp.float32), spread_out: wp.array(dtype=wp.vec3)):
-    i = wp.tid()
-    spread_out[i] = wp.vec3(diagonal[i])
-
-
-@wp.kernel
-def find_way_kernel(
-    least: float,
-    slowest: float,
-    dt: wp.array(dtype=wp.float32),
-    total: wp.array(dtype=wp.vec3),
-    stiffness: wp.array(dtype=wp.vec3),
-    way_out: wp.array(dtype=wp.vec3),
-):
-    """-total/stiffness where that is longer than `least` and `slowest` dt; the three of `stiffness` are equal."""
-    way = -total[0] / stiffness[0][0]
-    way_out[0] = wp.where(wp.length(way) > wp.max(least, slowest * dt[0]), way, wp.vec3())
-
-
-@wp.kernel
-def go_along_kernel(
-    way: wp.array(dtype=wp.vec3), x: wp.array(dtype=wp.vec3), anchor: wp.array(dtype=wp.vec3)
-):
-    i = wp.tid()
-    x[i] = x[i] + way[0]
-    anchor[i] = anchor[i] + way[0]
-
-
-class Coasting:
-    """`total` (1,) N of dE/dx, `stiffness` (1,) N/m, thrice, and the `way` (1,) m, that at the step's end beside it."""
-
-    def __init__(self, device: str) -> None:
-        places = (wp.zeros(1, dtype=wp.vec3, device=device) for _ in range(4))
-        self.total, self.stiffness, self.way, self.way_at_end = places
 
 
 def coast(sim: Simulation) -> None:
@@ -96,12 +55,8 @@ def keep_momentum(sim: Simulation) -> None:
 def go_to_balance(sim: Simulation, x: wp.array, way: wp.array, least: float = 0.0, slowest: float = 0.0) -> None:
     """Move the cloth in x (A,) by c, and the region's anchors, if that is longer than `least` [m] and faster than
     `slowest` [m/s]; the `way` (1,) m is that, or none."""
-    work, count, device, coasting = sim.work, sim.cloth_count, sim.device, sim.coasting
+    work, count, coasting = sim.work, sim.cloth_count, sim.coasting
     elastic_gradient(sim, x, work.gradient)
-    sum_up(work.gradient, count, coasting.total)
-    spread = work.total[:count]
-    launch(spread_diagonal_kernel, count, [work.diagonal], [spread], device=device)
-    sum_up(spread, count, coasting.stiffness)
-    seen = [least, slowest, sim.state.dt, coasting.total, coasting.stiffness]
-    launch(find_way_kernel, 1, seen, [way], device=device)
-    launch(go_along_kernel, count, [way], [x, sim.region.anchor], device=device)
+    scratch = work.total[:count]
+    coasting.find_way(work.gradient, work.diagonal, scratch, sim.state.dt, least, slowest, way)
+    coasting.go_along(way, count, x, sim.region.anchor)

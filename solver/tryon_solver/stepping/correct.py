@@ -37,7 +37,7 @@ from tryon_solver.stepping.progress import HARDLY_NEARER, LED_ASTRAY, Budget, Ou
 from tryon_solver.stepping.record import as_one, baked
 from tryon_solver.stepping.search import FURTHER_EDGES, a_few_edges, follow, search_further, searches_left
 from tryon_solver.stepping.stride import choose_stride, note_unstopped, stride_out
-from tryon_solver.stepping.take import move_kernel, take, take_within_region
+from tryon_solver.stepping.take import move, take, take_within_region
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -161,7 +161,7 @@ def trial_is_in_vain(sim: Simulation) -> bool:
     if float(read(progress.trial)[0][0]) <= FURTHER_EDGES * sim.mean_edge:
         return False
     work.alpha.fill_(1.0)
-    launch(move_kernel, sim.all_count, [sim.to_trial, work.alpha], [state.x, work.total], device=sim.device)
+    move(sim, sim.to_trial)
     elastic_gradient(sim, state.x, work.gradient, correcting=True)
     linearise(sim)
     measure_imbalance(sim, progress.tried)
@@ -367,10 +367,10 @@ def iterate_newton(
             judged = outcome.starting
             wanted = sim.to_trial if outcome.starting else sim.work.direction
             search_further(sim, wanted, sim.work.alpha, a_few_edges(sim, outcome.leaving))
-            progress.resume(searches_left(sim))
+            progress.resume(searches_left(sim), outcome.starting)
         elif outcome.wants_room:
             make_room(sim, outcome)
-            progress.resume(searches_left(sim))
+            progress.resume(searches_left(sim), outcome.starting)
         else:
             break
         more = sim.pace.more(outcome.iterations, sim.candidates.size)

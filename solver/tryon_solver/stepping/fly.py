@@ -38,16 +38,17 @@ import warp as wp
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
+from tryon_solver.contact.filtering import NUMBER
 from tryon_solver.contact.pairs import collect
-from tryon_solver.linalg.device_loop import NUMBER
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.order_free import OrderFreeSums, add, add_number
 from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.rigid_motion import displaced, mat34
+from tryon_solver.linalg.vectors import slip_of
 from tryon_solver.stepping.carry_once import shorten
 from tryon_solver.stepping.coast import SHARE
 from tryon_solver.stepping.gradient import elastic_gradient
-from tryon_solver.stepping.leap import FALLEN, slip_of
+from tryon_solver.stepping.leap import FALLEN
 from tryon_solver.stepping.predict import predict_as_frozen
 from tryon_solver.stepping.search import list_holds, search_along, search_slack
 
@@ -458,7 +459,7 @@ class Flight:
         self.least.fill_(1.0)
         work.alpha.fill_(1.0)
         # a place for each vertex: by fractions just made, a piece would be in its own way
-        shorten(sim, before=work.travel, level=lambda: self._level(sim))
+        shorten(sim, before=sim.filtering.travel, level=lambda: self._level(sim))
         inputs = [self.piece_of, self.flies, work.alpha]
         launch(stop_short_kernel, sim.cloth_count, inputs, [work.direction], device=sim.device)
         flies, least = read(self.flies, self.least)
@@ -468,5 +469,5 @@ class Flight:
         """For the device: of the vertices of a piece that flies, all have the least fraction."""
         work, count, device = sim.work, sim.cloth_count, sim.device
         launch(find_least_kernel, count, [self.piece_of, work.alpha], [self.least], device=device)
-        inputs = [self.piece_of, self.flies, self.least, work.passes.state]
-        launch(level_kernel, count, inputs, [work.alpha, work.changed], device=device)
+        inputs = [self.piece_of, self.flies, self.least, sim.filtering.passes.state]
+        launch(level_kernel, count, inputs, [work.alpha, sim.filtering.changed], device=device)

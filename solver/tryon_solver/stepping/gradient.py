@@ -45,25 +45,6 @@ def gather_kernel(
 
 
 @wp.kernel
-def skin_kernel(
-    cloth_count: int,
-    stiffness: float,
-    hold: wp.array(dtype=wp.float32),
-    x: wp.array(dtype=wp.vec3),
-    skin: wp.array(dtype=wp.vec3),
-    gradient_out: wp.array(dtype=wp.vec3),
-    diagonal_out: wp.array(dtype=wp.float32),
-):
-    """k r/sqrt(1 + |r|^2/e^2), r = c - s, e = hold/k; the diagonal is the secant stiffness, an upper bound."""
-    j = wp.tid()
-    r = x[cloth_count + j] - skin[j]
-    give = stiffness / hold[j]
-    secant = stiffness / wp.sqrt(1.0 + give * give * wp.length_sq(r))
-    gradient_out[cloth_count + j] = secant * r
-    diagonal_out[cloth_count + j] = secant
-
-
-@wp.kernel
 def rows_product_kernel(
     columns: wp.array2d(dtype=wp.int32),
     weights: wp.array2d(dtype=wp.float32),
@@ -114,14 +95,8 @@ def elastic_gradient(sim: Simulation, x: wp.array, gradient_out: wp.array, corre
     if correcting:
         for add_velocity_gradient in sim.stages.add_velocity_gradient_in_correction:
             add_velocity_gradient(state, x, gradient_out)
-    if sim.body_count:
-        launch(
-            skin_kernel,
-            sim.body_count,
-            [sim.cloth_count, sim.settings.skin_stiffness, state.hold, x, state.skin],
-            [gradient_out, work.diagonal],
-            device=sim.device,
-        )
+    if sim.body is not None:
+        sim.body.add_gradient(sim.settings, state, x, gradient_out, work.diagonal)
 
 
 def add_contact_gradient(sim: Simulation, x_ref: wp.array, x: wp.array, gradient_out: wp.array) -> None:

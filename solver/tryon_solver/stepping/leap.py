@@ -15,42 +15,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import warp as wp
-
-from tryon_solver.linalg.launch import launch
-
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
 
-wp.set_module_options({"enable_backward": False})
-
 FALLEN = 1.0  # m: what is farther off has fallen from the body, a piece that was cut off: nobody waits for it, and it
 # does not come along
-
-
-@wp.func
-def slip_of(kick: wp.vec3, hardest: float) -> wp.vec3:
-    """What of a change of velocity is not felt."""
-    size = wp.length(kick)
-    if size > hardest:
-        return (1.0 - (hardest / size) * (hardest / size)) * kick
-    return wp.vec3()
-
-
-@wp.kernel
-def feel_kernel(
-    hardest: float,
-    step: wp.array(dtype=wp.float32),
-    x: wp.array(dtype=wp.vec3),
-    felt: wp.array(dtype=wp.vec3),
-    x_start: wp.array(dtype=wp.vec3),
-):
-    i = wp.tid()
-    dt = step[0]
-    carried = (x[i] - x_start[i]) / dt
-    slipped = slip_of(carried - felt[i], hardest)
-    x_start[i] = x_start[i] + dt * slipped
-    felt[i] = carried - slipped
 
 
 def feel_motion(sim: Simulation) -> None:
@@ -58,26 +27,7 @@ def feel_motion(sim: Simulation) -> None:
     of a body; `felt` (A,) m/s is the velocity with which it was carried that it has felt so far."""
     state, body = sim.state, sim.body
     assert body is not None
-    inputs = [sim.settings.hardest_kick, state.dt, state.x]
-    launch(feel_kernel, sim.all_count, inputs, [body.felt, state.x_start], device=sim.device)
-
-
-@wp.kernel
-def join_kernel(
-    dt: wp.array(dtype=wp.float32),
-    x: wp.array(dtype=wp.vec3),
-    x_start: wp.array(dtype=wp.vec3),
-    felt_out: wp.array(dtype=wp.vec3),
-):
-    i = wp.tid()
-    felt_out[i] = (x[i] - x_start[i]) / dt[0]
-    x_start[i] = x[i]
-
-
-@wp.kernel
-def go_along_kernel(felt: wp.array(dtype=wp.vec3), v: wp.array(dtype=wp.vec3)):
-    i = wp.tid()
-    v[i] = v[i] + felt[i]
+    body.feel(sim.settings.hardest_kick, state)
 
 
 def join_motion(sim: Simulation) -> None:
@@ -90,7 +40,7 @@ def join_motion(sim: Simulation) -> None:
         state.v.zero_()
     else:
         sim.flight.come_to_rest(sim)
-    launch(join_kernel, sim.all_count, [state.dt, state.x, state.x_start], [body.felt], device=sim.device)
+    body.join(state)
 
 
 def go_along(sim: Simulation) -> None:
@@ -99,6 +49,6 @@ def go_along(sim: Simulation) -> None:
     if not sim.comes_along or body is None:
         return
     if sim.flight is None:
-        launch(go_along_kernel, sim.cloth_count, [body.felt], [sim.state.v], device=sim.device)
+        body.go_along(sim.state.v)
     else:
         sim.flight.go_along(sim)

@@ -10,7 +10,6 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.geometry import rigid
-from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
 from tryon_solver.stepping.carry_once import carry_once, looks_ahead, set_out_and_go
 from tryon_solver.stepping.leap import feel_motion, join_motion
@@ -18,7 +17,8 @@ from tryon_solver.stepping.record import as_one
 from tryon_solver.stepping.search import search_slack
 
 if TYPE_CHECKING:
-    from tryon_solver.simulation import PosedBody, PoseInterval, Simulation
+    from tryon_solver.body.posed import PosedBody
+    from tryon_solver.simulation import PoseInterval, Simulation
 
 
 def move_body(sim: Simulation, interval: PoseInterval, solve_freely: Callable[[Simulation], None]) -> None:
@@ -203,44 +203,7 @@ def goes_on(sim: Simulation, before: np.ndarray, end: np.ndarray) -> bool:
     return alike and looks_ahead(sim) and bool(np.abs(end - before).max() > search_slack(sim))
 
 
-@wp.kernel
-def limit_return_kernel(
-    cloth_count: int,
-    speed: float,
-    dt: wp.array(dtype=wp.float32),
-    hold: float,
-    firmness: float,
-    x: wp.array(dtype=wp.vec3),
-    skin: wp.array(dtype=wp.vec3),
-    target_out: wp.array(dtype=wp.vec3),
-    hold_out: wp.array(dtype=wp.float32),
-):
-    j = wp.tid()
-    lag = skin[j] - x[cloth_count + j]
-    size = wp.length(lag)
-    longest = speed * dt[0]
-    hold_out[j] = hold + firmness * size
-    if size > longest:
-        lag = (longest / size) * lag
-    target_out[j] = x[cloth_count + j] + lag
-
-
 def limit_return(sim: Simulation) -> None:
     """Where the surface is drawn in the coming step, to the skin at no more than `return_speed`, and how firmly."""
-    body, settings = sim.body, sim.settings
-    assert body is not None
-    launch(
-        limit_return_kernel,
-        sim.body_count,
-        [
-            sim.cloth_count,
-            settings.return_speed,
-            sim.state.dt,
-            settings.skin_hold,
-            settings.skin_firmness,
-            sim.state.x,
-            body.skin_now,
-        ],
-        [sim.state.skin, sim.state.hold],
-        device=sim.device,
-    )
+    assert sim.body is not None
+    sim.body.limit_return(sim.settings, sim.state)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import warp as wp
 
+from tryon_solver.contact import pooled
 from tryon_solver.linalg import block_ell, pcg
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.paired_matrix import PairedMatrix
@@ -60,7 +61,7 @@ def solve_newton_system(sim: Simulation, at_most: int) -> None:
     the Hessian has beside the matrix; `cg` keeps what is left."""
     work, matrix = sim.work, newton_matrix(sim)
     until = at_most, sim.settings.correction_pcg_tolerance
-    sim.aggregates.take(matrix, sim.pairs.size > 0)
+    sim.aggregates.take(matrix, pooled.add_pairs if sim.pairs.size else None)
 
     def solve(gradient: wp.array, solution_out: wp.array) -> None:
         pcg.solve(sim.cg, matrix, work.blocks, gradient, solution_out, *until, sim.aggregates)

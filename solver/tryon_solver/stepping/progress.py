@@ -225,25 +225,6 @@ def judge_state_kernel(
 
 
 @wp.kernel
-def resume_kernel(searches: int, state: wp.array(dtype=wp.int32)):
-    state[GOING_ON] = 1
-    state[WANTS_SEARCH] = 0
-    state[WANTS_ROOM] = 0
-    if state[STARTING] == 1:
-        state[NO_DIRECTION] = 1
-    state[SEARCHES] = searches
-
-
-@wp.kernel
-def start_here_kernel(state: wp.array(dtype=wp.int32), lengths: wp.array(dtype=wp.float32)):
-    state[STARTING] = 0
-    state[WANTS_SEARCH] = 0
-    state[NO_DIRECTION] = 1
-    state[GOING_ON] = 1
-    lengths[TRIAL] = 0.0
-
-
-@wp.kernel
 def limit_kernel(most: int, state: wp.array(dtype=wp.int32)):
     state[EXTENSIONS] = wp.min(state[EXTENSIONS], wp.max(most - state[LEFT], 0) / state[BUDGET])
     state[LEFT] = wp.min(state[LEFT], most)
@@ -437,11 +418,21 @@ class Progress:
 
     def start_here(self) -> None:
         """Go on from x_feasible, looked around: the trial is not tried, nor are directions trusted by its length."""
-        self._launch(start_here_kernel, [], [self.state, self.lengths])
+        self.numbers[STARTING].zero_()
+        self.numbers[WANTS_SEARCH].zero_()
+        self.numbers[NO_DIRECTION].fill_(1)
+        self.numbers[GOING_ON].fill_(1)
+        self.ways[TRIAL].zero_()
 
-    def resume(self, searches: int) -> None:
-        """What the loop ended for is done; so many further searches are left."""
-        self._launch(resume_kernel, [searches], [self.state])
+    def resume(self, searches: int, starting: bool) -> None:
+        """What the loop ended for is done; so many further searches are left. If it is still `starting`, the iteration
+        begins anew."""
+        self.numbers[GOING_ON].fill_(1)
+        self.numbers[WANTS_SEARCH].zero_()
+        self.numbers[WANTS_ROOM].zero_()
+        if starting:
+            self.numbers[NO_DIRECTION].fill_(1)
+        self.numbers[SEARCHES].fill_(searches)
 
     def limit(self, most: int) -> None:
         """No more than so many further directions are to be found."""

@@ -12,29 +12,14 @@ from typing import TYPE_CHECKING
 
 import warp as wp
 
-from tryon_solver.contact import pairs
+from tryon_solver.contact import coasting, pairs
 from tryon_solver.linalg.device_loop import keeps_graphs
-from tryon_solver.linalg.launch import launch
 from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradient, invert_diagonal_blocks
 from tryon_solver.stepping.record import as_one
 from tryon_solver.stepping.search import list_holds, search_along
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
-
-
-wp.set_module_options({"enable_backward": False})
-
-
-@wp.kernel
-def coast_kernel(
-    x_start: wp.array(dtype=wp.vec3),
-    v: wp.array(dtype=wp.vec3),
-    dt: wp.array(dtype=wp.float32),
-    coasted_out: wp.array(dtype=wp.vec3),
-):
-    i = wp.tid()
-    coasted_out[i] = x_start[i] + dt[0] * v[i]
 
 
 def find_pairs(sim: Simulation, counted: bool) -> None:
@@ -61,7 +46,7 @@ def build_contact_proxy(sim: Simulation) -> None:
     if sim.pairs.size:
         wp.copy(sim.x_searched, state.x_feasible)
         wp.copy(work.total, state.x_feasible)
-        launch(coast_kernel, sim.cloth_count, [state.x_start, state.v, state.dt], [work.total], device=sim.device)
+        coasting.coast(state.x_start, state.v, state.dt, work.total)
         for term in sim.stages.contact:
             term.prepare(sim.pairs, state, work.total, None)
     invert_diagonal_blocks(sim)

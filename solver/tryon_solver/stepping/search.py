@@ -1,6 +1,6 @@
 """Searching for candidates around the coming motion.
 
-A list found once is complete while every vertex stays within its budget of its anchor (contact/candidates.py: Region).
+A list found once is complete while every vertex stays within its budget of its anchor (contact/region.py).
 One list serves the whole step where it can: the anchors ride along with the body's motion, which cloth and skin take
 together, half way to where the solve moved the vertices beside it in the step before; the budgets cover that, and a
 slack.
@@ -15,17 +15,14 @@ from typing import TYPE_CHECKING
 import warp as wp
 
 from tryon_solver.contact import bounds, broad_phase, candidates, found
-from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.read_back import read
 from tryon_solver.linalg.vectors import subtract
 from tryon_solver.stepping.progress import LEAST
 
 if TYPE_CHECKING:
-    from tryon_solver.contact.candidates import Region
     from tryon_solver.contact.found import Found
+    from tryon_solver.contact.region import Region
     from tryon_solver.simulation import Simulation
-
-wp.set_module_options({"enable_backward": False})
 
 FURTHER_EDGES = 4.0  # of the cloth's mean edge, that the correction has a search reach further, at most: where all go
 # far at once, more pairs are in reach than any memory holds; their way is shortened instead
@@ -35,116 +32,6 @@ PER_EDGE = 160  # candidates, in a shirt's front and back and the body between t
 CROWDED = 1000  # candidates for each vertex of the cloth: a list that is longer is not extended
 LONGEST_SERVED = 60  # steps, by a list after the one that it was found in
 RESTED = 5  # steps in which nobody left his ball, nothing was near, and the cloth went nowhere as one
-KEPT_APART = wp.constant(0.999)  # of the distance of two boxes, for the rounding of their corners
-SURFACE_SHARE = 0.25  # of the slack is granted to the collision surface, which seldom leaves the skin
-
-
-@wp.kernel
-def surround_kernel(
-    x: wp.array(dtype=wp.vec3),
-    direction: wp.array(dtype=wp.vec3),
-    slack: float,
-    centre_out: wp.array(dtype=wp.vec3),
-    half_way_out: wp.array(dtype=wp.vec3),
-    budget_out: wp.array(dtype=wp.float32),
-):
-    """A ball around the middle of each way, so that its vertex may stop anywhere on it and stray by the slack."""
-    i = wp.tid()
-    half = 0.5 * direction[i]
-    centre_out[i] = x[i] + half
-    half_way_out[i] = wp.vec3()
-    budget_out[i] = wp.length(half) + slack
-
-
-@wp.kernel
-def accompany_kernel(
-    cloth_count: int,
-    x: wp.array(dtype=wp.vec3),
-    direction: wp.array(dtype=wp.vec3),
-    solved: wp.array(dtype=wp.vec3),
-    share: float,
-    slack: float,
-    centre_out: wp.array(dtype=wp.vec3),
-    half_way_out: wp.array(dtype=wp.vec3),
-    budget_out: wp.array(dtype=wp.float32),
-):
-    """A ball that moves along the whole way, all vertices' at once, and covers what is expected of the solve."""
-    i = wp.tid()
-    half = 0.5 * direction[i]
-    expected = 0.5 * share * solved[i]
-    centre_out[i] = x[i] + half + expected
-    half_way_out[i] = half
-    granted = slack
-    if i >= cloth_count:
-        granted = SURFACE_SHARE * slack
-    budget_out[i] = wp.length(expected) + granted
-
-
-@wp.kernel
-def raise_kernel(
-    x: wp.array(dtype=wp.vec3),
-    direction: wp.array(dtype=wp.vec3),
-    alpha: wp.array(dtype=wp.float32),
-    anchor: wp.array(dtype=wp.vec3),
-    slack: float,
-    most: float,
-    budget: wp.array(dtype=wp.float32),
-):
-    """Who would leave is granted the way there and the slack, `most` at a time."""
-    i = wp.tid()
-    far = wp.length(x[i] + alpha[i] * direction[i] - anchor[i])
-    if far > budget[i]:
-        budget[i] = wp.min(far + slack, budget[i] + most)
-
-
-@wp.kernel
-def box_kernel(
-    cloth_count: int,
-    centre: wp.array(dtype=wp.vec3),
-    half_way: wp.array(dtype=wp.vec3),
-    boxes: wp.array(dtype=wp.vec3),
-):
-    """Largest x and largest -x of the cloth's anchors on their ways, then of the others'."""
-    i = wp.tid()
-    side = wp.where(i < cloth_count, 0, 2)
-    way = wp.abs(half_way[i])
-    wp.atomic_max(boxes, side, centre[i] + way)
-    wp.atomic_max(boxes, side + 1, way - centre[i])
-
-
-@wp.kernel
-def part_kernel(boxes: wp.array(dtype=wp.vec3), reach: float, budget: wp.array(dtype=wp.float32)):
-    i = wp.tid()
-    between = wp.max(wp.max(-boxes[3] - boxes[0], -boxes[1] - boxes[2]), wp.vec3())
-    budget[i] = wp.max(budget[i], 0.5 * (KEPT_APART * wp.length(between) - reach))
-
-
-@wp.kernel
-def stay_near_kernel(
-    x: wp.array(dtype=wp.vec3),
-    x_feasible: wp.array(dtype=wp.vec3),
-    least: wp.array(dtype=wp.vec3),
-    lengths: wp.array(dtype=wp.float32),
-    anchor: wp.array(dtype=wp.vec3),
-    slack: float,
-    budget: wp.array(dtype=wp.float32),
-):
-    """A ball as far as where the vertex is, where the step began and, if there is such, the iterate to go back to."""
-    i = wp.tid()
-    far = wp.max(wp.length(x[i] - anchor[i]), wp.length(x_feasible[i] - anchor[i]))
-    if lengths[LEAST] < wp.inf:
-        far = wp.max(far, wp.length(least[i] - anchor[i]))
-    budget[i] = wp.min(budget[i], far + slack)
-
-
-@wp.kernel
-def anchor_kernel(
-    centre: wp.array(dtype=wp.vec3),
-    half_way: wp.array(dtype=wp.vec3),
-    anchor_out: wp.array(dtype=wp.vec3),
-):
-    i = wp.tid()
-    anchor_out[i] = centre[i] + half_way[i]
 
 
 def search_slack(sim: Simulation) -> float:
@@ -183,16 +70,8 @@ def search_around(sim: Simulation, x: wp.array, direction: wp.array) -> None:
 
     The slack doubles with every further search of the step: who outgrew it once will again.
     """
-    region = sim.region
     slack = search_slack(sim) * 2**sim.searches
-    launch(
-        surround_kernel,
-        sim.all_count,
-        [x, direction, slack],
-        [region.centre, region.half_way, region.budget],
-        device=sim.device,
-    )
-    wp.copy(region.anchor, region.centre)
+    sim.region.surround(x, direction, slack)
     find(sim, x)
 
 
@@ -212,7 +91,7 @@ def launch_search_along(sim: Simulation, x: wp.array, direction: wp.array, share
     """Launch it once it is begun; it is done when `end_search` is told what was counted."""
     accompany(sim, sim.region, x, direction, share)
     launch_search(sim, x)
-    place_anchors(sim)
+    sim.region.place_anchors()
 
 
 def found_of(sim: Simulation) -> Sequence[Found]:
@@ -222,13 +101,7 @@ def found_of(sim: Simulation) -> Sequence[Found]:
 
 def accompany(sim: Simulation, region: Region, x: wp.array, direction: wp.array, share: float) -> None:
     """Let the region be of what goes from x along `direction`, as `search_along` says; its anchors are not placed."""
-    launch(
-        accompany_kernel,
-        sim.all_count,
-        [sim.cloth_count, x, direction, sim.solved, share, search_slack(sim)],
-        [region.centre, region.half_way, region.budget],
-        device=sim.device,
-    )
+    region.accompany(sim.cloth_count, x, direction, sim.solved, share, search_slack(sim))
 
 
 def search_further(sim: Simulation, direction: wp.array, alpha: wp.array, most: float = math.inf) -> None:
@@ -237,16 +110,11 @@ def search_further(sim: Simulation, direction: wp.array, alpha: wp.array, most: 
 
     The distances must be those at x.
     """
-    region = sim.region
+    state = sim.state
     if not sim.candidates.size:
-        stay_near(sim)
-    launch(
-        raise_kernel,
-        sim.all_count,
-        [sim.state.x, direction, alpha, region.anchor, search_slack(sim), most],
-        [region.budget],
-        device=sim.device,
-    )
+        furthest = sim.progress.ways[LEAST]
+        sim.region.stay_near(state.x, state.x_feasible, sim.work.least, furthest, search_slack(sim))
+    sim.region.grant(state.x, direction, alpha, search_slack(sim), most)
     broad_phase.extend(sim.candidates, scope(sim, sim.state.x))
     wp.copy(sim.x_listed, sim.state.x)
     sim.searches += 1
@@ -313,48 +181,9 @@ def end_search(sim: Simulation, counts: Sequence[tuple[int, int]]) -> bool:
     fitted = broad_phase.settle(sim.candidates, scope(sim, sim.x_listed), counts)
     sim.candidates.look_back()
     if not sim.candidates.size and sim.cloth not in sim.touching:
-        part(sim)
+        (other,) = sim.touching
+        sim.region.part(sim.cloth_count, other.reach, sim.boxes)
     return fitted
-
-
-def part(sim: Simulation) -> None:
-    """Where nothing of body and cloth was found, grant every vertex half of what is between them.
-
-    With D the distance of the box around the cloth's anchors, wherever on their ways, from that around the skin's, no
-    stencil is nearer than `reach` while no vertex is further than (D - reach)/2 from its anchor: the list stays empty
-    and complete, until something comes so far.
-    """
-    region, boxes = sim.region, sim.boxes
-    (other,) = sim.touching
-    boxes.fill_(wp.vec3(-math.inf))
-    launch(box_kernel, sim.all_count, [sim.cloth_count, region.centre, region.half_way], [boxes], device=sim.device)
-    launch(part_kernel, sim.all_count, [boxes, other.reach], [region.budget], device=sim.device)
-
-
-def stay_near(sim: Simulation) -> None:
-    """Of what `part` has granted leave to each vertex what this step needs: with all of it, who is granted a little
-    more comes into reach of all that the two surfaces have."""
-    state, region = sim.state, sim.region
-    places = [state.x, state.x_feasible, sim.work.least, sim.progress.lengths]
-    launch(
-        stay_near_kernel,
-        sim.all_count,
-        [*places, region.anchor, search_slack(sim)],
-        [region.budget],
-        device=sim.device,
-    )
-
-
-def place_anchors(sim: Simulation) -> None:
-    """Put the anchors at the ends of their ways."""
-    region = sim.region
-    launch(
-        anchor_kernel,
-        sim.all_count,
-        [region.centre, region.half_way],
-        [region.anchor],
-        device=sim.device,
-    )
 
 
 def follow(sim: Simulation, near: bool) -> None:

@@ -18,12 +18,6 @@ wp.set_module_options({"enable_backward": False})
 
 
 @wp.kernel
-def travel_kernel(direction: wp.array(dtype=wp.vec3), travel_out: wp.array(dtype=wp.float32)):
-    i = wp.tid()
-    travel_out[i] = wp.length(direction[i])
-
-
-@wp.kernel
 def move_kernel(
     direction: wp.array(dtype=wp.vec3),
     alpha: wp.array(dtype=wp.float32),
@@ -50,14 +44,18 @@ def take(sim: Simulation, direction: wp.array) -> None:
 
 def take_within_region(sim: Simulation, direction: wp.array) -> None:
     """Move x by `direction`, as far as it is proven free by the candidates that there are; `total` is the move."""
-    state, work = sim.state, sim.work
-    work.alpha.fill_(1.0)
+    sim.work.alpha.fill_(1.0)
     if sim.touching:
         prove_free(sim, direction)
-    moved = [state.x, work.total]
-    launch(move_kernel, sim.all_count, [direction, work.alpha], moved, device=sim.device)
+    move(sim, direction)
     if sim.touching:
         follow(sim, near=True)
+
+
+def move(sim: Simulation, direction: wp.array) -> None:
+    """Move x by `alpha` times `direction`; `total` is the move."""
+    work = sim.work
+    launch(move_kernel, sim.all_count, [direction, work.alpha], [sim.state.x, work.total], device=sim.device)
 
 
 def prove_free(sim: Simulation, direction: wp.array) -> None:
@@ -78,9 +76,9 @@ def prove_free(sim: Simulation, direction: wp.array) -> None:
             sizes,
             state.x,
             direction,
-            work.changed,
+            sim.filtering.changed,
             sim.deflection,
-            work.passes,
+            sim.filtering.passes,
             settings.deflection_passes,
             each_its_own=True,
         )
@@ -98,9 +96,9 @@ def prove_free(sim: Simulation, direction: wp.array) -> None:
             state.x,
             direction,
             work.alpha,
-            work.alpha_before,
-            work.changed,
-            work.passes,
+            sim.filtering.alpha_before,
+            sim.filtering.changed,
+            sim.filtering.passes,
         )
     for dyad in sim.stages.dyads:
         dyad.level(work.alpha, sim.holding.allowed)
@@ -108,9 +106,9 @@ def prove_free(sim: Simulation, direction: wp.array) -> None:
 
 def list_near(sim: Simulation, direction: wp.array, settled: bool) -> None:
     """List the candidates that a move from x by `direction` concerns, at any fractions."""
-    sizes, work = sim.contact.sizes, sim.work
-    launch(travel_kernel, sim.all_count, [direction], [work.travel], device=sim.device)
-    candidates.list_near(sim.candidates, sim.state.x, work.travel, sim.cloth_count, sizes, settled)
+    sizes = sim.contact.sizes
+    candidates.measure_travel(direction, sim.filtering.travel)
+    candidates.list_near(sim.candidates, sim.state.x, sim.filtering.travel, sim.cloth_count, sizes, settled)
 
 
 def proven_free(sim: Simulation, displacement: np.ndarray) -> bool:
@@ -129,8 +127,8 @@ def proven_free(sim: Simulation, displacement: np.ndarray) -> bool:
         state.x,
         work.direction,
         work.alpha,
-        work.alpha_before,
-        work.changed,
-        work.passes,
+        sim.filtering.alpha_before,
+        sim.filtering.changed,
+        sim.filtering.passes,
     )
-    return work.passes.taken() == 0
+    return sim.filtering.passes.taken() == 0

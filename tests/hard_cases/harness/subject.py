@@ -122,5 +122,5 @@ def poison(run: Run) -> None:
         sim.x_carried,
     ):
         vectors.fill_(nothing)
-    for numbers in (work.alpha, work.travel, *work.scalars):
+    for numbers in (work.alpha, *([sim.filtering.travel] if sim.touching else []), *work.scalars):
         numbers.fill_(np.nan)

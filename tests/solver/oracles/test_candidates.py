@@ -191,9 +191,9 @@ def test_what_is_not_listed_as_near_keeps_its_gap(tangle, rng, settled):
     tangle.set_motion(x, np.zeros_like(x))
     search.search_around(sim, sim.state.x, sim.work.direction)
     travel = rng.uniform(0, 0.002, len(x))
-    sim.work.travel.assign(travel.astype(np.float32))
+    sim.filtering.travel.assign(travel.astype(np.float32))
     c = sim.candidates
-    candidates.list_near(c, sim.state.x, sim.work.travel, tangle.cloth, sim.contact.sizes, settled)
+    candidates.list_near(c, sim.state.x, sim.filtering.travel, tangle.cloth, sim.contact.sizes, settled)
     listed = np.zeros(c.size, bool)
     listed[c.near.numpy()[: c.near_size]] = True
     assert 100 < listed.sum() < c.size - 100

@@ -11,6 +11,7 @@ import pytest
 import scipy.sparse as sp
 import warp as wp
 
+from tryon_solver.contact.pooled import add_pairs
 from tryon_solver.geometry.connectivity import Connectivity
 from tryon_solver.linalg import blocks, pcg, pcg_together
 from tryon_solver.linalg.aggregates import Aggregates
@@ -97,7 +98,7 @@ class System:
         cells = sp.csr_matrix((np.ones(CLOTH), (np.arange(CLOTH), self.of)))
         self.alone, self.aggregates = (self.explicit(Aggregates.build(cells, device)) for _ in range(2))
         self.aggregates.sums.fill_(77)
-        self.aggregates.take(matrix, True)
+        self.aggregates.take(matrix, add_pairs)
         if solve is not pcg.solve:
             self.aggregates.inverse.assign(np.linalg.inv(self.pooled()[1]).astype(np.float32))
 
@@ -346,7 +347,7 @@ def test_unknowns_that_nothing_answers_are_left_alone(system):
     empty.matrix.held.zero_()
     empty.matrix.diagonal.zero_()
     empty.matrix.count.zero_()
-    empty.aggregates.take(empty.matrix, True)
+    empty.aggregates.take(empty.matrix, add_pairs)
     if system.device == "cpu":
         assert np.all(np.triu(empty.aggregates.factor.numpy()) == 0.0)
     else:

@@ -166,11 +166,11 @@ def test_step_under_tension_reaches_the_minimum(scheme):
     solve_without_contact(sim)
     find_pairs(sim, counted=True)
     build_contact_proxy(sim)
-    for verb in SCHEMES[scheme].prepare:
+    for verb in sim.scheme.prepare:
         verb(sim)
     errors = []
     for _ in range(CYCLES):
-        for verb in SCHEMES[scheme].cycle:
+        for verb in sim.scheme.cycle:
             verb(sim)
         errors.append(norm(matrix, sim.state.x.numpy() - target) / first)
         if errors[-1] < 0.5 * WANTED:
@@ -198,8 +198,7 @@ def test_whole_step_on_slack_cloth_approaches_a_minimum(iterations, wanted):
     solve_without_contact(sim)
     find_pairs(sim, counted=True)
     build_contact_proxy(sim)
-    scheme = SCHEMES[sim.settings.scheme]
-    repeat_until(sim, sim.settings.outer_iterations, scheme.cycle)
+    repeat_until(sim, sim.settings.outer_iterations, sim.scheme.cycle)
     correct_penetration(sim, lambda _: None)
     found = sim.state.x.numpy().astype(np.float64)
     predicted = sim.state.x_hat.numpy().astype(np.float64)

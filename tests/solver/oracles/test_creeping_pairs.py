@@ -6,8 +6,8 @@ import warp as wp
 
 from tryon_solver.contact import bounds
 from tryon_solver.contact.candidates import ContactSizes
+from tryon_solver.contact.filtering import Passes
 from tryon_solver.contact.verify import SAFE_SHARE
-from tryon_solver.linalg.device_loop import Passes
 
 XI = 1.8e-3  # m
 TRIANGLE = np.array([[-0.01, 0, -0.01], [0.012, 0, -0.008], [0, 0, 0.013]])

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import warp as wp
 
+from tryon_solver.contact.filtering import Passes
 from tryon_solver.contact.pairs import ContactPairs
-from tryon_solver.linalg.device_loop import Passes
 from tryon_solver.stepping.progress import Progress
 
 
@@ -53,11 +53,11 @@ class Script:
                 self.events.append("search")
                 leaving = ()
                 searches -= 1
-                progress.resume(searches)
+                progress.resume(searches, outcome.starting)
             elif outcome.wants_room:
                 self.events.append("room")
                 self.crowded = ()
-                progress.resume(searches)
+                progress.resume(searches, outcome.starting)
             else:
                 return outcome
 
@@ -220,7 +220,7 @@ class Beginning:
             if self.in_vain:
                 progress.start_here()
             else:
-                progress.resume(searches)
+                progress.resume(searches, outcome.starting)
             self.events.append("host")
         return None
 

@@ -130,11 +130,11 @@ def test_whole_cycle_never_raises_the_energy(rng, stiffness, scheme):
     start = (5e-3 * rng.standard_normal((n, 3)) + 0.01).astype(np.float32)
     sim.state.x.assign(start)
     sim.work.gradient.assign((matrix @ start.ravel()).reshape(n, 3).astype(np.float32))
-    for verb in SCHEMES[scheme].prepare:
+    for verb in sim.scheme.prepare:
         verb(sim)
     energies = [0.5 * start.ravel() @ matrix @ start.ravel()]
     for _ in range(10):
-        for verb in SCHEMES[scheme].cycle:
+        for verb in sim.scheme.cycle:
             if verb is not project_locally:
                 verb(sim)
         x = sim.state.x.numpy().astype(np.float64).ravel()

@@ -9,7 +9,7 @@ from tangles import Tangle
 
 from tryon_solver import step
 from tryon_solver.contact import bounds
-from tryon_solver.contact.candidates import Region
+from tryon_solver.contact.region import Region
 from tryon_solver.contact.verify import SAFE_SHARE, violations
 from tryon_solver.scene import Gravity, Scene
 from tryon_solver.simulation import build
@@ -28,8 +28,7 @@ def filtered(tangle, x, motion):
     tangle.set_motion(x, motion)
     search.search_along(sim, sim.state.x, sim.work.direction, 0.0)
     carry_once.filter_motion(sim, None)
-    inputs = [sim.work.direction, sim.work.alpha]
-    wp.launch(carry_once.go_kernel, sim.all_count, inputs, [sim.state.x], device="cpu")
+    take.move(sim, sim.work.direction)
     return sim.state.x.numpy().astype(np.float64)
 
 

@@ -97,6 +97,26 @@ def test_scene_that_touches_nothing_has_nothing_of_contact(effects):
     assert not files & set(cost["allocated_in"])
 
 
+# the core's, launched where a move overshot, and where fewer iterations are left than a budget has
+OF_THE_STATE = {"tryon_solver.stepping.overshoot.retreat_kernel", "tryon_solver.stepping.progress.limit_kernel"}
+
+
+@pytest.mark.parametrize("touching", [("Gravity", "SelfContact"), ("Gravity", "BodyContact"), ALL])
+def test_no_module_that_all_scenes_have_holds_a_kernel_of_contact(touching):
+    """A GPU compiles all kernels of what is imported: those that only a scene in contact launches are in modules that a
+    scene without contact does not import."""
+    worn, free = probe(touching, "steady"), probe(("Gravity", "StrainLimit", "AirDrag", "FabricDamping"))
+    more = set(worn["launched"]) - set(free["launched"])
+    assert len(more) > 10
+    there = {kernel for kernel in more if kernel.rpartition(".")[0] in free["imported"]}
+    assert there <= OF_THE_STATE
+
+
+def test_the_step_imports_nothing_of_the_scheme_it_does_not_run():
+    names = ("tryon_solver.stepping.two_level", "tryon_solver.subspace.contact_coarse")
+    assert not set(names) & set(probe(ALL, "steady")["imported"])
+
+
 def test_cloth_of_one_piece_that_may_touch_no_body_has_nothing_of_flight():
     """What a worn scene has of it is the control."""
     worn, cost = (parts_of(probe(effects), "stepping.fly") for effects in (ALL, ("Gravity", "SelfContact")))
