@@ -53,9 +53,12 @@ def take_over(simulation: Simulation, worn: Simulation) -> None:
     ours, theirs = simulation.state, worn.state
     for name in ("x", "x_committed", "x_start", "x_feasible", "v", "skin", "hold"):
         wp.copy(getattr(ours, name), getattr(theirs, name))
-    for places in (simulation.x_searched, simulation.x_listed, simulation.x_carried):
+    for places in (simulation.x_searched, simulation.x_carried):
         wp.copy(places, theirs.x)
-    wp.copy(simulation.solved, worn.solved)
+    if simulation.touching:
+        wp.copy(simulation.x_listed, theirs.x)
+    if simulation.touching and worn.touching:
+        wp.copy(simulation.solved, worn.solved)
     simulation.went_back, simulation.stood = worn.went_back, worn.stood
     if simulation.flight is not None and worn.flight is not None:
         simulation.flight.begin_as(worn.flight, worn.pairs)

@@ -88,6 +88,8 @@ class Simulation:
     contact: ContactParameters
     group: wp.array  # (A,) int32: who has the same number never touches
     region: Region
+    x_listed: wp.array  # (A,) m, where the candidates' distances were last brought up to
+    solved: wp.array  # (A,) m, by which the last step's solve moved the carried state
     boxes: wp.array
     coasting: Coasting
     flight: Flight | None = None  # where it may touch a body, or is of several pieces
@@ -163,11 +165,9 @@ class Simulation:
         self.work = Workspace.allocate(self.all_count, len(scene.garment.faces), device)
         self.x_before = wp.clone(cloth)
         self.x_searched = wp.clone(x)  # where the contact pairs were collected last
-        self.x_listed = wp.clone(x)  # where the candidates' distances were last brought up to
         self.listed = False  # is the candidate list complete around x?
         self.held, self.rests = 0, False  # steps of cloth that stays where it is, alone, and does it rest there?
         self.list_age = 0  # steps since it was found
-        self.solved = wp.zeros_like(x)  # (A,) m, by which the last step's solve moved the carried state
         self.x_carried = wp.clone(x)  # where the body's motion led to, before the first contact pass
         self.to_trial = wp.zeros_like(x)
         self.searches = 0
@@ -340,7 +340,7 @@ class Simulation:
         not been simulated yet is then as if it had been built there, `tangled`."""
         x = positions(cloth, surface)
         state = self.state
-        searched = (self.x_searched, self.x_listed, self.x_carried)
+        searched = (self.x_searched, self.x_carried, *([self.x_listed] if self.touching else []))
         for place in (state.x, state.x_committed, state.x_start, state.x_feasible, *searched):
             place.assign(x)
         self.scene = replace(self.scene, x_start=cloth)

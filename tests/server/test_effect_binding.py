@@ -216,6 +216,12 @@ def test_friction_of_few_iterations_has_a_caveat_whatever_accuracy_is_asked_for(
     assert bag.effects.caveats == {}
 
 
+@pytest.mark.parametrize(("to", "told"), [("room", True), ("body", False)])
+def test_pins_that_hold_a_wearer_back_have_a_caveat(bag, to, told):
+    bind(bag, asked(pins={"points": [{"panel": "front", "x": 0.3, "y": 0.1}], "to": to}))
+    assert ("pinned to the body" in bag.effects.caveats.get("pins", "")) == told
+
+
 def test_frames_go_on_from_where_they_were(bag):
     at = advance(bag, 2)
     bag.simulation.state.asleep = True  # what sleeps is woken

@@ -23,7 +23,7 @@ from tryon_solver.geometry.named_lines import Cut
 from tryon_solver.geometry.outfit import garments_of
 from tryon_solver.rebind import settle_in, take_over, with_effects
 from tryon_solver.redesign.parsed import parsed
-from tryon_solver.scene import Adhesion
+from tryon_solver.scene import Adhesion, Pins
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import Simulation
 from tryon_solver.stepping.clocked import times_in_parts
@@ -35,6 +35,7 @@ LOOKED_AT = 1000  # vertices and triangles, from which is told what a garment is
 MOST = 0.9  # of them have less than what is told of a tenth
 G = 9.81  # m/s^2
 PATIENT = PRESETS["live"].correction_iterations  # of a step: so many bring friction out
+LEFT_BEHIND = "the room holds it: who walks on stretches it, and frames take long; pinned to the body it goes along"
 ASTRAY = "what slides is too slow or too fast here, most of all over curves and on other cloth; the detail live helps"
 
 
@@ -77,11 +78,13 @@ class SolverEffects:
 
     @property
     def caveats(self) -> Mapping[str, str]:
-        """What few Newton iterations leave undone, and of what is asked for more than cloth bears how much acts:
-        METHOD.md section 6."""
+        """What few Newton iterations leave undone, of what is asked for more than cloth bears how much acts (METHOD.md
+        section 6), and what a wearer who moves on is held back by."""
         settings, scene = self._worn.simulation.settings, self._worn.simulation.scene
         found = {} if settings.correction_iterations >= PATIENT else {"friction": ASTRAY}
         for effect in scene.effects:
+            if isinstance(effect, Pins) and not effect.led and scene.body is not None:
+                found["pins"] = LEFT_BEHIND
             if isinstance(effect, Adhesion) and (shear := effect.shear_in(scene)) < effect.strength:
                 found["adhesion"] = f"it slips aside at {shear:.0f} Pa, more than which the fabric does not bear"
         return found

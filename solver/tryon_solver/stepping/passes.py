@@ -31,5 +31,5 @@ def contact_passes(sim: Simulation) -> Iterator[int]:
         yield number
         if counters.residual < settings.correction_tolerance or counters.retries > voided:
             break
-    if counters.retries == voided:
+    if sim.touching and counters.retries == voided:
         remember_solve(sim)
