@@ -402,7 +402,8 @@ class Sleep(EffectSpec):
     """Cloth that hangs still on a body that stands still is left as it is until something moves.
 
     It falls asleep when for `time` s the cloth was no faster than `speed` m/s RMS, and no vertex of cloth or collision
-    surface faster than `fastest` m/s. It wakes when a point of the skin is more than `shift` m from where it was then.
+    surface faster than `fastest` m/s, and where it is no faster in the end than it was in the first half of that: what
+    begins to fall is slow, too. It wakes when a point of the skin is more than `shift` m from where it was then.
     Whoever changes something else, such as a contribution's values, wakes the simulation (Simulation.wake).
     """
 

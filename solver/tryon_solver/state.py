@@ -31,6 +31,7 @@ class State:
     dt: wp.array  # (1,) float32 s, the step's time: here, and not in launches, which a GPU's graphs keep as they were
     time: float = 0.0  # s, the poses' clock
     still: float = 0.0  # s, for which nothing has moved faster than Sleep allows
+    liveliest: float = 0.0  # m^2/s^2, of all vertices' speeds squared the largest sum in the first half of that
     asleep: bool = False
 
 

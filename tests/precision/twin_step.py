@@ -27,7 +27,7 @@ class Moment:
     skin_now: np.ndarray  # (B, 3) float32 m
     stance: Any  # of the body
     time: float  # s
-    still: float  # s
+    still: tuple[float, float]  # s, m^2/s^2
     asleep: bool
     went_back: bool
     kept: tuple[tuple[np.ndarray, np.ndarray], ...]  # how far contacts have given, by contact term
@@ -43,7 +43,7 @@ class Moment:
             body.skin_now.numpy().copy(),
             body.pose,
             state.time,
-            state.still,
+            (state.still, state.liveliest),
             state.asleep,
             sim.went_back,
             tuple(term.kept() for term in sim.stages.contact),
@@ -62,7 +62,8 @@ class Moment:
         sim.solved.assign(same(self.solved))
         sim.body.skin_now.assign(same(self.skin_now))
         sim.body.pose = same(self.stance)
-        sim.state.time, sim.state.still, sim.state.asleep = self.time, self.still, self.asleep
+        sim.state.time, sim.state.asleep = self.time, self.asleep
+        sim.state.still, sim.state.liveliest = self.still
         sim.went_back = self.went_back
         for term, kept in zip(sim.stages.contact, self.kept):
             term.restore(*kept)

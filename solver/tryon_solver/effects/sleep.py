@@ -38,15 +38,19 @@ def awake(spec: Sleep, sim: Simulation, intervals: Iterable[PoseInterval]) -> It
 
 
 def watch(spec: Sleep, sim: Simulation, dt: float) -> None:
-    """Count how long nothing has been faster than it may be; fall asleep when that is long enough, at velocity zero."""
+    """Count how long nothing has been faster than it may be; fall asleep when that is long enough, at velocity zero.
+    Not while it becomes faster all the time, as what begins to fall does."""
     state, work = sim.state, sim.work
     subtract(state.x, state.x_start, work.total)
     find_largest(work.total, sim.largest_out)
     dot(work.total, work.total, work.scalars[0], work.parts)
     largest, together = (float(found[0]) for found in read(sim.largest_out, work.scalars[0]))
     still = largest <= spec.fastest * dt and together <= sim.cloth_count * (spec.speed * dt) ** 2
+    speed_sq = together / dt**2
+    if state.still <= 0.5 * spec.time:
+        state.liveliest = max(speed_sq, state.liveliest if state.still else 0.0)
     state.still = state.still + dt if still else 0.0
-    if still and state.still >= spec.time:
+    if still and state.still >= spec.time and speed_sq <= state.liveliest:
         state.asleep = True
         state.v.zero_()
 

@@ -70,6 +70,18 @@ def test_what_falls_is_not_still_even_where_no_time_of_stillness_is_asked_for():
     assert resting.state.asleep
 
 
+@pytest.mark.parametrize("g", [1e-4, 2e-3])
+def test_what_begins_to_fall_by_little_does_not_sleep(g):
+    """It is slower than it may be for longer than a garment has to be still."""
+    garment, x = sheet(3, 3, 0.1, 0.1)
+    sim = build(Scene(garment, x, None, fabric(), (Gravity((0.0, -g, 0.0)), SLEEP)))
+    for k in range(60):
+        sim.advance(None, (k + 1) * DT)
+    assert not sim.state.asleep
+    fallen = x[:, 1].mean() - sim.cloth_positions()[:, 1].mean()
+    assert fallen == pytest.approx(0.5 * g, rel=0.05)
+
+
 def test_it_falls_asleep_after_the_time_of_stillness_and_says_so(fallen_asleep):
     sim, frames, report = fallen_asleep
     assert report.asleep
