@@ -23,6 +23,13 @@ class Frames:
     s: np.ndarray
     modes: np.ndarray
 
+    @property
+    def root(self) -> np.ndarray:
+        """(F, 2, 2) U = (F^T F)^(1/2) = (C + s I)/t, t^2 = tr C + 2 s."""
+        c = np.einsum("tda,tdb->tab", self.f, self.f)
+        det = self.s.prod(1)
+        return (c + det[:, None, None] * np.eye(2)) / np.sqrt((self.s**2).sum(1) + 2 * det)[:, None, None]
+
     @staticmethod
     def at(discrete: Discrete, x: np.ndarray) -> Frames:
         """At cloth positions x (N, 3) m."""
@@ -95,20 +102,80 @@ def membrane_hessian(discrete: Discrete, frames: Frames, clamped: bool) -> np.nd
     return hessian
 
 
-def strain_matrix(discrete: Discrete, frames: Frames) -> np.ndarray:
-    """(F, 3, 2, 3, 2) N/m: the Gauss-Newton matrix, which resists a change of strain and not turning.
-
-    The rate of (F^T F)^(1/2) is that of twist and flip in the shares that leave turning out.
-    """
-    cloth, f, s = discrete.fabric, frames.f, frames.s
-    apart = ((s[:, 1] - s[:, 0]) / s.sum(1))[:, None, None]
-    sheared = frames.modes[:, 3] + apart * frames.modes[:, 2]
-    strains = np.stack([frames.modes[:, 0], frames.modes[:, 1], sheared], axis=1).reshape(-1, 3, 6)
-    matrix = cloth.k_shear * (np.swapaxes(strains, 1, 2) @ strains).reshape(-1, 3, 2, 3, 2)
+def strain_rate(discrete: Discrete, frames: Frames, before: Frames) -> Density:
+    """1/2 (k_s |U - U0|^2 + (k_u - k_s)(|f_u| - |f0_u|)^2 + (k_v - k_s)(|f_v| - |f0_v|)^2), U = (F^T F)^(1/2)."""
+    cloth, f = discrete.fabric, frames.f
+    root = frames.root
+    value = 0.5 * cloth.k_shear * ((root - before.root) ** 2).sum((1, 2))
+    slope = cloth.k_shear * (f - RootShare.at(f, before.root).slope)
     for a, k in enumerate((cloth.k_warp - cloth.k_shear, cloth.k_weft - cloth.k_shear)):
-        d = f[:, :, a] / np.linalg.norm(f[:, :, a], axis=1)[:, None]
-        matrix[:, :, a, :, a] += k * d[:, :, None] * d[:, None, :]
-    return matrix
+        length, own = np.linalg.norm(f[:, :, a], axis=1), np.linalg.norm(before.f[:, :, a], axis=1)
+        value = value + 0.5 * k * (length - own) ** 2
+        slope[:, :, a] += k * (1 - own / length)[:, None] * f[:, :, a]
+    return Density(value, slope)
+
+
+def strain_rate_hessian(discrete: Discrete, frames: Frames, before: Frames, clamped: bool) -> np.ndarray:
+    """(F, 3, 2, 3, 2) N/m; `clamped` to its positive semidefinite part, term by term."""
+    cloth, f = discrete.fabric, frames.f
+    hessian = cloth.k_shear * (np.eye(6) - RootShare.at(f, before.root).hessian)
+    if clamped:
+        weights, modes = np.linalg.eigh(hessian)
+        hessian = (modes * np.maximum(weights, 0.0)[:, None]) @ np.swapaxes(modes, 1, 2)
+    hessian = hessian.reshape(-1, 3, 2, 3, 2)
+    for a, k in enumerate((cloth.k_warp - cloth.k_shear, cloth.k_weft - cloth.k_shear)):
+        length, own = np.linalg.norm(f[:, :, a], axis=1), np.linalg.norm(before.f[:, :, a], axis=1)
+        d = f[:, :, a] / length[:, None]
+        across = 1 - own / length
+        if clamped:
+            across = np.maximum(across, 0.0)
+        along = d[:, :, None] * d[:, None, :]
+        hessian[:, :, a, :, a] += k * (along + across[:, None, None] * (np.eye(3) - along))
+    return hessian
+
+
+@dataclass(frozen=True)
+class RootShare:
+    """tr(U U0) = (C : U0 + s tr U0)/t of F, where U = (C + s I)/t is the root of C = F^T F, s = sqrt(det C) and t^2 =
+    tr C + 2 s: slope (F, 3, 2) and Hessian (F, 6, 6) over F, by the chain rule. It is what |U - U0|^2/2 has beside
+    |F|^2/2 and a constant."""
+
+    slope: np.ndarray
+    hessian: np.ndarray
+
+    @staticmethod
+    def at(f: np.ndarray, root0: np.ndarray) -> RootShare:
+        """At F (F, 3, 2), for U0 (F, 2, 2)."""
+        u, v = f[:, :, 0], f[:, :, 1]
+        a, b, c = (u * u).sum(1)[:, None], (u * v).sum(1)[:, None], (v * v).sum(1)[:, None]
+        s = np.sqrt(np.maximum(a * c - b * b, 1e-24))
+        det_slope = 2 * np.stack([c * u - b * v, a * v - b * u], axis=2)
+        d_s = det_slope / (2 * s[:, :, None])
+        eye = np.eye(3)
+        det_hessian = np.empty((len(f), 3, 2, 3, 2))
+        det_hessian[:, :, 0, :, 0] = 2 * (c[:, :, None] * eye - v[:, :, None] * v[:, None])
+        det_hessian[:, :, 1, :, 1] = 2 * (a[:, :, None] * eye - u[:, :, None] * u[:, None])
+        mixed = 4 * u[:, :, None] * v[:, None] - 2 * v[:, :, None] * u[:, None] - 2 * b[:, :, None] * eye
+        det_hessian[:, :, 0, :, 1] = mixed
+        det_hessian[:, :, 1, :, 0] = np.swapaxes(mixed, 1, 2)
+
+        def outer(p: np.ndarray, q: np.ndarray) -> np.ndarray:
+            return p.reshape(-1, 6, 1) * q.reshape(-1, 1, 6)
+
+        s, sixes = s[:, :, None], det_hessian.reshape(-1, 6, 6)
+        dd_s = (sixes / 2 - outer(d_s, d_s)) / s
+        t = np.sqrt(a + c + 2 * s[:, :, 0])[:, :, None]
+        d_t = (f + d_s) / t
+        dd_t = (np.eye(6) + dd_s - outer(d_t, d_t)) / t
+        trace = (root0[:, 0, 0] + root0[:, 1, 1])[:, None, None]
+        top = (np.einsum("tda,tdb->tab", f, f) * root0).sum((1, 2))[:, None, None] + s * trace
+        d_top = 2 * f @ root0 + trace * d_s
+        both = np.einsum("de,tab->tdaeb", eye, root0).reshape(-1, 6, 6)
+        dd_top = 2 * both + trace * dd_s
+        slope = d_top / t - top * d_t / t**2
+        turned = outer(d_top, d_t)
+        hessian = dd_top / t - (turned + np.swapaxes(turned, 1, 2)) / t**2
+        return RootShare(slope, hessian - top * dd_t / t**2 + 2 * top * outer(d_t, d_t) / t**3)
 
 
 def strain_limit(discrete: Discrete, frames: Frames) -> Density:
@@ -141,9 +208,3 @@ def corner_blocks(discrete: Discrete, hessian: np.ndarray) -> np.ndarray:
     g = discrete.corner_gradients
     half = np.einsum("tia,tdaeb->tideb", discrete.face_area[:, None, None] * g, hessian)
     return np.einsum("tideb,tjb->tidje", half, g)
-
-
-def stress_of(hessian: np.ndarray, discrete: Discrete, moved: np.ndarray) -> np.ndarray:
-    """(F, 3, 2) N/m: the Hessian (F, 3, 2, 3, 2) times the change of F under displacements (N, 3) m."""
-    change = np.einsum("tid,tia->tda", moved[discrete.faces], discrete.corner_gradients)
-    return (hessian.reshape(-1, 6, 6) @ change.reshape(-1, 6, 1)).reshape(-1, 3, 2)
