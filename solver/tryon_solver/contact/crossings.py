@@ -13,10 +13,25 @@ from tryon_solver.linalg.launch import launch
 wp.set_module_options({"enable_backward": False})
 
 
+ROUNDING = 1e-15  # of the sum of a volume's terms without their signs: it is no more exact (Shewchuk 1997, orient3d)
+
+
 @wp.func
 def orientation(a: wp.vec3d, b: wp.vec3d, c: wp.vec3d, d: wp.vec3d) -> wp.float64:
-    """Six times the signed volume of the tetrahedron."""
-    return wp.dot(wp.cross(b - a, c - a), d - a)
+    """Six times the signed volume of the tetrahedron; 0 where rounding might have made its sign."""
+    p = b - a
+    q = c - a
+    r = d - a
+    x1 = p[1] * q[2]
+    x2 = p[2] * q[1]
+    y1 = p[2] * q[0]
+    y2 = p[0] * q[2]
+    z1 = p[0] * q[1]
+    z2 = p[1] * q[0]
+    volume = (x1 - x2) * r[0] + (y1 - y2) * r[1] + (z1 - z2) * r[2]
+    terms = (wp.abs(x1) + wp.abs(x2)) * wp.abs(r[0]) + (wp.abs(y1) + wp.abs(y2)) * wp.abs(r[1])
+    terms += (wp.abs(z1) + wp.abs(z2)) * wp.abs(r[2])
+    return wp.where(wp.abs(volume) > wp.float64(ROUNDING) * terms, volume, wp.float64(0.0))
 
 
 @wp.func
@@ -54,8 +69,8 @@ def crossings_kernel(
             c = widened(x[f[2]])
             above = orientation(a, b, c, p)
             below = orientation(a, b, c, q)
-            # an edge in the triangle's plane touches it or does not: its distance tells, not this
-            if above * below <= zero and above != below:
+            # an edge with an end in the triangle's plane touches it or does not: its distance tells, not this
+            if (above > zero and below < zero) or (above < zero and below > zero):
                 s0 = orientation(p, q, a, b)
                 s1 = orientation(p, q, b, c)
                 s2 = orientation(p, q, c, a)
