@@ -38,7 +38,6 @@ from tryon_solver.settings import Settings
 from tryon_solver.state import State, Workspace, positions
 from tryon_solver.step import SCHEMES, advance
 from tryon_solver.stepping.arm_contact import FLY, arm_contact, may_fly
-from tryon_solver.stepping.hold import Holding
 from tryon_solver.stepping.nothing_near import NoCandidates, NoPairs
 from tryon_solver.stepping.pace import Hurried, Pace, Unhurried
 from tryon_solver.stepping.progress import TRUSTED, TRUSTED_AGAIN, Budget, Progress
@@ -56,6 +55,7 @@ if TYPE_CHECKING:
     from tryon_solver.contact.coasting import Coasting
     from tryon_solver.contact.deflect import DeflectionScratch
     from tryon_solver.contact.filtering import Filtering
+    from tryon_solver.contact.hold import Holding
     from tryon_solver.contact.pairs import ContactPairs, ContactParameters
     from tryon_solver.contact.region import Region
     from tryon_solver.contact.surfaces import Surface
@@ -95,6 +95,7 @@ class Simulation:
     flight: Flight | None = None  # where it may touch a body, or is of several pieces
     deflection: DeflectionScratch
     filtering: Filtering
+    holding: Holding
     candidates: Candidates  # or what stands for them where it touches nothing, as of the pairs
     pairs: ContactPairs
 
@@ -184,7 +185,6 @@ class Simulation:
         self.error = wp.zeros(1, dtype=wp.float32, device=device)  # m, as in stepping/estimate.py
         self.graphs: dict[str, KeptGraph] = {}  # by verb, as in stepping/record.py
         self.progress = Progress.allocate(device)
-        self.holding = Holding.allocate(self.all_count, device)
         settings = self.settings
         self.budget = Budget(settings.correction_iterations, settings.correction_pcg_iterations, TRUSTED)
         self.second_budget = Budget(settings.second_iterations, settings.second_pcg_iterations, TRUSTED_AGAIN)

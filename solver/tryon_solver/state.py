@@ -46,6 +46,8 @@ class Workspace:
     residual: wp.array  # (A,) vec3 N
     preconditioned: wp.array  # (A,) vec3 m
     total: wp.array  # (A,) vec3 m
+    wanted: wp.array  # (A,) vec3 m, the correction's direction, as the move began
+    held: wp.array  # (A,) vec3 (N/m)^1/2, as in contact/hold.py: zero where nothing touches
     least: wp.array  # (A,) vec3 m, where the correction was nearest to balance
     blocks: wp.array  # (A,) mat33 m/N, inverse diagonal blocks
     diagonal: wp.array  # (A,) float32 N/m, inertia, drag and the skin's hold: what is not in the stiffness rows
@@ -71,6 +73,8 @@ class Workspace:
             residual=vectors(all_count),
             preconditioned=vectors(all_count),
             total=vectors(all_count),
+            wanted=vectors(all_count),
+            held=vectors(all_count),
             least=vectors(all_count),
             blocks=wp.zeros(all_count, dtype=wp.mat33, device=device),
             diagonal=wp.zeros(all_count, dtype=wp.float32, device=device),

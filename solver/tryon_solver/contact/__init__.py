@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 FOR_STEPS = (
     *("bounds", "broad_phase", "candidates", "coasting", "crossings", "deflect"),
-    *("distances", "filtering", "found", "nearest", "pairs", "pooled", "region", "surfaces", "verify"),
+    *("distances", "filtering", "found", "hold", "nearest", "pairs", "pooled", "region", "surfaces", "verify"),
 )
 
 

@@ -88,6 +88,12 @@ class ContactPairs:
             self.size = self.capacity
         return capturing
 
+    def stop_when_full(self, going_on: wp.array, wants_room: wp.array) -> None:
+        """For the device: end the loop of the condition `going_on` (1,), and tell `wants_room` (1,) why, where there
+        should be more pairs than there is room for."""
+        told = [self.counters, self.capacity]
+        launch(stop_when_full_kernel, 1, told, [going_on, wants_room], device=self.counters.device)
+
     def read_size(self) -> int:
         """Know how many pairs there are; returns how many there should be. Waits for the device."""
         return self.know_size(read(self.counters)[0])
@@ -97,6 +103,18 @@ class ContactPairs:
         found, self.overlapping = (int(k) for k in counters)
         self.size = min(found, self.capacity)
         return found
+
+
+@wp.kernel
+def stop_when_full_kernel(
+    counters: wp.array(dtype=wp.int32),
+    room: int,
+    going_on: wp.array(dtype=wp.int32),
+    wants_room: wp.array(dtype=wp.int32),
+):
+    if counters[0] > room:
+        going_on[0] = 0
+        wants_room[0] = 1
 
 
 @wp.struct

@@ -47,6 +47,7 @@ def bind(spec: Attached, context: BuildContext) -> Contribution | None:
     """Always something to do: a spec that attaches nothing is idle."""
     count = len(spec.vertices)
     device, sums = context.device, context.sums
+    into = sums.vectors
     vertices: wp.array = wp.array(spec.vertices.astype(np.int32), dtype=wp.int32, device=device)
     onto: wp.array = wp.array(spec.onto.astype(np.int32), dtype=wp.vec3i, device=device)
     weights: wp.array = wp.array(spec.weights.astype(np.float32), dtype=wp.vec3, device=device)
@@ -56,7 +57,7 @@ def bind(spec: Attached, context: BuildContext) -> Contribution | None:
             add_attached_kernel,
             count,
             [vertices, onto, weights, spec.stiffness, positions],
-            [gradient, sums.vectors],
+            [gradient, into],
             device=device,
         )
         sums.settle(gradient)

@@ -155,6 +155,7 @@ def energy_kernel(
 def bind(spec: Creases, context: BuildContext) -> Contribution | None:
     """None when no fabric resists bending."""
     garment, device, rest, sums = context.scene.garment, context.device, context.rest, context.sums
+    into = sums.vectors
     count = len(spec.edges)
     if context.bending is None:
         return None
@@ -175,7 +176,7 @@ def bind(spec: Creases, context: BuildContext) -> Contribution | None:
         launch(measure_kernel, count, [rest.flat, corners, k_bend], [row, weight, length], device=device)
 
     def add_gradient(x: wp.array, gradient: wp.array) -> None:
-        launch(add_crease_kernel, count, [*creases, x], [gradient, sums.vectors], device=device)
+        launch(add_crease_kernel, count, [*creases, x], [gradient, into], device=device)
         sums.settle(gradient)
 
     def energy(x: wp.array) -> float:

@@ -138,6 +138,7 @@ def hessian_kernel(
 def bind(spec: Elastic, context: BuildContext) -> Contribution | None:
     """Always something to do: a spec of which no line pulls is idle."""
     device, garment, rest, sums = context.device, context.scene.garment, context.rest, context.sums
+    into, blocks_into = sums.vectors, sums.blocks
     together = np.vstack([line.edges for line in spec.lines]).astype(np.int32)
     counts = [len(line.edges) for line in spec.lines]
     number = np.repeat(np.arange(len(spec.lines)), counts)
@@ -158,12 +159,12 @@ def bind(spec: Elastic, context: BuildContext) -> Contribution | None:
         launch(measure_kernel, len(length), [rest.flat, ends], [length], device=device)
 
     def add_gradient(x: wp.array, gradient: wp.array) -> None:
-        launch(add_pull_kernel, len(length), [edges, *springs, x], [gradient, sums.vectors], device=device)
+        launch(add_pull_kernel, len(length), [edges, *springs, x], [gradient, into], device=device)
         sums.settle(gradient)
 
     def add_hessian(x: wp.array, rows: BlockRows) -> None:
         inputs = [edges, ends, *springs, rows.slots, x]
-        outputs = [rows.blocks, rows.on_diagonal, sums.blocks]
+        outputs = [rows.blocks, rows.on_diagonal, blocks_into]
         launch(hessian_kernel, len(length), inputs, outputs, device=device)
         sums.settle_blocks(rows.on_diagonal)
 

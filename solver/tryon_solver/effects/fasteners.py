@@ -141,6 +141,7 @@ def bind(spec: Fasteners, context: BuildContext) -> Contribution | None:
     """Always something to do: a spec that fastens nothing, or by nothing, is idle."""
     count = len(spec.pairs)
     device, sums = context.device, context.sums
+    into, blocks_into = sums.vectors, sums.blocks
     pairs: wp.array = wp.array(spec.pairs.astype(np.int32), dtype=wp.vec2i, device=device)
     closed = wp.ones(count, dtype=wp.float32, device=device)
     rest = wp.zeros(count, dtype=wp.float32, device=device)
@@ -154,11 +155,11 @@ def bind(spec: Fasteners, context: BuildContext) -> Contribution | None:
         launch(draw_together_kernel, count, [pairs, state.x_start, state.dt, spec.speed], [rest], device=device)
 
     def add_gradient(x: wp.array, gradient: wp.array) -> None:
-        launch(add_pull_kernel, count, [*springs, x], [gradient, sums.vectors], device=device)
+        launch(add_pull_kernel, count, [*springs, x], [gradient, into], device=device)
         sums.settle(gradient)
 
     def add_hessian(x: wp.array, rows: BlockRows) -> None:
-        outputs = [rows.blocks, rows.on_diagonal, sums.blocks]
+        outputs = [rows.blocks, rows.on_diagonal, blocks_into]
         launch(hessian_kernel, count, [*springs, x, rows.columns], outputs, device=device)
         sums.settle_blocks(rows.on_diagonal)
 

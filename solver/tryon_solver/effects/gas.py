@@ -106,6 +106,7 @@ def add_push_kernel(
 def bind(spec: Gas, context: BuildContext) -> Contribution | None:
     """Always something to do: there is gas in it."""
     device, scene, sums = context.device, context.scene, context.sums
+    into = sums.vectors
     garment = scene.garment
     faces = closed_by_caps(spec.faces_of(garment))
     start = enclosed_volume(scene.x_start, faces)
@@ -124,7 +125,7 @@ def bind(spec: Gas, context: BuildContext) -> Contribution | None:
         now.zero_()
         whole.zero_()
         dyad.vector.zero_()
-        outputs = [now, whole, dyad.vector, sums.vectors]
+        outputs = [now, whole, dyad.vector, into]
         launch(measure_kernel, len(faces), [closed, x], outputs, device=device)
         sums.settle(dyad.vector)
         launch(follow_kernel, 1, [now, whole, amount, share, ambient], [gauge_out, dyad.stiffness], device=device)

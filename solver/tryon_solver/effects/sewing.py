@@ -45,6 +45,7 @@ def bind(spec: Sewing, context: BuildContext) -> Contribution | None:
     """Always something to do: a spec without stitches is idle."""
     count = len(spec.stitches)
     device, sums, x = context.device, context.sums, context.scene.x_start
+    into = sums.vectors
     a, b = spec.stitches[:, 0], spec.stitches[:, 1]
     stitches: wp.array = wp.array(spec.stitches.astype(np.int32), dtype=wp.vec2i, device=device)
     apart: wp.array = wp.array((x[a] - x[b]).astype(np.float32), dtype=wp.vec3, device=device)
@@ -55,7 +56,7 @@ def bind(spec: Sewing, context: BuildContext) -> Contribution | None:
             add_stitches_kernel,
             count,
             [stitches, apart, share, spec.stiffness, positions],
-            [gradient, sums.vectors],
+            [gradient, into],
             device=device,
         )
         sums.settle(gradient)

@@ -9,6 +9,8 @@ whose one thread adds in order, `whole` has no places, and what is added goes st
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import warp as wp
 
 from tryon_solver.linalg.launch import launch
@@ -99,13 +101,31 @@ class OrderFreeSums:
     """What threads add to vectors, numbers and blocks of up to `count` places, which is zero between launches.
 
     A kernel gets the array that the sum is meant for and `vectors`, `numbers` or `blocks`, adds by the functions above,
-    and is followed by `settle`, `settle_numbers` or `settle_blocks` of that array.
+    and is followed by `settle`, `settle_numbers` or `settle_blocks` of that array. Each has room once it was first
+    asked for: who adds to it asks as a simulation is built, for a graph may take no memory.
     """
 
     def __init__(self, count: int, device: str) -> None:
-        self.vectors = places(3 * count, device)
-        self.numbers = places(count, device)
-        self.blocks = places(9 * count, device)
+        self._count, self._device = count, device
+
+    @cached_property
+    def vectors(self) -> wp.array:
+        """(3 count,) int64."""
+        return places(3 * self._count, self._device)
+
+    @cached_property
+    def numbers(self) -> wp.array:
+        """(count,) int64."""
+        return places(self._count, self._device)
+
+    @cached_property
+    def blocks(self) -> wp.array:
+        """(9 count,) int64."""
+        return places(9 * self._count, self._device)
+
+    def make_room(self) -> tuple[wp.array, wp.array, wp.array]:
+        """Have all three."""
+        return self.vectors, self.numbers, self.blocks
 
     def settle(self, sums_out: wp.array) -> None:
         """sums (vec3) += what was added, over their length."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import warp as wp
 
-from tryon_solver.contact import candidates, coasting, deflect, filtering, nearest, pairs, region, surfaces
+from tryon_solver.contact import candidates, coasting, deflect, filtering, hold, nearest, pairs, region, surfaces
 from tryon_solver.geometry.morton import order_along_curve
 from tryon_solver.offsets import contact_sizes
 
@@ -57,8 +57,10 @@ def arm_contact(sim: Simulation) -> None:
     sim.coasting = coasting.Coasting(device)
     sim.deflection = deflect.DeflectionScratch.allocate(sim.all_count, device)
     sim.filtering = filtering.Filtering.allocate(sim.all_count, device, settings.deterministic)
+    sim.holding = hold.Holding.over(sim.work.held)
     sim.candidates = candidates.Candidates.allocate(1 << 14, device)
     sim.pairs = pairs.ContactPairs.allocate(1 << 12, device)
+    sim.sums.make_room()
     if may_fly(sim.plan, sim.scene.garment):
         beside = "body" in sim.plan.touches
         flight = import_module(FLY).Flight(sim.matrices.total.pattern, sim.plan.contributions, beside, device)

@@ -213,7 +213,8 @@ def correct_penetration(sim: Simulation, conclude: Callable[[Simulation], None])
 
 def way_to_trial(sim: Simulation) -> None:
     """For the device: `to_trial`, from x_feasible to where the scheme has come, as contacts let it; nothing is held."""
-    sim.holding.release()
+    if sim.touching:
+        sim.holding.release()
     subtract(sim.state.x, sim.state.x_feasible, sim.to_trial)
     for term in sim.stages.contact:
         if term.restrain is not None and sim.pairs.size:
@@ -317,7 +318,8 @@ def led_astray(sim: Simulation, began: float, now: float) -> bool:
 
 def start_again(sim: Simulation) -> None:
     """At x_feasible, as if nothing had been corrected: nothing is held, and searching is free again."""
-    sim.holding.release()
+    if sim.touching:
+        sim.holding.release()
     start_at_feasible(sim)
     if sim.touching:
         sim.searches = 0
@@ -341,7 +343,7 @@ def iterate_newton(
     more = sim.pace.more(0, sim.candidates.size)
     if more is not None and more < at_most * (1 + extensions):
         progress.limit(more)
-    progress.stop_when_full(sim.pairs)  # of which nobody may have asked how many there are
+    sim.pairs.stop_when_full(progress.going_on, progress.wants_room)  # nobody may have asked how many there are
     judged = False  # the trial, before the first search along the way to it
 
     def turn() -> None:
@@ -414,9 +416,10 @@ def iterate(sim: Simulation, budget: Budget) -> None:
         bounds.count_leaving(state.x, work.direction, work.alpha, sim.region, progress.leaving)
 
     def move() -> None:
-        wp.copy(sim.holding.wanted, work.direction)
+        wp.copy(work.wanted, work.direction)
         take_within_region(sim, work.direction)
-        sim.holding.measure(work.total)
+        if sim.touching:
+            sim.holding.measure(work.wanted, work.total)
         find_largest(work.total, progress.moved)
         make_last_if_near(sim)
         dot(work.gradient, work.total, progress.slope, work.parts)
@@ -439,7 +442,7 @@ def iterate(sim: Simulation, budget: Budget) -> None:
     def look() -> None:
         wp.copy(sim.x_searched, state.x)
         linearise(sim)
-        progress.stop_when_full(sim.pairs)
+        sim.pairs.stop_when_full(progress.going_on, progress.wants_room)
 
     progress.if_free_to_move(move)
 

@@ -129,7 +129,7 @@ def make_last_if_near(sim: Simulation) -> None:
         if settings.correction_nearness is None or settings.deadline is not None:
             return
         withheld, squared = work.direction[:n], work.scalars[0]  # which is free until the next
-        subtract(sim.holding.wanted[:n], work.total[:n], withheld)
+        subtract(work.wanted[:n], work.total[:n], withheld)
         dot(withheld, withheld, squared, work.parts)
         launch(compare_withheld_kernel, 1, [SCALE, n, squared, sim.progress.lengths], [told], device=sim.device)
     launch(make_last_kernel, 1, [], [told], device=sim.device)

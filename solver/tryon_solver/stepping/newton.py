@@ -40,7 +40,8 @@ def linearise(sim: Simulation) -> None:
         device=sim.device,
     )
     add_contact_blocks(sim, work.blocks)
-    sim.holding.add(work.blocks)
+    if sim.touching:
+        sim.holding.add(work.blocks)
     launch(invert_blocks_kernel, sim.all_count, [], [work.blocks], device=sim.device)
 
 
@@ -50,7 +51,7 @@ def newton_matrix(sim: Simulation) -> PairedMatrix:
     matrix = PairedMatrix()
     matrix.columns, matrix.blocks = rows.columns, rows.blocks
     matrix.far_columns, matrix.weights = far.columns, far.weights
-    matrix.diagonal, matrix.held = sim.work.diagonal, sim.holding.held
+    matrix.diagonal, matrix.held = sim.work.diagonal, sim.work.held
     matrix.count, matrix.ids, matrix.lam = pairs.counters, pairs.ids, pairs.lam
     matrix.normal, matrix.curvature, matrix.beside = pairs.normal, pairs.curvature, pairs.beside
     return matrix

@@ -194,13 +194,6 @@ def judge_move_kernel(
 
 
 @wp.kernel
-def stop_when_full_kernel(counters: wp.array(dtype=wp.int32), room: int, state: wp.array(dtype=wp.int32)):
-    if counters[0] > room:
-        state[GOING_ON] = 0
-        state[WANTS_ROOM] = 1
-
-
-@wp.kernel
 def judge_ending_kernel(
     torn: float,
     mass: wp.array(dtype=wp.float32),
@@ -302,6 +295,11 @@ class Progress:
         return self.numbers[GOING_ON]
 
     @property
+    def wants_room(self) -> wp.array:
+        """(1,) 1 where there are more pairs than there is room for."""
+        return self.numbers[WANTS_ROOM]
+
+    @property
     def leaving(self) -> wp.array:
         """Where to count the vertices that the direction takes out of the region."""
         return self.numbers[LEAVING]
@@ -400,10 +398,6 @@ class Progress:
     def if_going_on(self, look: Callable[[], None]) -> None:
         """Launch `look` if there is another iteration after this move."""
         wp.capture_if(self.numbers[LOOKING], look)
-
-    def stop_when_full(self, pairs: ContactPairs) -> None:
-        """End the loop if there are more pairs than there is room for."""
-        self._launch(stop_when_full_kernel, [pairs.counters, pairs.capacity], [self.state])
 
     def if_ended_well(self, torn: float, mass: wp.array, harmless: float, end: Callable[[], None]) -> None:
         """Launch `end` where the loop has ended as it should: not for the host to do something, nor astray by more

@@ -73,7 +73,7 @@ def note_unstopped(sim: Simulation) -> None:
     """Where the move begins: put what went all its way of `total` into `direction`, which is free by then, and note the
     potential's slope along it."""
     work, progress = sim.work, sim.progress
-    launch(keep_unstopped_kernel, sim.all_count, [sim.holding.wanted, work.total], [work.direction], device=sim.device)
+    launch(keep_unstopped_kernel, sim.all_count, [work.wanted, work.total], [work.direction], device=sim.device)
     dot(work.gradient, work.direction, progress.free_slope, work.parts)
 
 

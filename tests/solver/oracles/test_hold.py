@@ -6,11 +6,11 @@ import warp as wp
 from newton_product import newton_product
 from small_scenes import STILL, fabric, icosphere, rigid_body, sheet
 
+from tryon_solver.contact.hold import KEPT, LEAST_SHARE, Holding
 from tryon_solver.scene import WORN, Scene
 from tryon_solver.settings import Settings
 from tryon_solver.simulation import build
 from tryon_solver.stepping import correct
-from tryon_solver.stepping.hold import KEPT, LEAST_SHARE, Holding
 from tryon_solver.stepping.newton import linearise
 
 OWN = 40.0  # N/m, mean of the blocks' diagonals
@@ -22,15 +22,18 @@ def vectors(rows):
     return wp.array(np.asarray(rows, dtype=np.float32), dtype=wp.vec3, device="cpu")
 
 
+def wanted(count):
+    return vectors(np.tile(WAY, (count, 1)))
+
+
 def held_after(shares, allowed=None):
     """Holding of vertices that went these shares of (1, -2, 2) mm and (2, 1, 0) mm aside, and how stiffly it holds."""
     count = len(shares)
-    holding = Holding.allocate(count, "cpu")
-    holding.wanted.assign(vectors(np.tile(WAY, (count, 1))))
+    holding = Holding.over(wp.zeros(count, dtype=wp.vec3, device="cpu"))
     if allowed is not None:
         holding.allowed.assign(np.asarray(allowed, dtype=np.float32))
     moved = np.asarray(shares)[:, None] * WAY + ASIDE
-    holding.measure(vectors(moved))
+    holding.measure(wanted(count), vectors(moved))
     lacking = (1.0 if allowed is None else np.asarray(allowed)[:, None]) * WAY - moved
     return holding, added(holding, lacking)
 
@@ -66,9 +69,9 @@ def test_what_the_region_cuts_is_not_held():
 def test_what_wants_to_go_nowhere_is_not_held():
     """A vertex that contact pushes by a millimetre off a place it hardly leaves by itself: which way that is says
     rounding, and held or not must not hang on it."""
-    holding = Holding.allocate(4, "cpu")
-    holding.wanted.assign(vectors([[9e-7, 0, 0], [-9e-7, 0, 0], [2e-6, 0, 0], [-2e-6, 0, 0]]))
-    holding.measure(vectors(np.tile([1e-3, 0, 0], (4, 1))))
+    holding = Holding.over(wp.zeros(4, dtype=wp.vec3, device="cpu"))
+    nowhere = vectors([[9e-7, 0, 0], [-9e-7, 0, 0], [2e-6, 0, 0], [-2e-6, 0, 0]])
+    holding.measure(nowhere, vectors(np.tile([1e-3, 0, 0], (4, 1))))
     most = OWN * (1 / LEAST_SHARE - 1)
     np.testing.assert_allclose(added(holding, np.tile([1.0, 0, 0], (4, 1))), [0, 0, 0, most], rtol=1e-4)
 
@@ -77,7 +80,7 @@ def test_what_is_free_again_is_let_go_by_and_by():
     """Along what it lacked when it was stopped."""
     holding, first = held_after([0.4, 0.2])
     lacked = WAY - np.array([[0.4], [0.2]]) * WAY - ASIDE
-    holding.measure(holding.wanted)
+    holding.measure(wanted(2), wanted(2))
     np.testing.assert_allclose(added(holding, lacked), KEPT * first, rtol=1e-4)
     np.testing.assert_allclose(added(holding, lacked), KEPT**2 * first, rtol=1e-4)
     holding.release()
@@ -87,9 +90,9 @@ def test_what_is_free_again_is_let_go_by_and_by():
 def test_what_is_stopped_more_firmly_another_way_is_held_that_way():
     """One way at a time: the firmer one."""
     holding, _ = held_after([0.4])
-    holding.measure(vectors([WAY - [0.0, 0.0, 4e-3]]))
+    holding.measure(wanted(1), vectors([WAY - [0.0, 0.0, 4e-3]]))
     added(holding, np.array([[0.0, 0.0, 1.0]]))
-    holding.measure(vectors([0.49 * WAY]))
+    holding.measure(wanted(1), vectors([0.49 * WAY]))
     added(holding, np.array([[0.0, 0.0, 1.0]]))
 
 

@@ -78,7 +78,7 @@ class Script:
     def look(self):
         self.events.append("look")
         self.pairs.counters.assign([9 if self.done in self.crowded else 2, 0])
-        self.progress.stop_when_full(self.pairs)
+        self.pairs.stop_when_full(self.progress.going_on, self.progress.wants_room)
 
 
 @pytest.fixture

@@ -27,7 +27,7 @@ def strode(to, pairs=0, wanted=1.0, overshot=0, pushed=0.0):
     for place in (state.x, state.x_start, state.x_hat, sim.x_searched):
         place.assign(BEGIN * rest)
     moved = (to - BEGIN) * rest
-    sim.holding.wanted.assign(np.broadcast_to(np.reshape(wanted, (-1, 1)) * moved, moved.shape).astype(np.float32))
+    sim.work.wanted.assign(np.broadcast_to(np.reshape(wanted, (-1, 1)) * moved, moved.shape).astype(np.float32))
     work.total.assign(moved + np.multiply.outer(np.broadcast_to(pushed, len(x)), [0, 0, 1]).astype(np.float32))
     sim.progress.lengths.fill_(np.nan)
     sim.progress.overshot.fill_(overshot)

@@ -21,6 +21,7 @@ import pytest
 from small_scenes import fabric, sheet
 from swinging_strip import DENSITY, LENGTH, G, factor_of, motion, motion_of_the_end, strip
 
+from tryon_solver.materials.fabric import FABRICS
 from tryon_solver.scene import FabricDamping, Pins, Scene
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
@@ -87,3 +88,25 @@ def test_decay_is_the_integrators_and_the_fabrics(mode, h):
     print(f"with damping over without: {measured:.4f} of {1 + TIMES_OWN}, within {wrong_own + wrong_damped:.4f}")
     assert measured == pytest.approx(1 + TIMES_OWN, rel=wrong_own + wrong_damped)
     assert own**-2 - 1 == pytest.approx(math.tan(turned) ** 2, rel=2 * wrong_own)  # arg z is as wrong as |z|
+
+
+def spin_after(time, preset, cloth, axis):
+    """What a flat sheet that turns at 3 rad/s has of it after 0.5 s [rad/s], by its angular momentum."""
+    garment, x = sheet(9, 9, 0.2, 0.2)
+    sim = build(Scene(garment, x, None, cloth, damped_by(time)), PRESETS[preset])
+    sim.state.v.assign(np.cross(3.0 * axis, x).astype(np.float32))
+    for k in range(round(0.5 / PRESETS[preset].largest_step)):
+        sim.advance(None, (k + 1) * PRESETS[preset].largest_step)
+    y, v = (a.numpy().astype(np.float64) for a in (sim.state.x, sim.state.v))
+    momentum = (np.cross(y, v) * sim.mass[:, None]).sum(0) @ axis
+    return momentum / (sim.mass * ((x**2).sum(1) - (x @ axis) ** 2)).sum()
+
+
+@pytest.mark.parametrize("axis", [(0.0, 1.0, 0.0), (1.0, 0.0, 0.0)], ids=["in its plane", "over"])
+@pytest.mark.parametrize("cloth", [fabric(), FABRICS["denim"]], ids=["jersey", "denim"])
+@pytest.mark.parametrize("preset", ["draft", "live"])
+def test_what_turns_as_a_whole_is_not_damped(preset, cloth, axis):
+    """By more than the integrator does: a twentieth of a radian a step and more, by three times the usual damping."""
+    spins = [spin_after(time, preset, cloth, np.array(axis)) for time in (0.0, 15e-3)]
+    assert spins[0] > 2.4
+    assert spins[1] == pytest.approx(spins[0], rel=3e-3)

@@ -64,3 +64,21 @@ def test_memory_is_allocated_by_its_modules(costs):
             assert set(cost["allocated_in"]) <= files, name
             assert bool(cost["allocated_in"]) == (name not in NOTHING_TO_KEEP), name
             assert (cost["bytes"] > 0) == (name not in NOTHING_TO_KEEP), name
+
+
+def test_room_for_sums_in_any_order_is_taken_by_who_adds_to_them_and_as_it_is_built(monkeypatch):
+    """On a GPU, where graphs may take no memory; here the room is of no places."""
+    from effect_scenes import SCENES
+
+    monkeypatch.syspath_prepend(str(SCRIPT.parents[1] / "examples"))
+
+    taken = {}
+    for scene in SCENES:
+        sim, pose = scene.built(9, True)
+        taken[scene.name] = set(vars(sim.sums)) & {"vectors", "numbers", "blocks"}
+        for k in range(3):
+            sim.advance(pose, (k + 1) / 60)
+        assert set(vars(sim.sums)) & {"vectors", "numbers", "blocks"} == taken[scene.name], scene.name
+    assert [name for name in ("Gravity", "AirDrag", "FabricDamping", "StrainLimit") if taken[name]] == []
+    assert {name for name in taken if len(taken[name]) == 3} >= {"BodyContact", "SelfContact", "Adhesion"}
+    assert taken["Elastic"] == taken["Fasteners"] == {"vectors", "blocks"}

@@ -69,24 +69,23 @@ def add_kernel(
 
 @dataclass(frozen=True)
 class Holding:
-    """Of A vertices: `wanted` vec3 m, the direction; `allowed` float32, the share of it that lies within the region;
-    `share` float32 of that that they went, and what is `lacking` vec3 m; `held` vec3 (N/m)^1/2, h of the stiffness
-    h h^T by which they are held."""
+    """Of A vertices: `allowed` float32, the share of the direction that lies within the region; `share` float32 of that
+    that they went, and what is `lacking` vec3 m; `held` vec3 (N/m)^1/2, h of the stiffness h h^T by which they are
+    held."""
 
-    wanted: wp.array
+    held: wp.array
     allowed: wp.array
     share: wp.array
     lacking: wp.array
-    held: wp.array
 
     @staticmethod
-    def allocate(count: int, device: str) -> Holding:
+    def over(held: wp.array) -> Holding:
         """Nothing held."""
+        count, device = len(held), held.device
         return Holding(
-            wp.zeros(count, dtype=wp.vec3, device=device),
+            held,
             wp.full(count, 1.0, dtype=wp.float32, device=device),
             wp.full(count, 1.0, dtype=wp.float32, device=device),
-            wp.zeros(count, dtype=wp.vec3, device=device),
             wp.zeros(count, dtype=wp.vec3, device=device),
         )
 
@@ -95,10 +94,10 @@ class Holding:
         self.share.fill_(1.0)
         self.held.zero_()
 
-    def measure(self, moved: wp.array) -> None:
-        """Take note of what `moved` (A,) m has of the way wanted."""
+    def measure(self, wanted: wp.array, moved: wp.array) -> None:
+        """Take note of what `moved` (A,) m has of the direction that was `wanted` (A,) m."""
         outputs = [self.share, self.lacking]
-        launch(measure_kernel, len(moved), [self.wanted, self.allowed, moved], outputs, device=moved.device)
+        launch(measure_kernel, len(moved), [wanted, self.allowed, moved], outputs, device=moved.device)
 
     def add(self, blocks: wp.array) -> None:
         """Find what vertices are to be `held` by, and add it to the blocks (A,) [N/m]."""
