@@ -193,4 +193,6 @@ def test_by_itself_is_a_choice_of_its_own(own_server, worn):
     http, (path, _) = own_server.http, worn
     assert not http.get(path).json()["auto"]
     assert http.put(f"{path}/auto", json={}).json()["auto"]
+    assert http.get(f"{path}/auto").json()["state"] == "active"
     assert not http.delete(f"{path}/auto").json()["auto"]
+    assert http.get(f"{path}/auto").json()["state"] == "absent"

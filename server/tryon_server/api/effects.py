@@ -9,7 +9,7 @@ from fastapi import APIRouter, Request, Response
 from fastapi.encoders import jsonable_encoder
 from fastapi.responses import JSONResponse
 
-from tryon_protocol import EffectsMessage, ProtocolError
+from tryon_protocol import AUTO, EffectsMessage, EffectState, ProtocolError
 from tryon_server.api.access import ServicesDep
 from tryon_server.api.body import json_body, read_json
 from tryon_server.api.faults import ERROR_REPLIES
@@ -53,7 +53,7 @@ async def session_effects(session_id: str, services: ServicesDep, measure: bool 
 
 @router.get("/sessions/{session_id}/effects/{name}")
 async def session_effect(session_id: str, name: str, services: ServicesDep) -> EffectReply:
-    """One effect of a live session."""
+    """One effect of a live session; of `auto` whether what garment and motion may call for is armed by itself."""
     newest = await _newest(session_id, services)
     if not newest.effects:
         raise _early()
@@ -140,6 +140,8 @@ async def _asked(session_id: str, services: Services, ask: Ask) -> EffectsMessag
 
 
 def _one(effects: EffectsMessage, name: str) -> EffectReply:
+    if name == AUTO:
+        return EffectReply.model_validate(EffectState(name=AUTO, state="active" if effects.auto else "absent"))
     for effect in effects.effects:
         if effect.name == name:
             return EffectReply.model_validate(effect)
