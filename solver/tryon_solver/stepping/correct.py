@@ -343,7 +343,8 @@ def iterate_newton(
     more = sim.pace.more(0, sim.candidates.size)
     if more is not None and more < at_most * (1 + extensions):
         progress.limit(more)
-    sim.pairs.stop_when_full(progress.going_on, progress.wants_room)  # nobody may have asked how many there are
+    if not sim.candidates.idle:  # and nobody may have asked how many pairs there are
+        sim.pairs.stop_when_full(progress.going_on, progress.wants_room)
     judged = False  # the trial, before the first search along the way to it
 
     def turn() -> None:
@@ -418,7 +419,7 @@ def iterate(sim: Simulation, budget: Budget) -> None:
     def move() -> None:
         wp.copy(work.wanted, work.direction)
         take_within_region(sim, work.direction)
-        if sim.touching:
+        if not sim.candidates.idle:
             sim.holding.measure(work.wanted, work.total)
         find_largest(work.total, progress.moved)
         make_last_if_near(sim)
@@ -442,7 +443,8 @@ def iterate(sim: Simulation, budget: Budget) -> None:
     def look() -> None:
         wp.copy(sim.x_searched, state.x)
         linearise(sim)
-        sim.pairs.stop_when_full(progress.going_on, progress.wants_room)
+        if not sim.candidates.idle:
+            sim.pairs.stop_when_full(progress.going_on, progress.wants_room)
 
     progress.if_free_to_move(move)
 

@@ -40,7 +40,7 @@ def linearise(sim: Simulation) -> None:
         device=sim.device,
     )
     add_contact_blocks(sim, work.blocks)
-    if sim.touching:
+    if not sim.candidates.idle:
         sim.holding.add(work.blocks)
     launch(invert_blocks_kernel, sim.all_count, [], [work.blocks], device=sim.device)
 

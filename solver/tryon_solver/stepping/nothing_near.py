@@ -38,9 +38,6 @@ class NoPairs:
         """Is a graph being captured?"""
         return bool(wp.get_device(self.counters.device).is_capturing)
 
-    def stop_when_full(self, going_on: wp.array, wants_room: wp.array) -> None:
-        """There is room for none."""
-
     def know_size(self, counters: np.ndarray) -> int:
         """How many there are, of `counters` (2,) that have been read."""
         return int(counters[0])

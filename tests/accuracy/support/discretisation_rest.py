@@ -15,6 +15,7 @@ from tryon_solver.settings import PRESETS, Settings
 from tryon_solver.simulation import Simulation
 
 STILL = 1e-3  # m/s, RMS over the cloth: slower is at rest
+CALM = 0.25  # s, for which it has to be: what swings is so slow where it turns back
 LONGEST = 4.0  # s, after which it is measured anyway
 AT_60 = 60  # steps a second where they are not what is varied
 
@@ -28,13 +29,14 @@ def come_to_rest(sim: Simulation, pose: Pose | None, longest: float = LONGEST) -
     """(N, 3) m where the cloth is at rest, or after so many seconds, and its RMS speed then [m/s]."""
     dt = sim.settings.largest_step
     begun, before = sim.state.time, sim.cloth_positions().astype(np.float64)
-    speed = np.inf
+    speed, calm = np.inf, 0
     for k in range(1, round(longest / dt) + 1):
         sim.advance(pose, begun + k * dt)
         cloth = sim.cloth_positions().astype(np.float64)
         speed = float(np.sqrt(((cloth - before) ** 2).sum(1).mean())) / dt
         before = cloth
-        if k * dt > 0.5 and speed < STILL:
+        calm = calm + 1 if speed < STILL else 0
+        if calm * dt >= CALM:
             break
     return before, speed
 

@@ -24,6 +24,8 @@ def sim():
     made = build(Scene(garment, crooked, rigid_body(*icosphere(0.1, 2)), cloth, WORN), Settings(), "cpu", STILL)
     made.use_time_step(DT)
     made.pairs.size = 0
+    for start_step in made.stages.start_step:
+        start_step(made.state)
     linearise(made)
     return made
 
