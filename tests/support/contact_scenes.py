@@ -50,9 +50,9 @@ def square_on_sphere() -> ContactScene:
 
 
 def damped_square_on_sphere() -> ContactScene:
-    """The same of a fabric that buckles readily, and is damped: ten times less stiff in bending."""
+    """The same of a fabric that buckles readily, and is damped: fifty times less stiff in bending."""
     case = square_on_sphere()
-    cloth = replace(case.scene.fabric, k_bend=CANVAS["k_bend"] / 10)
+    cloth = replace(case.scene.fabric, k_bend=CANVAS["k_bend"] / 50)
     damped = replace(case.scene, fabric=cloth, effects=(*EFFECTS, FabricDamping()))
     return replace(case, name="damped square on a sphere", scene=damped)
 

@@ -74,25 +74,28 @@ def bending(garment: Garment, stiffness: float) -> Energy:
     return energy
 
 
-def root(f: np.ndarray) -> np.ndarray:
-    """(..., F, 2, 2) (F^T F)^(1/2)."""
-    _, s, vt = np.linalg.svd(f, full_matrices=False)
-    return np.swapaxes(vt, -1, -2) @ (s[..., None] * vt)
+def fabric_damping(
+    garment: Garment, fabric: Fabric, rate: float, x_start: np.ndarray, turns: np.ndarray | None = None
+) -> Energy:
+    """rate/2 of the strains' squares times the stiffnesses, plus bending's of what moved; rate is beta/dt [-]. They are
+    counted from where `turns` (F, 3, 3) take the triangles, if any are given.
 
-
-def fabric_damping(garment: Garment, fabric: Fabric, rate: float, x_start: np.ndarray) -> Energy:
-    """rate/2 of the strains' changes squared times the stiffnesses, plus bending's of what moved; rate is beta/dt [-].
-
-    The strains are U = (F^T F)^(1/2) = V S V^T and the columns' lengths.
+    The strains are the changes to first order of U = (F^T F)^(1/2) and of the columns' lengths: U dU + dU U = dC, which
+    for 2 x 2 matrices is solved in a basis in which U is diagonal.
     """
     before = deformation_gradients(x_start, garment)
-    lengths = np.linalg.norm(before, axis=-2)
+    before = before if turns is None else turns @ before
+    _, s, vt = np.linalg.svd(before, full_matrices=False)
+    sums = s[:, :, None] + s[:, None, :]
+    direction = before / np.linalg.norm(before, axis=-2, keepdims=True)
     bent = bending(garment, fabric.k_bend)
 
     def energy(x: np.ndarray) -> np.ndarray:
-        f = deformation_gradients(x, garment)
-        shear = ((root(f) - root(before)) ** 2).sum((-1, -2))
-        along = np.linalg.norm(f, axis=-2) - lengths
+        change = deformation_gradients(x, garment) - before
+        half = np.swapaxes(before, -1, -2) @ change
+        squared = vt @ (half + np.swapaxes(half, -1, -2)) @ np.swapaxes(vt, -1, -2)
+        shear = ((squared / sums) ** 2).sum((-1, -2))
+        along = (direction * change).sum(-2)
         k_u, k_v, k_s = fabric.k_warp, fabric.k_weft, fabric.k_shear
         density = k_s * shear + (k_u - k_s) * along[..., 0] ** 2 + (k_v - k_s) * along[..., 1] ** 2
         return rate * ((0.5 * garment.signed_areas() * density).sum(-1) + bent(x - x_start))

@@ -1,13 +1,15 @@
-"""Damping within the fabric, proportional to its stiffness: a potential of the step over what has changed since its
-start.
+"""Damping within the fabric, proportional to its stiffness, by a matrix that stands still during the step.
 
-Stiffness-proportional (Rayleigh) damping, which takes pi f beta of critical from a mode of frequency f: of the membrane
-beta/(2 dt) times what it would store in its strains' changes since the step's start (materials/strain_rate.py), of the
-constant bending matrix K beta/(2 dt) (x - x_start)^T K (x - x_start). A potential, so that each step has a solution: a
-force -beta K v with a matrix K taken where the step ends follows cloth that buckles, and need not have one (METHOD.md
-section 18). The strain limit has no part in it: damped, it would hold fast sleeves back. Turning costs flat cloth
-nothing; of bent cloth the bending matrix sees the mean curvature turn. It acts in the correction
-(stepping/correct.py): projective dynamics' constant matrix would resist turning.
+Force -beta K v with v = (x - x_start)/dt: stiffness-proportional (Rayleigh) damping, which takes pi f beta of critical
+from a mode of frequency f. K is the constant bending matrix and, at the step's start, what of the membrane's stiffness
+resists a change of strain, from where each triangle turns to by its velocities (materials/strain_rate.py). So the force
+is the gradient of a potential of the step,
+
+    D(x) = beta/(2 dt) (x - x_start)^T K_bending (x - x_start) + beta/(2 dt) sum A (F - R F0) : K_strain (F - R F0),
+
+convex in x, whatever the cloth does: a matrix taken where the step ends follows cloth that buckles, and such a step
+need not have a solution (METHOD.md section 18). The strain limit has no part in K: damped, it would hold fast sleeves
+back. It acts in the correction (stepping/correct.py): projective dynamics' constant matrix would resist turning.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ from tryon_solver.effects.base import BuildContext
 from tryon_solver.linalg.constant_matrices import Term
 from tryon_solver.linalg.launch import launch
 from tryon_solver.materials import strain_rate
+from tryon_solver.materials.triangle_hessian import hessians_of
 from tryon_solver.plan import Contribution
 from tryon_solver.scene import FabricDamping
 from tryon_solver.state import State
@@ -51,23 +54,22 @@ def bind(spec: FabricDamping, context: BuildContext) -> Contribution | None:
     scene = context.scene
     per_face = scene.of_fabrics("k_warp", "k_weft", "k_shear")
     stiffness: wp.array = wp.array(per_face.astype(np.float32), dtype=wp.vec3, device=device)
+    frozen = hessians_of(rest)  # beta/dt K of the membrane, over each triangle's dF [N m]
     x_start = wp.zeros(scene.garment.vertex_count, dtype=wp.vec3, device=device)  # m, where the step starts
-    dt = wp.zeros(1, dtype=wp.float32, device=device)  # s
+    turned = wp.zeros((rest.face_count, 2), dtype=wp.vec3, device=device)  # R F0 - F0
     bent = context.bending
 
     def start_step(state: State) -> None:
         wp.copy(x_start, state.x_start, count=len(x_start))
-        wp.copy(dt, state.dt)
-
-    def launch_over_triangles(kernel: wp.Kernel, x: wp.array, out: wp.array) -> None:
-        inputs = [rest.faces, rest.gradients, rest.area, stiffness, spec.time, dt, x_start, x]
-        launch(kernel, rest.face_count, inputs, [out], device=device)
+        inputs = [rest.faces, rest.gradients, rest.area, stiffness, spec.time, state.dt, x_start, state.v]
+        launch(strain_rate.strain_matrix_kernel, rest.face_count, inputs, [frozen, turned], device=device)
 
     def project(x: wp.array, corner_gradient: wp.array) -> None:
-        launch_over_triangles(strain_rate.project_kernel, x, corner_gradient)
+        inputs = [rest.faces, rest.gradients, frozen, x_start, x, turned]
+        launch(strain_rate.project_kernel, rest.face_count, inputs, [corner_gradient], device=device)
 
-    def add_triangle_hessian(x: wp.array, hessians: wp.array) -> None:
-        launch_over_triangles(strain_rate.hessian_kernel, x, hessians)
+    def add_triangle_hessian(_: wp.array, hessians: wp.array) -> None:
+        strain_rate.add_hessians(frozen, hessians)
 
     def add_bending_gradient(state: State, x: wp.array, gradient: wp.array) -> None:
         assert bent is not None

@@ -1,155 +1,143 @@
-"""How fast the membrane's strains change, and what resists that: a potential of the step that turning costs nothing.
+"""What of the membrane's stiffness resists a change of strain: the matrix of its damping.
 
 The membrane (membrane.py) stores squares of strains: of U - I with U = (F^T F)^(1/2), since |F - R| = |U - I|, and of
-|f_u| - 1 and |f_v| - 1. Their changes since the step's start, there U0 and f0, cost
+|f_u| - 1 and |f_v| - 1. Its Gauss-Newton matrix is that of
 
-    D = beta/(2 dt) A ( k_s |U - U0|^2 + (k_u - k_s) (|f_u| - |f0_u|)^2 + (k_v - k_s) (|f_v| - |f0_v|)^2 ),
+    A/2 ( k_s |dU|^2 + (k_u - k_s) d|f_u|^2 + (k_v - k_s) d|f_v|^2 ),
 
-which has no part in how a triangle turns, however far. With C = F^T F the change X = U - U0 solves
+the strains' changes with dF to first order: d|f_u| = f_u . df_u/|f_u|, and with F = u1 s1 v1^T + u2 s2 v2^T, dF_ij =
+u_i . dF v_j
 
-    (U + U0) X + X (U + U0) = 2 (C - C0),   and its slope is   d(|X|^2/2)/dF = 2 F Y,   U Y + Y U = X,
+    dU_11 = dF_11,   dU_22 = dF_22,   dU_12 = (s1 dF_12 + s2 dF_21)/(s1 + s2).
 
-so that float32 has small changes to as many digits as those of the positions: C - C0 is made of F - F0. Of 2 x 2
-matrices, W Z + Z W = B is solved by Z = (det W B + J B J)/(2 tr W det W), J the adjugate of W (Smith 1966).
+It is positive semidefinite by its form and zero for turning, to first order. What turns by theta is to second order
+drawn in by theta^2/2, and a matrix of the step's start would brake it, as theta^3: a sheet of jersey that turns at 3
+rad/s to 1.25 in a second, at 60 steps a second. So dF is not counted from F0 but from R F0, with R the turn that the
+triangle would take by its velocities at the start: by w = dt (a u1 + b u2 + c n),
 
-The Hessian's share that is used: Gauss and Newton's, of the strains' changes to first order,
+    a = f'2.n/s2,   b = -f'1.n/s1,   c = (s1 f'1.u2 - s2 f'2.u1)/(s1^2 + s2^2),   f'_i = F' v_i,
 
-    d|f_u| = f_u . df_u/|f_u|,   dU_11 = dF_11,   dU_22 = dF_22,   dU_12 = (s1 dF_12 + s2 dF_21)/(s1 + s2)
-
-with F = u1 s1 v1^T + u2 s2 v2^T and dF_ij = u_i . dF v_j, and what the stress of a triangle that becomes longer holds
-it against turning out of its plane by. Both are positive semidefinite. At the step's start it is the whole Hessian, and
-of unstrained cloth beta/dt times the membrane's.
+which is exact for what turns as it did, and the matrix is that of R F0. What is resisted of turning is what of it
+changes in a step, and that to second order.
 """
 
 from __future__ import annotations
 
 import warp as wp
 
+from tryon_solver.linalg.launch import launch
 from tryon_solver.materials.membrane import add_to_corners, deformation_gradient
 from tryon_solver.materials.principal import SMALLEST_STRETCH, principal_frame
-from tryon_solver.materials.triangle_hessian import add_over_gradient
 
 wp.set_module_options({"enable_backward": False})
 
+NUMBERS = 27  # of a triangle's three matrices
+LEAST_TURNED = 0.05  # stretch below which a direction in the plane of a triangle does not tell how this turns
+
 
 @wp.func
-def change_of_gradient(
-    x_start: wp.array(dtype=wp.vec3), x: wp.array(dtype=wp.vec3), face: wp.vec3i, g1: wp.vec2, g2: wp.vec2
+def turn_of(u1: wp.vec3, u2: wp.vec3, n: wp.vec3, s1: float, s2: float, g1: wp.vec3, g2: wp.vec3) -> wp.vec3:
+    """w/dt above [rad/s] of the rates g1, g2 of the stretched principal directions."""
+    a = wp.dot(g2, n) / wp.max(s2, LEAST_TURNED)
+    b = -wp.dot(g1, n) / wp.max(s1, LEAST_TURNED)
+    c = (s1 * wp.dot(g1, u2) - s2 * wp.dot(g2, u1)) / wp.max(s1 * s1 + s2 * s2, LEAST_TURNED * LEAST_TURNED)
+    return a * u1 + b * u2 + c * n
+
+
+@wp.func
+def turned_by(way: wp.vec3, f: wp.vec3) -> wp.vec3:
+    """R f - f of the turn by `way` [rad], to as many digits as that has; Rodrigues' formula."""
+    angle = wp.length(way)
+    once = 1.0 - angle * angle / 6.0
+    twice = 0.5 - angle * angle / 24.0
+    if angle > 0.01:
+        once = wp.sin(angle) / angle
+        twice = (1.0 - wp.cos(angle)) / (angle * angle)
+    aside = wp.cross(way, f)
+    return once * aside + twice * wp.cross(way, aside)
+
+
+@wp.kernel
+def strain_matrix_kernel(
+    faces: wp.array(dtype=wp.vec3i),
+    gradients: wp.array2d(dtype=wp.vec2),
+    area: wp.array(dtype=wp.float32),
+    stiffness: wp.array(dtype=wp.vec3),
+    time: float,
+    dt: wp.array(dtype=wp.float32),
+    x: wp.array(dtype=wp.vec3),
+    v: wp.array(dtype=wp.vec3),
+    hessians_out: wp.array2d(dtype=wp.mat33),
+    turned_out: wp.array2d(dtype=wp.vec3),
 ):
-    """Columns of F - F0, by the vertices' ways."""
-    d0 = x[face[0]] - x_start[face[0]]
-    d1 = x[face[1]] - x_start[face[1]] - d0
-    d2 = x[face[2]] - x_start[face[2]] - d0
-    return g1[0] * d1 + g2[0] * d2, g1[1] * d1 + g2[1] * d2
-
-
-@wp.func
-def root_of(f_u: wp.vec3, f_v: wp.vec3) -> wp.mat22:
-    """U = (F^T F)^(1/2) = (C + s I)/t with s = sqrt(det C), t = sqrt(tr C + 2 s)."""
-    a = wp.dot(f_u, f_u)
-    b = wp.dot(f_u, f_v)
-    c = wp.dot(f_v, f_v)
-    s = wp.sqrt(wp.max(a * c - b * b, 0.0))
-    t = wp.max(wp.sqrt(a + c + 2.0 * s), SMALLEST_STRETCH)
-    return wp.mat22((a + s) / t, b / t, b / t, (c + s) / t)
-
-
-@wp.func
-def solve_symmetric(w: wp.mat22, b: wp.mat22) -> wp.mat22:
-    """Z of W Z + Z W = B. A W that is no longer one of two dimensions has no such; `smallest` keeps Z finite."""
-    smallest = float(1.0e-12)
-    j = wp.mat22(w[1, 1], -w[0, 1], -w[0, 1], w[0, 0])
-    det = wp.max(w[0, 0] * w[1, 1] - w[0, 1] * w[0, 1], 0.0)
-    return (det * b + j * b * j) / (2.0 * (w[0, 0] + w[1, 1]) * det + smallest)
-
-
-@wp.func
-def change_of_metric(b_u: wp.vec3, b_v: wp.vec3, d_u: wp.vec3, d_v: wp.vec3) -> wp.mat22:
-    """C - C0 of F0 = [b_u b_v] and F - F0 = [d_u d_v]."""
-    uu = wp.dot(2.0 * b_u + d_u, d_u)
-    vv = wp.dot(2.0 * b_v + d_v, d_v)
-    uv = wp.dot(b_u, d_v) + wp.dot(d_u, b_v) + wp.dot(d_u, d_v)
-    return wp.mat22(uu, uv, uv, vv)
+    """time/dt times the Gauss-Newton matrix at R F0, over each triangle's dF, and the columns of R F0 - F0."""
+    t = wp.tid()
+    f_u, f_v = deformation_gradient(x, faces[t], gradients[t, 1], gradients[t, 2])
+    g_u, g_v = deformation_gradient(v, faces[t], gradients[t, 1], gradients[t, 2])
+    u1, u2, n, v1, s1, s2 = principal_frame(f_u, f_v)
+    way = dt[0] * turn_of(u1, u2, n, s1, s2, v1[0] * g_u + v1[1] * g_v, v1[0] * g_v - v1[1] * g_u)
+    turned_u = turned_by(way, f_u)
+    turned_v = turned_by(way, f_v)
+    turned_out[t, 0] = turned_u
+    turned_out[t, 1] = turned_v
+    u1 = u1 + turned_by(way, u1)
+    u2 = u2 + turned_by(way, u2)
+    k = time / dt[0] * area[t] * stiffness[t]
+    shear = k[2]
+    share1 = s1 / wp.max(s1 + s2, SMALLEST_STRETCH)
+    share2 = s2 / wp.max(s1 + s2, SMALLEST_STRETCH)
+    h_11 = shear * (wp.outer(u1, u1) + 2.0 * share2 * share2 * wp.outer(u2, u2))
+    h_22 = shear * (wp.outer(u2, u2) + 2.0 * share1 * share1 * wp.outer(u1, u1))
+    h_12 = 2.0 * shear * share1 * share2 * wp.outer(u2, u1)
+    h_21 = wp.transpose(h_12)
+    c = v1[0]
+    s = v1[1]
+    d_u = wp.normalize(f_u + turned_u)
+    d_v = wp.normalize(f_v + turned_v)
+    h_uu = c * c * h_11 - c * s * (h_12 + h_21) + s * s * h_22 + (k[0] - shear) * wp.outer(d_u, d_u)
+    h_vv = s * s * h_11 + c * s * (h_12 + h_21) + c * c * h_22 + (k[1] - shear) * wp.outer(d_v, d_v)
+    h_uv = c * s * (h_11 - h_22) + c * c * h_12 - s * s * h_21
+    hessians_out[t, 0] = h_uu
+    hessians_out[t, 1] = h_uv
+    hessians_out[t, 2] = h_vv
 
 
 @wp.kernel
 def project_kernel(
     faces: wp.array(dtype=wp.vec3i),
     gradients: wp.array2d(dtype=wp.vec2),
-    area: wp.array(dtype=wp.float32),
-    stiffness: wp.array(dtype=wp.vec3),
-    time: float,
-    dt: wp.array(dtype=wp.float32),
+    hessians: wp.array2d(dtype=wp.mat33),
     x_start: wp.array(dtype=wp.vec3),
     x: wp.array(dtype=wp.vec3),
+    turned: wp.array2d(dtype=wp.vec3),
     corner_gradient_out: wp.array2d(dtype=wp.vec3),
 ):
-    """A dD/dF, added to each corner of the triangle."""
+    """The matrices times F - R F0, added to each corner of the triangle."""
     t = wp.tid()
-    b_u, b_v = deformation_gradient(x_start, faces[t], gradients[t, 1], gradients[t, 2])
-    d_u, d_v = change_of_gradient(x_start, x, faces[t], gradients[t, 1], gradients[t, 2])
-    f_u = b_u + d_u
-    f_v = b_v + d_v
-    metric = change_of_metric(b_u, b_v, d_u, d_v)
-    root = root_of(f_u, f_v)
-    change = solve_symmetric(root + root_of(b_u, b_v), 2.0 * metric)
-    y = solve_symmetric(root, change)
-    k = time / dt[0] * area[t] * stiffness[t]
-    longer_u = metric[0, 0] / wp.max(wp.length(f_u) + wp.length(b_u), SMALLEST_STRETCH)
-    longer_v = metric[1, 1] / wp.max(wp.length(f_v) + wp.length(b_v), SMALLEST_STRETCH)
-    p_u = 2.0 * k[2] * (y[0, 0] * f_u + y[0, 1] * f_v) + (k[0] - k[2]) * longer_u * wp.normalize(f_u)
-    p_v = 2.0 * k[2] * (y[0, 1] * f_u + y[1, 1] * f_v) + (k[1] - k[2]) * longer_v * wp.normalize(f_v)
+    face = faces[t]
+    d0 = x[face[0]] - x_start[face[0]]
+    d1 = x[face[1]] - x_start[face[1]] - d0
+    d2 = x[face[2]] - x_start[face[2]] - d0
+    g1 = gradients[t, 1]
+    g2 = gradients[t, 2]
+    d_u = g1[0] * d1 + g2[0] * d2 - turned[t, 0]
+    d_v = g1[1] * d1 + g2[1] * d2 - turned[t, 1]
+    h_uv = hessians[t, 1]
+    p_u = hessians[t, 0] * d_u + h_uv * d_v
+    p_v = wp.transpose(h_uv) * d_u + hessians[t, 2] * d_v
     add_to_corners(corner_gradient_out, gradients, t, p_u, p_v)
 
 
-@wp.func
-def length_hessian(weight: float, f: wp.vec3, longer: float) -> wp.mat33:
-    """Hessian of weight/2 (|f| - l)^2 where |f| - l = `longer`, negative part left out."""
-    d = wp.normalize(f)
-    across = wp.max(longer, 0.0) / wp.max(wp.length(f), SMALLEST_STRETCH)
-    return weight * ((1.0 - across) * wp.outer(d, d) + across * wp.identity(n=3, dtype=wp.float32))
-
-
 @wp.kernel
-def hessian_kernel(
-    faces: wp.array(dtype=wp.vec3i),
-    gradients: wp.array2d(dtype=wp.vec2),
-    area: wp.array(dtype=wp.float32),
-    stiffness: wp.array(dtype=wp.vec3),
-    time: float,
-    dt: wp.array(dtype=wp.float32),
-    x_start: wp.array(dtype=wp.vec3),
-    x: wp.array(dtype=wp.vec3),
-    hessians: wp.array2d(dtype=wp.mat33),
-):
-    """Adds the positive semidefinite share of A D's Hessian over dF."""
-    t = wp.tid()
-    b_u, b_v = deformation_gradient(x_start, faces[t], gradients[t, 1], gradients[t, 2])
-    d_u, d_v = change_of_gradient(x_start, x, faces[t], gradients[t, 1], gradients[t, 2])
-    f_u = b_u + d_u
-    f_v = b_v + d_v
-    metric = change_of_metric(b_u, b_v, d_u, d_v)
-    change = solve_symmetric(root_of(f_u, f_v) + root_of(b_u, b_v), 2.0 * metric)
-    u1, u2, n, v1, s1, s2 = principal_frame(f_u, f_v)
-    k = time / dt[0] * area[t] * stiffness[t]
-    shear = k[2]
-    share1 = s1 / wp.max(s1 + s2, SMALLEST_STRETCH)
-    share2 = s2 / wp.max(s1 + s2, SMALLEST_STRETCH)
-    v2 = wp.vec2(-v1[1], v1[0])
-    tension1 = wp.max(wp.dot(v1, change * v1), 0.0) / wp.max(s1, SMALLEST_STRETCH)
-    tension2 = wp.max(wp.dot(v2, change * v2), 0.0) / wp.max(s2, SMALLEST_STRETCH)
-    out = wp.outer(n, n)
-    h_11 = shear * (wp.outer(u1, u1) + 2.0 * share2 * share2 * wp.outer(u2, u2) + tension1 * out)
-    h_22 = shear * (wp.outer(u2, u2) + 2.0 * share1 * share1 * wp.outer(u1, u1) + tension2 * out)
-    h_12 = 2.0 * shear * share1 * share2 * wp.outer(u2, u1)
-    h_21 = wp.transpose(h_12)
-    c = v1[0]
-    s = v1[1]
-    h_uu = c * c * h_11 - c * s * (h_12 + h_21) + s * s * h_22
-    h_vv = s * s * h_11 + c * s * (h_12 + h_21) + c * c * h_22
-    h_uv = c * s * (h_11 - h_22) + c * c * h_12 - s * s * h_21
-    longer_u = metric[0, 0] / wp.max(wp.length(f_u) + wp.length(b_u), SMALLEST_STRETCH)
-    longer_v = metric[1, 1] / wp.max(wp.length(f_v) + wp.length(b_v), SMALLEST_STRETCH)
-    h_uu += length_hessian(k[0] - shear, f_u, longer_u)
-    h_vv += length_hessian(k[1] - shear, f_v, longer_v)
-    add_over_gradient(hessians, t, h_uu, h_uv, h_vv)
+def add_numbers_kernel(more: wp.array(dtype=wp.float32), numbers: wp.array(dtype=wp.float32)):
+    k = wp.tid()
+    numbers[k] = numbers[k] + more[k]
+
+
+def add_hessians(more: wp.array, hessians: wp.array) -> None:
+    """hessians += more, both (F, 3) mat33, number by number: neighbouring threads then read what lies side by side."""
+    device, size = hessians.device, (NUMBERS * hessians.shape[0],)
+    numbers: list[wp.array] = [
+        wp.array(ptr=each.ptr, shape=size, dtype=wp.float32, device=device) for each in (more, hessians)
+    ]
+    launch(add_numbers_kernel, size[0], numbers[:1], numbers[1:], device=device)

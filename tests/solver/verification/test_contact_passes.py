@@ -11,7 +11,7 @@ from tryon_solver.settings import Settings
 from tryon_solver.simulation import build
 
 DT = 1 / 60
-CONVERGED = Settings(contact_passes=40)
+CONVERGED = Settings(contact_passes=20)
 FALLEN = 8  # steps, after which the square lies on the ball's top
 
 

@@ -9,10 +9,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from tryon_solver.baselines.newton_ipc.discrete import Discrete
 
 SMALLEST_STRETCH = 1e-4  # below this a triangle is a line, and the modes' quotients are taken at this stretch
+
+
+LEAST_TURNED = 0.05  # below this a direction in its plane does not tell how a triangle turns
+
+
+def gradients_of(discrete: Discrete, x: np.ndarray) -> np.ndarray:
+    """(F, 3, 2) deformation gradients at cloth positions x (N, 3) m; rates of them of velocities."""
+    return np.einsum("tid,tia->tda", x[discrete.faces], discrete.corner_gradients)
 
 
 @dataclass(frozen=True)
@@ -23,17 +32,14 @@ class Frames:
     s: np.ndarray
     modes: np.ndarray
 
-    @property
-    def root(self) -> np.ndarray:
-        """(F, 2, 2) U = (F^T F)^(1/2) = (C + s I)/t, t^2 = tr C + 2 s."""
-        c = np.einsum("tda,tdb->tab", self.f, self.f)
-        det = self.s.prod(1)
-        return (c + det[:, None, None] * np.eye(2)) / np.sqrt((self.s**2).sum(1) + 2 * det)[:, None, None]
-
     @staticmethod
     def at(discrete: Discrete, x: np.ndarray) -> Frames:
         """At cloth positions x (N, 3) m."""
-        f = np.einsum("tid,tia->tda", x[discrete.faces], discrete.corner_gradients)
+        return Frames.of(gradients_of(discrete, x))
+
+    @staticmethod
+    def of(f: np.ndarray) -> Frames:
+        """Of deformation gradients (F, 3, 2)."""
         c = np.einsum("tda,tdb->tab", f, f)
         angle = 0.5 * np.arctan2(2 * c[:, 0, 1], c[:, 0, 0] - c[:, 1, 1])
         cos, sin = np.cos(angle)[:, None], np.sin(angle)[:, None]
@@ -102,80 +108,36 @@ def membrane_hessian(discrete: Discrete, frames: Frames, clamped: bool) -> np.nd
     return hessian
 
 
-def strain_rate(discrete: Discrete, frames: Frames, before: Frames) -> Density:
-    """1/2 (k_s |U - U0|^2 + (k_u - k_s)(|f_u| - |f0_u|)^2 + (k_v - k_s)(|f_v| - |f0_v|)^2), U = (F^T F)^(1/2)."""
-    cloth, f = discrete.fabric, frames.f
-    root = frames.root
-    value = 0.5 * cloth.k_shear * ((root - before.root) ** 2).sum((1, 2))
-    slope = cloth.k_shear * (f - RootShare.at(f, before.root).slope)
+def strain_matrix(discrete: Discrete, frames: Frames) -> np.ndarray:
+    """(F, 3, 2, 3, 2) N/m: the Gauss-Newton matrix, which resists a change of strain and not turning.
+
+    The rate of (F^T F)^(1/2) is that of twist and flip in the shares that leave turning out.
+    """
+    cloth, f, s = discrete.fabric, frames.f, frames.s
+    apart = ((s[:, 1] - s[:, 0]) / s.sum(1))[:, None, None]
+    sheared = frames.modes[:, 3] + apart * frames.modes[:, 2]
+    strains = np.stack([frames.modes[:, 0], frames.modes[:, 1], sheared], axis=1).reshape(-1, 3, 6)
+    matrix = cloth.k_shear * (np.swapaxes(strains, 1, 2) @ strains).reshape(-1, 3, 2, 3, 2)
     for a, k in enumerate((cloth.k_warp - cloth.k_shear, cloth.k_weft - cloth.k_shear)):
-        length, own = np.linalg.norm(f[:, :, a], axis=1), np.linalg.norm(before.f[:, :, a], axis=1)
-        value = value + 0.5 * k * (length - own) ** 2
-        slope[:, :, a] += k * (1 - own / length)[:, None] * f[:, :, a]
-    return Density(value, slope)
+        d = f[:, :, a] / np.linalg.norm(f[:, :, a], axis=1)[:, None]
+        matrix[:, :, a, :, a] += k * d[:, :, None] * d[:, None, :]
+    return matrix
 
 
-def strain_rate_hessian(discrete: Discrete, frames: Frames, before: Frames, clamped: bool) -> np.ndarray:
-    """(F, 3, 2, 3, 2) N/m; `clamped` to its positive semidefinite part, term by term."""
-    cloth, f = discrete.fabric, frames.f
-    hessian = cloth.k_shear * (np.eye(6) - RootShare.at(f, before.root).hessian)
-    if clamped:
-        weights, modes = np.linalg.eigh(hessian)
-        hessian = (modes * np.maximum(weights, 0.0)[:, None]) @ np.swapaxes(modes, 1, 2)
-    hessian = hessian.reshape(-1, 3, 2, 3, 2)
-    for a, k in enumerate((cloth.k_warp - cloth.k_shear, cloth.k_weft - cloth.k_shear)):
-        length, own = np.linalg.norm(f[:, :, a], axis=1), np.linalg.norm(before.f[:, :, a], axis=1)
-        d = f[:, :, a] / length[:, None]
-        across = 1 - own / length
-        if clamped:
-            across = np.maximum(across, 0.0)
-        along = d[:, :, None] * d[:, None, :]
-        hessian[:, :, a, :, a] += k * (along + across[:, None, None] * (np.eye(3) - along))
-    return hessian
-
-
-@dataclass(frozen=True)
-class RootShare:
-    """tr(U U0) = (C : U0 + s tr U0)/t of F, where U = (C + s I)/t is the root of C = F^T F, s = sqrt(det C) and t^2 =
-    tr C + 2 s: slope (F, 3, 2) and Hessian (F, 6, 6) over F, by the chain rule. It is what |U - U0|^2/2 has beside
-    |F|^2/2 and a constant."""
-
-    slope: np.ndarray
-    hessian: np.ndarray
-
-    @staticmethod
-    def at(f: np.ndarray, root0: np.ndarray) -> RootShare:
-        """At F (F, 3, 2), for U0 (F, 2, 2)."""
-        u, v = f[:, :, 0], f[:, :, 1]
-        a, b, c = (u * u).sum(1)[:, None], (u * v).sum(1)[:, None], (v * v).sum(1)[:, None]
-        s = np.sqrt(np.maximum(a * c - b * b, 1e-24))
-        det_slope = 2 * np.stack([c * u - b * v, a * v - b * u], axis=2)
-        d_s = det_slope / (2 * s[:, :, None])
-        eye = np.eye(3)
-        det_hessian = np.empty((len(f), 3, 2, 3, 2))
-        det_hessian[:, :, 0, :, 0] = 2 * (c[:, :, None] * eye - v[:, :, None] * v[:, None])
-        det_hessian[:, :, 1, :, 1] = 2 * (a[:, :, None] * eye - u[:, :, None] * u[:, None])
-        mixed = 4 * u[:, :, None] * v[:, None] - 2 * v[:, :, None] * u[:, None] - 2 * b[:, :, None] * eye
-        det_hessian[:, :, 0, :, 1] = mixed
-        det_hessian[:, :, 1, :, 0] = np.swapaxes(mixed, 1, 2)
-
-        def outer(p: np.ndarray, q: np.ndarray) -> np.ndarray:
-            return p.reshape(-1, 6, 1) * q.reshape(-1, 1, 6)
-
-        s, sixes = s[:, :, None], det_hessian.reshape(-1, 6, 6)
-        dd_s = (sixes / 2 - outer(d_s, d_s)) / s
-        t = np.sqrt(a + c + 2 * s[:, :, 0])[:, :, None]
-        d_t = (f + d_s) / t
-        dd_t = (np.eye(6) + dd_s - outer(d_t, d_t)) / t
-        trace = (root0[:, 0, 0] + root0[:, 1, 1])[:, None, None]
-        top = (np.einsum("tda,tdb->tab", f, f) * root0).sum((1, 2))[:, None, None] + s * trace
-        d_top = 2 * f @ root0 + trace * d_s
-        both = np.einsum("de,tab->tdaeb", eye, root0).reshape(-1, 6, 6)
-        dd_top = 2 * both + trace * dd_s
-        slope = d_top / t - top * d_t / t**2
-        turned = outer(d_top, d_t)
-        hessian = dd_top / t - (turned + np.swapaxes(turned, 1, 2)) / t**2
-        return RootShare(slope, hessian - top * dd_t / t**2 + 2 * top * outer(d_t, d_t) / t**3)
+def turned(frames: Frames, rates: np.ndarray, dt: float) -> np.ndarray:
+    """(F, 3, 2) R F, where each triangle turns to in dt [s] at the rates (F, 3, 2) 1/s of its gradient."""
+    s, modes = frames.s, frames.modes
+    u1, u2 = modes[:, 0].sum(2), modes[:, 1].sum(2)
+    v1 = np.einsum("td,tda->ta", u1 / (u1**2).sum(1, keepdims=True), modes[:, 0])
+    v2 = np.stack([-v1[:, 1], v1[:, 0]], axis=1)
+    u1, u2 = (np.einsum("tda,ta->td", modes[:, k], v) for k, v in enumerate((v1, v2)))
+    n = np.cross(u1, u2)
+    g1, g2 = (np.einsum("tda,ta->td", rates, v) for v in (v1, v2))
+    least = np.maximum(s, LEAST_TURNED)
+    a, b = (g2 * n).sum(1) / least[:, 1], -(g1 * n).sum(1) / least[:, 0]
+    c = (s[:, 0] * (g1 * u2).sum(1) - s[:, 1] * (g2 * u1).sum(1)) / np.maximum((s**2).sum(1), LEAST_TURNED**2)
+    way = dt * (a[:, None] * u1 + b[:, None] * u2 + c[:, None] * n)
+    return np.einsum("tde,tea->tda", Rotation.from_rotvec(way).as_matrix(), frames.f)
 
 
 def strain_limit(discrete: Discrete, frames: Frames) -> Density:
@@ -208,3 +170,8 @@ def corner_blocks(discrete: Discrete, hessian: np.ndarray) -> np.ndarray:
     g = discrete.corner_gradients
     half = np.einsum("tia,tdaeb->tideb", discrete.face_area[:, None, None] * g, hessian)
     return np.einsum("tideb,tjb->tidje", half, g)
+
+
+def stress_of(hessian: np.ndarray, change: np.ndarray) -> np.ndarray:
+    """(F, 3, 2) N/m: the Hessian (F, 3, 2, 3, 2) times a change of F (F, 3, 2)."""
+    return (hessian.reshape(-1, 6, 6) @ change.reshape(-1, 6, 1)).reshape(-1, 3, 2)

@@ -81,7 +81,7 @@ class Reference:
         size = np.linalg.norm(lag, axis=1, keepdims=True)
         kept = lag * (1 - np.minimum(1, discrete.return_speed * dt / np.maximum(size, 1e-300)))
         hold = discrete.skin_hold + discrete.skin_firmness * size[:, 0]
-        return StepProblem(discrete, dt, motion.x, x_hat, self.skin(pose) + kept, hold, motion.known)
+        return StepProblem(discrete, dt, motion.x, x_hat, self.skin(pose) + kept, hold, motion.known, motion.v)
 
     def step(self, motion: Motion, pose: Pose | None, dt: float, tolerance: float = TOLERANCE) -> Motion:
         """Advance by dt [s] to `pose`; what Newton did is in `solved`. Raises NotConvergedError."""

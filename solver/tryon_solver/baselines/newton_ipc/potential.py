@@ -2,8 +2,7 @@
 
 The residual is the solver's balance of forces, with everything at x. It is no gradient: the fade of parallel edges and
 the normal force within friction depend on x, too. `Lagged` freezes these at one point; there its gradient is the
-residual, and its energy is what a line search may descend. The fabric's damping is over
-what has changed since the step's start.
+residual, and its energy is what a line search may descend. The fabric's damping has a matrix of the step's start.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from tryon_solver.baselines.newton_ipc.search import Search, Stencils
 class StepProblem:
     """One step: `dt` s; `x_start` (A, 3) m, committed positions; `x_hat` (N, 3) m, inertial prediction; `skin` (B, 3) m
     and `hold` (B,) N, where the collision surface is drawn to and how firmly at most; `known` how far contacts have
-    given."""
+    given; `v` (N, 3) m/s, where it starts."""
 
     discrete: Discrete
     dt: float
@@ -33,6 +32,7 @@ class StepProblem:
     skin: np.ndarray
     hold: np.ndarray
     known: Presliding
+    v: np.ndarray
 
     @property
     def inertia(self) -> np.ndarray:
@@ -50,9 +50,15 @@ class StepProblem:
         return self.discrete.damping_time / self.dt
 
     @cached_property
-    def before(self) -> elastic.Frames:
-        """Of the cloth where the step starts: the membrane's share of the damping is over its strains' changes."""
-        return elastic.Frames.at(self.discrete, self.x_start[: self.discrete.cloth_count])
+    def damping_matrix(self) -> np.ndarray:
+        """(F, 3, 2, 3, 2) N/m: the membrane's share of the damping, of where triangles turn to."""
+        return self.damping * elastic.strain_matrix(self.discrete, elastic.Frames.of(self.turned))
+
+    @cached_property
+    def turned(self) -> np.ndarray:
+        """(F, 3, 2) the deformation gradients that damping counts from."""
+        frames = elastic.Frames.at(self.discrete, self.x_start[: self.discrete.cloth_count])
+        return elastic.turned(frames, elastic.gradients_of(self.discrete, self.v), self.dt)
 
 
 class Lagged:
@@ -82,7 +88,7 @@ class Lagged:
         n = discrete.cloth_count
         cloth, moved = x[:n], x - problem.x_start
         stress = elastic.membrane(discrete, self.frames).slope + elastic.strain_limit(discrete, self.frames).slope
-        stress += problem.damping * elastic.strain_rate(discrete, self.frames, problem.before).slope
+        stress += elastic.stress_of(problem.damping_matrix, self.frames.f - problem.turned)
         contact = self.pairs.gradient() + self.friction.gradient(moved)
         out = elastic.summed(self.pairs.ids, contact, len(x))
         out[:n] += problem.inertia[:, None] * (cloth - problem.x_hat) + problem.drag[:, None] * moved[:n]
@@ -105,13 +111,15 @@ class Lagged:
         cloth, moved = x[:n], x - problem.x_start
         frames = elastic.Frames.at(discrete, cloth)
         per_area = elastic.membrane(discrete, frames).value + elastic.strain_limit(discrete, frames).value
-        per_area = per_area + problem.damping * elastic.strain_rate(discrete, frames, problem.before).value
         total = float((discrete.face_area * per_area).sum())
         total += 0.5 * float((problem.inertia[:, None] * (cloth - problem.x_hat) ** 2).sum())
         total += 0.5 * float((problem.drag[:, None] * moved[:n] ** 2).sum())
         bent = (discrete.bending + discrete.attached) @ cloth
         total += 0.5 * float((cloth * bent).sum())
         total += 0.5 * problem.damping * float((moved[:n] * (discrete.bending @ moved[:n])).sum())
+        change = frames.f - problem.turned
+        damped = elastic.stress_of(problem.damping_matrix, change)
+        total += 0.5 * float((discrete.face_area[:, None, None] * change * damped).sum())
         k, hold = discrete.skin_stiffness, problem.hold
         give = hold / k
         r_sq = ((x[n:] - problem.skin) ** 2).sum(1)
@@ -125,9 +133,7 @@ class Lagged:
         and columns of the identity."""
         problem, discrete = self.problem, self.problem.discrete
         n, count = discrete.cloth_count, len(self.x)
-        hessian = elastic.membrane_hessian(discrete, self.frames, clamped)
-        damped = elastic.strain_rate_hessian(discrete, self.frames, problem.before, clamped)
-        hessian += problem.damping * damped
+        hessian = elastic.membrane_hessian(discrete, self.frames, clamped) + problem.damping_matrix
         hessian += elastic.strain_limit_hessian(discrete, self.frames, clamped)
         blocks = elastic.corner_blocks(discrete, hessian)
         parts = [scatter(discrete.faces, blocks.reshape(-1, 9, 9), count)]
