@@ -24,6 +24,13 @@ def gradients_of(discrete: Discrete, x: np.ndarray) -> np.ndarray:
     return np.einsum("tid,tia->tda", x[discrete.faces], discrete.corner_gradients)
 
 
+def stretched_along(f: np.ndarray) -> np.ndarray:
+    """(F, 2) the direction in the pattern that is stretched most."""
+    c = np.einsum("tda,tdb->tab", f, f)
+    angle = 0.5 * np.arctan2(2 * c[:, 0, 1], c[:, 0, 0] - c[:, 1, 1])
+    return np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+
 @dataclass(frozen=True)
 class Frames:
     """`f` (F, 3, 2), its singular values `s` (F, 2) and the six modes (F, 6, 3, 2) of isotropic Hessians."""
@@ -40,14 +47,13 @@ class Frames:
     @staticmethod
     def of(f: np.ndarray) -> Frames:
         """Of deformation gradients (F, 3, 2)."""
-        c = np.einsum("tda,tdb->tab", f, f)
-        angle = 0.5 * np.arctan2(2 * c[:, 0, 1], c[:, 0, 0] - c[:, 1, 1])
-        cos, sin = np.cos(angle)[:, None], np.sin(angle)[:, None]
+        v1 = stretched_along(f)
+        cos, sin = v1[:, :1], v1[:, 1:]
         stretched = cos * f[:, :, 0] + sin * f[:, :, 1], cos * f[:, :, 1] - sin * f[:, :, 0]
         s = np.stack([np.linalg.norm(column, axis=1) for column in stretched], axis=1)
         u1, u2 = (column / np.maximum(s[:, k, None], 1e-300) for k, column in enumerate(stretched))
         n = np.cross(u1, u2)
-        v1, v2 = np.hstack([cos, sin]), np.hstack([-sin, cos])
+        v2 = np.hstack([-sin, cos])
         a, b = u2[:, :, None] * v1[:, None, :], u1[:, :, None] * v2[:, None, :]
         modes = np.empty((len(f), 6, 3, 2))
         modes[:, 0], modes[:, 1] = u1[:, :, None] * v1[:, None, :], u2[:, :, None] * v2[:, None, :]
@@ -127,8 +133,7 @@ def strain_matrix(discrete: Discrete, frames: Frames) -> np.ndarray:
 def turned(frames: Frames, rates: np.ndarray, dt: float) -> np.ndarray:
     """(F, 3, 2) R F, where each triangle turns to in dt [s] at the rates (F, 3, 2) 1/s of its gradient."""
     s, modes = frames.s, frames.modes
-    u1, u2 = modes[:, 0].sum(2), modes[:, 1].sum(2)
-    v1 = np.einsum("td,tda->ta", u1 / (u1**2).sum(1, keepdims=True), modes[:, 0])
+    v1 = stretched_along(frames.f)
     v2 = np.stack([-v1[:, 1], v1[:, 0]], axis=1)
     u1, u2 = (np.einsum("tda,ta->td", modes[:, k], v) for k, v in enumerate((v1, v2)))
     n = np.cross(u1, u2)
