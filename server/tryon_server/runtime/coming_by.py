@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 NEAR = 0.12  # m, that no skin is further from where it was, the root's way apart: of walking trousers (900 vertices)
 # all pieces came back up to there, and to 0.15, and beyond 0.24 none
 LONGEST = 1.5  # s, simulated: two steps of a walk take 1.2
+WAITS = 3  # times: where it does not fit in a stance that is near, the next frames have others
 HELD = 1.0  # s, in which no frame went by: the body is held, and comes by nowhere
 
 

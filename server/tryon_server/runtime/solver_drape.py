@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tryon_server.runtime.coming_by import comes_by
+from tryon_server.runtime.coming_by import WAITS, comes_by
 from tryon_server.runtime.coming_to import ComingTo
 from tryon_server.runtime.cutting import Cut, Cutting
 from tryon_server.runtime.drape import Asked, GarmentPart, Outfit
@@ -230,14 +230,14 @@ class SolverDrape:
             yield None
         assert prepared is not None
         there = None if hung is None else hung.hung
-        for again in (False, True):
+        for waits in reversed(range(WAITS + 1)):
             for reach in REACHES:
                 try:
                     carried = put_on(prepared, self.simulation, self.own.mesh_now(), there, reach)
                     yield carried.simulation, carried.slack, carried.went
                     return
                 except CarryError as error:
-                    as_hung = error.as_hung and there is not None and not again
+                    as_hung = error.as_hung and there is not None and waits > 0
                     if not as_hung and (reach == REACHES[-1] or not error.came_back):
                         raise
                 if as_hung:
