@@ -4,7 +4,7 @@ waited for to come by that stance, as somebody who walks does at every second st
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Generator
 from typing import TYPE_CHECKING
 
 from tryon_solver.dressing.returned import Hung, stances_apart
@@ -20,9 +20,10 @@ WAITS = 3  # times: where it does not fit in a stance that is near, the next fra
 HELD = 1.0  # s, in which no frame went by: the body is held, and comes by nowhere
 
 
-def comes_by(drape: SolverDrape, new: Simulation, hung: Hung) -> Iterator[None]:
+def comes_by(drape: SolverDrape, new: Simulation, hung: Hung) -> Generator[None, None, bool]:
     """None until the body of the drape, which is worn and advanced meanwhile, is near the stance in which the garment
-    `hung`, or that is waited for no more; `new` is what is to be put on. `drape.waiting` is set meanwhile."""
+    `hung`, or that is waited for no more; `new` is what is to be put on. `drape.waiting` is set meanwhile. Returns
+    whether it came by."""
     assert drape.simulation.body is not None
     seconds, seen = drape.seconds, time.monotonic()
     until = seconds + LONGEST
@@ -33,6 +34,7 @@ def comes_by(drape: SolverDrape, new: Simulation, hung: Hung) -> Iterator[None]:
             if drape.seconds != seconds:
                 seconds, seen = drape.seconds, time.monotonic()
                 if stances_apart(drape.simulation, new, hung) <= NEAR:
-                    return
+                    return True
+        return False
     finally:
         drape.waiting = False

@@ -230,6 +230,7 @@ class SolverDrape:
             yield None
         assert prepared is not None
         there = None if hung is None else hung.hung
+        came_by = True
         for waits in reversed(range(WAITS + 1)):
             for reach in REACHES:
                 try:
@@ -237,14 +238,14 @@ class SolverDrape:
                     yield carried.simulation, carried.slack, carried.went
                     return
                 except CarryError as error:
-                    as_hung = error.as_hung and there is not None and waits > 0
+                    as_hung = error.as_hung and there is not None and came_by and waits > 0
                     if not as_hung and (reach == REACHES[-1] or not error.came_back):
                         raise
                 if as_hung:
                     break
                 yield None
             if there is not None:
-                yield from comes_by(self, prepared.simulation, there)
+                came_by = yield from comes_by(self, prepared.simulation, there)
 
     def _recut_among(
         self, cut: Cut, new: WornGarment, effects: tuple[Effect, ...]

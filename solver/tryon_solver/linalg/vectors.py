@@ -14,7 +14,7 @@ PARTS = 512  # of a sum, each by a block of threads, which a single one adds up 
 
 @wp.func
 def slip_of(kick: wp.vec3, hardest: float) -> wp.vec3:
-    """What of a change of velocity is not felt."""
+    """What of a change of velocity is not felt (stepping/leap.py)."""
     size = wp.length(kick)
     if size > hardest:
         return (1.0 - (hardest / size) * (hardest / size)) * kick

@@ -14,8 +14,6 @@ from scipy.spatial.transform import Rotation
 from tryon_solver.baselines.newton_ipc.discrete import Discrete
 
 SMALLEST_STRETCH = 1e-4  # below this a triangle is a line, and the modes' quotients are taken at this stretch
-
-
 LEAST_TURNED = 0.05  # below this a direction in its plane does not tell how a triangle turns
 
 
