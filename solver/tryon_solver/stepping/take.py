@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -62,7 +63,7 @@ def prove_free(sim: Simulation, direction: wp.array) -> None:
     """Turn `direction` aside where it closes gaps, then set `alpha` so that what is left of it is free of contact.
 
     Where candidates are idle, all of the region is. A move of cloth that shuts in gas is turned aside as its volume
-    allows, and shortened as one.
+    allows, and shortened as one, in each pass anew: what lies around it may have been free only behind it.
     """
     state, work, settings, sizes = sim.state, sim.work, sim.settings, sim.contact.sizes
     if not sim.candidates.idle:
@@ -99,9 +100,14 @@ def prove_free(sim: Simulation, direction: wp.array) -> None:
             sim.filtering.alpha_before,
             sim.filtering.changed,
             sim.filtering.passes,
+            level=partial(level, sim) if sim.stages.dyads else None,
         )
+
+
+def level(sim: Simulation) -> None:
+    """For the device: what of the pass that is under way shortened cloth that shuts in gas shortens all of that."""
     for dyad in sim.stages.dyads:
-        dyad.level(work.alpha, sim.holding.allowed)
+        dyad.level(sim.work.alpha, sim.holding.allowed, sim.filtering.changed, sim.filtering.passes.number)
 
 
 def list_near(sim: Simulation, direction: wp.array, settled: bool) -> None:

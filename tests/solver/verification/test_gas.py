@@ -1,5 +1,8 @@
 """Gas that cloth shuts in: Boyle's law, and the tension of a balloon, which holds what the gas has over its ambient."""
 
+from dataclasses import replace
+
+import ipctk
 import numpy as np
 import pytest
 import warp as wp
@@ -9,13 +12,15 @@ from small_scenes import STILL, device_vectors, fabric, flattened, grid_faces, i
 
 from tryon_solver.geometry.enclosed import closed_by_caps, enclosed_volume
 from tryon_solver.geometry.garment import Garment
+from tryon_solver.geometry.outfit import put_together
 from tryon_solver.linalg.dyad import Dyad
-from tryon_solver.scene import AirDrag, BodyContact, Elastic, ElasticLine, Gas, Gravity, Scene
+from tryon_solver.scene import AirDrag, BodyContact, Elastic, ElasticLine, Gas, Gravity, Scene, SelfContact
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
 from tryon_solver.stepping.correct import look_around
 from tryon_solver.stepping.newton import solve_newton_system
-from tryon_solver.stepping.take import prove_free
+from tryon_solver.stepping.search import search_around
+from tryon_solver.stepping.take import prove_free, take_within_region
 
 K, AMBIENT = 300.0, 101325.0
 RUBBER = fabric(k_warp=K, k_weft=K, k_shear=K, k_bend=0.0, strain_limit=3.0)
@@ -185,6 +190,40 @@ def test_a_move_of_cloth_that_shuts_in_gas_is_shortened_as_one():
     share = sim.work.alpha.numpy()[: len(ball)]
     np.testing.assert_allclose(share, share[0], rtol=1e-6)
     assert 0.01 < share[0] < 0.95
+
+
+def test_what_follows_cloth_that_shuts_in_gas_stops_where_this_is_stopped():
+    """A sheet over a balloon over a floor, both on their way down: once the floor has stopped the balloon as one, the
+    share of the sheet's way that was free behind it leads into it."""
+    ball, faces = icosphere(0.1, 2)
+    shut_in = Garment(
+        faces, flattened(ball, faces), np.zeros(len(faces), np.int32), len(ball), spline_corners=ball[faces][:, :, :2]
+    )
+    over, lying = sheet(9, 9, 0.16, 0.16)
+    floor, triangles = slab(0.6, 0.6, 0.1, 0.05)
+    low = ball + [0.0, 0.006 - ball[:, 1].min(), 0.0]
+    x = np.vstack([low, lying - lying.mean(axis=0) + [0.0, low[:, 1].max() + 0.006, 0.0]])
+    garment = put_together(("balloon", "sheet"), (shut_in, over))
+    effects = (Gas(panels=(0,)), BodyContact(), SelfContact())
+    nothing_turned = replace(PRESETS["live"], deflection_passes=0)
+    sim = build(Scene(garment, x, rigid_body(floor, triangles), RUBBER, effects), nothing_turned, "cpu", STILL)
+    down = np.zeros((sim.all_count, 3))
+    down[: len(x), 1] = -0.02
+    direction = device_vectors(down)
+    look_around(sim, near=False)
+    solve_newton_system(sim, 60)
+    sim.searches = 0
+    search_around(sim, sim.state.x, direction)
+    began = sim.cloth_positions().astype(np.float64)
+    take_within_region(sim, direction)
+    ended = sim.cloth_positions().astype(np.float64)
+    moved = began[:, 1] - ended[:, 1]
+    assert 1e-4 < moved[: len(ball)].max() < 0.008
+    assert moved[len(ball) :].max() > 1e-3
+    faces = garment.faces
+    mesh = ipctk.CollisionMesh(began, ipctk.edges(faces), faces)
+    assert ipctk.is_step_collision_free(mesh, *(np.asfortranarray(way) for way in (began, ended)))
+    assert not ipctk.has_intersections(mesh, np.asfortranarray(ended))
 
 
 def test_what_is_turned_aside_gets_back_its_part_of_a_dyad(rng):
