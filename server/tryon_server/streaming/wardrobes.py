@@ -105,15 +105,16 @@ class Wardrobes:
     def with_one(
         self, outfit: OutfitRecord, garment: str, fabric: str, size: float, position: int | None, replaces: str | None
     ) -> OutfitRecord:
-        """The outfit with another garment: at this position counted from the innermost, outermost for None, or in place
-        of the one of the name `replaces`. It is the one that is edited then.
+        """The outfit with another garment: at this position counted from the innermost; for None where the one of the
+        name `replaces` was, or outermost. It is the one that is edited then. Its name is none of those that are worn,
+        nor of the one that it replaces, whose edits are not its own.
 
         Raises ProblemError: 404 no garment of that name, 409 too many, 422 no such position.
         """
         left = list(outfit.worn)
         if replaces is not None:
             gone = _one(outfit, replaces)
-            position = left.index(gone)
+            position = left.index(gone) if position is None else position
             left.remove(gone)
         place = len(left) if position is None else position
         if not 0 <= place <= len(left):
@@ -123,7 +124,7 @@ class Wardrobes:
             remedy = "Take one off before"
             raise problem_error("outfit.full", f"{MOST} garments are worn", remedy, place="session", status=409)
         number = outfit.highest + 1
-        names = {one.name for one in left}
+        names = {one.name for one in outfit.worn}
         name = garment if garment not in names else f"{garment}-{number}"
         left.insert(place, WornRecord(name=name, number=number, garment=garment, fabric=fabric, size=size))
         return OutfitRecord(worn=tuple(left), edited=name, highest=number)

@@ -51,11 +51,6 @@ class Passes:
         return Passes(wp.zeros(3, dtype=wp.int32, device=device))
 
     @cached_property
-    def number(self) -> wp.array:
-        """(1,) that of the pass that is under way."""
-        return self.state[NUMBER : NUMBER + 1]
-
-    @cached_property
     def more(self) -> wp.array:
         """(1,) the loop's condition."""
         return self.state[MORE : MORE + 1]

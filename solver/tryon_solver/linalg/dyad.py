@@ -71,15 +71,11 @@ def level_kernel(
     vector: wp.array(dtype=wp.vec3),
     allowed: wp.array(dtype=wp.float32),
     least: wp.array(dtype=wp.float32),
-    number: wp.array(dtype=wp.int32),
     shares_out: wp.array(dtype=wp.float32),
-    changed_out: wp.array(dtype=wp.int32),
 ):
     i = wp.tid()
-    alike = least[0] * allowed[i]
-    if wp.length_sq(vector[i]) > 0.0 and alike < shares_out[i]:
-        shares_out[i] = alike
-        changed_out[i] = number[0]
+    if wp.length_sq(vector[i]) > 0.0:
+        shares_out[i] = least[0] * allowed[i]
 
 
 class Dyad:
@@ -120,12 +116,10 @@ class Dyad:
         inputs = [self._noted, self._along, self._given, self._response]
         launch(restore_kernel, len(direction), inputs, [direction], device=direction.device)
 
-    def level(self, shares: wp.array, allowed: wp.array, changed: wp.array, number: wp.array) -> None:
+    def level(self, shares: wp.array, allowed: wp.array) -> None:
         """Of a direction whose shares (A,) were `allowed` (A,) and have been lowered since, lower those where w is not
-        zero all alike, by the most that one of them was: w.d of a part of d is not that part of w.d. Where that does,
-        `changed` (A,) int32 is told `number` (1,) int32: that of the filter's pass that is under way."""
+        zero all alike, by the most that one of them was: w.d of a part of d is not that part of w.d."""
         count, device = len(shares), shares.device
         self._least.fill_(1.0)
         launch(least_kernel, count, [self.vector, allowed, shares], [self._least], device=device)
-        inputs = [self.vector, allowed, self._least, number]
-        launch(level_kernel, count, inputs, [shares, changed], device=device)
+        launch(level_kernel, count, [self.vector, allowed, self._least], [shares], device=device)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -63,7 +62,7 @@ def prove_free(sim: Simulation, direction: wp.array) -> None:
     """Turn `direction` aside where it closes gaps, then set `alpha` so that what is left of it is free of contact.
 
     Where candidates are idle, all of the region is. A move of cloth that shuts in gas is turned aside as its volume
-    allows, and shortened as one, in each pass anew: what lies around it may have been free only behind it.
+    allows, and shortened as one; what lies around it may have been free only behind it, and is looked at again.
     """
     state, work, settings, sizes = sim.state, sim.work, sim.settings, sim.contact.sizes
     if not sim.candidates.idle:
@@ -89,25 +88,28 @@ def prove_free(sim: Simulation, direction: wp.array) -> None:
     bounds.stay_in_region(state.x, direction, sim.region, work.alpha)
     wp.copy(sim.holding.allowed, work.alpha)
     if not sim.candidates.idle:
-        bounds.shorten(
-            sim.candidates,
-            True,
-            sim.cloth_count,
-            sizes,
-            state.x,
-            direction,
-            work.alpha,
-            sim.filtering.alpha_before,
-            sim.filtering.changed,
-            sim.filtering.passes,
-            level=partial(level, sim) if sim.stages.dyads else None,
-        )
-
-
-def level(sim: Simulation) -> None:
-    """For the device: what of the pass that is under way shortened cloth that shuts in gas shortens all of that."""
+        shorten(sim, direction)
     for dyad in sim.stages.dyads:
-        dyad.level(sim.work.alpha, sim.holding.allowed, sim.filtering.changed, sim.filtering.passes.number)
+        dyad.level(work.alpha, sim.holding.allowed)
+    if sim.stages.dyads and not sim.candidates.idle:
+        shorten(sim, direction)
+
+
+def shorten(sim: Simulation, direction: wp.array) -> None:
+    """Shrink `alpha` until the move by `direction` is free of the candidates that are listed as near it."""
+    filtering = sim.filtering
+    bounds.shorten(
+        sim.candidates,
+        True,
+        sim.cloth_count,
+        sim.contact.sizes,
+        sim.state.x,
+        direction,
+        sim.work.alpha,
+        filtering.alpha_before,
+        filtering.changed,
+        filtering.passes,
+    )
 
 
 def list_near(sim: Simulation, direction: wp.array, settled: bool) -> None:

@@ -218,7 +218,7 @@ def test_what_follows_cloth_that_shuts_in_gas_stops_where_this_is_stopped():
     take_within_region(sim, direction)
     ended = sim.cloth_positions().astype(np.float64)
     moved = began[:, 1] - ended[:, 1]
-    assert 1e-4 < moved[: len(ball)].max() < 0.008
+    assert 1e-3 < moved[: len(ball)].max() < 0.008
     assert moved[len(ball) :].max() > 1e-3
     faces = garment.faces
     mesh = ipctk.CollisionMesh(began, ipctk.edges(faces), faces)
