@@ -57,11 +57,12 @@ class EffectState(Struct, frozen=True, kw_only=True):
         Meta(description='what is under way on the way to what was asked for; "": nothing'),
     ] = ""
     parameters: Annotated[
-        dict[str, Any], Meta(description="all of them, as they stand; of what is absent by default")
+        dict[str, Any], Meta(description="all of them, as they stand; of what is absent as last, or by default")
     ] = {}
     why: Annotated[str, Meta(description="for people: why it is what it is")] = ""
     ms: Annotated[
-        float | None, Meta(description="a call of each of its stages, as measured last; null: not measured")
+        float | None,
+        Meta(description="a frame's calls of its stages, as measured last; null: not measured"),
     ] = None
     stages: Annotated[dict[str, float], Meta(description="ms of a call of each stage, as measured last")] = {}
 

@@ -22,7 +22,8 @@ class PutOnMessage(Message, tag="put_on", frozen=True, kw_only=True):
     fabric: Annotated[Name | None, Meta(description="one of `welcome.fabrics`; null: its pattern's own")] = None
     size: Annotated[Size, Meta(description="of its pattern, over its own")] = 1.0
     position: Annotated[
-        Annotated[int, Meta(ge=0, le=100)] | None, Meta(description="from the innermost, 0; null: outermost")
+        Annotated[int, Meta(ge=0, le=100)] | None,
+        Meta(description="from the innermost, 0; null: outermost, or where the one was that it replaces"),
     ] = None
     replaces: Annotated[WornName | None, Meta(description="a worn garment that it takes the place of")] = None
     request: Request = None

@@ -208,7 +208,7 @@ def test_what_keeps_the_garment_from_penetrating_has_no_switch(page):
 def test_times_are_shown_once_they_are_measured(page):
     page.click("#effects-measure")
     shown = item(page, "gravity").locator(".ms")
-    wait_for(page, lambda: shown.inner_text() == "0.38 ms")
+    wait_for(page, lambda: shown.inner_text() == "2.6 ms")
     assert "add gradient: 0.25 ms a call" in shown.get_attribute("title")
     assert item(page, "pressure").locator(".ms").inner_text() == ""
 

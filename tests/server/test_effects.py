@@ -93,7 +93,7 @@ def test_an_effect_is_set_changed_measured_and_removed(own_server, worn):
     assert armed["state"] == "armed"
     assert http.get(f"{path}/wind").json() == wind
     measured = http.get(path, params={"measure": True})
-    assert of(measured, "wind")["ms"] == 0.375
+    assert of(measured, "wind")["ms"] == 2.625
     assert measured.json()["plan"].startswith("project: membrane")
     assert of(http.delete(f"{path}/wind"), "wind")["state"] == "absent"
 

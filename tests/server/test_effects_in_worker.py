@@ -162,7 +162,7 @@ def test_times_are_measured_when_they_are_asked_for():
     assert sheet.effects.measured == 1
     assert answered(connection) == [5]
     gravity = last(connection, "gravity")
-    assert gravity.ms == 0.375
+    assert gravity.ms == 2.625
     assert gravity.stages == {"add_gradient": 0.25, "start_step": 0.125}
     assert last(connection, "wind").ms is None
     assert "9 measured" in news(connection)[-1].effects.plan

@@ -68,10 +68,25 @@ def test_garments_are_put_on_reordered_swapped_and_taken_off(server, session):
     assert not any(one["again"] for one in listed), "it is told of the change, not from then on"
     assert worn(server, session) == (["tube-2", "tube", "tube-3"], ["tube"])
     swapped = put_on(server, session, replaces="tube")
-    assert [one["name"] for one in swapped.json()] == ["tube-2", "tube", "tube-3"]
+    assert [one["name"] for one in swapped.json()] == ["tube-2", "tube-4", "tube-3"]
+    inwards = put_on(server, session, replaces="tube-3", position=0)
+    assert [one["name"] for one in inwards.json()] == ["tube", "tube-2", "tube-4"]
+    assert put_on(server, session, replaces="tube-2", position=3).json()["code"] == "position.outside"
     off = server.http.delete(f"/api/sessions/{session}/garments/tube-2")
-    assert [one["name"] for one in off.json()] == ["tube", "tube-3"]
-    assert worn(server, session)[0] == ["tube", "tube-3"]
+    assert [one["name"] for one in off.json()] == ["tube", "tube-4"]
+    assert worn(server, session)[0] == ["tube", "tube-4"]
+
+
+def test_a_garment_is_swapped_for_itself_in_another_fabric_and_has_a_history_of_its_own(server, session):
+    edit = f"/api/sessions/{session}/edits"
+    assert server.http.post(edit, json={"edit": WIDER}).status_code == 201
+    assert put_on(server, session, fabric="denim", size=1.1, replaces="tube").status_code == 201
+    assert worn(server, session) == (["tube-2"], ["tube-2"])
+    assert server.http.get(f"/api/sessions/{session}").json()["fabric"] == "denim"
+    assert edits(server, session, "tube-2") == []
+    assert server.http.post(f"{edit}/undo").status_code == 422
+    assert server.http.post(edit, json={"edit": WIDER}).json()["id"] == 1
+    assert edits(server, session, "tube-2") == [WIDER]
 
 
 @pytest.mark.parametrize(

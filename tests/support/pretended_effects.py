@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
-from tryon_server.runtime.drape import Character
+from tryon_server.runtime.drape import Character, EffectTimes
 from tryon_solver.effect_words.fields import EffectError
 from tryon_solver.effect_words.table import live
 
@@ -58,11 +58,11 @@ class PretendedEffects:
         self.asked = asked
         self.bound += 1
 
-    def times(self) -> Iterator[tuple[str, Mapping[str, float]]]:
+    def times(self) -> Iterator[tuple[str, EffectTimes]]:
         self.measured += 1
-        yield "membrane", {"project": 0.5}
+        yield "membrane", EffectTimes({"project": 0.5}, 5.0)
         for name in self.asked:
-            yield name, {"add_gradient": 0.25, "start_step": 0.125}
+            yield name, EffectTimes({"add_gradient": 0.25, "start_step": 0.125}, 2.625)
 
     def plan(self, times) -> str:
         return f"project: membrane; {len(times)} measured"

@@ -169,11 +169,11 @@ export interface EffectState {
   state: "absent" | "active" | "armed";
   /** what is under way on the way to what was asked for; "": nothing. Default: "" */
   pending?: "" | "binding" | "compiling";
-  /** all of them, as they stand; of what is absent by default */
+  /** all of them, as they stand; of what is absent as last, or by default */
   parameters?: Record<string, unknown>;
   /** for people: why it is what it is. Default: "" */
   why?: string;
-  /** a call of each of its stages, as measured last; null: not measured. Default: null */
+  /** a frame's calls of its stages, as measured last; null: not measured. Default: null */
   ms?: number | null;
   /** ms of a call of each stage, as measured last */
   stages?: Record<string, number>;
@@ -398,7 +398,7 @@ export interface PutOnMessage {
   fabric?: string | null;
   /** of its pattern, over its own. Default: 1.0 */
   size?: number;
-  /** from the innermost, 0; null: outermost. Default: null */
+  /** from the innermost, 0; null: outermost, or where the one was that it replaces. Default: null */
   position?: number | null;
   /** a worn garment that it takes the place of. Default: null */
   replaces?: string | null;

@@ -297,7 +297,7 @@ class EffectReply(Model):
     pending: Literal["", "compiling", "binding"] = Field(description="what is under way to what was asked for")
     parameters: dict[str, Any]
     why: str = Field(description="for people")
-    ms: float | None = Field(description="a call of each of its stages; null: not measured")
+    ms: float | None = Field(description="a frame's calls of its stages; null: not measured")
     stages: dict[str, float] = Field(description="ms of a call of each stage")
 
 
@@ -324,7 +324,7 @@ class WearRequest(Model):
     fabric: Name | None = Field(None, description="name of a fabric; null: the pattern's own, else the first one")
     size: Annotated[float, Field(ge=0.5, le=2.0, strict=True)] = Field(1.0, description="of its pattern, over its own")
     position: Annotated[int, Field(ge=0, strict=True)] | None = Field(
-        None, description="from the innermost, 0; null: outermost"
+        None, description="from the innermost, 0; null: outermost, or where the one was that it replaces"
     )
     replaces: Name | None = Field(None, description="name of a worn garment that it takes the place of")
 

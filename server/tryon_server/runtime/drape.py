@@ -132,6 +132,14 @@ Asked = Mapping[str, Parameters]
 """Effects by name, each with all its parameters (tryon_solver/effect_words)."""
 
 
+@dataclass(frozen=True)
+class EffectTimes:
+    """ms of a call by stage, and of a frame: by how often the last one before had them called."""
+
+    stages: Mapping[str, float]
+    frame: float
+
+
 class DrapeEffects(Protocol):
     """The effects of what is worn.
 
@@ -172,8 +180,8 @@ class DrapeEffects(Protocol):
         Raises EffectError, and then nothing has changed.
         """
 
-    def times(self) -> Iterator[tuple[str, Mapping[str, float]]]:
-        """What each part of the scene takes: its name, and ms of a call by stage, measured as it is asked for."""
+    def times(self) -> Iterator[tuple[str, EffectTimes]]:
+        """What each part of the scene takes, by its name; measured as it is asked for."""
 
     def plan(self, times: Mapping[str, Mapping[str, float]]) -> str:
         """The stages of a step and who takes part in each, with those times, for people."""

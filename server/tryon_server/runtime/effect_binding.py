@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from scipy.spatial import cKDTree
 
-from tryon_server.runtime.drape import CLOSE, Asked, Character
+from tryon_server.runtime.drape import CLOSE, Asked, Character, EffectTimes
 from tryon_server.runtime.worn_garment import WornGarment
 from tryon_solver.dressing.outfit import Outfit
 from tryon_solver.effect_words.fields import EffectError
@@ -26,7 +26,7 @@ from tryon_solver.redesign.parsed import parsed
 from tryon_solver.scene import Adhesion, Pins
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import Simulation
-from tryon_solver.stepping.clocked import times_in_parts
+from tryon_solver.stepping.clocked import calls_in_a_frame, in_a_frame, times_in_parts
 from tryon_solver.value_ramps import ValueRamps
 from tryon_solver.worn_effects import check, covers, elastic_lengths, has_values, in_place, spec_of, values_of
 
@@ -175,9 +175,11 @@ class SolverEffects:
             seconds = max(asked[name].get("ramp", 0.0), least)
             self._ramps.lead(simulation, name, values, seconds, POWERS.get(name, 1.0))
 
-    def times(self) -> Iterator[tuple[str, Mapping[str, float]]]:
-        """What each contribution to the plan takes: its name, and ms of a call by stage; measured as it is asked."""
-        return times_in_parts(self._worn.simulation, REPEATS)
+    def times(self) -> Iterator[tuple[str, EffectTimes]]:
+        """What each contribution to the plan takes, by its name; measured as it is asked."""
+        simulation = self._worn.simulation
+        for name, stages in times_in_parts(simulation, REPEATS):
+            yield name, EffectTimes(stages, in_a_frame(stages, calls_in_a_frame(simulation)))
 
     def plan(self, times: Mapping[str, Mapping[str, float]]) -> str:
         """The stages of a step and who takes part in each, with those times."""

@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 from tryon_protocol import AUTO, EffectsMessage, EffectState
 from tryon_server.runtime.arming import Armoury
-from tryon_server.runtime.drape import Character, DrapeEffects
+from tryon_server.runtime.drape import Character, DrapeEffects, EffectTimes
 from tryon_server.runtime.effect_choice import at_most, called_for, not_called_for
 from tryon_server.sessions.commands import ChangeEffect, MeasureEffects
 from tryon_server.sessions.events import EffectRefused, EffectsTold, Event
@@ -72,8 +72,8 @@ class EffectDesk:
         self._binding: Mapping[str, Parameters] = {}
         self._waiting: dict[int, str] = {}  # tickets of changes: of which effect, or AUTO
         self._measurers: list[int] = []
-        self._measuring: Iterator[tuple[str, Mapping[str, float]]] | None = None
-        self._times: dict[str, Mapping[str, float]] = {}
+        self._measuring: Iterator[tuple[str, EffectTimes]] | None = None
+        self._times: dict[str, EffectTimes] = {}
         self._told: tuple[EffectsMessage, Mapping[str, Any]] | None = None
         self._chosen_at = -CHOICE_SECONDS
         self._seen: Character | None = None  # what the worn garment and its motion have been like at most, as looked
@@ -325,6 +325,10 @@ class EffectDesk:
             return wish
         return Wish("armed", wish.parameters, f"{NOT_WORN}{error.message}")
 
+    @property
+    def _stages(self) -> Mapping[str, Mapping[str, float]]:
+        return {name: times.stages for name, times in self._times.items()}
+
     def _measure(self, worn: DrapeEffects) -> None:
         if self._measuring is None:
             self._measuring = iter(worn.times())
@@ -345,7 +349,7 @@ class EffectDesk:
         if self._measuring is not None:
             return
         self._caveats = worn.caveats
-        news = EffectsMessage(effects=self._states(worn), auto=self._auto, plan=worn.plan(self._times)), self.wishes
+        news = EffectsMessage(effects=self._states(worn), auto=self._auto, plan=worn.plan(self._stages)), self.wishes
         if news != self._told or answers:
             self._told = news
             self._tell(EffectsTold(*news, tuple(answers)))
@@ -392,15 +396,15 @@ class EffectDesk:
             state = "armed" if name in out else "active"
         elif wish is not None and wish.state != "absent" and self._armoury.is_ready(name):
             state = "armed"
-        stages = self._times.get(name, {})
+        times = self._times.get(name)
         return EffectState(
             name=name,
             state=state,
             pending=pending,
             parameters=dict(worn.asked.get(name) or (wish.parameters if wish else {}) or _by_default(name)),
             why=out.get(name, "") or self._with_caveat(name, state, worn),
-            ms=round(sum(stages.values()), 4) if stages else None,
-            stages={stage: round(ms, 4) for stage, ms in stages.items()},
+            ms=None if times is None else round(times.frame, 4),
+            stages={} if times is None else {stage: round(ms, 4) for stage, ms in times.stages.items()},
         )
 
     def _with_caveat(self, name: str, state: str, worn: DrapeEffects) -> str:

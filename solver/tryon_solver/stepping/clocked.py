@@ -3,16 +3,30 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import warp as wp
 
+from tryon_solver.linalg.read_back import read
 from tryon_solver.plan import ContactTerm, Contribution
 from tryon_solver.stepping.clocked_contact import contact_calls
+from tryon_solver.stepping.repeat import TAKEN
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
+
+LOOKS = 4  # of a correction at where it may begin and at where it has come to, beside one an iteration
+MEASURED = 2  # gradients that tell how good a cycle's end and a step are
+IN_CORRECTION = (
+    "project_in_correction",
+    "add_velocity_gradient_in_correction",
+    "add_triangle_hessian",
+    "add_hessian",
+    "contact",
+    "assembly",
+)
+"""Stages of which a look around has one call."""
 
 
 def contribution_times(sim: Simulation, repeats: int = 20) -> dict[str, dict[str, float]]:
@@ -20,8 +34,8 @@ def contribution_times(sim: Simulation, repeats: int = 20) -> dict[str, dict[str
     counted. Waits for the device, and allocates what calls write to. Changes nothing that the next step goes by: what a
     call keeps for a step the next step's own replaces, and values that a call moves on are put back.
 
-    A step calls most stages once an iteration, `start_step`, `add_acceleration` and `add_diagonal` once, those of the
-    constant matrices never: they have no times. Contact with a surface has those of clocked_contact.py instead.
+    Those of the constant matrices are never called: they have no times. Contact with a surface has those of
+    clocked_contact.py instead. How often a frame calls each tells `calls_in_a_frame`.
     """
     return dict(times_in_parts(sim, repeats))
 
@@ -35,6 +49,29 @@ def times_in_parts(sim: Simulation, repeats: int = 20) -> Iterator[tuple[str, di
         for name, value in kept.items():
             wp.copy(contribution.values[name], value)
         yield contribution.name, times
+
+
+def calls_in_a_frame(sim: Simulation) -> dict[str, int]:
+    """By stage, how often about the last call of `advance` had one of a contribution: once a step; once an iteration of
+    Newton's, of the cycle, or of both, and some more (LOOKS, MEASURED) in each step; or once an iteration of the
+    conjugate gradients, as many as the last of Newton's had. Waits for the device."""
+    counters = sim.counters
+    cycles, *_ = read(sim.cycles)
+    steps = counters.steps
+    looks = counters.newton_iterations + LOOKS * steps
+    gradients = int(cycles[TAKEN]) + looks + MEASURED * steps if steps else 0
+    by_stage = dict.fromkeys(("start_step", "add_diagonal", "add_acceleration", "detection", "verification"), steps)
+    by_stage |= dict.fromkeys(("project", "add_gradient", "add_velocity_gradient"), gradients)
+    by_stage |= dict.fromkeys(IN_CORRECTION, looks)
+    return by_stage | {
+        "time_of_impact": counters.newton_iterations,
+        "product": counters.newton_iterations * sim.cg.taken(),
+    }
+
+
+def in_a_frame(times: Mapping[str, float], calls: Mapping[str, int]) -> float:
+    """ms: what a contribution's stages took a call, by how often a frame calls them."""
+    return sum(taken * calls[stage] for stage, taken in times.items())
 
 
 def calls_of(sim: Simulation, contribution: Contribution) -> dict[str, Callable[[], None]]:

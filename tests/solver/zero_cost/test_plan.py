@@ -1,5 +1,8 @@
 """The plan lists exactly what the scene asked for, stage by stage."""
 
+from collections import Counter
+from dataclasses import fields, replace
+
 import pytest
 from small_scenes import STILL, fabric, icosphere, rigid_body, sheet
 
@@ -16,8 +19,9 @@ from tryon_solver.scene import (
     StrainLimit,
     Wind,
 )
+from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
-from tryon_solver.stepping.clocked import contribution_times
+from tryon_solver.stepping.clocked import calls_in_a_frame, contribution_times, in_a_frame
 
 NAMES = {
     Gravity: "gravity",
@@ -147,3 +151,38 @@ def test_body_contact_without_a_body_is_refused():
     garment, x = sheet(5, 5, 0.2, 0.2)
     with pytest.raises(ValueError, match="BodyContact needs a body"):
         Scene(garment, x, None, fabric(), (BodyContact(),))
+
+
+@pytest.mark.parametrize("preset", ["draft", "live"])
+def test_how_often_a_frame_calls_a_stage(preset):
+    """Counted in the calls themselves, of a sheet on a ball in a wind."""
+    garment, x = sheet(15, 15, 0.3, 0.3)
+    x[:, 1] += 0.102
+    effects = (Gravity(), BodyContact(), Friction(), FabricDamping(), Wind((3.0, 0.0, 0.0)), StrainLimit())
+    scene = Scene(garment, x, rigid_body(*icosphere(0.1, 2)), fabric(), effects)
+    sim = build(scene, PRESETS[preset], "cpu", STILL)
+    for k in range(6):
+        sim.advance(STILL, (k + 1) / 30)
+    counted = Counter()
+
+    def counting(stage, call):
+        def called(*given):
+            counted[stage] += 1
+            return call(*given)
+
+        return called
+
+    plain = [one.name for one in fields(sim.stages) if one.name not in ("dyads", "sleep", "contact")]
+    ones = {name: tuple(counting(name, call) for call in getattr(sim.stages, name)[:1]) for name in plain}
+    rest = {name: getattr(sim.stages, name)[1:] for name in plain}
+    (term,) = sim.stages.contact
+    contact = (replace(term, add_stiffness=counting("contact", term.add_stiffness)),)
+    sim.stages = replace(sim.stages, contact=contact, **{name: ones[name] + rest[name] for name in plain})
+    for k in range(4):
+        counted.clear()
+        sim.advance(STILL, (k + 7) / 30)
+        told = calls_in_a_frame(sim)
+        assert len(counted) > 7
+        for stage, count in counted.items():
+            assert told[stage] == pytest.approx(count, rel=0.25), (stage, count, told[stage])
+    assert in_a_frame({"start_step": 2.0, "project": 1.0}, {"start_step": 1, "project": 12}) == 14.0
