@@ -2,9 +2,9 @@
 
 First Newton on the potential with its lagged parts frozen, which are made afresh in every iteration, with a line
 search on its energy (Li et al. 2020, algorithm 1): by the exact Hessian where that is positive definite, else by a
-mixture with the Hessian clamped term by term. That comes near; at the end it need not converge, for it knows nothing of
-how the lagged parts follow x. Then Newton on the residual itself: its derivative is a central difference along each
-direction that GMRES asks for, the direct solve is the preconditioner, and a step counts when it lowers the
+mixture with the Hessian clamped term by term. That comes near, or goes round in circles of a millimetre: it knows
+nothing of how the lagged parts follow x. Then Newton on the residual itself: its derivative is a central difference
+along each direction that GMRES asks for, the direct solve is the preconditioner, and a step counts when it lowers the
 preconditioned residual (Deuflhard's natural monotonicity test).
 """
 
@@ -61,7 +61,8 @@ def solve(problem: StepProblem, search: Search, x: np.ndarray, tolerance: float)
         if moves[-1] < 0.7 * least:
             least, improved = moves[-1], iteration
         there = None
-        if moves[-1] < NEAR and (convex or iteration - improved > PATIENCE):
+        circling = iteration - improved > PATIENCE
+        if circling or (moves[-1] < NEAR and convex):
             full = newton_direction(lagged, factor)
             moves[-1] = max(moves[-1], largest(full))
             there = towards_balance(lagged, factor, full, largest_norm(direction))
