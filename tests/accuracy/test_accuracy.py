@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import one_step_errors
 import pytest
 from accuracy_case import AccuracyCase, presets, scenes, takes_such_steps
 from accuracy_patterns import pattern_of
@@ -11,12 +12,13 @@ from contact_scenes import DT, square_on_sphere
 from error_measures import Measures
 from families import FAMILIES, SWEPT, preset_family
 from methods import Method, ours
-from one_step_errors import measure_errors, measure_trajectories
+from one_step_errors import FIRST, measure_errors, measure_trajectories, reference_steps
 from recorded import Writer, read
 from small_scenes import STILL
 from steppers import NO_CONTACTS, Ours, stepper_of
+from worn_start import Worn
 
-from tryon_solver.baselines.newton_ipc import Reference
+from tryon_solver.baselines.newton_ipc import Reference, newton
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
 
@@ -71,6 +73,29 @@ def test_a_converged_step_ends_where_the_reference_does_and_a_short_one_does_not
     ways = read(tmp_path / "ways.jsonl").rows
     assert ways[0]["error"] == rows[0]["error"]
     assert ways[2]["error"] != rows[2]["error"], "its second step began where its first one ended"
+
+
+def test_a_step_in_which_the_reference_finds_no_balance_is_passed_over(monkeypatch):
+    """It is cut off after a few iterations: the step after it begins where these had come to, which is free."""
+    scene, steps = square_on_sphere(), []
+    reference = Reference(scene.scene)
+    start = reference.start(STILL)
+
+    def step(self, motion, pose, dt):
+        steps.append(motion)
+        monkeypatch.setattr(newton, "MOST_ITERATIONS", 3 if len(steps) == FIRST + 2 else 200)
+        return of_the_reference(self, motion, pose, dt, 1e-6)
+
+    of_the_reference = Reference.step
+    monkeypatch.setattr(one_step_errors, "KEPT_IN", None)
+    monkeypatch.setattr(Reference, "step", step)
+    case = AccuracyCase("tshirt", "walk", DT, states=3)
+    found = list(reference_steps(Worn(scene, start.x, start.v), case))
+    assert [one.number for one in found] == [FIRST + 1, FIRST + 3]
+    (first, third), between = found, steps[FIRST + 1]
+    np.testing.assert_array_equal(between.x, first.after.x)
+    assert 1e-4 < np.abs(third.before.x - between.x).max() < 0.1
+    assert reference.search.free_share(between.x, third.before.x - between.x) == 1.0
 
 
 def test_a_simulation_that_has_moved_begins_anew_as_if_built_there(square, contacts):

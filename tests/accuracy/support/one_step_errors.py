@@ -15,6 +15,7 @@ from steppers import Stepper, stepper_of
 from worn_start import Worn, worn_at_start
 
 from tryon_solver.baselines.newton_ipc import Motion, Reference
+from tryon_solver.baselines.newton_ipc.newton import NotConvergedError
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import Simulation, build
 
@@ -24,11 +25,17 @@ TRAJECTORY = 0.5  # s: cloth buckles, and after a while two ways that began alik
 
 
 def reference_steps(worn: Worn, case: AccuracyCase) -> Iterator[ReferenceStep]:
-    """The reference's steps that count, numbered from FIRST + 1 on; kept on disk. Raises NotConvergedError."""
+    """The reference's steps that count, numbered from FIRST + 1 on; kept on disk. One that finds no balance counts as
+    none: the ones after it begin where that has come to."""
     ref, pose_at = Reference(worn.scene.scene, kept_in=KEPT_IN), worn.scene.pose_at
     motion = Motion(worn.x, worn.v, pose_at(0))
     for number in range(1, FIRST + case.states + 1):
-        after = ref.step(motion, pose_at(number), case.dt)
+        pose = pose_at(number)
+        try:
+            after = ref.step(motion, pose, case.dt)
+        except NotConvergedError as error:
+            motion = ref.moved(motion, pose, case.dt, error.nearest)
+            continue
         assert ref.solved is not None
         if number > FIRST:
             yield ReferenceStep(number, motion, after, ref.solved.last_move)

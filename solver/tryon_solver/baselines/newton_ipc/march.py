@@ -94,6 +94,10 @@ class Reference:
             found = solve(self.problem(motion, pose, dt), self.search, motion.x, tolerance)
             if self.kept_in is not None:
                 cache.save(self.kept_in, key, found)
+        return self.moved(motion, pose, dt, found)
+
+    def moved(self, motion: Motion, pose: Pose | None, dt: float, found: Solved) -> Motion:
+        """From `motion` in dt [s] to where Newton has come to, and the body to `pose`."""
         self.solved, n = found, self.discrete.cloth_count
         return Motion(found.x, (found.x[:n] - motion.x[:n]) / dt, pose, found.known)
 

@@ -24,14 +24,11 @@ MOST_ITERATIONS = 200
 MOST_HALVINGS = 30
 TRIED_HALVINGS = 6  # of a Newton-Krylov step, before the projected one is taken
 NEAR = 3e-4  # m: moves below it are those of a Newton on the residual
+MOST_IN_VAIN = 30  # steps of a Newton on the residual that are found not to lower it, once iterations go in circles
 PATIENCE = 15  # iterations without a much smaller move, after which the lagged potential is no guide
 CLAMPED_SHARES = (0.0, 0.2, 0.4, 0.6, 0.8, 0.9, 1.0)  # of the clamped Hessian in the mixture, tried in turn
 PROBE = 3e-8  # m: largest displacement of the differences
 ROUNDING = 1e-13  # of the energy: a change below it is none
-
-
-class NotConvergedError(RuntimeError):
-    """Newton ran out of iterations; the message says how far it was."""
 
 
 @dataclass(frozen=True)
@@ -49,10 +46,19 @@ class Solved:
     known: Presliding
 
 
+class NotConvergedError(RuntimeError):
+    """Newton ran out of iterations, or went on in circles; the message says how far it was, `nearest` where."""
+
+    def __init__(self, message: str, nearest: Solved) -> None:
+        super().__init__(message)
+        self.nearest = nearest
+
+
 def solve(problem: StepProblem, search: Search, x: np.ndarray, tolerance: float) -> Solved:
-    """From a free x (A, 3) m to where a whole Newton step moves nothing by more than `tolerance` m."""
+    """From a free x (A, 3) m to where a whole Newton step moves nothing by more than `tolerance` m. Raises
+    NotConvergedError."""
     moves: list[float] = []
-    least, improved = np.inf, 0
+    least, improved, in_vain = np.inf, 0, 0
     lagged = Lagged(problem, search, x)
     for iteration in range(1, MOST_ITERATIONS + 1):
         factor, convex = factorised(lagged)
@@ -66,11 +72,21 @@ def solve(problem: StepProblem, search: Search, x: np.ndarray, tolerance: float)
             full = newton_direction(lagged, factor)
             moves[-1] = max(moves[-1], largest(full))
             there = towards_balance(lagged, factor, full, largest_norm(direction))
+            in_vain += circling and there is None
+        here = left_at(lagged, iteration, moves[-1], convex)
         if moves[-1] <= tolerance:
-            known = lagged.friction.kept(lagged.x - problem.x_start)
-            return Solved(lagged.x, iteration, moves[-1], convex, known)
-        lagged = descend(lagged, direction) if there is None else there
-    raise NotConvergedError(f"the last Newton step is still {moves[-1]:.1e} m; the ones before it {moves[-6:-1]}")
+            return here
+        if in_vain == MOST_IN_VAIN:
+            break
+        lagged = descend(lagged, direction, here) if there is None else there
+    said = f"the last Newton step is still {moves[-1]:.1e} m; the ones before it {moves[-6:-1]}"
+    raise NotConvergedError(said, here)
+
+
+def left_at(lagged: Lagged, iterations: int = 0, last_move: float = np.inf, convex: bool = False) -> Solved:
+    """What is known where the iterations end."""
+    known = lagged.friction.kept(lagged.x - lagged.problem.x_start)
+    return Solved(lagged.x, iterations, last_move, convex, known)
 
 
 def largest(vectors: np.ndarray) -> float:
@@ -93,7 +109,7 @@ def factorised(lagged: Lagged) -> tuple[SuperLU, bool]:
         factor = definite_factor(exact if clamped is None else (1 - share) * exact + share * clamped)
         if factor is not None:
             return factor, share == 0
-    raise NotConvergedError("the clamped Hessian is not positive definite")
+    raise NotConvergedError("the clamped Hessian is not positive definite", left_at(lagged))
 
 
 def definite_factor(matrix: sp.csc_matrix) -> SuperLU | None:
@@ -135,12 +151,12 @@ def towards_balance(lagged: Lagged, factor: SuperLU, direction: np.ndarray, norm
     return None
 
 
-def descend(lagged: Lagged, direction: np.ndarray) -> Lagged:
-    """Along the direction as far as that is free and lowers the lagged energy."""
+def descend(lagged: Lagged, direction: np.ndarray, here: Solved) -> Lagged:
+    """Along the direction as far as that is free and lowers the lagged energy. Raises NotConvergedError."""
     share = lagged.search.free_share(lagged.x, direction)
-    here = lagged.energy(lagged.x)
+    energy = lagged.energy(lagged.x)
     for _ in range(MOST_HALVINGS):
-        if lagged.energy(lagged.x + share * direction) <= here + ROUNDING * abs(here):
+        if lagged.energy(lagged.x + share * direction) <= energy + ROUNDING * abs(energy):
             return lagged.moved(share * direction)
         share *= 0.5
-    raise NotConvergedError("no step along a Newton direction lowers the energy")
+    raise NotConvergedError("no step along a Newton direction lowers the energy", here)
