@@ -18,6 +18,8 @@ from tryon_solver.linalg.vectors import PARTS, dot
 
 wp.set_module_options({"enable_backward": False})
 
+LEAST_ALIKE = wp.constant(0.1)  # share of a move below which nothing is shortened alike
+
 
 @wp.kernel
 def amend_kernel(
@@ -68,14 +70,13 @@ def least_kernel(
 
 @wp.kernel
 def level_kernel(
-    vector: wp.array(dtype=wp.vec3),
     allowed: wp.array(dtype=wp.float32),
     least: wp.array(dtype=wp.float32),
-    shares_out: wp.array(dtype=wp.float32),
+    shares: wp.array(dtype=wp.float32),
 ):
     i = wp.tid()
-    if wp.length_sq(vector[i]) > 0.0:
-        shares_out[i] = least[0] * allowed[i]
+    if least[0] > LEAST_ALIKE:
+        shares[i] = wp.min(shares[i], least[0] * allowed[i])
 
 
 class Dyad:
@@ -117,9 +118,11 @@ class Dyad:
         launch(restore_kernel, len(direction), inputs, [direction], device=direction.device)
 
     def level(self, shares: wp.array, allowed: wp.array) -> None:
-        """Of a direction whose shares (A,) were `allowed` (A,) and have been lowered since, lower those where w is not
-        zero all alike, by the most that one of them was: w.d of a part of d is not that part of w.d."""
+        """Of a direction whose shares (A,) were `allowed` (A,) and have been lowered since, lower all to that part of
+        what was allowed to which the most lowered one of those where w is not zero was: w.d of a part of d is not that
+        part of w.d. All, since what lies around would otherwise be in the way, or go on through it. Not where that is
+        LEAST_ALIKE or less: one vertex that can't move would have everything stand still."""
         count, device = len(shares), shares.device
         self._least.fill_(1.0)
         launch(least_kernel, count, [self.vector, allowed, shares], [self._least], device=device)
-        launch(level_kernel, count, [self.vector, allowed, self._least], [shares], device=device)
+        launch(level_kernel, count, [allowed, self._least], [shares], device=device)

@@ -62,7 +62,7 @@ def prove_free(sim: Simulation, direction: wp.array) -> None:
     """Turn `direction` aside where it closes gaps, then set `alpha` so that what is left of it is free of contact.
 
     Where candidates are idle, all of the region is. A move of cloth that shuts in gas is turned aside as its volume
-    allows, and shortened as one; what lies around it may have been free only behind it, and is looked at again.
+    allows, and shortened with all else as one; what was free only beside or behind it is looked at again.
     """
     state, work, settings, sizes = sim.state, sim.work, sim.settings, sim.contact.sizes
     if not sim.candidates.idle:

@@ -192,7 +192,8 @@ def test_a_move_of_cloth_that_shuts_in_gas_is_shortened_as_one():
     assert 0.01 < share[0] < 0.95
 
 
-def test_what_follows_cloth_that_shuts_in_gas_stops_where_this_is_stopped():
+@pytest.mark.parametrize("way", [0.02, 0.03, 0.05])
+def test_what_follows_cloth_that_shuts_in_gas_stops_where_this_is_stopped(way):
     """A sheet over a balloon over a floor, both on their way down: once the floor has stopped the balloon as one, the
     share of the sheet's way that was free behind it leads into it."""
     ball, faces = icosphere(0.1, 2)
@@ -208,7 +209,8 @@ def test_what_follows_cloth_that_shuts_in_gas_stops_where_this_is_stopped():
     nothing_turned = replace(PRESETS["live"], deflection_passes=0)
     sim = build(Scene(garment, x, rigid_body(floor, triangles), RUBBER, effects), nothing_turned, "cpu", STILL)
     down = np.zeros((sim.all_count, 3))
-    down[: len(x), 1] = -0.02
+    down[: len(ball), 1] = -0.02
+    down[len(ball) : len(x), 1] = -way
     direction = device_vectors(down)
     look_around(sim, near=False)
     solve_newton_system(sim, 60)
@@ -218,7 +220,7 @@ def test_what_follows_cloth_that_shuts_in_gas_stops_where_this_is_stopped():
     take_within_region(sim, direction)
     ended = sim.cloth_positions().astype(np.float64)
     moved = began[:, 1] - ended[:, 1]
-    assert 1e-3 < moved[: len(ball)].max() < 0.008
+    assert moved[: len(ball)].max() > 1e-3
     assert moved[len(ball) :].max() > 1e-3
     faces = garment.faces
     mesh = ipctk.CollisionMesh(began, ipctk.edges(faces), faces)
