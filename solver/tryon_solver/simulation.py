@@ -38,6 +38,7 @@ from tryon_solver.settings import Settings
 from tryon_solver.state import State, Workspace, positions
 from tryon_solver.step import SCHEMES, advance
 from tryon_solver.stepping.arm_contact import FLY, arm_contact, may_fly
+from tryon_solver.stepping.interrupted import take_back
 from tryon_solver.stepping.nothing_near import NoCandidates, NoPairs
 from tryon_solver.stepping.pace import Hurried, Pace, Unhurried
 from tryon_solver.stepping.progress import TRUSTED, TRUSTED_AGAIN, Budget, Progress
@@ -357,8 +358,14 @@ class Simulation:
         """From the last simulated pose time to `time` [s] at `pose`: Algorithm 2 (step.py).
 
         `longest_step` [s] lets steps be longer than the settings' `largest_step`, for who must keep up with a clock.
+        Whatever is raised: cloth and surface are then where the step that was under way began, and may be advanced.
         """
-        report = advance(self, pose, time, longest_step)
+        wp.copy(self.state.x_committed, self.state.x)
+        try:
+            report = advance(self, pose, time, longest_step)
+        except Exception:
+            take_back(self)
+            raise
         self.comes_along = False
         return report
 

@@ -12,6 +12,7 @@ from live_server import LiveServer
 from tryon_client import connect
 from tryon_protocol import ErrorMessage, OutfitMessage, PutOnMessage, ReorderMessage, TakeOffMessage
 from tryon_server.persistence import OutfitRecord, SqlOutfits, WornRecord, open_database
+from tryon_server.streaming.wardrobes import Wardrobes
 
 WIDER = {"kind": "scale_piece", "panel": "front", "factors": [1.2, 1.0]}
 
@@ -75,6 +76,21 @@ def test_garments_are_put_on_reordered_swapped_and_taken_off(server, session):
     off = server.http.delete(f"/api/sessions/{session}/garments/tube-2")
     assert [one["name"] for one in off.json()] == ["tube", "tube-4"]
     assert worn(server, session)[0] == ["tube", "tube-4"]
+
+
+def test_no_two_garments_have_one_name():
+    """Also where a garment is stored under what another would be numbered as."""
+    outfit = OutfitRecord(
+        worn=tuple(
+            WornRecord(name=name, number=number, garment=name, fabric="cotton", size=1.0)
+            for number, name in enumerate(("tube", "tube-3"), 1)
+        ),
+        edited="tube",
+        highest=2,
+    )
+    wardrobes = Wardrobes.__new__(Wardrobes)
+    made = wardrobes.with_one(outfit, "tube", "cotton", 1.0, None, None)
+    assert [one.name for one in made.worn] == ["tube", "tube-3", "tube-4"]
 
 
 def test_a_garment_is_swapped_for_itself_in_another_fabric_and_has_a_history_of_its_own(server, session):

@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from itertools import chain, count
 from typing import Any
 
 import msgspec
@@ -125,7 +126,8 @@ class Wardrobes:
             raise problem_error("outfit.full", f"{MOST} garments are worn", remedy, place="session", status=409)
         number = outfit.highest + 1
         names = {one.name for one in outfit.worn}
-        name = garment if garment not in names else f"{garment}-{number}"
+        numbered = (f"{garment}-{k}" for k in count(number))
+        name = next(one for one in chain([garment], numbered) if one not in names)
         left.insert(place, WornRecord(name=name, number=number, garment=garment, fabric=fabric, size=size))
         return OutfitRecord(worn=tuple(left), edited=name, highest=number)
 

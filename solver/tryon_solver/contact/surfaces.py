@@ -7,7 +7,7 @@ stencil appears once.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -61,6 +61,13 @@ class Surface:
             count,
             reach,
         )
+
+    def apart(self) -> Surface:
+        """The same triangles, with boxes, tree and budgets of their own: of these the candidate list that there is
+        knows, and a search beside it must not tell the next one otherwise."""
+        lower, upper, budget = wp.clone(self.lower), wp.clone(self.upper), wp.clone(self.budget)
+        known, gained = wp.clone(self.known), wp.clone(self.gained)
+        return replace(self, lower=lower, upper=upper, budget=budget, known=known, gained=gained, bvh=None)
 
     def refit(self, centre: wp.array, half_way: wp.array, budget: wp.array, margin: float) -> None:
         """Boxes of the triangles and the tree over them, for vertices within `budget` of paths around `centre`.

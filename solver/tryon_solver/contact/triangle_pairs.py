@@ -18,6 +18,10 @@ from tryon_solver.linalg.slots import next_slot
 
 wp.set_module_options({"enable_backward": False})
 
+ROUNDING = wp.constant(1.0e-6)  # of how far from the origin a triangle is: what two searches make of a distance differs
+# by less. A stencil that one has just left out the next must not take for listed; one that is twice on the list until
+# it is made anew pulls twice
+
 
 @wp.func
 def largest_of(a: float, b: float, c: float) -> float:
@@ -197,8 +201,8 @@ def in_question(
     half_way: wp.array(dtype=wp.vec3),
 ) -> wp.vec2:
     """Of two triangles whose boxes overlap: at their centres, stencils at most the second number apart come into
-    question, and those up to the first are on the list already, from a search with the budgets in `known`; zeros if
-    something keeps the two apart.
+    question, and those up to the first are on the list already, from a search with the budgets in `known`, whatever
+    that made of them in its rounding; zeros if something keeps the two apart.
 
     Around their centres two triangles can approach by no more than their vertices' longest half ways, taken relative to
     the mean of all six, and by their budgets.
@@ -232,15 +236,16 @@ def in_question(
     if apart_along(wp.cross(b1 - b0, b2 - b0), r, a0, a1, a2, b0, b1, b2):
         return wp.vec2()
     r_known = float(-1.0)
+    rounding = ROUNDING * (wp.length(a0) + wp.length(b0))
     if overlapped(
         own.lower[t],
         own.upper[t],
-        own.budget[t] - own.known[t],
+        own.budget[t] - own.known[t] + rounding,
         other.lower[j],
         other.upper[j],
-        other.budget[j] - other.known[j],
+        other.budget[j] - other.known[j] + rounding,
     ):
-        r_known = reach + own.known[t] + other.known[j] + travel
+        r_known = reach + own.known[t] + other.known[j] + travel - rounding
     return wp.vec2(r_known, r)
 
 

@@ -38,7 +38,9 @@ def contact_calls(sim: Simulation, surface: Surface) -> dict[str, Callable[[], N
     device, x = sim.device, sim.state.x
     beside = copy(sim)
     beside.candidates, beside.pairs = Candidates.allocate(FIRST_ROOM, device), ContactPairs.allocate(FIRST_ROOM, device)
-    beside.touching, beside.region = (surface,), Region.allocate(sim.all_count, device)
+    cloth = sim.cloth.apart()
+    of_this = cloth if surface is sim.cloth else surface.apart()
+    beside.cloth, beside.touching, beside.region = cloth, (of_this,), Region.allocate(sim.all_count, device)
     beside.graphs = {}  # those of the step are of its own lists
     way = wp.zeros_like(x)
     wp.copy(way, wp.array(sim.dt * sim.state.v.numpy(), dtype=wp.vec3, device=device), count=sim.cloth_count)

@@ -118,6 +118,11 @@ def search_further(sim: Simulation, direction: wp.array, alpha: wp.array, most: 
     broad_phase.extend(sim.candidates, scope(sim, sim.state.x))
     wp.copy(sim.x_listed, sim.state.x)
     sim.searches += 1
+    distrust_list(sim)
+
+
+def distrust_list(sim: Simulation) -> None:
+    """The list serves no further step."""
     sim.list_age, sim.held, sim.rests = LONGEST_SERVED, 0, False
 
 

@@ -5,12 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from reference_distances import stencil_distances
-from small_scenes import turn
+from small_scenes import device_vectors, fabric, layers, turn
 from tangles import Tangle, keys
 
-from tryon_solver.contact import bounds, candidates, found
+from tryon_solver.contact import bounds, broad_phase, candidates, found
 from tryon_solver.contact.found import CrowdedError, Found
+from tryon_solver.scene import Scene, SelfContact
+from tryon_solver.settings import PRESETS
+from tryon_solver.simulation import build
 from tryon_solver.stepping import search
+from tryon_solver.stepping.search import scope
 
 SAMPLES = 8
 
@@ -335,3 +339,36 @@ def test_a_far_direction_widens_the_search_by_a_few_edges_at_a_time_and_is_short
 def test_more_contacts_than_any_memory_holds_are_refused_with_what_to_change(counted):
     with pytest.raises(CrowdedError, match="shorter steps, a slower motion or a coarser mesh"):
         Found.allocate(8, 8, "cpu").with_room(*counted)
+
+
+def test_an_extended_list_lacks_nothing_far_from_the_origin():
+    """What is searched for anew, with budgets that were raised since, finds nothing that the extended list has not: a
+    stencil at the edge of what the first search was of is not taken for listed."""
+    garment, x = layers(3, 17, 17, 0.32, 9e-3)
+    rng = np.random.default_rng(1)
+    x = x + 1e-3 * rng.normal(size=x.shape) + [30.0, 300.0, 30.0]
+    sim = build(Scene(garment, x, None, fabric(), (SelfContact(),)), PRESETS["live"], "cpu", tangled=True)
+    still, searched = device_vectors(np.zeros((len(x), 3))), 0
+    for _ in range(12):
+        sim.state.x.assign((x + 1e-3 * rng.normal(size=x.shape)).astype(np.float32))
+        sim.region.accompany(len(x), sim.state.x, still, sim.solved, 0.0, 2e-3)
+        sim.candidates.clear()
+        broad_phase.find(sim.candidates, scope(sim, sim.state.x))
+        budgets = sim.region.budget.numpy()
+        grown = rng.random(len(x)) < 0.3
+        budgets[grown] += rng.uniform(0.002, 0.02, grown.sum()).astype(np.float32)
+        sim.region.budget.assign(budgets)
+        broad_phase.extend(sim.candidates, scope(sim, sim.state.x))
+        extended = named(sim.candidates)
+        sim.candidates.clear()
+        broad_phase.find(sim.candidates, scope(sim, sim.state.x))
+        anew = named(sim.candidates)
+        assert not anew - extended
+        searched += len(anew)
+    assert searched > 1_000_000
+
+
+def named(listed):
+    """Stencils by their vertices and kind."""
+    ids, kind = listed.ids.numpy()[: listed.size], listed.kind.numpy()[: listed.size]
+    return set(map(tuple, np.column_stack([ids, kind]).tolist()))

@@ -3,6 +3,8 @@
 from collections import Counter
 from dataclasses import fields, replace
 
+import ipctk
+import numpy as np
 import pytest
 from small_scenes import STILL, fabric, icosphere, rigid_body, sheet
 
@@ -13,6 +15,7 @@ from tryon_solver.scene import (
     Friction,
     Gravity,
     Gusts,
+    Pins,
     Scene,
     SelfContact,
     Sleep,
@@ -186,3 +189,33 @@ def test_how_often_a_frame_calls_a_stage(preset):
         for stage, count in counted.items():
             assert told[stage] == pytest.approx(count, rel=0.25), (stage, count, told[stage])
     assert in_a_frame({"start_step": 2.0, "project": 1.0}, {"start_step": 1, "project": 12}) == 14.0
+
+
+@pytest.mark.parametrize("pull", [30.0, 60.0])
+def test_measuring_changes_nothing_that_the_next_step_goes_by(pull):
+    """A sheet folded over itself, its upper layer pulled down at ever more: the list of what it may meet, which was
+    made when it was slow, is extended and not made anew. Judged by IPC Toolkit, and held to what is not measured."""
+    rows, columns, edge, apart = 19, 9, 0.03, 7e-3
+    garment, flat = sheet(columns, rows, edge * (columns - 1), edge * (rows - 1))
+    row = np.arange(rows).repeat(columns)
+    away = np.where(row <= 8, row, 18 - row) * edge
+    away[row == 9] = 8 * edge + np.sqrt(edge**2 - (apart / 2) ** 2)
+    height = np.select([row < 9, row == 9], [0.0, apart / 2], apart)
+    x = np.column_stack([flat[:, 0], height, away])
+    effects = (Gravity((0.0, -1e-3, 0.0)), Pins(np.flatnonzero(row <= 8).astype(np.int32), 1e3), SelfContact())
+    mesh = ipctk.CollisionMesh(x, ipctk.edges(garment.faces), garment.faces)
+    ends = []
+    for measured in (False, True):
+        sim = build(Scene(garment, x, None, fabric(), effects), PRESETS["live"], "cpu")
+        gravity = next(one for one in sim.plan.contributions if one.name == "gravity").values["acceleration"]
+        for k, g in enumerate((1e-3, 1e-3, 1e-3, 6.0, pull, pull, pull)):
+            if measured and k == 4:
+                contribution_times(sim, repeats=1)
+            gravity.assign(np.array([[0.0, -g, 0.0]], np.float32))
+            began = sim.cloth_positions().astype(np.float64)
+            sim.advance(None, (k + 1) / 60)
+            ended = sim.cloth_positions().astype(np.float64)
+            assert ipctk.is_step_collision_free(mesh, *(np.asfortranarray(one) for one in (began, ended)))
+        ends.append(ended)
+    assert np.abs(ends[0] - x).max() > 0.01
+    np.testing.assert_array_equal(ends[1], ends[0])
