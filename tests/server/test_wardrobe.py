@@ -2,6 +2,7 @@
 simulate the analytic drape."""
 
 import asyncio
+import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 
@@ -12,6 +13,7 @@ from live_server import LiveServer
 from tryon_client import connect
 from tryon_protocol import ErrorMessage, OutfitMessage, PutOnMessage, ReorderMessage, TakeOffMessage
 from tryon_server.persistence import OutfitRecord, SqlOutfits, WornRecord, open_database
+from tryon_server.streaming.live_sessions import LiveSessions
 from tryon_server.streaming.wardrobes import Wardrobes
 
 WIDER = {"kind": "scale_piece", "panel": "front", "factors": [1.2, 1.0]}
@@ -76,6 +78,38 @@ def test_garments_are_put_on_reordered_swapped_and_taken_off(server, session):
     off = server.http.delete(f"/api/sessions/{session}/garments/tube-2")
     assert [one["name"] for one in off.json()] == ["tube", "tube-4"]
     assert worn(server, session)[0] == ["tube", "tube-4"]
+
+
+@pytest.fixture
+def storing(monkeypatch):
+    """Sessions that are opened from now on store no edit before this is set."""
+    keep, go_on = LiveSessions._keep, threading.Event()
+
+    def wait(*given):
+        go_on.wait(20)
+        keep(*given)
+
+    monkeypatch.setattr(LiveSessions, "_keep", wait)
+    return go_on
+
+
+def test_an_edit_is_kept_with_its_garment_however_long_that_takes(server, storing, session):
+    """Two swaps later another garment has its name."""
+    path = f"/api/sessions/{session}/edits"
+    with ThreadPoolExecutor() as pool:
+        asked = pool.submit(server.http.post, path, json={"edit": WIDER, "garment": "tube"})
+        time.sleep(0.5)
+        assert put_on(server, session, replaces="tube").status_code == 201
+        assert worn(server, session)[0] == ["tube-2"]
+        again = pool.submit(put_on, server, session, replaces="tube-2")
+        deadline = time.monotonic() + 10
+        while worn(server, session)[0] != ["tube"] and time.monotonic() < deadline:
+            time.sleep(0.05)
+        storing.set()
+        assert (asked.result().status_code, again.result().status_code) == (201, 201)
+    assert worn(server, session)[0] == ["tube"]
+    assert edits(server, session, "tube") == []
+    assert server.http.post(f"{path}/undo").status_code == 422
 
 
 def test_no_two_garments_have_one_name():

@@ -44,7 +44,8 @@ class LiveSession:
         start_simulation: starts it; is given the function that takes its events, which may be called from any thread.
         on_end: called once, with the reason, when the session has ended.
         complete: adds to a command for the simulation what the machine does not know, such as where a file is.
-        keep: stores a change of the pattern; blocking. Raises what the store raises.
+        keep: stores a change of the pattern, of the garment of this number, if it has one; blocking. Raises what the
+            store raises.
         keep_effects: stores what is asked of the effects, likewise.
         keep_waiting: stores that the change of this ticket waits to be made; for None, that it does no more; likewise.
         wear: has what a client wants to wear worn and kept, and tells it by `tell_outfit`. Raises ProtocolError.
@@ -56,7 +57,7 @@ class LiveSession:
         start_simulation: Callable[[Callable[[Event], None]], Simulation],
         on_end: Callable[[LiveSession, str], None],
         complete: Callable[[Command], Command] = lambda command: command,
-        keep: Callable[[EditMade], None] = lambda _made: None,
+        keep: Callable[[EditMade, int | None], None] = lambda _made, _number: None,
         keep_effects: Callable[[Mapping[str, Any]], None] = lambda _wishes: None,
         keep_waiting: Callable[[int, ChangePattern | ChangeEffect | None], None] = lambda _ticket, _change: None,
         wear: Callable[[int, OutfitWish], Awaitable[None]] | None = None,
@@ -273,7 +274,8 @@ class LiveSession:
                 case Order(command):
                     self._simulation.order(self._complete(command))
                 case Keep(made):
-                    self._keeping = self._loop.create_task(self._keep_after(self._keeping, made))
+                    number = self.machine.number_of(made.garment)  # now: the name may be another's once it is stored
+                    self._keeping = self._loop.create_task(self._keep_after(self._keeping, made, number))
                 case KeepWaiting():
                     self._keeping = self._loop.create_task(self._keep_waiting_after(self._keeping, action))
                 case ChangeWorn(client, wish):
@@ -301,13 +303,13 @@ class LiveSession:
             self._outboxes.pop(client).overflow(POLICY_VIOLATION, "The client reads nothing")
             self._carry_out(self.machine.disconnect(client, self.now))
 
-    async def _keep_after(self, before: asyncio.Task[None] | None, made: EditMade) -> None:
-        """Store a change of the pattern, after the one before, and say so."""
+    async def _keep_after(self, before: asyncio.Task[None] | None, made: EditMade, number: int | None) -> None:
+        """Store a change of the pattern of the garment of this number, after the one before, and say so."""
         if before is not None:
             await before
         fault = None
         try:
-            await asyncio.to_thread(self._keep, made)
+            await asyncio.to_thread(self._keep, made, number)
         except Exception as error:
             logger.exception("session %s: an edit could not be stored", self.machine.id)
             what = f"The edit is made, but could not be stored: {error!r:.200}."

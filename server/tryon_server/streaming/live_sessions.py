@@ -220,10 +220,8 @@ class LiveSessions:
             return replace(command, file=motion.file)
         return command
 
-    def _keep(self, session_id: str, made: EditMade) -> None:
-        """Store a change of a session's pattern; blocking."""
-        live = self._live.get(session_id)
-        number = None if live is None else live.machine.number_of(made.garment)
+    def _keep(self, session_id: str, made: EditMade, number: int | None) -> None:
+        """Store a change of the pattern of the garment of this number that a session wore then; blocking."""
         if number is None:
             kept_under = self.wardrobes.history_of(session_id, made.garment)
         else:  # newer than what is kept
