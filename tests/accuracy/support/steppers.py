@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -57,7 +56,11 @@ class Stepper(Protocol):
 
 
 class StoppedError(Exception):
-    """The trial is reached."""
+    """The trial is reached: `x` (A,) vec3 m."""
+
+    def __init__(self, x: wp.array) -> None:
+        super().__init__("the trial is reached")
+        self.x = x
 
 
 class Ours:
@@ -87,16 +90,16 @@ class Ours:
             term.restore(*self._same(contacts or NO_CONTACTS))
 
     def step(self, pose: Pose, dt: float) -> Ended:
-        sim, report = self.sim, None
+        sim = self.sim
         wp.synchronize_device(self.device)
         begun = time.perf_counter()
-        with suppress(StoppedError):
+        try:
             report = sim.advance(self._same(pose), sim.state.time + dt)
+        except StoppedError as stopped:  # the simulation is then back where the step began
+            return Ended(stopped.x.numpy().astype(np.float64), 1e3 * (time.perf_counter() - begun))
         wp.synchronize_device(self.device)
         ms = 1e3 * (time.perf_counter() - begun)
         x = sim.state.x.numpy().astype(np.float64)
-        if report is None:
-            return Ended(x, ms)
         told = {
             "estimate": float(f"{1e3 * report.error:.5g}"),
             "newton": report.newton_iterations,
@@ -114,7 +117,8 @@ class Ours:
 
         def until_correction(verb: Callable[..., None], *arguments: object) -> None:
             if verb.__name__ == "correct_penetration":
-                raise StoppedError
+                wp.synchronize_device(self.device)
+                raise StoppedError(wp.clone(self.sim.state.x))
             timed(verb, *arguments)
 
         self.sim.timed = until_correction  # type: ignore[method-assign]
