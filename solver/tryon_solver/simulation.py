@@ -347,9 +347,7 @@ class Simulation:
         self.scene = replace(self.scene, x_start=cloth)
         if self.body is not None:
             body = self.body
-            body.pose, body.reached = pose, (pose, body.moving.transforms(pose))
-            body.moving.take(body.reached[1], pose)
-            body.moving.write(body.skin_now)
+            body.stand(pose)
             body.felt.zero_()
             for skin in (body.skin_next, state.skin):
                 wp.copy(skin, body.skin_now)

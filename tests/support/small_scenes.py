@@ -52,6 +52,18 @@ def sheet(columns: int, rows: int, width: float, height: float) -> tuple[Garment
     return garment_of(uv, grid_faces(columns, rows)), np.column_stack([uv[:, 0], np.zeros(len(uv)), -uv[:, 1]])
 
 
+def folded_sheet(apart: float) -> tuple[Garment, np.ndarray, np.ndarray]:
+    """A sheet of 24 x 54 cm folded over itself, its layers `apart` m; its positions (N, 3) m, and the layer of each
+    vertex (N,): 0 the lower one, 1 the fold, 2 the upper one."""
+    rows, columns, edge = 19, 9, 0.03
+    garment, flat = sheet(columns, rows, edge * (columns - 1), edge * (rows - 1))
+    row = np.arange(rows).repeat(columns)
+    layer = 1 + np.sign(row - 9)
+    away = np.where(layer == 0, row, 18 - row) * edge
+    away[layer == 1] = 8 * edge + np.sqrt(edge**2 - (apart / 2) ** 2)
+    return garment, np.column_stack([flat[:, 0], layer * apart / 2, away]), layer
+
+
 def flattened(x: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """(F, 3, 2) m: each triangle laid flat by itself."""
     a, b, c = (x[faces[:, k]] for k in range(3))

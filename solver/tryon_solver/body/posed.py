@@ -44,6 +44,12 @@ class PosedBody:
         felt_of_it = wp.zeros(cloth_count + count, dtype=wp.vec3, device=device)
         return PosedBody(moving, carry, skin_now, wp.clone(skin_now), pose, reached, felt_of_it)
 
+    def stand(self, pose: Any) -> None:
+        """Be in this stance, with the skin that it has; nothing is carried there."""
+        self.pose, self.reached = pose, (pose, self.moving.transforms(pose))
+        self.moving.take(self.reached[1], pose)
+        self.moving.write(self.skin_now)
+
     def transforms(self) -> np.ndarray:
         """(J, 4, 4) float64 m, world from rest, at its pose: those it was moved to last, as a rule."""
         stance, transforms = self.reached

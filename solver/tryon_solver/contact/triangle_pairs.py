@@ -18,9 +18,9 @@ from tryon_solver.linalg.slots import next_slot
 
 wp.set_module_options({"enable_backward": False})
 
-ROUNDING = wp.constant(1.0e-6)  # of how far from the origin a triangle is: what two searches make of a distance differs
-# by less. A stencil that one has just left out the next must not take for listed; one that is twice on the list until
-# it is made anew pulls twice
+# Of how far from the origin a triangle is: what two searches make of a distance differs by less. A stencil that one has
+# just left out the next must not take for listed; at worst it is on the list twice until that is made anew.
+ROUNDING = wp.constant(1.0e-6)
 
 
 @wp.func

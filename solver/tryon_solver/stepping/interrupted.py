@@ -16,11 +16,8 @@ def take_back(sim: Simulation) -> None:
     """Cloth and collision surface are where the step began, and the body's skin is where its stance then has it. What
     was under way had been proven free in part, or was a trial that nothing had been; and a list whose search was cut
     off says of budgets that are granted already that it covers them."""
-    state, body = sim.state, sim.body
-    wp.copy(state.x, state.x_committed)
-    if body is not None:
-        body.reached = (body.pose, body.moving.transforms(body.pose))
-        body.moving.take(body.reached[1], body.pose)
-        body.moving.write(body.skin_now)
+    wp.copy(sim.state.x, sim.state.x_committed)
+    if sim.body is not None:
+        sim.body.stand(sim.body.pose)
     distrust_list(sim)
     sim.under_way = sim.concluded = False

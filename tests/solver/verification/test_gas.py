@@ -26,11 +26,16 @@ K, AMBIENT = 300.0, 101325.0
 RUBBER = fabric(k_warp=K, k_weft=K, k_shear=K, k_bend=0.0, strain_limit=3.0)
 
 
-def balloon(*effects):
+def ball_of_cloth():
+    """Of 10 cm."""
     ball, faces = icosphere(0.1, 2)
-    garment = Garment(
-        faces, flattened(ball, faces), np.zeros(len(faces), np.int32), len(ball), spline_corners=ball[faces][:, :, :2]
-    )
+    spline_corners = ball[faces][:, :, :2]
+    panel = np.zeros(len(faces), np.int32)
+    return ball, Garment(faces, flattened(ball, faces), panel, len(ball), spline_corners=spline_corners)
+
+
+def balloon(*effects):
+    ball, garment = ball_of_cloth()
     return ball, build(Scene(garment, ball, None, RUBBER, (AirDrag(20.0), *effects)))
 
 
@@ -168,10 +173,7 @@ def test_newtons_direction_has_the_dyad(inflated):
 def test_a_move_of_cloth_that_shuts_in_gas_is_shortened_as_one():
     """A balloon that lies on a floor: what is left of a direction vertex by vertex would squeeze the gas as no force
     asks for."""
-    ball, faces = icosphere(0.1, 2)
-    garment = Garment(
-        faces, flattened(ball, faces), np.zeros(len(faces), np.int32), len(ball), spline_corners=ball[faces][:, :, :2]
-    )
+    ball, garment = ball_of_cloth()
     floor, triangles = slab(0.6, 0.6, 0.1, 0.05)
     x = ball + [0.0, 0.005 - ball[:, 1].min(), 0.0]
     effects = (Gravity(), AirDrag(), Gas(), BodyContact())
@@ -196,10 +198,7 @@ def test_a_move_of_cloth_that_shuts_in_gas_is_shortened_as_one():
 def test_what_follows_cloth_that_shuts_in_gas_stops_where_this_is_stopped(way):
     """A sheet over a balloon over a floor, both on their way down: once the floor has stopped the balloon as one, the
     share of the sheet's way that was free behind it leads into it."""
-    ball, faces = icosphere(0.1, 2)
-    shut_in = Garment(
-        faces, flattened(ball, faces), np.zeros(len(faces), np.int32), len(ball), spline_corners=ball[faces][:, :, :2]
-    )
+    ball, shut_in = ball_of_cloth()
     over, lying = sheet(9, 9, 0.16, 0.16)
     floor, triangles = slab(0.6, 0.6, 0.1, 0.05)
     low = ball + [0.0, 0.006 - ball[:, 1].min(), 0.0]

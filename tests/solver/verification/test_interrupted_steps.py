@@ -3,7 +3,7 @@
 import ipctk
 import numpy as np
 import pytest
-from small_scenes import STILL, fabric, icosphere, rigid_body, sheet
+from small_scenes import STILL, fabric, folded_sheet, icosphere, rigid_body, sheet
 
 from tryon_solver.contact import found
 from tryon_solver.scene import BodyContact, Gravity, Pins, Scene, SelfContact
@@ -14,18 +14,12 @@ from tryon_solver.stepping import correct, search
 
 def folded():
     """A sheet folded over itself, 7.2 mm apart, its lower layer pinned, that has been at rest for three steps."""
-    rows, columns, edge, apart = 19, 9, 0.03, 7.2e-3
-    garment, flat = sheet(columns, rows, edge * (columns - 1), edge * (rows - 1))
-    row = np.arange(rows).repeat(columns)
-    away = np.where(row <= 8, row, 18 - row) * edge
-    away[row == 9] = 8 * edge + np.sqrt(edge**2 - (apart / 2) ** 2)
-    height = np.select([row < 9, row == 9], [0.0, apart / 2], apart)
-    x = np.column_stack([flat[:, 0], height, away])
-    pins = Pins(np.flatnonzero(row <= 8).astype(np.int32), 1e3)
+    garment, x, layer = folded_sheet(7.2e-3)
+    pins = Pins(np.flatnonzero(layer == 0).astype(np.int32), 1e3)
     sim = build(Scene(garment, x, None, fabric(), (pins, SelfContact())), PRESETS["live"], "cpu")
     for k in range(3):
         sim.advance(None, (k + 1) / 60)
-    return sim, row >= 10
+    return sim, layer == 2
 
 
 @pytest.mark.parametrize(("most", "list_age"), [(1000, 0), (-1, search.LONGEST_SERVED)])

@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 import ipctk
 import numpy as np
 import pytest
-from small_scenes import STILL, fabric, icosphere, rigid_body, sheet
+from small_scenes import STILL, fabric, folded_sheet, icosphere, rigid_body, sheet
 
 from tryon_solver.scene import (
     AirDrag,
@@ -195,14 +195,8 @@ def test_how_often_a_frame_calls_a_stage(preset):
 def test_measuring_changes_nothing_that_the_next_step_goes_by(pull):
     """A sheet folded over itself, its upper layer pulled down at ever more: the list of what it may meet, which was
     made when it was slow, is extended and not made anew. Judged by IPC Toolkit, and held to what is not measured."""
-    rows, columns, edge, apart = 19, 9, 0.03, 7e-3
-    garment, flat = sheet(columns, rows, edge * (columns - 1), edge * (rows - 1))
-    row = np.arange(rows).repeat(columns)
-    away = np.where(row <= 8, row, 18 - row) * edge
-    away[row == 9] = 8 * edge + np.sqrt(edge**2 - (apart / 2) ** 2)
-    height = np.select([row < 9, row == 9], [0.0, apart / 2], apart)
-    x = np.column_stack([flat[:, 0], height, away])
-    effects = (Gravity((0.0, -1e-3, 0.0)), Pins(np.flatnonzero(row <= 8).astype(np.int32), 1e3), SelfContact())
+    garment, x, layer = folded_sheet(7e-3)
+    effects = (Gravity((0.0, -1e-3, 0.0)), Pins(np.flatnonzero(layer == 0).astype(np.int32), 1e3), SelfContact())
     mesh = ipctk.CollisionMesh(x, ipctk.edges(garment.faces), garment.faces)
     ends = []
     for measured in (False, True):
