@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from numbers import Real
 
 SCHEME_NAMES = ("subspace_lbfgs", "contact_coarse")
 
@@ -105,6 +106,11 @@ class Settings:
     sub-steps are longer and cycles fewer where it must be. None: a call takes what it takes."""
     most_iterations: int = 100
     """Newton iterations of a correction that ends by `accuracy` or `deadline`, at most."""
+    most_pcg_iterations: int = 80
+    """Conjugate gradients of each where it ends by `accuracy` and no deadline is set, if more than those of the budget:
+    short ones do for a budget of a few, and lead nowhere from an impact."""
+    most_searches: int = 100
+    """Searches there, if more than `searches`: what stands where its candidates end comes no nearer."""
 
     deterministic: bool = False
     """Two runs of a scene on a device end in equal bytes. On a CPU they always do; a GPU's conjugate gradients take two
@@ -139,7 +145,7 @@ class Settings:
         may_be_none = ("accuracy", "deadline", "correction_nearness", "correction_torn")
         for name in (*positive, *(name for name in may_be_none if getattr(self, name) is not None)):
             value = getattr(self, name)
-            if isinstance(value, (bool, str)) or not 0 < value < float("inf"):
+            if not isinstance(value, Real) or isinstance(value, bool) or not 0 < float(value) < float("inf"):
                 raise ValueError(f"settings.{name} must be a finite number above 0, not {value!r}")
         counts = (
             "outer_iterations",
@@ -147,6 +153,8 @@ class Settings:
             "correction_pcg_iterations",
             "second_pcg_iterations",
             "most_iterations",
+            "most_pcg_iterations",
+            "most_searches",
             "contact_passes",
             "history",
             "most_substeps",
@@ -175,6 +183,11 @@ class Settings:
     def ends_by_budget(self) -> bool:
         """Does a correction end by its budget, and by nothing else that is asked for?"""
         return self.accuracy is None and self.deadline is None
+
+    @property
+    def ends_by_accuracy(self) -> bool:
+        """Does a correction end by its accuracy, in whatever time?"""
+        return self.accuracy is not None and self.deadline is None
 
     def by_budget(self) -> Settings:
         """The same with corrections that do."""

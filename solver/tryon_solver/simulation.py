@@ -190,6 +190,7 @@ class Simulation:
         self.budget = Budget(settings.correction_iterations, settings.correction_pcg_iterations, TRUSTED)
         self.second_budget = Budget(settings.second_iterations, settings.second_pcg_iterations, TRUSTED_AGAIN)
         self.tears = TearWatch.build(self.rest, self.progress.stretch, settings.correction_torn)
+        self.pace: Pace = Unhurried(settings, self.cloth_count)
         self.buy(settings.accuracy, settings.deadline)
         self.concluded = False  # has the device ended the step by itself (stepping/ending.py)?
         self.went_back = False  # did the last correction end where it had been nearest to balance?
@@ -330,9 +331,17 @@ class Simulation:
         timed = None if deadline is None else 1.0
         self.recorded_settings = replace(settings, accuracy=asked, deadline=timed)  # what graphs are recorded for
         self.accuracy.fill_(accuracy or 0.0)
-        self.pace: Pace = Unhurried(settings, self.cloth_count) if deadline is None else Hurried(settings, self.device)
-        most = settings.correction_iterations if settings.ends_by_budget else settings.most_iterations
-        self.budget.iterations = most
+        if deadline is None:
+            self.pace = Unhurried(settings, self.cloth_count)
+        elif isinstance(self.pace, Hurried):
+            self.pace.buy(settings)  # what parts take it has seen
+        else:
+            self.pace = Hurried(settings, self.device)
+        budget = self.budget
+        budget.iterations = settings.correction_iterations if settings.ends_by_budget else settings.most_iterations
+        budget.pcg_iterations = settings.correction_pcg_iterations
+        if settings.ends_by_accuracy:
+            budget.pcg_iterations = max(budget.pcg_iterations, settings.most_pcg_iterations)
 
     # -- running -------------------------------------------------------------------------------------------------
 

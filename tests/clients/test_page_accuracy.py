@@ -70,7 +70,7 @@ def dial_to(page, accuracy: str) -> None:
     page.locator("#accuracy-dial").focus()
     page.keyboard.press("Home")
     for _ in range(26):
-        if page.inner_text("#accuracy-told") == f"at most {accuracy}":
+        if page.inner_text("#accuracy-told") == f"about {accuracy}":
             return
         page.keyboard.press("ArrowRight")
     raise AssertionError(f"the dial has no {accuracy}")
@@ -167,13 +167,13 @@ def test_keys_at_the_dial_are_sent_once_they_rest(page, studio):
 
 def test_what_another_client_chooses_is_shown(page, studio):
     choose_elsewhere(studio, page, accuracy=2e-4, deadline_ms=66)
-    page.wait_for_function("document.getElementById('accuracy-told').textContent === 'at most 0.2 mm'")
+    page.wait_for_function("document.getElementById('accuracy-told').textContent === 'about 0.2 mm'")
     assert page.input_value("#deadline") == "66"
     assert page.locator("#deadlines button[aria-pressed='true']").inner_text() == "66"
-    assert page.locator("#accuracy-dial").get_attribute("aria-valuetext") == "at most 0.2 mm"
+    assert page.locator("#accuracy-dial").get_attribute("aria-valuetext") == "about 0.2 mm"
     assert page.locator("#accuracy-default[aria-pressed='false']").count() == 1
     choose_elsewhere(studio, page, accuracy=0.05)  # further than the dial goes
-    page.wait_for_function("document.getElementById('accuracy-told').textContent === 'at most 50 mm'")
+    page.wait_for_function("document.getElementById('accuracy-told').textContent === 'about 50 mm'")
     assert page.input_value("#accuracy-dial") == page.locator("#accuracy-dial").get_attribute("max")
     assert page.input_value("#deadline") == ""
     choose_elsewhere(studio, page)
@@ -205,7 +205,7 @@ def test_the_plot_has_lines_at_what_is_asked_for_and_a_dot_for_each_report(page)
     wait_for_plot(page, ".asked")
     assert page.locator("#price-plot .deadline-label").text_content() == "deadline 100 ms"
     # the dial has come by others, and what a report is held to is what was asked of its frame
-    wait_for(page, lambda: page.locator("#price-plot .asked-label").text_content() == "at most 0.1 mm")
+    wait_for(page, lambda: page.locator("#price-plot .asked-label").text_content() == "about 0.1 mm")
     assert [text.text_content() for text in page.locator("#price-plot .title").all()] == [
         "time of solving a frame, ms",
         "estimated error, mm",
@@ -260,7 +260,7 @@ def test_another_session_of_the_page_has_the_choice_again(page, studio):
         page.locator("#presets label", has_text="Draft").click()
     assert session_of(page) != session
     wait_for(page, lambda: (ask(studio, page)["accuracy"], ask(studio, page)["deadline_ms"]) == (2e-5, 100))
-    assert page.inner_text("#accuracy-told") == "at most 0.02 mm"
+    assert page.inner_text("#accuracy-told") == "about 0.02 mm"
 
 
 def test_a_page_that_joins_shows_what_the_session_has(page, studio):

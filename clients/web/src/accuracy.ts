@@ -114,7 +114,7 @@ export class AccuracyPanel {
   }
 
   private showAccuracy(accuracy: number | null): void {
-    const told = accuracy === null ? AS_DETAIL : `at most ${millimetres(accuracy)}`;
+    const told = accuracy === null ? AS_DETAIL : `about ${millimetres(accuracy)}`;
     this.dial.ariaValueText = told;
     this.dial.classList.toggle("idle", accuracy === null);
     this.asDetail.ariaPressed = String(accuracy === null);

@@ -88,7 +88,7 @@ function askedLimit(errors: Axis, askedMm: number | null): Limit | undefined {
   const below = errors.at(askedMm) > HIGH;
   return {
     line: line("asked", [ROOM.left, y], [ROOM.right, y]),
-    label: text("asked-label", ROOM.right - 3, below ? y + 11 : y - 4, `at most ${significant(askedMm, 2)} mm`),
+    label: text("asked-label", ROOM.right - 3, below ? y + 11 : y - 4, `about ${significant(askedMm, 2)} mm`),
   };
 }
 

@@ -26,6 +26,8 @@ LONGER = 2  # times as long as the settings have them, sub-steps may be under a 
 BODY_SHARE = 0.5  # of what is left, at most, for sub-steps that could be longer ones
 START = 2  # times as long as an iteration it takes to choose where the first begins
 RESERVE = 0.03  # share of the deadline that nothing is planned for
+GUESSED = 1 / 20  # of the deadline, what a part takes that was not seen yet; but
+INSTANT = 1e-6  # s: nothing takes less
 MOST_LOOKED_AT = 12_000  # candidates for each vertex of the cloth, by all iterations of a step; and
 LEAST_CROWDED = 4  # iterations all the same
 
@@ -133,23 +135,28 @@ class Cost:
     @property
     def expected(self) -> float:
         """All but the dearest take less."""
-        return float(np.quantile(self.seen, 1 - DEAREST)) if self.seen else self.first
+        return max(float(np.quantile(self.seen, 1 - DEAREST)) if self.seen else self.first, INSTANT)
 
 
 class Hurried:
     """With a deadline [s] for each call of `advance`, met by what its parts took in the calls before."""
 
     def __init__(self, settings: Settings, device: str) -> None:
-        assert settings.deadline is not None
-        self._device, self._deadline, self._most_cycles = device, settings.deadline, settings.outer_iterations
-        self._least = -(-settings.correction_iterations // 2)
-        guess = settings.deadline / 20
+        self._device = device
+        self.buy(settings)
+        guess = GUESSED * self._deadline
         self._substep, self._iteration, self._tail = Cost(guess), Cost(guess), Cost(guess)
         self._one, self._all = Cost(guess), Cost(guess)  # cycles, each with search and proxy
         self._times = 0.0  # as dear as one cycle all were when both were taken in turn; 0: all were taken last
         self._cycles, self._substeps = 1, 0
         self._begun = self._step_end = self._since = 0.0
         self._corrected = False
+
+    def buy(self, settings: Settings) -> None:
+        """From the next call on, with these settings' deadline; what was seen of parts stands."""
+        assert settings.deadline is not None
+        self._deadline, self._most_cycles = settings.deadline, settings.outer_iterations
+        self._least = -(-settings.correction_iterations // 2)
 
     def begin(self) -> None:
         self._begun = clock.perf_counter()

@@ -54,7 +54,7 @@ def a_few_edges(sim: Simulation, leaving: int) -> float:
 
 
 def searches_left(sim: Simulation) -> int:
-    """How often the step's list may still be extended: none of the settings' searches is left of a CROWDED one.
+    """How often the step's list may still be extended, by the settings: never, if it is CROWDED.
 
     Where all of a garment is pushed decimetres at once, as by a storm or a hundred times a balloon's pressure, the
     balls reach everything, and a list of millions is searched for, filtered and followed for minutes. So its vertices
@@ -62,7 +62,9 @@ def searches_left(sim: Simulation) -> int:
     """
     if sim.candidates.size > CROWDED * sim.cloth_count:
         return 0
-    return sim.settings.searches - sim.searches
+    settings = sim.settings
+    most = max(settings.searches, settings.most_searches) if settings.ends_by_accuracy else settings.searches
+    return most - sim.searches
 
 
 def search_around(sim: Simulation, x: wp.array, direction: wp.array) -> None:

@@ -13,6 +13,7 @@ from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
 from tryon_solver.stepping import near, pace
 from tryon_solver.stepping.pace import LEAST_CROWDED, MOST_LOOKED_AT, Hurried, Unhurried
+from tryon_solver.stepping.search import searches_left
 
 LIVE = PRESETS["live"]
 
@@ -37,12 +38,14 @@ def step(met, settings, after=12):
     return report, sim.cloth_positions()
 
 
-def test_the_smaller_the_error_that_is_asked_for_the_smaller_it_is_and_the_more_iterations_it_takes(met):
+@pytest.mark.parametrize("preset", ["draft", "live"])
+def test_the_smaller_the_error_that_is_asked_for_the_smaller_it_is_and_the_more_iterations_it_takes(met, preset):
     """What is asked for is what errors are in the middle: of cloth that buckles a step has more than one balance."""
+    asked = replace(PRESETS[preset], largest_step=DT)
     accuracies, errors, taken = (3e-4, 3e-5, 3e-6), [], []
     for after in range(10, 17):
         _, true = step(met, replace(PRESETS["reference"], largest_step=DT), after)
-        ends = [step(met, replace(LIVE, accuracy=accuracy), after) for accuracy in accuracies]
+        ends = [step(met, replace(asked, accuracy=accuracy), after) for accuracy in accuracies]
         errors.append([rms((x - true).astype(np.float64)) for _, x in ends])
         taken.append([report.newton_iterations for report, _ in ends])
     error, iterations = np.median(errors, axis=0), np.median(taken, axis=0)
@@ -89,6 +92,30 @@ def test_with_a_deadline_time_is_not_left_unused_for_being_near_enough(met):
     assert in_time[0] == in_time[1] > step(met, near_enough)[0].newton_iterations
 
 
+def test_in_a_blow_an_accuracy_is_come_to_with_more_gradients_and_searches_than_a_budget_has(met):
+    draft = replace(PRESETS["draft"], largest_step=DT, accuracy=3e-6)
+    errors = {}
+    for name, settings in {"more": draft, "none": replace(draft, most_pcg_iterations=15, most_searches=6)}.items():
+        errors[name] = []
+        for after in (14, 15, 16):
+            _, true = step(met, replace(PRESETS["reference"], largest_step=DT), after)
+            errors[name].append(rms((step(met, settings, after)[1] - true).astype(np.float64)))
+    assert 0 < max(errors["more"]) < 1e-5
+    assert min(errors["none"]) > 1e-4, "it stood where its directions were too short and its candidates ended"
+
+
+def test_more_gradients_and_searches_are_for_an_accuracy_alone(met):
+    case, motions = met
+    draft = PRESETS["draft"]
+    sim = simulation_at(case, motions[12], draft)
+    had = []
+    for bought in ((None, None), (1e-4, None), (1e-4, 0.5), (None, 0.5), (None, None)):
+        sim.buy(*bought)
+        had.append((sim.budget.pcg_iterations, searches_left(sim) + sim.searches))
+    budget = draft.correction_pcg_iterations, draft.searches
+    assert had == [budget, (draft.most_pcg_iterations, draft.most_searches), budget, budget, budget]
+
+
 def test_an_accuracy_that_is_asked_for_comes_before_what_is_near_enough(met):
     asked, _ = step(met, replace(LIVE, accuracy=3e-6, correction_nearness=1e3))
     assert asked.newton_iterations == step(met, replace(LIVE, accuracy=3e-6))[0].newton_iterations
@@ -119,7 +146,7 @@ def test_a_nearness_that_can_not_be_is_refused_by_name(value):
 
 
 @pytest.mark.parametrize("field", ["accuracy", "deadline"])
-@pytest.mark.parametrize("value", [0.0, -0.01, float("nan"), float("inf"), True, "1e-4"])
+@pytest.mark.parametrize("value", [0.0, -0.01, float("nan"), float("inf"), True, "1e-4", [1e-4], 1e-4j])
 def test_what_can_not_be_bought_is_refused_by_name(met, field, value):
     with pytest.raises(ValueError, match=rf"settings\.{field} must be a finite number above 0"):
         replace(LIVE, **{field: value})
@@ -185,6 +212,22 @@ def test_a_deadline_is_met_once_the_costs_are_known_and_its_time_is_used(clock):
         assert late == 0
         assert took > 20e-3 - 2 * machine.iteration - 0.03 * 20e-3, "no further iteration would have fitted"
         assert spent[0][1] == LIVE.outer_iterations
+
+
+def test_another_deadline_is_bought_with_the_costs_known(clock):
+    machine = Machine(clock, hurried(60e-3), iteration=3e-3)
+    for _ in range(30):
+        machine.call()
+    machine.pace.buy(replace(LIVE, deadline=30e-3, correction_iterations=3))
+    took, late, _ = machine.call()
+    assert late == 0, "from the first call on"
+    assert took > 20e-3
+    assert Machine(clock, hurried(30e-3), iteration=3e-3).call()[1] > 0, "who knows nothing is late at first"
+
+
+def test_the_shortest_deadline_that_there_is_is_missed_and_no_error(met):
+    report, _ = step(met, replace(LIVE, deadline=5e-324))
+    assert report.late > 0
 
 
 def test_what_is_dear_is_given_up_first_where_the_deadline_is_short(clock):
