@@ -1,10 +1,12 @@
 """The page tells what was measured, and names what does not hold."""
 
+import json
 from xml.etree import ElementTree
 
 import pytest
 from accuracy_case import AccuracyCase
 from accuracy_data import front, read_results
+from accuracy_deadlines import deadlines_broken, read_timed
 from accuracy_limits import beyond_ours, broken, within
 from accuracy_page import write_page
 from accuracy_plots import chain
@@ -138,7 +140,7 @@ def test_the_page_tells_errors_and_that_all_holds(tmp_path, capsys):
         "| draft | live | 1 | x2 | x2.9 | - | /6 |",
         "| Newton 1 x 60 | Newton 2 x 60 | 1 | x2 | - | - | /2 |",
         "| skirt, walk, 1/60 s | 60 % | 5 % | 10 | 0.15 | 0 of 2 | 5 | 2 | 2 of 2 |",
-        "| skirt, walk, 1/60 s | XPBD: XPBD, 5 iterations | 80 | 4 | 0 of 2 | 0.001 | 3 | yes |",
+        "| skirt, walk, 1/60 s | XPBD: XPBD, 5 iterations | 2 | 80 | 4 | 0 of 2 | 0.001 | 3 | yes |",
         "| skirt, walk, 1/60 s | draft | 7.5 | - |",
         "| 10 | 9 | 52 | - | +4.0 % |",
     ):
@@ -222,3 +224,61 @@ def test_a_case_with_more_states_speaks_for_its_presets_and_the_settings_of_all_
     assert "Newton 1 x 60" in (tmp_path / "page" / "settings.md").read_text()
     assert "(../page.md)" in (tmp_path / "page" / "settings.md").read_text()
     assert "(page/settings.md)" in (tmp_path / "page.md").read_text()
+
+
+def timed_case(deadline, late, **more):
+    """A case of the bench."""
+    return {
+        **{"name": "none", "garment": "tshirt", "motion": "/some/where/cart_wheel.bvh", "vertices": 20000},
+        **{"preset": "draft", "device": "cpu", "fps": 90.0, "sessions": 1, "fabric": "denim", "accuracy_mm": None},
+        **{"machine": "CPU", "cloth_vertices": 20044, "frames": 1000, "unclean": 0, "asked": 10, "max_stretch": 1.5},
+        **{"frame_ms": {"p50": 10.0, "p99": 12.5, "max": 20.0}, "error_mm": {"p50": 0.25, "p99": 0.75}},
+        **{"deadline_ms": deadline, "late": late, **more},
+    }
+
+
+def test_a_deadline_that_is_not_held_is_named_and_told_beside_the_frames_without_one(tmp_path):
+    results = [
+        timed_case(11.0, 300),
+        timed_case(33.0, 10),
+        timed_case(None, 0, frame_ms={"p50": 14.0, "p99": 45.0, "max": 99.0}),
+        timed_case(None, 0, fabric="linen"),
+        {"name": "broke", "failure": "no GPU"},
+    ]
+    (tmp_path / "bench.json").write_text(json.dumps({"about": ABOUT, "results": results}))
+    put_presets(tmp_path, [(1.0, 1.0)], [(0.5, 0.5)])
+    timed = read_timed(tmp_path)
+    assert deadlines_broken(timed) == [
+        "tshirt, cart wheel, 20044 vertices, CPU: of 1000 frames in 11 ms 300 are late; 99 % take up to 12.5 ms"
+    ]
+    assert write_page(tmp_path / "page.md", tmp_path) == 1
+    told = (tmp_path / "page.md").read_text()
+    assert f"- {deadlines_broken(timed)[0]}" in told.partition("## Single steps")[0]
+    chapter = told.partition("## Deadlines")[2].partition("\n##")[0]
+    assert [line.split(" | ")[1:4] for line in chapter.splitlines() if "cart wheel" in line] == [
+        ["none", "14 / 45 / 99", "-"],
+        ["11", "10 / 12.5 / 20", "300 of 1000"],
+        ["33", "10 / 12.5 / 20", "10 of 1000"],
+    ]
+
+
+def test_estimates_are_told_of_each_preset_and_length_of_step(tmp_path):
+    put_presets(tmp_path, [(1.0, 1.5), (1.0, 3.0), (1.0, 0.1), (1.0, 9.0)], [(0.01, 0.002)] * 4)
+    write_page(tmp_path / "page.md", tmp_path)
+    lines = (tmp_path / "page.md").read_text().partition("## The estimate")[2].splitlines()
+    assert "| held out | 1/60 s | draft | 4 | 25 % (25) | 50 % (50) | 1 |" in lines
+    assert "| held out | 1/60 s | live | 4 | 100 % (0) | 100 % (0) | 0 |" in lines
+
+
+def test_a_solver_that_stepped_from_few_states_is_compared_with_ours_from_these_and_leaves_ours_all(tmp_path):
+    put(
+        tmp_path,
+        "newton",
+        {"Newton 2 x 60": (about(newton=2), rows("Newton 2 x 60", (9.0, 1.0), (1.0, 1.0), (0.5, 1.0), ms=10.0))},
+    )
+    slow = [row for row in rows("slow", (0.0, 1.0), (2.0, 1.0), ms=20.0) if row["state"] == 1]
+    put(tmp_path, "peers", {"slow": (about("vbd", iterations=9), slow)})
+    (measured,) = read_results(tmp_path).errors
+    assert measured.point("Newton 2 x 60") == (10.0, 1.0)
+    assert measured.point("slow", measured.states("slow")) == (20.0, 2.0)
+    assert not beyond_ours(measured)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from recorded import Recorded, read_all
 Row = Mapping[str, Any]
 PRESETS, TRAJECTORY, TIMES = "presets", "trajectory", "times"
 CPU = "cpu"
+OURS = ("ours", "trial")
 
 
 @dataclass
@@ -46,20 +47,25 @@ class Measured:
         """Methods of these solvers."""
         return [name for name in self.rows if self.about[name]["solver"] in solvers]
 
+    def states(self, method: str) -> set[int]:
+        """Those that it stepped from."""
+        return {row["state"] for row in self.rows[method]}
+
     @property
     def shared(self) -> set[int]:
-        """States of which there are rows by every method."""
-        return set.intersection(*({row["state"] for row in rows} for rows in self.rows.values()))
+        """States that all of our settings stepped from; another solver may have stepped from fewer."""
+        return set.intersection(*map(self.states, self.of_solver(*OURS) or self.rows))
 
-    def median(self, method: str, figure: str) -> float:
-        """Over the states that all methods have; infinite without any, and where half of the ends are not a number."""
-        states = self.shared
-        values = [row[figure] for row in self.rows[method] if row["state"] in states]
+    def median(self, method: str, figure: str, states: Set[int] | None = None) -> float:
+        """Over these states, or the shared ones, as far as the method has them; infinite without any, and where half
+        of the ends are not a number."""
+        wanted = self.shared if states is None else states
+        values = [row[figure] for row in self.rows[method] if row["state"] in wanted]
         return float(np.median([np.inf if value is None else value for value in values] or [np.inf]))
 
-    def point(self, method: str) -> tuple[float, float]:
-        """ms and error [mm], medians."""
-        return self.median(method, "ms"), self.median(method, "error")
+    def point(self, method: str, states: Set[int] | None = None) -> tuple[float, float]:
+        """ms and error [mm], medians as of `median`."""
+        return self.median(method, "ms", states), self.median(method, "error", states)
 
 
 @dataclass(frozen=True)

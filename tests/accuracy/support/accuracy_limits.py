@@ -110,14 +110,16 @@ def fronts_broken(found: Found) -> list[str]:
 
 
 def beyond_ours(measured: Measured) -> list[tuple[str, float, float, float | None]]:
-    """Method, ms and error of each that is not on or above our front, and our error in no more time, if we have any.
+    """Method, ms and error of each that is not on or above our front over the states that it has, and our error in no
+    more time, if we have any.
 
     Errors under AGREEMENT are as good as each other.
     """
-    ours = [measured.point(name) for name in measured.of_solver("ours")]
     found = []
     for name in measured.of_solver(*OTHERS):
-        ms, error = measured.point(name)
+        states = measured.shared & measured.states(name)
+        ms, error = measured.point(name, states)
+        ours = [measured.point(own, states) for own in measured.of_solver("ours")]
         best = min((e for m, e in ours if m <= ms), default=None)
         if error < JUDGED and (best is None or best > max(error, AGREEMENT)):
             found.append((name, ms, error, best))

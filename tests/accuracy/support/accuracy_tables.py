@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from accuracy_data import Found, Measured, Row, digits, front, geometric_mean, ratios, table
+from accuracy_data import CPU, Found, Measured, Row, digits, front, geometric_mean, ratios, table
 from accuracy_limits import OTHERS, WITHIN, beyond_ours, is_within, preset_rows, title, within
 from accuracy_plots import CHAINS, at_scale, chain, scale_ms
 
@@ -58,6 +58,21 @@ def preset_row(measured: Measured, name: str) -> list[object]:
 def median(rows: Sequence[Row], figure: str) -> float:
     """Of the steps."""
     return float(np.median([row[figure] for row in rows]))
+
+
+def estimate_table(found: Found) -> list[str]:
+    """How many estimates are right, by preset and length of step, of what was held out and of the rest."""
+    rows = []
+    for held_out, said in ((True, "held out"), (False, "fitted to")):
+        for dt, name in dict.fromkeys((m.case.dt, name) for m in found.presets for name in m.presets):
+            of = [m for m in found.presets if (m.case.held_out, m.case.dt, m.device) == (held_out, dt, CPU)]
+            steps = [row for m in of for row in m.rows.get(name, ()) if row["error"] is not None]
+            if steps:
+                shares = (f"{100 * within(steps, t):.0f} % ({100 * within(steps, t, 0.0):.0f})" for t, _ in WITHIN)
+                low = sum(row["estimate"] < row["error"] for row in steps if not is_within(row, WITHIN[-1][0]))
+                rows.append((said, f"1/{1 / dt:.0f} s", name, len(steps), *shares, low))
+    head = ("scenes", "step", "settings", "steps", *(f"within x{t:g}" for t, _ in WITHIN), "of the others too low")
+    return table(head, rows)
 
 
 def estimate_lines(found: Found) -> list[str]:
@@ -238,7 +253,8 @@ def front_table(found: Found) -> list[str]:
             ms, error = points[name]
             step = ("", "") if before is None else (f"x{digits(ms / before[0], 2)}", f"/{digits(before[1] / error, 2)}")
             scale = [digits(times.get(device, {}).get(name, (np.inf, 0))[0]) for device in ("cpu", "cuda:0")]
-            rows.append((measured.name, name, digits(ms), *scale, digits(error), *step))
+            case = f"{measured.name} ({len(measured.shared)} states)"
+            rows.append((case, name, digits(ms), *scale, digits(error), *step))
             before = ms, error
     head = ("scene", "settings", "ms, small", "ms at scale, CPU", "ms at scale, GPU", "RMS [mm]", "time", "error")
     return table(head, rows)
@@ -248,10 +264,11 @@ def others_table(found: Found) -> list[str]:
     """Other solvers' steps, and how near ours are in no more time."""
     rows = []
     for measured in found.errors:
-        ours = {name: measured.point(name) for name in measured.of_solver("ours")}
         beyond = {name for name, *_ in beyond_ours(measured)}
         for name in measured.of_solver(*OTHERS):
-            ms, error = measured.point(name)
+            states = measured.shared & measured.states(name)
+            ours = {own: measured.point(own, states) for own in measured.of_solver("ours")}
+            ms, error = measured.point(name, states)
             of = measured.rows[name]
             best = min((e for m, e in ours.values() if m <= ms), default=np.inf)
             faster = min((m for m, e in ours.values() if e <= error), default=np.inf)
@@ -259,6 +276,7 @@ def others_table(found: Found) -> list[str]:
                 (
                     measured.name,
                     f"{title(measured, name)}: {name}",
+                    len(states),
                     digits(ms),
                     digits(error),
                     f"{sum(row['crossed'] > 0 for row in of)} of {len(of)}",
@@ -270,6 +288,7 @@ def others_table(found: Found) -> list[str]:
     head = (
         "scene",
         "solver",
+        "states",
         "ms p50",
         "RMS p50 [mm]",
         "crossed",
