@@ -84,10 +84,11 @@ def test_the_factor_is_held_to_one_from_scratch_and_what_can_not_be_is_told(tmp_
 
 
 def test_a_garment_is_worn_on_until_it_is_as_fast_as_was_asked(tmp_path):
-    """A T-shirt in a walk, which takes it at up to 0.7 m/s."""
+    """A T-shirt in a walk, which takes it at up to 0.7 or 0.8 m/s; how fast it is in single frames is the machine's."""
     packed = build_drape(EditRun(EditCase(vertices=150), tmp_path, print).order, silent).packed()
-    first, further = (fastest_worn_on(packed, "walk", AFTER, enough) for enough in (0.05, 0.45))
-    assert 0.05 <= first < 0.45 <= further < 1.0
+    first = fastest_worn_on(packed, "walk", AFTER, enough=0.05)
+    assert 0.05 <= first < 0.6
+    assert first + 0.1 <= fastest_worn_on(packed, "walk", AFTER, enough=first + 0.1) < 1.0
 
 
 @pytest.mark.long
