@@ -189,6 +189,17 @@ class Settings:
         """Does a correction end by its accuracy, in whatever time?"""
         return self.accuracy is not None and self.deadline is None
 
+    @property
+    def pcg_iterations(self) -> int:
+        """Conjugate gradients of each of the correction's iterations, at most."""
+        budget = self.correction_pcg_iterations
+        return max(budget, self.most_pcg_iterations) if self.ends_by_accuracy else budget
+
+    @property
+    def searches_in_step(self) -> int:
+        """How often the list of candidates is extended in a correction, at most."""
+        return max(self.searches, self.most_searches) if self.ends_by_accuracy else self.searches
+
     def by_budget(self) -> Settings:
         """The same with corrections that do."""
         return replace(self, accuracy=None, deadline=None)

@@ -187,7 +187,7 @@ class Simulation:
         self.graphs: dict[str, KeptGraph] = {}  # by verb, as in stepping/record.py
         self.progress = Progress.allocate(device)
         settings = self.settings
-        self.budget = Budget(settings.correction_iterations, settings.correction_pcg_iterations, TRUSTED)
+        self.budget = Budget(settings.correction_iterations, settings.pcg_iterations, TRUSTED)
         self.second_budget = Budget(settings.second_iterations, settings.second_pcg_iterations, TRUSTED_AGAIN)
         self.tears = TearWatch.build(self.rest, self.progress.stretch, settings.correction_torn)
         self.pace: Pace = Unhurried(settings, self.cloth_count)
@@ -337,11 +337,8 @@ class Simulation:
             self.pace.buy(settings)  # what parts take it has seen
         else:
             self.pace = Hurried(settings, self.device)
-        budget = self.budget
-        budget.iterations = settings.correction_iterations if settings.ends_by_budget else settings.most_iterations
-        budget.pcg_iterations = settings.correction_pcg_iterations
-        if settings.ends_by_accuracy:
-            budget.pcg_iterations = max(budget.pcg_iterations, settings.most_pcg_iterations)
+        most = settings.correction_iterations if settings.ends_by_budget else settings.most_iterations
+        self.budget.iterations, self.budget.pcg_iterations = most, settings.pcg_iterations
 
     # -- running -------------------------------------------------------------------------------------------------
 

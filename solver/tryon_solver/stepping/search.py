@@ -62,9 +62,7 @@ def searches_left(sim: Simulation) -> int:
     """
     if sim.candidates.size > CROWDED * sim.cloth_count:
         return 0
-    settings = sim.settings
-    most = max(settings.searches, settings.most_searches) if settings.ends_by_accuracy else settings.searches
-    return most - sim.searches
+    return sim.settings.searches_in_step - sim.searches
 
 
 def search_around(sim: Simulation, x: wp.array, direction: wp.array) -> None:

@@ -35,20 +35,20 @@ def write_page(page: Path, folder: Path) -> int:
         old.unlink()
     for name, (_, svg) in drawn.items():
         (beside / name).write_text(svg)
-    page.write_text(markdown(found, timed, {name: title for name, (title, _) in drawn.items()}, page.stem))
-    (beside / "settings.md").write_text(every_setting(found, page.name))
     missed = [*broken(found), *deadlines_broken(timed)]
+    page.write_text(markdown(found, timed, missed, {name: title for name, (title, _) in drawn.items()}, page.stem))
+    (beside / "settings.md").write_text(every_setting(found, page.name))
     print("\n".join(missed or ["All holds."]))
     return 1 if missed else 0
 
 
-def markdown(found: Found, timed: list[Timed], drawn: dict[str, str], beside: str) -> str:
-    """The page; `drawn` are the plots' files in the folder `beside`, with their titles."""
+def markdown(found: Found, timed: list[Timed], missed: list[str], drawn: dict[str, str], beside: str) -> str:
+    """The page; `missed` is what does not hold, and `drawn` are the plots' files in the folder `beside`, with their
+    titles."""
     lines = ["# What accuracy costs in time", ""]
     abouts = [*found.about, *(case.about for case in timed)]
     for what in ("commit", "machine"):
         lines.append(f"- {what}: {'; '.join(sorted({about[what] for about in abouts}))}")
-    missed = [*broken(found), *deadlines_broken(timed)]
     lines += ["", *PREFACE, "", "## What does not hold", "", *([f"- {said}" for said in missed] or ["All holds."])]
     lines += ["", "## Single steps at the presets", "", *PRESETS_SAID, "", *preset_table(found)]
     lines += ["", "## The estimate", "", *ESTIMATE_SAID, "", *estimate_table(found), "", *estimate_lines(found)]
