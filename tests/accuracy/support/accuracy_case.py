@@ -46,7 +46,7 @@ class AccuracyCase:
 
 
 def scenes(dt: float, **more: Any) -> list[AccuracyCase]:
-    """A tight T-shirt, a layered skirt, a walking dress and more, in steps of `dt` s; three of them held out."""
+    """A tight T-shirt, a layered skirt, a walking dress and more, in steps of `dt` s; five of them held out."""
     return [
         AccuracyCase("tshirt", "walk", dt, **more),
         AccuracyCase("tshirt", "squat", dt, size=0.93, **more),
@@ -56,6 +56,8 @@ def scenes(dt: float, **more: Any) -> list[AccuracyCase]:
         AccuracyCase("tshirt", "turn", dt, fabric="denim", held_out=True, **more),
         AccuracyCase("skirt", "jumping_jack", dt, held_out=True, **more),
         AccuracyCase("dress", "squat", dt, fabric="silk_charmeuse", held_out=True, **more),
+        AccuracyCase("dress", "turn", dt, fabric="linen", held_out=True, **more),
+        AccuracyCase("tshirt", "jumping_jack", dt, fabric="viscose_jersey", held_out=True, **more),
     ]
 
 

@@ -9,15 +9,13 @@ held by nothing: it has no springs that end within a triangle.
 
 from __future__ import annotations
 
-import time
-
 import newton
 import numpy as np
-import warp as wp
 from contact_scenes import ContactScene
 from methods import Method
 from newton_cloth import add_cloth, chosen, touched, with_contact
 from steppers import Contacts, Ended
+from stopwatch import clock_of
 
 from tryon_solver.baselines.newton_ipc import Motion, Reference
 from tryon_solver.body.pose import Pose
@@ -38,7 +36,7 @@ class ByNewton:
         of = scene.scene
         if any(isinstance(effect, Attached) for effect in of.effects):
             raise UnsaidError("Newton has no springs that end within a triangle, as cloth sewn on asks for")
-        self.scene, self.device = scene, device
+        self.scene, self.device, self.time = scene, device, clock_of(device)
         self.substeps = int(method.at.get("substeps", 1))
         self.data = Reference(of)  # its skin, nothing else
         effects = {type(effect): effect for effect in of.effects}
@@ -66,8 +64,7 @@ class ByNewton:
 
     def step(self, pose: Pose, dt: float) -> Ended:
         before, after = self.surface, self.data.skin(pose)
-        wp.synchronize_device(self.device)
-        begun = time.perf_counter()
+        begun = self.time()
         self.solver.rebuild_bvh(self.now)
         for k in range(1, self.substeps + 1):
             self._lead(before + k / self.substeps * (after - before), (after - before) / dt)
@@ -76,8 +73,7 @@ class ByNewton:
             self.pipeline.collide(self.now, self.contacts)
             self.solver.step(self.now, self.next, None, self.contacts, dt / self.substeps)
             self.now, self.next = self.next, self.now
-        wp.synchronize_device(self.device)
-        ms = 1e3 * (time.perf_counter() - begun)
+        ms = 1e3 * (self.time() - begun)
         self.surface = after
         return Ended(np.vstack([self.now.particle_q.numpy().astype(np.float64), after]), ms)
 
