@@ -24,7 +24,9 @@ from tryon_solver.stepping.search import (
     found_of,
     launch_search_along,
     list_holds,
+    many,
     search_along,
+    search_as_far,
     search_further,
 )
 from tryon_solver.stepping.take import move
@@ -117,7 +119,7 @@ def carry_once(sim: Simulation, last: bool, sight: Sight | None) -> None:
             else:
                 search_along(sim, state.x, work.direction, share)
         if sim.candidates.size:
-            filter_motion(sim, stop_short(sim, sight, share))
+            filter_motion(sim, stop_short(sim, sight, share), share)
         else:
             work.alpha.fill_(1.0)
     as_one(sim, "go", lambda: go(sim))
@@ -150,26 +152,32 @@ def stop_short(sim: Simulation, sight: Sight | None, share: float) -> Sight | No
     return None
 
 
-def filter_motion(sim: Simulation, sight: Sight | None) -> None:
+def filter_motion(sim: Simulation, sight: Sight | None, share: float) -> None:
     """Make the motion in `direction` free of contact: turn it aside where it would close a gap, shorten what is left.
 
-    Who is held back falls behind its anchor; where it falls out of the region, the search goes further and the motion
-    is looked at again. In the end, if need be, the search covers any shortening of the motion.
+    Who is held back falls behind its anchor. Where many fall out of the region, as of cloth pinched between limbs, the
+    search is made anew around where they come to, by `share` as of `look_ahead`: balls that reach there from where
+    they were expected would list all that lies in the fold with all else in it. Of the few who are left it goes
+    further, and the motion is looked at again; in the end it is shortened alone, by what each search finds.
     """
     work = sim.work
+    seen = sight or look(sim)
+    if many(sim, seen.leaving):
+        turn_aside(sim)
+        look(sim)
+        search_as_far(sim, work.direction, share)
+        turn_aside(sim)
+        seen = look(sim)
     for _ in range(FILTER_ROUNDS):
-        seen = sight or look(sim)
-        sight = None
         if seen.leaving:
             search_further(sim, work.direction, work.alpha)
         elif not seen.held:
             return
         turn_aside(sim)
-    if look(sim).leaving:
-        for alpha in (0.0, 1.0):
-            work.alpha.fill_(alpha)
-            search_further(sim, work.direction, work.alpha)
-        shorten(sim)
+        seen = look(sim)
+    while seen.leaving:
+        search_further(sim, work.direction, work.alpha)
+        seen = look_on(sim)
 
 
 def turn_aside(sim: Simulation) -> None:
@@ -194,13 +202,18 @@ def turn_aside(sim: Simulation) -> None:
 def look(sim: Simulation) -> Sight:
     """Shrink `alpha`, from all of the motion, until it is proven free. Waits for the device."""
     sim.work.alpha.fill_(1.0)
+    return look_on(sim)
+
+
+def look_on(sim: Simulation) -> Sight:
+    """The same from `alpha` as it is."""
     launch_look(sim)
     passes, leaving = read(sim.filtering.passes.state, sim.work.hits)
     return Sight(sim.filtering.passes.number_in(passes), int(leaving[0]))
 
 
 def launch_look(sim: Simulation) -> None:
-    """The same from `alpha` as it is, for who waits later."""
+    """The same for who waits later."""
     state, work = sim.state, sim.work
 
     def shorten_and_count() -> None:

@@ -16,7 +16,7 @@ import warp as wp
 
 from tryon_solver.contact import bounds, broad_phase, candidates, found
 from tryon_solver.linalg.read_back import read
-from tryon_solver.linalg.vectors import subtract
+from tryon_solver.linalg.vectors import scale_each, subtract
 from tryon_solver.stepping.progress import LEAST
 
 if TYPE_CHECKING:
@@ -30,6 +30,7 @@ SLACK_EDGES = 0.08  # of the cloth's mean edge: more than that finds fine cloth'
 SLACK_EDGES_ON_GPU = 0.16  # on a GPU, where candidates are cheap and another search waits for the host
 PER_EDGE = 160  # candidates, in a shirt's front and back and the body between them
 CROWDED = 1000  # candidates for each vertex of the cloth: a list that is longer is not extended
+MANY = 0.02  # share of all vertices: where more fall behind, a search anew lists less than larger balls do
 LONGEST_SERVED = 60  # steps, by a list after the one that it was found in
 RESTED = 5  # steps in which nobody left his ball, nothing was near, and the cloth went nowhere as one
 
@@ -85,6 +86,18 @@ def search_along(sim: Simulation, x: wp.array, direction: wp.array, share: float
     begin_search(sim)
     launch_search_along(sim, x, direction, share)
     end_search(sim, found.counted(found_of(sim)))
+
+
+def search_as_far(sim: Simulation, direction: wp.array, share: float) -> None:
+    """The same of all that go as far along it as `alpha` lets them."""
+    wp.copy(sim.work.total, direction)
+    scale_each(sim.work.alpha, sim.work.total)
+    search_along(sim, sim.state.x, sim.work.total, share)
+
+
+def many(sim: Simulation, leaving: int) -> bool:
+    """Do so many vertices leave the region that it is dearer to extend it than to search anew?"""
+    return leaving > MANY * sim.all_count
 
 
 def launch_search_along(sim: Simulation, x: wp.array, direction: wp.array, share: float) -> None:

@@ -27,7 +27,7 @@ def filtered(tangle, x, motion):
     sim = tangle.sim
     tangle.set_motion(x, motion)
     search.search_along(sim, sim.state.x, sim.work.direction, 0.0)
-    carry_once.filter_motion(sim, None)
+    carry_once.filter_motion(sim, None, 0.0)
     take.move(sim, sim.work.direction)
     return sim.state.x.numpy().astype(np.float64)
 
@@ -53,6 +53,22 @@ def test_kinematic_motion_is_free_after_filtering(tangle, speed):
     # a filter that holds everybody still is free too, and useless
     print(f"speed {speed}: median share of the motion taken {np.median(moved):.2f}")
     assert np.median(moved) > 0.1
+
+
+def test_who_falls_behind_is_searched_for_where_that_is(tangle):
+    """Of many who are held back, balls that reached all their way would list each with all of the others."""
+    rng, x, sim = np.random.default_rng(100), tangle.x, tangle.sim
+    for _ in range(4):
+        motion = tangle.throw(rng, 0.01)
+        tangle.set_motion(x, motion)
+        search.search_along(sim, sim.state.x, sim.work.direction, 0.0)
+        found = sim.candidates.size
+        carry_once.filter_motion(sim, None, 0.0)
+        assert 0 < sim.candidates.size < 2 * found
+        take.move(sim, sim.work.direction)
+        after = sim.state.x.numpy().astype(np.float64)
+        assert tangle.is_free(x, after)
+        x = after
 
 
 def test_the_oracle_judges_as_it_is_used_here(tangle):
