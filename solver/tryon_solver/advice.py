@@ -52,7 +52,7 @@ def advise(
     if strained:
         best = max(FABRICS.values(), key=lambda known: known.strain_limit)
         other = f"a fabric that stretches more ({best.name}: {percent(best.strain_limit)})"
-        tries = "a larger size, a slower motion, or a finer preset (live, fit)"
+        tries = "a larger size, a slower motion, or more accuracy (a finer preset: live, fit, or a smaller error)"
         tries = tries if best.strain_limit <= fabric.strain_limit else f"{other}, {tries}"
         why = ["too tight for this motion", "caught between parts of the body"]
         if pulling := ", ".join(name for name in PULLING if name in acting):
@@ -67,14 +67,17 @@ def heavy(acceleration: np.ndarray) -> bool:
     return float(np.linalg.norm(acceleration)) > HEAVY
 
 
-def unmet(accuracy: float | None, error: float, late: float) -> str:
+def unmet(accuracy: float | None, error: float, late: float, deadline: float | None = None) -> str:
     """What was asked for of a step and not had: `late` [s] by which the deadline was missed, and `error` [m] as
-    estimated where `accuracy` [m] was to be come to whatever it takes."""
+    estimated where `accuracy` [m] was to be come to, whatever it takes or before the `deadline` [s]."""
     if late:
         return f"the deadline was missed by {1e3 * late:.1f} ms: allow more time, or choose a coarser mesh"
     if accuracy is not None and error > FAR * accuracy:
         wanted = f"an error of {1e3 * accuracy:.2g} mm was not reached"
-        return f"{wanted}, it is {1e3 * error:.2g} mm: shorter steps (a finer preset) or a slower motion come nearer"
+        nearer = "shorter steps (a finer preset) or a slower motion come nearer"
+        if deadline is not None:
+            wanted, nearer = f"{wanted} in {1e3 * deadline:.3g} ms", f"more time, {nearer}"
+        return f"{wanted}, it is {1e3 * error:.2g} mm: {nearer}"
     return ""
 
 

@@ -107,8 +107,8 @@ class Settings:
     most_iterations: int = 100
     """Newton iterations of a correction that ends by `accuracy` or `deadline`, at most."""
     most_pcg_iterations: int = 80
-    """Conjugate gradients of each where it ends by `accuracy` and no deadline is set, if more than those of the budget:
-    short ones do for a budget of a few, and lead nowhere from an impact."""
+    """Conjugate gradients of each of these, at most, if more than those of the budget: short ones do for a budget of a
+    few, and lead nowhere from an impact."""
     most_searches: int = 100
     """Searches there, if more than `searches`: what stands where its candidates end comes no nearer."""
 
@@ -185,20 +185,15 @@ class Settings:
         return self.accuracy is None and self.deadline is None
 
     @property
-    def ends_by_accuracy(self) -> bool:
-        """Does a correction end by its accuracy, in whatever time?"""
-        return self.accuracy is not None and self.deadline is None
-
-    @property
     def pcg_iterations(self) -> int:
         """Conjugate gradients of each of the correction's iterations, at most."""
         budget = self.correction_pcg_iterations
-        return max(budget, self.most_pcg_iterations) if self.ends_by_accuracy else budget
+        return budget if self.ends_by_budget else max(budget, self.most_pcg_iterations)
 
     @property
     def searches_in_step(self) -> int:
         """How often the list of candidates is extended in a correction, at most."""
-        return max(self.searches, self.most_searches) if self.ends_by_accuracy else self.searches
+        return self.searches if self.ends_by_budget else max(self.searches, self.most_searches)
 
     def by_budget(self) -> Settings:
         """The same with corrections that do."""

@@ -191,6 +191,7 @@ class Simulation:
         self.second_budget = Budget(settings.second_iterations, settings.second_pcg_iterations, TRUSTED_AGAIN)
         self.tears = TearWatch.build(self.rest, self.progress.stretch, settings.correction_torn)
         self.pace: Pace = Unhurried(settings, self.cloth_count)
+        self.hurried: Hurried | None = None  # the pace under a deadline, once there was one
         self.buy(settings.accuracy, settings.deadline)
         self.concluded = False  # has the device ended the step by itself (stepping/ending.py)?
         self.went_back = False  # did the last correction end where it had been nearest to balance?
@@ -333,10 +334,11 @@ class Simulation:
         self.accuracy.fill_(accuracy or 0.0)
         if deadline is None:
             self.pace = Unhurried(settings, self.cloth_count)
-        elif isinstance(self.pace, Hurried):
-            self.pace.buy(settings)  # what parts take it has seen
+        elif self.hurried is None:
+            self.pace = self.hurried = Hurried(settings, self.device)
         else:
-            self.pace = Hurried(settings, self.device)
+            self.hurried.buy(settings)  # what parts take it has seen
+            self.pace = self.hurried
         most = settings.correction_iterations if settings.ends_by_budget else settings.most_iterations
         self.budget.iterations, self.budget.pcg_iterations = most, settings.pcg_iterations
 

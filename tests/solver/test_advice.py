@@ -100,3 +100,6 @@ def test_a_missed_deadline_is_told_with_what_to_do():
 def test_an_error_far_above_the_one_asked_for_is_told():
     assert unmet(8e-5, 1.5e-3, 0.0).startswith("an error of 0.08 mm was not reached, it is 1.5 mm: shorter steps")
     assert unmet(8e-5, 3e-4, 0.0) == ""
+    said = unmet(8e-5, 1.5e-3, 0.0, 0.033)
+    assert said.startswith("an error of 0.08 mm was not reached in 33 ms, it is 1.5 mm: more time, shorter steps")
+    assert unmet(8e-5, 3e-4, 0.0, 0.033) == ""

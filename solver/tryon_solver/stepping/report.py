@@ -34,7 +34,6 @@ def make_report(sim: Simulation) -> StepReport:
     )
     gap, gap_offset = with_offset(sim, gaps) if touching else no_gap(sim)
     lag, late = float(lags[0]), sim.pace.end()
-    wanted = sim.settings.accuracy if sim.settings.deadline is None else None  # else what there was time for
     return StepReport(
         time=sim.state.time,
         steps=counters.steps,
@@ -60,7 +59,7 @@ def make_report(sim: Simulation) -> StepReport:
             sim.debt,
             *strained(sim, stretch),
             lag,
-            unmet(wanted, float(error[0]), late),
+            unmet(sim.settings.accuracy, float(error[0]), late, sim.settings.deadline),
             [one.name for one in sim.plan.contributions if one.name != "gravity" or heavy(weight[0])],
         ),
     )

@@ -104,7 +104,7 @@ def test_in_a_blow_an_accuracy_is_come_to_with_more_gradients_and_searches_than_
     assert min(errors["none"]) > 1e-4, "it stood where its directions were too short and its candidates ended"
 
 
-def test_more_gradients_and_searches_are_for_an_accuracy_alone(met):
+def test_more_gradients_and_searches_are_for_what_is_bought_alone(met):
     case, motions = met
     draft = PRESETS["draft"]
     sim = simulation_at(case, motions[12], draft)
@@ -113,7 +113,30 @@ def test_more_gradients_and_searches_are_for_an_accuracy_alone(met):
         sim.buy(*bought)
         had.append((sim.budget.pcg_iterations, searches_left(sim) + sim.searches))
     budget = draft.correction_pcg_iterations, draft.searches
-    assert had == [budget, (draft.most_pcg_iterations, draft.most_searches), budget, budget, budget]
+    assert had == [budget, *[(draft.most_pcg_iterations, draft.most_searches)] * 3, budget]
+
+
+def test_what_a_deadline_has_seen_is_known_when_it_comes_back(met):
+    case, motions = met
+    sim = simulation_at(case, motions[12], PRESETS["draft"])
+    sim.buy(None, 0.5)
+    seen = sim.pace
+    sim.buy(None, None)
+    assert sim.pace is not seen
+    sim.buy(1e-4, 0.25)
+    assert sim.pace is seen
+
+
+def test_more_time_buys_a_nearer_step_than_a_budgets_gradients_do(met):
+    """However long they had, a silk square's steps onto a ball ended where 15 gradients and 6 searches lead."""
+    draft = replace(PRESETS["draft"], largest_step=DT, deadline=100.0)
+    errors = {}
+    for name, settings in {"more": draft, "none": replace(draft, most_pcg_iterations=15, most_searches=6)}.items():
+        errors[name] = []
+        for after in (14, 15, 16):
+            _, true = step(met, replace(PRESETS["reference"], largest_step=DT), after)
+            errors[name].append(rms((step(met, settings, after)[1] - true).astype(np.float64)))
+    assert 0 < 10 * max(errors["more"]) < min(errors["none"])
 
 
 def test_an_accuracy_that_is_asked_for_comes_before_what_is_near_enough(met):
@@ -136,7 +159,7 @@ def test_it_is_bought_anew_while_the_simulation_runs_and_nothing_is_built(met):
     assert sim.advance(case.pose_at(15), 3 * DT).newton_iterations <= LIVE.correction_iterations
 
 
-BOUGHT = ("settings", "recorded_settings", "pace", "budget", "accuracy")
+BOUGHT = ("settings", "recorded_settings", "pace", "hurried", "budget", "accuracy")
 
 
 @pytest.mark.parametrize("value", [0.0, -0.01, float("nan"), float("inf"), True, "1e-4"])
