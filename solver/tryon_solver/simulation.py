@@ -188,6 +188,7 @@ class Simulation:
         self.progress = Progress.allocate(device)
         settings = self.settings
         self.budget = Budget(settings.correction_iterations, settings.pcg_iterations, TRUSTED)
+        self.brief_budget = Budget(settings.correction_iterations, settings.correction_pcg_iterations, TRUSTED)
         self.second_budget = Budget(settings.second_iterations, settings.second_pcg_iterations, TRUSTED_AGAIN)
         self.tears = TearWatch.build(self.rest, self.progress.stretch, settings.correction_torn)
         self.pace: Pace = Unhurried(settings, self.cloth_count)
@@ -341,6 +342,7 @@ class Simulation:
             self.pace = self.hurried
         most = settings.correction_iterations if settings.ends_by_budget else settings.most_iterations
         self.budget.iterations, self.budget.pcg_iterations = most, settings.pcg_iterations
+        self.brief_budget.iterations = most
 
     # -- running -------------------------------------------------------------------------------------------------
 

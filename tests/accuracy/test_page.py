@@ -6,10 +6,11 @@ from xml.etree import ElementTree
 import pytest
 from accuracy_case import AccuracyCase
 from accuracy_data import front, read_results
-from accuracy_deadlines import deadlines_broken, read_timed
+from accuracy_deadlines import PROMISED, deadlines_broken, read_timed
 from accuracy_limits import beyond_ours, broken, within
 from accuracy_page import write_page
 from accuracy_plots import chain
+from accuracy_tables import estimate_table
 from recorded import Writer
 
 ABOUT = {"commit": "none", "machine": "none"}
@@ -248,12 +249,20 @@ def test_a_deadline_that_is_not_held_is_named_and_told_beside_the_frames_without
     (tmp_path / "bench.json").write_text(json.dumps({"about": ABOUT, "results": results}))
     put_presets(tmp_path, [(1.0, 1.0)], [(0.5, 0.5)])
     timed = read_timed(tmp_path)
-    assert deadlines_broken(timed) == [
-        "tshirt, cart wheel, 20044 vertices, CPU: of 1000 frames in 11 ms 300 are late; 99 % take up to 12.5 ms"
-    ]
+    *unknown, broken_one = deadlines_broken(timed)
+    assert (
+        broken_one
+        == "tshirt, cart wheel, 20044 vertices, CPU: of 1000 frames in 11 ms 300 are late; 99 % take up to 12.5 ms"
+    )
+    assert len(unknown) == sum(len(deadlines) for of in PROMISED.values() for deadlines in of.values())
+    known = [timed_case(66.0, 0, motion="/some/where/walk_02.bvh"), timed_case(33.0, 0, motion="walk", device="cuda:0")]
+    (tmp_path / "other.json").write_text(json.dumps({"about": ABOUT, "results": known}))
+    said = deadlines_broken(read_timed(tmp_path))
+    assert set(unknown) - set(said) == {"a walk on a CPU in 66 ms was not measured"}
+    (tmp_path / "other.json").unlink()
     assert write_page(tmp_path / "page.md", tmp_path) == 1
     told = (tmp_path / "page.md").read_text()
-    assert f"- {deadlines_broken(timed)[0]}" in told.partition("## Single steps")[0]
+    assert all(f"- {line}\n" in told.partition("## Single steps")[0] for line in (unknown[0], broken_one))
     chapter = told.partition("## Deadlines")[2].partition("\n##")[0]
     assert [line.split(" | ")[1:4] for line in chapter.splitlines() if "cart wheel" in line] == [
         ["none", "14 / 45 / 99", "-"],
@@ -282,3 +291,19 @@ def test_a_solver_that_stepped_from_few_states_is_compared_with_ours_from_these_
     assert measured.point("Newton 2 x 60") == (10.0, 1.0)
     assert measured.point("slow", measured.states("slow")) == (20.0, 2.0)
     assert not beyond_ours(measured)
+
+
+def test_dialled_steps_are_judged_apart_by_the_preset_that_they_began_with(tmp_path):
+    """Within x2 is a step that counts as negligible, too, and in brackets it is not."""
+    live = rows("to 1 mm", (1.0, 1.0), (1.0, 1.9), (1.0, 3.0), (0.04, 0.009))
+    draft = rows("draft to 1 mm", *[(1.0, 1.0)] * 4)
+    methods = {
+        "to 1 mm": (about(accuracy=1.0), live),
+        "draft to 1 mm": (about(accuracy=1.0, from_draft=1), draft),
+    }
+    put(tmp_path, "accuracy", methods)
+    told = estimate_table(read_results(tmp_path))
+    assert [line.split(" | ")[2:6] for line in told if "dial at" in line] == [
+        ["dial at live", "4", "75 % (50)", "100 % (75)"],
+        ["dial at draft", "4", "100 % (100)", "100 % (100)"],
+    ]

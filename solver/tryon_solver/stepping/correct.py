@@ -193,7 +193,8 @@ def correct_penetration(sim: Simulation, conclude: Callable[[Simulation], None])
     as_one(sim, "way_to_trial", lambda: way_to_trial(sim))
     once = settings.contact_passes == 1
     at_most = sim.pace.iterations(sim.budget.iterations)
-    outcome = iterate_newton(sim, sim.budget, at_most, once, conclude if ends_by_itself(sim) else None, starting=True)
+    budget = sim.budget if sim.pace.thorough else sim.brief_budget
+    outcome = iterate_newton(sim, budget, at_most, once, conclude if ends_by_itself(sim) else None, starting=True)
     sim.concluded = outcome.concluded
     if once and not sim.concluded:
         if settings.second_iterations and ended_astray(sim, outcome):

@@ -4,7 +4,9 @@ Every iterate of the correction is free of contact, so that it may end at any of
 never freedom from penetration. Under one, each part of a step is given what the parts before it have left, less what
 those after it are expected to take: sub-steps of the body first, then the scheme's cycles, and the correction has the
 rest, no less than half its budget: fewer iterations save little and leave cloth crumpled, whose next steps are dearer.
-What a part takes is what it took lately: all but the dearest of its last WINDOW times. Ours.
+They are thorough, with the gradients and searches of what is bought, where there is time for as many of such as the
+budget has; else brief, with those that it has. What a part takes is what it took lately: all but the dearest of its
+last WINDOW times. Ours.
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ from tryon_solver.linalg.read_back import wait
 from tryon_solver.settings import Settings
 
 WINDOW = 60  # times that are remembered of each part
-DEAREST = 0.05  # share of them that a part may exceed
+DEAREST = 0.01  # share of them that a part may exceed: as many frames may be late
 LONGER = 2  # times as long as the settings have them, sub-steps may be under a deadline
 BODY_SHARE = 0.5  # of what is left, at most, for sub-steps that could be longer ones
 START = 2  # times as long as an iteration it takes to choose where the first begins
@@ -33,7 +35,13 @@ LEAST_CROWDED = 4  # iterations all the same
 
 
 class Pace(Protocol):
-    """What a step may spend, asked in the order of the step."""
+    """What a step may spend, asked in the order of the step.
+
+    Attributes:
+        thorough: does the correction that was asked about last have the gradients and searches of what is bought?
+    """
+
+    thorough: bool
 
     def begin(self) -> None:
         """A call of `advance` begins."""
@@ -75,6 +83,7 @@ class Unhurried:
     """
 
     def __init__(self, settings: Settings, vertices: int) -> None:
+        self.thorough = True
         self._cycles = settings.outer_iterations
         bounded = settings.contact_passes == 1 and settings.ends_by_budget
         self._most = MOST_LOOKED_AT * vertices if bounded else None
@@ -145,7 +154,10 @@ class Hurried:
         self._device = device
         self.buy(settings)
         guess = GUESSED * self._deadline
-        self._substep, self._iteration, self._tail = Cost(guess), Cost(guess), Cost(guess)
+        self.thorough = True
+        self._substep, self._tail = Cost(guess), Cost(guess)
+        self._thorough, self._brief = Cost(guess), Cost(guess)  # iterations
+        self._dearer = 0.0  # times as dear as brief ones thorough ones were when both were taken in turn; 0: taken last
         self._one, self._all = Cost(guess), Cost(guess)  # cycles, each with search and proxy
         self._times = 0.0  # as dear as one cycle all were when both were taken in turn; 0: all were taken last
         self._cycles, self._substeps = 1, 0
@@ -156,7 +168,8 @@ class Hurried:
         """From the next call on, with these settings' deadline; what was seen of parts stands."""
         assert settings.deadline is not None
         self._deadline, self._most_cycles = settings.deadline, settings.outer_iterations
-        self._least = -(-settings.correction_iterations // 2)
+        self._budget = settings.correction_iterations
+        self._least = -(-self._budget // 2)
 
     def begin(self) -> None:
         self._begun = clock.perf_counter()
@@ -194,18 +207,24 @@ class Hurried:
             self._one.add(now - self._since)
             self._times = self._times or self._all.expected / self._one.expected
         self._since = now
-        return min(most, max(self._least, self._affordable()))
+        dear = self._dearer * self._brief.expected if self._dearer else self._thorough.expected
+        self.thorough = self._affordable(dear) >= self._budget
+        return min(most, max(self._least, self._affordable(self._iteration.expected)))
 
     def again(self, most: int) -> int:
-        count = min(most, self._affordable())
+        count = min(most, self._affordable(self._iteration.expected))
         return count if count >= self._least else 0
 
     def more(self, made: int, candidates: int) -> int | None:  # noqa: ARG002 - as Pace has it
-        return max(self._least - made, START + self._affordable())
+        return max(self._least - made, START + self._affordable(self._iteration.expected))
 
     def corrected(self, iterations: int) -> None:
         now = clock.perf_counter()
         self._iteration.add(now - self._since, START + iterations)
+        if self.thorough:
+            self._dearer = 0.0
+        else:
+            self._dearer = self._dearer or self._thorough.expected / self._brief.expected
         self._since, self._corrected = now, True
 
     def end(self) -> float:
@@ -221,6 +240,11 @@ class Hurried:
     def _left(self) -> float:
         return self._step_end - clock.perf_counter()
 
-    def _affordable(self) -> int:
-        """Iterations, after choosing where they begin."""
-        return int((self._left() - self._tail.expected) / self._iteration.expected) - START
+    @property
+    def _iteration(self) -> Cost:
+        """What those of the correction that was asked about last take."""
+        return self._thorough if self.thorough else self._brief
+
+    def _affordable(self, dear: float) -> int:
+        """Iterations that take so long each [s], after choosing where they begin."""
+        return int((self._left() - self._tail.expected) / dear) - START

@@ -63,7 +63,8 @@ def searches_left(sim: Simulation) -> int:
     """
     if sim.candidates.size > CROWDED * sim.cloth_count:
         return 0
-    return sim.settings.searches_in_step - sim.searches
+    most = sim.settings.searches_in_step if sim.pace.thorough else sim.settings.searches
+    return most - sim.searches
 
 
 def search_around(sim: Simulation, x: wp.array, direction: wp.array) -> None:

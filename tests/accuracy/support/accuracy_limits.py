@@ -50,11 +50,17 @@ def broken(found: Found) -> list[str]:
 def estimate_broken(found: Found) -> list[str]:
     """The estimate, on what was held out."""
     rows = [row for _, _, row in preset_rows(found, held_out=True)]
-    return [
-        f"within x{times:g} are {100 * within(rows, times):.1f} % of the estimates, not {100 * share:g} %"
-        for times, share in WITHIN
-        if rows and within(rows, times) < share
-    ]
+    said = []
+    for times, share in WITHIN:
+        counted, strict = within(rows, times) if rows else 1.0, within(rows, times, 0.0) if rows else 1.0
+        if counted < share:
+            said.append(f"within x{times:g} are {100 * counted:.1f} % of the estimates, not {100 * share:g} %")
+        elif strict < share:
+            said.append(
+                f"within x{times:g} are {100 * counted:.1f} % of the estimates, but {100 * strict:.1f} % where none "
+                f"counts as right for being under {NEGLIGIBLE:g} mm, as its error is"
+            )
+    return said
 
 
 def order_broken(found: Found) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -68,11 +68,32 @@ def estimate_table(found: Found) -> list[str]:
             of = [m for m in found.presets if (m.case.held_out, m.case.dt, m.device) == (held_out, dt, CPU)]
             steps = [row for m in of for row in m.rows.get(name, ()) if row["error"] is not None]
             if steps:
-                shares = (f"{100 * within(steps, t):.0f} % ({100 * within(steps, t, 0.0):.0f})" for t, _ in WITHIN)
-                low = sum(row["estimate"] < row["error"] for row in steps if not is_within(row, WITHIN[-1][0]))
-                rows.append((said, f"1/{1 / dt:.0f} s", name, len(steps), *shares, low))
+                rows.append((said, f"1/{1 / dt:.0f} s", name, *right(steps)))
+        for dt, begun_with in dict.fromkeys((m.case.dt, name) for m in found.errors for name in ("live", "draft")):
+            of = [m for m in found.errors if (m.case.held_out, m.case.dt, m.device) == (held_out, dt, CPU)]
+            steps = [row for m in of for row in dialled(m, begun_with == "draft") if row["error"] is not None]
+            if steps:
+                rows.append((said, f"1/{1 / dt:.0f} s", f"dial at {begun_with}", *right(steps)))
     head = ("scenes", "step", "settings", "steps", *(f"within x{t:g}" for t, _ in WITHIN), "of the others too low")
     return table(head, rows)
+
+
+def right(steps: Sequence[Row]) -> tuple[object, ...]:
+    """How many steps, the shares of them whose estimates are right, and of the others those that are too low."""
+    shares = (f"{100 * within(steps, t):.0f} % ({100 * within(steps, t, 0.0):.0f})" for t, _ in WITHIN)
+    low = sum(row["estimate"] < row["error"] for row in steps if not is_within(row, WITHIN[-1][0]))
+    return len(steps), *shares, low
+
+
+def dialled(measured: Measured, from_draft: bool) -> list[Row]:
+    """Steps that ended where they were near enough to balance for an accuracy that was asked for."""
+    asked = [name for name, at in of_at(measured) if "accuracy" in at and ("from_draft" in at) == from_draft]
+    return [row for name in asked for row in measured.rows[name]]
+
+
+def of_at(measured: Measured) -> list[tuple[str, Mapping[str, float]]]:
+    """Methods, and what was varied in them."""
+    return [(name, about["at"]) for name, about in measured.about.items()]
 
 
 def estimate_lines(found: Found) -> list[str]:

@@ -200,8 +200,8 @@ def clock(monkeypatch):
 class Machine:
     """Plays calls of `advance` on a clock, for a pace: seconds for a sub-step, a cycle, an iteration, and the rest."""
 
-    def __init__(self, clock, hurried, substep=1e-3, search=1e-3, cycle=5e-4, iteration=1e-3, tail=1e-3):
-        self.clock, self.pace = clock, hurried
+    def __init__(self, clock, hurried, substep=1e-3, search=1e-3, cycle=5e-4, iteration=1e-3, tail=1e-3, brief=1.0):
+        self.clock, self.pace, self.brief = clock, hurried, brief
         self.substep, self.search, self.cycle, self.iteration, self.tail = substep, search, cycle, iteration, tail
 
     def call(self, steps=1, wanted=1, slower=1.0):
@@ -215,7 +215,7 @@ class Machine:
             cycles = hurried.cycles()
             self.clock.now += slower * (self.search + cycles * self.cycle)
             iterations = hurried.iterations(100)
-            self.clock.now += slower * (2 + iterations) * self.iteration
+            self.clock.now += slower * (2 + iterations) * self.iteration * (1.0 if hurried.thorough else self.brief)
             hurried.corrected(iterations)
             self.clock.now += slower * self.tail
             spent.append((substeps, cycles, iterations))
@@ -278,6 +278,19 @@ def test_the_time_of_a_call_is_shared_by_its_steps(clock):
     assert took <= 40e-3
     assert late == 0
     assert max(iterations for _, _, iterations in spent) <= 1 + min(iterations for _, _, iterations in spent)
+
+
+def test_iterations_are_thorough_where_there_is_time_for_a_budget_of_such_and_else_brief(clock):
+    """Brief ones take a third; they come and go with the deadline, and hold it."""
+    machine = Machine(clock, hurried(30e-3), iteration=3e-3, brief=1 / 3)
+    for deadline, thorough in ((30e-3, True), (16e-3, False), (30e-3, True)):
+        machine.pace.buy(replace(LIVE, deadline=deadline, correction_iterations=3))
+        calls = [(*machine.call(), machine.pace.thorough) for _ in range(80)]
+        for took, late, [(_, _, iterations)], was in calls[5:]:
+            assert was == thorough
+            assert took <= deadline
+            assert late == 0
+            assert iterations >= (3 if thorough else 2)
 
 
 def test_a_machine_that_gets_slower_is_followed(clock):
