@@ -385,6 +385,8 @@ def test_accuracy_and_deadline_of_a_live_session_are_chosen_and_told(live):
         ({"deadline": 11}, "deadline"),
     ):
         assert refused(live.http.put(address, json=wish), 422, "request.invalid")["place"] == place
+    none = live.http.put(address, content='{"accuracy": NaN}', headers={"Content-Type": "application/json"})
+    assert "finite number" in refused(none, 422, "request.invalid")["message"]
     live.http.delete(f"/api/sessions/{session['id']}")
     refused(live.http.put(address, json={}), 409, "session.ended")
     refused(live.http.put("/api/sessions/nobody/accuracy", json={}), 404, "session.unknown")

@@ -199,10 +199,10 @@ class SessionRequest(Model):
 class AccuracyRequest(Model):
     """How accurately a session's frames are to be solved, and in what time; null: as the preset has it, no limit."""
 
-    accuracy: Annotated[float, Field(ge=1e-6, le=0.1, strict=True)] | None = Field(
+    accuracy: Annotated[float, Field(ge=1e-6, le=0.1, strict=True, allow_inf_nan=False)] | None = Field(
         None, description="m: the estimated RMS error that a frame is solved down to"
     )
-    deadline_ms: Annotated[float, Field(ge=1, le=10_000, strict=True)] | None = Field(
+    deadline_ms: Annotated[float, Field(ge=1, le=10_000, strict=True, allow_inf_nan=False)] | None = Field(
         None, description="ms of wall time that solving a frame may take; accuracy gives way to it"
     )
 
