@@ -119,7 +119,7 @@ PRICE_SAID = [
 DEADLINES_SAID = [
     "Frames of `solver/bench`, with a deadline and, where that was measured, without one. A deadline is what a frame",
     "may take: the correction goes on for as long as it allows, and has half the preset's budget where there is no",
-    "time, after sub-steps of twice the length: a deadline shorter than that takes changes nothing, a coarser mesh does.",
+    "time, after sub-steps of twice the length. One that is shorter than that changes nothing; a coarser mesh does.",
     f"More than {100 * HELD:g} % of late frames count as not held.",
 ]
 SCALE_SAID = ["The same motion, played on; what was timed is `advance`, with the device waited for."]
