@@ -17,6 +17,7 @@ from ceilings import ceilings, seconds
 from costs import Cost, advance, contact_blocks, coupled_unknowns, pair_search, product, random_vectors
 from worn import LEAD, Case, put_on
 
+from tryon_solver.contact import pooled
 from tryon_solver.contact.broad_phase import NOTHING_KNOWN
 from tryon_solver.contact.found import PAIRS
 from tryon_solver.contact.pairs import add_diagonal
@@ -81,9 +82,10 @@ def iterations_alone(sim: Simulation) -> Kernel:
     """Of the solver that is one kernel."""
     matrix, gradient = newton_matrix(sim), random_vectors(sim.all_count, sim.device)
     out = wp.zeros_like(gradient)
+    sim.aggregates.take(matrix, pooled.add_pairs if sim.pairs.size else None)
 
     def solve() -> None:
-        pcg.solve(sim.cg, matrix, sim.work.blocks, gradient, out, ITERATIONS, 0.0)
+        pcg.solve(sim.cg, matrix, sim.work.blocks, gradient, out, ITERATIONS, 0.0, sim.aggregates)
 
     solve()
     unknowns = coupled_unknowns(matrix)

@@ -192,6 +192,7 @@ def correct_penetration(sim: Simulation, conclude: Callable[[Simulation], None])
     settings = sim.settings
     as_one(sim, "way_to_trial", lambda: way_to_trial(sim))
     once = settings.contact_passes == 1
+    accurate = settings.accuracy is not None and settings.deadline is None
     at_most = sim.pace.iterations(sim.budget.iterations)
     budget = sim.budget if sim.pace.thorough else sim.brief_budget
     outcome = iterate_newton(sim, budget, at_most, once, conclude if ends_by_itself(sim) else None, starting=True)
@@ -199,8 +200,8 @@ def correct_penetration(sim: Simulation, conclude: Callable[[Simulation], None])
     if once and not sim.concluded:
         if settings.second_iterations and ended_astray(sim, outcome):
             outcome = again(sim, sim.second_budget, outcome)
-        if sim.tears is not None and settings.ends_by_budget and sim.tears.torn(outcome.stretch):
-            outcome = again(sim, sim.tears.budget, outcome)
+        if sim.tears is not None and not accurate and sim.tears.torn(outcome.stretch):
+            outcome = again(sim, sim.tears.budget, outcome, needed=True)
             sim.tears.bear(outcome.stretch)
         leave_off(sim, outcome)
     elif sim.concluded:
@@ -223,9 +224,9 @@ def way_to_trial(sim: Simulation) -> None:
     find_largest(sim.to_trial, sim.progress.trial)
 
 
-def again(sim: Simulation, budget: Budget, outcome: Outcome) -> Outcome:
-    """Do all of it again from x_feasible with another budget, where there is time for it."""
-    at_most = sim.pace.again(budget.iterations)
+def again(sim: Simulation, budget: Budget, outcome: Outcome, needed: bool = False) -> Outcome:
+    """Do all of it again from x_feasible with another budget, where there is time for it or it is `needed`."""
+    at_most = sim.pace.again(budget.iterations, needed)
     if not at_most:
         return outcome
     start_again(sim)

@@ -58,8 +58,8 @@ class Pace(Protocol):
     def iterations(self, most: int) -> int:
         """Newton iterations of the correction, of `most` by the settings; waits for the device where time counts."""
 
-    def again(self, most: int) -> int:
-        """Newton iterations of a correction that is done again; 0: there is no time."""
+    def again(self, most: int, needed: bool) -> int:
+        """Newton iterations of a correction that is done again, late or not if it is `needed`; 0: there is no time."""
 
     def more(self, made: int, candidates: int) -> int | None:
         """Newton iterations that a correction may still make, at most, that stopped on the way after so many, with so
@@ -104,7 +104,7 @@ class Unhurried:
     def iterations(self, most: int) -> int:
         return most
 
-    def again(self, most: int) -> int:
+    def again(self, most: int, needed: bool) -> int:  # noqa: ARG002 - as Pace has it
         if self._most is None or not self._listed:
             return most
         affordable = min(most, max(0, self._left // self._listed))
@@ -160,7 +160,7 @@ class Hurried:
         self._dearer = 0.0  # times as dear as brief ones thorough ones were when both were taken in turn; 0: taken last
         self._one, self._all = Cost(guess), Cost(guess)  # cycles, each with search and proxy
         self._times = 0.0  # as dear as one cycle all were when both were taken in turn; 0: all were taken last
-        self._cycles, self._substeps = 1, 0
+        self._cycles, self._substeps, self._promised = 1, 0, self._least  # the last: iterations, whatever they take
         self._begun = self._step_end = self._since = 0.0
         self._corrected = False
 
@@ -209,14 +209,18 @@ class Hurried:
         self._since = now
         dear = self._dearer * self._brief.expected if self._dearer else self._thorough.expected
         self.thorough = self._affordable(dear) >= self._budget
+        self._promised = self._least
         return min(most, max(self._least, self._affordable(self._iteration.expected)))
 
-    def again(self, most: int) -> int:
+    def again(self, most: int, needed: bool) -> int:
+        self._promised = most if needed else self._least
+        if needed:
+            return most
         count = min(most, self._affordable(self._iteration.expected))
         return count if count >= self._least else 0
 
     def more(self, made: int, candidates: int) -> int | None:  # noqa: ARG002 - as Pace has it
-        return max(self._least - made, START + self._affordable(self._iteration.expected))
+        return max(self._promised - made, START + self._affordable(self._iteration.expected))
 
     def corrected(self, iterations: int) -> None:
         now = clock.perf_counter()

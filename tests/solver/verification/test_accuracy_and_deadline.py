@@ -313,11 +313,13 @@ def test_a_correction_that_stops_on_the_way_or_is_done_again_has_what_is_left(cl
     hurried_pace.cycles()
     planned = hurried_pace.iterations(100)
     clock.now += 6e-3
-    assert 0 < hurried_pace.again(100) <= planned - 5
-    assert hurried_pace.more(1, 0) == hurried_pace.again(100) + 2, "where it begins is chosen already"
+    assert 0 < hurried_pace.again(100, needed=False) <= planned - 5
+    assert hurried_pace.more(1, 0) == hurried_pace.again(100, needed=False) + 2, "where it begins is chosen already"
     clock.now += 20e-3
     assert [hurried_pace.more(made, 0) for made in (0, 1, 2)] == [2, 1, 0], "late or not, half its budget"
-    assert hurried_pace.again(100) == 0
+    assert hurried_pace.again(100, needed=False) == 0
+    assert hurried_pace.again(12, needed=True) == 12, "late or not"
+    assert hurried_pace.more(0, 0) == 12
 
 
 def test_without_a_deadline_a_step_goes_through_so_many_candidates_and_no_budget_is_cut_otherwise():
@@ -329,10 +331,10 @@ def test_without_a_deadline_a_step_goes_through_so_many_candidates_and_no_budget
     assert unhurried.more(0, crowd) == worth
     assert unhurried.more(3, 2 * crowd) == (worth - 3) // 2, "three were on the shorter list"
     unhurried.corrected(4)
-    assert unhurried.again(100) == (worth - 5) // 2, "the fourth was on the longer one"
+    assert unhurried.again(100, needed=False) == (worth - 5) // 2, "the fourth was on the longer one"
     assert unhurried.more(0, 100 * crowd) == LEAST_CROWDED
     unhurried.corrected(LEAST_CROWDED)
-    assert unhurried.again(100) == 0
+    assert unhurried.again(100, needed=False) == 0
     unhurried.begin_step(1)
     assert unhurried.more(0, crowd) == worth, "each step has its own"
 
@@ -342,7 +344,7 @@ def test_who_asks_for_the_balance_gets_it_on_any_list(changed):
     unhurried = Unhurried(replace(LIVE, **changed), 1000)
     unhurried.begin_step(1)
     assert unhurried.more(0, 10**7) is None
-    assert unhurried.again(24) == 24
+    assert unhurried.again(24, needed=False) == 24
 
 
 def test_the_body_comes_as_far_under_a_deadline_with_fewer_longer_sub_steps(met):

@@ -42,9 +42,11 @@ def test_cloth_is_torn_by_what_is_more_than_its_budget_left():
 
 
 @pytest.mark.parametrize(("torn", "steps_again"), [(0.5, [0]), (1.3, []), (None, [])])
-def test_only_a_correction_that_leaves_it_torn_is_done_again(torn, steps_again, monkeypatch):
-    """From 0.5 on it always is, and its budget leaves it so."""
+@pytest.mark.parametrize("deadline", [None, 1e-6])
+def test_only_a_correction_that_leaves_it_torn_is_done_again(torn, steps_again, deadline, monkeypatch):
+    """From 0.5 on it always is, and its budget leaves it so. Late or not: torn cloth is dearer in all steps after."""
     sim, _ = laid_on_ball(torn)
+    sim.buy(None, deadline)
     again, step, start_again = [], 0, correct.start_again
 
     def noted(sim):
@@ -52,6 +54,10 @@ def test_only_a_correction_that_leaves_it_torn_is_done_again(torn, steps_again, 
         start_again(sim)
 
     monkeypatch.setattr(correct, "start_again", noted)
+    made = []
     for step in range(4):
-        sim.advance(STILL, (step + 1) / 30)
+        made.append(sim.advance(STILL, (step + 1) / 30).newton_iterations)
     assert again == steps_again
+    if deadline is not None:
+        half = PRESETS["draft"].correction_iterations // 2
+        assert [iterations > half for iterations in made] == [step in steps_again for step in range(4)]
