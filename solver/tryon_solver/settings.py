@@ -185,6 +185,11 @@ class Settings:
         return self.accuracy is None and self.deadline is None
 
     @property
+    def ends_by_accuracy(self) -> bool:
+        """Does a correction end by its accuracy, in whatever time?"""
+        return self.accuracy is not None and self.deadline is None
+
+    @property
     def pcg_iterations(self) -> int:
         """Conjugate gradients of each of the correction's iterations, at most."""
         budget = self.correction_pcg_iterations

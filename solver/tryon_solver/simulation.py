@@ -342,7 +342,6 @@ class Simulation:
             self.pace = self.hurried
         most = settings.correction_iterations if settings.ends_by_budget else settings.most_iterations
         self.budget.iterations, self.budget.pcg_iterations = most, settings.pcg_iterations
-        self.brief_budget.iterations = most
 
     # -- running -------------------------------------------------------------------------------------------------
 

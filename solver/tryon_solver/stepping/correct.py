@@ -192,7 +192,6 @@ def correct_penetration(sim: Simulation, conclude: Callable[[Simulation], None])
     settings = sim.settings
     as_one(sim, "way_to_trial", lambda: way_to_trial(sim))
     once = settings.contact_passes == 1
-    accurate = settings.accuracy is not None and settings.deadline is None
     at_most = sim.pace.iterations(sim.budget.iterations)
     budget = sim.budget if sim.pace.thorough else sim.brief_budget
     outcome = iterate_newton(sim, budget, at_most, once, conclude if ends_by_itself(sim) else None, starting=True)
@@ -200,7 +199,7 @@ def correct_penetration(sim: Simulation, conclude: Callable[[Simulation], None])
     if once and not sim.concluded:
         if settings.second_iterations and ended_astray(sim, outcome):
             outcome = again(sim, sim.second_budget, outcome)
-        if sim.tears is not None and not accurate and sim.tears.torn(outcome.stretch):
+        if sim.tears is not None and not settings.ends_by_accuracy and sim.tears.torn(outcome.stretch):
             outcome = again(sim, sim.tears.budget, outcome, needed=True)
             sim.tears.bear(outcome.stretch)
         leave_off(sim, outcome)

@@ -162,7 +162,7 @@ class Hurried:
         self._times = 0.0  # as dear as one cycle all were when both were taken in turn; 0: all were taken last
         self._cycles, self._substeps, self._promised = 1, 0, self._least  # the last: iterations, whatever they take
         self._begun = self._step_end = self._since = 0.0
-        self._corrected = False
+        self._corrected = self._repeated = False
 
     def buy(self, settings: Settings) -> None:
         """From the next call on, with these settings' deadline; what was seen of parts stands."""
@@ -209,11 +209,11 @@ class Hurried:
         self._since = now
         dear = self._dearer * self._brief.expected if self._dearer else self._thorough.expected
         self.thorough = self._affordable(dear) >= self._budget
-        self._promised = self._least
+        self._promised, self._repeated = self._least, False
         return min(most, max(self._least, self._affordable(self._iteration.expected)))
 
     def again(self, most: int, needed: bool) -> int:
-        self._promised = most if needed else self._least
+        self._promised, self._repeated = most if needed else self._least, True
         if needed:
             return most
         count = min(most, self._affordable(self._iteration.expected))
@@ -224,11 +224,9 @@ class Hurried:
 
     def corrected(self, iterations: int) -> None:
         now = clock.perf_counter()
-        self._iteration.add(now - self._since, START + iterations)
-        if self.thorough:
-            self._dearer = 0.0
-        else:
-            self._dearer = self._dearer or self._thorough.expected / self._brief.expected
+        if not self._repeated:  # those have a budget of their own, and say nothing of these
+            self._iteration.add(now - self._since, START + iterations)
+            self._dearer = 0.0 if self.thorough else self._dearer or self._thorough.expected / self._brief.expected
         self._since, self._corrected = now, True
 
     def end(self) -> float:

@@ -97,7 +97,8 @@ PREFACE = [
     "each of the states that a float64 Newton IPC reference goes through in a garment's motion, and is held to where",
     "the reference is after the same step. Names of scenes that end in a device are of steps taken there; the others,",
     "and the reference, are of the CPU. Times of single steps are of small garments, on a CPU in processor time of all",
-    "threads, on a GPU by the clock; they compare within a case. Times at a garment's scale are measured apart.",
+    "threads, but by the clock in runs before aa0d95dd, as on a GPU; they compare within a case. Times at a garment's",
+    "scale are measured apart.",
 ]
 PRESETS_SAID = [
     "All presets take the same steps here, also those whose own are shorter; estimates are judged of the others.",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -87,13 +87,9 @@ def right(steps: Sequence[Row]) -> tuple[object, ...]:
 
 def dialled(measured: Measured, from_draft: bool) -> list[Row]:
     """Steps that ended where they were near enough to balance for an accuracy that was asked for."""
-    asked = [name for name, at in of_at(measured) if "accuracy" in at and ("from_draft" in at) == from_draft]
+    at = {name: about["at"] for name, about in measured.about.items()}
+    asked = [name for name in at if "accuracy" in at[name] and ("from_draft" in at[name]) == from_draft]
     return [row for name in asked for row in measured.rows[name]]
-
-
-def of_at(measured: Measured) -> list[tuple[str, Mapping[str, float]]]:
-    """Methods, and what was varied in them."""
-    return [(name, about["at"]) for name, about in measured.about.items()]
 
 
 def estimate_lines(found: Found) -> list[str]:

@@ -36,7 +36,7 @@ class ByNewton:
         of = scene.scene
         if any(isinstance(effect, Attached) for effect in of.effects):
             raise UnsaidError("Newton has no springs that end within a triangle, as cloth sewn on asks for")
-        self.scene, self.device, self.time = scene, device, clock_of(device)
+        self.scene, self.device, self.clock = scene, device, clock_of(device)
         self.substeps = int(method.at.get("substeps", 1))
         self.data = Reference(of)  # its skin, nothing else
         effects = {type(effect): effect for effect in of.effects}
@@ -64,7 +64,7 @@ class ByNewton:
 
     def step(self, pose: Pose, dt: float) -> Ended:
         before, after = self.surface, self.data.skin(pose)
-        begun = self.time()
+        begun = self.clock()
         self.solver.rebuild_bvh(self.now)
         for k in range(1, self.substeps + 1):
             self._lead(before + k / self.substeps * (after - before), (after - before) / dt)
@@ -73,7 +73,7 @@ class ByNewton:
             self.pipeline.collide(self.now, self.contacts)
             self.solver.step(self.now, self.next, None, self.contacts, dt / self.substeps)
             self.now, self.next = self.next, self.now
-        ms = 1e3 * (self.time() - begun)
+        ms = 1e3 * (self.clock() - begun)
         self.surface = after
         return Ended(np.vstack([self.now.particle_q.numpy().astype(np.float64), after]), ms)
 

@@ -92,16 +92,22 @@ def test_with_a_deadline_time_is_not_left_unused_for_being_near_enough(met):
     assert in_time[0] == in_time[1] > step(met, near_enough)[0].newton_iterations
 
 
-def test_in_a_blow_an_accuracy_is_come_to_with_more_gradients_and_searches_than_a_budget_has(met):
-    draft = replace(PRESETS["draft"], largest_step=DT, accuracy=3e-6)
-    errors = {}
-    for name, settings in {"more": draft, "none": replace(draft, most_pcg_iterations=15, most_searches=6)}.items():
-        errors[name] = []
+def errors_with_more_and_none(met, draft):
+    """RMS errors [m] of steps in a blow, with the gradients and searches of what is bought, and with a budget's."""
+    errors = []
+    for settings in (draft, replace(draft, most_pcg_iterations=15, most_searches=6)):
+        errors.append([])
         for after in (14, 15, 16):
             _, true = step(met, replace(PRESETS["reference"], largest_step=DT), after)
-            errors[name].append(rms((step(met, settings, after)[1] - true).astype(np.float64)))
-    assert 0 < max(errors["more"]) < 1e-5
-    assert min(errors["none"]) > 1e-4, "it stood where its directions were too short and its candidates ended"
+            errors[-1].append(rms((step(met, settings, after)[1] - true).astype(np.float64)))
+    return errors
+
+
+def test_in_a_blow_an_accuracy_is_come_to_with_more_gradients_and_searches_than_a_budget_has(met):
+    draft = replace(PRESETS["draft"], largest_step=DT, accuracy=3e-6)
+    more, none = errors_with_more_and_none(met, draft)
+    assert 0 < max(more) < 1e-5
+    assert min(none) > 1e-4, "it stood where its directions were too short and its candidates ended"
 
 
 def test_more_gradients_and_searches_are_for_what_is_bought_alone(met):
@@ -130,13 +136,8 @@ def test_what_a_deadline_has_seen_is_known_when_it_comes_back(met):
 def test_more_time_buys_a_nearer_step_than_a_budgets_gradients_do(met):
     """However long they had, a silk square's steps onto a ball ended where 15 gradients and 6 searches lead."""
     draft = replace(PRESETS["draft"], largest_step=DT, deadline=100.0)
-    errors = {}
-    for name, settings in {"more": draft, "none": replace(draft, most_pcg_iterations=15, most_searches=6)}.items():
-        errors[name] = []
-        for after in (14, 15, 16):
-            _, true = step(met, replace(PRESETS["reference"], largest_step=DT), after)
-            errors[name].append(rms((step(met, settings, after)[1] - true).astype(np.float64)))
-    assert 0 < 10 * max(errors["more"]) < min(errors["none"])
+    more, none = errors_with_more_and_none(met, draft)
+    assert 0 < 10 * max(more) < min(none)
 
 
 def test_an_accuracy_that_is_asked_for_comes_before_what_is_near_enough(met):
@@ -320,6 +321,10 @@ def test_a_correction_that_stops_on_the_way_or_is_done_again_has_what_is_left(cl
     assert hurried_pace.again(100, needed=False) == 0
     assert hurried_pace.again(12, needed=True) == 12, "late or not"
     assert hurried_pace.more(0, 0) == 12
+    hurried_pace.corrected(12)
+    took, late, _ = machine.call()
+    assert took > 20e-3 - 2 * machine.iteration - 0.03 * 20e-3, "what was done again makes no other look dearer"
+    assert late == 0
 
 
 def test_without_a_deadline_a_step_goes_through_so_many_candidates_and_no_budget_is_cut_otherwise():
