@@ -48,6 +48,9 @@ class Settings:
     cloth has at this speed (stepping/near.py): a correction that is nearer ends before its budget, but for cloth that
     hardly moves, and one that is not is extended. None: neither.
     """
+    late_nearness: float = 0.1
+    """Near enough where a deadline has passed, estimated likewise [m/s * s]: a correction that is not goes on, late as
+    it is, for as many iterations as it has without a deadline."""
     correction_pcg_iterations: int = 80
     correction_pcg_tolerance: float = 1e-2
     """Relative residual at which the correction's conjugate gradients stop."""
@@ -127,6 +130,7 @@ class Settings:
             "tolerance",
             "subspace_spacing",
             "coarse_spacing",
+            "late_nearness",
             "correction_pcg_tolerance",
             "correction_tolerance",
             "correction_unsettled",

@@ -40,7 +40,7 @@ from tryon_solver.step import SCHEMES, advance
 from tryon_solver.stepping.arm_contact import FLY, arm_contact, may_fly
 from tryon_solver.stepping.interrupted import take_back
 from tryon_solver.stepping.nothing_near import NoCandidates, NoPairs
-from tryon_solver.stepping.pace import Hurried, Pace, Unhurried
+from tryon_solver.stepping.pace import Hurried, Pace, Unhurried, time_of_iteration
 from tryon_solver.stepping.progress import TRUSTED, TRUSTED_AGAIN, Budget, Progress
 from tryon_solver.stepping.report import make_report, smallest_gap
 from tryon_solver.stepping.start import refuse_touching_start
@@ -336,7 +336,7 @@ class Simulation:
         if deadline is None:
             self.pace = Unhurried(settings, self.cloth_count)
         elif self.hurried is None:
-            self.pace = self.hurried = Hurried(settings, self.device)
+            self.pace = self.hurried = Hurried(settings, self.device, time_of_iteration(self.reported))
         else:
             self.hurried.buy(settings)  # what parts take it has seen
             self.pace = self.hurried

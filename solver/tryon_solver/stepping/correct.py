@@ -33,6 +33,7 @@ from tryon_solver.stepping.gradient import add_contact_gradient, elastic_gradien
 from tryon_solver.stepping.near import make_last_if_near, measure_nearness
 from tryon_solver.stepping.newton import linearise, newton_matrix, solve_newton_system
 from tryon_solver.stepping.overshoot import retreat_if_overshot
+from tryon_solver.stepping.pace import Allowance
 from tryon_solver.stepping.progress import HARDLY_NEARER, LED_ASTRAY, Budget, Outcome
 from tryon_solver.stepping.record import as_one, baked
 from tryon_solver.stepping.search import FURTHER_EDGES, a_few_edges, follow, search_further, searches_left
@@ -192,15 +193,15 @@ def correct_penetration(sim: Simulation, conclude: Callable[[Simulation], None])
     settings = sim.settings
     as_one(sim, "way_to_trial", lambda: way_to_trial(sim))
     once = settings.contact_passes == 1
-    at_most = sim.pace.iterations(sim.budget.iterations)
+    allowed = sim.pace.iterations(sim.budget.iterations)
     budget = sim.budget if sim.pace.thorough else sim.brief_budget
-    outcome = iterate_newton(sim, budget, at_most, once, conclude if ends_by_itself(sim) else None, starting=True)
+    outcome = iterate_newton(sim, budget, allowed, once, conclude if ends_by_itself(sim) else None, starting=True)
     sim.concluded = outcome.concluded
     if once and not sim.concluded:
         if settings.second_iterations and ended_astray(sim, outcome):
             outcome = again(sim, sim.second_budget, outcome)
         if sim.tears is not None and not settings.ends_by_accuracy and sim.tears.torn(outcome.stretch):
-            outcome = again(sim, sim.tears.budget, outcome, needed=True)
+            outcome = again(sim, sim.tears.budget, outcome)
             sim.tears.bear(outcome.stretch)
         leave_off(sim, outcome)
     elif sim.concluded:
@@ -223,13 +224,13 @@ def way_to_trial(sim: Simulation) -> None:
     find_largest(sim.to_trial, sim.progress.trial)
 
 
-def again(sim: Simulation, budget: Budget, outcome: Outcome, needed: bool = False) -> Outcome:
-    """Do all of it again from x_feasible with another budget, where there is time for it or it is `needed`."""
-    at_most = sim.pace.again(budget.iterations, needed)
-    if not at_most:
+def again(sim: Simulation, budget: Budget, outcome: Outcome) -> Outcome:
+    """Do all of it again from x_feasible with another budget, if it is allowed any."""
+    allowed = sim.pace.again(budget.iterations)
+    if not allowed.at_most:
         return outcome
     start_again(sim)
-    return iterate_newton(sim, budget, at_most, extensible=False)
+    return iterate_newton(sim, budget, allowed, extensible=False)
 
 
 def leave_off(sim: Simulation, outcome: Outcome) -> None:
@@ -331,7 +332,7 @@ def start_again(sim: Simulation) -> None:
 def iterate_newton(
     sim: Simulation,
     budget: Budget,
-    at_most: int,
+    allowed: Allowance,
     extensible: bool,
     conclude: Callable[[Simulation], None] | None = None,
     starting: bool = False,
@@ -340,10 +341,10 @@ def iterate_newton(
     `choose_start` takes. Where they end as they should a GPU is to `conclude` the step, if that is given."""
     progress, settings = sim.progress, sim.settings
     extensions = settings.correction_extensions if extensible and settings.ends_by_budget else 0
-    progress.begin(at_most, extensions, searches_left(sim), starting)
+    progress.begin(allowed.at_most, allowed.in_time, extensions, searches_left(sim), starting)
     more = sim.pace.more(0, sim.candidates.size)
-    if more is not None and more < at_most * (1 + extensions):
-        progress.limit(more)
+    if more is not None and more.at_most < allowed.at_most * (1 + extensions):
+        allow(sim, more, least=0)
     if not sim.candidates.idle:  # and nobody may have asked how many pairs there are
         sim.pairs.stop_when_full(progress.going_on, progress.wants_room)
     judged = False  # the trial, before the first search along the way to it
@@ -377,13 +378,20 @@ def iterate_newton(
             progress.resume(searches_left(sim), outcome.starting)
         else:
             break
-        more = sim.pace.more(outcome.iterations, sim.candidates.size)
-        if more is not None:
-            least = 0 if outcome.wants_search and not outcome.starting else 1  # no direction waits to be taken
-            progress.limit(max(least, more))
+        least = 0 if outcome.wants_search and not outcome.starting else 1  # no direction waits to be taken
+        if (more := sim.pace.more(outcome.iterations, sim.candidates.size)) is not None:
+            allow(sim, more, least)
     sim.pace.corrected(outcome.iterations)
     sim.counters.newton_iterations += outcome.iterations
     return outcome
+
+
+def allow(sim: Simulation, more: Allowance, least: int) -> None:
+    """From here on `more` iterations, `least` at any rate."""
+    if sim.settings.deadline is None:
+        sim.progress.limit(max(least, more.at_most))
+    else:
+        sim.progress.hurry(more.in_time, max(least, more.at_most))
 
 
 def make_room(sim: Simulation, outcome: Outcome) -> None:

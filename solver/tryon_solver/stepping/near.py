@@ -24,7 +24,18 @@ import warp as wp
 
 from tryon_solver.linalg.launch import launch
 from tryon_solver.linalg.vectors import dot, subtract
-from tryon_solver.stepping.progress import APART, BEYOND, ENOUGH, LAST_ONE, LEFT, SHORTEST, SINCE, WITHHELD, WITHIN
+from tryon_solver.stepping.progress import (
+    APART,
+    BEYOND,
+    ENOUGH,
+    IN_TIME,
+    LAST_ONE,
+    LEFT,
+    SHORTEST,
+    SINCE,
+    WITHHELD,
+    WITHIN,
+)
 
 if TYPE_CHECKING:
     from tryon_solver.simulation import Simulation
@@ -94,6 +105,20 @@ def compare_asked_kernel(
 
 
 @wp.kernel
+def compare_late_kernel(
+    nearness: float,
+    dt: wp.array(dtype=wp.float32),
+    squared: wp.array(dtype=wp.float32),
+    count: int,
+    scale: float,
+    state: wp.array(dtype=wp.int32),
+):
+    """Of an iteration that is the last in time, or late."""
+    if state[IN_TIME] <= 1 and scale * wp.sqrt(squared[0] / float(count)) <= nearness * dt[0]:
+        state[LAST_ONE] = 1
+
+
+@wp.kernel
 def make_last_kernel(state: wp.array(dtype=wp.int32)):
     if state[LAST_ONE] == 1:
         state[LEFT] = 0
@@ -110,7 +135,7 @@ def measure_nearness(sim: Simulation, by_preset: bool) -> None:
         dot(direction, direction, squared, work.parts)
         asked = [sim.accuracy, squared, n, SCALE]
         launch(compare_asked_kernel, 1, asked, [told, sim.progress.lengths], device=sim.device)
-    elif by_preset and nearness is not None and settings.deadline is None:  # else it goes on while there is time
+    elif by_preset and nearness is not None and settings.deadline is None:
         dot(direction, direction, squared, work.parts)
         way = work.total[:n]  # which is free until the move
         subtract(state.x[:n], state.x_feasible[:n], way)
@@ -119,6 +144,12 @@ def measure_nearness(sim: Simulation, by_preset: bool) -> None:
         dot(work.gradient, work.direction, slope, work.parts)
         enough = [nearness, SCALE, OF_WAY, n, state.dt, squared, way_squared, slope, sim.mass_told]
         launch(compare_kernel, 1, enough, [told, sim.progress.lengths], device=sim.device)
+    if by_preset and settings.deadline is not None:
+        if settings.accuracy is None:
+            sim.progress.last_one.zero_()
+            dot(direction, direction, squared, work.parts)
+        late = [settings.late_nearness, state.dt, squared, n, SCALE]
+        launch(compare_late_kernel, 1, late, [told], device=sim.device)
 
 
 def make_last_if_near(sim: Simulation) -> None:
@@ -126,8 +157,8 @@ def make_last_if_near(sim: Simulation) -> None:
     enough."""
     settings, work, n = sim.settings, sim.work, sim.cloth_count
     told = sim.progress.state
-    if settings.accuracy is None:
-        if settings.correction_nearness is None or settings.deadline is not None:
+    if settings.accuracy is None and settings.deadline is None:
+        if settings.correction_nearness is None:
             return
         withheld, squared = work.direction[:n], work.scalars[0]  # which is free until the next
         subtract(work.wanted[:n], work.total[:n], withheld)

@@ -3,10 +3,11 @@
 Every iterate of the correction is free of contact, so that it may end at any of them: a deadline costs accuracy and
 never freedom from penetration. Under one, each part of a step is given what the parts before it have left, less what
 those after it are expected to take: sub-steps of the body first, then the scheme's cycles, and the correction has the
-rest, no less than half its budget: fewer iterations save little and leave cloth crumpled, whose next steps are dearer.
-They are thorough, with the gradients and searches of what is bought, where there is time for as many of such as the
-budget has; else brief, with those that it has. What a part takes is what it took lately: all but the dearest of its
-last WINDOW times. Ours.
+rest. When its time is over it ends as soon as it is near enough by a coarse measure, `Settings.late_nearness`, and goes
+on, late, until it is, for as long as without a deadline: cloth that is left further from balance is crumpled, then
+torn, and its next steps are dearer than what was saved. Iterations are thorough, with the gradients and searches of
+what is bought, where there is time for as many of such as the budget has; else brief, with those that it has. What a
+part takes is what it took lately: all but the dearest of its last WINDOW times. Ours.
 """
 
 from __future__ import annotations
@@ -20,10 +21,12 @@ import numpy as np
 import warp as wp
 
 from tryon_solver.linalg.read_back import wait
+from tryon_solver.results import StepReport
 from tryon_solver.settings import Settings
 
 WINDOW = 60  # times that are remembered of each part
 DEAREST = 0.01  # share of them that a part may exceed: as many frames may be late
+LEAST = 2  # iterations that are planned for when cycles are chosen
 LONGER = 2  # times as long as the settings have them, sub-steps may be under a deadline
 BODY_SHARE = 0.5  # of what is left, at most, for sub-steps that could be longer ones
 START = 2  # times as long as an iteration it takes to choose where the first begins
@@ -32,6 +35,15 @@ GUESSED = 1 / 20  # of the deadline, what a part takes that was not seen yet; bu
 INSTANT = 1e-6  # s: nothing takes less
 MOST_LOOKED_AT = 12_000  # candidates for each vertex of the cloth, by all iterations of a step; and
 LEAST_CROWDED = 4  # iterations all the same
+
+
+@dataclass(frozen=True)
+class Allowance:
+    """Newton iterations of a correction: so many `in_time`, and `at_most`, of which those that are late end where they
+    are near enough (`Settings.late_nearness`)."""
+
+    in_time: int
+    at_most: int
 
 
 class Pace(Protocol):
@@ -55,15 +67,15 @@ class Pace(Protocol):
     def cycles(self) -> int:
         """Cycles of the scheme, after the sub-steps."""
 
-    def iterations(self, most: int) -> int:
-        """Newton iterations of the correction, of `most` by the settings; waits for the device where time counts."""
+    def iterations(self, most: int) -> Allowance:
+        """Of the correction, of `most` by the settings; waits for the device where time counts."""
 
-    def again(self, most: int, needed: bool) -> int:
-        """Newton iterations of a correction that is done again, late or not if it is `needed`; 0: there is no time."""
+    def again(self, most: int) -> Allowance:
+        """Of a correction that is done again, late or not; none where there are too many candidates for it."""
 
-    def more(self, made: int, candidates: int) -> int | None:
-        """Newton iterations that a correction may still make, at most, that stopped on the way after so many, with so
-        many candidates on its list from there on; None: as many as it has left."""
+    def more(self, made: int, candidates: int) -> Allowance | None:
+        """What is left of it to a correction that stopped on the way after so many, with so many candidates on its list
+        from there on; None: what it has left."""
 
     def corrected(self, iterations: int) -> None:
         """The correction has made so many; the device has been waited for."""
@@ -101,21 +113,23 @@ class Unhurried:
     def cycles(self) -> int:
         return self._cycles
 
-    def iterations(self, most: int) -> int:
-        return most
+    def iterations(self, most: int) -> Allowance:
+        return Allowance(most, most)
 
-    def again(self, most: int, needed: bool) -> int:  # noqa: ARG002 - as Pace has it
+    def again(self, most: int) -> Allowance:
         if self._most is None or not self._listed:
-            return most
+            return Allowance(most, most)
         affordable = min(most, max(0, self._left // self._listed))
-        return affordable if affordable >= min(most, LEAST_CROWDED) else 0
+        count = affordable if affordable >= min(most, LEAST_CROWDED) else 0
+        return Allowance(count, count)
 
-    def more(self, made: int, candidates: int) -> int | None:
+    def more(self, made: int, candidates: int) -> Allowance | None:
         self._look_at(made)
         self._listed = candidates
         if self._most is None or not candidates:
             return None
-        return max(LEAST_CROWDED - made, self._left // candidates, 0)
+        count = max(LEAST_CROWDED - made, self._left // candidates, 0)
+        return Allowance(count, count)
 
     def corrected(self, iterations: int) -> None:
         self._look_at(iterations)
@@ -128,6 +142,13 @@ class Unhurried:
         """So many iterations of the correction are made, those since the last time over the list as it was then."""
         self._left -= (made - self._made) * self._listed
         self._made = made
+
+
+def time_of_iteration(report: StepReport) -> float | None:
+    """What one of the corrections' iterations took [s], by the report of a call of `advance`; None: it made none."""
+    iterations = report.newton_iterations
+    took = report.times_ms.get("correct_penetration", 0.0)
+    return 1e-3 * took / (START * report.steps + iterations) if took and iterations else None
 
 
 @dataclass
@@ -148,9 +169,10 @@ class Cost:
 
 
 class Hurried:
-    """With a deadline [s] for each call of `advance`, met by what its parts took in the calls before."""
+    """With a deadline [s] for each call of `advance`, met by what its parts took in the calls before. `iteration` s is
+    what one of the correction took without a deadline, if that is known."""
 
-    def __init__(self, settings: Settings, device: str) -> None:
+    def __init__(self, settings: Settings, device: str, iteration: float | None = None) -> None:
         self._device = device
         self.buy(settings)
         guess = GUESSED * self._deadline
@@ -158,9 +180,14 @@ class Hurried:
         self._substep, self._tail = Cost(guess), Cost(guess)
         self._thorough, self._brief = Cost(guess), Cost(guess)  # iterations
         self._dearer = 0.0  # times as dear as brief ones thorough ones were when both were taken in turn; 0: taken last
+        if iteration is not None:
+            self._brief.add(iteration)
+            self._dearer = settings.pcg_iterations / settings.correction_pcg_iterations
+        self._each = self._brief.expected  # what iterations of the correction that was asked about last take
         self._one, self._all = Cost(guess), Cost(guess)  # cycles, each with search and proxy
         self._times = 0.0  # as dear as one cycle all were when both were taken in turn; 0: all were taken last
-        self._cycles, self._substeps, self._promised = 1, 0, self._least  # the last: iterations, whatever they take
+        self._cycles, self._substeps = 1, 0
+        self._most = self._promised = 0  # iterations: at most, and late or not where none is near enough
         self._begun = self._step_end = self._since = 0.0
         self._corrected = self._repeated = False
 
@@ -169,7 +196,7 @@ class Hurried:
         assert settings.deadline is not None
         self._deadline, self._most_cycles = settings.deadline, settings.outer_iterations
         self._budget = settings.correction_iterations
-        self._least = -(-self._budget // 2)
+        self._longest = self._budget * (1 + settings.correction_extensions)
 
     def begin(self) -> None:
         self._begun = clock.perf_counter()
@@ -192,12 +219,12 @@ class Hurried:
         if self._substeps:
             self._substep.add(now - self._since, self._substeps)
         self._since = now
-        spare = self._left() - self._tail.expected - (START + self._least) * self._iteration.expected
+        spare = self._left() - self._tail.expected - (START + LEAST) * self._each
         dear = self._times * self._one.expected if self._times else self._all.expected
         self._cycles = self._most_cycles if dear <= spare else 1
         return self._cycles
 
-    def iterations(self, most: int) -> int:
+    def iterations(self, most: int) -> Allowance:
         wait(wp.get_device(self._device))
         now = clock.perf_counter()
         if self._cycles == self._most_cycles:
@@ -209,23 +236,21 @@ class Hurried:
         self._since = now
         dear = self._dearer * self._brief.expected if self._dearer else self._thorough.expected
         self.thorough = self._affordable(dear) >= self._budget
-        self._promised, self._repeated = self._least, False
-        return min(most, max(self._least, self._affordable(self._iteration.expected)))
+        self._each = dear if self.thorough else self._brief.expected
+        return self._allow(most, min(most, self._longest), repeated=False)
 
-    def again(self, most: int, needed: bool) -> int:
-        self._promised, self._repeated = most if needed else self._least, True
-        if needed:
-            return most
-        count = min(most, self._affordable(self._iteration.expected))
-        return count if count >= self._least else 0
+    def again(self, most: int) -> Allowance:
+        return self._allow(most, most, repeated=True)
 
-    def more(self, made: int, candidates: int) -> int | None:  # noqa: ARG002 - as Pace has it
-        return max(self._promised - made, START + self._affordable(self._iteration.expected))
+    def more(self, made: int, candidates: int) -> Allowance | None:  # noqa: ARG002 - as Pace has it
+        in_time = max(0, min(self._most - made, START + self._affordable(self._each)))
+        return Allowance(in_time, max(in_time, self._promised - made))
 
     def corrected(self, iterations: int) -> None:
         now = clock.perf_counter()
         if not self._repeated:  # those have a budget of their own, and say nothing of these
-            self._iteration.add(now - self._since, START + iterations)
+            made = self._thorough if self.thorough else self._brief
+            made.add(now - self._since, START + iterations)
             self._dearer = 0.0 if self.thorough else self._dearer or self._thorough.expected / self._brief.expected
         self._since, self._corrected = now, True
 
@@ -239,13 +264,13 @@ class Hurried:
             self._tail.add(now - self._since)
             self._corrected = False
 
+    def _allow(self, most: int, promised: int, repeated: bool) -> Allowance:
+        self._most, self._promised, self._repeated = most, promised, repeated
+        in_time = min(most, max(0, self._affordable(self._each)))
+        return Allowance(in_time, max(in_time, promised))
+
     def _left(self) -> float:
         return self._step_end - clock.perf_counter()
-
-    @property
-    def _iteration(self) -> Cost:
-        """What those of the correction that was asked about last take."""
-        return self._thorough if self.thorough else self._brief
 
     def _affordable(self, dear: float) -> int:
         """Iterations that take so long each [s], after choosing where they begin."""

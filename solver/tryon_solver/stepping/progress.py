@@ -50,7 +50,8 @@ OVERSHOT_MOVE = wp.constant(20)  # 1 if the move has led uphill (overshoot.py); 
 LEAVING_TO_TRIAL = wp.constant(21)  # vertices that the way to the trial takes out of the region
 ENDED_WELL = wp.constant(22)  # 1 if the correction has ended as it should (ending.py); a condition, as is
 CONCLUDED = wp.constant(23)  # 1 if what it ended with has passed the check of a commit, and all else is done by then
-PLACES = 24
+IN_TIME = wp.constant(24)  # iterations left before a deadline: later than that, one that is late enough is the last
+PLACES = 25
 
 LED_ASTRAY = wp.constant(10.0)  # so many times as far from balance as where the first iteration began
 
@@ -81,6 +82,7 @@ LENGTHS = 17
 @wp.kernel
 def begin_kernel(
     at_most: int,
+    in_time: int,
     extensions: int,
     searches: int,
     starting: int,
@@ -93,6 +95,7 @@ def begin_kernel(
     state[GOING_ON] = wp.where(at_most > 0, 1, 0)
     state[NO_DIRECTION] = 1
     state[LEFT] = at_most
+    state[IN_TIME] = in_time
     state[BUDGET] = at_most
     state[EXTENSIONS] = extensions
     state[SEARCHES] = searches
@@ -155,6 +158,7 @@ def judge_direction_kernel(
     state[NO_DIRECTION] = 0
     state[FOUND] = state[FOUND] + 1
     state[LEFT] = state[LEFT] - 1
+    state[IN_TIME] = state[IN_TIME] - 1
     if state[LEFT] == 0:
         adrift = wp.length(together[0]) > ADRIFT * dt[0] * float(count) and state[APART] != WITHIN
         astray = imbalance[0] > ASTRAY * lengths[LEAST]
@@ -221,6 +225,12 @@ def judge_state_kernel(
 def limit_kernel(most: int, state: wp.array(dtype=wp.int32)):
     state[EXTENSIONS] = wp.min(state[EXTENSIONS], wp.max(most - state[LEFT], 0) / state[BUDGET])
     state[LEFT] = wp.min(state[LEFT], most)
+
+
+@wp.kernel
+def hurry_kernel(in_time: int, at_most: int, state: wp.array(dtype=wp.int32)):
+    state[IN_TIME] = in_time
+    state[LEFT] = at_most
 
 
 class Budget:
@@ -290,6 +300,11 @@ class Progress:
         return tuple(self.lengths[k : k + 1] for k in range(LENGTHS))
 
     @property
+    def last_one(self) -> wp.array:
+        """(1,) int32: is the iteration to be the last, being near enough?"""
+        return self.numbers[LAST_ONE]
+
+    @property
     def going_on(self) -> wp.array:
         """The loop's condition."""
         return self.numbers[GOING_ON]
@@ -349,10 +364,10 @@ class Progress:
         """(1,) where to put the cloth's largest stretch."""
         return self.ways[STRETCH]
 
-    def begin(self, at_most: int, extensions: int, searches: int, starting: bool = False) -> None:
+    def begin(self, at_most: int, in_time: int, extensions: int, searches: int, starting: bool = False) -> None:
         """A budget of iterations, how often it is given again to a strayed one, and one of further searches. With
         `starting` it is chosen first where the iterations begin."""
-        self._launch(begin_kernel, [at_most, extensions, searches, int(starting)], [self.state, self.lengths])
+        self._launch(begin_kernel, [at_most, in_time, extensions, searches, int(starting)], [self.state, self.lengths])
 
     def if_starting(self, choose: Callable[[], None]) -> None:
         """Launch `choose` if it is to be chosen where the iterations begin."""
@@ -431,6 +446,10 @@ class Progress:
     def limit(self, most: int) -> None:
         """No more than so many further directions are to be found."""
         self._launch(limit_kernel, [most], [self.state])
+
+    def hurry(self, in_time: int, at_most: int) -> None:
+        """So many further directions are to be found before the deadline, and so many at most."""
+        self._launch(hurry_kernel, [in_time, at_most], [self.state])
 
     def read(self, pairs: ContactPairs | None = None) -> Outcome:
         """Waits for the device. `pairs` know their size then, too."""

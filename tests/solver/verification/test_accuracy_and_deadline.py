@@ -12,7 +12,7 @@ from tryon_solver.baselines.newton_ipc import Motion
 from tryon_solver.settings import PRESETS
 from tryon_solver.simulation import build
 from tryon_solver.stepping import near, pace
-from tryon_solver.stepping.pace import LEAST_CROWDED, MOST_LOOKED_AT, Hurried, Unhurried
+from tryon_solver.stepping.pace import LEAST_CROWDED, MOST_LOOKED_AT, Allowance, Hurried, Unhurried, time_of_iteration
 from tryon_solver.stepping.search import searches_left
 
 LIVE = PRESETS["live"]
@@ -92,6 +92,16 @@ def test_with_a_deadline_time_is_not_left_unused_for_being_near_enough(met):
     assert in_time[0] == in_time[1] > step(met, near_enough)[0].newton_iterations
 
 
+def test_a_late_correction_ends_where_it_is_near_enough_and_goes_on_as_long_as_without_a_deadline(met):
+    late = replace(LIVE, deadline=1e-6, correction_iterations=2, correction_extensions=2, correction_tolerance=1e-12)
+    taken = [step(met, replace(late, late_nearness=speed), 15)[0].newton_iterations for speed in (1e3, 1e-1, 1e-9)]
+    assert taken[0] == 1
+    assert 1 < taken[1] < 6
+    assert taken[2] == 6, "a budget and two extensions"
+    asked, _ = step(met, replace(late, late_nearness=1e-9, accuracy=0.1), 15)
+    assert asked.newton_iterations == 1, "an accuracy that is less ends it before"
+
+
 def errors_with_more_and_none(met, draft):
     """RMS errors [m] of steps in a blow, with the gradients and searches of what is bought, and with a budget's."""
     errors = []
@@ -120,6 +130,17 @@ def test_more_gradients_and_searches_are_for_what_is_bought_alone(met):
         had.append((sim.budget.pcg_iterations, searches_left(sim) + sim.searches))
     budget = draft.correction_pcg_iterations, draft.searches
     assert had == [budget, *[(draft.most_pcg_iterations, draft.most_searches)] * 3, budget]
+
+
+def test_the_first_call_with_a_deadline_goes_by_what_iterations_took_without(met):
+    case, motions = met
+    sim = simulation_at(case, motions[12], LIVE)
+    report = sim.advance(case.pose_at(13), DT)
+    each = time_of_iteration(report)
+    assert 0 < each < 1e-3 * report.times_ms["correct_penetration"] / report.newton_iterations
+    sim.buy(None, 0.5)
+    assert sim.pace._brief.expected == pytest.approx(each)
+    assert time_of_iteration(replace(report, newton_iterations=0)) is None
 
 
 def test_what_a_deadline_has_seen_is_known_when_it_comes_back(met):
@@ -199,11 +220,13 @@ def clock(monkeypatch):
 
 
 class Machine:
-    """Plays calls of `advance` on a clock, for a pace: seconds for a sub-step, a cycle, an iteration, and the rest."""
+    """Plays calls of `advance` on a clock, for a pace: seconds for a sub-step, a cycle, an iteration, and the rest; a
+    correction is near enough for its end after `needed` iterations."""
 
-    def __init__(self, clock, hurried, substep=1e-3, search=1e-3, cycle=5e-4, iteration=1e-3, tail=1e-3, brief=1.0):
-        self.clock, self.pace, self.brief = clock, hurried, brief
-        self.substep, self.search, self.cycle, self.iteration, self.tail = substep, search, cycle, iteration, tail
+    substep, search, cycle, tail = 1e-3, 1e-3, 5e-4, 1e-3
+
+    def __init__(self, clock, hurried, iteration=1e-3, brief=1.0, needed=1):
+        self.clock, self.pace, self.iteration, self.brief, self.needed = clock, hurried, iteration, brief, needed
 
     def call(self, steps=1, wanted=1, slower=1.0):
         """One call; what it took [s], how late it was by the pace, and sub-steps, cycles, iterations of its steps."""
@@ -215,7 +238,8 @@ class Machine:
             self.clock.now += slower * substeps * self.substep
             cycles = hurried.cycles()
             self.clock.now += slower * (self.search + cycles * self.cycle)
-            iterations = hurried.iterations(100)
+            allowed = hurried.iterations(100)
+            iterations = max(allowed.in_time, min(self.needed, allowed.at_most))
             self.clock.now += slower * (2 + iterations) * self.iteration * (1.0 if hurried.thorough else self.brief)
             hurried.corrected(iterations)
             self.clock.now += slower * self.tail
@@ -225,7 +249,7 @@ class Machine:
 
 
 def hurried(deadline):
-    return Hurried(replace(LIVE, deadline=deadline, correction_iterations=3), "cpu")
+    return Hurried(replace(LIVE, deadline=deadline, correction_iterations=3), "cpu")  # and 9 by extensions
 
 
 def test_a_deadline_is_met_once_the_costs_are_known_and_its_time_is_used(clock):
@@ -247,6 +271,8 @@ def test_another_deadline_is_bought_with_the_costs_known(clock):
     assert late == 0, "from the first call on"
     assert took > 20e-3
     assert Machine(clock, hurried(30e-3), iteration=3e-3).call()[1] > 0, "who knows nothing is late at first"
+    told = Hurried(replace(LIVE, deadline=30e-3, correction_iterations=3), "cpu", iteration=3e-3)
+    assert Machine(clock, told, iteration=3e-3).call()[1] == 0, "who has frames without a deadline to go by is not"
 
 
 def test_the_shortest_deadline_that_there_is_is_missed_and_no_error(met):
@@ -261,16 +287,17 @@ def test_what_is_dear_is_given_up_first_where_the_deadline_is_short(clock):
         assert took <= 12e-3
         assert late == 0
         assert substeps < 8, "longer ones"
-        assert iterations >= 2
+        assert iterations >= 1
     assert {cycles for _, _, [(_, cycles, _)] in calls[10:]} == {1}
 
 
 def test_a_deadline_that_can_not_be_met_is_missed_by_what_is_told_with_the_least_of_everything(clock):
-    machine = Machine(clock, hurried(2e-3))
-    calls = [machine.call(wanted=8) for _ in range(20)]
-    for took, late, spent in calls[3:]:
-        assert late == pytest.approx(took - 2e-3)
-        assert spent == [(4, 1, 2)], "sub-steps no more than twice as long, and half the budget"
+    for needed, made in ((1, 1), (5, 5), (100, 12)):
+        machine = Machine(clock, hurried(2e-3), needed=needed)
+        calls = [machine.call(wanted=8) for _ in range(20)]
+        for took, late, spent in calls[3:]:
+            assert late == pytest.approx(took - 2e-3)
+            assert spent == [(4, 1, made)], "sub-steps twice as long, what it needs, no more than without one"
 
 
 def test_the_time_of_a_call_is_shared_by_its_steps(clock):
@@ -313,14 +340,18 @@ def test_a_correction_that_stops_on_the_way_or_is_done_again_has_what_is_left(cl
     hurried_pace.substeps(1)
     hurried_pace.cycles()
     planned = hurried_pace.iterations(100)
+    assert planned.at_most == max(planned.in_time, 12), "what it has with its extensions"
     clock.now += 6e-3
-    assert 0 < hurried_pace.again(100, needed=False) <= planned - 5
-    assert hurried_pace.more(1, 0) == hurried_pace.again(100, needed=False) + 2, "where it begins is chosen already"
+    in_time = hurried_pace.again(100).in_time
+    assert 0 < in_time <= planned.in_time - 5
+    assert hurried_pace.more(1, 0) == Allowance(in_time + 2, 99), "where it begins is chosen already"
+    assert hurried_pace.more(98, 0) == Allowance(2, 2), "all of it together no more than at most"
+    hurried_pace.iterations(100)
     clock.now += 20e-3
-    assert [hurried_pace.more(made, 0) for made in (0, 1, 2)] == [2, 1, 0], "late or not, half its budget"
-    assert hurried_pace.again(100, needed=False) == 0
-    assert hurried_pace.again(12, needed=True) == 12, "late or not"
-    assert hurried_pace.more(0, 0) == 12
+    left = [hurried_pace.more(made, 0) for made in (0, 1, 12)]
+    assert left == [Allowance(0, 12), Allowance(0, 11), Allowance(0, 0)], "late as it is"
+    assert hurried_pace.again(24) == Allowance(0, 24)
+    assert hurried_pace.more(4, 0) == Allowance(0, 20)
     hurried_pace.corrected(12)
     took, late, _ = machine.call()
     assert took > 20e-3 - 2 * machine.iteration - 0.03 * 20e-3, "what was done again makes no other look dearer"
@@ -332,16 +363,16 @@ def test_without_a_deadline_a_step_goes_through_so_many_candidates_and_no_budget
     unhurried.begin_step(1)
     crowd = 300 * 1000
     worth = MOST_LOOKED_AT // 300
-    assert unhurried.more(0, 100 * 1000) >= LIVE.correction_iterations * (1 + LIVE.correction_extensions), "a walk"
-    assert unhurried.more(0, crowd) == worth
-    assert unhurried.more(3, 2 * crowd) == (worth - 3) // 2, "three were on the shorter list"
+    assert unhurried.more(0, 100 * 1000).at_most >= LIVE.correction_iterations * (1 + LIVE.correction_extensions)
+    assert unhurried.more(0, crowd).at_most == worth
+    assert unhurried.more(3, 2 * crowd).at_most == (worth - 3) // 2, "three were on the shorter list"
     unhurried.corrected(4)
-    assert unhurried.again(100, needed=False) == (worth - 5) // 2, "the fourth was on the longer one"
-    assert unhurried.more(0, 100 * crowd) == LEAST_CROWDED
+    assert unhurried.again(100).at_most == (worth - 5) // 2, "the fourth was on the longer one"
+    assert unhurried.more(0, 100 * crowd).at_most == LEAST_CROWDED
     unhurried.corrected(LEAST_CROWDED)
-    assert unhurried.again(100, needed=False) == 0
+    assert unhurried.again(100).at_most == 0
     unhurried.begin_step(1)
-    assert unhurried.more(0, crowd) == worth, "each step has its own"
+    assert unhurried.more(0, crowd).at_most == worth, "each step has its own"
 
 
 @pytest.mark.parametrize("changed", [{"accuracy": 1e-4}, {"contact_passes": 2}])
@@ -349,7 +380,7 @@ def test_who_asks_for_the_balance_gets_it_on_any_list(changed):
     unhurried = Unhurried(replace(LIVE, **changed), 1000)
     unhurried.begin_step(1)
     assert unhurried.more(0, 10**7) is None
-    assert unhurried.again(24, needed=False) == 24
+    assert unhurried.again(24).at_most == 24
 
 
 def test_the_body_comes_as_far_under_a_deadline_with_fewer_longer_sub_steps(met):

@@ -59,5 +59,5 @@ def test_only_a_correction_that_leaves_it_torn_is_done_again(torn, steps_again, 
         made.append(sim.advance(STILL, (step + 1) / 30).newton_iterations)
     assert again == steps_again
     if deadline is not None:
-        half = PRESETS["draft"].correction_iterations // 2
-        assert [iterations > half for iterations in made] == [step in steps_again for step in range(4)]
+        budget = PRESETS["draft"].correction_iterations
+        assert [iterations > budget for iterations in made] == [step in steps_again for step in range(4)]
