@@ -1,70 +1,18 @@
-"""The page tells what was measured, and names what does not hold."""
+"""The page tells what was measured."""
 
-import json
 from xml.etree import ElementTree
 
 import pytest
 from accuracy_case import AccuracyCase
 from accuracy_data import front, read_results
-from accuracy_deadlines import PROMISED, deadlines_broken, read_timed
-from accuracy_limits import beyond_ours, broken, within
+from accuracy_estimate import asked_table, estimate_table
+from accuracy_gaps import not_measured
+from accuracy_limits import beyond_ours, within
 from accuracy_page import write_page
 from accuracy_plots import chain
-from accuracy_tables import estimate_table
+from accuracy_verdicts import estimate_chapter, order_chapter
+from made_up_runs import ABOUT, about, put, put_presets, rows
 from recorded import Writer
-
-ABOUT = {"commit": "none", "machine": "none"}
-
-
-def rows(method, *pairs, ms=5.0, **more):
-    """A row for each (error, estimate)."""
-    return [
-        {
-            "state": k,
-            "method": method,
-            "error": error,
-            "largest": 3 * error,
-            "strain": 0.1 * error,
-            "normal": error,
-            "energy": None if k else error,
-            "crossed": 0,
-            "ms": ms,
-            "estimate": estimate,
-            "newton": 4,
-            "void": False,
-            "ms_correction": 0.5 * ms,
-            "ms_check": 0.1 * ms,
-            "ms_estimate": 0.05 * ms,
-            **more,
-        }
-        for k, (error, estimate) in enumerate(pairs)
-    ]
-
-
-def put(folder, family, methods, case=None, device="cpu"):
-    """A file of lines: methods are name -> (about, rows)."""
-    case = case or AccuracyCase("skirt", "walk", 1 / 60, held_out=True)
-    head = {
-        "about": ABOUT,
-        "case": case.plain(),
-        "family": family,
-        "device": device,
-        "methods": {name: about for name, (about, _) in methods.items()},
-    }
-    writer = Writer(folder / f"{case.name}-{family}.jsonl", head)
-    for _, of in methods.values():
-        writer.add(of)
-
-
-def about(solver="ours", **at):
-    return {"solver": solver, "at": at}
-
-
-def put_presets(folder, draft, live, **more):
-    """With a preset `reference`, which is right."""
-    exact = rows("reference", (0.001, 0.001), (0.001, 0.001), ms=50.0)
-    methods = {"draft": (about(), rows("draft", *draft)), "live": (about(), rows("live", *live, ms=10.0))}
-    put(folder, "presets", {**methods, "reference": (about(), exact)}, **more)
 
 
 def test_estimates_are_counted():
@@ -134,10 +82,10 @@ def test_the_page_tells_errors_and_that_all_holds(tmp_path, capsys):
         )
     page = tmp_path / "page.md"
     assert write_page(page, tmp_path) == 0
-    assert capsys.readouterr().out == "All holds.\n"
+    assert capsys.readouterr().out == "What was measured holds.\n"
     said = page.read_text()
     for line in (
-        "| skirt, walk, 1/60 s (held out) | draft | 2 | 0.9 / 0.98 / 1 |",
+        "| skirt, walk, 1/60 s (held out) | draft | 2 of 20 | 0.9 / 0.98 / 1 |",
         "| draft | live | 1 | x2 | x2.9 | - | /6 |",
         "| Newton 1 x 60 | Newton 2 x 60 | 1 | x2 | - | - | /2 |",
         "| skirt, walk, 1/60 s | 60 % | 5 % | 10 | 0.15 | 0 of 2 | 5 | 2 | 2 of 2 |",
@@ -146,6 +94,15 @@ def test_the_page_tells_errors_and_that_all_holds(tmp_path, capsys):
         "| 10 | 9 | 52 | - | +4.0 % |",
     ):
         assert line in said, line
+    plots = [line for line in said.splitlines() if line.startswith(("![", "## "))]
+    convergence = plots.index("## Convergence, drawn")
+    assert [line.partition(":")[0] for line in plots[convergence - 2 : convergence + 3]] == [
+        "![Error of a step against its time",
+        "![Error of a step at 600 vertices against its time at a garment's scale",
+        "## Convergence, drawn",
+        "![Convergence by iterations",
+        "![Convergence by time",
+    ]
     drawn = sorted(path.name.split("-skirt")[0] for path in (tmp_path / "page").glob("*.svg"))
     assert drawn == ["by-iterations", "by-time", "pareto", "scale-cpu.svg"]
     for path in (tmp_path / "page").glob("*.svg"):
@@ -155,34 +112,30 @@ def test_the_page_tells_errors_and_that_all_holds(tmp_path, capsys):
     assert chain(measured, "ours", "newton", {"gradients": 60}) == [f"Newton {n} x 60" for n in (1, 2, 4)]
 
 
-def test_what_does_not_hold_is_named(tmp_path):
-    put_presets(tmp_path, ((0.1, 0.1), (0.1, 0.9)), ((0.3, 0.3), (0.3, 0.02)))
-    put(tmp_path, "baselines", {"XPBD, 1": (about("xpbd", iterations=1), rows("XPBD, 1", (0.2, 0), (0.2, 0), ms=1.0))})
-    found = broken(read_results(tmp_path))
-    assert [said.split(" are ")[0] for said in found[:2]] == ["within x2", "within x4"]
-    assert "live is further off than draft (0.1 mm and 0.3 mm)" in found[2]
-    assert "XPBD, 1 takes 1 ms and is 0.2 mm off, crossed in 0 of 2 ends; ours takes longer at its fastest" in found[3]
-    assert len(found) == 4
+def test_the_page_opens_with_a_row_for_each_promise_and_plots_are_before_the_tables(tmp_path):
+    put_presets(tmp_path, ((1.0, 1.2), (0.8, 0.5)), ((0.1, 0.1), (0.2, 0.9)))
+    put(tmp_path, "trial", {"PD alone, 1": (about("trial", cycles=1), rows("PD alone, 1", (2.0, 0), (2.0, 0)))})
+    write_page(tmp_path / "page.md", tmp_path)
+    title, _, head, _, *lines = (tmp_path / "page.md").read_text().splitlines()
+    assert (title, head) == ("# What accuracy costs in time", "| promise | measured | holds |")
+    opening = lines[: lines.index("")]
+    assert [row.split(" | ")[-1].strip("| ") for row in opening] == ["no", "no", "yes", "yes", "yes", "not measured"]
+    assert opening[0].split(" | ")[1] == "75.0 % (75.0) of 4 at presets"
+    chapters = [line for line in lines if line.startswith(("## ", "![Error"))]
+    assert chapters[:3] == ["## What does not hold", "## Not measured", "## Error against time, drawn"]
+    assert chapters[3].startswith("![Error of a step against its time: skirt, walk")
+    assert "one exponent of the estimate" in " ".join(lines[len(opening) : lines.index("## What does not hold")])
 
 
-def test_presets_that_are_both_as_near_as_float32_is_are_in_order(tmp_path):
-    put_presets(tmp_path, ((0.3, 0.3), (0.3, 0.3)), ((0.0005, 0.0005), (0.0005, 0.0005)))
-    assert broken(read_results(tmp_path)) == [], "reference is 0.001 mm off"
-
-
-def test_what_was_fitted_to_promises_nothing_of_the_estimate(tmp_path):
-    case = AccuracyCase("skirt", "walk", 1 / 60)
-    put_presets(tmp_path, ((0.3, 3.0), (0.3, 3.0)), ((0.2, 0.2), (0.2, 0.2)), case=case)
-    assert broken(read_results(tmp_path)) == []
-
-
-def test_a_preset_that_claims_newtons_accuracy_is_held_to_it(tmp_path):
-    off = rows("reference", (0.06, 0.06), (0.05, 0.05), (0.06, 0.001))
-    off[2] |= {"own_balance": 0.001, "energy": -0.2}
-    put(tmp_path, "presets", {"reference": (about(), off)})
-    (said,) = broken(read_results(tmp_path))
-    assert "preset reference is 0.0569 mm from Newton IPC, RMS; 2 of 3 steps are further off" in said
-    assert said.endswith("1 of these in a balance of their own, 1 with less energy than Newton's")
+def test_states_without_a_step_of_the_reference_are_told(tmp_path):
+    """Numbered from 1 on."""
+    case = AccuracyCase("skirt", "walk", 1 / 60, held_out=True, states=5)
+    kept = [row for row in rows("draft", *[(1.0, 1.0)] * 5) if row["state"] in (1, 3, 4)]
+    put(tmp_path, "presets", {"draft": (about(), kept)}, case=case)
+    write_page(tmp_path / "page.md", tmp_path)
+    said = (tmp_path / "page.md").read_text()
+    assert "| skirt, walk, 1/60 s (held out) | draft | 3 of 5 |" in said
+    assert "- Left out are these states, of 5 in all:\n  - skirt, walk, 1/60 s, 2 of 5: 2, 5 (at its end)\n" in said
 
 
 @pytest.mark.parametrize(("error", "named"), [(4.9, True), (5.1, False)])
@@ -220,53 +173,41 @@ def test_a_case_with_more_states_speaks_for_its_presets_and_the_settings_of_all_
     put(tmp_path, "newton", newton, case=few)
     found = read_results(tmp_path)
     assert [measured.case.states for measured in found.presets] == [AccuracyCase("skirt", "walk", 1 / 60).states]
-    assert not any("live is further off than draft" in said for said in broken(found))
+    assert order_chapter(found).verdicts[0].holds == "yes"
     write_page(tmp_path / "page.md", tmp_path)
     assert "Newton 1 x 60" in (tmp_path / "page" / "settings.md").read_text()
     assert "(../page.md)" in (tmp_path / "page" / "settings.md").read_text()
     assert "(page/settings.md)" in (tmp_path / "page.md").read_text()
 
 
-def timed_case(deadline, late, **more):
-    """A case of the bench."""
-    return {
-        **{"name": "none", "garment": "tshirt", "motion": "/some/where/cart_wheel.bvh", "vertices": 20000},
-        **{"preset": "draft", "device": "cpu", "fps": 90.0, "sessions": 1, "fabric": "denim", "accuracy_mm": None},
-        **{"machine": "CPU", "cloth_vertices": 20044, "frames": 1000, "unclean": 0, "asked": 10, "max_stretch": 1.5},
-        **{"frame_ms": {"p50": 10.0, "p99": 12.5, "max": 20.0}, "error_mm": {"p50": 0.25, "p99": 0.75}},
-        **{"deadline_ms": deadline, "late": late, **more},
-    }
-
-
-def test_a_deadline_that_is_not_held_is_named_and_told_beside_the_frames_without_one(tmp_path):
-    results = [
-        timed_case(11.0, 300),
-        timed_case(33.0, 10),
-        timed_case(None, 0, frame_ms={"p50": 14.0, "p99": 45.0, "max": 99.0}),
-        timed_case(None, 0, fabric="linen"),
-        {"name": "broke", "failure": "no GPU"},
-    ]
-    (tmp_path / "bench.json").write_text(json.dumps({"about": ABOUT, "results": results}))
+def test_what_has_no_figure_is_listed_and_what_has_one_is_not(tmp_path):
     put_presets(tmp_path, [(1.0, 1.0)], [(0.5, 0.5)])
-    timed = read_timed(tmp_path)
-    *unknown, late = deadlines_broken(timed)
-    place = "tshirt, cart wheel, 20044 vertices, CPU"
-    assert late == f"{place}: of 1000 frames in 11 ms 300 are late; 99 % take up to 12.5 ms"
-    assert len(unknown) == sum(len(deadlines) for of in PROMISED.values() for deadlines in of.values())
-    known = [timed_case(66.0, 0, motion="/some/where/walk_02.bvh"), timed_case(33.0, 0, motion="walk", device="cuda:0")]
-    (tmp_path / "other.json").write_text(json.dumps({"about": ABOUT, "results": known}))
-    said = deadlines_broken(read_timed(tmp_path))
-    assert set(unknown) - set(said) == {"a walk on a CPU in 66 ms was not measured"}
-    (tmp_path / "other.json").unlink()
-    assert write_page(tmp_path / "page.md", tmp_path) == 1
-    told = (tmp_path / "page.md").read_text()
-    assert all(f"- {line}\n" in told.partition("## Single steps")[0] for line in (unknown[0], late))
-    chapter = told.partition("## Deadlines")[2].partition("\n##")[0]
-    assert [line.split(" | ")[1:4] for line in chapter.splitlines() if "cart wheel" in line] == [
-        ["none", "14 / 45 / 99", "-"],
-        ["11", "10 / 12.5 / 20", "300 of 1000"],
-        ["33", "10 / 12.5 / 20", "10 of 1000"],
+    trial = {"PD alone, 1": (about("trial", cycles=1), rows("PD alone, 1", (2.0, 0)))}
+    put(tmp_path, "trial", trial)
+    said = not_measured(read_results(tmp_path), [])
+    for start in ("Errors of single steps on a GPU", "Newton's VBD and Style3D of skirt, walk.", "Ours in float64 of"):
+        assert any(line.startswith(start) for line in said), start
+    assert "In steps as short as their own: `reference` (1/120 s); they take the others' here." in said
+    put(tmp_path, "peers", {"VBD": (about("vbd", iterations=5), rows("VBD", (1.0, 0)))})
+    layered = AccuracyCase("layered_skirt", "walk", 1 / 60)
+    put(tmp_path, "trial", trial, case=layered, device="cuda:0")
+    said = not_measured(read_results(tmp_path), [])
+    assert not any(line.startswith(("Errors of single steps", "Newton's VBD and Style3D of skirt")) for line in said)
+    peers = [line for line in said if line.startswith("Newton's")]
+    assert [line.partition("layer is sewn")[0] for line in peers] == [
+        "Newton's VBD and Style3D of the layered skirt: its ",
+        "Newton's VBD and Style3D on a GPU, for which they are made.",
     ]
+
+
+def test_what_was_had_is_told_beside_what_was_asked_for(tmp_path):
+    live = rows("to 1 mm", (1.9, 1.0), (0.6, 1.0), (0.1, 1.0), (3.0, 1.0), ms=7.0)
+    methods = {"to 1 mm": (about(accuracy=1.0), live)}
+    put(tmp_path, "accuracy", methods)
+    assert asked_table(read_results(tmp_path))[2:] == ["| live | 1 | 4 | 1.25 | 2.67 | 50 % | 25 % | 7 |"]
+    (dial,) = [line for line in estimate_chapter(read_results(tmp_path)).told if "asked for;" in line]
+    assert dial.startswith("- At `live` 2 of 4 dialled steps")
+    assert dial.endswith("1 are further off, the rest nearer.")
 
 
 def test_estimates_are_told_of_each_preset_and_length_of_step(tmp_path):

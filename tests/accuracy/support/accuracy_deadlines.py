@@ -10,13 +10,26 @@ from pathlib import Path
 from typing import Any
 
 from accuracy_data import Row, digits, table
+from accuracy_promises import Chapter, Verdict
 
 HELD = 0.01  # share of the frames that may be late
-PROMISED = {  # by device and motion, in ms: at 20,000 vertices on a GPU and at 2,500 on a CPU
-    "cuda": {"jumping_jack": (5, 11, 33), "cartwheel": (5, 11, 33)},
-    "cpu": {"jumping_jack": (66, 100), "walk": (66, 100)},
-}
+STRETCHED = 1.3  # times its length: cloth that a deadline stretches further, and that is not without it, is torn
 SAME = ("garment", "motion", "vertices", "preset", "device", "fps", "sessions", "fabric", "accuracy_mm")
+MOTIONS = ("jumping_jack", "cartwheel")
+
+
+@dataclass(frozen=True)
+class Promised:
+    """Deadlines [ms] on a machine, as the bench calls it, in words; at about so many vertices, over so many s."""
+
+    machine: str
+    said: str
+    vertices: int
+    deadlines: tuple[float, ...]
+    seconds: float
+
+
+PROMISED = (Promised("H200", "an H200", 20_000, (5, 11, 33), 60.0), Promised("CPU", "a CPU", 2_500, (66, 100), 0.0))
 
 
 @dataclass(frozen=True)
@@ -38,13 +51,35 @@ class Timed:
         return Path(str(self.row["motion"])).stem
 
     @property
+    def deadline(self) -> str:
+        """In ms, or none."""
+        deadline = self.row["deadline_ms"]
+        return "none" if deadline is None else f"{deadline:g}"
+
+    @property
     def late(self) -> float:
         """Share of the frames."""
         return float(self.row["late"]) / float(self.row["frames"])
 
+    @property
+    def seconds(self) -> float:
+        """Of the motion."""
+        return float(self.row["frames"]) / float(self.row["fps"])
+
+    @property
+    def run(self) -> str:
+        """How long it is, and of which commit."""
+        return f"{digits(self.seconds)} s at {self.about['commit']}"
+
     def same_as(self, other: Timed) -> bool:
         """Is it the same but for the deadline?"""
         return self.place == other.place and all(self.row[name] == other.row[name] for name in SAME)
+
+    def is_of(self, promised: Promised, motion: str, deadline: float) -> bool:
+        """Is it of what was promised?"""
+        enough = self.row["cloth_vertices"] >= 0.95 * promised.vertices
+        there = promised.machine in self.row["machine"] and self.row["deadline_ms"] == deadline
+        return bool(there and enough and self.motion.lower().replace("-", "_").startswith(motion))
 
 
 def read_timed(folder: Path) -> list[Timed]:
@@ -61,45 +96,113 @@ def hurried(timed: Sequence[Timed]) -> list[Timed]:
     return [case for case in timed if case.row["deadline_ms"] is not None]
 
 
+def without(case: Timed, timed: Sequence[Timed]) -> list[Timed]:
+    """The same without a deadline."""
+    return [other for other in timed if other.row["deadline_ms"] is None and other.same_as(case)]
+
+
 def deadline_table(timed: Sequence[Timed]) -> list[str]:
     """Of each case with a deadline, below the same one without."""
-    free = [case for case in timed if case.row["deadline_ms"] is None]
     shown: list[Timed] = []
     for case in hurried(timed):
-        shown += [other for other in free if other.same_as(case) and other not in shown]
+        shown += [other for other in without(case, timed) if other not in shown]
         shown.append(case)
-    head = ("case", "deadline [ms]", "p50 / p99 / max [ms]", "late", "error p50 / p99 [mm]", "stretch", "crossing")
-    return table(head, map(cells, shown))
+    head = ("case", "deadline [ms]", "p50 / p99 / max [ms]", "late", "error p50 / p99 [mm]", "stretch", "void steps")
+    return table((*head, "crossing", "simulated over wall", "length and commit"), map(cells, shown))
 
 
 def cells(case: Timed) -> list[object]:
     """Of that table."""
     r = case.row
-    ms, error, deadline = r["frame_ms"], r["error_mm"], r["deadline_ms"]
+    ms, error = r["frame_ms"], r["error_mm"]
     return [
         f"{case.place}, {r['fps']:g}/s",
-        "none" if deadline is None else f"{deadline:g}",
+        case.deadline,
         " / ".join(digits(ms[name]) for name in ("p50", "p99", "max")),
-        "-" if deadline is None else f"{r['late']} of {r['frames']}",
+        "-" if r["deadline_ms"] is None else f"{r['late']} of {r['frames']}",
         f"{digits(error['p50'])} / {digits(error['p99'])}",
         digits(r["max_stretch"]),
-        f"{r['unclean']} of {r['asked']}",
+        r["void"],
+        f"{r['unclean']} of {r['asked']} of {r['frames']}",
+        digits(r["simulated_over_wall"]),
+        case.run,
     ]
 
 
-def deadlines_broken(timed: Sequence[Timed]) -> list[str]:
-    """In words, each that was not held, and each that was promised and has no figure beside others that have one."""
-    known = {(case.row["device"][:4].rstrip(":"), case.motion, case.row["deadline_ms"]) for case in hurried(timed)}
-    unknown = [
-        f"a {motion.replace('_', ' ')} on {'a GPU' if device == 'cuda' else 'a CPU'} in {ms:g} ms was not measured"
-        for device, motions in PROMISED.items()
-        for motion, deadlines in motions.items()
-        for ms in deadlines
-        if known and not any((device, ms) == (d, m) and stem.startswith(motion) for d, stem, m in known)
-    ]
-    return unknown + [
-        f"{case.place}: of {case.row['frames']} frames in {case.row['deadline_ms']:g} ms {case.row['late']} are late; "
-        f"99 % take up to {digits(case.row['frame_ms']['p99'])} ms"
-        for case in hurried(timed)
-        if case.late > HELD
-    ]
+def deadline_chapter(timed: Sequence[Timed]) -> Chapter:
+    """What was promised of deadlines, and all of them that were not held."""
+    cases = hurried(timed)
+    promises = [(promised, motion) for promised in PROMISED for motion in MOTIONS]
+    told = [*never_measured(cases), *broken_by_case(cases, timed)]
+    return Chapter("Deadlines", [verdict(*promise, timed) for promise in promises], told)
+
+
+def verdict(promised: Promised, motion: str, timed: Sequence[Timed]) -> Verdict:
+    """Of a motion on a machine: each deadline holds in all that was measured, and none stretches the cloth."""
+    *less, most = (f"{ms:g}" for ms in promised.deadlines)
+    length = f"{promised.seconds:g} s of " * bool(promised.seconds)
+    promise = (
+        f"deadlines of {', '.join(less)} and {most} ms are held at p99 by {length}a {motion.replace('_', ' ')} of "
+        f"{promised.vertices:,} vertices on {promised.said}, and nothing crosses"
+    )
+    runs = {ms: [c for c in hurried(timed) if c.is_of(promised, motion, ms)] for ms in promised.deadlines}
+    parts = [bool(of) and all(holds(case, promised) for case in of) for of in runs.values()]
+    cases = [case for of in runs.values() for case in of]
+    if not cases:
+        return Verdict(promise, "not measured", parts)
+    measured = [f"{ms:g} ms: {', '.join(map(in_short, of)) or 'not measured'}" for ms, of in runs.items()]
+    crossed, asked = (sum(case.row[name] for case in cases) for name in ("unclean", "asked"))
+    lengths = " and ".join(dict.fromkeys(f"{digits(case.seconds)} s" for case in cases))
+    stretch = digits(max(case.row["max_stretch"] for case in cases))
+    said = f"{lengths}; {crossed} of {asked} frames asked cross; cloth is stretched to {stretch} of its length"
+    unstretched = [False] * any(stretched(case, timed) for case in cases)
+    return Verdict(promise, f"{'; '.join(measured)}; {said}", [*parts, *unstretched])
+
+
+def in_short(case: Timed) -> str:
+    """Of a deadline."""
+    return f"p99 {digits(case.row['frame_ms']['p99'])} ms, {digits(100 * case.late, 2)} % late"
+
+
+def holds(case: Timed, promised: Promised) -> bool:
+    """In time, over the time that was promised, and nothing crosses."""
+    long_enough = case.seconds >= promised.seconds * (1 - 1e-9)
+    return case.late <= HELD and long_enough and case.row["asked"] > 0 and not case.row["unclean"]
+
+
+def stretched(case: Timed, timed: Sequence[Timed]) -> list[Timed]:
+    """Runs without the deadline in which the cloth is not stretched, where it is with it."""
+    free = without(case, timed) if case.row["max_stretch"] > STRETCHED else []
+    return [other for other in free if other.row["max_stretch"] <= STRETCHED]
+
+
+def never_measured(cases: Sequence[Timed]) -> list[str]:
+    """Promised motions that have no figure, by machine."""
+    lines = []
+    for promised in PROMISED:
+        for motion in MOTIONS:
+            gone = [ms for ms in promised.deadlines if not any(case.is_of(promised, motion, ms) for case in cases)]
+            if gone:
+                said = ", ".join(f"{ms:g}" for ms in gone)
+                lines.append(f"- A {motion.replace('_', ' ')} on {promised.said} was not measured in {said} ms.")
+    return lines
+
+
+def broken_by_case(cases: Sequence[Timed], timed: Sequence[Timed]) -> list[str]:
+    """By what was simulated and where, each deadline that was not held or stretched the cloth."""
+    places: dict[str, list[str]] = {}
+    for case in cases:
+        row, said = case.row, []
+        if case.late > HELD:
+            p99 = digits(row["frame_ms"]["p99"])
+            said.append(f"{row['late']} of {row['frames']} frames are late; 99 % take up to {p99} ms")
+        if row["unclean"]:
+            said.append(f"{row['unclean']} of {row['asked']} frames asked cross")
+        for free in stretched(case, timed):
+            said.append(
+                f"cloth is stretched to {digits(row['max_stretch'])} of its length ({case.run}), without a deadline "
+                f"to {digits(free.row['max_stretch'])} ({free.run})"
+            )
+        if said:
+            places.setdefault(case.place, []).append(f"  - in {case.deadline} ms: {'; '.join(said)}")
+    return [line for place, said in places.items() for line in (f"- {place}", *said)]

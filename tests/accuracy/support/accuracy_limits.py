@@ -1,13 +1,12 @@
-"""What is promised, and where it does not hold."""
+"""By what is judged: limits of what is promised, which steps count, and which of other solvers' are beyond ours."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
 from accuracy_case import takes_such_steps
-from accuracy_data import CPU, Found, Measured, Row, digits
+from accuracy_data import CPU, Found, Measured, Row
 from methods import TITLES
 
 WITHIN = ((2.0, 0.8), (4.0, 0.99))  # times the true error, and for which share of the steps of what was held out
@@ -40,79 +39,6 @@ def preset_rows(found: Found, held_out: bool | None = None) -> list[tuple[Measur
         for row in measured.rows[name]
         if row["error"] is not None
     ]
-
-
-def broken(found: Found) -> list[str]:
-    """In words, each."""
-    return [*estimate_broken(found), *order_broken(found), *reference_broken(found), *fronts_broken(found)]
-
-
-def estimate_broken(found: Found) -> list[str]:
-    """The estimate, on what was held out."""
-    rows = [row for _, _, row in preset_rows(found, held_out=True)]
-    said = []
-    for times, share in WITHIN:
-        counted, strict = within(rows, times) if rows else 1.0, within(rows, times, 0.0) if rows else 1.0
-        if counted < share:
-            said.append(f"within x{times:g} are {100 * counted:.1f} % of the estimates, not {100 * share:g} %")
-        elif strict < share:
-            said.append(
-                f"within x{times:g} are {100 * counted:.1f} % of the estimates, but {100 * strict:.1f} % where none "
-                f"counts as right for being under {NEGLIGIBLE:g} mm, as its error is"
-            )
-    return said
-
-
-def order_broken(found: Found) -> list[str]:
-    """Each preset's median error is under that of the one before it, or under ROUNDING."""
-    said = []
-    for measured in found.presets:
-        names = measured.presets
-        for one, other in pairwise(names):
-            errors = [float(np.median([row["error"] for row in measured.rows[name]])) for name in (one, other)]
-            if errors[1] > max(errors[0], ROUNDING):
-                far = " and ".join(f"{digits(error)} mm" for error in errors)
-                said.append(f"{measured.name}: {other} is further off than {one} ({far})")
-    return said
-
-
-def reference_broken(found: Found) -> list[str]:
-    """The preset that claims it is Newton's equal, over all steps of each case."""
-    said = []
-    for measured in found.presets:
-        if REFERENCE in measured.presets:
-            rows = measured.rows[REFERENCE]
-            off = float(np.sqrt(np.mean([row["error"] ** 2 for row in rows])))
-            if off > AGREEMENT:
-                far = [row for row in rows if row["error"] > AGREEMENT]
-                balanced = [row for row in far if (row.get("own_balance") or np.inf) < AGREEMENT]
-                lower = sum((row["energy"] or 0.0) < 0 for row in balanced)
-                said.append(
-                    f"{measured.name}: preset {REFERENCE} is {digits(off)} mm from Newton IPC, RMS; {len(far)} of "
-                    f"{len(rows)} steps are further off than {AGREEMENT:g} mm, {len(balanced)} of these in a balance "
-                    f"of their own, {lower} with less energy than Newton's"
-                )
-    if not any(REFERENCE in measured.presets for measured in found.errors):
-        said.append(f"there is no preset {REFERENCE} to be held to Newton IPC")
-    return said
-
-
-def fronts_broken(found: Found) -> list[str]:
-    """Where another solver's step is nearer than each of ours that takes no longer, its error being under JUDGED."""
-    said = []
-    for measured in found.errors:
-        for name, ms, error, best in beyond_ours(measured):
-            rows = measured.rows[name]
-            crossed = f"crossed in {sum(row['crossed'] > 0 for row in rows)} of {len(rows)} ends"
-            ours = "ours takes longer at its fastest"
-            if best is not None:
-                ours = f"ours in no more time is {digits(best)} mm off"
-            trials = [(e, m) for m, e in map(measured.point, measured.of_solver("trial")) if m <= ms]
-            alone = f"; PD alone is {digits(min(trials)[0])} mm off in {digits(min(trials)[1])} ms" if trials else ""
-            said.append(
-                f"{measured.name}: {name} takes {digits(ms)} ms and is {digits(error)} mm off, {crossed}; {ours}{alone}"
-            )
-    return said
 
 
 def beyond_ours(measured: Measured) -> list[tuple[str, float, float, float | None]]:

@@ -5,15 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 
 from accuracy_data import Found, Measured, read_results
-from accuracy_deadlines import HELD, Timed, deadline_table, deadlines_broken, read_timed
-from accuracy_limits import AGREEMENT, JUDGED, NEGLIGIBLE, broken
+from accuracy_deadlines import HELD, STRETCHED, Timed, deadline_chapter, deadline_table, read_timed
+from accuracy_estimate import asked_table, estimate_lines, estimate_table
+from accuracy_gaps import not_measured
+from accuracy_limits import AGREEMENT, JUDGED, NEGLIGIBLE
 from accuracy_plots import plots
+from accuracy_promises import Chapter, broken_lines, missed, promise_table
 from accuracy_tables import (
     BY_BUDGET,
-    estimate_lines,
-    estimate_table,
     front_table,
     guarantee_table,
+    left_out_lines,
     others_table,
     preset_table,
     price_table,
@@ -22,6 +24,9 @@ from accuracy_tables import (
     tailor_tables,
     trajectory_table,
 )
+from accuracy_verdicts import error_chapters
+
+PARETO = ("pareto", "scale")  # with what the names of such plots' files begin; the others are of convergence
 
 
 def write_page(page: Path, folder: Path) -> int:
@@ -35,23 +40,35 @@ def write_page(page: Path, folder: Path) -> int:
         old.unlink()
     for name, (_, svg) in drawn.items():
         (beside / name).write_text(svg)
-    missed = [*broken(found), *deadlines_broken(timed)]
-    page.write_text(markdown(found, timed, missed, {name: title for name, (title, _) in drawn.items()}, page.stem))
+    chapters = error_chapters(found)
+    if timed:
+        chapters.insert(-1, deadline_chapter(timed))
+    titles = {name: title for name, (title, _) in drawn.items()}
+    page.write_text(markdown(found, timed, chapters, titles, page.stem))
     (beside / "settings.md").write_text(every_setting(found, page.name))
-    print("\n".join(missed or ["All holds."]))
-    return 1 if missed else 0
+    broken = missed(chapters)
+    print("\n".join(broken or ["What was measured holds."]))
+    return 1 if broken else 0
 
 
-def markdown(found: Found, timed: list[Timed], missed: list[str], drawn: dict[str, str], beside: str) -> str:
-    """The page; `missed` is what does not hold, and `drawn` are the plots' files in the folder `beside`, with their
-    titles."""
-    lines = ["# What accuracy costs in time", ""]
-    abouts = [*found.about, *(case.about for case in timed)]
-    for what in ("commit", "machine"):
-        lines.append(f"- {what}: {'; '.join(sorted({about[what] for about in abouts}))}")
-    lines += ["", *PREFACE, "", "## What does not hold", "", *([f"- {said}" for said in missed] or ["All holds."])]
-    lines += ["", "## Single steps at the presets", "", *PRESETS_SAID, "", *preset_table(found)]
-    lines += ["", "## The estimate", "", *ESTIMATE_SAID, "", *estimate_table(found), "", *estimate_lines(found)]
+def markdown(found: Found, timed: list[Timed], chapters: list[Chapter], drawn: dict[str, str], beside: str) -> str:
+    """The page: what is promised in `chapters`, and of what it is made; `drawn` are the plots' files in the folder
+    `beside`, with their titles."""
+    lines = ["# What accuracy costs in time", "", *promise_table(chapters), "", *PROMISES_SAID, "", *PREFACE]
+    lines += section("What does not hold", [], broken_lines(chapters))
+    lines += section("Not measured", [], [f"- {said}" for said in not_measured(found, timed)])
+    for title, kinds in (("Error against time, drawn", True), ("Convergence, drawn", False)):
+        shown = {name: said for name, said in drawn.items() if name.startswith(PARETO) == kinds}
+        if shown:
+            lines += ["", f"## {title}"]
+            lines += [line for name, said in shown.items() for line in ("", f"![{said}]({beside}/{name})")]
+    left_out = left_out_lines(found)
+    lines += section("Single steps at the presets", PRESETS_SAID, preset_table(found))
+    lines += ["", *LEFT_OUT_SAID, "", *left_out] if left_out else []
+    lines += section("The estimate", ESTIMATE_SAID, [*estimate_table(found), "", *estimate_lines(found)])
+    asked = asked_table(found)
+    if len(asked) > 2:
+        lines += section("What was asked for, and what was had", ASKED_SAID, asked)
     swept = swept_cases(found)
     lines += section("What a step up in accuracy costs", PRICE_SAID, price_table(found))
     if timed:
@@ -62,16 +79,21 @@ def markdown(found: Found, timed: list[Timed], missed: list[str], drawn: dict[st
         lines += section("What the guarantee costs", GUARANTEE_SAID, guarantee_table(found))
     if swept:
         lines += section("Error against time", FRONT_SAID, front_table(found))
-    for name, title in drawn.items():
-        lines += ["", f"![{title}]({beside}/{name})"]
     lines += section("Other solvers", OTHERS_SAID, others_table(found))
     if found.trajectories:
         lines += section("Ways that begin together", TRAJECTORY_SAID, trajectory_table(found))
     if found.tailor:
-        lines += ["", "## Discretisation, by a tailor's measures", "", *TAILOR_SAID, "", *tailor_tables(found.tailor)]
+        lines += section("Discretisation, by a tailor's measures", TAILOR_SAID, tailor_tables(found.tailor))
+    lines += section("Runs", [], run_lines(found, timed))
     if swept:
         lines += ["", f"Every settings of every case: [settings.md]({beside}/settings.md)."]
     return "\n".join(lines).rstrip() + "\n"
+
+
+def run_lines(found: Found, timed: list[Timed]) -> list[str]:
+    """Of which commits and machines all of it is."""
+    abouts = [*found.about, *(case.about for case in timed)]
+    return [f"- {what}: {'; '.join(sorted({about[what] for about in abouts}))}" for what in ("commit", "machine")]
 
 
 def swept_cases(found: Found) -> list[Measured]:
@@ -88,10 +110,16 @@ def every_setting(found: Found, page: str) -> str:
 
 
 def section(title: str, said: list[str], rows: list[str]) -> list[str]:
-    """A chapter with a table."""
-    return ["", f"## {title}", "", *said, "", *rows]
+    """A chapter with a table or a list, and what is said before it."""
+    return ["", f"## {title}", "", *said, *([""] if said else []), *rows]
 
 
+PROMISES_SAID = [
+    "Yes: all of it holds; in part: of some cases, scenes, settings or deadlines; no: of none. Held out are scenes",
+    "that nothing was fitted to, but for one exponent of the estimate, which was chosen by looking at three of them",
+    f"(METHOD.md, section 14). An estimate counts as right where it and the error are under {NEGLIGIBLE:g} mm, and in",
+    "brackets it does not. Dialled are steps that were asked for an accuracy, of whatever size.",
+]
 PREFACE = [
     "Written by `python tests/accuracy --document`; nothing here is typed by hand. Each solver takes one step from",
     "each of the states that a float64 Newton IPC reference goes through in a garment's motion, and is held to where",
@@ -109,9 +137,19 @@ PRESETS_SAID = [
     f"An estimate counts as right where it and the error are under {NEGLIGIBLE:g} mm; in brackets without that.",
     f"Where a run is older, `{BY_BUDGET}` is `draft` with corrections of four iterations, however near they come.",
 ]
+LEFT_OUT_SAID = [
+    "Where the reference comes to no balance there is nothing to hold a step to: it is left out, and the next begins",
+    "where the reference has come to. A run that ended before its time leaves out the last ones, too; the files do not",
+    "tell these from those.",
+]
 ESTIMATE_SAID = [
     "Of all presets, steps as long as the case's. What is judged further below are steps no longer than the preset's",
     "own: of 1/30 s at `draft` alone, and none at `fit` and `reference`.",
+]
+ASKED_SAID = [
+    "All scenes together, held out or not, on the CPU. The correction goes on until it is as near as was asked for by",
+    "what it measures; the error is against the reference. To ask for a millimetre or more buys little: projective",
+    "dynamics alone is often as near, and no step is made worse on purpose.",
 ]
 PRICE_SAID = [
     "Geometric means over the cases that have both, of the ratio of medians. `Newton n x m` is `live` with n Newton",
@@ -121,7 +159,10 @@ DEADLINES_SAID = [
     "Frames of `solver/bench`, with a deadline and, where that was measured, without one. A deadline is what a frame",
     "may take: the correction goes on for as long as it allows, and has half the preset's budget where there is no",
     "time, after sub-steps of twice the length. One that is shorter than that changes nothing; a coarser mesh does.",
-    f"More than {100 * HELD:g} % of late frames count as not held.",
+    f"More than {100 * HELD:g} % of late frames count as not held, and a stretch over {STRETCHED:g} where without a",
+    "deadline it is under as broken. IPC Toolkit is asked about some of the frames: crossing are so many of those",
+    "asked of all. Simulated over wall: under 1 the motion is slower than it is, in slow motion. A run without a",
+    "deadline may be shorter, or of another commit, than those it is set beside, as the last column says.",
 ]
 SCALE_SAID = ["The same motion, played on; what was timed is `advance`, with the device waited for."]
 GUARANTEE_SAID = [

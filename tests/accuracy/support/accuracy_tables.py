@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from accuracy_data import CPU, Found, Measured, Row, digits, front, geometric_mean, ratios, table
-from accuracy_limits import OTHERS, WITHIN, beyond_ours, is_within, preset_rows, title, within
+from accuracy_data import Found, Measured, Row, digits, front, geometric_mean, ratios, table
+from accuracy_limits import OTHERS, WITHIN, beyond_ours, title, within
 from accuracy_plots import CHAINS, at_scale, chain, scale_ms
 
 HEAD = (
@@ -25,6 +25,7 @@ HEAD = (
     *(f"within x{times:g}" for times, _ in WITHIN),
 )
 BY_BUDGET = "draft by its budget"  # in earlier runs, before it ended where it is near enough to balance
+AT_SCALE = ("draft", BY_BUDGET, "live", "fit", "reference")  # presets, in the order of what they cost
 CHAIN_STEPS = ("accuracy", "newton", "passes", "cycles", "iterations", "substeps")
 
 
@@ -42,7 +43,7 @@ def preset_row(measured: Measured, name: str) -> list[object]:
     return [
         measured.name + " (held out)" * measured.case.held_out,
         name,
-        len(rows),
+        len(rows) if len(rows) == measured.case.states else f"{len(rows)} of {measured.case.states}",
         f"{digits(p50)} / {digits(p90)} / {digits(max(errors))}",
         f"{digits(median(rows, 'largest'))} / {digits(max(row['largest'] for row in rows))}",
         digits(median(rows, "strain")),
@@ -55,95 +56,22 @@ def preset_row(measured: Measured, name: str) -> list[object]:
     ]
 
 
+def left_out_lines(found: Found) -> list[str]:
+    """Of each case at presets the states that there is no step from."""
+    said = []
+    for measured in found.presets:
+        there = set.union(*map(measured.states, measured.presets))
+        gone = sorted(set(range(1, measured.case.states + 1)) - there)
+        if gone:
+            numbers = ", ".join(f"{state}{' (at its end)' * (state > max(there))}" for state in gone)
+            said.append(f"  - {measured.name}, {len(gone)} of {measured.case.states}: {numbers}")
+    whole = f"- Left out are these states, of {sum(m.case.states for m in found.presets)} in all:"
+    return [whole, *said] if said else []
+
+
 def median(rows: Sequence[Row], figure: str) -> float:
     """Of the steps."""
     return float(np.median([row[figure] for row in rows]))
-
-
-def estimate_table(found: Found) -> list[str]:
-    """How many estimates are right, by preset and length of step, of what was held out and of the rest."""
-    rows = []
-    for held_out, said in ((True, "held out"), (False, "fitted to")):
-        for dt, name in dict.fromkeys((m.case.dt, name) for m in found.presets for name in m.presets):
-            of = [m for m in found.presets if (m.case.held_out, m.case.dt, m.device) == (held_out, dt, CPU)]
-            steps = [row for m in of for row in m.rows.get(name, ()) if row["error"] is not None]
-            if steps:
-                rows.append((said, f"1/{1 / dt:.0f} s", name, *right(steps)))
-        for dt, begun_with in dict.fromkeys((m.case.dt, name) for m in found.errors for name in ("live", "draft")):
-            of = [m for m in found.errors if (m.case.held_out, m.case.dt, m.device) == (held_out, dt, CPU)]
-            steps = [row for m in of for row in dialled(m, begun_with == "draft") if row["error"] is not None]
-            if steps:
-                rows.append((said, f"1/{1 / dt:.0f} s", f"dial at {begun_with}", *right(steps)))
-    head = ("scenes", "step", "settings", "steps", *(f"within x{t:g}" for t, _ in WITHIN), "of the others too low")
-    return table(head, rows)
-
-
-def right(steps: Sequence[Row]) -> tuple[object, ...]:
-    """How many steps, the shares of them whose estimates are right, and of the others those that are too low."""
-    shares = (f"{100 * within(steps, t):.0f} % ({100 * within(steps, t, 0.0):.0f})" for t, _ in WITHIN)
-    low = sum(row["estimate"] < row["error"] for row in steps if not is_within(row, WITHIN[-1][0]))
-    return len(steps), *shares, low
-
-
-def dialled(measured: Measured, from_draft: bool) -> list[Row]:
-    """Steps that ended where they were near enough to balance for an accuracy that was asked for."""
-    at = {name: about["at"] for name, about in measured.about.items()}
-    asked = [name for name in at if "accuracy" in at[name] and ("from_draft" in at[name]) == from_draft]
-    return [row for name in asked for row in measured.rows[name]]
-
-
-def estimate_lines(found: Found) -> list[str]:
-    """How many estimates are right, and the steps where they are furthest from it."""
-    lines = []
-    for held_out, said in ((True, "held out"), (False, "fitted to")):
-        rows = [row for _, _, row in preset_rows(found, held_out)]
-        if rows:
-            shares = " and ".join(f"x{t:g} for {100 * within(rows, t):.1f} %" for t, _ in WITHIN)
-            strict = " and ".join(f"x{t:g} for {100 * within(rows, t, 0.0):.1f} %" for t, _ in WITHIN)
-            lines.append(f"- Scenes {said}, {len(rows)} steps: within {shares}; without what is negligible, {strict}.")
-    far = [(m, name, row) for m, name, row in preset_rows(found) if not is_within(row, WITHIN[-1][0])]
-    if not far:
-        return lines
-    head = (
-        "scene",
-        "settings",
-        "state",
-        "error [mm]",
-        "largest [mm]",
-        "from its own balance [mm]",
-        "estimate [mm]",
-        "estimate / error",
-        "Newton",
-    )
-    cells = [
-        (
-            m.name,
-            name,
-            row["state"],
-            digits(row["error"]),
-            digits(row["largest"]),
-            digits(row.get("own_balance")),
-            digits(row["estimate"]),
-            digits(row["estimate"] / row["error"]),
-            row["newton"],
-        )
-        for m, name, row in far
-    ]
-    own = [own_row(row) for _, _, row in preset_rows(found, held_out=True)]
-    if own:
-        shares = " and ".join(f"x{t:g} for {100 * within(own, t):.1f} %" for t, _ in WITHIN)
-        lines.append(f"- Held out, of the balance that Newton finds from where the step ended: within {shares}.")
-    said = [
-        f"Not within x{WITHIN[-1][0]:g} are these. A step of slack cloth has several balances: where float64 Newton",
-        "moves an end by little and leaves it far from the reference, it is in another fold.",
-    ]
-    return [*lines, "", *said, "", *table(head, cells)]
-
-
-def own_row(row: Row) -> Row:
-    """The same, its error being how far it is from its own balance where that is known."""
-    own = row.get("own_balance")
-    return row if own is None else {**row, "error": min(own, row["error"])}
 
 
 def price_table(found: Found) -> list[str]:
@@ -183,12 +111,17 @@ def of_estimate(ms: float, whole: float) -> str:
     return f"{100 * ms / whole:.0f} %" if ms else "in that"
 
 
+def presets_at_scale(times: Measured) -> list[str]:
+    """In the order of what they cost."""
+    return [name for name in AT_SCALE if name in times.rows]
+
+
 def scale_table(found: Found) -> list[str]:
     """Times at a garment's scale of the presets."""
     head = ("scene", "vertices", "settings", "ms p50", "ms max", "correction and check", "estimate", "pairs")
     rows = []
     for times in found.times:
-        for name in times.presets or [n for n in times.rows if n in ("draft", BY_BUDGET, "live", "fit")]:
+        for name in presets_at_scale(times):
             row = times.rows[name][0]
             ms = scale_ms(times, name)
             rows.append(
@@ -354,5 +287,3 @@ def tailor_tables(rows: Sequence[Row]) -> list[str]:
         ]
         lines += [f"### {measure.capitalize()}, by {varied}", "", *table(head, cells), ""]
     return lines
-
-

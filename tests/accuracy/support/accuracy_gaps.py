@@ -1,0 +1,94 @@
+"""What was asked for and has no figure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from accuracy_case import scenes, takes_such_steps
+from accuracy_data import CPU, Found, Measured
+from accuracy_deadlines import Timed
+
+from tryon_solver.settings import PRESETS
+
+ASKED = 50  # states of a scene
+PEERS = ("vbd", "style3d")
+UNSAID = "layered_skirt"  # the garment that Newton can't be told
+
+
+def not_measured(found: Found, timed: Sequence[Timed]) -> list[str]:
+    """In words, each."""
+    swept = [measured for measured in found.errors if measured.of_solver("trial")]
+    said = [*on_a_gpu(found), *peers_gone(swept), *precision_gone(swept)]
+    said += [*steps_gone(found), *states_gone(found, swept)]
+    if not any(times.device == CPU for times in found.times):
+        said.append("Times at a garment's scale on a CPU: these columns are empty.")
+    there = {times.case.scene for times in found.times}
+    gone = [case.scene for case in scenes(1 / 60) if case.scene not in there]
+    if gone:
+        said.append(f"Times at a garment's scale of {'; '.join(gone)}.")
+    if not timed:
+        said.append("Deadlines: there are no results of the bench here.")
+    return [*said, *ALWAYS]
+
+
+ALWAYS = [
+    "Solver error by mesh, d_hat and thickness: a tailor's measures alone vary these. Single steps are of one mesh of "
+    "each garment, at the settings' own contact sizes.",
+]
+
+
+def on_a_gpu(found: Found) -> list[str]:
+    """Single steps on a GPU."""
+    if any(measured.device != CPU for measured in found.errors):
+        return []
+    return [
+        "Errors of single steps on a GPU, and so Pareto plots of it: errors are of the CPU, and of a GPU there are "
+        "times at a garment's scale, beside the errors that the same settings have on the CPU, and deadlines."
+    ]
+
+
+def peers_gone(swept: Sequence[Measured]) -> list[str]:
+    """NVIDIA's Newton."""
+    said = []
+    gone = [measured for measured in swept if not measured.of_solver(*PEERS)]
+    if any(measured.case.garment == UNSAID for measured in gone):
+        said.append(
+            "Newton's VBD and Style3D of the layered skirt: its layer is sewn onto other cloth, and Newton has no "
+            "springs that end within a triangle."
+        )
+    others = [measured.case.scene for measured in gone if measured.case.garment != UNSAID]
+    if others:
+        said.append(f"Newton's VBD and Style3D of {'; '.join(others)}.")
+    if not any(measured.of_solver(*PEERS) and measured.device != CPU for measured in swept):
+        said.append("Newton's VBD and Style3D on a GPU, for which they are made.")
+    return said
+
+
+def precision_gone(swept: Sequence[Measured]) -> list[str]:
+    """Ours in float64."""
+    gone = [measured.case.scene for measured in swept if not measured.of_solver("float64")]
+    return [f"Ours in float64 of {'; '.join(gone)}."] if gone else []
+
+
+def steps_gone(found: Found) -> list[str]:
+    """Presets that were never measured in steps of their own."""
+    names = dict.fromkeys(name for measured in found.presets for name in measured.presets)
+    own = {name for m in found.presets for name in m.presets if takes_such_steps(name, m.case.dt)}
+    gone = [f"`{name}` (1/{1 / PRESETS[name].largest_step:.0f} s)" for name in names if name not in own]
+    return [f"In steps as short as their own: {' and '.join(gone)}; they take the others' here."] if gone else []
+
+
+def states_gone(found: Found, swept: Sequence[Measured]) -> list[str]:
+    """Cases of fewer states than were asked for."""
+    few: dict[str, list[str]] = {}
+    for measured in found.presets:
+        if measured.case.states < ASKED:
+            step = f"steps of 1/{1 / measured.case.dt:.0f} s"
+            few.setdefault(f"{step} have {measured.case.states}", []).append(measured.case.scene)
+    said = [f"{step} in {len(of)} scene{'s' * (len(of) > 1)}" for step, of in few.items()]
+    most = max((len(measured.shared) for measured in swept), default=0)
+    if most and most < ASKED:
+        fewer = [f"{m.case.scene} {len(m.shared)}" for m in swept if len(m.shared) < most]
+        rest = f", but for {'; '.join(fewer)}" * bool(fewer)
+        said.append(f"what is swept, and other solvers, have every fifth state or fewer, {most} in all{rest}")
+    return [f"{ASKED} states of each scene: {'; '.join(said)}."] if said else []
