@@ -246,3 +246,11 @@ def test_dialled_steps_are_judged_apart_by_the_preset_that_they_began_with(tmp_p
         ["dial at live", "4", "75 % (50)", "100 % (75)"],
         ["dial at draft", "4", "100 % (100)", "100 % (100)"],
     ]
+
+
+def test_ways_of_one_scene_are_told_once_by_the_case_with_more_states(tmp_path):
+    for states, error in ((20, 7.5), (50, 2.5), (30, 9.5)):
+        case = AccuracyCase("skirt", "walk", 1 / 60, states=states)
+        put(tmp_path, "trajectory", {"draft": (about(), rows("draft", *[(error, error)] * 7))}, case=case)
+    (measured,) = read_results(tmp_path).trajectories
+    assert measured.rows["draft"][6]["error"] == 2.5

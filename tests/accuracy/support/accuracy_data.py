@@ -81,12 +81,17 @@ class Found:
     @property
     def presets(self) -> list[Measured]:
         """Of each scene, length of step and device the one with the most steps at presets."""
-        most: dict[str, Measured] = {}
-        for measured in self.errors:
-            other = most.get(measured.name)
-            if measured.presets and (other is None or other.case.states < measured.case.states):
-                most[measured.name] = measured
-        return [measured for measured in self.errors if measured is most.get(measured.name)]
+        return fullest([measured for measured in self.errors if measured.presets])
+
+
+def fullest(cases: Sequence[Measured]) -> list[Measured]:
+    """Of those with one name the one with the most states."""
+    most: dict[str, Measured] = {}
+    for measured in cases:
+        other = most.get(measured.name)
+        if other is None or other.case.states < measured.case.states:
+            most[measured.name] = measured
+    return [measured for measured in cases if measured is most[measured.name]]
 
 
 def read_results(folder: Path) -> Found:
@@ -95,9 +100,8 @@ def read_results(folder: Path) -> Found:
     of = {kind: [f for f in files if is_of(f, kind)] for kind in (TRAJECTORY, TIMES)}
     errors = [f for f in files if "case" in f.head and f.head["family"] not in (TRAJECTORY, TIMES) and f.rows]
     tailor = [row for f in files if "tailor" in f.head for row in f.rows]
-    return Found(
-        together(errors), together(of[TRAJECTORY]), together(of[TIMES]), tailor, [f.head["about"] for f in files]
-    )
+    ways, abouts = fullest(together(of[TRAJECTORY])), [f.head["about"] for f in files]
+    return Found(together(errors), ways, together(of[TIMES]), tailor, abouts)
 
 
 def is_of(recorded: Recorded, family: str) -> bool:
@@ -152,9 +156,7 @@ def geometric_mean(values: Sequence[float]) -> float:
     return float(np.exp(np.mean(np.log(values))))
 
 
-def ratios(
-    measured: Sequence[Measured], one: str, other: str, figure: Callable[[Measured, str], float]
-) -> list[float]:
+def ratios(measured: Sequence[Measured], one: str, other: str, figure: Callable[[Measured, str], float]) -> list[float]:
     """other over one in each case that has both, where both are numbers above 0."""
     pairs = [(figure(m, one), figure(m, other)) for m in measured if one in m.rows and other in m.rows]
     return [b / a for a, b in pairs if np.isfinite((a, b)).all() and a > 0 and b > 0]
