@@ -192,9 +192,9 @@ def reference_told(far: Sequence[Far]) -> list[str]:
         lower = sum((row["energy"] or 0.0) < 0 for row in balanced)
         rows.append((measured.name, digits(off), f"{len(further)} of {len(steps)}", len(balanced), lower))
     said = [
-        "They are so by some steps that end far from Newton IPC's. In a balance of its own is an end that float64",
-        f"Newton moves by less than {AGREEMENT:g} mm: it is in another fold. That was looked for only where the",
-        f"estimate is not within x{WITHIN[-1][0]:g} of the error.",
+        "These cases are off by some steps that end far from Newton IPC's. In a balance of its own is an end that",
+        f"float64 Newton moves by less than {AGREEMENT:g} mm: it is in another fold. That was looked for only where",
+        f"the estimate is not within x{WITHIN[-1][0]:g} of the error.",
     ]
     head = ("scene", "RMS [mm]", f"steps over {AGREEMENT:g} mm", "of these in a balance of their own")
     return [*said, "", *table((*head, "of these with less energy than Newton's"), rows)]
