@@ -13,7 +13,10 @@ end is another for cloth that hangs still. There every step is near, and by what
 seen to tremble: so it has to be near by the way that the step goes, too, beside the body's, OF_WAY of it (METHOD.md
 section 14 has what other shares do). And the direction has to be taken, and the one before it: what contact withheld
 is left undone as well, in an impact most of it, and what it withheld of the one before is held (hold.py), so that the
-direction says nothing of it. Ours.
+direction says nothing of it.
+
+Under a deadline a correction goes on while there is time, however near it is. The last iteration in time, or a late
+one, ends it where it is near enough by a coarse measure, `Settings.late_nearness` (stepping/pace.py). Ours.
 """
 
 from __future__ import annotations
@@ -126,8 +129,8 @@ def make_last_kernel(state: wp.array(dtype=wp.int32)):
 
 def measure_nearness(sim: Simulation, by_preset: bool) -> None:
     """Tell whether the iteration whose direction was found is to be the correction's last, and whether it begins
-    further from balance than is near enough: by the accuracy that is asked for, or else by the preset's nearness, if
-    this counts."""
+    further from balance than is near enough: by the accuracy that is asked for, or else, if these count (`by_preset`),
+    by the preset's nearness, and when a deadline's time is over by that of the late."""
     settings, state, work, n = sim.settings, sim.state, sim.work, sim.cloth_count
     nearness, told = settings.correction_nearness, sim.progress.state
     direction, squared, way_squared = work.direction[:n], work.scalars[0], work.scalars[1]
