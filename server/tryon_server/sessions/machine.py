@@ -238,6 +238,8 @@ class Session(PatternTalk):
                 what = f"No hello arrived within {HELLO_SECONDS:g} s."
                 fault = ProtocolError("unexpected_message", "$", what, "Send hello first.")
                 actions += self._farewell(client, fault, NO_HELLO, now)
+                continue
+            actions += _told(client, viewer.complaints.due(now))
         self._seats.expire(now)
         if self._viewers:
             self._watched_until = now
@@ -408,11 +410,9 @@ class Session(PatternTalk):
     def _answer_fault(
         self, client: int, viewer: Viewer, fault: ProtocolError, request: int | None, now: float
     ) -> list[Action]:
-        """Tell a client what was wrong: at once when a numbered request failed, else once a second per fault."""
-        field = fault.place.partition("[")[0]  # a pose that is wrong at another joint each time has one fault
-        if request is None and not viewer.may_complain(f"{fault.code} {field}", now):
-            return []
-        return [Send(client, encode(error_message(fault, request=request)))]
+        """Tell a client what was wrong: at once when a numbered request failed, while of others a stream is summed
+        up."""
+        return _told(client, viewer.complaints.came(fault, now) if request is None else [fault], request)
 
     def _farewell(self, client: int, fault: ProtocolError, code: int, now: float) -> list[Action]:
         """A fatal error and the end of the connection."""
@@ -476,3 +476,7 @@ class Session(PatternTalk):
     def _drop(self, client: int) -> None:
         del self._viewers[client]
         self._flow.close(client)
+
+
+def _told(client: int, faults: Sequence[ProtocolError], request: int | None = None) -> list[Action]:
+    return [Send(client, encode(error_message(fault, request=request))) for fault in faults]
