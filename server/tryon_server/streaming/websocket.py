@@ -57,6 +57,7 @@ async def _receive(websocket: WebSocket, session: LiveSession, client: int) -> b
             session.receive(client, message["bytes"])
         else:
             session.receive_text(client)
+        await asyncio.sleep(0)  # a burst is all there at once: the answers to it leave meanwhile, and don't pile up
 
 
 def _shortened(reason: str) -> str:
