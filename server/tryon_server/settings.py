@@ -45,7 +45,8 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         frames_per_second: most frames published per second of wall time [1/s].
         keyframe_seconds: of the frames that are published, one at least this often needs no other [s]. Where nothing
             moves none is, but to who has not seen what there is.
-        messages_per_second: most messages accepted from one client per second, on average [1/s].
+        messages_per_second: most messages of one client carried out per second, on average [1/s]. Those beyond it wait
+            for their turn; of those that set a value only the newest does, and of others so many.
         edit_seconds: longest time that an edit of a pattern may take until it is worn, counted from when none before it
             is to be made any more; then it is refused, and those behind it are made [s].
         answer_seconds: longest time that a change of an edit or of what is worn is waited for before it is answered

@@ -9,6 +9,7 @@ import os
 import signal
 import time
 
+import msgspec
 import numpy as np
 import pytest
 import websockets
@@ -23,6 +24,8 @@ from tryon_protocol import (
     PlayMessage,
     PoseMessage,
     ProtocolError,
+    ReportMessage,
+    SetAccuracyMessage,
     SetFabricMessage,
     SetMotionMessage,
     StatusMessage,
@@ -230,6 +233,39 @@ def test_malformed_bytes_are_answered_and_the_connection_goes_on(live, swaying, 
         async with connect(live.stream_url(swaying)) as stream:
             await stream._connection.send(data)
             await until(stream, lambda event: isinstance(event, ErrorMessage))
+            assert len(await take_frames(stream, 3)) == 3
+
+    run(scenario())
+
+
+def test_of_a_burst_of_choices_the_newest_stands_and_frames_are_solved_so(live):
+    session_id = live.open()
+
+    async def scenario():
+        async with connect(live.stream_url(session_id)) as stream:
+            await take_frames(stream, 2)
+            for k in range(1, 401):
+                await stream._connection.send(encode(SetAccuracyMessage(accuracy=1e-5 * k, deadline_ms=100.0 + k)))
+            await until(stream, lambda event: isinstance(event, StatusMessage) and event.deadline_ms == 500.0)
+            await until(stream, lambda event: isinstance(event, ReportMessage) and event.error == 1e-5 * 400)
+
+    run(scenario())
+    told = live.http.get(f"/api/sessions/{session_id}").json()
+    assert (told["accuracy"], told["deadline_ms"]) == (1e-5 * 400, 500.0)
+
+
+def test_a_burst_of_numbered_commands_that_are_wrong_is_answered_one_by_one(live, swaying):
+    """The client reads: that all of them are there before the first is answered must not look as if it did not."""
+
+    async def scenario():
+        async with connect(live.stream_url(swaying)) as stream:
+            await take_frames(stream, 2)
+            for number in range(400):
+                wrong = {"type": "set_accuracy", "deadline_ms": -1.0, "request": number}
+                await stream._connection.send(msgspec.msgpack.encode(wrong))
+            for number in range(400):
+                fault = await until(stream, lambda event: isinstance(event, ErrorMessage))
+                assert (fault.place, fault.request) == ("$.deadline_ms", number)
             assert len(await take_frames(stream, 3)) == 3
 
     run(scenario())

@@ -38,10 +38,13 @@ class Complaints:
     def __init__(self) -> None:
         self._kinds: dict[str, _Kind] = {}
 
-    def came(self, fault: ProtocolError, now: float) -> list[ProtocolError]:
-        """A fault came; what is to be told now, itself or others. What is not is told later by `due`."""
+    def came(self, fault: ProtocolError, now: float, about: str = "") -> list[ProtocolError]:
+        """A fault came; what is to be told now, itself or others. What is not is told later by `due`.
+
+        Those ``about`` different things are not summed up with each other.
+        """
         field = fault.place.partition("[")[0]  # a pose that is wrong at another joint each time has one fault
-        word = f"{fault.code} {field}"
+        word = f"{fault.code} {field} {about}"
         told = []
         if len(self._kinds) >= MOST_KINDS and word not in self._kinds:
             longest_ago = self._kinds.pop(min(self._kinds, key=lambda kind: self._kinds[kind].came))

@@ -136,35 +136,24 @@ class Session(PatternTalk):
 
     def disconnect(self, client: int, now: float, left: bool = False) -> list[Action]:
         """A connection ended; unless the client closed it in good order (``left``) it may come back to its seat."""
-        return self._leave(client, now, for_good=left)
+        return [*self._finish(client, now), *self._leave(client, now, for_good=left)]
 
     def receive(self, client: int, data: bytes, now: float) -> list[Action]:
         """A binary message arrived."""
         viewer = self._viewers.get(client)
         if viewer is None:  # it is being closed
             return []
+        if viewer.floods(now):
+            fault = ProtocolError("rate_limited", "$", "Far too many messages arrive.", "Send a pose per frame.")
+            return self._farewell(client, fault, TOO_MANY_MESSAGES, now)
+        if not viewer.greeted:
+            return self._greet(client, viewer, data, now)
         try:
-            if viewer.floods(now):
-                fault = ProtocolError("rate_limited", "$", "Far too many messages arrive.", "Send a pose per frame.")
-                return self._farewell(client, fault, TOO_MANY_MESSAGES, now)
-            within_rate = viewer.within_rate(now)
-            if not viewer.greeted:
-                return self._greet(client, viewer, data, now)
-            try:
-                message = decode_client(data)
-            except ProtocolError as error:
-                number = request_of(data) if within_rate and error.code == "invalid_field" else None
-                return self._answer_fault(client, viewer, error, number, now)
-            if not within_rate and not isinstance(message, AckMessage | ByeMessage):
-                raise ProtocolError(
-                    "rate_limited",
-                    "$",
-                    f"More than {self._rules.messages_per_second:g} messages a second arrived; this one was not used.",
-                    "Send fewer messages; a pose per displayed frame is enough.",
-                )
-            return [*self._obey(client, viewer, message, now), *self._flow.orders()]
+            message = decode_client(data)
         except ProtocolError as error:
-            return self._answer_fault(client, viewer, error, None, now)
+            number = request_of(data) if error.code == "invalid_field" else None
+            return self._answer_fault(client, viewer, error, number, now)
+        return [*self._line_up(client, viewer, message, now), *self._flow.orders()]
 
     def receive_text(self, client: int, now: float) -> list[Action]:
         """A text message arrived, which this protocol never uses."""
@@ -239,7 +228,7 @@ class Session(PatternTalk):
                 fault = ProtocolError("unexpected_message", "$", what, "Send hello first.")
                 actions += self._farewell(client, fault, NO_HELLO, now)
                 continue
-            actions += _told(client, viewer.complaints.due(now))
+            actions += self._go_on(client, viewer, now)
         self._seats.expire(now)
         if self._viewers:
             self._watched_until = now
@@ -310,8 +299,9 @@ class Session(PatternTalk):
             version = negotiate(message)
         except ProtocolError as error:
             return self._farewell(client, error, FATAL_ERROR, now)
+        before = self._seats.client_of(message.resume)
+        actions = [] if before is None else self._finish(before, now)  # while it still has the seat, and its poses
         token, replaced = self._seats.sit(client, message.resume, now)
-        actions: list[Action] = []
         if replaced is not None:
             actions.append(Close(replaced, NORMAL, "Resumed by a newer connection"))
             self._drop(replaced)
@@ -359,7 +349,8 @@ class Session(PatternTalk):
             case SetEffectMessage() | RemoveEffectMessage() | MeasureEffectsMessage():
                 return self.effects.obey(client, message)
             case ByeMessage():
-                return [*self._leave(client, now, for_good=True), Close(client, NORMAL, "Goodbye")]
+                left = [*self._finish(client, now), *self._leave(client, now, for_good=True)]
+                return [*left, Close(client, NORMAL, "Goodbye")]
             case HelloMessage():
                 once = "Send hello once per connection."
                 raise ProtocolError("unexpected_message", "$.type", "hello came twice.", once)
@@ -367,8 +358,6 @@ class Session(PatternTalk):
                 return []
 
     def _pose(self, client: int, viewer: Viewer, message: PoseMessage, now: float) -> list[Action]:
-        if message.ack:
-            self._flow.acknowledge(client, message.ack)
         check_pose(self._topology is not None, self.motion)
         assert self._topology is not None
         pose = viewer.poses.check(message, self._topology.joint_names, (SUBJECT,), self._topology.followable, now)
@@ -406,13 +395,6 @@ class Session(PatternTalk):
         return [Order(WearFabric(message.fabric)), *self._status_if_changed(now)]
 
     # Answers ------------------------------------------------------------------------------------------------------
-
-    def _answer_fault(
-        self, client: int, viewer: Viewer, fault: ProtocolError, request: int | None, now: float
-    ) -> list[Action]:
-        """Tell a client what was wrong: at once when a numbered request failed, while of others a stream is summed
-        up."""
-        return _told(client, viewer.complaints.came(fault, now) if request is None else [fault], request)
 
     def _farewell(self, client: int, fault: ProtocolError, code: int, now: float) -> list[Action]:
         """A fatal error and the end of the connection."""
@@ -476,7 +458,3 @@ class Session(PatternTalk):
     def _drop(self, client: int) -> None:
         del self._viewers[client]
         self._flow.close(client)
-
-
-def _told(client: int, faults: Sequence[ProtocolError], request: int | None = None) -> list[Action]:
-    return [Send(client, encode(error_message(fault, request=request))) for fault in faults]

@@ -10,29 +10,22 @@ from tryon_server.sessions.commands import ChangeEffect, ChangePattern, GiveUp
 from tryon_server.sessions.effect_talk import EffectTalk
 from tryon_server.sessions.events import EditMade
 from tryon_server.sessions.pattern_changes import NOBODY, Asker, PatternChanges
-from tryon_server.sessions.rules import Rules, check_fabric
+from tryon_server.sessions.rules import check_fabric
+from tryon_server.sessions.turns import Turns
 from tryon_server.sessions.viewer import Viewer
 
 
-class PatternTalk:
+class PatternTalk(Turns):
     """What a session does with changes of the pattern; the session has these."""
 
     effects: EffectTalk
     _changes: PatternChanges
-    _rules: Rules
-    _viewers: dict[int, Viewer]
     _ended: bool
     _on_the_way: dict[str, set[int]]  # numbers of edits, by garment
 
     @property
     def dressed(self) -> bool:
         """Is anything worn, or was?"""
-        raise NotImplementedError
-
-    def _answer_fault(
-        self, client: int, viewer: Viewer, fault: ProtocolError, request: int | None, now: float
-    ) -> list[Action]:
-        """Tell a client what was wrong."""
         raise NotImplementedError
 
     def change_pattern(self, command: ChangePattern, now: float) -> tuple[int, list[Action]]:

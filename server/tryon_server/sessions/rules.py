@@ -25,7 +25,7 @@ class Rules:
         effects: names of the effects.
         credit: most frames that travel unacknowledged to one client.
         max_viewers: most connections of one session.
-        messages_per_second: most messages per second from one client, on average.
+        messages_per_second: most messages of one client that are carried out per second, on average; others wait.
         grace_seconds: how long a session lives on without a connection, and without being asked for [s].
         smoothing: settings of the filter between a tracker and the physics.
     """

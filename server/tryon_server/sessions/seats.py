@@ -44,6 +44,11 @@ class Seats:
         self._by_client[client] = seat
         return seat.token, replaced
 
+    def client_of(self, token: str | None) -> int | None:
+        """The connection that has this seat; None: it is nobody's now, or there is none."""
+        seat = self._by_token.get(token) if token else None
+        return None if seat is None else seat.client
+
     def leave(self, client: int, now: float, for_good: bool) -> None:
         """A connection ended; unless the client left in good order, its seat is kept for ``RESUME_SECONDS``."""
         seat = self._by_client.pop(client, None)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from tryon_protocol import ClientMessage
 from tryon_server.sessions.complaints import Complaints
+from tryon_server.sessions.line import Line
 from tryon_server.sessions.pose_stream import PoseStream
 from tryon_server.sessions.rate import TokenBucket
 
@@ -19,6 +21,7 @@ class Viewer:
         greeted: whether its hello was answered.
         takes_zstd: whether it can inflate zstd.
         poses: what its poses need remembered.
+        line: what it sent and was not carried out yet.
         complaints: what it did wrong, and how often it is told.
     """
 
@@ -27,13 +30,14 @@ class Viewer:
         self.greeted = False
         self.takes_zstd = True
         self.poses = poses
+        self.line = Line()
         self.complaints = Complaints()
         self._flood = TokenBucket(FLOOD_RATE, FLOOD_BURST, joined)
-        self._bucket = TokenBucket(messages_per_second, messages_per_second * BURST_SECONDS, joined)
+        self._bucket = TokenBucket(messages_per_second, max(1.0, messages_per_second * BURST_SECONDS), joined)
 
-    def within_rate(self, now: float) -> bool:
-        """Count one message; whether it is within the rate that the session allows."""
-        return self._bucket.take(now)
+    def next(self, now: float) -> ClientMessage | None:
+        """The message whose turn it is within the rate that the session allows; None: there is none, or not yet."""
+        return self.line.take() if self.line and self._bucket.take(now) else None
 
     def floods(self, now: float) -> bool:
         """Count one message; whether the client sends far more than any client has reason to."""

@@ -242,14 +242,16 @@ def test_flood_closes_the_connection():
     assert driver.closed == {1: 4429}
 
 
-def test_messages_beyond_the_rate_are_refused_once_a_second_and_the_connection_goes_on():
+def test_of_pings_beyond_the_rate_the_newest_is_answered_and_the_connection_goes_on():
     driver = Driver()
     driver.connect(1)
-    for _ in range(300):
-        driver.say(1, PingMessage(t=0.0))
+    for k in range(300):
+        driver.say(1, PingMessage(t=float(k)))
     assert driver.errors(1) == ["rate_limited"]
-    assert len(driver.messages(1, PongMessage)) == 99
+    assert len(driver.messages(1, PongMessage)) == 100
     driver.wait(1.1)
-    driver.say(1, PingMessage(t=1.0))
-    assert driver.last(1, PongMessage).t == 1.0
+    assert driver.last(1, PongMessage).t == 299.0
+    driver.say(1, PingMessage(t=300.0))
+    assert driver.last(1, PongMessage).t == 300.0
+    assert driver.errors(1) == ["rate_limited"] * 2  # the second tells how many gave way
     assert driver.closed == {}
