@@ -106,7 +106,7 @@ class Settings:
     until there, whatever its budget. None: it ends by its budget."""
     deadline: float | None = None
     """What a call of `advance` may take [s] (stepping/pace.py): the correction goes on for as long as that allows, and
-    sub-steps are longer and cycles fewer where it must be. None: a call takes what it takes."""
+    cycles are fewer where it must be. None: a call takes what it takes."""
     most_iterations: int = 100
     """Newton iterations of a correction that ends by `accuracy` or `deadline`, at most."""
     most_pcg_iterations: int = 80

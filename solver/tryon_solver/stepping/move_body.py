@@ -90,7 +90,6 @@ def go_with_body(sim: Simulation, body: PosedBody, stance: Any, begin: Callable[
         moving.write(body.skin_next)
         sim.counters.asked, sim.counters.behind = asked, farthest(asked, body.skin_next.numpy())
     body.reached = stance, end
-    count = sim.pace.substeps(count)
     for k in range(1, count + 1):
         if sim.under_way:
             break

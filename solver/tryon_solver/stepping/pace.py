@@ -1,13 +1,14 @@
 """How much of its budgets a step spends: all of them, or what a deadline leaves time for.
 
 Every iterate of the correction is free of contact, so that it may end at any of them: a deadline costs accuracy and
-never freedom from penetration. Under one, each part of a step is given what the parts before it have left, less what
-those after it are expected to take: sub-steps of the body first, then the scheme's cycles, and the correction has the
-rest. When its time is over it ends as soon as it is near enough by a coarse measure, `Settings.late_nearness`, and goes
-on, late, until it is, for as long as without a deadline: cloth that is left further from balance is crumpled, then
-torn, and its next steps are dearer than what was saved. Iterations are thorough, with the gradients and searches of
-what is bought, where there is time for as many of such as the budget has; else brief, with those that it has. What a
-part takes is what it took lately: all but the dearest of its last WINDOW times. Ours.
+never freedom from penetration. Sub-steps of the body are those of the settings: longer ones hold more cloth back, and
+pinched cloth that is held back is torn. What they leave the scheme's cycles and the correction share, less what comes
+after these is expected to take: all cycles or one, and the correction has the rest. When its time is over it ends as
+soon as it is near enough by a coarse measure, `Settings.late_nearness`, and goes on, late, until it is, for as long as
+without a deadline: cloth that is left further from balance is crumpled, then torn, and its next steps are dearer than
+what was saved. Iterations are thorough, with the gradients and searches of what is bought, where there is time for as
+many of such as the budget has; else brief, with those that it has. What a part takes is what it took lately: all but
+the dearest of its last WINDOW times. Ours.
 """
 
 from __future__ import annotations
@@ -27,8 +28,6 @@ from tryon_solver.settings import Settings
 WINDOW = 60  # times that are remembered of each part
 DEAREST = 0.01  # share of them that a part may exceed: as many frames may be late
 LEAST = 2  # iterations that are planned for when cycles are chosen
-LONGER = 2  # times as long as the settings have them, sub-steps may be under a deadline
-BODY_SHARE = 0.5  # of what is left, at most, for sub-steps that could be longer ones
 START = 2  # times as long as an iteration it takes to choose where the first begins
 RESERVE = 0.03  # share of the deadline that nothing is planned for
 GUESSED = 1 / 20  # of the deadline, what a part takes that was not seen yet; but
@@ -60,9 +59,6 @@ class Pace(Protocol):
 
     def begin_step(self, left: int) -> None:
         """A step begins, the first of the `left` that are to be made in this call."""
-
-    def substeps(self, wanted: int) -> int:
-        """Sub-steps of the body, of `wanted` by the settings."""
 
     def cycles(self) -> int:
         """Cycles of the scheme, after the sub-steps."""
@@ -106,9 +102,6 @@ class Unhurried:
 
     def begin_step(self, left: int) -> None:  # noqa: ARG002 - as Pace has it
         self._left, self._made, self._listed = self._most or 0, 0, 0
-
-    def substeps(self, wanted: int) -> int:
-        return wanted
 
     def cycles(self) -> int:
         return self._cycles
@@ -177,7 +170,7 @@ class Hurried:
         self.buy(settings)
         guess = GUESSED * self._deadline
         self.thorough = True
-        self._substep, self._tail = Cost(guess), Cost(guess)
+        self._tail = Cost(guess)
         self._thorough, self._brief = Cost(guess), Cost(guess)  # iterations
         self._dearer = 0.0  # times as dear as brief ones thorough ones were when both were taken in turn; 0: taken last
         if iteration is not None:
@@ -186,7 +179,7 @@ class Hurried:
         self._each = self._brief.expected  # what iterations of the correction that was asked about last take
         self._one, self._all = Cost(guess), Cost(guess)  # cycles, each with search and proxy
         self._times = 0.0  # as dear as one cycle all were when both were taken in turn; 0: all were taken last
-        self._cycles, self._substeps = 1, 0
+        self._cycles = 1
         self._most = self._promised = 0  # iterations: at most, and late or not where none is near enough
         self._begun = self._step_end = self._since = 0.0
         self._corrected = self._repeated = False
@@ -207,18 +200,9 @@ class Hurried:
         self._end_tail(now)
         end = self._begun + (1 - RESERVE) * self._deadline
         self._step_end = now + max(0.0, end - now) / left
-        self._since, self._substeps = now, 0
-
-    def substeps(self, wanted: int) -> int:
-        affordable = int(BODY_SHARE * self._left() / self._substep.expected)
-        self._substeps = min(wanted, max(affordable, -(-wanted // LONGER)))
-        return self._substeps
 
     def cycles(self) -> int:
-        now = clock.perf_counter()
-        if self._substeps:
-            self._substep.add(now - self._since, self._substeps)
-        self._since = now
+        self._since = clock.perf_counter()
         spare = self._left() - self._tail.expected - (START + LEAST) * self._each
         dear = self._times * self._one.expected if self._times else self._all.expected
         self._cycles = self._most_cycles if dear <= spare else 1

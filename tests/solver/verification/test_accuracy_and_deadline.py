@@ -220,22 +220,21 @@ def clock(monkeypatch):
 
 
 class Machine:
-    """Plays calls of `advance` on a clock, for a pace: seconds for a sub-step, a cycle, an iteration, and the rest; a
+    """Plays calls of `advance` on a clock, for a pace: seconds for the body, a cycle, an iteration, and the rest; a
     correction is near enough for its end after `needed` iterations."""
 
-    substep, search, cycle, tail = 1e-3, 1e-3, 5e-4, 1e-3
+    search, cycle, tail = 1e-3, 5e-4, 1e-3
 
     def __init__(self, clock, hurried, iteration=1e-3, brief=1.0, needed=1):
         self.clock, self.pace, self.iteration, self.brief, self.needed = clock, hurried, iteration, brief, needed
 
-    def call(self, steps=1, wanted=1, slower=1.0):
-        """One call; what it took [s], how late it was by the pace, and sub-steps, cycles, iterations of its steps."""
+    def call(self, steps=1, body=1e-3, slower=1.0):
+        """One call; what it took [s], how late it was by the pace, and cycles and iterations of its steps."""
         begun, spent, hurried = self.clock.now, [], self.pace
         hurried.begin()
         for k in range(steps):
             hurried.begin_step(steps - k)
-            substeps = hurried.substeps(wanted)
-            self.clock.now += slower * substeps * self.substep
+            self.clock.now += slower * body
             cycles = hurried.cycles()
             self.clock.now += slower * (self.search + cycles * self.cycle)
             allowed = hurried.iterations(100)
@@ -243,7 +242,7 @@ class Machine:
             self.clock.now += slower * (2 + iterations) * self.iteration * (1.0 if hurried.thorough else self.brief)
             hurried.corrected(iterations)
             self.clock.now += slower * self.tail
-            spent.append((substeps, cycles, iterations))
+            spent.append((cycles, iterations))
         late = hurried.end()
         return self.clock.now - begun, late, spent
 
@@ -259,7 +258,7 @@ def test_a_deadline_is_met_once_the_costs_are_known_and_its_time_is_used(clock):
         assert took <= 20e-3
         assert late == 0
         assert took > 20e-3 - 2 * machine.iteration - 0.03 * 20e-3, "no further iteration would have fitted"
-        assert spent[0][1] == LIVE.outer_iterations
+        assert spent[0][0] == LIVE.outer_iterations
 
 
 def test_another_deadline_is_bought_with_the_costs_known(clock):
@@ -282,22 +281,21 @@ def test_the_shortest_deadline_that_there_is_is_missed_and_no_error(met):
 
 def test_what_is_dear_is_given_up_first_where_the_deadline_is_short(clock):
     machine = Machine(clock, hurried(12e-3))
-    calls = [machine.call(wanted=8) for _ in range(200)]
-    for took, late, [(substeps, _, iterations)] in calls[10:]:
+    calls = [machine.call(body=4e-3) for _ in range(200)]
+    for took, late, [(cycles, iterations)] in calls[10:]:
         assert took <= 12e-3
         assert late == 0
-        assert substeps < 8, "longer ones"
+        assert cycles == 1, "of four"
         assert iterations >= 1
-    assert {cycles for _, _, [(_, cycles, _)] in calls[10:]} == {1}
 
 
 def test_a_deadline_that_can_not_be_met_is_missed_by_what_is_told_with_the_least_of_everything(clock):
     for needed, made in ((1, 1), (5, 5), (100, 12)):
         machine = Machine(clock, hurried(2e-3), needed=needed)
-        calls = [machine.call(wanted=8) for _ in range(20)]
+        calls = [machine.call(body=4e-3) for _ in range(20)]
         for took, late, spent in calls[3:]:
             assert late == pytest.approx(took - 2e-3)
-            assert spent == [(4, 1, made)], "sub-steps twice as long, what it needs, no more than without one"
+            assert spent == [(1, made)], "what it needs, and no more than without one"
 
 
 def test_the_time_of_a_call_is_shared_by_its_steps(clock):
@@ -305,7 +303,7 @@ def test_the_time_of_a_call_is_shared_by_its_steps(clock):
     took, late, spent = [machine.call(steps=3) for _ in range(10)][-1]
     assert took <= 40e-3
     assert late == 0
-    assert max(iterations for _, _, iterations in spent) <= 1 + min(iterations for _, _, iterations in spent)
+    assert max(iterations for _, iterations in spent) <= 1 + min(iterations for _, iterations in spent)
 
 
 def test_iterations_are_thorough_where_there_is_time_for_a_budget_of_such_and_else_brief(clock):
@@ -314,7 +312,7 @@ def test_iterations_are_thorough_where_there_is_time_for_a_budget_of_such_and_el
     for deadline, thorough in ((30e-3, True), (16e-3, False), (30e-3, True)):
         machine.pace.buy(replace(LIVE, deadline=deadline, correction_iterations=3))
         calls = [(*machine.call(), machine.pace.thorough) for _ in range(80)]
-        for took, late, [(_, _, iterations)], was in calls[5:]:
+        for took, late, [(_, iterations)], was in calls[5:]:
             assert was == thorough
             assert took <= deadline
             assert late == 0
@@ -327,7 +325,7 @@ def test_a_machine_that_gets_slower_is_followed(clock):
     after = [machine.call(slower=2.0) for _ in range(30)]
     assert sum(late > 0 for _, late, _ in after) <= 6, "until that is seen"
     assert after[-1][1] == 0
-    assert after[-1][2][0][2] < before[2][0][2]
+    assert after[-1][2][0][1] < before[2][0][1]
 
 
 def test_a_correction_that_stops_on_the_way_or_is_done_again_has_what_is_left(clock):
@@ -337,7 +335,6 @@ def test_a_correction_that_stops_on_the_way_or_is_done_again_has_what_is_left(cl
         machine.call()
     hurried_pace.begin()
     hurried_pace.begin_step(1)
-    hurried_pace.substeps(1)
     hurried_pace.cycles()
     planned = hurried_pace.iterations(100)
     assert planned.at_most == max(planned.in_time, 12), "what it has with its extensions"
@@ -383,13 +380,12 @@ def test_who_asks_for_the_balance_gets_it_on_any_list(changed):
     assert unhurried.again(24).at_most == 24
 
 
-def test_the_body_comes_as_far_under_a_deadline_with_fewer_longer_sub_steps(met):
+def test_the_body_comes_as_far_under_a_deadline_however_late_it_is(met):
     case, motions = met
-    patient = simulation_at(case, motions[12], replace(LIVE, substep_travel=1e-4))
+    patient = simulation_at(case, motions[12], LIVE)
     usual = patient.advance(case.pose_at(16), DT)
-    rushed = simulation_at(case, motions[12], replace(LIVE, substep_travel=1e-4, deadline=1e-6))
+    rushed = simulation_at(case, motions[12], replace(LIVE, deadline=1e-6))
     report = rushed.advance(case.pose_at(16), DT)
-    assert report.substeps == -(-usual.substeps // 2)
     assert np.allclose(rushed.body.skin_now.numpy(), patient.body.skin_now.numpy(), atol=1e-6)
     assert report.late > 0
     assert report.newton_iterations <= LIVE.correction_iterations
