@@ -341,9 +341,9 @@ def iterate_newton(
     `choose_start` takes. Where they end as they should a GPU is to `conclude` the step, if that is given."""
     progress, settings = sim.progress, sim.settings
     extensions = settings.correction_extensions if extensible and settings.ends_by_budget else 0
-    progress.begin(allowed.at_most, allowed.in_time, extensions, searches_left(sim), starting)
+    progress.begin(allowed.at_most, extensions, searches_left(sim), starting)
     more = sim.pace.more(0, sim.candidates.size)
-    if more is not None and more.at_most < allowed.at_most * (1 + extensions):
+    if more is not None and (settings.deadline is not None or more.at_most < allowed.at_most * (1 + extensions)):
         allow(sim, more, least=0)
     if not sim.candidates.idle:  # and nobody may have asked how many pairs there are
         sim.pairs.stop_when_full(progress.going_on, progress.wants_room)

@@ -82,7 +82,6 @@ LENGTHS = 17
 @wp.kernel
 def begin_kernel(
     at_most: int,
-    in_time: int,
     extensions: int,
     searches: int,
     starting: int,
@@ -95,7 +94,7 @@ def begin_kernel(
     state[GOING_ON] = wp.where(at_most > 0, 1, 0)
     state[NO_DIRECTION] = 1
     state[LEFT] = at_most
-    state[IN_TIME] = in_time
+    state[IN_TIME] = at_most
     state[BUDGET] = at_most
     state[EXTENSIONS] = extensions
     state[SEARCHES] = searches
@@ -364,10 +363,10 @@ class Progress:
         """(1,) where to put the cloth's largest stretch."""
         return self.ways[STRETCH]
 
-    def begin(self, at_most: int, in_time: int, extensions: int, searches: int, starting: bool = False) -> None:
+    def begin(self, at_most: int, extensions: int, searches: int, starting: bool = False) -> None:
         """A budget of iterations, how often it is given again to a strayed one, and one of further searches. With
         `starting` it is chosen first where the iterations begin."""
-        self._launch(begin_kernel, [at_most, in_time, extensions, searches, int(starting)], [self.state, self.lengths])
+        self._launch(begin_kernel, [at_most, extensions, searches, int(starting)], [self.state, self.lengths])
 
     def if_starting(self, choose: Callable[[], None]) -> None:
         """Launch `choose` if it is to be chosen where the iterations begin."""

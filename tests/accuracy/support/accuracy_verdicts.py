@@ -274,7 +274,7 @@ def lost_said(lost: Sequence[Lost]) -> list[str]:
         f"a cycle of the proxy at least, which is PD alone at its fastest.{as_long}",
         "",
         "Tried were the least of what the sweep varies: one cycle, one Newton iteration of ten conjugate gradients,",
-        "the dial at 5 mm from `draft`; the table has the fastest of all. Under a deadline fewer iterations than half",
-        "of `draft`'s were tried, too: they save little, and crumpled cloth makes the steps that follow dearer",
-        "(METHOD.md, section 14).",
+        "the dial at 5 mm from `draft`; the table has the fastest of all. In motion, ending at half of `draft`'s",
+        "iterations, or coarser than an estimated 0.1 m/s times the step, was tried, too: it saves little: crumpled",
+        "cloth makes the steps that follow dearer (METHOD.md, section 14).",
     ]
