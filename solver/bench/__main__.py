@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import itertools
 import json
+import math
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -133,6 +134,7 @@ def write_document(options: argparse.Namespace) -> int:
 def measured_at_once(case: Case, options: argparse.Namespace) -> dict[str, Any]:
     """The figures of the case's sessions, each a process of its own."""
     more = ["--out", str(options.out), "--seconds", str(options.seconds), "--every", str(options.every)]
+    more += ["--longest", str(options.longest)]
     with tempfile.TemporaryDirectory() as company:
         commands = {
             f"{case.name}.{k}": [
@@ -172,7 +174,7 @@ def one_session(case: Case, options: argparse.Namespace) -> dict[str, Any]:
 
     company = Company(options.company, case.sessions, options.number)
     with company.kept():
-        return measured(case, options.seconds, options.every, company)
+        return measured(case, options.seconds, options.every, options.longest, company)
 
 
 def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
@@ -190,6 +192,8 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     add("--device", default="cpu", help="cpu, cuda:0, ... (cpu)")
     add("--fps", type=float, default=30.0, help="frames a simulated second (30)")
     add("--seconds", type=float, default=3.0, metavar="S", help="time of the motion that is measured (3)")
+    longest = "wall time after which a case is told of by the frames that it has (none)"
+    add("--longest", type=float, default=math.inf, metavar="S", help=longest)
     add("--every", type=int, default=10, metavar="K", help="IPC Toolkit is asked about each K-th frame, 0: none (10)")
     others = "two scenes by our presets and by these others (all)"
     add("--peers", nargs="*", choices=OTHERS, metavar="SOLVER", help=f"{others}: {', '.join(OTHERS)}")

@@ -22,8 +22,9 @@ from tryon_solver.simulation import Simulation
 MIB = 2**20
 
 
-def measured(case: Case, seconds: float, every: int, company: Company) -> dict[str, Any]:
-    """Figures of `seconds` of the motion after the lead into it; each `every`-th frame is judged, 0: none.
+def measured(case: Case, seconds: float, every: int, longest: float, company: Company) -> dict[str, Any]:
+    """Figures of `seconds` of the motion after the lead into it, or of as many frames as `longest` s of wall time have
+    room for, judging included; each `every`-th frame is judged, 0: none.
 
     All of the company begin at once, and go on until the last one has measured all."""
     at_first = device_memory(case.device)
@@ -36,12 +37,14 @@ def measured(case: Case, seconds: float, every: int, company: Company) -> dict[s
     times: list[float] = []
     reports: list[StepReport] = []
     unclean = asked = 0
+    since = 0.0
     memory_at_first: dict[str, float] = {}
     last = warm + round(seconds * case.fps)
     for k in itertools.count(1):
         if k == warm + 1:
             memory_at_first = memory(case.device)
             company.meet("warm")
+            since = time.perf_counter()
         if k == last + 1:
             company.pass_by("done")
         if k > last and company.all_at("done"):
@@ -59,6 +62,8 @@ def measured(case: Case, seconds: float, every: int, company: Company) -> dict[s
         if every and k % every == 0:
             asked += 1
             unclean += not judge.judge(sim.cloth_positions(), sim.body_positions()).clean
+        if time.perf_counter() - since > longest:
+            last = k
     body = sim.scene.body
     return {
         **case.plain(),

@@ -68,6 +68,14 @@ def test_sessions_at_once_are_measured_together(tmp_path):
     assert set(result["growth_mib"]) == {"process"}
 
 
+@pytest.mark.long
+def test_a_case_that_takes_longer_than_it_may_is_told_of_by_the_frames_that_it_has(tmp_path):
+    ran = bench(tmp_path, "--vertices", "150", "--every", "1", "--longest", "1e-6")
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    (result,) = json.loads((tmp_path / "results.json").read_text())["results"]
+    assert (result["frames"], result["asked"]) == (1, 1)
+
+
 def test_a_session_that_fails_keeps_nobody_waiting(tmp_path):
     company = [Company(tmp_path, 2, k) for k in range(2)]
     with pytest.raises(ZeroDivisionError), company[0].kept():
