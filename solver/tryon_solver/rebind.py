@@ -1,13 +1,15 @@
-"""Other effects for a garment that is being worn: Algorithm 2's edit where the plan changes and the mesh stays.
+"""Other effects, or other settings, for a garment that is being worn: Algorithm 2's edit where the plan changes and the
+mesh stays.
 
-A plan's arrays, matrices and recorded graphs are of the effects it was bound with, so another set of them is another
-simulation. It is built beside the one that goes on, in parts between its frames, and takes over its state between two
-of them: positions, velocities, how far each contact has given, the body's stance and the clock. What is not of the
-effects stays, the subspace's basis among it.
+A plan's arrays, matrices and recorded graphs are of the effects and settings it was bound with, so another set of them
+is another simulation. It is built beside the one that goes on, in parts between its frames, and takes over its state
+between two of them: positions, velocities, how far each contact has given, the body's stance and the clock. What is not
+of the effects stays, the subspace's basis among it.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator
 from dataclasses import replace
 
@@ -20,8 +22,14 @@ from tryon_solver.geometry.enclosed import closed_by_caps, enclosed_volume
 from tryon_solver.plan import Contribution
 from tryon_solver.reshape import reshape
 from tryon_solver.scene import Effect, Gas, Pins
+from tryon_solver.settings import Settings
 from tryon_solver.simulation import Simulation
 from tryon_solver.stepping.clocked import calls_of
+
+HANGS_BY = ("d_hat", "body_offset", "pressure_stiffness", "skin_stiffness", "skin_hold", "skin_firmness")
+"""Settings by which a garment hangs where it does: with others it would jump, or lie inside of what it may not touch.
+All presets have the same."""
+ROUNDED = 1e-9  # of a number of steps, and of one's length: times of frames are off in their last bits
 
 
 def with_effects(worn: Simulation, effects: tuple[Effect, ...]) -> Iterator[Simulation | None]:
@@ -31,10 +39,30 @@ def with_effects(worn: Simulation, effects: tuple[Effect, ...]) -> Iterator[Simu
     Raises ValueError, naming field, place and remedy, for effects that don't suit the scene or each other, and then
     nothing was built.
     """
+    yield from _rebound(worn, effects, worn.settings)
+
+
+def with_settings(worn: Simulation, settings: Settings) -> Iterator[Simulation | None]:
+    """The same under these settings, but for the accuracy and the deadline, which stay those that were bought, and for
+    the mesh, which stays as it is.
+
+    Raises ValueError where they have the garment hang elsewhere (HANGS_BY), and then nothing was built.
+    """
+    for name in HANGS_BY:
+        here, there = getattr(worn.settings, name), getattr(settings, name)
+        if here != there:
+            what = f"settings.{name} is {here} in the simulation of the garment that is worn, which {there} would move"
+            raise ValueError(f"{what}; leave it as it is, or dress the garment anew")
+    yield from _rebound(worn, worn.scene.effects, settings)
+
+
+def _rebound(worn: Simulation, effects: tuple[Effect, ...], settings: Settings) -> Iterator[Simulation | None]:
     scene = replace(worn.scene, effects=effects, x_start=worn.cloth_positions().astype(np.float64))
     pose = None if worn.body is None else worn.body.pose
     surface = worn.body_positions().astype(np.float64)
-    for simulation in build_in_parts(scene, worn.settings, worn.device, pose, surface, worn.dt, worn.basis):
+    dt = _step_under(settings, worn)
+    basis = worn.basis if settings.subspace_spacing == worn.settings.subspace_spacing else None
+    for simulation in build_in_parts(scene, settings, worn.device, pose, surface, dt, basis):
         if simulation is not None:
             for contribution in simulation.plan.contributions:
                 for call in calls_of(simulation, contribution).values():
@@ -43,8 +71,16 @@ def with_effects(worn: Simulation, effects: tuple[Effect, ...]) -> Iterator[Simu
         yield simulation
 
 
+def _step_under(settings: Settings, worn: Simulation) -> float:
+    """Length of the steps [s] into which these settings cut a call of `advance` as the last one was, so that the next
+    one need not wait for matrices of another: longer ones than the settings have are asked for where they were."""
+    call = worn.dt * max(worn.counters.steps, 1)
+    asked_for = worn.dt if worn.dt > (1 + ROUNDED) * worn.settings.largest_step else 0.0
+    return call / math.ceil(call / max(settings.largest_step, asked_for) - ROUNDED)
+
+
 def take_over(simulation: Simulation, worn: Simulation) -> None:
-    """Be where the garment `worn` is now, as if these effects had been its own from here on; awake.
+    """Be where the garment `worn` is now, as if these effects and settings had been its own from here on; awake.
 
     An effect that both have, the very same spec, goes on with the values that were written to it.
     """
