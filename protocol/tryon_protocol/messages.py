@@ -252,9 +252,8 @@ class SetFabricMessage(Message, tag="set_fabric", frozen=True, kw_only=True):
 
 
 class SetAccuracyMessage(Message, tag="set_accuracy", frozen=True, kw_only=True):
-    """Choose how accurately the session's frames are solved from the next one on, and what each may take.
-
-    Nothing is dressed or built anew. Whatever is chosen, no frame penetrates.
+    """Choose how accurately the session's frames are solved from the next one on, and what each may take; and, once it
+    is built beside what is worn, by which preset. Nothing is dressed anew. Whatever is chosen, no frame penetrates.
     """
 
     accuracy: Annotated[
@@ -264,6 +263,9 @@ class SetAccuracyMessage(Message, tag="set_accuracy", frozen=True, kw_only=True)
     deadline_ms: Annotated[
         Annotated[float, Meta(ge=1, le=10_000)] | None,
         Meta(description="ms, 1 to 10 000: wall time that solving a frame may take; null: what it takes"),
+    ] = None
+    preset: Annotated[
+        Name | None, Meta(description="draft, live, fit or reference; null: that which the session was opened with")
     ] = None
     request: Request = None
 
@@ -471,6 +473,9 @@ class StatusMessage(Message, tag="status", frozen=True, kw_only=True):
     ] = None
     accuracy: Annotated[float | None, Meta(description="m, as chosen by `set_accuracy`")] = None
     deadline_ms: Annotated[float | None, Meta(description="ms, as chosen by `set_accuracy`")] = None
+    preset: Annotated[str | None, Meta(description="likewise; null: that which the session was opened with")] = None
+    preset_in_force: Annotated[str, Meta(description='by which frames are solved; "": none are yet')] = ""
+    preset_pending: Annotated[bool, Meta(description="what was chosen is not in force yet: it is built beside")] = False
     changes: Annotated[
         tuple[ChangeStatus, ...], Meta(description="of the pattern, that are not worn yet, in their order")
     ] = ()

@@ -92,7 +92,7 @@ def messages() -> dict[str, tuple[bytes, Any]]:
         m.PauseMessage(request=7),
         m.SetMotionMessage(motion="walk", request=8),
         m.SetFabricMessage(fabric="Baumwolle, köperbindig", request=9),
-        m.SetAccuracyMessage(accuracy=0.00025, deadline_ms=11, request=13),
+        m.SetAccuracyMessage(accuracy=0.00025, deadline_ms=11, preset="fit", request=13),
         m.SetEffectMessage(name="wind", parameters={"velocity": [0.5, 0, -2.25]}, state="armed", request=14),
         m.RemoveEffectMessage(name="auto", request=15),
         m.MeasureEffectsMessage(request=16),
@@ -132,6 +132,9 @@ def messages() -> dict[str, tuple[bytes, Any]]:
             fabric="cotton",
             playing=True,
             progress=0.25,
+            preset="fit",
+            preset_in_force="draft",
+            preset_pending=True,
             changes=(
                 m.ChangeStatus(
                     step="edit",

@@ -236,3 +236,8 @@ PRESETS: dict[str, Settings] = {
         searches=100,
     ),
 }
+
+
+def preset_of(settings: Settings) -> str:
+    """The name of the preset that these are, whatever accuracy and deadline were bought besides; "" of none."""
+    return next((name for name, preset in PRESETS.items() if preset == settings.by_budget()), "")

@@ -392,6 +392,41 @@ def test_accuracy_and_deadline_of_a_live_session_are_chosen_and_told(live):
     refused(live.http.put("/api/sessions/nobody/accuracy", json={}), 404, "session.unknown")
 
 
+def test_a_preset_of_a_live_session_is_chosen_and_told_once_it_is_in_force(live):
+    session = live.http.post("/api/sessions", json={"garment": "tube", "preset": "draft"}).json()
+    address = f"/api/sessions/{session['id']}"
+
+    def told():
+        found = live.http.get(address).json()
+        assert found["preset"] == "draft", "that it was opened with"
+        return found["chosen_preset"], found["preset_in_force"], found["preset_pending"]
+
+    def wait_until(wanted):
+        end = time.monotonic() + 20.0
+        while told() != wanted:
+            assert time.monotonic() < end, told()
+            time.sleep(0.02)
+
+    wait_until((None, "draft", False))
+    chosen = live.http.put(f"{address}/accuracy", json={"accuracy": 0.0002, "preset": "fit"}).json()
+    assert (chosen["accuracy"], chosen["chosen_preset"]) == (0.0002, "fit")
+    wait_until(("fit", "fit", False))
+    live.http.put(f"{address}/accuracy", json={"preset": "reference"})  # which breaks
+    wait_until(("fit", "fit", False))
+    live.http.put(f"{address}/accuracy", json={"deadline_ms": 11})
+    wait_until((None, "draft", False))
+    for name in ("auto", "fine"):
+        refusal = refused(live.http.put(f"{address}/accuracy", json={"preset": name}), 422, "preset.unknown")
+        assert refusal["place"] == "preset"
+        assert repr(name) in refusal["message"]
+        assert refusal["remedy"] == "Choose one of: draft, live, fit, reference"
+    refused(live.http.put(f"{address}/accuracy", json={"preset": 3}), 422, "request.invalid")
+    assert live.http.get(address).json()["deadline_ms"] == 11, "what is refused changes nothing"
+    live.http.delete(address)
+    ended = live.http.get(address).json()
+    assert (ended["preset"], ended["preset_in_force"], ended["preset_pending"]) == ("draft", "", False)
+
+
 def test_unknown_session_and_address_are_refused(live):
     refused(live.http.get("/api/sessions/nobody"), 404, "session.unknown")
     refused(live.http.delete("/api/sessions/nobody"), 404, "session.unknown")

@@ -254,6 +254,23 @@ def test_of_a_burst_of_choices_the_newest_stands_and_frames_are_solved_so(live):
     assert (told["accuracy"], told["deadline_ms"]) == (1e-5 * 400, 500.0)
 
 
+def test_another_preset_comes_in_force_in_the_stream_and_another_client_sees_it(live):
+    session_id = live.open(preset="draft")
+
+    async def scenario():
+        async with connect(live.stream_url(session_id)) as stream, connect(live.stream_url(session_id)) as other:
+            first = (await take_frames(stream, 2))[-1]
+            await stream.send(SetAccuracyMessage(preset="live", accuracy=1e-4))
+            await stream.send(SetAccuracyMessage(preset="fit", accuracy=1e-4))
+            for one in (stream, other):
+                await until(one, lambda event: isinstance(event, StatusMessage) and event.preset_in_force == "fit")
+                report = await until(one, lambda event: isinstance(event, ReportMessage) and event.iterations == 8)
+                assert report.error == 1e-4
+            assert (await take_frames(stream, 2))[-1].topology_id == first.topology_id
+
+    run(scenario())
+
+
 def test_a_burst_of_numbered_commands_that_are_wrong_is_answered_one_by_one(live, swaying):
     """The client reads: that all of them are there before the first is answered must not look as if it did not."""
 

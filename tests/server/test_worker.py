@@ -35,7 +35,7 @@ def of(connection, kind) -> list:
 def test_tells_how_it_begins_then_the_topology_then_that_it_is_ready():
     connection = work([], until=1.0)
     assert [type(event).__name__ for event in connection.events] == [
-        "PhaseChanged", "PhaseChanged", "TopologyReady", "PhaseChanged", "Designed", "EffectsTold",
+        "PhaseChanged", "PhaseChanged", "TopologyReady", "PhaseChanged", "Designed", "EffectsTold", "PresetInForce",
     ]  # fmt: skip
     assert [event.phase for event in of(connection, PhaseChanged)] == ["preparing", "dressing", "ready"]
     assert of(connection, TopologyReady)[0].joint_names == ("hips", "spine", "head")

@@ -337,8 +337,9 @@ export interface SetFabricMessage {
 }
 
 /**
- * Choose how accurately the session's frames are solved from the next one on, and what each may take. Nothing is
- * dressed or built anew. Whatever is chosen, no frame penetrates.
+ * Choose how accurately the session's frames are solved from the next one on, and what each may take; and, once
+ * it is built beside what is worn, by which preset. Nothing is dressed anew. Whatever is chosen, no frame
+ * penetrates.
  */
 export interface SetAccuracyMessage {
   type: "set_accuracy";
@@ -346,6 +347,8 @@ export interface SetAccuracyMessage {
   accuracy?: number | null;
   /** ms, 1 to 10 000: wall time that solving a frame may take; null: what it takes. Default: null */
   deadline_ms?: number | null;
+  /** draft, live, fit or reference; null: that which the session was opened with. Default: null */
+  preset?: string | null;
   /** number chosen by the client and repeated in the `error` that answers this command; null: none. Default: null */
   request?: number | null;
 }
@@ -551,6 +554,12 @@ export interface StatusMessage {
   accuracy?: number | null;
   /** ms, as chosen by `set_accuracy`. Default: null */
   deadline_ms?: number | null;
+  /** likewise; null: that which the session was opened with. Default: null */
+  preset?: string | null;
+  /** by which frames are solved; "": none are yet. Default: "" */
+  preset_in_force?: string;
+  /** what was chosen is not in force yet: it is built beside. Default: false */
+  preset_pending?: boolean;
   /** of the pattern, that are not worn yet, in their order. Default: [] */
   changes?: readonly ChangeStatus[];
 }

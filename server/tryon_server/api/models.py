@@ -197,13 +197,19 @@ class SessionRequest(Model):
 
 
 class AccuracyRequest(Model):
-    """How accurately a session's frames are to be solved, and in what time; null: as the preset has it, no limit."""
+    """How accurately a session's frames are to be solved, in what time, and by which preset otherwise; null: as the
+    preset has it, no limit, and the preset that the session was opened with."""
 
     accuracy: Annotated[float, Field(ge=1e-6, le=0.1, strict=True, allow_inf_nan=False)] | None = Field(
         None, description="m: the estimated RMS error that a frame is solved down to"
     )
     deadline_ms: Annotated[float, Field(ge=1, le=10_000, strict=True, allow_inf_nan=False)] | None = Field(
         None, description="ms of wall time that solving a frame may take; accuracy gives way to it"
+    )
+    preset: Name | None = Field(
+        None,
+        description="draft, live, fit or reference, built beside what is worn and taken up between two frames; null: "
+        "the one that the session was opened with. The mesh stays as it is",
     )
 
 
@@ -246,7 +252,7 @@ class SessionReply(Model):
     garment: str
     motion: str | None
     fabric: str
-    preset: str
+    preset: str = Field(description="that it was opened with")
     created: float
     size: Size = Field(description="as it was asked for; the size that fit stands for is in worn_size")
     body: str | None
@@ -260,6 +266,9 @@ class SessionReply(Model):
     )
     accuracy: float | None = Field(description="m, as chosen by PUT /api/sessions/{id}/accuracy or `set_accuracy`")
     deadline_ms: float | None = Field(description="ms, likewise")
+    chosen_preset: str | None = Field(description="likewise, by `preset`; null: the one that it was opened with")
+    preset_in_force: str = Field(description="that frames are solved with; empty: none are yet, or not any more")
+    preset_pending: bool = Field(description="the one that was chosen is not in force yet: it is built beside")
     changes: list[ChangeReply] = Field(description="of the pattern, that are not worn yet, in their order")
     kept_effects: list[KeptEffectReply] = Field(description="asked for before the garment was worn, not made so yet")
     viewers: int

@@ -12,7 +12,7 @@ from tryon_server.api.body import json_body, read_json
 from tryon_server.api.faults import ERROR_REPLIES, reply
 from tryon_server.api.models import AccuracyRequest, ChangeReply, KeptEffectReply, SessionReply, SessionRequest
 from tryon_server.persistence import SessionRecord
-from tryon_server.problems import Problem, problem_error
+from tryon_server.problems import Problem
 from tryon_server.services import Services
 from tryon_server.sessions.actions import NO_SUCH_SESSION
 from tryon_server.sessions.commands import BuyAccuracy
@@ -56,17 +56,12 @@ async def get_session(session_id: str, services: ServicesDep) -> SessionReply:
 
 @router.put("/{session_id}/accuracy", openapi_extra=json_body(AccuracyRequest))
 async def choose_accuracy(session_id: str, request: Request, services: ServicesDep) -> SessionReply:
-    """Choose what a live session's frames are worth, from the next one on; nothing is dressed anew."""
+    """Choose what a live session's frames are worth, from the next one on, or, of another preset, once that is built
+    beside; nothing is dressed anew."""
     wish = read_json(await request.body(), AccuracyRequest)
-    record = await services.sessions.record(session_id)
-    live = services.sessions.get(session_id)
-    if live is None:
-        remedy = "Open a new one with POST /api/sessions"
-        raise problem_error("session.ended", "the session has ended", remedy, place="session", status=409)
     deadline = None if wish.deadline_ms is None else 1e-3 * wish.deadline_ms
-    live.machine.asked_for(live.now)
-    live.buy(BuyAccuracy(wish.accuracy, deadline))
-    return _reply(record, services)
+    await services.sessions.buy(session_id, BuyAccuracy(wish.accuracy, deadline, wish.preset))
+    return _reply(await services.sessions.record(session_id), services)
 
 
 @router.delete("/{session_id}", status_code=204)
@@ -152,6 +147,9 @@ def _reply(record: SessionRecord, services: Services) -> SessionReply:
         worn_size=status.worn_size,
         accuracy=status.accuracy,
         deadline_ms=status.deadline_ms,
+        chosen_preset=status.preset,
+        preset_in_force=status.preset_in_force,
+        preset_pending=status.preset_pending,
         changes=[_change(one, 0.0 if live is None else live.now) for one in status.changes],
         kept_effects=[KeptEffectReply(**structs.asdict(one)) for one in kept],
         viewers=0 if live is None else live.machine.viewer_count,

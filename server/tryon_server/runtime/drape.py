@@ -207,6 +207,7 @@ class Drape(Protocol):
         waiting: is nothing to be done for the next cut before the next frame? It waits for the body to come by.
         not_carried: why the next cut could not be put on where this one is worn, the last time that was so.
         went: how far its cloth went at most when it was put on where another cut was worn [m].
+        preset: by which it is solved.
         outgrown: why the shape it was last told to take needs another mesh, found on the way to it; "" as a rule.
         effects: what acts on it besides its fabric.
     """
@@ -220,6 +221,8 @@ class Drape(Protocol):
     waiting: bool
     went: float
 
+    @property
+    def preset(self) -> str: ...
     @property
     def seconds(self) -> float:
         """Simulated, until the last ``advance``, since it was dressed [s]."""
@@ -293,6 +296,13 @@ class Drape(Protocol):
         """Solve so from the next ``advance`` on: down to an estimated error of ``accuracy`` [m], in ``deadline`` [s] of
         wall time; None: as the preset has it, and in what it takes."""
 
+    def solve_as(self, preset: str) -> Iterator[None]:
+        """Come to be solved by this preset, in the mesh that it has, in parts, between which it may be advanced; it is
+        once they are done. What else it is worn with, and what was bought, stays.
+
+        Whatever is raised: then nothing has changed.
+        """
+
     def come_along(self) -> None:
         """In the next ``advance`` go with the body as if the room moved: nothing of that motion is felt, and in the end
         it has the body's speed."""
@@ -312,6 +322,9 @@ class Drape(Protocol):
 
 class Packed(Protocol):
     """A garment that was put away: can be pickled."""
+
+    def solved_as(self, preset: str) -> Packed:
+        """The same, solved by this preset once it is unpacked."""
 
     def unpacking(self, specification: Mapping[str, Any] | None = None) -> Iterator[Drape | None]:
         """The garment as it was worn, at rest, in parts, as those of ``recut``; in the shape of this pattern, which it

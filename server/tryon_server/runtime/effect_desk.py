@@ -93,6 +93,16 @@ class EffectDesk:
         }
         return {AUTO: self._auto, "effects": wishes} if wishes or self._auto else {}
 
+    @property
+    def binding(self) -> bool:
+        """Is another simulation of what is worn being built?"""
+        return self._parts is not None
+
+    def forget_times(self) -> None:
+        """What was measured is of another simulation of what is worn."""
+        self._times.clear()
+        self._measuring, self._quiet = None, False
+
     # What is asked ------------------------------------------------------------------------------------------------
 
     def take(self, command: ChangeEffect | MeasureEffects) -> None:

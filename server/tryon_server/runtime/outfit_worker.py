@@ -62,7 +62,8 @@ class OutfitWorker:
         raise NotImplementedError
 
     def _go_on_with_effects(self) -> float | None:
-        """Do what is next for the effects of what is worn, and tell of them; how long to wait before the next look."""
+        """Do what is next for the effects and the preset of what is worn, and tell of them; how long to wait before the
+        next look."""
         raise NotImplementedError
 
     @property

@@ -116,7 +116,8 @@ class Outfitting:
                 fault = in_parameters(outcome.problem)
                 raise EditError(fault.message, fault.place, fault.remedy)
             if isinstance(outcome, Made):
-                self._catching_up = CatchingUp(outcome.value.unpacking(), stance, drape, self.again)
+                unpacking = outcome.value.solved_as(drape.preset).unpacking()
+                self._catching_up = CatchingUp(unpacking, stance, drape, self.again)
                 self._parts = self._catching_up.parts()
             return None
         made = next(self._parts)

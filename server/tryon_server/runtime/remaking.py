@@ -154,7 +154,7 @@ class Remaking:
         if isinstance(outcome, NotMade):
             self._not_made(outcome, drape, stance)
         elif isinstance(outcome, Made) and self._dressing:
-            self._catch_up(outcome.value.unpacking(), drape, stance)
+            self._catch_up(outcome.value.solved_as(drape.preset).unpacking(), drape, stance)
         elif isinstance(outcome, Made):
             self._parts = self._put_on_where_worn(outcome.value, drape, stance)
         return None
@@ -203,7 +203,8 @@ class Remaking:
         assert self._order is not None
         hung = self._hung()
         if hung is not None:
-            self._catch_up(hung.unpacking(self._order.of_edited.specification), drape, stance)
+            as_now = hung.solved_as(drape.preset)
+            self._catch_up(as_now.unpacking(self._order.of_edited.specification), drape, stance)
             return
         try:
             refuse_what_is_too_tight(self._edit, drape.overstretched)

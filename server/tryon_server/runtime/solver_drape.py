@@ -15,9 +15,9 @@ import numpy.typing as npt
 from tryon_server.runtime.coming_by import WAITS, comes_by
 from tryon_server.runtime.coming_to import ComingTo
 from tryon_server.runtime.cutting import Cut, Cutting
-from tryon_server.runtime.drape import Asked, GarmentPart, Outfit
+from tryon_server.runtime.drape import Asked, Outfit
 from tryon_server.runtime.effect_binding import SolverEffects, cut_of, in_other_garments
-from tryon_server.runtime.worn_garment import WornGarment
+from tryon_server.runtime.worn_garment import WornGarment, in_shape, piece_names_of, told_of
 from tryon_server.runtime.worn_pattern import Shapes, WornPattern
 from tryon_solver.body.mesh_sequence import MeshSequence
 from tryon_solver.body.model import BodyModel
@@ -33,7 +33,7 @@ from tryon_solver.geometry.garment import GarmentError, Layer
 from tryon_solver.geometry.panel_mesh import PanelMesh
 from tryon_solver.geometry.piece_meshes import keep, kept
 from tryon_solver.materials.fabric import FABRICS
-from tryon_solver.rebind import take_over
+from tryon_solver.rebind import take_over, with_settings
 from tryon_solver.redesign.drag import Shape
 from tryon_solver.redesign.parsed import parsed
 from tryon_solver.redesign.remesh import Remesh
@@ -42,7 +42,7 @@ from tryon_solver.redesign.structure import difference
 from tryon_solver.reshape import OtherStructureError
 from tryon_solver.results import StepReport
 from tryon_solver.scene import Effect, Scene
-from tryon_solver.settings import Settings
+from tryon_solver.settings import PRESETS, Settings, preset_of
 from tryon_solver.simulation import Simulation
 from tryon_solver.worn_effects import effects_of
 
@@ -258,11 +258,6 @@ class SolverDrape:
         """All that is worn, in the shapes that their meshes were made in."""
         return WornOutfit(Together(tuple(one.worn for one in self.garments)), self.simulation, self._stance)
 
-    def _in_shape(self) -> Together:
-        """All that is worn, in the shapes that it has by now."""
-        panels = (None if one.pattern is None else one.mesh_now() for one in self.garments)
-        return Together(tuple(replace(one.worn, panels=mesh) for one, mesh in zip(self.garments, panels)))
-
     def take_off(self, *names: str) -> Iterator[SolverDrape | None]:
         """The others worn on without the garments of these names, in parts as those of ``recut``."""
         yield from self._taken_off(names)
@@ -276,7 +271,7 @@ class SolverDrape:
         effects = effects_of(asked, cut_of(left))
         if towards is not None:
             outfit = together.without(*names)
-            effects = drawn_with(effects, outfit.garment, in_both(outfit, towards._in_shape()).vertices)
+            effects = drawn_with(effects, outfit.garment, in_both(outfit, in_shape(towards.garments)).vertices)
         for made in without(WornOutfit(together, self.simulation, self._stance), *names, effects=effects):
             yield None if made is None else self._gone_on(made.simulation, left, asked)
 
@@ -344,6 +339,21 @@ class SolverDrape:
         if (settings.accuracy, settings.deadline) != (accuracy, deadline):
             self.simulation.buy(accuracy, deadline)
 
+    @property
+    def preset(self) -> str:
+        """By which it is solved."""
+        return preset_of(self.simulation.settings)
+
+    def solve_as(self, preset: str) -> Iterator[None]:
+        """Come to be solved by this preset, in parts, between which it may be advanced; it is after the last."""
+        made: Simulation | None = None
+        for part in with_settings(self.simulation, PRESETS[preset]):
+            made = part
+            yield None
+        assert made is not None
+        take_over(made, self.simulation)
+        self.go_on_in(made)
+
     def come_along(self) -> None:
         """In the next ``advance`` go with the body as if the room moved."""
         self.simulation.come_along()
@@ -371,14 +381,12 @@ class SolverDrape:
         self._stance, self._time = pose, t
         return report
 
-    def come_to(
-        self, other: SolverDrape, way: Iterator[None], off: Sequence[str] = ()
-    ) -> Iterator[SolverDrape | None]:
+    def come_to(self, other: SolverDrape, way: Iterator[None], off: Sequence[str] = ()) -> Iterator[SolverDrape | None]:
         """What both wear drawn to where `other` has it, once that has come its `way` to where the body is."""
         if off:
             yield from self._come_to_without(other, way, off)
             return
-        common = in_both(self._in_shape(), other._in_shape())
+        common = in_both(in_shape(self.garments), in_shape(other.garments))
         if len(common.vertices) == 0:
             yield from way
             return
@@ -415,7 +423,7 @@ class SolverDrape:
         finally:
             self._coming_to = None
         assert left is not None
-        coming = left._coming_to = ComingTo(other, in_both(left._in_shape(), other._in_shape()))
+        coming = left._coming_to = ComingTo(other, in_both(in_shape(left.garments), in_shape(other.garments)))
         yield left
         try:
             yield from coming.parts()
@@ -458,6 +466,10 @@ class PackedDrape:
             return None
         return Hung(self.mesh, self.scene.garment.faces, self.scene.x_start, self.surface, self.pose)
 
+    def solved_as(self, preset: str) -> PackedDrape:
+        """The same, solved by this preset once it is unpacked."""
+        return replace(self, settings=PRESETS[preset])
+
     def unpacking(self, specification: Mapping[str, Any] | None = None) -> Iterator[SolverDrape | None]:
         """The garment, at rest, in parts, None after each but the last; in this shape, if its mesh has had it, or in
         the one that it had taken on.
@@ -484,16 +496,3 @@ class PackedDrape:
             drape.edited = self.edited
             drape.outfit, drape.own_motion, drape.origin = self.outfit, self.own_motion, self.origin
             yield drape
-
-
-def piece_names_of(garments: Sequence[WornGarment]) -> tuple[str, ...]:
-    """As clients are told them."""
-    return Together(tuple(one.worn for one in garments)).piece_names
-
-
-def told_of(garments: Sequence[WornGarment]) -> tuple[GarmentPart, ...]:
-    """What clients are told of each; () of garments without names."""
-    if not all(one.worn.name for one in garments):
-        return ()
-    layers = Together(tuple(one.worn for one in garments)).layers
-    return tuple(GarmentPart(one.worn.fabric.name, layer) for one, layer in zip(garments, layers))

@@ -28,6 +28,7 @@ from tryon_server.runtime.order import WorkOrder
 from tryon_server.runtime.outfitting import Outfitting, as_edited
 from tryon_server.runtime.pattern_worker import PatternWorker
 from tryon_server.runtime.pose_taking import PoseTaking
+from tryon_server.runtime.preset_desk import PresetDesk
 from tryon_server.runtime.publishing import Publisher
 from tryon_server.runtime.redesign import history_of
 from tryon_server.runtime.remaking import Remaking
@@ -112,6 +113,7 @@ class Worker(PatternWorker):
         self._beside = beside
         self._remaking = Remaking(beside, build)
         self._effects = EffectDesk(self._tell, armoury, clock, order.effects)
+        self._presets = PresetDesk(self._tell, clock, self._solved_otherwise)
         self._outfitting = Outfitting(beside, build)
         self._waiting, self._later = WaitingChanges(), []
         self._told = (), 0.0
@@ -147,10 +149,16 @@ class Worker(PatternWorker):
 
     def _go_on_with_effects(self) -> float | None:
         worn = None if self._drape is None else self._drape.effects
-        pause = self._effects.go_on(worn, self._cost, self._making)
+        pause = self._effects.go_on(worn, self._cost, self._making or self._presets.building)
         if worn is not None and self._source is not None and self._effects.stirs(worn):
             self._source.settle_anew()
-        return pause
+        return sooner(pause, self._presets.go_on(self._drape, self._cost, self._making or self._effects.binding))
+
+    def _solved_otherwise(self) -> None:
+        """What is worn is solved by another preset from now on."""
+        self._effects.forget_times()
+        if self._source is not None:
+            self._source.settle_anew()
 
     # Commands -----------------------------------------------------------------------------------------------------
 
@@ -187,6 +195,7 @@ class Worker(PatternWorker):
                 self._change_fabric(command.fabric)
             case BuyAccuracy():
                 self._bought = command
+                self._presets.ask(command.preset)
             case ChangePattern():
                 self._change(command)
             case ChangeEffect() | MeasureEffects():
@@ -238,6 +247,7 @@ class Worker(PatternWorker):
     def _put_on(self, drape: Drape) -> None:
         """Go on with a newly dressed garment. Raises ProtocolError when it can't be told."""
         self._drape, self._pose = drape, drape.pose
+        self._presets.dressed(drape)
         self._poses.begin(drape.outfit.body)
         self._standing = None
         self._tell_taken_on()

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from tryon_server.runtime.drape import GarmentPart
 from tryon_server.runtime.worn_pattern import Shapes, WornPattern
-from tryon_solver.dressing.outfit import Worn
+from tryon_solver.dressing.outfit import Outfit, Worn
 from tryon_solver.geometry.garment import Garment, Layer
 from tryon_solver.geometry.outfit import taken_out
 from tryon_solver.geometry.panel_mesh import PanelMesh
@@ -90,3 +91,22 @@ def alone(sim: Simulation, names: tuple[str, ...], pattern: WornPattern | None, 
     panels = None if pattern is None else pattern.panels
     welded = None if panels is None else weld(panels)
     return WornGarment(Worn(name, scene.garment, scene.fabric, names, panels, welded), pattern)
+
+
+def in_shape(garments: Sequence[WornGarment]) -> Outfit:
+    """All of these, in the shapes that they have by now."""
+    panels = (None if one.pattern is None else one.mesh_now() for one in garments)
+    return Outfit(tuple(replace(one.worn, panels=mesh) for one, mesh in zip(garments, panels)))
+
+
+def piece_names_of(garments: Sequence[WornGarment]) -> tuple[str, ...]:
+    """As clients are told them."""
+    return Outfit(tuple(one.worn for one in garments)).piece_names
+
+
+def told_of(garments: Sequence[WornGarment]) -> tuple[GarmentPart, ...]:
+    """What clients are told of each; () of garments without names."""
+    if not all(one.worn.name for one in garments):
+        return ()
+    layers = Outfit(tuple(one.worn for one in garments)).layers
+    return tuple(GarmentPart(one.worn.fabric.name, layer) for one, layer in zip(garments, layers))

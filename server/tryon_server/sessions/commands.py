@@ -98,10 +98,12 @@ class WearFabric:
 @dataclass(frozen=True)
 class BuyAccuracy:
     """Solve frames down to an estimated error of ``accuracy`` [m], each in ``deadline`` [s]; None: as the preset has
-    it, and in what it takes."""
+    it, and in what it takes. The ``preset`` is ``draft``, ``live``, ``fit`` or ``reference``; None: the one that the
+    session was opened with."""
 
     accuracy: float | None = None
     deadline: float | None = None
+    preset: str | None = None
 
 
 @dataclass(frozen=True)

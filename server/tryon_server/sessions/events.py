@@ -185,6 +185,25 @@ class EffectRefused:
 
 
 @dataclass(frozen=True)
+class PresetInForce:
+    """Frames are solved with ``preset``, which is what ``asked`` asks for, as in BuyAccuracy; "" before any are."""
+
+    preset: str = ""
+    asked: str | None = None
+
+
+@dataclass(frozen=True)
+class PresetRefused:
+    """What is worn could not come to be solved with the preset ``asked``, and goes on with ``kept``, both as in
+    BuyAccuracy."""
+
+    asked: str | None
+    kept: str | None
+    message: str
+    remedy: str
+
+
+@dataclass(frozen=True)
 class OutfitWorn:
     """The outfit of the command with this ticket is worn; for it garments of the names ``again`` were taken off and put
     on again."""
@@ -224,6 +243,8 @@ Event = (
     | ChangesTold
     | EffectsTold
     | EffectRefused
+    | PresetInForce
+    | PresetRefused
     | OutfitWorn
     | OutfitRefused
     | Gone

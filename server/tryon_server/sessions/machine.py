@@ -7,6 +7,7 @@ in this order. They never raise on account of what a client or the simulation se
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from msgspec import structs
 
@@ -68,6 +69,8 @@ from tryon_server.sessions.events import (
     FrameReady,
     Gone,
     PhaseChanged,
+    PresetInForce,
+    PresetRefused,
     Reported,
     TakenOn,
     TopologyReady,
@@ -113,7 +116,7 @@ class Session(PatternTalk):
         self.effects = EffectTalk(
             rules.effects, self._changes.new_ticket, lambda effects: self._tell_all(effects, "effects")
         )
-        self._bought = BuyAccuracy()
+        self._bought, self._solved = BuyAccuracy(), PresetInForce()
         self._last_status: StatusMessage | None = None
         self._run = Run(False)
         self._on_the_way = {}
@@ -207,13 +210,20 @@ class Session(PatternTalk):
                 return self.effects.told(event)
             case EffectRefused():
                 return self.effects.refused(event)
+            case PresetInForce():
+                self._solved = event
+                return self._status_if_changed(now)
+            case PresetRefused():
+                return self._preset_refused(event, now)
             case Gone():
                 return self._simulation_gone(event, now)
             case _:  # of the wardrobe (wardrobe.py)
                 return []
 
     def buy(self, wanted: BuyAccuracy, now: float) -> list[Action]:
-        """Frames are to be solved so from now on."""
+        """Frames are to be solved so from now on. Raises ProtocolError where there is no such preset."""
+        if wanted.preset is not None and wanted.preset not in self._rules.presets:
+            raise unknown("invalid_field", "preset", wanted.preset, self._rules.presets)
         self._bought = wanted
         return [Order(wanted), *self._status_if_changed(now)]
 
@@ -284,7 +294,8 @@ class Session(PatternTalk):
     def status(self, now: float) -> StatusMessage:
         """The session's state in one message."""
         pose_age = now - self._last_pose_used
-        status = status_of(self._phase, self.motion, self.fabric, self.playing, self._ended, pose_age, self._bought)
+        asked = self.motion, self.fabric, self.playing, self._ended
+        status = status_of(self._phase, *asked, pose_age, self._bought, self._solved)
         return structs.replace(status, changes=() if self._ended else self._changes.statuses)
 
     # Messages of clients ------------------------------------------------------------------------------------------
@@ -343,7 +354,7 @@ class Session(PatternTalk):
                 return self._set_fabric(client, viewer, message, now)
             case SetAccuracyMessage():
                 deadline = None if message.deadline_ms is None else 1e-3 * message.deadline_ms
-                return self.buy(BuyAccuracy(message.accuracy, deadline), now)
+                return self.buy(BuyAccuracy(message.accuracy, deadline, message.preset), now)
             case EditMessage() | UndoMessage() | RedoMessage():
                 return self._edit(client, viewer, message, now)
             case SetEffectMessage() | RemoveEffectMessage() | MeasureEffectsMessage():
@@ -430,6 +441,12 @@ class Session(PatternTalk):
             return []
         self._run = run
         return [Order(run)]
+
+    def _preset_refused(self, event: PresetRefused, now: float) -> list[Action]:
+        if self._bought.preset == event.asked:  # else another one was asked for meanwhile
+            self._bought = replace(self._bought, preset=event.kept)
+        fault = ProtocolError("simulation_failed", "$.preset", event.message, event.remedy)
+        return [*self._tell_all(error_message(fault)), *self._status_if_changed(now)]
 
     def _simulation_gone(self, event: Gone, now: float) -> list[Action]:
         fault = ProtocolError(

@@ -23,6 +23,7 @@ class Rules:
         motions: names of the motions that the server can play.
         fabrics: names of the fabrics.
         effects: names of the effects.
+        presets: names of the presets.
         credit: most frames that travel unacknowledged to one client.
         max_viewers: most connections of one session.
         messages_per_second: most messages of one client that are carried out per second, on average; others wait.
@@ -35,6 +36,7 @@ class Rules:
     motions: tuple[str, ...]
     fabrics: tuple[str, ...]
     effects: tuple[str, ...]
+    presets: tuple[str, ...]
     credit: int = CREDIT
     max_viewers: int = 16
     messages_per_second: float = 240.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from tryon_protocol import StatusMessage
 from tryon_protocol.messages import SessionState
 from tryon_server.sessions.commands import BuyAccuracy
-from tryon_server.sessions.events import PhaseChanged
+from tryon_server.sessions.events import PhaseChanged, PresetInForce
 
 OWN_MOTION = "own"  # name of the motion that a body brings along
 POSE_STALE_SECONDS = 2.0  # without a pose for this long the session says that it waits for one
@@ -19,6 +19,7 @@ def status_of(
     ended: bool,
     pose_age: float,
     bought: BuyAccuracy,
+    solved: PresetInForce,
 ) -> StatusMessage:
     """The state in one message; ``pose_age`` is how long ago the last pose was used [s]."""
     state, detail = _state(phase, motion, playing, ended, pose_age)
@@ -36,6 +37,9 @@ def status_of(
         worn_size=phase.worn_size,
         accuracy=bought.accuracy,
         deadline_ms=None if bought.deadline is None else round(1e3 * bought.deadline, 6),
+        preset=bought.preset,
+        preset_in_force=solved.preset,
+        preset_pending=bought.preset != solved.asked,
     )
 
 

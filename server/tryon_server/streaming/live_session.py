@@ -220,7 +220,8 @@ class LiveSession:
             self._carry_out(self.machine.outfit_refused(client, wish.request, failed, self.now))
 
     def buy(self, wanted: BuyAccuracy) -> None:
-        """Have frames solved so from now on, for somebody without a connection."""
+        """Have frames solved so from now on, for somebody without a connection. Raises ProtocolError where there is no
+        such preset."""
         self._carry_out(self.machine.buy(wanted, self.now))
 
     def disconnect(self, client: int, left: bool = False) -> None:

@@ -32,10 +32,11 @@ from tryon_server.persistence import (
     Waiting,
 )
 from tryon_server.problems import ProblemError, problem_error
+from tryon_server.runtime.devices import AUTOMATIC
 from tryon_server.runtime.interface import Catalogue, Placement
 from tryon_server.runtime.order import DrapeOrder, MeshReading, WorkOrder
 from tryon_server.sessions import OWN_MOTION, Rules, WardrobeSession
-from tryon_server.sessions.commands import Command, FollowMotion
+from tryon_server.sessions.commands import BuyAccuracy, Command, FollowMotion
 from tryon_server.sessions.events import EditMade
 from tryon_server.settings import Settings
 from tryon_server.streaming.histories import BEGINNING, WaitingChanges, carry_on
@@ -107,6 +108,7 @@ class LiveSessions:
             motions=tuple(motion.name for motion in catalogue.motions),
             fabrics=tuple(fabric.name for fabric in catalogue.fabrics),
             effects=tuple(str(word["name"]) for word in catalogue.effects),
+            presets=tuple(preset for preset in catalogue.presets if preset != AUTOMATIC),
             max_viewers=settings.max_viewers,
             messages_per_second=settings.messages_per_second,
             grace_seconds=settings.session_grace_seconds,
@@ -361,6 +363,17 @@ class LiveSessions:
             remedy = "Open a session that continues it: POST /api/sessions with its id as `continues`"
             raise problem_error("session.ended", "the session has ended", remedy, place="session", status=409)
         return live
+
+    async def buy(self, session_id: str, wanted: BuyAccuracy) -> None:
+        """Have a live session's frames solved so from now on.
+
+        Raises ProblemError: 404 no such session, 409 it has ended, 422 unknown preset.
+        """
+        live = await self.living(session_id)
+        if wanted.preset is not None:
+            _one_of("preset", wanted.preset, self._rules.presets)
+        live.machine.asked_for(live.now)
+        live.buy(wanted)
 
     def all(self) -> list[LiveSession]:
         """Every live session, oldest first."""

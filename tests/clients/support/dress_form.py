@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 from pretended_effects import PretendedEffects
+from pretended_presets import PretendedPreset
 
 from tryon_server.problems import problem_error
 from tryon_server.runtime.drape import GarmentPart, Outfit
@@ -92,7 +93,7 @@ class Facts:
 MOST_WORN = 3  # garments that go over each other
 
 
-class Tunic:
+class Tunic(PretendedPreset):
     """Two pieces sewn at the sides, hanging around the form; its folds swing as time goes by. Where it is several
     garments, they are alike, one further out than the other."""
 
@@ -149,7 +150,7 @@ class Tunic:
 
     def take_off(self, *names: str) -> Iterator[Tunic]:
         left = Tunic(self.advice, {own: fabric for own, fabric in self.fabrics.items() if own not in names})
-        left.current, left.t, left.origin = self.current, self.t, self.origin
+        left.current, left.t, left.origin, left.preset = self.current, self.t, self.origin, self.preset
         yield left
 
     def packed(self) -> Tunic:
@@ -181,10 +182,10 @@ class Tunic:
         accuracy, deadline = self.bought
         error = Facts.error if accuracy is None else accuracy
         if deadline is None:
-            return Facts(advice=self.advice, error=error)
+            return Facts(self.iterations, advice=self.advice, error=error)
         time.sleep(QUICKEST)
         late = max(0.0, QUICKEST - deadline)
-        return Facts(advice=late_advice(late) if late else self.advice, error=error, late=late)
+        return Facts(self.iterations, advice=late_advice(late) if late else self.advice, error=error, late=late)
 
     def cloth_positions(self) -> np.ndarray:
         loose = np.clip((1.3 - self.heights) / 0.5, 0.0, 1.0)
@@ -216,7 +217,7 @@ def build(order, progress) -> Tunic:
     if len(order.garments) > MOST_WORN:
         raise problem_error("garment.unfit", f"{order.over[-1].worn_as} is too tight over the others", "Enlarge it")
     advice = ADVICE if order.fabric == "denim" else ""
-    tunic = Tunic(advice, {one.worn_as: one.fabric for one in order.garments})
+    tunic = Tunic(advice, {one.worn_as: one.fabric for one in order.garments}).ordered(order.preset)
     size = FITTING_SIZE if order.size is None else order.size
     tunic.outfit = replace(tunic.outfit, size=size)
     if size > 1.0:

@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 from dress_form import AROUND, quad
 from pretended_effects import PretendedEffects
+from pretended_presets import PretendedPreset
 
 from tryon_server.runtime.drape import Outfit
 from tryon_solver.body.bvh import parse_bvh
@@ -40,7 +41,7 @@ class Facts:
         return asdict(self)
 
 
-class Tunic:
+class Tunic(PretendedPreset):
     """A tube around the trunk, from the hips to below the shoulders, fixed to the chest."""
 
     def __init__(self) -> None:

@@ -125,7 +125,7 @@ class PatternedTunic(Tunic):
         yield self
 
     def _as_now(self, tunic: PatternedTunic) -> PatternedTunic:
-        tunic.current, tunic.t, tunic.origin = self.current, self.t, self.origin
+        tunic.current, tunic.t, tunic.origin, tunic.preset = self.current, self.t, self.origin, self.preset
         tunic.outfit = replace(tunic.outfit, size=self.outfit.size)
         tunic.edited = self.edited if self.edited in tunic.names else tunic.names[-1]
         return tunic
@@ -143,7 +143,7 @@ def build(order: Any, progress: Any) -> PatternedTunic:
     if len(order.garments) > MOST_WORN:
         raise problem_error("garment.unfit", f"{order.over[-1].worn_as} is too tight over the others", "Enlarge it")
     specifications = {one.worn_as: one.specification or json.loads(one.pattern.read_text()) for one in order.garments}
-    tunic = PatternedTunic({one.worn_as: one.fabric for one in order.garments}, specifications)
+    tunic = PatternedTunic({one.worn_as: one.fabric for one in order.garments}, specifications).ordered(order.preset)
     tunic.edited = order.of_edited.worn_as
     tunic.outfit = replace(tunic.outfit, size=FITTING_SIZE if order.size is None else order.size)
     return tunic

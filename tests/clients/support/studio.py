@@ -112,7 +112,7 @@ def serve(port: int, folder: Path, web: Path, workshop: str) -> None:
             catalogue=Catalogue(
                 motions=(MotionEntry("walk", 4.0), MotionEntry("turn", 4.0)),
                 fabrics=tuple(fabric(name) for name in FABRICS),
-                presets=("auto", "draft", "live", "fit"),
+                presets=("auto", "draft", "live", "fit", "reference"),
                 effects=tuple(word.described() for word in WORDS),
             ),
             devices=lambda: (Device("cpu", "the test's processor", None),),

@@ -24,7 +24,15 @@ from tryon_protocol import (
 )
 from tryon_server.sessions import OWN_MOTION
 from tryon_server.sessions.commands import BuyAccuracy, ChangePattern, FollowMotion, Run, UsePose, WearFabric
-from tryon_server.sessions.events import Designed, Gone, PhaseChanged, Reported, Troubled
+from tryon_server.sessions.events import (
+    Designed,
+    Gone,
+    PhaseChanged,
+    PresetInForce,
+    PresetRefused,
+    Reported,
+    Troubled,
+)
 
 QUARTER = math.sqrt(0.5)
 REST = (0.0, 0.0, 0.0, 1.0)
@@ -234,6 +242,57 @@ def test_an_edit_to_a_fabric_that_there_is_not_is_refused_with_those_that_there_
     assert "cotton, denim" in fault.remedy
     with pytest.raises(ProtocolError, match="no fabric 'steel'"):
         driver.session.change_pattern(ChangePattern("edit", 0, {"kind": "change_fabric", **given}), driver.now)
+
+
+def test_a_preset_is_chosen_for_all_clients_who_are_told_when_it_is_in_force():
+    driver = streaming()
+    driver.connect(2)
+
+    def told(client):
+        status = driver.last(client, StatusMessage)
+        return status.preset, status.preset_in_force, status.preset_pending
+
+    assert told(2) == (None, "", False)
+    driver.simulation(PresetInForce("draft", None))
+    assert told(2) == (None, "draft", False)
+    driver.say(1, SetAccuracyMessage(accuracy=5e-5, preset="fit"))
+    assert driver.ordered(BuyAccuracy) == [BuyAccuracy(5e-5, None, "fit")]
+    assert told(2) == ("fit", "draft", True)
+    driver.simulation(PresetInForce("fit", "fit"))
+    assert told(2) == ("fit", "fit", False)
+    driver.connect(3)
+    assert told(3) == ("fit", "fit", False), "who joins is told, too"
+    driver.say(2, SetAccuracyMessage(accuracy=5e-5))
+    assert driver.ordered(BuyAccuracy)[-1] == BuyAccuracy(5e-5)
+    assert told(1) == (None, "fit", True)
+
+
+@pytest.mark.parametrize("name", ["auto", "fine", "x" * 100])
+def test_a_preset_that_there_is_not_is_refused_by_name_with_the_choices(name):
+    driver = streaming()
+    driver.say(1, SetAccuracyMessage(accuracy=1e-3, preset=name, request=9))
+    fault = driver.last(1, ErrorMessage)
+    assert (fault.code, fault.place, fault.request) == ("invalid_field", "$.preset", 9)
+    assert name[:70] in fault.message
+    assert fault.remedy == "Choose one of: draft, live, fit, reference."
+    assert driver.ordered(BuyAccuracy) == []
+    assert driver.last(1, StatusMessage).accuracy is None
+
+
+def test_a_preset_that_can_not_be_built_is_told_and_the_one_before_stands():
+    driver = streaming()
+    driver.simulation(PresetInForce("draft", None))
+    driver.say(1, SetAccuracyMessage(accuracy=1e-3, preset="reference"))
+    refused = PresetRefused("reference", None, "The preset reference could not be built.", "Choose it again.")
+    driver.simulation(refused)
+    fault, status = driver.last(1, ErrorMessage), driver.last(1, StatusMessage)
+    assert (fault.code, fault.place, fault.fatal) == ("simulation_failed", "$.preset", False)
+    assert (fault.message, fault.remedy) == (refused.message, refused.remedy)
+    assert (status.preset, status.preset_in_force, status.preset_pending) == (None, "draft", False)
+    assert status.accuracy == 1e-3, "what else was chosen stays"
+    driver.say(1, SetAccuracyMessage(preset="fit"))
+    driver.simulation(refused)  # of one that is asked for no more
+    assert driver.last(1, StatusMessage).preset == "fit"
 
 
 def test_accuracy_and_deadline_are_chosen_for_all_clients():

@@ -18,6 +18,7 @@ from functools import partial
 
 import numpy as np
 from pretended_effects import PretendedEffects
+from pretended_presets import PretendedPreset
 
 from tryon_server.problems import problem_error
 from tryon_server.runtime.drape import Outfit
@@ -98,7 +99,7 @@ def width_of(specification) -> float:
     return round((x1 - x0) / 100, 6)
 
 
-class WavingSheet:
+class WavingSheet(PretendedPreset):
     """SIDE x SIDE vertices in front of the root, waving as time goes by."""
 
     went = 0.0  # m, to where it is
@@ -198,6 +199,7 @@ class WavingSheet:
         sheet.effects = PretendedEffects(self.effects.asked, tuple(self.specifications))
         sheet.specifications, sheet.edited = {**self.specifications, self.edited: specification}, self.edited
         sheet.t, sheet.current, sheet.origin = self.t, self.current, self.origin
+        sheet.preset = self.preset
         yield sheet
 
     def packed(self) -> WavingSheet:
@@ -261,7 +263,7 @@ class WavingSheet:
         accuracy, deadline = self.bought
         error = Facts.error if accuracy is None else accuracy
         late = 0.0 if deadline is None or deadline >= QUICKEST else QUICKEST - deadline
-        return Facts(asleep=self.behaviour == "resting", advice=advice, error=error, late=late)
+        return Facts(self.iterations, asleep=self.behaviour == "resting", advice=advice, error=error, late=late)
 
     def cloth_positions(self) -> np.ndarray:
         wave = 0.05 * np.sin(6 * self.flat[:, 0] + 5 * self.t)
@@ -291,7 +293,7 @@ def build(order, progress) -> WavingSheet:
         if over.fabric == "tight":
             why = f"{over.garment_name} can't be put on over {order.worn_as}"
             raise problem_error("garment.unfit", why, "Enlarge it.", place=f"garments.{over.worn_as}")
-    sheet = WavingSheet(order.fabric)
+    sheet = WavingSheet(order.fabric).ordered(order.preset)
     worn = {one.worn_as: one.specification or made_of(squares(), one.fabric) for one in order.garments}
     worn[order.worn_as] = order.specification or sheet.specification
     sheet.specifications, sheet.edited = worn, order.of_edited.worn_as

@@ -23,7 +23,7 @@ FABRICS = ("cotton", "denim", "tight", "nan", "failing", "crash", "greedy", "slo
 CATALOGUE = Catalogue(
     motions=(MotionEntry("sway", 1.0),),
     fabrics=tuple(FabricEntry(name, 0.2, 5e-4, 1.1, Look()) for name in FABRICS),
-    presets=("auto", "draft", "live"),
+    presets=("auto", "draft", "live", "fit", "reference"),
     effects=tuple(word.described() for word in WORDS),
 )
 

@@ -17,6 +17,7 @@ RULES = Rules(
     motions=("walk", "squat"),
     fabrics=("cotton", "denim"),
     effects=("wind", "gravity"),
+    presets=("draft", "live", "fit", "reference"),
     max_viewers=3,
     messages_per_second=100.0,
     grace_seconds=30.0,
