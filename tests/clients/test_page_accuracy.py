@@ -1,4 +1,4 @@
-"""The dial of accuracy, the deadline and their plot on the page, in a real Chromium."""
+"""The dial of accuracy, the deadline, the preset and their plot on the page, in a real Chromium."""
 
 from __future__ import annotations
 
@@ -45,6 +45,8 @@ def page(shared):
         shared.click("#accuracy > summary")
     shared.click("#accuracy-default")
     shared.locator("#deadlines button", has_text="none").click()
+    shared.select_option("#solved-as", "")
+    wait_for_in_force(shared, "Draft")
     wait_for_state(shared, "running")
     yield shared
     assert shared.faults == []
@@ -74,6 +76,11 @@ def dial_to(page, accuracy: str) -> None:
             return
         page.keyboard.press("ArrowRight")
     raise AssertionError(f"the dial has no {accuracy}")
+
+
+def wait_for_in_force(page, name: str) -> None:
+    told = f"frames are solved as {name}"
+    page.wait_for_function(f"document.getElementById('solved-as-told').textContent === '{told}'")
 
 
 def wait_for_plot(page, selector: str) -> None:
@@ -133,6 +140,56 @@ def test_choices_reach_another_client_and_nothing_is_dressed_anew(page, studio):
 
 def told(received: list[Any]) -> list[tuple[float | None, float | None]]:
     return [(event.accuracy, event.deadline_ms) for event in received if isinstance(event, StatusMessage)]
+
+
+def test_a_preset_reaches_another_client_and_comes_in_force_while_frames_go_on(page, studio):
+    session = session_of(page)
+    with another_client(studio, page) as received:
+        page.select_option("#solved-as", "fit")
+        wait_for_in_force(page, "Fit")
+        wait_for(page, lambda: any(isinstance(event, ReportMessage) and event.iterations == 8 for event in received))
+    presets = [
+        (event.preset, event.preset_in_force, event.preset_pending)
+        for event in received
+        if isinstance(event, StatusMessage)
+    ]
+    assert list(dict.fromkeys(presets)) == [(None, "draft", False), ("fit", "draft", True), ("fit", "fit", False)]
+    frames = [event for event in received if isinstance(event, DecodedFrame)]
+    assert len({frame.topology_id for frame in frames}) == 1
+    numbers = [frame.seq for frame in frames]
+    assert numbers == sorted(numbers)
+    assert session_of(page) == session, "nothing is dressed anew"
+    assert page.text_content("#accuracy-short").startswith("Fit, ")
+    page.select_option("#solved-as", "")
+    wait_for_in_force(page, "Draft")
+    assert ask(studio, page)["chosen_preset"] is None
+
+
+def test_a_preset_that_another_client_chooses_is_shown_and_what_fails_is_told(page, studio):
+    choose_elsewhere(studio, page, preset="live")
+    wait_for_in_force(page, "Live")
+    assert page.input_value("#solved-as") == "live"
+    page.select_option("#solved-as", "reference")  # which breaks
+    page.wait_for_function("document.getElementById('solved-as').value === 'live'")
+    wait_for_in_force(page, "Live")
+    notice = page.locator("#notice")
+    assert "reference could not be built" in notice.inner_text()
+    assert "open a session with it" in notice.inner_text()
+    page.keyboard.press("Escape")
+
+
+def test_another_session_of_the_page_is_solved_by_the_preset_again(page, studio):
+    page.select_option("#solved-as", "live")
+    wait_for_in_force(page, "Live")
+    session = session_of(page)
+    with another_session(page):
+        page.locator("#presets label", has_text="Fit").click()
+    assert session_of(page) != session
+    wait_for(page, lambda: ask(studio, page)["preset_in_force"] == "live")
+    told = ask(studio, page)
+    assert (told["preset"], told["chosen_preset"]) == ("fit", "live"), "its mesh is as fine as it was opened"
+    with another_session(page):
+        page.locator("#presets label", has_text="Auto").click()
 
 
 def test_a_drag_of_the_dial_is_sent_once_where_it_is_let_go(page, studio):

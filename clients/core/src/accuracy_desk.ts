@@ -6,14 +6,16 @@ export interface AccuracyChoice {
   readonly accuracy: number | null;
   /** wall time that solving a frame may take [ms]; null: what it takes */
   readonly deadlineMs: number | null;
+  /** what else frames are solved by: draft, live, fit or reference; null: that which the session was opened with */
+  readonly preset: string | null;
 }
 
 /** Values in the same order of magnitude as what the server tells again differ by its rounding, at most so much of them. */
 const ROUNDING = 1e-6;
-const NOTHING_CHOSEN: AccuracyChoice = { accuracy: null, deadlineMs: null };
+const NOTHING_CHOSEN: AccuracyChoice = { accuracy: null, deadlineMs: null, preset: null };
 
 /**
- * Where accuracy and deadline are chosen: says a choice to the session, and follows what the session has, whoever chose
+ * Where accuracy, deadline and preset are chosen: says a choice to the session, and follows what the session has, whoever chose
  * it. What is chosen here is kept for the next session that the page opens.
  */
 export class AccuracyDesk {
@@ -55,8 +57,8 @@ export class AccuracyDesk {
   }
 
   /** The session tells what it has. */
-  take({ accuracy = null, deadline_ms: deadlineMs = null }: StatusMessage): void {
-    const told = { accuracy, deadlineMs };
+  take({ accuracy = null, deadline_ms: deadlineMs = null, preset = null }: StatusMessage): void {
+    const told = { accuracy, deadlineMs, preset };
     const known = same(told, this.current);
     if (this.owed && !known) return;
     this.owed = false;
@@ -66,13 +68,13 @@ export class AccuracyDesk {
   }
 
   private tell(): void {
-    const { accuracy, deadlineMs } = this.current;
-    this.send({ type: "set_accuracy", accuracy, deadline_ms: deadlineMs, request: null });
+    const { accuracy, deadlineMs, preset } = this.current;
+    this.send({ type: "set_accuracy", accuracy, deadline_ms: deadlineMs, preset, request: null });
   }
 }
 
 function same(a: AccuracyChoice, b: AccuracyChoice): boolean {
-  return equal(a.accuracy, b.accuracy) && equal(a.deadlineMs, b.deadlineMs);
+  return equal(a.accuracy, b.accuracy) && equal(a.deadlineMs, b.deadlineMs) && a.preset === b.preset;
 }
 
 function equal(a: number | null, b: number | null): boolean {

@@ -12,9 +12,11 @@ const DEADLINE_WAITS_MS = 600;
 
 const AS_DETAIL = "as the detail has it";
 
-/** The section of accuracy and deadline: what is asked for, and a plot of what frames reach and take. */
+/** The section of accuracy, deadline and preset: what is asked for, and a plot of what frames reach and take. */
 export class AccuracyPanel {
   private readonly section = byId("accuracy", HTMLDetailsElement);
+  private readonly preset = byId("solved-as", HTMLSelectElement);
+  private readonly inForce = byId("solved-as-told");
   private readonly dial = byId("accuracy-dial", HTMLInputElement);
   private readonly asDetail = byId("accuracy-default", HTMLButtonElement);
   private readonly deadline = byId("deadline", HTMLInputElement);
@@ -28,6 +30,7 @@ export class AccuracyPanel {
 
   constructor(send: (message: SetAccuracyMessage) => void) {
     this.desk = new AccuracyDesk(send, (choice) => this.show(choice));
+    this.preset.addEventListener("change", () => this.choose({ preset: this.preset.value || null }));
     this.dial.max = String(DIAL_END);
     this.dial.addEventListener("pointerdown", () => (this.dragged = true));
     this.dial.addEventListener("input", () => {
@@ -73,6 +76,7 @@ export class AccuracyPanel {
 
   take(status: StatusMessage): void {
     this.desk.take(status);
+    this.tellInForce(status.preset_in_force ?? "", status.preset_pending ?? false);
   }
 
   report(report: ReportMessage): void {
@@ -98,8 +102,20 @@ export class AccuracyPanel {
     return this.deadline.value === "" ? null : this.deadline.valueAsNumber;
   }
 
+  /** Says by which preset frames are solved, "" before any are, and whether another one is to come. */
+  private tellInForce(name: string, pending: boolean): void {
+    this.inForce.classList.toggle("pending", pending);
+    const now = name && `frames are solved as ${this.nameOf(name)}`;
+    setText(this.inForce, [now, ...(pending ? ["another is being made ready"] : [])].filter(Boolean).join("; "));
+  }
+
+  private nameOf(preset: string): string {
+    return [...this.preset.options].find(({ value }) => value === preset)?.text ?? preset;
+  }
+
   /** Shows what stands; what somebody is about to choose stays as it is. */
-  private show({ accuracy, deadlineMs }: AccuracyChoice): void {
+  private show({ accuracy, deadlineMs, preset }: AccuracyChoice): void {
+    this.preset.value = preset ?? "";
     if (!this.dialPause.waits) {
       this.showAccuracy(accuracy);
       const position = accuracy === null ? this.dial.valueAsNumber : positionOf(accuracy);
@@ -109,7 +125,7 @@ export class AccuracyPanel {
       this.deadline.value = deadlineMs === null ? "" : significant(deadlineMs, 6);
     }
     for (const button of this.shortcuts) button.ariaPressed = String(button.value === (deadlineMs === null ? "" : String(deadlineMs)));
-    setText(byId("accuracy-short"), inShort(accuracy, deadlineMs));
+    setText(byId("accuracy-short"), [...(preset === null ? [] : [this.nameOf(preset)]), inShort(accuracy, deadlineMs)].join(", "));
     this.draw();
   }
 
