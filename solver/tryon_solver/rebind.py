@@ -104,6 +104,7 @@ def take_over(simulation: Simulation, worn: Simulation) -> None:
         simulation.body.pose, simulation.body.reached = worn.body.pose, worn.body.reached
         for name in ("skin_now", "skin_next", "felt"):
             wp.copy(getattr(simulation.body, name), getattr(worn.body, name))
+    simulation.hurried, simulation.reported = worn.hurried, worn.reported  # by which it is known what iterations take
     simulation.buy(worn.settings.accuracy, worn.settings.deadline)
     _keep_values(simulation, worn)
 

@@ -12,9 +12,8 @@ import sys
 from pathlib import Path
 
 from tryon_server.problems import problem_error
-from tryon_server.runtime.interface import Device
+from tryon_server.runtime.interface import AUTOMATIC, Device
 
-AUTOMATIC = "auto"
 NAME_BYTES = 256
 
 

@@ -15,6 +15,8 @@ from tryon_server.runtime.order import WorkOrder
 from tryon_server.sessions.commands import Command
 from tryon_server.sessions.events import Event
 
+AUTOMATIC = "auto"  # in place of the name of a device or a preset: as this machine has it
+
 
 class Simulation(Protocol):
     """One session's simulation."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from tryon_server.problems import problem_error
-from tryon_server.runtime.devices import AUTOMATIC, choose_device, list_devices
-from tryon_server.runtime.interface import Catalogue, FabricEntry, Runtime
+from tryon_server.runtime.devices import choose_device, list_devices
+from tryon_server.runtime.interface import AUTOMATIC, Catalogue, FabricEntry, Runtime
 from tryon_server.runtime.local_processes import LocalProcesses
 from tryon_server.runtime.order import Workshop
 from tryon_server.settings import Settings

@@ -14,10 +14,11 @@ import numpy as np
 from tryon_protocol import GRID, check_grid
 from tryon_server.problems import problem_error
 from tryon_server.runtime.bodies import does_not_stand, how_read, load_body, load_moving_mesh, one_joint_body
-from tryon_server.runtime.devices import AUTOMATIC, choose_device
+from tryon_server.runtime.devices import choose_device
 from tryon_server.runtime.drape import Progress
 from tryon_server.runtime.edited_while_worn import put_on_or_edited
 from tryon_server.runtime.effect_binding import cut_of, own_of
+from tryon_server.runtime.interface import AUTOMATIC
 from tryon_server.runtime.order import DrapeOrder, GarmentOrder
 from tryon_server.runtime.solver_drape import SolverDrape
 from tryon_server.runtime.wardrobe import Wardrobe, wardrobe_key

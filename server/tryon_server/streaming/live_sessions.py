@@ -32,8 +32,7 @@ from tryon_server.persistence import (
     Waiting,
 )
 from tryon_server.problems import ProblemError, problem_error
-from tryon_server.runtime.devices import AUTOMATIC
-from tryon_server.runtime.interface import Catalogue, Placement
+from tryon_server.runtime.interface import AUTOMATIC, Catalogue, Placement
 from tryon_server.runtime.order import DrapeOrder, MeshReading, WorkOrder
 from tryon_server.sessions import OWN_MOTION, Rules, WardrobeSession
 from tryon_server.sessions.commands import BuyAccuracy, Command, FollowMotion

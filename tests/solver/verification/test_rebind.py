@@ -220,7 +220,12 @@ def test_bought_accuracy_and_deadline_stay_under_another_preset(sliding):
     *_, made = building
     take_over(made, sliding)
     assert made.settings == replace(PRESETS["live"], accuracy=2e-4, deadline=0.05)
+    assert made.pace is sliding.pace, "what parts take is known"
     advance(made, 1)
+    sliding.buy(None, None)
+    unhurried = switched(sliding, PRESETS["draft"])
+    unhurried.buy(None, 0.05)
+    assert unhurried.pace is sliding.hurried
 
 
 @pytest.mark.parametrize("name", HANGS_BY)
