@@ -61,18 +61,15 @@ class EffectTalk:
         self._refused: dict[str, KeptEffect] = {}  # of these, what the garment can't have
 
     def obey(self, client: int, message: EffectQuestion) -> list[Action]:
-        """A client asks."""
+        """A client asks. Raises ProtocolError where that can't be, as `change` does."""
         asker = Asker(client, message.request)
-        try:
-            match message:
-                case SetEffectMessage():
-                    _, actions = self.change(message.name, message.state, message.parameters, asker)
-                case RemoveEffectMessage():
-                    _, actions = self.change(message.name, "absent", None, asker)
-                case MeasureEffectsMessage():
-                    _, actions = self.measure(asker)
-        except ProtocolError as fault:
-            return [Send(client, encode(error_message(fault, request=message.request)))]
+        match message:
+            case SetEffectMessage():
+                _, actions = self.change(message.name, message.state, message.parameters, asker)
+            case RemoveEffectMessage():
+                _, actions = self.change(message.name, "absent", None, asker)
+            case MeasureEffectsMessage():
+                _, actions = self.measure(asker)
         return actions
 
     def change(

@@ -14,14 +14,18 @@ from tryon_protocol import (
     PlayMessage,
     PoseMessage,
     ProtocolError,
+    RedoMessage,
     SetAccuracyMessage,
+    SetFabricMessage,
     SetMotionMessage,
     SkeletonMessage,
+    UndoMessage,
 )
 
 MOST_COUNTED = 32  # messages that wait and count each, such as edits: as many as a session lets wait of one kind
 
-_POSE = "pose"
+_POSE, _HELD = "pose", "held"
+_CHANGES = (EditMessage, UndoMessage, RedoMessage, SetFabricMessage)
 _VALUES: dict[type, str] = {
     KeyframeRequestMessage: "keyframe_request",
     PauseMessage: "time",
@@ -46,7 +50,9 @@ class Line:
         return bool(self._waiting)
 
     def put(self, message: ClientMessage) -> list[ClientMessage]:
-        """Line up at the end; what gives way to this one, since it would set again what this one sets.
+        """Line up at the end, or in the place of what gives way to this one, since it would set again what this one
+        sets: a pose that comes before the turn of the last one would never have a turn at the end. A held edit stays
+        behind the changes that it comes after. What gives way.
 
         Raises:
             ProtocolError: too many wait already of those that count each.
@@ -59,7 +65,9 @@ class Line:
                 raise ProtocolError("rate_limited", "$", what, "Send fewer messages, and send this one again later.")
             self._waiting[next(self._numbers)] = message
             return []
-        gone = [self._waiting.pop(value, None)]
+        gone = [self._waiting.get(value)]
+        if value == _HELD and self._changed_since(value):
+            del self._waiting[value]
         if isinstance(message, SkeletonMessage | SetMotionMessage):  # a pose from before it would be misread after it
             gone.append(self._waiting.pop(_POSE, None))
         self._waiting[value] = message
@@ -68,6 +76,13 @@ class Line:
     def take(self) -> ClientMessage | None:
         """The one whose turn it is; None: nothing waits."""
         return self._waiting.pop(next(iter(self._waiting))) if self._waiting else None
+
+    def _changed_since(self, value: str) -> bool:
+        """Does a change of the garment wait behind what sets this value?"""
+        if value not in self._waiting:
+            return False
+        kinds = list(self._waiting)
+        return any(isinstance(self._waiting[kind], _CHANGES) for kind in kinds[kinds.index(value) + 1 :])
 
 
 def name_of(message: ClientMessage) -> str:
@@ -78,5 +93,5 @@ def name_of(message: ClientMessage) -> str:
 def _value_of(message: ClientMessage) -> str | None:
     """The word of what the message sets, or asks to be told, where only the newest counts; None: each counts."""
     if isinstance(message, EditMessage) and message.hold:
-        return "held"
+        return _HELD
     return _VALUES.get(type(message))

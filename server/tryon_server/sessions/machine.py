@@ -408,9 +408,10 @@ class Session(PatternTalk):
     # Answers ------------------------------------------------------------------------------------------------------
 
     def _farewell(self, client: int, fault: ProtocolError, code: int, now: float) -> list[Action]:
-        """A fatal error and the end of the connection."""
+        """A fatal error and the end of the connection; what it sent before counts nevertheless."""
         answer = Send(client, encode(error_message(fault, fatal=True)))
-        return [answer, Close(client, code, fault.message), *self._leave(client, now, for_good=True)]
+        rest, closed = self._finish(client, now), Close(client, code, fault.message)
+        return [*rest, answer, closed, *self._leave(client, now, for_good=True)]
 
     def _send_topology(self, client: int) -> list[Action]:
         assert self._topology is not None

@@ -54,6 +54,10 @@ class Pace(Protocol):
 
     thorough: bool
 
+    @property
+    def over(self) -> bool:
+        """Is the step's time over?"""
+
     def begin(self) -> None:
         """A call of `advance` begins."""
 
@@ -96,6 +100,10 @@ class Unhurried:
         bounded = settings.contact_passes == 1 and settings.ends_by_budget
         self._most = MOST_LOOKED_AT * vertices if bounded else None
         self._left, self._made, self._listed = 0, 0, 0
+
+    @property
+    def over(self) -> bool:
+        return False
 
     def begin(self) -> None:
         pass
@@ -190,6 +198,10 @@ class Hurried:
         self._deadline, self._most_cycles = settings.deadline, settings.outer_iterations
         self._budget = settings.correction_iterations
         self._longest = self._budget * (1 + settings.correction_extensions)
+
+    @property
+    def over(self) -> bool:
+        return self._left() <= 0.0
 
     def begin(self) -> None:
         self._begun = clock.perf_counter()

@@ -166,7 +166,9 @@ def verdict(promised: Promised, motion: str, timed: Sequence[Timed]) -> Verdict:
 
 def in_short(case: Timed) -> str:
     """Of a deadline."""
-    return f"p99 {digits(case.row['frame_ms']['p99'])} ms, {digits(100 * case.late, 2)} % late"
+    row = case.row
+    rate = f"{row['fps']:g} frames/s, {digits(row['simulated_over_wall'], 2)} of real time"
+    return f"p99 {digits(row['frame_ms']['p99'])} ms, {digits(100 * case.late, 2)} % late ({rate})"
 
 
 def holds(case: Timed, promised: Promised) -> bool:

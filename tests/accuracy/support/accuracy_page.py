@@ -158,7 +158,7 @@ PRICE_SAID = [
 DEADLINES_SAID = [
     "Frames of `solver/bench`, with a deadline and, where that was measured, without one. A deadline is what a frame",
     "may take: the correction goes on for as long as it allows, and where that is over until it is near enough by a",
-    "coarse measure, late as it is. One that is much shorter changes little; a coarser mesh does.",
+    "coarse measure, late as it is. One that is much shorter costs accuracy and gains little; a coarser mesh helps.",
     f"More than {100 * HELD:g} % of late frames count as not held, and a stretch over {STRETCHED:g} where without a",
     "deadline it is under as broken. IPC Toolkit is asked about some of the frames: crossing are so many of those",
     "asked of all. Simulated over wall: under 1 the motion is slower than it is, in slow motion. A run without a",

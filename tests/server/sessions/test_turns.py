@@ -4,6 +4,7 @@ import re
 from dataclasses import replace
 
 import msgspec
+import numpy as np
 import pytest
 from session_driver import RULES, Driver, pose
 
@@ -14,12 +15,14 @@ from tryon_protocol import (
     EditMessage,
     EncodedFrame,
     ErrorMessage,
+    MeasureEffectsMessage,
     PauseMessage,
     PingMessage,
     PlayMessage,
     PongMessage,
     ProtocolError,
     SetAccuracyMessage,
+    SetEffectMessage,
     SetMotionMessage,
     SkeletonMessage,
     StatusMessage,
@@ -239,6 +242,53 @@ def test_the_newest_pose_beyond_the_rate_is_used_and_none_from_before_another_so
     assert set(driver.errors(1)) == {"rate_limited"}
 
 
+def test_values_that_are_renewed_all_the_time_have_their_turns_among_others():
+    """Fifteen messages that count come for each pose and choice, half as many again as may be carried out."""
+    driver = worn(motion=None)
+    for k in range(200):
+        for _ in range(15):
+            driver.say(1, MeasureEffectsMessage())
+        driver.say(1, pose(k + 1))
+        driver.say(1, SetAccuracyMessage(deadline_ms=10.0 + k))
+        driver.wait(0.1)
+    assert driver.closed == {}
+    used = [command.seq for command in driver.ordered(UsePose)]
+    assert used == sorted(used)
+    late = [seq for seq in used if seq > 100]
+    assert len(late) > 10, "also once the line is full"
+    assert max(np.diff(late)) <= 10, "a second"
+    bought = [round(1e3 * command.deadline) - 10 for command in driver.ordered(BuyAccuracy)]
+    assert sum(k > 100 for k in bought) > 10
+
+
+def test_an_edit_that_is_held_stays_behind_the_changes_that_it_comes_after():
+    driver = spent(worn())
+    for kind, hold in (("drag", True), ("keep", False), ("drag on", True)):
+        driver.say(1, EditMessage(edit={"kind": kind}, hold=hold))
+    driver.say(1, MeasureEffectsMessage())
+    driver.say(1, EditMessage(edit={"kind": "drag further"}, hold=True))
+    driver.wait(0.1)
+    assert [command.edit["kind"] for command in driver.ordered(ChangePattern)] == ["keep", "drag further"]
+
+
+def test_effects_that_are_refused_again_and_again_are_summed_up():
+    driver = worn()
+    for _ in range(50):
+        driver.say(1, SetEffectMessage(name="wind", parameters={"speed": float("nan")}))
+    driver.wait(1.5)
+    told = [fault for fault in driver.messages(1, ErrorMessage) if fault.code != "rate_limited"]
+    assert len(told) <= 3
+    assert sum(map(told_of, told)) == 50
+
+
+def test_what_waits_is_carried_out_when_its_client_is_closed_for_a_flood():
+    driver = spent(worn())
+    driver.say(1, SetAccuracyMessage(deadline_ms=44.0))
+    while not driver.closed:
+        driver.say(1, PingMessage(t=0.0))
+    assert driver.ordered(BuyAccuracy) == [BuyAccuracy(None, pytest.approx(0.044))]
+
+
 def test_a_pose_from_before_another_skeleton_gives_way_to_it():
     driver = spent(worn(motion=None))
     driver.say(1, pose(1))
@@ -312,4 +362,4 @@ def test_waiting_does_not_weaken_the_protection_from_floods():
         driver.say_bytes(1, data)
     assert driver.closed == {1: 4429}
     assert driver.messages(1, ErrorMessage)[-1].fatal
-    assert len(driver.ordered(BuyAccuracy)) == RATE
+    assert len(driver.ordered(BuyAccuracy)) == RATE + 1, "and what waited"

@@ -54,3 +54,13 @@ def test_the_residual_is_of_the_way_that_is_wanted(on_its_way):
     """A single pass that ends so tells what it has left, though its last moves are short."""
     report, _ = on_its_way(replace(CONVERGED, contact_passes=1, searches=1, search_slack=1e-4))
     assert report.residual * DT > 1e-4
+
+
+def test_passes_end_with_the_accuracy_that_is_asked_for_and_with_the_time(on_its_way):
+    all_of_them, _ = on_its_way(CONVERGED)
+    asked, _ = on_its_way(replace(CONVERGED, accuracy=3e-3))
+    assert 0 < asked.newton_iterations <= 4
+    nearer, _ = on_its_way(replace(CONVERGED, accuracy=1e-6))
+    assert asked.newton_iterations < nearer.newton_iterations
+    late, _ = on_its_way(replace(CONVERGED, deadline=1e-6))
+    assert late.newton_iterations < all_of_them.newton_iterations / 2
