@@ -5,11 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from outfit_orders import overshirt_over_tshirt
 
-from tryon_server.app import BUILT_IN_PATTERNS
 from tryon_server.problems import ProblemError
 from tryon_server.runtime import production
-from tryon_server.runtime.order import DrapeOrder, GarmentOrder
 from tryon_server.runtime.publishing import topology_of
 from tryon_solver.body.pose import Pose
 from tryon_solver.dressing.fit import DressingError
@@ -24,18 +23,7 @@ from tryon_solver.scene import Elastic
 
 @pytest.fixture(scope="module")
 def order(tmp_path_factory):
-    """The demo's T-shirt, and its overshirt of another fabric over that, of few triangles."""
-    over = GarmentOrder(worn_as="outer", pattern=BUILT_IN_PATTERNS / "overshirt.json", fabric="denim")
-    return DrapeOrder(
-        pattern=BUILT_IN_PATTERNS / "tshirt.json",
-        fabric="cotton_jersey",
-        preset="draft",
-        device="cpu",
-        edge_length=0.06,
-        wardrobe=tmp_path_factory.mktemp("dressed"),
-        worn_as="inner",
-        over=(over,),
-    )
+    return overshirt_over_tshirt(tmp_path_factory.mktemp("dressed"))
 
 
 @pytest.fixture

@@ -8,11 +8,11 @@ import patterns
 import pytest
 import trimesh
 from frame_judge import FrameJudge
+from outfit_orders import overshirt_over_tshirt
 from scripted_worker import allow, frames, work
 
-from tryon_server.app import BUILT_IN_PATTERNS
 from tryon_server.runtime import production
-from tryon_server.runtime.order import DrapeOrder, GarmentOrder
+from tryon_server.runtime.order import DrapeOrder
 from tryon_server.sessions.commands import BuyAccuracy, Run
 from tryon_server.sessions.events import PresetInForce
 from tryon_solver.effect_words.table import live, word_of
@@ -48,17 +48,7 @@ def bag(hung):
 @pytest.fixture(scope="module")
 def dressed(tmp_path_factory):
     """A T-shirt and an overshirt, put away."""
-    over = GarmentOrder(worn_as="outer", pattern=BUILT_IN_PATTERNS / "overshirt.json", fabric="denim")
-    order = DrapeOrder(
-        pattern=BUILT_IN_PATTERNS / "tshirt.json",
-        fabric="cotton_jersey",
-        preset="draft",
-        device="cpu",
-        edge_length=0.06,
-        wardrobe=tmp_path_factory.mktemp("dressed"),
-        worn_as="inner",
-        over=(over,),
-    )
+    order = overshirt_over_tshirt(tmp_path_factory.mktemp("dressed"))
     return pickle.dumps(production.build_drape(order, lambda *_: None).packed())
 
 

@@ -342,7 +342,7 @@ def iterate_newton(
     progress, settings = sim.progress, sim.settings
     extensions = settings.correction_extensions if extensible and settings.ends_by_budget else 0
     progress.begin(allowed.at_most, extensions, searches_left(sim), starting)
-    more = sim.pace.more(0, sim.candidates.size)
+    more = sim.pace.more(0, sim.candidates.size)  # which is seldom less than its budget: else nothing is launched
     if more is not None and (settings.deadline is not None or more.at_most < allowed.at_most * (1 + extensions)):
         allow(sim, more, least=0)
     if not sim.candidates.idle:  # and nobody may have asked how many pairs there are
