@@ -35,9 +35,12 @@ def test_how_far_the_end_is_from_the_start_is_told(cut):
     assert metres > 0.05
     assert f"its end is {metres:.2f} m" in note or f"its end is {100 * metres:.0f} cm" in note
     assert f"at one joint, {np.degrees(turn):.0f} degrees from its start" in note
-    assert note.endswith(f"spread over its last {motion.fade():.2f} s")
-    end = motion.sample(motion.duration - motion.fade() - 0.01, loop=True)
-    np.testing.assert_array_equal(end.root, motion.sample(motion.duration - motion.fade() - 0.01).root)
+    way, turns = motion.fades()
+    assert note.endswith(f"the way is spread over its last {way:.2f} s, the turns over its last {turns:.2f} s")
+    before = motion.duration - way - 0.01
+    np.testing.assert_array_equal(motion.sample(before, loop=True).root, motion.sample(before).root)
+    before = motion.duration - turns - 0.01
+    np.testing.assert_array_equal(motion.sample(before, loop=True).rotations, motion.sample(before).rotations)
 
 
 def test_the_motions_that_come_with_it_end_as_they_began():

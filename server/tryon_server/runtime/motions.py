@@ -134,9 +134,10 @@ def closing_note(motion: Motion) -> str:
     if motion.duration == 0 or (metres < CLOSED[0] and degrees < CLOSED[1]):
         return ""
     far = f"{metres:.2f} m" if metres >= 1 else f"{100 * metres:.0f} cm"
+    way, turns = motion.fades()
     return (
-        f"where it repeats, its end is {far} and, at one joint, {degrees:.0f} degrees from its start: this is spread "
-        f"over its last {motion.fade():.2f} s"
+        f"where it repeats, its end is {far} and, at one joint, {degrees:.0f} degrees from its start: the way "
+        f"is spread over its last {way:.2f} s, the turns over its last {turns:.2f} s"
     )
 
 

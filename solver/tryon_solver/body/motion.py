@@ -10,8 +10,8 @@ from tryon_solver.body import quaternions
 from tryon_solver.body.pose import Pose
 
 SHORTEST_FADE = 0.4  # s, a loop's closing error is spread over at least this much of its end
-FADE_SPEED = 0.75  # m/s, and over so much that it moves the root no faster than this on average
-FADE_TURN = np.radians(120.0)  # rad/s, nor any joint faster than this, unless the clip is too short
+FADE_SPEED = 0.75  # m/s, the root's over so much that it moves no faster on average, unless the clip is too short
+FADE_TURN = np.radians(120.0)  # rad/s, the joints' likewise
 VELOCITY_ONSET = 0.3  # s before a motion begins during which a blend takes up the motion's velocity, or shorter:
 ONSET_TURN = 1.5  # rad, by which no joint is turned back for that; at more a limb would whirl to get up its speed
 ONSET_STEP = 0.5  # m, nor the root moved back; both leave whoever turns below 18 rad/s and runs below 6 m/s as they are
@@ -59,7 +59,7 @@ class Motion:
         """The pose at time t [s].
 
         Without `loop` the first pose holds before 0 and the last one after `duration`. With `loop` the motion repeats
-        with the period `duration`: the difference between its last and its first pose is spread, as a smooth fade, over
+        with the period `duration`: the difference between its last and its first pose is spread, as smooth fades, over
         its end, so that the loop closes; a motion that already ends as it began is played as it is.
         """
         if not np.isfinite(t):
@@ -71,10 +71,15 @@ class Motion:
         pose = Pose.interpolate(self.pose(frame), self.pose(frame + 1), t / self.dt - frame)
         return self._closed(pose, t) if loop else pose
 
-    def fade(self) -> float:
-        """Time [s] at the end of a loop over which its closing error is spread, at most the whole duration."""
+    def fades(self) -> tuple[float, float]:
+        """Times [s] at the end of a loop over which its closing error is spread, the root's and the joints'.
+
+        Each at most the whole duration. They are two, since a way that takes long to go back leaves every pose as it
+        was, while joints that turned all that time would be bent in the middle of the motion as nobody bends them.
+        """
         step, turn = self.closing_error()
-        return min(self.duration, max(SHORTEST_FADE, step / FADE_SPEED, turn / FADE_TURN))
+        root, joints = (max(SHORTEST_FADE, time) for time in (step / FADE_SPEED, turn / FADE_TURN))
+        return min(self.duration, root), min(self.duration, joints)
 
     def closing_error(self) -> tuple[float, float]:
         """How far the root is from where it began when the motion ends [m], and the joint furthest turned [rad]."""
@@ -85,13 +90,12 @@ class Motion:
         return quaternions.multiply(quaternions.conjugate(self.rotations[-1]), self.rotations[0])
 
     def _closed(self, pose: Pose, t: float) -> Pose:
-        fade = self.fade()
-        share = float(ease((t - (self.duration - fade)) / fade))
-        if share == 0.0:
+        root_share, turn_share = (float(ease((t - (self.duration - fade)) / fade)) for fade in self.fades())
+        if root_share == 0.0 and turn_share == 0.0:
             return pose
         identity = np.broadcast_to(quaternions.IDENTITY, pose.rotations.shape)
-        turns = quaternions.slerp(identity, self._closing_turns(), share)
-        root = pose.root + share * (self.roots[0] - self.roots[-1])
+        turns = quaternions.slerp(identity, self._closing_turns(), turn_share)
+        root = pose.root + root_share * (self.roots[0] - self.roots[-1])
         return Pose(root, quaternions.multiply(pose.rotations, turns))
 
 

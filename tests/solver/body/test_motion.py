@@ -54,18 +54,27 @@ def test_open_loop_closes_without_a_jump(open_by: float, travel: float) -> None:
     roots = np.array([pose.root for pose in poses])
     turns = np.array([pose.rotations[0] for pose in poses])
     steps = quaternions.angle_of(quaternions.multiply(quaternions.conjugate(turns[:-1]), turns[1:]))
-    # own speed up to pi + |open_by| rad/s; the smooth fade peaks at 15/8 of its mean, spread over `fade`
-    peak = np.pi + abs(open_by) + 1.875 * abs(open_by) / motion.fade()
+    # own speed up to pi + |open_by| rad/s; a smooth fade peaks at 15/8 of its mean
+    way, turning = motion.fades()
+    peak = np.pi + abs(open_by) + 1.875 * abs(open_by) / turning
     assert steps.max() / 0.001 < 1.01 * peak
-    peak = abs(travel) + 1.875 * abs(travel) / motion.fade()
+    peak = abs(travel) + 1.875 * abs(travel) / way
     assert np.linalg.norm(np.diff(roots, axis=0), axis=1).max() / 0.001 <= 1.01 * peak + 1e-9
     np.testing.assert_allclose(motion.sample(motion.duration - 1e-9, loop=True).root, motion.roots[0], atol=1e-6)
 
 
-def test_fade_is_long_enough_for_what_it_closes() -> None:
-    assert swinging().fade() == pytest.approx(0.4)
-    assert swinging(travel=0.6).fade() == pytest.approx(0.8)
-    assert swinging(travel=30.0).fade() == pytest.approx(1.0), "no longer than the clip"
+def test_fades_are_as_long_as_what_they_close_takes() -> None:
+    assert swinging().fades() == pytest.approx((0.4, 0.4))
+    assert swinging(travel=0.6).fades() == pytest.approx((0.8, 0.4))
+    assert swinging(open_by=1.5).fades() == pytest.approx((0.4, 1.5 / np.radians(120.0)))
+    assert swinging(open_by=3.0, travel=30.0).fades() == pytest.approx((1.0, 1.0)), "no longer than the clip"
+
+
+def test_a_long_way_back_bends_nobody_in_the_middle_of_the_motion() -> None:
+    motion = swinging(open_by=0.3, travel=30.0)
+    for t in np.linspace(0.0, 0.6, 13):
+        np.testing.assert_allclose(motion.sample(t, loop=True).rotations, motion.sample(t).rotations, atol=1e-12)
+    assert np.linalg.norm(motion.sample(0.5, loop=True).root - motion.sample(0.5).root) > 1.0
 
 
 def test_blend_starts_at_the_pose_and_ends_at_the_first_frame(body: BodyModel) -> None:
