@@ -87,6 +87,9 @@ class Settings:
     """Longest motion of the body relative to its pelvis in one kinematic sub-step [m]."""
     most_substeps: int = 32
     """Of these in a step; the body goes no further in it, 15 m/s in `draft` and `live`, 31 m/s in `fit`."""
+    most_carried: float | None = 0.5
+    """Stretch that carrying cloth along with the body may add to a triangle in a step [-]; the steps after one that adds
+    more are half as long, a quarter or an eighth (stepping/halve.py). None: they are as long as they are."""
     hardest_kick: float = 3.0
     """Change of the body's velocity from one step to the next that the cloth feels as it is [m/s]; beyond, less of it:
     nobody jerks so hard, a tracker has slipped (stepping/leap.py)."""
@@ -146,7 +149,7 @@ class Settings:
             "carry_full",
             "search_slack",
         )
-        may_be_none = ("accuracy", "deadline", "correction_nearness", "correction_torn")
+        may_be_none = ("accuracy", "deadline", "correction_nearness", "correction_torn", "most_carried")
         for name in (*positive, *(name for name in may_be_none if getattr(self, name) is not None)):
             value = getattr(self, name)
             if not isinstance(value, Real) or isinstance(value, bool) or not 0 < float(value) < float("inf"):

@@ -40,6 +40,7 @@ from tryon_solver.step import SCHEMES, advance
 from tryon_solver.stepping.arm_contact import FLY, arm_contact, may_fly
 from tryon_solver.stepping.interrupted import take_back
 from tryon_solver.stepping.nothing_near import NoCandidates, NoPairs
+from tryon_solver.stepping.halve import Halving
 from tryon_solver.stepping.pace import Hurried, Pace, Unhurried, time_of_iteration
 from tryon_solver.stepping.progress import TRUSTED, TRUSTED_AGAIN, Budget, Progress
 from tryon_solver.stepping.report import make_report, smallest_gap
@@ -191,6 +192,7 @@ class Simulation:
         self.brief_budget = Budget(settings.correction_iterations, settings.correction_pcg_iterations, TRUSTED)
         self.second_budget = Budget(settings.second_iterations, settings.second_pcg_iterations, TRUSTED_AGAIN)
         self.tears = TearWatch.build(self.rest, self.progress.stretch, settings.correction_torn)
+        self.halving = Halving.build(self.rest, self.progress.carried, settings.most_carried)
         self.pace: Pace = Unhurried(settings, self.cloth_count)
         self.hurried: Hurried | None = None  # the pace under a deadline, once there was one
         self.buy(settings.accuracy, settings.deadline)
@@ -354,6 +356,7 @@ class Simulation:
         for place in (state.x, state.x_committed, state.x_start, state.x_feasible, *searched):
             place.assign(x)
         self.scene = replace(self.scene, x_start=cloth)
+        self.halving.times = 0
         if self.body is not None:
             body = self.body
             body.stand(pose)
@@ -399,7 +402,8 @@ class Simulation:
             move_origin(place, shift)
 
     def pose_intervals(self, pose: Any, time: float, longest_step: float = 0.0) -> Iterator[PoseInterval]:
-        """Cut the way to `pose` at `time` into steps of at most `largest_step`, or `longest_step` if that is longer.
+        """Cut the way to `pose` at `time` into steps of at most `largest_step`, or `longest_step` if that is longer; into
+        shorter ones where carrying tears the cloth (stepping/halve.py), which each step shows of those after it.
 
         A gap over `longest_gap` (or that) is bridged at so much per call; what is left is the report's debt, made up
         later.
@@ -413,9 +417,12 @@ class Simulation:
         count = max(1, math.ceil(bridged / max(self.settings.largest_step, longest_step) - 1e-9))
         first = self.body.pose if self.body else pose
         share = bridged / gap
-        for k in range(1, count + 1):
-            end = self.stance_between(first, pose, share * k / count)
-            yield PoseInterval(end, start_time + bridged * k / count, bridged / count, 1 + count - k)
+        for k in range(count):
+            for begun, size in self.halving.parts():
+                done = (k + begun + size) / count
+                end = self.stance_between(first, pose, share * done)
+                left = math.ceil((count - k - begun) / size)
+                yield PoseInterval(end, start_time + bridged * done, bridged * size / count, left)
 
     def awake(self, intervals: Iterator[PoseInterval]) -> Iterator[PoseInterval]:
         """Those of the intervals that are to be simulated: all of them but for what effects pass over."""

@@ -14,15 +14,14 @@ from tryon_solver.materials.device import RestShape
 wp.set_module_options({"enable_backward": False})
 
 
-@wp.kernel
-def larger_kernel(
+@wp.func
+def larger_stretch(
+    t: int,
     faces: wp.array(dtype=wp.vec3i),
     gradients: wp.array2d(dtype=wp.vec2),
     x: wp.array(dtype=wp.vec3),
-    stretch_out: wp.array(dtype=wp.float32),
-):
+) -> float:
     """sqrt of the larger eigenvalue of F^T F, F = sum_i x_i grad_i^T from the sides that leave corner 0."""
-    t = wp.tid()
     v = faces[t]
     g = gradients[t, 1]
     h = gradients[t, 2]
@@ -33,7 +32,19 @@ def larger_kernel(
     half = 0.5 * (wp.dot(along, along) + wp.dot(across, across))
     difference = 0.5 * (wp.dot(along, along) - wp.dot(across, across))
     shear = wp.dot(along, across)
-    stretch_out[t] = wp.sqrt(half + wp.sqrt(difference * difference + shear * shear))
+    return wp.sqrt(half + wp.sqrt(difference * difference + shear * shear))
+
+
+@wp.kernel
+def larger_kernel(
+    faces: wp.array(dtype=wp.vec3i),
+    gradients: wp.array2d(dtype=wp.vec2),
+    x: wp.array(dtype=wp.vec3),
+    stretch_out: wp.array(dtype=wp.float32),
+):
+    """Larger principal stretch of each triangle."""
+    t = wp.tid()
+    stretch_out[t] = larger_stretch(t, faces, gradients, x)
 
 
 @dataclass(frozen=True)

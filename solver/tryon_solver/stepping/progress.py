@@ -76,7 +76,8 @@ WITHHELD = wp.constant(13)  # of the iteration's direction by contact, likewise,
 SLOPE = wp.constant(14)  # of the potential along the move, where it begins [J]
 STRIDE = wp.constant(15)  # times Newton's direction, that the next iteration goes (stride.py)
 FREE_SLOPE = wp.constant(16)  # of the potential where the move begins, along what of it went all its way [J]
-LENGTHS = 17
+CARRIED = wp.constant(17)  # the most that carrying stretched a triangle by in this step (halve.py)
+LENGTHS = 18
 
 
 @wp.kernel
@@ -253,7 +254,8 @@ class Outcome:
     the budget was spent in the middle of something: its last iteration began ASTRAY times as far from balance as
     another, or HARDLY_NEARER to it than the first ones and with long moves to come; how far from balance [J] the
     nearest began, the first, and the last; the largest stretch, where it is measured; and whether the last
-    direction was near enough, where that is asked; and whether the device has ended the step by itself (ending.py).
+    direction was near enough, where that is asked; whether the device has ended the step by itself (ending.py); and
+    what carrying stretched a triangle by, at most, before the step was solved.
 
     Where the first began does not count: forces may balance there though the cloth has not yet gone where its inertia
     takes it, and who went back there would stop in mid-air."""
@@ -273,6 +275,7 @@ class Outcome:
     stretch: float
     near: bool
     concluded: bool
+    carried: float
 
 
 @dataclass(frozen=True)
@@ -362,6 +365,11 @@ class Progress:
     def stretch(self) -> wp.array:
         """(1,) where to put the cloth's largest stretch."""
         return self.ways[STRETCH]
+
+    @property
+    def carried(self) -> wp.array:
+        """(1,) where to put what carrying stretched a triangle by, at most."""
+        return self.ways[CARRIED]
 
     def begin(self, at_most: int, extensions: int, searches: int, starting: bool = False) -> None:
         """A budget of iterations, how often it is given again to a strayed one, and one of further searches. With
@@ -463,7 +471,7 @@ class Progress:
         why = bool(state[14]), bool(state[8]), bool(state[9])
         stretch, near = float(lengths[12]), int(state[18]) == int(WITHIN)
         leaving, iterations = int(state[21] if why[0] else state[6]), int(state[7])
-        ended = stretch, near, bool(state[23])
+        ended = stretch, near, bool(state[23]), float(lengths[17])
         return Outcome(*why, iterations, leaving, found, moved, wanted, strayed, least, began, last, *ended)
 
     def _launch(self, kernel: wp.Kernel, inputs: Sequence[object], outputs: Sequence[wp.array]) -> None:
