@@ -88,8 +88,8 @@ class Settings:
     most_substeps: int = 32
     """Of these in a step; the body goes no further in it, 15 m/s in `draft` and `live`, 31 m/s in `fit`."""
     most_carried: float | None = 0.5
-    """Stretch that carrying cloth along with the body may add to a triangle in a step [-]; the steps after one that adds
-    more are half as long, a quarter or an eighth (stepping/halve.py). None: they are as long as they are."""
+    """Stretch that carrying cloth along with the body may add to a triangle in a step [-]; the steps after one that
+    adds more are half as long, a quarter or an eighth (stepping/halve.py). None: they are not shortened."""
     hardest_kick: float = 3.0
     """Change of the body's velocity from one step to the next that the cloth feels as it is [m/s]; beyond, less of it:
     nobody jerks so hard, a tracker has slipped (stepping/leap.py)."""

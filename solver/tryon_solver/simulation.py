@@ -38,9 +38,9 @@ from tryon_solver.settings import Settings
 from tryon_solver.state import State, Workspace, positions
 from tryon_solver.step import SCHEMES, advance
 from tryon_solver.stepping.arm_contact import FLY, arm_contact, may_fly
+from tryon_solver.stepping.halve import Halving
 from tryon_solver.stepping.interrupted import take_back
 from tryon_solver.stepping.nothing_near import NoCandidates, NoPairs
-from tryon_solver.stepping.halve import Halving
 from tryon_solver.stepping.pace import Hurried, Pace, Unhurried, time_of_iteration
 from tryon_solver.stepping.progress import TRUSTED, TRUSTED_AGAIN, Budget, Progress
 from tryon_solver.stepping.report import make_report, smallest_gap
@@ -402,8 +402,8 @@ class Simulation:
             move_origin(place, shift)
 
     def pose_intervals(self, pose: Any, time: float, longest_step: float = 0.0) -> Iterator[PoseInterval]:
-        """Cut the way to `pose` at `time` into steps of at most `largest_step`, or `longest_step` if that is longer; into
-        shorter ones where carrying tears the cloth (stepping/halve.py), which each step shows of those after it.
+        """Cut the way to `pose` at `time` into steps of at most `largest_step`, or `longest_step` if that is longer;
+        into shorter ones where carrying tears the cloth (stepping/halve.py), which each shows of those after it.
 
         A gap over `longest_gap` (or that) is bridged at so much per call; what is left is the report's debt, made up
         later.

@@ -15,16 +15,9 @@ wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
-def larger_stretch(
-    t: int,
-    faces: wp.array(dtype=wp.vec3i),
-    gradients: wp.array2d(dtype=wp.vec2),
-    x: wp.array(dtype=wp.vec3),
-) -> float:
-    """sqrt of the larger eigenvalue of F^T F, F = sum_i x_i grad_i^T from the sides that leave corner 0."""
-    v = faces[t]
-    g = gradients[t, 1]
-    h = gradients[t, 2]
+def larger_stretch(v: wp.vec3i, g: wp.vec2, h: wp.vec2, x: wp.array(dtype=wp.vec3)) -> float:
+    """sqrt of the larger eigenvalue of F^T F, F = sum_i x_i grad_i^T from the sides that leave corner 0 of the triangle
+    v; g and h are the other corners' grad_i."""
     side = x[v[1]] - x[v[0]]
     other = x[v[2]] - x[v[0]]
     along = side * g[0] + other * h[0]
@@ -44,7 +37,7 @@ def larger_kernel(
 ):
     """Larger principal stretch of each triangle."""
     t = wp.tid()
-    stretch_out[t] = larger_stretch(t, faces, gradients, x)
+    stretch_out[t] = larger_stretch(faces[t], gradients[t, 1], gradients[t, 2], x)
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,10 @@ def growth_kernel(
 ):
     """By how much each triangle's larger principal stretch has grown."""
     t = wp.tid()
-    growth_out[t] = larger_stretch(t, faces, gradients, x) - larger_stretch(t, faces, gradients, before)
+    v = faces[t]
+    g = gradients[t, 1]
+    h = gradients[t, 2]
+    growth_out[t] = larger_stretch(v, g, h, x) - larger_stretch(v, g, h, before)
 
 
 @dataclass
@@ -70,7 +73,7 @@ class Halving:
             self.times = max(0, self.times - 1)
 
     def parts(self) -> Iterator[tuple[float, float]]:
-        """Where the steps of an interval begin and how long they are, as shares of it; each as is found best by then."""
+        """Where the steps of an interval begin and how long they are, as shares of it, each as found best by then."""
         finest, done = 1 << MOST, 0
         while done < finest:
             size = finest >> self.times

@@ -471,8 +471,8 @@ class Progress:
         why = bool(state[14]), bool(state[8]), bool(state[9])
         stretch, near = float(lengths[12]), int(state[18]) == int(WITHIN)
         leaving, iterations = int(state[21] if why[0] else state[6]), int(state[7])
-        ended = stretch, near, bool(state[23]), float(lengths[17])
-        return Outcome(*why, iterations, leaving, found, moved, wanted, strayed, least, began, last, *ended)
+        ended, carried = (stretch, near, bool(state[23])), float(lengths[17])
+        return Outcome(*why, iterations, leaving, found, moved, wanted, strayed, least, began, last, *ended, carried)
 
     def _launch(self, kernel: wp.Kernel, inputs: Sequence[object], outputs: Sequence[wp.array]) -> None:
         launch(kernel, 1, inputs, outputs, device=self.state.device)

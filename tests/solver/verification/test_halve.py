@@ -1,0 +1,156 @@
+"""Steps are halved where carrying tears the cloth, and only there; frames stay free of intersections."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import warp as wp
+from frame_judge import FrameJudge
+from small_scenes import STILL, fabric, rigid_body, sheet, slab
+
+from tryon_solver.body import quaternions
+from tryon_solver.body.model import BodyModel
+from tryon_solver.body.pose import Pose
+from tryon_solver.scene import WORN, Scene
+from tryon_solver.settings import PRESETS, Settings
+from tryon_solver.simulation import build
+from tryon_solver.stepping.halve import MOST
+
+FPS = 30.0
+UP = np.array([0.0, 1.0, 0.0])
+
+
+def halving(most):
+    garment, x = sheet(3, 3, 0.2, 0.2)
+    scene = Scene(garment, x + np.array([0, 0.01, 0]), rigid_body(*slab(0.5, 0.5, 0.05, 0.05)), fabric(), WORN)
+    return build(scene, replace(PRESETS["draft"], most_carried=most), "cpu", STILL).halving, x
+
+
+def two_plates():
+    """A plate at the root, and one beside it that a joint a metre off swings away."""
+    left, faces = slab(0.5, 0.5, 0.05, 0.025)
+    count = len(left)
+    return BodyModel(
+        np.vstack([left - [0.26, 0, 0], left + [0.26, 0, 0]]),
+        np.vstack([faces, faces + count]).astype(np.int32),
+        ("root", "arm"),
+        np.array([-1, 0], np.int32),
+        np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -1.0]]),
+        np.repeat(np.array([0, 1], np.int32), count)[:, None],
+        np.ones((2 * count, 1), np.float32),
+    )
+
+
+def swung(angle):
+    turns = np.tile(quaternions.IDENTITY, (2, 1))
+    turns[1] = quaternions.from_axis_angle(UP, angle)
+    return Pose(np.zeros(3), turns)
+
+
+def across_two_plates(most, speed, frames=6):
+    """A sheet lies on both while one goes off at `speed` m/s; reports, what carrying added, and verdicts by ipctk."""
+    garment, flat = sheet(33, 33, 0.4, 0.4)
+    body = two_plates()
+    settings = replace(PRESETS["draft"], most_carried=most)
+    sim = build(Scene(garment, flat + np.array([0, 0.004, 0]), body, fabric(), WORN), settings, "cpu", swung(0.0))
+    judge = FrameJudge(garment.faces, body.faces, sim.cloth_positions(), sim.body_positions())
+    for k in range(5):
+        sim.advance(swung(0.0), (k + 1) / FPS)
+    begun, reports, carried = sim.state.time, [], []
+    for k in range(frames):
+        t = (k + 1) / FPS
+        reports.append(sim.advance(swung(speed * t), begun + t))
+        carried.append(float(sim.progress.carried.numpy()[0]))
+        assert judge.judge(sim.cloth_positions(), sim.body_positions()).clean
+    return reports, carried
+
+
+def test_what_carrying_adds_is_measured():
+    watch, flat = halving(0.5)
+    drawn = flat * [1.0, 1.0, 1.7]
+    watch.largest.fill_(np.nan)
+    before, after = (wp.array(x, dtype=wp.vec3, device="cpu") for x in (flat * 1.1, drawn))
+    watch.measure(before, after)
+    assert watch.largest.numpy() == pytest.approx([0.6], rel=1e-5)
+
+
+def test_steps_are_halved_as_often_as_what_is_added_asks_for():
+    watch, _ = halving(0.5)
+    watch.look(0.5)
+    assert watch.times == 0
+    watch.look(0.51)
+    assert watch.times == 1
+    watch.look(0.13)  # twice as far it would be half of what is too much
+    assert watch.times == 1
+    watch.look(0.12)
+    assert watch.times == 0
+    watch.look(1.9)
+    assert watch.times == 2
+    watch.look(100.0)
+    assert watch.times == MOST
+    for _ in range(MOST + 1):
+        watch.look(0.0)
+    assert watch.times == 0
+
+
+def test_none_leaves_steps_as_they_are():
+    watch, _ = halving(None)
+    watch.look(100.0)
+    assert watch.times == 0
+    assert list(watch.parts()) == [(0.0, 1.0)]
+
+
+@pytest.mark.parametrize("found", [(0, 0, 0, 0), (1, 0), (3, 3, 2, 1, 0, 0), (2, 1, 3, 0, 0, 0, 0, 0), (0, 3)])
+def test_steps_fill_an_interval_whatever_is_found_on_the_way(found):
+    watch, _ = halving(0.5)
+    watch.times = found[0]
+    end, later = 0.0, iter(found[1:])
+    for begun, size in watch.parts():
+        assert begun == end
+        assert size in {0.5**k for k in range(MOST + 1)}
+        assert (begun / size).is_integer(), "so that every step is one of a few lengths"
+        assert size <= 0.5**watch.times
+        end = begun + size
+        watch.times = next(later, watch.times)
+    assert end == 1.0
+
+
+def test_cloth_that_is_carried_apart_is_not_torn():
+    """A plate goes off at 3 m/s under half of a sheet: in steps of 1/30 s carrying draws triangles out manifold. The
+    first step shows it; those after it are shorter."""
+    most = PRESETS["draft"].most_carried
+    whole, by_whole = across_two_plates(None, 3.0)
+    halved, by_half = across_two_plates(most, 3.0)
+    assert {report.steps for report in whole} == {1}
+    assert min(by_whole[:3]) > 3.0
+    assert max(by_half[1:]) < most
+    assert halved[1].steps == 2**MOST
+    assert halved[-1].steps == 1, "whole again, once the sheet lies on one plate"
+    assert max(report.max_stretch for report in whole[1:]) > 2.0
+    assert max(report.max_stretch for report in halved[1:]) < 1.1
+    assert max(report.error for report in halved[1:]) < 0.2 * max(report.error for report in whole[1:])
+
+
+def test_cloth_that_is_carried_as_it_lies_takes_whole_steps():
+    reports, carried = across_two_plates(PRESETS["draft"].most_carried, 0.05)
+    assert {report.steps for report in reports} == {1}
+    assert 0.0 < max(carried) < PRESETS["draft"].most_carried
+
+
+def test_who_is_put_elsewhere_begins_with_whole_steps():
+    garment, flat = sheet(5, 5, 0.2, 0.2)
+    x = flat + np.array([0, 0.01, 0])
+    body = rigid_body(*slab(0.5, 0.5, 0.05, 0.05))
+    sim = build(Scene(garment, x, body, fabric(), WORN), PRESETS["draft"], "cpu", STILL)
+    sim.halving.look(100.0)
+    assert sim.advance(STILL, 1 / FPS).steps > 1
+    sim.halving.look(100.0)
+    sim.start_at(x, body.surface(STILL), STILL)
+    assert sim.advance(STILL, 2 / FPS).steps == 1
+
+
+@pytest.mark.parametrize("most", [0.0, -1.0, np.inf, "much"])
+def test_what_may_be_added_is_a_number_above_nothing(most):
+    with pytest.raises(ValueError, match=r"settings\.most_carried must be a finite number above 0"):
+        Settings(most_carried=most)
+
