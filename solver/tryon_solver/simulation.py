@@ -38,7 +38,6 @@ from tryon_solver.settings import Settings
 from tryon_solver.state import State, Workspace, positions
 from tryon_solver.step import SCHEMES, advance
 from tryon_solver.stepping.arm_contact import FLY, arm_contact, may_fly
-from tryon_solver.stepping.halve import Halving
 from tryon_solver.stepping.interrupted import take_back
 from tryon_solver.stepping.nothing_near import NoCandidates, NoPairs
 from tryon_solver.stepping.pace import Hurried, Pace, Unhurried, time_of_iteration
@@ -62,12 +61,14 @@ if TYPE_CHECKING:
     from tryon_solver.contact.region import Region
     from tryon_solver.contact.surfaces import Surface
     from tryon_solver.stepping.fly import Flight
+    from tryon_solver.stepping.halve import Halving
     from tryon_solver.subspace.contact_coarse import ContactCoarseLevel
 
 FACTOR_DIGITS = 9  # of a step [s]: times of frames are off in their last bits, and no bit of the factor shall be
 SAME_STEP = 1e-12  # s by which two steps of one length differ; their matrices are the same
 
-POSED = "tryon_solver.body.posed"  # which a scene without a body does not import
+POSED, HALVE = "tryon_solver.body.posed", "tryon_solver.stepping.halve"  # which a scene without a body does not import
+WHOLE = ((0.0, 1.0),)  # steps of an interval that none shortens: where each begins and how long it is
 BESIDE = ThreadPoolExecutor(max_workers=1, thread_name_prefix="inverse")
 """For inverses that are made while a simulation runs; starts its thread with its first task."""
 
@@ -117,6 +118,7 @@ class Simulation:
         self.scheme = SCHEMES[settings.scheme]()
         if scene.body is not None:
             import_module(POSED)
+            import_module(HALVE)
         if may_fly(self.plan, garment):
             import_module(FLY)
         compile_kernels(device)  # of what the plan has imported, too
@@ -192,7 +194,10 @@ class Simulation:
         self.brief_budget = Budget(settings.correction_iterations, settings.correction_pcg_iterations, TRUSTED)
         self.second_budget = Budget(settings.second_iterations, settings.second_pcg_iterations, TRUSTED_AGAIN)
         self.tears = TearWatch.build(self.rest, self.progress.stretch, settings.correction_torn)
-        self.halving = Halving.build(self.rest, self.progress.carried, settings.most_carried)
+        self.halving: Halving | None = None
+        if self.body is not None and settings.most_carried is not None:
+            carried = self.progress.carried
+            self.halving = import_module(HALVE).Halving.build(self.rest, carried, settings.most_carried)
         self.pace: Pace = Unhurried(settings, self.cloth_count)
         self.hurried: Hurried | None = None  # the pace under a deadline, once there was one
         self.buy(settings.accuracy, settings.deadline)
@@ -356,7 +361,8 @@ class Simulation:
         for place in (state.x, state.x_committed, state.x_start, state.x_feasible, *searched):
             place.assign(x)
         self.scene = replace(self.scene, x_start=cloth)
-        self.halving.times = 0
+        if self.halving is not None:
+            self.halving.times = 0
         if self.body is not None:
             body = self.body
             body.stand(pose)
@@ -418,7 +424,7 @@ class Simulation:
         first = self.body.pose if self.body else pose
         share = bridged / gap
         for k in range(count):
-            for begun, size in self.halving.parts():
+            for begun, size in WHOLE if self.halving is None else self.halving.parts():
                 done = (k + begun + size) / count
                 end = self.stance_between(first, pose, share * done)
                 left = math.ceil((count - k - begun) / size)

@@ -197,7 +197,8 @@ def correct_penetration(sim: Simulation, conclude: Callable[[Simulation], None])
     budget = sim.budget if sim.pace.thorough else sim.brief_budget
     outcome = iterate_newton(sim, budget, allowed, once, conclude if ends_by_itself(sim) else None, starting=True)
     sim.concluded = outcome.concluded
-    sim.halving.look(outcome.carried)
+    if sim.halving is not None:
+        sim.halving.look(outcome.carried)
     if once and not sim.concluded:
         if settings.second_iterations and ended_astray(sim, outcome):
             outcome = again(sim, sim.second_budget, outcome)

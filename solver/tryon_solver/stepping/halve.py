@@ -54,10 +54,9 @@ class Halving:
     times: int = 0
 
     @staticmethod
-    def build(rest: RestShape, largest: wp.array, most: float | None) -> Halving:
-        """None: steps stay as they are."""
-        growth = wp.zeros(rest.face_count, dtype=wp.float32, device=largest.device)
-        return Halving(rest, growth, largest, math.inf if most is None else most)
+    def build(rest: RestShape, largest: wp.array, most: float) -> Halving:
+        """With whole steps."""
+        return Halving(rest, wp.zeros(rest.face_count, dtype=wp.float32, device=largest.device), largest, most)
 
     def measure(self, before: wp.array, x: wp.array) -> None:
         """Put into `largest`, on the device, what triangles were stretched by from `before` to x (A,) m, at most."""

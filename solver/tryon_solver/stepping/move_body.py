@@ -117,7 +117,8 @@ def begin_solve(sim: Simulation, solve_freely: Callable[[Simulation], None]) -> 
 def arrive(sim: Simulation) -> None:
     """For the device: cloth and surface are where the body has taken them, and the step begins there."""
     if sim.body is not None:
-        sim.halving.measure(sim.state.x_committed, sim.state.x)
+        if sim.halving is not None:
+            sim.halving.measure(sim.state.x_committed, sim.state.x)
         limit_return(sim)
         if sim.comes_along:
             join_motion(sim)

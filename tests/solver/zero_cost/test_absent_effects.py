@@ -97,8 +97,13 @@ def test_scene_that_touches_nothing_has_nothing_of_contact(effects):
     assert not files & set(cost["allocated_in"])
 
 
-# the core's, launched where a move overshot, and where fewer iterations are left than a budget has
-OF_THE_STATE = {"tryon_solver.stepping.overshoot.retreat_kernel", "tryon_solver.stepping.progress.limit_kernel"}
+# the core's, launched where a move overshot, where fewer iterations are left than a budget has, and where the largest
+# of some numbers is asked for, as of a draft's stretches in any scene
+OF_THE_STATE = {
+    "tryon_solver.stepping.overshoot.retreat_kernel",
+    "tryon_solver.stepping.progress.limit_kernel",
+    "tryon_solver.linalg.vectors.largest_number_kernel",
+}
 
 
 @pytest.mark.parametrize("touching", [("Gravity", "SelfContact"), ("Gravity", "BodyContact"), ALL])
