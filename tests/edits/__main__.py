@@ -51,6 +51,8 @@ def main(arguments: list[str] | None = None) -> int:
         return rebuild(options, out)
     if options.drag:
         return drag(options, out)
+    if options.levels:
+        return levels(options, out)
     if options.document is not None:
         return document(options.document, out)
     commands = {
@@ -92,6 +94,7 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
         metavar="N",
         help="only drag a hem of meshes with so many vertices, by 60 edits/s",
     )
+    add("--levels", type=int, metavar="N", help="only the memory of a session in which so many edits are made")
     add("--seconds", type=float, default=60.0, metavar="S", help="that is dragged for (60)")
     add("--fps", type=float, default=30.0, help="frames a second that the session publishes at most (30)")
     add("--jobs", type=int, default=1, help="cases at once")
@@ -172,9 +175,22 @@ def drag(options: argparse.Namespace, out: Path) -> int:
     return 1 if any(not row["crossing"].startswith("0 of ") for row in rows) else 0
 
 
+def levels(options: argparse.Namespace, out: Path) -> int:
+    """Write what a session takes while it is edited; 1 when that grows."""
+    from memory_levels import memory_levels
+
+    o = options
+    row = memory_levels(o.levels, o.vertices, o.preset, o.device, out / "wardrobe", o.seed, told_now)
+    about = {"commit": commit_of(ROOT), "machine": machine_of(o.device), "preset": o.preset}
+    (out / "levels.json").write_text(json.dumps({"about": about, "row": row}))
+    print(row["grown"] or "it comes back to its level")
+    return 1 if row["grown"] else 0
+
+
 def document(page: Path, out: Path) -> int:
     """Write the page of all cases that were played into a folder, and of the rebuilds and drags timed there."""
     import drag_rate
+    import memory_levels
     from rebuild_times import plots, table
 
     results = {path.stem: json.loads(path.read_text()) for path in sorted(out.glob("*-*x*.json"))}
@@ -190,8 +206,16 @@ def document(page: Path, out: Path) -> int:
     dragged = out / "drag.json"
     if dragged.exists():
         text += drag_rate.table(json.loads(dragged.read_text()))
+    taken = out / "levels.json"
+    if taken.exists():
+        text += memory_levels.table(json.loads(taken.read_text()))
     page.write_text(text)
     return 1 if any(map(broken, results.values())) else 0
+
+
+def told_now(text: str) -> None:
+    """Tell how far it is."""
+    print(text, flush=True)
 
 
 def told(name: str, result: dict[str, Any]) -> None:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from xml.etree import ElementTree
 
 import drag_rate
+import memory_levels
 import numpy as np
 import pytest
 from edit_case import EditCase, whole_proof
@@ -106,6 +107,19 @@ def test_a_hem_is_dragged_while_frames_come(tmp_path):
     assert found["crossing"].startswith("0 of ")
     text = drag_rate.table({"about": {"commit": "none", "machine": "none", "preset": "draft"}, "rows": [found]})
     assert f"| {found['vertices']} | 2 |" in text
+
+
+def test_what_a_session_takes_is_looked_at_after_each_change(tmp_path):
+    """Of a session in processes of its own."""
+    told = []
+    found = memory_levels.memory_levels(4, 150, "draft", "cpu", tmp_path, 1, told.append)
+    assert found["edits"] == 4
+    assert len(found["taken"]) == found["changes"] >= 4
+    assert min(found["taken"]) > 20e6
+    assert found["grown"] == ""
+    text = memory_levels.table({"about": {"commit": "none", "machine": "none", "preset": "draft"}, "row": found})
+    assert "4 edits" in text
+    assert f"| 1 to 1 | {found['taken'][0] / 1e6:.0f} |" in text
 
 
 def test_the_seams_that_are_closed_are_some_that_were_opened():
