@@ -96,15 +96,15 @@ def _dressed(event: EditMade | EditRefused | PhaseChanged) -> None:
 def _changed(
     session: LocalProcess, steps: EditSteps, told: queue.SimpleQueue[EditMade | EditRefused | PhaseChanged]
 ) -> EditMade | EditRefused:
-    """Ask for the next change, and wait for its answer."""
+    """Ask for the next change, and wait for its answer; one that is dressed anew tells that it is ready, too."""
     command = steps.next()
     session.order(command)
     try:
-        event = told.get(timeout=DRESSED)
+        while isinstance(event := told.get(timeout=DRESSED), PhaseChanged):
+            if event.phase == "failed":
+                raise RuntimeError(f"the session failed at change {command.ticket}: {event.detail}")
     except queue.Empty:
         raise RuntimeError(f"change {command.ticket} is not answered: {command}") from None
-    if isinstance(event, PhaseChanged):
-        raise RuntimeError(f"the session is {event.phase} at change {command.ticket}: {event.detail}")
     if isinstance(event, EditMade):
         steps.made(event)
     return event
