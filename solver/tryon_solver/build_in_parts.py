@@ -38,6 +38,7 @@ def build_in_parts(
     next(building)
     yield None
     next(building)
+    simulation.whole = dt
     simulation.set_diagonals(dt)
     inverse = BESIDE.submit(simulation.inverse_to_make())  # as soon as there are matrices: it takes longest
     yield None

@@ -74,8 +74,8 @@ def _rebound(worn: Simulation, effects: tuple[Effect, ...], settings: Settings) 
 def _step_under(settings: Settings, worn: Simulation) -> float:
     """Length of the steps [s] into which these settings cut a call of `advance` as the last one was, so that the next
     one need not wait for matrices of another: longer ones than the settings have are asked for where they were."""
-    call = worn.dt * max(worn.counters.steps, 1)
-    asked_for = worn.dt if worn.dt > (1 + ROUNDED) * worn.settings.largest_step else 0.0
+    call, whole = worn.bridged or worn.whole, worn.whole
+    asked_for = whole if whole > (1 + ROUNDED) * worn.settings.largest_step else 0.0
     return call / math.ceil(call / max(settings.largest_step, asked_for) - ROUNDED)
 
 
@@ -96,6 +96,8 @@ def take_over(simulation: Simulation, worn: Simulation) -> None:
     if simulation.touching and worn.touching:
         wp.copy(simulation.solved, worn.solved)
     simulation.went_back, simulation.stood = worn.went_back, worn.stood
+    if simulation.halving is not None and worn.halving is not None:
+        simulation.halving.times = worn.halving.times
     if simulation.flight is not None and worn.flight is not None:
         simulation.flight.begin_as(worn.flight, worn.pairs)
     ours.time = theirs.time

@@ -75,12 +75,14 @@ BESIDE = ThreadPoolExecutor(max_workers=1, thread_name_prefix="inverse")
 
 @dataclass(frozen=True)
 class PoseInterval:
-    """One solver step's share of the way to a stance of the body (None without one); `dt` s, the first of `left`."""
+    """One solver step's share of the way to a stance of the body (None without one): `dt` s, the first of `left`, all
+    or a part of `whole` s, which it would take if carrying tore nothing (stepping/halve.py)."""
 
     end: Any
     end_time: float
     dt: float
     left: int
+    whole: float
 
 
 class Simulation:
@@ -223,7 +225,8 @@ class Simulation:
             self.steady_diagonal = wp.zeros(self.cloth_count, dtype=wp.float32, device=device)
         self.inverses: dict[int, np.ndarray] = {}  # by `factor_key`, of the shape as it is
         self.inverses_beside = False  # does somebody make them beside the simulation, which then waits for none?
-        self.dt = 0.0
+        self.dt = self.whole = 0.0  # s, of the step and of the one that it is a part of
+        self.bridged = 0.0  # s, by the last call of `advance` that had any to bridge
         self.coarse: ContactCoarseLevel | None = None
         self._factor_key: int | None = None
         self.spectral_bound = 2.2
@@ -251,11 +254,16 @@ class Simulation:
         else:  # the steps take them for what they stand for
             self.candidates, self.pairs = cast("Candidates", NoCandidates()), cast("ContactPairs", NoPairs(self.device))
 
-    def use_time_step(self, dt: float) -> None:
-        """Set the matrices that depend on dt [s]: the exact diagonal always, the reduced factor per half octave."""
-        if abs(dt - self.dt) < SAME_STEP:
-            return
-        self.set_diagonals(dt)
+    def use_time_step(self, dt: float, whole: float | None = None) -> None:
+        """Set the matrices that depend on dt [s]: the exact diagonal always, the reduced factor per half octave.
+
+        Of a step that is a part of `whole` s it is that one's: the search needs as many iterations with it, and none
+        waits for another to be made.
+        """
+        whole = dt if whole is None else whole
+        if abs(dt - self.dt) >= SAME_STEP:
+            self.set_diagonals(dt)
+        self.whole = whole
         if self.factor_key == self._factor_key:
             return
         if self.factor_key in self.inverses:
@@ -286,17 +294,17 @@ class Simulation:
 
     @property
     def factor_key(self) -> int:
-        """Steps of the same half octave share a reduced factor."""
-        return round(2 * math.log2(self.dt))
+        """Steps of the same half octave share a reduced factor, and those that one is halved into have its."""
+        return round(2 * math.log2(self.whole))
 
     def reduced_inverse(self) -> np.ndarray:
-        """(M, M) float32 m/N, the reduced matrix's inverse for steps as they are now."""
+        """(M, M) float32 m/N, the reduced matrix's inverse for whole steps as they are now."""
         return self.inverse_to_make()()
 
     def inverse_to_make(self) -> Callable[[], np.ndarray]:
         """What makes `reduced_inverse` of the matrices as they are now, on another thread if that is to be. What it
         has freed then, several times what it made, is given back."""
-        basis, stiffness, diagonal = self.basis, self.stiffness_matrix, self.diagonal(round(self.dt, FACTOR_DIGITS))
+        basis, stiffness, diagonal = self.basis, self.stiffness_matrix, self.diagonal(round(self.whole, FACTOR_DIGITS))
         parts = [layer.vertices for layer in self.scene.garment.layers]
 
         def make() -> np.ndarray:
@@ -419,7 +427,7 @@ class Simulation:
         if gap <= 0:
             return
         bridged = min(gap, max(self.settings.longest_gap, longest_step))
-        self.debt = gap - bridged
+        self.debt, self.bridged = gap - bridged, bridged
         count = max(1, math.ceil(bridged / max(self.settings.largest_step, longest_step) - 1e-9))
         first = self.body.pose if self.body else pose
         share = bridged / gap
@@ -428,7 +436,7 @@ class Simulation:
                 done = (k + begun + size) / count
                 end = self.stance_between(first, pose, share * done)
                 left = math.ceil((count - k - begun) / size)
-                yield PoseInterval(end, start_time + bridged * done, bridged * size / count, left)
+                yield PoseInterval(end, start_time + bridged * done, bridged * size / count, left, bridged / count)
 
     def awake(self, intervals: Iterator[PoseInterval]) -> Iterator[PoseInterval]:
         """Those of the intervals that are to be simulated: all of them but for what effects pass over."""

@@ -71,7 +71,7 @@ def advance(sim: Simulation, pose: Pose | None, time: float, longest_step: float
     """Algorithm 2 without an edit: from the last simulated pose time to `time` [s] at `pose`. METHOD.md section 1."""
     sim.start_report()
     for interval in sim.awake(sim.pose_intervals(pose, time, longest_step)):  # none longer than the largest step
-        sim.use_time_step(interval.dt)
+        sim.use_time_step(interval.dt, interval.whole)
         sim.timed(move_body, interval, solve_freely)  # carry, kinematic sub-steps: a feasible state at the new pose
         step(sim)
         go_along(sim)  # with the body's speed, where it was to come along

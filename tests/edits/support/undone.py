@@ -160,7 +160,7 @@ def other_than_from_scratch(drape: SolverDrape, order: DrapeOrder) -> tuple[list
     surface = sim.body_positions().astype(np.float64)
     scene = replace(sim.scene, garment=garment)
     scratch = build(scene, sim.settings, sim.device, sim.body.pose, surface, tangled=True)
-    scratch.use_time_step(round(sim.dt, FACTOR_DIGITS))
+    scratch.use_time_step(round(sim.dt, FACTOR_DIGITS), round(sim.whole, FACTOR_DIGITS))
     one, other = made_of_shape(sim), made_of_shape(scratch)
     its_own = sim.factor_key in sim.inverses
     alike = {name: np.array_equal(one[name], other[name]) for name in one}

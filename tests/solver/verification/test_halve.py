@@ -11,6 +11,7 @@ from small_scenes import STILL, fabric, rigid_body, sheet, slab
 from tryon_solver.body import quaternions
 from tryon_solver.body.model import BodyModel
 from tryon_solver.body.pose import Pose
+from tryon_solver.rebind import take_over, with_settings
 from tryon_solver.scene import WORN, Scene
 from tryon_solver.settings import PRESETS, Settings
 from tryon_solver.simulation import build
@@ -137,6 +138,41 @@ def test_cloth_that_is_carried_as_it_lies_takes_whole_steps():
     reports, carried = across_two_plates(PRESETS["draft"].most_carried, 0.05)
     assert {report.steps for report in reports} == {1}
     assert 0.0 < max(carried) < PRESETS["draft"].most_carried
+
+
+def test_parts_of_a_step_search_with_its_factor():
+    """None waits for another to be made; the matrices that are exact are those of the part."""
+    garment, flat = sheet(9, 9, 0.2, 0.2)
+    scene = Scene(garment, flat + np.array([0, 0.01, 0]), rigid_body(*slab(0.5, 0.5, 0.05, 0.05)), fabric(), WORN)
+    sim = build(scene, PRESETS["draft"], "cpu", STILL)
+    made = set(sim.inverses)
+    sim.halving.times = MOST
+    first = next(iter(sim.pose_intervals(STILL, 1 / FPS)))
+    assert first.dt == pytest.approx(first.whole / 2**MOST)
+    sim.use_time_step(first.dt, first.whole)
+    assert set(sim.inverses) == made
+    assert sim.factor_key in made
+    np.testing.assert_allclose(sim.mass_per_dt2.numpy(), sim.mass / first.dt**2, rtol=1e-6)
+    assert sim.state.dt.numpy() == pytest.approx([first.dt])
+    sim.use_time_step(first.dt)
+    assert len(sim.inverses) == len(made) + 1
+
+
+def test_what_takes_over_goes_on_with_halved_steps():
+    """Another preset's step is cut of the whole one, and halved as often."""
+    garment, flat = sheet(5, 5, 0.2, 0.2)
+    scene = Scene(garment, flat + np.array([0, 0.01, 0]), rigid_body(*slab(0.5, 0.5, 0.05, 0.05)), fabric(), WORN)
+    worn = build(scene, PRESETS["draft"], "cpu", STILL)
+    worn.halving.look(100.0)
+    assert worn.advance(STILL, 1 / FPS).steps > 1
+    worn.halving.times = 2
+    (other,) = (made for made in with_settings(worn, PRESETS["live"]) if made is not None)
+    assert other.whole == pytest.approx(1 / 60)
+    take_over(other, worn)
+    assert other.halving.times == 2
+    made = set(other.inverses)
+    other.advance(STILL, 2 / FPS)
+    assert set(other.inverses) == made, "what the first step asks for was made beside"
 
 
 def test_who_is_put_elsewhere_begins_with_whole_steps():
